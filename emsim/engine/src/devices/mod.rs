@@ -1,0 +1,2 @@
+//! Semiconductor kernels, one file each.
+pub mod diode;

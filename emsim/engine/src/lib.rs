@@ -1,0 +1,10 @@
+//! The native engine of emsim. It takes plain numbers and the expression graph, never deck text.
+//!
+//! Everything compiles to  d/dt Q(x, t) + F(x, t) = 0.  Modules, each knowing only those above it in this list:
+pub mod graph; // hash-consed expression nodes with folding
+pub mod derive; // reverse differentiation, substitution
+pub mod tape; // native evaluation of a set of expressions
+pub mod waves; // PULSE SIN EXP PWL SFFM AM: values and breakpoints
+pub mod sparse; // LU: matching, block triangular form, AMD, Gilbert-Peierls, refactorisation
+pub mod devices; // semiconductor kernels, one file each
+pub mod assembly; // constraints: position and velocity projection, rank
