@@ -1,0 +1,338 @@
+"""Results: named columns with units, one table per analysis.
+
+A `Table` is what one analysis computed; a `Result` is a deck's run: its tables, its diagnostics, its
+statistics. Columns stay the engine's own bytes until somebody asks for them, so that a run which only
+writes its raw file never imports numpy.
+"""
+
+from __future__ import annotations
+
+from array import array
+from collections.abc import Iterable, Iterator, Sequence
+from typing import TYPE_CHECKING, Any, Protocol
+
+from .diagnostics import suggest
+
+if TYPE_CHECKING:
+    import numpy as np
+    import pandas as pd
+    import xarray as xr
+
+    from .diagnostics import Diagnostic
+
+PLOTNAMES = {"tran": "Transient Analysis", "op": "Operating Point"}
+
+
+class Waves(Protocol):
+    """The duty of a column store: the engine's Waveforms, or `Columns` below."""
+
+    @property
+    def rows(self) -> int: ...
+    @property
+    def columns(self) -> int: ...
+    def column(self, i: int, /) -> bytes: ...  # float64, native order
+
+
+class Columns:
+    """A column store in plain Python: for tables that were read from a file or made by hand."""
+
+    __slots__ = ("_data", "columns", "rows")
+
+    def __init__(self, data: Iterable[bytes | Sequence[float]]) -> None:
+        self._data = [c if isinstance(c, bytes) else array("d", c).tobytes() for c in data]
+        self.columns = len(self._data)
+        self.rows = len(self._data[0]) // 8 if self._data else 0
+
+    def column(self, i: int, /) -> bytes:
+        return self._data[i]
+
+
+class Table:
+    """One analysis: columns of equal length, each with a name and a unit.
+
+    kind     "tran", "op", ... ; title: the deck's; plotname: as raw files spell the analysis
+    names    of all columns, lower-case; with `axis` True, column 0 is the independent one ("time")
+    units    in the same order: "s", "V", "A", "rad", "N m", ...; "" where there is none
+    waves    the column store, one column a name
+    grid     (tstep, tstart, tstop) of a transient [s], for tables on the print grid
+    stats    counters of the run: steps, rejected, newton iterations, ...
+    status   "ok", "failed" or "interrupted": whether the table reaches its end
+    """
+
+    __slots__ = (
+        "_index", "_numpy", "axis", "grid", "kind", "names", "plotname", "stats", "status", "title", "units",
+        "waves",
+    )  # fmt: skip
+
+    def __init__(
+        self,
+        kind: str,
+        names: Sequence[str],
+        units: Sequence[str],
+        waves: Waves,
+        *,
+        title: str = "",
+        axis: bool = True,
+        grid: tuple[float, float, float] | None = None,
+        stats: dict[str, Any] | None = None,
+        status: str = "ok",
+        plotname: str = "",
+    ) -> None:
+        if not len(names) == len(units) == waves.columns:
+            raise ValueError(f"{len(names)} names and {len(units)} units for {waves.columns} columns")
+        self.kind, self.title, self.plotname = kind, title, plotname or PLOTNAMES.get(kind, kind)
+        self.names, self.units = list(names), list(units)
+        self.waves, self.axis, self.grid = waves, axis, grid
+        self.stats, self.status = dict(stats or {}), status
+        self._index: dict[str, int] = {}
+        for k, name in enumerate(self.names):
+            self._index.setdefault(_plain(name), k)
+        self._numpy: dict[int, Any] = {}
+
+    # columns -----------------------------------------------------------------------------------------
+
+    def __len__(self) -> int:
+        return self.waves.rows
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.names)
+
+    def __contains__(self, name: object) -> bool:
+        try:
+            self.index(str(name))
+        except KeyError:
+            return False
+        return True
+
+    def index(self, name: str) -> int:
+        """Column number of a name. Case and blanks do not matter, `out` means `v(out)` as in ngspice, and
+        `v1#branch` means `i(v1)`. Raises KeyError with the nearest name."""
+        key = _plain(name)
+        spellings = [key, f"v({key})"]
+        if key.endswith("#branch"):
+            spellings.append(f"i({key[:-7]})")
+        for spelling in spellings:
+            if spelling in self._index:
+                return self._index[spelling]
+        near = suggest(key, self.names)
+        raise KeyError(f"no column {name!r}" + (f", did you mean {near!r}?" if near else ""))
+
+    def floats(self, name: str | int) -> array[float]:
+        """A column as an array of doubles, without numpy."""
+        values = array("d")
+        values.frombytes(self.waves.column(name if isinstance(name, int) else self.index(name)))
+        return values
+
+    def __getitem__(self, name: str) -> np.ndarray:
+        """A column as float64 array of shape (len(table),); read-only. `v(a,b)` is v(a) - v(b)."""
+        key = _plain(name)
+        if key not in self._index and key.startswith("v(") and key.count(",") == 1:
+            a, b = key[2:-1].split(",")
+            return self[f"v({a})"] - self[f"v({b})"]
+        k = self.index(name)
+        if k not in self._numpy:
+            import numpy as np
+
+            self._numpy[k] = np.frombuffer(self.waves.column(k), dtype=np.float64)
+        return self._numpy[k]
+
+    @property
+    def time(self) -> np.ndarray:
+        """The time points [s]; KeyError where the analysis has none."""
+        return self["time"]
+
+    def unit(self, name: str) -> str:
+        return self.units[self.index(name)]
+
+    @property
+    def signals(self) -> list[str]:
+        """Names without the independent column."""
+        return self.names[1:] if self.axis else list(self.names)
+
+    def at(self, name: str, t: float | Sequence[float] | np.ndarray) -> Any:
+        """A column between its points: float for a float, array for an array; t in seconds.
+
+        Cubic Hermite on the recorded points, with the slope of the parabola through three neighbours,
+        limited to three times the flatter of the two neighbouring secants (Hyman, SIAM J. Sci. Stat. Comput.
+        4, 1983): third order where the signal is smooth, no overshoot beside an edge. At a jump (two points
+        at one time) the value after the jump is taken. Outside the run: ValueError.
+        """
+        import numpy as np
+
+        x, y = self[self.names[0]], self[name]
+        query = np.atleast_1d(np.asarray(t, dtype=float))
+        if not self.axis or len(x) == 0:
+            raise ValueError(f"a table of {self.plotname!r} has no axis to look along")
+        if query.size and (query.min() < x[0] or query.max() > x[-1]):
+            raise ValueError(f"asked for {self.names[0]} outside {x[0]:g} .. {x[-1]:g}")
+        found = hermite(x, y, query)
+        return float(found[0]) if np.ndim(t) == 0 else found.reshape(np.shape(t))
+
+    # conversions -------------------------------------------------------------------------------------
+
+    def to_pandas(self) -> pd.DataFrame:
+        """DataFrame indexed by the independent column; `attrs["units"]` maps name to unit."""
+        import pandas as pd
+
+        index = pd.Index(self[self.names[0]], name=self.names[0]) if self.axis else None
+        frame = pd.DataFrame({name: self[name] for name in self.signals}, index=index)
+        frame.attrs.update(title=self.title, units=dict(zip(self.names, self.units, strict=True)))
+        return frame
+
+    def to_xarray(self) -> xr.Dataset:
+        """Dataset with the independent column as coordinate; every variable carries `units`."""
+        import xarray as xr
+
+        dim = self.names[0] if self.axis else "point"
+        unit = dict(zip(self.names, self.units, strict=True))
+        coords = {dim: (dim, self[dim], {"units": unit[dim]})} if self.axis else {}
+        data = {name: (dim, self[name], {"units": unit[name]}) for name in self.signals}
+        return xr.Dataset(data, coords=coords, attrs={"title": self.title, "analysis": self.kind})
+
+    def __repr__(self) -> str:
+        """Each column with unit, smallest, largest and last value; at most 20 of them."""
+        points = "1 point" if len(self) == 1 else f"{len(self)} points"
+        head = f"{self.plotname}: {points}" + ("" if self.status == "ok" else f" ({self.status})")
+        lines = [head]
+        shown = self.names[:20]
+        width = max((len(name) for name in shown), default=0)
+        if len(self) == 1:
+            lines += [f"  {n:<{width}}  {self.floats(k)[0]:>12.6g} {self.units[k]}" for k, n in enumerate(shown)]
+        elif len(self):
+            lines.append(f"  {'':<{width}}  {'min':>12} {'max':>12} {'last':>12}")
+            for k, name in enumerate(shown):
+                c = self.floats(k)
+                lines.append(f"  {name:<{width}}  {min(c):>12.5g} {max(c):>12.5g} {c[-1]:>12.5g} {self.units[k]}")
+        if len(self.names) > len(shown):
+            lines.append(f"  ... and {len(self.names) - len(shown)} more")
+        return "\n".join(line.rstrip() for line in lines)
+
+
+class Result:
+    """What `emsim.run` returns.
+
+    plots        all tables in the order in which they ran; `plot("op")` finds one by its kind
+    diagnostics  warnings and notes, in deck order
+    prints       what .print asked for: (kind, column names)
+    Everything a Table offers is offered here too, of the main table: the last transient, else the last.
+    """
+
+    __slots__ = ("diagnostics", "plots", "prints", "title")
+
+    def __init__(
+        self,
+        title: str,
+        plots: Sequence[Table],
+        diagnostics: Sequence[Diagnostic] = (),
+        prints: Sequence[tuple[str, list[str]]] = (),
+    ) -> None:
+        self.title, self.plots = title, list(plots)
+        self.diagnostics, self.prints = list(diagnostics), list(prints)
+
+    @property
+    def main(self) -> Table:
+        """The last transient, or else the last table. ValueError when nothing ran."""
+        if not self.plots:
+            raise ValueError("no analysis ran, so there are no columns")
+        return next((p for p in reversed(self.plots) if p.kind == "tran"), self.plots[-1])
+
+    def plot(self, kind: str) -> Table:
+        """The last table of a kind ("op", "tran"); KeyError if that analysis did not run."""
+        for table in reversed(self.plots):
+            if table.kind == kind:
+                return table
+        raise KeyError(f"no {kind!r} ran; there is {', '.join(p.kind for p in self.plots) or 'nothing'}")
+
+    @property
+    def status(self) -> str:
+        """ "ok", or the first trouble among the tables: "failed", "interrupted"."""
+        return next((p.status for p in self.plots if p.status != "ok"), "ok")
+
+    def __getitem__(self, name: str) -> np.ndarray:
+        return self.main[name]
+
+    def __contains__(self, name: object) -> bool:
+        return bool(self.plots) and name in self.main
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.names)
+
+    def __len__(self) -> int:
+        return len(self.main)
+
+    @property
+    def names(self) -> list[str]:
+        return self.main.names
+
+    @property
+    def signals(self) -> list[str]:
+        return self.main.signals
+
+    @property
+    def units(self) -> dict[str, str]:
+        """name -> unit of the main table."""
+        return dict(zip(self.main.names, self.main.units, strict=True))
+
+    @property
+    def time(self) -> np.ndarray:
+        return self.main.time
+
+    @property
+    def analysis(self) -> str:
+        return self.main.kind
+
+    @property
+    def stats(self) -> dict[str, Any]:
+        return self.main.stats
+
+    def unit(self, name: str) -> str:
+        return self.main.unit(name)
+
+    def at(self, name: str, t: float | Sequence[float] | np.ndarray) -> Any:
+        return self.main.at(name, t)
+
+    def to_pandas(self) -> pd.DataFrame:
+        return self.main.to_pandas()
+
+    def to_xarray(self) -> xr.Dataset:
+        return self.main.to_xarray()
+
+    def save(self, path: str, **options: Any) -> None:
+        """Writes a file in the format of its extension: .raw (ascii=True for text), .csv, .txt. ValueError for
+        any other."""
+        from .outputs import save  # the one import that looks upward, and only when called
+
+        save(self, path, **options)
+
+    def __repr__(self) -> str:
+        return "\n".join([self.title, *map(repr, self.plots)]) if self.plots else f"{self.title}\n(nothing ran)"
+
+
+def hermite(x: np.ndarray, y: np.ndarray, query: np.ndarray) -> np.ndarray:
+    """Limited cubic Hermite interpolation; see Table.at. x ascending, repeated where y jumps; query in range."""
+    import numpy as np
+
+    h = np.diff(x)
+    if len(h) == 0:
+        return np.full(query.shape, y[0])
+    with np.errstate(divide="ignore", invalid="ignore"):
+        secant = np.where(h > 0, np.diff(y) / h, np.nan)
+        parabola = (secant[:-1] * h[1:] + secant[1:] * h[:-1]) / (h[:-1] + h[1:])
+    limit = 3 * np.minimum(np.abs(secant[:-1]), np.abs(secant[1:]))
+    inner = np.clip(parabola, -limit, limit)
+    # slopes at both ends of each interval; where a neighbour is missing (ends, jumps) the interval is a parabola
+    start, end = np.append(np.nan, inner), np.append(inner, np.nan)
+    open_start, open_end = np.isnan(start), np.isnan(end)
+    start = np.where(open_start, np.where(open_end, secant, 1.5 * secant - 0.5 * end), start)
+    end = np.where(open_end, np.where(open_start, secant, 1.5 * secant - 0.5 * start), end)
+
+    k = np.clip(np.searchsorted(x, query, side="right") - 1, 0, len(h) - 1)
+    wide = h[k] > 0
+    d = np.where(wide, h[k], 1.0)
+    s, rise = (query - x[k]) / d, y[k + 1] - y[k]
+    m0, m1 = d * start[k], d * end[k]
+    return np.where(wide, y[k] + s * (m0 + s * (3 * rise - 2 * m0 - m1 + s * (m0 + m1 - 2 * rise))), y[k + 1])
+
+
+def _plain(name: str) -> str:
+    return "".join(name.split()).lower()
