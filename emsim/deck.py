@@ -1,0 +1,364 @@
+"""The deck as typed objects: what a card says, free of how it was spelled.
+
+Two forms share these classes. `Deck` is what one text holds: cards in order, subcircuits and conditions
+nested, values still expressions. `FlatDeck` is what every later stage sees: one level, names such as `x1.r1`,
+parameters evaluated, models looked up. All names are lower-case.
+"""
+
+from __future__ import annotations
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any
+
+    from .diagnostics import Sink, Span
+    from .expr import Node
+    from .source import SourceFile
+
+    # A value on a machine card: number (SI), expression, tuple, or word; a shape such as rod(0.3) is a Call.
+    Value = float | Node | str | tuple["Value", ...]
+
+
+class Waveform:
+    """PULSE, SIN, EXP, PWL, SFFM, AM as written: `args` in order, defaults not yet filled in.
+
+    `params` holds `r` and `td` of PWL. In a `Deck` args may be expressions; in a `FlatDeck` they are floats.
+    """
+
+    __slots__ = ("args", "kind", "params", "span")
+
+    def __init__(self, kind: str, args: list[Any], params: dict[str, Any], span: Span) -> None:
+        self.kind = kind
+        self.args = args
+        self.params = params
+        self.span = span
+
+    def __repr__(self) -> str:
+        return f"{self.kind}({' '.join(map(str, self.args))})"
+
+
+class Model:
+    """A .model card. `type` is "d" "sw" "csw" "r" "c" "l" "nmos" "dcmotor" ...; flag parameters are 1.0."""
+
+    __slots__ = ("name", "param_spans", "params", "span", "type")
+
+    def __init__(
+        self,
+        name: str,
+        type: str,
+        params: dict[str, Any],
+        span: Span,
+        param_spans: dict[str, Span] | None = None,
+    ) -> None:
+        self.name = name
+        self.type = type
+        self.params = params
+        self.span = span
+        self.param_spans = {} if param_spans is None else param_spans
+
+    def __repr__(self) -> str:
+        return f".model {self.name} {self.type} {self.params}"
+
+
+class Element:
+    """One SPICE element.
+
+    R C L     value (float; AST when behavioural), model, params tc1 tc2 ic m temp dtemp scale l w ...
+    V I       extra["dc"]: float|None, extra["ac"]: (mag, phase)|None, wave
+    E G       extra["form"] "linear" (4 nodes, value = gain), "poly" (extra["dims"], ["controls"] =
+              [(p, n)..], ["coeffs"]), "expr" (value AST), "table" (value AST, extra["table"] = [(x, y)..])
+    F H       extra["form"] "linear" or "poly", extra["controls"] = [source names], value or extra["coeffs"]
+    K         extra["inductors"] = [names], value
+    B         extra["output"] "v" or "i", value AST
+    S W       model, extra["initial"] "on"/"off"/None; W: extra["controls"] = [source name]
+    D         model, params area m temp dtemp ic off
+    others    (Q M J T A ...) kept with their letter, nodes and params
+    """
+
+    __slots__ = (
+        "extra",
+        "letter",
+        "model",
+        "model_name",
+        "model_span",
+        "name",
+        "nodes",
+        "params",
+        "span",
+        "value",
+        "value_span",
+        "wave",
+    )
+
+    def __init__(
+        self,
+        letter: str,
+        name: str,
+        nodes: list[str],
+        span: Span,
+        value: Any = None,
+        params: dict[str, Any] | None = None,
+        wave: Waveform | None = None,
+        extra: dict[str, Any] | None = None,
+        model_name: str | None = None,
+        model_span: Span | None = None,
+        value_span: Span | None = None,
+    ) -> None:
+        self.letter = letter
+        self.name = name
+        self.nodes = nodes
+        self.span = span
+        self.value = value
+        self.params = {} if params is None else params
+        self.wave = wave
+        self.extra = {} if extra is None else extra
+        self.model_name = model_name
+        self.model_span = model_span
+        self.value_span = value_span
+        self.model: Model | None = None
+
+    def __repr__(self) -> str:
+        return f"<{self.name} {' '.join(self.nodes)} value={self.value} {self.params}>"
+
+
+class Ref:
+    """What a machine card names: `arm`, `arm(0.3,0)`, `arm.tip`, `0`, `0(0.1,0.2)`, a joint, node or word."""
+
+    __slots__ = ("name", "point", "span")
+
+    def __init__(self, name: str, point: tuple[Any, ...] | None, span: Span) -> None:
+        self.name = name
+        self.point = point
+        self.span = span
+
+    def __repr__(self) -> str:
+        return self.name if self.point is None else f"{self.name}{self.point}"
+
+
+class MachineCard:
+    """One machine card, generic: what each word means is the card's own business (cards/).
+
+    `kind` is the upper-case card word. A positional number or {expr} is params["value"], a
+    positional waveform (or key=SIN(...)) is `wave`. POINT has name "arm.tip" and params["at"] = (x, y[, z]).
+    Numbers are SI: units and scale suffixes are already applied, angles are in radians.
+    """
+
+    __slots__ = ("args", "kind", "line", "name", "param_spans", "params", "span", "wave")
+
+    def __init__(
+        self,
+        kind: str,
+        name: str,
+        args: list[Ref],
+        params: dict[str, Value],
+        wave: Waveform | None,
+        span: Span,
+        param_spans: dict[str, Span],
+        line: Any = None,
+    ) -> None:
+        self.kind = kind
+        self.name = name
+        self.args = args
+        self.params = params
+        self.wave = wave
+        self.span = span
+        self.param_spans = param_spans
+        self.line = line  # the logical line, for a second reading as SPICE
+
+    def __repr__(self) -> str:
+        return f"<{self.kind} {self.name} {self.args} {self.params} {self.wave or ''}>"
+
+
+class Analysis:
+    """A dot card that asks for an analysis: `kind` "tran", "op", or another kept by name; args as written."""
+
+    __slots__ = ("args", "flags", "kind", "span")
+
+    def __init__(self, kind: str, args: list[Any], flags: set[str], span: Span) -> None:
+        self.kind = kind
+        self.args = args
+        self.flags = flags
+        self.span = span
+
+    def __repr__(self) -> str:
+        return f".{self.kind} {self.args} {self.flags or ''}"
+
+
+class Print:
+    """.print: `kind` is the analysis ("tran", "op", ...), items are (text as written, AST)."""
+
+    __slots__ = ("items", "kind", "span")
+
+    def __init__(self, kind: str, items: list[tuple[str, Node]], span: Span) -> None:
+        self.kind = kind
+        self.items = items
+        self.span = span
+
+
+class Probe:
+    """One thing of .save or .probe: v(a), i(v1), angle(hinge), or Name("all")."""
+
+    __slots__ = ("ast", "span", "text")
+
+    def __init__(self, text: str, ast: Node, span: Span) -> None:
+        self.text = text
+        self.ast = ast
+        self.span = span
+
+    def __repr__(self) -> str:
+        return self.text
+
+
+class FlatDeck:
+    """Everything the later stages see of a deck, on one level. Temperatures in degrees Celsius."""
+
+    __slots__ = (
+        "analyses",
+        "elements",
+        "gravity",
+        "ics",
+        "machine",
+        "models",
+        "nodesets",
+        "options",
+        "prints",
+        "probes",
+        "saves",
+        "sink",
+        "sources",
+        "temp",
+        "title",
+        "tnom",
+        "views",
+    )
+
+    def __init__(self, title: str, sink: Sink) -> None:
+        self.title = title
+        self.sink = sink
+        self.elements: list[Element] = []
+        self.machine: list[MachineCard] = []
+        self.models: dict[str, Model] = {}
+        self.options: dict[str, float | str | bool] = {}
+        self.temp = 27.0
+        self.tnom = 27.0
+        self.gravity: tuple[float, float, float] | None = None
+        self.analyses: list[Analysis] = []
+        self.ics: list[tuple[str, float, Span]] = []
+        self.nodesets: list[tuple[str, float, Span]] = []
+        self.saves: list[Probe] = []
+        self.probes: list[Probe] = []
+        self.prints: list[Print] = []
+        self.views: list[dict[str, Any]] = []
+        self.sources: list[SourceFile] = []
+
+
+# ---- the nested form ----
+
+
+class Instance:
+    """X card: a subcircuit put to use."""
+
+    __slots__ = ("name", "nodes", "params", "refs", "span", "subckt", "subckt_span")
+
+    def __init__(
+        self,
+        name: str,
+        nodes: list[str],
+        subckt: str,
+        params: dict[str, Any],
+        span: Span,
+        subckt_span: Span,
+        refs: list[Ref],
+    ) -> None:
+        self.name = name
+        self.nodes = nodes
+        self.subckt = subckt
+        self.params = params
+        self.span = span
+        self.subckt_span = subckt_span
+        self.refs = refs
+
+
+class Subckt:
+    """.subckt ... .ends: ports, default parameters and the cards between."""
+
+    __slots__ = ("body", "file", "name", "params", "ports", "span")
+
+    def __init__(
+        self, name: str, ports: list[str], params: dict[str, Any], span: Span, file: SourceFile
+    ) -> None:
+        self.name = name
+        self.ports = ports
+        self.params = params
+        self.span = span
+        self.file = file
+        self.body: list[Any] = []
+
+
+class Conditional:
+    """.if/.elseif/.else/.endif: (condition or None for .else, cards) in order."""
+
+    __slots__ = ("branches", "span")
+
+    def __init__(self, span: Span) -> None:
+        self.span = span
+        self.branches: list[tuple[Node | None, list[Any]]] = []
+
+
+class Param:
+    """One name=expression of a .param card."""
+
+    __slots__ = ("name", "span", "value")
+
+    def __init__(self, name: str, value: Any, span: Span) -> None:
+        self.name = name
+        self.value = value
+        self.span = span
+
+
+class Func:
+    """.func name(a, b) = expression"""
+
+    __slots__ = ("args", "body", "name", "span")
+
+    def __init__(self, name: str, args: list[str], body: Node, span: Span) -> None:
+        self.name = name
+        self.args = args
+        self.body = body
+        self.span = span
+
+
+class Include:
+    """.include file, or .lib file section."""
+
+    __slots__ = ("path", "section", "span")
+
+    def __init__(self, path: str, section: str | None, span: Span) -> None:
+        self.path = path
+        self.section = section
+        self.span = span
+
+
+class Dot:
+    """Any other dot card: `kind` without the dot; `items` as that kind needs them."""
+
+    __slots__ = ("items", "kind", "span")
+
+    def __init__(self, kind: str, items: Any, span: Span) -> None:
+        self.kind = kind
+        self.items = items
+        self.span = span
+
+
+class Deck:
+    """One text, parsed: title and cards in order, `sections` the .lib/.endl parts by name."""
+
+    __slots__ = ("body", "defines", "file", "sections", "sink", "title")
+
+    def __init__(self, title: str, file: SourceFile, sink: Sink) -> None:
+        self.title = title
+        self.file = file
+        self.sink = sink
+        self.body: list[Any] = []
+        self.sections: dict[str, list[Any]] = {}
+        self.defines: dict[str, float] = {}

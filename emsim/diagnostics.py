@@ -1,0 +1,295 @@
+"""Diagnostics: one type for every message, collected in a `Sink`, rendered for the terminal or as JSON.
+
+A diagnostic shows the user's own line with a caret, names the cause in the field's words and says what to
+write instead. Nothing stops at the first error: stages add to the sink and raise once at their end.
+
+Codes: E100-E229 front end, E230-E279 machine, E280-E349 circuit and outputs, E400-E449 run time,
+E500-E549 outside world; W and N (warnings and notes) use the same ranges.
+"""
+
+from __future__ import annotations
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Sequence
+    from typing import Any, NoReturn
+
+    from .source import SourceFile
+
+MAX_ERRORS_SHOWN = 20
+EXCERPT_WIDTH = 110
+
+_COLOURS = {"error": "\033[1;31m", "warning": "\033[1;33m", "note": "\033[1;36m"}
+_BOLD, _BLUE, _RESET = "\033[1m", "\033[1;34m", "\033[0m"
+
+
+class Span:
+    """A piece of one physical line: `line`, `col` are 1-based, `end` is one past the last column."""
+
+    __slots__ = ("col", "end", "file", "line")
+
+    def __init__(self, file: SourceFile, line: int, col: int, end: int) -> None:
+        self.file = file
+        self.line = line
+        self.col = col
+        self.end = end
+
+    def __repr__(self) -> str:
+        return f"{self.file.name}:{self.line}:{self.col}"
+
+    def __eq__(self, other: object) -> bool:
+        return (
+            isinstance(other, Span)
+            and self.file is other.file
+            and (self.line, self.col, self.end) == (other.line, other.col, other.end)
+        )
+
+    def __hash__(self) -> int:
+        return hash((id(self.file), self.line, self.col, self.end))
+
+    @property
+    def text(self) -> str:
+        """The user's own characters under the span."""
+        return self.file.text_line(self.line)[self.col - 1 : self.end - 1]
+
+
+class Diagnostic:
+    """One message. `labels` are (span, text); a label on the main span is written at its caret."""
+
+    __slots__ = ("code", "hint", "labels", "message", "severity", "span")
+
+    def __init__(
+        self,
+        severity: str,
+        code: str,
+        message: str,
+        span: Span | None = None,
+        hint: str | None = None,
+        labels: Sequence[tuple[Span, str]] = (),
+    ) -> None:
+        self.severity = severity
+        self.code = code
+        self.message = message
+        self.span = span
+        self.hint = hint
+        self.labels = list(labels)
+
+    def __repr__(self) -> str:
+        where = f" at {self.span!r}" if self.span else ""
+        return f"<{self.severity}[{self.code}]{where}: {self.message}>"
+
+
+class DiagnosticError(Exception):
+    """Base of the errors that carry diagnostics instead of a bare text."""
+
+    def __init__(self, diagnostics: Iterable[Diagnostic] | Diagnostic) -> None:
+        self.diagnostics: list[Diagnostic] = (
+            [diagnostics] if isinstance(diagnostics, Diagnostic) else list(diagnostics)
+        )
+        super().__init__(render_text(self.diagnostics))
+
+
+class DeckError(DiagnosticError):
+    """The deck is wrong: syntax, names, values, an impossible circuit or machine. Exit code 1."""
+
+
+class ConvergenceError(DiagnosticError):
+    """The analysis did not reach its end. `partial` is the Result up to there, or None. Exit code 3."""
+
+    def __init__(self, diagnostics: Iterable[Diagnostic] | Diagnostic, partial: Any = None) -> None:
+        super().__init__(diagnostics)
+        self.partial = partial
+
+
+class OutsideError(DiagnosticError):
+    """Something outside the deck is missing: a file, the ngspice program. Exit code 5."""
+
+
+class Sink:
+    """Collects diagnostics; the same message at the same place is kept once."""
+
+    __slots__ = ("_seen", "diagnostics", "error_count")
+
+    def __init__(self) -> None:
+        self.diagnostics: list[Diagnostic] = []
+        self.error_count = 0
+        self._seen: set[tuple[str, str, Span | None]] = set()
+
+    @property
+    def has_errors(self) -> bool:
+        return self.error_count > 0
+
+    def add(self, diagnostic: Diagnostic) -> None:
+        key = (diagnostic.code, diagnostic.message, diagnostic.span)
+        if key in self._seen:
+            return
+        self._seen.add(key)
+        self.diagnostics.append(diagnostic)
+        if diagnostic.severity == "error":
+            self.error_count += 1
+
+    def error(
+        self,
+        code: str,
+        message: str,
+        span: Span | None = None,
+        hint: str | None = None,
+        labels: Sequence[tuple[Span, str]] = (),
+    ) -> None:
+        self.add(Diagnostic("error", code, message, span, hint, labels))
+
+    def warning(
+        self,
+        code: str,
+        message: str,
+        span: Span | None = None,
+        hint: str | None = None,
+        labels: Sequence[tuple[Span, str]] = (),
+    ) -> None:
+        self.add(Diagnostic("warning", code, message, span, hint, labels))
+
+    def note(
+        self,
+        code: str,
+        message: str,
+        span: Span | None = None,
+        hint: str | None = None,
+        labels: Sequence[tuple[Span, str]] = (),
+    ) -> None:
+        self.add(Diagnostic("note", code, message, span, hint, labels))
+
+    def raise_if_errors(self) -> None:
+        """Raise DeckError with everything collected, when an error is among it."""
+        if self.error_count:
+            raise DeckError(self.diagnostics)
+
+
+def deck_error(code: str, message: str, span: Span | None = None, hint: str | None = None) -> NoReturn:
+    raise DeckError(Diagnostic("error", code, message, span, hint))
+
+
+def suggest(word: str, candidates: Iterable[str]) -> str | None:
+    """The candidate nearest to `word` by edit distance (swaps count one), or None when none is near."""
+    word = word.lower()
+    best, best_distance = None, max(1, min(3, len(word) // 3)) + 1
+    for candidate in candidates:
+        if candidate.lower() == word:
+            return candidate
+        if abs(len(candidate) - len(word)) >= best_distance:
+            continue
+        distance = _edit_distance(word, candidate.lower())
+        if distance < best_distance and distance < max(len(word), len(candidate)):
+            best, best_distance = candidate, distance
+    return best
+
+
+def _edit_distance(a: str, b: str) -> int:
+    """Damerau-Levenshtein distance, adjacent transpositions only."""
+    before: list[int] = []
+    previous = list(range(len(b) + 1))
+    for i, x in enumerate(a, 1):
+        row = [i]
+        for j, y in enumerate(b, 1):
+            cost = min(previous[j] + 1, row[j - 1] + 1, previous[j - 1] + (x != y))
+            if i > 1 and j > 1 and x == b[j - 2] and a[i - 2] == y:
+                cost = min(cost, before[j - 2] + 1)
+            row.append(cost)
+        before, previous = previous, row
+    return previous[-1]
+
+
+def render_text(diagnostics: Iterable[Diagnostic], color: bool = False) -> str:
+    """All diagnostics as the terminal shows them, at most 20 errors; no trailing newline."""
+    blocks: list[str] = []
+    errors = 0
+    for d in diagnostics:
+        if d.severity == "error":
+            errors += 1
+            if errors > MAX_ERRORS_SHOWN:
+                continue
+        blocks.append(_render_one(d, color))
+    if errors > MAX_ERRORS_SHOWN:
+        blocks.append(f"... and {errors - MAX_ERRORS_SHOWN} more errors")
+    return "\n\n".join(blocks)
+
+
+def _render_one(d: Diagnostic, color: bool) -> str:
+    hue, bold, blue, reset = (_COLOURS[d.severity], _BOLD, _BLUE, _RESET) if color else ("", "", "", "")
+    out = [f"{hue}{d.severity}[{d.code}]{reset}{bold}: {d.message}{reset}"]
+    margin = " "
+    if d.span is not None:
+        span = d.span
+        marks = {(s.file, s.line): [] for s, _ in d.labels}  # type: dict[Any, list[tuple[Span, str, str]]]
+        marks.setdefault((span.file, span.line), [])
+        text_at_caret = ""
+        for s, text in d.labels:
+            if s == span:
+                text_at_caret = text
+            else:
+                marks[s.file, s.line].append((s, "-", text))
+        marks[span.file, span.line].insert(0, (span, "^", text_at_caret))
+        own = sorted((key for key in marks if key[0] is span.file), key=lambda key: key[1])
+        foreign = [key for key in marks if key[0] is not span.file]
+        width = max(len(str(line)) for _, line in marks)
+        margin = " " * (width + 1)
+        out.append(f"{margin[:-1]}{blue} -->{reset} {span.file.name}:{span.line}:{span.col}")
+        out.append(f"{margin}{blue} |{reset}")
+        for file, line in own + foreign:
+            if file is not span.file:
+                out.append(f"{margin[:-1]}{blue} :::{reset} {file.name}:{line}")
+            text = file.text_line(line)
+            first = marks[file, line][0][0]
+            for i, (s, glyph, label) in enumerate(marks[file, line]):
+                shown, col, end = _crop(text, s, first)
+                if i == 0:
+                    out.append(f" {line:>{width}}{blue} |{reset} {shown}".rstrip())
+                if not file.text_line(line) and not label:
+                    continue
+                paint = hue if glyph == "^" else blue
+                caret = glyph * max(1, end - col)
+                out.append(f"{margin}{blue} |{reset} {' ' * col}{paint}{caret} {label}".rstrip() + reset)
+        chain = span.file.included_from
+        while chain is not None:
+            out.append(f"{margin}{blue} = {reset}included from {chain.file.name}:{chain.line}")
+            chain = chain.file.included_from
+    if d.hint:
+        for part in d.hint.splitlines():
+            out.append(f"{margin}{blue} = {reset}help: {part}")
+    return "\n".join(out)
+
+
+def _crop(text: str, span: Span, around: Span) -> tuple[str, int, int]:
+    """One printable line of bounded width and the columns (0-based) of the span in it."""
+    text = "".join(c if c.isprintable() else ("\t" if c == "\t" else "·") for c in text)
+    shift, lead, tail = 0, "", ""
+    if len(text) > EXCERPT_WIDTH:
+        shift = max(0, min(around.col - 1 - EXCERPT_WIDTH // 3, len(text) - EXCERPT_WIDTH))
+        lead = "..." if shift else ""
+        tail = "..." if shift + EXCERPT_WIDTH < len(text) else ""
+        text = text[shift : shift + EXCERPT_WIDTH]
+    col = min(max(span.col - 1 - shift, 0), len(text))
+    end = min(max(span.end - 1 - shift, col), len(text))
+    # tabs are drawn as the spaces a terminal would show, so that carets stand under what they mean
+    stops = [0]
+    for c in text:
+        stops.append(stops[-1] + (8 - stops[-1] % 8 if c == "\t" else 1))
+    shown = lead + text.expandtabs(8) + tail
+    return shown, len(lead) + stops[col], len(lead) + stops[end]
+
+
+def to_json(d: Diagnostic) -> dict[str, Any]:
+    """Plain data for `--json`, editors and tests."""
+    return {
+        "severity": d.severity,
+        "code": d.code,
+        "message": d.message,
+        "span": _span_json(d.span),
+        "hint": d.hint,
+        "labels": [{"span": _span_json(s), "text": text} for s, text in d.labels],
+    }
+
+
+def _span_json(span: Span | None) -> dict[str, Any] | None:
+    if span is None:
+        return None
+    return {"file": span.file.name, "line": span.line, "col": span.col, "end": span.end}
