@@ -8,29 +8,32 @@ writes its raw file never imports numpy.
 from __future__ import annotations
 
 from array import array
-from collections.abc import Iterable, Iterator, Sequence
-from typing import TYPE_CHECKING, Any, Protocol
+from bisect import bisect_right
 
 from .diagnostics import suggest
 
+TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator, Sequence
+    from typing import Any, Protocol
+
     import numpy as np
     import pandas as pd
     import xarray as xr
 
     from .diagnostics import Diagnostic
 
+    class Waves(Protocol):
+        """The duty of a column store: the engine's Waveforms, or `Columns` below."""
+
+        @property
+        def rows(self) -> int: ...
+        @property
+        def columns(self) -> int: ...
+        def column(self, i: int, /) -> bytes: ...  # float64, native order
+
+
 PLOTNAMES = {"tran": "Transient Analysis", "op": "Operating Point"}
-
-
-class Waves(Protocol):
-    """The duty of a column store: the engine's Waveforms, or `Columns` below."""
-
-    @property
-    def rows(self) -> int: ...
-    @property
-    def columns(self) -> int: ...
-    def column(self, i: int, /) -> bytes: ...  # float64, native order
 
 
 class Columns:
@@ -157,16 +160,21 @@ class Table:
         4, 1983): third order where the signal is smooth, no overshoot beside an edge. At a jump (two points
         at one time) the value after the jump is taken. Outside the run: ValueError.
         """
-        import numpy as np
+        if not isinstance(t, (int, float)):
+            import numpy as np
 
-        x, y = self[self.names[0]], self[name]
-        query = np.atleast_1d(np.asarray(t, dtype=float))
-        if not self.axis or len(x) == 0:
-            raise ValueError(f"a table of {self.plotname!r} has no axis to look along")
-        if query.size and (query.min() < x[0] or query.max() > x[-1]):
+            query = np.asarray(t, dtype=float)
+            return np.reshape(self.sample(name, query.ravel().tolist()), query.shape)
+        return self.sample(name, [t])[0]
+
+    def sample(self, name: str | int, times: Sequence[float]) -> array[float]:
+        """`at` without numpy: the column at each of the times."""
+        if not self.axis or not len(self):
+            raise ValueError(f"{self.plotname!r} has no points to look between")
+        x, y = self.floats(0), self.floats(name)
+        if times and not (x[0] <= min(times) and max(times) <= x[-1]):
             raise ValueError(f"asked for {self.names[0]} outside {x[0]:g} .. {x[-1]:g}")
-        found = hermite(x, y, query)
-        return float(found[0]) if np.ndim(t) == 0 else found.reshape(np.shape(t))
+        return array("d", (_hermite(x, y, t) for t in times))
 
     # conversions -------------------------------------------------------------------------------------
 
@@ -308,30 +316,32 @@ class Result:
         return "\n".join([self.title, *map(repr, self.plots)]) if self.plots else f"{self.title}\n(nothing ran)"
 
 
-def hermite(x: np.ndarray, y: np.ndarray, query: np.ndarray) -> np.ndarray:
-    """Limited cubic Hermite interpolation; see Table.at. x ascending, repeated where y jumps; query in range."""
-    import numpy as np
+def _hermite(x: array[float], y: array[float], t: float) -> float:
+    """Limited cubic Hermite value at t, x[0] <= t <= x[-1]; x ascending, repeated where y jumps. See Table.at."""
+    last = len(x) - 1
+    k = min(bisect_right(x, t) - 1, last - 1)
+    if k < 0 or t == x[k + 1]:
+        return y[k + 1]
+    h, rise = x[k + 1] - x[k], y[k + 1] - y[k]
+    secant = rise / h
+    # slopes at both ends; where a neighbour is missing (end of the run, a jump) the interval is a parabola
+    before = x[k] - x[k - 1] if k > 0 else 0.0
+    after = x[k + 2] - x[k + 1] if k + 2 <= last else 0.0
+    start = _slope((y[k] - y[k - 1]) / before, before, secant, h) if before > 0 else None
+    end = _slope(secant, h, (y[k + 2] - y[k + 1]) / after, after) if after > 0 else None
+    if start is None:
+        start = secant if end is None else 1.5 * secant - 0.5 * end
+    if end is None:
+        end = 1.5 * secant - 0.5 * start
+    s, m0, m1 = (t - x[k]) / h, start * h, end * h
+    return y[k] + s * (m0 + s * (3 * rise - 2 * m0 - m1 + s * (m0 + m1 - 2 * rise)))
 
-    h = np.diff(x)
-    if len(h) == 0:
-        return np.full(query.shape, y[0])
-    with np.errstate(divide="ignore", invalid="ignore"):
-        secant = np.where(h > 0, np.diff(y) / h, np.nan)
-        parabola = (secant[:-1] * h[1:] + secant[1:] * h[:-1]) / (h[:-1] + h[1:])
-    limit = 3 * np.minimum(np.abs(secant[:-1]), np.abs(secant[1:]))
-    inner = np.clip(parabola, -limit, limit)
-    # slopes at both ends of each interval; where a neighbour is missing (ends, jumps) the interval is a parabola
-    start, end = np.append(np.nan, inner), np.append(inner, np.nan)
-    open_start, open_end = np.isnan(start), np.isnan(end)
-    start = np.where(open_start, np.where(open_end, secant, 1.5 * secant - 0.5 * end), start)
-    end = np.where(open_end, np.where(open_start, secant, 1.5 * secant - 0.5 * start), end)
 
-    k = np.clip(np.searchsorted(x, query, side="right") - 1, 0, len(h) - 1)
-    wide = h[k] > 0
-    d = np.where(wide, h[k], 1.0)
-    s, rise = (query - x[k]) / d, y[k + 1] - y[k]
-    m0, m1 = d * start[k], d * end[k]
-    return np.where(wide, y[k] + s * (m0 + s * (3 * rise - 2 * m0 - m1 + s * (m0 + m1 - 2 * rise))), y[k + 1])
+def _slope(left: float, left_width: float, right: float, right_width: float) -> float:
+    """Slope between two secants: the parabola's, within three times the flatter one."""
+    parabola = (left * right_width + right * left_width) / (left_width + right_width)
+    limit = 3 * min(abs(left), abs(right))
+    return max(-limit, min(limit, parabola))
 
 
 def _plain(name: str) -> str:

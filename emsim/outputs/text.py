@@ -1,0 +1,60 @@
+"""Tables as `.print` asks for them, in ngspice's columns: `Index time v(out) ...`.
+
+A transient is shown on the TSTEP grid, interpolated between the computed points by `Table.at`'s rule; without
+a grid every point is shown. An operating point is a list `name = value`. There are no page breaks.
+"""
+
+from __future__ import annotations
+
+from array import array
+
+from ..result import Result, Table
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+RULE = "-" * 80
+
+
+def write(path: str, result: Result) -> None:
+    """Writes the .print tables, or all columns of the main table when the deck has none."""
+    with open(path, "w", encoding="utf-8") as file:
+        for line in lines(result) if result.prints else table_lines(result.main, result.main.signals):
+            file.write(line + "\n")
+
+
+def lines(result: Result) -> Iterator[str]:
+    """The .print tables of a result, in the order of the cards."""
+    for kind, names in result.prints:
+        for table in result.plots:
+            if table.kind == kind:
+                yield from table_lines(table, names)
+
+
+def table_lines(table: Table, names: Sequence[str], digits: int = 6) -> Iterator[str]:
+    if not table.axis:
+        for name in names:
+            for value in table.floats(name):
+                yield f"{name} = {value:.{digits}e} {table.unit(name)}".rstrip()
+        return
+    x, columns = _on_grid(table, names)
+    width = digits + 10
+    yield table.title.center(80).rstrip()
+    yield table.plotname.center(80).rstrip()
+    yield RULE
+    yield f"{'Index':<8}{table.names[0]:<{width}}" + "".join(f"{name:<{width - 1}} " for name in names).rstrip()
+    yield RULE
+    for k, point in enumerate(zip(x, *columns, strict=True)):
+        yield f"{k:<8}" + "".join(f"{value:<{width}.{digits}e}" for value in point).rstrip()
+    yield ""
+
+
+def _on_grid(table: Table, names: Sequence[str]) -> tuple[array[float], list[array[float]]]:
+    x = table.floats(0)
+    if table.grid is None or len(x) < 2 or not table.grid[0] > 0:
+        return x, [table.floats(name) for name in names]
+    step, start, stop = table.grid
+    count = int((min(stop, x[-1]) - start) / step + 1e-9) + 1
+    times = array("d", (min(max(start + k * step, x[0]), x[-1]) for k in range(count)))
+    return times, [table.sample(name, times) for name in names]
