@@ -1,0 +1,477 @@
+//! The factors, laid out for speed, and what runs on every Newton iteration: refactor and solve.
+//!
+//! One array `lu` holds everything, column after column in pivot order:
+//!
+//!   column k:   F (off-diagonal blocks) | U (above the diagonal) | 1/u_kk | L (below, unit diagonal not stored)
+//!
+//! refactor: `lu` is cleared, the matrix is scattered into it, and for every entry u_jk of U
+//!
+//!   lu[target] -= l_ij * u_jk         for the entries l_ij of column j of L
+//!
+//! where the targets were written down beforehand, one 4-byte number each ("grouped multiply-subtract list"): no search, no
+//! dense work vector. Beyond `LIST_LIMIT` operations the list leaves the cache and a dense work vector is faster.
+//!
+//! A refactorisation keeps the pivots of the last `factor`. It refuses when a pivot has become small in its column (a weighted
+//! multiplier above `MULTIPLIER_LIMIT`), has shrunk against what it was by `SHRINK_LIMIT`, or is not a number. Then the caller
+//! chooses anew by `factor`, or lets `factor_or_refactor` do it.
+
+use super::pivots::{eliminate, Columns, Pivots};
+use super::{Pattern, Scalar, Singular, Symbolic};
+
+/// Refactor refuses a weighted multiplier above this (a pivot below 1e-8 of its column).
+const MULTIPLIER_LIMIT: f64 = 1e8;
+/// Refactor refuses a pivot below this part of its size in the last `factor`.
+const SHRINK_LIMIT: f64 = 1e-10;
+/// Multiply-subtract operations above which refactor uses a dense work vector.
+const LIST_LIMIT: usize = 1_500_000;
+
+/// The fixed pivots no longer serve the new values.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum RefactorError {
+    /// `factor` has not succeeded yet.
+    NotFactored,
+    /// A value is infinite or not a number; `factor` will name it.
+    NotFinite,
+    /// Pivot of this column of the original matrix became too small, or not a number.
+    Pivot { col: usize },
+}
+
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Counters {
+    /// Pivot searches (`factor`), refactorisations done, refactorisations refused, solutions.
+    pub factors: u64,
+    pub refactors: u64,
+    pub refusals: u64,
+    pub solves: u64,
+}
+
+/// Ranges of column k in `lu`: F from `first`, U from `upper`, the diagonal at `diagonal`, L up to `end`;
+/// its groups end at `group_end`.
+#[derive(Clone, Copy, Debug, Default)]
+struct Column {
+    first: u32,
+    upper: u32,
+    diagonal: u32,
+    end: u32,
+    group_end: u32,
+}
+
+/// One entry of U at `u` and the column of L, `len` entries from `l`, that it multiplies.
+#[derive(Clone, Copy, Debug)]
+struct Group {
+    u: u32,
+    l: u32,
+    len: u32,
+}
+
+pub struct Lu<T: Scalar> {
+    symbolic: Symbolic,
+    matrix: Columns,
+    // layout, written by `arrange`; empty before the first factor
+    pivot_rows: Vec<u32>, // row (position before pivoting) of each pivot
+    input_rows: Vec<u32>, // row of the original matrix of each pivot
+    columns: Vec<Column>,
+    rows: Vec<u32>,  // pivot number of the row of each entry of `lu`
+    place: Vec<u32>, // where in `lu` each value of the caller goes
+    groups: Vec<Group>,
+    targets: Vec<u32>, // empty when the dense work vector is used
+    dense: bool,
+    // limits for refactor: per entry of L, in order, and per pivot
+    multiplier_limit: Vec<f64>,
+    pivot_limit: Vec<f64>,
+    // numbers
+    lu: Vec<T>,
+    work: Vec<T>,
+    ready: bool,
+    operations: usize,
+    counters: Counters,
+}
+
+impl<T: Scalar> Lu<T> {
+    pub fn new(pattern: &Pattern, symbolic: &Symbolic) -> Lu<T> {
+        let n = pattern.n;
+        let mut position = vec![0u32; n];
+        for (k, &row) in symbolic.rows.iter().enumerate() {
+            position[row as usize] = k as u32;
+        }
+        let mut matrix = Columns {
+            start: Vec::with_capacity(n + 1),
+            rows: Vec::with_capacity(pattern.nnz()),
+            source: Vec::with_capacity(pattern.nnz()),
+        };
+        matrix.start.push(0);
+        for &col in &symbolic.cols {
+            for p in pattern.colptr[col as usize]..pattern.colptr[col as usize + 1] {
+                matrix.rows.push(position[pattern.rowidx[p]]);
+                matrix.source.push(p as u32);
+            }
+            matrix.start.push(matrix.rows.len() as u32);
+        }
+        Lu {
+            symbolic: symbolic.clone(),
+            matrix,
+            pivot_rows: Vec::new(),
+            input_rows: Vec::new(),
+            columns: Vec::new(),
+            rows: Vec::new(),
+            place: vec![0; pattern.nnz()],
+            groups: Vec::new(),
+            targets: Vec::new(),
+            dense: false,
+            multiplier_limit: Vec::new(),
+            pivot_limit: vec![0.0; n],
+            lu: Vec::new(),
+            work: vec![T::ZERO; n],
+            ready: false,
+            operations: 0,
+            counters: Counters::default(),
+        }
+    }
+
+    pub fn n(&self) -> usize {
+        self.symbolic.n()
+    }
+
+    /// Entries of the factors, off-diagonal blocks included; 0 before the first factorisation.
+    pub fn nnz(&self) -> usize {
+        self.lu.len()
+    }
+
+    /// Multiply-subtract operations of one refactorisation.
+    pub fn operations(&self) -> usize {
+        self.operations
+    }
+
+    pub fn counters(&self) -> Counters {
+        self.counters
+    }
+
+    /// True when `solve` may be called.
+    pub fn is_ready(&self) -> bool {
+        self.ready
+    }
+
+    /// Chooses pivots for `values` (in the order of the pattern) and factors.
+    pub fn factor(&mut self, values: &[T]) -> Result<(), Singular> {
+        self.ready = false;
+        self.counters.factors += 1;
+        if values.len() != self.place.len() {
+            return Err(Singular { row: None, col: None, structural: true });
+        }
+        let pivots = eliminate(&self.symbolic, &self.matrix, values)?;
+        if pivots.row != self.pivot_rows {
+            self.arrange(&pivots);
+        }
+        self.set_limits(&pivots);
+        self.scatter(values);
+        // the limits hold by construction, but for sums in another order: only a non-finite or zero pivot is an error now
+        let outcome = if self.dense { self.eliminate_dense(false) } else { self.eliminate_listed(false) };
+        match outcome {
+            Ok(()) => {
+                self.ready = true;
+                Ok(())
+            }
+            Err(k) => Err(Singular {
+                row: Some(self.input_rows[k] as usize),
+                col: Some(self.symbolic.cols[k] as usize),
+                structural: false,
+            }),
+        }
+    }
+
+    /// Factors new values with the pivots of the last `factor`. After an error the old factors are gone.
+    pub fn refactor(&mut self, values: &[T]) -> Result<(), RefactorError> {
+        if self.columns.len() != self.n() || values.len() != self.place.len() || (self.n() > 0 && self.lu.is_empty()) {
+            self.ready = false;
+            return Err(RefactorError::NotFactored);
+        }
+        self.ready = false;
+        if !self.scatter(values) {
+            self.counters.refusals += 1;
+            return Err(RefactorError::NotFinite);
+        }
+        let outcome = if self.dense { self.eliminate_dense(true) } else { self.eliminate_listed(true) };
+        match outcome {
+            Ok(()) => {
+                self.counters.refactors += 1;
+                self.ready = true;
+                Ok(())
+            }
+            Err(k) => {
+                self.counters.refusals += 1;
+                Err(RefactorError::Pivot { col: self.symbolic.cols[k] as usize })
+            }
+        }
+    }
+
+    /// Refactors where the old pivots serve, else factors.
+    pub fn factor_or_refactor(&mut self, values: &[T]) -> Result<(), Singular> {
+        match self.refactor(values) {
+            Ok(()) => Ok(()),
+            Err(_) => self.factor(values),
+        }
+    }
+
+    /// b <- A^-1 b. Without valid factors b becomes NaN, lest it pass for a solution.
+    pub fn solve(&mut self, b: &mut [T]) {
+        let n = self.n();
+        if !self.ready || b.len() != n {
+            debug_assert!(false, "solve without factors");
+            b.fill(T::from_real(f64::NAN));
+            return;
+        }
+        self.counters.solves += 1;
+        let (w, lu, rows, columns) = (&mut self.work[..], &self.lu[..], &self.rows[..], &self.columns[..]);
+        // SAFETY: `arrange` made every index: columns' ranges lie in 0..lu.len() = rows.len(), rows and input_rows and cols in 0..n
+        unsafe {
+            for k in 0..n {
+                *w.get_unchecked_mut(k) = *b.get_unchecked(*self.input_rows.get_unchecked(k) as usize);
+            }
+            let blocks = &self.symbolic.blocks;
+            for block in (0..blocks.len() - 1).rev() {
+                let (first, last) = (blocks[block] as usize, blocks[block + 1] as usize);
+                if last - first > 1 {
+                    for k in first..last {
+                        let c = columns.get_unchecked(k);
+                        let value = *w.get_unchecked(k);
+                        for e in c.diagonal as usize + 1..c.end as usize {
+                            *w.get_unchecked_mut(*rows.get_unchecked(e) as usize) -= *lu.get_unchecked(e) * value;
+                        }
+                    }
+                }
+                for k in (first..last).rev() {
+                    let c = columns.get_unchecked(k);
+                    let value = *w.get_unchecked(k) * *lu.get_unchecked(c.diagonal as usize);
+                    *w.get_unchecked_mut(k) = value;
+                    for e in c.first as usize..c.diagonal as usize {
+                        *w.get_unchecked_mut(*rows.get_unchecked(e) as usize) -= *lu.get_unchecked(e) * value;
+                    }
+                }
+            }
+            for k in 0..n {
+                *b.get_unchecked_mut(*self.symbolic.cols.get_unchecked(k) as usize) = *w.get_unchecked(k);
+            }
+        }
+    }
+
+    /// b <- A^-T b (transposed, not conjugated).
+    pub fn solve_transposed(&mut self, b: &mut [T]) {
+        let n = self.n();
+        if !self.ready || b.len() != n {
+            debug_assert!(false, "solve without factors");
+            b.fill(T::from_real(f64::NAN));
+            return;
+        }
+        self.counters.solves += 1;
+        let w = &mut self.work;
+        for k in 0..n {
+            w[k] = b[self.symbolic.cols[k] as usize];
+        }
+        for range in self.symbolic.blocks.windows(2) {
+            let (first, last) = (range[0] as usize, range[1] as usize);
+            for k in first..last {
+                let c = self.columns[k];
+                let mut sum = w[k];
+                for e in c.first as usize..c.diagonal as usize {
+                    sum -= self.lu[e] * w[self.rows[e] as usize];
+                }
+                w[k] = sum * self.lu[c.diagonal as usize];
+            }
+            for k in (first..last).rev() {
+                let c = self.columns[k];
+                let mut sum = w[k];
+                for e in c.diagonal as usize + 1..c.end as usize {
+                    sum -= self.lu[e] * w[self.rows[e] as usize];
+                }
+                w[k] = sum;
+            }
+        }
+        for k in 0..n {
+            b[self.input_rows[k] as usize] = w[k];
+        }
+    }
+
+    /// Lays out the factors for a choice of pivots.
+    fn arrange(&mut self, pivots: &Pivots) {
+        let n = self.n();
+        let a = &self.matrix;
+        self.pivot_rows.clone_from(&pivots.row);
+        self.input_rows = pivots.row.iter().map(|&row| self.symbolic.rows[row as usize]).collect();
+
+        // columns of the layout: F, U ascending, diagonal, L ascending
+        self.columns.clear();
+        self.rows.clear();
+        for range in self.symbolic.blocks.windows(2) {
+            for k in range[0] as usize..range[1] as usize {
+                let first = self.rows.len() as u32;
+                for p in a.start[k] as usize..a.start[k + 1] as usize {
+                    if a.rows[p] < range[0] {
+                        self.rows.push(pivots.rank[a.rows[p] as usize]);
+                    }
+                }
+                let upper = self.rows.len();
+                self.rows.extend_from_slice(
+                    &pivots.upper[pivots.upper_start[k] as usize..pivots.upper_start[k + 1] as usize],
+                );
+                self.rows[upper..].sort_unstable();
+                let diagonal = self.rows.len();
+                self.rows.push(k as u32);
+                let lower = &pivots.lower[pivots.lower_start[k] as usize..pivots.lower_start[k + 1] as usize];
+                self.rows.extend(lower.iter().map(|&row| pivots.rank[row as usize]));
+                self.rows[diagonal + 1..].sort_unstable();
+                self.columns.push(Column {
+                    first,
+                    upper: upper as u32,
+                    diagonal: diagonal as u32,
+                    end: self.rows.len() as u32,
+                    group_end: 0,
+                });
+            }
+        }
+        self.lu.clear();
+        self.lu.resize(self.rows.len(), T::ZERO);
+
+        self.operations = 0;
+        for c in &self.columns {
+            for &j in &self.rows[c.upper as usize..c.diagonal as usize] {
+                let from = &self.columns[j as usize];
+                self.operations += (from.end - from.diagonal - 1) as usize;
+            }
+        }
+        self.dense = self.operations > LIST_LIMIT;
+
+        // places of the caller's values, and the groups with their targets
+        let mut at = vec![0u32; n];
+        self.groups.clear();
+        self.targets.clear();
+        self.targets.reserve(if self.dense { 0 } else { self.operations });
+        for k in 0..n {
+            let c = self.columns[k];
+            for e in c.first..c.end {
+                at[self.rows[e as usize] as usize] = e;
+            }
+            for p in a.start[k] as usize..a.start[k + 1] as usize {
+                self.place[a.source[p] as usize] = at[pivots.rank[a.rows[p] as usize] as usize];
+            }
+            for u in c.upper..c.diagonal {
+                let from = self.columns[self.rows[u as usize] as usize];
+                let len = from.end - from.diagonal - 1;
+                if len == 0 {
+                    continue;
+                }
+                self.groups.push(Group { u, l: from.diagonal + 1, len });
+                if !self.dense {
+                    let rows = &self.rows[from.diagonal as usize + 1..from.end as usize];
+                    self.targets.extend(rows.iter().map(|&row| at[row as usize]));
+                }
+            }
+            self.columns[k].group_end = self.groups.len() as u32;
+        }
+    }
+
+    fn set_limits(&mut self, pivots: &Pivots) {
+        self.multiplier_limit.clear();
+        for (k, c) in self.columns.iter().enumerate() {
+            let own = pivots.scale[pivots.row[k] as usize];
+            for &row in &self.rows[c.diagonal as usize + 1..c.end as usize] {
+                let other = pivots.scale[pivots.row[row as usize] as usize];
+                self.multiplier_limit.push(MULTIPLIER_LIMIT * own / other);
+            }
+            self.pivot_limit[k] = SHRINK_LIMIT * pivots.size[k];
+        }
+    }
+
+    /// Puts the values into the layout; true when all are finite.
+    fn scatter(&mut self, values: &[T]) -> bool {
+        self.lu.fill(T::ZERO);
+        let mut finite = true;
+        for (&place, &value) in self.place.iter().zip(values) {
+            // SAFETY: `arrange` took `place` from 0..lu.len()
+            unsafe { *self.lu.get_unchecked_mut(place as usize) = value };
+            finite &= value.magnitude() < f64::INFINITY;
+        }
+        finite
+    }
+
+    /// Eliminates along the grouped list. The error is the pivot that failed; `strict` enforces the limits.
+    fn eliminate_listed(&mut self, strict: bool) -> Result<(), usize> {
+        let lu = &mut self.lu[..];
+        let (mut g, mut t, mut m) = (0usize, 0usize, 0usize);
+        for (k, c) in self.columns.iter().enumerate() {
+            // SAFETY: `arrange` made groups and targets, all within 0..lu.len(), and one limit for every entry of L and pivot
+            unsafe {
+                while g < c.group_end as usize {
+                    let group = *self.groups.get_unchecked(g);
+                    let u = *lu.get_unchecked(group.u as usize);
+                    for i in 0..group.len as usize {
+                        let target = *self.targets.get_unchecked(t + i) as usize;
+                        let l = *lu.get_unchecked(group.l as usize + i);
+                        *lu.get_unchecked_mut(target) -= l * u;
+                    }
+                    t += group.len as usize;
+                    g += 1;
+                }
+                let d = c.diagonal as usize;
+                let pivot = *lu.get_unchecked(d);
+                let size = pivot.magnitude();
+                let smallest = if strict { *self.pivot_limit.get_unchecked(k) } else { 0.0 };
+                let mut good = (size > smallest) & (size < f64::INFINITY);
+                let inverse = pivot.recip();
+                *lu.get_unchecked_mut(d) = inverse;
+                for e in d + 1..c.end as usize {
+                    let l = *lu.get_unchecked(e) * inverse;
+                    *lu.get_unchecked_mut(e) = l;
+                    let largest = if strict { *self.multiplier_limit.get_unchecked(m) } else { f64::MAX };
+                    good &= l.magnitude() <= largest;
+                    m += 1;
+                }
+                if !good {
+                    return Err(k);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// The same with a dense work vector, for large factors.
+    fn eliminate_dense(&mut self, strict: bool) -> Result<(), usize> {
+        let (lu, x) = (&mut self.lu[..], &mut self.work[..]);
+        let (mut g, mut m) = (0usize, 0usize);
+        for (k, c) in self.columns.iter().enumerate() {
+            // SAFETY: as in `eliminate_listed`; rows are in 0..n
+            unsafe {
+                for e in c.upper as usize..c.end as usize {
+                    *x.get_unchecked_mut(*self.rows.get_unchecked(e) as usize) = *lu.get_unchecked(e);
+                }
+                while g < c.group_end as usize {
+                    let group = *self.groups.get_unchecked(g);
+                    let u = *x.get_unchecked(*self.rows.get_unchecked(group.u as usize) as usize);
+                    for e in group.l as usize..(group.l + group.len) as usize {
+                        *x.get_unchecked_mut(*self.rows.get_unchecked(e) as usize) -= *lu.get_unchecked(e) * u;
+                    }
+                    g += 1;
+                }
+                for e in c.upper as usize..c.diagonal as usize {
+                    *lu.get_unchecked_mut(e) = *x.get_unchecked(*self.rows.get_unchecked(e) as usize);
+                }
+                let pivot = *x.get_unchecked(k);
+                let size = pivot.magnitude();
+                let smallest = if strict { *self.pivot_limit.get_unchecked(k) } else { 0.0 };
+                let mut good = (size > smallest) & (size < f64::INFINITY);
+                let inverse = pivot.recip();
+                *lu.get_unchecked_mut(c.diagonal as usize) = inverse;
+                for e in c.diagonal as usize + 1..c.end as usize {
+                    let l = *x.get_unchecked(*self.rows.get_unchecked(e) as usize) * inverse;
+                    *lu.get_unchecked_mut(e) = l;
+                    let largest = if strict { *self.multiplier_limit.get_unchecked(m) } else { f64::MAX };
+                    good &= l.magnitude() <= largest;
+                    m += 1;
+                }
+                if !good {
+                    return Err(k);
+                }
+            }
+        }
+        Ok(())
+    }
+}
