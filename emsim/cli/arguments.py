@@ -1,0 +1,147 @@
+"""The command line, parsed by hand: argparse alone would cost a tenth of the start-up budget.
+
+A verb lists its options once, as `Option`s; the parser, the suggestions and `emsim help VERB` read that list.
+Accepted spellings: `-o FILE`, `-oFILE`, `--csv FILE`, `--csv=FILE`; `--` ends the options; `-` is stdin.
+"""
+
+from __future__ import annotations
+
+from ..diagnostics import suggest
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+
+class UsageError(Exception):
+    """The command line is wrong: exit code 2."""
+
+
+class Option:
+    """One option. `names`: every spelling, stored under the first long one; `value`: what help calls its value,
+    "" for a switch; `repeat`: may be given several times."""
+
+    __slots__ = ("help", "key", "names", "repeat", "value")
+
+    def __init__(self, names: str, help: str, value: str = "", repeat: bool = False) -> None:
+        self.names = names.split()
+        self.key = next(name for name in self.names if name.startswith("--"))[2:]
+        self.help, self.value, self.repeat = help, value, repeat
+
+
+class Arguments:
+    """What was given: positional words, switches and values by option key."""
+
+    __slots__ = ("_given", "words")
+
+    def __init__(self) -> None:
+        self.words: list[str] = []
+        self._given: dict[str, list[str]] = {}
+
+    def has(self, key: str) -> bool:
+        return key in self._given
+
+    def text(self, key: str) -> str | None:
+        return self._given[key][-1] if key in self._given else None
+
+    def all(self, key: str) -> list[str]:
+        return self._given.get(key, [])
+
+    def number(self, key: str) -> float | None:
+        """A positive value with SPICE's scale suffixes or a percent sign."""
+        text = self.text(key)
+        if text is None:
+            return None
+        value = number(text)
+        if value is None or not 0 < value < float("inf"):
+            raise UsageError(f"--{key}: {text!r} is not a positive number")
+        return value
+
+    def deck(self, verb: str) -> str:
+        """The one positional word."""
+        if len(self.words) == 1:
+            return self.words[0]
+        if not self.words:
+            raise UsageError(f"emsim {verb} needs a deck: emsim {verb} deck.cir")
+        raise UsageError(f"one deck at a time, got {len(self.words)}: {' '.join(self.words)}")
+
+
+def parse(args: Sequence[str], options: Sequence[Option]) -> Arguments:
+    """Raises UsageError for an unknown option, a missing or an unexpected value."""
+    spelled = {name: option for option in options for name in option.names}
+    out = Arguments()
+    rest = list(args)
+    while rest:
+        word = rest.pop(0)
+        if word == "--":
+            out.words += rest
+            break
+        if not word.startswith("-") or word == "-":
+            out.words.append(word)
+            continue
+        name, equals, value = word.partition("=")
+        if not word.startswith("--") and word not in spelled:
+            # -oFILE, -Dname=value
+            name, value = word[:2], word[2:]
+            equals = "glued" if value else ""
+        option = spelled.get(name)
+        if option is None or (equals == "glued" and not option.value):
+            near = suggest(word.partition("=")[0], spelled)
+            raise UsageError(
+                f"unknown option {word.partition('=')[0]}" + (f", did you mean {near}?" if near else "")
+            )
+        if option.value and not equals:
+            if not rest:
+                raise UsageError(f"{name} needs a value: {name} {option.value}")
+            value = rest.pop(0)
+        elif equals and not option.value:
+            raise UsageError(f"{name} takes no value")
+        given = out._given.setdefault(option.key, [])
+        if given and not option.repeat:
+            given.clear()
+        given.append(value)
+    return out
+
+
+def describe(options: Sequence[Option]) -> str:
+    """The options as help prints them."""
+    heads = [", ".join(o.names) + (f" {o.value}" if o.value else "") for o in options]
+    width = max(map(len, heads)) + 2
+    return "\n".join(f"  {head:<{width}}{option.help}" for head, option in zip(heads, options, strict=True))
+
+
+SCALES = {"t": 1e12, "g": 1e9, "meg": 1e6, "k": 1e3, "m": 1e-3, "u": 1e-6, "n": 1e-9, "p": 1e-12, "f": 1e-15}
+
+
+def number(text: str) -> float | None:
+    """`10u`, `1e-3`, `0.5%` as a float; None if it is none of these."""
+    text = text.strip().lower()
+    scale = 1.0
+    if text.endswith("%"):
+        text, scale = text[:-1], 0.01
+    else:
+        for suffix, factor in SCALES.items():
+            if text.endswith(suffix):
+                text, scale = text[: -len(suffix)], factor
+                break
+    try:
+        return float(text) * scale
+    except ValueError:
+        return None
+
+
+DEFINE = Option("-D --define", "set a .param before the deck is read", "NAME=VALUE", repeat=True)
+HELP = Option("-h --help", "this text")
+JSON = Option("--json", "one JSON document on stdout instead of tables")
+QUIET = Option("-q --quiet", "no notes, no progress; warnings and errors only")
+
+
+def defines(arguments: Arguments) -> dict[str, str]:
+    """-D options as name -> text of the value."""
+    out = {}
+    for text in arguments.all("define"):
+        name, equals, value = text.partition("=")
+        if not equals or not name.strip() or not value.strip():
+            raise UsageError(f"-D {text}: write -D name=value")
+        out[name.strip().lower()] = value.strip()
+    return out

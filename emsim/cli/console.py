@@ -1,0 +1,116 @@
+"""What the verbs share towards the terminal: diagnostics on stderr, results on stdout, the progress line.
+
+Exit codes. 0 ok · 1 the deck is wrong · 2 the command line is wrong · 3 no convergence, partial results kept ·
+4 a measure failed or a comparison is over tolerance · 5 the outside world (a file, ngspice) ·
+70 an error inside emsim · 130 interrupted, partial results kept.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from time import monotonic
+
+from ..diagnostics import Diagnostic, render_text, to_json
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Sequence
+    from typing import Any
+
+OK, DECK, USAGE, CONVERGENCE, TOLERANCE, OUTSIDE, INTERNAL, INTERRUPTED = 0, 1, 2, 3, 4, 5, 70, 130
+STATUS = {
+    OK: "ok", DECK: "deck error", USAGE: "usage error", CONVERGENCE: "no convergence", TOLERANCE: "over tolerance",
+    OUTSIDE: "outside error", INTERNAL: "internal error", INTERRUPTED: "interrupted",
+}  # fmt: skip
+
+
+def show(diagnostics: Sequence[Diagnostic], quiet: bool = False) -> None:
+    """Diagnostics to stderr, coloured on a terminal; quiet leaves the notes out."""
+    kept = [d for d in diagnostics if not (quiet and d.severity == "note")]
+    if kept:
+        colour = sys.stderr.isatty() and not os.environ.get("NO_COLOR")
+        print(render_text(kept, colour), end="\n\n", file=sys.stderr)
+
+
+def print_lines(lines: Iterable[str]) -> None:
+    """Lines to stdout in large pieces; a reader that went away (`| head`) ends it quietly."""
+    piece: list[str] = []
+    try:
+        for line in lines:
+            piece.append(line)
+            if len(piece) == 1000:
+                sys.stdout.write("\n".join(piece) + "\n")
+                piece.clear()
+        if piece:
+            sys.stdout.write("\n".join(piece) + "\n")
+        sys.stdout.flush()
+    except BrokenPipeError:
+        # what is still buffered would raise again when the interpreter closes stdout
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
+def print_json(code: int, diagnostics: Iterable[Diagnostic], **more: Any) -> None:
+    """The one JSON document of `--json`: status and diagnostics, then what the verb adds. Not-a-number is null."""
+    import json
+
+    document = {
+        "status": STATUS[code], "exit_code": code, "diagnostics": [to_json(d) for d in diagnostics], **more
+    }  # fmt: skip
+    print_lines([json.dumps(_finite(document), indent=1)])
+
+
+def _finite(value: Any) -> Any:
+    """JSON knows no infinity."""
+    if isinstance(value, float):
+        return value if abs(value) < float("inf") else None
+    if isinstance(value, dict):
+        return {str(k): _finite(v) for k, v in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_finite(v) for v in value]
+    return value
+
+
+class Progress:
+    """`t=12.3ms/20ms  step 40us  3.1k steps  ETA 2s  events 7`, on stderr when that is a terminal and the run
+    takes longer than a second; rewritten five times a second and wiped at the end."""
+
+    __slots__ = ("_began", "_shown", "_width", "stream")
+
+    def __init__(self) -> None:
+        self.stream, self._began, self._shown, self._width = sys.stderr, monotonic(), 0.0, 0
+
+    @staticmethod
+    def wanted(quiet: bool) -> bool:
+        return not quiet and sys.stderr.isatty()
+
+    def __call__(self, t: float, stop: float, step: float, steps: int, events: int) -> None:
+        now = monotonic()
+        elapsed = now - self._began
+        if elapsed < 1 or now - self._shown < 0.2:
+            return
+        self._shown = now
+        left = elapsed * (stop - t) / t if t > 0 else 0.0
+        line = (
+            f"t={engineering(t)}s/{engineering(stop)}s  step {engineering(step)}s  {engineering(steps)} steps"
+            f"  ETA {left:.0f}s  events {events}"
+        )
+        self.stream.write("\r" + line.ljust(self._width))
+        self.stream.flush()
+        self._width = len(line)
+
+    def clear(self) -> None:
+        if self._width:
+            self.stream.write("\r" + " " * self._width + "\r")
+            self.stream.flush()
+            self._width = 0
+
+
+def engineering(value: float, digits: int = 3) -> str:
+    """12.3m, 40u, 3.1k: three digits and a scale letter."""
+    if value == 0 or value != value or abs(value) == float("inf"):
+        return f"{value:g}"
+    for scale, letter in ((1e9, "G"), (1e6, "M"), (1e3, "k"), (1, ""), (1e-3, "m"), (1e-6, "u"), (1e-9, "n")):
+        if abs(value) >= scale * 0.9995:
+            return f"{value / scale:.{digits}g}{letter}"
+    return f"{value / 1e-12:.{digits}g}p"

@@ -1,0 +1,46 @@
+"""From an exception to a message and an exit code. Imported only when something went wrong."""
+
+from __future__ import annotations
+
+import os
+import sys
+
+from ..diagnostics import ConvergenceError, DeckError, Diagnostic, DiagnosticError, OutsideError
+from .arguments import UsageError
+from .console import CONVERGENCE, DECK, INTERNAL, OUTSIDE, USAGE, print_json, show
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+REPORT = "please report it with the deck: this is a bug in emsim, not in your deck"
+
+
+def report(error: Exception, args: Sequence[str]) -> int:
+    """Says what went wrong, on stderr and as JSON where that was asked for; returns the exit code."""
+    if isinstance(error, UsageError):
+        print(f"emsim: {error}\nemsim: `emsim help` lists verbs and options", file=sys.stderr)
+        return USAGE
+    code, diagnostics = explain(error)
+    show(diagnostics, quiet="--quiet" in args or "-q" in args)
+    if "--json" in args:
+        print_json(code, diagnostics)
+    if code == INTERNAL and os.environ.get("EMSIM_TRACEBACK"):
+        import traceback
+
+        traceback.print_exception(error)
+    return code
+
+
+def explain(error: Exception) -> tuple[int, list[Diagnostic]]:
+    """Exit code and diagnostics of an exception. What no stage has explained is E499 internal error."""
+    if isinstance(error, DiagnosticError):
+        codes = {DeckError: DECK, ConvergenceError: CONVERGENCE, OutsideError: OUTSIDE}
+        return next((code for kind, code in codes.items() if isinstance(error, kind)), DECK), error.diagnostics
+    if isinstance(error, OSError):
+        where = f"{error.filename}: " if error.filename else ""
+        return OUTSIDE, [Diagnostic("error", "E500", f"{where}{error.strerror or error}")]
+    if isinstance(error, MemoryError):
+        return OUTSIDE, [Diagnostic("error", "E501", "out of memory")]
+    message = f"internal error: {type(error).__name__}: {error}"
+    return INTERNAL, [Diagnostic("error", "E499", message, None, REPORT + "; EMSIM_TRACEBACK=1 shows where")]

@@ -1,0 +1,54 @@
+"""`emsim help [VERB]`, and every verb's `--help`."""
+
+from __future__ import annotations
+
+from . import VERBS
+from .arguments import Option, UsageError, describe
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+EXIT_CODES = """\
+exit codes: 0 ok, 1 deck wrong, 2 command line wrong, 3 no convergence (partial results kept),
+            4 measure failed or comparison over tolerance, 5 outside world (file, ngspice missing),
+            70 an error inside emsim, 130 interrupted (partial results kept)"""
+
+
+def main(args: Sequence[str]) -> int:
+    if len(args) > 1:
+        raise UsageError("help takes one verb")
+    print(verb_help(args[0]) if args else overview())
+    return 0
+
+
+def overview() -> str:
+    width = max(map(len, VERBS)) + 2
+    verbs = "\n".join(f"  {verb:<{width}}{text}" for verb, text in VERBS.items())
+    return (
+        "emsim simulates SPICE decks that may hold machines: bodies, joints, motors.\n\n"
+        "usage: emsim deck.cir             the same as emsim run deck.cir\n"
+        "       emsim VERB [options] ...\n\n"
+        f"verbs:\n{verbs}\n\n`emsim help VERB` lists the options of a verb.\n\n{EXIT_CODES}"
+    )
+
+
+def verb_help(verb: str) -> str:
+    options: Sequence[Option] = ()
+    if verb == "run":
+        from .run import OPTIONS as options
+        from .run import __doc__ as text
+    elif verb == "check":
+        from .check import OPTIONS as options
+        from .check import __doc__ as text
+    elif verb == "compare":
+        from .compare import OPTIONS as options
+        from .compare import __doc__ as text
+    elif verb in VERBS:
+        return f"emsim {verb}: {VERBS[verb]}"
+    else:
+        from ..diagnostics import suggest
+
+        near = suggest(verb, VERBS)
+        raise UsageError(f"no verb {verb!r}" + (f", did you mean {near}?" if near else ""))
+    return f"{(text or '').strip()}\n\noptions:\n{describe(options)}"

@@ -1,0 +1,137 @@
+"""usage: emsim run [options] deck.cir        (or emsim deck.cir, or - for stdin)
+
+Simulates a deck. All results go to deck.raw in the working directory, .print tables to stdout,
+notes and diagnostics to stderr."""
+
+from __future__ import annotations
+
+import sys
+from os.path import abspath, basename, splitext
+
+from .. import pipeline
+from ..diagnostics import ConvergenceError, Diagnostic
+from ..outputs import raw, text
+from .arguments import DEFINE, HELP, JSON, QUIET, Arguments, Option, UsageError, defines, parse
+from .console import CONVERGENCE, INTERRUPTED, OK, Progress, engineering, print_json, print_lines, show
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+    from typing import Any
+
+    from ..result import Result
+
+OPTIONS = [
+    Option("-o --output -r", "raw file to write instead of deck.raw", "FILE"),
+    Option("--ascii", "write the raw file as text"),
+    Option("--csv", "write a CSV file too", "FILE"),
+    Option("--no-files", "write no raw file"),
+    Option("--method", "integration method: trap, gear, radau", "NAME"),
+    Option("--reltol", "relative tolerance, instead of .options reltol", "X"),
+    Option("--tmax", "largest time step, instead of .tran's", "SECONDS"),
+    DEFINE,
+    JSON,
+    QUIET,
+    Option("-b --batch", "accepted and ignored, as ngspice spells it"),
+    HELP,
+]
+
+
+def main(args: Sequence[str]) -> int:
+    given = parse(args, OPTIONS)
+    deck = given.deck("run")
+    files = _targets(given, deck)
+    progress = Progress() if Progress.wanted(given.has("quiet")) else None
+    code, trouble = OK, []
+    try:
+        result = pipeline.run(
+            sys.stdin.read() if deck == "-" else deck,
+            defines=defines(given),
+            options=overrides(given),
+            progress=progress,
+        )
+    except ConvergenceError as error:
+        if error.partial is None:
+            raise
+        code, result, trouble = CONVERGENCE, error.partial, error.diagnostics
+    finally:
+        if progress:
+            progress.clear()
+    if result.status == "interrupted":
+        code = INTERRUPTED
+    return _deliver(given, result, files, code, trouble)
+
+
+def overrides(given: Arguments) -> dict[str, float | str]:
+    """The options of the command line that stand above the deck's own."""
+    options: dict[str, float | str] = {}
+    if method := given.text("method"):
+        options["method"] = method.lower()
+    for key in ("reltol", "tmax"):
+        if (value := given.number(key)) is not None:
+            options[key] = value
+    return options
+
+
+def _targets(given: Arguments, deck: str) -> list[tuple[str, dict[str, Any]]]:
+    """(path, writer options) of every file to write. Refuses to write over the deck."""
+    targets: list[tuple[str, dict[str, Any]]] = []
+    if not given.has("no-files"):
+        stem = "stdin" if deck == "-" else splitext(basename(deck))[0]
+        targets.append((given.text("output") or f"{stem}.raw", {"ascii": given.has("ascii")}))
+    elif given.has("output"):
+        raise UsageError("--no-files and -o contradict each other")
+    if (path := given.text("csv")) is not None:
+        targets.append((path, {}))
+    for path, _ in targets:
+        if deck != "-" and abspath(path) == abspath(deck):
+            raise UsageError(f"{path} is the deck; choose another file with -o")
+    return targets
+
+
+def _deliver(
+    given: Arguments,
+    result: Result,
+    targets: Sequence[tuple[str, dict[str, Any]]],
+    code: int,
+    trouble: Sequence[Diagnostic],
+) -> int:
+    """Files first, so that nothing that happens to the terminal can lose them; then tables and messages."""
+    if result.plots:
+        for path, options in targets:
+            if "ascii" in options:
+                raw.write(path, result, **options)
+            else:
+                from ..outputs import csv
+
+                csv.write(path, result)
+    written = [path for path, _ in targets] if result.plots else []
+    diagnostics = [*result.diagnostics, *(d for d in trouble if d not in result.diagnostics)]
+    if not given.has("json"):
+        print_lines(text.lines(result))
+    show(diagnostics, given.has("quiet"))
+    if given.has("json"):
+        print_json(
+            code,
+            diagnostics,
+            files=written,
+            analyses=[
+                {"kind": p.kind, "points": len(p), "signals": p.names, "units": p.units, "status": p.status}
+                for p in result.plots
+            ],
+            statistics={p.kind: p.stats for p in result.plots},
+        )
+    elif not given.has("quiet"):
+        print(_summary(result, written), file=sys.stderr)
+    return code
+
+
+def _summary(result: Result, written: Sequence[str]) -> str:
+    """One line an analysis and the files: `tran: 3104 points in 12.1ms -> deck.raw`."""
+    lines = []
+    for table in result.plots:
+        seconds = table.stats.get("seconds")
+        spent = f" in {engineering(seconds)}s" if isinstance(seconds, float) else ""
+        points = "1 point" if len(table) == 1 else f"{len(table)} points"
+        lines.append(f"{table.kind}: {points}{spent}" + ("" if table.status == "ok" else f" ({table.status})"))
+    return "; ".join(lines) + (f" -> {', '.join(written)}" if written else "")
