@@ -1,0 +1,191 @@
+"""Typed face of the native engine (Rust, `emsim/engine`).
+
+A `Builder` collects the contributions of one deck to  d/dt Q(x, t) + F(x, t) = 0  and compiles them. Row i of the
+equations belongs to unknown i; index -1 is ground and is ignored. All values are SI.
+"""
+
+from collections.abc import Callable, Sequence
+from typing import Any, final
+
+__version__: str
+
+@final
+class Expr:
+    """A node of the expression graph. Arithmetic builds new nodes, folded and shared; it has no truth value."""
+
+    @property
+    def value(self) -> float | None:
+        """The value where the node is a constant."""
+    @property
+    def id(self) -> int: ...
+    def __add__(self, other: Expr | float) -> Expr: ...
+    def __radd__(self, other: float) -> Expr: ...
+    def __sub__(self, other: Expr | float) -> Expr: ...
+    def __rsub__(self, other: float) -> Expr: ...
+    def __mul__(self, other: Expr | float) -> Expr: ...
+    def __rmul__(self, other: float) -> Expr: ...
+    def __truediv__(self, other: Expr | float) -> Expr: ...
+    def __rtruediv__(self, other: float) -> Expr: ...
+    def __pow__(self, other: Expr | float) -> Expr: ...
+    def __rpow__(self, other: float) -> Expr: ...
+    def __neg__(self) -> Expr: ...
+    def __pos__(self) -> Expr: ...
+
+@final
+class Builder:
+    def __init__(self) -> None: ...
+    def unknown(self, name: str, kind: str, unit: str, initial: float = 0.0) -> int:
+        """A new unknown and its row. kind: node branch coordinate speed lambda mu derivative."""
+    def set_initial(self, i: int, value: float) -> None: ...
+    def x(self, i: int) -> Expr: ...
+    def time(self) -> Expr: ...
+    def const(self, v: float) -> Expr: ...
+    def symbol(self) -> Expr:
+        """A free symbol; it must be substituted away before compile()."""
+    def call(self, function: str, *args: Expr | float) -> Expr:
+        """sin cos tan asin acos atan sinh cosh tanh asinh acosh atanh exp log log10 sqrt abs sgn floor ceil round,
+        pow(x, y) atan2(y, x) hypot(x, y). ValueError for an unknown one."""
+    def select(self, cond: Expr | float, a: Expr | float, b: Expr | float) -> Expr:
+        """cond != 0 ? a : b; a NaN in the branch not taken does not leak, nor does it into derivatives."""
+    def flag(self, up: Expr | float, down: Expr | float | None = None, name: str = "", initial: int = -1) -> Expr:
+        """0/1, held between events: 1 when `up` rises above 0, 0 when `down` (default `up`) falls below 0."""
+    def grad(self, y: Expr, xs: Sequence[Expr]) -> list[Expr]:
+        """dy/dx for each leaf x, by reverse mode."""
+    def tangent(self, ys: Sequence[Expr], seed: Sequence[tuple[Expr, Expr | float]]) -> list[Expr]:
+        """d ys/ds for d leaf/ds = tangent, by forward mode."""
+    def substitute(self, ys: Sequence[Expr | float], map: Sequence[tuple[Expr, Expr | float]]) -> list[Expr]: ...
+    def depends(self, y: Expr, xs: Sequence[Expr]) -> list[bool]: ...
+    def count(self, ys: Sequence[Expr]) -> int: ...
+    def eval(self, ys: Sequence[Expr | float], x: Sequence[float], t: float = 0.0) -> list[float]: ...
+    def wave(self, kind: str, args: Sequence[float], dc: float | None = None) -> int:
+        """kind: dc pulse sin exp pwl pwlr sffm am, every argument given. ValueError when they do not fit."""
+    def wave_expr(self, k: int) -> Expr: ...
+    def g(self, row: int, col: int, v: float) -> None: ...
+    def c(self, row: int, col: int, v: float) -> None: ...
+    def f_wave(self, row: int, wave: int, coefficient: float) -> None: ...
+    def add_f(self, row: int, e: Expr | float) -> None: ...
+    def add_q(self, row: int, e: Expr | float) -> None: ...
+    def diode(
+        self,
+        name: str,
+        p: int,
+        n: int,
+        model: dict[str, float],
+        instance: dict[str, float],
+        temp_c: float = 27.0,
+        tnom_c: float = 27.0,
+    ) -> None: ...
+    def force(self, row: int, value: float, kind: str) -> None:
+        """Forces a node voltage: kind "ic" (until t = 0) or "nodeset" (a first guess)."""
+    def ic_charge(self, row: int, dq: float) -> None: ...
+    def rank(self, rows: Sequence[Sequence[float]], tol: float = 1e-9) -> tuple[int, list[int]]:
+        """(rank, indices of a maximal set of independent rows, earlier ones first)."""
+    def project(
+        self,
+        q: Sequence[int],
+        h: Sequence[Expr],
+        mass: Sequence[Expr | float],
+        x: Sequence[float],
+        held: Sequence[bool],
+        t: float = 0.0,
+        tol: float = 1e-12,
+    ) -> tuple[bool, list[float], list[float]]:
+        """Mass-weighted projection of the coordinates `q` onto h = 0: (found, values of q, residuals of h).
+        mass: n*n expressions, row-major, evaluated at x; held coordinates stay."""
+    def project_velocity(
+        self,
+        h: Sequence[Sequence[float]],
+        mass: Sequence[float],
+        u0: Sequence[float],
+        held: Sequence[bool],
+        rhs: Sequence[float],
+    ) -> list[float]:
+        """The mass-weighted smallest change of u0 with H u = rhs."""
+    def compile(self) -> System: ...
+
+@final
+class System:
+    """The compiled equations; immutable."""
+
+    @property
+    def n(self) -> int: ...
+    @property
+    def names(self) -> list[str]: ...
+    @property
+    def kinds(self) -> list[str]: ...
+    @property
+    def units(self) -> list[str]: ...
+    @property
+    def flag_names(self) -> list[str]: ...
+    @property
+    def differential_rows(self) -> list[bool]: ...
+    @property
+    def differential_unknowns(self) -> list[bool]: ...
+    @property
+    def linear(self) -> bool: ...
+    @property
+    def operations(self) -> tuple[int, int]: ...
+    def initial(self) -> list[float]: ...
+    def q(self, x: Sequence[float], t: float) -> list[float]: ...
+    def f(self, x: Sequence[float], t: float) -> list[float]: ...
+    def pattern(self) -> tuple[list[int], list[int]]:
+        """Compressed sparse columns common to C and G: (indptr, indices)."""
+    def jac(self, x: Sequence[float], t: float) -> tuple[list[float], list[float]]:
+        """Values of C = dQ/dx and G = dF/dx on the pattern."""
+    def tolerances(self, options_: dict[str, Any] | None = None) -> list[float]: ...
+    def start(
+        self, options_: dict[str, Any] | None = None, uic: bool = False, tstep: float = 1e-6
+    ) -> tuple[bool, list[float], dict[str, Any] | None]:
+        """The consistent starting point of a transient analysis: (found, x, failure)."""
+    def op(
+        self, outputs: Sequence[Expr], options_: dict[str, Any] | None = None, statics: bool = False
+    ) -> Waveforms: ...
+    def tran(
+        self,
+        tstep: float,
+        tstop: float,
+        tstart: float = 0.0,
+        tmax: float | None = None,
+        uic: bool = False,
+        outputs: Sequence[Expr] = ...,
+        options_: dict[str, Any] | None = None,
+        progress: Callable[[float, float, int, int], bool | None] | None = None,
+    ) -> Waveforms:
+        """options: method (trap gear radau) reltol abstol vntol trtol gmin itl1 itl4 maxord fixed_step.
+        progress(t, h, steps, events) is called about 20 times a second; a true value stops the run."""
+
+@final
+class Waveforms:
+    """What an analysis recorded: time is column 0."""
+
+    @property
+    def rows(self) -> int: ...
+    @property
+    def columns(self) -> int: ...
+    @property
+    def status(self) -> str:
+        """ "ok", "failed" or "interrupted"; the rows recorded so far are kept in any case."""
+    @property
+    def failure(self) -> dict[str, Any] | None:
+        """t, h, during, kind (singular, no convergence, not finite), unknown_name, row_name, tried."""
+    @property
+    def events(self) -> list[tuple[float, int, int]]:
+        """(time, flag, new value)"""
+    @property
+    def stats(self) -> dict[str, Any]: ...
+    def column(self, k: int) -> bytes:
+        """Column k as the bytes of native float64."""
+    def value(self, row: int, column: int) -> float: ...
+    def write_raw(
+        self,
+        path: str,
+        title: str,
+        date: str,
+        plotname: str,
+        command: str,
+        names: Sequence[str],
+        types: Sequence[str],
+        ascii: bool = False,
+        append: bool = False,
+        skip_time: bool = False,
+    ) -> None: ...

@@ -1,0 +1,157 @@
+//! State events: sign changes of the flags' roots inside a step, found on the method's dense output.
+//!
+//! A flag is held during a step, so the equations are smooth in it. After the step its root (see `System::eval_roots`:
+//! positive asks for a flip) is looked at in the middle and at the end; the earliest crossing is bracketed and narrowed by
+//! the Illinois variant of regula falsi. The step is then repeated up to there.
+use crate::system::{System, Work};
+
+pub struct Located {
+    pub at: f64,
+}
+
+/// A step just attempted: its end, its inside, and whether it is so long that its inside must be searched too.
+pub struct Candidate<'a> {
+    pub end: &'a [f64],
+    pub dense: &'a dyn Fn(f64, &mut [f64]),
+    pub long: bool,
+}
+
+pub struct Detector {
+    before: Vec<f64>, // roots at the start of the step
+    now: Vec<f64>,
+    fired: Vec<usize>,
+    recent: Vec<(f64, u32)>, // of each flag: when its present run of quick flips began, how many
+    quiet_until: Vec<f64>,
+}
+
+/// So many flips within `SHORT` of the span count as chattering: the flag then rests for `REST` of the span.
+const MANY: u32 = 40;
+const SHORT: f64 = 1e-6;
+const REST: f64 = 1e-5;
+
+impl Detector {
+    pub fn new(sys: &System) -> Detector {
+        let n = sys.flags.len();
+        Detector {
+            before: vec![0.0; n],
+            now: vec![0.0; n],
+            fired: Vec::new(),
+            recent: vec![(f64::NEG_INFINITY, 0); n],
+            quiet_until: vec![f64::NEG_INFINITY; n],
+        }
+    }
+
+    pub fn start(&mut self, sys: &System, w: &mut Work, x: &[f64], t: f64) {
+        sys.eval_roots(w, x, t, &mut self.before);
+    }
+
+    pub fn accept(&mut self, sys: &System, w: &mut Work, x: &[f64], t: f64) {
+        sys.eval_roots(w, x, t, &mut self.before);
+    }
+
+    pub fn fired(&self) -> &[usize] {
+        &self.fired
+    }
+
+    /// A root that was already positive (a flip that a located step just missed) fires only when it moves on.
+    fn fires(&self, k: usize, value: f64, t: f64) -> bool {
+        value > 0.0 && t >= self.quiet_until[k] && (self.before[k] <= 0.0 || value > 2.0 * self.before[k])
+    }
+
+    fn any(&mut self, sys: &System, w: &mut Work, x: &[f64], t: f64) -> bool {
+        let mut now = std::mem::take(&mut self.now);
+        sys.eval_roots(w, x, t, &mut now);
+        let any = (0..now.len()).any(|k| self.fires(k, now[k], t));
+        self.now = now;
+        any
+    }
+
+    /// The earliest event in (t0, t1] of the candidate step, or None. `fired` then lists the flags that flip there.
+    pub fn locate(
+        &mut self,
+        sys: &System,
+        w: &mut Work,
+        m: &Candidate,
+        t0: f64,
+        t1: f64,
+        x: &mut [f64],
+    ) -> Option<Located> {
+        x.copy_from_slice(m.end);
+        let at_end = self.any(sys, w, x, t1);
+        let mut hi = t1;
+        let mut found = at_end;
+        if m.long {
+            for share in [0.25, 0.5, 0.75] {
+                let t = t0 + share * (t1 - t0);
+                (m.dense)(t, x);
+                if self.any(sys, w, x, t) {
+                    hi = t;
+                    found = true;
+                    break;
+                }
+            }
+        }
+        if !found {
+            return None;
+        }
+        if hi == t1 {
+            x.copy_from_slice(m.end);
+        } else {
+            (m.dense)(hi, x);
+        }
+        self.any(sys, w, x, hi);
+        // narrow the bracket [lo, hi]: at lo none fires, at hi at least one does
+        let mut lo = t0;
+        let tiny = (4.0 * f64::EPSILON * t1.abs()).max(1e-13 * (t1 - t0));
+        let mut low: Vec<f64> = self.before.clone();
+        let mut high = self.now.clone();
+        let mut side = 0i32;
+        for _ in 0..80 {
+            if hi - lo <= tiny {
+                break;
+            }
+            // the flag that crosses first by linear estimate decides where to look
+            let mut theta = 1.0_f64;
+            for k in 0..high.len() {
+                if self.fires(k, high[k], hi) {
+                    let (a, b) = (low[k].min(0.0), high[k]);
+                    theta = theta.min(if b - a > 0.0 { -a / (b - a) } else { 0.5 });
+                }
+            }
+            let mut t = lo + theta.clamp(0.02, 0.98) * (hi - lo);
+            if side.abs() >= 3 {
+                t = 0.5 * (lo + hi);
+                side = 0;
+            }
+            (m.dense)(t, x);
+            if self.any(sys, w, x, t) {
+                hi = t;
+                high.copy_from_slice(&self.now);
+                side = side.max(0) + 1;
+            } else {
+                lo = t;
+                low.copy_from_slice(&self.now);
+                side = side.min(0) - 1;
+            }
+        }
+        self.fired.clear();
+        for k in 0..high.len() {
+            if self.fires(k, high[k], hi) {
+                self.fired.push(k);
+            }
+        }
+        Some(Located { at: hi })
+    }
+
+    /// Book-keeping after the flags have been flipped at t: a flag that flips again and again in no time rests a while.
+    pub fn flipped(&mut self, t: f64, span: f64) {
+        for &k in &self.fired {
+            let (begin, count) = self.recent[k];
+            self.recent[k] = if t - begin < SHORT * span { (begin, count + 1) } else { (t, 1) };
+            if self.recent[k].1 >= MANY {
+                self.quiet_until[k] = t + REST * span;
+                self.recent[k] = (f64::NEG_INFINITY, 0);
+            }
+        }
+    }
+}

@@ -1,0 +1,255 @@
+//! Backward differentiation formulas, orders 1 to 6, variable step and order ("Gear").
+//!
+//! dQ/dt at t1 is the slope of the polynomial through the last k+1 charges (Lagrange form on the true, unequal points):
+//!
+//!   sum_j alpha_j Q_j + F(x1, t1) = 0,   alpha_j = l_j'(t1)
+//!
+//! so that  a = alpha_0  and  r = sum_{j>=1} alpha_j Q_j.  Error constants are those of the variable-step formula: with the
+//! (k+1)-th divided difference dd of x over k+2 points,   lte = h / (t1 - t_{-k}) * prod_{j=0..k} (t1 - t_{-j}) * dd
+//! (Brenan, Campbell and Petzold 1996, section 5.2).  The order moves by at most one a step, to whichever of k-1, k, k+1
+//! allows the longest next step.
+use super::{interpolate, Attempt, History, Method};
+use crate::newton::{Failure, Newton, Options, Tolerances};
+use crate::system::{System, Work};
+
+const MOST: usize = 6;
+
+pub struct Gear {
+    newton: Newton,
+    past: History,
+    charges: Vec<Vec<f64>>, // beside past.x
+    q1: Vec<f64>,
+    r: Vec<f64>,
+    t1: f64,
+    x1: Vec<f64>,
+    order: usize,
+    maxord: usize,
+    since_change: usize,
+    trtol: f64,
+    fixed: bool,
+    itl4: usize,
+    next_order: usize,
+    starter: Option<Box<dyn Method>>, // fixed steps: supplies the first maxord - 1 points
+}
+
+impl Gear {
+    pub fn new(sys: &System, o: &Options) -> Result<Gear, Failure> {
+        let maxord = o.maxord.clamp(1, MOST);
+        let starter: Option<Box<dyn Method>> = if o.fixed_step.is_some() && maxord > 1 {
+            Some(Box::new(super::radau::Radau::new(sys, o)?))
+        } else {
+            None
+        };
+        Ok(Gear {
+            newton: Newton::new(sys)?,
+            past: History::new(sys.n, MOST + 2),
+            charges: vec![vec![0.0; sys.n]; MOST + 2],
+            q1: vec![0.0; sys.n],
+            r: vec![0.0; sys.n],
+            t1: 0.0,
+            x1: vec![0.0; sys.n],
+            order: 1,
+            maxord,
+            since_change: 0,
+            trtol: if o.trtol.is_finite() { o.trtol } else { 1.0 },
+            fixed: o.fixed_step.is_some(),
+            itl4: o.itl4,
+            next_order: 1,
+            starter,
+        })
+    }
+
+    /// alpha_j = l_j'(t1) for the points t1, past[0..k-1].
+    fn slopes(&self, k: usize) -> [f64; MOST + 1] {
+        let mut t = [0.0; MOST + 1];
+        t[0] = self.t1;
+        t[1..=k].copy_from_slice(&self.past.t[..k]);
+        let mut alpha = [0.0; MOST + 1];
+        for j in 1..=k {
+            let mut v = 1.0 / (t[j] - t[0]);
+            for m in 1..=k {
+                if m != j {
+                    v *= (t[0] - t[m]) / (t[j] - t[m]);
+                }
+            }
+            alpha[j] = v;
+            alpha[0] -= v; // the slopes of a constant sum to zero
+        }
+        alpha
+    }
+
+    /// Largest lte over tolerance that order k would have made, or None when too few points stand behind.
+    fn error(&self, k: usize, h: f64, tol: &Tolerances) -> Option<f64> {
+        if k < 1 || self.past.len < k + 1 {
+            return None;
+        }
+        // weights of the divided difference over t1, past[0..=k]
+        let mut t = [0.0; MOST + 3];
+        t[0] = self.t1;
+        t[1..=k + 1].copy_from_slice(&self.past.t[..=k]);
+        let mut wgt = [0.0; MOST + 3];
+        for j in 0..=k + 1 {
+            let mut p = 1.0;
+            for m in 0..=k + 1 {
+                if m != j {
+                    p *= t[j] - t[m];
+                }
+            }
+            wgt[j] = 1.0 / p;
+        }
+        let mut c = h / (self.t1 - t[k + 1]);
+        for tj in &t[1..=k + 1] {
+            c *= self.t1 - tj;
+        }
+        let mut worst = 0.0_f64;
+        for i in 0..self.x1.len() {
+            if tol.in_error[i] {
+                let mut dd = wgt[0] * self.x1[i];
+                for j in 1..=k + 1 {
+                    dd += wgt[j] * self.past.x[j - 1][i];
+                }
+                worst = worst.max((c * dd).abs() / tol.weight(i, self.x1[i], self.past.x[0][i]));
+            }
+        }
+        Some(worst / self.trtol)
+    }
+}
+
+fn factor(error: f64, k: usize) -> f64 {
+    if error < 1e-12 {
+        2.0
+    } else {
+        0.85 * error.powf(-1.0 / (k as f64 + 1.0))
+    }
+}
+
+impl Method for Gear {
+    fn restart(&mut self, sys: &System, w: &mut Work, t: f64, x: &[f64]) {
+        self.past.clear();
+        self.past.push(t, x);
+        sys.eval(w, x, t);
+        self.charges[0].copy_from_slice(&w.q);
+        self.order = 1;
+        self.next_order = 1;
+        self.since_change = 0;
+        self.x1.copy_from_slice(x);
+        self.t1 = t;
+        self.newton.forget();
+        if let Some(s) = &mut self.starter {
+            s.restart(sys, w, t, x);
+        }
+    }
+
+    fn attempt(&mut self, sys: &System, w: &mut Work, h: f64, tol: &Tolerances) -> Attempt {
+        let t0 = self.past.t[0];
+        self.t1 = t0 + h;
+        if self.fixed && self.past.len < self.maxord {
+            // fixed order k wants k starting points of at least its own order
+            if let Some(s) = &mut self.starter {
+                let attempt = s.attempt(sys, w, h, tol);
+                self.x1.copy_from_slice(s.candidate());
+                sys.eval(w, &self.x1, self.t1);
+                self.q1.copy_from_slice(&w.q);
+                return attempt;
+            }
+        }
+        let k = if self.fixed { self.maxord } else { self.order.min(self.past.len) };
+        let alpha = self.slopes(k);
+        self.r.fill(0.0);
+        for j in 1..=k {
+            for i in 0..sys.n {
+                self.r[i] += alpha[j] * self.charges[j - 1][i];
+            }
+        }
+        // prediction through as many points as the order has
+        let m = k.min(self.past.len).min(2).max(1);
+        let refs: Vec<&[f64]> = self.past.x[..m].iter().map(Vec::as_slice).collect();
+        interpolate(&self.past.t[..m], &refs, self.t1, &mut self.x1);
+        if let Err(why) = self.newton.solve(sys, w, alpha[0], &self.r, &mut self.x1, self.t1, tol, self.itl4) {
+            self.order = 1;
+            return Attempt::Stuck { next: h / 8.0, why };
+        }
+        self.q1.copy_from_slice(&self.newton.q);
+        if self.fixed {
+            return Attempt::Good { next: h };
+        }
+        // the first step after a start has no difference to judge by: a tenth of the tolerance's worth of movement
+        let Some(error) = self.error(k, h, tol) else {
+            let mut worst = 0.0_f64;
+            for i in 0..sys.n {
+                if tol.in_error[i] {
+                    let d = 0.05 * (self.x1[i] - self.past.x[0][i]).abs();
+                    worst = worst.max(d / tol.weight(i, self.x1[i], self.past.x[0][i]));
+                }
+            }
+            let worst = worst / self.trtol;
+            return if worst > 1.0 {
+                Attempt::TooLarge { next: h * (0.9 / worst).max(0.1) }
+            } else {
+                self.next_order = k;
+                Attempt::Good { next: h }
+            };
+        };
+        if error > 1.0 {
+            let next = h * factor(error, k).clamp(0.1, 0.8);
+            if self.error(k.saturating_sub(1), h, tol).is_some_and(|e| e < error) {
+                self.order = k - 1;
+            }
+            return Attempt::TooLarge { next };
+        }
+        let mut best = (factor(error, k), k);
+        if self.since_change > k {
+            if let Some(e) = self.error(k - 1, h, tol) {
+                let f = factor(e, k - 1);
+                if f > 1.05 * best.0 {
+                    best = (f, k - 1);
+                }
+            }
+            if k < self.maxord {
+                if let Some(e) = self.error(k + 1, h, tol) {
+                    let f = factor(e, k + 1);
+                    if f > 1.05 * best.0 {
+                        best = (f, k + 1);
+                    }
+                }
+            }
+        }
+        self.next_order = best.1;
+        let f = best.0.clamp(0.5, 2.0);
+        Attempt::Good { next: if (0.9..1.2).contains(&f) { h } else { f * h } }
+    }
+
+    fn accept(&mut self) {
+        self.past.push(self.t1, &self.x1);
+        self.charges.rotate_right(1);
+        self.charges[0].copy_from_slice(&self.q1);
+        if self.next_order == self.order {
+            self.since_change += 1;
+        } else {
+            self.order = self.next_order;
+            self.since_change = 0;
+        }
+        if let Some(s) = &mut self.starter {
+            if self.past.len <= self.maxord {
+                s.accept();
+            }
+        }
+    }
+
+    fn candidate(&self) -> &[f64] {
+        &self.x1
+    }
+
+    fn dense(&self, t: f64, out: &mut [f64]) {
+        let skip = usize::from(self.past.t[0] == self.t1 && self.past.len > 1);
+        let k = if self.fixed { self.maxord } else { self.order };
+        let m = (self.past.len - skip).min(k);
+        let mut ts = vec![self.t1];
+        let mut xs: Vec<&[f64]> = vec![&self.x1];
+        for j in 0..m {
+            ts.push(self.past.t[j + skip]);
+            xs.push(&self.past.x[j + skip]);
+        }
+        interpolate(&ts, &xs, t, out);
+    }
+}

@@ -1,0 +1,101 @@
+//! Integrators, one file each, all on equation (1).
+//!
+//! The contract of a method:
+//!  1. `restart` forgets all history; (t, x) is consistent and may follow a discontinuity.
+//!  2. `attempt` computes a candidate at t + h and its error in units of the tolerance; it changes nothing that a later
+//!     `attempt` from the same point needs.
+//!  3. `accept` makes the candidate the new point.
+//!  4. `dense` evaluates the candidate's (or the accepted) step anywhere inside it, with the method's own polynomial.
+//!  5. `candidate` is the state at the end of the attempted step.
+mod driver;
+mod gear;
+mod radau;
+mod trap;
+
+pub use driver::{run, Failed, Outcome, Status, Tick, Transient};
+
+use crate::newton::{Failure, Options, Tolerances};
+use crate::system::{System, Work};
+
+/// What came of one attempted step.
+pub enum Attempt {
+    /// error <= 1; the step that would have met the tolerance
+    Good { next: f64 },
+    /// error > 1; try this one instead
+    TooLarge { next: f64 },
+    /// Newton's method gave up
+    Stuck { next: f64, why: Failure },
+}
+
+pub trait Method {
+    fn restart(&mut self, sys: &System, w: &mut Work, t: f64, x: &[f64]);
+    fn attempt(&mut self, sys: &System, w: &mut Work, h: f64, tol: &Tolerances) -> Attempt;
+    fn accept(&mut self);
+    fn candidate(&self) -> &[f64];
+    fn dense(&self, t: f64, out: &mut [f64]);
+    /// Output between internal points belongs into the record (methods whose steps are long).
+    fn wants_dense_record(&self) -> bool {
+        false
+    }
+    /// Restart at the corners of sources; one-step methods of high order need not.
+    fn restarts_at_corners(&self) -> bool {
+        true
+    }
+}
+
+pub fn make(sys: &System, o: &Options) -> Result<Box<dyn Method>, Failure> {
+    Ok(match o.method.as_str() {
+        "gear" | "bdf" => Box::new(gear::Gear::new(sys, o)?),
+        "radau" | "radau5" => Box::new(radau::Radau::new(sys, o)?),
+        _ => Box::new(trap::Trap::new(sys, o)?),
+    })
+}
+
+/// Names that `.options method=` understands.
+pub fn known(method: &str) -> bool {
+    matches!(method, "trap" | "trapezoidal" | "gear" | "bdf" | "radau" | "radau5")
+}
+
+/// Past points, newest first: t and x. A small ring without allocation after the start.
+pub struct History {
+    pub t: Vec<f64>,
+    pub x: Vec<Vec<f64>>,
+    pub len: usize,
+}
+
+impl History {
+    pub fn new(n: usize, capacity: usize) -> History {
+        History { t: vec![0.0; capacity], x: vec![vec![0.0; n]; capacity], len: 0 }
+    }
+
+    pub fn clear(&mut self) {
+        self.len = 0;
+    }
+
+    pub fn push(&mut self, t: f64, x: &[f64]) {
+        self.x.rotate_right(1);
+        self.t.rotate_right(1);
+        self.t[0] = t;
+        self.x[0].copy_from_slice(x);
+        self.len = (self.len + 1).min(self.t.len());
+    }
+}
+
+/// Newton's interpolation polynomial through (t_k, x_k), evaluated at t: Neville's scheme, for dense output.
+pub fn interpolate(ts: &[f64], xs: &[&[f64]], t: f64, out: &mut [f64]) {
+    let m = ts.len();
+    // Lagrange weights are shared by all components
+    let mut weight = [0.0; 8];
+    for j in 0..m {
+        let mut l = 1.0;
+        for k in 0..m {
+            if k != j {
+                l *= (t - ts[k]) / (ts[j] - ts[k]);
+            }
+        }
+        weight[j] = l;
+    }
+    for (i, o) in out.iter_mut().enumerate() {
+        *o = (0..m).map(|j| weight[j] * xs[j][i]).sum();
+    }
+}

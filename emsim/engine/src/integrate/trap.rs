@@ -1,0 +1,181 @@
+//! Trapezoidal rule: A-stable, order 2, no damping at all (it keeps an oscillation, and it keeps a ringing).
+//!
+//!   Q1 - Q0 + h/2 (F1 + F0) = 0      ->      F1 + a Q1 + (F0 - a Q0) = 0,   a = 2/h
+//!
+//! After a discontinuity the first step is the stiffly accurate SDIRK of order 2 (Alexander 1977), L-stable,
+//! gamma = 1 - 1/sqrt 2, which needs neither F0 nor consistent algebraic unknowns; SPICE takes backward Euler there.
+//!
+//! Local error  h^3/12 x'''  from the third divided difference of the last four points, on what stands under d/dt.
+use super::{interpolate, Attempt, History, Method};
+use crate::newton::{Newton, Options, Tolerances};
+use crate::system::{System, Work};
+
+const GAMMA: f64 = 1.0 - std::f64::consts::FRAC_1_SQRT_2;
+
+pub struct Trap {
+    newton: Newton,
+    past: History,
+    q0: Vec<f64>,
+    f0: Vec<f64>,
+    q1: Vec<f64>,
+    f1: Vec<f64>,
+    r: Vec<f64>,
+    t1: f64,
+    x1: Vec<f64>,
+    trtol: f64,
+    fixed: bool,
+    linear: bool,
+    itl4: usize,
+}
+
+impl Trap {
+    pub fn new(sys: &System, o: &Options) -> Result<Trap, crate::newton::Failure> {
+        let v = || vec![0.0; sys.n];
+        Ok(Trap {
+            newton: Newton::new(sys)?,
+            past: History::new(sys.n, 4),
+            q0: v(),
+            f0: v(),
+            q1: v(),
+            f1: v(),
+            r: v(),
+            t1: 0.0,
+            x1: v(),
+            trtol: if o.trtol.is_finite() { o.trtol } else { 1.0 },
+            fixed: o.fixed_step.is_some(),
+            linear: sys.linear,
+            itl4: o.itl4,
+        })
+    }
+
+    /// First step after a discontinuity: two SDIRK stages.
+    fn first(&mut self, sys: &System, w: &mut Work, h: f64, tol: &Tolerances) -> Result<(), crate::newton::Failure> {
+        let a = 1.0 / (GAMMA * h);
+        let t0 = self.past.t[0];
+        for i in 0..sys.n {
+            self.r[i] = -a * self.q0[i];
+        }
+        self.x1.copy_from_slice(&self.past.x[0]);
+        self.newton.solve(sys, w, a, &self.r, &mut self.x1, t0 + GAMMA * h, tol, self.itl4)?;
+        let k = (1.0 - GAMMA) / GAMMA;
+        for i in 0..sys.n {
+            self.r[i] += k * self.newton.f[i];
+        }
+        self.newton.solve(sys, w, a, &self.r, &mut self.x1, t0 + h, tol, self.itl4)?;
+        Ok(())
+    }
+
+    fn trapezoid(&mut self, sys: &System, w: &mut Work, h: f64, tol: &Tolerances) -> Result<(), crate::newton::Failure> {
+        let a = 2.0 / h;
+        for i in 0..sys.n {
+            self.r[i] = self.f0[i] - a * self.q0[i];
+        }
+        // linear prediction: on switching diodes it beats the quadratic one
+        let s = if self.linear { 0.0 } else { h / (self.past.t[0] - self.past.t[1]) };
+        for i in 0..sys.n {
+            let x0 = self.past.x[0][i];
+            self.x1[i] = if s == 0.0 { x0 } else { x0 + s * (x0 - self.past.x[1][i]) };
+        }
+        self.newton.solve(sys, w, a, &self.r, &mut self.x1, self.past.t[0] + h, tol, self.itl4)?;
+        Ok(())
+    }
+
+    /// Largest local error over tolerance, and the order of the estimate.
+    fn error(&self, h: f64, tol: &Tolerances) -> (f64, f64) {
+        let p = &self.past;
+        let t1 = self.t1;
+        let mut worst = 0.0_f64;
+        match p.len {
+            1 => return (0.0, 1.0),
+            2 => {
+                // no third difference yet: a tenth of the second-order term stands in for it
+                let (d0, d1) = (1.0 / h, 1.0 / (p.t[0] - p.t[1]));
+                let c = 0.1 * h * h / (t1 - p.t[1]);
+                for i in 0..self.x1.len() {
+                    if tol.in_error[i] {
+                        let dd = (self.x1[i] - p.x[0][i]) * d0 - (p.x[0][i] - p.x[1][i]) * d1;
+                        worst = worst.max((c * dd).abs() / tol.weight(i, self.x1[i], p.x[0][i]));
+                    }
+                }
+                return (worst / self.trtol, 2.0);
+            }
+            _ => {}
+        }
+        // third divided difference; with three past points the fourth is the last of them
+        let m = p.len.min(3);
+        let (ta, tb, tc) = (p.t[0], p.t[1], p.t[m - 1]);
+        let (h0, h1, h2) = (1.0 / (t1 - ta), 1.0 / (ta - tb), 1.0 / (tb - tc));
+        let (k0, k1) = (1.0 / (t1 - tb), 1.0 / (ta - tc));
+        let c = 0.5 * h * h * h / (t1 - tc);
+        let (xa, xb, xc) = (&p.x[0], &p.x[1], &p.x[m - 1]);
+        for i in 0..self.x1.len() {
+            if tol.in_error[i] {
+                let da = (self.x1[i] - xa[i]) * h0;
+                let db = (xa[i] - xb[i]) * h1;
+                let dc = (xb[i] - xc[i]) * h2;
+                let dd = (da - db) * k0 - (db - dc) * k1;
+                let e = (c * dd).abs() / tol.weight(i, self.x1[i], xa[i]);
+                worst = worst.max(e);
+            }
+        }
+        (worst / self.trtol, 3.0)
+    }
+}
+
+impl Method for Trap {
+    fn restart(&mut self, sys: &System, w: &mut Work, t: f64, x: &[f64]) {
+        self.past.clear();
+        self.past.push(t, x);
+        sys.eval(w, x, t);
+        self.q0.copy_from_slice(&w.q);
+        self.newton.forget();
+        self.x1.copy_from_slice(x);
+        self.t1 = t;
+    }
+
+    fn attempt(&mut self, sys: &System, w: &mut Work, h: f64, tol: &Tolerances) -> Attempt {
+        self.t1 = self.past.t[0] + h;
+        let solved =
+            if self.past.len == 1 { self.first(sys, w, h, tol) } else { self.trapezoid(sys, w, h, tol) };
+        if let Err(why) = solved {
+            return Attempt::Stuck { next: h / 8.0, why };
+        }
+        self.q1.copy_from_slice(&self.newton.q);
+        self.f1.copy_from_slice(&self.newton.f);
+        if self.fixed {
+            return Attempt::Good { next: h };
+        }
+        let (error, order) = self.error(h, tol);
+        if error > 1.0 {
+            let factor = (0.9 * error.powf(-1.0 / order)).clamp(0.1, 0.8);
+            return Attempt::TooLarge { next: factor * h };
+        }
+        // a step that stays as it is keeps its factorisation in a linear circuit
+        let factor = if error < 1e-9 { 2.0 } else { (0.9 * error.powf(-1.0 / order)).clamp(0.5, 2.0) };
+        let keep = if self.linear { 1.5 } else { 1.1 };
+        Attempt::Good { next: if (0.9..keep).contains(&factor) { h } else { factor * h } }
+    }
+
+    fn accept(&mut self) {
+        std::mem::swap(&mut self.q0, &mut self.q1);
+        std::mem::swap(&mut self.f0, &mut self.f1);
+        self.past.push(self.t1, &self.x1);
+    }
+
+    fn candidate(&self) -> &[f64] {
+        &self.x1
+    }
+
+    fn dense(&self, t: f64, out: &mut [f64]) {
+        // before acceptance the candidate is the newest point; after it, the candidate equals past[0]
+        let skip = usize::from(self.past.t[0] == self.t1 && self.past.len > 1);
+        let m = (self.past.len - skip).min(2);
+        let mut ts = [self.t1, 0.0, 0.0];
+        let mut xs: [&[f64]; 3] = [&self.x1, &self.x1, &self.x1];
+        for k in 0..m {
+            ts[k + 1] = self.past.t[k + skip];
+            xs[k + 1] = &self.past.x[k + skip];
+        }
+        interpolate(&ts[..=m], &xs[..=m], t, out);
+    }
+}

@@ -1,0 +1,429 @@
+//! The starting point of an analysis.
+//!
+//! `operating_point`: F(x) = 0 with the machine held at its initial coordinates and speeds (or, for a static
+//! equilibrium, let go). Plain Newton, then gmin stepping, source stepping, pseudo-transient.
+//! `initial_conditions`: UIC, from given charges and fluxes. `consistent`: algebraic unknowns that fit the charges.
+use crate::newton::{Failure, Newton, Options, Tolerances};
+use crate::sparse::{Lu, Pattern, Symbolic};
+use crate::system::{Kind, System, Work};
+
+pub struct NoPoint {
+    pub why: Failure,
+    pub tried: Vec<String>,
+}
+
+pub fn initial(sys: &System) -> Vec<f64> {
+    sys.unknowns.iter().map(|u| u.initial).collect()
+}
+
+/// Matrix, factorisation and the choice of rows that stand for the operating point.
+struct Dc<'a> {
+    sys: &'a System,
+    pattern: Pattern,
+    place: Vec<usize>,        // of each entry of the system's pattern
+    diagonal: Vec<usize>,     // of each unknown
+    lu: Lu<f64>,
+    matrix: Vec<f64>,
+    held: Vec<Option<f64>>,   // this unknown is fixed
+    forced: Vec<(usize, f64)>,
+    residual: Vec<f64>,
+    live: bool, // flags follow their roots
+}
+
+/// Conductance that holds a forced node (`.ic`, `.nodeset`) at its value.
+const FORCE: f64 = 1e10;
+
+impl<'a> Dc<'a> {
+    fn new(sys: &'a System, hold: bool, x: &[f64]) -> Result<Dc<'a>, Failure> {
+        let n = sys.n;
+        let mut entries: Vec<(usize, usize)> = (0..n)
+            .flat_map(|c| {
+                let p = &sys.pattern;
+                p.rowidx[p.colptr[c]..p.colptr[c + 1]].iter().map(move |&r| (r, c))
+            })
+            .collect();
+        let held: Vec<Option<f64>> = sys
+            .unknowns
+            .iter()
+            .enumerate()
+            .map(|(i, u)| {
+                let hold = match u.kind {
+                    k if k.mechanical() => hold || matches!(k, Kind::Lambda | Kind::Mu),
+                    _ => false,
+                };
+                hold.then_some(x[i])
+            })
+            .collect();
+        // a static equilibrium needs its multipliers
+        let held = if hold { held } else { vec![None; n] };
+        entries.extend((0..n).filter(|&i| sys.unknowns[i].kind != Kind::Branch).map(|i| (i, i)));
+        let pattern = Pattern::from_entries(n, &entries);
+        let find = |r: usize, c: usize| pattern.position(r, c);
+        let mut place = Vec::with_capacity(sys.pattern.rowidx.len());
+        for c in 0..n {
+            for k in sys.pattern.colptr[c]..sys.pattern.colptr[c + 1] {
+                place.push(find(sys.pattern.rowidx[k], c).unwrap_or(usize::MAX));
+            }
+        }
+        let diagonal = (0..n).map(|i| find(i, i).unwrap_or(usize::MAX)).collect();
+        let symbolic = Symbolic::analyse(&pattern).map_err(Failure::Singular)?;
+        let lu = Lu::new(&pattern, &symbolic);
+        let matrix = vec![0.0; pattern.rowidx.len()];
+        Ok(Dc {
+            sys,
+            pattern,
+            place,
+            diagonal,
+            lu,
+            matrix,
+            held,
+            forced: Vec::new(),
+            residual: vec![0.0; n],
+            live: true,
+        })
+    }
+
+    /// Newton on F(x) + shunt v + a (Q - Q0) = 0 from `x`.
+    fn newton(
+        &mut self,
+        w: &mut Work,
+        x: &mut [f64],
+        shunt: f64,
+        transient: Option<(f64, &[f64])>,
+        tol: &Tolerances,
+        most: usize,
+    ) -> Result<usize, Failure> {
+        let (sys, n) = (self.sys, self.sys.n);
+        let mut worst = 0;
+        let mut flips = 0;
+        for iteration in 1..=most {
+            // conditions follow the iterate, until they chatter: then they are left as they are
+            if self.live && iteration > 1 && flips < 30 && sys.update_flags(w, x, 0.0) {
+                flips += 1;
+            }
+            sys.eval_jacobian(w, x, 0.0, true);
+            w.counters.iterations += 1;
+            self.matrix.fill(0.0);
+            for (k, &at) in self.place.iter().enumerate() {
+                let dynamic = transient.map_or(0.0, |(a, _)| a * w.cv[k]);
+                self.matrix[at] += w.gv[k] + dynamic;
+            }
+            for i in 0..n {
+                self.residual[i] = -w.f[i];
+                if let Some((a, q0)) = transient {
+                    self.residual[i] -= a * (w.q[i] - q0[i]);
+                }
+                if sys.unknowns[i].kind == Kind::Node && shunt > 0.0 {
+                    self.matrix[self.diagonal[i]] += shunt;
+                    self.residual[i] -= shunt * x[i];
+                }
+            }
+            for &(row, value) in &self.forced {
+                self.matrix[self.diagonal[row]] += FORCE;
+                self.residual[row] += FORCE * (value - x[row]);
+            }
+            self.hold(x);
+            self.lu.factor_or_refactor(&self.matrix).map_err(Failure::Singular)?;
+            w.counters.factorisations += 1;
+            self.lu.solve(&mut self.residual);
+            w.counters.solves += 1;
+            let mut largest = 0.0_f64;
+            for i in 0..n {
+                let new = x[i] + self.residual[i];
+                if !new.is_finite() {
+                    return Err(Failure::NotFinite { unknown: i });
+                }
+                if tol.in_norm[i] {
+                    let ratio = self.residual[i].abs() / tol.weight(i, x[i], new);
+                    if ratio > largest {
+                        largest = ratio;
+                        worst = i;
+                    }
+                }
+                x[i] = new;
+            }
+            let settled = !self.live || flips >= 30 || !sys.update_flags(w, x, 0.0);
+            if largest <= 1.0 && !w.limited && settled && (iteration > 1 || sys.linear) {
+                return Ok(iteration);
+            }
+        }
+        let row = (0..n).max_by(|&i, &j| w.f[i].abs().total_cmp(&w.f[j].abs())).unwrap_or(0);
+        Err(Failure::Diverged { unknown: worst, row })
+    }
+
+    /// Rows of held unknowns become x_i = value.
+    fn hold(&mut self, x: &[f64]) {
+        if self.held.iter().all(Option::is_none) {
+            return;
+        }
+        for c in 0..self.sys.n {
+            for k in self.pattern.colptr[c]..self.pattern.colptr[c + 1] {
+                let r = self.pattern.rowidx[k];
+                if self.held[r].is_some() {
+                    self.matrix[k] = if r == c { 1.0 } else { 0.0 };
+                }
+            }
+        }
+        for (i, h) in self.held.iter().enumerate() {
+            if let Some(v) = h {
+                self.residual[i] = v - x[i];
+            }
+        }
+    }
+
+    /// One homotopy: parameter from `from` to `to` on a logarithmic or linear scale with adaptive steps.
+    fn walk(
+        &mut self,
+        w: &mut Work,
+        x: &mut [f64],
+        tol: &Tolerances,
+        most: usize,
+        set: &mut dyn FnMut(&mut Work, f64) -> f64, // s in (0, 1] -> shunt
+    ) -> Result<(), Failure> {
+        let (mut done, mut step) = (0.0_f64, 0.1_f64);
+        let mut last = Failure::Diverged { unknown: 0, row: 0 };
+        for _ in 0..400 {
+            let s = (done + step).min(1.0);
+            let mut trial = x.to_vec();
+            let (flags, junction) = (w.flags.clone(), w.junction.clone());
+            let shunt = set(w, s);
+            self.sys.touch_sources(w);
+            match self.newton(w, &mut trial, shunt, None, tol, most) {
+                Ok(iterations) => {
+                    x.copy_from_slice(&trial);
+                    done = s;
+                    if done >= 1.0 {
+                        return Ok(());
+                    }
+                    step *= if iterations <= most / 4 { 2.0 } else { 1.0 };
+                }
+                Err(e) => {
+                    (w.flags, w.junction) = (flags, junction);
+                    last = e;
+                    step *= 0.25;
+                    if step < 1e-7 {
+                        break;
+                    }
+                }
+            }
+        }
+        Err(last)
+    }
+}
+
+/// DC operating point into `x` (which holds the initial values of the machine). `statics`: the machine is let go.
+pub fn operating_point(
+    sys: &System,
+    w: &mut Work,
+    o: &Options,
+    tol: &Tolerances,
+    statics: bool,
+    x: &mut Vec<f64>,
+) -> Result<(), NoPoint> {
+    let singular = |why| NoPoint { why, tried: vec![] };
+    let mut dc = Dc::new(sys, !statics && o.hold_mechanics, x).map_err(singular)?;
+    let gmin = o.gmin;
+    w.gmin = gmin;
+    let start = x.clone();
+    let mut tried = Vec::new();
+
+    // nodesets: a first solution with the nodes held there, then let go
+    let nodesets: Vec<_> = sys.forces.iter().filter(|f| f.release).map(|f| (f.row, f.value)).collect();
+    let ics: Vec<_> = sys.forces.iter().filter(|f| !f.release).map(|f| (f.row, f.value)).collect();
+    dc.forced.clone_from(&ics);
+    if !nodesets.is_empty() {
+        dc.forced.extend(&nodesets);
+        if dc.newton(w, x, 0.0, None, tol, o.itl1).is_err() {
+            x.copy_from_slice(&start);
+        }
+        dc.forced.clone_from(&ics);
+    }
+    sys.update_flags(w, x, 0.0);
+    let reset = |w: &mut Work, x: &mut Vec<f64>| {
+        x.copy_from_slice(&start);
+        w.junction = sys.work().junction;
+        w.flags = sys.work().flags;
+        w.source_factor = 1.0;
+        w.gmin = gmin;
+        sys.touch_sources(w);
+        sys.update_flags(w, x, 0.0);
+    };
+
+    tried.push(format!("Newton's method ({} iterations)", o.itl1));
+    let mut why = match dc.newton(w, x, 0.0, None, tol, o.itl1) {
+        Ok(_) => return polish(&mut dc, w, x, tol, o).map_err(|why| NoPoint { why, tried }),
+        Err(e) => e,
+    };
+    // a matrix that is singular whatever the shunts are has no point to find
+    let hopeless = matches!(&why, Failure::Singular(s) if s.structural);
+    if !hopeless {
+        tried.push("gmin stepping".into());
+        reset(w, x);
+        let ladder = |s: f64| 1e-2_f64 * (1e-13_f64 / 1e-2).powf(s);
+        let walked = dc.walk(w, x, tol, 50, &mut |_, s| if s >= 1.0 { 0.0 } else { ladder(s) });
+        if let Ok(()) = walked {
+            return polish(&mut dc, w, x, tol, o).map_err(|why| NoPoint { why, tried });
+        }
+        // nodes that hang on capacitors alone: the shunt of gmin gives them a point
+        reset(w, x);
+        if dc.walk(w, x, tol, 50, &mut |_, s| ladder(s).max(gmin)).is_ok() {
+            w.gmin = gmin;
+            return Ok(());
+        }
+        tried.push("source stepping".into());
+        reset(w, x);
+        let walked = dc.walk(w, x, tol, 50, &mut |w, s| {
+            w.source_factor = s;
+            if s >= 1.0 {
+                0.0
+            } else {
+                gmin
+            }
+        });
+        w.source_factor = 1.0;
+        sys.touch_sources(w);
+        if walked.is_ok() {
+            return polish(&mut dc, w, x, tol, o).map_err(|why| NoPoint { why, tried });
+        }
+        tried.push("pseudo-transient".into());
+        reset(w, x);
+        match pseudo_transient(&mut dc, w, x, tol) {
+            Ok(()) => return polish(&mut dc, w, x, tol, o).map_err(|why| NoPoint { why, tried }),
+            Err(e) => why = e,
+        }
+    }
+    Err(NoPoint { why, tried })
+}
+
+/// Implicit Euler from the present point with growing steps, every node loaded by a capacitor: a damped way to rest.
+fn pseudo_transient(dc: &mut Dc, w: &mut Work, x: &mut [f64], tol: &Tolerances) -> Result<(), Failure> {
+    let n = dc.sys.n;
+    let mut h = 1e-9_f64;
+    let mut last = Failure::Diverged { unknown: 0, row: 0 };
+    for _ in 0..400 {
+        let before = x.to_vec();
+        dc.sys.eval(w, x, 0.0);
+        let q0 = w.q.clone();
+        let mut trial = x.to_vec();
+        // 1 nF at every node: the shunt c, with c v of the last point in the charge term a Q0
+        let c = 1e-9 / h;
+        let mut shifted = q0.clone();
+        for i in (0..n).filter(|&i| dc.sys.unknowns[i].kind == Kind::Node) {
+            shifted[i] += c * x[i] * h;
+        }
+        let solved = dc.newton(w, &mut trial, c, Some((1.0 / h, &shifted)), tol, 50);
+        match solved {
+            Ok(iterations) => {
+                x.copy_from_slice(&trial);
+                let moved = (0..n)
+                    .filter(|&i| tol.in_norm[i])
+                    .map(|i| (x[i] - before[i]).abs() / tol.weight(i, x[i], before[i]))
+                    .fold(0.0, f64::max);
+                if moved < 0.1 && h > 1.0 {
+                    return Ok(());
+                }
+                h *= if iterations < 10 { 4.0 } else { 1.5 };
+            }
+            Err(e) => {
+                last = e;
+                h *= 0.125;
+                if h < 1e-18 {
+                    return Err(last);
+                }
+            }
+        }
+    }
+    Err(last)
+}
+
+/// The accepted point must satisfy the equations themselves: no device limited, no condition left behind, and the
+/// residual of each row small against its terms.
+fn polish(dc: &mut Dc, w: &mut Work, x: &mut [f64], tol: &Tolerances, o: &Options) -> Result<(), Failure> {
+    dc.newton(w, x, 0.0, None, tol, o.itl1)?;
+    let sys = dc.sys;
+    sys.eval(w, x, 0.0);
+    let mut scale = vec![0.0; sys.n];
+    for c in 0..sys.n {
+        for k in sys.pattern.colptr[c]..sys.pattern.colptr[c + 1] {
+            scale[sys.pattern.rowidx[k]] += (w.gv[k] * x[c]).abs() + w.gv[k].abs() * tol.atol[c];
+        }
+    }
+    let forced: Vec<usize> = dc.forced.iter().map(|f| f.0).collect();
+    for i in 0..sys.n {
+        let exempt = dc.held[i].is_some() || forced.contains(&i) || !tol.in_norm[i];
+        if !exempt && w.f[i].abs() > 1e-2 * scale[i] + 1e-9 && w.f[i].abs() > 1e-6 {
+            return Err(Failure::Diverged { unknown: i, row: i });
+        }
+    }
+    Ok(())
+}
+
+/// Consistent values at t after a discontinuity, or at the start: one backward Euler step so short that charges,
+/// fluxes and momenta cannot move, but everything algebraic must fit:  Q(x1) - Q(x0) + h F(x1) = 0.
+/// With `refine`, multipliers and derivative unknowns are extrapolated from two such steps (their error is O(h)).
+/// On failure x stays as it was: the method's own first step, stiffly accurate, will do the same work.
+pub fn consistent(sys: &System, w: &mut Work, x: &mut [f64], t: f64, h: f64, tol: &Tolerances, refine: bool) {
+    sys.eval(w, x, t);
+    let q0 = w.q.clone();
+    let junction = w.junction.clone();
+    let step = |w: &mut Work, h: f64, from: &[f64]| -> Option<Vec<f64>> {
+        let mut newton = Newton::new(sys).ok()?;
+        let r: Vec<f64> = q0.iter().map(|q| -q / h).collect();
+        let mut y = from.to_vec();
+        newton.solve(sys, w, 1.0 / h, &r, &mut y, t + h, tol, 40).ok()?;
+        // multipliers live on second differences of positions: a second, linear pass removes Newton's noise
+        newton.solve(sys, w, 1.0 / h, &r, &mut y, t + h, tol, 40).ok()?;
+        Some(y)
+    };
+    let Some(y1) = step(w, h, x) else {
+        w.junction = junction;
+        return;
+    };
+    if refine {
+        if let Some(y2) = step(w, 2.0 * h, &y1) {
+            for i in 0..sys.n {
+                if !sys.differential[i] {
+                    x[i] = 2.0 * y1[i] - y2[i];
+                }
+            }
+            return;
+        }
+    }
+    for i in 0..sys.n {
+        if !(sys.differential[i] && sys.unknowns[i].kind.mechanical() && refine) {
+            x[i] = y1[i];
+        }
+    }
+}
+
+/// UIC: the charges and fluxes that x, `.ic` and `IC=` give, then values that fit them.
+pub fn initial_conditions(
+    sys: &System,
+    w: &mut Work,
+    x: &mut [f64],
+    tstep: f64,
+    tol: &Tolerances,
+) -> Result<(), Failure> {
+    for f in sys.forces.iter().filter(|f| !f.release) {
+        x[f.row] = f.value;
+    }
+    sys.update_flags(w, x, 0.0);
+    sys.eval(w, x, 0.0);
+    let mut q0 = w.q.clone();
+    for &(row, dq) in &sys.ic_charge {
+        q0[row] += dq;
+    }
+    let h = 1e-9 * tstep;
+    for round in 0..20 {
+        let mut newton = Newton::new(sys)?;
+        let r: Vec<f64> = q0.iter().map(|q| -q / h).collect();
+        let mut y = x.to_vec();
+        newton.solve(sys, w, 1.0 / h, &r, &mut y, h, tol, 100)?;
+        let flipped = sys.update_flags(w, &y, 0.0);
+        if !flipped || round == 19 {
+            x.copy_from_slice(&y);
+            break;
+        }
+    }
+    Ok(())
+}

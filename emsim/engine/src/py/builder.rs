@@ -1,0 +1,419 @@
+//! `Builder`: collects the contributions of one deck and compiles them.
+use super::expr::{lock, Expr, SharedGraph};
+use super::system::System;
+use crate::assembly;
+use crate::derive;
+use crate::devices::diode::Diode;
+use crate::graph::{Fun, Id};
+use crate::system::{DiodeAt, FlagSpec, Force, Kind, Model, Unknown};
+use crate::tape::{Inputs, Tape};
+use crate::waves::Wave;
+use pyo3::exceptions::{PyIndexError, PyValueError};
+use pyo3::prelude::*;
+use std::collections::HashMap;
+use std::sync::{Arc, Mutex};
+
+#[pyclass]
+pub struct Builder {
+    graph: SharedGraph,
+    model: Option<Model>,
+}
+
+impl Builder {
+    fn expr(&self, id: Id) -> Expr {
+        Expr { graph: self.graph.clone(), id }
+    }
+
+    fn model(&mut self) -> PyResult<&mut Model> {
+        self.model.as_mut().ok_or_else(|| PyValueError::new_err("this builder has been compiled already"))
+    }
+
+    fn row(&mut self, row: i64) -> PyResult<Option<usize>> {
+        let n = self.model()?.unknowns.len() as i64;
+        match row {
+            -1 => Ok(None),
+            r if r >= 0 && r < n => Ok(Some(r as usize)),
+            r => Err(PyIndexError::new_err(format!("row {r} does not exist"))),
+        }
+    }
+
+    fn ids(&self, xs: &[Bound<'_, PyAny>]) -> PyResult<Vec<Id>> {
+        xs.iter().map(|x| Expr::operand(&self.graph, x)).collect()
+    }
+}
+
+#[pymethods]
+impl Builder {
+    #[new]
+    fn new() -> Self {
+        Builder { graph: Arc::new(Mutex::new(crate::graph::Graph::new())), model: Some(Model::default()) }
+    }
+
+    #[pyo3(signature = (name, kind, unit, initial=0.0))]
+    fn unknown(&mut self, name: String, kind: &str, unit: String, initial: f64) -> PyResult<usize> {
+        let kind = Kind::from_name(kind).ok_or_else(|| PyValueError::new_err(format!("no such kind: {kind}")))?;
+        let m = self.model()?;
+        m.unknowns.push(Unknown { name, kind, unit, initial });
+        Ok(m.unknowns.len() - 1)
+    }
+
+    fn set_initial(&mut self, i: usize, value: f64) -> PyResult<()> {
+        let m = self.model()?;
+        let u = m.unknowns.get_mut(i).ok_or_else(|| PyIndexError::new_err("no such unknown"))?;
+        u.initial = value;
+        Ok(())
+    }
+
+    fn x(&self, i: usize) -> Expr {
+        let id = lock(&self.graph).unknown(i as u32);
+        self.expr(id)
+    }
+
+    fn time(&self) -> Expr {
+        let id = lock(&self.graph).time();
+        self.expr(id)
+    }
+
+    #[pyo3(name = "const")]
+    fn constant(&self, v: f64) -> Expr {
+        let id = lock(&self.graph).constant(v);
+        self.expr(id)
+    }
+
+    fn symbol(&self) -> Expr {
+        let id = lock(&self.graph).symbol();
+        self.expr(id)
+    }
+
+    #[pyo3(signature = (function, *args))]
+    fn call(&self, function: &str, args: Vec<Bound<'_, PyAny>>) -> PyResult<Expr> {
+        let a = self.ids(&args)?;
+        let mut g = lock(&self.graph);
+        let id = match (function, a.as_slice()) {
+            ("pow", &[x, y]) => g.pow(x, y),
+            ("atan2", &[y, x]) => g.atan2(y, x),
+            ("hypot", &[x, y]) => {
+                let xx = g.mul(x, x);
+                let yy = g.mul(y, y);
+                let s = g.add(xx, yy);
+                g.call(Fun::Sqrt, s)
+            }
+            ("log10", &[x]) => {
+                let l = g.call(Fun::Log, x);
+                let c = g.constant(std::f64::consts::LOG10_E);
+                g.mul(c, l)
+            }
+            (name, &[x]) => match Fun::from_name(name) {
+                Some(f) => g.call(f, x),
+                None => return Err(PyValueError::new_err(format!("no function `{name}` of one argument"))),
+            },
+            (name, _) => return Err(PyValueError::new_err(format!("no function `{name}` of {} arguments", a.len()))),
+        };
+        drop(g);
+        Ok(self.expr(id))
+    }
+
+    fn select(&self, cond: &Bound<'_, PyAny>, a: &Bound<'_, PyAny>, b: &Bound<'_, PyAny>) -> PyResult<Expr> {
+        let ids = self.ids(&[cond.clone(), a.clone(), b.clone()])?;
+        let id = lock(&self.graph).select(ids[0], ids[1], ids[2]);
+        Ok(self.expr(id))
+    }
+
+    /// 0/1, held between events: 1 when `up` > 0, 0 when `down` < 0.
+    #[pyo3(signature = (up, down=None, name=String::new(), initial=-1))]
+    fn flag(
+        &mut self,
+        up: &Bound<'_, PyAny>,
+        down: Option<&Bound<'_, PyAny>>,
+        name: String,
+        initial: i8,
+    ) -> PyResult<Expr> {
+        let up = Expr::operand(&self.graph, up)?;
+        let down = down.map_or(Ok(up), |d| Expr::operand(&self.graph, d))?;
+        if up == down {
+            if let Some(v) = lock(&self.graph).value(up) {
+                let c = lock(&self.graph).constant(if v > 0.0 { 1.0 } else { 0.0 });
+                return Ok(self.expr(c));
+            }
+            // one comparison asked twice is one flag
+            if let Some(k) = self.model()?.flags.iter().position(|f| f.up == up && f.down == down && f.name == name) {
+                let id = lock(&self.graph).flag(k as u32);
+                return Ok(self.expr(id));
+            }
+        }
+        let m = self.model()?;
+        m.flags.push(FlagSpec { up, down, name, initial });
+        let k = m.flags.len() - 1;
+        let id = lock(&self.graph).flag(k as u32);
+        Ok(self.expr(id))
+    }
+
+    fn grad(&self, y: &Bound<'_, PyAny>, xs: Vec<Bound<'_, PyAny>>) -> PyResult<Vec<Expr>> {
+        let y = Expr::operand(&self.graph, y)?;
+        let xs = self.ids(&xs)?;
+        let ds = derive::gradient(&mut lock(&self.graph), y, &xs);
+        Ok(ds.into_iter().map(|d| self.expr(d)).collect())
+    }
+
+    /// d ys / ds along the direction given by (leaf, tangent) pairs: forward mode.
+    fn tangent(
+        &self,
+        ys: Vec<Bound<'_, PyAny>>,
+        seed: Vec<(Bound<'_, PyAny>, Bound<'_, PyAny>)>,
+    ) -> PyResult<Vec<Expr>> {
+        let ys = self.ids(&ys)?;
+        let map = self.pairs(seed)?;
+        let ds = derive::tangent(&mut lock(&self.graph), &ys, &map);
+        Ok(ds.into_iter().map(|d| self.expr(d)).collect())
+    }
+
+    fn substitute(
+        &self,
+        ys: Vec<Bound<'_, PyAny>>,
+        map: Vec<(Bound<'_, PyAny>, Bound<'_, PyAny>)>,
+    ) -> PyResult<Vec<Expr>> {
+        let ys = self.ids(&ys)?;
+        let map = self.pairs(map)?;
+        let out = derive::substitute(&mut lock(&self.graph), &ys, &map);
+        Ok(out.into_iter().map(|d| self.expr(d)).collect())
+    }
+
+    fn depends(&self, y: &Bound<'_, PyAny>, xs: Vec<Bound<'_, PyAny>>) -> PyResult<Vec<bool>> {
+        let y = Expr::operand(&self.graph, y)?;
+        let xs = self.ids(&xs)?;
+        Ok(derive::depends(&lock(&self.graph), y, &xs))
+    }
+
+    fn count(&self, ys: Vec<Bound<'_, PyAny>>) -> PyResult<usize> {
+        let ys = self.ids(&ys)?;
+        Ok(lock(&self.graph).count(&ys))
+    }
+
+    /// Values of `ys` at unknowns x (missing ones read 0), time t, waves at t, flags by their roots.
+    #[pyo3(signature = (ys, x, t=0.0))]
+    fn eval(&mut self, ys: Vec<Bound<'_, PyAny>>, mut x: Vec<f64>, t: f64) -> PyResult<Vec<f64>> {
+        let ys = self.ids(&ys)?;
+        let graph = self.graph.clone();
+        let m = self.model()?;
+        x.resize(x.len().max(m.unknowns.len()), 0.0);
+        let waves: Vec<f64> = m.waves.iter().map(|w| w.value(t)).collect();
+        let g = lock(&graph);
+        let mut flags: Vec<f64> = m.flags.iter().map(|f| f64::from(f.initial.max(0))).collect();
+        // a flag may hang on another flag: a few rounds settle them in order
+        let roots: Vec<Id> = m.flags.iter().map(|f| f.up).collect();
+        let tape = Tape::new(&g, &roots);
+        for _ in 0..roots.len().min(8) {
+            let r = tape.eval(&Inputs { x: &x, t, waves: &waves, flags: &flags });
+            flags = r.iter().map(|&v| if v > 0.0 { 1.0 } else { 0.0 }).collect();
+        }
+        Ok(Tape::new(&g, &ys).eval(&Inputs { x: &x, t, waves: &waves, flags: &flags }))
+    }
+
+    #[pyo3(signature = (kind, args, dc=None))]
+    fn wave(&mut self, kind: &str, args: Vec<f64>, dc: Option<f64>) -> PyResult<usize> {
+        let wave = Wave::new(kind, &args, dc).map_err(PyValueError::new_err)?;
+        let m = self.model()?;
+        m.waves.push(wave);
+        Ok(m.waves.len() - 1)
+    }
+
+    fn wave_expr(&self, k: u32) -> Expr {
+        let id = lock(&self.graph).wave(k);
+        self.expr(id)
+    }
+
+    fn g(&mut self, row: i64, col: i64, v: f64) -> PyResult<()> {
+        if let (Some(r), Some(c)) = (self.row(row)?, self.row(col)?) {
+            self.model()?.g.push((r, c, v));
+        }
+        Ok(())
+    }
+
+    fn c(&mut self, row: i64, col: i64, v: f64) -> PyResult<()> {
+        if let (Some(r), Some(c)) = (self.row(row)?, self.row(col)?) {
+            self.model()?.c.push((r, c, v));
+        }
+        Ok(())
+    }
+
+    fn f_wave(&mut self, row: i64, wave: usize, coefficient: f64) -> PyResult<()> {
+        if let Some(r) = self.row(row)? {
+            let m = self.model()?;
+            if wave >= m.waves.len() {
+                return Err(PyIndexError::new_err("no such wave"));
+            }
+            m.f_wave.push((r, wave, coefficient));
+        }
+        Ok(())
+    }
+
+    fn add_f(&mut self, row: i64, e: &Bound<'_, PyAny>) -> PyResult<()> {
+        let id = Expr::operand(&self.graph, e)?;
+        let graph = self.graph.clone();
+        if let Some(r) = self.row(row)? {
+            let m = self.model()?;
+            let sum = m.f.get(&r).map_or(id, |&old| lock(&graph).add(old, id));
+            m.f.insert(r, sum);
+        }
+        Ok(())
+    }
+
+    fn add_q(&mut self, row: i64, e: &Bound<'_, PyAny>) -> PyResult<()> {
+        let id = Expr::operand(&self.graph, e)?;
+        let graph = self.graph.clone();
+        if let Some(r) = self.row(row)? {
+            let m = self.model()?;
+            let sum = m.q.get(&r).map_or(id, |&old| lock(&graph).add(old, id));
+            m.q.insert(r, sum);
+        }
+        Ok(())
+    }
+
+    /// A junction diode from p to n; the engine makes the internal node when there is a series resistance.
+    #[pyo3(signature = (name, p, n, model, instance, temp_c=27.0, tnom_c=27.0))]
+    #[allow(clippy::too_many_arguments)]
+    fn diode(
+        &mut self,
+        name: String,
+        p: i64,
+        n: i64,
+        model: HashMap<String, f64>,
+        instance: HashMap<String, f64>,
+        temp_c: f64,
+        tnom_c: f64,
+    ) -> PyResult<()> {
+        let kernel = Diode::new(&model, &instance, temp_c, tnom_c).map_err(PyValueError::new_err)?;
+        let (p, n) = (self.row(p)?, self.row(n)?);
+        let m = self.model()?;
+        let mut inner = p;
+        if let Some(gs) = kernel.series_conductance() {
+            m.unknowns.push(Unknown {
+                name: format!("{name}#internal"),
+                kind: Kind::Node,
+                unit: "V".into(),
+                initial: 0.0,
+            });
+            let i = m.unknowns.len() - 1;
+            inner = Some(i);
+            m.g.push((i, i, gs));
+            if let Some(p) = p {
+                m.g.extend([(p, p, gs), (p, i, -gs), (i, p, -gs)]);
+            }
+        }
+        let index = |k: Option<usize>| k.map_or(-1, |k| k as i32);
+        m.diodes.push(DiodeAt { name, kernel, p: index(inner), n: index(n) });
+        Ok(())
+    }
+
+    /// Forces a node voltage at the operating point: kind "ic" (until t = 0) or "nodeset" (a first guess).
+    fn force(&mut self, row: i64, value: f64, kind: &str) -> PyResult<()> {
+        if let Some(row) = self.row(row)? {
+            self.model()?.forces.push(Force { row, value, release: kind == "nodeset" });
+        }
+        Ok(())
+    }
+
+    /// With UIC: charge (or flux linkage) added to row `row` of Q at t = 0.
+    fn ic_charge(&mut self, row: i64, dq: f64) -> PyResult<()> {
+        if let Some(row) = self.row(row)? {
+            self.model()?.ic_charge.push((row, dq));
+        }
+        Ok(())
+    }
+
+    /// Indices of a maximal set of independent rows of the matrix `rows` (row-major, list of rows), earlier ones first.
+    #[pyo3(signature = (rows, tol=1e-9))]
+    fn rank(&self, rows: Vec<Vec<f64>>, tol: f64) -> PyResult<(usize, Vec<usize>)> {
+        let cols = rows.first().map_or(0, Vec::len);
+        if rows.iter().any(|r| r.len() != cols) {
+            return Err(PyValueError::new_err("rows of unequal length"));
+        }
+        let flat: Vec<f64> = rows.concat();
+        Ok(assembly::rank(&flat, rows.len(), cols, tol))
+    }
+
+    /// Mass-weighted projection of the coordinates `q` (indices of unknowns) onto h = 0, the held ones fixed.
+    /// `mass` is the n x n mass matrix as expressions, evaluated at x. Returns (ok, q values, residual of each h).
+    #[pyo3(signature = (q, h, mass, x, held, t=0.0, tol=1e-12))]
+    #[allow(clippy::too_many_arguments)]
+    fn project(
+        &mut self,
+        q: Vec<usize>,
+        h: Vec<Bound<'_, PyAny>>,
+        mass: Vec<Bound<'_, PyAny>>,
+        mut x: Vec<f64>,
+        held: Vec<bool>,
+        t: f64,
+        tol: f64,
+    ) -> PyResult<(bool, Vec<f64>, Vec<f64>)> {
+        let h = self.ids(&h)?;
+        let mass_ids = self.ids(&mass)?;
+        let graph = self.graph.clone();
+        let m = self.model()?;
+        x.resize(x.len().max(m.unknowns.len()), 0.0);
+        if held.len() != q.len() || mass_ids.len() != q.len() * q.len() || q.iter().any(|&i| i >= x.len()) {
+            return Err(PyValueError::new_err("project: lengths do not fit"));
+        }
+        let waves: Vec<f64> = m.waves.iter().map(|w| w.value(t)).collect();
+        let flags = vec![0.0; m.flags.len()];
+        let mut g = lock(&graph);
+        let leaves: Vec<Id> = q.iter().map(|&i| g.unknown(i as u32)).collect();
+        let mut outs = h.clone();
+        for &row in &h {
+            outs.extend(derive::gradient(&mut g, row, &leaves));
+        }
+        let tape = Tape::new(&g, &outs);
+        let weights = Tape::new(&g, &mass_ids).eval(&Inputs { x: &x, t, waves: &waves, flags: &flags });
+        drop(g);
+        let x0: Vec<f64> = q.iter().map(|&i| x[i]).collect();
+        let mut work = tape.workspace();
+        let nh = h.len();
+        let mut constraint = |at: &[f64], value: &mut [f64], jac: &mut [f64]| {
+            for (&i, &v) in q.iter().zip(at) {
+                x[i] = v;
+            }
+            tape.run(&Inputs { x: &x, t, waves: &waves, flags: &flags }, &mut work);
+            for (k, v) in value.iter_mut().enumerate() {
+                *v = tape.output(&work, k);
+            }
+            for (k, v) in jac.iter_mut().enumerate() {
+                *v = tape.output(&work, nh + k);
+            }
+        };
+        match assembly::project(&mut constraint, nh, &weights, &x0, &held, tol, 200) {
+            Ok(at) => Ok((true, at, vec![0.0; nh])),
+            Err(e) => Ok((false, e.x, e.residual)),
+        }
+    }
+
+    /// Minimal mass-weighted change of u such that H u = rhs (H as list of rows, mass row-major n*n).
+    fn project_velocity(
+        &self,
+        h: Vec<Vec<f64>>,
+        mass: Vec<f64>,
+        u0: Vec<f64>,
+        held: Vec<bool>,
+        rhs: Vec<f64>,
+    ) -> PyResult<Vec<f64>> {
+        let n = u0.len();
+        if mass.len() != n * n || held.len() != n || rhs.len() != h.len() || h.iter().any(|r| r.len() != n) {
+            return Err(PyValueError::new_err("project_velocity: lengths do not fit"));
+        }
+        Ok(assembly::project_velocity(&h.concat(), &mass, &u0, &held, &rhs))
+    }
+
+    fn compile(&mut self) -> PyResult<System> {
+        let model = self.model.take().ok_or_else(|| PyValueError::new_err("compiled already"))?;
+        let system =
+            crate::system::System::compile(model, &mut lock(&self.graph)).map_err(PyValueError::new_err)?;
+        Ok(System::new(system, self.graph.clone()))
+    }
+}
+
+impl Builder {
+    fn pairs(&self, map: Vec<(Bound<'_, PyAny>, Bound<'_, PyAny>)>) -> PyResult<Vec<(Id, Id)>> {
+        map.iter()
+            .map(|(a, b)| Ok((Expr::operand(&self.graph, a)?, Expr::operand(&self.graph, b)?)))
+            .collect()
+    }
+}

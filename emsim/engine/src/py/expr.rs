@@ -1,0 +1,107 @@
+//! `Expr`: a node of the graph, with Python's operators.
+use crate::graph::{Graph, Id};
+use pyo3::exceptions::{PyTypeError, PyValueError};
+use pyo3::prelude::*;
+use std::sync::{Arc, Mutex, MutexGuard};
+
+pub type SharedGraph = Arc<Mutex<Graph>>;
+
+pub fn lock(g: &SharedGraph) -> MutexGuard<'_, Graph> {
+    g.lock().unwrap_or_else(std::sync::PoisonError::into_inner)
+}
+
+#[pyclass(frozen)]
+#[derive(Clone)]
+pub struct Expr {
+    pub graph: SharedGraph,
+    pub id: Id,
+}
+
+impl Expr {
+    /// A number or an expression of the same graph.
+    pub fn operand(graph: &SharedGraph, value: &Bound<'_, PyAny>) -> PyResult<Id> {
+        if let Ok(e) = value.cast::<Expr>() {
+            let e = e.get();
+            if !Arc::ptr_eq(&e.graph, graph) {
+                return Err(PyValueError::new_err("expressions of two different builders do not mix"));
+            }
+            return Ok(e.id);
+        }
+        match value.extract::<f64>() {
+            Ok(v) => Ok(lock(graph).constant(v)),
+            Err(_) => Err(PyTypeError::new_err("an Expr or a number is needed")),
+        }
+    }
+
+    fn with(&self, id: Id) -> Expr {
+        Expr { graph: self.graph.clone(), id }
+    }
+
+    fn binary(&self, other: &Bound<'_, PyAny>, f: fn(&mut Graph, Id, Id) -> Id, swap: bool) -> PyResult<Expr> {
+        let o = Expr::operand(&self.graph, other)?;
+        let mut g = lock(&self.graph);
+        let id = if swap { f(&mut g, o, self.id) } else { f(&mut g, self.id, o) };
+        Ok(self.with(id))
+    }
+}
+
+#[pymethods]
+impl Expr {
+    #[getter]
+    fn value(&self) -> Option<f64> {
+        lock(&self.graph).value(self.id)
+    }
+
+    #[getter]
+    fn id(&self) -> u32 {
+        self.id
+    }
+
+    fn __add__(&self, o: &Bound<'_, PyAny>) -> PyResult<Expr> {
+        self.binary(o, Graph::add, false)
+    }
+    fn __radd__(&self, o: &Bound<'_, PyAny>) -> PyResult<Expr> {
+        self.binary(o, Graph::add, true)
+    }
+    fn __sub__(&self, o: &Bound<'_, PyAny>) -> PyResult<Expr> {
+        self.binary(o, Graph::sub, false)
+    }
+    fn __rsub__(&self, o: &Bound<'_, PyAny>) -> PyResult<Expr> {
+        self.binary(o, Graph::sub, true)
+    }
+    fn __mul__(&self, o: &Bound<'_, PyAny>) -> PyResult<Expr> {
+        self.binary(o, Graph::mul, false)
+    }
+    fn __rmul__(&self, o: &Bound<'_, PyAny>) -> PyResult<Expr> {
+        self.binary(o, Graph::mul, true)
+    }
+    fn __truediv__(&self, o: &Bound<'_, PyAny>) -> PyResult<Expr> {
+        self.binary(o, Graph::div, false)
+    }
+    fn __rtruediv__(&self, o: &Bound<'_, PyAny>) -> PyResult<Expr> {
+        self.binary(o, Graph::div, true)
+    }
+    fn __pow__(&self, o: &Bound<'_, PyAny>, _modulo: Option<&Bound<'_, PyAny>>) -> PyResult<Expr> {
+        self.binary(o, Graph::pow, false)
+    }
+    fn __rpow__(&self, o: &Bound<'_, PyAny>, _modulo: Option<&Bound<'_, PyAny>>) -> PyResult<Expr> {
+        self.binary(o, Graph::pow, true)
+    }
+    fn __neg__(&self) -> Expr {
+        let id = lock(&self.graph).neg(self.id);
+        self.with(id)
+    }
+    fn __pos__(&self) -> Expr {
+        self.clone()
+    }
+    fn __bool__(&self) -> PyResult<bool> {
+        Err(PyTypeError::new_err("an Expr has no truth value; use Builder.flag and Builder.select"))
+    }
+    fn __repr__(&self) -> String {
+        let g = lock(&self.graph);
+        match g.value(self.id) {
+            Some(v) => format!("Expr({v})"),
+            None => format!("Expr(#{}: {:?})", self.id, g.node(self.id)),
+        }
+    }
+}

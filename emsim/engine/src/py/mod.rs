@@ -1,0 +1,16 @@
+//! The Python face: thin, one file for the expressions, one for the builder, one for the compiled system.
+mod builder;
+mod expr;
+mod system;
+
+use pyo3::prelude::*;
+
+#[pymodule]
+fn _engine(m: &Bound<'_, PyModule>) -> PyResult<()> {
+    m.add("__version__", env!("CARGO_PKG_VERSION"))?;
+    m.add_class::<expr::Expr>()?;
+    m.add_class::<builder::Builder>()?;
+    m.add_class::<system::System>()?;
+    m.add_class::<system::Waveforms>()?;
+    Ok(())
+}

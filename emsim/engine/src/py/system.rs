@@ -1,0 +1,427 @@
+//! `System`: the compiled equations, open to anyone; and the analyses. `Waveforms`: what an analysis recorded.
+use super::expr::{lock, Expr, SharedGraph};
+use crate::graph::Id;
+use crate::integrate::{self, Failed, Status, Transient};
+use crate::newton::{Failure, Options, Tolerances};
+use crate::op;
+use crate::record::{write_raw, RawHeader, Record};
+use crate::system::{Counters, Work};
+use pyo3::exceptions::{PyIndexError, PyOSError, PyValueError};
+use pyo3::prelude::*;
+use pyo3::types::{PyBytes, PyDict};
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+#[pyclass(frozen)]
+pub struct System {
+    inner: Arc<crate::system::System>,
+    graph: SharedGraph,
+}
+
+impl System {
+    pub fn new(system: crate::system::System, graph: SharedGraph) -> System {
+        System { inner: Arc::new(system), graph }
+    }
+
+    fn ids(&self, outputs: &[Bound<'_, PyAny>]) -> PyResult<Vec<Id>> {
+        outputs.iter().map(|o| Expr::operand(&self.graph, o)).collect()
+    }
+
+    /// Scratch with the flags as they are at (x, t).
+    fn work_at(&self, x: &[f64], t: f64) -> PyResult<Work> {
+        if x.len() != self.inner.n {
+            return Err(PyValueError::new_err(format!("x has {} values, the system {}", x.len(), self.inner.n)));
+        }
+        let mut w = self.inner.work();
+        for _ in 0..8 {
+            if !self.inner.update_flags(&mut w, x, t) {
+                break;
+            }
+        }
+        Ok(w)
+    }
+}
+
+fn options(given: Option<&Bound<'_, PyDict>>) -> PyResult<Options> {
+    let mut o = Options::default();
+    let Some(given) = given else { return Ok(o) };
+    for (key, value) in given.iter() {
+        let key: String = key.extract()?;
+        match key.as_str() {
+            "reltol" => o.reltol = value.extract()?,
+            "abstol" => o.abstol = value.extract()?,
+            "vntol" => o.vntol = value.extract()?,
+            "trtol" => o.trtol = value.extract()?,
+            "gmin" => o.gmin = value.extract()?,
+            "itl1" => o.itl1 = value.extract::<f64>()? as usize,
+            "itl4" => o.itl4 = value.extract::<f64>()?.max(10.0) as usize,
+            "maxord" => o.maxord = value.extract::<f64>()? as usize,
+            "fixed_step" => o.fixed_step = value.extract()?,
+            "method" => {
+                let name: String = value.extract()?;
+                if !integrate::known(&name) {
+                    return Err(PyValueError::new_err(format!("no such method: {name}")));
+                }
+                o.method = name;
+            }
+            _ => {}
+        }
+    }
+    for (name, v) in [("reltol", o.reltol), ("gmin", o.gmin)] {
+        if !(v.is_finite() && v >= 0.0) || (name == "reltol" && v <= 0.0) {
+            return Err(PyValueError::new_err(format!("{name} must be a positive number")));
+        }
+    }
+    o.reltol = o.reltol.clamp(1e-13, 0.5);
+    Ok(o)
+}
+
+#[pymethods]
+impl System {
+    #[getter]
+    fn n(&self) -> usize {
+        self.inner.n
+    }
+    #[getter]
+    fn names(&self) -> Vec<String> {
+        self.inner.unknowns.iter().map(|u| u.name.clone()).collect()
+    }
+    #[getter]
+    fn kinds(&self) -> Vec<&'static str> {
+        self.inner.unknowns.iter().map(|u| u.kind.name()).collect()
+    }
+    #[getter]
+    fn units(&self) -> Vec<String> {
+        self.inner.unknowns.iter().map(|u| u.unit.clone()).collect()
+    }
+    #[getter]
+    fn flag_names(&self) -> Vec<String> {
+        self.inner.flags.iter().map(|f| f.name.clone()).collect()
+    }
+    /// Rows that stand under d/dt.
+    #[getter]
+    fn differential_rows(&self) -> Vec<bool> {
+        self.inner.has_q.clone()
+    }
+    #[getter]
+    fn differential_unknowns(&self) -> Vec<bool> {
+        self.inner.differential.clone()
+    }
+    #[getter]
+    fn linear(&self) -> bool {
+        self.inner.linear
+    }
+    /// (operations of Q and F, operations of these and their derivatives), devices not counted
+    #[getter]
+    fn operations(&self) -> (usize, usize) {
+        self.inner.operations()
+    }
+    fn initial(&self) -> Vec<f64> {
+        op::initial(&self.inner)
+    }
+
+    fn q(&self, x: Vec<f64>, t: f64) -> PyResult<Vec<f64>> {
+        let mut w = self.work_at(&x, t)?;
+        self.inner.eval(&mut w, &x, t);
+        Ok(w.q)
+    }
+
+    fn f(&self, x: Vec<f64>, t: f64) -> PyResult<Vec<f64>> {
+        let mut w = self.work_at(&x, t)?;
+        self.inner.eval(&mut w, &x, t);
+        Ok(w.f)
+    }
+
+    /// Compressed sparse columns: (indptr, indices), common to C and G.
+    fn pattern(&self) -> (Vec<usize>, Vec<usize>) {
+        (self.inner.pattern.colptr.clone(), self.inner.pattern.rowidx.clone())
+    }
+
+    /// Values of C = dQ/dx and G = dF/dx on the pattern.
+    fn jac(&self, x: Vec<f64>, t: f64) -> PyResult<(Vec<f64>, Vec<f64>)> {
+        let mut w = self.work_at(&x, t)?;
+        self.inner.eval_jacobian(&mut w, &x, t, false);
+        Ok((w.cv, w.gv))
+    }
+
+    /// Absolute tolerance of each unknown under these options.
+    #[pyo3(signature = (options_=None))]
+    fn tolerances(&self, options_: Option<&Bound<'_, PyDict>>) -> PyResult<Vec<f64>> {
+        Ok(Tolerances::new(&self.inner, &options(options_)?).atol)
+    }
+
+    /// The consistent starting point of a transient analysis: (ok, x, failure).
+    #[pyo3(signature = (options_=None, uic=false, tstep=1e-6))]
+    fn start(
+        &self,
+        py: Python<'_>,
+        options_: Option<&Bound<'_, PyDict>>,
+        uic: bool,
+        tstep: f64,
+    ) -> PyResult<(bool, Vec<f64>, Option<Py<PyDict>>)> {
+        let o = options(options_)?;
+        let sys = &self.inner;
+        let tol = Tolerances::new(sys, &o);
+        let mut w = sys.work();
+        let mut x = op::initial(sys);
+        let failed = |why, tried| Failed { t: 0.0, h: 0.0, during: "operating point", why, tried };
+        let result = if uic {
+            op::initial_conditions(sys, &mut w, &mut x, tstep, &tol).map_err(|why| failed(why, vec![]))
+        } else {
+            op::operating_point(sys, &mut w, &o, &tol, false, &mut x).map_err(|e| failed(e.why, e.tried))
+        };
+        match result {
+            Ok(()) => {
+                let feature = sys.shortest_feature().min(tstep);
+                op::consistent(sys, &mut w, &mut x, 0.0, 1e-5 * feature, &tol, true);
+                Ok((true, x, None))
+            }
+            Err(f) => Ok((false, x, Some(failure_dict(py, &self.inner, &f)?))),
+        }
+    }
+
+    /// DC operating point: one row. `statics`: the machine comes to rest too.
+    #[pyo3(signature = (outputs, options_=None, statics=false))]
+    fn op(
+        &self,
+        py: Python<'_>,
+        outputs: Vec<Bound<'_, PyAny>>,
+        options_: Option<&Bound<'_, PyDict>>,
+        statics: bool,
+    ) -> PyResult<Waveforms> {
+        let ids = self.ids(&outputs)?;
+        let o = options(options_)?;
+        let sys = self.inner.clone();
+        let mut record = Record::new(&lock(&self.graph), &ids);
+        let (w, failed, record, seconds) = py.detach(move || {
+            let clock = Clock::start();
+            let tol = Tolerances::new(&sys, &o);
+            let mut w = sys.work();
+            w.dc = true;
+            let mut x = op::initial(&sys);
+            let found = op::operating_point(&sys, &mut w, &o, &tol, statics, &mut x);
+            let failed = found
+                .err()
+                .map(|e| Failed { t: 0.0, h: 0.0, during: "operating point", why: e.why, tried: e.tried });
+            if failed.is_none() {
+                record.push(&sys, &mut w, 0.0, &x);
+            }
+            (w, failed, record, clock.seconds())
+        });
+        let failure = failed.map(|f| failure_dict(py, &self.inner, &f)).transpose()?;
+        let status = if failure.is_some() { "failed" } else { "ok" };
+        Ok(Waveforms { record, counters: w.counters, seconds, status, failure, events: vec![] })
+    }
+
+    /// Transient analysis. `progress(t, h, steps, events)` is called now and then; a true return value stops the run.
+    #[pyo3(signature = (tstep, tstop, tstart=0.0, tmax=None, uic=false, outputs=vec![], options_=None, progress=None))]
+    #[allow(clippy::too_many_arguments)]
+    fn tran(
+        &self,
+        py: Python<'_>,
+        tstep: f64,
+        tstop: f64,
+        tstart: f64,
+        tmax: Option<f64>,
+        uic: bool,
+        outputs: Vec<Bound<'_, PyAny>>,
+        options_: Option<&Bound<'_, PyDict>>,
+        progress: Option<Py<PyAny>>,
+    ) -> PyResult<Waveforms> {
+        let good = |v: f64| v.is_finite() && v > 0.0;
+        if !good(tstep) || !good(tstop) || !(tstart >= 0.0 && tstart < tstop) || tmax.is_some_and(|m| !good(m)) {
+            return Err(PyValueError::new_err("tran: times must be positive, tstart before tstop"));
+        }
+        let ids = self.ids(&outputs)?;
+        let o = options(options_)?;
+        let sys = self.inner.clone();
+        let mut record = Record::new(&lock(&self.graph), &ids);
+        let a = Transient { tstep, tstop, tstart, tmax, uic };
+        let (outcome, w, record, seconds) = py.detach(move || {
+            let clock = Clock::start();
+            let mut w = sys.work();
+            let mut last = Instant::now();
+            let mut tick = |t: f64, h: f64, steps: u64, events: u64| {
+                if last.elapsed() < Duration::from_millis(50) {
+                    return true;
+                }
+                last = Instant::now();
+                Python::attach(|py| {
+                    if py.check_signals().is_err() {
+                        return false;
+                    }
+                    match &progress {
+                        Some(call) => match call.call1(py, (t, h, steps, events)) {
+                            Ok(stop) => !stop.is_truthy(py).unwrap_or(false),
+                            Err(_) => false,
+                        },
+                        None => true,
+                    }
+                })
+            };
+            let outcome = integrate::run(&sys, &mut w, a, &o, &mut record, &mut tick);
+            (outcome, w, record, clock.seconds())
+        });
+        let failure = outcome.failed.as_ref().map(|f| failure_dict(py, &self.inner, f)).transpose()?;
+        let status = match outcome.status {
+            Status::Ok => "ok",
+            Status::Failed => "failed",
+            Status::Interrupted => "interrupted",
+        };
+        let events = outcome.events.iter().map(|&(t, k, v)| (t, k, u8::from(v))).collect();
+        Ok(Waveforms { record, counters: w.counters, seconds, status, failure, events })
+    }
+}
+
+/// CPU seconds of this thread where the system tells, else wall time.
+struct Clock(f64);
+
+impl Clock {
+    fn start() -> Clock {
+        Clock(thread_seconds())
+    }
+    fn seconds(&self) -> f64 {
+        thread_seconds() - self.0
+    }
+}
+
+#[cfg(target_os = "linux")]
+fn thread_seconds() -> f64 {
+    // utime + stime of this thread in clock ticks are too coarse; schedstat counts nanoseconds on the processor
+    std::fs::read_to_string("/proc/thread-self/schedstat")
+        .ok()
+        .and_then(|s| s.split(' ').next().and_then(|v| v.parse::<f64>().ok()))
+        .map_or_else(wall_seconds, |ns| ns * 1e-9)
+}
+
+#[cfg(not(target_os = "linux"))]
+fn thread_seconds() -> f64 {
+    wall_seconds()
+}
+
+fn wall_seconds() -> f64 {
+    use std::time::{SystemTime, UNIX_EPOCH};
+    SystemTime::now().duration_since(UNIX_EPOCH).map_or(0.0, |d| d.as_secs_f64())
+}
+
+fn failure_dict(py: Python<'_>, sys: &crate::system::System, f: &Failed) -> PyResult<Py<PyDict>> {
+    let d = PyDict::new(py);
+    d.set_item("t", f.t)?;
+    d.set_item("h", f.h)?;
+    d.set_item("during", f.during)?;
+    d.set_item("tried", f.tried.clone())?;
+    let (kind, unknown, row) = match &f.why {
+        Failure::Singular(s) => {
+            d.set_item("structural", s.structural)?;
+            ("singular", s.col, s.row)
+        }
+        Failure::Diverged { unknown, row } => ("no convergence", Some(*unknown), Some(*row)),
+        Failure::NotFinite { unknown } => ("not finite", Some(*unknown), Some(*unknown)),
+    };
+    d.set_item("kind", kind)?;
+    d.set_item("unknown", unknown)?;
+    d.set_item("row", row)?;
+    let name = |k: Option<usize>| k.and_then(|k| sys.unknowns.get(k)).map(|u| u.name.clone());
+    d.set_item("unknown_name", name(unknown))?;
+    d.set_item("row_name", name(row))?;
+    Ok(d.unbind())
+}
+
+#[pyclass]
+pub struct Waveforms {
+    record: Record,
+    counters: Counters,
+    seconds: f64,
+    #[pyo3(get)]
+    status: &'static str,
+    failure: Option<Py<PyDict>>,
+    #[pyo3(get)]
+    events: Vec<(f64, usize, u8)>,
+}
+
+#[pymethods]
+impl Waveforms {
+    #[getter]
+    fn rows(&self) -> usize {
+        self.record.rows()
+    }
+    #[getter]
+    fn columns(&self) -> usize {
+        self.record.columns
+    }
+    #[getter]
+    fn failure(&self, py: Python<'_>) -> Option<Py<PyDict>> {
+        self.failure.as_ref().map(|f| f.clone_ref(py))
+    }
+
+    /// Column k (0 is time) as the bytes of native float64.
+    fn column<'py>(&self, py: Python<'py>, k: usize) -> PyResult<Bound<'py, PyBytes>> {
+        let (r, c) = (self.record.rows(), self.record.columns);
+        if k >= c {
+            return Err(PyIndexError::new_err("no such column"));
+        }
+        PyBytes::new_with(py, r * 8, |out| {
+            for (chunk, row) in out.chunks_exact_mut(8).zip(self.record.data.chunks_exact(c)) {
+                chunk.copy_from_slice(&row[k].to_ne_bytes());
+            }
+            Ok(())
+        })
+    }
+
+    /// One value, for callers without numpy.
+    fn value(&self, row: usize, column: usize) -> PyResult<f64> {
+        if row >= self.record.rows() || column >= self.record.columns {
+            return Err(PyIndexError::new_err("no such value"));
+        }
+        Ok(self.record.data[row * self.record.columns + column])
+    }
+
+    #[getter]
+    fn stats(&self, py: Python<'_>) -> PyResult<Py<PyDict>> {
+        let d = PyDict::new(py);
+        let c = &self.counters;
+        for (name, v) in [
+            ("steps", c.steps),
+            ("rejected", c.rejected),
+            ("newton_failures", c.newton_failures),
+            ("iterations", c.iterations),
+            ("evaluations", c.evaluations),
+            ("jacobians", c.jacobians),
+            ("factorisations", c.factorisations),
+            ("solves", c.solves),
+            ("events", c.events),
+            ("breakpoints", c.breakpoints),
+        ] {
+            d.set_item(name, v)?;
+        }
+        d.set_item("points", self.record.rows())?;
+        d.set_item("solve_time", self.seconds)?;
+        Ok(d.unbind())
+    }
+
+    /// ngspice's raw file. `names` and `types` are those of every column, time included (left out with `skip_time`).
+    #[pyo3(signature = (path, title, date, plotname, command, names, types, ascii=false, append=false, skip_time=false))]
+    #[allow(clippy::too_many_arguments)]
+    fn write_raw(
+        &self,
+        path: &str,
+        title: &str,
+        date: &str,
+        plotname: &str,
+        command: &str,
+        names: Vec<String>,
+        types: Vec<String>,
+        ascii: bool,
+        append: bool,
+        skip_time: bool,
+    ) -> PyResult<()> {
+        let expected = self.record.columns - usize::from(skip_time);
+        if names.len() != expected || types.len() != expected {
+            return Err(PyValueError::new_err(format!("{expected} names and types are needed")));
+        }
+        let variables: Vec<(String, String)> = names.into_iter().zip(types).collect();
+        let head = RawHeader { title, date, plotname, command, variables: &variables };
+        write_raw(path, append, &head, &self.record.data, skip_time, ascii)
+            .map_err(|e| PyOSError::new_err(format!("{path}: {e}")))
+    }
+}

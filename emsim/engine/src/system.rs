@@ -1,0 +1,564 @@
+//! Equation (1):  d/dt Q(x, t) + F(x, t) = 0, compiled.
+//!
+//! `Model` collects contributions; `System` is what was compiled and never changes while it runs; `Work` is the scratch
+//! and the held state (flags, limited junction voltages) of one run.  Row i belongs to unknown i.  C = dQ/dx and
+//! G = dF/dx share one sparse pattern.  The linear part is summed once; expressions run as tapes; devices as kernels.
+use crate::derive::gradient;
+use crate::devices::diode::Diode;
+use crate::graph::{Graph, Id, Node};
+use crate::sparse::Pattern;
+use crate::tape::{Inputs, Tape};
+use crate::waves::Wave;
+use std::collections::BTreeMap;
+
+/// What an unknown is: its tolerance, and whether the DC operating point holds it.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Kind {
+    Node,
+    Branch,
+    Coordinate,
+    Speed,
+    Lambda,
+    Mu,
+    Derivative,
+}
+
+impl Kind {
+    pub fn from_name(name: &str) -> Option<Kind> {
+        Some(match name {
+            "node" => Kind::Node,
+            "branch" => Kind::Branch,
+            "coordinate" => Kind::Coordinate,
+            "speed" => Kind::Speed,
+            "lambda" => Kind::Lambda,
+            "mu" => Kind::Mu,
+            "derivative" => Kind::Derivative,
+            _ => return None,
+        })
+    }
+
+    pub fn name(self) -> &'static str {
+        match self {
+            Kind::Node => "node",
+            Kind::Branch => "branch",
+            Kind::Coordinate => "coordinate",
+            Kind::Speed => "speed",
+            Kind::Lambda => "lambda",
+            Kind::Mu => "mu",
+            Kind::Derivative => "derivative",
+        }
+    }
+
+    /// Held at its initial value while the circuit's DC point is found.
+    pub fn mechanical(self) -> bool {
+        matches!(self, Kind::Coordinate | Kind::Speed | Kind::Lambda | Kind::Mu)
+    }
+}
+
+#[derive(Clone, Debug)]
+pub struct Unknown {
+    pub name: String,
+    pub kind: Kind,
+    pub unit: String,
+    pub initial: f64,
+}
+
+/// 0/1 state held between events: becomes 1 when `up` > 0, 0 when `down` < 0.
+#[derive(Clone, Debug)]
+pub struct FlagSpec {
+    pub up: Id,
+    pub down: Id,
+    pub name: String,
+    pub initial: i8,
+}
+
+pub struct DiodeAt {
+    pub name: String,
+    pub kernel: Diode,
+    pub p: i32,
+    pub n: i32,
+}
+
+/// Node voltages forced at the operating point (`.ic`) or only suggested (`.nodeset`).
+#[derive(Clone, Copy)]
+pub struct Force {
+    pub row: usize,
+    pub value: f64,
+    pub release: bool, // nodeset: released before the final solution
+}
+
+/// Contributions, as the cards make them.
+#[derive(Default)]
+pub struct Model {
+    pub unknowns: Vec<Unknown>,
+    pub waves: Vec<Wave>,
+    pub g: Vec<(usize, usize, f64)>,
+    pub c: Vec<(usize, usize, f64)>,
+    pub f_wave: Vec<(usize, usize, f64)>,
+    pub f: BTreeMap<usize, Id>,
+    pub q: BTreeMap<usize, Id>,
+    pub diodes: Vec<DiodeAt>,
+    pub flags: Vec<FlagSpec>,
+    pub forces: Vec<Force>,
+    pub ic_charge: Vec<(usize, f64)>,
+}
+
+pub struct DiodeSlot {
+    kernel: Diode,
+    p: i32,
+    n: i32,
+    slots: [Option<usize>; 4], // (p,p) (p,n) (n,p) (n,n)
+}
+
+struct Entry {
+    row: u32,
+    col: u32,
+    v: f64,
+}
+
+pub struct System {
+    pub n: usize,
+    pub unknowns: Vec<Unknown>,
+    pub waves: Vec<Wave>,
+    pub flags: Vec<FlagSpec>,
+    pub diode_names: Vec<String>,
+    pub forces: Vec<Force>,
+    pub ic_charge: Vec<(usize, f64)>,
+    pub pattern: Pattern,
+    g_entries: Vec<Entry>,
+    c_entries: Vec<Entry>,
+    g_linear: Vec<f64>, // on the pattern
+    c_linear: Vec<f64>,
+    f_wave: Vec<(usize, usize, f64)>,
+    values: Tape, // F rows, then Q rows
+    f_rows: Vec<usize>,
+    q_rows: Vec<usize>,
+    jacobian: Tape,       // the same, then entries of G, then of C, that are not constant
+    g_slots: Vec<usize>,  // place on the pattern of each such entry
+    c_slots: Vec<usize>,
+    roots: Tape, // up and down of every flag
+    diodes: Vec<DiodeSlot>,
+    pub has_q: Vec<bool>,        // row i has a d/dt term
+    pub differential: Vec<bool>, // unknown i appears under d/dt (derivative rows do not count)
+    pub linear: bool,            // C, G constant: one factorisation per step size, one solve per point
+    pub pure_linear: bool,       // F = G x + waves, no expression at all
+}
+
+/// Scratch and held state of one run.
+pub struct Work {
+    pub waves: Vec<f64>,
+    pub flags: Vec<f64>,
+    wave_time: f64,
+    pub source_factor: f64,
+    pub dc: bool, // independent sources at their DC value
+    pub gmin: f64,
+    values: Vec<f64>,
+    jacobian: Vec<f64>,
+    roots: Vec<f64>,
+    pub q: Vec<f64>,
+    pub f: Vec<f64>,
+    pub gv: Vec<f64>,
+    pub cv: Vec<f64>,
+    pub junction: Vec<f64>,
+    pub limited: bool,
+    pub counters: Counters,
+}
+
+#[derive(Clone, Copy, Default, Debug)]
+pub struct Counters {
+    pub steps: u64,
+    pub rejected: u64,
+    pub newton_failures: u64,
+    pub iterations: u64,
+    pub evaluations: u64,
+    pub jacobians: u64,
+    pub factorisations: u64,
+    pub solves: u64,
+    pub events: u64,
+    pub breakpoints: u64,
+}
+
+impl System {
+    pub fn compile(model: Model, g: &mut Graph) -> Result<System, String> {
+        let n = model.unknowns.len();
+        let leaves: Vec<Id> = (0..n).map(|i| g.unknown(i as u32)).collect();
+        // derivatives of every row that is an expression, by reverse mode, only for unknowns that the row reads
+        let mut f_jac = Vec::new();
+        let mut q_jac = Vec::new();
+        for (rows, out) in [(&model.f, &mut f_jac), (&model.q, &mut q_jac)] {
+            for (&row, &expr) in rows {
+                let read: Vec<usize> = g
+                    .reachable(&[expr])
+                    .iter()
+                    .filter_map(|&id| if let Node::Unknown(i) = g.node(id) { Some(i as usize) } else { None })
+                    .collect();
+                let xs: Vec<Id> = read.iter().map(|&i| leaves[i]).collect();
+                for (&col, d) in read.iter().zip(gradient(g, expr, &xs)) {
+                    if g.value(d) != Some(0.0) {
+                        out.push((row, col, d));
+                    }
+                }
+            }
+        }
+        // one pattern for C and G
+        let mut places: Vec<(usize, usize)> = Vec::new(); // (col, row)
+        places.extend(model.g.iter().chain(&model.c).map(|&(r, c, _)| (c, r)));
+        places.extend(f_jac.iter().chain(&q_jac).map(|&(r, c, _)| (c, r)));
+        for d in &model.diodes {
+            for (r, c) in [(d.p, d.p), (d.p, d.n), (d.n, d.p), (d.n, d.n)] {
+                if r >= 0 && c >= 0 {
+                    places.push((c as usize, r as usize));
+                }
+            }
+        }
+        places.sort_unstable();
+        places.dedup();
+        let mut colptr = vec![0; n + 1];
+        for &(c, _) in &places {
+            colptr[c + 1] += 1;
+        }
+        for c in 0..n {
+            colptr[c + 1] += colptr[c];
+        }
+        let pattern = Pattern { n, colptr, rowidx: places.iter().map(|p| p.1).collect() };
+        let nnz = pattern.rowidx.len();
+        let at = |r: usize, c: usize| -> usize {
+            let (lo, hi) = (pattern.colptr[c], pattern.colptr[c + 1]);
+            lo + pattern.rowidx[lo..hi].binary_search(&r).expect("every place was collected")
+        };
+
+        // constants go to the linear part, the rest to the tape
+        let mut g_linear = vec![0.0; nnz];
+        let mut c_linear = vec![0.0; nnz];
+        let mut g_sum: BTreeMap<(usize, usize), f64> = BTreeMap::new();
+        let mut c_sum: BTreeMap<(usize, usize), f64> = BTreeMap::new();
+        for &(r, c, v) in &model.g {
+            g_linear[at(r, c)] += v;
+            *g_sum.entry((r, c)).or_default() += v;
+        }
+        for &(r, c, v) in &model.c {
+            c_linear[at(r, c)] += v;
+            *c_sum.entry((r, c)).or_default() += v;
+        }
+        let f_rows: Vec<usize> = model.f.keys().copied().collect();
+        let q_rows: Vec<usize> = model.q.keys().copied().collect();
+        let mut outs: Vec<Id> = model.f.values().chain(model.q.values()).copied().collect();
+        let values = Tape::new(g, &outs);
+        let (mut g_slots, mut c_slots) = (Vec::new(), Vec::new());
+        for (jac, linear, slots) in [(&f_jac, &mut g_linear, &mut g_slots), (&q_jac, &mut c_linear, &mut c_slots)] {
+            for &(r, c, d) in jac {
+                match g.value(d) {
+                    Some(v) => linear[at(r, c)] += v,
+                    None => {
+                        slots.push(at(r, c));
+                        outs.push(d);
+                    }
+                }
+            }
+        }
+        let jacobian = Tape::new(g, &outs);
+        let root_ids: Vec<Id> = model.flags.iter().flat_map(|f| [f.up, f.down]).collect();
+        let roots = Tape::new(g, &root_ids);
+        if values.has_free_symbols() || jacobian.has_free_symbols() || roots.has_free_symbols() {
+            return Err("an expression holds a symbol that was never substituted".into());
+        }
+
+        // which rows are differential, which unknowns stand under d/dt
+        let mut has_q = vec![false; n];
+        let mut differential = vec![false; n];
+        for &(r, c) in c_sum.keys() {
+            has_q[r] = true;
+            differential[c] |= model.unknowns[r].kind != Kind::Derivative;
+        }
+        for &r in &q_rows {
+            has_q[r] = true;
+        }
+        for &(r, c, _) in &q_jac {
+            differential[c] |= model.unknowns[r].kind != Kind::Derivative;
+        }
+        let mut diodes = Vec::new();
+        let mut diode_names = Vec::new();
+        for d in model.diodes {
+            let place = |r: i32, c: i32| (r >= 0 && c >= 0).then(|| at(r as usize, c as usize));
+            if d.kernel.has_charge() {
+                for k in [d.p, d.n] {
+                    if k >= 0 {
+                        has_q[k as usize] = true;
+                        differential[k as usize] = true;
+                    }
+                }
+            }
+            let slots = [place(d.p, d.p), place(d.p, d.n), place(d.n, d.p), place(d.n, d.n)];
+            diode_names.push(d.name);
+            diodes.push(DiodeSlot { kernel: d.kernel, p: d.p, n: d.n, slots });
+        }
+        let linear = diodes.is_empty() && g_slots.is_empty() && c_slots.is_empty() && model.flags.is_empty();
+        let entries = |sum: BTreeMap<(usize, usize), f64>| {
+            sum.into_iter().map(|((r, c), v)| Entry { row: r as u32, col: c as u32, v }).collect::<Vec<_>>()
+        };
+        Ok(System {
+            n,
+            unknowns: model.unknowns,
+            waves: model.waves,
+            flags: model.flags,
+            diode_names,
+            forces: model.forces,
+            ic_charge: model.ic_charge,
+            g_entries: entries(g_sum),
+            c_entries: entries(c_sum),
+            g_linear,
+            c_linear,
+            f_wave: model.f_wave,
+            pure_linear: linear && values.is_empty(),
+            values,
+            f_rows,
+            q_rows,
+            jacobian,
+            g_slots,
+            c_slots,
+            roots,
+            diodes,
+            has_q,
+            differential,
+            linear,
+            pattern,
+        })
+    }
+
+    pub fn work(&self) -> Work {
+        Work {
+            waves: vec![0.0; self.waves.len()],
+            flags: self.flags.iter().map(|f| f64::from(f.initial.max(0))).collect(),
+            wave_time: f64::NAN,
+            source_factor: 1.0,
+            dc: false,
+            gmin: 1e-12,
+            values: self.values.workspace(),
+            jacobian: self.jacobian.workspace(),
+            roots: self.roots.workspace(),
+            q: vec![0.0; self.n],
+            f: vec![0.0; self.n],
+            gv: self.g_linear.clone(),
+            cv: self.c_linear.clone(),
+            junction: self.diodes.iter().map(|d| d.kernel.vcrit()).collect(),
+            limited: false,
+            counters: Counters::default(),
+        }
+    }
+
+    pub fn operations(&self) -> (usize, usize) {
+        (self.values.len(), self.jacobian.len())
+    }
+
+    pub fn diodes(&self) -> usize {
+        self.diodes.len()
+    }
+
+    #[inline]
+    pub fn set_time(&self, w: &mut Work, t: f64) {
+        if t == w.wave_time && !w.dc {
+            return;
+        }
+        for (v, wave) in w.waves.iter_mut().zip(&self.waves) {
+            *v = w.source_factor * if w.dc { wave.dc_value() } else { wave.value(t) };
+        }
+        w.wave_time = if w.dc { f64::NAN } else { t };
+    }
+
+    /// Sources are to be read anew (the factor or the DC mode changed).
+    pub fn touch_sources(&self, w: &mut Work) {
+        w.wave_time = f64::NAN;
+    }
+
+    /// The linear part and the waves: w.q, w.f are set, everything else adds to them.
+    #[inline]
+    fn eval_linear(&self, w: &mut Work, x: &[f64]) {
+        w.f.fill(0.0);
+        w.q.fill(0.0);
+        for e in &self.g_entries {
+            // SAFETY: rows and columns are below n by construction, checked against x's length by the callers' slices
+            unsafe { *w.f.get_unchecked_mut(e.row as usize) += e.v * x.get_unchecked(e.col as usize) };
+        }
+        for e in &self.c_entries {
+            unsafe { *w.q.get_unchecked_mut(e.row as usize) += e.v * x.get_unchecked(e.col as usize) };
+        }
+        for &(row, k, coefficient) in &self.f_wave {
+            w.f[row] += coefficient * w.waves[k];
+        }
+    }
+
+    /// Q and F at (x, t): w.q, w.f. No limiting.
+    pub fn eval(&self, w: &mut Work, x: &[f64], t: f64) {
+        assert!(x.len() == self.n);
+        self.set_time(w, t);
+        self.eval_linear(w, x);
+        w.counters.evaluations += 1;
+        if !self.values.is_empty() {
+            self.values.run(&Inputs { x, t, waves: &w.waves, flags: &w.flags }, &mut w.values);
+            for (k, &row) in self.f_rows.iter().enumerate() {
+                w.f[row] += self.values.output(&w.values, k);
+            }
+            for (k, &row) in self.q_rows.iter().enumerate() {
+                w.q[row] += self.values.output(&w.values, self.f_rows.len() + k);
+            }
+        }
+        for d in &self.diodes {
+            let v = across(x, d.p, d.n);
+            let o = d.kernel.eval(v, w.gmin);
+            add_pair(&mut w.f, d.p, d.n, o.i);
+            add_pair(&mut w.q, d.p, d.n, o.q);
+        }
+    }
+
+    /// Q, F and their derivatives at (x, t): w.q, w.f, w.gv, w.cv. With `limit`, junction voltages move at most as
+    /// SPICE's limiting allows and the device is continued linearly from there (w.limited says so).
+    pub fn eval_jacobian(&self, w: &mut Work, x: &[f64], t: f64, limit: bool) {
+        assert!(x.len() == self.n);
+        self.set_time(w, t);
+        self.eval_linear(w, x);
+        w.counters.evaluations += 1;
+        w.counters.jacobians += 1;
+        w.limited = false;
+        if self.linear && self.values.is_empty() {
+            return; // gv, cv never change
+        }
+        w.gv.copy_from_slice(&self.g_linear);
+        w.cv.copy_from_slice(&self.c_linear);
+        if !self.jacobian.is_empty() {
+            self.jacobian.run(&Inputs { x, t, waves: &w.waves, flags: &w.flags }, &mut w.jacobian);
+            let (nf, nq) = (self.f_rows.len(), self.q_rows.len());
+            let out = |k| self.jacobian.output(&w.jacobian, k);
+            for (k, &row) in self.f_rows.iter().enumerate() {
+                w.f[row] += out(k);
+            }
+            for (k, &row) in self.q_rows.iter().enumerate() {
+                w.q[row] += out(nf + k);
+            }
+            for (k, &slot) in self.g_slots.iter().enumerate() {
+                w.gv[slot] += out(nf + nq + k);
+            }
+            let base = nf + nq + self.g_slots.len();
+            for (k, &slot) in self.c_slots.iter().enumerate() {
+                w.cv[slot] += out(base + k);
+            }
+        }
+        for (k, d) in self.diodes.iter().enumerate() {
+            let v = across(x, d.p, d.n);
+            let mut at = v;
+            if limit {
+                let (v_limited, limited) = d.kernel.limit(v, w.junction[k]);
+                w.limited |= limited;
+                at = v_limited;
+            }
+            w.junction[k] = at;
+            let o = d.kernel.eval(at, w.gmin);
+            add_pair(&mut w.f, d.p, d.n, o.i + o.g * (v - at));
+            add_pair(&mut w.q, d.p, d.n, o.q + o.c * (v - at));
+            for (slot, sign) in d.slots.iter().zip([1.0, -1.0, -1.0, 1.0]) {
+                if let Some(s) = *slot {
+                    w.gv[s] += sign * o.g;
+                    w.cv[s] += sign * o.c;
+                }
+            }
+        }
+    }
+
+    /// Roots of the flags at (x, t): for each flag the value whose sign matters in its present state.
+    pub fn eval_roots(&self, w: &mut Work, x: &[f64], t: f64, out: &mut [f64]) {
+        if self.flags.is_empty() {
+            return;
+        }
+        self.set_time(w, t);
+        self.roots.run(&Inputs { x, t, waves: &w.waves, flags: &w.flags }, &mut w.roots);
+        for k in 0..self.flags.len() {
+            out[k] = if w.flags[k] == 0.0 {
+                self.roots.output(&w.roots, 2 * k)
+            } else {
+                -self.roots.output(&w.roots, 2 * k + 1)
+            };
+        }
+    }
+
+    /// Sets every flag as its roots say at (x, t); true when one changed. A root > 0 asks for a flip (see eval_roots).
+    pub fn update_flags(&self, w: &mut Work, x: &[f64], t: f64) -> bool {
+        if self.flags.is_empty() {
+            return false;
+        }
+        let mut r = vec![0.0; self.flags.len()];
+        self.eval_roots(w, x, t, &mut r);
+        let mut changed = false;
+        for (flag, root) in w.flags.iter_mut().zip(r) {
+            if root > 0.0 {
+                *flag = 1.0 - *flag;
+                changed = true;
+            }
+        }
+        changed
+    }
+
+    /// Q = C x where nothing but linear elements hold charge.
+    pub fn charges_of_linear(&self, x: &[f64], q: &mut [f64]) {
+        q.fill(0.0);
+        for e in &self.c_entries {
+            q[e.row as usize] += e.v * x[e.col as usize];
+        }
+    }
+
+    /// y += C x on the pattern, with the C of the last Jacobian.
+    pub fn add_c_times(&self, w: &Work, x: &[f64], y: &mut [f64]) {
+        for col in 0..self.n {
+            let v = x[col];
+            if v == 0.0 {
+                continue;
+            }
+            for k in self.pattern.colptr[col]..self.pattern.colptr[col + 1] {
+                y[self.pattern.rowidx[k]] += w.cv[k] * v;
+            }
+        }
+    }
+
+    /// y += G x, likewise.
+    pub fn add_g_times(&self, w: &Work, x: &[f64], y: &mut [f64]) {
+        for col in 0..self.n {
+            let v = x[col];
+            if v == 0.0 {
+                continue;
+            }
+            for k in self.pattern.colptr[col]..self.pattern.colptr[col + 1] {
+                y[self.pattern.rowidx[k]] += w.gv[k] * v;
+            }
+        }
+    }
+
+    pub fn next_breakpoint(&self, t: f64) -> f64 {
+        self.waves.iter().map(|w| w.next_breakpoint(t)).fold(f64::INFINITY, f64::min)
+    }
+
+    /// Does a source jump (rather than bend) at t?
+    pub fn jumps_at(&self, t: f64) -> bool {
+        self.waves.iter().any(|w| {
+            let (before, after) = (w.value_before(t), w.value(t));
+            (after - before).abs() > 1e-9 * (after.abs() + before.abs())
+        })
+    }
+
+    pub fn shortest_feature(&self) -> f64 {
+        self.waves.iter().map(|w| w.shortest()).fold(f64::INFINITY, f64::min)
+    }
+}
+
+#[inline]
+pub fn across(x: &[f64], p: i32, n: i32) -> f64 {
+    let at = |k: i32| if k >= 0 { x[k as usize] } else { 0.0 };
+    at(p) - at(n)
+}
+
+#[inline]
+fn add_pair(y: &mut [f64], p: i32, n: i32, v: f64) {
+    if p >= 0 {
+        y[p as usize] += v;
+    }
+    if n >= 0 {
+        y[n as usize] -= v;
+    }
+}
