@@ -1,0 +1,70 @@
+"""Helpers of the tests: where the decks are, decks with other options, values at given times.
+
+Nothing here knows how emsim computes; a deck is text, options are changed in the text.
+"""
+
+from __future__ import annotations
+
+import csv
+import re
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import emsim
+
+ROOT = Path(__file__).resolve().parent.parent
+NETLISTS = ROOT / "netlists"
+REFS = Path(__file__).resolve().parent / "physics" / "refs"
+
+needs_ngspice = pytest.mark.skipif(shutil.which("ngspice") is None, reason="needs the ngspice program")
+
+
+def deck(name: str) -> str:
+    """Text of netlists/NAME.cir."""
+    return (NETLISTS / f"{name}.cir").read_text()
+
+
+def with_options(text: str, options: str = "", params: dict[str, str] | None = None, tran: str | None = None) -> str:
+    """The deck with `.options` added (later ones win over the deck's own), parameters replaced, another .tran."""
+    for key, value in (params or {}).items():
+        text, n = re.subn(rf"(?im)^(\.param\b.*?\b{key}\s*=\s*)(\{{[^}}]*\}}|\S+)", rf"\g<1>{value}", text)
+        assert n == 1, f"parameter {key} found {n} times"
+    if tran is not None:
+        text, n = re.subn(r"(?im)^\.tran\b.*$", f".tran {tran}", text)
+        assert n == 1, f"{n} .tran cards"
+    for pair in options.split():
+        key = pair.split("=")[0]
+        text = re.sub(rf"(?im)^(\.options?\b.*?)\s\b{key}\s*=\s*\S+", r"\1", text)
+    if options:
+        text, n = re.subn(r"(?im)^\.end\s*$", f".options {options}\n.end", text)
+        assert n == 1, f"{n} .end cards"
+    return text
+
+
+def run(text: str, options: str = "", params: dict[str, str] | None = None, tran: str | None = None) -> emsim.Result:
+    return emsim.run(with_options(text, options, params, tran))
+
+
+def rows_at(result: emsim.Result, times: np.ndarray) -> np.ndarray:
+    """Row numbers of the recorded points at `times`; they must be recorded points, not interpolated ones."""
+    t = np.asarray(result.time)
+    rows = np.clip(np.searchsorted(t, times), 1, len(t) - 1)
+    rows = np.where(np.abs(t[rows - 1] - times) < np.abs(t[rows] - times), rows - 1, rows)
+    off = np.abs(t[rows] - times)
+    assert off.max() <= 1e-6 * (times[1] - times[0] if len(times) > 1 else t[-1]), (
+        f"no recorded point at t = {times[off.argmax()]!r}; nearest is {off.max():.3g} s away"
+    )
+    return rows
+
+
+def reference(name: str) -> dict[str, np.ndarray]:
+    """Columns of tests/physics/refs/NAME.csv (comment lines start with #)."""
+    with open(REFS / f"{name}.csv", newline="") as f:
+        rows = list(csv.reader(line for line in f if not line.startswith("#")))
+    data = np.array(rows[1:], dtype=float)
+    return {key: data[:, k] for k, key in enumerate(rows[0])}
+
+
