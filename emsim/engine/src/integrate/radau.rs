@@ -176,11 +176,13 @@ impl Radau {
         let n = sys.n;
         // Newton's tolerance is a share of the local one, never below rounding
         let reltol = tol.reltol * LOCAL;
-        let target = if self.fixed { 1e-9 } else { (1e-14 / reltol).max(reltol.sqrt().min(0.03)) };
+        let floor = 2e-14 / reltol;
+        let target = floor.max(if self.fixed { 1e-9 } else { reltol.sqrt().min(0.03) });
+        let most = if self.fixed { 5 * MOST_ITERATIONS } else { MOST_ITERATIONS };
         let (mut theta, mut eta) = (self.theta, 0.0_f64);
         let mut old = 0.0_f64;
         let mut worst = 0;
-        for iteration in 1..=MOST_ITERATIONS {
+        for iteration in 1..=most {
             for (k, c) in [C1, C2, 1.0].into_iter().enumerate() {
                 sys.eval(w, &self.stage[k], self.t0 + c * h);
                 for i in 0..n {
@@ -232,15 +234,14 @@ impl Radau {
                 theta = norm / old;
                 if theta >= 0.99 && norm > target {
                     // at the level of rounding no contraction can be seen any more
-                    let rounding = 1e-13 / reltol;
-                    if norm <= rounding.max(target) && iteration > 2 {
+                    if norm <= 10.0 * floor && iteration > 2 {
                         self.theta = 0.1;
                         return Ok(iteration);
                     }
                     return Err((worst, true));
                 }
                 eta = theta / (1.0 - theta).max(1e-3);
-                let left = (MOST_ITERATIONS - iteration) as i32;
+                let left = (most - iteration) as i32;
                 if norm * theta.powi(left) / (1.0 - theta).max(1e-3) > target * 10.0 {
                     return Err((worst, true));
                 }

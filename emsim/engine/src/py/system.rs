@@ -285,16 +285,17 @@ impl Clock {
     }
 }
 
-#[cfg(target_os = "linux")]
+#[cfg(unix)]
 fn thread_seconds() -> f64 {
-    // utime + stime of this thread in clock ticks are too coarse; schedstat counts nanoseconds on the processor
-    std::fs::read_to_string("/proc/thread-self/schedstat")
-        .ok()
-        .and_then(|s| s.split(' ').next().and_then(|v| v.parse::<f64>().ok()))
-        .map_or_else(wall_seconds, |ns| ns * 1e-9)
+    let mut ts = libc::timespec { tv_sec: 0, tv_nsec: 0 };
+    // SAFETY: `ts` is a valid place for the result
+    if unsafe { libc::clock_gettime(libc::CLOCK_THREAD_CPUTIME_ID, &mut ts) } != 0 {
+        return wall_seconds();
+    }
+    ts.tv_sec as f64 + ts.tv_nsec as f64 * 1e-9
 }
 
-#[cfg(not(target_os = "linux"))]
+#[cfg(not(unix))]
 fn thread_seconds() -> f64 {
     wall_seconds()
 }
