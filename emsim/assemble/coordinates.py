@@ -1,0 +1,235 @@
+"""Which coordinates a scene needs: the tree joints' own, less those that a DRIVE prescribes or a GEAR ties.
+
+Replacing a coordinate is preferred to adding an equation: "model no more than the scene needs".
+"""
+
+from __future__ import annotations
+
+from math import pi
+
+from ..cards.joint import KINDS
+from .scene import Coordinate, Virtual
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from ..cards.body import Body
+    from ..cards.drive import Drive
+    from ..cards.gear import Gear
+    from .machine import Machine
+    from .scene import JointState
+
+AGREE = 1e-9  # two start values that differ by less say the same
+
+
+class Tie:
+    """`follower` = factor * leader, by a gear."""
+
+    __slots__ = ("factor", "follower", "gear", "leader", "virtual")
+
+    def __init__(self, gear: Gear, follower: Coordinate, leader: Coordinate, factor: float) -> None:
+        self.gear = gear
+        self.follower = follower
+        self.leader = leader
+        self.factor = factor
+        self.virtual: Virtual | None = None
+
+
+def of_joint(joint: JointState) -> list[Coordinate]:
+    """The coordinates of a tree joint with their start values."""
+    card, result = joint.card, []
+    for k, (motion, axis) in enumerate(KINDS[joint.kind]):
+        c = Coordinate(joint.name, motion, axis)
+        c.start = card.search[k]
+        if card.start[k] is not None:
+            c.start, c.held = card.start[k], True
+        if card.speed[k] is not None:
+            c.start_speed, c.held_speed = card.speed[k], True
+        result.append(c)
+    return result
+
+
+def of_free_body(body: Body) -> list[Coordinate]:
+    """x, y and angle of a body that no joint ties to ground."""
+    result = []
+    for motion, axis, q, u in (
+        ("slide", "x", "x", "vx"),
+        ("slide", "y", "y", "vy"),
+        ("turn", "z", "angle", "omega"),
+    ):
+        c = Coordinate(body.name, motion, axis)
+        c.start, c.held = getattr(body, q), body.given(q)
+        c.start_speed, c.held_speed = getattr(body, u), body.given(u)
+        result.append(c)
+    return result
+
+
+def single(joint: JointState) -> Coordinate | None:
+    """The coordinate of a tree joint that has exactly one."""
+    return joint.coordinates[0] if len(joint.coordinates) == 1 else None
+
+
+def drives_and_gears(m: Machine) -> tuple[list[Drive], list[tuple[Gear, float]]]:
+    """Replace coordinates where possible; returns the drives and gears that need a constraint row."""
+    rows_drive: list[Drive] = []
+    for drive in m.drives:
+        joint = m.joints[drive.terminals[0][2].name]
+        c = single(joint)
+        if c is None:
+            rows_drive.append(drive)
+        elif c.drive is not None:
+            m.sink.error(
+                "E245", f"joint {joint.name} is driven twice, by {c.drive.name} and {drive.name}", drive.span
+            )
+        else:
+            c.drive = drive
+
+    rows_gear: list[tuple[Gear, float]] = []
+    for gear in m.gears:
+        j1, j2 = (m.joints[ref.name] for _, _, ref in gear.terminals)
+        factor = _factor(m, gear, j1, j2)
+        if factor is None:
+            continue
+        c1, c2 = single(j1), single(j2)
+        if c1 is None or c2 is None:
+            rows_gear.append((gear, factor))
+        elif _free(m, c1) and _leader(m, c2) is not c1:
+            m.ties[id(c1)] = Tie(gear, c1, c2, factor)
+        elif _free(m, c2) and _leader(m, c1) is not c2:
+            m.ties[id(c2)] = Tie(gear, c2, c1, 1.0 / factor)
+        elif _leader(m, c1).drive is not None and _leader(m, c2).drive is not None:
+            m.sink.error(
+                "E245",
+                f"GEAR {gear.name} ties {j1.name} and {j2.name}, and both are driven already",
+                gear.span,
+                "leave out one DRIVE, or the gear",
+            )
+        else:
+            rows_gear.append((gear, factor))
+    return rows_drive, rows_gear
+
+
+def _factor(m: Machine, gear: Gear, j1: JointState, j2: JointState) -> float | None:
+    """q(j1) / q(j2)"""
+    for joint in (j1, j2):
+        if len(KINDS[joint.kind]) != 1:
+            m.sink.error(
+                "E241", f"GEAR {gear.name} needs pins or slides; {joint.name} is a {joint.kind}", gear.span
+            )
+            return None
+    if gear.lead is None:
+        assert gear.ratio is not None
+        return gear.ratio
+    if j1.rotary == j2.rotary:
+        m.sink.error("E240", f"lead= of GEAR {gear.name} couples a slide and a pin", gear.place("lead"))
+        return None
+    per_radian = gear.lead / (2.0 * pi)
+    return 1.0 / per_radian if j1.rotary else per_radian
+
+
+def _free(m: Machine, c: Coordinate) -> bool:
+    return c.drive is None and id(c) not in m.ties
+
+
+def _leader(m: Machine, c: Coordinate) -> Coordinate:
+    """The coordinate at the end of a chain of gears."""
+    while (tie := m.ties.get(id(c))) is not None:
+        c = tie.leader
+    return c
+
+
+def allocate(m: Machine, coordinates: list[Coordinate]) -> None:
+    """Unknowns, symbols and ties, in deck order; start values move to the leaders."""
+    for c in coordinates:
+        _hand_on_start(m, c)
+    for c in coordinates:
+        if _free(m, c):
+            c.allocate(m.b)
+            m.own.append(c)
+        elif c.drive is not None:
+            c.q, c.u = m.b.symbol(), m.b.symbol()
+            m.given.append(c)
+            if c.drive.qd is not None:
+                c.row = m.b.unknown(c.q_name, "coordinate", c.unit, c.start)
+    for c in coordinates:
+        _follow(m, c)
+
+
+def _hand_on_start(m: Machine, c: Coordinate) -> None:
+    """ic= of a geared joint is one of its leader."""
+    tie = m.ties.get(id(c))
+    if tie is None:
+        return
+    leader, factor = c, 1.0
+    while (tie := m.ties.get(id(leader))) is not None:
+        leader, factor = tie.leader, factor * tie.factor
+    for value, held in (("start", "held"), ("start_speed", "held_speed")):
+        if not getattr(c, held):
+            continue
+        wanted = getattr(c, value) / factor
+        if getattr(leader, held) and abs(getattr(leader, value) - wanted) > AGREE * (1.0 + abs(wanted)):
+            joint = m.joints[c.of]
+            m.sink.error(
+                "E244",
+                f"ic= of {c.of} and ic= of {leader.of} disagree: the gear ties them",
+                joint.card.place("ic"),
+                f"give only one of them; {leader.of} would start at {wanted:g}",
+            )
+        setattr(leader, value, wanted)
+        setattr(leader, held, True)
+
+
+def _follow(m: Machine, c: Coordinate) -> None:
+    """q = factor * q(leader), after the leader."""
+    tie = m.ties.get(id(c))
+    if tie is None or hasattr(c, "q"):
+        return
+    _follow(m, tie.leader)
+    c.q, c.u = tie.factor * tie.leader.q, tie.factor * tie.leader.u
+    if m.reads(tie.gear.name):
+        tie.virtual = Virtual(m.b, "gear")
+        m.virtuals.append(tie.virtual)
+        c.q, c.u = c.q + tie.virtual.s, c.u + tie.virtual.rate
+
+
+def prescribe(m: Machine) -> None:
+    """What the driven coordinates are, once frames exist: pairs (symbol, value) for substitution."""
+    symbols = [e for c in m.given for e in (c.q, c.u)]
+    for c in m.given:
+        drive = c.drive
+        assert drive is not None
+        if drive.qd is not None:
+            q, u = m.b.x(c.row), m.compile(drive.qd, drive.place("qd"))
+            if any(m.b.depends(u, symbols)):
+                m.sink.error(
+                    "E251",
+                    f"qd= of DRIVE {drive.name} depends on the motion it prescribes",
+                    drive.place("qd"),
+                )
+        else:
+            q, u = function_of_time(m, drive)
+        m.pairs += [(c.q, q), (c.u, u)]
+    m.pairs += [(e, m.b.const(0.0)) for v in m.virtuals for e in (v.s, v.rate)]
+
+
+def function_of_time(m: Machine, drive: Drive) -> tuple:  # type: ignore[type-arg]
+    """q(t) and its derivative."""
+    if hasattr(drive.q, "args") and hasattr(drive.q, "kind"):
+        m.sink.error(
+            "E251",
+            f"q= of DRIVE {drive.name} is an expression of time; a waveform has corners without speed",
+            drive.place("q"),
+            "a waveform can drive the speed: qd=",
+        )
+        return m.b.const(0.0), m.b.const(0.0)
+    q = m.compile(drive.q, drive.place("q"))
+    symbols = [e for c in m.given for e in (c.q, c.u)]
+    states = [m.b.x(i) for i in m.unknowns_so_far()]
+    if any(m.b.depends(q, states + symbols)):
+        m.sink.error(
+            "E251",
+            f"q= of DRIVE {drive.name} depends on more than time, so its speed is not known",
+            drive.place("q"),
+            "prescribe the speed with qd=, or use a MOTOR or a SPRING that follows",
+        )
+        return m.b.const(0.0), m.b.const(0.0)
+    return q, m.b.tangent([q], [(m.b.time(), 1.0)])[0]

@@ -1,0 +1,101 @@
+"""From scalars to rows of equation (1), by differentiation alone.
+
+    L = T - V + W'                          all cards' energies
+    coordinate row   Q = q                  F = -u + (dh/dq)^T mu
+    momentum row     Q = p = dL/du          F = -dL/dq - sum effort d(flow)/du - d(sum lambda dh/dt)/du
+    lambda row       Q = 0                  F = dh/dt
+    mu row           Q = 0                  F = h
+(GGL, the stabilised index-2 form of Gear, Gupta and Leimkuhler.) Virtual and prescribed motions get the momentum
+expressions too: d/dt p + F of such a motion is the force that keeps it what it is (reactions.py).
+"""
+
+from __future__ import annotations
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from .._engine import Expr
+    from .machine import Machine
+
+
+def kinetic(m: Machine) -> Expr:
+    """T of all cards, before symbols are replaced [J]."""
+    return total(m, [card.kinetic(m) for card in m.active])
+
+
+def lagrangian(m: Machine) -> Expr:
+    energies = [card.potential(m) for card in m.active]
+    co = [card.coenergy(m) for card in m.active]
+    return m.kinetic - total(m, energies) + total(m, co)
+
+
+def total(m: Machine, terms: list[Expr | None]) -> Expr:
+    result = m.b.const(0.0)
+    for term in terms:
+        if term is not None:
+            result = result + term
+    return result
+
+
+def contribute(m: Machine) -> None:
+    """Add every row of the machine to the builder."""
+    b = m.b
+    # the state, then motions that only their reaction needs
+    qs = [b.x(c.row) for c in m.own] + [c.q for c in m.given] + [v.s for v in m.virtuals]
+    us = [b.x(c.speed_row) for c in m.own] + [c.u for c in m.given] + [v.rate for v in m.virtuals]
+
+    # energies
+    whole = lagrangian(m)
+    p = b.grad(whole, us)
+    force = b.grad(whole, qs)
+
+    # powers: efforts are held constant by symbols while the sum is differentiated
+    flows, efforts = b.const(0.0), []
+    for card in m.active:
+        for effort, flow in card.powers(m):
+            symbol = b.symbol()
+            efforts.append((symbol, effort))
+            flows = flows + symbol * flow
+    if efforts:
+        power = b.substitute(b.grad(flows, us), efforts)
+        force = [f + g for f, g in zip(force, power, strict=True)]
+
+    # loops
+    drift: list[Expr] = [b.const(0.0)] * len(qs)
+    if m.rows:
+        rates, positions = b.const(0.0), b.const(0.0)
+        for row in m.rows:
+            row.rate = m.rate(row.h)
+            rates = rates + b.x(row.row) * row.rate
+            positions = positions + b.x(row.mu_row) * row.h
+        force = [f + g for f, g in zip(force, b.grad(rates, us), strict=True)]
+        drift = b.grad(positions, qs)
+
+    # symbols take their values
+    n = len(us)
+    rows = [*p, *force, *drift, *(row.rate for row in m.rows), *(row.h for row in m.rows)]
+    rows = m.public_all(rows)  # type: ignore[arg-type]
+    p, force, drift = rows[:n], rows[n : 2 * n], rows[2 * n : 3 * n]
+    count = len(m.rows)
+    rates_and_gaps = rows[3 * n :]
+    m.momentum = {id(c): (p[k], force[k]) for k, c in enumerate([*m.own, *m.given, *m.virtuals])}
+    m.operations = b.count(rows)
+
+    # rows
+    for k, c in enumerate(m.own):
+        b.c(c.row, c.row, 1.0)
+        b.g(c.row, c.speed_row, -1.0)
+        if drift[k].value != 0.0:
+            b.add_f(c.row, drift[k])
+        b.add_q(c.speed_row, p[k])
+        b.add_f(c.speed_row, -force[k])
+    for c in m.given:
+        if c.row >= 0:  # a prescribed speed: the coordinate is its integral
+            b.c(c.row, c.row, 1.0)
+            b.add_f(c.row, -m.public(c.u))
+    for k, row in enumerate(m.rows):
+        b.add_f(row.row, rates_and_gaps[k])
+        b.add_f(row.mu_row, rates_and_gaps[count + k])
+
+    # the electrical side
+    for card in m.active:
+        card.stamp(m)

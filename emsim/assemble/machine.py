@@ -1,0 +1,629 @@
+"""The machine of a deck: cards -> graph -> coordinates -> frames -> loops -> rows of equation (1).
+
+Life cycle:
+    m = Machine(ctx)      binds the cards to their specifications
+    m.build()             tree, coordinates, frames, loops, branches, start; the circuit's nodes and branches are known,
+                          no element has contributed yet
+    m.contribute()        energies, powers, loops -> rows; after the elements
+    m.probe(fn, args, span)   any time, from Context.compile
+    m.default_outputs()   names of what is recorded when nothing is asked for
+    m.report()            facts for `emsim check`
+Errors are reported to ctx.sink; after an error `broken` is set, probes answer 0 and contribute() does nothing.
+`imbalances` [(name, power Expr)] are powers that appear from nowhere; `flag_warnings` {flag name: text} are said when such a
+flag turns 1 during a run. The machine is the scene `s` that cards see (cards/base.py).
+"""
+
+from __future__ import annotations
+
+from ..cards import CARDS
+from ..diagnostics import suggest
+from . import coordinates, equations, loops, probes, reactions, start
+from .kinematics import PointState, constant, dot, is_zero, subtract
+from .loops import Row
+from .scene import JointState, place
+from .tree import GROUND, Edge, plan
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any
+
+    from .._engine import Expr
+    from ..cards.base import Card, Own
+    from ..cards.body import Body
+    from ..cards.drive import Drive
+    from ..cards.gear import Gear
+    from ..cards.joint import Joint
+    from ..deck import Ref
+    from ..diagnostics import Span
+    from ..expr import Node
+    from .context import Context
+    from .coordinates import Tie
+    from .kinematics import Frame
+    from .scene import Coordinate, Virtual
+    from .start import Start
+    from .tree import Plan
+
+ORIGIN = (0.0, 0.0, 0.0)
+
+
+class Machine:
+    """All mechanical cards of a deck and what the compiler makes of them."""
+
+    def __init__(self, ctx: Context) -> None:
+        self.ctx = ctx
+        self.b = ctx.b
+        self.sink = ctx.sink
+        self.models = ctx.flat.models
+        self.gravity: tuple[float, float, float] = ctx.flat.gravity or ORIGIN
+        self.broken = False
+        # cards by role
+        self.bodies: dict[str, Body] = {}
+        self.points: dict[str, tuple[str, tuple[float, ...]]] = {}
+        self.couplings: dict[str, Card] = {}
+        self.drives: list[Drive] = []
+        self.gears: list[Gear] = []
+        self.active: list[Card] = []  # everything that contributes
+        # the scene
+        self.joints: dict[str, JointState] = {}
+        self.plan: Plan
+        self.roots: dict[str, list[Coordinate]] = {}
+        self.own: list[Coordinate] = []
+        self.given: list[Coordinate] = []
+        self.ties: dict[int, Tie] = {}
+        self.virtuals: list[Virtual] = []
+        self.pairs: list[tuple[Expr, Expr]] = []  # symbols and what they stand for
+        self.frames: dict[str, Frame] = {}
+        self.rows: list[Row] = []
+        self.folded = 0
+        self.found: Start
+        # the equations
+        self.kinetic: Expr = self.b.const(0.0)
+        self.momenta: list[Expr] = []
+        self.momentum: dict[int, tuple[Expr, Expr]] = {}
+        self.operations = 0
+        # reading
+        self.wanted = reactions.wanted(ctx.flat)
+        self.derivatives: dict[str, int] = {}
+        self.waiting: list[tuple[int, Any]] = []
+        self.busy: set[str] = set()
+        self.own_symbols: Own | None = None
+        self.imbalances: list[tuple[str, Expr]] = []
+        self.flag_warnings: dict[str, str] = {}
+        self._last_row = -1
+        ctx.machine = self  # expressions compiled on the way read it
+        self._bind()
+
+    # binding --------------------------------------------------------------------------------------
+
+    def _bind(self) -> None:
+        """Cards to their specifications, one table a role; names unique among mechanical things."""
+        taken: dict[str, Card] = {}
+        joint_cards: list[Joint] = []
+        for raw in self.ctx.flat.machine:
+            card: Any = CARDS[raw.kind](raw, self.sink)
+            self.broken |= not card.ok
+            first = taken.setdefault(card.name, card)
+            if first is not card:
+                self._fail(
+                    "E234",
+                    f"{raw.kind} {card.name}: the name is taken by {first.spec.word} {card.name}",
+                    card.span,
+                    "names of bodies, joints and couplings are one space",
+                )
+            elif card.name in (GROUND, "gnd"):
+                self._fail("E234", f"{raw.kind} {card.name}: {card.name} is the ground", card.span)
+            elif not card.ok:
+                continue
+            elif not card.supported:
+                self.couplings[card.name] = card
+                self.sink.warning(
+                    "W230", f"{raw.kind} {card.name} is not supported yet and has no effect", card.span
+                )
+            elif raw.kind == "BODY":
+                self.bodies[card.name] = card
+            elif raw.kind == "POINT":
+                self.points[card.name] = (card.body, card.local)
+            elif raw.kind == "JOINT":
+                joint_cards.append(card)
+            else:
+                self.couplings[card.name] = card
+                if raw.kind == "DRIVE":
+                    self.drives.append(card)
+                elif raw.kind == "GEAR":
+                    self.gears.append(card)
+        for name, (body, _) in self.points.items():
+            if body != GROUND and body not in self.bodies:
+                self._fail_name(
+                    "E235", f"POINT {name}: no body is named {body}", body, self.bodies, taken[name].span
+                )
+        for card in joint_cards:
+            self._tie(card)
+        for card in self.couplings.values():
+            self._check_terminals(card)
+
+    def _tie(self, card: Joint) -> None:
+        """The two ends of a joint."""
+        ends = [self._locate_ref(ref, f"JOINT {card.name}") for _, _, ref in card.terminals[:2]]
+        if ends[0] is None or ends[1] is None:
+            return
+        if ends[0][0] == ends[1][0]:
+            self._fail("E237", f"JOINT {card.name} ties {ends[0][0]} to itself", card.span)
+            return
+        self.joints[card.name] = JointState(card, ends[0], ends[1])
+
+    def _check_terminals(self, card: Card) -> None:
+        """Do the names on a coupling exist, and are they of the right kind?"""
+        what = f"{card.spec.word} {card.name}"
+        for label, kind, ref in card.terminals:
+            if kind == "joint" or (kind == "turnable" and ref.name not in self.bodies):
+                joint = self.joints.get(ref.name)
+                if joint is None:
+                    known = [*self.joints, *self.bodies] if kind == "turnable" else [*self.joints]
+                    is_what = (
+                        " is a body, not a joint" if ref.name in self.bodies else " is no joint of this deck"
+                    )
+                    self._fail_name("E236", f"{what}: {ref.name}{is_what}", ref.name, known, ref.span)
+                elif len(joint.card.search) != 1:
+                    self._fail(
+                        "E241",
+                        f"{what} needs a joint with one coordinate, a pin or a slide; {ref.name} is a {joint.kind}",
+                        ref.span,
+                    )
+            elif kind == "point":
+                self._locate_ref(ref, what)
+            del label
+
+    def _locate_ref(self, ref: Ref, what: str) -> tuple[str, tuple[float, ...]] | None:
+        """(body, point in its axes) of a word on a card."""
+        local = None
+        if ref.point is not None:
+            if len(ref.point) not in (2, 3) or not all(isinstance(v, (int, float)) for v in ref.point):
+                self._fail("E246", f"{what}: a point has two or three numbers, {ref.name}(x,y)", ref.span)
+                return None
+            local = tuple(float(v) for v in ref.point)
+        found = self.locate(ref.name, local)
+        if found is None:
+            known = [*self.bodies, *self.points]
+            if ref.name in self.joints:
+                self._fail("E235", f"{what}: {ref.name} is a joint; a body or point is needed here", ref.span)
+            else:
+                self._fail_name(
+                    "E235", f"{what}: no body or point is named {ref.name}", ref.name, known, ref.span
+                )
+        return found
+
+    def locate(self, name: str, local: tuple[float, ...] | None) -> tuple[str, tuple[float, ...]] | None:
+        """A body's origin, its point (x,y[,z]), a named point, or name.com."""
+        if name == GROUND or name in self.bodies:
+            return name, ((*local, 0.0)[:3] if local is not None else ORIGIN)
+        if local is not None:
+            return None
+        if name in self.points:
+            return self.points[name]
+        owner, dot_, last = name.rpartition(".")
+        if dot_ and last == "com" and owner in self.bodies:
+            return owner, self.bodies[owner].centre
+        return None
+
+    def _fail(self, code: str, message: str, span: Span | None, hint: str | None = None) -> None:
+        self.broken = True
+        self.sink.error(code, message, span, hint)
+
+    def _fail_name(self, code: str, message: str, word: str, known: Any, span: Span | None) -> None:
+        close = suggest(word, known)
+        listed = ", ".join(list(known)[:8])
+        self._fail(
+            code,
+            message,
+            span,
+            f"did you mean {close}?" if close else f"there are: {listed}" if listed else None,
+        )
+
+    # building -------------------------------------------------------------------------------------
+
+    def build(self) -> None:
+        """Everything up to the start; allocates all unknowns of the machine."""
+        errors = self._errors()
+        if self.broken:
+            return
+        self._graph()
+        self._check_space()
+        rows_of = coordinates.drives_and_gears(self)
+        if not self.broken and self._errors() == errors:
+            reactions.prepare(self)
+            coordinates.allocate(self, self._coordinates())
+            self._last_row = self._newest()
+            self.frames = place(self.b, self.plan, self.joints, self._free_roots(), self._fixed())
+            coordinates.prescribe(self)
+            self._close(*rows_of)
+            self._couple()
+        if self.broken or self._errors() > errors:
+            self.broken = True
+            return
+        self.kinetic = equations.kinetic(self)
+        speeds = [self.b.x(c.speed_row) for c in self.own]
+        self.momenta = self.public_all(self.b.grad(self.kinetic, speeds)) if speeds else []
+        self.found = start.assemble(self)
+        self.broken = self._errors() > errors
+        if self.broken:
+            return
+        for row in self.rows:
+            label = f"{row.owner},{row.place + 1}"
+            row.row = self.b.unknown(f"lambda({label})", "lambda", row.unit, 0.0)
+            row.mu_row = self.b.unknown(f"mu({label})", "mu", "", 0.0)
+        self._gravity_note()
+
+    def _errors(self) -> int:
+        return sum(1 for d in self.sink.diagnostics if d.severity == "error")
+
+    def _graph(self) -> None:
+        edges = [Edge(j.name, j.a, j.b, j.card.cut or j.kind == "rod") for j in self.joints.values()]
+        fixed = {name for name, body in self.bodies.items() if body.fixed}
+        self.plan = plan(list(self.bodies), fixed, edges)
+        for name in self.plan.cut:
+            self.joints[name].cut = True
+        for step in self.plan.steps:
+            joint = self.joints[step.joint]
+            joint.coordinates = coordinates.of_joint(joint)
+        self.roots = {name: coordinates.of_free_body(self.bodies[name]) for name in self.plan.roots}
+        for name, body in self.bodies.items():
+            extra = [k for k in ("x", "y", "angle", "vx", "vy", "omega") if body.given(k)]
+            if extra and not body.fixed and name not in self.roots:
+                self.sink.warning(
+                    "W232",
+                    f"{extra[0]}= of BODY {name} has no effect: its joints say where it is",
+                    body.place(extra[0]),
+                    hint="ic= or guess= of the joint sets the start",
+                )
+
+    def _check_space(self) -> None:
+        """Free bodies and one-number inertias are for planar scenes."""
+        out = next((j for j in self.joints.values() if _leaves_plane(j)), None)
+        if out is None and not self.gravity[2]:
+            return
+        why = f"joint {out.name} leaves the plane" if out is not None else "gravity has a z component"
+        for name in self.roots:
+            self._fail(
+                "E247",
+                f"body {name} is free and {why}: free bodies in space are not supported yet",
+                self.bodies[name].span,
+                "tie it to ground through joints",
+            )
+        for joint in self.joints.values():
+            if joint.kind in ("free", "planar", "pinslot") and joint.kind == "free":
+                self._fail(
+                    "E247", f"free joint {joint.name} in space is not supported yet ({why})", joint.card.span
+                )
+
+    def _coordinates(self) -> list[Coordinate]:
+        """All of them in deck order: joints, then free bodies."""
+        result = [c for joint in self.joints.values() for c in joint.coordinates]
+        return result + [c for cs in self.roots.values() for c in cs]
+
+    def _free_roots(self) -> dict[str, list[Coordinate]]:
+        return self.roots
+
+    def _fixed(self) -> dict[str, tuple[float, float, float]]:
+        return {n: (b.x, b.y, b.angle) for n, b in self.bodies.items() if b.fixed}
+
+    def _close(self, drives: list[Drive], gears: list[tuple[Gear, float]]) -> None:
+        """Constraint rows of cut joints, and of drives and gears that found no coordinate to replace."""
+        for name in self.plan.cut:
+            joint = self.joints[name]
+            fa, fb = self.frames[joint.a], self.frames[joint.b]
+            if joint.kind == "rod" and joint.length is None:
+                joint.length = self._distance_at_start(joint)
+            joint.qs = loops.measure(self.b, joint, fa, fb)
+            joint.us = [self.rate(q) for q in joint.qs]
+            rows = loops.closure(self.b, joint, fa, fb)
+            stay, folded, gap = loops.sort_out(rows)
+            self.folded += folded
+            if gap:
+                self._fail(
+                    "E242",
+                    f"the loop of joints {', '.join(self.loop_of(name))} cannot close: {gap:.3g} are left at {name} "
+                    "whatever moves",
+                    joint.card.span,
+                    "check the points and axes of the joints",
+                )
+            for k in stay:
+                label, h, unit = rows[k]
+                self.rows.append(Row(name, k, label, self.b.const(0.0) + h, unit))
+        for drive in drives:
+            joint = self.joints[drive.terminals[0][2].name]
+            if drive.qd is not None:
+                self._fail(
+                    "E245",
+                    f"DRIVE {drive.name} prescribes the speed of {joint.name}, which closes a loop",
+                    drive.span,
+                    f"cut another joint of the loop (cut=yes), so that {joint.name} supplies a coordinate",
+                )
+                continue
+            q, _ = coordinates.function_of_time(self, drive)
+            self.rows.append(Row(drive.name, 0, "drive", joint.q - q, "N m" if joint.rotary else "N"))
+        for gear, factor in gears:
+            j1, j2 = (self.joints[ref.name] for _, _, ref in gear.terminals)
+            self.rows.append(Row(gear.name, 0, "gear", j1.q - factor * j2.q, "N m" if j1.rotary else "N"))
+
+    def _distance_at_start(self, joint: JointState) -> float:
+        d = subtract(self.frames[joint.b].point(joint.pb).pos, self.frames[joint.a].point(joint.pa).pos)
+        square = self.public(self.b.const(0.0) + dot(d, d))
+        length = max(self.b.eval([square], start.initial_state(self), 0.0)[0], 0.0) ** 0.5
+        if length == 0.0:
+            self._fail(
+                "E242",
+                f"rod {joint.name} has no length at the start",
+                joint.card.span,
+                "give l=, or guess= elsewhere",
+            )
+        return length or 1.0
+
+    def _couple(self) -> None:
+        """Terminals of the couplings become nodes, joints, points; branches are allocated."""
+        self.active = [*self.bodies.values(), *(j.card for j in self.joints.values())]
+        for body in self.bodies.values():
+            self._check_inertia(body)
+        for card in self.couplings.values():
+            if not card.supported:
+                continue
+            target: Any = card
+            for label, kind, ref in card.terminals:
+                if kind == "node":
+                    setattr(target, label, self.ctx.node(ref.name))
+                elif kind == "point":
+                    found = self._locate_ref(ref, card.name)
+                    assert found is not None
+                    setattr(target, label, self.frames[found[0]].point(found[1]))
+                elif kind == "turnable":
+                    on_joint = ref.name in self.joints
+                    target.joint = self.joints[ref.name] if on_joint else None
+                    target.body = None if on_joint else self.frames[ref.name]
+                else:
+                    setattr(target, label, self.joints[ref.name])
+            self.active.append(card)
+        for card in self.active[len(self.bodies) + len(self.joints) :]:
+            card.prepare(self)
+            gain = getattr(card, "imbalance", None)
+            power = gain(self) if gain is not None else None
+            if power is not None:
+                self.imbalances.append((card.name, self.public(power)))
+
+    def _check_inertia(self, body: Body) -> None:
+        """One number for j= says nothing about turns that leave the plane."""
+        spin = self.frames[body.name].spin()
+        if (is_zero(spin[0]) and is_zero(spin[1])) or body.spatial_inertia:
+            return
+        self._fail(
+            "E248",
+            f"body {body.name} turns out of the plane, and its inertia is known about z alone",
+            body.span,
+            "give j=(Jxx,Jyy,Jzz) or shape=",
+        )
+
+    def _gravity_note(self) -> None:
+        """Masses that gravity would move, and no .gravity card."""
+        if self.ctx.flat.gravity is not None or not self.own:
+            return
+        qs = [self.b.x(c.row) for c in self.own]
+        for name, body in self.bodies.items():
+            height = self.b.const(0.0) + self.frames[name].point(body.centre).pos[1]
+            if body.m and any(self.b.depends(height, qs)):
+                self.sink.note(
+                    "N230",
+                    f"there is no .gravity card, so body {name} and the rest weigh nothing",
+                    body.span,
+                    hint=".gravity 9.81 pulls along -y",
+                )
+                return
+
+    # equations ------------------------------------------------------------------------------------
+
+    def contribute(self) -> None:
+        """Rows of the machine and of its couplings' electrical side."""
+        if not self.broken:
+            equations.contribute(self)
+            reactions.fill_waiting(self)
+
+    def public(self, e: Expr) -> Expr:
+        """`e` with symbols replaced by what they stand for."""
+        return self.b.substitute([e], self.pairs)[0] if self.pairs else e
+
+    def public_all(self, es: list[Expr]) -> list[Expr]:
+        return self.b.substitute(es, self.pairs) if self.pairs else es
+
+    def own_aware(self, e: Expr) -> Expr:
+        """Raw while a co-energy is compiled (it will be differentiated), else public."""
+        return e if self.own_symbols is not None else self.public(e)
+
+    def rate(self, e: Expr) -> Expr:
+        """de/dt along the motion."""
+        seed: list[tuple[Expr, Any]] = [(self.b.x(c.row), self.b.x(c.speed_row)) for c in self.own]
+        seed += [(c.q, c.u) for c in self.given]
+        seed += [(v.s, v.rate) for v in self.virtuals]
+        seed.append((self.b.time(), 1.0))
+        return self.b.tangent([e], seed)[0]
+
+    # the scene that cards see (cards/base.py: Scene) --------------------------------------------------
+
+    def frame(self, name: str) -> Frame:
+        return self.frames[name]
+
+    def speeds(self, joint: str) -> list[Expr]:
+        return self.joints[joint].us
+
+    def reads(self, name: str) -> bool:
+        """Does the deck read the effort of this card?"""
+        return any((fn, name) in self.wanted for fn in reactions.EFFORTS)
+
+    def compile(self, value: Any, span: Span) -> Expr:
+        if isinstance(value, (int, float)):
+            return self.b.const(float(value))
+        if hasattr(value, "kind"):  # a waveform
+            from .waves import resolve
+
+            kind, args = resolve(value, self.ctx.times, self.sink)
+            return self.b.wave_expr(self.b.wave(kind, args))
+        return self.ctx.compile(value, span)
+
+    def compile_energy(self, value: Any, span: Span, own: Own) -> Expr:
+        self.own_symbols = own
+        try:
+            return self.compile(value, span)
+        finally:
+            self.own_symbols = None
+
+    def add_f(self, row: int, e: Expr) -> None:
+        self.b.add_f(row, self.public(e))
+
+    def add_q(self, row: int, e: Expr) -> None:
+        if constant(e) != 0.0:
+            self.b.add_q(row, self.public(e))
+
+    def v(self, plus: int, minus: int) -> Expr:
+        high = self.b.x(plus) if plus >= 0 else self.b.const(0.0)
+        return high - self.b.x(minus) if minus >= 0 else high
+
+    def branch(self, name: str) -> int:
+        return self.ctx.new_branch(name)
+
+    def derivative(self, name: str, unit: str, of: Expr) -> Expr:
+        index = self.derivatives.get(name)
+        if index is None:
+            of = self.public(of)
+            if of.value is not None:
+                return self.b.const(0.0)
+            index = self.derivatives[name] = self.b.unknown(name, "derivative", unit, 0.0)
+            self.b.add_q(index, of)
+            self.b.g(index, index, -1.0)
+        return self.b.x(index)
+
+    def distance(self, p: PointState, q: PointState) -> tuple[Expr, Expr]:
+        d, dv = subtract(q.pos, p.pos), subtract(q.vel, p.vel)
+        length = self.b.call("sqrt", dot(d, d))
+        return length, (self.b.const(0.0) + dot(d, dv)) / length
+
+    def abs(self, e: Expr) -> Expr:
+        return self.ctx.abs_(self.public(e))
+
+    def clamp(self, e: Expr, lo: float, hi: float, name: str, warn: str) -> Expr:
+        e = self.public(e)
+        if e.value is not None:
+            return self.b.const(min(max(e.value, lo), hi))
+        self.flag_warnings[f"{name} high"] = self.flag_warnings[f"{name} low"] = warn
+        over = self.b.flag(e - hi, None, f"{name} high", -1)
+        under = self.b.flag(lo - e, None, f"{name} low", -1)
+        return self.b.select(over, hi, self.b.select(under, lo, e))
+
+    def reaction(self, name: str) -> Expr:
+        return reactions.of_coupling(self, name)
+
+    # reading --------------------------------------------------------------------------------------
+
+    def probe(self, fn: str, args: list[Node], span: Span | None) -> Expr | None:
+        """Expression of a mechanical function, None where it is not mechanical; reports misuse."""
+        if self.broken:
+            return self.b.const(0.0) if fn in probes.ONLY_MECHANICAL or not args else None
+        return probes.probe(self, fn, args, span)
+
+    def default_outputs(self) -> list[str]:
+        """What is recorded when nothing is asked for: coordinates, speeds, coupling forces."""
+        if self.broken:
+            return []
+        names = [n for c in self._coordinates() for n in (c.q_name, c.u_name)]
+        for joint in self.joints.values():
+            if joint.cut and len(joint.qs) == 1:
+                words = ("angle", "omega") if joint.rotary else ("pos", "vel")
+                names += [f"{word}({joint.name})" for word in words]
+        for card in self.active:
+            for word, value in card.probes(self).items():
+                if word in ("force", "torque") and not callable(value):
+                    names.append(f"{word}({card.name})")
+        return names
+
+    def all_names(self) -> list[str]:
+        return [*self.joints, *self.bodies, *self.couplings]
+
+    # reporting ------------------------------------------------------------------------------------
+
+    def unknowns_so_far(self) -> range:
+        """Indices of all unknowns up to the machine's last coordinate."""
+        return range(self._last_row + 1)
+
+    def _newest(self) -> int:
+        """Index of the newest unknown: electrical ones came before, coordinates are last."""
+        rows = [r for c in (*self.own, *self.given) for r in (c.row, c.speed_row)]
+        return max([*rows, *self.ctx.nodes.values(), *self.ctx.branches.values()], default=-1)
+
+    def loop_of(self, owner: str) -> list[str]:
+        """Joints of the loop that a cut joint closes, the joint last; of a gear or drive, its joints."""
+        joint = self.joints.get(owner)
+        if joint is not None:
+            return [*self.plan.loop(joint.a, joint.b), owner]
+        return [ref.name for _, _, ref in self.couplings[owner].terminals]
+
+    def moved_by(self, c: Coordinate) -> str:
+        """The body that a coordinate moves first."""
+        for step in self.plan.steps:
+            if step.joint == c.of:
+                return step.child
+        return c.of
+
+    def span_of(self, name: str) -> Span | None:
+        if name in self.joints:
+            return self.joints[name].card.span
+        card: Card | None = self.bodies.get(name) or self.couplings.get(name)
+        return card.span if card is not None else None
+
+    def report(self) -> dict[str, Any]:
+        """Facts for `emsim check`; empty after errors."""
+        if self.broken:
+            return {}
+        return {
+            "bodies": [
+                {"name": n, "m": b.m, "inertia": b.inertia, "com": b.centre} for n, b in self.bodies.items()
+            ],
+            "joints": [
+                {
+                    "name": j.name,
+                    "kind": j.kind,
+                    "a": j.a,
+                    "b": j.b,
+                    "role": "cut" if j.cut else "tree",
+                    "coordinates": [self._coordinate_facts(c) for c in j.coordinates],
+                }
+                for j in self.joints.values()
+            ],
+            "free_bodies": [
+                {"name": n, "coordinates": [self._coordinate_facts(c) for c in cs]}
+                for n, cs in self.roots.items()
+            ],
+            "couplings": [
+                {"name": n, "card": c.spec.word, "supported": c.supported} for n, c in self.couplings.items()
+            ],
+            "unknowns": 2 * len(self.own)
+            + sum(c.row >= 0 for c in self.given)
+            + 2 * len(self.rows)
+            + len(self.derivatives),
+            "degrees_of_freedom": self.found.dof,
+            "loops": [self.loop_of(name) for name in self.plan.cut],
+            "constraint_rows": [f"{row.owner} {row.label}" for row in self.rows],
+            "redundant_rows": [f"{row.owner} {row.label}" for row in self.found.redundant],
+            "singular_start": self.found.singular,
+            "folded_rows": self.folded,
+            "planar": not any(_leaves_plane(j) for j in self.joints.values()),
+            "moved": self.found.moved,
+            "operations": self.operations,
+        }
+
+    def _coordinate_facts(self, c: Coordinate) -> dict[str, Any]:
+        tie = self.ties.get(id(c))
+        role = (
+            "driven" if c.drive is not None else f"follows {tie.leader.q_name}" if tie is not None else "own"
+        )
+        return {"name": c.q_name, "speed": c.u_name, "unit": c.unit, "role": role}
+
+
+def _leaves_plane(joint: JointState) -> bool:
+    """Does a joint's axis leave the plane?"""
+    x, y, z = joint.card.direction
+    return (joint.kind == "pin" and bool(x or y)) or (joint.kind in ("slide", "pinslot") and bool(z))

@@ -1,0 +1,349 @@
+"""What a machine card is: a specification, and scalars that the compiler differentiates.
+
+The duties of a card, all optional but the first. `s` is the scene (see `Scene` below); every result is an `Expr`.
+ 1. `spec`            the card word, its terminals and parameters with unit, default and meaning.
+ 2. `check(sink)`     rules between parameters; runs right after binding, reports through the sink.
+ 3. `prepare(s)`      rules that need the resolved terminals; allocates branch currents.
+ 4. `kinetic(s)`      kinetic energy T [J], a function of coordinates and speeds.
+ 5. `potential(s)`    potential energy V [J], a function of coordinates.
+ 6. `coenergy(s)`     electrical co-energy W' [J].
+    The Lagrangian is L = T - V + W'; momenta are dL/du, forces dL/dq.
+ 7. `powers(s)`       list of (effort, flow): the power effort*flow brought INTO the machine [W]. The generalised
+                      force on each coordinate is effort * d(flow)/du with the effort held constant.
+ 8. `stamp(s)`        the electrical side: currents and charges added to node and branch rows.
+ 9. `probes(s)`       what can be read by name, of PROBES below: {"torque": Expr, ...}; a function without arguments where
+                      reading costs an unknown, so that it is made only when asked for.
+10. `losses(s)`       power turned into heat [W], >= 0, for loss(); `stored(s)` electrical energy held [J].
+No card writes a mass matrix or a force direction.
+"""
+
+from __future__ import annotations
+
+from ..diagnostics import suggest
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from typing import Any, Protocol
+
+    from .._engine import Builder, Expr
+    from ..deck import MachineCard, Model, Ref
+    from ..diagnostics import Sink, Span
+
+    Scalar = Expr | float
+    Powers = list[tuple[Expr, Expr]]
+    Probes = dict[str, Expr | Callable[[], Expr]]
+
+    class JointView(Protocol):
+        """A joint as cards see it; `q` and `u` are its one coordinate and speed, B relative to A."""
+
+        name: str
+        kind: str
+        q: Expr
+        u: Expr
+        rotary: bool  # q is an angle [rad]; otherwise a displacement [m]
+
+    class PointView(Protocol):
+        """A point of a body in world axes: position [m] and velocity [m/s], three components each."""
+
+        pos: list[Expr]
+        vel: list[Expr]
+
+    class BodyView(Protocol):
+        """A body in world axes; `spin` is the angular velocity in its own axes [rad/s]."""
+
+        name: str
+        omega: list[Expr]
+
+        def point(self, local: tuple[float, ...]) -> PointView: ...
+        def spin(self) -> list[Expr]: ...
+
+    class Scene(Protocol):
+        """What the compiler offers to a card."""
+
+        b: Builder
+        sink: Sink
+        models: dict[str, Model]
+        gravity: tuple[float, float, float]
+
+        def frame(self, name: str) -> BodyView: ...
+        def compile(self, value: Any, span: Span) -> Expr: ...  # number, expression or Waveform
+        def compile_energy(self, value: Any, span: Span, own: Own) -> Expr: ...  # to be differentiated
+        def speeds(self, joint: str) -> list[Expr]: ...  # all speeds of a joint
+        def add_f(self, row: int, e: Expr) -> None: ...  # to F of a row, of equation (1); -1 is ground
+        def add_q(self, row: int, e: Expr) -> None: ...  # to Q of a row
+        def v(self, plus: int, minus: int) -> Expr: ...  # node voltage difference [V]
+        def branch(self, name: str) -> int: ...  # a new branch current [A]
+        def derivative(self, name: str, unit: str, of: Expr) -> Expr: ...  # d(of)/dt as an unknown
+        def distance(self, p: PointView, q: PointView) -> tuple[Expr, Expr]: ...  # [m], [m/s]
+        def abs(self, e: Expr) -> Expr: ...
+        def clamp(self, e: Expr, lo: float, hi: float, name: str, warn: str) -> Expr: ...
+        def reaction(self, name: str) -> Expr: ...  # effort of a GEAR or DRIVE on its joint
+
+
+class Own:
+    """Free symbols that stand for a card's own voltage, current and coordinate while its energy is compiled."""
+
+    __slots__ = ("card", "coordinate", "current", "joint", "voltage")
+
+    def __init__(self, card: str, joint: str, voltage: Expr, current: Expr, coordinate: Expr) -> None:
+        self.card = card
+        self.joint = joint
+        self.voltage = voltage
+        self.current = current
+        self.coordinate = coordinate
+
+
+# words of force(c) torque(c) i(c) v(c) p(c) gap(c) power(c) that `probes` may answer, with their units
+PROBES = {"force": "N", "torque": "N m", "i": "A", "v": "V", "p": "W", "gap": "m", "power": "W"}
+
+
+class Param:
+    """One parameter: `kind` is number, value (number, expression or waveform), vector, word, shape or flag."""
+
+    __slots__ = ("above", "default", "kind", "least", "meaning", "required", "unit", "words")
+
+    def __init__(
+        self,
+        required: bool,
+        default: Any,
+        unit: str,
+        meaning: str,
+        kind: str,
+        least: float | None,
+        above: float | None,
+        words: tuple[str, ...],
+    ) -> None:
+        self.required = required
+        self.default = default
+        self.unit = unit
+        self.meaning = meaning
+        self.kind = kind
+        self.least = least  # smallest value allowed
+        self.above = above  # the value must be greater than this
+        self.words = words
+
+
+def Required(
+    unit: str,
+    meaning: str,
+    kind: str = "number",
+    least: float | None = None,
+    above: float | None = None,
+    words: tuple[str, ...] = (),
+) -> Param:
+    """A parameter that must be given."""
+    return Param(True, None, unit, meaning, kind, least, above, words)
+
+
+def Default(
+    default: Any,
+    unit: str,
+    meaning: str,
+    kind: str = "number",
+    least: float | None = None,
+    above: float | None = None,
+    words: tuple[str, ...] = (),
+) -> Param:
+    """A parameter that may be left out."""
+    return Param(False, default, unit, meaning, kind, least, above, words)
+
+
+class Spec:
+    """A card's specification: the reference page, validation and help are made from it.
+
+    `terminals` lists the forms, such as "joint:joint | p:point q:point": attribute name and kind
+    (node, joint, body, point, kind) of each word after the card's name.
+    """
+
+    __slots__ = ("form", "forms", "mark", "meaning", "params", "word")
+
+    def __init__(
+        self, word: str, form: str, terminals: str, mark: tuple[str, ...], meaning: str, **params: Param
+    ) -> None:
+        self.word = word
+        self.form = form
+        self.forms = [
+            [(t.partition(":")[0], t.partition(":")[2]) for t in alternative.split()]
+            for alternative in terminals.split("|")
+        ]
+        self.mark = mark
+        self.meaning = meaning
+        self.params = params
+
+
+class Card:
+    """One card of the deck, bound to its specification: parameters are attributes, terminals are resolved."""
+
+    spec: Spec
+    supported = True  # False: parsed and named, but without effect yet
+
+    def __init__(self, raw: MachineCard, sink: Sink) -> None:
+        self.raw = raw
+        self.name = raw.name
+        self.span = raw.span
+        self.terminals: list[tuple[str, str, Ref]] = []
+        self.ok = bind(self, raw, sink)
+        if self.ok:
+            before = sink_errors(sink)
+            self.check(sink)
+            self.ok = sink_errors(sink) == before
+
+    def given(self, name: str) -> bool:
+        """Was the parameter written on the card?"""
+        return name in self.raw.params
+
+    def place(self, name: str) -> Span:
+        """The place of a parameter in the deck, or of the card."""
+        return self.raw.param_spans.get(name, self.span)
+
+    def check(self, sink: Sink) -> None:
+        """Rules between parameters."""
+
+    def prepare(self, s: Scene) -> None:
+        """Rules between terminals; branches."""
+
+    def kinetic(self, s: Scene) -> Expr | None:
+        return None
+
+    def potential(self, s: Scene) -> Expr | None:
+        return None
+
+    def coenergy(self, s: Scene) -> Expr | None:
+        return None
+
+    def powers(self, s: Scene) -> Powers:
+        return []
+
+    def stamp(self, s: Scene) -> None:
+        """The electrical side."""
+
+    def probes(self, s: Scene) -> Probes:
+        return {}
+
+    def losses(self, s: Scene) -> Expr | None:
+        return None
+
+    def stored(self, s: Scene) -> Expr | None:
+        return None
+
+
+def sink_errors(sink: Sink) -> int:
+    """How many errors have been reported so far."""
+    return sum(1 for d in sink.diagnostics if d.severity == "error")
+
+
+def bind(card: Card, raw: MachineCard, sink: Sink) -> bool:
+    """Put the raw card's words and parameters on `card` as its spec says; False when an error was reported."""
+    spec, before = card.spec, sink_errors(sink)
+
+    # terminals: the form with as many words as the card has
+    forms = [f for f in spec.forms if len(f) == len(raw.args)]
+    if not forms:
+        wanted = " or ".join(str(len(f)) for f in spec.forms)
+        sink.error(
+            "E233",
+            f"{spec.word} {raw.name} has {len(raw.args)} terminal(s) where {wanted} are needed",
+            raw.span,
+            hint=f"the form is: {spec.form}",
+        )
+    else:
+        card.terminals = [(name, kind, ref) for (name, kind), ref in zip(forms[0], raw.args, strict=True)]
+
+    # parameters
+    wave_taken = raw.wave is None
+    for key, value in raw.params.items():
+        param = spec.params.get(key)
+        if param is None:
+            close = suggest(key, spec.params)
+            hint = f"did you mean {close}=?" if close else f"the form is: {spec.form}"
+            what = "a value without a name" if key == "value" else f"parameter {key}="
+            sink.error(
+                "E231",
+                f"{spec.word} {raw.name} does not take {what}",
+                raw.param_spans.get(key, raw.span),
+                hint,
+            )
+            continue
+        setattr(card, key, _convert(card, raw, key, param, value, sink))
+    for key, param in spec.params.items():
+        if key in raw.params:
+            continue
+        if param.kind == "value" and not wave_taken and (key in ("value", "tau") or param.required):
+            setattr(card, key, raw.wave)
+            wave_taken = True
+        elif param.required:
+            sink.error(
+                "E230",
+                f"{spec.word} {raw.name} needs {key}= ({param.meaning}, {param.unit or 'a word'})",
+                raw.span,
+                hint=f"the form is: {spec.form}",
+            )
+        else:
+            setattr(card, key, param.default)
+    if not wave_taken:
+        sink.error(
+            "E231", f"{spec.word} {raw.name} does not take a waveform", raw.span, f"the form is: {spec.form}"
+        )
+    return sink_errors(sink) == before
+
+
+def is_number(value: object) -> bool:
+    return isinstance(value, (int, float)) and not isinstance(value, bool)
+
+
+def _convert(card: Card, raw: MachineCard, key: str, param: Param, value: Any, sink: Sink) -> Any:
+    """The value in the kind the spec asks for; reports and returns the default when it does not fit."""
+    where, what = raw.param_spans.get(key, raw.span), f"{key}= of {raw.kind} {raw.name}"
+    if param.kind == "value" or (param.kind == "shape" and not is_number(value)):
+        return value
+    if param.kind in ("word", "flag"):
+        word = str(int(value)) if is_number(value) and float(value).is_integer() else word_of(value)
+        if param.kind == "flag":
+            if word in ("yes", "true", "on", "1"):
+                return True
+            if word in ("no", "false", "off", "0"):
+                return False
+            sink.error("E232", f"{what} is yes or no", where)
+            return param.default
+        if word is None or (param.words and word not in param.words):
+            close = suggest(word or "", param.words)
+            sink.error(
+                "E232",
+                f"{what} is one of: {', '.join(param.words)}" if param.words else f"{what} is a name",
+                where,
+                f"did you mean {close}?" if close else None,
+            )
+            return param.default
+        return word
+    if param.kind == "vector":
+        values = value if isinstance(value, tuple) else (value,)
+        if all(is_number(v) for v in values):
+            return tuple(float(v) for v in values)
+        sink.error("E232", f"{what} is a list of numbers such as (1,0)", where)
+        return param.default
+    if not is_number(value):
+        got = "a list" if isinstance(value, tuple) else "an expression that changes while the deck runs"
+        if isinstance(value, str):
+            got = f"the word {value!r}"
+        sink.error("E232", f"{what} is a number ({param.unit or 'no unit'}), not {got}", where)
+        return param.default
+    number = float(value)
+    if number != number or number in (float("inf"), float("-inf")):
+        sink.error("E232", f"{what} is not a finite number", where)
+        return param.default
+    if param.least is not None and number < param.least:
+        sink.error("E238", f"{what} is {number:g}; {param.meaning} cannot be below {param.least:g}", where)
+    elif param.above is not None and number <= param.above:
+        sink.error(
+            "E238", f"{what} is {number:g}; {param.meaning} must be greater than {param.above:g}", where
+        )
+    return number
+
+
+def word_of(value: Any) -> str | None:
+    """The plain word of a value: a string or a bare name of an expression."""
+    if isinstance(value, str):
+        return value
+    name = getattr(value, "id", None)
+    return name if isinstance(name, str) else None

@@ -1,0 +1,148 @@
+"""BODY: a rigid body with mass and inertia. Kinetic energy, and potential energy in gravity.
+
+    T = m/2 v.v + 1/2 w.J w      v: velocity of the centre of mass, w: angular velocity in body axes
+    V = -m g.r                   r: position of the centre of mass
+Inertia about the centre of mass of the shapes (homogeneous):
+    rod(l, w=0)   Jxx = m w^2/12, Jyy = m l^2/12, Jzz = m (l^2 + w^2)/12; Jzz = m l^2/12 for the thin rod
+    box(w, h)     Jxx = m h^2/12, Jyy = m w^2/12, Jzz = m (w^2 + h^2)/12
+    disc(r)       Jxx = Jyy = m r^2/4,            Jzz = m r^2/2
+"""
+
+from __future__ import annotations
+
+from .base import Card, Default, Spec, is_number
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any
+
+    from .._engine import Expr
+    from ..diagnostics import Sink
+    from .base import Scene
+
+
+class Body(Card):
+    spec = Spec(
+        "BODY",
+        "BODY name m= [j=] [com=(x,y)] [shape=rod(l) / box(w,h) / disc(r)] [x= y= angle= vx= vy= omega=] [fixed=yes]",
+        terminals="",
+        mark=("m", "shape", "fixed"),
+        meaning="a rigid body",
+        m=Default(0.0, "kg", "the mass", least=0.0),
+        j=Default(
+            None,
+            "kg m^2",
+            "the inertia about the centre of mass: Jzz or (Jxx,Jyy,Jzz[,Jxy,Jxz,Jyz])",
+            "vector",
+        ),
+        com=Default(None, "m", "the centre of mass in body axes; follows from shape", "vector"),
+        shape=Default(None, "m", "rod(l[,w]) along +x from the origin, box(w,h) or disc(r) centred", "shape"),
+        fixed=Default(False, "", "fixed to the ground at x, y, angle", "flag"),
+        x=Default(0.0, "m", "start position of the origin, free bodies"),
+        y=Default(0.0, "m", "start position of the origin, free bodies"),
+        angle=Default(0.0, "rad", "start orientation, free bodies"),
+        vx=Default(0.0, "m/s", "start velocity of the origin, free bodies"),
+        vy=Default(0.0, "m/s", "start velocity of the origin, free bodies"),
+        omega=Default(0.0, "rad/s", "start angular velocity, free bodies"),
+    )
+    m: float
+    j: tuple[float, ...] | None
+    com: tuple[float, ...] | None
+    shape: Any
+    fixed: bool
+    x: float
+    y: float
+    angle: float
+    vx: float
+    vy: float
+    omega: float
+
+    def check(self, sink: Sink) -> None:
+        self.inertia: tuple[float, ...] = (0.0,) * 6  # Jxx Jyy Jzz Jxy Jxz Jyz about the centre of mass
+        self.spatial_inertia = False  # are Jxx and Jyy known?
+        centre: tuple[float, ...] = (0.0, 0.0, 0.0)
+        if self.shape is not None:
+            sizes = self._sizes(sink)
+            if sizes is None:
+                return
+            (jx, jy, jz), centre = sizes
+            self.inertia = (self.m * jx, self.m * jy, self.m * jz, 0.0, 0.0, 0.0)
+            self.spatial_inertia = True
+        if self.com is not None:
+            if len(self.com) not in (2, 3):
+                sink.error("E232", f"com= of BODY {self.name} has two or three components", self.place("com"))
+                return
+            centre = self.com
+        self.centre = (*centre, 0.0)[:3]
+        if self.j is not None:
+            self._explicit_inertia(self.j, sink)
+        if not self.given("m") and not self.fixed:
+            sink.error(
+                "E230",
+                f"BODY {self.name} needs m= (the mass, kg)",
+                self.span,
+                f"the form is: {self.spec.form}",
+            )
+
+    def _sizes(self, sink: Sink) -> tuple[tuple[float, float, float], tuple[float, float, float]] | None:
+        """(J/m, centre of mass) of the shape."""
+        name, args = getattr(self.shape, "fn", None), getattr(self.shape, "args", ())
+        numbers = [getattr(a, "value", a) for a in args]
+        counts = {"rod": (1, 2), "box": (2, 3), "disc": (1, 1)}
+        if name not in counts:
+            sink.error(
+                "E232", f"shape= of BODY {self.name} is rod(l), box(w,h) or disc(r)", self.place("shape")
+            )
+            return None
+        low, high = counts[name]
+        good = all(is_number(v) and 0.0 <= v < float("inf") for v in numbers)
+        if not low <= len(numbers) <= high or not good or numbers[0] <= 0.0:
+            sink.error(
+                "E232",
+                f"{name}(..) of BODY {self.name} takes {low} to {high} sizes in metres, greater than zero"
+                if low != high
+                else f"{name}(..) of BODY {self.name} takes {low} size in metres, greater than zero",
+                self.place("shape"),
+            )
+            return None
+        if name == "rod":
+            length, width = numbers[0], numbers[1] if len(numbers) > 1 else 0.0
+            jx, jy = width * width / 12.0, length * length / 12.0
+            return (jx, jy, jx + jy), (length / 2.0, 0.0, 0.0)
+        if name == "box":
+            w, h = numbers[0], numbers[1]
+            return (h * h / 12.0, w * w / 12.0, (w * w + h * h) / 12.0), (0.0, 0.0, 0.0)
+        r = numbers[0]
+        return (r * r / 4.0, r * r / 4.0, r * r / 2.0), (0.0, 0.0, 0.0)
+
+    def _explicit_inertia(self, j: tuple[float, ...], sink: Sink) -> None:
+        """j= wins over the shape."""
+        if len(j) not in (1, 3, 6):
+            sink.error("E232", f"j= of BODY {self.name} has one, three or six components", self.place("j"))
+            return
+        if any(v < 0.0 for v in j[:3]):
+            sink.error("E238", f"j= of BODY {self.name} is negative; an inertia cannot be", self.place("j"))
+            return
+        if len(j) == 1:
+            self.inertia = (*self.inertia[:2], j[0], 0.0, 0.0, 0.0)
+        else:
+            self.inertia = (*j, 0.0, 0.0, 0.0)[:6]
+            self.spatial_inertia = True
+
+    def kinetic(self, s: Scene) -> Expr | None:
+        frame = s.frame(self.name)
+        v = frame.point(self.centre).vel
+        w = frame.spin()
+        jx, jy, jz, jxy, jxz, jyz = self.inertia
+        energy = 0.5 * self.m * (v[0] * v[0] + v[1] * v[1] + v[2] * v[2])
+        energy = energy + 0.5 * (jx * (w[0] * w[0]) + jy * (w[1] * w[1]) + jz * (w[2] * w[2]))
+        if jxy or jxz or jyz:
+            energy = energy + jxy * (w[0] * w[1]) + jxz * (w[0] * w[2]) + jyz * (w[1] * w[2])
+        return energy
+
+    def potential(self, s: Scene) -> Expr | None:
+        if self.m == 0.0 or not any(s.gravity):
+            return None
+        r = s.frame(self.name).point(self.centre).pos
+        g = s.gravity
+        return -self.m * (g[0] * r[0] + g[1] * r[1] + g[2] * r[2])

@@ -1,0 +1,27 @@
+"""What SPRING and DAMPER share: a coordinate that is a joint's, or the distance of two points."""
+
+from __future__ import annotations
+
+from .base import Card
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from .._engine import Expr
+    from .base import JointView, PointView, Scene
+
+
+class OnJointOrPoints(Card):
+    """A card whose coordinate is that of a joint, or the distance of two points."""
+
+    joint: JointView | None = None
+    p: PointView
+    q: PointView
+
+    def coordinate(self, s: Scene) -> tuple[Expr, Expr]:
+        """(coordinate, speed)"""
+        if self.joint is not None:
+            return self.joint.q, self.joint.u
+        return s.distance(self.p, self.q)
+
+    def effort_name(self) -> str:
+        return "torque" if self.joint is not None and self.joint.rotary else "force"

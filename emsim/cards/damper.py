@@ -1,0 +1,43 @@
+"""DAMPER: viscous, on a joint or between two points. Force -c u - c2 |u| u along the coordinate."""
+
+from __future__ import annotations
+
+from .base import Default, Required, Spec
+from .coordinate import OnJointOrPoints
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from .._engine import Expr
+    from .base import Powers, Probes, Scene
+
+
+class Damper(OnJointOrPoints):
+    spec = Spec(
+        "DAMPER",
+        "DAMPER name (joint or P Q) c= [c2=]",
+        terminals="joint:joint | p:point q:point",
+        mark=("c",),
+        meaning="a viscous damper, with a quadratic part for fluids",
+        c=Required("N s/m or N m s/rad", "damping", least=0.0),
+        c2=Default(0.0, "N s^2/m^2 or N m s^2/rad^2", "quadratic damping", least=0.0),
+    )
+    c: float
+    c2: float
+
+    def _effort(self, s: Scene) -> tuple[Expr, Expr]:
+        _, u = self.coordinate(s)
+        effort = -self.c * u
+        if self.c2:
+            effort = effort - self.c2 * u * s.abs(u)
+        return effort, u
+
+    def powers(self, s: Scene) -> Powers:
+        return [self._effort(s)]
+
+    def probes(self, s: Scene) -> Probes:
+        effort, u = self._effort(s)
+        return {self.effort_name(): effort, "power": effort * u}
+
+    def losses(self, s: Scene) -> Expr | None:
+        effort, u = self._effort(s)
+        return -(effort * u)

@@ -1,0 +1,43 @@
+"""DRIVE: prescribed motion of a joint, q(t) or its speed.
+
+The coordinate is replaced by the given function of time; with qd= the speed is given, of time or of anything in
+the deck, and the coordinate is its integral. `torque(drive)` is what the drive applies on the joint.
+"""
+
+from __future__ import annotations
+
+from .base import Card, Default, Spec
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any
+
+    from ..diagnostics import Sink
+    from .base import JointView, Probes, Scene
+
+
+class Drive(Card):
+    spec = Spec(
+        "DRIVE",
+        "DRIVE name joint q={..} or qd={..}",
+        terminals="joint:joint",
+        mark=("q", "qd"),
+        meaning="prescribed motion of a joint",
+        q=Default(None, "rad or m", "the coordinate, an expression of time", "value"),
+        qd=Default(None, "rad/s or m/s", "the speed, any expression", "value"),
+    )
+    q: Any
+    qd: Any
+    joint: JointView
+
+    def check(self, sink: Sink) -> None:
+        if self.raw.wave is not None and self.q is None and self.qd is None:
+            self.q = self.raw.wave
+        if (self.q is None) == (self.qd is None):
+            sink.error("E230", f"DRIVE {self.name} needs one of q= and qd=", self.span, self.spec.form)
+
+    def probes(self, s: Scene) -> Probes:
+        return {
+            "torque" if self.joint.rotary else "force": lambda: s.reaction(self.name),
+            "power": lambda: s.reaction(self.name) * self.joint.u,
+        }

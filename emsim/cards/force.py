@@ -1,0 +1,90 @@
+"""FORCE: a force on a point of a body, in world axes. Power: f . v of the point."""
+
+from __future__ import annotations
+
+from .base import Card, Default, Spec
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any
+
+    from .._engine import Expr
+    from ..diagnostics import Sink
+    from .base import PointView, Powers, Probes, Scene
+
+AXES = ("fx", "fy", "fz")
+
+
+class Force(Card):
+    spec = Spec(
+        "FORCE",
+        "FORCE name P dir=(x,y) value/{expr}/SIN(..)/PULSE(..)/PWL(..)   or   FORCE name P fx={} fy={}",
+        terminals="p:point",
+        mark=("dir", "fx", "fy", "fz"),
+        meaning="a force on a point of a body",
+        dir=Default(None, "", "direction in world axes; its length does not count", "vector"),
+        value=Default(None, "N", "the force along dir: number, {expression} or waveform", "value"),
+        fx=Default(None, "N", "force along world x", "value"),
+        fy=Default(None, "N", "force along world y", "value"),
+        fz=Default(None, "N", "force along world z", "value"),
+    )
+    dir: tuple[float, ...] | None
+    value: Any
+    fx: Any
+    fy: Any
+    fz: Any
+    p: PointView
+
+    def check(self, sink: Sink) -> None:
+        components = [a for a in AXES if getattr(self, a) is not None]
+        if self.dir is not None and components:
+            sink.error(
+                "E240", f"FORCE {self.name} has both dir= and {components[0]}=", self.span, self.spec.form
+            )
+        elif self.dir is not None and self.value is None:
+            sink.error(
+                "E230", f"FORCE {self.name} needs a value: number, {{expression}} or waveform", self.span
+            )
+        elif self.dir is None and self.value is not None:
+            sink.error("E230", f"FORCE {self.name} needs dir= (its direction)", self.span, self.spec.form)
+        elif self.dir is None and not components:
+            sink.error(
+                "E230", f"FORCE {self.name} needs dir= and a value, or fx= fy=", self.span, self.spec.form
+            )
+        if self.dir is not None:
+            length = sum(c * c for c in self.dir) ** 0.5
+            if len(self.dir) not in (2, 3) or length == 0.0:
+                sink.error(
+                    "E232", f"dir= of FORCE {self.name} is a direction such as (1,0)", self.place("dir")
+                )
+                return
+            self.unit = [*(c / length for c in self.dir), 0.0][:3]
+
+    def prepare(self, s: Scene) -> None:
+        self.components: list[Expr | float] | None = None
+
+    def _vector(self, s: Scene) -> list[Expr | float]:
+        """The force in world axes [N]."""
+        if self.components is None:
+            if self.dir is not None:
+                value = s.compile(self.value, self.place("value"))
+                self.components = [value * c if c else 0.0 for c in self.unit]
+            else:
+                given = [(getattr(self, a), self.place(a)) for a in AXES]
+                self.components = [0.0 if v is None else s.compile(v, at) for v, at in given]
+        return self.components
+
+    def powers(self, s: Scene) -> Powers:
+        pairs = zip(self._vector(s), self.p.vel, strict=True)
+        return [(f, v) for f, v in pairs if not isinstance(f, float)]
+
+    def probes(self, s: Scene) -> Probes:
+        power = s.b.const(0.0)
+        for f, v in self.powers(s):
+            power = power + f * v
+        if self.dir is not None:
+            return {"force": s.compile(self.value, self.place("value")), "power": power}
+        squares = s.b.const(0.0)
+        for f in self._vector(s):
+            squares = squares + f * f
+        return {"force": s.b.call("sqrt", squares), "power": power}

@@ -1,0 +1,52 @@
+"""GEAR: q(j1) = ratio * q(j2). `lead=` couples a slide and a pin: q(slide) = lead * q(pin) / (2 pi).
+
+Where one of the joints supplies a coordinate, that coordinate is replaced and no equation is added; otherwise the
+relation is a constraint row. `torque(gear)` is what the gear applies on j1.
+"""
+
+from __future__ import annotations
+
+from .base import Card, Default, Spec
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from ..diagnostics import Sink
+    from .base import JointView, Probes, Scene
+
+
+class Gear(Card):
+    spec = Spec(
+        "GEAR",
+        "GEAR name j1 j2 ratio= (or lead=) [backlash= k=]",
+        terminals="first:joint second:joint",
+        mark=("ratio", "lead"),
+        meaning="a gear, belt or screw between the coordinates of two joints",
+        ratio=Default(None, "", "q(j1) / q(j2)"),
+        lead=Default(None, "m", "travel of the slide for one turn of the pin"),
+        backlash=Default(None, "rad or m", "free play", least=0.0),
+        k=Default(None, "N m/rad", "stiffness of the teeth", least=0.0),
+    )
+    ratio: float | None
+    lead: float | None
+    backlash: float | None
+    k: float | None
+    first: JointView
+    second: JointView
+
+    def check(self, sink: Sink) -> None:
+        if (self.ratio is None) == (self.lead is None):
+            sink.error("E230", f"GEAR {self.name} needs one of ratio= and lead=", self.span, self.spec.form)
+        for key in ("ratio", "lead"):
+            if getattr(self, key) == 0.0:
+                sink.error(
+                    "E238", f"{key}= of GEAR {self.name} cannot be 0", self.place(key), "DRIVE holds a joint"
+                )
+        for key in ("backlash", "k"):
+            if self.given(key):
+                sink.error("E254", f"{key}= of GEAR {self.name} is not supported yet", self.place(key))
+        names = [ref.name for _, _, ref in self.terminals]
+        if len(set(names)) == 1:
+            sink.error("E237", f"GEAR {self.name} couples {names[0]} to itself", self.span)
+
+    def probes(self, s: Scene) -> Probes:
+        return {"torque" if self.first.rotary else "force": lambda: s.reaction(self.name)}

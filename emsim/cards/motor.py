@@ -1,0 +1,147 @@
+"""MOTOR: a permanent-magnet direct-current machine on a joint.
+
+    d/dt(l i) + r i + ke w - v = 0        w = gear * u, on a slide with radius=: gear * u / radius
+    T = j/2 w^2,  power into the machine: kt i w - b w^2
+With kt = ke the electrical power ke w i is the mechanical power kt i w; where they differ, (kt - ke) i w watts
+appear from nowhere, and `imbalance` says how many.
++ current into the first node turns B counter-clockwise (along +axis).
+"""
+
+from __future__ import annotations
+
+from .base import Card, Default, Spec, is_number
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from .._engine import Expr
+    from .base import JointView, Powers, Probes, Scene
+
+MODEL_TYPES = ("dcmotor",)
+
+
+class Motor(Card):
+    spec = Spec(
+        "MOTOR",
+        "MOTOR name n+ n- joint kt= [ke=] [r=] [l=] [j=] [b=] [tc=] [gear=] [radius=] or model=name",
+        terminals="plus:node minus:node joint:joint",
+        mark=("kt", "model"),
+        meaning="a direct-current motor, or a voice coil on a slide",
+        kt=Default(
+            None, "N m/A (N/A on a slide without radius)", "torque per ampere; equals ke unless given"
+        ),
+        ke=Default(None, "V s/rad (V s/m)", "back-EMF per speed; equals kt unless given"),
+        r=Default(0.0, "Ohm", "resistance of the winding", least=0.0),
+        l=Default(0.0, "H", "inductance of the winding", least=0.0),
+        j=Default(0.0, "kg m^2 (kg)", "inertia of the rotor, on the motor's side of the gear", least=0.0),
+        b=Default(0.0, "N m s/rad (N s/m)", "viscous friction, on the motor's side", least=0.0),
+        tc=Default(0.0, "N m", "Coulomb friction, on the motor's side", least=0.0),
+        gear=Default(1.0, "", "motor turns per joint turn"),
+        radius=Default(None, "m", "radius of the pulley or pinion on a slide", above=0.0),
+        model=Default(None, "", "name of a .model of type dcmotor that gives any of these", "word"),
+    )
+    kt: float | None
+    ke: float | None
+    r: float
+    l: float
+    j: float
+    b: float
+    tc: float
+    gear: float
+    radius: float | None
+    model: str | None
+    plus: int
+    minus: int
+    joint: JointView
+
+    def prepare(self, s: Scene) -> None:
+        self._from_model(s)
+        if self.kt is None and self.ke is None:
+            s.sink.error(
+                "E230", f"MOTOR {self.name} needs kt= (torque per ampere)", self.span, self.spec.form
+            )
+            self.kt = self.ke = 0.0
+        self.torque_constant = float(self.kt if self.kt is not None else self.ke or 0.0)
+        self.emf_constant = float(self.ke if self.ke is not None else self.kt or 0.0)
+        if self.radius is not None and self.joint.rotary:
+            s.sink.error(
+                "E240",
+                f"radius= of MOTOR {self.name} is for a slide; {self.joint.name} is a pin",
+                self.place("radius"),
+            )
+        if self.tc > 0.0:
+            s.sink.warning(
+                "W231",
+                f"tc= (Coulomb friction) of MOTOR {self.name} is not supported yet and is left out",
+                self.place("tc"),
+            )
+        if self.torque_constant != self.emf_constant:
+            gain = self.torque_constant - self.emf_constant
+            s.sink.note(
+                "N231",
+                f"kt and ke of MOTOR {self.name} differ: ({gain:g})*i*w watts appear inside the machine",
+                self.span,
+                hint="kt = ke in SI units in a motor that neither makes nor loses energy",
+            )
+        self.row = s.branch(self.name)
+
+    def _from_model(self, s: Scene) -> None:
+        if self.model is None:
+            return
+        model = s.models.get(self.model)
+        if model is None or model.type not in MODEL_TYPES:
+            what = (
+                "no .model" if model is None else f".model {self.model} is of type {model.type}; no dcmotor"
+            )
+            s.sink.error("E253", f"MOTOR {self.name}: {what} named {self.model}", self.place("model"))
+            return
+        for key, value in model.params.items():
+            if key not in self.spec.params or key == "model":
+                s.sink.error("E231", f".model {model.name} dcmotor does not take {key}=", model.span)
+            elif not is_number(value):
+                s.sink.error("E232", f"{key}= of .model {model.name} is not a number", model.span)
+            elif not self.given(key):
+                setattr(self, key, float(value))
+
+    def _speed(self) -> Expr:
+        """Speed of the rotor [rad/s]; of the coil [m/s] on a slide without radius."""
+        w = self.gear * self.joint.u
+        return w if self.radius is None else w * (1.0 / self.radius)
+
+    def _lever(self) -> float:
+        return self.gear if self.radius is None else self.gear / self.radius
+
+    def kinetic(self, s: Scene) -> Expr | None:
+        w = self._speed()
+        return 0.5 * self.j * w * w if self.j else None
+
+    def powers(self, s: Scene) -> Powers:
+        i, w = s.b.x(self.row), self._speed()
+        result = [(self.torque_constant * i, w)]
+        if self.b:
+            result.append((-self.b * w, w))
+        return result
+
+    def stamp(self, s: Scene) -> None:
+        i = s.b.x(self.row)
+        s.add_f(self.plus, i)
+        s.add_f(self.minus, -i)
+        s.add_f(self.row, self.r * i + self.emf_constant * self._speed() - s.v(self.plus, self.minus))
+        s.add_q(self.row, self.l * i)
+
+    def imbalance(self, s: Scene) -> Expr | None:
+        """Power that appears from nowhere [W]."""
+        gain = self.torque_constant - self.emf_constant
+        return gain * s.b.x(self.row) * self._speed() if gain else None
+
+    def probes(self, s: Scene) -> Probes:
+        i, v = s.b.x(self.row), s.v(self.plus, self.minus)
+        effort = self.torque_constant * self._lever() * i
+        return {"torque" if self.joint.rotary else "force": effort, "i": i, "v": v, "p": v * i}
+
+    def losses(self, s: Scene) -> Expr | None:
+        i, w = s.b.x(self.row), self._speed()
+        return self.r * i * i + self.b * w * w
+
+    def stored(self, s: Scene) -> Expr | None:
+        i = s.b.x(self.row)
+        return 0.5 * self.l * i * i if self.l else None

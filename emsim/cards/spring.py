@@ -1,0 +1,55 @@
+"""SPRING: linear, on a joint or between two points. V = k/2 (q - q0)^2 + f0 q.
+
+Between points q is their distance and q0 is called l0. `force` is what the spring applies along its coordinate:
+-k (q - q0) - f0; between points a positive force pushes them apart.
+"""
+
+from __future__ import annotations
+
+from .base import Default, Required, Spec
+from .coordinate import OnJointOrPoints
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from .._engine import Expr
+    from ..diagnostics import Sink
+    from .base import Probes, Scene
+
+
+class Spring(OnJointOrPoints):
+    spec = Spec(
+        "SPRING",
+        "SPRING name (joint or P Q) k= [q0= / l0=] [f0=]",
+        terminals="joint:joint | p:point q:point",
+        mark=("k",),
+        meaning="a linear spring",
+        k=Required("N/m or N m/rad", "stiffness", least=0.0),
+        q0=Default(0.0, "m or rad", "coordinate of rest, on a joint"),
+        l0=Default(0.0, "m", "length of rest, between points", least=0.0),
+        f0=Default(0.0, "N or N m", "preload: the force at rest, against the coordinate"),
+    )
+    k: float
+    q0: float
+    l0: float
+    f0: float
+
+    def check(self, sink: Sink) -> None:
+        on_joint = len(self.terminals) == 1
+        wrong = "l0" if on_joint else "q0"
+        if self.given(wrong):
+            right = "q0= is for a joint" if on_joint else "l0= is for two points"
+            sink.error("E240", f"SPRING {self.name}: {wrong}= does not fit here; {right}", self.place(wrong))
+        self.rest = self.q0 if on_joint else self.l0
+
+    def potential(self, s: Scene) -> Expr | None:
+        if self.joint is None and self.rest == 0.0 and self.f0 == 0.0:
+            # k/2 |P - Q|^2 needs no root, and stays smooth where the points meet
+            d = [a - b for a, b in zip(self.q.pos, self.p.pos, strict=True)]
+            return 0.5 * self.k * (d[0] * d[0] + d[1] * d[1] + d[2] * d[2])
+        q, _ = self.coordinate(s)
+        return 0.5 * self.k * (q - self.rest) * (q - self.rest) + self.f0 * q
+
+    def probes(self, s: Scene) -> Probes:
+        q, u = self.coordinate(s)
+        effort = -self.k * (q - self.rest) - self.f0
+        return {self.effort_name(): effort, "power": effort * u}

@@ -1,0 +1,117 @@
+"""TRANSDUCER: one energy, both worlds. From the co-energy W' of the card:
+
+    C={C(q)}   W' = C v^2/2       charge dW'/dv = C v         force dW'/dq = v^2/2 dC/dq
+    L={L(q)}   W' = L i^2/2       flux linkage dW'/di = L i   force dW'/dq = i^2/2 dL/dq
+    W={w}      W' = w(v(name), q) or w(i(name), q), saturation included
+    K={k(q)}   v = k u, power k i u into the machine
+v is the voltage from n+ to n-, i the current into n+. C-like cards add their charge to the node rows, L-like ones have a
+branch row for the flux linkage; the force comes with dL/dq of the whole machine, so the pair cannot be inconsistent.
+"""
+
+from __future__ import annotations
+
+from .base import Card, Default, Own, Spec
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any
+
+    from .._engine import Expr
+    from ..diagnostics import Sink
+    from .base import JointView, Powers, Probes, Scene
+
+
+class Transducer(Card):
+    spec = Spec(
+        "TRANSDUCER",
+        "TRANSDUCER name n+ n- joint C={..} or L={..} or K={..} or W={..}",
+        terminals="plus:node minus:node joint:joint",
+        mark=("c", "l", "k", "w"),
+        meaning="a capacitance, inductance or coupling that depends on a joint",
+        c=Default(None, "F", "capacitance as a function of the coordinate", "value"),
+        l=Default(None, "H", "inductance as a function of the coordinate", "value"),
+        k=Default(None, "V s/m or N/A", "coupling: v = k u, force k i", "value"),
+        w=Default(None, "J", "co-energy of v(name) or i(name) and the coordinate", "value"),
+    )
+    c: Any
+    l: Any
+    k: Any
+    w: Any
+    plus: int
+    minus: int
+    joint: JointView
+
+    def check(self, sink: Sink) -> None:
+        given = [key for key in ("c", "l", "k", "w") if getattr(self, key) is not None]
+        if len(given) != 1:
+            sink.error(
+                "E252", f"TRANSDUCER {self.name} needs exactly one of C= L= K= W=", self.span, self.spec.form
+            )
+            return
+        self.form = given[0]
+
+    def prepare(self, s: Scene) -> None:
+        """Compile the energy once, with the card's own voltage, current and coordinate as free symbols."""
+        self.own = Own(self.name, self.joint.name, s.b.symbol(), s.b.symbol(), s.b.symbol())
+        value = s.compile_energy(getattr(self, self.form), self.place(self.form), self.own)
+        self.charge_like = self.form == "c"
+        if self.form == "w":
+            uses_v, uses_i = s.b.depends(value, [self.own.voltage, self.own.current])
+            if uses_v == uses_i:
+                s.sink.error(
+                    "E252",
+                    f"W= of TRANSDUCER {self.name} is a function of v({self.name}) or of i({self.name})",
+                    self.place("w"),
+                )
+            self.charge_like = uses_v
+        self.row = -1 if self.charge_like else s.branch(self.name)
+        # the electrical variable of the co-energy, and what stands for it in the equations
+        variable = self.own.voltage if self.charge_like else self.own.current
+        actual = s.v(self.plus, self.minus) if self.charge_like else s.b.x(self.row)
+        energy = s.b.const(0.0)
+        if self.form == "w":
+            energy = value
+        elif self.form != "k":
+            energy = 0.5 * value * variable * variable
+        conjugate = s.b.grad(energy, [variable])[0]  # charge or flux linkage
+        force = s.b.grad(energy, [self.own.coordinate])[0]
+        places = [(variable, actual), (self.own.coordinate, self.joint.q)]
+        real = s.b.substitute([value, energy, conjugate, force], places)
+        self.value, self.energy, self.conjugate, self.effort = real
+        self.variable = actual
+
+    def coenergy(self, s: Scene) -> Expr | None:
+        return None if self.form == "k" else self.energy
+
+    def powers(self, s: Scene) -> Powers:
+        return [(self.value * s.b.x(self.row), self.joint.u)] if self.form == "k" else []
+
+    def stamp(self, s: Scene) -> None:
+        if self.charge_like:
+            s.add_q(self.plus, self.conjugate)
+            s.add_q(self.minus, -self.conjugate)
+            return
+        i, v = s.b.x(self.row), s.v(self.plus, self.minus)
+        s.add_f(self.plus, i)
+        s.add_f(self.minus, -i)
+        if self.form == "k":
+            s.add_f(self.row, self.value * self.joint.u - v)
+        else:
+            s.add_f(self.row, -v)
+            s.add_q(self.row, self.conjugate)
+
+    def probes(self, s: Scene) -> Probes:
+        v = s.v(self.plus, self.minus)
+        force = self.value * s.b.x(self.row) if self.form == "k" else self.effort
+
+        def i() -> Expr:
+            if not self.charge_like:
+                return s.b.x(self.row)
+            return s.derivative(f"i({self.name})", "A", self.conjugate)
+
+        word = "torque" if self.joint.rotary else "force"
+        return {word: force, "i": i, "v": v, "p": lambda: v * i(), "power": force * self.joint.u}
+
+    def stored(self, s: Scene) -> Expr | None:
+        """Energy = (charge v or flux linkage i) - W' [J]."""
+        return None if self.form == "k" else self.conjugate * self.variable - self.energy
