@@ -1,0 +1,49 @@
+"""emsim: a netlist-driven simulator that extends SPICE with machines.
+
+    run(source)      simulate a deck: path or text -> Result
+    compile(source)  the deck's equations -> System
+    check(source)    the facts of a deck without running it
+    Result, Table, System, DeckError, ConvergenceError, OutsideError
+
+Importing emsim costs nothing: each name is loaded when it is first used.
+"""
+
+from __future__ import annotations
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any
+
+    from .diagnostics import ConvergenceError, DeckError, OutsideError
+    from .pipeline import check, compile, run
+    from .result import Result, Table
+    from .system import System
+
+__all__ = [
+    "ConvergenceError", "DeckError", "OutsideError", "Result", "System", "Table", "check", "compile", "run",
+]  # fmt: skip
+
+_HOMES = {
+    "run": "pipeline", "compile": "pipeline", "check": "pipeline",
+    "Result": "result", "Table": "result", "System": "system",
+    "DeckError": "diagnostics", "ConvergenceError": "diagnostics", "OutsideError": "diagnostics",
+}  # fmt: skip
+
+
+def __getattr__(name: str) -> Any:
+    if name == "__version__":
+        from ._engine import __version__
+
+        return __version__
+    home = _HOMES.get(name)
+    if home is None:
+        raise AttributeError(f"module 'emsim' has no attribute {name!r}")
+    from importlib import import_module
+
+    value = getattr(import_module("." + home, "emsim"), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return [*__all__, "__version__"]

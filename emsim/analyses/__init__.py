@@ -1,0 +1,91 @@
+"""Analyses: one dot card each, one file each. A file offers
+
+    read(analysis, sink) -> settings       the card's arguments, checked; errors go to the sink
+    run(assembly, settings, ...) -> Run    one computation
+
+`plan` reads the deck's analyses in order; `ANALYSES` is the one list of what there is.
+"""
+
+from __future__ import annotations
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from typing import Any
+
+    from .._engine import Waveforms
+    from ..assemble import Assembly
+    from ..deck import Analysis, FlatDeck
+    from ..diagnostics import Diagnostic
+
+ANALYSES = ("op", "tran")
+
+
+class WithoutTime:
+    """The engine's columns but its first, for analyses that have no axis."""
+
+    __slots__ = ("columns", "rows", "waves")
+
+    def __init__(self, waves: Waveforms) -> None:
+        self.waves, self.rows, self.columns = waves, waves.rows, waves.columns - 1
+
+    def column(self, i: int, /) -> bytes:
+        return self.waves.column(i + 1)
+
+
+class Run:
+    """What one analysis computed.
+
+    kind, names, units   of all columns; with `axis` the first is the independent one
+    waves                the engine's column store
+    grid                 (tstep, tstop, tstart) of a transient [s]
+    store                the same without the engine's time column where there is no axis
+    trouble              diagnostics of a run that did not reach its end
+    """
+
+    __slots__ = ("axis", "grid", "kind", "names", "store", "trouble", "units", "waves")
+
+    def __init__(
+        self, kind: str, names: list[str], units: list[str], waves: Waveforms, axis: bool,
+        grid: tuple[float, float, float] | None = None, trouble: list[Diagnostic] | None = None,
+    ) -> None:  # fmt: skip
+        self.kind, self.names, self.units, self.waves = kind, names, units, waves
+        self.axis, self.grid, self.trouble = axis, grid, trouble or []
+        self.store = waves if axis else WithoutTime(waves)
+
+
+def plan(flat: FlatDeck, tmax: float | None = None) -> list[tuple[Analysis, Any]]:
+    """(card, settings) of every analysis that can run, in deck order; one note for each kind that cannot."""
+    planned: list[tuple[Analysis, Any]] = []
+    missing: dict[str, Any] = {}
+    for analysis in flat.analyses:
+        if analysis.kind == "tran":
+            from .tran import read
+
+            settings: Any = read(analysis, flat.sink, tmax)
+            if settings is None:
+                continue
+        elif analysis.kind == "op":
+            settings = "static" in analysis.flags or "static" in analysis.args
+        else:
+            missing.setdefault(analysis.kind, analysis.span)
+            continue
+        planned.append((analysis, settings))
+    for kind, span in missing.items():
+        flat.sink.note("N282", f".{kind} is not supported yet and is left out", span)
+    return planned
+
+
+def runner(kind: str) -> Callable[..., Run]:
+    """The `run` of an analysis kind."""
+    if kind == "tran":
+        from .tran import run
+    else:
+        from .op import run  # type: ignore[assignment]
+    return run
+
+
+def columns(assembly: Assembly, kind: str) -> tuple[list[str], list[str], list[Any]]:
+    """Names, units and expressions of the dependent columns."""
+    outputs = assembly.outputs[kind]
+    return [o.name for o in outputs], [o.unit for o in outputs], [o.expr for o in outputs]

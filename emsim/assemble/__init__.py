@@ -1,0 +1,67 @@
+"""Assembly: flat deck -> equation (1), compiled, and the columns that each analysis is to give."""
+
+from __future__ import annotations
+
+from .context import Context
+from .outputs import Output, select
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any
+
+    from .._engine import System
+    from ..deck import FlatDeck
+
+__all__ = ["Assembly", "Context", "Output", "assemble"]
+
+
+class Assembly:
+    """A compiled deck. `outputs` maps an analysis kind ("op", "tran") to its columns, without the time."""
+
+    __slots__ = ("ctx", "flat", "options", "outputs", "prints", "system")
+
+    def __init__(
+        self,
+        ctx: Context,
+        system: System,
+        outputs: dict[str, list[Output]],
+        prints: list[tuple[str, list[str]]],
+    ) -> None:
+        self.ctx, self.system, self.outputs, self.prints = ctx, system, outputs, prints
+        self.flat: FlatDeck = ctx.flat
+        self.options: dict[str, Any] = ctx.options
+
+    @property
+    def machine(self) -> Any:
+        return self.ctx.machine
+
+
+def assemble(flat: FlatDeck, options: dict[str, Any], times: tuple[float, float]) -> Assembly:
+    """Circuit and machine in one system. `times` (tstep, tstop) [s] fill in waveform defaults.
+
+    Raises DeckError with everything that is wrong with the deck.
+    """
+    from .._engine import Builder
+    from . import circuit, topology
+
+    ctx = Context(Builder(), flat, options)
+    ctx.times = times
+
+    # unknowns first, so that every expression can name every node and branch
+    circuit.allocate(ctx)
+    if flat.machine:
+        from .machine import Machine
+
+        ctx.machine = Machine(ctx)
+        ctx.machine.build()
+    flat.sink.raise_if_errors()
+
+    # then everything adds to Q and F
+    topology.check(ctx)
+    circuit.contribute(ctx)
+    if ctx.machine is not None:
+        ctx.machine.contribute()
+
+    outputs, prints = select(ctx)
+    flat.sink.raise_if_errors()
+    return Assembly(ctx, ctx.b.compile(), outputs, prints)

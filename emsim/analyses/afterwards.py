@@ -1,0 +1,57 @@
+"""What a run has to say besides its columns: limits that were reached, power that came from nowhere."""
+
+from __future__ import annotations
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from ..assemble import Assembly
+    from . import Run
+
+
+def remarks(assembly: Assembly, run: Run) -> None:
+    """Adds warnings and notes to the deck's sink."""
+    if assembly.machine is None:
+        return
+    _limits(assembly, run)
+    if run.kind == "tran" and run.waves.rows > 1:
+        _imbalances(assembly, run)
+
+
+def _limits(assembly: Assembly, run: Run) -> None:
+    """Flags that carry a warning and turned 1 during the run, each once with its first time."""
+    warnings: dict[str, str] = assembly.machine.flag_warnings
+    if not warnings:
+        return
+    names = assembly.system.flag_names
+    said: set[str] = set()
+    for t, index, value in run.waves.events:
+        text = warnings.get(names[index]) if value else None
+        if text is not None and text not in said:
+            said.add(text)
+            card = names[index].rpartition(" ")[0]
+            where = assembly.machine.span_of(card)
+            assembly.flat.sink.warning("W401", f"{text}, first at t = {t:.6g} s", where)
+
+
+def _imbalances(assembly: Assembly, run: Run) -> None:
+    """Mean and largest power that a motor with kt != ke makes or loses."""
+    for name, _ in assembly.machine.imbalances:
+        column = f"imbalance({name})"
+        if column not in run.names:
+            continue
+        from array import array
+
+        power, time = array("d"), array("d")
+        power.frombytes(run.waves.column(run.names.index(column)))
+        time.frombytes(run.waves.column(0))
+        work = sum(0.5 * (power[k] + power[k - 1]) * (time[k] - time[k - 1]) for k in range(1, len(time)))
+        span, largest = time[-1] - time[0], max(power, key=abs)
+        mean = work / span if span > 0 else 0.0
+        made = "appear from nowhere" if mean > 0 else "vanish"
+        assembly.flat.sink.note(
+            "N401",
+            f"kt and ke of `{name}` differ, so power does not balance in it: "
+            f"{abs(mean):.4g} W {made} on average, {largest:.4g} W at most",
+            assembly.machine.span_of(name),
+            hint="in SI units kt and ke of a motor are one number; give one of them to balance the energy",
+        )

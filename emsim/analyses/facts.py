@@ -1,0 +1,69 @@
+"""Facts of a deck for `emsim check`: what the equations are made of, before anything is solved."""
+
+from __future__ import annotations
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any
+
+    from ..assemble import Assembly
+
+
+def facts(assembly: Assembly, planned: list[tuple[Any, Any]]) -> dict[str, Any]:
+    """Plain data:
+
+    title        the deck's
+    elements     {letter: count}; machine cards as {word: count} in `cards`
+    size         number of unknowns; `unknowns` {kind: count}; `names` of all; `algebraic` rows without d/dt
+    nonzeros     of the common pattern of C and G; `linear` when both are constant
+    operations   of Q and F, and of these with their derivatives
+    events       number of conditions watched
+    analyses     as text; `method`, `reltol`, `tolerances` {kind: absolute tolerance}
+    machine      the machine's own report (degrees_of_freedom, loops, folded_rows, ...), or None
+    diagnostics  everything said so far
+    """
+    system, flat = assembly.system, assembly.flat
+    unknowns: dict[str, int] = {}
+    for kind in system.kinds:
+        unknowns[kind] = unknowns.get(kind, 0) + 1
+    elements: dict[str, int] = {}
+    for e in flat.elements:
+        elements[e.letter.upper()] = elements.get(e.letter.upper(), 0) + 1
+    cards: dict[str, int] = {}
+    for card in flat.machine:
+        cards[card.kind] = cards.get(card.kind, 0) + 1
+    tolerances: dict[str, float] = {}
+    for kind, tolerance in zip(system.kinds, system.tolerances(assembly.options), strict=True):
+        tolerances.setdefault(kind, tolerance)
+    values, derivatives = system.operations
+    report = assembly.machine.report() if assembly.machine is not None else None
+    return {
+        "title": flat.title,
+        "elements": elements,
+        "cards": cards,
+        "size": system.n,
+        "unknowns": unknowns,
+        "names": system.names,
+        "algebraic": sum(not d for d in system.differential_rows),
+        "nonzeros": len(system.pattern()[1]),
+        "linear": system.linear,
+        "operations": {"values": values, "with_derivatives": derivatives},
+        "events": len(system.flag_names),
+        "analyses": [_text(card, settings) for card, settings in planned],
+        "method": assembly.options["method"],
+        "reltol": assembly.options.get("reltol", 1e-3),
+        "tolerances": tolerances,
+        "machine": report,
+        "diagnostics": list(flat.sink.diagnostics),
+    }
+
+
+def _text(card: Any, settings: Any) -> str:
+    if card.kind != "tran":
+        return f".{card.kind}" + (" static" if settings else "")
+    words = [f"{settings.tstep:g}", f"{settings.tstop:g}"]
+    if settings.tstart or settings.tmax is not None:
+        words.append(f"{settings.tstart:g}")
+    if settings.tmax is not None:
+        words.append(f"{settings.tmax:g}")
+    return ".tran " + " ".join(words) + (" uic" if settings.uic else "")

@@ -1,0 +1,82 @@
+"""`.tran tstep tstop [tstart [tmax]] [uic]`: the time course from the operating point or from initial values.
+
+tstep is the print grid and the default of waveform times. The largest internal step is tmax or, as in
+ngspice, the smaller of tstep and (tstop - tstart)/50, for methods that have no dense output of their own.
+"""
+
+from __future__ import annotations
+
+from . import Run, columns
+from .failure import explain
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from ..assemble import Assembly
+    from ..deck import Analysis
+    from ..diagnostics import Sink
+
+
+class Transient:
+    """Arguments of the card [s]; `tmax` is None when it is not given."""
+
+    __slots__ = ("tmax", "tstart", "tstep", "tstop", "uic")
+
+    def __init__(self, tstep: float, tstop: float, tstart: float, tmax: float | None, uic: bool) -> None:
+        self.tstep, self.tstop, self.tstart, self.tmax, self.uic = tstep, tstop, tstart, tmax, uic
+
+
+def read(analysis: Analysis, sink: Sink, tmax: float | None = None) -> Transient | None:
+    """Checks the card by ngspice's rules. None after an error. `tmax` from outside wins."""
+
+    def wrong(message: str) -> None:
+        sink.error("E305", message, analysis.span, hint=".tran tstep tstop [tstart [tmax]] [uic]")
+
+    words = [a for a in analysis.args if isinstance(a, str)]
+    uic = "uic" in analysis.flags or "uic" in words
+    strange = [w for w in words if w != "uic"]
+    args = [float(a) for a in analysis.args if not isinstance(a, str)]
+    if strange:
+        wrong(f".tran does not know `{strange[0]}`")
+        return None
+    if len(args) < 2:
+        wrong(f".tran needs tstep and tstop, there {'is one number' if args else 'is no number'}")
+        return None
+    if len(args) > 4:
+        wrong(f".tran takes four numbers at most, there are {len(args)}")
+        return None
+    if any(a != a or a in (float("inf"), float("-inf")) for a in args):
+        wrong(".tran has an argument that is no finite number")
+        return None
+    tstep, tstop = args[:2]
+    tstart = args[2] if len(args) > 2 else 0.0
+    largest = args[3] if len(args) > 3 and args[3] > 0 else None
+    if tstop <= 0:
+        wrong(f"tstop is {tstop:g} s, it must be positive")
+    elif tstep <= 0:
+        wrong(f"tstep is {tstep:g} s, it must be positive")
+    elif not 0 <= tstart < tstop:
+        wrong(f"tstart is {tstart:g} s, it must lie between 0 and tstop = {tstop:g} s")
+    elif len(args) > 3 and args[3] < 0:
+        wrong(f"tmax is {args[3]:g} s, it must be positive")
+    elif tmax is not None and not tmax > 0:
+        wrong(f"the largest step is {tmax:g} s, it must be positive")
+    else:
+        return Transient(tstep, tstop, tstart, largest if tmax is None else tmax, uic)
+    return None
+
+
+def run(
+    assembly: Assembly, analysis: Analysis, t: Transient, progress: Callable[..., object] | None = None
+) -> Run:
+    """Every accepted point from tstart on; the first column is the time."""
+    names, units, exprs = columns(assembly, "tran")
+
+    def tick(now: float, step: float, steps: int, events: int) -> bool:
+        return bool(progress and progress(now, t.tstop, step, steps, events))
+
+    watch = tick if progress else None
+    waves = assembly.system.tran(t.tstep, t.tstop, t.tstart, t.tmax, t.uic, exprs, assembly.options, watch)
+    trouble = explain(assembly, analysis, waves) if waves.status == "failed" else []
+    return Run("tran", ["time", *names], ["s", *units], waves, True, (t.tstep, t.tstop, t.tstart), trouble)

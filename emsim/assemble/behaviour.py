@@ -1,0 +1,535 @@
+"""Behavioural expressions: syntax tree -> engine graph, with ngspice's meaning of every function.
+
+Checked against ngspice 39 (tests/unit/circuit/test_behaviour.py has the figures). Where it surprises:
+
+- `x^y`, `x**y`, `pow(x,y)` are |x|^y, so v^3 is |v|^3; `pwr(x,y)` keeps the sign of x. An expression that
+  reads the machine is no SPICE expression: there an odd power keeps its sign as in mathematics.
+- sqrt, ln, log10 of a negative number stop ngspice; here they take the magnitude, so that a Newton iterate on
+  the wrong side does no harm. x/0 is x/1e-32 in ngspice; here a divisor gets 1e-32 added: 0/0 is 0 in both.
+- `pwl(x, ...)` goes on along its last segments, TABLE stays at its end values.
+- `limit(x, lo, hi)` is nonsense in ngspice B sources (it reads numbers off the text); here it clamps, with a
+  warning. `limit(nominal, deviation)` and the other random functions are drawn once.
+
+Conditions and kinks are flags, held between events that the engine locates; so a comparator switches at its
+threshold and Newton never sees a jump.
+"""
+
+from __future__ import annotations
+
+import math
+
+from ..diagnostics import suggest
+from ..expr import Binary, Call, Cond, Name, Num, Unary
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from random import Random
+
+    from .._engine import Expr
+    from ..diagnostics import Span
+    from ..expr import Node
+    from .context import Context
+
+TINY = 1e-32  # ngspice's fudge under a division
+SMOOTH = 1e-64  # under even roots, so that the derivative at 0 is finite
+
+CONSTANTS = {"pi": math.pi, "e": math.e, "hertz": 0.0, "yes": 1.0, "no": 0.0, "true": 1.0, "false": 0.0}
+DIRECT = (
+    "sin",
+    "cos",
+    "tan",
+    "asin",
+    "acos",
+    "atan",
+    "sinh",
+    "cosh",
+    "tanh",
+    "asinh",
+    "acosh",
+    "atanh",
+    "exp",
+)
+ROUNDING: dict[str, Callable[[float], int]] = {
+    "floor": math.floor,
+    "ceil": math.ceil,
+    "nint": round,
+    "int": math.trunc,
+}
+RANDOM = ("gauss", "agauss", "unif", "aunif")
+CONVERSIONS = {"deg": 180.0 / math.pi, "rpm": 30.0 / math.pi}
+MECHANICAL_WORDS = """
+    angle omega alpha pos vel acc x y z vx vy vz ax ay az fx fy fz mx my mz
+    force torque i v p gap energy ke pe power loss
+"""
+MECHANICAL = frozenset(MECHANICAL_WORDS.split())
+# functions whose value ngspice computes from one argument compared with zero
+ZERO_TESTS = {"eq0": "==", "ne0": "!=", "gt0": ">", "lt0": "<", "ge0": ">=", "le0": "<="}
+
+
+class Compiler:
+    """Compiles into one Context's builder. `_probes` counts what was read from the machine so far."""
+
+    def __init__(self, ctx: Context) -> None:
+        self.ctx = ctx
+        self._probes = 0
+        self._where: Span | None = None
+        self._truths: set[int] = set()
+        self._random: Random | None = None
+        self._count = 0
+
+    def compile(self, ast: Node, where: Span | None) -> Expr:
+        before, self._where = self._where, where
+        try:
+            return self._node(ast)
+        finally:
+            self._where = before
+
+    # tree ----------------------------------------------------------------------------------------
+
+    def _node(self, node: Node | float) -> Expr:
+        if isinstance(node, Num):
+            return self.ctx.b.const(node.value)
+        if isinstance(node, Binary):
+            return self._binary(node)
+        if isinstance(node, Call):
+            return self._call(node)
+        if isinstance(node, Name):
+            return self._name(node)
+        if isinstance(node, Unary):
+            a = self._node(node.a)
+            return -a if node.op == "-" else 1.0 - self._truth(a) if node.op == "!" else a
+        if isinstance(node, Cond):
+            return self._choose(self._truth(self._node(node.c)), node.a, node.b)
+        if isinstance(node, (int, float)):
+            return self.ctx.b.const(float(node))
+        raise TypeError(f"no expression: {node!r}")
+
+    def _error(self, code: str, message: str, node: Node, hint: str | None = None) -> Expr:
+        self.ctx.sink.error(code, message, node.span or self._where, hint=hint)
+        return self.ctx.b.const(0.0)
+
+    def _name(self, node: Name) -> Expr:
+        b = self.ctx.b
+        if node.id == "time":
+            return b.time()
+        if node.id == "temper":
+            return b.const(self.ctx.temp)
+        if node.id in CONSTANTS:
+            return b.const(CONSTANTS[node.id])
+        if node.id in self.ctx.nodes:
+            return self._error("E282", f"`{node.id}` is a node, its voltage is `v({node.id})`", node)
+        near = suggest(node.id, ("time", "temper", "hertz", "pi", "e"))
+        return self._error(
+            "E282",
+            f"`{node.id}` is no parameter and no quantity",
+            node,
+            f"did you mean `{near}`?" if near else None,
+        )
+
+    def _binary(self, node: Binary) -> Expr:
+        op = node.op
+        if op == "**":
+            return self._power(node.a, node.b)
+        a = self._node(node.a)
+        probes = self._probes
+        b = self._node(node.b)
+        if op == "+":
+            return a + b
+        if op == "-":
+            return a - b
+        if op == "*":
+            return a * b
+        if op == "/":
+            return self._divide(a, b, self._probes > probes, node)
+        if op == "&&":
+            return self._mark(self._truth(a) * self._truth(b))
+        if op == "||":
+            p, q = self._truth(a), self._truth(b)
+            return self._mark(p + q - p * q)
+        return self._compare(op, a, b)
+
+    def _divide(self, a: Expr, b: Expr, mechanical: bool, node: Node) -> Expr:
+        if b.value is not None:
+            if b.value == 0.0:
+                return self._error(
+                    "E283", "division by zero", node, "the divisor is 0 whatever the circuit does"
+                )
+            return a / b
+        return a / b if mechanical else a / (b + TINY)
+
+    # conditions ----------------------------------------------------------------------------------
+
+    def _mark(self, e: Expr) -> Expr:
+        """Remembers that e is 0 or 1 and nothing else."""
+        self._truths.add(e.id)
+        return e
+
+    def _truth(self, e: Expr) -> Expr:
+        """e as 0 or 1: true is anything but zero."""
+        if e.value is not None:
+            return self.ctx.b.const(1.0 if e.value != 0.0 else 0.0)
+        return e if e.id in self._truths else self._mark(self.ctx.flag(e) + self.ctx.flag(-e))
+
+    def _compare(self, op: str, a: Expr, b: Expr) -> Expr:
+        if op == "!=":
+            return self._mark(1.0 - self._compare("==", a, b))
+        over, under = self.ctx.flag, self.ctx.flag
+        if op == ">":
+            value = over(a - b)
+        elif op == "<":
+            value = under(b - a)
+        elif op == ">=":
+            value = 1.0 - under(b - a)
+        elif op == "<=":
+            value = 1.0 - over(a - b)
+        else:
+            value = 1.0 - over(a - b) - under(b - a)
+        return self._mark(value)
+
+    def _choose(self, condition: Expr, a: Node, b: Node) -> Expr:
+        if condition.value is not None:
+            return self._node(a if condition.value != 0.0 else b)
+        return self.ctx.b.select(condition, self._node(a), self._node(b))
+
+    # powers and roots ----------------------------------------------------------------------------
+
+    def _power(self, base: Node, exponent: Node) -> Expr:
+        """|a|^b; with machine quantities in a, a^b for whole b."""
+        probes = self._probes
+        a = self._node(base)
+        mechanical = self._probes > probes
+        b = self._node(exponent)
+        n = b.value
+        if n is None:
+            return self.ctx.b.call("pow", self._sqrt(a * a), b)
+        if a.value is not None:
+            return self._constant(lambda: math.pow(abs(a.value or 0.0), n), base)
+        if n == 0.0:
+            return self.ctx.b.const(1.0)
+        if n == round(n) and (mechanical or n % 2 == 0):
+            return a**n
+        if n == 1.0:
+            return self.ctx.abs_(a)
+        if n == round(n):
+            return self._sqrt(a * a) * a ** (n - 1.0)
+        return self.ctx.b.call("pow", a * a + SMOOTH, self.ctx.b.const(n / 2))
+
+    def _signed_power(self, base: Node, exponent: Node) -> Expr:
+        """pwr(x, y) = sgn(x) |x|^y"""
+        a, b = self._node(base), self._node(exponent)
+        if a.value is not None and b.value is not None:
+            x, y = a.value, b.value
+            return self._constant(lambda: math.copysign(math.pow(abs(x), y), x), base)
+        size = self._sqrt(a * a)
+        if b.value is not None and b.value >= 1.0:
+            # x |x|^(y-1) is smooth through 0 where sgn(x) |x|^y would be a flag
+            return a * (self.ctx.b.call("pow", size, b - 1.0) if b.value != 2.0 else size)
+        return self.ctx.b.select(
+            self.ctx.flag(a), 1.0 * self.ctx.b.call("pow", size, b), -self.ctx.b.call("pow", size, b)
+        )
+
+    def _sqrt(self, square: Expr) -> Expr:
+        return (
+            self.ctx.b.call("sqrt", square + SMOOTH)
+            if square.value is None
+            else self.ctx.b.call("sqrt", square)
+        )
+
+    def _constant(self, value: Callable[[], float], node: Node) -> Expr:
+        try:
+            return self.ctx.b.const(float(value()))
+        except (ValueError, OverflowError, ZeroDivisionError):
+            return self._error("E283", "this has no finite value", node)
+
+    # calls ---------------------------------------------------------------------------------------
+
+    def _call(self, node: Call) -> Expr:
+        fn, args = node.fn, node.args
+        ctx, b = self.ctx, self.ctx.b
+        if fn == "v" and args and self._is_node(args[0]):
+            return self._voltage(node)
+        if fn == "i" and len(args) == 1 and (found := self._current(args[0])) is not None:
+            return found
+        if fn in MECHANICAL and ctx.machine is not None:
+            probe: Expr | None = ctx.machine.probe(fn, args, node.span or self._where)
+            if probe is not None:
+                self._probes += 1
+                return probe
+        if fn in ("v", "i"):
+            return self._voltage(node) if fn == "v" else self._no_current(node)
+        handler: Callable[[Call], Expr] | None = getattr(self, f"_fn_{fn}", None)
+        if handler is not None:
+            return handler(node)
+        if fn in DIRECT and self._expects(node, 1):
+            a = self._node(args[0])
+            if a.value is not None:
+                x = a.value
+                return self._constant(lambda: getattr(math, fn)(x), node)
+            return b.call(fn, a)
+        if fn in ROUNDING and self._expects(node, 1):
+            return self._round(fn, self._node(args[0]))
+        if fn in CONVERSIONS and self._expects(node, 1):
+            return CONVERSIONS[fn] * self._node(args[0])
+        if fn in ZERO_TESTS and self._expects(node, 1):
+            return self._compare(ZERO_TESTS[fn], self._node(args[0]), b.const(0.0))
+        if fn in RANDOM:
+            return self._draw(node)
+        if fn in MECHANICAL:
+            return self._not_mechanical(node)
+        if fn in (*DIRECT, *ROUNDING, *CONVERSIONS, *ZERO_TESTS):
+            return b.const(0.0)  # wrong number of arguments, already reported
+        near = suggest(fn, FUNCTIONS)
+        return self._error(
+            "E287", f"there is no function `{fn}`", node, f"did you mean `{near}`?" if near else None
+        )
+
+    def _expects(self, node: Call, *counts: int) -> bool:
+        if len(node.args) in counts:
+            return True
+        wanted = " or ".join(map(str, counts))
+        self._error(
+            "E288",
+            f"`{node.fn}` takes {wanted} argument{'s' if counts[-1] != 1 else ''}, not {len(node.args)}",
+            node,
+        )
+        return False
+
+    # v(), i() ------------------------------------------------------------------------------------
+
+    def _is_node(self, arg: Node) -> bool:
+        name = _word(arg)
+        return name is not None and (name in ("0", "gnd") or name in self.ctx.nodes)
+
+    def _voltage(self, node: Call) -> Expr:
+        names: list[str] = []
+        for arg in node.args:
+            name = _word(arg)
+            if name is None or not self._is_node(arg):
+                shown = name if name is not None else repr(arg)
+                self.ctx.unknown(
+                    "E289",
+                    f"no node is called `{shown}`",
+                    shown,
+                    self.ctx.nodes,
+                    arg.span or node.span or self._where,
+                )
+                return self.ctx.b.const(0.0)
+            names.append(name)
+        if not self._expects(node, 1, 2):
+            return self.ctx.b.const(0.0)
+        return self.ctx.v(*names)
+
+    def _current(self, arg: Node) -> Expr | None:
+        name = _word(arg)
+        return None if name is None else element_current(self.ctx, name)
+
+    def _no_current(self, node: Call) -> Expr:
+        name = _word(node.args[0]) if node.args else None
+        shown = name if name is not None else ", ".join(map(repr, node.args))
+        self.ctx.unknown(
+            "E290", f"no element is called `{shown}`", shown, [*self.ctx.elements, *self.ctx.branches],
+            (node.args[0].span if node.args else None) or node.span or self._where,
+        )  # fmt: skip
+        return self.ctx.b.const(0.0)
+
+    def _not_mechanical(self, node: Call) -> Expr:
+        what = ", ".join(map(repr, node.args)) or "nothing"
+        hint = "this deck has no machine cards" if self.ctx.machine is None else None
+        return self._error(
+            "E291", f"`{node.fn}` reads the machine, and `{what}` is nothing mechanical", node, hint
+        )
+
+    # functions of ngspice, one method each -------------------------------------------------------
+
+    def _fn_abs(self, node: Call) -> Expr:
+        return self.ctx.abs_(self._node(node.args[0])) if self._expects(node, 1) else self.ctx.b.const(0.0)
+
+    def _fn_sqrt(self, node: Call) -> Expr:
+        if not self._expects(node, 1):
+            return self.ctx.b.const(0.0)
+        a = self._node(node.args[0])
+        if a.value is not None:
+            return self.ctx.b.const(math.sqrt(abs(a.value)))
+        return self._sqrt(self._sqrt(a * a))
+
+    def _fn_ln(self, node: Call) -> Expr:
+        if not self._expects(node, 1):
+            return self.ctx.b.const(0.0)
+        a = self._node(node.args[0])
+        if a.value is not None:
+            x = a.value
+            return self._constant(lambda: math.log(abs(x)), node)
+        return 0.5 * self.ctx.b.call("log", a * a + SMOOTH)
+
+    _fn_log = _fn_ln
+
+    def _fn_log10(self, node: Call) -> Expr:
+        return (1.0 / math.log(10.0)) * self._fn_ln(node)
+
+    def _fn_pow(self, node: Call) -> Expr:
+        return self._power(*node.args) if self._expects(node, 2) else self.ctx.b.const(0.0)
+
+    def _fn_pwr(self, node: Call) -> Expr:
+        return self._signed_power(*node.args) if self._expects(node, 2) else self.ctx.b.const(0.0)
+
+    def _fn_atan2(self, node: Call) -> Expr:
+        if not self._expects(node, 2):
+            return self.ctx.b.const(0.0)
+        return self.ctx.b.call("atan2", self._node(node.args[0]), self._node(node.args[1]))
+
+    def _fn_hypot(self, node: Call) -> Expr:
+        if not self._expects(node, 2):
+            return self.ctx.b.const(0.0)
+        a, b = self._node(node.args[0]), self._node(node.args[1])
+        return self._sqrt(a * a + b * b)
+
+    def _fn_min(self, node: Call) -> Expr:
+        return self._extreme(node, self.ctx.min_)
+
+    def _fn_max(self, node: Call) -> Expr:
+        return self._extreme(node, self.ctx.max_)
+
+    def _extreme(self, node: Call, pick: Callable[[Expr, Expr], Expr]) -> Expr:
+        if len(node.args) < 2:
+            self._expects(node, 2)
+            return self.ctx.b.const(0.0)
+        value = self._node(node.args[0])
+        for arg in node.args[1:]:
+            value = pick(value, self._node(arg))
+        return value
+
+    def _fn_sgn(self, node: Call) -> Expr:
+        if not self._expects(node, 1):
+            return self.ctx.b.const(0.0)
+        a = self._node(node.args[0])
+        return self.ctx.flag(a) - self.ctx.flag(-a)
+
+    def _fn_u(self, node: Call) -> Expr:
+        """0, 1/2 at zero, 1."""
+        return 0.5 + 0.5 * self._fn_sgn(node)
+
+    def _fn_u2(self, node: Call) -> Expr:
+        if not self._expects(node, 1):
+            return self.ctx.b.const(0.0)
+        return self.ctx.clamp(self._node(node.args[0]), 0.0, 1.0)
+
+    def _fn_uramp(self, node: Call) -> Expr:
+        if not self._expects(node, 1):
+            return self.ctx.b.const(0.0)
+        return self.ctx.max_(self._node(node.args[0]), self.ctx.b.const(0.0))
+
+    def _fn_if(self, node: Call) -> Expr:
+        if not self._expects(node, 3):
+            return self.ctx.b.const(0.0)
+        return self._choose(self._truth(self._node(node.args[0])), node.args[1], node.args[2])
+
+    _fn_ternary_fcn = _fn_if
+
+    def _fn_limit(self, node: Call) -> Expr:
+        if len(node.args) == 2:
+            return self._draw(node)
+        if not self._expects(node, 3):
+            return self.ctx.b.const(0.0)
+        self.ctx.sink.warning(
+            "W282", "limit(x, lo, hi) clamps here; ngspice makes a constant of it", node.span or self._where,
+            hint="min(max(x, lo), hi) means the same in both",
+        )  # fmt: skip
+        x, lo, hi = (self._node(a) for a in node.args)
+        return self.ctx.clamp(x, lo, hi)
+
+    def _fn_pwl(self, node: Call) -> Expr:
+        return self._table(node, clamped=False)
+
+    def _fn_table(self, node: Call) -> Expr:
+        return self._table(node, clamped=True)
+
+    def _table(self, node: Call, clamped: bool) -> Expr:
+        values = [self._node(a).value for a in node.args[1:]]
+        if len(values) < 4 or len(values) % 2 or None in values:
+            return self._error(
+                "E286",
+                f"`{node.fn}` needs an expression and then pairs of constants x0, y0, x1, y1, ...",
+                node,
+            )
+        numbers = [v for v in values if v is not None]
+        points = list(zip(numbers[::2], numbers[1::2], strict=True))
+        return self.ctx.table(self._node(node.args[0]), points, clamped, node.span or self._where)
+
+    def _fn_ddt(self, node: Call) -> Expr:
+        if not self._expects(node, 1):
+            return self.ctx.b.const(0.0)
+        self._count += 1
+        return self.ctx.ddt(self._node(node.args[0]), f"ddt#{self._count}")
+
+    def _fn_idt(self, node: Call) -> Expr:
+        if not self._expects(node, 1, 2):
+            return self.ctx.b.const(0.0)
+        start = self._node(node.args[1]).value if len(node.args) == 2 else 0.0
+        if start is None:
+            return self._error("E286", "idt starts from a constant", node)
+        self._count += 1
+        return self.ctx.idt(self._node(node.args[0]), start, f"idt#{self._count}")
+
+    _fn_sdt = _fn_idt
+
+    # ---------------------------------------------------------------------------------------------
+
+    def _round(self, fn: str, a: Expr) -> Expr:
+        if a.value is not None:
+            return self.ctx.b.const(float(ROUNDING[fn](a.value)))
+        call = self.ctx.b.call
+        if fn == "int":
+            return self.ctx.b.select(self.ctx.flag(a), call("floor", a), call("ceil", a))
+        return call("round" if fn == "nint" else fn, a)
+
+    def _draw(self, node: Call) -> Expr:
+        """gauss(nominal, relative, sigmas), agauss(nominal, absolute, sigmas), unif, aunif, limit."""
+        values = [self._node(a).value for a in node.args]
+        wanted = 3 if node.fn.endswith("gauss") else 2
+        if not self._expects(node, wanted):
+            return self.ctx.b.const(0.0)
+        if None in values:
+            return self._error("E286", f"`{node.fn}` draws from constants", node)
+        if self._random is None:
+            import random
+
+            self._random = random.Random(1)
+        rng = self._random
+        nominal, spread = values[0] or 0.0, values[1] or 0.0
+        if node.fn in ("gauss", "unif"):
+            spread *= nominal
+        if node.fn.endswith("gauss"):
+            return self.ctx.b.const(nominal + spread / (values[2] or 1.0) * rng.gauss(0.0, 1.0))
+        if node.fn == "limit":
+            return self.ctx.b.const(nominal + (spread if rng.random() > 0.5 else -spread))
+        return self.ctx.b.const(nominal + spread * rng.uniform(-1.0, 1.0))
+
+
+FUNCTIONS = (
+    *DIRECT, *ROUNDING, *CONVERSIONS, *ZERO_TESTS, *RANDOM, *MECHANICAL,
+    *(name[4:] for name in vars(Compiler) if name.startswith("_fn_")),
+)  # fmt: skip
+
+
+def _word(arg: Node) -> str | None:
+    """The name an argument spells: a node or an element; numbers are names too."""
+    if isinstance(arg, Name):
+        return arg.id
+    if isinstance(arg, Num) and arg.value == int(arg.value):
+        return str(int(arg.value))
+    return None
+
+
+def element_current(ctx: Context, name: str) -> Expr | None:
+    """Current into the first terminal of an element or coupling; None when there is no such thing."""
+    name = ctx.element_name(name)
+    index = ctx.branch(name)
+    if index is not None:
+        return ctx.b.x(index)
+    element = ctx.elements.get(name)
+    if element is None:
+        return None
+    from ..elements import TABLE
+
+    return TABLE[element.letter.upper()].current(ctx, element)

@@ -1,0 +1,160 @@
+"""The circuit's part of the assembly: nodes and branches, every element's stamps, the forced start."""
+
+from __future__ import annotations
+
+from ..diagnostics import suggest
+from ..elements import TABLE, has_branch, number
+from ..expr import Binary, Call, Cond, Name, Node, Unary
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+    from typing import Any
+
+    from ..deck import Element
+    from .context import Context
+
+# what the other letters are called, for the message that they are not there yet
+OTHERS = {
+    "A": "XSPICE code model", "J": "JFET", "M": "MOSFET", "N": "OSDI model", "O": "lossy line",
+    "P": "coupled lines", "Q": "bipolar transistor", "T": "transmission line", "U": "RC line",
+    "Y": "lossy line", "Z": "MESFET",
+}  # fmt: skip
+
+
+def allocate(ctx: Context) -> None:
+    """Nodes in order of appearance, then one current unknown per voltage-defined element."""
+    flat, sink = ctx.flat, ctx.sink
+    ctx.ics = {name: value for name, value, _ in flat.ics}
+    unsupported: dict[str, list[Element]] = {}
+    for e in flat.elements:
+        letter = e.letter.upper()
+        kind = TABLE.get(letter)
+        if kind is None:
+            unsupported.setdefault(letter, []).append(e)
+            continue
+        twin = ctx.elements.get(e.name)
+        if twin is not None:
+            sink.error(
+                "E295", f"two elements are called `{e.name}`", e.span, labels=[(twin.span, "the first")]
+            )
+            continue
+        if len(e.nodes) < kind.nodes:
+            sink.error(
+                "E296", f"{kind.what} `{e.name}` needs {kind.nodes} nodes, there are {len(e.nodes)}", e.span
+            )
+            continue
+        if kind.models and not _model_fits(ctx, e, kind.models, kind.what):
+            continue
+        ctx.elements[e.name] = e
+        for name in e.nodes:
+            ctx.node(name)
+    for letter, elements in unsupported.items():
+        names = ", ".join(f"`{e.name}`" for e in elements[:3]) + (" ..." if len(elements) > 3 else "")
+        what = OTHERS.get(letter, f"element {letter}")
+        sink.error("E297", f"{names}: {what} is not supported yet", elements[0].span)
+
+    ctx.metered = {
+        name for name in _currents_read(ctx) if name in ctx.elements and _is_diode(ctx.elements[name])
+    }
+    for e in ctx.elements.values():
+        if has_branch(e) or e.name in ctx.metered:
+            ctx.new_branch(e.name, number(e, "ic") if e.letter.upper() == "L" else 0.0)
+
+
+def _is_diode(e: Element) -> bool:
+    return e.letter.upper() == "D"
+
+
+def _model_fits(ctx: Context, e: Element, types: tuple[str, ...], what: str) -> bool:
+    """The element's model exists and is of its type."""
+    required = types[0] not in "rcl"
+    if e.model is None:
+        if e.model_name is not None:
+            near = suggest(e.model_name, ctx.flat.models)
+            ctx.sink.error(
+                "E298", f"`{e.name}`: there is no .model `{e.model_name}`", e.model_span or e.span,
+                hint=f"did you mean `{near}`?" if near else None,
+            )  # fmt: skip
+            return False
+        if required:
+            ctx.sink.error("E298", f"{what} `{e.name}` needs a .model", e.span)
+        return not required
+    if e.model.type.lower() not in types:
+        ctx.sink.error(
+            "E298", f"`{e.name}` is a {what}, .model `{e.model.name}` is of type {e.model.type.upper()}",
+            e.model_span or e.span, labels=[(e.model.span, f"a {what} needs type {types[0].upper()}")],
+        )  # fmt: skip
+        return False
+    return True
+
+
+def _currents_read(ctx: Context) -> set[str]:
+    """Names in i(...) anywhere in the deck, and in @name[...] of .save."""
+    found: set[str] = set()
+    for ast in _expressions(ctx):
+        for call in _calls(ast):
+            if call.fn == "i" and len(call.args) == 1 and isinstance(call.args[0], Name):
+                found.add(ctx.element_name(call.args[0].id))
+            elif call.fn == "i" and len(call.args) == 1:
+                found.add(repr(call.args[0]))
+    return found
+
+
+def _expressions(ctx: Context) -> Iterator[Node]:
+    flat = ctx.flat
+    for e in flat.elements:
+        if isinstance(e.value, Node):
+            yield e.value
+    for card in flat.machine:
+        for value in card.params.values():
+            for part in value if isinstance(value, tuple) else (value,):
+                if isinstance(part, Node):
+                    yield part
+    for p in flat.prints:
+        for _, ast in p.items:
+            yield ast
+    for probe in (*flat.saves, *flat.probes):
+        yield probe.ast
+
+
+def _calls(ast: Any) -> Iterator[Call]:
+    if isinstance(ast, Call):
+        yield ast
+        for arg in ast.args:
+            yield from _calls(arg)
+    elif isinstance(ast, Binary):
+        yield from _calls(ast.a)
+        yield from _calls(ast.b)
+    elif isinstance(ast, Unary):
+        yield from _calls(ast.a)
+    elif isinstance(ast, Cond):
+        yield from _calls(ast.c)
+        yield from _calls(ast.a)
+        yield from _calls(ast.b)
+
+
+def contribute(ctx: Context) -> None:
+    """Every element's stamps; then shunts asked for by options, and the forced starting values."""
+    for e in ctx.elements.values():
+        TABLE[e.letter.upper()].contribute(ctx, e)
+    shunt = ctx.options.get("gshunt", 0.0) + (
+        1.0 / ctx.options["rshunt"] if ctx.options.get("rshunt") else 0.0
+    )
+    for row in ctx.nodes.values():
+        if shunt:
+            ctx.b.g(row, row, shunt)
+        if ctx.options.get("cshunt"):
+            ctx.b.c(row, row, ctx.options["cshunt"])
+    _forces(ctx)
+
+
+def _forces(ctx: Context) -> None:
+    """.ic and .nodeset: rows forced while the operating point is sought."""
+    for entries, kind in ((ctx.flat.ics, "ic"), (ctx.flat.nodesets, "nodeset")):
+        for name, value, span in entries:
+            row = ctx.nodes.get(name)
+            if row is not None:
+                ctx.b.force(row, float(value), kind)
+            elif name not in ("0", "gnd"):
+                ctx.unknown("E289", f"no node is called `{name}`", name, ctx.nodes, span)

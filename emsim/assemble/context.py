@@ -1,0 +1,205 @@
+"""The meeting room of circuit and machine: one builder, one table of nodes and branches, one place for error
+
+A Context lives from the first node to the compiled system. Rows and unknowns are the same list: row i of
+d/dt Q(x) + F(x, t) = 0 belongs to unknown i, index -1 is ground and every stamp on it is dropped.
+
+Order of events (assemble/__init__.py):
+ 1. the circuit allocates nodes and branches      4. the machine cards contribute
+ 2. the machine builds its scene and branches     5. outputs are compiled, then the system
+ 3. the elements contribute
+"""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+from ..diagnostics import suggest
+from .behaviour import Compiler
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Sequence
+    from typing import Any
+
+    from .._engine import Builder, Expr
+    from ..deck import Element, FlatDeck
+    from ..diagnostics import Sink, Span
+    from ..expr import Node
+
+GROUND = ("0", "gnd")
+
+
+class Context:
+    """What contributors see.
+
+    b         the engine's builder
+    flat      the deck on one level; `sink`, `temp`, `tnom` [C] are its own
+    options   resolved options (assemble/options.py)
+    nodes     node name -> unknown (ground left out); `branches` element or coupling name -> current unknown
+    elements  element name -> Element
+    machine   the assembled machine, or None
+    metered   elements whose current must become an unknown because something reads it
+    ddts      names of the unknowns that hold a time derivative
+    """
+
+    def __init__(self, b: Builder, flat: FlatDeck, options: dict[str, Any]) -> None:
+        self.b, self.flat, self.options = b, flat, options
+        self.sink: Sink = flat.sink
+        self.temp, self.tnom = flat.temp, flat.tnom
+        self.gmin: float = options["gmin"]
+        self.nodes: dict[str, int] = {}
+        self.branches: dict[str, int] = {}
+        self.elements: dict[str, Element] = {}
+        self.flags: dict[str, Expr] = {}
+        self.metered: set[str] = set()
+        self.machine: Any = None
+        # (tstep, tstop) that waveform defaults refer to; the first .tran sets it
+        self.times = (1.0, 1.0)
+        self.ics: dict[str, float] = {}
+        self._waves: dict[str, int] = {}
+        self._ddts: dict[int, int] = {}
+        self._flag_count = 0
+        self._compiler = Compiler(self)
+
+    # unknowns ------------------------------------------------------------------------------------
+
+    def node(self, name: str) -> int:
+        """Unknown of a node, made at its first mention; -1 for ground."""
+        if name in GROUND:
+            return -1
+        index = self.nodes.get(name)
+        if index is None:
+            index = self.nodes[name] = self.b.unknown(name, "node", "V", self.ics.get(name, 0.0))
+        return index
+
+    def inner_node(self, name: str) -> int:
+        """A node of an element's own; it is no output and nobody else can name it."""
+        return self.b.unknown(name, "node", "V", 0.0)
+
+    def initial(self, name: str) -> float:
+        """Initial voltage of a node under UIC: its .ic, or 0 [V]."""
+        return self.ics.get(name, 0.0)
+
+    def new_branch(self, name: str, initial: float = 0.0) -> int:
+        """A current unknown; `initial` counts under UIC."""
+        index = self.branches[name] = self.b.unknown(name, "branch", "A", initial)
+        return index
+
+    def branch(self, name: str) -> int | None:
+        """Current unknown of a voltage-defined element or of a coupling; None where there is none."""
+        return self.branches.get(name)
+
+    def v(self, p: str, n: str | None = None) -> Expr:
+        """Voltage of node p, against n when given [V]."""
+        plus = self.node(p)
+        value = self.b.x(plus) if plus >= 0 else self.b.const(0.0)
+        minus = -1 if n is None else self.node(n)
+        return value - self.b.x(minus) if minus >= 0 else value
+
+    def element_name(self, name: str, letter: str = "") -> str:
+        """An element's flat name from its own or from ngspice's spelling: v.x1.v1 is x1.v1."""
+        if name not in self.elements and len(name) > 2 and name[1] == "." and name[2:] in self.elements:
+            return name[2:]
+        return name
+
+    def ddt(self, e: Expr, name: str) -> Expr:
+        """Time derivative of e, an unknown d of its own with the row d/dt e - d = 0; zero at the DC point."""
+        if e.value is not None:
+            return self.b.const(0.0)
+        index = self._ddts.get(e.id)
+        if index is None:
+            index = self._ddts[e.id] = self.b.unknown(name, "derivative", "", 0.0)
+            self.b.add_q(index, e)
+            self.b.g(index, index, -1.0)
+        return self.b.x(index)
+
+    def idt(self, e: Expr, start: float, name: str) -> Expr:
+        """Time integral of e from `start`, a state that the DC point holds."""
+        index = self.b.unknown(name, "coordinate", "", start)
+        self.b.c(index, index, 1.0)
+        self.b.add_f(index, -e)
+        return self.b.x(index)
+
+    def wave(self, e: Element) -> int:
+        """The engine's number of an independent source's waveform."""
+        k = self._waves.get(e.name)
+        if k is None:
+            from .waves import of_source
+
+            kind, args, dc = of_source(e, self.times, self.sink)
+            k = self._waves[e.name] = self.b.wave(kind, args, dc)
+        return k
+
+    # expressions ---------------------------------------------------------------------------------
+
+    def compile(self, ast: Node, where: Span | None) -> Expr:
+        """Behavioural expression -> graph, with v() i() time temper and the machine's probes. What cannot be
+        compiled is reported at its place and becomes 0, so that all of a deck's errors come out at once."""
+        return self._compiler.compile(ast, where)
+
+    def abs_(self, e: Expr) -> Expr:
+        """|e|, its kink a held flag."""
+        if e.value is not None:
+            return self.b.const(abs(e.value))
+        return self.b.select(self.flag(e), e, -e)
+
+    def min_(self, a: Expr, b: Expr) -> Expr:
+        if a.value is not None and b.value is not None:
+            return a if a.value <= b.value else b
+        return self.b.select(self.flag(a - b), b, a)
+
+    def max_(self, a: Expr, b: Expr) -> Expr:
+        if a.value is not None and b.value is not None:
+            return a if a.value >= b.value else b
+        return self.b.select(self.flag(a - b), a, b)
+
+    def clamp(self, e: Expr, lo: float | Expr, hi: float | Expr) -> Expr:
+        low = self.b.const(lo) if isinstance(lo, (int, float)) else lo
+        high = self.b.const(hi) if isinstance(hi, (int, float)) else hi
+        return self.min_(self.max_(e, low), high)
+
+    def flag(self, up: Expr, name: str = "") -> Expr:
+        """1 while up > 0, else 0; changes only at located events. Constants fold. One flag per expression."""
+        if up.value is not None:
+            return self.b.const(1.0 if up.value > 0 else 0.0)
+        key = f"#{up.id}"
+        found = self.flags.get(key)
+        if found is None:
+            found = self.flags[key] = self.b.flag(up, None, name, -1)
+        return found
+
+    def table(
+        self, x: Expr, points: Sequence[tuple[float, float]], clamped: bool, where: Span | None
+    ) -> Expr:
+        """Piecewise linear y(x); beyond the ends constant when `clamped`, else along the last segments."""
+        if len(points) < 2 or any(a[0] >= b[0] for a, b in pairwise(points)):
+            self.sink.error(
+                "E286", "the abscissas of a table must ascend, and there must be two points at least", where
+            )
+            return self.b.const(0.0)
+        pieces: list[Expr] = []
+        for (x0, y0), (x1, y1) in pairwise(points):
+            slope = (y1 - y0) / (x1 - x0)
+            pieces.append((y0 - slope * x0) + slope * x if slope else self.b.const(y0))
+        knots = [p[0] for p in points[1:-1]]
+        if clamped:
+            pieces = [self.b.const(points[0][1]), *pieces, self.b.const(points[-1][1])]
+            knots = [points[0][0], *knots, points[-1][0]]
+
+        def pick(lo: int, hi: int) -> Expr:
+            # a balanced tree over the pieces: one flag a knot
+            if hi - lo == 1:
+                return pieces[lo]
+            mid = (lo + hi) // 2
+            return self.b.select(self.flag(x - knots[mid - 1]), pick(mid, hi), pick(lo, mid))
+
+        return pick(0, len(pieces))
+
+    # errors --------------------------------------------------------------------------------------
+
+    def unknown(
+        self, code: str, message: str, word: str, candidates: Iterable[str], span: Span | None
+    ) -> None:
+        """An error about a name, with the nearest one that exists as its hint."""
+        near = suggest(word, candidates)
+        self.sink.error(code, message, span, hint=f"did you mean `{near}`?" if near else None)

@@ -1,0 +1,101 @@
+"""Options: what .options, .temp and the command line say, with ngspice's defaults, checked and named once.
+
+`resolve` gives one dict that the engine, the circuit and the analyses share.
+"""
+
+from __future__ import annotations
+
+from ..diagnostics import suggest
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any
+
+    from ..deck import FlatDeck
+    from ..diagnostics import Sink
+
+METHODS = ("trap", "gear", "radau")
+SPELLINGS = {
+    "trapezoidal": "trap", "trap": "trap", "gear": "gear", "bdf": "gear", "radau": "radau", "radau5": "radau",
+}  # fmt: skip
+
+GMIN = 1e-12  # least conductance of a junction [S]
+# name -> least value allowed. Only what is given is passed on: the engine's defaults are ngspice 39's
+# (cktntask.c), with the absolute tolerances following a reltol tighter than 1e-3 unless they are given too.
+NUMBERS: dict[str, float] = {
+    "reltol": 1e-14,  # relative tolerance of every quantity, 1e-3
+    "abstol": 0.0,  # currents [A], 1e-12
+    "vntol": 0.0,  # voltages [V], 1e-6
+    "chgtol": 0.0,  # charges [C], 1e-14
+    "trtol": 0.0,  # how far the truncation error may exceed its estimate
+    "gmin": 0.0,
+    "itl1": 1.0,  # Newton iterations of the operating point
+    "itl2": 1.0,  # ... of each of its stepping stages
+    "itl4": 1.0,  # ... of a time point
+    "maxord": 1.0,  # order of gear, 2
+    "rshunt": 0.0,  # from every node to ground [ohm]
+    "gshunt": 0.0,  # the same as a conductance [S]
+    "cshunt": 0.0,  # from every node to ground [F]
+}
+# read by the front end, or about ngspice's own printing and matrix code: nothing to say about them
+SILENT_WORDS = """
+    tmax temp tnom acct noacct noinit nomod nopage list node opts numdgt post brief fast
+    savecurrents interp plotwinsize cptime limpts lvlcod lvltim itl3 itl5 itl6 pivtol pivrel badmos3
+    bypass delmin keepopinfo klu sparse noopiter noopac gminsteps srcsteps gminfactor minbreak
+    autostop seed seedinfo warn maxwarns scale defl defw defad defas xmu xtrtol nostepsizelimit
+    ramptime convstep convabsstep altinit width probe ingold measdgt captab filetype ngdebug wnflag
+    oldlimit trytocompact reltolfactor runlvl delmax accurate parhier co
+"""
+SILENT = frozenset(SILENT_WORDS.split())
+
+
+def resolve(flat: FlatDeck, above: dict[str, Any] | None = None) -> dict[str, Any]:
+    """Options of a deck under those given from outside (`above`: command line, Python), which win.
+
+    Without a method, machines get radau (closed loops need it) and circuits trap, as in ngspice.
+    """
+    sink = flat.sink
+    given = {**flat.options, **{key.lower(): value for key, value in (above or {}).items()}}
+    out: dict[str, Any] = {"gmin": GMIN, "method": "radau" if flat.machine else "trap"}
+    strange: list[str] = []
+    for name, value in given.items():
+        if name == "method":
+            out["method"] = _method(str(value), sink) or out["method"]
+        elif name in NUMBERS:
+            number = _number(name, value, sink)
+            if number is not None:
+                out[name] = number
+        elif name not in SILENT:
+            strange.append(name)
+    if strange:
+        known = [*NUMBERS, "method", "temp", "tnom"]
+        near = {s: suggest(s, known) for s in strange}
+        hints = ", ".join(f"`{n}` for `{s}`" for s, n in near.items() if n)
+        sink.note(
+            "N281", f"options without effect here: {', '.join(sorted(strange))}",
+            hint=f"did you mean {hints}?" if hints else None,
+        )  # fmt: skip
+    return out
+
+
+def _number(name: str, value: object, sink: Sink) -> float | int | None:
+    if isinstance(value, bool) or not isinstance(value, (int, float)):
+        sink.error("E293", f"option {name} needs a number")
+        return None
+    if not NUMBERS[name] <= value < float("inf") or (name == "reltol" and value >= 1.0):
+        sink.error("E293", f"option {name}={value:g} is out of range", hint=f"at least {NUMBERS[name]:g}")
+        return None
+    if name == "maxord":
+        return min(int(value), 6)
+    return int(value) if name in ("itl1", "itl2", "itl4") else float(value)
+
+
+def _method(word: str, sink: Sink) -> str | None:
+    name = SPELLINGS.get(word.lower())
+    if name is None:
+        near = suggest(word, SPELLINGS)
+        sink.error(
+            "E294", f"there is no method `{word}`",
+            hint=f"did you mean `{near}`?" if near else f"there are {', '.join(METHODS)}",
+        )  # fmt: skip
+    return name

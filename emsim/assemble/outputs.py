@@ -1,0 +1,151 @@
+"""Which columns a run gives, with their names and units.
+
+Nothing asked for: every node voltage, every branch current, and what the machine offers (joint
+coordinates, coupling forces). `.save` and `.probe` narrow that; `.save all` keeps it. What `.print`
+asks for is always there.
+"""
+
+from __future__ import annotations
+
+from ..expr import Binary, Call, Cond, Name, Node, Num, Unary
+from .behaviour import element_current
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from .._engine import Expr
+    from ..diagnostics import Span
+    from .context import Context
+
+UNITS = {
+    "v": "V", "i": "A", "p": "W", "power": "W", "loss": "W", "energy": "J", "ke": "J", "pe": "J",
+    "angle": "rad", "omega": "rad/s", "alpha": "rad/s^2", "pos": "m", "vel": "m/s", "acc": "m/s^2",
+    "x": "m", "y": "m", "z": "m", "vx": "m/s", "vy": "m/s", "vz": "m/s",
+    "ax": "m/s^2", "ay": "m/s^2", "az": "m/s^2",
+    "fx": "N", "fy": "N", "fz": "N", "mx": "N m", "my": "N m", "mz": "N m", "force": "N", "torque": "N m",
+    "gap": "m", "deg": "deg", "rpm": "rpm",
+}  # fmt: skip
+KEEPS_UNIT = ("abs", "min", "max", "limit")
+RUNNABLE = ("op", "tran")
+
+
+class Output:
+    """One column: its name as users write it, its unit, and the expression."""
+
+    __slots__ = ("expr", "name", "unit")
+
+    def __init__(self, name: str, unit: str, expr: Expr) -> None:
+        self.name, self.unit, self.expr = name, unit, expr
+
+    def __repr__(self) -> str:
+        return f"{self.name} [{self.unit}]"
+
+
+def select(ctx: Context) -> tuple[dict[str, list[Output]], list[tuple[str, list[str]]]]:
+    """Columns of every analysis kind that runs, and the (kind, names) of each .print."""
+    saved: dict[str, Output] = {}
+    asked = [*ctx.flat.saves, *ctx.flat.probes]
+    if not asked or any(isinstance(p.ast, Name) and p.ast.id == "all" for p in asked):
+        for output in everything(ctx):
+            saved.setdefault(output.name, output)
+    ignored: list[str] = []
+    for probe in asked:
+        if isinstance(probe.ast, Name) and probe.ast.id in ("all", "allv", "alli", "none"):
+            continue
+        found = _saved(ctx, probe.text, probe.ast, probe.span)
+        if found is None:
+            ignored.append(probe.text)
+        else:
+            saved.setdefault(found.name, found)
+    if ignored:
+        ctx.sink.note("N284", f"device parameters are not recorded: {', '.join(ignored[:8])}")
+
+    # power that appears from nowhere in a motor is always on record: the run speaks of it
+    for name, power in ctx.machine.imbalances if ctx.machine is not None else ():
+        saved[f"imbalance({name})"] = Output(f"imbalance({name})", "W", power)
+
+    kinds = {a.kind for a in ctx.flat.analyses if a.kind in RUNNABLE} or set(RUNNABLE)
+    outputs = {kind: dict(saved) for kind in kinds}
+    prints: list[tuple[str, list[str]]] = []
+    for card in ctx.flat.prints:
+        if card.kind not in kinds:
+            continue
+        names: list[str] = []
+        for text, ast in card.items:
+            if isinstance(ast, Name) and ast.id == "all":
+                names += list(saved)
+                continue
+            column = _column(ctx, text, ast, card.span)
+            outputs[card.kind].setdefault(column.name, column)
+            names.append(column.name)
+        prints.append((card.kind, names))
+    return {kind: list(columns.values()) for kind, columns in outputs.items()}, prints
+
+
+def everything(ctx: Context) -> list[Output]:
+    """What is recorded when nothing is asked for."""
+    x = ctx.b.x
+    found = [Output(f"v({name})", "V", x(i)) for name, i in ctx.nodes.items()]
+    found += [Output(f"i({name})", "A", x(i)) for name, i in ctx.branches.items()]
+    if ctx.machine is not None:
+        for name in ctx.machine.default_outputs():
+            fn, _, of = name.rstrip(")").partition("(")
+            ast = Call(fn, [Name(of)])
+            found.append(Output(name, unit_of(ctx, ast), ctx.compile(ast, ctx.machine.span_of(of))))
+    return found
+
+
+def _saved(ctx: Context, text: str, ast: Node, span: Span) -> Output | None:
+    """A column for one thing of .save; None for a device parameter that is not a current."""
+    if text.startswith("@"):
+        device, _, parameter = text[1:].rstrip("]").partition("[")
+        current = element_current(ctx, device.strip()) if parameter in ("i", "id", "current") else None
+        return None if current is None else Output(text, "A", current)
+    return _column(ctx, text, ast, span)
+
+
+def _column(ctx: Context, text: str, ast: Node, span: Span) -> Output:
+    if isinstance(ast, Name) and (ast.id in ctx.nodes or ast.id not in ("time", "temper", "hertz")):
+        # a bare name is a node, name#branch a current, as in ngspice
+        ast = (
+            Call("i", [Name(ast.id[:-7], ast.span)], ast.span)
+            if ast.id.endswith("#branch")
+            else Call("v", [ast], ast.span)
+        )
+        text = repr(ast)
+    elif isinstance(ast, Num):
+        # nodes may be called 1, 2, 3
+        name = f"{ast.value:g}"
+        if name in ctx.nodes:
+            ast = Call("v", [Name(name, ast.span)], ast.span)
+            text = repr(ast)
+    name = "".join(text.split()).lower().strip("{}'\"")
+    return Output(name, unit_of(ctx, ast), ctx.compile(ast, ast.span or span))
+
+
+def unit_of(ctx: Context, ast: Node) -> str:
+    """Unit of an expression where it is plain: calls, their sums and multiples; "" where it is not."""
+    if isinstance(ast, Call):
+        if ast.fn in KEEPS_UNIT and ast.args:
+            return unit_of(ctx, ast.args[0])
+        if ast.fn == "v" and len(ast.args) == 1 and ctx.machine is not None and isinstance(ast.args[0], Name):
+            return "V"
+        return UNITS.get(ast.fn, "")
+    if isinstance(ast, Name):
+        return {"time": "s", "temper": "C", "hertz": "Hz"}.get(ast.id, "")
+    if isinstance(ast, Unary):
+        return unit_of(ctx, ast.a)
+    if isinstance(ast, Cond):
+        return unit_of(ctx, ast.a)
+    if isinstance(ast, Binary):
+        a, b = unit_of(ctx, ast.a), unit_of(ctx, ast.b)
+        if ast.op in ("+", "-"):
+            return a if a == b or isinstance(ast.b, Num) else b if isinstance(ast.a, Num) else ""
+        if ast.op == "*" and isinstance(ast.a, Num):
+            return b
+        if ast.op in ("*", "/") and isinstance(ast.b, Num):
+            return a
+        if ast.op == "*" and {a, b} == {"V", "A"}:
+            return "W"
+        if ast.op == "/" and (a, b) == ("V", "A"):
+            return "Ohm"
+    return ""

@@ -1,0 +1,301 @@
+"""Checks of the circuit's graph before anything is solved, with the element lines named.
+
+ 1. Loops of voltage-defined branches have no solution or too many: an error. A loop that an inductor
+    closes has none at DC only: the inductor gets 1 pOhm, the dual of gmin, which a transient does not notice.
+ 2. Nodes that elements only read: nothing determines them, an error.
+ 3. Parts without a DC path to ground. Capacitors to the rest determine them in a transient, so the operating
+    point takes them as 0 V, with a warning (ngspice ends there too, after gmin and source stepping). Without
+    capacitors they get 1 TOhm to ground with a warning, unless an independent current source drives them: an
+    error.
+
+With UIC in every transient there is no operating point and 3 stays silent where capacitors exist.
+"""
+
+from __future__ import annotations
+
+from ..elements import TABLE, dc_role
+from ..expr import Binary, Call, Cond, Name, Node, Unary
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator
+
+    from ..deck import Element, MachineCard
+    from ..diagnostics import Span
+    from .context import Context
+
+LOOP_RESISTANCE = 1e-12  # in an inductor that closes a loop of voltages [ohm]
+GROUND = "0"
+
+
+class Edge:
+    """A current path between two nodes. role: "conducts", "voltage", "inductor", "blocks", "drives"."""
+
+    __slots__ = ("a", "b", "name", "role", "span", "steady")
+
+    def __init__(self, name: str, a: str, b: str, role: str, span: Span, steady: bool = False) -> None:
+        self.name, self.role, self.span = name, role, span
+        self.a, self.b = GROUND if a == "gnd" else a, GROUND if b == "gnd" else b
+        self.steady = steady  # voltage: holds a DC voltage; drives: an independent source
+
+
+class Parts:
+    """Union-find over node names."""
+
+    def __init__(self) -> None:
+        self.parent: dict[str, str] = {}
+
+    def root(self, x: str) -> str:
+        parent = self.parent
+        parent.setdefault(x, x)
+        while parent[x] != x:
+            parent[x] = x = parent[parent[x]]
+        return x
+
+    def join(self, a: str, b: str) -> bool:
+        """False when they were together already."""
+        ra, rb = self.root(a), self.root(b)
+        if ra == rb:
+            return False
+        # ground stays a root
+        if rb == GROUND:
+            ra, rb = rb, ra
+        self.parent[rb] = ra
+        return True
+
+
+def check(ctx: Context) -> None:
+    """All checks; reports to the sink and stamps what makes the harmless cases solvable."""
+    edges = [*_circuit_edges(ctx), *_machine_edges(ctx)]
+    _voltage_loops(ctx, edges)
+    _undriven(ctx, edges)
+    _dc_paths(ctx, edges)
+
+
+# ---- the graph ---------------------------------------------------------------------------------
+
+
+def _circuit_edges(ctx: Context) -> Iterator[Edge]:
+    for e in ctx.elements.values():
+        if TABLE[e.letter.upper()].terminals == 0:
+            continue
+        role, steady = dc_role(e), False
+        if role == "shorts":
+            role = "inductor" if e.letter.upper() == "L" else "voltage"
+            steady = role == "voltage" and _holds_voltage(e)
+        elif role == "drives":
+            if _reads_own_nodes(e):
+                role = "conducts"
+            steady = e.letter.upper() == "I"
+        yield Edge(e.name, e.nodes[0], e.nodes[1], role, e.span, steady)
+
+
+def _machine_edges(ctx: Context) -> Iterator[Edge]:
+    """What the coupling cards connect electrically."""
+    for card in ctx.flat.machine:
+        nodes = [ref.name for ref in card.args]
+        if card.kind == "MOTOR" and len(nodes) >= 2:
+            yield Edge(card.name, nodes[0], nodes[1], _motor_role(ctx, card), card.span)
+        elif card.kind == "POT" and len(nodes) >= 3:
+            yield Edge(card.name, nodes[0], nodes[1], "conducts", card.span)
+            yield Edge(card.name, nodes[1], nodes[2], "conducts", card.span)
+        elif card.kind == "TRANSDUCER" and len(nodes) >= 2:
+            params = card.params
+            role = (
+                "blocks"
+                if "c" in params
+                else "inductor"
+                if "l" in params
+                else "voltage"
+                if "k" in params
+                else None
+            )
+            if role is None:  # W=: of its own voltage like a capacitor, of its own current like an inductor
+                w = params.get("w")
+                reads_v = isinstance(w, Node) and any(c.fn == "v" for c in _calls(w))
+                role = "blocks" if reads_v else "inductor"
+            yield Edge(card.name, nodes[0], nodes[1], role, card.span)
+
+
+def _motor_role(ctx: Context, card: MachineCard) -> str:
+    model = ctx.flat.models.get(str(getattr(card.params.get("model"), "id", card.params.get("model"))))
+    params = {**(model.params if model else {}), **card.params}
+    return "conducts" if params.get("r") else "inductor"
+
+
+def _holds_voltage(e: Element) -> bool:
+    """May the source's DC voltage differ from zero?"""
+    if e.letter.upper() != "V":
+        return True
+    if e.extra.get("dc"):
+        return True
+    if e.wave is None:
+        return isinstance(e.value, (int, float)) and e.value != 0
+    first = e.wave.args[1:2] if e.wave.kind.lower() == "pwl" else e.wave.args[:1]
+    return bool(first and first[0])
+
+
+def _reads_own_nodes(e: Element) -> bool:
+    """A controlled current that depends on its own voltage may be a conductance."""
+    own = {n for n in e.nodes[:2] if n not in ("0", "gnd")}
+    read: set[str] = set(e.nodes[2:])
+    for p, n in e.extra.get("controls") or () if e.letter.upper() == "G" else ():
+        read |= {p, n}
+    if isinstance(e.value, Node):
+        for call in _calls(e.value):
+            if call.fn == "v":
+                read |= {a.id if isinstance(a, Name) else repr(a) for a in call.args}
+    return bool(own & read)
+
+
+def _calls(ast: Node) -> Iterator[Call]:
+    if isinstance(ast, Call):
+        yield ast
+        parts: Iterable[Node] = ast.args
+    elif isinstance(ast, Binary):
+        parts = (ast.a, ast.b)
+    elif isinstance(ast, Unary):
+        parts = (ast.a,)
+    elif isinstance(ast, Cond):
+        parts = (ast.c, ast.a, ast.b)
+    else:
+        parts = ()
+    for part in parts:
+        yield from _calls(part)
+
+
+# ---- 1. loops of voltages ----------------------------------------------------------------------
+
+
+def _voltage_loops(ctx: Context, edges: list[Edge]) -> None:
+    parts = Parts()
+    tree: dict[str, list[Edge]] = {}
+    voltages = [e for e in edges if e.role == "voltage"]
+    inductors = [e for e in edges if e.role == "inductor"]
+    for edge in voltages + inductors:
+        if parts.join(edge.a, edge.b):
+            tree.setdefault(edge.a, []).append(edge)
+            tree.setdefault(edge.b, []).append(edge)
+            continue
+        loop = [edge] if edge.a == edge.b else [*_path(tree, edge.a, edge.b), edge]
+        names = " ".join(f"`{e.name}`" for e in loop)
+        labels = [(e.span, "in the loop") for e in loop[:-1]]
+        if edge.role == "voltage":
+            what = "has both ends at one node" if len(loop) == 1 else f"closes a loop of voltages: {names}"
+            ctx.sink.error(
+                "E301", f"`{edge.name}` {what}", edge.span, labels=labels,
+                hint="a small resistor in series with one of them makes the currents definite",
+            )  # fmt: skip
+            continue
+        row = ctx.branch(edge.name)
+        if row is not None:
+            ctx.b.g(row, row, LOOP_RESISTANCE)
+        if any(e.steady for e in loop) and _needs_point(ctx):
+            ctx.sink.warning(
+                "W301", f"a DC voltage stands across inductors without resistance: {names}",
+                edge.span, labels=labels,
+                hint="at DC the current is as good as infinite; put a resistor in series, or start with UIC",
+            )  # fmt: skip
+
+
+def _path(tree: dict[str, list[Edge]], start: str, goal: str) -> list[Edge]:
+    """Edges from start to goal in the forest built so far."""
+    came: dict[str, Edge | None] = {start: None}
+    queue = [start]
+    for node in queue:
+        if node == goal:
+            break
+        for edge in tree.get(node, ()):
+            other = edge.b if edge.a == node else edge.a
+            if other not in came:
+                came[other] = edge
+                queue.append(other)
+    path: list[Edge] = []
+    node = goal
+    while (edge := came[node]) is not None:  # type: ignore[assignment]
+        path.append(edge)
+        node = edge.a if edge.b == node else edge.b
+    return path
+
+
+# ---- 2. and 3. nodes without a path ------------------------------------------------------------
+
+
+def _undriven(ctx: Context, edges: list[Edge]) -> None:
+    """Nodes that stand only where elements read."""
+    carrying = {node for e in edges for node in (e.a, e.b)}
+    for e in ctx.elements.values():
+        for node in e.nodes[2:]:
+            if node not in carrying and node not in ("0", "gnd"):
+                ctx.unknown(
+                    "E302", f"`{e.name}` reads node `{node}`, which nothing drives", node, carrying, e.span
+                )
+
+
+def _needs_point(ctx: Context) -> bool:
+    """Does any analysis look for an operating point?"""
+    return not ctx.flat.analyses or any(a.kind != "tran" or "uic" not in a.flags for a in ctx.flat.analyses)
+
+
+def _dc_paths(ctx: Context, edges: list[Edge]) -> None:
+    direct, any_path = Parts(), Parts()
+    for e in edges:
+        if e.role in ("conducts", "voltage", "inductor"):
+            direct.join(e.a, e.b)
+        if e.role != "drives":
+            any_path.join(e.a, e.b)
+    carrying = {GROUND: None} | {node: None for e in edges for node in (e.a, e.b)}
+    floating: dict[str, list[str]] = {}
+    for node in carrying:
+        root = direct.root(node)
+        if root != direct.root(GROUND):
+            floating.setdefault(root, []).append(node)
+    ties: dict[str, list[Edge]] = {}
+    for e in edges:
+        if e.role in ("drives", "blocks"):
+            for root in {direct.root(e.a), direct.root(e.b)}:
+                ties.setdefault(root, []).append(e)
+
+    shunted: set[str] = set()
+    for root, members in floating.items():
+        near = ties.get(root, [])
+        labels = [(e.span, "connected here") for e in _lines(edges, members)[:3]]
+        shown = ", ".join(f"`{n}`" for n in members[:4]) + (" ..." if len(members) > 4 else "")
+        shown = f"node {shown} has" if len(members) == 1 else f"nodes {shown} have"
+        whole = any_path.root(root)
+        if whole != any_path.root(GROUND) and whole not in shunted:
+            # not even a capacitor ties it to the rest
+            shunted.add(whole)
+            source = next((e for e in near if e.role == "drives" and e.steady), None)
+            if source is not None and not any(e.role == "blocks" or not e.steady for e in near):
+                ctx.sink.error(
+                    "E303", f"the current of `{source.name}` has nowhere to go: {shown} no path to ground",
+                    source.span, labels=labels,
+                )  # fmt: skip
+                continue
+            row = ctx.node(members[0])
+            ctx.b.g(row, row, ctx.gmin or 1e-12)
+            ctx.sink.warning(
+                "W302",
+                f"{shown} no path to ground, so 1 TOhm to ground is assumed",
+                _first(labels),
+                labels=labels[1:],
+            )
+            continue
+        if any(n in ctx.ics for n in members) or not _needs_point(ctx):
+            continue
+        ctx.b.force(ctx.node(members[0]), 0.0, "ic")
+        ctx.sink.warning(
+            "W303", f"{shown} no DC path to ground, and start{'s' if len(members) == 1 else ''} at 0 V",
+            _first(labels), labels=labels[1:],
+            hint=f"a large resistor to ground, or .ic v({members[0]})=..., or UIC decides otherwise",
+        )  # fmt: skip
+
+
+def _first(labels: list[tuple[Span, str]]) -> Span | None:
+    return labels[0][0] if labels else None
+
+
+def _lines(edges: list[Edge], members: list[str]) -> list[Edge]:
+    inside = set(members)
+    return [e for e in edges if e.a in inside or e.b in inside]

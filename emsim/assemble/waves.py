@@ -1,0 +1,137 @@
+"""Waveforms of independent sources, with every default resolved as ngspice resolves it (vsrcload.c, tag 39).
+
+The engine gets complete argument lists:
+
+    pulse  v1 v2 td tr tf pw per np       np 0: without end
+    sin    vo va f td theta phase         phases in degrees
+    exp    v1 v2 td1 tau1 td2 tau2
+    sffm   vo va fc mdi fs phc phs
+    am     va vo mf fc td ph              ngspice takes ph from the seventh place and ignores the sixth
+    pwl    t0 v0 t1 v1 ...
+    pwlr   td r t0 v0 t1 v1 ...           r < 0: not repeated
+    dc     v
+
+Times in s, frequencies in Hz, values in V or A. "0" for a time of PULSE or EXP means "not given".
+"""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from math import isfinite
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from ..deck import Element, Waveform
+    from ..diagnostics import Sink
+
+Resolved = tuple[str, list[float], float | None]
+
+# kind -> least number of arguments
+LEAST = {"pulse": 2, "sin": 1, "exp": 2, "pwl": 2, "sffm": 1, "am": 1, "dc": 1}
+
+
+def of_source(e: Element, times: tuple[float, float], sink: Sink) -> Resolved:
+    """(kind, arguments, dc) of a V or I element; dc is None when no DC value is written."""
+    dc = e.extra.get("dc")
+    if e.wave is None:
+        value = dc if dc is not None else e.value
+        return "dc", [float(value) if isinstance(value, (int, float)) else 0.0], None
+    kind, args = resolve(e.wave, times, sink)
+    return kind, args, None if dc is None else float(dc)
+
+
+def resolve(wave: Waveform, times: tuple[float, float], sink: Sink) -> tuple[str, list[float]]:
+    """Kind and complete arguments. `times` are (tstep, tstop) of the transient analysis [s]."""
+    kind, given = wave.kind.lower(), [float(a) for a in wave.args]
+    rule = RULES.get(kind)
+    if rule is None:
+        sink.error(
+            "E292", f"waveform {kind.upper()} is not supported", wave.span,
+            hint="there are PULSE SIN EXP PWL SFFM AM",
+        )  # fmt: skip
+        return "dc", [0.0]
+    if not all(map(isfinite, given)):
+        sink.error("E292", f"{kind.upper()} has an argument that is no finite number", wave.span)
+        return "dc", [0.0]
+    if len(given) < LEAST[kind]:
+        sink.error(
+            "E292",
+            f"{kind.upper()} needs {LEAST[kind]} argument{'s' if LEAST[kind] > 1 else ''} at least",
+            wave.span,
+        )
+        return "dc", [0.0]
+    try:
+        args = rule(Arguments(given), wave, *times)
+    except ValueError as trouble:
+        sink.error("E292", f"{kind.upper()}: {trouble}", wave.span)
+        return "dc", [0.0]
+    return ("pwlr" if len(args) > len(given) and kind == "pwl" else kind), args
+
+
+class Arguments:
+    """Arguments by place, with the two kinds of default."""
+
+    __slots__ = ("given",)
+
+    def __init__(self, given: list[float]) -> None:
+        self.given = given
+
+    def get(self, k: int, default: float = 0.0) -> float:
+        return self.given[k] if k < len(self.given) else default
+
+    def nonzero(self, k: int, default: float) -> float:
+        """A zero counts as not given."""
+        return self.get(k) or default
+
+
+def pulse(a: Arguments, wave: Waveform, tstep: float, tstop: float) -> list[float]:
+    return [
+        a.get(0), a.get(1, a.get(0)), a.get(2),
+        a.nonzero(3, tstep), a.nonzero(4, tstep), a.nonzero(5, tstop), a.nonzero(6, tstop), a.get(7),
+    ]  # fmt: skip
+
+
+def sine(a: Arguments, wave: Waveform, tstep: float, tstop: float) -> list[float]:
+    return [a.get(0), a.get(1), a.nonzero(2, 1.0 / tstop), a.get(3), a.get(4), a.get(5)]
+
+
+def exponential(a: Arguments, wave: Waveform, tstep: float, tstop: float) -> list[float]:
+    td1 = a.nonzero(2, tstep)
+    return [a.get(0), a.get(1), td1, a.nonzero(3, tstep), a.nonzero(4, td1 + tstep), a.nonzero(5, tstep)]
+
+
+def piecewise(a: Arguments, wave: Waveform, tstep: float, tstop: float) -> list[float]:
+    values = a.given
+    if len(values) % 2:
+        raise ValueError("times and values come in pairs")
+    times = values[::2]
+    for before, after in pairwise(times):
+        if after < before:
+            raise ValueError(f"time {after:g} comes after {before:g}")
+    repeat = wave.params.get("r")
+    r = -1.0 if repeat is None else float(repeat)
+    if r >= 0.0 and r not in times[:-1]:
+        raise ValueError(f"r={r:g} is none of its times before the last")
+    td = float(wave.params.get("td", 0.0))
+    return [td, r, *values] if td or r >= 0.0 else values
+
+
+def frequency_modulated(a: Arguments, wave: Waveform, tstep: float, tstop: float) -> list[float]:
+    return [
+        a.get(0), a.get(1), a.nonzero(2, 1.0 / tstop), a.get(3), a.nonzero(4, 1.0 / tstop),
+        a.get(5), a.get(6),
+    ]  # fmt: skip
+
+
+def amplitude_modulated(a: Arguments, wave: Waveform, tstep: float, tstop: float) -> list[float]:
+    return [a.get(0), a.get(1), a.nonzero(2, 1.0 / tstop), a.get(3), a.get(4), a.get(6)]
+
+
+def constant(a: Arguments, wave: Waveform, tstep: float, tstop: float) -> list[float]:
+    return [a.get(0)]
+
+
+RULES = {
+    "pulse": pulse, "sin": sine, "exp": exponential, "pwl": piecewise, "sffm": frequency_modulated,
+    "am": amplitude_modulated, "dc": constant,
+}  # fmt: skip

@@ -1,0 +1,149 @@
+"""From text to a Result, one named step after the other. This is the table of contents of emsim.
+
+text -> deck -> flat deck -> equation (1) -> solution -> Result
+"""
+
+from __future__ import annotations
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+    from typing import Any
+
+    from .analyses import Run
+    from .assemble import Assembly
+    from .deck import FlatDeck
+    from .result import Result, Table
+    from .system import System
+
+    Options = Mapping[str, Any]
+    Progress = Callable[[float, float, float, int, int], object]
+
+
+def run(
+    source: Any,
+    defines: Mapping[str, Any] | None = None,
+    method: str | None = None,
+    reltol: float | None = None,
+    tmax: float | None = None,
+    progress: Progress | None = None,
+    options: Options | None = None,
+) -> Result:
+    """Simulates a deck: a path, the text itself, or a PySpice Circuit.
+
+    defines    parameters that stand above the deck's .param
+    method     "trap", "gear", "radau"; otherwise .options method, else radau with a machine and trap without
+    reltol     relative tolerance; tmax: largest time step [s]
+    options    any of these three, and further .options, by name
+    progress   called now and then with (t, tstop, step [s], steps, events); a true return value stops the run
+    Raises DeckError, ConvergenceError (with the partial Result), OutsideError.
+    """
+    options = _merged(options, method, reltol, tmax)
+    # text to flat deck
+    flat = read(source, defines)
+    # flat deck to equations
+    assembly, planned = prepare(flat, options)
+    # equations to solutions
+    runs = solve(assembly, planned, progress)
+    # solutions to a result
+    return deliver(assembly, runs)
+
+
+def check(
+    source: Any, defines: Mapping[str, Any] | None = None, options: Options | None = None
+) -> dict[str, Any]:
+    """The facts of a deck, without running it: unknowns by kind, degrees of freedom, loops, what folded away,
+    tolerances, events, diagnostics. Raises DeckError."""
+    assembly, planned = prepare(read(source, defines), options)
+    from .analyses.facts import facts
+
+    return facts(assembly, planned)
+
+
+def compile(source: Any, defines: Mapping[str, Any] | None = None, options: Options | None = None) -> System:
+    """The deck's equations d/dt Q(x, t) + F(x, t) = 0 for anybody's integrator. Raises DeckError."""
+    from .system import System
+
+    assembly, planned = prepare(read(source, defines), options)
+    return System(assembly, planned)
+
+
+# ---- the steps ---------------------------------------------------------------------------------
+
+
+def read(source: Any, defines: Mapping[str, Any] | None = None) -> FlatDeck:
+    """Text or file -> typed deck -> flat deck: one level, parameters evaluated, models looked up."""
+    from .build import read as build
+    from .elaborate import flatten
+
+    if not isinstance(source, (str, bytes)) and not hasattr(source, "__fspath__"):
+        from .interop.pyspice import netlist  # a Circuit object
+
+        source = netlist(source)
+    return flatten(build(source, dict(defines or {})))
+
+
+def prepare(flat: FlatDeck, options: Options | None = None) -> tuple[Assembly, list[tuple[Any, Any]]]:
+    """Flat deck -> compiled system, and the analyses with their settings."""
+    from .analyses import plan
+    from .assemble import assemble
+    from .assemble.options import resolve
+
+    options = dict(options or {})
+    settings = resolve(flat, options)
+    planned = plan(flat, options.get("tmax"))
+    times = next(((s.tstep, s.tstop) for card, s in planned if card.kind == "tran"), (1.0, 1.0))
+    assembly = assemble(flat, settings, times)
+    if not planned:
+        flat.sink.note(
+            "N283", "the deck asks for no analysis that can run", hint="add .tran tstep tstop, or .op"
+        )
+    return assembly, planned
+
+
+def solve(assembly: Assembly, planned: list[tuple[Any, Any]], progress: Progress | None = None) -> list[Run]:
+    """Every analysis in deck order; the first one that fails is the last."""
+    from .analyses import runner
+
+    runs: list[Run] = []
+    for card, settings in planned:
+        runs.append(runner(card.kind)(assembly, card, settings, progress))
+        if runs[-1].waves.status != "ok":
+            break
+    return runs
+
+
+def deliver(assembly: Assembly, runs: list[Run]) -> Result:
+    """Tables, warnings from the run, and the verdict: ConvergenceError carries what was computed."""
+    from .analyses.afterwards import remarks
+    from .result import Result
+
+    flat = assembly.flat
+    for run in runs:
+        remarks(assembly, run)
+    result = Result(flat.title, [_table(flat, r) for r in runs], flat.sink.diagnostics, assembly.prints)
+    trouble = [d for r in runs for d in r.trouble]
+    if trouble:
+        from .diagnostics import ConvergenceError
+
+        raise ConvergenceError(trouble, result)
+    return result
+
+
+def _table(flat: FlatDeck, r: Run) -> Table:
+    from .result import Table
+
+    stats = dict(r.waves.stats)
+    stats.setdefault("seconds", stats.get("solve_time"))
+    grid = None if r.grid is None else (r.grid[0], r.grid[2], r.grid[1])
+    return Table(
+        r.kind, r.names, r.units, r.store, title=flat.title, axis=r.axis, grid=grid, stats=stats,
+        status=r.waves.status,
+    )  # fmt: skip
+
+
+def _merged(
+    options: Options | None, method: str | None, reltol: float | None, tmax: float | None
+) -> dict[str, Any]:
+    given = {"method": method, "reltol": reltol, "tmax": tmax}
+    return {**(options or {}), **{key: value for key, value in given.items() if value is not None}}
