@@ -8,9 +8,9 @@ writes its raw file never imports numpy.
 from __future__ import annotations
 
 from array import array
-from bisect import bisect_right
 
 from .diagnostics import suggest
+from .interpolate import cubic, cubic_many
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -155,26 +155,30 @@ class Table:
     def at(self, name: str, t: float | Sequence[float] | np.ndarray) -> Any:
         """A column between its points: float for a float, array for an array; t in seconds.
 
-        Cubic Hermite on the recorded points, with the slope of the parabola through three neighbours,
-        limited to three times the flatter of the two neighbouring secants (Hyman, SIAM J. Sci. Stat. Comput.
-        4, 1983): third order where the signal is smooth, no overshoot beside an edge. At a jump (two points
-        at one time) the value after the jump is taken. Outside the run: ValueError.
+        A limited cubic through the four recorded points around t, see interpolate.py. At a jump (two points at
+        one time) the value after the jump is taken. Outside the run: ValueError.
         """
         if not isinstance(t, (int, float)):
             import numpy as np
 
             query = np.asarray(t, dtype=float)
-            return np.reshape(self.sample(name, query.ravel().tolist()), query.shape)
+            self._check_range(float(query.min()), float(query.max())) if query.size else None
+            return cubic_many(self[self.names[0]], self[name], query)
         return self.sample(name, [t])[0]
 
     def sample(self, name: str | int, times: Sequence[float]) -> array[float]:
         """`at` without numpy: the column at each of the times."""
+        if times:
+            self._check_range(min(times), max(times))
+        x, y = self.floats(0), self.floats(name)
+        return array("d", (cubic(x, y, t) for t in times))
+
+    def _check_range(self, low: float, high: float) -> None:
         if not self.axis or not len(self):
             raise ValueError(f"{self.plotname!r} has no points to look between")
-        x, y = self.floats(0), self.floats(name)
-        if times and not (x[0] <= min(times) and max(times) <= x[-1]):
+        x = self.floats(0)
+        if not (x[0] <= low and high <= x[-1]):
             raise ValueError(f"asked for {self.names[0]} outside {x[0]:g} .. {x[-1]:g}")
-        return array("d", (_hermite(x, y, t) for t in times))
 
     # conversions -------------------------------------------------------------------------------------
 
@@ -314,34 +318,6 @@ class Result:
 
     def __repr__(self) -> str:
         return "\n".join([self.title, *map(repr, self.plots)]) if self.plots else f"{self.title}\n(nothing ran)"
-
-
-def _hermite(x: array[float], y: array[float], t: float) -> float:
-    """Limited cubic Hermite value at t, x[0] <= t <= x[-1]; x ascending, repeated where y jumps. See Table.at."""
-    last = len(x) - 1
-    k = min(bisect_right(x, t) - 1, last - 1)
-    if k < 0 or t == x[k + 1]:
-        return y[k + 1]
-    h, rise = x[k + 1] - x[k], y[k + 1] - y[k]
-    secant = rise / h
-    # slopes at both ends; where a neighbour is missing (end of the run, a jump) the interval is a parabola
-    before = x[k] - x[k - 1] if k > 0 else 0.0
-    after = x[k + 2] - x[k + 1] if k + 2 <= last else 0.0
-    start = _slope((y[k] - y[k - 1]) / before, before, secant, h) if before > 0 else None
-    end = _slope(secant, h, (y[k + 2] - y[k + 1]) / after, after) if after > 0 else None
-    if start is None:
-        start = secant if end is None else 1.5 * secant - 0.5 * end
-    if end is None:
-        end = 1.5 * secant - 0.5 * start
-    s, m0, m1 = (t - x[k]) / h, start * h, end * h
-    return y[k] + s * (m0 + s * (3 * rise - 2 * m0 - m1 + s * (m0 + m1 - 2 * rise)))
-
-
-def _slope(left: float, left_width: float, right: float, right_width: float) -> float:
-    """Slope between two secants: the parabola's, within three times the flatter one."""
-    parabola = (left * right_width + right * left_width) / (left_width + right_width)
-    limit = 3 * min(abs(left), abs(right))
-    return max(-limit, min(limit, parabola))
 
 
 def _plain(name: str) -> str:

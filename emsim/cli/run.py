@@ -21,14 +21,17 @@ if TYPE_CHECKING:
 
     from ..result import Result
 
+METHOD_OPTIONS = [
+    Option("--method", "integration method: trap, gear, radau", "NAME"),
+    Option("--reltol", "relative tolerance, instead of .options reltol", "X"),
+    Option("--tmax", "largest time step, instead of .tran's", "SECONDS"),
+]
 OPTIONS = [
     Option("-o --output -r", "raw file to write instead of deck.raw", "FILE"),
     Option("--ascii", "write the raw file as text"),
     Option("--csv", "write a CSV file too", "FILE"),
     Option("--no-files", "write no raw file"),
-    Option("--method", "integration method: trap, gear, radau", "NAME"),
-    Option("--reltol", "relative tolerance, instead of .options reltol", "X"),
-    Option("--tmax", "largest time step, instead of .tran's", "SECONDS"),
+    *METHOD_OPTIONS,
     DEFINE,
     JSON,
     QUIET,

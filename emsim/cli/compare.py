@@ -1,0 +1,144 @@
+"""usage: emsim compare [options] deck.cir
+
+Runs the deck here, with ngspice as written, and with ngspice at tight tolerances, and says for every signal
+how far the first two are from the third, as maximum and rms in percent of the signal's range, and which
+is nearer. Exit code 4 when emsim is further than --tol on any signal, 5 without ngspice. Edges may come
+--window early or late (default: a millionth of the run). Nothing is written beside the deck."""
+
+from __future__ import annotations
+
+import os
+import sys
+
+from .. import pipeline
+from ..diagnostics import DeckError, Diagnostic, OutsideError
+from .arguments import HELP, JSON, QUIET, Option, UsageError, parse
+from .console import OK, TOLERANCE, print_json, print_lines, show
+from .run import METHOD_OPTIONS, overrides
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from ..result import Result
+
+OPTIONS = [
+    Option("--tol", "allowed maximum deviation, e.g. 0.5% (the default) or 0.005", "X"),
+    Option("--window", "time by which an edge may shift", "SECONDS"),
+    Option("--plot", "overlay picture to write, e.g. out.png or out.svg", "FILE"),
+    Option("--engine", "how ngspice runs: process (default), or shared through PySpice", "NAME"),
+    *METHOD_OPTIONS,
+    JSON,
+    QUIET,
+    HELP,
+]
+
+TIGHT = (1e-6, 1e-5, 1e-4)  # reltol of the reference run: the first that ngspice gets through
+
+
+def main(args: Sequence[str]) -> int:
+    from ..reports.compare import compare, table_lines
+
+    given = parse(args, OPTIONS)
+    deck = given.deck("compare")
+    engine = _engine(given.text("engine") or "process")
+    text, folder = _read(deck)
+    ours = pipeline.run(text if deck == "-" else deck, options=overrides(given))
+    show(ours.diagnostics, given.has("quiet"))
+    written, written_failed = _as_written(engine, text, folder)
+    tight, reltol = _tight(engine, text, folder, ours, written)
+    found = compare(
+        ours.plots, tight.plots, written.plots if written else (), given.number("tol") or 0.005, given.number("window")
+    )
+    code = OK if found.passed else TOLERANCE
+    if path := given.text("plot"):
+        _plot(path, ours, written, tight, [row.name for row in found.rows if row.kind == "tran"])
+    if given.has("json"):
+        print_json(
+            code,
+            ours.diagnostics,
+            tolerance=found.tolerance,
+            window=found.window,
+            tight_reltol=reltol,
+            signals=[row.as_dict() for row in found.rows],
+            unmatched=found.unmatched,
+            points={"emsim": len(ours), "ngspice": len(written) if written else None, "tight": len(tight)},
+            ngspice_failure=written_failed or None,
+            files=[path] if path else [],
+        )
+        return code
+    print_lines(table_lines(found))
+    if not given.has("quiet"):
+        print(f"reference: ngspice with reltol {reltol:g}, {len(tight)} points; window {found.window:.3g} s", file=sys.stderr)
+        if written_failed:
+            print(f"ngspice as written failed: {written_failed}", file=sys.stderr)
+        if found.unmatched:
+            print(f"not in ngspice's results: {', '.join(found.unmatched)}", file=sys.stderr)
+    return code
+
+
+def _read(deck: str) -> tuple[str, str]:
+    """Text of the deck and the folder where its relative paths start. OutsideError when it cannot be read."""
+    if deck == "-":
+        return sys.stdin.read() + "\n", os.getcwd()
+    try:
+        with open(deck, encoding="utf-8", errors="replace") as file:
+            return file.read(), os.path.dirname(os.path.abspath(deck))
+    except OSError as error:
+        raise OutsideError(Diagnostic("error", "E502", f"cannot read {deck}: {error.strerror}")) from None
+
+
+def _engine(name: str) -> Callable[[str], Result]:
+    """The way ngspice is run: a function from deck text to Result."""
+    if name == "process":
+        from ..interop import ngspice
+
+        ngspice.find()
+        return ngspice.run
+    if name == "shared":
+        from ..interop import pyspice
+
+        return pyspice.run_shared
+    raise UsageError(f"--engine {name}: it is process or shared")
+
+
+def _as_written(engine: Callable[[str], Result], text: str, folder: str) -> tuple[Result | None, str]:
+    """ngspice's own run, or None and why it failed: the tight run can still judge emsim."""
+    from ..interop import ngspice
+
+    try:
+        return engine(ngspice.as_written(text, folder)), ""
+    except ngspice.NgspiceError as error:
+        return None, str(error)
+
+
+def _tight(
+    engine: Callable[[str], Result], text: str, folder: str, ours: Result, written: Result | None
+) -> tuple[Result, float]:
+    """The reference run and its reltol. OutsideError when ngspice gets through at none of TIGHT."""
+    from ..interop import ngspice
+
+    grid = ours.main.grid if ours.plots else None
+    points = max(5000, 2 * len(written) if written and written.plots else 0)
+    tmax = (grid[2] - grid[1]) / min(points, 500_000) if grid else 0.0
+    said = ""
+    for reltol in TIGHT:
+        try:
+            return engine(ngspice.tightened(text, folder, grid, tmax, reltol)), reltol
+        except ngspice.NgspiceError as error:
+            said = str(error)
+    raise OutsideError(Diagnostic("error", "E511", f"ngspice does not run this deck: {said}"))
+
+
+def _plot(path: str, ours: Result, written: Result | None, tight: Result, names: list[str]) -> None:
+    from ..reports.plot import overlay
+
+    if not names:
+        raise DeckError(Diagnostic("error", "E349", "there is no transient signal to draw"))
+    runs = {"ngspice tight": tight.main, "emsim": ours.main}
+    if written:
+        runs["ngspice as written"] = written.main
+    try:
+        overlay(path, runs, names[:12], ours.title)
+    except ValueError as error:
+        raise UsageError(f"--plot {path}: {error}") from None

@@ -1,0 +1,198 @@
+"""How far two runs of a deck are from a tight reference run, signal by signal.
+
+All runs are looked at on the reference's time points, each interpolated between its own points by the same
+rule (interpolate.py). With y the run and r the reference, at a point t
+
+    deviation(t) = distance of y(t) from [min r, max r] over t - w .. t + w            (1)
+
+w is a small time, 1e-6 of the run unless given: a vertical edge that comes 1e-12 s late is not a wrong
+voltage. A sine of N periods a run is forgiven 6e-6 N of its amplitude by that.
+Maximum and time-weighted root mean square of (1) are divided by the signal's scale: its range, but at
+least 1e-3 of its largest magnitude (a supply that does not move has no range) and 1e-6 of the largest
+range or magnitude among signals of its unit, and never less than `FLOORS` (numerical zero).
+"""
+
+from __future__ import annotations
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+    from typing import Any
+
+    import numpy as np
+
+    from ..result import Table
+
+WINDOW = 1e-6
+FLOORS = {"V": 1e-9, "A": 1e-12}
+TIE = 1e-6  # two runs that are both this near, in parts of the scale, are equally near
+
+
+class Row:
+    """One signal of one analysis; deviations in parts of `scale`. `written` ones are None without that run."""
+
+    __slots__ = ("kind", "maximum", "name", "rms", "scale", "unit", "worst_at", "written_maximum", "written_rms")
+
+    def __init__(self, kind: str, name: str, unit: str, scale: float) -> None:
+        self.kind, self.name, self.unit, self.scale = kind, name, unit, scale
+        self.maximum = self.rms = 0.0
+        self.worst_at: float | None = None
+        self.written_maximum: float | None = None
+        self.written_rms: float | None = None
+
+    @property
+    def nearer(self) -> str:
+        """Which run is nearer to the reference by rms: "emsim", "ngspice", "equal", "" without a second run."""
+        if self.written_rms is None:
+            return ""
+        if max(self.rms, self.written_rms) < TIE or self.rms == self.written_rms:
+            return "equal"
+        return "emsim" if self.rms < self.written_rms else "ngspice"
+
+    def as_dict(self) -> dict[str, Any]:
+        return {name: getattr(self, name) for name in (*self.__slots__, "nearer")}
+
+
+class Comparison:
+    """Rows of all common signals, and what could not be compared."""
+
+    __slots__ = ("rows", "tolerance", "unmatched", "window")
+
+    def __init__(self, tolerance: float) -> None:
+        self.tolerance, self.rows = tolerance, list[Row]()
+        self.unmatched: list[str] = []
+        self.window = 0.0  # [s]
+
+    @property
+    def passed(self) -> bool:
+        """Every signal within the tolerance, and at least one signal compared."""
+        return bool(self.rows) and all(row.maximum <= self.tolerance for row in self.rows)
+
+    def count(self, who: str) -> int:
+        return sum(row.nearer == who for row in self.rows)
+
+
+def compare(
+    ours: Sequence[Table],
+    tight: Sequence[Table],
+    written: Sequence[Table] = (),
+    tolerance: float = 0.005,
+    window: float | None = None,
+) -> Comparison:
+    """Compares the last table of each kind that `ours` and `tight` share; `written` is judged alike if given.
+
+    tolerance: allowed maximum, in parts of the scale; window: w of (1) [s]."""
+    out = Comparison(tolerance)
+    for kind in dict.fromkeys(table.kind for table in ours):
+        run, reference, other = _last(ours, kind), _last(tight, kind), _last(written, kind)
+        if run is None or reference is None:
+            continue
+        common = [name for name in run.signals if name in reference and (other is None or name in other)]
+        out.unmatched += [name for name in run.signals if name not in common]
+        scales = _scales(reference, common)
+        grid = Grid(run, reference, other, window)
+        out.window = max(out.window, grid.window)
+        for name in common:
+            row = Row(kind, name, reference.unit(name) or run.unit(name), scales[name])
+            row.maximum, row.rms, row.worst_at = grid.deviation(run, name, row.scale)
+            if other is not None:
+                row.written_maximum, row.written_rms, _ = grid.deviation(other, name, row.scale)
+            out.rows.append(row)
+    return out
+
+
+class Grid:
+    """The reference's points in the time that all runs share, with (1) evaluated on them."""
+
+    def __init__(self, run: Table, reference: Table, other: Table | None, window: float | None) -> None:
+        import numpy as np
+
+        self.reference, self.window = reference, 0.0
+        self.moving = reference.axis and len(reference) > 1
+        if not self.moving:
+            return
+        tables = [table for table in (run, reference, other) if table is not None]
+        start, stop = max(t.time[0] for t in tables), min(t.time[-1] for t in tables)
+        self.window = WINDOW * (stop - start) if window is None else window
+        time = reference.time
+        self.keep = (time >= start) & (time <= stop)
+        self.time: np.ndarray = time[self.keep]
+        # the points of the window around each, as slices for reduceat
+        low = np.searchsorted(time, self.time - self.window, side="left")
+        high = np.searchsorted(time, self.time + self.window, side="right")
+        self.slices = np.column_stack([low, high]).ravel()
+        gaps = np.diff(self.time)
+        self.weights = (np.append(gaps, 0) + np.insert(gaps, 0, 0)) / 2
+
+    def deviation(self, table: Table, name: str, scale: float) -> tuple[float, float, float | None]:
+        """Largest and rms deviation in parts of scale, and where the largest is [s]."""
+        import numpy as np
+
+        from ..interpolate import cubic_many
+
+        if not self.moving:
+            off = abs(float(table[name][-1] - self.reference[name][-1])) / scale
+            return off, off, None
+        reference = self.reference[name]
+        value = cubic_many(table.time, table[name], self.time)
+        # the envelope's ends lie between points
+        ends = np.clip([self.time - self.window, self.time + self.window], *self.reference.time[[0, -1]])
+        before, after = cubic_many(self.reference.time, reference, ends)
+        padded = np.append(reference, reference[-1])
+        low = np.minimum(np.minimum.reduceat(padded, self.slices)[::2], np.minimum(before, after))
+        high = np.maximum(np.maximum.reduceat(padded, self.slices)[::2], np.maximum(before, after))
+        off = np.maximum(np.maximum(low - value, value - high), 0.0) / scale
+        worst = int(np.argmax(off))
+        total = float(self.weights.sum())
+        rms = float(np.sqrt((self.weights * off**2).sum() / total)) if total > 0 else float(off[worst])
+        return float(off[worst]), rms, float(self.time[worst])
+
+
+def _last(tables: Sequence[Table], kind: str) -> Table | None:
+    return next((table for table in reversed(tables) if table.kind == kind), None)
+
+
+def _scales(reference: Table, names: Sequence[str]) -> dict[str, float]:
+    """The scale of every signal; see the head of the file."""
+    reach, size, unit = {}, {}, {name: reference.unit(name) for name in names}
+    for name in names:
+        y = reference[name]
+        reach[name], size[name] = float(y.max() - y.min()), float(abs(y).max())
+    moving = len(reference) > 1
+    out = {}
+    for name in names:
+        largest = max((max(reach[n], size[n]) for n in names if unit[n] == unit[name]), default=0.0)
+        own = max(reach[name], 1e-3 * size[name]) if moving else size[name]
+        out[name] = max(own, 1e-6 * largest, FLOORS.get(unit[name], 1e-12))
+    return out
+
+
+def table_lines(comparison: Comparison) -> list[str]:
+    """The comparison as text: a line a signal, a verdict."""
+    rows = comparison.rows
+    width = max([len("signal"), *(len(row.name) for row in rows)]) + 2
+    lines = [
+        f"{'':<{width}}{'emsim':>20}{'ngspice as written':>22}",
+        f"{'signal':<{width}}{'max %':>10}{'rms %':>10}{'max %':>12}{'rms %':>10}  nearer   range",
+    ]
+    for row in rows:
+        other = "-".rjust(12) + "-".rjust(10)
+        if row.written_maximum is not None and row.written_rms is not None:
+            other = f"{100 * row.written_maximum:>12.3g}{100 * row.written_rms:>10.3g}"
+        mark = "" if row.maximum <= comparison.tolerance else f"  over at {row.worst_at:g} s" * (row.worst_at is not None)
+        lines.append(
+            f"{row.name:<{width}}{100 * row.maximum:>10.3g}{100 * row.rms:>10.3g}{other}"
+            f"  {row.nearer:<8} {row.scale:.4g} {row.unit}{mark}"
+        )
+    over = [row.name for row in rows if row.maximum > comparison.tolerance]
+    limit = f"{100 * comparison.tolerance:g} % of its range"
+    if not rows:
+        lines.append("no signal in common: nothing compared")
+    elif over:
+        lines.append(f"{len(over)} of {len(rows)} signals are further than {limit} from the tight run: {', '.join(over)}")
+    else:
+        lines.append(f"all {len(rows)} signals are within {limit} of the tight run")
+    if any(row.nearer for row in rows):
+        near, far, equal = (comparison.count(who) for who in ("emsim", "ngspice", "equal"))
+        lines.append(f"nearer to the tight run: emsim on {near}, ngspice as written on {far}, equal on {equal}")
+    return lines

@@ -1,0 +1,49 @@
+"""The overlay picture of a comparison; the only place that imports matplotlib."""
+
+from __future__ import annotations
+
+from ..diagnostics import Diagnostic, OutsideError
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from ..result import Table
+
+COLOURS = {"emsim": "#c8553d", "ngspice as written": "#588b8b", "ngspice tight": "#222222"}
+
+
+def overlay(path: str, runs: dict[str, Table], names: Sequence[str], title: str) -> None:
+    """One axis a signal, one line a run, to a file in the format of its extension.
+
+    runs: label -> table, the reference last. OutsideError without matplotlib; ValueError for a bad extension."""
+    try:
+        import matplotlib
+
+        matplotlib.use("Agg")
+        from matplotlib import pyplot
+    except ImportError:
+        hint = "pip install 'emsim[plot]'"
+        raise OutsideError(
+            Diagnostic("error", "E520", "a picture needs matplotlib, which is not installed", None, hint)
+        ) from None
+    figure, axes = pyplot.subplots(
+        len(names), 1, sharex=True, squeeze=False, figsize=(8, 1 + 1.6 * len(names)), layout="constrained"
+    )
+    for axis, name in zip(axes[:, 0], names, strict=True):
+        for label, table in runs.items():
+            marker = "." if label == "emsim" and len(table) < 200 else ""
+            width = 3.0 if label == "ngspice tight" else 1.2
+            axis.plot(
+                table.time, table[name], label=label, color=COLOURS.get(label), marker=marker, linewidth=width,
+                alpha=0.35 if label == "ngspice tight" else 1.0,
+            )  # fmt: skip
+        axis.set_ylabel(f"{name} [{runs['emsim'].unit(name)}]")
+        axis.grid(alpha=0.25)
+    axes[0, 0].set_title(title)
+    axes[0, 0].legend(loc="best", fontsize="small")
+    axes[-1, 0].set_xlabel("time [s]")
+    try:
+        figure.savefig(path, dpi=120)
+    finally:
+        pyplot.close(figure)
