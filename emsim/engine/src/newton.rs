@@ -5,8 +5,9 @@
 //!
 //! Convergence is judged on the update, |dx_i| <= reltol |x_i| + abstol_i. Since the residual of an accepted iterate is
 //! J dx, a small update bounds the residual of every row by sum_j |J_ij| tol_j; the operating point, where steps can be
-//! long, evaluates the residual itself once more. Multipliers and derivative unknowns enter linearly and converge with
-//! the rest: they are outside the norm, because near a constraint their rounding noise grows as 1/h.
+//! long, evaluates the residual itself once more. Multipliers, derivative unknowns and currents of voltage sources enter
+//! linearly and converge with the rest: they are outside the norm, because the rounding noise of such a force, or of the
+//! current of a capacitor across a source, grows as 1/h.
 use crate::sparse::{Lu, Singular, Symbolic};
 use crate::system::{Kind, System, Work};
 
@@ -50,7 +51,7 @@ pub struct Tolerances {
     pub reltol: f64,
     pub atol: Vec<f64>,
     pub peak: Vec<f64>,
-    /// in Newton's norm; multipliers and derivative unknowns are not
+    /// in Newton's norm; multipliers, derivative unknowns and algebraic currents are not
     pub in_norm: Vec<bool>,
     /// in the local error norm: what stands under d/dt
     pub in_error: Vec<bool>,
@@ -73,10 +74,12 @@ impl Tolerances {
             Kind::Speed => 1e-6 * tighter,
             Kind::Lambda | Kind::Mu | Kind::Derivative => 1e-9,
         });
+        let linear_kind = |k: Kind| matches!(k, Kind::Lambda | Kind::Mu | Kind::Derivative);
         let in_norm: Vec<bool> = sys
             .unknowns
             .iter()
-            .map(|u| !matches!(u.kind, Kind::Lambda | Kind::Mu | Kind::Derivative))
+            .zip(&sys.differential)
+            .map(|(u, &d)| !linear_kind(u.kind) && (d || u.kind != Kind::Branch))
             .collect();
         let in_error = in_norm.iter().zip(&sys.differential).map(|(&a, &b)| a && b).collect();
         Tolerances { reltol: o.reltol, atol: atol.collect(), peak: vec![0.0; sys.n], in_norm, in_error }
@@ -183,6 +186,18 @@ impl Newton {
         }
         let row = (0..sys.n).max_by(|&i, &j| w.f[i].abs().total_cmp(&w.f[j].abs())).unwrap_or(0);
         Err(Failure::Diverged { unknown: worst.0, row })
+    }
+
+    /// e <- (G + a C)^-1 a C e with the last factorisation: what remains of an error where it is not damped at once.
+    pub fn filter(&mut self, sys: &System, w: &mut Work, a: f64, e: &mut [f64]) {
+        self.step.fill(0.0);
+        sys.add_c_times(w, e, &mut self.step);
+        for v in self.step.iter_mut() {
+            *v *= a;
+        }
+        self.lu.solve(&mut self.step);
+        w.counters.solves += 1;
+        e.copy_from_slice(&self.step);
     }
 
     /// Q at the solution, to first order in the last update; F from the stage equation, so that charge is conserved.

@@ -85,7 +85,7 @@ pub fn write_raw(path: &str, append: bool, head: &RawHeader, data: &[f64], skip_
         if ascii {
             write!(out, "{k}")?;
             for v in row {
-                writeln!(out, "\t{v:.15e}")?;
+                writeln!(out, "\t{v:.16e}")?;
             }
             writeln!(out)?;
         } else {

@@ -221,7 +221,7 @@ impl Radau {
                         return Err((i, false));
                     }
                 }
-                if !self.index2[i] && largest / weight > norm {
+                if tol.in_norm[i] && largest / weight > norm {
                     norm = largest / weight;
                     worst = i;
                 }

@@ -12,6 +12,8 @@ use crate::system::{System, Work};
 
 const GAMMA: f64 = 1.0 - std::f64::consts::FRAC_1_SQRT_2;
 
+const FILTER_FROM: f64 = 0.3;
+
 pub struct Trap {
     newton: Newton,
     past: History,
@@ -26,6 +28,7 @@ pub struct Trap {
     fixed: bool,
     linear: bool,
     itl4: usize,
+    e: Vec<f64>,
 }
 
 impl Trap {
@@ -45,6 +48,7 @@ impl Trap {
             fixed: o.fixed_step.is_some(),
             linear: sys.linear,
             itl4: o.itl4,
+            e: v(),
         })
     }
 
@@ -81,44 +85,50 @@ impl Trap {
     }
 
     /// Largest local error over tolerance, and the order of the estimate.
-    fn error(&self, h: f64, tol: &Tolerances) -> (f64, f64) {
+    fn error(&mut self, sys: &System, w: &mut Work, h: f64, tol: &Tolerances) -> (f64, f64) {
         let p = &self.past;
         let t1 = self.t1;
-        let mut worst = 0.0_f64;
-        match p.len {
+        let n = self.x1.len();
+        let (order, a) = match p.len {
             1 => return (0.0, 1.0),
             2 => {
                 // no third difference yet: a tenth of the second-order term stands in for it
                 let (d0, d1) = (1.0 / h, 1.0 / (p.t[0] - p.t[1]));
                 let c = 0.1 * h * h / (t1 - p.t[1]);
-                for i in 0..self.x1.len() {
-                    if tol.in_error[i] {
-                        let dd = (self.x1[i] - p.x[0][i]) * d0 - (p.x[0][i] - p.x[1][i]) * d1;
-                        worst = worst.max((c * dd).abs() / tol.weight(i, self.x1[i], p.x[0][i]));
-                    }
+                for i in 0..n {
+                    let dd = (self.x1[i] - p.x[0][i]) * d0 - (p.x[0][i] - p.x[1][i]) * d1;
+                    self.e[i] = if tol.in_error[i] { c * dd } else { 0.0 };
                 }
-                return (worst / self.trtol, 2.0);
+                (2.0, 2.0 / h)
             }
-            _ => {}
-        }
-        // third divided difference; with three past points the fourth is the last of them
-        let m = p.len.min(3);
-        let (ta, tb, tc) = (p.t[0], p.t[1], p.t[m - 1]);
-        let (h0, h1, h2) = (1.0 / (t1 - ta), 1.0 / (ta - tb), 1.0 / (tb - tc));
-        let (k0, k1) = (1.0 / (t1 - tb), 1.0 / (ta - tc));
-        let c = 0.5 * h * h * h / (t1 - tc);
-        let (xa, xb, xc) = (&p.x[0], &p.x[1], &p.x[m - 1]);
-        for i in 0..self.x1.len() {
-            if tol.in_error[i] {
-                let da = (self.x1[i] - xa[i]) * h0;
-                let db = (xa[i] - xb[i]) * h1;
-                let dc = (xb[i] - xc[i]) * h2;
-                let dd = (da - db) * k0 - (db - dc) * k1;
-                let e = (c * dd).abs() / tol.weight(i, self.x1[i], xa[i]);
-                worst = worst.max(e);
+            m => {
+                let m = m.min(3);
+                let (ta, tb, tc) = (p.t[0], p.t[1], p.t[m - 1]);
+                let (h0, h1, h2) = (1.0 / (t1 - ta), 1.0 / (ta - tb), 1.0 / (tb - tc));
+                let (k0, k1) = (1.0 / (t1 - tb), 1.0 / (ta - tc));
+                let c = 0.5 * h * h * h / (t1 - tc);
+                let (xa, xb, xc) = (&p.x[0], &p.x[1], &p.x[m - 1]);
+                for i in 0..n {
+                    let da = (self.x1[i] - xa[i]) * h0;
+                    let db = (xa[i] - xb[i]) * h1;
+                    let dc = (xb[i] - xc[i]) * h2;
+                    self.e[i] = if tol.in_error[i] { c * ((da - db) * k0 - (db - dc) * k1) } else { 0.0 };
+                }
+                (3.0, 2.0 / h)
             }
+        };
+        let worst = |e: &[f64]| {
+            (0..n)
+                .filter(|&i| tol.in_error[i])
+                .map(|i| e[i].abs() / tol.weight(i, self.x1[i], self.past.x[0][i]))
+                .fold(0.0, f64::max)
+        };
+        let mut error = worst(&self.e) / self.trtol;
+        if error > FILTER_FROM && FILTER_FROM < 1e9 {
+            self.newton.filter(sys, w, a, &mut self.e);
+            error = worst(&self.e) / self.trtol;
         }
-        (worst / self.trtol, 3.0)
+        (error, order)
     }
 }
 
@@ -145,7 +155,7 @@ impl Method for Trap {
         if self.fixed {
             return Attempt::Good { next: h };
         }
-        let (error, order) = self.error(h, tol);
+        let (error, order) = self.error(sys, w, h, tol);
         if error > 1.0 {
             let factor = (0.9 * error.powf(-1.0 / order)).clamp(0.1, 0.8);
             return Attempt::TooLarge { next: factor * h };

@@ -380,7 +380,7 @@ impl Builder {
                 *v = tape.output(&work, nh + k);
             }
         };
-        match assembly::project(&mut constraint, nh, &weights, &x0, &held, tol, 200) {
+        match assembly::project(nh, &mut constraint, &weights, &x0, &held, tol, 200) {
             Ok(at) => Ok((true, at, vec![0.0; nh])),
             Err(e) => Ok((false, e.x, e.residual)),
         }

@@ -19,7 +19,7 @@ use super::pivots::{eliminate, Columns, Pivots};
 use super::{Pattern, Scalar, Singular, Symbolic};
 
 /// Refactor refuses a weighted multiplier above this (a pivot below 1e-8 of its column).
-const MULTIPLIER_LIMIT: f64 = 1e8;
+const MULTIPLIER_LIMIT: f64 = 1e4;
 /// Refactor refuses a pivot below this part of its size in the last `factor`.
 const SHRINK_LIMIT: f64 = 1e-10;
 /// Multiply-subtract operations above which refactor uses a dense work vector.
