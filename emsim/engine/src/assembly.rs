@@ -347,8 +347,8 @@ pub struct ProjectError {
 /// `h(x, value, jacobian)` writes `rows` values and the rows x n Jacobian. `mass` is n x n and may be semidefinite.
 /// `max_iter` bounds the Jacobians. Rows may be redundant.
 pub fn project(
-    h: &mut dyn FnMut(&[f64], &mut [f64], &mut [f64]),
     rows: usize,
+    h: &mut dyn FnMut(&[f64], &mut [f64], &mut [f64]),
     mass: &[f64],
     x0: &[f64],
     held: &[bool],
@@ -533,7 +533,7 @@ mod tests {
         for crank in [0.0, 0.7, 1.5, 3.0, -2.0, 5.0] {
             for (coupler, rocker) in [(0.0, 1.0), (-0.5, 1.5), (1.0, 2.5), (0.3, -1.0), (-2.0, 0.1), (0.0, 0.0)] {
                 let found =
-                    project(&mut four_bar, 4, &UNIT3, &[crank, coupler, rocker], &[true, false, false], 1e-12, 50);
+                    project(4, &mut four_bar, &UNIT3, &[crank, coupler, rocker], &[true, false, false], 1e-12, 50);
                 let Ok(x) = found else {
                     failures += 1;
                     continue;
@@ -552,8 +552,8 @@ mod tests {
         // crank at 0.7: elbow up and elbow down differ in the sign of the rocker angle
         for sign in [1.0, -1.0] {
             let x = project(
-                &mut four_bar,
                 4,
+                &mut four_bar,
                 &UNIT3,
                 &[0.7, sign * 0.4 - 0.7, sign * 1.6],
                 &[true, false, false],
@@ -568,7 +568,7 @@ mod tests {
     #[test]
     fn a_linkage_laid_out_straight_is_pushed_off() {
         // all on one line, and 0.05 too short: the closure cannot move along itself
-        let x = project(&mut four_bar, 4, &UNIT3, &[0.0, 0.0, 0.0], &[false; 3], 1e-12, 60).unwrap();
+        let x = project(4, &mut four_bar, &UNIT3, &[0.0, 0.0, 0.0], &[false; 3], 1e-12, 60).unwrap();
         let (mut h, mut jac) = ([0.0; 4], [0.0; 12]);
         four_bar(&x, &mut h, &mut jac);
         assert!(h.iter().all(|v| v.abs() <= 1e-12));
@@ -581,7 +581,7 @@ mod tests {
             h[0] -= 1.0;
             h[2] -= 3.0;
         };
-        let error = project(&mut too_far, 4, &UNIT3, &[0.7, -0.5, 1.5], &[true, false, false], 1e-12, 100).unwrap_err();
+        let error = project(4, &mut too_far, &UNIT3, &[0.7, -0.5, 1.5], &[true, false, false], 1e-12, 100).unwrap_err();
         // crank + coupler + rocker reach 0.62 of the 1.3 that are wanted
         let gap = error.residual[0].hypot(error.residual[1]);
         assert!(gap > 0.6 && gap < 1.0, "{error:?}");
@@ -591,10 +591,10 @@ mod tests {
 
     #[test]
     fn nothing_free_and_nothing_to_do() {
-        let held = project(&mut four_bar, 4, &UNIT3, &[0.7, 0.1, 0.2], &[true; 3], 1e-12, 10);
+        let held = project(4, &mut four_bar, &UNIT3, &[0.7, 0.1, 0.2], &[true; 3], 1e-12, 10);
         assert!(held.is_err());
         let mut closed = |_: &[f64], h: &mut [f64], _: &mut [f64]| h.fill(0.0);
-        assert_eq!(project(&mut closed, 1, &UNIT3, &[1.0, 2.0, 3.0], &[true; 3], 1e-12, 10).unwrap(), [1.0, 2.0, 3.0]);
+        assert_eq!(project(1, &mut closed, &UNIT3, &[1.0, 2.0, 3.0], &[true; 3], 1e-12, 10).unwrap(), [1.0, 2.0, 3.0]);
     }
 
     #[test]
@@ -604,7 +604,7 @@ mod tests {
             h[0] = 1.0 / x[0].sqrt() - 0.5;
             jac[0] = -0.5 * x[0].powf(-1.5);
         };
-        let x = project(&mut root, 1, &[1.0], &[100.0], &[false], 1e-12, 50).unwrap();
+        let x = project(1, &mut root, &[1.0], &[100.0], &[false], 1e-12, 50).unwrap();
         assert!((x[0] - 4.0).abs() < 1e-9, "{x:?}");
     }
 
@@ -616,7 +616,7 @@ mod tests {
                 h[0] = x[0] + x[1] - 3.0;
                 jac.copy_from_slice(&[1.0, 1.0]);
             };
-            let x = project(&mut sum, 1, &mass, &[0.0, 0.0], &[false; 2], 1e-12, 10).unwrap();
+            let x = project(1, &mut sum, &mass, &[0.0, 0.0], &[false; 2], 1e-12, 10).unwrap();
             assert!((x[0] - 3.0).abs() < 1e-2 && (x[0] + x[1] - 3.0).abs() < 1e-12, "{x:?}");
         }
     }
