@@ -1,0 +1,158 @@
+"""Numbers and units: SPICE's rule on electrical cards, SI with checked units on machine cards.
+
+SPICE scales by the first letters after a number and ignores the rest: `10kohm` is 1e4, and `5N` is 5 nano. On
+machine cards scale suffixes still scale (`30m` is 0.03), the units of `UNITS` convert, and any other letters are
+an error that shows how SPICE would have read them. Nothing is ever silently wrong by a thousand.
+"""
+
+from __future__ import annotations
+
+from math import pi
+
+SCALES = {
+    "t": 1e12,
+    "g": 1e9,
+    "k": 1e3,
+    "m": 1e-3,
+    "u": 1e-6,
+    "µ": 1e-6,  # micro sign
+    "μ": 1e-6,  # Greek mu
+    "n": 1e-9,
+    "p": 1e-12,
+    "f": 1e-15,
+    "a": 1e-18,
+}
+_LONG_SCALES = {"meg": 1e6, "mil": 25.4e-6}
+_SCALE_NAMES = {
+    "t": "tera", "g": "giga", "k": "kilo", "m": "milli", "u": "micro", "µ": "micro", "μ": "micro", "n": "nano",
+    "p": "pico", "f": "femto", "a": "atto", "meg": "mega", "mil": "mil (25.4 um)",
+}  # fmt: skip
+
+# what the letters after a number may say on a machine card, in SI
+UNITS = {
+    "kg": 1.0,
+    "mm": 1e-3,
+    "cm": 1e-2,
+    "um": 1e-6,
+    "deg": pi / 180.0,
+    "rad": 1.0,
+    "rpm": 2.0 * pi / 60.0,
+}
+# units that people write, with what to write instead; values on machine cards are SI already
+_KNOWN_UNITS = {
+    "n": ("newton", 1.0), "nm": ("newton metre", 1.0), "s": ("second", 1.0), "ms": ("millisecond", 1e-3),
+    "us": ("microsecond", 1e-6), "kgm2": ("kg m^2", 1.0), "km": ("kilometre", 1e3), "kn": ("kilonewton", 1e3),
+    "mn": ("millinewton", 1e-3), "j": ("joule", 1.0), "w": ("watt", 1.0), "kw": ("kilowatt", 1e3),
+    "ohm": ("ohm", 1.0), "kohm": ("kiloohm", 1e3), "h": ("henry", 1.0), "mh": ("millihenry", 1e-3),
+    "uh": ("microhenry", 1e-6), "v": ("volt", 1.0), "mv": ("millivolt", 1e-3), "in": ("inch", 0.0254),
+    "inch": ("inch", 0.0254), "ft": ("foot", 0.3048), "lb": ("pound", 0.45359237), "mg": ("milligram", 1e-6),
+    "degree": ("degree", pi / 180), "degrees": ("degree", pi / 180), "hz": ("hertz", 1.0), "a": ("ampere", 1.0),
+    "ma": ("milliampere", 1e-3),
+}  # fmt: skip
+# units whose letters SPICE drops or reads as something else; worth a word where an expression uses them
+MISREAD_UNITS = ("kg", "cm", "deg", "rpm")
+
+_DIGITS = "0123456789"
+
+
+def split_number(text: str) -> tuple[str, str] | None:
+    """(mantissa with exponent, the rest) of a word that begins as a number; None when it does not."""
+    i, n = 0, len(text)
+    if i < n and text[i] in "+-":
+        i += 1
+    first = i
+    while i < n and text[i] in _DIGITS:
+        i += 1
+    digits = i - first
+    if i < n and text[i] == ".":
+        i += 1
+        first = i
+        while i < n and text[i] in _DIGITS:
+            i += 1
+        digits += i - first
+    if not digits:
+        return None
+    if i < n and text[i] in "eE":
+        j = i + 1
+        if j < n and text[j] in "+-":
+            j += 1
+        first = j
+        while j < n and text[j] in _DIGITS:
+            j += 1
+        if j > first:
+            i = j
+    return text[:i], text[i:]
+
+
+def scale_of(letters: str) -> tuple[float, str]:
+    """SPICE's reading of the letters after a number: (factor, the letters that made it)."""
+    low = letters.lower()
+    if low[:3] in _LONG_SCALES:
+        return _LONG_SCALES[low[:3]], letters[:3]
+    if low and low[0] in SCALES:
+        return SCALES[low[0]], letters[0]
+    return 1.0, ""
+
+
+def spice_number(text: str) -> float | None:
+    """A word as SPICE reads it, or None when it does not begin as a number. See `spice_leftover`."""
+    parts = split_number(text)
+    if parts is None:
+        return None
+    mantissa, letters = parts
+    if not letters:
+        return float(mantissa)
+    used = scale_of(letters)[1].lower()
+    if used in _EXPONENTS and "e" not in mantissa and "E" not in mantissa:
+        return float(mantissa + _EXPONENTS[used])  # one rounding: 1.1n is the double nearest to 1.1e-9
+    return float(mantissa) * scale_of(letters)[0]
+
+
+_EXPONENTS = {
+    "t": "e12", "g": "e9", "meg": "e6", "k": "e3", "m": "e-3", "u": "e-6", "µ": "e-6", "μ": "e-6", "n": "e-9",
+    "p": "e-12", "f": "e-15", "a": "e-18",
+}  # fmt: skip
+
+
+def spice_leftover(text: str) -> str:
+    """What SPICE ignores at the end of a number word and a person may have meant: digits and signs in it."""
+    parts = split_number(text)
+    letters = parts[1] if parts else text
+    return "" if letters.replace("%", "").isalpha() or not letters else letters
+
+
+def machine_number(text: str) -> float | None:
+    """A word on a machine card in SI, or None when it is not a number there (see `machine_number_problem`)."""
+    parts = split_number(text)
+    if parts is None:
+        return None
+    mantissa, letters = parts
+    low = letters.lower()
+    if not low or low in _EXPONENTS or low == "mil":
+        return spice_number(text)
+    if low in UNITS:
+        return float(mantissa) * UNITS[low]
+    return None
+
+
+def machine_number_problem(text: str) -> tuple[str, str]:
+    """(message, hint) for a word that begins as a number but is none on a machine card."""
+    parts = split_number(text)
+    assert parts is not None
+    mantissa, letters = parts
+    if not letters.isalpha():
+        return (
+            f"`{text}` is not a number",
+            f"write a calculation in braces: {{{text}}}"
+            if any(c in letters for c in "*/+-^")
+            else "write a number, with a scale suffix or one of the units " + " ".join(UNITS),
+        )
+    factor, used = scale_of(letters)
+    reading = f"{mantissa} {_SCALE_NAMES[used.lower()]}" if used else mantissa
+    low = letters.lower()
+    message = f"`{letters}` is no unit here; SPICE would read `{text}` as {reading}"
+    if low in _KNOWN_UNITS:
+        name, size = _KNOWN_UNITS[low]
+        value = f"{float(mantissa) * size:.12g}"
+        return message, f"values on machine cards are SI: for {mantissa} {name} write `{value}`"
+    return message, "values on machine cards are SI; units understood: " + " ".join(UNITS)
