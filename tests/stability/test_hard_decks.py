@@ -1,0 +1,58 @@
+"""The decks of netlists/hard: each names why methods fail on it; here is what must come out."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from support import deck, run
+
+
+def test_stiff_van_der_pol():
+    r = run(deck("hard/stiff_van_der_pol"))
+    assert r["v(y)"][-1] == pytest.approx(1.706167732170469, abs=4e-5)
+    assert r["v(z)"][-1] == pytest.approx(-8.928097010248e-4, rel=1e-4)
+    assert r.stats["steps"] < 5000
+
+
+@pytest.mark.parametrize("method", ["trap", "gear", "radau"])
+def test_capacitor_loop(method):
+    r = run(deck("hard/capacitor_loop"), f"method={method}")
+    t, a, b = (np.asarray(r[n]) for n in ("time", "v(a)", "v(b)"))
+    assert np.abs(b - a / 4).max() < 1e-3
+    # C3 and the series pair hang on the source: 2 uF + 0.75 uF
+    want = -2.75e-6 * 2 * np.pi * 1e3 * np.cos(2 * np.pi * 1e3 * t)
+    tol = {"trap": 0.1, "gear": 0.05, "radau": 1e-2}[method]
+    assert np.abs(np.asarray(r["i(v1)"]) - want)[t > 1e-4].max() < tol * np.ptp(want)
+
+
+@pytest.mark.parametrize("method", ["gear", "radau"])
+def test_no_ringing_after_a_corner(method):
+    """The voltage of the inductor returns to zero and stays there."""
+    r = run(deck("hard/trap_ringing"), f"method={method}")
+    t, v = np.asarray(r.time), np.asarray(r["v(a)"])
+    assert np.abs(v[(t > 1.2e-3) & (t < 1.9e-3)] - 1).max() < 1e-3
+    assert np.abs(v[t > 2.5e-3]).max() < 1e-3
+
+
+def test_gear_damps_a_lossless_tank_and_radau_does_not():
+    left = {}
+    for method in ("gear", "radau"):
+        r = run(deck("hard/gear_damps"), f"method={method} reltol=1e-4")
+        z = np.sqrt(253.3029591e-6 / 10e-9)
+        left[method] = float(np.hypot(r["v(a)"][-1], z * r["i(l1)"][-1]))
+    assert left["gear"] < 0.97 and left["radau"] > 0.99, left
+
+
+def test_change_points_are_passed_on_the_same_branch():
+    r = run(deck("hard/change_point"))
+    a, d = np.asarray(r["angle(a)"]), np.asarray(r["angle(d)"])
+    assert a[-1] > 2 * np.pi  # at least one full turn: two change points
+    assert np.abs(a - d).max() < 1e-3
+
+
+def test_operating_point_of_eight_diodes():
+    """I R + 8 n Vt ln(I/Is + 1) = 20 V."""
+    r = run(deck("hard/diode_loop_start"))
+    i = -float(r["i(v1)"][0])
+    vt = 1.38064852e-23 * 300.15 / 1.6021766208e-19
+    assert i * 10 + 8 * vt * np.log1p(i / 1e-15) == pytest.approx(20, rel=1e-3)

@@ -1,0 +1,187 @@
+"""Orders of convergence, fitted: the slope of log(error) over log(step) with fixed steps.
+
+`.options fixed_step=h` switches the step control off; with `maxord=k` gear runs at exactly order k after a start
+by radau. Theory (Hairer & Wanner, Solving ODEs II, tables VII.4.1 and VI.1.1; Brenan, Campbell & Petzold ch. 3-4):
+
+  trap             2 on differential unknowns; on an index-2 unknown the starting error never decays
+  gear (BDF) k     k on differential and, with exact starting values, on algebraic unknowns of index 1 and 2
+  radau (3 stages) 5 on differential unknowns and on index-1 unknowns (stiffly accurate); on the index-2 unknown
+                   s = 3: the current of a capacitor across a source is the derivative of the source's own
+                   collocation polynomial, so order 3 is all one may ask
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from support import rows_at, run
+
+# a nonlinear ODE with a closed form: C dv/dt = -g v^3 -> v = 1/sqrt(1 + 2 g t)
+ODE = """a nonlinear ODE
+C1 a 0 1 IC=1
+B1 a 0 I={v(a)*v(a)*v(a)}
+.options reltol=1e-13 vntol=1e-15 abstol=1e-15 chgtol=1e-18
+.tran 0.4 2 UIC
+.end
+"""
+
+# index 1: the node between two resistors is algebraic, v(b) = (v(in) + v(c))/2, C dv(c)/dt = (v(b) - v(c))/R2.
+# tau = 2 with in = sin t: v(c) = (sin t - 2 cos t + 2 exp(-t/2))/5
+INDEX1 = """an index-1 circuit
+V1 in 0 SIN(0 1 0.15915494309189535)
+R1 in b 1
+R2 b c 1
+C1 c 0 1
+.options reltol=1e-13 vntol=1e-15 abstol=1e-15 chgtol=1e-18
+.tran 0.5 4
+.end
+"""
+
+# index 2: i = C dV/dt for a capacitor across a source, with an RC beside it as the differential unknown
+INDEX2 = """a capacitor across a voltage source
+V1 in 0 SIN(0 1 0.15915494309189535)
+C1 in 0 1
+R1 in c 1
+C2 c 0 1
+.options reltol=1e-13 vntol=1e-15 abstol=1e-15 chgtol=1e-18
+.tran 0.5 4
+.end
+"""
+
+FOUR_BAR = """a closed-loop mechanism
+.gravity 9.81
+BODY  crank   shape=rod(0.10) m=0.10
+BODY  coupler shape=rod(0.24) m=0.24
+BODY  rocker  shape=rod(0.20) m=0.20
+JOINT a     0             crank   pin ic=(0,10)
+JOINT b     crank(0.10,0) coupler pin guess=56deg
+JOINT d     0(0.22,0)     rocker  pin guess=86deg
+JOINT close coupler(0.24,0) rocker(0.20,0) pin
+.options reltol=1e-13
+.tran 0.1 0.4
+.end
+"""
+
+
+def ode_exact(t):
+    return 1 / np.sqrt(1 + 2 * t)
+
+
+def rc2_exact(t):
+    return (np.sin(t) - 2 * np.cos(t) + 2 * np.exp(-t / 2)) / 5
+
+
+def rc1_exact(t):
+    return (np.sin(t) - np.cos(t) + np.exp(-t)) / 2
+
+
+def slope(steps: list[float], errors: list[float]) -> float:
+    """Least-squares slope of log(error) over log(step)."""
+    assert all(e > 0 for e in errors), errors
+    return float(np.polyfit(np.log(steps), np.log(errors), 1)[0])
+
+
+def errors(text: str, column: str, exact, method: str, steps: list[float]) -> list[float]:
+    found = []
+    for h in steps:
+        result = run(text, f"{method} fixed_step={h!r}")
+        stop = result.time[-1]
+        times = np.array([stop / 2, stop])
+        rows = rows_at(result, times)
+        found.append(float(np.abs(np.asarray(result[column])[rows] - exact(times)).max()))
+    return found
+
+
+# gear of high order needs small steps to reach its slope and soon meets the rounding of 1/h differences
+STEPS = {
+    "method=trap": [0.02, 0.01, 0.005, 0.0025],
+    "method=gear maxord=1": [0.01, 0.005, 0.0025, 0.00125],
+    "method=gear maxord=2": [0.02, 0.01, 0.005, 0.0025],
+    "method=gear maxord=3": [0.02, 0.01, 0.005, 0.0025],
+    "method=gear maxord=4": [0.04, 0.02, 0.01, 0.005],
+    "method=gear maxord=5": [0.04, 0.02, 0.01],
+    "method=gear maxord=6": [0.04, 0.02, 0.0125],
+    "method=radau": [0.2, 0.1, 0.05],
+}
+ORDER = {"method=trap": 2, "method=radau": 5} | {f"method=gear maxord={k}": k for k in range(1, 7)}
+
+
+def check(found: list[float], steps: list[float], order: int, upper: float = 0.6) -> None:
+    got = slope(steps, found)
+    assert order - 0.3 <= got <= order + upper, f"slope {got:.2f}, errors {found}"
+
+
+@pytest.mark.parametrize("method", ORDER)
+def test_order_on_an_ode(method):
+    steps = STEPS[method]
+    check(errors(ODE, "v(a)", ode_exact, method, steps), steps, ORDER[method])
+
+
+@pytest.mark.parametrize("column, exact", [("v(c)", rc2_exact), ("v(b)", lambda t: (np.sin(t) + rc2_exact(t)) / 2)])
+@pytest.mark.parametrize("method", ORDER)
+def test_order_on_an_index_1_circuit(method, column, exact):
+    steps = [h * 2.5 for h in STEPS[method]]
+    check(errors(INDEX1, column, exact, method, steps), steps, ORDER[method])
+
+
+@pytest.mark.parametrize("method", ORDER)
+def test_order_of_the_differential_unknown_beside_an_index_2_one(method):
+    steps = [h * 2.5 for h in STEPS[method]]
+    check(errors(INDEX2, "v(c)", rc1_exact, method, steps), steps, ORDER[method])
+
+
+# the source's current: -(C dV/dt + (V - v(c))/R)
+def source_current(t):
+    return -(np.cos(t) + np.sin(t) - rc1_exact(t))
+
+
+INDEX2_ORDER = {f"method=gear maxord={k}": k for k in range(1, 7)} | {"method=radau": 3}
+
+
+@pytest.mark.parametrize("method", INDEX2_ORDER)
+def test_order_of_the_index_2_current(method):
+    """At least the order theory gives: radau's 3 is a lower bound, since Q is linear here."""
+    steps = [h * 2.5 for h in STEPS[method]]
+    found = errors(INDEX2, "i(v1)", source_current, method, steps)
+    assert slope(steps, found) >= INDEX2_ORDER[method] - 0.3, found
+
+
+@pytest.fixture(scope="module")
+def four_bar():
+    """Crank angle and speed at 0.2 s and 0.4 s by radau with steps of 0.1 ms."""
+    result = run(FOUR_BAR, "method=radau fixed_step=1e-4")
+    rows = rows_at(result, np.array([0.2, 0.4]))
+    return {n: np.asarray(result[n])[rows] for n in ("angle(a)", "omega(a)")}
+
+
+FOUR_BAR_STEPS = {
+    "method=trap": [1e-3, 5e-4, 2.5e-4],
+    "method=gear maxord=1": [4e-4, 2e-4, 1e-4],
+    "method=gear maxord=2": [1e-3, 5e-4, 2.5e-4],
+    "method=gear maxord=3": [1e-3, 5e-4, 2.5e-4],
+    "method=gear maxord=4": [1e-3, 5e-4, 2.5e-4],
+    "method=gear maxord=5": [1e-3, 6.25e-4, 4e-4],
+    "method=gear maxord=6": [1e-3, 8e-4, 6.25e-4],
+    "method=radau": [1e-2, 5e-3, 2.5e-3],
+}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("method", ORDER)
+def test_order_on_a_closed_loop(method, four_bar):
+    """Index 2 by the GGL form: coordinates and speeds keep the method's full order."""
+    steps = FOUR_BAR_STEPS[method]
+    for column, want in four_bar.items():
+        found = errors(FOUR_BAR, column, lambda t, want=want: want, method, steps)
+        check(found, steps, ORDER[method], upper=1.2)
+
+
+@pytest.mark.slow
+def test_the_loop_stays_closed():
+    """The closure holds to rounding at every recorded point: the tips of coupler and rocker coincide."""
+    text = FOUR_BAR.replace(".tran 0.1 0.4", ".tran 0.05 2\n.print tran x(coupler(0.24,0)) y(coupler(0.24,0)) "
+                            "x(rocker(0.2,0)) y(rocker(0.2,0))")
+    result = run(text, "method=radau reltol=1e-6")
+    gap_x = np.asarray(result["x(coupler(0.24,0))"]) - np.asarray(result["x(rocker(0.2,0))"])
+    gap_y = np.asarray(result["y(coupler(0.24,0))"]) - np.asarray(result["y(rocker(0.2,0))"])
+    assert max(np.abs(gap_x).max(), np.abs(gap_y).max()) <= 1e-9
