@@ -155,8 +155,8 @@ class Table:
     def at(self, name: str, t: float | Sequence[float] | np.ndarray) -> Any:
         """A column between its points: float for a float, array for an array; t in seconds.
 
-        A limited cubic through the four recorded points around t, see interpolate.py. At a jump (two points at
-        one time) the value after the jump is taken. Outside the run: ValueError.
+        A limited cubic through the four recorded points around t, see interpolate.py. At a jump (two points
+        at one time) the value after the jump is taken. Outside the run: ValueError.
         """
         if not isinstance(t, (int, float)):
             import numpy as np
@@ -209,12 +209,14 @@ class Table:
         shown = self.names[:20]
         width = max((len(name) for name in shown), default=0)
         if len(self) == 1:
-            lines += [f"  {n:<{width}}  {self.floats(k)[0]:>12.6g} {self.units[k]}" for k, n in enumerate(shown)]
+            for k, name in enumerate(shown):
+                lines.append(f"  {name:<{width}}  {self.floats(k)[0]:>12.6g} {self.units[k]}")
         elif len(self):
             lines.append(f"  {'':<{width}}  {'min':>12} {'max':>12} {'last':>12}")
             for k, name in enumerate(shown):
                 c = self.floats(k)
-                lines.append(f"  {name:<{width}}  {min(c):>12.5g} {max(c):>12.5g} {c[-1]:>12.5g} {self.units[k]}")
+                numbers = f"{min(c):>12.5g} {max(c):>12.5g} {c[-1]:>12.5g}"
+                lines.append(f"  {name:<{width}}  {numbers} {self.units[k]}")
         if len(self.names) > len(shown):
             lines.append(f"  ... and {len(self.names) - len(shown)} more")
         return "\n".join(line.rstrip() for line in lines)
@@ -310,14 +312,14 @@ class Result:
         return self.main.to_xarray()
 
     def save(self, path: str, **options: Any) -> None:
-        """Writes a file in the format of its extension: .raw (ascii=True for text), .csv, .txt. ValueError for
-        any other."""
+        """Writes a file in the format of its extension: .raw (ascii=True for text), .csv (units=True for a
+        line of units), .txt. ValueError for any other."""
         from .outputs import save  # the one import that looks upward, and only when called
 
         save(self, path, **options)
 
     def __repr__(self) -> str:
-        return "\n".join([self.title, *map(repr, self.plots)]) if self.plots else f"{self.title}\n(nothing ran)"
+        return "\n".join([self.title, *(map(repr, self.plots) if self.plots else ["(nothing ran)"])])
 
 
 def _plain(name: str) -> str:

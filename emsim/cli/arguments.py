@@ -18,8 +18,8 @@ class UsageError(Exception):
 
 
 class Option:
-    """One option. `names`: every spelling, stored under the first long one; `value`: what help calls its value,
-    "" for a switch; `repeat`: may be given several times."""
+    """One option. `names`: every spelling, stored under the first long one; `value`: what help calls its
+    value, "" for a switch; `repeat`: may be given several times."""
 
     __slots__ = ("help", "key", "names", "repeat", "value")
 

@@ -14,7 +14,7 @@ from .. import pipeline
 from ..diagnostics import DeckError, Diagnostic, OutsideError
 from .arguments import HELP, JSON, QUIET, Option, UsageError, parse
 from .console import OK, TOLERANCE, print_json, print_lines, show
-from .run import METHOD_OPTIONS, overrides
+from .run import METHOD_OPTIONS, overrides, source_of
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -47,9 +47,8 @@ def main(args: Sequence[str]) -> int:
     show(ours.diagnostics, given.has("quiet"))
     written, written_failed = _as_written(engine, text, folder)
     tight, reltol = _tight(engine, text, folder, ours, written)
-    found = compare(
-        ours.plots, tight.plots, written.plots if written else (), given.number("tol") or 0.005, given.number("window")
-    )
+    tolerance, window = given.number("tol") or 0.005, given.number("window")
+    found = compare(ours.plots, tight.plots, written.plots if written else (), tolerance, window)
     code = OK if found.passed else TOLERANCE
     if path := given.text("plot"):
         _plot(path, ours, written, tight, [row.name for row in found.rows if row.kind == "tran"])
@@ -69,7 +68,8 @@ def main(args: Sequence[str]) -> int:
         return code
     print_lines(table_lines(found))
     if not given.has("quiet"):
-        print(f"reference: ngspice with reltol {reltol:g}, {len(tight)} points; window {found.window:.3g} s", file=sys.stderr)
+        reference = f"ngspice with reltol {reltol:g}, {len(tight)} points"
+        print(f"reference: {reference}; window {found.window:.3g} s", file=sys.stderr)
         if written_failed:
             print(f"ngspice as written failed: {written_failed}", file=sys.stderr)
         if found.unmatched:
@@ -80,7 +80,7 @@ def main(args: Sequence[str]) -> int:
 def _read(deck: str) -> tuple[str, str]:
     """Text of the deck and the folder where its relative paths start. OutsideError when it cannot be read."""
     if deck == "-":
-        return sys.stdin.read() + "\n", os.getcwd()
+        return source_of(deck), os.getcwd()
     try:
         with open(deck, encoding="utf-8", errors="replace") as file:
             return file.read(), os.path.dirname(os.path.abspath(deck))

@@ -1,7 +1,7 @@
 """What the verbs share towards the terminal: diagnostics on stderr, results on stdout, the progress line.
 
-Exit codes. 0 ok · 1 the deck is wrong · 2 the command line is wrong · 3 no convergence, partial results kept ·
-4 a measure failed or a comparison is over tolerance · 5 the outside world (a file, ngspice) ·
+Exit codes. 0 ok · 1 the deck is wrong · 2 the command line is wrong · 3 no convergence, partial results
+kept · 4 a measure failed or a comparison is over tolerance · 5 the outside world (a file, ngspice) ·
 70 an error inside emsim · 130 interrupted, partial results kept.
 """
 
@@ -20,8 +20,9 @@ if TYPE_CHECKING:
 
 OK, DECK, USAGE, CONVERGENCE, TOLERANCE, OUTSIDE, INTERNAL, INTERRUPTED = 0, 1, 2, 3, 4, 5, 70, 130
 STATUS = {
-    OK: "ok", DECK: "deck error", USAGE: "usage error", CONVERGENCE: "no convergence", TOLERANCE: "over tolerance",
-    OUTSIDE: "outside error", INTERNAL: "internal error", INTERRUPTED: "interrupted",
+    OK: "ok", DECK: "deck error", USAGE: "usage error", CONVERGENCE: "no convergence",
+    TOLERANCE: "over tolerance", OUTSIDE: "outside error", INTERNAL: "internal error",
+    INTERRUPTED: "interrupted",
 }  # fmt: skip
 
 
@@ -51,7 +52,7 @@ def print_lines(lines: Iterable[str]) -> None:
 
 
 def print_json(code: int, diagnostics: Iterable[Diagnostic], **more: Any) -> None:
-    """The one JSON document of `--json`: status and diagnostics, then what the verb adds. Not-a-number is null."""
+    """The one JSON document of `--json`: status, diagnostics, then what the verb adds. Not-a-number is null."""
     import json
 
     document = {

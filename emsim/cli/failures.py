@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import sys
 
-from ..diagnostics import ConvergenceError, DeckError, Diagnostic, DiagnosticError, OutsideError
+from ..diagnostics import ConvergenceError, Diagnostic, DiagnosticError, OutsideError
 from .arguments import UsageError
 from .console import CONVERGENCE, DECK, INTERNAL, OUTSIDE, USAGE, print_json, show
 
@@ -35,8 +35,8 @@ def report(error: Exception, args: Sequence[str]) -> int:
 def explain(error: Exception) -> tuple[int, list[Diagnostic]]:
     """Exit code and diagnostics of an exception. What no stage has explained is E499 internal error."""
     if isinstance(error, DiagnosticError):
-        codes = {DeckError: DECK, ConvergenceError: CONVERGENCE, OutsideError: OUTSIDE}
-        return next((code for kind, code in codes.items() if isinstance(error, kind)), DECK), error.diagnostics
+        codes = {ConvergenceError: CONVERGENCE, OutsideError: OUTSIDE}
+        return codes.get(type(error), DECK), error.diagnostics
     if isinstance(error, OSError):
         where = f"{error.filename}: " if error.filename else ""
         return OUTSIDE, [Diagnostic("error", "E500", f"{where}{error.strerror or error}")]

@@ -48,7 +48,7 @@ def main(args: Sequence[str]) -> int:
     code, trouble = OK, []
     try:
         result = pipeline.run(
-            sys.stdin.read() if deck == "-" else deck,
+            source_of(deck),
             defines=defines(given),
             options=overrides(given),
             progress=progress,
@@ -63,6 +63,11 @@ def main(args: Sequence[str]) -> int:
     if result.status == "interrupted":
         code = INTERRUPTED
     return _deliver(given, result, files, code, trouble)
+
+
+def source_of(deck: str) -> str:
+    """What the pipeline takes for a deck argument: its path, or for `-` the text on stdin."""
+    return sys.stdin.read() + "\n" if deck == "-" else deck
 
 
 def overrides(given: Arguments) -> dict[str, float | str]:
@@ -136,5 +141,6 @@ def _summary(result: Result, written: Sequence[str]) -> str:
         seconds = table.stats.get("seconds")
         spent = f" in {engineering(seconds)}s" if isinstance(seconds, float) else ""
         points = "1 point" if len(table) == 1 else f"{len(table)} points"
-        lines.append(f"{table.kind}: {points}{spent}" + ("" if table.status == "ok" else f" ({table.status})"))
+        end = "" if table.status == "ok" else f" ({table.status})"
+        lines.append(f"{table.kind}: {points}{spent}{end}")
     return "; ".join(lines) + (f" -> {', '.join(written)}" if written else "")

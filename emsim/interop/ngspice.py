@@ -1,9 +1,9 @@
 """ngspice as a program: `ngspice -b -r out.raw deck`, in a directory of its own.
 
 The deck goes in as the user wrote it. Only what would not survive the move is changed: relative paths of
-.include and .lib become absolute, and a .control section, which emsim does not run either, is left out (its tran
-and op lines become dot cards where the deck has no others). The tight run adds its options at the end of the
-deck, where they win, and replaces the .tran card by one with a small TMAX.
+.include and .lib become absolute, and a .control section, which emsim does not run either, is left out
+(its tran and op lines become dot cards where the deck has no others). The tight run adds its options at
+the end of the deck, where they win, and replaces the .tran card by one with a small TMAX.
 """
 
 from __future__ import annotations
@@ -31,14 +31,15 @@ def find() -> str:
     """Path of the program. OutsideError E510 when there is none."""
     path = shutil.which("ngspice")
     if path is None:
-        raise OutsideError(Diagnostic("error", "E510", "ngspice is not installed or not on the PATH", None, INSTALL))
+        raise OutsideError(Diagnostic("error", "E510", "ngspice is not installed", None, INSTALL))
     return path
 
 
 def version() -> str:
     """The program's version as it prints it, e.g. "39"; "" if it does not say."""
-    out = subprocess.run([find(), "--version"], capture_output=True, text=True, stdin=subprocess.DEVNULL).stdout
-    found = re.search(r"ngspice-(\S+)", out)
+    asked = [find(), "--version"]
+    said = subprocess.run(asked, capture_output=True, text=True, stdin=subprocess.DEVNULL).stdout
+    found = re.search(r"ngspice-(\S+)", said)
     return found.group(1) if found else ""
 
 
@@ -67,7 +68,8 @@ def run(deck: str, timeout: float = 300.0) -> Result:
 def last_words(log: str) -> str:
     """The lines of ngspice's output that say what is wrong, or else its last line."""
     lines = [line.strip() for line in log.splitlines() if line.strip()]
-    telling = [line for line in lines if re.search(r"error|too small|singular|can't|unknown|fail", line, re.I)]
+    trouble = re.compile(r"error|too small|singular|can't|unknown|fail", re.I)
+    telling = [line for line in lines if trouble.search(line)]
     return "; ".join(dict.fromkeys(telling[:3] or lines[-1:])) or "no output"
 
 
@@ -76,9 +78,8 @@ def named_alike(result: Result) -> Result:
     plots = []
     for table in result.plots:
         names = [re.sub(r"^i\([a-z]\.(.*)\)$", r"i(\1)", name) for name in table.names]
-        plots.append(
-            Table(table.kind, names, table.units, table.waves, title=table.title, axis=table.axis, plotname=table.plotname)
-        )  # fmt: skip
+        said = {"title": table.title, "plotname": table.plotname}
+        plots.append(Table(table.kind, names, table.units, table.waves, axis=table.axis, **said))
     return Result(result.title, plots)
 
 
@@ -92,13 +93,12 @@ def tightened(
 ) -> str:
     """The deck for the reference run. grid: (tstep, tstart, tstop) [s] of its .tran, None without one."""
     small = reltol / 1e-3
-    options = f".options reltol={reltol:g} abstol={1e-12 * small:g} vntol={1e-6 * small:g} chgtol={1e-14 * small:g}"
-    return _rebuild(text, folder, grid and (*grid, tmax), [options + " trtol=1 itl4=100"])
+    absolute = f"abstol={1e-12 * small:g} vntol={1e-6 * small:g} chgtol={1e-14 * small:g}"
+    options = f".options reltol={reltol:g} {absolute} trtol=1 itl4=100"
+    return _rebuild(text, folder, grid and (*grid, tmax), [options])
 
 
-def _rebuild(
-    text: str, folder: str, tran: tuple[float, float, float, float] | None, more: list[str]
-) -> str:
+def _rebuild(text: str, folder: str, tran: tuple[float, float, float, float] | None, more: list[str]) -> str:
     cards = list(_cards(text))
     title = cards.pop(0)[0] if cards else ""
     outside, control = _split_control(cards)

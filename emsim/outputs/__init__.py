@@ -17,11 +17,7 @@ def save(result: Result, path: str, **options: Any) -> None:
     """Writes in the format of the path's extension. ValueError for an extension that has no writer."""
     extension = splitext(path)[1].lower()
     if extension not in FORMATS:
-        raise ValueError(f"{path}: no writer for {extension or 'no extension'!r}; there is {', '.join(FORMATS)}")
-    if extension == ".raw":
-        from .raw import write
-    elif extension == ".csv":
-        from .csv import write
-    else:
-        from .text import write
-    write(path, result, **options)
+        raise ValueError(f"{path}: the extension says no format; there is {', '.join(FORMATS)}")
+    from importlib import import_module
+
+    import_module("." + FORMATS[extension], __name__).write(path, result, **options)

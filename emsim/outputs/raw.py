@@ -23,11 +23,10 @@ TYPES = {
     "rad": "angle", "rad/s": "angular_velocity", "rad/s^2": "angular_acceleration",
     "m": "position", "m/s": "velocity", "m/s^2": "acceleration",
     "N": "force", "N m": "torque", "J": "energy", "W": "power",
-    "C": "charge", "Wb": "flux", "ohm": "resistance", "F": "capacitance", "H": "inductance",
+    "Wb": "flux", "Ohm": "resistance", "F": "capacitance", "H": "inductance",
     "": "notype",
 }  # fmt: skip
 UNITS = {word: unit for unit, word in TYPES.items()}
-COMMAND = "emsim {} (ngspice raw dialect)"
 
 
 def raw_type(unit: str) -> str:
@@ -36,31 +35,52 @@ def raw_type(unit: str) -> str:
 
 
 def write(path: str, result: Result, ascii: bool = False) -> None:
-    """Writes every table of a result. OSError as open() and write() raise it."""
-    with open(path, "wb") as file:
-        for table in result.plots:
-            write_table(file, table, ascii)
+    """Writes every table of a result; those of the engine by the engine's own writer, without a copy.
+
+    OSError as open() and write() raise it; ValueError when no analysis ran."""
+    if not result.plots:
+        raise ValueError("no analysis ran, so there is nothing to write")
+    for k, table in enumerate(result.plots):
+        native = getattr(table.waves, "write_raw", None)
+        if native is not None:
+            types = [raw_type(unit) for unit in table.units]
+            native(path, _title(table), _date(), table.plotname, _command(), table.names, types, ascii, k > 0)
+        else:
+            with open(path, "ab" if k else "wb") as file:
+                write_table(file, table, ascii)
+
+
+def _title(table: Table) -> str:
+    """Header lines end at the line break, so a title may not hold one."""
+    return " ".join(table.title.split())
+
+
+def _date() -> str:
+    from time import localtime, strftime
+
+    return strftime("%a %b %d %H:%M:%S  %Y", localtime())
+
+
+def _command() -> str:
+    from .. import __version__
+
+    return f"emsim {__version__} (ngspice raw dialect)"
 
 
 def write_table(file: IO[bytes], table: Table, ascii: bool = False) -> None:
     """Appends one table to an open file."""
-    from time import localtime, strftime
-
-    from .. import __version__
-
     variables = "".join(
         f"\t{k}\t{name}\t{raw_type(unit)}\n"
         for k, (name, unit) in enumerate(zip(table.names, table.units, strict=True))
     )
-    # header lines end at the line break, so a title may not hold one
     header = (
-        f"Title: {' '.join(table.title.split())}\n"
-        f"Date: {strftime('%a %b %d %H:%M:%S  %Y', localtime())}\n"
+        f"Title: {_title(table)}\n"
+        f"Date: {_date()}\n"
         f"Plotname: {table.plotname}\n"
         f"Flags: real\n"
         f"No. Variables: {len(table.names)}\n"
         f"No. Points: {len(table)}\n"
-        f"Command: {COMMAND.format(__version__)}\n"
+        f"Command: {_command()}\n"
         f"Variables:\n{variables}"
     )
     columns = [table.floats(k) for k in range(len(table.names))]

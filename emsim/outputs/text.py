@@ -43,7 +43,7 @@ def table_lines(table: Table, names: Sequence[str], digits: int = 6) -> Iterator
     yield table.title.center(80).rstrip()
     yield table.plotname.center(80).rstrip()
     yield RULE
-    yield f"{'Index':<8}{table.names[0]:<{width}}" + "".join(f"{name:<{width - 1}} " for name in names).rstrip()
+    yield f"{'Index':<8}" + "".join(f"{name:<{width - 1}} " for name in (table.names[0], *names)).rstrip()
     yield RULE
     for k, point in enumerate(zip(x, *columns, strict=True)):
         yield f"{k:<8}" + "".join(f"{value:<{width}.{digits}e}" for value in point).rstrip()

@@ -29,9 +29,11 @@ TIE = 1e-6  # two runs that are both this near, in parts of the scale, are equal
 
 
 class Row:
-    """One signal of one analysis; deviations in parts of `scale`. `written` ones are None without that run."""
+    """One signal of one analysis; deviations in parts of `scale`, `written` ones None without that run."""
 
-    __slots__ = ("kind", "maximum", "name", "rms", "scale", "unit", "worst_at", "written_maximum", "written_rms")
+    __slots__ = (
+        "kind", "maximum", "name", "rms", "scale", "unit", "worst_at", "written_maximum", "written_rms",
+    )  # fmt: skip
 
     def __init__(self, kind: str, name: str, unit: str, scale: float) -> None:
         self.kind, self.name, self.unit, self.scale = kind, name, unit, scale
@@ -42,7 +44,7 @@ class Row:
 
     @property
     def nearer(self) -> str:
-        """Which run is nearer to the reference by rms: "emsim", "ngspice", "equal", "" without a second run."""
+        """The run nearer to the reference by rms: "emsim", "ngspice", "equal"; "" without a second run."""
         if self.written_rms is None:
             return ""
         if max(self.rms, self.written_rms) < TIE or self.rms == self.written_rms:
@@ -179,20 +181,22 @@ def table_lines(comparison: Comparison) -> list[str]:
         other = "-".rjust(12) + "-".rjust(10)
         if row.written_maximum is not None and row.written_rms is not None:
             other = f"{100 * row.written_maximum:>12.3g}{100 * row.written_rms:>10.3g}"
-        mark = "" if row.maximum <= comparison.tolerance else f"  over at {row.worst_at:g} s" * (row.worst_at is not None)
+        over = row.maximum > comparison.tolerance
+        mark = f"  over at {row.worst_at:g} s" if over and row.worst_at is not None else ""
         lines.append(
             f"{row.name:<{width}}{100 * row.maximum:>10.3g}{100 * row.rms:>10.3g}{other}"
             f"  {row.nearer:<8} {row.scale:.4g} {row.unit}{mark}"
         )
-    over = [row.name for row in rows if row.maximum > comparison.tolerance]
+    far = [row.name for row in rows if row.maximum > comparison.tolerance]
     limit = f"{100 * comparison.tolerance:g} % of its range"
     if not rows:
         lines.append("no signal in common: nothing compared")
-    elif over:
-        lines.append(f"{len(over)} of {len(rows)} signals are further than {limit} from the tight run: {', '.join(over)}")
+    elif far:
+        lines.append(f"{len(far)} of {len(rows)} signals are further than {limit} from the tight run:")
+        lines.append("  " + ", ".join(far))
     else:
         lines.append(f"all {len(rows)} signals are within {limit} of the tight run")
     if any(row.nearer for row in rows):
-        near, far, equal = (comparison.count(who) for who in ("emsim", "ngspice", "equal"))
-        lines.append(f"nearer to the tight run: emsim on {near}, ngspice as written on {far}, equal on {equal}")
+        emsim, ngspice, equal = (comparison.count(who) for who in ("emsim", "ngspice", "equal"))
+        lines.append(f"nearer to the tight run: emsim on {emsim}, ngspice on {ngspice}, equal on {equal}")
     return lines

@@ -16,7 +16,7 @@ COLOURS = {"emsim": "#c8553d", "ngspice as written": "#588b8b", "ngspice tight":
 def overlay(path: str, runs: dict[str, Table], names: Sequence[str], title: str) -> None:
     """One axis a signal, one line a run, to a file in the format of its extension.
 
-    runs: label -> table, the reference last. OutsideError without matplotlib; ValueError for a bad extension."""
+    runs: table by a label of COLOURS, drawn in this order. OutsideError without matplotlib, ValueError for a bad extension."""
     try:
         import matplotlib
 
@@ -32,12 +32,10 @@ def overlay(path: str, runs: dict[str, Table], names: Sequence[str], title: str)
     )
     for axis, name in zip(axes[:, 0], names, strict=True):
         for label, table in runs.items():
+            # the reference broad and pale behind the others, single points where there are few
+            looks = {"linewidth": 3.0, "alpha": 0.35} if label == "ngspice tight" else {"linewidth": 1.2}
             marker = "." if label == "emsim" and len(table) < 200 else ""
-            width = 3.0 if label == "ngspice tight" else 1.2
-            axis.plot(
-                table.time, table[name], label=label, color=COLOURS.get(label), marker=marker, linewidth=width,
-                alpha=0.35 if label == "ngspice tight" else 1.0,
-            )  # fmt: skip
+            axis.plot(table.time, table[name], label=label, color=COLOURS[label], marker=marker, **looks)
         axis.set_ylabel(f"{name} [{runs['emsim'].unit(name)}]")
         axis.grid(alpha=0.25)
     axes[0, 0].set_title(title)

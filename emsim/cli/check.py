@@ -1,0 +1,93 @@
+"""usage: emsim check [options] deck.cir
+
+Reads a deck, builds its equations and says what they are made of, without running it: unknowns, degrees of
+freedom, loops, what folded away, tolerances. Exit code 1 when the deck is wrong."""
+
+from __future__ import annotations
+
+import sys
+
+from .. import pipeline
+from .arguments import DEFINE, HELP, JSON, QUIET, Option, defines, parse
+from .console import OK, engineering, print_json, print_lines, show
+from .run import METHOD_OPTIONS, overrides, source_of
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+    from typing import Any
+
+OPTIONS: list[Option] = [*METHOD_OPTIONS, DEFINE, JSON, QUIET, HELP]
+UNITS = {"node": "V", "branch": "A"}
+
+
+def main(args: Sequence[str]) -> int:
+    given = parse(args, OPTIONS)
+    source = source_of(given.deck("check"))
+    facts = pipeline.check(source, defines=defines(given), options=overrides(given))
+    diagnostics = facts.pop("diagnostics")
+    show(diagnostics, given.has("quiet"))
+    if given.has("json"):
+        print_json(OK, diagnostics, facts=facts)
+    else:
+        sys.stderr.flush()
+        print_lines(lines(facts))
+    return OK
+
+
+def lines(facts: dict[str, Any]) -> Iterator[str]:
+    """The facts of pipeline.check as text."""
+    yield facts["title"]
+    for label, text in _rows(facts):
+        yield f"  {label:<14}{text}"
+
+
+def _rows(facts: dict[str, Any]) -> Iterator[tuple[str, str]]:
+    yield "elements", _counts(facts["elements"]) or "none"
+    if facts["cards"]:
+        yield "machine", _counts(facts["cards"])
+    yield "unknowns", f"{facts['size']}: {_counts(facts['unknowns'])}"
+    linear = ", linear with constant matrices" if facts["linear"] else ""
+    yield "equations", f"{facts['algebraic']} algebraic, {facts['nonzeros']} nonzeros{linear}"
+    operations = facts["operations"]
+    if operations["values"]:
+        yield (
+            "operations",
+            f"{operations['values']} for values, {operations['with_derivatives']} with derivatives",
+        )
+    if facts["events"]:
+        yield "events", f"{facts['events']} conditions watched"
+    if facts["machine"]:
+        yield from _machine(facts["machine"])
+    yield "analyses", "; ".join(facts["analyses"]) or "none"
+    pairs = facts["tolerances"].items()
+    kinds = ", ".join(f"{kind} {value:g} {UNITS.get(kind, '')}".rstrip() for kind, value in pairs)
+    yield "tolerances", f"method {facts['method']}, relative {facts['reltol']:g}; absolute: {kinds}"
+
+
+def _machine(machine: dict[str, Any]) -> Iterator[tuple[str, str]]:
+    freedom = machine["degrees_of_freedom"]
+    scene = "planar" if machine["planar"] else "spatial"
+    yield "freedom", f"{freedom} {'degree' if freedom == 1 else 'degrees'} of freedom, {scene}"
+    for joint in machine["joints"]:
+        what = ", ".join(f"{c['name']} [{c['unit']}]" for c in joint["coordinates"])
+        closes = "closes a loop" if joint["role"] == "cut" else what or "no coordinate"
+        yield "joint", f"{joint['name']}: {joint['kind']} {joint['a']} - {joint['b']}, {closes}"
+    for body in machine["free_bodies"]:
+        yield "free body", f"{body['name']}: {', '.join(c['name'] for c in body['coordinates'])}"
+    for loop in machine["loops"]:
+        yield "loop", " - ".join(loop)
+    if machine["constraint_rows"]:
+        yield "constraints", f"{len(machine['constraint_rows'])} rows"
+    if machine["redundant_rows"]:
+        yield "redundant", ", ".join(machine["redundant_rows"])
+    if machine["folded_rows"]:
+        yield "folded away", f"{machine['folded_rows']} constraint rows that nothing in the scene can break"
+    if machine["singular_start"]:
+        yield "start", "at a singular position"
+    for name, before, after in machine["moved"]:
+        yield "moved", f"{name} from {engineering(before, 6)} to {engineering(after, 6)} to close the loops"
+
+
+def _counts(counts: dict[str, int]) -> str:
+    return ", ".join(f"{n} {name}" for name, n in counts.items())
