@@ -10,12 +10,12 @@ from __future__ import annotations
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from .._engine import Expr
     from .loops import Row
     from .machine import Machine
-    from .scene import Coordinate
 
 CLOSE = 1e-9  # a loop is closed when the gap is below this, relative to the scene's size
-RANK = 1e-8
+RANK = 1e-5  # of singular values; an over-determined loop closes only to the root of the projection's accuracy
 MOVED = 1e-9
 
 
@@ -49,7 +49,8 @@ def assemble(m: Machine) -> Start:
     if hs:
         mass = mass_matrix(m, x)
         before = list(x)
-        if not _close_loops(m, x, hs, mass):
+        held = [(m.public(q), u) for q, u in _held_at_cuts(m)]
+        if not _close_loops(m, x, hs, [q for q, _ in held], mass):
             return result
         result.moved = [
             (c.q_name, before[c.row], x[c.row])
@@ -60,10 +61,17 @@ def assemble(m: Machine) -> Start:
         keep, result.singular = _independent(m, x, hs, gradient, mass)
         result.redundant = [row for k, row in enumerate(m.rows) if k not in keep]
         m.rows[:] = [m.rows[k] for k in keep]
+        if result.singular:
+            m.sink.warning(
+                "W233",
+                f"the loop of joints {_loops(m, m.rows)} starts at a change point, where it can go on in two ways",
+                m.span_of(m.rows[-1].owner),
+                "start it a little aside with ic=, or drive through the point with other joints held",
+            )
         gradient = [gradient[k] for k in keep]
         jacobian = _matrix(m, gradient, x)
         before = list(x)
-        _speeds(m, x, jacobian, mass_matrix(m, x))
+        _speeds(m, x, jacobian, held, mass_matrix(m, x))
         result.moved += [
             (c.u_name, before[c.speed_row], x[c.speed_row])
             for c in own
@@ -109,7 +117,7 @@ def mass_matrix(m: Machine, x: list[float]) -> list[list[float]]:
     return [list(row) for row in zip(*columns, strict=True)]
 
 
-def _matrix(m: Machine, rows: list, x: list[float]) -> list[list[float]]:  # type: ignore[type-arg]
+def _matrix(m: Machine, rows: list[list[Expr]], x: list[float]) -> list[list[float]]:
     """Rows of expressions as numbers at x."""
     if not rows:
         return []
@@ -124,19 +132,30 @@ def _weights(mass: list[list[float]]) -> list[list[float]]:
     return [[v + (1e-9 * scale if i == j else 0.0) for j, v in enumerate(row)] for i, row in enumerate(mass)]
 
 
-def _close_loops(m: Machine, x: list[float], hs: list, mass: list[list[float]]) -> bool:  # type: ignore[type-arg]
+def _held_at_cuts(m: Machine) -> list[tuple[Expr, float | None]]:
+    """What ic= of cut joints asks for: (expression to be 0, speed or None)."""
+    found = []
+    for name in m.plan.cut:
+        joint = m.joints[name]
+        for q, start, speed in zip(joint.qs, joint.card.start, joint.card.speed, strict=True):
+            if start is not None:
+                found.append((q - start, speed))
+    return found
+
+
+def _close_loops(m: Machine, x: list[float], hs: list[Expr], cuts: list[Expr], mass: list[list[float]]) -> bool:
     """Project x onto h = 0; reports what stands in the way."""
     own, rows = [c.row for c in m.own], [c.row for c in m.own]
     held = [c.held for c in m.own]
     weights = [m.b.const(v) for row in _weights(mass) for v in row]
-    ok, q, residual = m.b.project(own, hs, weights, x, held, 0.0, 1e-13)
+    ok, q, residual = m.b.project(own, [*hs, *cuts], weights, x, held, 0.0, 1e-13)
     if not ok:
         gap = [abs(v) for v in residual]
         if max(gap) > CLOSE * size(m, x):
-            if any(held) and m.b.project(own, hs, weights, x, [False] * len(held), 0.0, 1e-13)[0]:
+            if (any(held) or cuts) and m.b.project(own, hs, weights, x, [False] * len(held), 0.0, 1e-13)[0]:
                 _held_in_the_way(m)
             else:
-                _cannot_close(m, m.rows, residual)
+                _cannot_close(m, m.rows, residual[: len(hs)])
             return False
     for row, value in zip(rows, q, strict=True):
         x[row] = value
@@ -152,6 +171,7 @@ def size(m: Machine, x: list[float]) -> float:
 
 def _held_in_the_way(m: Machine) -> None:
     names = [c.of for c in m.own if c.held]
+    names += [name for name in m.plan.cut if m.joints[name].card.given("ic")]
     joint = m.joints.get(names[0])
     span = joint.card.place("ic") if joint is not None else None
     m.sink.error(
@@ -182,8 +202,8 @@ def _cannot_close(m: Machine, rows: list[Row], residual: list[float]) -> None:
 def _independent(
     m: Machine,
     x: list[float],
-    hs: list,  # type: ignore[type-arg]
-    gradient: list,  # type: ignore[type-arg]
+    hs: list[Expr],
+    gradient: list[list[Expr]],
     mass: list[list[float]],
 ) -> tuple[list[int], bool]:
     """(rows to keep, is the start singular though no row is redundant)."""
@@ -205,8 +225,14 @@ def _independent(
     return (sorted(keep_there), True) if there > count else (sorted(keep), False)
 
 
-def _speeds(m: Machine, x: list[float], jacobian: list[list[float]], mass: list[list[float]]) -> None:
-    """H u = -dh/dt at u = 0, `ic=` speeds held."""
+def _speeds(
+    m: Machine,
+    x: list[float],
+    jacobian: list[list[float]],
+    cuts: list[tuple[Expr, float | None]],
+    mass: list[list[float]],
+) -> None:
+    """H u = -dh/dt at u = 0, `ic=` speeds held, those of cut joints as rows of their own."""
     own = m.own
     if not jacobian:
         return
@@ -215,6 +241,11 @@ def _speeds(m: Machine, x: list[float], jacobian: list[list[float]], mass: list[
     for c in own:
         still[c.speed_row] = 0.0
     drift = m.b.eval([m.public(m.rate(row.h)) for row in m.rows], still, 0.0)
+    wanted = [(q, u) for q, u in cuts if u is not None]
+    if wanted:
+        qs = [m.b.x(c.row) for c in own]
+        jacobian = jacobian + _matrix(m, [m.b.grad(q, qs) for q, _ in wanted], x)
+        drift = drift + [-u for _, u in wanted]
     held = [c.held_speed for c in own]
     flat = [v for row in _weights(mass) for v in row]
     u = m.b.project_velocity(jacobian, flat, u0, held, [-d for d in drift])
@@ -224,7 +255,8 @@ def _speeds(m: Machine, x: list[float], jacobian: list[list[float]], mass: list[
     scale = max((abs(v) for v in (*u, *drift)), default=0.0)
     if max(map(abs, gap)) > 1e-7 * (scale + 1e-30) * max(1.0, size(m, x)):
         names = [c.of for c in own if c.held_speed]
-        worst = max(range(len(gap)), key=lambda k: abs(gap[k]))
+        names += [n for n in m.plan.cut if any(u is not None for u in m.joints[n].card.speed)]
+        worst = min(max(range(len(gap)), key=lambda k: abs(gap[k])), len(m.rows) - 1)
         m.sink.error(
             "E244",
             f"the speeds held by ic= of {', '.join(names) or 'the joints'} break the loop "
@@ -265,6 +297,3 @@ def _inertia_everywhere(m: Machine, mass: list[list[float]], jacobian: list[list
             "give it m= and j=, or a shape=; a point mass on its own axis has no inertia",
         )
 
-
-def names(coordinates: list[Coordinate]) -> list[str]:
-    return [c.q_name for c in coordinates]
