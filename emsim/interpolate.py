@@ -5,10 +5,11 @@ Between x1 and x2, with the second divided differences a = y[x0,x1,x2] and b = y
     y(t) = chord(t) + c(t) (t - x1)(t - x2),    c(t) = a + (b - a) (t - x0)/(x3 - x0)          (1)
 
 is the cubic through the four points: fourth order where the signal is smooth, third at inflections. At a
-corner of a source one of a, b is large and says nothing about this interval, so |c| is held to three times the
-smaller of the two, and c = 0 where they differ in sign (an inflection, or an edge within one step) or a
+corner of a source one of a, b is large and says nothing about this interval, so |c| is held to three times
+the smaller of the two, and c = 0 where they differ in sign (an inflection, or an edge within one step) or a
 neighbour is missing (the ends, a jump). There is no overshoot beside an edge, and straight edges stay
-straight. At a jump (two points with one x) the later value holds. Limiting divided differences is Harten's ENO idea (J. Comput. Phys. 71, 1987, 231).
+straight. At a jump (two points with one x) the later value holds. Limiting divided differences is Harten's
+ENO idea (J. Comput. Phys. 71, 1987, 231).
 
 The rule stands here twice: `cubic` for tables on the command line, which must not wait for numpy, and
 `cubic_many` for arrays. A test holds them together.

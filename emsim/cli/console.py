@@ -52,7 +52,7 @@ def print_lines(lines: Iterable[str]) -> None:
 
 
 def print_json(code: int, diagnostics: Iterable[Diagnostic], **more: Any) -> None:
-    """The one JSON document of `--json`: status, diagnostics, then what the verb adds. Not-a-number is null."""
+    """The one JSON document of `--json`: status, diagnostics, what the verb adds. Not-a-number is null."""
     import json
 
     document = {

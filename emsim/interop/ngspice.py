@@ -78,8 +78,9 @@ def named_alike(result: Result) -> Result:
     plots = []
     for table in result.plots:
         names = [re.sub(r"^i\([a-z]\.(.*)\)$", r"i(\1)", name) for name in table.names]
-        said = {"title": table.title, "plotname": table.plotname}
-        plots.append(Table(table.kind, names, table.units, table.waves, axis=table.axis, **said))
+        renamed = Table(table.kind, names, table.units, table.waves, title=table.title, axis=table.axis)
+        renamed.plotname = table.plotname
+        plots.append(renamed)
     return Result(result.title, plots)
 
 

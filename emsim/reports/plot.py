@@ -16,7 +16,8 @@ COLOURS = {"emsim": "#c8553d", "ngspice as written": "#588b8b", "ngspice tight":
 def overlay(path: str, runs: dict[str, Table], names: Sequence[str], title: str) -> None:
     """One axis a signal, one line a run, to a file in the format of its extension.
 
-    runs: table by a label of COLOURS, drawn in this order. OutsideError without matplotlib, ValueError for a bad extension."""
+    runs: table by a label of COLOURS, drawn in this order. OutsideError without matplotlib, ValueError for
+    an extension it does not know."""
     try:
         import matplotlib
 
