@@ -65,6 +65,8 @@ def temperature(ctx: Ctx, e: Element) -> float:
 
 def temperature_factor(ctx: Ctx, e: Element) -> float:
     """1 + tc1 dT + tc2 dT^2, or 1.01^(tce dT); dT against the model's tnom."""
+    if e.model is None and not e.params:
+        return 1.0
     params: dict[str, Any] = e.model.params if e.model else {}
     pair = e.params.get("tc")
     pair = list(pair) if isinstance(pair, (tuple, list)) else [] if pair is None else [pair]
@@ -357,6 +359,12 @@ def controls(ctx: Ctx, e: Element) -> list[list[tuple[int, float]]]:
             branch = -1
         found.append([(branch, 1.0)])
     return found
+
+
+def nodes_read(e: Element) -> list[str]:
+    """Nodes that the element only looks at."""
+    pairs = e.extra.get("controls", ()) if e.letter.upper() in "EG" else ()
+    return [*e.nodes[2:], *(node for pair in pairs for node in pair)]
 
 
 def sum_of(ctx: Ctx, terms: list[tuple[int, float]]) -> Expr:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ..diagnostics import suggest
-from ..elements import TABLE, has_branch, number
+from ..elements import TABLE, has_branch, nodes_read, number
 from ..expr import Binary, Call, Cond, Name, Node, Unary
 
 TYPE_CHECKING = False
@@ -47,7 +47,7 @@ def allocate(ctx: Context) -> None:
         if kind.models and not _model_fits(ctx, e, kind.models, kind.what):
             continue
         ctx.elements[e.name] = e
-        for name in e.nodes:
+        for name in (*e.nodes, *nodes_read(e)):
             ctx.node(name)
     for letter, elements in unsupported.items():
         names = ", ".join(f"`{e.name}`" for e in elements[:3]) + (" ..." if len(elements) > 3 else "")

@@ -13,7 +13,7 @@ With UIC in every transient there is no operating point and 3 stays silent where
 
 from __future__ import annotations
 
-from ..elements import TABLE, dc_role
+from ..elements import TABLE, dc_role, nodes_read
 from ..expr import Binary, Call, Cond, Name, Node, Unary
 
 TYPE_CHECKING = False
@@ -138,9 +138,7 @@ def _holds_voltage(e: Element) -> bool:
 def _reads_own_nodes(e: Element) -> bool:
     """A controlled current that depends on its own voltage may be a conductance."""
     own = {n for n in e.nodes[:2] if n not in ("0", "gnd")}
-    read: set[str] = set(e.nodes[2:])
-    for p, n in e.extra.get("controls") or () if e.letter.upper() == "G" else ():
-        read |= {p, n}
+    read = set(nodes_read(e))
     if isinstance(e.value, Node):
         for call in _calls(e.value):
             if call.fn == "v":
@@ -223,9 +221,9 @@ def _path(tree: dict[str, list[Edge]], start: str, goal: str) -> list[Edge]:
 
 def _undriven(ctx: Context, edges: list[Edge]) -> None:
     """Nodes that stand only where elements read."""
-    carrying = {node for e in edges for node in (e.a, e.b)}
+    carrying = {node: None for e in edges for node in (e.a, e.b)}
     for e in ctx.elements.values():
-        for node in e.nodes[2:]:
+        for node in nodes_read(e):
             if node not in carrying and node not in ("0", "gnd"):
                 ctx.unknown(
                     "E302", f"`{e.name}` reads node `{node}`, which nothing drives", node, carrying, e.span

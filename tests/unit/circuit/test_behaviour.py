@@ -1,0 +1,156 @@
+"""Behavioural expressions: figures of ngspice 39.3 for v(a) = 3, v(n) = -2, v(z) = 0, v(h) = 0.5."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from circuit_decks import codes, deck, problems, remarks
+
+import emsim
+
+SUPPLY = ("Va a 0 3", "Vn n 0 -2", "Vz z 0 0", "Vh h 0 0.5")
+FIGURES = [
+    ("v(a,n)", 5.0), ("abs(v(n))", 2.0), ("sqrt(v(a))", 1.732051), ("exp(v(a))", 20.08554),
+    ("ln(v(a))", 1.0986123), ("log(v(a))", 1.0986123), ("log10(v(a))", 0.47712125),
+    # powers take the magnitude of the base, pwr keeps its sign
+    ("v(n)^2", 4.0), ("v(n)^3", 8.0), ("v(n)**3", 8.0), ("pow(v(n),3)", 8.0), ("v(n)^1", 2.0),
+    ("pwr(v(n),3)", -8.0), ("pwr(v(n),2)", -4.0), ("v(a)^v(h)", 1.732051), ("v(z)^0", 1.0),
+    ("pwr(v(z),0)", 1.0),
+    ("2^3^2", 64.0), ("2**3**2", 64.0), ("-v(a)^2", -9.0), ("-2^2", -4.0), ("2-v(a)^2", -7.0),
+    ("2*-v(a)", -6.0),
+    ("v(z)/v(z)", 0.0), ("1/2/v(a)", 0.1666667),
+    # steps and ramps
+    ("sgn(v(n))", -1.0), ("sgn(v(z))", 0.0), ("u(v(z))", 0.5), ("u(v(a))", 1.0), ("u(v(n))", 0.0),
+    ("u2(v(h))", 0.5), ("u2(v(a))", 1.0), ("u2(v(n))", 0.0), ("uramp(v(a))", 3.0), ("uramp(v(n))", 0.0),
+    # rounding, halves to even
+    ("floor(v(n)-0.3)", -3.0), ("ceil(v(n)-0.3)", -2.0), ("nint(v(h))", 0.0), ("nint(v(h)+1)", 2.0),
+    ("nint(v(n)-0.5)", -2.0), ("nint(2.5)", 2.0), ("nint(3.5)", 4.0),
+    ("sin(v(a))", 0.14112001), ("tan(v(a))", -0.14254654), ("atan(v(a))", 1.2490458),
+    ("acos(v(h))", 1.0471976),
+    ("sinh(v(a))", 10.017875), ("cosh(v(a))", 10.067662), ("tanh(v(a))", 0.99505475),
+    ("asinh(v(a))", 1.8184465),
+    ("min(v(a),v(n))", -2.0), ("max(v(a),v(n))", 3.0),
+    # pwl goes on beyond its ends
+    ("pwl(v(a),0,0,1,2,2,3)", 4.0), ("pwl(v(n),0,0,1,2,2,3)", -4.0), ("pwl(v(h),0,0,1,2,2,3)", 1.0),
+    # conditions
+    ("v(a)>2 ? 5 : 6", 5.0), ("v(a)>2 && v(n)>0", 0.0), ("v(a)>2 || v(n)>0", 1.0), ("!v(z)", 1.0),
+    ("!v(h)", 0.0),
+    ("v(a)==3", 1.0), ("v(a)!=3", 0.0), ("v(a)>=3", 1.0), ("(v(z)<=0)*2", 2.0), ("(v(a)>2)+(v(n)>2)", 1.0),
+    ("v(a)>1?v(a)>2?7:8:9", 7.0), ("v(n)?1:2", 1.0), ("v(h) && 1 ? 4 : 6", 4.0),
+    ("ternary_fcn(v(a),1,2)", 1.0),
+    ("eq0(v(z))", 1.0), ("gt0(v(a))", 1.0), ("lt0(v(a))", 0.0),
+    ("temper", 27.0), ("time", 0.0), ("hertz", 0.0), ("pi", math.pi), ("e", math.e), ("ddt(v(a))", 0.0),
+    ("i(va)", 0.0), ("1k*v(a)", 3000.0),
+]  # fmt: skip
+
+
+def test_figures_of_ngspice() -> None:
+    sources = [f"B{k} o{k} 0 V={{{text}}}" for k, (text, _) in enumerate(FIGURES)]
+    table = emsim.run(deck(*SUPPLY, *sources, ".op")).plot("op")
+    for k, (text, figure) in enumerate(FIGURES):
+        assert table[f"v(o{k})"][0] == pytest.approx(figure, rel=1e-6, abs=1e-9), text
+
+
+def op(text: str, *more: str) -> float:
+    return float(emsim.run(deck(*SUPPLY, f"B1 o 0 V={{{text}}}", *more, ".op")).plot("op")["v(o)"][0])
+
+
+def test_negative_arguments_take_the_magnitude() -> None:
+    assert op("sqrt(v(n))") == pytest.approx(math.sqrt(2))
+    assert op("ln(v(n))") == pytest.approx(math.log(2))
+    assert op("v(n)^0.5") == pytest.approx(math.sqrt(2))
+
+
+def test_limit_of_three_arguments_clamps_and_says_so() -> None:
+    assert op("limit(8*v(a),-12,12)") == pytest.approx(12.0)
+    assert op("limit(v(n),0,5)") == 0.0
+    assert "W282" in [d.code for d in remarks(*SUPPLY, "B1 o 0 V={limit(v(a),0,1)}", ".op")]
+
+
+def test_table_stays_at_its_ends() -> None:
+    assert op("table(v(a),0,0,1,2,2,2.5)") == 2.5
+    line = "E1 t 0 TABLE {v(a)} = (0,0) (1,2) (2,3)"
+    assert emsim.run(deck("Va a 0 5", line, ".op")).plot("op")["v(t)"][0] == 3.0
+    assert emsim.run(deck("Va a 0 -5", line, ".op")).plot("op")["v(t)"][0] == 0.0
+    assert emsim.run(deck("Va a 0 1.5", line, ".op")).plot("op")["v(t)"][0] == pytest.approx(2.5)
+
+
+def test_poly_in_ngspice_order_and_one_coefficient_is_the_constant() -> None:
+    two = "E1 o 0 POLY(2) a 0 b 0 1 2 3 4 5 6 7"
+    table = emsim.run(deck("Va a 0 5", "Vb b 0 2", two, "E2 q 0 POLY(1) a 0 3", ".op")).plot("op")
+    assert table["v(o)"][0] == pytest.approx(1066.0)
+    assert table["v(q)"][0] == pytest.approx(3.0)
+
+
+def test_temperature_and_multiplier_of_b_sources() -> None:
+    table = emsim.run(
+        deck("Va a 0 5", "B1 o 0 V={v(a)} tc1=0.1", "B2 q 0 I={v(a)} m=3", "Rq q 0 1", ".temp 37", ".op")
+    ).plot("op")
+    assert table["v(o)"][0] == pytest.approx(10.0)
+    assert table["v(q)"][0] == pytest.approx(-15.0)
+
+
+def test_ddt_is_the_derivative() -> None:
+    r = emsim.run(
+        deck("V1 a 0 SIN(0 1 1k)", "B1 o 0 V={ddt(v(a))/1k}", ".tran 10u 2m"), reltol=1e-6, method="radau"
+    )
+    late = r.time > 0.1e-3
+    expected = 2 * math.pi * np.cos(2 * math.pi * 1e3 * r.time)
+    np.testing.assert_allclose(r["v(o)"][late], expected[late], atol=2e-3)
+
+
+def test_integral_starts_from_its_second_argument() -> None:
+    r = emsim.run(deck("V1 a 0 2", "B1 o 0 V={idt(v(a),1)}", ".tran 10m 1"))
+    np.testing.assert_allclose(r["v(o)"], 1 + 2 * r.time, atol=1e-9)
+
+
+def test_incremental_capacitance_and_charge() -> None:
+    # ngspice 39.3: i = C(v) dv/dt for C=, i = dQ/dt for Q=; i(v1) at 0.6 ms
+    for line, figure in (("C1 a 0 c='v(a)*1u'", 7.1812e-3), ("C1 a 0 q='v(a)*v(a)*1u'", 14.364e-3)):
+        r = emsim.run(deck("V1 a 0 SIN(2 1 1k)", line, ".tran 10u 1m"), method="radau", reltol=1e-6)
+        assert r.at("i(v1)", 0.6e-3) == pytest.approx(figure, rel=1e-3)
+
+
+def test_a_comparison_switches_at_its_threshold() -> None:
+    r = emsim.run(deck("V1 a 0 PWL(0 0 1 1)", "B1 o 0 V={v(a)>0.3 ? 5 : 1}", ".tran 0.1 1"))
+    jump = np.flatnonzero(np.diff(r["v(o)"]) > 1)
+    assert len(jump) == 1
+    assert r.time[jump[0]] == pytest.approx(0.3, abs=1e-6)
+
+
+def test_random_functions_are_drawn_once_and_repeat() -> None:
+    first, second = op("agauss(1,0.1,1)+0*v(a)"), op("agauss(1,0.1,1)+0*v(a)")
+    assert first == second
+    assert 0.4 < first < 1.6
+
+
+@pytest.mark.parametrize(
+    ("text", "code", "hint"),
+    [
+        ("v(aa)", "E289", "`a`"),
+        ("i(vaa)", "E290", "`va`"),
+        ("sinn(v(a))", "E287", "`sin`"),
+        ("v(a)/0", "E283", None),
+        ("tim", "E282", "`time`"),
+        ("a+1", "E282", None),
+        ("sin(v(a),1)", "E288", None),
+        ("pwl(v(a),0,0,0,1,2,3)", "E286", None),
+        ("pwl(v(a),0,0,1)", "E286", None),
+        ("angle(hinge)", "E291", None),
+        ("gauss(v(a),1,1)", "E286", None),
+    ],
+)
+def test_errors_name_the_place(text: str, code: str, hint: str | None) -> None:
+    found = problems(*SUPPLY, f"B1 o 0 V={{{text}}}", ".op")
+    assert [d.code for d in found if d.severity == "error"] == [code]
+    assert found[0].span is not None
+    assert found[0].span.line == 6
+    if hint:
+        assert hint in (found[0].hint or "")
+
+
+def test_all_errors_come_at_once() -> None:
+    lines = ("B1 o 0 V={v(x1)+i(x2)+foo(1)}", "B2 p 0 V={v(x3)/0}")
+    assert sorted(codes(*SUPPLY, *lines, ".op")) == ["E283", "E287", "E289", "E289", "E290"]

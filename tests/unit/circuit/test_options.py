@@ -1,0 +1,60 @@
+"""Options: defaults, ranges, precedence, and what is said about unknown ones."""
+
+from __future__ import annotations
+
+import pytest
+from circuit_decks import codes, deck, remarks
+
+import emsim
+from emsim.assemble.options import resolve
+from emsim.deck import FlatDeck, MachineCard
+from emsim.diagnostics import Sink, Span
+from emsim.source import SourceFile
+
+RC = ("V1 a 0 1", "R1 a b 1k", "C1 b 0 1u")
+
+
+def flat(**options: float | str | bool) -> FlatDeck:
+    d = FlatDeck("t", Sink())
+    d.options = dict(options)
+    return d
+
+
+def test_only_what_is_given_goes_to_the_engine() -> None:
+    assert resolve(flat()) == {"gmin": 1e-12, "method": "trap"}
+    assert resolve(flat(reltol=1e-5, method="Gear", maxord=9.0)) == {
+        "gmin": 1e-12, "method": "gear", "reltol": 1e-5, "maxord": 6,
+    }  # fmt: skip
+
+
+def test_from_outside_wins() -> None:
+    assert resolve(flat(reltol=1e-5, method="gear"), {"reltol": 1e-7, "method": "trap"}) == {
+        "gmin": 1e-12, "method": "trap", "reltol": 1e-7,
+    }  # fmt: skip
+
+
+def test_machines_default_to_radau() -> None:
+    d = flat()
+    span = Span(SourceFile("t.cir", "t\n"), 1, 1, 2)
+    d.machine = [MachineCard("BODY", "arm", [], {}, None, span, {})]
+    assert resolve(d)["method"] == "radau"
+
+
+def test_unknown_options_make_one_note() -> None:
+    notes = [d for d in remarks(*RC, ".options reltoll=1e-4 foo=1 acct", ".tran 1m 10m") if d.code == "N281"]
+    assert len(notes) == 1
+    assert "foo" in notes[0].message
+    assert "`reltol`" in (notes[0].hint or "")
+    assert "acct" not in notes[0].message
+
+
+@pytest.mark.parametrize(
+    ("text", "code"), [("reltol=-1", "E293"), ("reltol=2", "E293"), ("method=gaer", "E294")]
+)
+def test_errors(text: str, code: str) -> None:
+    assert codes(*RC, f".options {text}", ".tran 1m 10m") == [code]
+
+
+def test_rshunt_loads_every_node() -> None:
+    r = emsim.run(deck("V1 a 0 1", "R1 a b 1k", ".options rshunt=1k", ".op"))
+    assert r.plot("op")["v(b)"][0] == pytest.approx(0.5)

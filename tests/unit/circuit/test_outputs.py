@@ -1,0 +1,66 @@
+"""Which columns a run has, their names and units."""
+
+from __future__ import annotations
+
+import pytest
+from circuit_decks import codes, deck, remarks
+
+import emsim
+
+RLC = ("V1 in 0 5", "R1 in out 10", "L1 out m 1m", "C1 m 0 1u", "R2 m 0 10")
+
+
+def names(*lines: str) -> list[str]:
+    return emsim.run(deck(*RLC, *lines)).names
+
+
+def test_everything_when_nothing_is_asked_for() -> None:
+    assert names(".tran 1u 10u") == ["time", "v(in)", "v(out)", "v(m)", "i(v1)", "i(l1)"]
+
+
+def test_save_narrows_and_print_is_always_there() -> None:
+    assert names(".save v(out) i(L1)", ".tran 1u 10u") == ["time", "v(out)", "i(l1)"]
+    assert names(".save v(out)", ".print tran v(in,out) i(R1)", ".tran 1u 10u") == [
+        "time", "v(out)", "v(in,out)", "i(r1)",
+    ]  # fmt: skip
+    assert names(".save all", ".tran 1u 10u") == names(".tran 1u 10u")
+
+
+def test_bare_names_are_nodes() -> None:
+    assert names(".save out v1#branch", ".tran 1u 10u") == ["time", "v(out)", "i(v1)"]
+
+
+def test_print_of_another_analysis_is_left_alone() -> None:
+    r = emsim.run(deck(*RLC, ".print op v(m)", ".print tran v(out)", ".op", ".tran 1u 10u"))
+    assert r.prints == [("op", ["v(m)"]), ("tran", ["v(out)"])]
+
+
+def test_currents_of_all_elements() -> None:
+    lines = (
+        "V1 a 0 6", "R1 a b 1k", "R2 b 0 1k", "D1 b c dm", "R3 c 0 1k", "I1 0 d 2m", "R4 d 0 1k",
+        "G1 0 e a 0 1m", "R5 e 0 1k", "S1 a f a 0 sm", "R6 f 0 1k", ".model dm d", ".model sm sw vt=1",
+        ".print op i(R1) i(D1) i(R3) i(I1) i(G1) i(S1) i(C1) i(R6)", "C1 a 0 1u", ".op",
+    )  # fmt: skip
+    r = emsim.run(deck(*lines)).plot("op")
+    assert r["i(d1)"][0] == pytest.approx(r["i(r3)"][0], rel=1e-6)
+    assert r["i(i1)"][0] == 2e-3
+    assert r["i(g1)"][0] == pytest.approx(6e-3)
+    assert r["i(s1)"][0] == pytest.approx(r["i(r6)"][0])
+    assert r["i(c1)"][0] == pytest.approx(0.0, abs=1e-15)
+
+
+def test_units_of_expressions() -> None:
+    r = emsim.run(deck(*RLC, ".print tran v(in) 2*i(R1) v(in)*i(r1) v(in)/i(r1) v(in)-v(m)", ".tran 1u 10u"))
+    assert r.unit("2*i(r1)") == "A"
+    assert r.unit("v(in)*i(r1)") == "W"
+    assert r.unit("v(in)/i(r1)") == "Ohm"
+    assert r.unit("v(in)-v(m)") == "V"
+
+
+def test_device_parameters_are_noted() -> None:
+    assert [d.code for d in remarks(*RLC, ".save all @r1[temp]", ".op")] == ["N284"]
+
+
+def test_unknown_names() -> None:
+    assert codes(*RLC, ".print tran v(ouut)", ".tran 1u 10u") == ["E289"]
+    assert codes(*RLC, ".save i(r11)", ".tran 1u 10u") == ["E290"]

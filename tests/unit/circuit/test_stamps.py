@@ -1,0 +1,113 @@
+"""Every linear element's stamps, against matrices written by hand; rows in the order of the unknowns."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from circuit_decks import deck
+
+import emsim
+
+
+def matrices(*lines: str) -> tuple[list[str], np.ndarray, np.ndarray, emsim.System]:
+    s = emsim.compile(deck(*lines, ".tran 1m 1"))
+    x = np.zeros(s.n)
+    return s.names, s.C(x).toarray(), s.G(x).toarray(), s
+
+
+def test_resistor_and_capacitor() -> None:
+    names, c, g, _ = matrices("R1 a b 4", "C1 a b 3u", "R2 b 0 2")
+    assert names == ["a", "b"]
+    np.testing.assert_allclose(g, [[0.25, -0.25], [-0.25, 0.75]], atol=1e-11)
+    np.testing.assert_allclose(c, [[3e-6, -3e-6], [-3e-6, 3e-6]])
+
+
+def test_inductor_and_mutual_inductance() -> None:
+    names, c, g, _ = matrices("L1 a 0 4m", "L2 b 0 1m", "K1 L1 L2 0.5", "R1 a 0 1", "R2 b 0 1")
+    assert names == ["a", "b", "l1", "l2"]
+    np.testing.assert_allclose(g, [[1, 0, 1, 0], [0, 1, 0, 1], [-1, 0, 0, 0], [0, -1, 0, 0]])
+    np.testing.assert_allclose(c[2:, 2:], [[4e-3, 1e-3], [1e-3, 1e-3]])
+    assert not c[:2].any()
+
+
+def test_three_coupled_inductors() -> None:
+    _, c, _, _ = matrices(
+        "L1 a 0 1", "L2 b 0 4", "L3 c 0 9", "K1 L1 L2 L3 0.5", "R1 a 0 1", "R2 b 0 1", "R3 c 0 1"
+    )
+    np.testing.assert_allclose(c[3:, 3:], [[1, 1, 1.5], [1, 4, 3], [1.5, 3, 9]])
+
+
+def test_voltage_source_row_and_residual() -> None:
+    names, _, g, s = matrices("V1 a b 5", "R1 a 0 1", "R2 b 0 1")
+    assert names == ["a", "b", "v1"]
+    np.testing.assert_allclose(g, [[1, 0, 1], [0, 1, -1], [1, -1, 0]])
+    np.testing.assert_allclose(s.F([2.0, 1.0, 3.0], 0.0), [5.0, -2.0, 2.0 - 1.0 - 5.0])
+
+
+def test_current_source_flows_from_its_first_node_through_itself() -> None:
+    _, _, _, s = matrices("I1 a 0 2 m=3", "R1 a 0 1")
+    np.testing.assert_allclose(s.F([0.0], 0.0), [6.0])
+
+
+def test_controlled_sources() -> None:
+    names, _, g, _ = matrices(
+        "V1 a 0 1", "R1 a b 1", "R2 b 0 1",
+        "E1 c 0 a b 3", "G1 d 0 a b 5 m=2", "F1 d 0 V1 7", "H1 e 0 V1 11", "Rc c 0 1", "Rd d 0 1", "Re e 0 1",
+    )  # fmt: skip
+    at = {name: k for k, name in enumerate(names)}
+    row = g[at["e1"]]
+    assert (row[at["c"]], row[at["a"]], row[at["b"]]) == (1, -3, 3)
+    row = g[at["d"]]
+    assert (row[at["a"]], row[at["b"]], row[at["v1"]], row[at["d"]]) == (10, -10, 7, 1)
+    row = g[at["h1"]]
+    assert (row[at["e"]], row[at["v1"]]) == (1, -11)
+
+
+def test_behavioural_source_has_the_exact_derivative() -> None:
+    s = emsim.compile(deck("V1 a 0 1", "B1 b 0 V={v(a)*v(a)+3*i(v1)}", "Rb b 0 1", ".tran 1m 1"))
+    at = {name: k for k, name in enumerate(s.names)}
+    x = np.zeros(s.n)
+    x[at["a"]] = 2.0
+    row = s.G(x).toarray()[at["b1"]]
+    assert (row[at["b"]], row[at["a"]], row[at["v1"]]) == (1, -4, -3)
+
+
+def test_algebraic_rows_and_units() -> None:
+    s = emsim.compile(deck("V1 a 0 1", "R1 a b 1", "C1 b 0 1u", "L1 b 0 1", ".tran 1m 1"))
+    assert dict(zip(s.names, s.algebraic.tolist(), strict=True)) == {
+        "a": True,
+        "b": False,
+        "v1": True,
+        "l1": False,
+    }
+    assert dict(zip(s.names, s.units, strict=True)) == {"a": "V", "b": "V", "v1": "A", "l1": "A"}
+    assert s.index("v(b)") == s.index("B") == 1
+    with pytest.raises(KeyError, match="l1"):
+        s.index("l2")
+
+
+def test_start_point_satisfies_the_equations() -> None:
+    s = emsim.compile(deck("V1 a 0 6", "R1 a b 1", "R2 b 0 2", "L1 b c 1m", "R3 c 0 2", ".tran 1m 1"))
+    np.testing.assert_allclose(s.F(s.x0, 0.0), 0.0, atol=1e-9)
+    assert s.x0[s.index("b")] == pytest.approx(3.0)
+
+
+@pytest.mark.parametrize(
+    ("lines", "current"),
+    [
+        # figures of ngspice 39.3, current of the 5 V source
+        (["R1 a 0 10 m=2"], -1.0),
+        (["R1 a 0 10 tc1=0.01 tc2=0.001 dtemp=10 scale=3", ".temp 37"], -0.104167),
+        (["R1 a 0 10 rm", ".model rm r tc1=0.02 r=7", ".temp 37"], -0.4166667),
+        (["R1 a 0 rm l=10u w=2u", ".model rm r tc1=0.02 rsh=100 narrow=0.5u short=1u"], -6.25e-3),
+        (["R1 a 0 rm", ".model rm r rsh=100 r=50"], -0.05),
+        (["R1 a 0 rm l=10u", ".model rm r rsh=100 defw=4u"], -0.02),
+        (["R1 a 0 10 tce=1", ".temp 37"], -0.452643),
+        (["R1 a 0 0"], -5000.0),
+        (["R1 a 0 -10"], 0.5),
+        (["R1 a 0 r='v(a)*2'"], -0.5),
+    ],
+)
+def test_resistor_values_as_ngspice(lines: list[str], current: float) -> None:
+    table = emsim.run(deck("V1 a 0 5", *lines, ".op")).plot("op")
+    assert table["i(v1)"][0] == pytest.approx(current, rel=2e-6)

@@ -1,0 +1,64 @@
+"""Where a run starts: operating point, .ic, .nodeset, UIC and element initial values."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from circuit_decks import codes, deck, remarks
+
+import emsim
+
+
+def test_tran_starts_from_the_operating_point() -> None:
+    r = emsim.run(deck("V1 a 0 5", "R1 a b 1k", "C1 b 0 1u", ".tran 0.1m 1m"))
+    np.testing.assert_allclose(r["v(b)"], 5.0, atol=1e-6)
+
+
+def test_ic_holds_until_the_start() -> None:
+    r = emsim.run(deck("V1 a 0 5", "R1 a b 1k", "C1 b 0 1u", ".ic v(b)=1", ".tran 10u 1m"), reltol=1e-6)
+    assert r["v(b)"][0] == pytest.approx(1.0, abs=1e-6)
+    assert r["v(b)"][-1] == pytest.approx(5 - 4 * math.exp(-1), rel=1e-4)
+
+
+def test_uic_starts_from_ic_cards() -> None:
+    r = emsim.run(deck("R1 b 0 1k", "C1 b 0 1u", ".ic v(b)=2", ".tran 10u 1m uic"), reltol=1e-6)
+    assert r.at("v(b)", 1e-3) == pytest.approx(2 * math.exp(-1), rel=1e-4)
+
+
+def test_uic_with_initial_values_of_elements() -> None:
+    # a lossless tank: i(0) = 10 mA, v(0) = 1 V
+    r = emsim.run(deck("L1 a 0 1m ic=10m", "C1 a 0 1u ic=1", "Rx a 0 1g", ".tran 1u 0.3m uic"), reltol=1e-7,
+                  method="radau")  # fmt: skip
+    w, z = 1 / math.sqrt(1e-9), math.sqrt(1e3)
+    t = 0.25e-3
+    assert r.at("v(a)", t) == pytest.approx(math.cos(w * t) - z * 0.01 * math.sin(w * t), abs=2e-4)
+
+
+def test_a_floating_capacitor_charge_is_kept_under_uic() -> None:
+    r = emsim.run(deck("C1 a b 1u ic=3", "R1 a 0 1k", "R2 b 0 1k", ".tran 10u 2m uic"), reltol=1e-6)
+    assert r.at("v(a)", 2e-3) - r.at("v(b)", 2e-3) == pytest.approx(3 * math.exp(-1), rel=1e-4)
+
+
+def test_nodeset_picks_the_state_of_a_latch() -> None:
+    latch = (
+        "B1 p 0 V={5/(1+exp(10*(v(q)-2.5)))}",
+        "B2 q0 0 V={5/(1+exp(10*(v(p)-2.5)))}",
+        "R1 q0 q 1k",
+        "C1 q 0 1n",
+    )
+    for node, other in (("p", "q"), ("q", "p")):
+        r = emsim.run(deck(*latch, f".nodeset v({node})=5 v({other})=0", ".op"))
+        assert r.plot("op")[f"v({node})"][0] > 4.9
+
+
+def test_ic_of_an_unknown_node() -> None:
+    assert codes("V1 a 0 1", "R1 a 0 1", ".ic v(b)=1", ".tran 1m 10m") == ["E289"]
+
+
+def test_a_node_behind_capacitors_starts_at_zero_with_a_warning() -> None:
+    lines = ("V1 a 0 4", "C1 a b 1u", "C2 b 0 1u")
+    assert [d.code for d in remarks(*lines, ".tran 1m 10m")] == ["W303"]
+    assert remarks(*lines, ".tran 1m 10m uic") == []
+    assert emsim.run(deck(*lines, ".tran 1m 10m"))["v(b)"][-1] == pytest.approx(0.0, abs=1e-9)

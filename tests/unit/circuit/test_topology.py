@@ -1,0 +1,76 @@
+"""Impossible circuits are named before they are solved; what ngspice accepts is accepted."""
+
+from __future__ import annotations
+
+import pytest
+from circuit_decks import codes, deck, problems, remarks
+
+import emsim
+
+
+def test_a_loop_of_sources_names_its_elements() -> None:
+    found = problems("V1 a 0 1", "V2 a b 1", "E1 b 0 a 0 2", "R1 a 0 1", ".op")
+    assert [d.code for d in found] == ["E301"]
+    assert all(f"`{name}`" in found[0].message for name in ("v1", "v2", "e1"))
+    assert {span.line for span, _ in found[0].labels} | {found[0].span.line} == {2, 3, 4}
+
+
+def test_a_source_on_one_node() -> None:
+    assert codes("V1 a a 1", "R1 a 0 1", ".op") == ["E301"]
+
+
+def test_an_inductor_across_a_sine_source_is_fine() -> None:
+    lines = ("V1 a 0 SIN(0 1 1k)", "L1 a 0 1m", ".tran 10u 1m")
+    assert remarks(*lines) == []
+    # i = (1 - cos wt)/(w L)
+    r = emsim.run(deck(*lines), reltol=1e-6)
+    assert r.at("i(l1)", 0.5e-3) == pytest.approx(2 / (2 * 3.14159265 * 1e3 * 1e-3), rel=1e-4)
+
+
+def test_a_dc_source_across_an_inductor_warns() -> None:
+    assert [d.code for d in remarks("V1 a 0 1", "L1 a 0 1m", ".op")] == ["W301"]
+
+
+def test_parallel_inductors_share_the_current() -> None:
+    r = emsim.run(deck("V1 a 0 1", "R1 a b 1", "L1 b 0 1m", "L2 b 0 1m", ".op"))
+    assert r.plot("op")["i(l1)"][0] + r.plot("op")["i(l2)"][0] == pytest.approx(1.0)
+
+
+def test_a_node_that_is_only_read() -> None:
+    found = problems("V1 out 0 1", "R1 out 0 1", "E1 b 0 uot 0 2", "R2 b 0 1", ".op")
+    assert [d.code for d in found] == ["E302"]
+    assert "`out`" in (found[0].hint or "")
+
+
+def test_a_current_that_has_nowhere_to_go() -> None:
+    found = problems("I1 a 0 1m", "V1 b 0 1", "R1 b 0 1", ".op")
+    assert [d.code for d in found] == ["E303"]
+    assert "`i1`" in found[0].message
+
+
+def test_an_island_gets_a_shunt_and_a_warning() -> None:
+    assert [d.code for d in remarks("V1 a 0 1", "R1 a 0 1", "R2 b c 1", ".op")] == ["W302"]
+
+
+def test_a_conductance_made_of_a_controlled_source_is_a_path() -> None:
+    lines = ("I1 0 b 1m", "G1 b 0 b 0 1m", "I2 0 c 1m", "B1 c 0 I={v(c)*1m}", ".op")
+    assert remarks(*lines) == []
+    table = emsim.run(deck(*lines)).plot("op")
+    assert table["v(b)"][0] == pytest.approx(1.0)
+    assert table["v(c)"][0] == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize(
+    ("lines", "code"),
+    [
+        (["Q1 c b e qq", ".model qq npn"], "E297"),
+        (["D1 a 0 nomodel"], "E298"),
+        (["D1 a 0 sw1", ".model sw1 sw"], "E298"),
+        (["F1 b 0 V9 2", "R2 b 0 1"], "E285"),
+        (["F1 b 0 R1 2", "R2 b 0 1"], "E285"),
+        (["L1 a c 1m", "K1 L1 L9 0.5", "R2 c 0 1"], "E285"),
+        (["L1 a c 1m", "L2 c 0 1m", "K1 L1 L2 1.5"], "E284"),
+    ],
+)
+def test_errors_of_elements(lines: list[str], code: str) -> None:
+    assert code in codes("V1 a 0 1", "R1 a 0 1", *lines, ".op")

@@ -1,0 +1,72 @@
+"""The .tran card's arguments, the order of analyses, and runs that fail."""
+
+from __future__ import annotations
+
+import pytest
+from circuit_decks import codes, deck, remarks
+
+import emsim
+
+RC = ("V1 a 0 PULSE(0 1 0 1u 1u)", "R1 a b 1k", "C1 b 0 1u")
+
+
+@pytest.mark.parametrize(
+    "args", ["", "1m", "1m 0", "1m -1", "0 1", "-1m 1", "1m 1 2", "1m 1 -1", "1m 1 0 -1", "1m 1 0 1 1"]
+)
+def test_wrong_arguments(args: str) -> None:
+    assert codes(*RC, f".tran {args}") == ["E305"]
+
+
+def test_tstart_and_tmax() -> None:
+    r = emsim.run(deck(*RC, ".tran 1m 10m 5m 0.01m"))
+    assert r.time[0] >= 5e-3 - 1e-12
+    assert r.time[-1] == pytest.approx(10e-3)
+    assert max(r.time[1:] - r.time[:-1]) <= 0.01e-3 * (1 + 1e-9)
+
+
+def test_analyses_run_in_order() -> None:
+    r = emsim.run(deck(*RC, ".op", ".tran 1m 10m"))
+    assert [p.kind for p in r.plots] == ["op", "tran"]
+
+
+def test_other_analyses_make_one_note_each() -> None:
+    found = remarks(*RC, ".ac dec 10 1 1k", ".dc V1 0 1 0.1", ".tran 1m 10m")
+    assert [d.code for d in found] == ["N282", "N282"]
+
+
+def test_no_analysis() -> None:
+    assert [d.code for d in remarks(*RC)] == ["N283"]
+
+
+def test_failure_names_the_line_and_keeps_what_was_computed() -> None:
+    # 1/(1 - t) has a pole at 1 s, inside the run
+    lines = ("V1 a 0 1", "C1 x 0 1", "B1 0 x I={v(x)*v(x)}", ".ic v(x)=1", ".tran 0.01 2")
+    with pytest.raises(emsim.ConvergenceError) as caught:
+        emsim.run(deck(*lines, "R1 a 0 1"))
+    error = caught.value
+    assert error.diagnostics[0].code in ("E410", "E412")
+    assert error.diagnostics[0].span.line in (3, 4)
+    assert "try:" in error.diagnostics[0].hint
+    assert error.partial is not None
+    assert error.partial.status == "failed"
+    assert 0.9 < error.partial.time[-1] < 1.1
+
+
+def test_progress_is_called_and_can_stop() -> None:
+    calls: list[float] = []
+
+    def stop(t: float, tstop: float, h: float, steps: int, events: int) -> bool:
+        calls.append(t)
+        return True
+
+    r = emsim.run(deck("V1 a 0 SIN(0 1 1meg)", "R1 a b 1k", "C1 b 0 1n", ".tran 1n 20m"), progress=stop)
+    assert r.status == "interrupted"
+    assert len(calls) == 1
+
+
+def test_check_tells_the_facts() -> None:
+    facts = emsim.check(deck(*RC, ".tran 1m 10m uic"))
+    assert facts["unknowns"] == {"node": 2, "branch": 1}
+    assert facts["analyses"] == [".tran 0.001 0.01 uic"]
+    assert facts["method"] == "trap"
+    assert facts["machine"] is None
