@@ -7,6 +7,7 @@ Accepted spellings: `-o FILE`, `-oFILE`, `--csv FILE`, `--csv=FILE`; `--` ends t
 from __future__ import annotations
 
 from ..diagnostics import suggest
+from ..units import scale_of, spice_number, split_number
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -110,24 +111,19 @@ def describe(options: Sequence[Option]) -> str:
     return "\n".join(f"  {head:<{width}}{option.help}" for head, option in zip(heads, options, strict=True))
 
 
-SCALES = {"t": 1e12, "g": 1e9, "meg": 1e6, "k": 1e3, "m": 1e-3, "u": 1e-6, "n": 1e-9, "p": 1e-12, "f": 1e-15}
-
-
 def number(text: str) -> float | None:
-    """`10u`, `1e-3`, `0.5%` as a float; None if it is none of these."""
-    text = text.strip().lower()
-    scale = 1.0
-    if text.endswith("%"):
-        text, scale = text[:-1], 0.01
-    else:
-        for suffix, factor in SCALES.items():
-            if text.endswith(suffix):
-                text, scale = text[: -len(suffix)], factor
-                break
-    try:
-        return float(text) * scale
-    except ValueError:
+    """`10u`, `10us`, `1e-3`, `0.5%` as a float; None for anything else."""
+    word = text.strip()
+    percent = word.endswith("%")
+    parts = split_number(word.removesuffix("%"))
+    if parts is None:
         return None
+    letters = parts[1]
+    unit = letters[len(scale_of(letters)[1]) :]
+    if unit.lower() not in ("", "s") or (percent and letters):
+        return None
+    value = spice_number(word.removesuffix("%"))
+    return value if value is None or not percent else value / 100
 
 
 DEFINE = Option("-D --define", "set a .param before the deck is read", "NAME=VALUE", repeat=True)
