@@ -127,10 +127,7 @@ impl Node {
     }
 
     pub fn is_leaf(&self) -> bool {
-        matches!(
-            self,
-            Node::Const(_) | Node::Unknown(_) | Node::Time | Node::Wave(_) | Node::Flag(_) | Node::Symbol(_)
-        )
+        matches!(self, Node::Const(_) | Node::Unknown(_) | Node::Time | Node::Wave(_) | Node::Flag(_) | Node::Symbol(_))
     }
 }
 

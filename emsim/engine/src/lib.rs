@@ -1,17 +1,17 @@
 //! The native engine of emsim. It takes plain numbers and the expression graph, never deck text.
 //!
 //! Everything compiles to  d/dt Q(x, t) + F(x, t) = 0.  Modules, each knowing only those above it in this list:
-pub mod graph; // hash-consed expression nodes with folding
-pub mod derive; // reverse and forward differentiation, substitution
-pub mod tape; // native evaluation of a set of expressions
-pub mod waves; // PULSE SIN EXP PWL SFFM AM: values and breakpoints
-pub mod sparse; // LU: matching, block triangular form, AMD, Gilbert-Peierls, refactorisation
-pub mod devices; // semiconductor kernels, one file each
 pub mod assembly; // constraints: position and velocity projection, rank
-pub mod system; // equation (1): what was compiled, and the scratch of a run
+pub mod derive; // reverse and forward differentiation, substitution
+pub mod devices; // semiconductor kernels, one file each
+pub mod events; // state events on dense output
+pub mod graph; // hash-consed expression nodes with folding
+pub mod integrate; // the methods and the driver
 pub mod newton; // one implicit stage: options, tolerances, Newton's method
 pub mod op; // the starting point: operating point, initial conditions, consistent values
+mod py;
 pub mod record; // recorded waveforms and the raw file
-pub mod events; // state events on dense output
-pub mod integrate; // the methods and the driver
-mod py; // the Python face
+pub mod sparse; // LU: matching, block triangular form, AMD, Gilbert-Peierls, refactorisation
+pub mod system; // equation (1): what was compiled, and the scratch of a run
+pub mod tape; // native evaluation of a set of expressions
+pub mod waves; // PULSE SIN EXP PWL SFFM AM: values and breakpoints // the Python face

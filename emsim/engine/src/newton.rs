@@ -101,8 +101,13 @@ impl Tolerances {
 pub enum Failure {
     Singular(Singular),
     /// worst unknown, and the row of the largest residual
-    Diverged { unknown: usize, row: usize },
-    NotFinite { unknown: usize },
+    Diverged {
+        unknown: usize,
+        row: usize,
+    },
+    NotFinite {
+        unknown: usize,
+    },
 }
 
 pub struct Newton {
@@ -146,7 +151,6 @@ impl Newton {
         tol: &Tolerances,
         max_iterations: usize,
     ) -> Result<usize, Failure> {
-        let mut worst = (0, 0.0_f64);
         for iteration in 1..=max_iterations {
             sys.eval_jacobian(w, x, t, true);
             w.counters.iterations += 1;
@@ -163,29 +167,32 @@ impl Newton {
             }
             self.lu.solve(&mut self.step);
             w.counters.solves += 1;
-            // size of the update against the tolerance
-            worst = (0, 0.0);
+            // the update against the tolerance; dividing is left for the failure's report
+            let mut converged = true;
+            let mut sum = 0.0;
             for i in 0..sys.n {
-                let new = x[i] + self.step[i];
-                if tol.in_norm[i] {
-                    let ratio = self.step[i].abs() / tol.weight(i, x[i], new);
-                    if ratio > worst.1 || ratio.is_nan() {
-                        worst = (i, if ratio.is_nan() { f64::INFINITY } else { ratio });
-                    }
+                let (d, new) = (self.step[i], x[i] + self.step[i]);
+                sum += new;
+                if tol.in_norm[i] && !(d.abs() <= tol.weight(i, x[i], new)) {
+                    converged = false;
                 }
                 x[i] = new;
             }
-            if !worst.1.is_finite() || x.iter().any(|v| !v.is_finite()) {
-                let unknown = x.iter().position(|v| !v.is_finite()).unwrap_or(worst.0);
-                return Err(Failure::NotFinite { unknown });
+            // one value that is not finite makes the sum so
+            if !sum.is_finite() {
+                if let Some(unknown) = x.iter().position(|v| !v.is_finite()) {
+                    return Err(Failure::NotFinite { unknown });
+                }
             }
-            if sys.linear || (worst.1 <= 1.0 && !w.limited) {
+            if sys.linear || (converged && !w.limited) {
                 self.finish(sys, w, a, r, x);
                 return Ok(iteration);
             }
         }
+        let ratio = |i: usize| if tol.in_norm[i] { self.step[i].abs() / tol.weight(i, x[i], x[i]) } else { 0.0 };
+        let unknown = (0..sys.n).max_by(|&i, &j| ratio(i).total_cmp(&ratio(j))).unwrap_or(0);
         let row = (0..sys.n).max_by(|&i, &j| w.f[i].abs().total_cmp(&w.f[j].abs())).unwrap_or(0);
-        Err(Failure::Diverged { unknown: worst.0, row })
+        Err(Failure::Diverged { unknown, row })
     }
 
     /// e <- (G + a C)^-1 a C e with the last factorisation: what remains of an error where it is not damped at once.

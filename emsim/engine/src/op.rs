@@ -20,11 +20,11 @@ pub fn initial(sys: &System) -> Vec<f64> {
 struct Dc<'a> {
     sys: &'a System,
     pattern: Pattern,
-    place: Vec<usize>,        // of each entry of the system's pattern
-    diagonal: Vec<usize>,     // of each unknown
+    place: Vec<usize>,    // of each entry of the system's pattern
+    diagonal: Vec<usize>, // of each unknown
     lu: Lu<f64>,
     matrix: Vec<f64>,
-    held: Vec<Option<f64>>,   // this unknown is fixed
+    held: Vec<Option<f64>>, // this unknown is fixed
     forced: Vec<(usize, f64)>,
     residual: Vec<f64>,
     live: bool, // flags follow their roots

@@ -63,7 +63,14 @@ pub struct RawHeader<'a> {
     pub variables: &'a [(String, String)],
 }
 
-pub fn write_raw(path: &str, append: bool, head: &RawHeader, data: &[f64], skip_first: bool, ascii: bool) -> io::Result<()> {
+pub fn write_raw(
+    path: &str,
+    append: bool,
+    head: &RawHeader,
+    data: &[f64],
+    skip_first: bool,
+    ascii: bool,
+) -> io::Result<()> {
     let file = std::fs::OpenOptions::new().create(true).write(true).append(append).truncate(!append).open(path)?;
     let mut out = BufWriter::with_capacity(1 << 20, file);
     let width = head.variables.len() + usize::from(skip_first);

@@ -133,8 +133,8 @@ pub struct System {
     values: Tape, // F rows, then Q rows
     f_rows: Vec<usize>,
     q_rows: Vec<usize>,
-    jacobian: Tape,       // the same, then entries of G, then of C, that are not constant
-    g_slots: Vec<usize>,  // place on the pattern of each such entry
+    jacobian: Tape,      // the same, then entries of G, then of C, that are not constant
+    g_slots: Vec<usize>, // place on the pattern of each such entry
     c_slots: Vec<usize>,
     roots: Tape, // up and down of every flag
     diodes: Vec<DiodeSlot>,

@@ -202,8 +202,21 @@ mod tests {
     #[test]
     fn derivatives_match_differences() {
         let funs = [
-            Fun::Sin, Fun::Cos, Fun::Tan, Fun::Asin, Fun::Acos, Fun::Atan, Fun::Sinh, Fun::Cosh, Fun::Tanh,
-            Fun::Asinh, Fun::Atanh, Fun::Exp, Fun::Log, Fun::Sqrt, Fun::Abs,
+            Fun::Sin,
+            Fun::Cos,
+            Fun::Tan,
+            Fun::Asin,
+            Fun::Acos,
+            Fun::Atan,
+            Fun::Sinh,
+            Fun::Cosh,
+            Fun::Tanh,
+            Fun::Asinh,
+            Fun::Atanh,
+            Fun::Exp,
+            Fun::Log,
+            Fun::Sqrt,
+            Fun::Abs,
         ];
         for f in funs {
             let mut g = Graph::new();

@@ -80,21 +80,22 @@ pub fn run(sys: &System, w: &mut Work, a: Transient, o: &Options, record: &mut R
     let feature = sys.shortest_feature().min(a.tstep).min(tmax);
     op::consistent(sys, w, &mut x, 0.0, 1e-5 * feature, &tol, true);
     let mut detector = Detector::new(sys);
-    let settle = |sys: &System, w: &mut Work, x: &mut Vec<f64>, t: f64, h: f64, tol: &Tolerances, events: &mut Vec<_>| {
-        // flags may hang on algebraic unknowns that other flags move: settle them together
-        for _ in 0..20 {
-            let before = w.flags.clone();
-            if !sys.update_flags(w, x, t) {
-                break;
-            }
-            for (k, (old, new)) in before.iter().zip(&w.flags).enumerate() {
-                if old != new {
-                    events.push((t, k, *new != 0.0));
+    let settle =
+        |sys: &System, w: &mut Work, x: &mut Vec<f64>, t: f64, h: f64, tol: &Tolerances, events: &mut Vec<_>| {
+            // flags may hang on algebraic unknowns that other flags move: settle them together
+            for _ in 0..20 {
+                let before = w.flags.clone();
+                if !sys.update_flags(w, x, t) {
+                    break;
                 }
+                for (k, (old, new)) in before.iter().zip(&w.flags).enumerate() {
+                    if old != new {
+                        events.push((t, k, *new != 0.0));
+                    }
+                }
+                op::consistent(sys, w, x, t, h, tol, false);
             }
-            op::consistent(sys, w, x, t, h, tol, false);
-        }
-    };
+        };
     let mut settled = Vec::new();
     settle(sys, w, &mut x, 0.0, 1e-9 * feature, &tol, &mut settled);
     if a.tstart <= 0.0 {

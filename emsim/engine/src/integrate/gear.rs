@@ -35,11 +35,8 @@ pub struct Gear {
 impl Gear {
     pub fn new(sys: &System, o: &Options) -> Result<Gear, Failure> {
         let maxord = o.maxord.clamp(1, MOST);
-        let starter: Option<Box<dyn Method>> = if o.fixed_step.is_some() && maxord > 1 {
-            Some(Box::new(super::radau::Radau::new(sys, o)?))
-        } else {
-            None
-        };
+        let starter: Option<Box<dyn Method>> =
+            if o.fixed_step.is_some() && maxord > 1 { Some(Box::new(super::radau::Radau::new(sys, o)?)) } else { None };
         Ok(Gear {
             newton: Newton::new(sys)?,
             past: History::new(sys.n, MOST + 2),

@@ -82,11 +82,8 @@ impl Radau {
         let nnz = sys.pattern.rowidx.len();
         let v = || vec![0.0; sys.n];
         let v3 = || [vec![0.0; sys.n], vec![0.0; sys.n], vec![0.0; sys.n]];
-        let index2 = sys
-            .unknowns
-            .iter()
-            .map(|u| matches!(u.kind, Kind::Lambda | Kind::Mu | Kind::Derivative))
-            .collect();
+        let index2 =
+            sys.unknowns.iter().map(|u| matches!(u.kind, Kind::Lambda | Kind::Mu | Kind::Derivative)).collect();
         Ok(Radau {
             real: Lu::new(&sys.pattern, &symbolic),
             complex: Lu::new(&sys.pattern, &symbolic),
@@ -259,11 +256,8 @@ impl Radau {
 
     fn error(&mut self, sys: &System, w: &mut Work, h: f64, tol: &Tolerances) -> f64 {
         for i in 0..sys.n {
-            self.b[i] = if sys.has_q[i] {
-                (D[0] * self.d[0][i] + D[1] * self.d[1][i] + D[2] * self.d[2][i]) / h
-            } else {
-                0.0
-            };
+            self.b[i] =
+                if sys.has_q[i] { (D[0] * self.d[0][i] + D[1] * self.d[1][i] + D[2] * self.d[2][i]) / h } else { 0.0 };
             self.e[i] = if sys.has_q[i] { self.b[i] - self.f0[i] } else { 0.0 };
         }
         self.real.solve(&mut self.e);
@@ -382,9 +376,8 @@ impl Method for Radau {
                     }
                     self.last = None; // a bad prediction is not tried twice
                     let why = if finite {
-                        let row = (0..sys.n)
-                            .max_by(|&i, &j| self.f[2][i].abs().total_cmp(&self.f[2][j].abs()))
-                            .unwrap_or(0);
+                        let row =
+                            (0..sys.n).max_by(|&i, &j| self.f[2][i].abs().total_cmp(&self.f[2][j].abs())).unwrap_or(0);
                         Failure::Diverged { unknown, row }
                     } else {
                         Failure::NotFinite { unknown }

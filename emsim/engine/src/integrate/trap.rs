@@ -12,7 +12,12 @@ use crate::system::{System, Work};
 
 const GAMMA: f64 = 1.0 - std::f64::consts::FRAC_1_SQRT_2;
 
+/// Errors that are damped at once (a junction behind a milliohm) do not deserve small steps: an estimate above
+/// `FILTER_FROM` is filtered by (G + a C)^-1 a C. The rule itself does not damp, so that a share `RINGING` of the plain
+/// estimate stays in force: without it, ringing that a diode rectifies cost three digits on a ten-stage multiplier;
+/// without the filter, that circuit took 3.8 times as many steps.
 const FILTER_FROM: f64 = 0.3;
+const RINGING: f64 = 0.25;
 
 pub struct Trap {
     newton: Newton,
@@ -69,7 +74,13 @@ impl Trap {
         Ok(())
     }
 
-    fn trapezoid(&mut self, sys: &System, w: &mut Work, h: f64, tol: &Tolerances) -> Result<(), crate::newton::Failure> {
+    fn trapezoid(
+        &mut self,
+        sys: &System,
+        w: &mut Work,
+        h: f64,
+        tol: &Tolerances,
+    ) -> Result<(), crate::newton::Failure> {
         let a = 2.0 / h;
         for i in 0..sys.n {
             self.r[i] = self.f0[i] - a * self.q0[i];
@@ -124,9 +135,9 @@ impl Trap {
                 .fold(0.0, f64::max)
         };
         let mut error = worst(&self.e) / self.trtol;
-        if error > FILTER_FROM && FILTER_FROM < 1e9 {
+        if error > FILTER_FROM {
             self.newton.filter(sys, w, a, &mut self.e);
-            error = worst(&self.e) / self.trtol;
+            error = (worst(&self.e) / self.trtol).max(RINGING * error);
         }
         (error, order)
     }
@@ -145,8 +156,7 @@ impl Method for Trap {
 
     fn attempt(&mut self, sys: &System, w: &mut Work, h: f64, tol: &Tolerances) -> Attempt {
         self.t1 = self.past.t[0] + h;
-        let solved =
-            if self.past.len == 1 { self.first(sys, w, h, tol) } else { self.trapezoid(sys, w, h, tol) };
+        let solved = if self.past.len == 1 { self.first(sys, w, h, tol) } else { self.trapezoid(sys, w, h, tol) };
         if let Err(why) = solved {
             return Attempt::Stuck { next: h / 8.0, why };
         }

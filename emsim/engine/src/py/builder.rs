@@ -404,16 +404,13 @@ impl Builder {
 
     fn compile(&mut self) -> PyResult<System> {
         let model = self.model.take().ok_or_else(|| PyValueError::new_err("compiled already"))?;
-        let system =
-            crate::system::System::compile(model, &mut lock(&self.graph)).map_err(PyValueError::new_err)?;
+        let system = crate::system::System::compile(model, &mut lock(&self.graph)).map_err(PyValueError::new_err)?;
         Ok(System::new(system, self.graph.clone()))
     }
 }
 
 impl Builder {
     fn pairs(&self, map: Vec<(Bound<'_, PyAny>, Bound<'_, PyAny>)>) -> PyResult<Vec<(Id, Id)>> {
-        map.iter()
-            .map(|(a, b)| Ok((Expr::operand(&self.graph, a)?, Expr::operand(&self.graph, b)?)))
-            .collect()
+        map.iter().map(|(a, b)| Ok((Expr::operand(&self.graph, a)?, Expr::operand(&self.graph, b)?))).collect()
     }
 }

@@ -200,9 +200,8 @@ impl System {
             w.dc = true;
             let mut x = op::initial(&sys);
             let found = op::operating_point(&sys, &mut w, &o, &tol, statics, &mut x);
-            let failed = found
-                .err()
-                .map(|e| Failed { t: 0.0, h: 0.0, during: "operating point", why: e.why, tried: e.tried });
+            let failed =
+                found.err().map(|e| Failed { t: 0.0, h: 0.0, during: "operating point", why: e.why, tried: e.tried });
             if failed.is_none() {
                 record.push(&sys, &mut w, 0.0, &x);
             }
