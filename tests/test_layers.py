@@ -1,0 +1,194 @@
+"""The order of the house: who may import whom, what start-up may load, how long a file may grow.
+
+The same order stands in emsim/README.md. Imports for type checking alone do not count.
+"""
+
+from __future__ import annotations
+
+import ast
+import re
+import subprocess
+import sys
+from graphlib import CycleError, TopologicalSorter
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parent.parent
+PACKAGE = ROOT / "emsim"
+ENGINE = PACKAGE / "engine" / "src"
+
+# a module may import from rows further down, and from its own package
+ROWS = [
+    ["__main__"],
+    ["cli"],
+    ["__init__"],
+    ["pipeline"],
+    ["system"],
+    ["reports"],
+    ["interop"],
+    ["outputs"],
+    ["result"],
+    ["interpolate"],
+    ["analyses"],
+    ["assemble"],
+    ["elaborate"],
+    ["cards"],
+    ["elements"],
+    ["build"],
+    ["deck", "expr", "syntax", "source"],
+    ["units"],
+    ["diagnostics"],
+    ["_engine"],
+]
+LEVEL = {name: level for level, row in enumerate(ROWS) for name in row}
+CARDS_MAY_IMPORT = {"cards", "diagnostics", "units", "expr", "deck", "_engine"}
+# anybody may ask the package for its version; Result.save is a convenience that calls the writers
+UPWARD = {("outputs", "__init__"): "the version", ("result", "outputs"): "Result.save"}
+
+RUST_ROWS = [
+    ["lib"],
+    ["py"],
+    ["integrate"],
+    ["events", "op", "record"],
+    ["newton"],
+    ["system", "assembly"],
+    ["devices", "sparse", "waves"],
+    ["tape"],
+    ["derive"],
+    ["graph"],
+]
+RUST_LEVEL = {name: level for level, row in enumerate(RUST_ROWS) for name in row}
+
+HEAVY = ["lark", "numpy", "scipy", "matplotlib", "argparse", "pandas", "xarray", "PySpice", "rich"]
+LONGEST = 620
+
+
+def modules() -> list[Path]:
+    return sorted(PACKAGE.rglob("*.py"))
+
+
+def name_of(path: Path) -> str:
+    """emsim/cli/run.py -> cli.run, emsim/cli/__init__.py -> cli, emsim/__init__.py -> __init__."""
+    parts = list(path.relative_to(PACKAGE).with_suffix("").parts)
+    return ".".join(parts[:-1] if parts[-1] == "__init__" and len(parts) > 1 else parts)
+
+
+NAMES = {name_of(p) for p in modules()} | {"_engine"}
+
+
+def imports(path: Path, lazy: bool) -> set[str]:
+    """Modules of emsim that a file imports, with those inside functions when `lazy`."""
+    package = list(path.relative_to(PACKAGE).parent.parts)
+    found: set[str] = set()
+
+    def visit(node: ast.AST) -> None:
+        if isinstance(node, ast.If) and "TYPE_CHECKING" in ast.unparse(node.test):
+            return
+        if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef)) and not lazy:
+            return
+        if isinstance(node, ast.ImportFrom):
+            add(node)
+        elif isinstance(node, ast.Import):
+            found.update(a.name[6:] for a in node.names if a.name.startswith("emsim."))
+        for child in ast.iter_child_nodes(node):
+            visit(child)
+
+    def add(node: ast.ImportFrom) -> None:
+        if node.level:
+            base = package[: len(package) - node.level + 1] + (node.module.split(".") if node.module else [])
+        elif node.module and node.module.split(".")[0] == "emsim":
+            base = node.module.split(".")[1:]
+        else:
+            return
+        for alias in node.names:
+            full = ".".join([*base, alias.name])
+            found.add(full if full in NAMES else ".".join(base) or "__init__")
+
+    visit(ast.parse(path.read_text(encoding="utf-8")))
+    return found
+
+
+@pytest.mark.parametrize("path", modules(), ids=name_of)
+def test_imports_run_down_the_rows(path):
+    own = name_of(path).split(".")[0]
+    assert own in LEVEL, f"{own} has no row: give it one here and in emsim/README.md"
+    for target in imports(path, lazy=True):
+        other = target.split(".")[0]
+        if other == own or (own, other) in UPWARD:
+            continue
+        assert LEVEL[other] > LEVEL[own] or (LEVEL[other] == LEVEL[own]), f"{name_of(path)} imports {target}"
+        if own == "cards":
+            assert other in CARDS_MAY_IMPORT, f"{name_of(path)} imports {target}"
+
+
+def test_exceptions_are_used():
+    used = {
+        (name_of(p).split(".")[0], target.split(".")[0])
+        for p in modules()
+        for target in imports(p, lazy=True)
+    }
+    assert set(UPWARD) <= used
+
+
+def test_no_module_imports_itself_in_a_circle():
+    graph = {name_of(p): imports(p, lazy=False) - {name_of(p)} for p in modules()}
+    try:
+        TopologicalSorter(graph).prepare()
+    except CycleError as error:
+        pytest.fail(" -> ".join(error.args[1]))
+
+
+def test_only_one_file_imports_pyspice():
+    # what a file says in comments and strings does not matter
+    users = [name_of(p) for p in modules() if re.search(r"^\s*(from|import) PySpice\b", p.read_text(), re.M)]
+    assert users == ["interop.pyspice"]
+
+
+@pytest.mark.parametrize(
+    "path", [*modules(), *sorted(ENGINE.rglob("*.rs"))], ids=lambda p: str(p.relative_to(PACKAGE))
+)
+def test_no_file_grows_long(path):
+    assert len(path.read_text(encoding="utf-8").splitlines()) <= LONGEST
+
+
+def loaded_by(code: str) -> set[str]:
+    done = subprocess.run(
+        [sys.executable, "-c", f"import sys\n{code}\nprint('\\n'.join(sys.modules), file=sys.stderr)"],
+        capture_output=True, text=True, check=True, cwd=ROOT,
+    )  # fmt: skip
+    return {name.split(".")[0] for name in done.stderr.split()}
+
+
+@pytest.mark.parametrize(
+    "code",
+    [
+        "import emsim",
+        "from emsim.cli import main; main(['--version'])",
+        "from emsim.cli import main; main(['--help'])",
+        "from emsim.cli import main; main(['run', '--help'])",
+    ],
+)
+def test_start_up_loads_nothing_heavy(code):
+    assert not loaded_by(code) & {*HEAVY, "dataclasses", "json", "typing"}
+
+
+def test_a_run_needs_no_numpy(tmp_path):
+    deck = tmp_path / "rc.cir"
+    deck.write_text("rc\nV1 in 0 1\nR1 in out 1k\nC1 out 0 1u\n.tran 10u 1m uic\n.print tran v(out)\n.end\n")
+    run = f"from emsim.cli import main; assert main([{str(deck)!r}, '-o', {str(tmp_path / 'rc.raw')!r}]) == 0"
+    assert not loaded_by(run) & set(HEAVY) - {"lark"}
+
+
+def rust_files() -> list[Path]:
+    return sorted(p for p in ENGINE.rglob("*.rs") if "tests" not in p.stem)
+
+
+@pytest.mark.parametrize("path", rust_files(), ids=lambda p: str(p.relative_to(ENGINE)))
+def test_rust_modules_use_lower_rows(path):
+    own = path.relative_to(ENGINE).parts[0].removesuffix(".rs")
+    assert own in RUST_LEVEL, f"{own} has no row: give it one here and in emsim/README.md"
+    # unit tests at the end of a file may use anything
+    text = path.read_text(encoding="utf-8").partition("#[cfg(test)]")[0]
+    for other in set(re.findall(r"\bcrate::(\w+)", text)) - {own}:
+        assert RUST_LEVEL[other] > RUST_LEVEL[own], f"{own} uses crate::{other}"
