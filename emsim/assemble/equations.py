@@ -5,8 +5,8 @@
     momentum row     Q = p = dL/du          F = -dL/dq - sum effort d(flow)/du - d(sum lambda dh/dt)/du
     lambda row       Q = 0                  F = dh/dt
     mu row           Q = 0                  F = h
-(GGL, the stabilised index-2 form of Gear, Gupta and Leimkuhler.) Virtual and prescribed motions get the momentum
-expressions too: d/dt p + F of such a motion is the force that keeps it what it is (reactions.py).
+(GGL, the stabilised index-2 form of Gear, Gupta and Leimkuhler.) Virtual and prescribed motions get the
+momentum expressions too: d/dt p + F of such a motion is the force that keeps it what it is (reactions.py).
 """
 
 from __future__ import annotations

@@ -1,9 +1,10 @@
 """Kinematics of body frames as expressions, folded to what the scene moves.
 
 A rotation is kept as M * Rot(axis, angle). Rotations about a common axis merge into one angle expression,
-so sines and cosines are taken of the sum once, and a planar scene never sees a matrix product. Components that
-stay constant are floats or constant expressions; products with zeros vanish here or in the graph.
-Vectors are lists of three scalars (expressions or floats) in world axes unless said otherwise. Units: m, rad, s.
+so sines and cosines are taken of the sum once, and a planar scene never sees a matrix product. Components
+that stay constant are floats or constant expressions; products with zeros vanish here or in the graph.
+Vectors are lists of three scalars (expressions or floats) in world axes unless said otherwise. Units: m,
+rad, s.
 """
 
 from __future__ import annotations
@@ -196,7 +197,7 @@ class Rotation:
         return -self.angle if self.axis == (0.0, 0.0, -1.0) else None
 
     def since(self, other: Rotation, axis: tuple[float, float, float]) -> Scalar | None:
-        """The turn about `axis` that leads from `other` to this, where both merged onto it; counts full turns."""
+        """The turn about `axis` that leads from `other` to this, full turns counted; None if not merged."""
         angles: list[Scalar] = []
         for r in (self, other):
             if r.axis is None:
@@ -232,7 +233,8 @@ class PointState:
 
 
 class Frame:
-    """A rigid frame: orientation, a reference point `ref` in its own axes that stands at `org` with velocity `vel`.
+    """A rigid frame: orientation, a reference point `ref` in its own axes that stands at `org` with velocity
+    `vel`.
 
     The reference is the joint through which the body was reached, so points at the joint cost nothing.
     """

@@ -1,8 +1,8 @@
 """Closed loops: what a cut joint, a rod, a gear or a drive that finds no coordinate demands of the others.
 
-h(q, t) = 0 for every direction in which the joint cannot move, B relative to A. Rows that fold to the constant 0
-are dropped: in a planar scene these are the out-of-plane ones. The multiplier of a row is the force in the direction of growing
-h, so it acts on B from A.
+h(q, t) = 0 for every direction in which the joint cannot move, B relative to A. Rows that fold to the
+constant 0 are dropped: in a planar scene these are the out-of-plane ones. The multiplier of a row is the
+force in the direction of growing h, so it acts on B from A.
 """
 
 from __future__ import annotations
@@ -74,7 +74,7 @@ def _axis_kept(fa: Frame, fb: Frame, axis: tuple[float, float, float]) -> list[t
 
 
 def _aligned(b: Builder, joint: JointState, fa: Frame, fb: Frame) -> list[tuple[str, Scalar, str]]:
-    """No turn of B against A: about z, x, y. The angle itself where rotations merged, so that half a turn is no solution."""
+    """No turn of B against A, about z, x, y. Merged rotations: the angle, so half a turn is no solution."""
     base = fa.rot
     if joint.kind == "weld" and joint.card.zeros[0]:
         base = base.then(joint.card.direction, joint.card.zeros[0])
@@ -107,7 +107,7 @@ def measure(b: Builder, joint: JointState, fa: Frame, fb: Frame) -> list[Expr]:
 
 
 def _turned(b: Builder, fa: Frame, fb: Frame, axis: tuple[float, float, float]) -> Scalar:
-    """The angle of B against A about a common axis; through atan2 (within half a turn) where rotations did not merge."""
+    """Angle of B against A about a common axis; by atan2, within half a turn, unless they merged."""
     merged = fb.rot.since(fa.rot, axis)
     if merged is not None:
         return merged

@@ -2,38 +2,36 @@
 
 Life cycle:
     m = Machine(ctx)      binds the cards to their specifications
-    m.build()             tree, coordinates, frames, loops, branches, start; the circuit's nodes and branches are known,
-                          no element has contributed yet
+    m.build()             tree, coordinates, frames, loops, branches, start; the circuit's nodes and branches
+                          are known, no element has contributed yet
     m.contribute()        energies, powers, loops -> rows; after the elements
     m.probe(fn, args, span)   any time, from Context.compile
     m.default_outputs()   names of what is recorded when nothing is asked for
     m.report()            facts for `emsim check`
-Errors are reported to ctx.sink; after an error `broken` is set, probes answer 0 and contribute() does nothing.
-`imbalances` [(name, power Expr)] are powers that appear from nowhere; `flag_warnings` {flag name: text} are said when such a
-flag turns 1 during a run. The machine is the scene `s` that cards see (cards/base.py).
+Errors are reported to ctx.sink; after an error `broken` is set, probes answer 0 and contribute() does
+nothing. `imbalances` [(name, power Expr)] are powers that appear from nowhere; `flag_warnings` {flag name:
+text} are said when such a flag turns 1 during a run. The machine is the scene `s` that cards see
+(cards/base.py).
 """
 
 from __future__ import annotations
 
-from ..cards import CARDS
-from ..diagnostics import suggest
 from . import coordinates, equations, loops, probes, reactions, start
-from .kinematics import PointState, constant, dot, is_zero, subtract
+from .binding import Binding
+from .kinematics import constant, dot, is_zero, subtract
 from .loops import Row
-from .scene import JointState, place
-from .tree import GROUND, Edge, plan
+from .scene import JointState, leaves_plane, place
+from .tree import Edge, plan
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any
 
     from .._engine import Expr
-    from ..cards.base import Card, Own
+    from ..cards.base import Card, Own, PointView, Scalar
     from ..cards.body import Body
     from ..cards.drive import Drive
     from ..cards.gear import Gear
-    from ..cards.joint import Joint
-    from ..deck import Ref
     from ..diagnostics import Span
     from ..expr import Node
     from .context import Context
@@ -43,28 +41,14 @@ if TYPE_CHECKING:
     from .start import Start
     from .tree import Plan
 
-ORIGIN = (0.0, 0.0, 0.0)
 
-
-class Machine:
+class Machine(Binding):
     """All mechanical cards of a deck and what the compiler makes of them."""
 
     def __init__(self, ctx: Context) -> None:
-        self.ctx = ctx
-        self.b = ctx.b
-        self.sink = ctx.sink
-        self.models = ctx.flat.models
-        self.gravity: tuple[float, float, float] = ctx.flat.gravity or ORIGIN
-        self.broken = False
-        # cards by role
-        self.bodies: dict[str, Body] = {}
-        self.points: dict[str, tuple[str, tuple[float, ...]]] = {}
-        self.couplings: dict[str, Card] = {}
-        self.drives: list[Drive] = []
-        self.gears: list[Gear] = []
+        super().__init__(ctx)
         self.active: list[Card] = []  # everything that contributes
         # the scene
-        self.joints: dict[str, JointState] = {}
         self.plan: Plan
         self.roots: dict[str, list[Coordinate]] = {}
         self.own: list[Coordinate] = []
@@ -91,133 +75,6 @@ class Machine:
         self.flag_warnings: dict[str, str] = {}
         self._last_row = -1
         ctx.machine = self  # expressions compiled on the way read it
-        self._bind()
-
-    # binding --------------------------------------------------------------------------------------
-
-    def _bind(self) -> None:
-        """Cards to their specifications, one table a role; names unique among mechanical things."""
-        taken: dict[str, Card] = {}
-        joint_cards: list[Joint] = []
-        for raw in self.ctx.flat.machine:
-            card: Any = CARDS[raw.kind](raw, self.sink)
-            self.broken |= not card.ok
-            first = taken.setdefault(card.name, card)
-            if first is not card:
-                self._fail(
-                    "E234",
-                    f"{raw.kind} {card.name}: the name is taken by {first.spec.word} {card.name}",
-                    card.span,
-                    "names of bodies, joints and couplings are one space",
-                )
-            elif card.name in (GROUND, "gnd"):
-                self._fail("E234", f"{raw.kind} {card.name}: {card.name} is the ground", card.span)
-            elif not card.ok:
-                continue
-            elif not card.supported:
-                self.couplings[card.name] = card
-                self.sink.warning(
-                    "W230", f"{raw.kind} {card.name} is not supported yet and has no effect", card.span
-                )
-            elif raw.kind == "BODY":
-                self.bodies[card.name] = card
-            elif raw.kind == "POINT":
-                self.points[card.name] = (card.body, card.local)
-            elif raw.kind == "JOINT":
-                joint_cards.append(card)
-            else:
-                self.couplings[card.name] = card
-                if raw.kind == "DRIVE":
-                    self.drives.append(card)
-                elif raw.kind == "GEAR":
-                    self.gears.append(card)
-        for name, (body, _) in self.points.items():
-            if body != GROUND and body not in self.bodies:
-                self._fail_name(
-                    "E235", f"POINT {name}: no body is named {body}", body, self.bodies, taken[name].span
-                )
-        for card in joint_cards:
-            self._tie(card)
-        for card in self.couplings.values():
-            self._check_terminals(card)
-
-    def _tie(self, card: Joint) -> None:
-        """The two ends of a joint."""
-        ends = [self._locate_ref(ref, f"JOINT {card.name}") for _, _, ref in card.terminals[:2]]
-        if ends[0] is None or ends[1] is None:
-            return
-        if ends[0][0] == ends[1][0]:
-            self._fail("E237", f"JOINT {card.name} ties {ends[0][0]} to itself", card.span)
-            return
-        self.joints[card.name] = JointState(card, ends[0], ends[1])
-
-    def _check_terminals(self, card: Card) -> None:
-        """Do the names on a coupling exist, and are they of the right kind?"""
-        what = f"{card.spec.word} {card.name}"
-        for label, kind, ref in card.terminals:
-            if kind == "joint" or (kind == "turnable" and ref.name not in self.bodies):
-                joint = self.joints.get(ref.name)
-                if joint is None:
-                    known = [*self.joints, *self.bodies] if kind == "turnable" else [*self.joints]
-                    is_what = (
-                        " is a body, not a joint" if ref.name in self.bodies else " is no joint of this deck"
-                    )
-                    self._fail_name("E236", f"{what}: {ref.name}{is_what}", ref.name, known, ref.span)
-                elif len(joint.card.search) != 1:
-                    self._fail(
-                        "E241",
-                        f"{what} needs a joint with one coordinate, a pin or a slide; {ref.name} is a {joint.kind}",
-                        ref.span,
-                    )
-            elif kind == "point":
-                self._locate_ref(ref, what)
-            del label
-
-    def _locate_ref(self, ref: Ref, what: str) -> tuple[str, tuple[float, ...]] | None:
-        """(body, point in its axes) of a word on a card."""
-        local = None
-        if ref.point is not None:
-            if len(ref.point) not in (2, 3) or not all(isinstance(v, (int, float)) for v in ref.point):
-                self._fail("E246", f"{what}: a point has two or three numbers, {ref.name}(x,y)", ref.span)
-                return None
-            local = tuple(float(v) for v in ref.point)
-        found = self.locate(ref.name, local)
-        if found is None:
-            known = [*self.bodies, *self.points]
-            if ref.name in self.joints:
-                self._fail("E235", f"{what}: {ref.name} is a joint; a body or point is needed here", ref.span)
-            else:
-                self._fail_name(
-                    "E235", f"{what}: no body or point is named {ref.name}", ref.name, known, ref.span
-                )
-        return found
-
-    def locate(self, name: str, local: tuple[float, ...] | None) -> tuple[str, tuple[float, ...]] | None:
-        """A body's origin, its point (x,y[,z]), a named point, or name.com."""
-        if name == GROUND or name in self.bodies:
-            return name, ((*local, 0.0)[:3] if local is not None else ORIGIN)
-        if local is not None:
-            return None
-        if name in self.points:
-            return self.points[name]
-        owner, dot_, last = name.rpartition(".")
-        if dot_ and last == "com" and owner in self.bodies:
-            return owner, self.bodies[owner].centre
-        return None
-
-    def _fail(self, code: str, message: str, span: Span | None, hint: str | None = None) -> None:
-        self.broken = True
-        self.sink.error(code, message, span, hint)
-
-    def _fail_name(self, code: str, message: str, word: str, known: Any, span: Span | None) -> None:
-        close = suggest(word, known)
-        listed = ", ".join(list(known)[:8])
-        self._fail(
-            code,
-            message,
-            span,
-            f"did you mean {close}?" if close else f"there are: {listed}" if listed else None,
-        )
 
     # building -------------------------------------------------------------------------------------
 
@@ -231,9 +88,9 @@ class Machine:
         rows_of = coordinates.drives_and_gears(self)
         if not self.broken and self._errors() == errors:
             reactions.prepare(self)
-            coordinates.allocate(self, self._coordinates())
+            coordinates.allocate(self, self.all_coordinates())
             self._last_row = self._newest()
-            self.frames = place(self.b, self.plan, self.joints, self._free_roots(), self._fixed())
+            self.frames = place(self.b, self.plan, self.joints, self.roots, self._fixed())
             coordinates.prescribe(self)
             self._close(*rows_of)
             self._couple()
@@ -278,7 +135,7 @@ class Machine:
 
     def _check_space(self) -> None:
         """Free bodies and one-number inertias are for planar scenes."""
-        out = next((j for j in self.joints.values() if _leaves_plane(j)), None)
+        out = next((j for j in self.joints.values() if leaves_plane(j)), None)
         if out is None and not self.gravity[2]:
             return
         why = f"joint {out.name} leaves the plane" if out is not None else "gravity has a z component"
@@ -290,18 +147,15 @@ class Machine:
                 "tie it to ground through joints",
             )
         for joint in self.joints.values():
-            if joint.kind in ("free", "planar", "pinslot") and joint.kind == "free":
+            if joint.kind == "free":
                 self._fail(
                     "E247", f"free joint {joint.name} in space is not supported yet ({why})", joint.card.span
                 )
 
-    def _coordinates(self) -> list[Coordinate]:
+    def all_coordinates(self) -> list[Coordinate]:
         """All of them in deck order: joints, then free bodies."""
         result = [c for joint in self.joints.values() for c in joint.coordinates]
         return result + [c for cs in self.roots.values() for c in cs]
-
-    def _free_roots(self) -> dict[str, list[Coordinate]]:
-        return self.roots
 
     def _fixed(self) -> dict[str, tuple[float, float, float]]:
         return {n: (b.x, b.y, b.angle) for n, b in self.bodies.items() if b.fixed}
@@ -321,8 +175,8 @@ class Machine:
             if gap:
                 self._fail(
                     "E242",
-                    f"the loop of joints {', '.join(self.loop_of(name))} cannot close: {gap:.3g} are left at {name} "
-                    "whatever moves",
+                    f"the loop of joints {', '.join(self.loop_of(name))} cannot close: "
+                    f"{gap:.3g} are left at {name} whatever moves",
                     joint.card.span,
                     "check the points and axes of the joints",
                 )
@@ -424,16 +278,18 @@ class Machine:
             equations.contribute(self)
             reactions.fill_waiting(self)
 
-    def public(self, e: Expr) -> Expr:
+    def public(self, e: Scalar) -> Expr:
         """`e` with symbols replaced by what they stand for."""
+        if isinstance(e, (int, float)):
+            return self.b.const(float(e))
         return self.b.substitute([e], self.pairs)[0] if self.pairs else e
 
     def public_all(self, es: list[Expr]) -> list[Expr]:
         return self.b.substitute(es, self.pairs) if self.pairs else es
 
-    def own_aware(self, e: Expr) -> Expr:
+    def own_aware(self, e: Scalar) -> Expr:
         """Raw while a co-energy is compiled (it will be differentiated), else public."""
-        return e if self.own_symbols is not None else self.public(e)
+        return self.b.const(0.0) + e if self.own_symbols is not None else self.public(e)
 
     def rate(self, e: Expr) -> Expr:
         """de/dt along the motion."""
@@ -472,10 +328,10 @@ class Machine:
         finally:
             self.own_symbols = None
 
-    def add_f(self, row: int, e: Expr) -> None:
+    def add_f(self, row: int, e: Scalar) -> None:
         self.b.add_f(row, self.public(e))
 
-    def add_q(self, row: int, e: Expr) -> None:
+    def add_q(self, row: int, e: Scalar) -> None:
         if constant(e) != 0.0:
             self.b.add_q(row, self.public(e))
 
@@ -497,15 +353,15 @@ class Machine:
             self.b.g(index, index, -1.0)
         return self.b.x(index)
 
-    def distance(self, p: PointState, q: PointState) -> tuple[Expr, Expr]:
+    def distance(self, p: PointView, q: PointView) -> tuple[Expr, Expr]:
         d, dv = subtract(q.pos, p.pos), subtract(q.vel, p.vel)
         length = self.b.call("sqrt", dot(d, d))
         return length, (self.b.const(0.0) + dot(d, dv)) / length
 
-    def abs(self, e: Expr) -> Expr:
+    def abs(self, e: Scalar) -> Expr:
         return self.ctx.abs_(self.public(e))
 
-    def clamp(self, e: Expr, lo: float, hi: float, name: str, warn: str) -> Expr:
+    def clamp(self, e: Scalar, lo: float, hi: float, name: str, warn: str) -> Expr:
         e = self.public(e)
         if e.value is not None:
             return self.b.const(min(max(e.value, lo), hi))
@@ -524,21 +380,6 @@ class Machine:
         if self.broken:
             return self.b.const(0.0) if fn in probes.ONLY_MECHANICAL or not args else None
         return probes.probe(self, fn, args, span)
-
-    def default_outputs(self) -> list[str]:
-        """What is recorded when nothing is asked for: coordinates, speeds, coupling forces."""
-        if self.broken:
-            return []
-        names = [n for c in self._coordinates() for n in (c.q_name, c.u_name)]
-        for joint in self.joints.values():
-            if joint.cut and len(joint.qs) == 1:
-                words = ("angle", "omega") if joint.rotary else ("pos", "vel")
-                names += [f"{word}({joint.name})" for word in words]
-        for card in self.active:
-            for word, value in card.probes(self).items():
-                if word in ("force", "torque") and not callable(value):
-                    names.append(f"{word}({card.name})")
-        return names
 
     def all_names(self) -> list[str]:
         return [*self.joints, *self.bodies, *self.couplings]
@@ -576,54 +417,12 @@ class Machine:
 
     def report(self) -> dict[str, Any]:
         """Facts for `emsim check`; empty after errors."""
-        if self.broken:
-            return {}
-        return {
-            "bodies": [
-                {"name": n, "m": b.m, "inertia": b.inertia, "com": b.centre} for n, b in self.bodies.items()
-            ],
-            "joints": [
-                {
-                    "name": j.name,
-                    "kind": j.kind,
-                    "a": j.a,
-                    "b": j.b,
-                    "role": "cut" if j.cut else "tree",
-                    "coordinates": [self._coordinate_facts(c) for c in j.coordinates],
-                }
-                for j in self.joints.values()
-            ],
-            "free_bodies": [
-                {"name": n, "coordinates": [self._coordinate_facts(c) for c in cs]}
-                for n, cs in self.roots.items()
-            ],
-            "couplings": [
-                {"name": n, "card": c.spec.word, "supported": c.supported} for n, c in self.couplings.items()
-            ],
-            "unknowns": 2 * len(self.own)
-            + sum(c.row >= 0 for c in self.given)
-            + 2 * len(self.rows)
-            + len(self.derivatives),
-            "degrees_of_freedom": self.found.dof,
-            "loops": [self.loop_of(name) for name in self.plan.cut],
-            "constraint_rows": [f"{row.owner} {row.label}" for row in self.rows],
-            "redundant_rows": [f"{row.owner} {row.label}" for row in self.found.redundant],
-            "singular_start": self.found.singular,
-            "folded_rows": self.folded,
-            "planar": not any(_leaves_plane(j) for j in self.joints.values()),
-            "moved": self.found.moved,
-            "operations": self.operations,
-        }
+        from .inventory import report
 
-    def _coordinate_facts(self, c: Coordinate) -> dict[str, Any]:
-        tie = self.ties.get(id(c))
-        role = (
-            "driven" if c.drive is not None else f"follows {tie.leader.q_name}" if tie is not None else "own"
-        )
-        return {"name": c.q_name, "speed": c.u_name, "unit": c.unit, "role": role}
+        return {} if self.broken else report(self)
 
+    def default_outputs(self) -> list[str]:
+        """Names of what is recorded when nothing is asked for: coordinates, speeds, coupling forces."""
+        from .inventory import default_outputs
 
-def _leaves_plane(joint: JointState) -> bool:
-    """Does a joint's axis leave the plane?"""
-    x, y, z = joint.card.direction
-    return (joint.kind == "pin" and bool(x or y)) or (joint.kind in ("slide", "pinslot") and bool(z))
+        return [] if self.broken else default_outputs(self)

@@ -1,8 +1,8 @@
 """Reading the machine by name: angle(j) x(P) fx(j) torque(c) energy() ... as expressions.
 
 A function is mechanical only when its argument names something mechanical; else `probe` answers None and the
-circuit may know the name. Time derivatives (alpha acc ax ay az, the current of a C-like TRANSDUCER) are unknowns of
-their own: Q is what is differentiated, F = -unknown.
+circuit may know the name. Time derivatives (alpha acc ax ay az, the current of a C-like TRANSDUCER) are
+unknowns of their own: Q is what is differentiated, F = -unknown.
 """
 
 from __future__ import annotations
@@ -265,7 +265,7 @@ def _kinetic(m: Machine, name: str, span: Span | None) -> Expr | None:
 
 
 def _whole(m: Machine, fn: str) -> Expr:
-    """energy() = kinetic + potential + stored in couplings; pe(); ke(); loss(); power() of what is applied."""
+    """energy() = kinetic + potential + stored in couplings; pe() ke() loss(); power() of all applied."""
     from .equations import total
 
     if fn == "power":

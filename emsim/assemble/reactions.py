@@ -1,10 +1,11 @@
 """Reactions: what a joint, a gear or a drive transmits.
 
-Where a joint is cut, its multipliers are the forces: R = sum lambda dh/ds for a virtual motion s of B. Along the tree the
-virtual motion is part of the kinematics and its own equation of motion gives
+Where a joint is cut, its multipliers are the forces: R = sum lambda dh/ds for a virtual motion s of B. Along
+the tree the virtual motion is part of the kinematics and its own equation of motion gives
     R = d/dt(dL/ds') - dL/ds - powers - loops        at s = 0,
-one more unknown with Q = dL/ds', made only for what a deck reads. Forces in N, moments about the joint's point in
-N m, on B from A, in world axes; along a free direction of the joint R is 0 (see torque(c) for what acts there).
+one more unknown with Q = dL/ds', made only for what a deck reads. Forces in N, moments about the joint's
+point in N m, on B from A, in world axes; along a free direction of the joint R is 0 (see torque(c) for what
+acts there).
 """
 
 from __future__ import annotations
@@ -97,7 +98,7 @@ def of_joint(m: Machine, fn: str, joint: JointState) -> Expr:
 
 
 def motion(m: Machine, name: str, unit: str, what: Any) -> Expr:
-    """The force that keeps a virtual or prescribed motion: an unknown of its own, filled in when L is known."""
+    """The force that keeps a virtual or prescribed motion: an unknown, its row filled in when L is known."""
     index = m.derivatives.get(name)
     if index is None:
         index = m.derivatives[name] = m.b.unknown(name, "derivative", unit, 0.0)

@@ -2,16 +2,18 @@
 
 A coordinate is one of
     own       an unknown q with its speed u
-    given     prescribed by a DRIVE: free symbols stand for q and u until everything is differentiated, then the
-              functions of time take their place; so what the drive applies is the equation of that very coordinate
+    given     prescribed by a DRIVE: free symbols stand for q and u until everything is differentiated, then
+              the functions of time take their place; so what the drive applies is the equation of that very
+              coordinate
     follows   tied to another coordinate by a GEAR: q = ratio * q(other)
-A virtual motion (symbols s, ds/dt) is added at a joint whose reaction is asked for; it is 0, and its equation of motion is the reaction.
+A virtual motion (symbols s, ds/dt) is added at a joint whose reaction is asked for; it is 0, and its
+equation of motion is the reaction.
 """
 
 from __future__ import annotations
 
 from ..cards.joint import KINDS
-from .kinematics import WORLD_AXES, Frame, Moving, dot, ground, scale, settle, times
+from .kinematics import WORLD_AXES, Frame, Moving, dot, ground, settle, times
 from .tree import GROUND
 
 TYPE_CHECKING = False
@@ -180,7 +182,7 @@ def _carry(moving: Moving, joint: JointState, sign: float) -> None:
 
 
 def _measured(joint: JointState, motion: str, world: list[Scalar], c: Coordinate) -> tuple[Expr, Expr]:
-    """Coordinate and speed with the virtual motion along the axis counted in: a reaction acts across it only."""
+    """Coordinate and speed, virtual motion along the axis counted in: a reaction acts across it only."""
     q, u = c.q, c.u
     for (kind, k), virtual in joint.virtuals.items():
         if (kind == "turn") == (motion == "turn") and kind != "gear":
@@ -204,4 +206,7 @@ def displaced(frame: Frame, at: tuple[float, ...], virtual: Virtual) -> Frame:
     return moving.frame(frame.name, at)
 
 
-__all__ = ["Coordinate", "JointState", "Virtual", "displaced", "place", "scale"]
+def leaves_plane(joint: JointState) -> bool:
+    """Does a joint's axis leave the plane?"""
+    x, y, z = joint.card.direction
+    return (joint.kind == "pin" and bool(x or y)) or (joint.kind in ("slide", "pinslot") and bool(z))

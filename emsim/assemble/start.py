@@ -1,9 +1,9 @@
 """The start: coordinates that close every loop, speeds that keep them closed, rows that say nothing new.
 
 Positions: mass-weighted projection of the start onto h(q, 0) = 0, `ic=` held. Speeds: the least mass-weighted
-change such that dh/dt = 0. A row is redundant when H = dh/dq loses rank without it, here and at a configuration nearby (a
-change point alone does not make a row redundant). A coordinate whose motion meets no inertia and no constraint cannot be
-integrated: [M; H] must have full column rank.
+change such that dh/dt = 0. A row is redundant when H = dh/dq loses rank without it, here and at a
+configuration nearby (a change point alone does not make a row redundant). A coordinate whose motion meets no
+inertia and no constraint cannot be integrated: [M; H] must have full column rank.
 """
 
 from __future__ import annotations
@@ -15,7 +15,9 @@ if TYPE_CHECKING:
     from .machine import Machine
 
 CLOSE = 1e-9  # a loop is closed when the gap is below this, relative to the scene's size
-RANK = 1e-5  # of singular values; an over-determined loop closes only to the root of the projection's accuracy
+RANK = (
+    1e-5  # of singular values; an over-determined loop closes only to the root of the projection's accuracy
+)
 MOVED = 1e-9
 
 
@@ -64,7 +66,7 @@ def assemble(m: Machine) -> Start:
         if result.singular:
             m.sink.warning(
                 "W233",
-                f"the loop of joints {_loops(m, m.rows)} starts at a change point, where it can go on in two ways",
+                f"the loop of joints {_loops(m, m.rows)} starts at a change point: it can go on in two ways",
                 m.span_of(m.rows[-1].owner),
                 "start it a little aside with ic=, or drive through the point with other joints held",
             )
@@ -143,7 +145,9 @@ def _held_at_cuts(m: Machine) -> list[tuple[Expr, float | None]]:
     return found
 
 
-def _close_loops(m: Machine, x: list[float], hs: list[Expr], cuts: list[Expr], mass: list[list[float]]) -> bool:
+def _close_loops(
+    m: Machine, x: list[float], hs: list[Expr], cuts: list[Expr], mass: list[list[float]]
+) -> bool:
     """Project x onto h = 0; reports what stands in the way."""
     own, rows = [c.row for c in m.own], [c.row for c in m.own]
     held = [c.held for c in m.own]
@@ -193,7 +197,8 @@ def _cannot_close(m: Machine, rows: list[Row], residual: list[float]) -> None:
     unit = "m" if row.unit == "N" else "rad"
     m.sink.error(
         "E242",
-        f"the loop of joints {_loops(m, [row])} cannot close: {abs(residual[worst]):.3g} {unit} are left at {row.owner}",
+        f"the loop of joints {_loops(m, [row])} cannot close: "
+        f"{abs(residual[worst]):.3g} {unit} are left at {row.owner}",
         m.span_of(row.owner),
         "check lengths and points of the bodies, or give guess= nearer to where it closes",
     )
@@ -296,4 +301,3 @@ def _inertia_everywhere(m: Machine, mass: list[list[float]], jacobian: list[list
             m.span_of(body),
             "give it m= and j=, or a shape=; a point mass on its own axis has no inertia",
         )
-

@@ -1,8 +1,8 @@
 """The mechanical graph: a spanning tree from ground, and the joints that close loops.
 
-Bodies are nodes, joints are branches, "0" is ground. Joints are taken in deck order; one that connects two parts not yet
-connected becomes a branch of the tree, the last joint of a loop is the cut one. `cut=yes` and rods are always
-cut. Parts that no joint ties to ground hang on their first body, which is free.
+Bodies are nodes, joints are branches, "0" is ground. Joints are taken in deck order; one that connects two
+parts not yet connected becomes a branch of the tree, the last joint of a loop is the cut one. `cut=yes` and
+rods are always cut. Parts that no joint ties to ground hang on their first body, which is free.
 """
 
 from __future__ import annotations

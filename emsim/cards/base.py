@@ -1,6 +1,7 @@
 """What a machine card is: a specification, and scalars that the compiler differentiates.
 
-The duties of a card, all optional but the first. `s` is the scene (see `Scene` below); every result is an `Expr`.
+The duties of a card, all optional but the first. `s` is the scene (see `Scene` below); every result is an
+`Expr`.
  1. `spec`            the card word, its terminals and parameters with unit, default and meaning.
  2. `check(sink)`     rules between parameters; runs right after binding, reports through the sink.
  3. `prepare(s)`      rules that need the resolved terminals; allocates branch currents.
@@ -8,11 +9,12 @@ The duties of a card, all optional but the first. `s` is the scene (see `Scene` 
  5. `potential(s)`    potential energy V [J], a function of coordinates.
  6. `coenergy(s)`     electrical co-energy W' [J].
     The Lagrangian is L = T - V + W'; momenta are dL/du, forces dL/dq.
- 7. `powers(s)`       list of (effort, flow): the power effort*flow brought INTO the machine [W]. The generalised
-                      force on each coordinate is effort * d(flow)/du with the effort held constant.
+ 7. `powers(s)`       list of (effort, flow): the power effort*flow brought INTO the machine [W]. The
+                      generalised force on each coordinate is effort * d(flow)/du with the effort held
+                      constant.
  8. `stamp(s)`        the electrical side: currents and charges added to node and branch rows.
- 9. `probes(s)`       what can be read by name, of PROBES below: {"torque": Expr, ...}; a function without arguments where
-                      reading costs an unknown, so that it is made only when asked for.
+ 9. `probes(s)`       what can be read by name, of PROBES below: {"torque": Expr, ...}; a function without
+                      arguments where reading costs an unknown, so that it is made only when asked for.
 10. `losses(s)`       power turned into heat [W], >= 0, for loss(); `stored(s)` electrical energy held [J].
 No card writes a mass matrix or a force direction.
 """
@@ -23,7 +25,7 @@ from ..diagnostics import suggest
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Sequence
     from typing import Any, Protocol
 
     from .._engine import Builder, Expr
@@ -31,32 +33,39 @@ if TYPE_CHECKING:
     from ..diagnostics import Sink, Span
 
     Scalar = Expr | float
-    Powers = list[tuple[Expr, Expr]]
-    Probes = dict[str, Expr | Callable[[], Expr]]
+    Powers = list[tuple[Scalar, Scalar]]
+    Probes = dict[str, Scalar | Callable[[], Scalar]]
 
     class JointView(Protocol):
         """A joint as cards see it; `q` and `u` are its one coordinate and speed, B relative to A."""
 
         name: str
         kind: str
-        q: Expr
-        u: Expr
-        rotary: bool  # q is an angle [rad]; otherwise a displacement [m]
+
+        @property
+        def q(self) -> Expr: ...
+        @property
+        def u(self) -> Expr: ...
+        @property
+        def rotary(self) -> bool: ...  # q is an angle [rad]; otherwise a displacement [m]
 
     class PointView(Protocol):
         """A point of a body in world axes: position [m] and velocity [m/s], three components each."""
 
-        pos: list[Expr]
-        vel: list[Expr]
+        @property
+        def pos(self) -> Sequence[Scalar]: ...
+        @property
+        def vel(self) -> Sequence[Scalar]: ...
 
     class BodyView(Protocol):
         """A body in world axes; `spin` is the angular velocity in its own axes [rad/s]."""
 
         name: str
-        omega: list[Expr]
 
+        @property
+        def omega(self) -> Sequence[Scalar]: ...
         def point(self, local: tuple[float, ...]) -> PointView: ...
-        def spin(self) -> list[Expr]: ...
+        def spin(self) -> Sequence[Scalar]: ...
 
     class Scene(Protocol):
         """What the compiler offers to a card."""
@@ -70,19 +79,19 @@ if TYPE_CHECKING:
         def compile(self, value: Any, span: Span) -> Expr: ...  # number, expression or Waveform
         def compile_energy(self, value: Any, span: Span, own: Own) -> Expr: ...  # to be differentiated
         def speeds(self, joint: str) -> list[Expr]: ...  # all speeds of a joint
-        def add_f(self, row: int, e: Expr) -> None: ...  # to F of a row, of equation (1); -1 is ground
-        def add_q(self, row: int, e: Expr) -> None: ...  # to Q of a row
+        def add_f(self, row: int, e: Scalar) -> None: ...  # to F of a row, of equation (1); -1 is ground
+        def add_q(self, row: int, e: Scalar) -> None: ...  # to Q of a row
         def v(self, plus: int, minus: int) -> Expr: ...  # node voltage difference [V]
         def branch(self, name: str) -> int: ...  # a new branch current [A]
         def derivative(self, name: str, unit: str, of: Expr) -> Expr: ...  # d(of)/dt as an unknown
         def distance(self, p: PointView, q: PointView) -> tuple[Expr, Expr]: ...  # [m], [m/s]
-        def abs(self, e: Expr) -> Expr: ...
-        def clamp(self, e: Expr, lo: float, hi: float, name: str, warn: str) -> Expr: ...
+        def abs(self, e: Scalar) -> Expr: ...
+        def clamp(self, e: Scalar, lo: float, hi: float, name: str, warn: str) -> Expr: ...
         def reaction(self, name: str) -> Expr: ...  # effort of a GEAR or DRIVE on its joint
 
 
 class Own:
-    """Free symbols that stand for a card's own voltage, current and coordinate while its energy is compiled."""
+    """Free symbols for a card's own voltage, current and coordinate while its energy is compiled."""
 
     __slots__ = ("card", "coordinate", "current", "joint", "voltage")
 
@@ -99,7 +108,7 @@ PROBES = {"force": "N", "torque": "N m", "i": "A", "v": "V", "p": "W", "gap": "m
 
 
 class Param:
-    """One parameter: `kind` is number, value (number, expression or waveform), vector, word, shape or flag."""
+    """One parameter. kind: number, value (number, expression or waveform), vector, word, shape, flag."""
 
     __slots__ = ("above", "default", "kind", "least", "meaning", "required", "unit", "words")
 
@@ -203,13 +212,13 @@ class Card:
     def prepare(self, s: Scene) -> None:
         """Rules between terminals; branches."""
 
-    def kinetic(self, s: Scene) -> Expr | None:
+    def kinetic(self, s: Scene) -> Scalar | None:
         return None
 
-    def potential(self, s: Scene) -> Expr | None:
+    def potential(self, s: Scene) -> Scalar | None:
         return None
 
-    def coenergy(self, s: Scene) -> Expr | None:
+    def coenergy(self, s: Scene) -> Scalar | None:
         return None
 
     def powers(self, s: Scene) -> Powers:
@@ -221,10 +230,10 @@ class Card:
     def probes(self, s: Scene) -> Probes:
         return {}
 
-    def losses(self, s: Scene) -> Expr | None:
+    def losses(self, s: Scene) -> Scalar | None:
         return None
 
-    def stored(self, s: Scene) -> Expr | None:
+    def stored(self, s: Scene) -> Scalar | None:
         return None
 
 
@@ -234,7 +243,7 @@ def sink_errors(sink: Sink) -> int:
 
 
 def bind(card: Card, raw: MachineCard, sink: Sink) -> bool:
-    """Put the raw card's words and parameters on `card` as its spec says; False when an error was reported."""
+    """Put the raw card's words and parameters on `card` as its spec says; False after an error."""
     spec, before = card.spec, sink_errors(sink)
 
     # terminals: the form with as many words as the card has
@@ -297,6 +306,8 @@ def _convert(card: Card, raw: MachineCard, key: str, param: Param, value: Any, s
     where, what = raw.param_spans.get(key, raw.span), f"{key}= of {raw.kind} {raw.name}"
     if param.kind == "value" or (param.kind == "shape" and not is_number(value)):
         return value
+    if param.kind in ("number", "vector") and param.unit and (unit := strange_unit(where, param.unit)):
+        sink.error("E256", f"{what} is in {param.unit}; {unit} does not fit", where)
     if param.kind in ("word", "flag"):
         word = str(int(value)) if is_number(value) and float(value).is_integer() else word_of(value)
         if param.kind == "flag":
@@ -339,6 +350,34 @@ def _convert(card: Card, raw: MachineCard, key: str, param: Param, value: Any, s
             "E238", f"{what} is {number:g}; {param.meaning} must be greater than {param.above:g}", where
         )
     return number
+
+
+# what may be written after a number -> units of parameters it fits
+FITS = {
+    "kg": ("kg",),
+    "mm": ("m",),
+    "cm": ("m",),
+    "um": ("m",),
+    "deg": ("rad", "rad/s"),
+    "rad": ("rad", "rad/s"),
+    "rpm": ("rad/s",),
+}
+
+
+def strange_unit(where: Span, unit: str) -> str | None:
+    """A unit in the user's text at `where` that a parameter in `unit` cannot have."""
+    text = where.text.lower()
+    wanted = [u.strip() for u in unit.replace(",", " or ").replace("and per second", "rad/s").split(" or ")]
+    for word, fits in FITS.items():
+        at = text.find(word)
+        while at > 0:
+            after = text[at + len(word) : at + len(word) + 1]
+            if (text[at - 1].isdigit() or text[at - 1] == ".") and not after.isalnum():
+                if not any(u in wanted for u in fits):
+                    return word
+                break
+            at = text.find(word, at + 1)
+    return None
 
 
 def word_of(value: Any) -> str | None:

@@ -16,15 +16,15 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any
 
-    from .._engine import Expr
     from ..diagnostics import Sink
-    from .base import Scene
+    from .base import Scalar, Scene
 
 
 class Body(Card):
     spec = Spec(
         "BODY",
-        "BODY name m= [j=] [com=(x,y)] [shape=rod(l) / box(w,h) / disc(r)] [x= y= angle= vx= vy= omega=] [fixed=yes]",
+        "BODY name m= [j=] [com=(x,y)] [shape=rod(l)/box(w,h)/disc(r)] "
+        "[x= y= angle= vx= vy= omega=] [fixed=yes]",
         terminals="",
         mark=("m", "shape", "fixed"),
         meaning="a rigid body",
@@ -129,7 +129,7 @@ class Body(Card):
             self.inertia = (*j, 0.0, 0.0, 0.0)[:6]
             self.spatial_inertia = True
 
-    def kinetic(self, s: Scene) -> Expr | None:
+    def kinetic(self, s: Scene) -> Scalar | None:
         frame = s.frame(self.name)
         v = frame.point(self.centre).vel
         w = frame.spin()
@@ -140,7 +140,7 @@ class Body(Card):
             energy = energy + jxy * (w[0] * w[1]) + jxz * (w[0] * w[2]) + jyz * (w[1] * w[2])
         return energy
 
-    def potential(self, s: Scene) -> Expr | None:
+    def potential(self, s: Scene) -> Scalar | None:
         if self.m == 0.0 or not any(s.gravity):
             return None
         r = s.frame(self.name).point(self.centre).pos

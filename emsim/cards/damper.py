@@ -8,7 +8,7 @@ from .coordinate import OnJointOrPoints
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from .._engine import Expr
-    from .base import Powers, Probes, Scene
+    from .base import Powers, Probes, Scalar, Scene
 
 
 class Damper(OnJointOrPoints):
@@ -38,6 +38,6 @@ class Damper(OnJointOrPoints):
         effort, u = self._effort(s)
         return {self.effort_name(): effort, "power": effort * u}
 
-    def losses(self, s: Scene) -> Expr | None:
+    def losses(self, s: Scene) -> Scalar | None:
         effort, u = self._effort(s)
         return -(effort * u)

@@ -1,7 +1,7 @@
 """DRIVE: prescribed motion of a joint, q(t) or its speed.
 
-The coordinate is replaced by the given function of time; with qd= the speed is given, of time or of anything in
-the deck, and the coordinate is its integral. `torque(drive)` is what the drive applies on the joint.
+The coordinate is replaced by the given function of time; with qd= the speed is given, of time or of anything
+in the deck, and the coordinate is its integral. `torque(drive)` is what the drive applies on the joint.
 """
 
 from __future__ import annotations

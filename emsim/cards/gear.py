@@ -1,7 +1,7 @@
 """GEAR: q(j1) = ratio * q(j2). `lead=` couples a slide and a pin: q(slide) = lead * q(pin) / (2 pi).
 
-Where one of the joints supplies a coordinate, that coordinate is replaced and no equation is added; otherwise the
-relation is a constraint row. `torque(gear)` is what the gear applies on j1.
+Where one of the joints supplies a coordinate, that coordinate is replaced and no equation is added;
+otherwise the relation is a constraint row. `torque(gear)` is what the gear applies on j1.
 """
 
 from __future__ import annotations

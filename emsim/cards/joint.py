@@ -1,9 +1,9 @@
 """JOINT: ties a point of A to a point of B; its coordinate is B relative to A.
 
-A kind is a list of elementary motions of B against A, each with one coordinate: a slide along, or a turn about, an
-axis that is fixed in both bodies. At coordinate 0 plus `zero=` the two frames are aligned. Along the spanning tree the motions
-supply coordinates; where a joint closes a loop they say which directions stay free (assemble/loops.py).
-`damp=` takes damp * u^2 watts in each of its coordinates.
+A kind is a list of elementary motions of B against A, each with one coordinate: a slide along, or a turn
+about, an axis that is fixed in both bodies. At coordinate 0 plus `zero=` the two frames are aligned. Along
+the spanning tree the motions supply coordinates; where a joint closes a loop they say which directions stay
+free (assemble/loops.py). `damp=` takes damp * u^2 watts in each of its coordinates.
 """
 
 from __future__ import annotations
@@ -13,9 +13,8 @@ from .base import Card, Default, Spec
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from .._engine import Expr
     from ..diagnostics import Sink
-    from .base import Powers, Scene
+    from .base import Powers, Scalar, Scene
 
 # kind -> motions: (slide or turn, axis); "axis" is the card's axis=
 KINDS: dict[str, tuple[tuple[str, str], ...]] = {
@@ -58,7 +57,7 @@ class Joint(Card):
     guess: tuple[float, ...] | None
     cut: bool
     damp: float
-    l: float | None
+    l: float | None  # noqa: E741
 
     def check(self, sink: Sink) -> None:
         ref = self.terminals[2][2]
@@ -125,13 +124,14 @@ class Joint(Card):
         else:
             sink.error(
                 "E232",
-                f"ic= of JOINT {self.name} has {len(self.ic)} values; a {self.kind} takes {count} or {2 * count}",
+                f"ic= of JOINT {self.name} has {len(self.ic)} values; "
+                f"a {self.kind} takes {count} or {2 * count}",
                 self.place("ic"),
                 hint="the coordinates, then the speeds: ic=(q,qd)",
             )
 
     def _per_coordinate(self, key: str, given: tuple[float, ...], count: int, sink: Sink) -> list[float]:
-        """One value for each coordinate; a single one is that of a turn (planar, free) or of the slide (pinslot)."""
+        """One value a coordinate; a single one is that of a turn (planar, free) or of the slide (pinslot)."""
         if len(given) == count:
             return list(given)
         if len(given) == 1:
@@ -149,7 +149,7 @@ class Joint(Card):
             return []
         return [(-self.damp * u, u) for u in s.speeds(self.name)]
 
-    def losses(self, s: Scene) -> Expr | None:
+    def losses(self, s: Scene) -> Scalar | None:
         if self.damp == 0.0:
             return None
         total = s.b.const(0.0)

@@ -2,8 +2,8 @@
 
     d/dt(l i) + r i + ke w - v = 0        w = gear * u, on a slide with radius=: gear * u / radius
     T = j/2 w^2,  power into the machine: kt i w - b w^2
-With kt = ke the electrical power ke w i is the mechanical power kt i w; where they differ, (kt - ke) i w watts
-appear from nowhere, and `imbalance` says how many.
+With kt = ke the electrical power ke w i is the mechanical power kt i w; where they differ, (kt - ke) i w
+watts appear from nowhere, and `imbalance` says how many.
 + current into the first node turns B counter-clockwise (along +axis).
 """
 
@@ -14,7 +14,7 @@ from .base import Card, Default, Spec, is_number
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from .._engine import Expr
-    from .base import JointView, Powers, Probes, Scene
+    from .base import JointView, Powers, Probes, Scalar, Scene
 
 MODEL_TYPES = ("dcmotor",)
 
@@ -42,7 +42,7 @@ class Motor(Card):
     kt: float | None
     ke: float | None
     r: float
-    l: float
+    l: float  # noqa: E741
     j: float
     b: float
     tc: float
@@ -74,14 +74,6 @@ class Motor(Card):
                 f"tc= (Coulomb friction) of MOTOR {self.name} is not supported yet and is left out",
                 self.place("tc"),
             )
-        if self.torque_constant != self.emf_constant:
-            gain = self.torque_constant - self.emf_constant
-            s.sink.note(
-                "N231",
-                f"kt and ke of MOTOR {self.name} differ: ({gain:g})*i*w watts appear inside the machine",
-                self.span,
-                hint="kt = ke in SI units in a motor that neither makes nor loses energy",
-            )
         self.row = s.branch(self.name)
 
     def _from_model(self, s: Scene) -> None:
@@ -110,13 +102,13 @@ class Motor(Card):
     def _lever(self) -> float:
         return self.gear if self.radius is None else self.gear / self.radius
 
-    def kinetic(self, s: Scene) -> Expr | None:
+    def kinetic(self, s: Scene) -> Scalar | None:
         w = self._speed()
         return 0.5 * self.j * w * w if self.j else None
 
     def powers(self, s: Scene) -> Powers:
         i, w = s.b.x(self.row), self._speed()
-        result = [(self.torque_constant * i, w)]
+        result: Powers = [(self.torque_constant * i, w)]
         if self.b:
             result.append((-self.b * w, w))
         return result
@@ -128,7 +120,7 @@ class Motor(Card):
         s.add_f(self.row, self.r * i + self.emf_constant * self._speed() - s.v(self.plus, self.minus))
         s.add_q(self.row, self.l * i)
 
-    def imbalance(self, s: Scene) -> Expr | None:
+    def imbalance(self, s: Scene) -> Scalar | None:
         """Power that appears from nowhere [W]."""
         gain = self.torque_constant - self.emf_constant
         return gain * s.b.x(self.row) * self._speed() if gain else None
@@ -138,10 +130,10 @@ class Motor(Card):
         effort = self.torque_constant * self._lever() * i
         return {"torque" if self.joint.rotary else "force": effort, "i": i, "v": v, "p": v * i}
 
-    def losses(self, s: Scene) -> Expr | None:
+    def losses(self, s: Scene) -> Scalar | None:
         i, w = s.b.x(self.row), self._speed()
         return self.r * i * i + self.b * w * w
 
-    def stored(self, s: Scene) -> Expr | None:
+    def stored(self, s: Scene) -> Scalar | None:
         i = s.b.x(self.row)
         return 0.5 * self.l * i * i if self.l else None

@@ -18,7 +18,7 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from .._engine import Expr
     from ..diagnostics import Sink
-    from .base import JointView, Probes, Scene
+    from .base import JointView, Probes, Scalar, Scene
 
 LOG_BASE = 81.0
 
@@ -86,5 +86,5 @@ class Pot(Card):
         current = self.upper * s.v(self.top, self.wiper)
         return {"i": current, "v": s.v(self.top, self.bottom), "p": self._heat(s)}
 
-    def losses(self, s: Scene) -> Expr | None:
+    def losses(self, s: Scene) -> Scalar | None:
         return self._heat(s)

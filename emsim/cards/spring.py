@@ -1,7 +1,7 @@
 """SPRING: linear, on a joint or between two points. V = k/2 (q - q0)^2 + f0 q.
 
-Between points q is their distance and q0 is called l0. `force` is what the spring applies along its coordinate:
--k (q - q0) - f0; between points a positive force pushes them apart.
+Between points q is their distance and q0 is called l0. `force` is what the spring applies along its
+coordinate: -k (q - q0) - f0; between points a positive force pushes them apart.
 """
 
 from __future__ import annotations
@@ -11,9 +11,8 @@ from .coordinate import OnJointOrPoints
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from .._engine import Expr
     from ..diagnostics import Sink
-    from .base import Probes, Scene
+    from .base import Probes, Scalar, Scene
 
 
 class Spring(OnJointOrPoints):
@@ -41,7 +40,7 @@ class Spring(OnJointOrPoints):
             sink.error("E240", f"SPRING {self.name}: {wrong}= does not fit here; {right}", self.place(wrong))
         self.rest = self.q0 if on_joint else self.l0
 
-    def potential(self, s: Scene) -> Expr | None:
+    def potential(self, s: Scene) -> Scalar | None:
         if self.joint is None and self.rest == 0.0 and self.f0 == 0.0:
             # k/2 |P - Q|^2 needs no root, and stays smooth where the points meet
             d = [a - b for a, b in zip(self.q.pos, self.p.pos, strict=True)]

@@ -4,8 +4,9 @@
     L={L(q)}   W' = L i^2/2       flux linkage dW'/di = L i   force dW'/dq = i^2/2 dL/dq
     W={w}      W' = w(v(name), q) or w(i(name), q), saturation included
     K={k(q)}   v = k u, power k i u into the machine
-v is the voltage from n+ to n-, i the current into n+. C-like cards add their charge to the node rows, L-like ones have a
-branch row for the flux linkage; the force comes with dL/dq of the whole machine, so the pair cannot be inconsistent.
+v is the voltage from n+ to n-, i the current into n+. C-like cards add their charge to the node rows, L-like
+ones have a branch row for the flux linkage; the force comes with dL/dq of the whole machine, so the pair
+cannot be inconsistent.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ if TYPE_CHECKING:
 
     from .._engine import Expr
     from ..diagnostics import Sink
-    from .base import JointView, Powers, Probes, Scene
+    from .base import JointView, Powers, Probes, Scalar, Scene
 
 
 class Transducer(Card):
@@ -34,7 +35,7 @@ class Transducer(Card):
         w=Default(None, "J", "co-energy of v(name) or i(name) and the coordinate", "value"),
     )
     c: Any
-    l: Any
+    l: Any  # noqa: E741
     k: Any
     w: Any
     plus: int
@@ -80,7 +81,7 @@ class Transducer(Card):
         self.value, self.energy, self.conjugate, self.effort = real
         self.variable = actual
 
-    def coenergy(self, s: Scene) -> Expr | None:
+    def coenergy(self, s: Scene) -> Scalar | None:
         return None if self.form == "k" else self.energy
 
     def powers(self, s: Scene) -> Powers:
@@ -112,6 +113,6 @@ class Transducer(Card):
         word = "torque" if self.joint.rotary else "force"
         return {word: force, "i": i, "v": v, "p": lambda: v * i(), "power": force * self.joint.u}
 
-    def stored(self, s: Scene) -> Expr | None:
+    def stored(self, s: Scene) -> Scalar | None:
         """Energy = (charge v or flux linkage i) - W' [J]."""
         return None if self.form == "k" else self.conjugate * self.variable - self.energy

@@ -1,0 +1,175 @@
+"""From cards to things with names: bodies, points, joints, couplings; who names what, and what is wrong."""
+
+from __future__ import annotations
+
+from ..cards import CARDS
+from ..cards.joint import KINDS
+from ..diagnostics import suggest
+from .scene import JointState
+from .tree import GROUND
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any
+
+    from ..cards.base import Card
+    from ..cards.body import Body
+    from ..cards.drive import Drive
+    from ..cards.gear import Gear
+    from ..cards.joint import Joint
+    from ..deck import Ref
+    from ..diagnostics import Span
+    from .context import Context
+
+ORIGIN = (0.0, 0.0, 0.0)
+
+
+class Binding:
+    """The machine cards of a deck, bound and named. `broken` after an error."""
+
+    def __init__(self, ctx: Context) -> None:
+        self.ctx = ctx
+        self.b = ctx.b
+        self.sink = ctx.sink
+        self.models = ctx.flat.models
+        self.gravity: tuple[float, float, float] = ctx.flat.gravity or ORIGIN
+        self.broken = False
+        self.failed: set[str] = set()  # names of cards with errors: what refers to them stays silent
+        # cards by role
+        self.bodies: dict[str, Body] = {}
+        self.points: dict[str, tuple[str, tuple[float, ...]]] = {}
+        self.couplings: dict[str, Card] = {}
+        self.drives: list[Drive] = []
+        self.gears: list[Gear] = []
+        self.joints: dict[str, JointState] = {}
+        self._bind()
+
+    def _bind(self) -> None:
+        """Cards to their specifications, one table a role; names unique among mechanical things."""
+        taken: dict[str, Card] = {}
+        joint_cards: list[Joint] = []
+        for raw in self.ctx.flat.machine:
+            card: Any = CARDS[raw.kind](raw, self.sink)
+            if not card.ok:
+                self.broken = True
+                self.failed.add(card.name)
+            first = taken.setdefault(card.name, card)
+            if first is not card:
+                self._fail(
+                    "E234",
+                    f"{raw.kind} {card.name}: the name is taken by {first.spec.word} {card.name}",
+                    card.span,
+                    "names of bodies, joints and couplings are one space",
+                )
+            elif card.name in (GROUND, "gnd"):
+                self._fail("E234", f"{raw.kind} {card.name}: {card.name} is the ground", card.span)
+            elif not card.ok:
+                continue
+            elif not card.supported:
+                self.couplings[card.name] = card
+                self.sink.warning(
+                    "W230", f"{raw.kind} {card.name} is not supported yet and has no effect", card.span
+                )
+            elif raw.kind == "BODY":
+                self.bodies[card.name] = card
+            elif raw.kind == "POINT":
+                self.points[card.name] = (card.body, card.local)
+            elif raw.kind == "JOINT":
+                joint_cards.append(card)
+            else:
+                self.couplings[card.name] = card
+                if raw.kind == "DRIVE":
+                    self.drives.append(card)
+                elif raw.kind == "GEAR":
+                    self.gears.append(card)
+        for name, (body, _) in self.points.items():
+            if body != GROUND and body not in self.bodies:
+                self._fail_name(
+                    "E235", f"POINT {name}: no body is named {body}", body, self.bodies, taken[name].span
+                )
+        for card in joint_cards:
+            self._tie(card)
+        for card in self.couplings.values():
+            self._check_terminals(card)
+
+    def _tie(self, card: Joint) -> None:
+        """The two ends of a joint."""
+        ends = [self._locate_ref(ref, f"JOINT {card.name}") for _, _, ref in card.terminals[:2]]
+        if ends[0] is None or ends[1] is None:
+            self.failed.add(card.name)
+            return
+        if ends[0][0] == ends[1][0]:
+            self._fail("E237", f"JOINT {card.name} ties {ends[0][0]} to itself", card.span)
+            return
+        self.joints[card.name] = JointState(card, ends[0], ends[1])
+
+    def _check_terminals(self, card: Card) -> None:
+        """Do the names on a coupling exist, and are they of the right kind?"""
+        what = f"{card.spec.word} {card.name}"
+        for _, kind, ref in card.terminals:
+            if kind == "joint" or (kind == "turnable" and ref.name not in self.bodies):
+                joint = self.joints.get(ref.name)
+                if joint is None:
+                    known = [*self.joints, *self.bodies] if kind == "turnable" else [*self.joints]
+                    is_what = (
+                        " is a body, not a joint" if ref.name in self.bodies else " is no joint of this deck"
+                    )
+                    self._fail_name("E236", f"{what}: {ref.name}{is_what}", ref.name, known, ref.span)
+                elif len(KINDS[joint.kind]) != 1:
+                    self._fail(
+                        "E241",
+                        f"{what} needs a pin or a slide, with one coordinate; {ref.name} is a {joint.kind}",
+                        ref.span,
+                    )
+            elif kind == "point":
+                self._locate_ref(ref, what)
+
+    def _locate_ref(self, ref: Ref, what: str) -> tuple[str, tuple[float, ...]] | None:
+        """(body, point in its axes) of a word on a card."""
+        local = None
+        if ref.point is not None:
+            if len(ref.point) not in (2, 3) or not all(isinstance(v, (int, float)) for v in ref.point):
+                self._fail("E246", f"{what}: a point has two or three numbers, {ref.name}(x,y)", ref.span)
+                return None
+            local = tuple(float(v) for v in ref.point)
+        found = self.locate(ref.name, local)
+        if found is None:
+            self.broken = True
+            known = [*self.bodies, *self.points]
+            if ref.name in self.joints:
+                self._fail("E235", f"{what}: {ref.name} is a joint; a body or point is needed here", ref.span)
+            else:
+                self._fail_name(
+                    "E235", f"{what}: no body or point is named {ref.name}", ref.name, known, ref.span
+                )
+        return found
+
+    def locate(self, name: str, local: tuple[float, ...] | None) -> tuple[str, tuple[float, ...]] | None:
+        """A body's origin, its point (x,y[,z]), a named point, or name.com."""
+        if name == GROUND or name in self.bodies:
+            return name, ((*local, 0.0)[:3] if local is not None else ORIGIN)
+        if local is not None:
+            return None
+        if name in self.points:
+            return self.points[name]
+        owner, dot_, last = name.rpartition(".")
+        if dot_ and last == "com" and owner in self.bodies:
+            return owner, self.bodies[owner].centre
+        return None
+
+    def _fail(self, code: str, message: str, span: Span | None, hint: str | None = None) -> None:
+        self.broken = True
+        self.sink.error(code, message, span, hint)
+
+    def _fail_name(self, code: str, message: str, word: str, known: Any, span: Span | None) -> None:
+        self.broken = True
+        if word in self.failed or word.rpartition(".")[0] in self.failed:
+            return
+        close = suggest(word, known)
+        listed = ", ".join(list(known)[:8])
+        self._fail(
+            code,
+            message,
+            span,
+            f"did you mean {close}?" if close else f"there are: {listed}" if listed else None,
+        )

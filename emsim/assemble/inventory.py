@@ -1,0 +1,66 @@
+"""What a machine consists of: facts for `emsim check`, and the columns recorded when nothing is asked for."""
+
+from __future__ import annotations
+
+from .scene import leaves_plane
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any
+
+    from .machine import Machine
+    from .scene import Coordinate
+
+
+def default_outputs(m: Machine) -> list[str]:
+    """What is recorded when nothing is asked for: coordinates, speeds, coupling forces."""
+    names = [n for c in m.all_coordinates() for n in (c.q_name, c.u_name)]
+    for joint in m.joints.values():
+        if joint.cut and len(joint.qs) == 1:
+            words = ("angle", "omega") if joint.rotary else ("pos", "vel")
+            names += [f"{word}({joint.name})" for word in words]
+    for card in m.active:
+        for word, value in card.probes(m).items():
+            if word in ("force", "torque") and not callable(value):
+                names.append(f"{word}({card.name})")
+    return names
+
+
+def report(m: Machine) -> dict[str, Any]:
+    """Facts for `emsim check`; empty after errors."""
+    return {
+        "bodies": [{"name": n, "m": b.m, "inertia": b.inertia, "com": b.centre} for n, b in m.bodies.items()],
+        "joints": [
+            {
+                "name": j.name,
+                "kind": j.kind,
+                "a": j.a,
+                "b": j.b,
+                "role": "cut" if j.cut else "tree",
+                "coordinates": [_coordinate_facts(m, c) for c in j.coordinates],
+            }
+            for j in m.joints.values()
+        ],
+        "free_bodies": [
+            {"name": n, "coordinates": [_coordinate_facts(m, c) for c in cs]} for n, cs in m.roots.items()
+        ],
+        "couplings": [
+            {"name": n, "card": c.spec.word, "supported": c.supported} for n, c in m.couplings.items()
+        ],
+        "unknowns": 2 * len(m.own) + sum(c.row >= 0 for c in m.given) + 2 * len(m.rows) + len(m.derivatives),
+        "degrees_of_freedom": m.found.dof,
+        "loops": [m.loop_of(name) for name in m.plan.cut],
+        "constraint_rows": [f"{row.owner} {row.label}" for row in m.rows],
+        "redundant_rows": [f"{row.owner} {row.label}" for row in m.found.redundant],
+        "singular_start": m.found.singular,
+        "folded_rows": m.folded,
+        "planar": not any(leaves_plane(j) for j in m.joints.values()),
+        "moved": m.found.moved,
+        "operations": m.operations,
+    }
+
+
+def _coordinate_facts(m: Machine, c: Coordinate) -> dict[str, Any]:
+    tie = m.ties.get(id(c))
+    role = "driven" if c.drive is not None else f"follows {tie.leader.q_name}" if tie is not None else "own"
+    return {"name": c.q_name, "speed": c.u_name, "unit": c.unit, "role": role}
