@@ -2,7 +2,12 @@
 
 from __future__ import annotations
 
+import os
+
 import pytest
+
+# programs that tests start must find the installed emsim, not the source tree they are started in
+os.environ["PYTHONSAFEPATH"] = "1"
 
 
 @pytest.fixture

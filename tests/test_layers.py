@@ -36,6 +36,7 @@ ROWS = [
     ["cards"],
     ["elements"],
     ["build"],
+    ["build_dots", "build_elements", "build_machine", "build_expr"],
     ["deck", "expr", "syntax", "source"],
     ["units"],
     ["diagnostics"],
@@ -192,3 +193,16 @@ def test_rust_modules_use_lower_rows(path):
     text = path.read_text(encoding="utf-8").partition("#[cfg(test)]")[0]
     for other in set(re.findall(r"\bcrate::(\w+)", text)) - {own}:
         assert RUST_LEVEL[other] > RUST_LEVEL[own], f"{own} uses crate::{other}"
+
+
+def test_the_table_of_decks_is_up_to_date():
+    done = subprocess.run([sys.executable, ROOT / "netlists" / "index.py", "--check"])
+    assert done.returncode == 0, "run python netlists/index.py"
+
+
+def test_the_code_map_names_files_that_exist():
+    text = (PACKAGE / "README.md").read_text(encoding="utf-8")
+    named = re.findall(r"`((?:\w+/)*\w+\.(?:py|rs|pyi|lark))`", text)
+    places = [PACKAGE, PACKAGE / "assemble", ROOT]
+    assert len(named) > 50
+    assert [name for name in named if not any((place / name).exists() for place in places)] == []
