@@ -172,6 +172,9 @@ class Waveforms:
     def events(self) -> list[tuple[float, int, int]]:
         """(time, flag, new value)"""
     @property
+    def chattering(self) -> list[int]:
+        """Flags that slid along their threshold: they were followed to 1e-4 of the span."""
+    @property
     def stats(self) -> dict[str, Any]: ...
     def column(self, k: int) -> bytes:
         """Column k as the bytes of native float64."""

@@ -24,10 +24,11 @@ pub struct Detector {
     quiet_until: Vec<f64>,
 }
 
-/// So many flips within `SHORT` of the span count as chattering: the flag then rests for `REST` of the span.
-const MANY: u32 = 40;
-const SHORT: f64 = 1e-6;
-const REST: f64 = 1e-5;
+/// So many flips within `SHORT` of the span are chattering (sliding along a discontinuity): the flag then rests for
+/// `REST` of the span, so that the run goes on and follows the sliding to that resolution.
+const MANY: u32 = 8;
+const SHORT: f64 = 2e-5;
+const REST: f64 = 1e-4;
 
 impl Detector {
     pub fn new(sys: &System) -> Detector {
@@ -143,15 +144,39 @@ impl Detector {
         Some(Located { at: hi })
     }
 
+    /// How far the fired flags' roots are from having crossed at the end `x` of the repeated step [t0, at]:
+    /// None when one has, else the time to add by linear estimate.
+    pub fn missing(&mut self, sys: &System, w: &mut Work, x: &[f64], t0: f64, at: f64) -> Option<f64> {
+        let mut now = std::mem::take(&mut self.now);
+        sys.eval_roots(w, x, at, &mut now);
+        let mut least = f64::INFINITY;
+        for &k in &self.fired {
+            if now[k] > 0.0 {
+                least = 0.0;
+                break;
+            }
+            let slope = (now[k] - self.before[k]) / (at - t0);
+            if slope > 0.0 {
+                least = least.min(-now[k] / slope);
+            }
+        }
+        self.now = now;
+        (least > 0.0).then_some(least)
+    }
+
     /// Book-keeping after the flags have been flipped at t: a flag that flips again and again in no time rests a while.
-    pub fn flipped(&mut self, t: f64, span: f64) {
+    /// Returns a flag that has just been put to rest.
+    pub fn flipped(&mut self, t: f64, span: f64) -> Option<usize> {
+        let mut resting = None;
         for &k in &self.fired {
             let (begin, count) = self.recent[k];
             self.recent[k] = if t - begin < SHORT * span { (begin, count + 1) } else { (t, 1) };
             if self.recent[k].1 >= MANY {
                 self.quiet_until[k] = t + REST * span;
                 self.recent[k] = (f64::NEG_INFINITY, 0);
+                resting = Some(k);
             }
         }
+        resting
     }
 }

@@ -27,9 +27,10 @@ struct Dc<'a> {
     held: Vec<Option<f64>>, // this unknown is fixed
     forced: Vec<(usize, f64)>,
     residual: Vec<f64>,
-    live: bool, // flags follow their roots
 }
 
+/// A condition that has flipped so often has no state at rest (a relaxation oscillator): the point goes on without it.
+const CHATTER: usize = 25;
 /// Conductance that holds a forced node (`.ic`, `.nodeset`) at its value.
 const FORCE: f64 = 1e10;
 
@@ -79,7 +80,6 @@ impl<'a> Dc<'a> {
             held,
             forced: Vec::new(),
             residual: vec![0.0; n],
-            live: true,
         })
     }
 
@@ -97,10 +97,6 @@ impl<'a> Dc<'a> {
         let mut worst = 0;
         let mut flips = 0;
         for iteration in 1..=most {
-            // conditions follow the iterate, until they chatter: then they are left as they are
-            if self.live && iteration > 1 && flips < 30 && sys.update_flags(w, x, 0.0) {
-                flips += 1;
-            }
             sys.eval_jacobian(w, x, 0.0, true);
             w.counters.iterations += 1;
             self.matrix.fill(0.0);
@@ -142,7 +138,12 @@ impl<'a> Dc<'a> {
                 }
                 x[i] = new;
             }
-            let settled = !self.live || flips >= 30 || !sys.update_flags(w, x, 0.0);
+// conditions follow the iterate, until they chatter: then they are left as they are
+            let mut settled = true;
+            if flips < CHATTER && sys.update_flags(w, x, 0.0) {
+                flips += 1;
+                settled = flips == CHATTER;
+            }
             if largest <= 1.0 && !w.limited && settled && (iteration > 1 || sys.linear) {
                 return Ok(iteration);
             }

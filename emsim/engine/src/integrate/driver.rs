@@ -37,7 +37,8 @@ pub struct Outcome {
     pub status: Status,
     pub failed: Option<Failed>,
     pub events: Vec<(f64, usize, bool)>,
-    pub notes: Vec<String>,
+    /// flags that chattered and were put to rest for a while
+    pub resting: Vec<usize>,
 }
 
 /// Called now and then with (t, h, steps, events); false stops the run.
@@ -46,7 +47,7 @@ pub type Tick<'a> = dyn FnMut(f64, f64, u64, u64) -> bool + 'a;
 const TICK: u64 = 64;
 
 pub fn run(sys: &System, w: &mut Work, a: Transient, o: &Options, record: &mut Record, tick: &mut Tick) -> Outcome {
-    let mut outcome = Outcome { status: Status::Ok, failed: None, events: Vec::new(), notes: Vec::new() };
+    let mut outcome = Outcome { status: Status::Ok, failed: None, events: Vec::new(), resting: Vec::new() };
     let fail = |outcome: &mut Outcome, t, h, during, why, tried| {
         outcome.status = Status::Failed;
         outcome.failed = Some(Failed { t, h, during, why, tried });
@@ -167,10 +168,23 @@ pub fn run(sys: &System, w: &mut Work, a: Transient, o: &Options, record: &mut R
                     let candidate = Candidate { end: method.candidate(), dense: &inside, long: dense };
                     located = detector.locate(sys, w, &candidate, t, t1, &mut scratch);
                 }
-                if let Some(Located { at }) = located {
+                if let Some(Located { mut at }) = located {
                     if at < t1 && at - t > smallest {
-                        // step onto the event: the same step, shorter
-                        match method.attempt(sys, w, at - t, &tol) {
+                        // step onto the event: the same step, shorter; a little further where dense output was early
+                        let mut again = method.attempt(sys, w, at - t, &tol);
+                        for _ in 0..6 {
+                            if !matches!(again, Attempt::Good { .. }) {
+                                break;
+                            }
+                            let Some(more) = detector.missing(sys, w, method.candidate(), t, at) else { break };
+                            let further = at + (2.0 * more).max(1e-12 * step).max(smallest);
+                            if further >= t1 {
+                                break;
+                            }
+                            at = further;
+                            again = method.attempt(sys, w, at - t, &tol);
+                        }
+                        match again {
                             Attempt::Good { .. } => {}
                             Attempt::TooLarge { next } | Attempt::Stuck { next, .. } => {
                                 w.counters.rejected += 1;
@@ -205,7 +219,11 @@ pub fn run(sys: &System, w: &mut Work, a: Transient, o: &Options, record: &mut R
                         outcome.events.push((te, k, w.flags[k] != 0.0));
                     }
                     w.counters.events += 1;
-                    detector.flipped(te, span);
+                    if let Some(k) = detector.flipped(te, span) {
+                        if !outcome.resting.contains(&k) {
+                            outcome.resting.push(k);
+                        }
+                    }
                     op::consistent(sys, w, &mut x, t, 1e-9 * step.min(tmax), &tol, false);
                     settle(sys, w, &mut x, t, 1e-9 * step.min(tmax), &tol, &mut outcome.events);
                     method.restart(sys, w, t, &x);

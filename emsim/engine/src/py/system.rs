@@ -209,7 +209,7 @@ impl System {
         });
         let failure = failed.map(|f| failure_dict(py, &self.inner, &f)).transpose()?;
         let status = if failure.is_some() { "failed" } else { "ok" };
-        Ok(Waveforms { record, counters: w.counters, seconds, status, failure, events: vec![] })
+        Ok(Waveforms { record, counters: w.counters, seconds, status, failure, events: vec![], chattering: vec![] })
     }
 
     /// Transient analysis. `progress(t, h, steps, events)` is called now and then; a true return value stops the run.
@@ -268,7 +268,8 @@ impl System {
             Status::Interrupted => "interrupted",
         };
         let events = outcome.events.iter().map(|&(t, k, v)| (t, k, u8::from(v))).collect();
-        Ok(Waveforms { record, counters: w.counters, seconds, status, failure, events })
+        let chattering = outcome.resting;
+        Ok(Waveforms { record, counters: w.counters, seconds, status, failure, events, chattering })
     }
 }
 
@@ -337,6 +338,8 @@ pub struct Waveforms {
     failure: Option<Py<PyDict>>,
     #[pyo3(get)]
     events: Vec<(f64, usize, u8)>,
+    #[pyo3(get)]
+    chattering: Vec<usize>,
 }
 
 #[pymethods]
