@@ -1,7 +1,7 @@
 """How far two runs of a deck are from a tight reference run, signal by signal.
 
-All runs are looked at on the reference's time points, each interpolated between its own points by the same
-rule (interpolate.py). With y the run and r the reference, at a point t
+A run is looked at on its own time points and the reference's, both interpolated between their points by the
+same rule (interpolate.py). With y the run and r the reference, at a point t
 
     deviation(t) = distance of y(t) from [min r, max r] over t - w .. t + w            (1)
 
@@ -92,61 +92,64 @@ def compare(
         common = [name for name in run.signals if name in reference and (other is None or name in other)]
         out.unmatched += [name for name in run.signals if name not in common]
         scales = _scales(reference, common)
-        grid = Grid(run, reference, other, window)
-        out.window = max(out.window, grid.window)
+        start = stop = span = 0.0
+        if reference.axis:
+            times = [table.time for table in (run, reference, other) if table is not None]
+            start, stop = max(t[0] for t in times), min(t[-1] for t in times)
+            if stop <= start:
+                continue
+            span = WINDOW * (stop - start) if window is None else window
+            out.window = max(out.window, span)
+        judge = Judge(run, reference, start, stop, span)
+        judge_other = Judge(other, reference, start, stop, span) if other is not None else None
         for name in common:
             row = Row(kind, name, reference.unit(name) or run.unit(name), scales[name])
-            row.maximum, row.rms, row.worst_at = grid.deviation(run, name, row.scale)
-            if other is not None:
-                row.written_maximum, row.written_rms, _ = grid.deviation(other, name, row.scale)
+            row.maximum, row.rms, row.worst_at = judge.deviation(name, row.scale)
+            if judge_other is not None:
+                row.written_maximum, row.written_rms, _ = judge_other.deviation(name, row.scale)
             out.rows.append(row)
     return out
 
 
-class Grid:
-    """The reference's points in the time that all runs share, with (1) evaluated on them."""
+class Judge:
+    """Evaluates (1) for one run against the reference, on the points of both within start .. stop [s]."""
 
-    def __init__(self, run: Table, reference: Table, other: Table | None, window: float | None) -> None:
+    def __init__(self, run: Table, reference: Table, start: float, stop: float, window: float) -> None:
         import numpy as np
 
-        self.reference, self.window = reference, 0.0
-        self.moving = reference.axis and len(reference) > 1
-        if not self.moving:
+        self.run, self.reference = run, reference
+        if stop <= start:
             return
-        tables = [table for table in (run, reference, other) if table is not None]
-        start, stop = max(t.time[0] for t in tables), min(t.time[-1] for t in tables)
-        self.window = WINDOW * (stop - start) if window is None else window
-        time = reference.time
-        self.keep = (time >= start) & (time <= stop)
-        self.time: np.ndarray = time[self.keep]
-        # the points of the window around each, as slices for reduceat
-        low = np.searchsorted(time, self.time - self.window, side="left")
-        high = np.searchsorted(time, self.time + self.window, side="right")
+        time = np.union1d(reference.time, run.time)
+        self.time: np.ndarray = time[(time >= start) & (time <= stop)]
+        # the reference's points within the window around each, as slices for reduceat, and the window's ends
+        low = np.searchsorted(reference.time, self.time - window, side="left")
+        high = np.searchsorted(reference.time, self.time + window, side="right")
         self.slices = np.column_stack([low, high]).ravel()
+        self.empty = low == high
+        self.ends = np.clip([self.time - window, self.time + window], *reference.time[[0, -1]])
         gaps = np.diff(self.time)
         self.weights = (np.append(gaps, 0) + np.insert(gaps, 0, 0)) / 2
 
-    def deviation(self, table: Table, name: str, scale: float) -> tuple[float, float, float | None]:
+    def deviation(self, name: str, scale: float) -> tuple[float, float, float | None]:
         """Largest and rms deviation in parts of scale, and where the largest is [s]."""
         import numpy as np
 
         from ..interpolate import cubic_many
 
-        if not self.moving:
-            off = abs(float(table[name][-1] - self.reference[name][-1])) / scale
-            return off, off, None
         reference = self.reference[name]
-        value = cubic_many(table.time, table[name], self.time)
-        # the envelope's ends lie between points
-        ends = np.clip([self.time - self.window, self.time + self.window], *self.reference.time[[0, -1]])
-        before, after = cubic_many(self.reference.time, reference, ends)
+        if not self.reference.axis:
+            off = abs(float(self.run[name][-1] - reference[-1])) / scale
+            return off, off, None
+        value = cubic_many(self.run.time, self.run[name], self.time)
+        before, after = cubic_many(self.reference.time, reference, self.ends)
+        low, high = np.minimum(before, after), np.maximum(before, after)
         padded = np.append(reference, reference[-1])
-        low = np.minimum(np.minimum.reduceat(padded, self.slices)[::2], np.minimum(before, after))
-        high = np.maximum(np.maximum.reduceat(padded, self.slices)[::2], np.maximum(before, after))
+        low = np.where(self.empty, low, np.minimum(low, np.minimum.reduceat(padded, self.slices)[::2]))
+        high = np.where(self.empty, high, np.maximum(high, np.maximum.reduceat(padded, self.slices)[::2]))
         off = np.maximum(np.maximum(low - value, value - high), 0.0) / scale
         worst = int(np.argmax(off))
-        total = float(self.weights.sum())
-        rms = float(np.sqrt((self.weights * off**2).sum() / total)) if total > 0 else float(off[worst])
+        rms = float(np.sqrt((self.weights * off**2).sum() / self.weights.sum()))
         return float(off[worst]), rms, float(self.time[worst])
 
 
