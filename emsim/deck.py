@@ -117,6 +117,13 @@ class Element:
         self.value_span = value_span
         self.model: Model | None = None
 
+    @property
+    def is_plain(self) -> bool:
+        """Nothing to evaluate and nothing to look up: a two-terminal element with a number."""
+        return self.value.__class__ is float and not (
+            self.params or self.extra or self.model_name or self.wave
+        )
+
     def __repr__(self) -> str:
         return f"<{self.name} {' '.join(self.nodes)} value={self.value} {self.params}>"
 

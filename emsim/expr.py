@@ -6,9 +6,13 @@ argument that is a bare name is a Name, a node whose name is a number is Name("2
 
 from __future__ import annotations
 
+import math
+
+from .diagnostics import suggest
+
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Iterable, Sequence
 
     from .diagnostics import Span
 
@@ -143,3 +147,413 @@ def _bracketed(node: Node) -> str:
     text = to_text(node)
     plain = isinstance(node, (Name, Call)) or (isinstance(node, Num) and node.value >= 0)
     return text if plain else f"({text})"
+
+
+# ---- meaning on constants ----
+
+_LIMIT = 64  # depth of .func calls
+
+
+class Scope:
+    """What names mean while an expression is evaluated. Subclasses look further than a dict."""
+
+    def __init__(self, values: dict[str, float] | None = None) -> None:
+        self.values: dict[str, float] = {} if values is None else values
+
+    def lookup(self, name: str, span: Span | None) -> float | None:
+        """The value of a parameter, or None when there is none of that name. May raise ExprError."""
+        return self.values.get(name)
+
+    def function(self, name: str) -> tuple[list[str], Node] | None:
+        """Argument names and body of a .func."""
+        return None
+
+    def names(self) -> Iterable[str]:
+        """Parameters in sight, for suggestions."""
+        return self.values
+
+    def probe(self, call: Call) -> Node:
+        """A call that reads the solution (v, i, angle ..), with names as the flat deck knows them."""
+        return call
+
+
+class _FuncScope(Scope):
+    """A .func body sees its arguments first, then what is in sight where it is used."""
+
+    def __init__(self, outer: Scope, values: dict[str, float], depth: int) -> None:
+        super().__init__(values)
+        self.outer = outer
+        self.depth = depth
+
+    def lookup(self, name: str, span: Span | None) -> float | None:
+        value = self.values.get(name)
+        return self.outer.lookup(name, span) if value is None else value
+
+    def function(self, name: str) -> tuple[list[str], Node] | None:
+        return self.outer.function(name)
+
+    def names(self) -> Iterable[str]:
+        return [*self.values, *self.outer.names()]
+
+
+def _sgn(x: float) -> float:
+    return float((x > 0) - (x < 0))
+
+
+def _nint(x: float) -> float:
+    return float(round(x))  # halves go to even, as C's nearbyint does
+
+
+def _power(x: float, y: float) -> float:
+    """ngspice's ^ and **: |x|^y."""
+    return math.pow(abs(x), y)
+
+
+def _signed_power(x: float, y: float) -> float:
+    return math.copysign(math.pow(abs(x), y), x) if x else math.pow(0.0, y)
+
+
+def _table(x: float, *points: float) -> float:
+    """Piecewise linear through (x, y) pairs, constant beyond the ends."""
+    xs, ys = points[0::2], points[1::2]
+    if x <= xs[0]:
+        return ys[0]
+    for x0, y0, x1, y1 in zip(xs, ys, xs[1:], ys[1:], strict=False):
+        if x <= x1:
+            return y1 if x1 == x0 else y0 + (y1 - y0) * (x - x0) / (x1 - x0)
+    return ys[-1]
+
+
+_MATH: dict[str, tuple[int, int, Callable[..., float]]] = {
+    "abs": (1, 1, abs),
+    "sqrt": (1, 1, math.sqrt),
+    "sqr": (1, 1, lambda x: x * x),
+    "exp": (1, 1, math.exp),
+    "ln": (1, 1, math.log),
+    "log": (1, 1, math.log),
+    "log10": (1, 1, math.log10),
+    "db": (1, 1, lambda x: 20.0 * math.log10(abs(x))),
+    "sin": (1, 1, math.sin),
+    "cos": (1, 1, math.cos),
+    "tan": (1, 1, math.tan),
+    "asin": (1, 1, math.asin),
+    "acos": (1, 1, math.acos),
+    "atan": (1, 1, math.atan),
+    "arctan": (1, 1, math.atan),
+    "atan2": (2, 2, math.atan2),
+    "sinh": (1, 1, math.sinh),
+    "cosh": (1, 1, math.cosh),
+    "tanh": (1, 1, math.tanh),
+    "asinh": (1, 1, math.asinh),
+    "acosh": (1, 1, math.acosh),
+    "atanh": (1, 1, math.atanh),
+    "hypot": (2, 2, math.hypot),
+    "floor": (1, 1, math.floor),
+    "ceil": (1, 1, math.ceil),
+    "int": (1, 1, math.trunc),
+    "nint": (1, 1, _nint),
+    "round": (1, 1, _nint),
+    "sgn": (1, 1, _sgn),
+    "sign": (1, 1, _sgn),
+    "min": (1, 99, min),
+    "max": (1, 99, max),
+    "mod": (2, 2, math.fmod),
+    "fmod": (2, 2, math.fmod),
+    "pow": (2, 2, math.pow),
+    "pwr": (2, 2, _power),
+    "u": (1, 1, lambda x: 1.0 if x > 0 else 0.5 if x == 0 else 0.0),
+    "stp": (1, 1, lambda x: 1.0 if x > 0 else 0.0),
+    "u2": (1, 1, lambda x: min(max(x, 0.0), 1.0)),
+    "uramp": (1, 1, lambda x: max(x, 0.0)),
+    "eq0": (1, 1, lambda x: float(x == 0)),
+    "ne0": (1, 1, lambda x: float(x != 0)),
+    "gt0": (1, 1, lambda x: float(x > 0)),
+    "lt0": (1, 1, lambda x: float(x < 0)),
+    "ge0": (1, 1, lambda x: float(x >= 0)),
+    "le0": (1, 1, lambda x: float(x <= 0)),
+    "table": (3, 9999, _table),
+    "pwl": (3, 9999, _table),
+    "limit": (3, 3, lambda x, a, b: min(max(x, min(a, b)), max(a, b))),
+    "deg": (1, 1, math.degrees),
+    "rpm": (1, 1, lambda x: x * 30.0 / math.pi),
+    # random numbers are taken at their nominal value
+    "agauss": (3, 3, lambda nominal, *_: nominal),
+    "gauss": (3, 3, lambda nominal, *_: nominal),
+    "aunif": (2, 2, lambda nominal, *_: nominal),
+    "unif": (2, 2, lambda nominal, *_: nominal),
+}
+# in sources ngspice's pow() takes |x| and pwr() keeps the sign, in .param the other way round (ngspice 39, run)
+_SOURCE_MATH = {**_MATH, "pow": (2, 2, _power), "pwr": (2, 2, _signed_power)}
+_BRANCHING = ("if", "ternary_fcn")
+# left to the run: they need time or the solution
+_DYNAMIC = ("ddt", "idt", "sdt", "idtmod", "delay", "absdelay")
+PROBES = frozenset(
+    [
+        "v",
+        "i",
+        "vm",
+        "vp",
+        "vr",
+        "vdb",
+        "vph",
+        "im",
+        "ip",
+        "ir",
+        "idb",
+        "angle",
+        "omega",
+        "alpha",
+        "pos",
+        "vel",
+        "acc",
+        "x",
+        "y",
+        "z",
+        "vx",
+        "vy",
+        "vz",
+        "ax",
+        "ay",
+        "az",
+        "fx",
+        "fy",
+        "fz",
+        "mx",
+        "my",
+        "mz",
+        "force",
+        "torque",
+        "p",
+        "gap",
+        "energy",
+        "ke",
+        "pe",
+        "power",
+        "loss",
+    ]
+)
+RUN_TIME_NAMES = frozenset(("time", "temper", "hertz"))
+CONSTANTS = {"pi": math.pi, "e": math.e}
+
+_COMPARE: dict[str, Callable[[float, float], float]] = {
+    "<": lambda a, b: float(a < b),
+    "<=": lambda a, b: float(a <= b),
+    ">": lambda a, b: float(a > b),
+    ">=": lambda a, b: float(a >= b),
+    "==": lambda a, b: float(a == b),
+    "!=": lambda a, b: float(a != b),
+    "&&": lambda a, b: float(bool(a) and bool(b)),
+    "||": lambda a, b: float(bool(a) or bool(b)),
+}
+_ARITHMETIC: dict[str, Callable[[float, float], float]] = {
+    "+": lambda a, b: a + b,
+    "-": lambda a, b: a - b,
+    "*": lambda a, b: a * b,
+    "/": lambda a, b: a / b,
+    "**": _power,
+    **_COMPARE,
+}
+
+
+def evaluate(node: Node, scope: Scope) -> float:
+    """The value of an expression of parameters, constants and .func calls. Raises ExprError with a span."""
+    value = _evaluate(node, scope, 0)
+    if not math.isfinite(value):
+        raise ExprError("E124", f"`{_short(node)}` is {value:g}, not a finite number", node.span)
+    return value
+
+
+def _evaluate(node: Node, scope: Scope, depth: int) -> float:
+    if isinstance(node, Num):
+        return node.value
+    if isinstance(node, Name):
+        value = scope.lookup(node.id, node.span)
+        if value is None:
+            value = CONSTANTS.get(node.id)
+        if value is None:
+            raise undefined(node, scope)
+        return value
+    if isinstance(node, Binary):
+        a = _evaluate(node.a, scope, depth)
+        if node.op == "&&" and not a:
+            return 0.0
+        if node.op == "||" and a:
+            return 1.0
+        return _apply(_ARITHMETIC[node.op], (a, _evaluate(node.b, scope, depth)), node)
+    if isinstance(node, Unary):
+        a = _evaluate(node.a, scope, depth)
+        return -a if node.op == "-" else a if node.op == "+" else float(not a)
+    if isinstance(node, Cond):
+        return _evaluate(node.a if _evaluate(node.c, scope, depth) else node.b, scope, depth)
+    assert isinstance(node, Call)
+    return _evaluate_call(node, scope, depth)
+
+
+def _evaluate_call(node: Call, scope: Scope, depth: int) -> float:
+    defined = scope.function(node.fn)
+    if defined is not None:
+        names, body = defined
+        _check_count(node, len(names), len(names))
+        if depth >= _LIMIT:
+            raise ExprError("E121", f"the function `{node.fn}` calls itself without end", node.span)
+        values = [_evaluate(a, scope, depth) for a in node.args]
+        return _evaluate(body, _FuncScope(scope, dict(zip(names, values, strict=True)), depth), depth + 1)
+    if node.fn in _BRANCHING:
+        _check_count(node, 3, 3)
+        return _evaluate(node.args[1 if _evaluate(node.args[0], scope, depth) else 2], scope, depth)
+    if node.fn in _MATH:
+        least, most, function = _MATH[node.fn]
+        _check_count(node, least, most)
+        return _apply(function, tuple(_evaluate(a, scope, depth) for a in node.args), node)
+    if node.fn in PROBES or node.fn in _DYNAMIC:
+        raise ExprError(
+            "E125",
+            f"`{_short(node)}` is known only while the run goes on; a number is needed here",
+            node.span,
+            "B sources, E/G VALUE= and behavioural R, C, L may read the solution",
+        )
+    raise unknown_function(node)
+
+
+def _apply(function: Callable[..., float], args: tuple[float, ...], node: Node) -> float:
+    try:
+        return float(function(*args))
+    except ZeroDivisionError:
+        raise ExprError("E124", f"division by zero in `{_short(node)}`", node.span) from None
+    except (ValueError, OverflowError):
+        shown = ", ".join(f"{a:g}" for a in args)
+        raise ExprError("E124", f"`{_short(node)}` has no value at ({shown})", node.span) from None
+
+
+def _check_count(node: Call, least: int, most: int) -> None:
+    n = len(node.args)
+    if not least <= n <= most:
+        wanted = str(least) if least == most else f"{least} or more" if most > 20 else f"{least} to {most}"
+        raise ExprError(
+            "E123", f"`{node.fn}` takes {wanted} argument{'s' * (wanted != '1')}, not {n}", node.span
+        )
+
+
+def undefined(node: Name, scope: Scope) -> ExprError:
+    """The error for a name that is no parameter in sight."""
+    if node.id in RUN_TIME_NAMES:
+        return ExprError("E125", f"`{node.id}` is known only while the run goes on", node.span)
+    near = suggest(node.id, scope.names())
+    hint = f"did you mean `{near}`?" if near else f"define it: .param {node.id}=..."
+    return ExprError("E120", f"no parameter is called `{node.id}`", node.span, hint)
+
+
+def unknown_function(node: Call) -> ExprError:
+    near = suggest(node.fn, [*_MATH, *_BRANCHING, *PROBES, *_DYNAMIC])
+    return ExprError(
+        "E122", f"there is no function `{node.fn}`", node.span, f"did you mean `{near}`?" if near else None
+    )
+
+
+def fold(node: Node, scope: Scope) -> Node:
+    """The expression with parameters and .func calls substituted and constants folded.
+
+    What only the run knows stays: v() i() time temper ddt() and the machine's calls. Raises ExprError.
+    """
+    return _fold(node, scope, {}, 0)
+
+
+def _fold(node: Node, scope: Scope, bound: dict[str, Node], depth: int) -> Node:
+    if isinstance(node, Num):
+        return node
+    if isinstance(node, Name):
+        if node.id in bound:
+            return bound[node.id]
+        value = scope.lookup(node.id, node.span)
+        if value is None:
+            if node.id in RUN_TIME_NAMES or node.id[0] == "@":
+                return node
+            value = CONSTANTS.get(node.id)
+        if value is None:
+            raise undefined(node, scope)
+        return Num(value, node.span)
+    if isinstance(node, Binary):
+        a, b = _fold(node.a, scope, bound, depth), _fold(node.b, scope, bound, depth)
+        if isinstance(a, Num) and isinstance(b, Num):
+            return _constant(_ARITHMETIC[node.op], [a.value, b.value], Binary(node.op, a, b, node.span))
+        return Binary(node.op, a, b, node.span)
+    if isinstance(node, Unary):
+        a = _fold(node.a, scope, bound, depth)
+        if isinstance(a, Num):
+            value = -a.value if node.op == "-" else a.value if node.op == "+" else float(not a.value)
+            return Num(value, node.span)
+        return a if node.op == "+" else Unary(node.op, a, node.span)
+    if isinstance(node, Cond):
+        c = _fold(node.c, scope, bound, depth)
+        if isinstance(c, Num):
+            return _fold(node.a if c.value else node.b, scope, bound, depth)
+        return Cond(c, _fold(node.a, scope, bound, depth), _fold(node.b, scope, bound, depth), node.span)
+    assert isinstance(node, Call)
+    return _fold_call(node, scope, bound, depth)
+
+
+def _fold_call(node: Call, scope: Scope, bound: dict[str, Node], depth: int) -> Node:
+    defined = scope.function(node.fn)
+    if defined is not None:
+        names, body = defined
+        _check_count(node, len(names), len(names))
+        if depth >= _LIMIT:
+            raise ExprError("E121", f"the function `{node.fn}` calls itself without end", node.span)
+        args = [_fold(a, scope, bound, depth) for a in node.args]
+        return _fold(body, scope, dict(zip(names, args, strict=True)), depth + 1)
+    if node.fn in PROBES:
+        return scope.probe(Call(node.fn, [_fold_place(a, scope, bound, depth) for a in node.args], node.span))
+    args = [_fold(a, scope, bound, depth) for a in node.args]
+    if node.fn in _BRANCHING:
+        _check_count(node, 3, 3)
+        if isinstance(args[0], Num):
+            return args[1 if args[0].value else 2]
+        return Cond(args[0], args[1], args[2], node.span)
+    if node.fn in _SOURCE_MATH:
+        least, most, function = _SOURCE_MATH[node.fn]
+        _check_count(node, least, most)
+        call = Call(node.fn, args, node.span)
+        numbers = [a.value for a in args if isinstance(a, Num)]
+        return _constant(function, numbers, call) if len(numbers) == len(args) else call
+    if node.fn in _DYNAMIC:
+        return Call(node.fn, args, node.span)
+    raise unknown_function(node)
+
+
+def _fold_place(node: Node, scope: Scope, bound: dict[str, Node], depth: int) -> Node:
+    """An argument of a probe: a name stays a name, the numbers of a point are folded."""
+    if isinstance(node, Name):
+        return bound.get(node.id, node)
+    if isinstance(node, Call):
+        return Call(node.fn, [_fold(a, scope, bound, depth) for a in node.args], node.span)
+    return _fold(node, scope, bound, depth)
+
+
+def _constant(function: Callable[..., float], args: list[float], otherwise: Node) -> Node:
+    """The folded constant; where it has no finite value, the expression stays for the run to judge."""
+    try:
+        value = float(function(*args))
+    except (ValueError, OverflowError, ZeroDivisionError):
+        return otherwise
+    return Num(value, otherwise.span) if math.isfinite(value) else otherwise
+
+
+def is_constant(node: Node) -> bool:
+    """True when nothing in the expression reads the solution or the time."""
+    if isinstance(node, Num):
+        return True
+    if isinstance(node, Name):
+        return node.id not in RUN_TIME_NAMES and node.id[0] != "@"
+    if isinstance(node, Binary):
+        return is_constant(node.a) and is_constant(node.b)
+    if isinstance(node, Unary):
+        return is_constant(node.a)
+    if isinstance(node, Cond):
+        return is_constant(node.c) and is_constant(node.a) and is_constant(node.b)
+    assert isinstance(node, Call)
+    return node.fn not in PROBES and node.fn not in _DYNAMIC and all(is_constant(a) for a in node.args)
+
+
+def _short(node: Node) -> str:
+    text = node.span.text if node.span else to_text(node)
+    return text if len(text) <= 60 else text[:57] + "..."

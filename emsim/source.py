@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 class SourceFile:
     """One deck or included file. `text` has `\\n` line ends; `path` is None for text given as a string."""
 
-    __slots__ = ("_starts", "included_from", "name", "path", "text")
+    __slots__ = ("_starts", "included_from", "name", "path", "remarks", "text")
 
     def __init__(
         self, name: str, text: str, path: str | None = None, included_from: Span | None = None
@@ -27,6 +27,12 @@ class SourceFile:
         self.path = path
         self.included_from = included_from
         self._starts: list[int] | None = None
+        self.remarks: list[Any] = []  # diagnostics found while its numbers were read
+
+    @property
+    def has_sections(self) -> bool:
+        """Whether the file is a library of .lib name ... .endl sections."""
+        return "\n.endl" in self.text.lower()
 
     @property
     def starts(self) -> list[int]:
@@ -58,7 +64,7 @@ class SourceFile:
 class Line:
     """A logical line: text[start:end] of a file, with the continuation lines and the comments among them."""
 
-    __slots__ = ("col", "end", "file", "number", "start", "text")
+    __slots__ = ("col", "end", "file", "number", "single", "start", "text")
 
     def __init__(self, file: SourceFile, number: int, col: int, start: int, end: int) -> None:
         self.file = file
@@ -67,12 +73,15 @@ class Line:
         self.start = start
         self.end = end
         self.text = file.text[start:end]
+        self.single = "\n" not in self.text
 
     def span(self, leaf: Any) -> Span:
         """The place of a leaf of the line's tree (a str with `start_pos` and `end_pos`)."""
         return self.span_at(leaf.start_pos, leaf.end_pos)
 
     def span_at(self, start: int, end: int) -> Span:
+        if self.single:
+            return Span(self.file, self.number, self.col + start, self.col + end)
         return self.file.span(self.start + start, self.start + end)
 
     @property

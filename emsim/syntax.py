@@ -24,9 +24,25 @@ if TYPE_CHECKING:
     Tree = tuple[str, list[Any]]
 
 PARTS = ("deck", "lexical", "spice", "mechanics", "expression")
-STARTS = ("dot", "card", "element", "expression")
+STARTS = ("dot", "card", "element", "command", "expression")
 CARD_WORDS = frozenset(
-    "body point joint motor pot spring damper friction stop gear force torque drive contact transducer".split()
+    [
+        "body",
+        "point",
+        "joint",
+        "motor",
+        "pot",
+        "spring",
+        "damper",
+        "friction",
+        "stop",
+        "gear",
+        "force",
+        "torque",
+        "drive",
+        "contact",
+        "transducer",
+    ]
 )
 MAX_NESTING = 100
 
@@ -47,7 +63,9 @@ def grammar_folder() -> str:
     for folder in (os.path.join(package, "grammar"), os.path.join(os.path.dirname(package), "grammar")):
         if os.path.exists(os.path.join(folder, "deck.lark")):
             return folder
-    raise OutsideError(Diagnostic("error", "E502", "the grammar files of emsim are missing from its installation"))
+    raise OutsideError(
+        Diagnostic("error", "E502", "the grammar files of emsim are missing from its installation")
+    )
 
 
 def grammar_text() -> str:
@@ -147,6 +165,7 @@ def _read_cache(path: str) -> Any:
 
 def _write_cache(path: str, built: Any) -> None:
     import marshal
+
     from lark.grammar import Rule
     from lark.lexer import TerminalDef
 
@@ -219,9 +238,23 @@ _NAMES = {
     "PATH": "a file name",
     "QUOTED": "a file name",
 }
-_OPERATORS = (
-    "OR AND EQUALS DIFFERS AT_MOST AT_LEAST LESS MORE PLUS MINUS TIMES OVER PERCENT POWER QMARK".split()
-)
+_OPERATORS = [
+    "OR",
+    "AND",
+    "EQUALS",
+    "DIFFERS",
+    "AT_MOST",
+    "AT_LEAST",
+    "LESS",
+    "MORE",
+    "PLUS",
+    "MINUS",
+    "TIMES",
+    "OVER",
+    "PERCENT",
+    "POWER",
+    "QMARK",
+]
 
 # the form of each card, for the hint under an error in it
 FORMS = {
@@ -269,6 +302,43 @@ FORMS = {
 }
 
 
+# a machine card is told from a SPICE line by its mark
+MARKS = {
+    "body": "m=, shape= or fixed=",
+    "point": "a name with a dot",
+    "joint": "its kind (pin, slide, weld, ...) as the fourth word",
+    "motor": "kt= or model=",
+    "pot": "range=",
+    "spring": "k=",
+    "damper": "c=",
+    "friction": "fc=",
+    "stop": "min= or max=",
+    "gear": "ratio= or lead=",
+    "force": "dir=, fx= or fy=",
+    "torque": "tau=",
+    "drive": "q= or qd=",
+    "contact": "k= or e=",
+    "transducer": "C=, L=, K= or W=",
+}
+
+
+def missing_mark(word: str) -> str:
+    """Why a line that begins with a card word was read as SPICE, as a hint."""
+    return (
+        f"a {word.upper()} card needs {MARKS[word]}; without it the line is SPICE element {word[0].upper()}\n"
+        f"form: {FORMS[word]}"
+    )
+
+
+def is_machine_card(line: Line) -> bool:
+    """Whether the line carries its card's mark, by the grammar's own terminal."""
+    import re
+
+    word = first_word(line.text).upper()
+    pattern = next(t.pattern for t in parser().terminals if t.name == word)
+    return re.match(pattern.to_regexp(), line.text) is not None
+
+
 def form_of(line: Line, start: str) -> str | None:
     """The form of the card on this line, for a hint."""
     word = first_word(line.text)
@@ -301,16 +371,18 @@ def _explain(line: Line, start: str, error: Any) -> Diagnostic:
         end = _last_visible(text, code)
         what = f": {wanted} is missing" if wanted else ""
         return Diagnostic(
-            "error", "E103", f"the line ends too early{what}", line.span_at(end, end + 1), form and f"form: {form}"
+            "error",
+            "E103",
+            f"the line ends too early{what}",
+            line.span_at(end, end + 1),
+            form and f"form: {form}",
         )
     stop = at + 1
     while stop < len(text) and text[stop] not in " \t\n=(){},;\"'":
         stop += 1
     found = text[at:stop] if text[at] not in "=(){},;\"'" else text[at]
     message = f"`{found}` does not fit here" + (f"; expected {wanted}" if wanted else "")
-    return Diagnostic(
-        "error", "E102", message, line.span_at(at, at + len(found)), form and f"form: {form}"
-    )
+    return Diagnostic("error", "E102", message, line.span_at(at, at + len(found)), form and f"form: {form}")
 
 
 def _wanted(accepts: set[str]) -> str:
@@ -383,7 +455,9 @@ def _unbalanced(line: Line) -> Diagnostic | None:
 def unknown_dot(line: Line, word: str) -> Diagnostic:
     """The diagnostic for a dot card that nobody knows."""
     known = sorted(
-        t.pattern.value for t in parser().terminals if t.pattern.type == "str" and t.pattern.value.startswith(".")
+        t.pattern.value
+        for t in parser().terminals
+        if t.pattern.type == "str" and t.pattern.value.startswith(".")
     )
     near = suggest(word, known)
     return Diagnostic(

@@ -147,7 +147,7 @@ def machine_number_problem(text: str) -> tuple[str, str]:
             if any(c in letters for c in "*/+-^")
             else "write a number, with a scale suffix or one of the units " + " ".join(UNITS),
         )
-    factor, used = scale_of(letters)
+    _, used = scale_of(letters)
     reading = f"{mantissa} {_SCALE_NAMES[used.lower()]}" if used else mantissa
     low = letters.lower()
     message = f"`{letters}` is no unit here; SPICE would read `{text}` as {reading}"

@@ -1,0 +1,227 @@
+"""Trees become typed cards: the words of a line get their meaning, values stay expressions until elaboration.
+
+`read` takes a path or a text to a `Deck`; `read_file` is the part that includes use. Each grammar rule has one
+method, `on_` + its name, in build_elements.py, build_machine.py or build_dots.py.
+"""
+
+from __future__ import annotations
+
+import os
+
+from . import syntax
+from .build_dots import DotCards
+from .build_elements import ElementCards
+from .build_expr import expression
+from .build_machine import MachineCards
+from .deck import Analysis, Deck, Element
+from .diagnostics import Diagnostic, OutsideError, Sink, Span
+from .source import Line, SourceFile, cut, load
+from .syntax import LineError, parse_line
+from .units import spice_number
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+    from typing import Any
+
+    from .expr import Node
+
+_LETTERS = frozenset("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ")
+_CLOSERS = {"subckt": "ends", "if": "endif", "lib": "endl"}
+
+
+def read(source: str | bytes | os.PathLike[str], defines: Mapping[str, Any] | None = None) -> Deck:
+    """The deck of a path, or of a text (a str with a line end in it). Raises OutsideError, never DeckError:
+    what is wrong in the deck is in `deck.sink`, and `elaborate.flatten` raises it.
+
+    `defines` stand above the deck's own .param of the same name; values are numbers or text such as "10k".
+    """
+    if isinstance(source, bytes):
+        source = source.decode("utf-8", "replace")
+    sink = Sink()
+    if isinstance(source, str) and ("\n" in source or "\r" in source or not source):
+        text = source.replace("\r\n", "\n").replace("\r", "\n").removeprefix("\ufeff")
+        deck = _build(SourceFile("<text>", text), sink, is_main=True)
+    else:
+        path = os.fspath(source)
+        try:
+            file = load(path)
+        except OSError as error:
+            raise OutsideError(Diagnostic("error", "E500", _cannot_read(path, error))) from None
+        except ValueError:
+            sink.error("E100", f"{path} is not a text file", hint="a deck is text, one card a line")
+            return Deck("", SourceFile(path, "", path), sink)
+        deck = _build(file, sink, is_main=True)
+    deck.defines = dict(defines or {})
+    return deck
+
+
+def read_file(path: str, sink: Sink, included_from: Span | None = None, shown: str | None = None) -> Deck:
+    """An included file as a Deck without a title. Raises OSError, or ValueError when it is not text."""
+    return _build(load(path, included_from, shown), sink, is_main=False)
+
+
+def _cannot_read(path: str, error: OSError) -> str:
+    if isinstance(error, IsADirectoryError):
+        return f"{path} is a directory, not a deck"
+    if isinstance(error, FileNotFoundError):
+        return f"there is no file {path}"
+    return f"cannot read {path}: {error.strerror or error}"
+
+
+def _build(file: SourceFile, sink: Sink, is_main: bool) -> Deck:
+    import gc
+
+    # half a million small objects that live on: collecting while they come only costs time
+    was_enabled = gc.isenabled()
+    gc.disable()
+    try:
+        return _Builder(file, sink).build(is_main)
+    finally:
+        if was_enabled:
+            gc.enable()
+
+
+def reread_as_element(line: Line, sink: Sink) -> Element | None:
+    """A line first read as a machine card, as SPICE reads it; None when SPICE cannot read it either."""
+    try:
+        rule, children = parse_line(line, "element")
+    except LineError:
+        return None
+    card = _Builder(line.file, sink).convert(rule, children, line)
+    return card if isinstance(card, Element) else None
+
+
+def parse_expression(text: str, name: str = "<expression>") -> Node:
+    """The tree of an expression given on its own (a command-line option). Raises LineError."""
+    line = Line(SourceFile(name, text), 1, 1, 0, len(text))
+    return expression(parse_line(line, "expression"), line)
+
+
+# ---- cards ----
+
+
+class _Builder(ElementCards, MachineCards, DotCards):
+    """Builds one text. `stack` holds the open blocks: (kind, list that receives cards, where it began)."""
+
+    def __init__(self, file: SourceFile, sink: Sink) -> None:
+        self.file = file
+        self.sink = sink
+        self.stack: list[tuple[str, list[Any], Any]] = []
+        self.deck = Deck("", file, sink)
+        self.body: list[Any] = self.deck.body
+        self.methods: dict[str, Callable[[list[Any], Line], Any]] = {}
+
+    # ---- the text as a whole ----
+
+    def build(self, is_main: bool) -> Deck:
+        deck, sink = self.deck, self.sink
+        reading = cut(self.file, has_title=is_main)
+        deck.title = reading.title
+        for span in reading.stray:
+            sink.error("E101", "this line continues nothing", span, "`+` joins a line to the card above it")
+        for line in reading.lines:
+            first = line.text[0]
+            try:
+                if first == ".":
+                    rule, children = parse_line(line, "dot")
+                    card = self.convert(rule, children, line)
+                elif first in _LETTERS:
+                    card = self.element_line(line)
+                else:
+                    raise LineError(_not_a_card(line))
+            except LineError as error:
+                sink.add(error.diagnostic)
+                continue
+            if card is not None:
+                self.body.append(card)
+        for diagnostic in self.file.remarks:
+            sink.add(diagnostic)
+        for kind, _, owner in self.stack:
+            sink.error(
+                "E106",
+                f"this .{kind} has no .{_CLOSERS[kind]}",
+                _span_of(owner),
+                f"close it with .{_CLOSERS[kind]}",
+            )
+        if is_main:
+            self.commands(reading)
+            self.judge_title(reading)
+        return deck
+
+    def element_line(self, line: Line) -> Any:
+        word = syntax.first_word(line.text)
+        if word not in syntax.CARD_WORDS:
+            rule, children = parse_line(line, "element")
+            return self.convert(rule, children, line)
+        try:
+            rule, children = parse_line(line, "card")
+            return self.convert(rule, children, line)
+        except LineError as error:
+            if not syntax.is_machine_card(line):
+                error.diagnostic.hint = syntax.missing_mark(word)
+            raise
+
+    def convert(self, rule: str, children: list[Any], line: Line) -> Any:
+        method = self.methods.get(rule)
+        if method is None:
+            method = self.methods[rule] = getattr(self, "on_" + rule)
+        return method(children, line)
+
+    def commands(self, reading: Any) -> None:
+        """.control is skipped; tran and op in it are run where no analysis stands outside it."""
+        if reading.control_span is None:
+            return
+        mirrored = []
+        if not any(isinstance(card, Analysis) for card in self.body):
+            for line in reading.control:
+                if syntax.first_word(line.text) in ("tran", "op"):
+                    try:
+                        rule, children = parse_line(line, "command")
+                        card = self.convert(rule, children, line)
+                    except LineError as error:
+                        self.sink.add(error.diagnostic)
+                        continue
+                    self.body.append(card)
+                    mirrored.append(card.kind)
+        self.sink.note(
+            "N107",
+            "the .control section is skipped"
+            + (f", except for {' and '.join(mirrored)}" if mirrored else ""),
+            reading.control_span,
+            "its commands are not supported yet; dot cards are",
+        )
+
+    def judge_title(self, reading: Any) -> None:
+        """ngspice takes the first line as the title whatever it says; a card there is probably a slip."""
+        words = reading.title.split()
+        if len(words) < 3 or reading.title[0] not in "RCLVIDEGFHBSrclvidegfhbs.":
+            return
+        looks = words[0].lower() in (".param", ".include", ".lib", ".model", ".tran", ".options", ".subckt")
+        looks = looks or (
+            len(words) in (4, 5) and spice_number(words[3]) is not None and words[0][-1].isdigit()
+        )
+        if looks:
+            text_line = self.file.text_line(reading.title_line)
+            col = len(text_line) - len(text_line.lstrip()) + 1
+            self.sink.warning(
+                "W108",
+                "the first line is the title; this one looks like a card and is not read as one",
+                Span(self.file, reading.title_line, col, col + len(reading.title)),
+                "put a title line above it",
+            )
+
+
+def _span_of(owner: Any) -> Span:
+    return owner.whole if isinstance(owner, Line) else owner.span
+
+
+def _not_a_card(line: Line) -> Diagnostic:
+    word = line.text.split(None, 1)[0]
+    return Diagnostic(
+        "error",
+        "E107",
+        f"`{word[:40]}` begins no card",
+        line.span_at(0, min(len(word), 40)),
+        "a card begins with a letter or a dot, a comment with `*`",
+    )

@@ -1,0 +1,287 @@
+"""Dot cards. One method per grammar rule, named `on_` + the rule; blocks open and close on the builder's stack."""
+
+from __future__ import annotations
+
+from .build_elements import Cards
+from .build_expr import expression, extent
+from .build_machine import machine_value
+from .deck import Analysis, Conditional, Deck, Dot, Func, Include, Model, Param, Print, Probe, Subckt
+from .diagnostics import Diagnostic
+from .expr import Name, Num
+from .source import Line, SourceFile
+from .syntax import LineError, code_end, first_word, unknown_dot
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any
+
+# analyses kept as text: later stages say that they do not run yet
+_ANALYSES = frozenset(
+    [
+        "meas",
+        "measure",
+        "noise",
+        "four",
+        "tf",
+        "sens",
+        "pz",
+        "disto",
+        "sp",
+        "pss",
+        "hb",
+        "step",
+        "data",
+        "modes",
+        "mc",
+        "optran",
+    ]
+)
+_KEPT = frozenset(("plot", "graph"))  # everything else among the text cards is dropped in silence
+
+
+class DotCards(Cards):
+    """Everything that begins with a dot."""
+
+    file: SourceFile
+    deck: Deck
+    body: list[Any]
+    stack: list[tuple[str, list[Any], Any]]
+
+    # ---- analyses ----
+
+    def on_tran(self, ch: list[Any], line: Line) -> Analysis:
+        return self.analysis("tran", ch, line)
+
+    def on_op(self, ch: list[Any], line: Line) -> Analysis:
+        return self.analysis("op", ch, line)
+
+    def on_sweep(self, ch: list[Any], line: Line) -> Analysis:
+        return self.analysis(str(ch[0][1:].lower()), ch[1:], line)
+
+    def analysis(self, kind: str, ch: list[Any], line: Line) -> Analysis:
+        """Numbers in order; the words uic and static are flags."""
+        args, flags = [], set()
+        for item in ch:
+            value = self.value(item, line) if item.__class__ is not tuple or item[0] == "braced" else None
+            if value in ("uic", "static"):
+                flags.add(value)
+            elif value is None or (kind in ("tran", "op") and isinstance(value, str)):
+                raise self.fail("E102", f"`{line.span_at(*extent(item)).text}` does not fit here", line, item)
+            else:
+                args.append(value)
+        if kind == "tran" and not 2 <= len(args) <= 4:
+            raise LineError(
+                Diagnostic(
+                    "error",
+                    "E118",
+                    ".tran needs a step and a stop time"
+                    if len(args) < 2
+                    else ".tran takes at most four times",
+                    line.whole,
+                    "form: .tran tstep tstop [tstart [tmax]] [uic]",
+                )
+            )
+        return Analysis(kind, args, flags, line.whole)
+
+    def on_text(self, ch: list[Any], line: Line) -> Any:
+        kind = str(ch[0][1:].lower())
+        rest = line.text[ch[1].start_pos : code_end(line.text)[0]] if len(ch) > 1 else ""
+        if kind == "title":
+            self.deck.title = rest
+        elif kind in _ANALYSES:
+            return Analysis("meas" if kind == "measure" else kind, rest.split(), set(), line.whole)
+        elif kind in _KEPT:
+            return Dot(kind, rest.split(), line.whole)
+        return None
+
+    def on_unknown(self, ch: list[Any], line: Line) -> None:
+        raise LineError(unknown_dot(line, ch[0].lower()))
+
+    # ---- what is asked for ----
+
+    def on_print(self, ch: list[Any], line: Line) -> Print:
+        kind = "tran"
+        if ch and ch[0].__class__ is tuple and ch[0][0] == "print_kind":
+            kind, ch = str(ch[0][1][0].lower()), ch[1:]
+        return Print(kind, [(p.text, p.ast) for p in self.probes(ch, line)], line.whole)
+
+    def probes(self, ch: list[Any], line: Line) -> list[Probe]:
+        out = []
+        for item in ch:
+            span = line.span_at(*extent(item))
+            ast = expression(item, line)
+            if isinstance(ast, Num):
+                ast = Name(span.text.lower(), span)  # a node whose name is a number
+            start, end = extent(item)
+            out.append(Probe(" ".join(line.text[start:end].split()), ast, span))
+        return out
+
+    def on_save(self, ch: list[Any], line: Line) -> Dot:
+        return Dot("save", self.probes(ch, line), line.whole)
+
+    def on_probe(self, ch: list[Any], line: Line) -> Dot:
+        return Dot("probe", self.probes(ch, line), line.whole)
+
+    def on_ic(self, ch: list[Any], line: Line) -> Dot:
+        return self.conditions("ic", ch, line)
+
+    def on_nodeset(self, ch: list[Any], line: Line) -> Dot:
+        return self.conditions("nodeset", ch, line)
+
+    def conditions(self, kind: str, ch: list[Any], line: Line) -> Dot:
+        items = []
+        for _, (target, value) in ch:
+            if target.__class__ is not tuple or target[0] != "voltage" or len(target[1]) != 3:
+                raise self.fail("E119", f".{kind} sets node voltages: v(node)=value", line, target)
+            name = expression(target, line).args[0].id  # type: ignore[attr-defined]
+            items.append((name, expression(value, line), line.span_at(*extent(target))))
+        return Dot(kind, items, line.whole)
+
+    # ---- names and values ----
+
+    def on_param_card(self, ch: list[Any], line: Line) -> None:
+        for rule, parts in ch:
+            if rule == "definition":
+                self.body.append(self.definition(parts, line))
+            else:
+                name = parts[0]
+                self.body.append(Param(name.lower(), expression(parts[1], line), line.span(name)))
+
+    def on_func_card(self, ch: list[Any], line: Line) -> None:
+        for _, parts in ch:
+            self.body.append(self.definition(parts, line))
+
+    def definition(self, parts: list[Any], line: Line) -> Func:
+        names = [str(p.lower()) for p in parts[1:-1]]
+        return Func(str(parts[0].lower()), names, expression(parts[-1], line), line.span(parts[0]))
+
+    def on_model(self, ch: list[Any], line: Line) -> Model:
+        params: dict[str, Any] = {}
+        spans = {}
+        for item in ch[2:]:
+            if item.__class__ is tuple and item[0] == "model_param":
+                key, value = item[1]
+                name = str(key.lower())
+                if value.__class__ is not tuple and value.type == "BRACKETED":
+                    params[name] = str(value)
+                else:
+                    params[name] = self.value(value, line)
+                spans[name] = line.span_at(*extent(item))
+            elif item.__class__ is tuple:
+                raise self.fail("E102", "a value stands here without a name", line, item)
+            else:
+                params[str(item.lower())] = 1.0
+                spans[str(item.lower())] = line.span(item)
+        return Model(str(ch[0].lower()), str(ch[1].lower()), params, line.span(ch[0]), spans)
+
+    def on_options(self, ch: list[Any], line: Line) -> Dot:
+        items: list[tuple[str, Any, Any]] = []
+        for item in ch:
+            if item.__class__ is tuple:
+                items.append((item[1][0].lower(), self.value(item[1][1], line), line.span_at(*extent(item))))
+            else:
+                items.append((item.lower(), True, line.span(item)))
+        return Dot("options", items, line.whole)
+
+    def on_temp(self, ch: list[Any], line: Line) -> Dot:
+        values = [self.number(item, line, "the temperature") for item in ch]
+        if not values:
+            raise LineError(Diagnostic("error", "E118", ".temp needs a temperature in Celsius", line.whole))
+        if len(values) > 1:
+            self.sink.note("N118", "only the first temperature is used", line.whole)
+        return Dot("temp", values[0], line.whole)
+
+    def on_global(self, ch: list[Any], line: Line) -> Dot:
+        return Dot("global", [str(n.lower()) for n in ch], line.whole)
+
+    # ---- the machine as a whole ----
+
+    def on_gravity(self, ch: list[Any], line: Line) -> Dot:
+        values = [machine_value(item, line) for item in ch]
+        if len(values) > 3 or any(isinstance(v, str) for v in values):
+            raise LineError(
+                Diagnostic(
+                    "error", "E118", ".gravity takes g, or gx gy [gz]", line.whole, "form: .gravity 9.81"
+                )
+            )
+        return Dot("gravity", values, line.whole)
+
+    def on_view(self, ch: list[Any], line: Line) -> Dot:
+        items = {str(c[1][0].lower()): machine_value(c[1][1], line) for c in ch if c.__class__ is tuple}
+        return Dot("view", items, line.whole)
+
+    # ---- structure ----
+
+    def on_include(self, ch: list[Any], line: Line) -> Include:
+        return Include(_unquoted(ch[0]), None, line.span(ch[0]))
+
+    def on_lib(self, ch: list[Any], line: Line) -> Include | None:
+        if len(ch) > 1:
+            return Include(_unquoted(ch[0]), str(ch[1].lower()), line.span(ch[0]))
+        if self.deck.file.has_sections:
+            section: list[Any] = []
+            self.deck.sections[_unquoted(ch[0]).lower()] = section
+            self.push("lib", section, line)
+            return None
+        return Include(_unquoted(ch[0]), None, line.span(ch[0]))
+
+    def on_endl(self, ch: list[Any], line: Line) -> None:
+        self.pop("lib", line)
+
+    def on_subckt(self, ch: list[Any], line: Line) -> None:
+        ports, params = [], {}
+        for item in ch[1:]:
+            if item.__class__ is tuple:
+                params[str(item[1][0].lower())] = expression(item[1][1], line)
+            elif item.lower() not in ("params:", "param:"):
+                ports.append(str(item.lower()))
+        subckt = Subckt(str(ch[0].lower()), ports, params, line.span(ch[0]), self.file)
+        self.body.append(subckt)
+        self.push("subckt", subckt.body, line)
+
+    def on_ends(self, ch: list[Any], line: Line) -> None:
+        self.pop("subckt", line)
+
+    def on_if(self, ch: list[Any], line: Line) -> None:
+        conditional = Conditional(line.whole)
+        conditional.branches.append((expression(ch[0], line), []))
+        self.body.append(conditional)
+        self.push("if", conditional.branches[-1][1], line)
+        self.stack[-1] = ("if", self.stack[-1][1], conditional)
+
+    def on_elseif(self, ch: list[Any], line: Line) -> None:
+        self.branch(expression(ch[0], line), line)
+
+    def on_else(self, ch: list[Any], line: Line) -> None:
+        self.branch(None, line)
+
+    def branch(self, condition: Any, line: Line) -> None:
+        if not self.stack or self.stack[-1][0] != "if":
+            raise LineError(
+                Diagnostic("error", "E106", f"`{first_word(line.text)}` stands in no .if", line.whole)
+            )
+        conditional = self.stack[-1][2]
+        conditional.branches.append((condition, []))
+        self.body = conditional.branches[-1][1]
+
+    def on_endif(self, ch: list[Any], line: Line) -> None:
+        self.pop("if", line)
+
+    def on_end(self, ch: list[Any], line: Line) -> None:
+        pass
+
+    def push(self, kind: str, body: list[Any], line: Line) -> None:
+        self.stack.append((kind, self.body, line))
+        self.body = body
+
+    def pop(self, kind: str, line: Line) -> None:
+        if not self.stack or self.stack[-1][0] != kind:
+            opener = self.stack[-1][0] if self.stack else None
+            message = f"`{first_word(line.text)}` closes nothing" + (f"; .{opener} is open" if opener else "")
+            raise LineError(Diagnostic("error", "E106", message, line.whole))
+        self.body = self.stack.pop()[1]
+
+
+def _unquoted(leaf: Any) -> str:
+    text = str(leaf)
+    return text[1:-1] if text[:1] in "\"'" else text

@@ -1,0 +1,345 @@
+"""Element lines: what the words of a SPICE line mean. One method per grammar rule, named `on_` + the rule."""
+
+from __future__ import annotations
+
+from .build_expr import expression, extent, machine_value, node_name
+from .deck import Element, Instance, Ref, Waveform
+from .diagnostics import Diagnostic, Sink, Span
+from .expr import Num
+from .source import Line
+from .syntax import FORMS, LineError
+from .units import spice_leftover, spice_number
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any
+
+_PLAIN: dict[str, float] = {}  # number words seen so far and their values
+
+
+def _form(letter: str) -> str:
+    return "form: " + FORMS[letter]
+
+
+class Cards:
+    """What the builders of elements, machine cards and dot cards share: errors and values."""
+
+    sink: Sink
+
+    def fail(self, code: str, message: str, line: Line, leaf: Any, hint: str | None = None) -> LineError:
+        start, end = extent(leaf)
+        return LineError(Diagnostic("error", code, message, line.span_at(start, end), hint))
+
+    # ---- values on electrical cards ----
+
+    def word(self, leaf: Any, line: Line) -> float | str:
+        """A word: a number by SPICE's rule, or its lower-case text."""
+        try:
+            return _PLAIN[leaf]
+        except KeyError:
+            pass
+        value = spice_number(leaf)
+        if value is None:
+            return str(leaf.lower())
+        leftover = spice_leftover(leaf)
+        if leftover:
+            if any(c in leftover for c in "*/+-^()"):
+                raise self.fail(
+                    "E110",
+                    f"`{leaf}` is not a number",
+                    line,
+                    leaf,
+                    f"write a calculation in braces: {{{leaf}}}",
+                )
+            self.sink.warning(
+                "W110", f"`{leaf}` is read as {value:g}: SPICE ignores `{leftover}`", line.span(leaf)
+            )
+        elif len(_PLAIN) < 100_000:
+            _PLAIN[str(leaf)] = value
+        return value
+
+    def value(self, item: Any, line: Line) -> Any:
+        """float, str or AST of a word or of something in braces or quotes."""
+        if item.__class__ is tuple:
+            node = expression(item, line)
+            return node.value if isinstance(node, Num) else node
+        return self.word(item, line)
+
+    def number(self, item: Any, line: Line, what: str) -> Any:
+        """float or AST; a bare word is an error."""
+        value = self.value(item, line)
+        if isinstance(value, str):
+            raise self.fail(
+                "E110", f"{what} is no number: `{item}`", line, item, f"for a parameter write {{{item}}}"
+            )
+        return value
+
+    def params(self, items: list[Any], line: Line, element: Element) -> list[Any]:
+        """Takes key=value items into element.params; returns the other items in order."""
+        rest = []
+        for item in items:
+            if item.__class__ is tuple and item[0] in ("param", "named"):
+                key = item[1][0].lower()
+                values = [self.value(v, line) for v in item[1][1:]]
+                if key == "tc":
+                    element.params["tc1"] = values[0]
+                    if len(values) > 1:
+                        element.params["tc2"] = values[1]
+                elif key == "m" and isinstance(values[0], str):
+                    raise self.fail("E110", "m= is no number", line, item)
+                else:
+                    element.params[key] = values[0] if len(values) == 1 else values
+            else:
+                rest.append(item)
+        return rest
+
+
+class ElementCards(Cards):
+    """R C L V I B E G F H D S W K X, and the letters whose meaning comes later."""
+
+    # ---- R, C, L ----
+
+    def on_resistor(self, ch: list[Any], line: Line) -> Element:
+        return self.passive("r", ch, line)
+
+    def on_capacitor(self, ch: list[Any], line: Line) -> Element:
+        return self.passive("c", ch, line)
+
+    def on_inductor(self, ch: list[Any], line: Line) -> Element:
+        return self.passive("l", ch, line)
+
+    def passive(self, letter: str, ch: list[Any], line: Line) -> Element:
+        name, p, n = ch[0], ch[1].lower(), ch[2].lower()
+        e = Element(
+            letter,
+            name.lower(),
+            ["0" if p == "gnd" else p, "0" if n == "gnd" else n],
+            Span(line.file, line.number, line.col, line.col + len(name)),
+        )
+        if len(ch) == 4 and ch[3] in _PLAIN:  # the plain case, the most frequent line of all
+            e.value = _PLAIN[ch[3]]
+            return e
+        for item in self.params(ch[3:], line, e):
+            if item.__class__ is tuple:
+                rule = item[0]
+                if rule == "own_q":
+                    e.extra["charge"] = True
+                node = expression(item if rule == "braced" else item[1][1], line)
+                value: Any = node.value if isinstance(node, Num) else node
+            else:
+                value = self.word(item, line)
+                if isinstance(value, str):
+                    if value == "off":
+                        continue
+                    if e.model_name is not None:
+                        raise self.fail("E102", f"`{item}` does not fit here", line, item, _form(letter))
+                    e.model_name, e.model_span = value, line.span(item)
+                    continue
+            if e.value is not None:
+                raise self.fail("E102", f"{name} has a second value here", line, item, _form(letter))
+            e.value, e.value_span = value, line.span_at(*extent(item))
+        if e.value is None and e.model_name is None:
+            raise self.fail("E109", f"{name} has no value", line, ch[2], _form(letter))
+        return e
+
+    # ---- V, I, B ----
+
+    def on_source(self, ch: list[Any], line: Line) -> Element:
+        name = ch[0]
+        e = self.element(name[0].lower(), ch, 2, line)
+        e.extra = {"dc": None, "ac": None}
+        for item in self.params(ch[3:], line, e):
+            rule = item[0] if item.__class__ is tuple else ""
+            if rule == "wave":
+                if e.wave is not None:
+                    raise self.fail("E102", f"{name} has a second waveform here", line, item)
+                e.wave = self.waveform(item, line)
+            elif rule == "ac":
+                values = [self.number(v, line, "the AC value") for v in item[1]]
+                e.extra["ac"] = (values[0] if values else 1.0, values[1] if len(values) > 1 else 0.0)
+            else:
+                value = self.number(item[1][0] if rule == "dc" else item, line, "the DC value")
+                if e.extra["dc"] is not None:
+                    raise self.fail("E102", f"{name} has a second DC value here", line, item, _form("v"))
+                e.extra["dc"], e.value_span = value, line.span_at(*extent(item))
+        if e.wave is not None:
+            for key in ("r", "td"):
+                if key in e.params:
+                    e.wave.params[key] = e.params.pop(key)
+        elif "file" in e.params:
+            raise self.fail("E113", "PWL file= is not supported yet", line, ch[0])
+        return e
+
+    def waveform(self, item: Any, line: Line) -> Waveform:
+        ch = item[1]
+        kind = ch[0].lower()
+        if kind.startswith("tr"):
+            raise self.fail("E113", f"{kind.upper()} is not supported yet", line, ch[0])
+        args, params = [], {}
+        for child in ch[1:]:
+            if child.__class__ is tuple and child[0] == "param":
+                params[child[1][0].lower()] = self.number(child[1][1], line, f"{child[1][0]}=")
+            else:
+                args.append(self.number(child, line, f"a value of {kind.upper()}"))
+        if "file" in params:
+            raise self.fail("E113", "PWL file= is not supported yet", line, ch[0])
+        wave = Waveform(kind, args, params, line.span_at(*extent(item)))
+        if kind == "pwl" and len(args) % 2:
+            raise self.fail("E114", "PWL needs pairs of time and value", line, item)
+        return wave
+
+    def on_behavioural(self, ch: list[Any], line: Line) -> Element:
+        e = self.element("b", ch, 2, line)
+        for item in self.params(ch[3:], line, e):
+            if e.value is not None:
+                raise self.fail("E102", f"{ch[0]} has a second V= or I= here", line, item)
+            e.extra["output"] = item[1][0].lower()
+            e.value = expression(item[1][1], line)
+            e.value_span = line.span_at(*extent(item[1][1]))
+        if e.value is None:
+            raise self.fail("E109", f"{ch[0]} has no V= or I=", line, ch[0], _form("b"))
+        return e
+
+    # ---- E, G, F, H ----
+
+    def on_linear(self, ch: list[Any], line: Line) -> Element:
+        e = self.element(ch[0][0].lower(), ch, 4, line)
+        e.extra["form"] = "linear"
+        self.gain(e, ch[0], self.params(ch[5:], line, e), line)
+        return e
+
+    def gain(self, e: Element, name: Any, rest: list[Any], line: Line) -> None:
+        if not rest:
+            raise self.fail("E109", f"{name} has no gain", line, name, _form(e.letter))
+        e.value, e.value_span = self.number(rest[0], line, "the gain"), line.span_at(*extent(rest[0]))
+        if len(rest) > 1:
+            raise self.fail("E102", f"`{rest[1]}` does not fit here", line, rest[1], _form(e.letter))
+
+    def on_poly(self, ch: list[Any], line: Line) -> Element:
+        e = self.element(ch[0][0].lower(), ch, 2, line)
+        dims, rest = self.dimensions(ch, line), ch[5:]
+        if len(rest) < 2 * dims:
+            raise self.fail("E109", f"POLY({dims}) needs {2 * dims} control nodes", line, ch[3])
+        nodes = []
+        for item in rest[: 2 * dims]:
+            if item.__class__ is tuple:
+                raise self.fail("E102", "a control node is expected here", line, item)
+            nodes.append(node_name(item))
+        e.extra.update(form="poly", dims=dims, controls=list(zip(nodes[0::2], nodes[1::2], strict=True)))
+        e.extra["coeffs"] = [self.number(v, line, "a coefficient") for v in rest[2 * dims :]]
+        return e
+
+    def dimensions(self, ch: list[Any], line: Line) -> int:
+        dims = spice_number(ch[4])
+        if dims is None or dims < 1 or dims != int(dims) or dims > 100:
+            raise self.fail("E110", "POLY(n) needs a whole number n", line, ch[4])
+        return int(dims)
+
+    def on_formula(self, ch: list[Any], line: Line) -> Element:
+        letter = ch[0][0].lower()
+        e = self.element(letter, ch, 2, line)
+        key = ch[3].lower()
+        if key in (("i", "cur") if letter == "e" else ("v", "vol")):
+            right = "V=" if letter == "e" else "I="
+            raise self.fail("E115", f"{letter.upper()} sources take {right}", line, ch[3])
+        e.extra["form"] = "expr"
+        e.value, e.value_span = expression(ch[4], line), line.span_at(*extent(ch[4]))
+        self.params(ch[5:], line, e)
+        return e
+
+    def on_table(self, ch: list[Any], line: Line) -> Element:
+        e = self.element(ch[0][0].lower(), ch, 2, line)
+        start = 5 if ch[4].__class__ is tuple else 4
+        e.value = expression(ch[4], line)
+        e.value_span = line.span_at(*extent(ch[4]))
+        numbers = [self.number(v, line, "a table value") for v in ch[5:]]
+        if len(numbers) < 2 or len(numbers) % 2:
+            raise self.fail("E114", "TABLE needs pairs (x,y)", line, ch[start - 1])
+        e.extra.update(form="table", table=list(zip(numbers[0::2], numbers[1::2], strict=True)))
+        return e
+
+    def on_current_linear(self, ch: list[Any], line: Line) -> Element:
+        e = self.element(ch[0][0].lower(), ch, 2, line)
+        e.extra.update(form="linear", controls=[ch[3].lower()])
+        self.gain(e, ch[0], self.params(ch[4:], line, e), line)
+        return e
+
+    def on_current_poly(self, ch: list[Any], line: Line) -> Element:
+        e = self.element(ch[0][0].lower(), ch, 2, line)
+        dims, rest = self.dimensions(ch, line), ch[5:]
+        if len(rest) < dims or any(r.__class__ is tuple for r in rest[:dims]):
+            raise self.fail("E109", f"POLY({dims}) needs {dims} controlling sources", line, ch[3])
+        e.extra.update(form="poly", dims=dims, controls=[str(r.lower()) for r in rest[:dims]])
+        e.extra["coeffs"] = [self.number(v, line, "a coefficient") for v in rest[dims:]]
+        return e
+
+    # ---- D, S, W, K, X and the letters that come later ----
+
+    def on_diode(self, ch: list[Any], line: Line) -> Element:
+        e = self.element("d", ch, 2, line)
+        e.model_name, e.model_span = ch[3].lower(), line.span(ch[3])
+        for item in self.params(ch[4:], line, e):
+            value = self.value(item, line)
+            if value == "off":
+                e.params["off"] = 1.0
+            elif isinstance(value, str) or "area" in e.params:
+                raise self.fail("E102", f"`{item}` does not fit here", line, item, _form("d"))
+            else:
+                e.params["area"] = value
+        return e
+
+    def on_switch(self, ch: list[Any], line: Line) -> Element:
+        e = self.element("s", ch, 4, line)
+        return self.switched(e, ch[5], ch[6:], line)
+
+    def on_current_switch(self, ch: list[Any], line: Line) -> Element:
+        e = self.element("w", ch, 2, line)
+        e.extra["controls"] = [ch[3].lower()]
+        return self.switched(e, ch[4], ch[5:], line)
+
+    def switched(self, e: Element, model: Any, rest: list[Any], line: Line) -> Element:
+        e.model_name, e.model_span = model.lower(), line.span(model)
+        e.extra["initial"] = None
+        for item in self.params(rest, line, e):
+            if item not in ("on", "off", "ON", "OFF", "On", "Off"):
+                raise self.fail("E102", f"`{item}` does not fit here", line, item, _form(e.letter))
+            e.extra["initial"] = item.lower()
+        return e
+
+    def on_coupling(self, ch: list[Any], line: Line) -> Element:
+        e = self.element("k", ch, 0, line)
+        rest = self.params(ch[1:], line, e)
+        if len(rest) < 3:
+            raise self.fail("E109", f"{ch[0]} needs two inductors and a coupling", line, ch[0], _form("k"))
+        e.extra["inductors"] = [str(r.lower()) for r in rest[:-1]]
+        e.value, e.value_span = self.number(rest[-1], line, "the coupling"), line.span_at(*extent(rest[-1]))
+        return e
+
+    def on_instance(self, ch: list[Any], line: Line) -> Instance:
+        refs: list[Ref] = []
+        params: dict[str, Any] = {}
+        for item in ch[1:]:
+            if item.__class__ is not tuple:
+                if item.lower() not in ("params:", "param:"):
+                    refs.append(Ref(node_name(item), None, line.span(item)))
+            elif item[0] == "point":
+                inner = item[1]
+                point = tuple(machine_value(v, line) for v in inner[1:])
+                refs.append(Ref(inner[0].lower(), point, line.span_at(*extent(item))))
+            else:
+                params[str(item[1][0].lower())] = expression(item[1][1], line)
+        if not refs:
+            raise self.fail("E109", f"{ch[0]} names no subcircuit", line, ch[0], _form("x"))
+        name = refs.pop()
+        nodes = [r.name for r in refs]
+        return Instance(ch[0].lower(), nodes, name.name, params, line.span(ch[0]), name.span, refs)
+
+    def on_device(self, ch: list[Any], line: Line) -> Element:
+        e = self.element(ch[0][0].lower(), ch, 0, line)
+        rest = self.params(ch[1:], line, e)
+        e.extra["words"] = [(self.value(i, line) if i.__class__ is tuple else str(i.lower())) for i in rest]
+        e.extra["word_spans"] = [line.span_at(*extent(i)) for i in rest]
+        return e
+
+    def element(self, letter: str, ch: list[Any], nodes: int, line: Line) -> Element:
+        return Element(letter, ch[0].lower(), [node_name(n) for n in ch[1 : 1 + nodes]], line.span(ch[0]))

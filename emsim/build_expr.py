@@ -1,0 +1,175 @@
+"""Expression trees become ASTs; numbers get their value by the rule of the card they stand on."""
+
+from __future__ import annotations
+
+from .diagnostics import Diagnostic, Span
+from .expr import Binary, Call, Cond, Name, Node, Num, Unary
+from .source import Line
+from .syntax import LineError
+from .units import MISREAD_UNITS, machine_number, machine_number_problem, spice_number, split_number
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any
+
+MAX_DEPTH = 150
+
+
+def extent(tree: Any) -> tuple[int, int]:
+    """Start and end of a tree in its line."""
+    first = last = tree
+    while first.__class__ is tuple:
+        first = first[1][0]
+    while last.__class__ is tuple:
+        last = last[1][-1]
+    return first.start_pos, last.end_pos
+
+
+def expression(tree: Any, line: Line, machine: bool = False, depth: int = 0) -> Node:
+    """The AST of an expression's tree. On machine cards (`machine`) numbers obey the unit rule."""
+    if tree.__class__ is not tuple:
+        if tree.type == "NUMBER":
+            return Num(_number_in_expression(tree, line, machine), line.span(tree))
+        return Name(tree.lower(), line.span(tree))
+    rule, children = tree
+    if rule in ("group", "quoted", "braced"):
+        # brackets that only bracket do not count as depth of the expression
+        return expression(children[1], line, machine, depth + 1)
+    if depth > MAX_DEPTH:
+        raise LineError(
+            Diagnostic(
+                "error",
+                "E104",
+                f"the expression is nested more than {MAX_DEPTH} deep",
+                line.span_at(*extent(tree)),
+                "give parts of it names with .param or .func",
+            )
+        )
+    span = line.span_at(*extent(tree))
+    if rule in ("binary", "either", "both"):
+        return _chain(tree, line, machine, depth + 1)
+    if rule == "unary":
+        op = "!" if children[0].type == "NOT" else str(children[0])
+        return Unary(op, expression(children[1], line, machine, depth + 1), span)
+    if rule == "cond":
+        c, a, b = (expression(child, line, machine, depth + 1) for child in children)
+        return Cond(c, a, b, span)
+    if rule == "call":
+        fn = children[0].lower()
+        args = [expression(child, line, machine, depth + 1) for child in children[2:-1:2]]
+        if fn in ("vm", "vp", "vr", "vi", "vdb"):
+            args = [Name(a.span.text, a.span) if isinstance(a, Num) and a.span else a for a in args]
+        return Call(fn, args, span)
+    assert rule in ("voltage", "current"), rule
+    return Call(
+        rule[0] if rule == "voltage" else "i",
+        [Name(node_name(n), line.span(n)) for n in children[1:-1:2]],
+        span,
+    )
+
+
+_OPS = {"^": "**", "<>": "!=", "|": "||", "&": "&&", "or": "||", "and": "&&"}
+
+
+def _chain(tree: Any, line: Line, machine: bool, depth: int) -> Node:
+    """a op b op c ..: left-associative, built without recursion along the chain."""
+    links: list[tuple[str, Node, int]] = []
+    start = extent(tree)[0]
+    while tree.__class__ is tuple and tree[0] in ("binary", "either", "both"):
+        rule, children = tree
+        op = children[1].lower() if len(children) == 3 else ("or" if rule == "either" else "and")
+        end = extent(tree)[1]
+        links.append((_OPS.get(op, str(op)), expression(children[-1], line, machine, depth), end))
+        tree = children[0]
+    out = expression(tree, line, machine, depth)
+    links.reverse()
+    ops = {op for op, _, _ in links}
+    if len(links) > MAX_DEPTH // 3:
+        for plus, minus in (("+", "-"), ("*", "/")):
+            if ops <= {plus, minus}:
+                # a sum of hundreds of terms is halved again and again, so that its tree stays flat
+                terms = [(plus, out), *((op, node) for op, node, _ in links)]
+                return _halved(terms, plus, minus, line.span_at(start, links[-1][2]))
+        if len(links) > MAX_DEPTH:
+            raise LineError(
+                Diagnostic(
+                    "error",
+                    "E104",
+                    f"more than {MAX_DEPTH} operators in a row",
+                    line.span_at(start, start + 1),
+                )
+            )
+    for op, b, end in links:
+        span = line.span_at(start, end)
+        out = Call("mod", [out, b], span) if op == "%" else Binary(op, out, b, span)
+    return out
+
+
+def _halved(terms: list[tuple[str, Node]], plus: str, minus: str, span: Span) -> Node:
+    """A long sum (or product) as a balanced tree; the first term of `terms` counts as `plus`."""
+    if len(terms) == 1:
+        return terms[0][1]
+    middle = len(terms) // 2
+    left, right = terms[:middle], terms[middle:]
+    op = right[0][0]
+    if op == minus:
+        right = [(minus if o == plus else plus, node) for o, node in right]
+    return Binary(op, _halved(left, plus, minus, span), _halved(right, plus, minus, span), span)
+
+
+def _number_in_expression(leaf: Any, line: Line, machine: bool) -> float:
+    if machine:
+        return machine_float(leaf, line)
+    value = spice_number(leaf)
+    assert value is not None  # the grammar's NUMBER
+    letters = split_number(leaf)[1].lower()  # type: ignore[index]
+    if letters in MISREAD_UNITS:
+        raise_to = Diagnostic(
+            "warning",
+            "W112",
+            f"`{leaf}` is {value:g} here: SPICE does not know the unit `{letters}`",
+            line.span(leaf),
+            "units are understood on machine cards only; write the SI value",
+        )
+        line.file.remarks.append(raise_to)
+    return value
+
+
+def machine_float(leaf: Any, line: Line) -> float:
+    value = machine_number(leaf)
+    if value is None:
+        message, hint = machine_number_problem(leaf)
+        raise LineError(Diagnostic("error", "E111", message, line.span(leaf), hint))
+    return value
+
+
+def node_name(leaf: Any) -> str:
+    name: str = leaf.lower()
+    return "0" if name == "gnd" else name
+
+
+# ---- values on machine cards ----
+
+
+def machine_value(item: Any, line: Line) -> Any:
+    """float (SI), word, tuple, or AST; a shape such as rod(0.3) is a Call."""
+    if item.__class__ is not tuple:
+        return machine_float(item, line) if split_number(item) is not None else str(item.lower())
+    rule, ch = item
+    if rule == "braced":
+        node = expression(item, line, machine=True)
+        return node.value if isinstance(node, Num) else node
+    if rule == "tuple":
+        return tuple(machine_value(c, line) for c in ch)
+    assert rule == "call_value", rule
+    args: list[Node] = []
+    for child in ch[1][1]:
+        value = machine_value(child, line)
+        if not isinstance(value, float | Node):
+            raise error_at("E116", f"`{ch[0]}` takes numbers", line, child)
+        args.append(value if isinstance(value, Node) else Num(value, line.span_at(*extent(child))))
+    return Call(str(ch[0].lower()), args, line.span_at(*extent(item)))
+
+
+def error_at(code: str, message: str, line: Line, leaf: Any, hint: str | None = None) -> LineError:
+    return LineError(Diagnostic("error", code, message, line.span_at(*extent(leaf)), hint))

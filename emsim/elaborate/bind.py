@@ -1,0 +1,237 @@
+"""Binding: one card of the nested deck becomes a card of the flat deck at its level.
+
+Names get their prefix or what the port is tied to, parameters become numbers, and an expression that reads the
+solution keeps only that.
+"""
+
+from __future__ import annotations
+
+from ..deck import Element, MachineCard, Ref, Waveform
+from ..diagnostics import Sink
+from ..expr import Call, ExprError, Name, Node, Num, Scope, evaluate, fold, is_constant
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any
+
+    from ..deck import Value
+    from ..diagnostics import Span
+    from .models import Models
+    from .scope import DeckScope
+
+_MULTIPLIED = frozenset("rclgfidqmjb")  # elements whose m= counts copies in parallel
+# the arguments of a machine card that are words, not names
+_WORD_ARGS = {"JOINT": 2}
+
+
+class Level:
+    """The top of the deck, or one use of a subcircuit: prefix `x1.`, ports tied to names of the level above."""
+
+    def __init__(
+        self,
+        prefix: str,
+        scope: DeckScope,
+        ports: dict[str, Ref],
+        globals: set[str],
+        sink: Sink,
+        mult: float = 1.0,
+        used_at: Span | None = None,
+    ) -> None:
+        self.prefix = prefix
+        self.scope = scope
+        self.ports = ports
+        self.globals = globals
+        self.sink = sink
+        self.mult = mult
+        self.used_at = used_at
+        scope.prefix = prefix
+        scope.prober = self.probe
+
+    def node(self, name: str, span: Span | None) -> str:
+        """The flat name of a node."""
+        if name in self.globals:
+            return name
+        tied = self.ports.get(name)
+        if tied is None:
+            return self.prefix + name
+        if tied.point is not None:
+            raise ExprError(
+                "E136",
+                f"the terminal `{name}` is used as a node, but a point of a body is tied to it",
+                self.used_at or span,
+            )
+        return tied.name
+
+    def tie(self, ref: Ref) -> Ref:
+        """What stands on an X line, in flat names."""
+        return self.ref(ref)
+
+    def ref(self, ref: Ref) -> Ref:
+        """The flat form of a body, point, joint or node."""
+        name, point = self.place(ref.name, ref.span)
+        if ref.point is not None:
+            if point is not None:
+                raise ExprError("E136", f"`{ref.name}` is a point already; it has no points", ref.span)
+            point = tuple(bind_value(v, self.scope) for v in ref.point)
+        return Ref(name, point, ref.span)
+
+    def place(self, name: str, span: Span | None) -> tuple[str, tuple[Any, ...] | None]:
+        """(flat name, point tied to it) of `arm`, `arm.tip`, `0`, a joint."""
+        if name in self.globals:
+            return name, None
+        head, dot, tail = name.partition(".")
+        tied = self.ports.get(head)
+        if tied is None:
+            return self.prefix + name, None
+        if dot and tied.point is not None:
+            raise ExprError("E136", f"`{head}` is a point; it has no point `{tail}`", span)
+        return tied.name + dot + tail, tied.point
+
+    def probe(self, call: Call) -> Node:
+        """v(a), i(v1), angle(hinge), x(arm(0.3,0)): the names in it in their flat form."""
+        args: list[Node] = []
+        for arg in call.args:
+            if (
+                call.fn[0] == "v"
+                and call.fn in ("v", "vm", "vp", "vr", "vi", "vdb")
+                and isinstance(arg, Name)
+            ):
+                args.append(Name(self.node(arg.id, arg.span), arg.span))
+            elif call.fn == "i" and isinstance(arg, Name):
+                # ngspice calls the source v1 of x1 v.x1.v1
+                known = arg.id[2:] if arg.id[1:3] == ".x" and arg.id[0] != "x" else arg.id
+                args.append(Name(self.prefix + known, arg.span))
+            elif isinstance(arg, Name):
+                name, point = self.place(arg.id, arg.span)
+                args.append(Name(name, arg.span) if point is None else Call(name, _numbers(point), arg.span))
+            elif isinstance(arg, Call):
+                name, point = self.place(arg.fn, arg.span)
+                if point is not None:
+                    raise ExprError("E136", f"`{arg.fn}` is a point already; it has no points", arg.span)
+                args.append(Call(name, arg.args, arg.span))
+            else:
+                args.append(arg)
+        return Call(call.fn, args, call.span)
+
+
+def _numbers(point: tuple[Any, ...]) -> list[Node]:
+    return [p if isinstance(p, Node) else Num(float(p)) for p in point]
+
+
+# ---- elements ----
+
+
+def bind_element(e: Element, level: Level, models: Models) -> Element:
+    """The element at its level. Raises ExprError; a model that is not found goes to the sink."""
+    scope = level.scope
+    flat = Element(e.letter, level.prefix + e.name, [level.node(n, e.span) for n in e.nodes], e.span)
+    flat.value_span, flat.model_span = e.value_span, e.model_span
+    flat.extra = dict(e.extra)
+    flat.params = {key: _param(value, scope) for key, value in e.params.items()}
+    if isinstance(e.value, Node):
+        always = e.letter == "b" or e.extra.get("form") in ("expr", "table")
+        flat.value = behaviour(e.value, scope, always)
+        if e.letter not in "rclbeg" and isinstance(flat.value, Node):
+            raise ExprError("E125", "this value has to be known before the run", e.value_span)
+    else:
+        flat.value = e.value
+    if e.wave is not None:
+        flat.wave = bind_wave(e.wave, scope)
+    if level.mult != 1.0 and e.letter in _MULTIPLIED:
+        own = flat.params.get("m", 1.0)
+        flat.params["m"] = level.mult * (own if isinstance(own, float) else 1.0)
+    _bind_extra(flat, e, level)
+    if e.model_name is not None:
+        flat.model_name = e.model_name
+        flat.model = models.of_element(flat, level)
+    elif "words" in e.extra:
+        models.of_device(flat, level)
+    return flat
+
+
+def _bind_extra(flat: Element, e: Element, level: Level) -> None:
+    """Control nodes, control sources, coefficients, DC and AC values."""
+    extra, scope, letter = flat.extra, level.scope, e.letter
+    if not extra:
+        return
+    if "dc" in extra:
+        extra["dc"] = None if extra["dc"] is None else _number(extra["dc"], scope)
+        if extra["ac"] is not None:
+            extra["ac"] = tuple(_number(v, scope) for v in extra["ac"])
+    if "controls" in extra:
+        if letter in "eg":
+            extra["controls"] = [(level.node(p, e.span), level.node(n, e.span)) for p, n in extra["controls"]]
+        else:
+            extra["controls"] = [level.prefix + name for name in extra["controls"]]
+    if "inductors" in extra:
+        extra["inductors"] = [level.prefix + name for name in extra["inductors"]]
+    if "coeffs" in extra:
+        extra["coeffs"] = [_number(v, scope) for v in extra["coeffs"]]
+    if "table" in extra:
+        extra["table"] = [(_number(x, scope), _number(y, scope)) for x, y in extra["table"]]
+
+
+def _number(value: Any, scope: Scope) -> float:
+    return evaluate(value, scope) if isinstance(value, Node) else float(value)
+
+
+def _param(value: Any, scope: Scope) -> Any:
+    if isinstance(value, list):
+        return [_param(v, scope) for v in value]
+    return evaluate(value, scope) if isinstance(value, Node) else value
+
+
+def behaviour(node: Node, scope: Scope, always: bool = False) -> float | Node:
+    """A number where the expression is one, else what is left of it for the run."""
+    if not always and is_constant(node):
+        try:
+            return evaluate(node, scope)
+        except ExprError as error:
+            if error.code != "E125":  # a .func in it reads the solution
+                raise
+    folded = fold(node, scope)
+    return folded.value if isinstance(folded, Num) and not always else folded
+
+
+def bind_wave(wave: Waveform, scope: Scope) -> Waveform:
+    return Waveform(
+        wave.kind,
+        [_number(a, scope) for a in wave.args],
+        {key: _number(v, scope) for key, v in wave.params.items()},
+        wave.span,
+    )
+
+
+# ---- machine cards ----
+
+
+def bind_machine_card(card: MachineCard, level: Level) -> MachineCard:
+    """The machine card at its level. Raises ExprError."""
+    word_at = _WORD_ARGS.get(card.kind, -1)
+    args = [r if i == word_at else level.ref(r) for i, r in enumerate(card.args)]
+    name = level.prefix + card.name
+    if card.kind == "POINT":  # `arm.tip`: the body may come through a terminal
+        name, tied = level.place(card.name, card.span)
+        if tied is not None:
+            raise ExprError("E136", f"`{card.name.partition('.')[0]}` is a point, not a body", card.span)
+    params: dict[str, Value] = {}
+    for key, value in card.params.items():
+        if key == "model" and isinstance(value, Name):
+            params[key] = value.id
+        else:
+            params[key] = bind_value(value, level.scope)
+    wave = None if card.wave is None else bind_wave(card.wave, level.scope)
+    return MachineCard(card.kind, name, args, params, wave, card.span, card.param_spans, card.line)
+
+
+def bind_value(value: Any, scope: Scope) -> Any:
+    """A value of a machine card: tuples and shapes item by item, expressions as far as they are constant."""
+    if isinstance(value, tuple):
+        return tuple(bind_value(v, scope) for v in value)
+    if isinstance(value, Waveform):
+        return bind_wave(value, scope)
+    if isinstance(value, Call) and value.fn in ("rod", "box", "disc"):
+        return Call(value.fn, [Num(_number(a, scope), a.span) for a in value.args], value.span)
+    if isinstance(value, Node):
+        return behaviour(value, scope)
+    return value

@@ -1,0 +1,88 @@
+"""Includes and libraries: where a named file is, and the cards it puts in place of the .include or .lib."""
+
+from __future__ import annotations
+
+import os
+
+from ..build import read_file
+from ..deck import Deck, Include
+from ..diagnostics import Sink, suggest
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any
+
+    from ..source import SourceFile
+
+MAX_INCLUDES = 50  # files within files
+
+
+class Files:
+    """Reads included files, each once, relative to the file that names them."""
+
+    def __init__(self, sink: Sink, sources: list[SourceFile]) -> None:
+        self.sink = sink
+        self.sources = sources
+        self._decks: dict[str, Deck] = {}
+
+    def cards(self, card: Include, chain: tuple[str, ...]) -> tuple[list[Any], tuple[str, ...]]:
+        """The cards of an include and the chain of open files with it; nothing, with a diagnostic, on failure."""
+        including = card.span.file
+        base = os.path.dirname(including.path) if including.path else "."
+        path = os.path.normpath(os.path.join(base, os.path.expanduser(card.path)))
+        key = os.path.realpath(path)
+        link = key if card.section is None else f"{key}\0{card.section}"
+        if link in chain or len(chain) >= MAX_INCLUDES:
+            self.sink.error("E151", f"{card.path} includes itself", card.span)
+            return [], chain
+        deck = self._decks.get(key)
+        if deck is None:
+            deck = self._read(path, card)
+            if deck is None:
+                return [], chain
+            self._decks[key] = deck
+        if card.section is None:
+            return deck.body, (*chain, link)
+        if card.section not in deck.sections:
+            near = suggest(card.section, deck.sections)
+            known = ", ".join(deck.sections) or "none"
+            self.sink.error(
+                "E152",
+                f"{card.path} has no section `{card.section}`",
+                card.span,
+                f"did you mean `{near}`?" if near else f"its sections: {known}",
+            )
+            return [], chain
+        return deck.sections[card.section], (*chain, link)
+
+    def _read(self, path: str, card: Include) -> Deck | None:
+        try:
+            deck = read_file(path, self.sink, card.span, card.path)
+        except FileNotFoundError:
+            folder = os.path.dirname(path) or "."
+            near = suggest(os.path.basename(path), _listing(folder))
+            self.sink.error(
+                "E501",
+                f"there is no file {card.path}",
+                card.span,
+                (f"did you mean `{near}`?\n" if near else "") + f"looked for {path}",
+            )
+            return None
+        except IsADirectoryError:
+            self.sink.error("E501", f"{card.path} is a directory", card.span)
+            return None
+        except OSError as error:
+            self.sink.error("E501", f"cannot read {card.path}: {error.strerror or error}", card.span)
+            return None
+        except ValueError:
+            self.sink.error("E100", f"{card.path} is not a text file", card.span)
+            return None
+        self.sources.append(deck.file)
+        return deck
+
+
+def _listing(folder: str) -> list[str]:
+    try:
+        return os.listdir(folder)
+    except OSError:
+        return []

@@ -1,0 +1,331 @@
+"""Flattening: includes, conditions and subcircuits dissolve; what remains is one list of everything.
+
+A `Level` is the top or one use of a subcircuit: it knows the prefix of names and what its ports are tied to.
+Cards are visited twice: `expand` declares parameters, functions, models and subcircuits (so that they may be used
+before the line that defines them) and settles .if; `emit` turns what is left into the flat deck.
+"""
+
+from __future__ import annotations
+
+from ..build import parse_expression
+from ..deck import (
+    Analysis,
+    Conditional,
+    Deck,
+    Dot,
+    Element,
+    FlatDeck,
+    Func,
+    Include,
+    Instance,
+    MachineCard,
+    Model,
+    Param,
+    Print,
+    Probe,
+    Subckt,
+)
+from ..diagnostics import OutsideError, suggest
+from ..expr import ExprError, Name, Node, evaluate, fold
+from ..syntax import LineError
+from ..units import spice_number
+from .bind import Level, bind_element, bind_machine_card
+from .files import Files
+from .models import Models
+from .scope import DeckScope, as_float
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any
+
+    from ..diagnostics import Span
+
+MAX_LEVELS = 60
+STANDARD_GRAVITY = 9.80665
+
+
+def flatten(deck: Deck) -> FlatDeck:
+    """The flat deck. Raises DeckError with everything that is wrong in the text, its numbers and its names
+    (OutsideError when nothing but missing files is wrong)."""
+    flat = _Flattener(deck).run()
+    errors = [d for d in flat.sink.diagnostics if d.severity == "error"]
+    if errors and all(d.code.startswith("E5") for d in errors):
+        raise OutsideError(flat.sink.diagnostics)
+    flat.sink.raise_if_errors()
+    return flat
+
+
+class _Flattener:
+    def __init__(self, deck: Deck) -> None:
+        self.deck = deck
+        self.sink = deck.sink
+        self.flat = FlatDeck(deck.title, deck.sink)
+        self.flat.sources.append(deck.file)
+        self.files = Files(self.sink, self.flat.sources)
+        self.models = Models(self.flat)
+        self.globals: set[str] = {"0"}
+        self.chains: dict[int, tuple[str, ...]] = {}  # Subckt -> files open where it is defined
+        self.active: list[Subckt] = []
+        self.names: dict[str, Span] = {}
+        self.machine_names: dict[str, Span] = {}
+
+    def run(self) -> FlatDeck:
+        top = Level("", DeckScope(self.sink), {}, self.globals, self.sink)
+        self.define(top.scope)
+        # declare, settle conditions, then emit
+        cards = self.expand(self.deck.body, top.scope, ())
+        self.unknown_defines(top.scope)
+        top.scope.check_all()
+        self.emit(cards, top)
+        for name in top.scope.models:
+            self.models.at(name, top.scope)
+        return self.flat
+
+    # ---- parameters given from outside ----
+
+    def define(self, scope: DeckScope) -> None:
+        for key, given in self.deck.defines.items():
+            name = key.lower()
+            if isinstance(given, (int, float)) or spice_number(str(given)) is not None:
+                value = float(given) if isinstance(given, (int, float)) else spice_number(given)
+                assert value is not None
+                scope.values[name] = value
+                continue
+            try:
+                scope.values[name] = evaluate(parse_expression(str(given), f"-D {key}"), scope)
+            except LineError as error:
+                self.sink.add(error.diagnostic)
+            except ExprError as error:
+                scope.report(error)
+
+    def unknown_defines(self, scope: DeckScope) -> None:
+        for key in self.deck.defines:
+            if key.lower() not in scope.exprs:
+                near = suggest(key, scope.exprs)
+                self.sink.warning(
+                    "W126",
+                    f"no .param of the deck is called `{key}`",
+                    hint=f"did you mean `{near}`?" if near else "parameters: " + ", ".join(scope.exprs),
+                )
+
+    # ---- first visit: declarations, includes, conditions ----
+
+    def expand(self, cards: list[Any], scope: DeckScope, chain: tuple[str, ...]) -> list[Any]:
+        out: list[Any] = []
+        conditions = self.declare(cards, scope, chain, out)
+        if not conditions:
+            return out
+        settled: list[Any] = []
+        for card in out:
+            if card.__class__ is tuple:
+                conditional, its_chain = card
+                settled += self.expand(self.branch(conditional, scope), scope, its_chain)
+            else:
+                settled.append(card)
+        return settled
+
+    def declare(self, cards: list[Any], scope: DeckScope, chain: tuple[str, ...], out: list[Any]) -> bool:
+        """Puts names into the scope and the other cards into `out`; True when conditions are among them."""
+        conditions = False
+        for card in cards:
+            kind = card.__class__
+            if kind is Element:
+                out.append(card)
+            elif kind is Param:
+                scope.exprs[card.name] = card
+            elif kind is Func:
+                scope.funcs[card.name] = card
+            elif kind is Model:
+                known = scope.models.get(card.name)
+                if known is not None and known.span != card.span:
+                    self.sink.warning(
+                        "W142", f"a second .model is called `{card.name}`; the first one is used", card.span,
+                        labels=[(known.span, "the first one")],
+                    )  # fmt: skip
+                else:
+                    scope.models[card.name] = card
+            elif kind is Subckt:
+                self.declare_subckt(card, scope, chain)
+            elif kind is Include:
+                inner, its_chain = self.files.cards(card, chain)
+                conditions = self.declare(inner, scope, its_chain, out) or conditions
+            elif kind is Conditional:
+                out.append((card, chain))
+                conditions = True
+            elif kind is Dot and card.kind == "global":
+                self.globals.update(card.items)
+            else:
+                out.append(card)
+        return conditions
+
+    def declare_subckt(self, card: Subckt, scope: DeckScope, chain: tuple[str, ...]) -> None:
+        known = scope.subckts.get(card.name)
+        if known is not None and known[0].span != card.span:
+            self.sink.error(
+                "E134",
+                f"a second .subckt is called `{card.name}`",
+                card.span,
+                labels=[(known[0].span, "the first one")],
+            )
+            return
+        ports = set()
+        for port in card.ports:
+            if port in ports:
+                self.sink.error("E134", f"`{card.name}` has two terminals called `{port}`", card.span)
+            ports.add(port)
+        scope.subckts[card.name] = (card, scope)
+        self.chains[id(card)] = chain
+
+    def branch(self, conditional: Conditional, scope: DeckScope) -> list[Any]:
+        for condition, cards in conditional.branches:
+            try:
+                if condition is None or evaluate(condition, scope):
+                    return cards
+            except ExprError as error:
+                scope.report(error)
+                return []
+        return []
+
+    # ---- second visit ----
+
+    def emit(self, cards: list[Any], level: Level) -> None:
+        elements, names = self.flat.elements, self.names
+        is_top = not level.prefix
+        for card in cards:
+            kind = card.__class__
+            try:
+                if kind is Element:
+                    # most lines of a big deck: nothing to evaluate, nothing to rename
+                    if not (is_top and card.is_plain):
+                        card = bind_element(card, level, self.models)
+                    if card.name in names:
+                        self.twice("element", card.name, names[card.name], card.span)
+                        continue
+                    names[card.name] = card.span
+                    elements.append(card)
+                elif kind is Instance:
+                    self.instance(card, level)
+                elif kind is MachineCard:
+                    self.machine_card(card, level)
+                elif kind is Analysis:
+                    args = [as_float(a, level.scope) if isinstance(a, Node) else a for a in card.args]
+                    self.flat.analyses.append(Analysis(card.kind, args, card.flags, card.span))
+                elif kind is Print:
+                    items = [(text, self.output(ast, level)) for text, ast in card.items]
+                    self.flat.prints.append(Print(card.kind, items, card.span))
+                elif kind is Dot:
+                    self.dot(card, level)
+            except ExprError as error:
+                level.scope.report(error)
+
+    def twice(self, what: str, name: str, first: Span, span: Span) -> None:
+        self.sink.error(
+            "E135", f"a second {what} is called `{name}`", span, labels=[(first, "the first one")]
+        )
+
+    def machine_card(self, card: MachineCard, level: Level) -> None:
+        element = self.models.spice_reading(card, level)
+        if element is not None:
+            self.emit([element], level)
+            return
+        bound = bind_machine_card(card, level)
+        if bound.name in self.machine_names:
+            self.twice("mechanical thing", bound.name, self.machine_names[bound.name], bound.span)
+            return
+        self.machine_names[bound.name] = bound.span
+        self.flat.machine.append(bound)
+
+    def output(self, ast: Node, level: Level) -> Node:
+        """What .print, .save and .probe name: a bare name stays one."""
+        if isinstance(ast, Name):
+            return ast if ast.id in ("all", "alli", "allv") else Name(level.node(ast.id, ast.span), ast.span)
+        return fold(ast, level.scope)
+
+    # ---- subcircuits ----
+
+    def instance(self, card: Instance, level: Level) -> None:
+        name = level.prefix + card.name
+        if name in self.names:
+            self.twice("element", name, self.names[name], card.span)
+            return
+        self.names[name] = card.span
+        found = level.scope.find_subckt(card.subckt)
+        if found is None:
+            near = suggest(card.subckt, level.scope.all_subckts())
+            hint = f"did you mean `{near}`?" if near else "a .subckt or an .include that holds it is missing"
+            self.sink.error("E130", f"no subcircuit is called `{card.subckt}`", card.subckt_span, hint)
+            return
+        subckt, home = found
+        if len(card.refs) != len(subckt.ports):
+            self.sink.error(
+                "E131",
+                f"`{card.name}` has {len(card.refs)} terminals, the subcircuit `{subckt.name}` {len(subckt.ports)}",
+                card.span,
+                f"form: {card.name} {' '.join(subckt.ports)} {subckt.name}",
+                labels=[(subckt.span, "defined here")],
+            )
+            return
+        if subckt in self.active or len(self.active) >= MAX_LEVELS:
+            ring = " -> ".join([*(s.name for s in self.active), subckt.name])
+            self.sink.error("E132", f"the subcircuit `{subckt.name}` contains itself: {ring}", card.span)
+            return
+        scope = self.inner_scope(card, subckt, level, home)
+        mult = level.mult
+        if "m" in card.params and "m" not in subckt.params:
+            mult *= scope.values["m"]
+        ports = {p: level.tie(ref) for p, ref in zip(subckt.ports, card.refs, strict=True)}
+        inner = Level(name + ".", scope, ports, self.globals, self.sink, mult, card.span)
+        self.active.append(subckt)
+        try:
+            self.emit(self.expand(subckt.body, scope, self.chains.get(id(subckt), ())), inner)
+        finally:
+            self.active.pop()
+
+    def inner_scope(self, card: Instance, subckt: Subckt, level: Level, home: DeckScope) -> DeckScope:
+        """Given values are computed where the X line stands, defaults inside."""
+        scope = DeckScope(self.sink, level.scope, home)
+        for key, value in subckt.params.items():
+            scope.exprs[key] = Param(key, value, subckt.span)
+        for key, value in card.params.items():
+            try:
+                scope.values[key] = as_float(value, level.scope)
+            except ExprError as error:
+                level.scope.report(error)
+                scope.values[key] = 1.0
+            if key not in subckt.params and key != "m":
+                near = suggest(key, subckt.params)
+                self.sink.warning(
+                    "W133",
+                    f"the subcircuit `{subckt.name}` has no parameter `{key}`",
+                    card.span,
+                    f"did you mean `{near}`?"
+                    if near
+                    else "its parameters: " + (", ".join(subckt.params) or "none"),
+                )
+        return scope
+
+    # ---- dot cards ----
+
+    def dot(self, card: Dot, level: Level) -> None:
+        flat, scope = self.flat, level.scope
+        if card.kind in ("ic", "nodeset"):
+            target = flat.ics if card.kind == "ic" else flat.nodesets
+            for node, value, span in card.items:
+                target.append((level.node(node, span), as_float(value, scope), span))
+        elif card.kind in ("save", "probe"):
+            out = flat.saves if card.kind == "save" else flat.probes
+            out += [Probe(p.text, self.output(p.ast, level), p.span) for p in card.items]
+        elif card.kind == "options":
+            for key, value, _ in card.items:
+                flat.options[key] = as_float(value, scope) if isinstance(value, Node) else value
+                if key in ("temp", "tnom") and not isinstance(flat.options[key], (str, bool)):
+                    setattr(flat, key, float(flat.options[key]))
+        elif card.kind == "temp":
+            flat.temp = as_float(card.items, scope)
+        elif card.kind == "gravity":
+            g = [as_float(v, scope) for v in card.items]
+            if len(g) < 2:
+                g = [0.0, -(g[0] if g else STANDARD_GRAVITY), 0.0]
+            flat.gravity = (g[0], g[1], g[2] if len(g) > 2 else 0.0)
+        elif card.kind == "view":
+            flat.views.append(card.items)

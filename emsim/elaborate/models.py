@@ -1,0 +1,168 @@
+"""Models: the .model that an element names, evaluated once at the level that holds it."""
+
+from __future__ import annotations
+
+from ..build import reread_as_element
+from ..deck import Element, FlatDeck, MachineCard, Model
+from ..diagnostics import suggest
+from ..expr import Node, evaluate
+from ..syntax import CARD_WORDS, missing_mark
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any
+
+    from .bind import Level
+    from .scope import DeckScope
+
+# model types that an element letter accepts; the first is the name that later stages see for R, C, L
+_TYPES: dict[str, tuple[str, ...]] = {
+    "r": ("r", "res"),
+    "c": ("c", "cap"),
+    "l": ("l", "ind"),
+    "d": ("d",),
+    "s": ("sw", "vswitch"),
+    "w": ("csw", "iswitch"),
+    "q": ("npn", "pnp", "lpnp"),
+    "j": ("njf", "pjf"),
+    "z": ("nmf", "pmf", "nhfet", "phfet"),
+    "m": ("nmos", "pmos", "vdmos", "vdmosn", "vdmosp", "nsoi", "psoi"),
+    "p": ("cpl",),
+    "y": ("txl",),
+    "o": ("ltra",),
+    "u": ("urc",),
+}
+_FIRST_MODEL_WORD = {"m": 3, "q": 3, "j": 3, "z": 3, "u": 3, "o": 4}
+
+
+class Models:
+    """Finds and evaluates models; every one that is found stands in `flat.models` under its flat name."""
+
+    def __init__(self, flat: FlatDeck) -> None:
+        self.flat = flat
+        self.sink = flat.sink
+
+    def at(self, name: str, scope: DeckScope) -> Model | None:
+        """The model of that name as seen from a scope, with numbers for parameters."""
+        found = scope.find_model(name)
+        if found is None:
+            return None
+        card, owner = found
+        flat_name = owner.prefix + card.name
+        known = self.flat.models.get(flat_name)
+        if known is not None:
+            return known
+        model = Model(flat_name, card.type, {}, card.span, card.param_spans)
+        self.flat.models[flat_name] = model
+        params = dict(card.params)
+        if card.type.startswith("ako:"):
+            self._inherit(model, card, params, owner)
+        for types in (_TYPES["r"], _TYPES["c"], _TYPES["l"]):
+            if model.type in types:
+                model.type = types[0]
+        for key, value in params.items():
+            model.params[key] = evaluate(value, owner) if isinstance(value, Node) else value
+        return model
+
+    def _inherit(self, model: Model, card: Model, params: dict[str, Any], owner: DeckScope) -> None:
+        """.model new ako:base d (...)"""
+        base = self.at(card.type[4:], owner)
+        if base is None:
+            self.sink.error("E140", f"no .model is called `{card.type[4:]}`", card.span)
+            return
+        params.pop(base.type, None)
+        model.type = base.type
+        model.params.update(base.params)
+
+    def of_element(self, e: Element, level: Level) -> Model | None:
+        """The model of R C L D S W; problems go to the sink."""
+        name = e.model_name
+        assert name is not None
+        model = self.at(name, level.scope)
+        if model is None:
+            self._missing(e, name, level)
+            return None
+        accepted = _TYPES.get(e.letter, ())
+        if accepted and model.type not in accepted:
+            self.sink.error(
+                "E141",
+                f"`{e.name}` needs a model of type {accepted[0].upper()}, `{name}` is {model.type.upper()}",
+                e.model_span or e.span,
+                labels=[(model.span, "defined here")],
+            )
+            return None
+        return model
+
+    def _missing(self, e: Element, name: str, level: Level) -> None:
+        if e.letter in "rcl" and e.value is None:
+            number = level.scope.lookup(name, None)
+            if number is not None:
+                hint = f"for the parameter write {{{name}}}"
+            else:
+                hint = f"a .model {name} {e.letter.upper()}(...) is missing, or a value"
+            self.sink.error("E140", f"`{name}` is no number and no .model", e.model_span or e.span, hint)
+            return
+        candidates = level.scope.all_models()
+        near = suggest(name, candidates)
+        word = e.span.text.lower()
+        if word in CARD_WORDS:
+            hint = missing_mark(word)
+        elif near:
+            hint = f"did you mean `{near}`?"
+        else:
+            wanted = _TYPES.get(e.letter, ("type",))[0].upper()
+            hint = f"add .model {name} {wanted}(...), or the .include that holds it"
+        self.sink.error("E140", f"no .model is called `{name}`", e.model_span or e.span, hint)
+
+    # ---- letters with a varying number of nodes ----
+
+    def of_device(self, e: Element, level: Level) -> None:
+        """Q M J Z U O: the first word that names a model ends the nodes. Other letters keep their words."""
+        words: list[Any] = e.extra["words"]
+        spans = e.extra["word_spans"]
+        first = _FIRST_MODEL_WORD.get(e.letter)
+        if first is None:
+            return
+        for i in range(first, len(words)):
+            word = words[i]
+            if isinstance(word, str) and level.scope.find_model(word) is not None:
+                e.model_name, e.model_span = word, spans[i]
+                e.model = self.of_element(e, level)
+                e.nodes = [level.node(str(w), s) for w, s in zip(words[:i], spans, strict=False)]
+                e.extra["words"] = words[i + 1 :]
+                e.extra["word_spans"] = spans[i + 1 :]
+                return
+        at = min(first + (e.letter == "m"), len(words) - 1)
+        if at < first - 1 or not words:
+            word = e.span.text.lower()
+            hint = missing_mark(word) if word in CARD_WORDS else None
+            self.sink.error("E109", f"`{e.name}` has too few nodes", e.span, hint)
+            return
+        e.model_span = spans[at]
+        self._missing(e, str(words[at]), level)
+
+    # ---- machine cards that SPICE can read as well ----
+
+    def spice_reading(self, card: MachineCard, level: Level) -> Element | None:
+        """The element, when a .model of the SPICE type fits the line: then the SPICE reading wins."""
+        accepted = _TYPES.get(card.kind[0].lower())
+        if accepted is None or card.line is None:
+            return None
+        for ref in card.args:
+            found = level.scope.find_model(ref.name) if ref.point is None else None
+            if found is None or found[0].type not in accepted:
+                continue
+            element = reread_as_element(card.line, self.sink)
+            if element is None:
+                continue
+            at = element.extra.get("words", [])
+            if element.model_name == ref.name or ref.name in at[_FIRST_MODEL_WORD.get(element.letter, 0) :]:
+                self.sink.note(
+                    "N137",
+                    f"read as SPICE element {card.kind[0]}, because a .model fits, not as a {card.kind} card",
+                    card.span,
+                    "rename the model or the joint to make it a machine card",
+                    labels=[(found[0].span, "this model")],
+                )
+                return element
+        return None

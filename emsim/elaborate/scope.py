@@ -1,0 +1,119 @@
+"""Scopes: what parameter, function, model and subcircuit names mean at a place of the deck.
+
+Parameters are looked up through the chain of calls, as ngspice does: a subcircuit sees the parameters of the
+circuit that uses it. Models and subcircuits are looked up where the text stands.
+"""
+
+from __future__ import annotations
+
+from ..deck import Func, Model, Param, Subckt
+from ..diagnostics import Sink
+from ..expr import ExprError, Node, Num, Scope, evaluate
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+    from typing import Any
+
+    from ..diagnostics import Span
+    from ..expr import Call
+
+
+class DeckScope(Scope):
+    """One level: the top, or one use of a subcircuit.
+
+    `caller` is the scope of the X line, `home` the scope in whose text the subcircuit is defined.
+    """
+
+    def __init__(self, sink: Sink, caller: DeckScope | None = None, home: DeckScope | None = None) -> None:
+        super().__init__()
+        self.sink = sink
+        self.caller = caller
+        self.home = home
+        self.exprs: dict[str, Param] = {}
+        self.funcs: dict[str, Func] = {}
+        self.models: dict[str, Model] = {}
+        self.subckts: dict[str, tuple[Subckt, DeckScope]] = {}
+        self.evaluated_models: dict[str, Model] = {}
+        self._open: list[str] = []
+        self.prober: Any = None
+        self.prefix = ""
+
+    # ---- parameters ----
+
+    def lookup(self, name: str, span: Span | None) -> float | None:
+        value = self.values.get(name)
+        if value is not None:
+            return value
+        param = self.exprs.get(name)
+        if param is None:
+            return self.caller.lookup(name, span) if self.caller is not None else None
+        if name in self._open:
+            ring = " -> ".join([*self._open[self._open.index(name) :], name])
+            raise ExprError("E121", f"the parameters {ring} need each other", param.span)
+        self._open.append(name)
+        try:
+            value = param.value if isinstance(param.value, float) else evaluate(param.value, self)
+        finally:
+            self._open.pop()
+        self.values[name] = value
+        return value
+
+    def function(self, name: str) -> tuple[list[str], Node] | None:
+        scope: DeckScope | None = self
+        while scope is not None:
+            if name in scope.funcs:
+                func = scope.funcs[name]
+                return func.args, func.body
+            scope = scope.caller
+        return None
+
+    def names(self) -> Iterable[str]:
+        return [*self.exprs, *self.values, *(self.caller.names() if self.caller else ())]
+
+    def probe(self, call: Call) -> Node:
+        return call if self.prober is None else self.prober(call)
+
+    def check_all(self) -> None:
+        """Evaluate every parameter, so that what is wrong in unused ones is said too."""
+        for name, param in self.exprs.items():
+            try:
+                self.lookup(name, param.span)
+            except ExprError as error:
+                self.report(error)
+
+    def report(self, error: ExprError) -> None:
+        self.sink.error(error.code, error.message, error.span, error.hint)
+
+    # ---- models and subcircuits, by place in the text ----
+
+    def find_model(self, name: str) -> tuple[Model, DeckScope] | None:
+        scope: DeckScope | None = self
+        while scope is not None:
+            if name in scope.models:
+                return scope.models[name], scope
+            scope = scope.home
+        return None
+
+    def find_subckt(self, name: str) -> tuple[Subckt, DeckScope] | None:
+        scope: DeckScope | None = self
+        while scope is not None:
+            if name in scope.subckts:
+                return scope.subckts[name]
+            scope = scope.home
+        return None
+
+    def all_models(self) -> list[str]:
+        return [*self.models, *(self.home.all_models() if self.home else ())]
+
+    def all_subckts(self) -> list[str]:
+        return [*self.subckts, *(self.home.all_subckts() if self.home else ())]
+
+
+def as_float(value: Any, scope: Scope) -> float:
+    """A value that has to be known before the run. Raises ExprError."""
+    if isinstance(value, Num):
+        return value.value
+    if isinstance(value, Node):
+        return evaluate(value, scope)
+    return float(value)
