@@ -1,0 +1,77 @@
+"""A wheel of the tree and a wheel of the source distribution, each in an empty environment, run a deck.
+
+Compiles the engine twice: a minute or two. Needs cargo and a package index, as installing emsim does.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+import zipfile
+from pathlib import Path
+
+import pytest
+from support import NETLISTS, ROOT
+
+pytestmark = pytest.mark.slow
+
+MACHINE = NETLISTS / "paper" / "motor_pendulum_kp30.cir"
+
+
+def sh(*command: object, cwd: Path, **env: str) -> str:
+    done = subprocess.run(
+        [str(word) for word in command], cwd=cwd, capture_output=True, text=True, env={**os.environ, **env},
+        stdin=subprocess.DEVNULL, timeout=1200,
+    )  # fmt: skip
+    assert done.returncode == 0, (
+        f"{' '.join(map(str, command))}\n{done.stdout[-2000:]}\n{done.stderr[-2000:]}"
+    )
+    return done.stdout
+
+
+def environment(folder: Path) -> Path:
+    """A fresh virtual environment; its bin folder."""
+    sh(sys.executable, "-m", "venv", folder, cwd=folder.parent)
+    return folder / ("Scripts" if os.name == "nt" else "bin")
+
+
+@pytest.fixture(scope="module", params=["tree", "sdist"])
+def wheel(request, tmp_path_factory):
+    work = tmp_path_factory.mktemp(request.param)
+    tools = environment(work / "tools")
+    sh(tools / "pip", "install", "-q", "maturin>=1.9,<2", cwd=work)
+    # one folder of compiled dependencies for both, outside the tree
+    target = str(work.parent / "target")
+    source: Path = ROOT
+    if request.param == "sdist":
+        sh(tools / "maturin", "sdist", "-o", work / "sdist", cwd=ROOT)
+        (source,) = (work / "sdist").glob("*.tar.gz")
+    sh(
+        tools / "pip", "wheel", "-q", "--no-deps", "--no-build-isolation", "-w", work / "dist", source,
+        cwd=work, CARGO_TARGET_DIR=target, PATH=f"{tools}{os.pathsep}{os.environ['PATH']}",
+    )  # fmt: skip
+    (built,) = (work / "dist").glob("*.whl")
+    return built
+
+
+def test_runs_in_an_empty_environment(wheel, tmp_path):
+    bin = environment(tmp_path / "empty")
+    sh(bin / "pip", "install", "-q", wheel, cwd=tmp_path)
+    (tmp_path / "work").mkdir()
+    said = sh(bin / "emsim", "--json", MACHINE, cwd=tmp_path / "work")
+    document = json.loads(said)
+    assert document["status"] == "ok" and document["files"] == ["motor_pendulum_kp30.raw"]
+    assert (tmp_path / "work" / "motor_pendulum_kp30.raw").stat().st_size > 10_000
+    code = f"import emsim; print(emsim.run({str(MACHINE)!r}).time[-1], emsim.__version__)"
+    assert sh(bin / "python", "-c", code, cwd=tmp_path / "work").split() == ["10.0", "0.1.0"]
+
+
+def test_wheel_holds_grammar_types_and_licences_and_no_sources(wheel):
+    names = zipfile.ZipFile(wheel).namelist()
+    for needed in ("emsim/grammar/deck.lark", "emsim/py.typed", "emsim/_engine.pyi"):
+        assert needed in names
+    assert sum("LICENSE" in name for name in names) == 2
+    assert not [name for name in names if name.endswith((".rs", ".cir", "Cargo.toml")) or "tests/" in name]
+    assert "abi3" in wheel.name
