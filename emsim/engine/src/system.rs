@@ -474,7 +474,10 @@ impl System {
             out[k] = if w.flags[k] == 0.0 {
                 self.roots.output(&w.roots, 2 * k)
             } else {
-                -self.roots.output(&w.roots, 2 * k + 1)
+                // without hysteresis a flag is down at zero too: v(p) > 0 ends when a pulse returns to exactly 0
+                let down = self.roots.output(&w.roots, 2 * k + 1);
+                let at_zero = down == 0.0 && self.flags[k].up == self.flags[k].down;
+                if at_zero { f64::MIN_POSITIVE } else { -down }
             };
         }
     }
