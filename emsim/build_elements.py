@@ -116,7 +116,8 @@ class ElementCards(Cards):
             ["0" if p == "gnd" else p, "0" if n == "gnd" else n],
             Span(line.file, line.number, line.col, line.col + len(name)),
         )
-        if len(ch) == 4 and ch[3].__class__ is not tuple and ch[3] in _PLAIN:  # the plain case, the most frequent line of all
+        # the plain case, the most frequent line of all
+        if len(ch) == 4 and ch[3].__class__ is not tuple and ch[3] in _PLAIN:
             e.value = _PLAIN[ch[3]]
             return e
         for item in self.params(ch[3:], line, e):
