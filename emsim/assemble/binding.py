@@ -53,15 +53,8 @@ class Binding:
             if not card.ok:
                 self.broken = True
                 self.failed.add(card.name)
-            first = taken.setdefault(card.name, card)
-            if first is not card:
-                self._fail(
-                    "E234",
-                    f"{raw.kind} {card.name}: the name is taken by {first.spec.word} {card.name}",
-                    card.span,
-                    "names of bodies, joints and couplings are one space",
-                )
-            elif card.name in (GROUND, "gnd"):
+            taken[card.name] = card  # the front end has seen that names are unique
+            if card.name in (GROUND, "gnd"):
                 self._fail("E234", f"{raw.kind} {card.name}: {card.name} is the ground", card.span)
             elif not card.ok:
                 continue

@@ -54,7 +54,8 @@ class Motor(Card):
     joint: JointView
 
     def prepare(self, s: Scene) -> None:
-        self._from_model(s)
+        if self.model is not None and not self._from_model(s):
+            self.kt = self.ke = 0.0
         if self.kt is None and self.ke is None:
             s.sink.error(
                 "E230", f"MOTOR {self.name} needs kt= (torque per ampere)", self.span, self.spec.form
@@ -76,16 +77,15 @@ class Motor(Card):
             )
         self.row = s.branch(self.name)
 
-    def _from_model(self, s: Scene) -> None:
-        if self.model is None:
-            return
-        model = s.models.get(self.model)
+    def _from_model(self, s: Scene) -> bool:
+        """Take what the card leaves out from its .model; False when there is none."""
+        model = s.models.get(self.model or "")
         if model is None or model.type not in MODEL_TYPES:
             what = (
                 "no .model" if model is None else f".model {self.model} is of type {model.type}; no dcmotor"
             )
             s.sink.error("E253", f"MOTOR {self.name}: {what} named {self.model}", self.place("model"))
-            return
+            return False
         for key, value in model.params.items():
             if key not in self.spec.params or key == "model":
                 s.sink.error("E231", f".model {model.name} dcmotor does not take {key}=", model.span)
@@ -93,6 +93,7 @@ class Motor(Card):
                 s.sink.error("E232", f"{key}= of .model {model.name} is not a number", model.span)
             elif not self.given(key):
                 setattr(self, key, float(value))
+        return True
 
     def _speed(self) -> Expr:
         """Speed of the rotor [rad/s]; of the coil [m/s] on a slide without radius."""

@@ -1,0 +1,104 @@
+"""A card against its specification: what is missing, unknown, out of range, of the wrong kind."""
+
+import pytest
+from machines import only_error, problems
+
+from emsim.cards import CARDS
+
+ARM = "BODY arm shape=rod(0.3) m=0.2\nJOINT hinge 0 arm pin\n"
+
+BAD = {
+    # missing and unknown
+    "spring_without_k": (ARM + "POT p a b 0 hinge range=(0,1)", "E230", "needs r="),
+    "motor_misspelt": (ARM + "MOTOR m a 0 hinge kt=1 gera=3\nR1 a 0 1", "E231", "gera="),
+    "body_without_mass": ("BODY a shape=rod(1)\nJOINT j 0 a pin", "E230", "needs m="),
+    "too_few_terminals": (ARM + "MOTOR m a hinge kt=1", "E233", "terminal"),
+    # values
+    "negative_mass": ("BODY a m=-1\nJOINT j 0 a pin", "E238", "mass"),
+    "negative_damping": (ARM + "DAMPER d hinge c=-1", "E238", "damping"),
+    "negative_inertia": ("BODY a m=1 j=-1\nJOINT j 0 a pin", "E238", "negative"),
+    "angle_for_mass": ("BODY a m=3deg j=1\nJOINT j 0 a pin", "E256", "deg"),
+    "length_for_stiffness": (ARM + "SPRING s hinge k=3mm", "E256", "mm"),
+    "expression_for_mass": ("BODY a m={1+v(x)} j=1\nJOINT j 0 a pin\nR1 x 0 1\nV1 x 0 1", "E232", "number"),
+    "empty_range": (ARM + "POT p a b 0 hinge r=1k range=(1,1)", "E232", "range="),
+    "shape_unknown": ("BODY a shape=rod(1,2,3) m=1\nJOINT j 0 a pin", "E232", "rod(..)"),
+    "shape_of_no_size": ("BODY a shape=rod(0) m=1\nJOINT j 0 a pin", "E232", "greater than zero"),
+    "axis_of_no_length": ("BODY a m=1 j=1\nJOINT j 0 a slide axis=(0,0)", "E232", "direction"),
+    "too_many_ic": ("BODY a m=1 j=1\nJOINT j 0 a pin ic=(1,2,3)", "E232", "3 values"),
+    "force_without_direction": (ARM + "FORCE f arm dir=(0,0) 3", "E232", "direction"),
+    "two_energies": (ARM + "TRANSDUCER t a 0 hinge C={1n} L={1m}\nR1 a 0 1", "E252", "exactly one"),
+    "spring_q0_between_points": (ARM + "SPRING s 0 arm.com k=1 q0=1", "E240", "l0="),
+    # kinds of joints
+    "ball": ("BODY a m=1 j=1\nJOINT j 0 a ball", "E239", "not supported yet"),
+    "weld_has_no_coordinate": ("BODY a m=1\nJOINT j 0 a weld ic=3", "E240", "no coordinate"),
+    "pot_on_weld": ("BODY a m=1\nJOINT j 0 a weld\nPOT p x y 0 j r=1k range=(0,1)\nR1 x 0 1", "E241", "weld"),
+    "radius_on_a_pin": (ARM + "MOTOR m a 0 hinge kt=1 radius=1\nR1 a 0 1", "E240", "radius="),
+    # names
+    "unknown_body": ("BODY arm m=1 j=1\nJOINT j 0 amr pin", "E235", "amr"),
+    "unknown_joint": (ARM + "SPRING s hnige k=1", "E236", "hnige"),
+    "body_for_joint": (ARM + "DAMPER d arm c=1", "E236", "is a body"),
+    "same_body_twice": (ARM + "JOINT j arm arm(1,0) pin", "E237", "itself"),
+    "body_named_as_ground": ("BODY 0 m=1 j=1", "E234", "ground"),
+    "point_of_nothing": (ARM + "POINT leg.tip 1 2", "E235", "leg"),
+    "no_such_point": (ARM + "SPRING s 0 arm.tpi k=1\nPOINT arm.tip 1 0", "E235", "arm.tpi"),
+    "model_missing": (ARM + "MOTOR m a 0 hinge model=faulhaber\nR1 a 0 1", "E253", "faulhaber"),
+    # gears and drives
+    "gear_to_itself": (ARM + "GEAR g hinge hinge ratio=2", "E237", "itself"),
+    "gear_ratio_zero": ("BODY a m=1 j=1\nBODY b m=1 j=1\nJOINT j 0 a pin\nJOINT k 0 b pin\nGEAR g j k ratio=0", "E238", "0"),
+    "backlash": ("BODY a m=1 j=1\nBODY b m=1 j=1\nJOINT j 0 a pin\nJOINT k 0 b pin\nGEAR g j k ratio=2 backlash=1m", "E254", "backlash"),
+    "lead_between_pins": ("BODY a m=1 j=1\nBODY b m=1 j=1\nJOINT j 0 a pin\nJOINT k 0 b pin\nGEAR g j k lead=1m", "E240", "lead="),
+    "driven_twice": (ARM + "DRIVE d hinge q={time}\nDRIVE e hinge q={2*time}", "E245", "twice"),
+    "drive_of_the_state": (ARM + "DRIVE d hinge q={angle(hinge)}", "E251", "more than time"),
+    "drive_circle": (ARM + "DRIVE d hinge qd={2*omega(hinge)}", "E251", "prescribes"),
+    "effort_circle": (ARM + "TORQUE t arm tau={torque(u)}\nTORQUE u arm tau={torque(t)}", "E255", "decides it"),
+    # inertia and space
+    "massless": ("BODY a m=0\nJOINT j 0 a pin", "E243", "no inertia"),
+    "point_mass_on_its_axis": ("BODY a m=1\nJOINT j 0 a pin", "E243", "no inertia"),
+    "massless_slide": ("BODY a m=0\nJOINT j 0 a slide", "E243", "no mass"),
+    "one_inertia_in_space": ("BODY a m=1 j=1\nJOINT j 0 a pin axis=(1,0,0)", "E248", "out of the plane"),
+    "free_in_space": (ARM + "JOINT k arm b pin axis=(1,0,0)\nBODY b shape=disc(1) m=1\nBODY c m=1 j=1", "E247", "free"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", BAD)
+def test_a_bad_card_is_named_with_its_cause(name):
+    cards, code, words = BAD[name]
+    error = only_error(cards)
+    assert error.code == code, f"{error.code}: {error.message}"
+    assert words in error.message
+    assert error.span is not None
+
+
+def test_missing_parameter_shows_the_form():
+    error = only_error(ARM + "POT p a b 0 hinge range=(0,1)\nR1 a 0 1")
+    assert error.hint is not None and CARDS["POT"].spec.form in error.hint
+
+
+def test_misspelt_parameter_is_suggested():
+    assert only_error(ARM + "MOTOR m a 0 hinge kt=1 gera=3\nR1 a 0 1").hint == "did you mean gear=?"
+
+
+def test_a_failed_card_is_blamed_once():
+    """What hangs on a card with an error says nothing of its own."""
+    error = only_error("BODY arm m=-1\nJOINT hinge 0 arm pin\nSPRING s hinge k=1\nPOINT arm.tip 1 0")
+    assert error.code == "E238"
+
+
+def test_several_errors_come_at_once():
+    codes = {d.code for d in problems("BODY a m=-1\nBODY b j=1 shape=disc(0) m=1\nJOINT j 0 c pin") if d.severity == "error"}
+    assert codes == {"E238", "E232", "E235"}
+
+
+@pytest.mark.parametrize("card", ["STOP s hinge min=0 max=1 e=0.5", "FRICTION f hinge fc=1", "CONTACT c arm 0 k=1k"])
+def test_cards_of_later_issues_are_named_and_the_deck_runs(card):
+    found = [d for d in problems(ARM + ".gravity 9.81\n" + card)]
+    assert [(d.severity, d.code) for d in found] == [("warning", "W230")]
+    assert card.split()[1] in found[0].message and "not supported yet" in found[0].message
+
+
+def test_every_parameter_says_what_it_is():
+    for card in CARDS.values():
+        assert card.spec.form.startswith(card.spec.word)
+        for name, param in card.spec.params.items():
+            assert param.meaning, f"{card.spec.word} {name}="
+            assert f"{name}=" in card.spec.form or param.kind in ("value", "vector") or not param.required

@@ -1,0 +1,96 @@
+"""Reactions: the same forces by multipliers and by virtual motion, statics, and what drives apply."""
+
+import math
+
+import numpy as np
+import pytest
+
+import emsim
+
+BODIES = """.gravity 9.81
+BODY  crank   shape=rod(0.10) m=0.10
+BODY  coupler shape=rod(0.24) m=0.24
+BODY  rocker  shape=rod(0.20) m=0.20
+"""
+READ = "fx(a) fy(a) fx(b) fy(b) fx(d) fy(d) fx(close) fy(close) alpha(a) ax(coupler.com)"
+
+
+def four_bar(cut):
+    where = {"a": "ic=(0,10)", "b": "guess=56deg", "d": "guess=86deg", "close": "guess=28deg"}
+    where[cut] += " cut=yes"
+    return (
+        "four-bar\n" + BODIES + f"JOINT a 0 crank pin {where['a']}\nJOINT b crank(0.10,0) coupler pin {where['b']}\n"
+        f"JOINT d 0(0.22,0) rocker pin {where['d']}\nJOINT close coupler(0.24,0) rocker(0.20,0) pin {where['close']}\n"
+        f".tran 10m 0.2\n.options reltol=1e-8\n.print tran {READ}\n.end\n"
+    )
+
+
+@pytest.fixture(scope="module")
+def reference():
+    return emsim.run(four_bar("close"))
+
+
+@pytest.mark.parametrize("cut", ["a", "b", "d"])
+def test_reactions_do_not_depend_on_where_the_loop_is_cut(reference, cut):
+    """A cut joint reads its multipliers, a tree joint its virtual motion; both are the pin's force on B."""
+    other = emsim.run(four_bar(cut))
+    for name in READ.split():
+        one, two = reference[name], other[name]
+        scale = np.ptp(one)
+        # the first point of a time derivative is its one-sided start
+        assert np.abs(np.interp(0.15, reference.time, one) - np.interp(0.15, other.time, two)) < 1e-3 * scale, name
+        assert one[-1] == pytest.approx(two[-1], abs=1e-5 * scale), name
+
+
+def test_pin_of_a_resting_arm_carries_its_weight():
+    r = emsim.run(
+        "at rest\n.gravity 9.81\nBODY arm shape=rod(1) m=2\nJOINT h 0 arm pin zero=-90deg\n"
+        ".tran 1m 10m\n.print tran fx(h) fy(h) mz(h)\n.end\n"
+    )
+    assert r["fy(h)"][-1] == pytest.approx(2 * 9.81)
+    assert r["fx(h)"][-1] == pytest.approx(0.0, abs=1e-9)
+    assert r["mz(h)"][-1] == pytest.approx(0.0, abs=1e-9)
+
+
+def test_weld_of_a_beam_carries_force_and_moment():
+    """A beam held at its left end on a sled that does not move: m g, and m g l/2 against the weight."""
+    r = emsim.run(
+        "beam\n.gravity 9.81\nBODY sled m=1\nBODY beam shape=rod(1) m=2\nJOINT s 0 sled slide axis=(1,0)\n"
+        "JOINT w sled beam weld\n.tran 1m 10m\n.print tran fy(w) mz(w)\n.end\n"
+    )
+    assert r["fy(w)"][-1] == pytest.approx(2 * 9.81)
+    assert r["mz(w)"][-1] == pytest.approx(2 * 9.81 * 0.5)
+
+
+def test_whirling_mass_pulls_on_its_pin():
+    """m r w^2 towards the axis."""
+    r = emsim.run(
+        "whirl\nBODY bob m=0.5 com=(0.4,0)\nJOINT h 0 bob pin ic=(0,10)\n.tran 1m 0.1\n.print tran fx(h) fy(h) angle(h)\n.end\n"
+    )
+    angle = r["angle(h)"][-1]
+    assert r["fx(h)"][-1] == pytest.approx(-0.5 * 0.4 * 100 * math.cos(angle), rel=1e-3)
+    assert r["fy(h)"][-1] == pytest.approx(-0.5 * 0.4 * 100 * math.sin(angle), rel=1e-3)
+
+
+def test_torque_of_a_drive():
+    r = emsim.run(
+        "drive\nBODY r m=1 j=0.1\nJOINT j 0 r pin damp=0.2\nDRIVE d j q={0.5*sin(6*time)}\n"
+        ".tran 1m 1\n.options reltol=1e-7\n.print tran torque(d) power(d)\n.end\n"
+    )
+    t = r.time[-1]
+    torque = -0.1 * 18 * math.sin(6 * t) + 0.2 * 3 * math.cos(6 * t)
+    assert r["torque(d)"][-1] == pytest.approx(torque, rel=1e-4)
+    assert r["power(d)"][-1] == pytest.approx(torque * 3 * math.cos(6 * t), rel=1e-4)
+
+
+@pytest.mark.parametrize("first, second", [("j1", "j2"), ("j2", "j1")])
+def test_torque_of_a_gear_on_its_first_joint(first, second):
+    """j1 a' = T + tau on the driven shaft; the other shaft gets the rest through the ratio."""
+    ratio = 10 if first == "j1" else 0.1
+    r = emsim.run(
+        "gear\nBODY a m=1 j=0.1\nBODY b m=1 j=2\nJOINT j1 0 a pin\nJOINT j2 0 b pin\n"
+        f"GEAR g {first} {second} ratio={ratio}\nTORQUE t j1 tau=1\n.tran 1m 0.1\n.print tran torque(g)\n.end\n"
+    )
+    alpha2 = 10.0 / (2 + 100 * 0.1)
+    expected = 0.1 * 10 * alpha2 - 1.0 if first == "j1" else 2 * alpha2
+    assert r["torque(g)"][-1] == pytest.approx(expected, rel=1e-5)
