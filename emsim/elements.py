@@ -223,7 +223,7 @@ def resistor_current(ctx: Ctx, e: Element) -> Expr:
 
 def _is_charge(e: Element) -> bool:
     """Q={..}: the charge itself; C={..} is the incremental capacitance, i = C dv/dt, as in ngspice."""
-    return "q" in e.params or e.extra.get("form") == "q" or e.extra.get("output") == "q"
+    return bool(e.extra.get("charge"))
 
 
 def _charge(ctx: Ctx, e: Element) -> Expr:

@@ -225,9 +225,8 @@ class Compiler:
         if b.value is not None and b.value >= 1.0:
             # x |x|^(y-1) is smooth through 0 where sgn(x) |x|^y would be a flag
             return a * (self.ctx.b.call("pow", size, b - 1.0) if b.value != 2.0 else size)
-        return self.ctx.b.select(
-            self.ctx.flag(a), 1.0 * self.ctx.b.call("pow", size, b), -self.ctx.b.call("pow", size, b)
-        )
+        power = self.ctx.b.call("pow", size, b)
+        return self.ctx.b.select(self.ctx.flag(-a), -power, power)
 
     def _sqrt(self, square: Expr) -> Expr:
         return (

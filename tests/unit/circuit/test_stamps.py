@@ -97,7 +97,7 @@ def test_start_point_satisfies_the_equations() -> None:
     [
         # figures of ngspice 39.3, current of the 5 V source
         (["R1 a 0 10 m=2"], -1.0),
-        (["R1 a 0 10 tc1=0.01 tc2=0.001 dtemp=10 scale=3", ".temp 37"], -0.104167),
+        (["R1 a 0 10 tc1=0.01 tc2=0.001 dtemp=10 scale=3", ".temp 37"], -0.10416667),
         (["R1 a 0 10 rm", ".model rm r tc1=0.02 r=7", ".temp 37"], -0.4166667),
         (["R1 a 0 rm l=10u w=2u", ".model rm r tc1=0.02 rsh=100 narrow=0.5u short=1u"], -6.25e-3),
         (["R1 a 0 rm", ".model rm r rsh=100 r=50"], -0.05),
@@ -105,7 +105,7 @@ def test_start_point_satisfies_the_equations() -> None:
         (["R1 a 0 10 tce=1", ".temp 37"], -0.452643),
         (["R1 a 0 0"], -5000.0),
         (["R1 a 0 -10"], 0.5),
-        (["R1 a 0 r='v(a)*2'"], -0.5),
+        (["R1 a 0 r='10+v(a)*2'"], -0.25),
     ],
 )
 def test_resistor_values_as_ngspice(lines: list[str], current: float) -> None:

@@ -64,8 +64,8 @@ def test_a_conductance_made_of_a_controlled_source_is_a_path() -> None:
     ("lines", "code"),
     [
         (["Q1 c b e qq", ".model qq npn"], "E297"),
-        (["D1 a 0 nomodel"], "E298"),
-        (["D1 a 0 sw1", ".model sw1 sw"], "E298"),
+        (["D1 a 0 nomodel"], "E140"),
+        (["D1 a 0 sw1", ".model sw1 sw"], "E141"),
         (["F1 b 0 V9 2", "R2 b 0 1"], "E285"),
         (["F1 b 0 R1 2", "R2 b 0 1"], "E285"),
         (["L1 a c 1m", "K1 L1 L9 0.5", "R2 c 0 1"], "E285"),

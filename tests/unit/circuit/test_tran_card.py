@@ -10,11 +10,14 @@ import emsim
 RC = ("V1 a 0 PULSE(0 1 0 1u 1u)", "R1 a b 1k", "C1 b 0 1u")
 
 
-@pytest.mark.parametrize(
-    "args", ["", "1m", "1m 0", "1m -1", "0 1", "-1m 1", "1m 1 2", "1m 1 -1", "1m 1 0 -1", "1m 1 0 1 1"]
-)
+@pytest.mark.parametrize("args", ["1m 0", "1m -1", "0 1", "-1m 1", "1m 1 2", "1m 1 -1", "1m 1 0 -1"])
 def test_wrong_arguments(args: str) -> None:
     assert codes(*RC, f".tran {args}") == ["E305"]
+
+
+@pytest.mark.parametrize("args", ["", "1m", "1m 1 0 1 1"])
+def test_wrong_number_of_arguments(args: str) -> None:
+    assert codes(*RC, f".tran {args}") == ["E118"]
 
 
 def test_tstart_and_tmax() -> None:

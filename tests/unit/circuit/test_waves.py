@@ -51,7 +51,7 @@ def test_pwl_repeats_and_delays() -> None:
 
 @pytest.mark.parametrize(
     "source",
-    ["PWL(0 0 1m)", "PWL(0 0 2m 1 1m 2)", "PULSE(1)", "PWL(0 0 1m 1 3m 2) r=0.5m"],
+    ["PWL(0 0 2m 1 1m 2)", "PULSE(1)", "PWL(0 0 1m 1 3m 2) r=0.5m"],
 )
 def test_errors(source: str) -> None:
     assert codes(f"V1 a 0 {source}", "R1 a 0 1", ".tran 1m 10m") == ["E292"]
@@ -80,4 +80,4 @@ def test_values_as_ngspice(source: str, figures: list[float]) -> None:
 def test_dc_value_is_for_op_and_the_waveform_for_tran() -> None:
     r = emsim.run(deck("V1 a 0 DC 5 SIN(1 2 500)", "R1 a 0 1", ".op", ".tran 1m 10m"))
     assert r.plot("op")["v(a)"][0] == 5.0
-    assert r.plot("tran")["v(a)"][0] == 1.0
+    assert r.plot("tran")["v(a)"][0] == pytest.approx(1.0)
