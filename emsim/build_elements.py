@@ -14,6 +14,7 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any
 
+INFINITE = float("inf")
 _PLAIN: dict[str, float] = {}  # number words seen so far and their values
 
 
@@ -41,6 +42,8 @@ class Cards:
         value = spice_number(leaf)
         if value is None:
             return str(leaf.lower())
+        if value in (INFINITE, -INFINITE):
+            raise self.fail("E110", "the number is too large", line, leaf)
         leftover = spice_leftover(leaf)
         if leftover:
             if any(c in leftover for c in "*/+-^()"):

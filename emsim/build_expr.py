@@ -6,13 +6,21 @@ from .diagnostics import Diagnostic, Span
 from .expr import Binary, Call, Cond, Name, Node, Num, Unary
 from .source import Line
 from .syntax import LineError
-from .units import MISREAD_UNITS, machine_number, machine_number_problem, spice_number, split_number
+from .units import (
+    MISREAD_SUFFIXES,
+    MISREAD_UNITS,
+    machine_number,
+    machine_number_problem,
+    spice_number,
+    split_number,
+)
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any
 
-MAX_DEPTH = 150
+MAX_DEPTH = 150  # of the expression's tree
+MAX_CHAIN = 100  # operators of one precedence in a row, sums and products apart
 
 
 def extent(tree: Any) -> tuple[int, int]:
@@ -78,27 +86,25 @@ def _chain(tree: Any, line: Line, machine: bool, depth: int) -> Node:
     while tree.__class__ is tuple and tree[0] in ("binary", "either", "both"):
         rule, children = tree
         op = children[1].lower() if len(children) == 3 else ("or" if rule == "either" else "and")
-        end = extent(tree)[1]
+        end = extent(children[-1])[1]
         links.append((_OPS.get(op, str(op)), expression(children[-1], line, machine, depth), end))
         tree = children[0]
     out = expression(tree, line, machine, depth)
     links.reverse()
-    ops = {op for op, _, _ in links}
-    if len(links) > MAX_DEPTH // 3:
+    if len(links) > MAX_CHAIN:
+        ops = {op for op, _, _ in links}
         for plus, minus in (("+", "-"), ("*", "/")):
             if ops <= {plus, minus}:
                 # a sum of hundreds of terms is halved again and again, so that its tree stays flat
                 terms = [(plus, out), *((op, node) for op, node, _ in links)]
                 return _halved(terms, plus, minus, line.span_at(start, links[-1][2]))
-        if len(links) > MAX_DEPTH:
-            raise LineError(
-                Diagnostic(
-                    "error",
-                    "E104",
-                    f"more than {MAX_DEPTH} operators in a row",
-                    line.span_at(start, start + 1),
-                )
-            )
+        raise error_at(
+            "E104",
+            f"more than {MAX_CHAIN} operators in a row",
+            line,
+            tree,
+            "group them with brackets or .param",
+        )
     for op, b, end in links:
         span = line.span_at(start, end)
         out = Call("mod", [out, b], span) if op == "%" else Binary(op, out, b, span)
@@ -122,6 +128,8 @@ def _number_in_expression(leaf: Any, line: Line, machine: bool) -> float:
         return machine_float(leaf, line)
     value = spice_number(leaf)
     assert value is not None  # the grammar's NUMBER
+    if value == float("inf"):
+        raise error_at("E110", "the number is too large", line, leaf)
     letters = split_number(leaf)[1].lower()  # type: ignore[index]
     if letters in MISREAD_UNITS:
         raise_to = Diagnostic(
@@ -140,6 +148,20 @@ def machine_float(leaf: Any, line: Line) -> float:
     if value is None:
         message, hint = machine_number_problem(leaf)
         raise LineError(Diagnostic("error", "E111", message, line.span(leaf), hint))
+    misread = MISREAD_SUFFIXES.get(leaf.lstrip("+-.0123456789"))
+    if misread is not None:
+        read_as, meant, advice = misread
+        digits = leaf[:-1]
+        line.file.remarks.append(
+            Diagnostic(
+                "warning",
+                "W112",
+                f"`{leaf}` is {digits} {read_as}, not {digits} {meant}",
+                line.span(leaf),
+                f"write `{digits}{advice}`"
+                + (f" ({meant} is the unit of this value already)" * (not advice)),
+            )
+        )
     return value
 
 

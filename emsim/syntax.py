@@ -58,14 +58,18 @@ class LineError(Exception):
 
 
 def grammar_folder() -> str:
-    """grammar/ inside the installed package, or beside it in a source checkout."""
+    """grammar/ of the source checkout, or the copy inside an installed package."""
     package = os.path.dirname(os.path.abspath(__file__))
-    for folder in (os.path.join(package, "grammar"), os.path.join(os.path.dirname(package), "grammar")):
+    checkout = os.path.dirname(package)
+    # a build leaves a copy in the package folder; in a checkout the originals are the truth
+    if os.path.exists(os.path.join(checkout, "pyproject.toml")):
+        folders = [os.path.join(checkout, "grammar"), os.path.join(package, "grammar")]
+    else:
+        folders = [os.path.join(package, "grammar")]
+    for folder in folders:
         if os.path.exists(os.path.join(folder, "deck.lark")):
             return folder
-    raise OutsideError(
-        Diagnostic("error", "E502", "the grammar files of emsim are missing from its installation")
-    )
+    raise OutsideError(Diagnostic("error", "E502", "the grammar files of emsim are missing from its installation"))
 
 
 def grammar_text() -> str:
@@ -398,24 +402,26 @@ def _wanted(accepts: set[str]) -> str:
 
 
 def code_end(text: str) -> tuple[int, list[tuple[int, str]]]:
-    """Where the last character that is not in a comment ends, and the characters outside comments with places."""
+    """Where the code ends that is not comment, and the visible characters outside comments with their places."""
     visible: list[tuple[int, str]] = []
-    at, n = 0, len(text)
+    at, n, fresh = 0, len(text), False  # fresh: nothing but blanks so far on a continuation line
     while at < n:
         c = text[at]
         before = text[at - 1] if at else "\n"
-        starts_line = text[:at].rpartition("\n")[2].strip() == "" if c == "*" else False
         if (
             c == ";"
             or (c == "/" and text[at : at + 2] == "//" and before in " \t\n")
             or (c == "$" and before in " \t\n,")
-            or (c == "*" and starts_line and at)
+            or (c == "*" and fresh)
         ):
             at = text.find("\n", at)
             if at < 0:
                 break
             continue
-        if c not in " \t\n\r\f":
+        if c == "\n":
+            fresh = True
+        elif c not in " \t\r\f":
+            fresh = False
             visible.append((at, c))
         at += 1
     return (visible[-1][0] + 1 if visible else 0), visible

@@ -52,6 +52,14 @@ _KNOWN_UNITS = {
 # units whose letters SPICE drops or reads as something else; worth a word where an expression uses them
 MISREAD_UNITS = ("kg", "cm", "deg", "rpm")
 
+# suffixes that people take for something else: (SPICE's reading, what was meant, what to write after the digits)
+MISREAD_SUFFIXES = {
+    "N": ("nano", "newton", ""),
+    "g": ("giga", "gram", "m"),
+    "G": ("giga", "gram", "m"),
+    "M": ("milli", "mega", "meg"),
+}
+
 _DIGITS = "0123456789"
 
 

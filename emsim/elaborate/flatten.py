@@ -7,6 +7,8 @@ before the line that defines them) and settles .if; `emit` turns what is left in
 
 from __future__ import annotations
 
+import os
+
 from ..build import parse_expression
 from ..deck import (
     Analysis,
@@ -73,12 +75,15 @@ class _Flattener:
         top = Level("", DeckScope(self.sink), {}, self.globals, self.sink)
         self.define(top.scope)
         # declare, settle conditions, then emit
-        cards = self.expand(self.deck.body, top.scope, ())
+        path = self.deck.file.path
+        cards = self.expand(self.deck.body, top.scope, (os.path.realpath(path),) if path else ())
         self.unknown_defines(top.scope)
         top.scope.check_all()
         self.emit(cards, top)
         for name in top.scope.models:
             self.models.at(name, top.scope)
+        if not (self.flat.elements or self.flat.machine or self.sink.has_errors):
+            self.sink.error("E128", "the deck is empty: it has no element and no machine card")
         return self.flat
 
     # ---- parameters given from outside ----

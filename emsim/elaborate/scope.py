@@ -36,6 +36,7 @@ class DeckScope(Scope):
         self.subckts: dict[str, tuple[Subckt, DeckScope]] = {}
         self.evaluated_models: dict[str, Model] = {}
         self._open: list[str] = []
+        self._failed: dict[str, ExprError] = {}  # so that a wrong parameter is reported once
         self.prober: Any = None
         self.prefix = ""
 
@@ -48,12 +49,17 @@ class DeckScope(Scope):
         param = self.exprs.get(name)
         if param is None:
             return self.caller.lookup(name, span) if self.caller is not None else None
+        if name in self._failed:
+            raise self._failed[name]
         if name in self._open:
             ring = " -> ".join([*self._open[self._open.index(name) :], name])
             raise ExprError("E121", f"the parameters {ring} need each other", param.span)
         self._open.append(name)
         try:
             value = param.value if isinstance(param.value, float) else evaluate(param.value, self)
+        except ExprError as error:
+            self._failed[name] = error
+            raise
         finally:
             self._open.pop()
         self.values[name] = value
