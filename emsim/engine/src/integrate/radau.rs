@@ -224,6 +224,14 @@ impl Radau {
                 }
             }
             if sys.linear || norm == 0.0 {
+                // one correction is exact: the error estimate needs the charges after it, not those of the guess
+                for (k, c) in [C1, C2, 1.0].into_iter().enumerate() {
+                    sys.eval(w, &self.stage[k], self.t0 + c * h);
+                    for i in 0..n {
+                        self.d[k][i] = w.q[i] - self.q0[i];
+                    }
+                    self.f[k].copy_from_slice(&w.f);
+                }
                 self.theta = 1e-4;
                 return Ok(iteration);
             }
