@@ -36,7 +36,11 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _dispatch(args: list[str]) -> int:
-    verb, rest = (args[0], args[1:]) if args else ("help", [])
+    if not args:
+        from .arguments import UsageError
+
+        raise UsageError("no deck: emsim deck.cir")
+    verb, rest = args[0], args[1:]
     if verb in ("-h", "--help"):
         verb = "help"
     elif verb in ("-v", "--version"):

@@ -64,7 +64,14 @@ class Arguments:
             return self.words[0]
         if not self.words:
             raise UsageError(f"emsim {verb} needs a deck: emsim {verb} deck.cir")
-        raise UsageError(f"one deck at a time, got {len(self.words)}: {' '.join(self.words)}")
+        from . import VERBS
+
+        # emsim chekc deck.cir
+        near = suggest(self.words[0], VERBS) if verb == "run" else None
+        raise UsageError(
+            f"one deck at a time, got {len(self.words)}: {' '.join(self.words)}"
+            + (f"; did you mean emsim {near} {self.words[1]}?" if near else "")
+        )
 
 
 def parse(args: Sequence[str], options: Sequence[Option]) -> Arguments:

@@ -119,7 +119,7 @@ def _tight(
     from ..interop import ngspice
 
     grid = ours.main.grid if ours.plots else None
-    points = max(5000, 2 * len(written) if written and written.plots else 0)
+    points = max(ngspice.points_for(text), 2 * len(written) if written and written.plots else 0)
     tmax = (grid[2] - grid[1]) / min(points, 500_000) if grid else 0.0
     said = ""
     for reltol in TIGHT:
@@ -135,9 +135,11 @@ def _plot(path: str, ours: Result, written: Result | None, tight: Result, names:
 
     if not names:
         raise DeckError(Diagnostic("error", "E349", "there is no transient signal to draw"))
-    runs = {"ngspice tight": tight.main, "emsim": ours.main}
+    # the reference below, emsim on top
+    runs = {"ngspice tight": tight.main}
     if written:
         runs["ngspice as written"] = written.main
+    runs["emsim"] = ours.main
     try:
         overlay(path, runs, names[:12], ours.title)
     except ValueError as error:

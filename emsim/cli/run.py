@@ -6,10 +6,10 @@ notes and diagnostics to stderr."""
 from __future__ import annotations
 
 import sys
-from os.path import abspath, basename, splitext
+from os.path import abspath, basename, dirname, isdir, splitext
 
 from .. import pipeline
-from ..diagnostics import ConvergenceError, Diagnostic
+from ..diagnostics import ConvergenceError, Diagnostic, OutsideError
 from ..outputs import raw, text
 from .arguments import DEFINE, HELP, JSON, QUIET, Arguments, Option, UsageError, defines, parse
 from .console import CONVERGENCE, INTERRUPTED, OK, Progress, engineering, print_json, print_lines, show
@@ -74,6 +74,10 @@ def overrides(given: Arguments) -> dict[str, float | str]:
     """The options of the command line that stand above the deck's own."""
     options: dict[str, float | str] = {}
     if method := given.text("method"):
+        from ..assemble.options import METHODS, SPELLINGS
+
+        if method.lower() not in SPELLINGS:
+            raise UsageError(f"there is no method {method!r}, there are {', '.join(METHODS)}")
         options["method"] = method.lower()
     for key in ("reltol", "tmax"):
         if (value := given.number(key)) is not None:
@@ -94,6 +98,9 @@ def _targets(given: Arguments, deck: str) -> list[tuple[str, dict[str, Any]]]:
     for path, _ in targets:
         if deck != "-" and abspath(path) == abspath(deck):
             raise UsageError(f"{path} is the deck; choose another file with -o")
+        # a long run should not find out at its end
+        if not isdir(dirname(abspath(path))):
+            raise OutsideError(Diagnostic("error", "E503", f"there is no folder {dirname(path)} for {path}"))
     return targets
 
 

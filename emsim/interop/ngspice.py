@@ -99,6 +99,12 @@ def tightened(
     return _rebuild(text, folder, grid and (*grid, tmax), [options])
 
 
+def points_for(text: str) -> int:
+    """Points that a reference run must have at least. ngspice finds a switch's threshold only to within some
+    steps, so a deck with switches needs short ones whatever reltol is."""
+    return 100_000 if re.search(r"(?im)^\s*[sw]\w*\s", text.partition("\n")[2]) else 20_000
+
+
 def _rebuild(text: str, folder: str, tran: tuple[float, float, float, float] | None, more: list[str]) -> str:
     cards = list(_cards(text))
     title = cards.pop(0)[0] if cards else ""

@@ -1,0 +1,99 @@
+"""`emsim compare`: exit codes, the document, what it leaves behind."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from support import NETLISTS, needs_ngspice
+
+from emsim.cli import main
+
+STEP = str(NETLISTS / "electrical" / "rc_step.cir")
+pytestmark = pytest.mark.ngspice
+
+
+@needs_ngspice
+def test_a_plain_deck_passes(capsys, scratch):
+    assert main(["compare", STEP]) == 0
+    said = capsys.readouterr()
+    assert "all 3 signals are within 0.5 %" in said.out and "nearer to the tight run" in said.out
+    assert "reference: ngspice with reltol 1e-06" in said.err
+    assert list(scratch.iterdir()) == []
+
+
+@needs_ngspice
+def test_over_tolerance_is_exit_4(capsys):
+    assert main(["compare", "--tol", "1e-9", "--method", "gear", "--reltol", "0.05", STEP]) == 4
+    assert "v(out)" in capsys.readouterr().out.rsplit("further than", 1)[1]
+
+
+@needs_ngspice
+def test_json(capsys):
+    assert main(["compare", "--json", "--tol", "1%", STEP]) == 0
+    document = json.loads(capsys.readouterr().out)
+    assert document["tolerance"] == 0.01 and document["points"]["tight"] >= 20_000
+    row = next(row for row in document["signals"] if row["name"] == "v(out)")
+    assert row["maximum"] < 0.01 and row["nearer"] in ("emsim", "ngspice") and row["unit"] == "V"
+
+
+@needs_ngspice
+def test_picture(scratch):
+    pytest.importorskip("matplotlib")
+    assert main(["compare", "-q", "--plot", "x.svg", STEP]) == 0
+    assert "v(out) [V]" in (scratch / "x.svg").read_text() or (scratch / "x.svg").stat().st_size > 10_000
+    assert main(["compare", "-q", "--plot", "x.xyz", STEP]) == 2
+
+
+@needs_ngspice
+def test_includes_still_resolve_and_nothing_is_written_beside_the_deck(scratch, capsys):
+    (scratch / "decks").mkdir()
+    (scratch / "decks" / "r.inc").write_text("R1 in out 1k\n")
+    deck = scratch / "decks" / "d.cir"
+    deck.write_text("inc\nV1 in 0 SIN(0 1 1k)\n.include r.inc\nC1 out 0 100n\n.tran 10u 2m\n.end\n")
+    assert main(["compare", "decks/d.cir"]) == 0, capsys.readouterr()
+    assert sorted(os.listdir("decks")) == ["d.cir", "r.inc"] and os.listdir(".") == ["decks"]
+
+
+@needs_ngspice
+def test_shared_library_gives_the_same_verdict(capsys):
+    pytest.importorskip("PySpice")
+    code = main(["compare", "--json", "--engine", "shared", STEP])
+    said = capsys.readouterr()
+    if code == 5 and "E513" in said.err:
+        pytest.skip("no libngspice")
+    assert code == 0
+    assert {row["name"] for row in json.loads(said.out)["signals"]} == {"v(in)", "v(out)", "i(v1)"}
+
+
+@needs_ngspice
+def test_machines_are_beyond_ngspice(capsys):
+    assert main(["compare", "-q", str(NETLISTS / "coupled" / "pendulum_servo.cir")]) == 5
+    assert "E511" in capsys.readouterr().err
+
+
+def test_without_ngspice_exit_5(capsys, monkeypatch):
+    monkeypatch.setenv("PATH", "")
+    assert main(["compare", STEP]) == 5
+    assert "ngspice is not installed" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("args", "says"),
+    [(["--engine", "gnucap"], "process or shared"), (["--tol", "-1"], "not a positive number")],
+)
+def test_wrong_options(args, says, capsys):
+    assert main(["compare", *args, STEP]) == 2
+    assert says in capsys.readouterr().err
+
+
+def test_stdin_is_read_once():
+    text = Path(STEP).read_text()
+    done = subprocess.run(
+        [sys.executable, "-m", "emsim", "compare", "-"], input=text, capture_output=True, text=True
+    )
+    assert done.returncode in (0, 5), done.stderr

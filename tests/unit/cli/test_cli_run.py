@@ -1,0 +1,215 @@
+"""`emsim run` as a person uses it: files, streams, exit codes. Each test runs the program itself."""
+
+from __future__ import annotations
+
+import json
+import os
+import pty
+import signal
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+
+from emsim.outputs import raw
+
+RC = "rc\nV1 in 0 PULSE(0 1 0 1n 1n 1 2)\nR1 in out {r}\nC1 out 0 1u\n.param r=1k\n.tran 0.1m 5m\n.end\n"
+PRINT = RC.replace(".end", ".print tran v(out) i(v1)\n.end")
+LONG = "long\nV1 in 0 SIN(0 1 1meg)\nR1 in out 1k\nC1 out 0 1n\nD1 out 0 dm\n.model dm D\n.tran 1n 10\n.end\n"
+# v(b)^2 + v(b) + v(a) = 0 has no real solution once v(a) is above 1/4, which is at t = 1.25 ms
+STUCK = (
+    "stuck\nV1 a 0 PULSE(0 1 1m 1m 1m 1 2)\nR1 a 0 1\n"
+    "B1 b 0 I={v(a)+v(b)*v(b)}\nR2 b 0 1\n.tran 10u 5m\n.end\n"
+)
+
+
+def emsim(*args, stdin="", **more):
+    return subprocess.run(
+        [sys.executable, "-m", "emsim", *args],
+        input=stdin,
+        capture_output=True,
+        text=True,
+        timeout=60,
+        **more,
+    )
+
+
+@pytest.fixture(autouse=True)
+def decks(scratch):
+    for name, text in {"rc": RC, "print": PRINT, "long": LONG, "stuck": STUCK}.items():
+        (scratch / f"{name}.cir").write_text(text)
+    return scratch
+
+
+def final(path):
+    return raw.read(str(path))["v(out)"][-1]
+
+
+def test_a_deck_alone_is_run_and_writes_its_raw_file_here(decks):
+    (decks / "elsewhere").mkdir()
+    done = emsim("../rc.cir", cwd=decks / "elsewhere")
+    assert done.returncode == 0 and done.stdout == "" and "-> rc.raw" in done.stderr
+    assert os.listdir(decks / "elsewhere") == ["rc.raw"]
+    assert final(decks / "elsewhere" / "rc.raw") == pytest.approx(1 - np.exp(-5), abs=1e-3)
+
+
+def test_print_tables_go_to_stdout_and_notes_to_stderr():
+    done = emsim("run", "print.cir")
+    rows = [line.split() for line in done.stdout.splitlines() if line[:1].isdigit()]
+    assert len(rows) == 51 and [float(w) for w in rows[-1][:2]] == [50, 5e-3]
+    assert float(rows[-1][2]) == pytest.approx(1 - np.exp(-5), abs=1e-3)
+    assert done.stderr.startswith("tran: ") and len(done.stderr.splitlines()) == 1
+
+
+def test_quiet_says_nothing(decks):
+    done = emsim("--quiet", "rc.cir")
+    assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
+
+
+@pytest.mark.parametrize("args", [["-o", "x.raw"], ["-b", "-r", "x.raw"], ["--output=x.raw", "--ascii"]])
+def test_where_the_raw_file_goes(decks, args):
+    assert emsim(*args, "rc.cir").returncode == 0
+    assert not (decks / "rc.raw").exists() and final(decks / "x.raw") > 0.99
+    assert (b"Values:" in (decks / "x.raw").read_bytes()) == ("--ascii" in args)
+
+
+def test_no_files_and_csv(decks):
+    assert emsim("--no-files", "--csv", "x.csv", "rc.cir").returncode == 0
+    assert not (decks / "rc.raw").exists()
+    lines = (decks / "x.csv").read_text().splitlines()
+    assert lines[0].startswith("time,v(in),v(out)") and lines[-1].startswith("0.005,")
+
+
+def test_stdin(decks):
+    assert emsim("-", stdin=RC).returncode == 0
+    assert final(decks / "stdin.raw") > 0.99
+
+
+def test_defines_stand_above_param(decks):
+    assert emsim("-D", "r=10k", "rc.cir").returncode == 0
+    assert final(decks / "rc.raw") == pytest.approx(1 - np.exp(-0.5), abs=1e-3)
+
+
+def test_method_and_tolerance_reach_the_integrator(decks):
+    def error(*args):
+        assert emsim(*args, "rc.cir").returncode == 0
+        result = raw.read(str(decks / "rc.raw"))
+        t = result.time[result.time > 1e-6]
+        return abs(result["v(out)"][result.time > 1e-6] - (1 - np.exp(-(t - 0.5e-9) / 1e-3))).max()
+
+    loose, tight = error("--method", "trap"), error("--method", "radau", "--reltol", "1e-9")
+    assert tight < 1e-8 < loose < 1e-2
+    assert error("--method", "trap", "--tmax", "1u") < loose / 10
+
+
+def test_json_is_one_document(decks):
+    done = emsim("--json", "print.cir")
+    document = json.loads(done.stdout)
+    assert document["status"] == "ok" and document["exit_code"] == 0 and document["files"] == ["print.raw"]
+    (analysis,) = document["analyses"]
+    assert analysis["kind"] == "tran" and analysis["signals"][0] == "time" and analysis["units"][0] == "s"
+    assert document["statistics"]["tran"]["steps"] > 10 and document["diagnostics"] == []
+
+
+def test_json_of_a_wrong_deck():
+    done = emsim("--json", "-", stdin="bad\nR1 a 0\n.end\n")
+    document = json.loads(done.stdout)
+    assert done.returncode == document["exit_code"] == 1 and document["status"] == "deck error"
+    (error,) = [d for d in document["diagnostics"] if d["severity"] == "error"]
+    assert error["span"]["line"] == 2 and "R1" in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("args", "code", "says"),
+    [
+        ([], 2, "no deck"),
+        (["nofile.cir"], 5, "nofile.cir"),
+        (["--retol", "1", "rc.cir"], 2, "did you mean --reltol"),
+        (["chekc", "rc.cir"], 2, "did you mean emsim check rc.cir"),
+        (["rc.cir", "print.cir"], 2, "one deck at a time"),
+        (["--reltol", "zero", "rc.cir"], 2, "not a positive number"),
+        (["--method", "euler", "rc.cir"], 2, "trap, gear, radau"),
+        (["-o", "nowhere/x.raw", "rc.cir"], 5, "nowhere"),
+        (["-o", "rc.cir", "rc.cir"], 2, "is the deck"),
+        (["--no-files", "-o", "x.raw", "rc.cir"], 2, "contradict"),
+        (["help", "rum"], 2, "did you mean run"),
+        (["."], 5, "directory"),
+    ],
+)
+def test_mistakes_on_the_command_line(decks, args, code, says):
+    done = emsim(*args)
+    assert done.returncode == code and says in done.stderr and "Traceback" not in done.stderr, done.stderr
+    assert done.stdout == "" and (decks / "rc.cir").read_text() == RC and not list(decks.glob("*.raw"))
+
+
+def test_no_convergence_keeps_what_was_computed(decks):
+    done = emsim("--json", "stuck.cir")
+    document = json.loads(done.stdout)
+    assert done.returncode == 3 and document["status"] == "no convergence", done.stderr
+    result = raw.read(str(decks / "stuck.raw"))
+    assert 1.2e-3 < result.time[-1] < 1.2501e-3
+    assert "stuck.cir:4" in done.stderr and document["analyses"][0]["status"] == "failed"
+
+
+def test_interrupt_keeps_what_was_computed(decks):
+    process = subprocess.Popen(
+        [sys.executable, "-m", "emsim", "--json", "--tmax", "20n", "long.cir"],
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+    )  # fmt: skip
+    time.sleep(1.5)
+    process.send_signal(signal.SIGINT)
+    out, err = process.communicate(timeout=20)
+    assert process.returncode == 130 and "Traceback" not in err
+    assert json.loads(out)["status"] == "interrupted"
+    assert raw.read(str(decks / "long.raw")).time[-1] > 0
+
+
+def test_progress_line_on_a_terminal_only(decks):
+    terminal, end = pty.openpty()
+    process = subprocess.Popen(
+        [sys.executable, "-m", "emsim", "--no-files", "--tmax", "20n", "long.cir"],
+        stdout=subprocess.PIPE,
+        stderr=end,
+    )
+    time.sleep(2.5)
+    process.send_signal(signal.SIGINT)
+    process.communicate(timeout=20)
+    said = os.read(terminal, 100_000).decode()
+    os.close(terminal)
+    os.close(end)
+    assert "s/10s  step " in said and " steps  ETA " in said and "events 0" in said
+    # wiped before the summary
+    assert said.rsplit("\r", 3)[1].strip() == "" or "\r" + " " * 20 in said
+
+
+def test_a_reader_that_leaves_is_no_error():
+    done = subprocess.run(
+        [
+            "bash",
+            "-c",
+            f"set -o pipefail; {sys.executable} -m emsim print.cir --tmax 100n 2>err | head -1 >/dev/null",
+        ]
+    )
+    assert done.returncode == 0 and "Broken" not in open("err").read()  # noqa: SIM115
+
+
+def test_internal_errors_are_reported_without_a_traceback():
+    code = (
+        "import sys; from emsim import cli, pipeline\n"
+        "def run(*a, **k): raise ZeroDivisionError('oops')\n"
+        "pipeline.run = run\nsys.exit(cli.main(['--json', 'rc.cir']))"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert done.returncode == 70 and "E499" in done.stderr and "please report" in done.stderr
+    assert "Traceback" not in done.stderr and json.loads(done.stdout)["status"] == "internal error"
+
+
+def test_help_of_every_verb():
+    overview = emsim("--help").stdout
+    for verb in ("run", "check", "compare"):
+        assert f"\n  {verb} " in overview
+        text = emsim(verb, "--help").stdout
+        assert text.startswith(f"usage: emsim {verb}") and text == emsim("help", verb).stdout
+    assert emsim("--version").stdout == emsim("version").stdout == "emsim 0.1.0\n"
