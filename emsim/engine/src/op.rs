@@ -422,7 +422,14 @@ pub fn initial_conditions(
         newton.solve(sys, w, 1.0 / h, &r, &mut y, h, tol, 100)?;
         let flipped = sys.update_flags(w, &y, 0.0);
         if !flipped || round == 19 {
-            x.copy_from_slice(&y);
+            // y belongs to t = h; with a second one from twice the step, the values at t = 0 to O(h^2)
+            let twice: Vec<f64> = q0.iter().map(|q| -q / (2.0 * h)).collect();
+            let (mut z, junction) = (y.clone(), w.junction.clone());
+            let ok = newton.solve(sys, w, 0.5 / h, &twice, &mut z, 2.0 * h, tol, 100).is_ok();
+            w.junction = junction;
+            for i in 0..sys.n {
+                x[i] = if ok && sys.differential[i] { 2.0 * y[i] - z[i] } else { y[i] };
+            }
             break;
         }
     }

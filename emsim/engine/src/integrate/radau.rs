@@ -35,7 +35,7 @@ const TI: [[f64; 3]; 3] = [
 ];
 const D: [f64; 3] = [-(13.0 + 7.0 * S6) / 3.0, (-13.0 + 7.0 * S6) / 3.0, -1.0 / 3.0];
 /// The local tolerance against the asked one: keeps the global error of ordinary problems near what was asked.
-const LOCAL: f64 = 0.1;
+const LOCAL: f64 = 0.03;
 const MOST_ITERATIONS: usize = 10;
 
 pub struct Radau {
