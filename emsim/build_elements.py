@@ -22,6 +22,11 @@ def _form(letter: str) -> str:
     return "form: " + FORMS[letter]
 
 
+def _is_value(item: Any) -> bool:
+    """A word or something in braces, not a keyword or a waveform."""
+    return item[0] == "braced" if item.__class__ is tuple else item.type == "WORD"
+
+
 class Cards:
     """What the builders of elements, machine cards and dot cards share: errors and values."""
 
@@ -152,20 +157,32 @@ class ElementCards(Cards):
         name = ch[0]
         e = self.element(name[0].lower(), ch, 2, line)
         e.extra = {"dc": None, "ac": None}
-        for item in self.params(ch[3:], line, e):
-            rule = item[0] if item.__class__ is tuple else ""
-            if rule == "wave":
+        rest = self.params(ch[3:], line, e)
+        at = 0
+        while at < len(rest):
+            item = rest[at]
+            at += 1
+            kind = item[0] if item.__class__ is tuple else item.type
+            if kind == "wave":
                 if e.wave is not None:
                     raise self.fail("E102", f"{name} has a second waveform here", line, item)
                 e.wave = self.waveform(item, line)
-            elif rule == "ac":
-                values = [self.number(v, line, "the AC value") for v in item[1]]
-                e.extra["ac"] = (values[0] if values else 1.0, values[1] if len(values) > 1 else 0.0)
+                continue
+            # AC takes up to two values, DC one; a value alone is DC
+            most = {"AC": 2, "DC": 1}.get(kind, 0)
+            values = [] if most else [item]
+            while len(values) < most and at < len(rest) and _is_value(rest[at]):
+                values.append(rest[at])
+                at += 1
+            numbers = [self.number(v, line, f"the {'AC' if kind == 'AC' else 'DC'} value") for v in values]
+            if kind == "AC":
+                e.extra["ac"] = (numbers[0] if numbers else 1.0, numbers[1] if numbers[1:] else 0.0)
+            elif not numbers:
+                raise self.fail("E109", "DC has no value", line, item, _form("v"))
+            elif e.extra["dc"] is not None:
+                raise self.fail("E102", f"{name} has a second DC value here", line, values[0], _form("v"))
             else:
-                value = self.number(item[1][0] if rule == "dc" else item, line, "the DC value")
-                if e.extra["dc"] is not None:
-                    raise self.fail("E102", f"{name} has a second DC value here", line, item, _form("v"))
-                e.extra["dc"], e.value_span = value, line.span_at(*extent(item))
+                e.extra["dc"], e.value_span = numbers[0], line.span_at(*extent(values[0]))
         if e.wave is not None:
             for key in ("r", "td"):
                 if key in e.params:

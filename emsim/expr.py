@@ -463,10 +463,13 @@ def _fold(node: Node, scope: Scope, bound: dict[str, Node], depth: int) -> Node:
         return node
     if isinstance(node, Name):
         if node.id in bound:
-            return bound[node.id]
+            value_or_place = bound[node.id]
+            if isinstance(value_or_place, Name) and not _is_run_time(value_or_place):
+                raise undefined(value_or_place, scope)
+            return value_or_place
         value = scope.lookup(node.id, node.span)
         if value is None:
-            if node.id in RUN_TIME_NAMES or node.id[0] == "@":
+            if _is_run_time(node):
                 return node
             value = CONSTANTS.get(node.id)
         if value is None:
@@ -499,7 +502,7 @@ def _fold_call(node: Call, scope: Scope, bound: dict[str, Node], depth: int) -> 
         _check_count(node, len(names), len(names))
         if depth >= _LIMIT:
             raise ExprError("E121", f"the function `{node.fn}` calls itself without end", node.span)
-        args = [_fold(a, scope, bound, depth) for a in node.args]
+        args = [_fold_argument(a, scope, bound, depth) for a in node.args]
         return _fold(body, scope, dict(zip(names, args, strict=True)), depth + 1)
     if node.fn in PROBES:
         return scope.probe(Call(node.fn, [_fold_place(a, scope, bound, depth) for a in node.args], node.span))
@@ -518,6 +521,20 @@ def _fold_call(node: Call, scope: Scope, bound: dict[str, Node], depth: int) -> 
     if node.fn in _DYNAMIC:
         return Call(node.fn, args, node.span)
     raise unknown_function(node)
+
+
+def _is_run_time(node: Name) -> bool:
+    return node.id in RUN_TIME_NAMES or node.id[0] == "@"
+
+
+def _fold_argument(node: Node, scope: Scope, bound: dict[str, Node], depth: int) -> Node:
+    """An argument of a .func: a name that is no parameter may be a node, as in .func twice(n) {2*v(n)}."""
+    if isinstance(node, Name) and node.id not in bound and node.id not in CONSTANTS:
+        if scope.lookup(node.id, node.span) is None:
+            return node
+    elif isinstance(node, Name) and node.id in bound:
+        return bound[node.id]
+    return _fold(node, scope, bound, depth)
 
 
 def _fold_place(node: Node, scope: Scope, bound: dict[str, Node], depth: int) -> Node:
@@ -543,7 +560,7 @@ def is_constant(node: Node) -> bool:
     if isinstance(node, Num):
         return True
     if isinstance(node, Name):
-        return node.id not in RUN_TIME_NAMES and node.id[0] != "@"
+        return not _is_run_time(node)
     if isinstance(node, Binary):
         return is_constant(node.a) and is_constant(node.b)
     if isinstance(node, Unary):

@@ -69,7 +69,9 @@ def grammar_folder() -> str:
     for folder in folders:
         if os.path.exists(os.path.join(folder, "deck.lark")):
             return folder
-    raise OutsideError(Diagnostic("error", "E502", "the grammar files of emsim are missing from its installation"))
+    raise OutsideError(
+        Diagnostic("error", "E502", "the grammar files of emsim are missing from its installation")
+    )
 
 
 def grammar_text() -> str:
@@ -177,12 +179,21 @@ def _write_cache(path: str, built: Any) -> None:
     data["options"] = {k: v for k, v in data["options"].items() if k != "transformer"}
     temporary = f"{path}.{os.getpid()}"
     try:
-        blob = marshal.dumps((data, memo))
+        blob = marshal.dumps(_plain((data, memo)))
         with open(os.open(temporary, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "wb") as handle:
             handle.write(blob)
         os.replace(temporary, path)
     except (OSError, ValueError):
         pass  # the cache is a convenience
+
+
+def _plain(value: Any) -> Any:
+    """Lark's tables with its own kinds of str made plain ones."""
+    if isinstance(value, dict):
+        return {_plain(k): _plain(v) for k, v in value.items()}
+    if isinstance(value, (list, tuple)):
+        return type(value)(_plain(v) for v in value)
+    return str(value) if isinstance(value, str) else value
 
 
 # ---- one line ----
@@ -390,6 +401,10 @@ def _explain(line: Line, start: str, error: Any) -> Diagnostic:
 
 
 def _wanted(accepts: set[str]) -> str:
+    if {"NUMBER", "NAME", "V_CALL"} <= accepts:
+        return "an expression"
+    if "WORD" in accepts:
+        accepts = accepts - {"LBRACE", "QUOTE", "DBLQUOTE"}
     if not accepts or len(accepts) > 20:
         return ""
     operators = accepts & set(_OPERATORS)

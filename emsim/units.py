@@ -126,7 +126,8 @@ def spice_leftover(text: str) -> str:
     """What SPICE ignores at the end of a number word and a person may have meant: digits and signs in it."""
     parts = split_number(text)
     letters = parts[1] if parts else text
-    return "" if letters.replace("%", "").isalpha() or not letters else letters
+    plain = letters.replace("%", "")
+    return letters if plain and not plain.isalpha() else ""
 
 
 def machine_number(text: str) -> float | None:

@@ -1,0 +1,124 @@
+"""Text to logical lines: title, comments, continuation, encodings, .control; spans point at the user's text."""
+
+from __future__ import annotations
+
+import pytest
+
+from emsim.build import read
+from emsim.elaborate import flatten
+from emsim.source import SourceFile, cut, decode
+
+from .support import codes, element, flat, said
+
+
+def test_first_line_is_the_title_whatever_it_says():
+    deck = flatten(read("R9 a b 1k of a title\nR1 a 0 1\n"))
+    assert deck.title == "R9 a b 1k of a title"
+    assert [e.name for e in deck.elements] == ["r1"]
+
+
+def test_a_card_as_title_is_warned_of():
+    assert [d.code for d in read("V1 a 0 1\nR1 a 0 1\n").sink.diagnostics] == ["W108"]
+
+
+def test_title_card_replaces_the_first_line():
+    assert flat(".title Another one ; said here\nR1 a 0 1").title == "Another one"
+
+
+def test_empty_lines_above_a_text_are_not_its_title(tmp_path):
+    assert read("\n\nthe title\nR1 a 0 1\n").title == "the title"
+    path = tmp_path / "a.cir"
+    path.write_text("\nthe title\n")  # in a file the first line counts, as in ngspice
+    assert read(path).title == ""
+
+
+@pytest.mark.parametrize(
+    "comment", [" ; x", ";x", " $ x", " $x", "\t$ x", " // x", " ; it's {", ' $ "', "   ;; ;", " ; kt=1 $ ;"]
+)
+def test_trailing_comments(comment):
+    assert element(f"R1 a 0 1k{comment}").value == 1e3
+
+
+def test_a_dollar_inside_a_word_is_no_comment():
+    assert element("R1 a$b 0 1k").nodes == ["a$b", "0"]
+
+
+@pytest.mark.parametrize("between", ["", "* c\n", "\n", "  * c\n\n; c\n$ c\n// c\n", "*\n*\n"])
+def test_continuation_across_comments(between):
+    e = element(f"R1 a ; first\n{between}+ 0 $ second\n{between}  + 2.5k")
+    assert (e.nodes, e.value) == (["a", "0"], 2500.0)
+
+
+def test_continuation_may_split_an_expression_anywhere():
+    deck = flat(".param a=1\n+ b = {a +\n+ 2} c={ (a\n* between\n+ +b)*2}\nR1 x 0 {c}")
+    assert deck.elements[0].value == 8.0
+
+
+def test_spans_on_continued_lines_point_at_their_own_line():
+    (d,) = said("R1 a 0\n* comment\n+ {1 +\n+ nope}")
+    assert (d.code, d.span.line, d.span.col, d.span.text) == ("E120", 5, 3, "nope")
+
+
+@pytest.mark.parametrize(
+    "data",
+    [
+        b"t\r\nR1 a 0 1k\r\n+ tc=1\r\n",
+        b"\xef\xbb\xbft\nR1 a 0 1k\n+ tc=1\n",
+        "t\nR1 a 0 1k\n+ tc=1\n".encode("utf-16"),
+        b"t \xe9\nR1 a 0 1k ; 5 \xb5m\n+ tc=1\n",
+        b"t\rR1 a 0 1k\r+ tc=1\r",
+        b"t\nR1 a 0 1k\n+ tc=1",
+    ],
+    ids=["crlf", "bom", "utf-16", "latin-1", "cr", "no end"],
+)
+def test_encodings_and_line_ends(tmp_path, data):
+    path = tmp_path / "a.cir"
+    path.write_bytes(data)
+    (e,) = flatten(read(path)).elements
+    assert (e.value, e.params) == (1e3, {"tc1": 1.0})
+
+
+def test_micro_sign_in_every_encoding():
+    assert decode("5µ".encode()) == "5µ" == decode("5µ".encode("latin-1"))
+    assert decode(b"R1\0") is None
+
+
+def test_names_are_case_insensitive():
+    e = element("RLoad OUT GND 1MEG")
+    assert (e.name, e.nodes, e.value) == ("rload", ["out", "0"], 1e6)
+
+
+def test_end_ends_the_deck():
+    assert [e.name for e in flat("R1 a 0 1\n.END\nR2 is not read (").elements] == ["r1"]
+
+
+def test_lines_keep_their_numbers():
+    reading = cut(SourceFile("x", "t\n\n* c\nR1 a 0 1\n+ tc=1\n  C1 a 0 1\n"), has_title=True)
+    assert [(line.number, line.col, line.text) for line in reading.lines] == [
+        (4, 1, "R1 a 0 1\n+ tc=1"),
+        (6, 3, "C1 a 0 1"),
+    ]
+
+
+def test_control_section_is_skipped_with_one_note():
+    deck = flat(
+        "R1 a 0 1\n.tran 1u 1m\n.control\nrun\nplot v(a)\ntran 1 2\n.endc\n.control\nfoo (\n.endc\nC1 a 0 1"
+    )
+    assert [e.name for e in deck.elements] == ["r1", "c1"]
+    assert [a.kind for a in deck.analyses] == ["tran"]
+    assert [d.code for d in deck.sink.diagnostics] == ["N107"]
+
+
+def test_analyses_only_in_control_are_run():
+    deck = flat("R1 a 0 1\n.control\nop\nrun\ntran 1u 1m uic\nplot v(a)\n.endc")
+    assert [(a.kind, a.args, a.flags) for a in deck.analyses] == [
+        ("op", [], set()),
+        ("tran", [1e-6, 1e-3], {"uic"}),
+    ]
+    assert "except for op and tran" in deck.sink.diagnostics[-1].message
+
+
+def test_leftovers_of_other_simulators_are_tolerated():
+    assert (
+        codes("R1 a 0 1\n.backanno\n.option post brief\n.options plotwinsize=0 numdgt=7\n.width out=80") == []
+    )
