@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     Current = Callable[[Ctx, Element], Expr]
 
 LEAST_RESISTANCE = 1e-3  # what ngspice makes of 0 ohm [ohm]
+TABLE_ROUNDING = 0.1  # ngspice hands TABLE to its XSPICE model `pwl` with input_domain=0.1
 FILAMENT = 10e-6  # default width and length of R and C models [m]
 
 
@@ -400,7 +401,9 @@ def controlled_value(ctx: Ctx, e: Element) -> Expr:
     if form == "expr":
         return expression(ctx, e)
     if form == "table":
-        return ctx.table(ctx.compile(e.value, e.value_span or e.span), e.extra["table"], True, e.span)
+        return ctx.table(
+            ctx.compile(e.value, e.value_span or e.span), e.extra["table"], True, e.span, TABLE_ROUNDING
+        )
     xs = [sum_of(ctx, terms) for terms in controls(ctx, e)]
     if form == "poly":
         return polynomial(ctx, [float(c) for c in e.extra["coeffs"]], xs)

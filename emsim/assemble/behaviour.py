@@ -6,7 +6,8 @@ Checked against ngspice 39 (tests/unit/circuit/test_behaviour.py has the figures
   reads the machine is no SPICE expression: there an odd power keeps its sign as in mathematics.
 - sqrt, ln, log10 of a negative number stop ngspice; here they take the magnitude, so that a Newton iterate on
   the wrong side does no harm. x/0 is x/1e-32 in ngspice; here a divisor gets 1e-32 added: 0/0 is 0 in both.
-- `pwl(x, ...)` goes on along its last segments, TABLE stays at its end values.
+- `pwl(x, ...)` goes on along its last segments; the TABLE of E and G stays at its end values and rounds its
+  corners over a tenth of a segment.
 - `limit(x, lo, hi)` is nonsense in ngspice B sources (it reads numbers off the text); here it clamps, with a
   warning. `limit(nominal, deviation)` and the other random functions are drawn once.
 

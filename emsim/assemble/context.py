@@ -169,29 +169,52 @@ class Context:
         return found
 
     def table(
-        self, x: Expr, points: Sequence[tuple[float, float]], clamped: bool, where: Span | None
+        self,
+        x: Expr,
+        points: Sequence[tuple[float, float]],
+        clamped: bool,
+        where: Span | None,
+        rounding: float = 0.0,
     ) -> Expr:
-        """Piecewise linear y(x); beyond the ends constant when `clamped`, else along the last segments."""
+        """Piecewise linear y(x); beyond the ends constant if `clamped`, else along the last segments.
+
+        `rounding` r turns the corner at x_k into the parabola that joins its two lines smoothly at x_k - d
+        and x_k + d, with d = r times the shorter segment beside it.
+        """
         if len(points) < 2 or any(a[0] >= b[0] for a, b in pairwise(points)):
             self.sink.error(
                 "E286", "the abscissas of a table must ascend, and there must be two points at least", where
             )
             return self.b.const(0.0)
-        pieces: list[Expr] = []
-        for (x0, y0), (x1, y1) in pairwise(points):
-            slope = (y1 - y0) / (x1 - x0)
-            pieces.append((y0 - slope * x0) + slope * x if slope else self.b.const(y0))
-        knots = [p[0] for p in points[1:-1]]
+        slopes = [(y1 - y0) / (x1 - x0) for (x0, y0), (x1, y1) in pairwise(points)]
+        widths = [x1 - x0 for (x0, _), (x1, _) in pairwise(points)]
+        corners = list(points[1:-1])
         if clamped:
-            pieces = [self.b.const(points[0][1]), *pieces, self.b.const(points[-1][1])]
-            knots = [points[0][0], *knots, points[-1][0]]
+            slopes, widths, corners = [0.0, *slopes, 0.0], [float("inf"), *widths, float("inf")], list(points)
+
+        # pieces y = y0 + m (x - x0) + a (x - x0)^2 and the places where one follows the other
+        def line(x0: float, y0: float, m: float) -> Expr:
+            return (y0 - m * x0) + m * x if m else self.b.const(y0)
+
+        pieces, bounds = [line(*corners[0], slopes[0]) if corners else line(*points[0], slopes[0])], []
+        for (xk, yk), before, after, left, right in zip(
+            corners, slopes, slopes[1:], widths, widths[1:], strict=False
+        ):
+            d = rounding * min(left, right)
+            if d > 0.0 and before != after:
+                s = x - (xk - d)
+                pieces.append((yk - before * d) + before * s + ((after - before) / (4.0 * d)) * (s * s))
+                bounds += [xk - d, xk + d]
+            else:
+                bounds.append(xk)
+            pieces.append(line(xk, yk, after))
 
         def pick(lo: int, hi: int) -> Expr:
-            # a balanced tree over the pieces: one flag a knot
+            # a balanced tree over the pieces: one flag a bound
             if hi - lo == 1:
                 return pieces[lo]
             mid = (lo + hi) // 2
-            return self.b.select(self.flag(x - knots[mid - 1]), pick(mid, hi), pick(lo, mid))
+            return self.b.select(self.flag(x - bounds[mid - 1]), pick(mid, hi), pick(lo, mid))
 
         return pick(0, len(pieces))
 

@@ -81,7 +81,7 @@ def _circuit_edges(ctx: Context) -> Iterator[Edge]:
             continue
         role, steady = dc_role(e), False
         if role == "shorts":
-            role = "inductor" if e.letter.upper() == "L" else "voltage"
+            role = "inductor" if e.letter.upper() == "L" else "conducts" if _reads_current(e) else "voltage"
             steady = role == "voltage" and _holds_voltage(e)
         elif role == "drives":
             if _reads_own_nodes(e):
@@ -133,6 +133,13 @@ def _holds_voltage(e: Element) -> bool:
         return isinstance(e.value, (int, float)) and e.value != 0
     first = e.wave.args[1:2] if e.wave.kind.lower() == "pwl" else e.wave.args[:1]
     return bool(first and first[0])
+
+
+def _reads_current(e: Element) -> bool:
+    """A voltage that follows a current makes the currents of its loops definite, as a resistor does."""
+    return e.letter.upper() == "H" or (
+        isinstance(e.value, Node) and any(c.fn == "i" for c in _calls(e.value))
+    )
 
 
 def _reads_own_nodes(e: Element) -> bool:

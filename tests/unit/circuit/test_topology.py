@@ -15,6 +15,12 @@ def test_a_loop_of_sources_names_its_elements() -> None:
     assert {span.line for span, _ in found[0].labels} | {found[0].span.line} == {2, 3, 4}
 
 
+def test_a_voltage_that_follows_its_own_current_closes_no_loop() -> None:
+    table = emsim.run(deck("V1 a 0 6", "B1 a 0 V={2*i(b1)}", "V2 b 0 6", "H1 b 0 V2 -3", ".op")).plot("op")
+    assert table["i(b1)"][0] == pytest.approx(3.0)
+    assert table["i(v2)"][0] == pytest.approx(-2.0)
+
+
 def test_a_source_on_one_node() -> None:
     assert codes("V1 a a 1", "R1 a 0 1", ".op") == ["E301"]
 
