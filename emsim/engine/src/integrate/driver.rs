@@ -111,6 +111,7 @@ pub fn run(sys: &System, w: &mut Work, a: Transient, o: &Options, record: &mut R
         None => (0.01 * feature).min(1e-3 * span),
     };
     let (mut t, mut h) = (0.0_f64, first);
+    let mut late = 0.0_f64; // what rounding has taken from t
     let mut breakpoint = sys.next_breakpoint(0.0).min(a.tstop);
     let mut grid = Grid::new(a.tstart, a.tstep, a.tstop);
     let mut scratch = vec![0.0; sys.n];
@@ -124,7 +125,7 @@ pub fn run(sys: &System, w: &mut Work, a: Transient, o: &Options, record: &mut R
             return outcome;
         }
         // how far may this step go
-        let left = breakpoint - t;
+        let left = (breakpoint - t) - late;
         let mut step = h.min(if o.fixed_step.is_some() { h } else { tmax });
         let mut lands = false;
         if step >= left * (1.0 - 1e-9) {
@@ -156,12 +157,13 @@ pub fn run(sys: &System, w: &mut Work, a: Transient, o: &Options, record: &mut R
                     continue;
                 }
                 // the smallest step there is: the solution jumps here, take it as it comes
-                method.accept();
-                t += step;
+                t = (t + step).min(breakpoint);
+                late = 0.0;
+                method.accept(t);
                 h = 2.0 * smallest;
             }
             Attempt::Good { next } => {
-                let t1 = if lands { breakpoint } else { t + step };
+                let t1 = if lands { breakpoint } else { t + (step + late) };
                 let mut located = None;
                 if !sys.flags.is_empty() {
                     let inside = |t: f64, out: &mut [f64]| method.dense(t, out);
@@ -201,7 +203,8 @@ pub fn run(sys: &System, w: &mut Work, a: Transient, o: &Options, record: &mut R
                     }
                     let te = if at < t1 { at.max(t + smallest) } else { t1 };
                     failures = 0;
-                    method.accept();
+                    method.accept(te);
+                    late = 0.0;
                     w.counters.steps += 1;
                     x.copy_from_slice(method.candidate());
                     if dense {
@@ -236,8 +239,9 @@ pub fn run(sys: &System, w: &mut Work, a: Transient, o: &Options, record: &mut R
                     continue;
                 }
                 failures = 0;
-                method.accept();
+                method.accept(t1);
                 w.counters.steps += 1;
+                late = if lands { 0.0 } else { (step + late) - (t1 - t) };
                 t = t1;
                 h = next;
             }

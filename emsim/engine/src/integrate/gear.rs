@@ -216,7 +216,8 @@ impl Method for Gear {
         Attempt::Good { next: if (0.9..1.2).contains(&f) { h } else { f * h } }
     }
 
-    fn accept(&mut self) {
+    fn accept(&mut self, t1: f64) {
+        self.t1 = t1;
         self.past.push(self.t1, &self.x1);
         self.charges.rotate_right(1);
         self.charges[0].copy_from_slice(&self.q1);
@@ -228,7 +229,7 @@ impl Method for Gear {
         }
         if let Some(s) = &mut self.starter {
             if self.past.len <= self.maxord {
-                s.accept();
+                s.accept(t1);
             }
         }
     }

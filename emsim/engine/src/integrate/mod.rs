@@ -4,7 +4,8 @@
 //!  1. `restart` forgets all history; (t, x) is consistent and may follow a discontinuity.
 //!  2. `attempt` computes a candidate at t + h and its error in units of the tolerance; it changes nothing that a later
 //!     `attempt` from the same point needs.
-//!  3. `accept` makes the candidate the new point.
+//!  3. `accept` makes the candidate the new point, at the driver's time (a compensated sum: t + h rounds the same way
+//!     each time, and a million equal steps would be late by more than their error).
 //!  4. `dense` evaluates the candidate's (or the accepted) step anywhere inside it, with the method's own polynomial.
 //!  5. `candidate` is the state at the end of the attempted step.
 mod driver;
@@ -30,7 +31,7 @@ pub enum Attempt {
 pub trait Method {
     fn restart(&mut self, sys: &System, w: &mut Work, t: f64, x: &[f64]);
     fn attempt(&mut self, sys: &System, w: &mut Work, h: f64, tol: &Tolerances) -> Attempt;
-    fn accept(&mut self);
+    fn accept(&mut self, t1: f64);
     fn candidate(&self) -> &[f64];
     fn dense(&self, t: f64, out: &mut [f64]);
     /// Output between internal points belongs into the record (methods whose steps are long).

@@ -73,7 +73,7 @@ pub struct Radau {
     rejected: bool,
     first: bool,
     fixed: bool,
-    index2: Vec<bool>,
+    uncorrected: Vec<bool>, // by the error estimate, in dense output
 }
 
 impl Radau {
@@ -82,8 +82,10 @@ impl Radau {
         let nnz = sys.pattern.rowidx.len();
         let v = || vec![0.0; sys.n];
         let v3 = || [vec![0.0; sys.n], vec![0.0; sys.n], vec![0.0; sys.n]];
-        let index2 =
-            sys.unknowns.iter().map(|u| matches!(u.kind, Kind::Lambda | Kind::Mu | Kind::Derivative)).collect();
+        // the estimate means nothing for an algebraic unknown (linearised where the curve may bend sharply)
+        let uncorrected = (sys.unknowns.iter().zip(&sys.differential))
+            .map(|(u, &moves)| !moves || matches!(u.kind, Kind::Lambda | Kind::Mu | Kind::Derivative))
+            .collect();
         Ok(Radau {
             real: Lu::new(&sys.pattern, &symbolic),
             complex: Lu::new(&sys.pattern, &symbolic),
@@ -118,7 +120,7 @@ impl Radau {
             rejected: false,
             first: true,
             fixed: o.fixed_step.is_some(),
-            index2,
+            uncorrected,
         })
     }
 
@@ -396,14 +398,14 @@ impl Method for Radau {
         }
     }
 
-    fn accept(&mut self) {
+    fn accept(&mut self, t1: f64) {
         self.last = Some((self.t0, self.h));
         self.last_x0.copy_from_slice(&self.x0);
         self.last_e.copy_from_slice(&self.e);
         for k in 0..3 {
             self.last_stage[k].copy_from_slice(&self.stage[k]);
         }
-        self.t0 += self.h;
+        self.t0 = t1;
         self.x0.copy_from_slice(&self.stage[2]);
         self.started = false;
         self.first = false;
@@ -425,7 +427,7 @@ impl Method for Radau {
         // phi(s) = integral of (s - c1)(s - c2)(s - 1);  c1 + c2 = 4/5, c1 c2 = 1/10
         let phi = s * s * (s * s / 4.0 - 0.6 * s + 0.45) - 0.1 * s;
         for (i, o) in out.iter_mut().enumerate() {
-            if !self.index2[i] {
+            if !self.uncorrected[i] {
                 *o -= 10.0 * GAMMA * phi * e[i];
             }
         }

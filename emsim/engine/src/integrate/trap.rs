@@ -186,7 +186,8 @@ impl Method for Trap {
         Attempt::Good { next: if (0.9..keep).contains(&factor) { h } else { factor * h } }
     }
 
-    fn accept(&mut self) {
+    fn accept(&mut self, t1: f64) {
+        self.t1 = t1;
         std::mem::swap(&mut self.q0, &mut self.q1);
         std::mem::swap(&mut self.f0, &mut self.f1);
         self.past.push(self.t1, &self.x1);
