@@ -54,9 +54,10 @@ impl Detector {
         &self.fired
     }
 
-    /// A root that was already positive (a flip that a located step just missed) fires only when it moves on.
+    /// A root that was already positive (a flip that a located step just missed) fires only when it
+    /// moves further away.
     fn fires(&self, k: usize, value: f64, t: f64) -> bool {
-        value > 0.0 && t >= self.quiet_until[k] && (self.before[k] <= 0.0 || value > 2.0 * self.before[k])
+        value > 0.0 && t >= self.quiet_until[k] && (self.before[k] <= 0.0 || value > self.before[k])
     }
 
     fn any(&mut self, sys: &System, w: &mut Work, x: &[f64], t: f64) -> bool {
