@@ -139,7 +139,7 @@ pub struct System {
     roots: Tape, // up and down of every flag
     diodes: Vec<DiodeSlot>,
     pub has_q: Vec<bool>,        // row i has a d/dt term
-    pub differential: Vec<bool>, // unknown i appears under d/dt (derivative rows do not count)
+    pub differential: Vec<bool>, // unknown i appears under d/dt (in derivatives that are only shown it does not count)
     pub linear: bool,            // C, G constant: one factorisation per step size, one solve per point
     pub pure_linear: bool,       // F = G x + waves, no expression at all
 }
@@ -266,15 +266,18 @@ impl System {
         // which rows are differential, which unknowns stand under d/dt
         let mut has_q = vec![false; n];
         let mut differential = vec![false; n];
+        // a derivative that nobody else's equation reads is only shown; one that is read makes a state of its argument
+        let read = |k: usize| pattern.rowidx[pattern.colptr[k]..pattern.colptr[k + 1]].iter().any(|&r| r != k);
+        let state = |r: usize| model.unknowns[r].kind != Kind::Derivative || read(r);
         for &(r, c) in c_sum.keys() {
             has_q[r] = true;
-            differential[c] |= model.unknowns[r].kind != Kind::Derivative;
+            differential[c] |= state(r);
         }
         for &r in &q_rows {
             has_q[r] = true;
         }
         for &(r, c, _) in &q_jac {
-            differential[c] |= model.unknowns[r].kind != Kind::Derivative;
+            differential[c] |= state(r);
         }
         let mut diodes = Vec::new();
         let mut diode_names = Vec::new();
@@ -477,7 +480,11 @@ impl System {
                 // without hysteresis a flag is down at zero too: v(p) > 0 ends when a pulse returns to exactly 0
                 let down = self.roots.output(&w.roots, 2 * k + 1);
                 let at_zero = down == 0.0 && self.flags[k].up == self.flags[k].down;
-                if at_zero { f64::MIN_POSITIVE } else { -down }
+                if at_zero {
+                    f64::MIN_POSITIVE
+                } else {
+                    -down
+                }
             };
         }
     }
