@@ -1,4 +1,4 @@
-"""Helpers of the machine's tests: a deck's machine before it is compiled, values at any state, errors by code."""
+"""Helpers of the machine's tests: a machine before it is compiled, values at any state, errors by code."""
 
 from __future__ import annotations
 
@@ -70,7 +70,9 @@ def value(m: Machine, e: Expr, values: dict[str, float] | None = None, t: float 
     return m.b.eval([m.public(e)], state(m, values), t)[0]
 
 
-def reads(m: Machine, fn: str, *args: str | tuple, at: dict[str, float] | None = None, t: float = 0.0) -> float:
+def reads(
+    m: Machine, fn: str, *args: str | tuple, at: dict[str, float] | None = None, t: float = 0.0
+) -> float:
     """fn(args) at a state; an argument is a name or (name, x, y)."""
     nodes: list[Node] = [
         Name(a) if isinstance(a, str) else Call(a[0], [Num(float(v)) for v in a[1:]]) for a in args

@@ -7,6 +7,7 @@ unknowns of their own: Q is what is differentiated, F = -unknown.
 
 from __future__ import annotations
 
+from ..cards.joint import KINDS
 from ..diagnostics import suggest
 from ..expr import Call, Name, Num, Unary
 from . import reactions
@@ -140,8 +141,6 @@ def _motion(m: Machine, fn: str, name: str, span: Span | None) -> Expr | None:
 
 def _index(joint: JointState, wanted: str) -> int | None:
     """Which coordinate of a joint turns, or slides."""
-    from ..cards.joint import KINDS
-
     for k, (motion, axis) in enumerate(KINDS[joint.kind]):
         if motion == wanted and axis in ("axis", "z"):
             return k

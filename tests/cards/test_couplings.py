@@ -281,7 +281,7 @@ def test_driven_speed_is_integrated():
 
 
 def test_drive_moves_what_hangs_on_it():
-    """A pendulum on a driven cart feels m l cos(q) * acceleration: through p = m l cos(q) * speed of the cart."""
+    """A pendulum on a driven cart feels its acceleration: p has m l cos(q) times the speed of the cart."""
     m = machine(
         ".gravity 9.81\nBODY cart m=1\nBODY bob m=2 com=(0.5,0)\nJOINT rail 0 cart slide\n"
         "JOINT h cart bob pin zero=-90deg\nDRIVE d rail q={0.1*sin(4*time)}"

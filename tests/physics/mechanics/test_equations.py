@@ -13,7 +13,9 @@ def test_pendulum():
     m = machine(".gravity 9.81\nBODY arm shape=rod(0.3) m=0.2\nJOINT hinge 0 arm pin zero=-90deg")
     at = {"angle(hinge)": 0.4, "omega(hinge)": 1.7}
     assert momentum(m, "angle(hinge)", at) == pytest.approx(0.2 * 0.09 / 3 * 1.7, rel=1e-13)
-    assert generalised_force(m, "angle(hinge)", at) == pytest.approx(-0.2 * G * 0.15 * math.sin(0.4), rel=1e-12)
+    assert generalised_force(m, "angle(hinge)", at) == pytest.approx(
+        -0.2 * G * 0.15 * math.sin(0.4), rel=1e-12
+    )
     assert reads(m, "energy", at=at) == pytest.approx(0.5 * 0.006 * 1.7**2 - 0.2 * G * 0.15 * math.cos(0.4))
 
 
@@ -54,10 +56,14 @@ def test_cart_and_pole():
     )
     at = {"angle(hinge)": 0.3, "vel(rail)": 1.0, "omega(hinge)": 2.0}
     assert momentum(m, "pos(rail)", at) == pytest.approx(0.7 * 1.0 - 0.2 * 0.3 * math.cos(0.3) * 2.0)
-    assert generalised_force(m, "angle(hinge)", {"angle(hinge)": 0.3}) == pytest.approx(0.2 * G * 0.3 * math.sin(0.3))
+    assert generalised_force(m, "angle(hinge)", {"angle(hinge)": 0.3}) == pytest.approx(
+        0.2 * G * 0.3 * math.sin(0.3)
+    )
 
 
-@pytest.mark.parametrize("shape, inertia", [("disc(0.2)", 0.5 * 0.04), ("box(0.3,0.4)", 0.25 / 12), ("rod(0.6)", 0.36 / 12)])
+@pytest.mark.parametrize(
+    "shape, inertia", [("disc(0.2)", 0.5 * 0.04), ("box(0.3,0.4)", 0.25 / 12), ("rod(0.6)", 0.36 / 12)]
+)
 def test_inertia_of_shapes(shape, inertia):
     m = machine(f"BODY b shape={shape} m=3 x=0 y=0")
     centre = 0.3 if shape.startswith("rod") else 0.0

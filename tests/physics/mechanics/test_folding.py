@@ -54,7 +54,7 @@ def test_the_plane_need_not_be_xy():
 
 
 def test_merged_rotations_take_one_sine():
-    """Three pins in a row about z: the angle of the last body is a sum, and a weld in between adds nothing."""
+    """Three pins in a row about z: the last angle is a sum, and a weld in between adds nothing."""
     m = machine(
         "BODY a m=1 j=1\nBODY b m=1 j=1\nBODY c m=1 j=1\n"
         "JOINT j 0 a pin\nJOINT k a b weld zero=30deg\nJOINT l b c pin"

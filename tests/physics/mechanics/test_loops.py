@@ -88,7 +88,8 @@ def test_parallel_axes_that_never_meet():
 
 
 TRIPLE = (
-    ".gravity 9.81\nBODY l1 shape=rod(0.2) m=0.1\nBODY l2 shape=rod(0.2) m=0.1\nBODY l3 shape=rod(0.2) m=0.1\n"
+    ".gravity 9.81\n"
+    "BODY l1 shape=rod(0.2) m=0.1\nBODY l2 shape=rod(0.2) m=0.1\nBODY l3 shape=rod(0.2) m=0.1\n"
     "BODY top shape=rod(0.4) m=0.3\nJOINT j1 0 l1 pin ic=(60deg,1)\nJOINT j2 0(0.2,0) l2 pin guess=60deg\n"
     "JOINT j3 0(0.4,0) l3 pin guess=60deg\nJOINT k1 l1(0.2,0) top pin guess=-60deg\n"
     "JOINT k2 l2(0.2,0) top(0.2,0) pin\nJOINT k3 l3(0.2,0) top(0.4,0) pin"
@@ -117,7 +118,8 @@ def test_start_at_a_change_point_is_said():
 
 def test_in_line_slider_crank_at_dead_centre_is_no_change_point():
     m = machine(
-        "BODY crank shape=rod(30m) m=20m\nBODY conrod shape=rod(100m) m=30m\nBODY piston shape=box(30m,20m) m=0.2\n"
+        "BODY crank shape=rod(30m) m=20m\n"
+        "BODY conrod shape=rod(100m) m=30m\nBODY piston shape=box(30m,20m) m=0.2\n"
         "JOINT shaft 0 crank pin\nJOINT big crank(30m,0) conrod pin\nJOINT small conrod(100m,0) piston pin\n"
         "JOINT bore 0 piston slide axis=(1,0)\n.gravity 9.81"
     )
@@ -125,8 +127,11 @@ def test_in_line_slider_crank_at_dead_centre_is_no_change_point():
     assert reads(m, "pos", "bore") == pytest.approx(0.13)
 
 
+MASSES = "BODY a m=1\nBODY b m=1\n"
+
+
 def test_rod_keeps_the_distance_of_the_start():
-    deck = "BODY a m=1\nBODY b m=1\nJOINT x 0 a slide ic=0.3\nJOINT y 0 b slide axis=(0,1) ic=(0.4,-1)\nJOINT r a b rod"
+    deck = MASSES + "JOINT x 0 a slide ic=0.3\nJOINT y 0 b slide axis=(0,1) ic=(0.4,-1)\nJOINT r a b rod"
     m = machine(deck + "\n.gravity 9.81")
     (row,) = m.rows
     assert m.joints["r"].length == pytest.approx(0.5)
@@ -136,7 +141,7 @@ def test_rod_keeps_the_distance_of_the_start():
 
 
 def test_rod_of_given_length_assembles():
-    deck = "BODY a m=1\nBODY b m=1\nJOINT x 0 a slide guess=0.3\nJOINT y 0 b slide axis=(0,1) ic=0.4\nJOINT r a b rod l=0.6"
+    deck = MASSES + "JOINT x 0 a slide guess=0.3\nJOINT y 0 b slide axis=(0,1) ic=0.4\nJOINT r a b rod l=0.6"
     m = machine(deck)
     at = {name: v for name, _, v in m.found.moved}
     assert at["pos(x)"] == pytest.approx(math.sqrt(0.36 - 0.16))

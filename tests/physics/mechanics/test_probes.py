@@ -5,7 +5,8 @@ import math
 import pytest
 from machines import machine, problems, reads
 
-ARM = ".gravity 9.81\nBODY arm shape=rod(0.3) m=0.2\nPOINT arm.tip 0.3 0\nJOINT hinge 0(1,2) arm pin zero=-90deg\n"
+ARM = ".gravity 9.81\nBODY arm shape=rod(0.3) m=0.2\nPOINT arm.tip 0.3 0\n"
+ARM += "JOINT hinge 0(1,2) arm pin zero=-90deg\n"
 SLED = "BODY sled m=2\nJOINT rail 0 sled slide axis=(3,4) zero=0.5\n"
 
 
@@ -66,7 +67,11 @@ def test_energies():
     ],
 )
 def test_misuse_is_explained(call, code, hint):
-    found = [d for d in problems(ARM + SLED + f"SPRING s1 hinge k=1\nB1 out 0 V={{{call}}}\nR1 out 0 1") if d.severity == "error"]
+    found = [
+        d
+        for d in problems(ARM + SLED + f"SPRING s1 hinge k=1\nB1 out 0 V={{{call}}}\nR1 out 0 1")
+        if d.severity == "error"
+    ]
     assert [d.code for d in found] == [code], found
     if hint:
         assert hint in (found[0].hint or "")
@@ -76,7 +81,9 @@ def test_a_node_wins_where_names_are_shared():
     """v(m1) is a node's voltage when there is a node m1, else the motor's."""
     motor = "BODY r m=1 j=1\nJOINT j 0 r pin\nMOTOR m1 a 0 j kt=1 r=1\nV1 a 0 3\n"
     assert reads(machine(motor), "v", "m1", at={"a": 3.0}) == pytest.approx(3.0)
-    assert reads(machine(motor + "R1 m1 0 1\nV2 m1 0 7"), "v", "m1", at={"a": 3.0, "m1": 7.0}) == pytest.approx(7.0)
+    assert reads(
+        machine(motor + "R1 m1 0 1\nV2 m1 0 7"), "v", "m1", at={"a": 3.0, "m1": 7.0}
+    ) == pytest.approx(7.0)
 
 
 def test_note_when_masses_hang_on_nothing():

@@ -19,8 +19,11 @@ def four_bar(cut):
     where = {"a": "ic=(0,10)", "b": "guess=56deg", "d": "guess=86deg", "close": "guess=28deg"}
     where[cut] += " cut=yes"
     return (
-        "four-bar\n" + BODIES + f"JOINT a 0 crank pin {where['a']}\nJOINT b crank(0.10,0) coupler pin {where['b']}\n"
-        f"JOINT d 0(0.22,0) rocker pin {where['d']}\nJOINT close coupler(0.24,0) rocker(0.20,0) pin {where['close']}\n"
+        "four-bar\n"
+        + BODIES
+        + f"JOINT a 0 crank pin {where['a']}\nJOINT b crank(0.10,0) coupler pin {where['b']}\n"
+        f"JOINT d 0(0.22,0) rocker pin {where['d']}\n"
+        f"JOINT close coupler(0.24,0) rocker(0.20,0) pin {where['close']}\n"
         f".tran 10m 0.2\n.options reltol=1e-8\n.print tran {READ}\n.end\n"
     )
 
@@ -38,7 +41,9 @@ def test_reactions_do_not_depend_on_where_the_loop_is_cut(reference, cut):
         one, two = reference[name], other[name]
         scale = np.ptp(one)
         # the first point of a time derivative is its one-sided start
-        assert np.abs(np.interp(0.15, reference.time, one) - np.interp(0.15, other.time, two)) < 1e-3 * scale, name
+        assert (
+            np.abs(np.interp(0.15, reference.time, one) - np.interp(0.15, other.time, two)) < 1e-3 * scale
+        ), name
         assert one[-1] == pytest.approx(two[-1], abs=1e-5 * scale), name
 
 
@@ -65,7 +70,8 @@ def test_weld_of_a_beam_carries_force_and_moment():
 def test_whirling_mass_pulls_on_its_pin():
     """m r w^2 towards the axis."""
     r = emsim.run(
-        "whirl\nBODY bob m=0.5 com=(0.4,0)\nJOINT h 0 bob pin ic=(0,10)\n.tran 1m 0.1\n.print tran fx(h) fy(h) angle(h)\n.end\n"
+        "whirl\nBODY bob m=0.5 com=(0.4,0)\nJOINT h 0 bob pin ic=(0,10)\n"
+        ".tran 1m 0.1\n.print tran fx(h) fy(h) angle(h)\n.end\n"
     )
     angle = r["angle(h)"][-1]
     assert r["fx(h)"][-1] == pytest.approx(-0.5 * 0.4 * 100 * math.cos(angle), rel=1e-3)
@@ -89,7 +95,8 @@ def test_torque_of_a_gear_on_its_first_joint(first, second):
     ratio = 10 if first == "j1" else 0.1
     r = emsim.run(
         "gear\nBODY a m=1 j=0.1\nBODY b m=1 j=2\nJOINT j1 0 a pin\nJOINT j2 0 b pin\n"
-        f"GEAR g {first} {second} ratio={ratio}\nTORQUE t j1 tau=1\n.tran 1m 0.1\n.print tran torque(g)\n.end\n"
+        f"GEAR g {first} {second} ratio={ratio}\nTORQUE t j1 tau=1\n"
+        ".tran 1m 0.1\n.print tran torque(g)\n.end\n"
     )
     alpha2 = 10.0 / (2 + 100 * 0.1)
     expected = 0.1 * 10 * alpha2 - 1.0 if first == "j1" else 2 * alpha2
