@@ -82,7 +82,7 @@ def test_at_follows_a_parabola(result):
 
 @pytest.mark.parametrize("t", [-0.1, 3.1, [0.0, 4.0], float("nan")])
 def test_at_refuses_times_outside_the_run(result, t):
-    with pytest.raises(ValueError, match="outside 0 .. 3"):
+    with pytest.raises(ValueError, match=r"outside 0 \.\. 3"):
         result.at("v(out)", t)
 
 

@@ -107,18 +107,21 @@ def test_reads_what_ngspice_writes(tmp_path, filetype):
     assert result.at("v(out)", 1e-6) == pytest.approx(1 - np.exp(-1), abs=2e-3)
 
 
+HEAD = b"Title: x\nFlags: real\nNo. Variables: %d\nNo. Points: %d\nVariables:\n\t0\ttime\ttime\n"
+
+
 @pytest.mark.parametrize(
     ("content", "says"),
     [
         (b"\x00\x01\x02 junk", "not a raw file"),
         (b"Title: x\nDate: y\n", "ends within a header"),
         (b"Title: x\nPlotname: y\nBinary:\n", "lacks its counts"),
-        (b"Title: x\nFlags: real\nNo. Variables: 1\nNo. Points: 3\nVariables:\n\t0\ttime\ttime\nBinary:\n" + bytes(17), "2 of 3"),
-        (b"Title: x\nFlags: real\nNo. Variables: 1\nNo. Points: 2\nVariables:\n\t0\ttime\ttime\nValues:\n0\t1\n", "1 of 2"),
-        (b"Title: x\nFlags: real\nNo. Variables: 1\nNo. Points: 1\nVariables:\n\t0\ttime\ttime\nValues:\n0\tpig\n", "is not a point"),
-        (b"Title: x\nFlags: real\nNo. Variables: 2\nNo. Points: 1\nVariables:\n\t0\ttime\ttime\nValues:\n0\t1\n", "2 variables announced"),
+        (HEAD % (1, 3) + b"Binary:\n" + bytes(17), "2 of 3"),
+        (HEAD % (1, 2) + b"Values:\n0\t1\n", "1 of 2"),
+        (HEAD % (1, 1) + b"Values:\n0\tpig\n", "is not a point"),
+        (HEAD % (2, 1) + b"Values:\n0\t1\n", "2 variables announced"),
     ],
-)  # fmt: skip
+)
 def test_broken_files_say_what_is_wrong(tmp_path, content, says):
     path = tmp_path / "broken.raw"
     path.write_bytes(content)
