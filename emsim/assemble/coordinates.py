@@ -12,6 +12,7 @@ from .scene import Coordinate, Virtual
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from .._engine import Expr
     from ..cards.body import Body
     from ..cards.drive import Drive
     from ..cards.gear import Gear
@@ -40,10 +41,10 @@ def of_joint(joint: JointState) -> list[Coordinate]:
     for k, (motion, axis) in enumerate(KINDS[joint.kind]):
         c = Coordinate(joint.name, motion, axis)
         c.start = card.search[k]
-        if card.start[k] is not None:
-            c.start, c.held = card.start[k], True
-        if card.speed[k] is not None:
-            c.start_speed, c.held_speed = card.speed[k], True
+        if (start := card.start[k]) is not None:
+            c.start, c.held = start, True
+        if (speed := card.speed[k]) is not None:
+            c.start_speed, c.held_speed = speed, True
         result.append(c)
     return result
 
@@ -211,7 +212,7 @@ def prescribe(m: Machine) -> None:
     m.pairs += [(e, m.b.const(0.0)) for v in m.virtuals for e in (v.s, v.rate)]
 
 
-def function_of_time(m: Machine, drive: Drive) -> tuple:  # type: ignore[type-arg]
+def function_of_time(m: Machine, drive: Drive) -> tuple[Expr, Expr]:
     """q(t) and its derivative."""
     if hasattr(drive.q, "args") and hasattr(drive.q, "kind"):
         m.sink.error(

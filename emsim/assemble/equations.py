@@ -13,7 +13,10 @@ from __future__ import annotations
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from .._engine import Expr
+    from ..cards.base import Scalar
     from .machine import Machine
 
 
@@ -28,7 +31,7 @@ def lagrangian(m: Machine) -> Expr:
     return m.kinetic - total(m, energies) + total(m, co)
 
 
-def total(m: Machine, terms: list[Expr | None]) -> Expr:
+def total(m: Machine, terms: Sequence[Scalar | None]) -> Expr:
     result = m.b.const(0.0)
     for term in terms:
         if term is not None:
@@ -61,19 +64,20 @@ def contribute(m: Machine) -> None:
 
     # loops
     drift: list[Expr] = [b.const(0.0)] * len(qs)
+    drifts: list[Expr] = []
     if m.rows:
         rates, positions = b.const(0.0), b.const(0.0)
         for row in m.rows:
-            row.rate = m.rate(row.h)
-            rates = rates + b.x(row.row) * row.rate
+            drifts.append(m.rate(row.h))
+            rates = rates + b.x(row.row) * drifts[-1]
             positions = positions + b.x(row.mu_row) * row.h
         force = [f + g for f, g in zip(force, b.grad(rates, us), strict=True)]
         drift = b.grad(positions, qs)
 
     # symbols take their values
     n = len(us)
-    rows = [*p, *force, *drift, *(row.rate for row in m.rows), *(row.h for row in m.rows)]
-    rows = m.public_all(rows)  # type: ignore[arg-type]
+    rows = [*p, *force, *drift, *drifts, *(row.h for row in m.rows)]
+    rows = m.public_all(rows)
     p, force, drift = rows[:n], rows[n : 2 * n], rows[2 * n : 3 * n]
     count = len(m.rows)
     rates_and_gaps = rows[3 * n :]

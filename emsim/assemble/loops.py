@@ -21,7 +21,7 @@ CLOSED = 1e-12  # a constant closure row below this is zero
 class Row:
     """One constraint: h as it stands before symbols are replaced; `row` and `mu_row` are its unknowns."""
 
-    __slots__ = ("h", "label", "mu_row", "owner", "place", "rate", "row", "unit")
+    __slots__ = ("h", "label", "mu_row", "owner", "place", "row", "unit")
 
     def __init__(self, owner: str, place: int, label: str, h: Expr, unit: str) -> None:
         self.owner = owner  # name of the joint, gear or drive
@@ -29,7 +29,6 @@ class Row:
         self.label = label
         self.h = h
         self.unit = unit  # of the multiplier: N or N m
-        self.rate: Expr | None = None
         self.row = self.mu_row = -1
 
 

@@ -140,9 +140,9 @@ def place(b: Builder, plan: Plan, joints: dict[str, JointState], roots: dict[str
     """Frames of all bodies along the tree; fills `qs` and `us` of the tree joints."""
     frames = {GROUND: ground(b)}
     origin = (0.0, 0.0, 0.0)
-    for body, (x, y, angle) in fixed.items():
-        moving = Moving(frames[GROUND], (x, y, 0.0))
-        moving.turn(AXES["z"], angle, 0.0)
+    for body, (x0, y0, turned) in fixed.items():
+        moving = Moving(frames[GROUND], (x0, y0, 0.0))
+        moving.turn(AXES["z"], turned, 0.0)
         frames[body] = moving.frame(body, origin)
     for body, (x, y, angle) in roots.items():
         moving = Moving(frames[GROUND], origin)

@@ -58,7 +58,7 @@ BAD = {
     "point_mass_on_its_axis": ("BODY a m=1\nJOINT j 0 a pin", "E243", "no inertia"),
     "massless_slide": ("BODY a m=0\nJOINT j 0 a slide", "E243", "no mass"),
     "one_inertia_in_space": ("BODY a m=1 j=1\nJOINT j 0 a pin axis=(1,0,0)", "E248", "out of the plane"),
-    "free_in_space": (ARM + "JOINT k arm b pin axis=(1,0,0)\nBODY b m=1 j=(1,1,1)\nBODY c m=1", "E247", "free"),
+    "free_in_space": (ARM + "BODY b m=1 j=(1,1,1)\nBODY c m=1\nJOINT k arm b pin axis=(1,0)", "E247", "free"),
 }  # fmt: skip
 
 
