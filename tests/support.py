@@ -48,16 +48,30 @@ def run(text: str, options: str = "", params: dict[str, str] | None = None, tran
     return emsim.run(with_options(text, options, params, tran))
 
 
+def values_at(result: emsim.Result, name: str, times: np.ndarray) -> np.ndarray:
+    """A column at `times`: the recorded value where that time was recorded (methods with dense output record the
+    print grid), else the result's own interpolation between points (trap and gear record their steps only)."""
+    t, column = np.asarray(result.time), np.asarray(result[name])
+    rows = nearest_rows(t, times)
+    step = times[1] - times[0] if len(times) > 1 else t[-1]
+    close = np.abs(t[rows] - times) <= 1e-9 * step
+    return np.where(close, column[rows], [float(result.at(name, float(x))) for x in np.clip(times, t[0], t[-1])])
+
+
 def rows_at(result: emsim.Result, times: np.ndarray) -> np.ndarray:
     """Row numbers of the recorded points at `times`; they must be recorded points, not interpolated ones."""
     t = np.asarray(result.time)
-    rows = np.clip(np.searchsorted(t, times), 1, len(t) - 1)
-    rows = np.where(np.abs(t[rows - 1] - times) < np.abs(t[rows] - times), rows - 1, rows)
+    rows = nearest_rows(t, times)
     off = np.abs(t[rows] - times)
     assert off.max() <= 1e-6 * (times[1] - times[0] if len(times) > 1 else t[-1]), (
         f"no recorded point at t = {times[off.argmax()]!r}; nearest is {off.max():.3g} s away"
     )
     return rows
+
+
+def nearest_rows(t: np.ndarray, times: np.ndarray) -> np.ndarray:
+    rows = np.clip(np.searchsorted(t, times), 1, len(t) - 1)
+    return np.where(np.abs(t[rows - 1] - times) < np.abs(t[rows] - times), rows - 1, rows)
 
 
 def reference(name: str) -> dict[str, np.ndarray]:

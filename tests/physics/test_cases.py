@@ -13,7 +13,7 @@ from functools import cache
 
 import numpy as np
 import pytest
-from support import deck, reference, rows_at, run
+from support import deck, reference, run, values_at
 
 Column = str | Callable[[Callable[[str], np.ndarray]], np.ndarray]
 
@@ -100,11 +100,11 @@ def errors(name: str, options: str) -> dict[str, float]:
     case = next(c for c in CASES if c.ref == name)
     ref = reference(case.ref)
     result = run(deck(case.deck), options)
-    rows = rows_at(result, ref["time"])
     found = {}
     for signal, how in case.signals.items():
-        column = np.asarray(result[how] if isinstance(how, str) else how(lambda n: np.asarray(result[n])))
-        found[signal] = float(np.abs(column[rows] - ref[signal]).max() / np.ptp(ref[signal]))
+        at = lambda name: values_at(result, name, ref["time"])  # noqa: E731
+        value = at(how) if isinstance(how, str) else how(at)
+        found[signal] = float(np.abs(value - ref[signal]).max() / np.ptp(ref[signal]))
     return found
 
 

@@ -17,7 +17,7 @@ from math import pi
 
 import numpy as np
 import pytest
-from support import deck, rows_at, run
+from support import deck, rows_at, run, values_at
 
 Signal = Callable[[Callable[[str], np.ndarray]], np.ndarray]
 
@@ -125,12 +125,12 @@ def errors(case_name: str, options: str) -> dict[str, float]:
     case = next(c for c in CASES if c.deck == case_name)
     result = run(deck(case.deck), options)
     times = np.array(sorted(case.values), dtype=float)
-    rows = rows_at(result, times)
     found = {}
     for name, how in case.signals.items():
-        column = np.asarray(result[how] if isinstance(how, str) else how(lambda n: np.asarray(result[n])))
+        of = (lambda at, how=how: at(how)) if isinstance(how, str) else how
+        column, value = of(lambda n: np.asarray(result[n])), of(lambda n: values_at(result, n, times))
         want = np.array([case.values[t][name] for t in sorted(case.values)])
-        found[name] = float(np.abs(column[rows] - want).max() / np.ptp(column))
+        found[name] = float(np.abs(value - want).max() / np.ptp(column))
     return found
 
 
