@@ -9,9 +9,9 @@ from pathlib import Path
 import matplotlib
 
 matplotlib.use("Agg")
-from matplotlib import pyplot  # noqa: E402
+from matplotlib import pyplot
 
-import emsim  # noqa: E402
+import emsim
 
 ROOT = Path(__file__).resolve().parent.parent
 DECK = ROOT / "netlists" / "coupled" / "pendulum_servo.cir"
@@ -21,7 +21,10 @@ def main() -> None:
     r = emsim.run(DECK)
     panels = [
         ("arm angle [deg]", [("angle(hinge)", degrees(1.0), "#c8553d")]),
-        ("voltage [V]", [("v(set)", 1.0, "#9aa5b1"), ("v(wip)", 1.0, "#2f6690"), ("v(drive)", 1.0, "#588b8b")]),
+        (
+            "voltage [V]",
+            [("v(set)", 1.0, "#9aa5b1"), ("v(wip)", 1.0, "#2f6690"), ("v(drive)", 1.0, "#588b8b")],
+        ),
         ("motor current [A]", [("i(m1)", 1.0, "#f28f3b")]),
     ]
     figure, axes = pyplot.subplots(len(panels), 1, sharex=True, figsize=(8, 5), layout="constrained")
