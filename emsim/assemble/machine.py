@@ -16,6 +16,7 @@ text} are said when such a flag turns 1 during a run. The machine is the scene `
 
 from __future__ import annotations
 
+from ..cards.coordinate import OnJointOrPoints
 from . import coordinates, equations, loops, probes, reactions, start
 from .binding import Binding
 from .kinematics import constant, dot, is_zero, subtract
@@ -73,6 +74,7 @@ class Machine(Binding):
         self.own_symbols: Own | None = None
         self.imbalances: list[tuple[str, Expr]] = []
         self.flag_warnings: dict[str, str] = {}
+        self.clamps: list[tuple[Expr, float, float, str, str]] = []
         self._last_row = -1
         ctx.machine = self  # expressions compiled on the way read it
 
@@ -101,6 +103,7 @@ class Machine(Binding):
         speeds = [self.b.x(c.speed_row) for c in self.own]
         self.momenta = self.public_all(self.b.grad(self.kinetic, speeds)) if speeds else []
         self.found = start.assemble(self)
+        self._check_start()
         self.broken = self._errors() > errors
         if self.broken:
             return
@@ -254,6 +257,25 @@ class Machine(Binding):
             "give j=(Jxx,Jyy,Jzz) or shape=",
         )
 
+    def _check_start(self) -> None:
+        """Points that coincide where their direction is needed, wipers beyond their ends."""
+        for card in self.couplings.values():
+            if isinstance(card, OnJointOrPoints) and card.needs_direction():
+                d = subtract(card.q.pos, card.p.pos)
+                square = self.b.eval([self.public(dot(d, d))], self.found.x, 0.0)[0]
+                if square == 0.0:
+                    self._fail(
+                        "E257",
+                        f"the two points of {card.spec.word} {card.name} coincide at the start: "
+                        "its force has no direction",
+                        card.span,
+                        "start a body elsewhere, or tie them with a joint and put the card on that",
+                    )
+        for e, lo, hi, name, warn in self.clamps:
+            value = self.b.eval([e], self.found.x, 0.0)[0]
+            if not lo <= value <= hi:
+                self.sink.warning("W234", f"{warn} already at the start", self.span_of(name))
+
     def _gravity_note(self) -> None:
         """Masses that gravity would move, and no .gravity card."""
         if self.ctx.flat.gravity is not None or not self.own:
@@ -365,6 +387,7 @@ class Machine(Binding):
         e = self.public(e)
         if e.value is not None:
             return self.b.const(min(max(e.value, lo), hi))
+        self.clamps.append((e, lo, hi, name, warn))
         self.flag_warnings[f"{name} high"] = self.flag_warnings[f"{name} low"] = warn
         over = self.b.flag(e - hi, None, f"{name} high", -1)
         under = self.b.flag(lo - e, None, f"{name} low", -1)

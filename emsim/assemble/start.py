@@ -22,11 +22,12 @@ MOVED = 1e-9
 
 
 class Start:
-    """What was found: `dof`, `moved` [(name, from, to)], `redundant` rows, `singular` at the start."""
+    """What was found: state `x`, `dof`, `moved` [(name, from, to)], `redundant` rows, `singular` there."""
 
-    __slots__ = ("dof", "moved", "redundant", "singular")
+    __slots__ = ("dof", "moved", "redundant", "singular", "x")
 
     def __init__(self) -> None:
+        self.x: list[float] = []
         self.dof = 0
         self.moved: list[tuple[str, float, float]] = []
         self.redundant: list[Row] = []
@@ -37,7 +38,7 @@ def assemble(m: Machine) -> Start:
     """Finds the start, writes it into the builder, removes redundant rows from m.rows."""
     result = Start()
     own = m.own
-    x = initial_state(m)
+    x = result.x = initial_state(m)
     if not own:
         _write(m, x)
         for row in m.rows:

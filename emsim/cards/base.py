@@ -21,6 +21,8 @@ No card writes a mass matrix or a force direction.
 
 from __future__ import annotations
 
+from math import pi
+
 from ..diagnostics import suggest
 
 TYPE_CHECKING = False
@@ -304,6 +306,7 @@ def is_number(value: object) -> bool:
 def _convert(card: Card, raw: MachineCard, key: str, param: Param, value: Any, sink: Sink) -> Any:
     """The value in the kind the spec asks for; reports and returns the default when it does not fit."""
     where, what = raw.param_spans.get(key, raw.span), f"{key}= of {raw.kind} {raw.name}"
+    value = _with_pi(value)
     if param.kind == "value" or (param.kind == "shape" and not is_number(value)):
         return value
     if param.kind in ("number", "vector") and param.unit and (unit := strange_unit(where, param.unit)):
@@ -350,6 +353,13 @@ def _convert(card: Card, raw: MachineCard, key: str, param: Param, value: Any, s
             "E238", f"{what} is {number:g}; {param.meaning} must be greater than {param.above:g}", where
         )
     return number
+
+
+def _with_pi(value: Any) -> Any:
+    """`pi` and `-pi` as numbers, also in lists: range=(0,pi)."""
+    if isinstance(value, tuple):
+        return tuple(map(_with_pi, value))
+    return {"pi": pi, "-pi": -pi}.get(value, value) if isinstance(value, str) else value
 
 
 # what may be written after a number -> units of parameters it fits

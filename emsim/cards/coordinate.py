@@ -23,5 +23,9 @@ class OnJointOrPoints(Card):
             return self.joint.q, self.joint.u
         return s.distance(self.p, self.q)
 
+    def needs_direction(self) -> bool:
+        """Does the force need the line from p to q? Then they must not coincide."""
+        return self.joint is None
+
     def effort_name(self) -> str:
         return "torque" if self.joint is not None and self.joint.rotary else "force"

@@ -40,8 +40,11 @@ class Spring(OnJointOrPoints):
             sink.error("E240", f"SPRING {self.name}: {wrong}= does not fit here; {right}", self.place(wrong))
         self.rest = self.q0 if on_joint else self.l0
 
+    def needs_direction(self) -> bool:
+        return self.joint is None and not (self.rest == 0.0 and self.f0 == 0.0)
+
     def potential(self, s: Scene) -> Scalar | None:
-        if self.joint is None and self.rest == 0.0 and self.f0 == 0.0:
+        if self.joint is None and not self.needs_direction():
             # k/2 |P - Q|^2 needs no root, and stays smooth where the points meet
             d = [a - b for a, b in zip(self.q.pos, self.p.pos, strict=True)]
             return 0.5 * self.k * (d[0] * d[0] + d[1] * d[1] + d[2] * d[2])

@@ -30,6 +30,7 @@ BAD = {
     "force_without_direction": (ARM + "FORCE f arm dir=(0,0) 3", "E232", "direction"),
     "two_energies": (ARM + "TRANSDUCER t a 0 hinge C={1n} L={1m}\nR1 a 0 1", "E252", "exactly one"),
     "spring_q0_between_points": (ARM + "SPRING s 0 arm.com k=1 q0=1", "E240", "l0="),
+    "spring_of_no_direction": ("BODY a m=1 j=1\nSPRING s 0 a k=3 l0=1", "E257", "coincide"),
     # kinds of joints
     "ball": ("BODY a m=1 j=1\nJOINT j 0 a ball", "E239", "not supported yet"),
     "weld_has_no_coordinate": ("BODY a m=1\nJOINT j 0 a weld ic=3", "E240", "no coordinate"),

@@ -3,7 +3,7 @@
 import math
 
 import pytest
-from machines import generalised_force, machine, momentum, reads, state, value
+from machines import generalised_force, machine, momentum, problems, reads, state, value
 
 ROTOR = "BODY rotor m=1 j=1m\nJOINT shaft 0 rotor pin\n"
 SLED = "BODY sled m=2\nJOINT rail 0 sled slide axis=(1,0)\n"
@@ -98,6 +98,18 @@ def test_log_taper_has_a_tenth_at_half_the_way():
     m = machine(SLED + "POT p1 top w 0 rail r=10k range=(0,10m) taper=log\nV1 top 0 5\nRL w 0 1e12")
     at = {"pos(rail)": 5e-3, "top": 5.0, "w": 0.0}
     assert reads(m, "i", "p1", at=at) == pytest.approx(5.0 / 9e3)
+
+
+def test_range_may_say_pi():
+    """R theta / pi on a pin with range=(0,pi)."""
+    m = machine(ROTOR + "POT p1 top w 0 shaft r=10k range=(0,pi)\nV1 top 0 5\nRL w 0 1e12")
+    at = {"angle(shaft)": math.pi / 4, "top": 5.0, "w": 1.25}
+    assert rows(m, "w", at)[1] == pytest.approx(0.0, abs=1e-9)
+
+
+def test_wiper_beyond_its_end_at_the_start_is_said():
+    found = problems(SLED + "POT p1 top w 0 rail r=10k range=(1m,9m)\nV1 top 0 5\nRL w 0 1k")
+    assert [d.code for d in found] == ["W234"]
 
 
 # SPRING, DAMPER, FORCE, TORQUE -----------------------------------------------------------------------
