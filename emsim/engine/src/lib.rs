@@ -7,8 +7,10 @@ pub mod devices; // semiconductor kernels, one file each
 pub mod events; // state events on dense output
 pub mod graph; // hash-consed expression nodes with folding
 pub mod integrate; // the methods and the driver
+pub mod model; // contributions, as the cards make them
 pub mod newton; // one implicit stage: options, tolerances, Newton's method
 pub mod op; // the starting point: operating point, initial conditions, consistent values
+pub mod passive; // is the linear part a passive network without gain
 mod py;
 pub mod record; // recorded waveforms and the raw file
 pub mod sparse; // LU: matching, block triangular form, AMD, Gilbert-Peierls, refactorisation

@@ -8,6 +8,9 @@
 //! long, evaluates the residual itself once more. Multipliers, derivative unknowns and currents of voltage sources enter
 //! linearly and converge with the rest: they are outside the norm, because the rounding noise of such a force, or of the
 //! current of a capacitor across a source, grows as 1/h.
+//!
+//! In a passive network of diodes (passive.rs) an iterate may be accepted without that: what the straight lines of the
+//! diodes have missed at the new point is measured there, and bounds the next update of every junction's voltage.
 use crate::sparse::{Lu, Singular, Symbolic};
 use crate::system::{Kind, System, Work};
 
@@ -49,12 +52,15 @@ impl Default for Options {
 #[derive(Clone)]
 pub struct Tolerances {
     pub reltol: f64,
+    pub vntol: f64, // of a junction's voltage
     pub atol: Vec<f64>,
     pub peak: Vec<f64>,
     /// in Newton's norm; multipliers, derivative unknowns and algebraic currents are not
     pub in_norm: Vec<bool>,
     /// in the local error norm: what stands under d/dt
     pub in_error: Vec<bool>,
+    norm_mask: Vec<f64>, // the same as 1 or 0
+    pub error_mask: Vec<f64>,
 }
 
 /// Share of a signal's largest value so far below which relative accuracy is no longer asked for.
@@ -64,7 +70,13 @@ impl Tolerances {
     pub fn new(sys: &System, o: &Options) -> Tolerances {
         // SPICE's defaults belong to reltol 1e-3: asking for more asks for more everywhere
         let tighter = (o.reltol / 1e-3).min(1.0);
-        let or = |given: f64, default: f64| if given.is_finite() { given } else { default * tighter };
+        let or = |given: f64, default: f64| {
+            if given.is_finite() {
+                given
+            } else {
+                default * tighter
+            }
+        };
         let atol = sys.unknowns.iter().map(|u| match u.kind {
             Kind::Node => or(o.vntol, 1e-6),
             Kind::Branch => or(o.abstol, 1e-12),
@@ -81,8 +93,12 @@ impl Tolerances {
             .zip(&sys.differential)
             .map(|(u, &d)| !linear_kind(u.kind) && (d || u.kind != Kind::Branch))
             .collect();
-        let in_error = in_norm.iter().zip(&sys.differential).map(|(&a, &b)| a && b).collect();
-        Tolerances { reltol: o.reltol, atol: atol.collect(), peak: vec![0.0; sys.n], in_norm, in_error }
+        let in_error: Vec<bool> = in_norm.iter().zip(&sys.differential).map(|(&a, &b)| a && b).collect();
+        let mask = |of: &[bool]| of.iter().map(|&b| f64::from(b)).collect();
+        let (norm_mask, error_mask) = (mask(&in_norm), mask(&in_error));
+        let vntol = or(o.vntol, 1e-6);
+        let (atol, peak) = (atol.collect(), vec![0.0; sys.n]);
+        Tolerances { reltol: o.reltol, vntol, atol, peak, in_norm, in_error, norm_mask, error_mask }
     }
 
     #[inline]
@@ -90,9 +106,34 @@ impl Tolerances {
         self.reltol * a.abs().max(b.abs()).max(PEAK_SHARE * self.peak[i]) + self.atol[i]
     }
 
+    /// Largest |e_i| over the weight of x1_i, x0_i, in the local error norm.
+    pub fn largest_error(&self, e: &[f64], x1: &[f64], x0: &[f64]) -> f64 {
+        let n = self.atol.len();
+        let (e, x1, x0) = (&e[..n], &x1[..n], &x0[..n]);
+        let (peak, mask) = (&self.peak[..n], &self.error_mask[..n]);
+        // four maxima side by side, so that the divisions run in parallel
+        let mut worst = [0.0_f64; 4];
+        let ratio = |i: usize| mask[i] * e[i].abs() / self.weight_with(peak[i], self.atol[i], x1[i], x0[i]);
+        let whole = n - n % 4;
+        for i in (0..whole).step_by(4) {
+            for k in 0..4 {
+                let v = ratio(i + k);
+                worst[k] = if v > worst[k] { v } else { worst[k] };
+            }
+        }
+        (whole..n).map(ratio).chain(worst).fold(0.0, f64::max)
+    }
+
+    #[inline(always)]
+    fn weight_with(&self, peak: f64, atol: f64, a: f64, b: f64) -> f64 {
+        let larger = |a: f64, b: f64| if a > b { a } else { b };
+        self.reltol * larger(larger(a.abs(), b.abs()), PEAK_SHARE * peak) + atol
+    }
+
     pub fn observe(&mut self, x: &[f64]) {
         for (p, v) in self.peak.iter_mut().zip(x) {
-            *p = p.max(v.abs());
+            let v = v.abs();
+            *p = if v > *p { v } else { *p };
         }
     }
 }
@@ -113,7 +154,10 @@ pub enum Failure {
 pub struct Newton {
     lu: Lu<f64>,
     key: f64, // the `a` of a factorisation that is still valid (linear systems only)
-    matrix: Vec<f64>,
+    a: f64,   // the `a` of `rows` and of the base in `lu`
+    rows: Vec<f64>,
+    base: Vec<f64>,
+    sources: Vec<f64>,
     step: Vec<f64>,
     /// Q at the solution, and F as the stage equation gives it
     pub q: Vec<f64>,
@@ -123,10 +167,15 @@ pub struct Newton {
 impl Newton {
     pub fn new(sys: &System) -> Result<Newton, Failure> {
         let symbolic = Symbolic::analyse(&sys.pattern).map_err(Failure::Singular)?;
+        let mut lu = Lu::new(&sys.pattern, &symbolic);
+        lu.set_stamps(sys.stamps());
         Ok(Newton {
-            lu: Lu::new(&sys.pattern, &symbolic),
+            lu,
             key: f64::NAN,
-            matrix: vec![0.0; sys.pattern.rowidx.len()],
+            a: f64::NAN,
+            rows: Vec::new(),
+            base: Vec::new(),
+            sources: Vec::new(),
             step: vec![0.0; sys.n],
             q: vec![0.0; sys.n],
             f: vec![0.0; sys.n],
@@ -138,7 +187,8 @@ impl Newton {
         self.key = f64::NAN;
     }
 
-    /// Solves the stage from the guess in `x`; leaves Q and F of the solution in self.q, self.f.
+    /// Solves the stage from the guess in `x`; leaves Q and F of the solution in self.q, self.f. `r` is 0 in rows
+    /// without d/dt.
     #[allow(clippy::too_many_arguments)]
     pub fn solve(
         &mut self,
@@ -151,54 +201,100 @@ impl Newton {
         tol: &Tolerances,
         max_iterations: usize,
     ) -> Result<usize, Failure> {
+        assert!(x.len() == sys.n && r.len() == sys.n);
+        sys.set_time(w, t);
+        if self.a != a {
+            sys.stage_constants(a, &mut self.rows, &mut self.base);
+            self.lu.set_base(&self.base);
+            self.a = a;
+        }
+        if sys.pure_linear {
+            return self.solve_linear(sys, w, a, r, x);
+        }
+        sys.stage_expand(w, x, t);
         for iteration in 1..=max_iterations {
-            sys.eval_jacobian(w, x, t, true);
             w.counters.iterations += 1;
+            sys.stage_residual(w, a, &self.rows, r, x, &mut self.step);
             if !(sys.linear && self.key == a) {
-                for (m, (g, c)) in self.matrix.iter_mut().zip(w.gv.iter().zip(&w.cv)) {
-                    *m = g + a * c;
-                }
-                self.lu.factor_or_refactor(&self.matrix).map_err(Failure::Singular)?;
-                w.counters.factorisations += 1;
-                self.key = if sys.linear { a } else { f64::NAN };
-            }
-            for i in 0..sys.n {
-                self.step[i] = -(w.f[i] + if sys.has_q[i] { a * w.q[i] + r[i] } else { 0.0 });
+                self.factor(sys, w, a)?;
             }
             self.lu.solve(&mut self.step);
             w.counters.solves += 1;
-            // the update against the tolerance; dividing is left for the failure's report
-            let mut converged = true;
-            let mut sum = 0.0;
-            for i in 0..sys.n {
-                let (d, new) = (self.step[i], x[i] + self.step[i]);
-                sum += new;
-                if tol.in_norm[i] && !(d.abs() <= tol.weight(i, x[i], new)) {
-                    converged = false;
-                }
-                x[i] = new;
-            }
-            // one value that is not finite makes the sum so
-            if !sum.is_finite() {
-                if let Some(unknown) = x.iter().position(|v| !v.is_finite()) {
-                    return Err(Failure::NotFinite { unknown });
-                }
-            }
+            let converged = self.advance(x, tol)?;
             if sys.linear || (converged && !w.limited) {
-                self.finish(sys, w, a, r, x);
+                sys.stage_charges(w, x, Some(&self.step), &mut self.q);
+                self.finish(sys, a, r);
+                return Ok(iteration);
+            }
+            if sys.stage_expand_and_judge(w, x, t, a, (tol.reltol, tol.vntol)) {
+                sys.stage_charges(w, x, None, &mut self.q);
+                self.finish(sys, a, r);
                 return Ok(iteration);
             }
         }
-        let ratio = |i: usize| if tol.in_norm[i] { self.step[i].abs() / tol.weight(i, x[i], x[i]) } else { 0.0 };
+        let ratio = |i: usize| {
+            if tol.in_norm[i] {
+                self.step[i].abs() / tol.weight(i, x[i], x[i])
+            } else {
+                0.0
+            }
+        };
         let unknown = (0..sys.n).max_by(|&i, &j| ratio(i).total_cmp(&ratio(j))).unwrap_or(0);
+        sys.eval(w, x, t);
         let row = (0..sys.n).max_by(|&i, &j| w.f[i].abs().total_cmp(&w.f[j].abs())).unwrap_or(0);
         Err(Failure::Diverged { unknown, row })
     }
 
+    fn factor(&mut self, sys: &System, w: &mut Work, a: f64) -> Result<(), Failure> {
+        sys.stage_sources(w, a, &mut self.sources);
+        self.lu.factor_stamped(&self.sources).map_err(Failure::Singular)?;
+        w.counters.factorisations += 1;
+        self.key = if sys.linear { a } else { f64::NAN };
+        Ok(())
+    }
+
+    /// One solution is all: F = G x + waves, Q = C x, whatever the guess.
+    fn solve_linear(&mut self, sys: &System, w: &mut Work, a: f64, r: &[f64], x: &mut [f64]) -> Result<usize, Failure> {
+        w.counters.evaluations += 1;
+        w.counters.iterations += 1;
+        if self.key != a {
+            self.factor(sys, w, a)?;
+        }
+        for (b, r) in x.iter_mut().zip(r) {
+            *b = -r;
+        }
+        sys.subtract_waves(w, x);
+        self.lu.solve(x);
+        w.counters.solves += 1;
+        if x.iter().fold(false, |bad, v| bad | !(v.abs() < f64::INFINITY)) {
+            return Err(not_finite(x));
+        }
+        sys.stage_charges(w, x, None, &mut self.q);
+        self.finish(sys, a, r);
+        Ok(1)
+    }
+
+    /// x <- x + step; true when the step was within the tolerance. Dividing is left for the failure's report.
+    fn advance(&self, x: &mut [f64], tol: &Tolerances) -> Result<bool, Failure> {
+        let n = x.len();
+        let (step, mask) = (&self.step[..n], &tol.norm_mask[..n]);
+        let (peak, atol) = (&tol.peak[..n], &tol.atol[..n]);
+        let (mut large, mut bad) = (false, false);
+        for i in 0..n {
+            let (old, new) = (x[i], x[i] + step[i]);
+            large |= mask[i] * step[i].abs() > tol.weight_with(peak[i], atol[i], old, new);
+            bad |= !(new.abs() < f64::INFINITY);
+            x[i] = new;
+        }
+        if bad {
+            return Err(not_finite(x));
+        }
+        Ok(!large)
+    }
+
     /// e <- (G + a C)^-1 a C e with the last factorisation: what remains of an error where it is not damped at once.
     pub fn filter(&mut self, sys: &System, w: &mut Work, a: f64, e: &mut [f64]) {
-        self.step.fill(0.0);
-        sys.add_c_times(w, e, &mut self.step);
+        sys.c_times(w, e, &mut self.step);
         for v in self.step.iter_mut() {
             *v *= a;
         }
@@ -207,16 +303,14 @@ impl Newton {
         e.copy_from_slice(&self.step);
     }
 
-    /// Q at the solution, to first order in the last update; F from the stage equation, so that charge is conserved.
-    fn finish(&mut self, sys: &System, w: &mut Work, a: f64, r: &[f64], x: &[f64]) {
-        if sys.pure_linear {
-            sys.charges_of_linear(x, &mut self.q);
-        } else {
-            self.q.copy_from_slice(&w.q);
-            sys.add_c_times(w, &self.step, &mut self.q);
-        }
-        for i in 0..sys.n {
-            self.f[i] = if sys.has_q[i] { -(a * self.q[i] + r[i]) } else { 0.0 };
+    /// F from the stage equation, so that charge is conserved.
+    fn finish(&mut self, sys: &System, a: f64, r: &[f64]) {
+        for ((f, q), (r, has_q)) in self.f.iter_mut().zip(&self.q).zip(r.iter().zip(&sys.has_q)) {
+            *f = if *has_q { -(a * q + r) } else { 0.0 };
         }
     }
+}
+
+fn not_finite(x: &[f64]) -> Failure {
+    Failure::NotFinite { unknown: x.iter().position(|v| !v.is_finite()).unwrap_or(0) }
 }

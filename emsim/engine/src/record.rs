@@ -4,13 +4,9 @@ use crate::system::{System, Work};
 use crate::tape::{Inputs, Tape};
 use std::io::{self, BufWriter, Write};
 
-enum Source {
-    Unknown(usize),
-    Probe(usize),
-}
-
 pub struct Record {
-    sources: Vec<Source>,
+    unknowns: Vec<u32>,      // index of the unknown of every output; 0 where a probe overwrites it
+    probes: Vec<(u32, u32)>, // column of the row, output of the tape
     tape: Tape,
     scratch: Vec<f64>,
     pub columns: usize,
@@ -19,20 +15,19 @@ pub struct Record {
 
 impl Record {
     pub fn new(g: &Graph, outputs: &[Id]) -> Record {
-        let mut probes = Vec::new();
-        let sources = outputs
-            .iter()
-            .map(|&id| match g.node(id) {
-                Node::Unknown(i) => Source::Unknown(i as usize),
-                _ => {
-                    probes.push(id);
-                    Source::Probe(probes.len() - 1)
-                }
-            })
-            .collect();
-        let tape = Tape::new(g, &probes);
+        let (mut probes, mut ids, mut unknowns) = (Vec::new(), Vec::new(), Vec::new());
+        for (k, &id) in outputs.iter().enumerate() {
+            if let Node::Unknown(i) = g.node(id) {
+                unknowns.push(i);
+            } else {
+                unknowns.push(0);
+                probes.push((k as u32 + 1, ids.len() as u32));
+                ids.push(id);
+            }
+        }
+        let tape = Tape::new(g, &ids);
         let scratch = tape.workspace();
-        Record { sources, tape, scratch, columns: outputs.len() + 1, data: Vec::new() }
+        Record { unknowns, probes, tape, scratch, columns: outputs.len() + 1, data: Vec::new() }
     }
 
     pub fn rows(&self) -> usize {
@@ -44,12 +39,12 @@ impl Record {
             sys.set_time(w, t);
             self.tape.run(&Inputs { x, t, waves: &w.waves, flags: &w.flags }, &mut self.scratch);
         }
+        let row = self.data.len();
+        self.data.reserve(self.columns);
         self.data.push(t);
-        for s in &self.sources {
-            self.data.push(match *s {
-                Source::Unknown(i) => x[i],
-                Source::Probe(k) => self.tape.output(&self.scratch, k),
-            });
+        self.data.extend(self.unknowns.iter().map(|&i| x.get(i as usize).copied().unwrap_or(0.0)));
+        for &(column, output) in &self.probes {
+            self.data[row + column as usize] = self.tape.output(&self.scratch, output as usize);
         }
     }
 }

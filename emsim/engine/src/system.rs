@@ -4,116 +4,41 @@
 //! and the held state (flags, limited junction voltages) of one run.  Row i belongs to unknown i.  C = dQ/dx and
 //! G = dF/dx share one sparse pattern.  The linear part is summed once; expressions run as tapes; devices as kernels.
 use crate::derive::gradient;
-use crate::devices::diode::Diode;
+use crate::devices::diode::{Diode, DiodeOut};
 use crate::graph::{Graph, Id, Node};
-use crate::sparse::Pattern;
+pub use crate::model::{DiodeAt, FlagSpec, Force, Kind, Model, Unknown};
+use crate::passive::is_passive;
+use crate::sparse::{Pattern, Rows, Stamp};
 use crate::tape::{Inputs, Tape};
 use crate::waves::Wave;
 use std::collections::BTreeMap;
 
-/// What an unknown is: its tolerance, and whether the DC operating point holds it.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum Kind {
-    Node,
-    Branch,
-    Coordinate,
-    Speed,
-    Lambda,
-    Mu,
-    Derivative,
-}
-
-impl Kind {
-    pub fn from_name(name: &str) -> Option<Kind> {
-        Some(match name {
-            "node" => Kind::Node,
-            "branch" => Kind::Branch,
-            "coordinate" => Kind::Coordinate,
-            "speed" => Kind::Speed,
-            "lambda" => Kind::Lambda,
-            "mu" => Kind::Mu,
-            "derivative" => Kind::Derivative,
-            _ => return None,
-        })
-    }
-
-    pub fn name(self) -> &'static str {
-        match self {
-            Kind::Node => "node",
-            Kind::Branch => "branch",
-            Kind::Coordinate => "coordinate",
-            Kind::Speed => "speed",
-            Kind::Lambda => "lambda",
-            Kind::Mu => "mu",
-            Kind::Derivative => "derivative",
-        }
-    }
-
-    /// Held at its initial value while the circuit's DC point is found.
-    pub fn mechanical(self) -> bool {
-        matches!(self, Kind::Coordinate | Kind::Speed | Kind::Lambda | Kind::Mu)
-    }
-}
-
-#[derive(Clone, Debug)]
-pub struct Unknown {
-    pub name: String,
-    pub kind: Kind,
-    pub unit: String,
-    pub initial: f64,
-}
-
-/// 0/1 state held between events: becomes 1 when `up` > 0, 0 when `down` < 0.
-#[derive(Clone, Debug)]
-pub struct FlagSpec {
-    pub up: Id,
-    pub down: Id,
-    pub name: String,
-    pub initial: i8,
-}
-
-pub struct DiodeAt {
-    pub name: String,
-    pub kernel: Diode,
-    pub p: i32,
-    pub n: i32,
-}
-
-/// Node voltages forced at the operating point (`.ic`) or only suggested (`.nodeset`).
-#[derive(Clone, Copy)]
-pub struct Force {
-    pub row: usize,
-    pub value: f64,
-    pub release: bool, // nodeset: released before the final solution
-}
-
-/// Contributions, as the cards make them.
-#[derive(Default)]
-pub struct Model {
-    pub unknowns: Vec<Unknown>,
-    pub waves: Vec<Wave>,
-    pub g: Vec<(usize, usize, f64)>,
-    pub c: Vec<(usize, usize, f64)>,
-    pub f_wave: Vec<(usize, usize, f64)>,
-    pub f: BTreeMap<usize, Id>,
-    pub q: BTreeMap<usize, Id>,
-    pub diodes: Vec<DiodeAt>,
-    pub flags: Vec<FlagSpec>,
-    pub forces: Vec<Force>,
-    pub ic_charge: Vec<(usize, f64)>,
-}
-
-pub struct DiodeSlot {
+struct DiodeSlot {
     kernel: Diode,
     p: i32,
     n: i32,
     slots: [Option<usize>; 4], // (p,p) (p,n) (n,p) (n,n)
 }
 
-struct Entry {
-    row: u32,
-    col: u32,
+/// A diode's characteristic as the last evaluation expanded it: about `at`, which is `v` unless limiting moved it.
+#[derive(Clone, Copy, Default)]
+struct Expansion {
     v: f64,
+    at: f64,
+    o: DiodeOut,
+}
+
+impl Expansion {
+    /// Current and a times charge of the straight line, at v.
+    #[inline(always)]
+    fn current(&self, a: f64, v: f64) -> f64 {
+        self.o.i + a * self.o.q + self.conductance(a) * (v - self.at)
+    }
+
+    #[inline(always)]
+    fn conductance(&self, a: f64) -> f64 {
+        self.o.g + a * self.o.c
+    }
 }
 
 pub struct System {
@@ -125,9 +50,14 @@ pub struct System {
     pub forces: Vec<Force>,
     pub ic_charge: Vec<(usize, f64)>,
     pub pattern: Pattern,
-    g_entries: Vec<Entry>,
-    c_entries: Vec<Entry>,
-    g_linear: Vec<f64>, // on the pattern
+    g_rows: Rows, // constant contributions to F = G x, Q = C x
+    c_rows: Rows,
+    stage_rows: Rows,                       // the union of both patterns; its values are those of G,
+    stage_c: Vec<f64>,                      // and these those of C
+    expression_c: Vec<(usize, usize, f64)>, // constant entries of dQ/dx that expressions have
+    c_places: Vec<(usize, usize)>,          // row and column of each of c_slots
+    stamps: Vec<Stamp>,                     // diodes, then entries of G, then of C, that are not constant
+    g_linear: Vec<f64>,                     // on the pattern
     c_linear: Vec<f64>,
     f_wave: Vec<(usize, usize, f64)>,
     values: Tape, // F rows, then Q rows
@@ -142,6 +72,7 @@ pub struct System {
     pub differential: Vec<bool>, // unknown i appears under d/dt (in derivatives that are only shown it does not count)
     pub linear: bool,            // C, G constant: one factorisation per step size, one solve per point
     pub pure_linear: bool,       // F = G x + waves, no expression at all
+    pub passive: bool,           // nothing but diodes in a passive network (see passive.rs)
 }
 
 /// Scratch and held state of one run.
@@ -160,6 +91,7 @@ pub struct Work {
     pub gv: Vec<f64>,
     pub cv: Vec<f64>,
     pub junction: Vec<f64>,
+    expansions: Vec<Expansion>,
     pub limited: bool,
     pub counters: Counters,
 }
@@ -296,19 +228,48 @@ impl System {
             diodes.push(DiodeSlot { kernel: d.kernel, p: d.p, n: d.n, slots });
         }
         let linear = diodes.is_empty() && g_slots.is_empty() && c_slots.is_empty() && model.flags.is_empty();
-        let entries = |sum: BTreeMap<(usize, usize), f64>| {
-            sum.into_iter().map(|((r, c), v)| Entry { row: r as u32, col: c as u32, v }).collect::<Vec<_>>()
-        };
+        let mut stage_g = g_sum.clone();
+        let mut stage_c = c_sum.clone();
+        for &place in c_sum.keys() {
+            stage_g.entry(place).or_default();
+        }
+        for &place in g_sum.keys() {
+            stage_c.entry(place).or_default();
+        }
+        let mut expression_c = Vec::new();
+        let mut c_places = Vec::new();
+        for &(r, c, d) in &q_jac {
+            match g.value(d) {
+                Some(v) => expression_c.push((r, c, v)),
+                None => c_places.push((r, c)),
+            }
+        }
+        let mut stamps = Vec::new();
+        for (k, d) in diodes.iter().enumerate() {
+            for (slot, sign) in d.slots.iter().zip([1.0, -1.0, -1.0, 1.0]) {
+                stamps.extend(slot.map(|slot| Stamp { slot: slot as u32, source: k as u32, sign }));
+            }
+        }
+        for (k, &slot) in g_slots.iter().chain(&c_slots).enumerate() {
+            stamps.push(Stamp { slot: slot as u32, source: (diodes.len() + k) as u32, sign: 1.0 });
+        }
+        let flagless = model.flags.is_empty();
+        let unknowns = model.unknowns;
         Ok(System {
             n,
-            unknowns: model.unknowns,
             waves: model.waves,
             flags: model.flags,
             diode_names,
             forces: model.forces,
             ic_charge: model.ic_charge,
-            g_entries: entries(g_sum),
-            c_entries: entries(c_sum),
+            passive: model.f.is_empty() && model.q.is_empty() && flagless && is_passive(&unknowns, &g_sum, &c_sum),
+            g_rows: Rows::new(n, &g_sum),
+            c_rows: Rows::new(n, &c_sum),
+            stage_c: stage_c.into_values().collect(),
+            stage_rows: Rows::new(n, &stage_g),
+            expression_c,
+            c_places,
+            stamps,
             g_linear,
             c_linear,
             f_wave: model.f_wave,
@@ -325,6 +286,7 @@ impl System {
             differential,
             linear,
             pattern,
+            unknowns,
         })
     }
 
@@ -344,6 +306,7 @@ impl System {
             gv: self.g_linear.clone(),
             cv: self.c_linear.clone(),
             junction: self.diodes.iter().map(|d| d.kernel.vcrit()).collect(),
+            expansions: vec![Expansion::default(); self.diodes.len()],
             limited: false,
             counters: Counters::default(),
         }
@@ -376,15 +339,8 @@ impl System {
     /// The linear part and the waves: w.q, w.f are set, everything else adds to them.
     #[inline]
     fn eval_linear(&self, w: &mut Work, x: &[f64]) {
-        w.f.fill(0.0);
-        w.q.fill(0.0);
-        for e in &self.g_entries {
-            // SAFETY: rows and columns are below n by construction, checked against x's length by the callers' slices
-            unsafe { *w.f.get_unchecked_mut(e.row as usize) += e.v * x.get_unchecked(e.col as usize) };
-        }
-        for e in &self.c_entries {
-            unsafe { *w.q.get_unchecked_mut(e.row as usize) += e.v * x.get_unchecked(e.col as usize) };
-        }
+        self.g_rows.times(&self.g_rows.value, x, |row, v| w.f[row] = v);
+        self.c_rows.times(&self.c_rows.value, x, |row, v| w.q[row] = v);
         for &(row, k, coefficient) in &self.f_wave {
             w.f[row] += coefficient * w.waves[k];
         }
@@ -427,8 +383,8 @@ impl System {
         }
         w.gv.copy_from_slice(&self.g_linear);
         w.cv.copy_from_slice(&self.c_linear);
+        self.expand(w, x, t, limit);
         if !self.jacobian.is_empty() {
-            self.jacobian.run(&Inputs { x, t, waves: &w.waves, flags: &w.flags }, &mut w.jacobian);
             let (nf, nq) = (self.f_rows.len(), self.q_rows.len());
             let out = |k| self.jacobian.output(&w.jacobian, k);
             for (k, &row) in self.f_rows.iter().enumerate() {
@@ -445,24 +401,129 @@ impl System {
                 w.cv[slot] += out(base + k);
             }
         }
-        for (k, d) in self.diodes.iter().enumerate() {
+        for (d, e) in self.diodes.iter().zip(&w.expansions) {
+            add_pair(&mut w.f, d.p, d.n, e.o.i + e.o.g * (e.v - e.at));
+            add_pair(&mut w.q, d.p, d.n, e.o.q + e.o.c * (e.v - e.at));
+            for (slot, sign) in d.slots.iter().zip([1.0, -1.0, -1.0, 1.0]) {
+                if let Some(s) = *slot {
+                    w.gv[s] += sign * e.o.g;
+                    w.cv[s] += sign * e.o.c;
+                }
+            }
+        }
+    }
+
+    /// Expressions and devices with their derivatives at (x, t), kept in `w` for what follows: `eval_jacobian`,
+    /// or the five functions of one implicit stage below it.
+    fn expand(&self, w: &mut Work, x: &[f64], t: f64, limit: bool) {
+        w.limited = false;
+        if !self.jacobian.is_empty() {
+            self.jacobian.run(&Inputs { x, t, waves: &w.waves, flags: &w.flags }, &mut w.jacobian);
+        }
+        for ((d, e), junction) in self.diodes.iter().zip(&mut w.expansions).zip(&mut w.junction) {
             let v = across(x, d.p, d.n);
             let mut at = v;
             if limit {
-                let (v_limited, limited) = d.kernel.limit(v, w.junction[k]);
+                let (v_limited, limited) = d.kernel.limit(v, *junction);
                 w.limited |= limited;
                 at = v_limited;
             }
-            w.junction[k] = at;
-            let o = d.kernel.eval(at, w.gmin);
-            add_pair(&mut w.f, d.p, d.n, o.i + o.g * (v - at));
-            add_pair(&mut w.q, d.p, d.n, o.q + o.c * (v - at));
-            for (slot, sign) in d.slots.iter().zip([1.0, -1.0, -1.0, 1.0]) {
-                if let Some(s) = *slot {
-                    w.gv[s] += sign * o.g;
-                    w.cv[s] += sign * o.c;
-                }
-            }
+            *junction = at;
+            *e = Expansion { v, at, o: d.kernel.eval(at, w.gmin) };
+        }
+    }
+
+    /// Evaluates what is not linear, for one stage  F + a Q + r = 0  at the iterate x.
+    #[inline]
+    pub fn stage_expand(&self, w: &mut Work, x: &[f64], t: f64) {
+        w.counters.evaluations += 1;
+        w.counters.jacobians += 1;
+        self.expand(w, x, t, true);
+    }
+
+    /// The same at the next iterate; true when every diode met the straight line that led there so well, that what was
+    /// missed of its current is worth less than the tolerance of its junction's voltage (in passive networks only).
+    pub fn stage_expand_and_judge(&self, w: &mut Work, x: &[f64], t: f64, a: f64, (reltol, vntol): (f64, f64)) -> bool {
+        if !self.passive {
+            self.stage_expand(w, x, t);
+            return false;
+        }
+        w.counters.evaluations += 1;
+        w.counters.jacobians += 1;
+        w.limited = false;
+        let mut good = true;
+        for ((d, e), junction) in self.diodes.iter().zip(&mut w.expansions).zip(&mut w.junction) {
+            let v = across(x, d.p, d.n);
+            let line = e.current(a, v);
+            let (at, limited) = d.kernel.limit(v, *junction);
+            w.limited |= limited;
+            *junction = at;
+            *e = Expansion { v, at, o: d.kernel.eval(at, w.gmin) };
+            good &= (e.current(a, v) - line).abs() <= e.conductance(a) * (reltol * v.abs() + vntol);
+        }
+        good && !w.limited
+    }
+
+    /// Constant parts of a stage: of its residual in `rows`, of its matrix on the pattern in `base`.
+    pub fn stage_constants(&self, a: f64, rows: &mut Vec<f64>, base: &mut Vec<f64>) {
+        rows.clear();
+        rows.extend(self.stage_rows.value.iter().zip(&self.stage_c).map(|(g, c)| g + a * c));
+        base.clear();
+        base.extend(self.g_linear.iter().zip(&self.c_linear).map(|(g, c)| g + a * c));
+    }
+
+    /// out = -(F + a Q + r) at x, with `rows` of `stage_constants` and what was expanded at x.
+    pub fn stage_residual(&self, w: &Work, a: f64, rows: &[f64], r: &[f64], x: &[f64], out: &mut [f64]) {
+        assert!(out.len() == self.n && r.len() == self.n);
+        self.stage_rows.times(rows, x, |row, v| out[row] = -(v + r[row]));
+        self.subtract_waves(w, out);
+        let nf = self.f_rows.len();
+        for (k, &row) in self.f_rows.iter().enumerate() {
+            out[row] -= self.jacobian.output(&w.jacobian, k);
+        }
+        for (k, &row) in self.q_rows.iter().enumerate() {
+            out[row] -= a * self.jacobian.output(&w.jacobian, nf + k);
+        }
+        for (d, e) in self.diodes.iter().zip(&w.expansions) {
+            add_pair(out, d.p, d.n, -e.current(a, e.v));
+        }
+    }
+
+    #[inline]
+    pub fn subtract_waves(&self, w: &Work, out: &mut [f64]) {
+        for &(row, k, coefficient) in &self.f_wave {
+            out[row] -= coefficient * w.waves[k];
+        }
+    }
+
+    /// Sources of the stamps (see `stamps`) of what was expanded.
+    pub fn stage_sources(&self, w: &Work, a: f64, sources: &mut Vec<f64>) {
+        sources.clear();
+        sources.extend(w.expansions.iter().map(|e| e.conductance(a)));
+        let first = self.f_rows.len() + self.q_rows.len();
+        let (ng, nc) = (self.g_slots.len(), self.c_slots.len());
+        sources.extend((first..first + ng).map(|k| self.jacobian.output(&w.jacobian, k)));
+        sources.extend((first + ng..first + ng + nc).map(|k| a * self.jacobian.output(&w.jacobian, k)));
+    }
+
+    /// Which entries of the matrix of a stage change from iterate to iterate.
+    pub fn stamps(&self) -> &[Stamp] {
+        &self.stamps
+    }
+
+    /// Q(x) to first order about the point x - step that was expanded; about x itself where `step` is None.
+    pub fn stage_charges(&self, w: &Work, x: &[f64], step: Option<&[f64]>, q: &mut [f64]) {
+        assert!(q.len() == self.n);
+        self.c_rows.times(&self.c_rows.value, x, |row, v| q[row] = v);
+        let first = self.f_rows.len();
+        for (k, &row) in self.q_rows.iter().enumerate() {
+            q[row] += self.jacobian.output(&w.jacobian, first + k);
+        }
+        if let Some(step) = step {
+            self.add_expression_c(w, step, q);
+        }
+        for (d, e) in self.diodes.iter().zip(&w.expansions) {
+            add_pair(q, d.p, d.n, e.o.q + e.o.c * (across(x, d.p, d.n) - e.at));
         }
     }
 
@@ -506,37 +567,24 @@ impl System {
         changed
     }
 
-    /// Q = C x where nothing but linear elements hold charge.
-    pub fn charges_of_linear(&self, x: &[f64], q: &mut [f64]) {
-        q.fill(0.0);
-        for e in &self.c_entries {
-            q[e.row as usize] += e.v * x[e.col as usize];
+    /// y = C x with the C of what was expanded last.
+    pub fn c_times(&self, w: &Work, x: &[f64], y: &mut [f64]) {
+        assert!(y.len() == self.n);
+        self.c_rows.times(&self.c_rows.value, x, |row, v| y[row] = v);
+        self.add_expression_c(w, x, y);
+        for (d, e) in self.diodes.iter().zip(&w.expansions) {
+            add_pair(y, d.p, d.n, e.o.c * across(x, d.p, d.n));
         }
     }
 
-    /// y += C x on the pattern, with the C of the last Jacobian.
-    pub fn add_c_times(&self, w: &Work, x: &[f64], y: &mut [f64]) {
-        for col in 0..self.n {
-            let v = x[col];
-            if v == 0.0 {
-                continue;
-            }
-            for k in self.pattern.colptr[col]..self.pattern.colptr[col + 1] {
-                y[self.pattern.rowidx[k]] += w.cv[k] * v;
-            }
+    /// y += C x, the part of C that stems from expressions.
+    fn add_expression_c(&self, w: &Work, x: &[f64], y: &mut [f64]) {
+        for &(row, col, v) in &self.expression_c {
+            y[row] += v * x[col];
         }
-    }
-
-    /// y += G x, likewise.
-    pub fn add_g_times(&self, w: &Work, x: &[f64], y: &mut [f64]) {
-        for col in 0..self.n {
-            let v = x[col];
-            if v == 0.0 {
-                continue;
-            }
-            for k in self.pattern.colptr[col]..self.pattern.colptr[col + 1] {
-                y[self.pattern.rowidx[k]] += w.gv[k] * v;
-            }
+        let base = self.f_rows.len() + self.q_rows.len() + self.g_slots.len();
+        for (k, &(row, col)) in self.c_places.iter().enumerate() {
+            y[row] += self.jacobian.output(&w.jacobian, base + k) * x[col];
         }
     }
 

@@ -65,6 +65,25 @@ struct Group {
     len: u32,
 }
 
+/// `sign` times source number `source` is added to value number `slot` of the matrix.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Stamp {
+    pub slot: u32,
+    pub source: u32,
+    pub sign: f64,
+}
+
+/// A matrix that is a constant base plus stamps: the base lies ready in the layout of the factors, so that a new
+/// matrix costs one copy and one addition a stamp.
+struct Stamped<T> {
+    values: Vec<T>, // the base as the caller gave it
+    base: Vec<T>,   // the same in the layout
+    finite: bool,
+    stamps: Vec<Stamp>,
+    places: Vec<(u32, u32, f64)>, // in the layout, source, sign
+    sources: usize,               // highest source + 1
+}
+
 pub struct Lu<T: Scalar> {
     symbolic: Symbolic,
     matrix: Columns,
@@ -83,6 +102,7 @@ pub struct Lu<T: Scalar> {
     // numbers
     lu: Vec<T>,
     work: Vec<T>,
+    stamped: Stamped<T>,
     ready: bool,
     operations: usize,
     counters: Counters,
@@ -123,6 +143,14 @@ impl<T: Scalar> Lu<T> {
             pivot_limit: vec![0.0; n],
             lu: Vec::new(),
             work: vec![T::ZERO; n],
+            stamped: Stamped {
+                values: vec![T::ZERO; pattern.nnz()],
+                base: Vec::new(),
+                finite: true,
+                stamps: Vec::new(),
+                places: Vec::new(),
+                sources: 0,
+            },
             ready: false,
             operations: 0,
             counters: Counters::default(),
@@ -191,6 +219,11 @@ impl<T: Scalar> Lu<T> {
             self.counters.refusals += 1;
             return Err(RefactorError::NotFinite);
         }
+        self.eliminate()
+    }
+
+    /// Eliminates what `lu` holds, with the old pivots and their limits.
+    fn eliminate(&mut self) -> Result<(), RefactorError> {
         let outcome = if self.dense { self.eliminate_dense(true) } else { self.eliminate_listed(true) };
         match outcome {
             Ok(()) => {
@@ -211,6 +244,66 @@ impl<T: Scalar> Lu<T> {
             Ok(()) => Ok(()),
             Err(_) => self.factor(values),
         }
+    }
+
+    /// Announces the stamps of `factor_stamped`; slots are places on the pattern.
+    pub fn set_stamps(&mut self, stamps: &[Stamp]) {
+        self.stamped.stamps = stamps.to_vec();
+        self.stamped.sources = stamps.iter().map(|s| s.source as usize + 1).max().unwrap_or(0);
+        assert!(stamps.iter().all(|s| (s.slot as usize) < self.place.len()));
+        self.place_stamps();
+    }
+
+    /// The constant part of the next matrices, in the order of the pattern.
+    pub fn set_base(&mut self, values: &[T]) {
+        self.stamped.values.copy_from_slice(values);
+        self.place_base();
+    }
+
+    /// Factors base + stamps, with the old pivots where they serve.
+    pub fn factor_stamped(&mut self, sources: &[T]) -> Result<(), Singular> {
+        assert!(sources.len() >= self.stamped.sources);
+        if self.columns.len() == self.n() && self.n() > 0 && self.stamped.base.len() == self.lu.len() {
+            self.ready = false;
+            self.lu.copy_from_slice(&self.stamped.base);
+            for &(place, source, sign) in &self.stamped.places {
+                // SAFETY: `place_stamps` took places from 0..lu.len(), sources are below `sources` as asserted
+                unsafe {
+                    *self.lu.get_unchecked_mut(place as usize) +=
+                        *sources.get_unchecked(source as usize) * T::from_real(sign);
+                }
+            }
+            if self.stamped.finite && sources.iter().all(|v| v.magnitude() < f64::INFINITY) && self.eliminate().is_ok()
+            {
+                return Ok(());
+            }
+        }
+        let mut values = self.stamped.values.clone();
+        for s in &self.stamped.stamps {
+            values[s.slot as usize] += sources[s.source as usize] * T::from_real(s.sign);
+        }
+        self.factor(&values)
+    }
+
+    fn place_base(&mut self) {
+        let s = &mut self.stamped;
+        s.base.clear();
+        s.base.resize(self.lu.len(), T::ZERO);
+        s.finite = true;
+        if s.base.is_empty() {
+            return;
+        }
+        for (&place, &value) in self.place.iter().zip(&s.values) {
+            // SAFETY: `arrange` took `place` from 0..lu.len()
+            unsafe { *s.base.get_unchecked_mut(place as usize) = value };
+            s.finite &= value.magnitude() < f64::INFINITY;
+        }
+    }
+
+    fn place_stamps(&mut self) {
+        let place = &self.place;
+        let places = self.stamped.stamps.iter().map(|s| (place[s.slot as usize], s.source, s.sign));
+        self.stamped.places = places.collect();
     }
 
     /// b <- A^-1 b. Without valid factors b becomes NaN, lest it pass for a solution.
@@ -366,6 +459,8 @@ impl<T: Scalar> Lu<T> {
             }
             self.columns[k].group_end = self.groups.len() as u32;
         }
+        self.place_base();
+        self.place_stamps();
     }
 
     fn set_limits(&mut self, pivots: &Pivots) {

@@ -20,12 +20,14 @@
 mod lu;
 mod order;
 mod pivots;
+mod rows;
 mod scalar;
 #[cfg(test)]
 mod tests;
 
-pub use lu::{Counters, Lu, RefactorError};
+pub use lu::{Counters, Lu, RefactorError, Stamp};
 pub use order::Symbolic;
+pub use rows::Rows;
 pub use scalar::{Complex, Scalar};
 
 /// Pattern of a square matrix by compressed columns: the rows of column j are `rowidx[colptr[j]..colptr[j + 1]]`,
