@@ -70,17 +70,7 @@ impl<'a> Dc<'a> {
         let symbolic = Symbolic::analyse(&pattern).map_err(Failure::Singular)?;
         let lu = Lu::new(&pattern, &symbolic);
         let matrix = vec![0.0; pattern.rowidx.len()];
-        Ok(Dc {
-            sys,
-            pattern,
-            place,
-            diagonal,
-            lu,
-            matrix,
-            held,
-            forced: Vec::new(),
-            residual: vec![0.0; n],
-        })
+        Ok(Dc { sys, pattern, place, diagonal, lu, matrix, held, forced: Vec::new(), residual: vec![0.0; n] })
     }
 
     /// Newton on F(x) + shunt v + a (Q - Q0) = 0 from `x`.
@@ -138,7 +128,7 @@ impl<'a> Dc<'a> {
                 }
                 x[i] = new;
             }
-// conditions follow the iterate, until they chatter: then they are left as they are
+            // conditions follow the iterate, until they chatter: then they are left as they are
             let mut settled = true;
             if flips < CHATTER && sys.update_flags(w, x, 0.0) {
                 flips += 1;

@@ -239,17 +239,18 @@ impl Radau {
             }
             if iteration > 1 {
                 theta = norm / old;
+                // at the level of rounding no contraction can be seen any more
+                if theta >= 0.5 && norm <= 100.0 * floor && iteration > 2 {
+                    self.theta = 0.1;
+                    return Ok(iteration);
+                }
                 if theta >= 0.99 && norm > target {
-                    // at the level of rounding no contraction can be seen any more
-                    if norm <= 10.0 * floor && iteration > 2 {
-                        self.theta = 0.1;
-                        return Ok(iteration);
-                    }
                     return Err((worst, true));
                 }
                 eta = theta / (1.0 - theta).max(1e-3);
                 let left = (most - iteration) as i32;
-                if norm * theta.powi(left) / (1.0 - theta).max(1e-3) > target * 10.0 {
+                if norm * theta.powi(left) / (1.0 - theta).max(1e-3) > target.max(floor) * 10.0 && norm > 100.0 * floor
+                {
                     return Err((worst, true));
                 }
             } else {
