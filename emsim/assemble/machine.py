@@ -75,6 +75,7 @@ class Machine(Binding):
         self.imbalances: list[tuple[str, Expr]] = []
         self.flag_warnings: dict[str, str] = {}
         self.clamps: list[tuple[Expr, float, float, str, str]] = []
+        self._waves: dict[int, Expr] = {}  # of the deck's waveforms, by identity
         self._last_row = -1
         ctx.machine = self  # expressions compiled on the way read it
 
@@ -339,8 +340,11 @@ class Machine(Binding):
         if hasattr(value, "kind"):  # a waveform
             from .waves import resolve
 
-            kind, args = resolve(value, self.ctx.times, self.sink)
-            return self.b.wave_expr(self.b.wave(kind, args))
+            wave = self._waves.get(id(value))
+            if wave is None:
+                kind, args = resolve(value, self.ctx.times, self.sink)
+                wave = self._waves[id(value)] = self.b.wave_expr(self.b.wave(kind, args))
+            return wave
         return self.ctx.compile(value, span)
 
     def compile_energy(self, value: Any, span: Span, own: Own) -> Expr:
