@@ -76,7 +76,7 @@ def _library() -> Any:
         NgSpiceShared.LIBRARY_PATH = found
     try:
         return NgSpiceShared.new_instance()
-    except (OSError, NameError) as error:
+    except Exception as error:  # OSError, NameError, or cffi's own after an earlier failure
         hint = "Debian, Ubuntu: apt install libngspice0"
         message = f"PySpice cannot load the shared ngspice library: {error}"
         raise OutsideError(Diagnostic("error", "E513", message, None, hint)) from None
