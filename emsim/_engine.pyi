@@ -47,13 +47,17 @@ class Builder:
         pow(x, y) atan2(y, x) hypot(x, y). ValueError for an unknown one."""
     def select(self, cond: Expr | float, a: Expr | float, b: Expr | float) -> Expr:
         """cond != 0 ? a : b; a NaN in the branch not taken does not leak, nor does it into derivatives."""
-    def flag(self, up: Expr | float, down: Expr | float | None = None, name: str = "", initial: int = -1) -> Expr:
+    def flag(
+        self, up: Expr | float, down: Expr | float | None = None, name: str = "", initial: int = -1
+    ) -> Expr:
         """0/1, held between events: 1 when `up` rises above 0, 0 when `down` (default `up`) falls below 0."""
     def grad(self, y: Expr, xs: Sequence[Expr]) -> list[Expr]:
         """dy/dx for each leaf x, by reverse mode."""
     def tangent(self, ys: Sequence[Expr], seed: Sequence[tuple[Expr, Expr | float]]) -> list[Expr]:
         """d ys/ds for d leaf/ds = tangent, by forward mode."""
-    def substitute(self, ys: Sequence[Expr | float], map: Sequence[tuple[Expr, Expr | float]]) -> list[Expr]: ...
+    def substitute(
+        self, ys: Sequence[Expr | float], map: Sequence[tuple[Expr, Expr | float]]
+    ) -> list[Expr]: ...
     def depends(self, y: Expr, xs: Sequence[Expr]) -> list[bool]: ...
     def count(self, ys: Sequence[Expr]) -> int: ...
     def eval(self, ys: Sequence[Expr | float], x: Sequence[float], t: float = 0.0) -> list[float]: ...
