@@ -32,13 +32,13 @@ PERIODS = 100
 def tank(f: float, cap: float, method: str, reltol: float, tmax: float) -> dict[str, float]:
     """One run: amplitude, phase error [periods], steps, CPU seconds, points per period."""
     text = re.sub(r"(?im)^\.tran.*$", f".tran {1 / f!r} {PERIODS / f!r} 0 {tmax / f!r} UIC", DECK.read_text())
-    result = emsim.run(
-        text, defines={"f": f, "cap": cap}, options={"method": method, "reltol": reltol}
-    )
+    result = emsim.run(text, defines={"f": f, "cap": cap}, options={"method": method, "reltol": reltol})
     t, v, i = (np.asarray(result[n]) for n in ("time", "v(a)", "i(l1)"))
     z = 1 / (2 * math.pi * f * cap)  # sqrt(L/C) [ohm]
     amplitude = np.hypot(v, z * i)
-    phase = np.unwrap(np.arctan2(z * i, v)) / (2 * math.pi) if amplitude[-1] > 1e-9 else np.full_like(t, np.nan)
+    phase = (
+        np.unwrap(np.arctan2(z * i, v)) / (2 * math.pi) if amplitude[-1] > 1e-9 else np.full_like(t, np.nan)
+    )
     return {
         "amplitude": float(amplitude[t >= (PERIODS - 5) / f].max()),
         "phase": float(phase[-1] - f * t[-1]),
