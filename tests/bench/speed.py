@@ -40,7 +40,11 @@ def bridge(scale: float) -> tuple[str, float, float]:
 
 def low_pass(scale: float) -> tuple[str, float, float]:
     """RC low-pass: a million points."""
-    return "rc low-pass\nV1 in 0 PULSE(0 1 0 100n 100n 4.9u 10u)\nR1 in out 1k\nC1 out 0 1n\n", 1e-8, 1e-2 * scale
+    return (
+        "rc low-pass\nV1 in 0 PULSE(0 1 0 100n 100n 4.9u 10u)\nR1 in out 1k\nC1 out 0 1n\n",
+        1e-8,
+        1e-2 * scale,
+    )
 
 
 def ladder(scale: float) -> tuple[str, float, float]:
@@ -56,7 +60,12 @@ def multiplier(scale: float) -> tuple[str, float, float]:
     lines = ["ten-stage multiplier", "V1 in 0 SIN(0 100 10k)", "R1 in a0 50"]
     for k in range(1, 11):
         b = f"b{k - 1}" if k > 1 else "0"
-        lines += [f"CA{k} a{k - 1} a{k} 100n", f"DA{k} {b} a{k} dr", f"DB{k} a{k} b{k} dr", f"CB{k} {b} b{k} 100n"]
+        lines += [
+            f"CA{k} a{k - 1} a{k} 100n",
+            f"DA{k} {b} a{k} dr",
+            f"DB{k} a{k} b{k} dr",
+            f"CB{k} {b} b{k} 100n",
+        ]
     return "\n".join([*lines, "RL b10 0 10meg", DIODE]), 2e-7, 1e-2 * scale
 
 
@@ -97,7 +106,9 @@ def full_deck(circuit: tuple[str, float, float], tail: str = "") -> str:
 def cpu_of(command: list[str], cwd: str) -> tuple[float, float, str]:
     """Wall and CPU seconds of a process and its stdout."""
     before, start = os.times(), time.perf_counter()
-    done = subprocess.run(command, cwd=cwd, capture_output=True, text=True, stdin=subprocess.DEVNULL, check=True)
+    done = subprocess.run(
+        command, cwd=cwd, capture_output=True, text=True, stdin=subprocess.DEVNULL, check=True
+    )
     wall, after = time.perf_counter() - start, os.times()
     cpu = after.children_user - before.children_user + after.children_system - before.children_system
     return wall, cpu, done.stdout
