@@ -126,7 +126,9 @@ def test_deck_from_stdin_is_checked_too(tmp_path):
 
 
 def test_all_errors_of_a_deck_are_shown_at_once(tmp_path):
-    (tmp_path / "many.cir").write_text("t\nV1 in 0 1\nR1 in\nR2 in 0 {nix}\nD1 in 0 dnix\n.tran 1u 1m\n.end\n")
+    (tmp_path / "many.cir").write_text(
+        "t\nV1 in 0 1\nR1 in\nR2 in 0 {nix}\nD1 in 0 dnix\n.tran 1u 1m\n.end\n"
+    )
     got = emsim("--no-files", "many.cir", cwd=tmp_path)
     lines = set(re.findall(r"many\.cir:(\d+):", got.out))
     assert got.exit == 1 and {"3", "4"} <= lines, got.out
