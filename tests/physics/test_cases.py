@@ -35,7 +35,9 @@ CASES = [
         "ctms_dc_motor_position",
         {"theta": "angle(shaft)", "w": "omega(shaft)", "i": "i(m1)"},
     ),
-    Case("coupled/ref_comb_drive", "comb_drive_resonator", {"x": "pos(beam)", "v": "vel(beam)", "i": "i(comb)"}),
+    Case(
+        "coupled/ref_comb_drive", "comb_drive_resonator", {"x": "pos(beam)", "v": "vel(beam)", "i": "i(comb)"}
+    ),
     Case(
         "coupled/ref_es_pullin_below",
         "es_pullin_below",
@@ -46,7 +48,9 @@ CASES = [
             "q": lambda v: 8.8541878128e-12 * 40e-9 / (2e-6 - v("pos(flex)")) * v("v(p)"),
         },
     ),
-    Case("coupled/ref_linear_pot", "linear_pot_readout", {"x": "pos(rail)", "v": "vel(rail)", "vc": "v(wip)"}),
+    Case(
+        "coupled/ref_linear_pot", "linear_pot_readout", {"x": "pos(rail)", "v": "vel(rail)", "vc": "v(wip)"}
+    ),
     Case(
         "coupled/ref_msl_dcpm_start",
         "msl_dcpm_start",
@@ -79,8 +83,16 @@ CASES = [
         "msl_saturating_inductor",
         {"Inductance1.i": "i(l1)", "SaturatingInductance1.Psi": "v(psi)"},
     ),
-    Case("paper/paper_fig1_topology_A", "paper_fig1_topology_A", {"iL1": "i(l1)", "vC1": "v(n)", "iL2": "i(l2)"}),
-    Case("paper/paper_fig1_topology_B", "paper_fig1_topology_B", {"iL1": "i(l1)", "vC1": "v(b)", "iL2": "i(l2)"}),
+    Case(
+        "paper/paper_fig1_topology_A",
+        "paper_fig1_topology_A",
+        {"iL1": "i(l1)", "vC1": "v(n)", "iL2": "i(l2)"},
+    ),
+    Case(
+        "paper/paper_fig1_topology_B",
+        "paper_fig1_topology_B",
+        {"iL1": "i(l1)", "vC1": "v(b)", "iL2": "i(l2)"},
+    ),
     Case(
         "paper/motor_pendulum_kp30",
         "paper_motor_pendulum_kp30",
