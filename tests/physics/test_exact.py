@@ -53,9 +53,24 @@ CASES = [
         "mechanical/ref_double_pendulum",
         {"theta1": "angle(p1)", "theta2": THETA2, "omega1": "omega(p1)", "omega2": OMEGA2},
         {
-            1: dict(theta1=-0.6250876998063906, theta2=-1.034585085680012, omega1=-3.922279572887977, omega2=-1.303099248696331),
-            2: dict(theta1=-0.4829715342517544, theta2=-1.324048712302363, omega1=3.065288192073401, omega2=2.949271547571619),
-            5: dict(theta1=-0.6271867050665307, theta2=-1.301315550209812, omega1=2.125408673842911, omega2=3.881888727265607),
+            1: dict(
+                theta1=-0.6250876998063906,
+                theta2=-1.034585085680012,
+                omega1=-3.922279572887977,
+                omega2=-1.303099248696331,
+            ),
+            2: dict(
+                theta1=-0.4829715342517544,
+                theta2=-1.324048712302363,
+                omega1=3.065288192073401,
+                omega2=2.949271547571619,
+            ),
+            5: dict(
+                theta1=-0.6271867050665307,
+                theta2=-1.301315550209812,
+                omega1=2.125408673842911,
+                omega2=3.881888727265607,
+            ),
         },
         "Gragg-Bulirsch-Stoer in binary128; MuJoCo, Simbody and scipy agree",
     ),
@@ -63,9 +78,15 @@ CASES = [
         "mechanical/ref_four_bar",
         {"th1": "angle(a)", "th2": "angle(coupler)", "th3": "angle(rocker)", "w1": "omega(a)"},
         {
-            1: dict(th1=13.58013651307514, th2=0.4745920656150973, th3=1.336962208016465, w1=10.39454183822152),
-            2: dict(th1=26.73510177428669, th2=0.4297199586210235, th3=1.595679437295989, w1=7.200392222951495),
-            5: dict(th1=67.78272150122560, th2=1.3566720793825794, th3=2.3845892895086871, w1=24.37615472632867),
+            1: dict(
+                th1=13.58013651307514, th2=0.4745920656150973, th3=1.336962208016465, w1=10.39454183822152
+            ),
+            2: dict(
+                th1=26.73510177428669, th2=0.4297199586210235, th3=1.595679437295989, w1=7.200392222951495
+            ),
+            5: dict(
+                th1=67.78272150122560, th2=1.3566720793825794, th3=2.3845892895086871, w1=24.37615472632867
+            ),
         },
         "Gragg-Bulirsch-Stoer in binary128; Simbody, Exudyn, MuJoCo agree",
     ),
@@ -135,7 +156,9 @@ def errors(case_name: str, options: str) -> dict[str, float]:
 
 
 def params():
-    return [pytest.param(c, id=c.deck.split("/")[1], marks=[pytest.mark.slow] if c.slow else []) for c in CASES]
+    return [
+        pytest.param(c, id=c.deck.split("/")[1], marks=[pytest.mark.slow] if c.slow else []) for c in CASES
+    ]
 
 
 @pytest.mark.parametrize("case", params())
