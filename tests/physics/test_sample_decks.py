@@ -37,7 +37,9 @@ def test_comb_drive_amplitudes():
 def test_comb_drive_rings_at_its_resonance():
     """Left alone after a displacement it rings at 3558.8 Hz with Q = 44.7."""
     text = deck("coupled/comb_drive").replace("SIN(20 0.5 3.5588k)", "")
-    text = text.replace("JOINT  beam    0 shuttle slide axis=(1,0)", "JOINT  beam    0 shuttle slide axis=(1,0) ic=8u")
+    text = text.replace(
+        "JOINT  beam    0 shuttle slide axis=(1,0)", "JOINT  beam    0 shuttle slide axis=(1,0) ic=8u"
+    )
     text = text.replace(".tran  1u 20m", ".tran  1u 5m 0 1u")
     r = run(text, "method=radau reltol=1e-6")
     t, x = np.asarray(r.time), np.asarray(r["pos(beam)"])
