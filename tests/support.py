@@ -27,7 +27,9 @@ def deck(name: str) -> str:
     return (NETLISTS / f"{name}.cir").read_text()
 
 
-def with_options(text: str, options: str = "", params: dict[str, str] | None = None, tran: str | None = None) -> str:
+def with_options(
+    text: str, options: str = "", params: dict[str, str] | None = None, tran: str | None = None
+) -> str:
     """The deck with `.options` added (later ones win over the deck's own), parameters replaced, another .tran."""
     for key, value in (params or {}).items():
         text, n = re.subn(rf"(?im)^(\.param\b.*?\b{key}\s*=\s*)(\{{[^}}]*\}}|\S+)", rf"\g<1>{value}", text)
@@ -44,7 +46,9 @@ def with_options(text: str, options: str = "", params: dict[str, str] | None = N
     return text
 
 
-def run(text: str, options: str = "", params: dict[str, str] | None = None, tran: str | None = None) -> emsim.Result:
+def run(
+    text: str, options: str = "", params: dict[str, str] | None = None, tran: str | None = None
+) -> emsim.Result:
     return emsim.run(with_options(text, options, params, tran))
 
 
@@ -55,7 +59,9 @@ def values_at(result: emsim.Result, name: str, times: np.ndarray) -> np.ndarray:
     rows = nearest_rows(t, times)
     step = times[1] - times[0] if len(times) > 1 else t[-1]
     close = np.abs(t[rows] - times) <= 1e-9 * step
-    return np.where(close, column[rows], [float(result.at(name, float(x))) for x in np.clip(times, t[0], t[-1])])
+    return np.where(
+        close, column[rows], [float(result.at(name, float(x))) for x in np.clip(times, t[0], t[-1])]
+    )
 
 
 def rows_at(result: emsim.Result, times: np.ndarray) -> np.ndarray:
@@ -80,5 +86,3 @@ def reference(name: str) -> dict[str, np.ndarray]:
         rows = list(csv.reader(line for line in f if not line.startswith("#")))
     data = np.array(rows[1:], dtype=float)
     return {key: data[:, k] for k, key in enumerate(rows[0])}
-
-
