@@ -72,7 +72,9 @@ THETA_1 = -1.405027311524799145958417
 
 
 @pytest.mark.parametrize(
-    ("method", "order"), [("trap", 2), ("radau", 5)] + [("gear", k) for k in range(1, 7)], ids=lambda v: str(v)
+    ("method", "order"),
+    [("trap", 2), ("radau", 5)] + [("gear", k) for k in range(1, 7)],
+    ids=lambda v: str(v),
 )
 def test_order_by_slope(method: str, order: int) -> None:
     errors = []
