@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 import struct
 
@@ -97,19 +98,21 @@ def test_radau_keeps_the_energy_of_a_pendulum_and_its_dense_output_too(reltol: f
     assert max(map(abs, column(w, 2))) < bound * 9.81
     assert abs(column(w, 1)[-1] - 0.2786806735699829484347667) < bound
     times = column(w, 0)
-    assert all(a < b for a, b in zip(times, times[1:], strict=False))
+    assert all(a < b for a, b in itertools.pairwise(times))
 
 
-@pytest.mark.parametrize("method", METHODS)
-def test_capacitor_across_a_source_is_index_two(method: str) -> None:
-    """i = C dv/dt; the current at t = 0 is a hidden condition: -5 V 2 pi 1 kHz 1 uF through the source."""
+@pytest.mark.parametrize(("method", "bound"), [("trap", 3e-4), ("gear", 1e-5), ("radau", 1e-7)])
+def test_capacitor_across_a_source_is_index_two(method: str, bound: float) -> None:
+    """i = C dv/dt; the current at t = 0 is a hidden condition: -5 V 2 pi 1 kHz 1 uF through the source.
+
+    The trapezoid keeps the error of its first step, O(h), for ever (it changes its sign each step): 1 % of 31 mA."""
     c = Circuit()
     row = c.source("v1", "a", "0", "sin", [0, 5, 1e3, 0, 0, 0])
     c.capacitor("a", "0", 1e-6)
     w = c.b.compile().tran(1e-5, 2e-4, outputs=[c.b.x(row)], options_={"method": method, "reltol": 1e-6})
     current = column(w, 1)
     assert current[0] == pytest.approx(-0.03141592653589793, rel=1e-9)
-    assert current[-1] == pytest.approx(-0.009708055193627333, abs=1e-5)
+    assert current[-1] == pytest.approx(-0.009708055193627333, abs=bound)
 
 
 @pytest.mark.parametrize("method", METHODS)
