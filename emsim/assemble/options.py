@@ -33,7 +33,6 @@ NUMBERS: dict[str, float] = {
     "itl2": 1.0,  # ... of each of its stepping stages
     "itl4": 1.0,  # ... of a time point
     "maxord": 1.0,  # order of gear, 2
-    "fixed_step": 0.0,  # step control off, every step this long [s]; gear then stays at order maxord
     "fixed_step": 1e-30,  # every step this long [s], no error control; gear then runs at exactly maxord
     "rshunt": 0.0,  # from every node to ground [ohm]
     "gshunt": 0.0,  # the same as a conductance [S]

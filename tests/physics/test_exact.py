@@ -10,6 +10,7 @@ divided by the signal's range over the run. Claims, per deck:
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
@@ -176,7 +177,7 @@ def test_default_tolerance_is_within_1e3_of_range(case):
 @pytest.mark.parametrize("case", params())
 def test_error_falls_with_the_tolerance(case):
     ladder = [max(errors(case.deck, f"{case.options} reltol={r:g}").values()) for r in case.ladder]
-    for looser, tighter in zip(ladder, ladder[1:], strict=False):
+    for looser, tighter in itertools.pairwise(ladder):
         assert tighter <= max(looser, case.floor), ladder
     assert ladder[-1] <= max(1e-2 * ladder[0], case.floor), ladder
 

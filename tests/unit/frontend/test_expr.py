@@ -167,7 +167,11 @@ _LEVELS = [["||"], ["&&"], ["==", "!="], ["<", "<=", ">", ">="], ["+", "-"], ["*
 
 @settings(max_examples=300, deadline=None)
 @given(
-    st.lists(st.tuples(st.sampled_from(sum(_LEVELS, [])), st.integers(1, 5)), min_size=1, max_size=8),
+    st.lists(
+        st.tuples(st.sampled_from([op for level in _LEVELS for op in level]), st.integers(1, 5)),
+        min_size=1,
+        max_size=8,
+    ),
     st.integers(1, 5),
 )
 def test_precedence_is_that_of_c(pairs, first):
