@@ -9,7 +9,7 @@ import sys
 
 from .. import pipeline
 from .arguments import DEFINE, HELP, JSON, QUIET, Option, defines, parse
-from .console import OK, engineering, print_json, print_lines, show
+from .console import OK, print_json, print_lines, show
 from .run import METHOD_OPTIONS, overrides, source_of
 
 TYPE_CHECKING = False
@@ -86,7 +86,7 @@ def _machine(machine: dict[str, Any]) -> Iterator[tuple[str, str]]:
     if machine["singular_start"]:
         yield "start", "at a singular position"
     for name, before, after in machine["moved"]:
-        yield "moved", f"{name} from {engineering(before, 6)} to {engineering(after, 6)} to close the loops"
+        yield "moved", f"{name} from {before:.6g} to {after:.6g} to close the loops"
 
 
 def _counts(counts: dict[str, int]) -> str:

@@ -112,7 +112,7 @@ def _deliver(
     trouble: Sequence[Diagnostic],
 ) -> int:
     """Files first, so that nothing that happens to the terminal can lose them; then tables and messages."""
-    if result.plots:
+    if computed := any(len(table) for table in result.plots):
         for path, options in targets:
             if "ascii" in options:
                 raw.write(path, result, **options)
@@ -120,7 +120,7 @@ def _deliver(
                 from ..outputs import csv
 
                 csv.write(path, result)
-    written = [path for path, _ in targets] if result.plots else []
+    written = [path for path, _ in targets] if computed else []
     diagnostics = [*result.diagnostics, *(d for d in trouble if d not in result.diagnostics)]
     if not given.has("json"):
         print_lines(text.lines(result))
@@ -136,7 +136,7 @@ def _deliver(
             ],
             statistics={p.kind: p.stats for p in result.plots},
         )
-    elif not given.has("quiet"):
+    elif result.plots and not given.has("quiet"):
         print(_summary(result, written), file=sys.stderr)
     return code
 

@@ -33,6 +33,8 @@ def lines(result: Result) -> Iterator[str]:
 
 
 def table_lines(table: Table, names: Sequence[str], digits: int = 6) -> Iterator[str]:
+    if not len(table):
+        return
     if not table.axis:
         for name in names:
             for value in table.floats(name):
