@@ -37,10 +37,10 @@ def test_no_ringing_after_a_corner(method):
 def test_gear_damps_a_lossless_tank_and_radau_does_not():
     left = {}
     for method in ("gear", "radau"):
-        r = run(deck("hard/gear_damps"), f"method={method} reltol=1e-4")
+        r = run(deck("hard/gear_damps"), f"method={method}")
         z = np.sqrt(253.3029591e-6 / 10e-9)
         left[method] = float(np.hypot(r["v(a)"][-1], z * r["i(l1)"][-1]))
-    assert left["gear"] < 0.97 and left["radau"] > 0.99, left
+    assert left["gear"] < 0.9 and left["radau"] > 0.99, left
 
 
 def test_change_points_are_passed_on_the_same_branch():
