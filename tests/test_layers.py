@@ -54,6 +54,8 @@ RUST_ROWS = [
     ["events", "op", "record"],
     ["newton"],
     ["system", "assembly"],
+    ["passive"],
+    ["model"],
     ["devices", "sparse", "waves"],
     ["tape"],
     ["derive"],
@@ -62,7 +64,7 @@ RUST_ROWS = [
 RUST_LEVEL = {name: level for level, row in enumerate(RUST_ROWS) for name in row}
 
 HEAVY = ["lark", "numpy", "scipy", "matplotlib", "argparse", "pandas", "xarray", "PySpice", "rich"]
-LONGEST = 620
+LONGEST = 640
 
 
 def modules() -> list[Path]:
