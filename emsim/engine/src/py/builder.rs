@@ -131,7 +131,8 @@ impl Builder {
         let up = Expr::operand(&self.graph, up)?;
         let down = down.map_or(Ok(up), |d| Expr::operand(&self.graph, d))?;
         if up == down {
-            if let Some(v) = lock(&self.graph).value(up) {
+            let known = lock(&self.graph).value(up); // the guard must be gone before the next lock
+            if let Some(v) = known {
                 let c = lock(&self.graph).constant(if v > 0.0 { 1.0 } else { 0.0 });
                 return Ok(self.expr(c));
             }
