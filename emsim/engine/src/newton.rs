@@ -116,9 +116,9 @@ impl Tolerances {
         let ratio = |i: usize| mask[i] * e[i].abs() / self.weight_with(peak[i], self.atol[i], x1[i], x0[i]);
         let whole = n - n % 4;
         for i in (0..whole).step_by(4) {
-            for k in 0..4 {
+            for (k, worst) in worst.iter_mut().enumerate() {
                 let v = ratio(i + k);
-                worst[k] = if v > worst[k] { v } else { worst[k] };
+                *worst = if v > *worst { v } else { *worst };
             }
         }
         (whole..n).map(ratio).chain(worst).fold(0.0, f64::max)
@@ -266,7 +266,7 @@ impl Newton {
         sys.subtract_waves(w, x);
         self.lu.solve(x);
         w.counters.solves += 1;
-        if x.iter().fold(false, |bad, v| bad | !(v.abs() < f64::INFINITY)) {
+        if x.iter().fold(false, |bad, v| bad | !v.is_finite()) {
             return Err(not_finite(x));
         }
         sys.stage_charges(w, x, None, &mut self.q);
@@ -283,7 +283,7 @@ impl Newton {
         for i in 0..n {
             let (old, new) = (x[i], x[i] + step[i]);
             large |= mask[i] * step[i].abs() > tol.weight_with(peak[i], atol[i], old, new);
-            bad |= !(new.abs() < f64::INFINITY);
+            bad |= !new.is_finite();
             x[i] = new;
         }
         if bad {

@@ -40,13 +40,36 @@ impl Record {
             self.tape.run(&Inputs { x, t, waves: &w.waves, flags: &w.flags }, &mut self.scratch);
         }
         let row = self.data.len();
-        self.data.reserve(self.columns);
+        if self.data.capacity() < row + self.columns {
+            self.data.reserve(self.columns);
+            prefer_huge_pages(&self.data);
+        }
         self.data.push(t);
         self.data.extend(self.unknowns.iter().map(|&i| x.get(i as usize).copied().unwrap_or(0.0)));
         for &(column, output) in &self.probes {
             self.data[row + column as usize] = self.tape.output(&self.scratch, output as usize);
         }
     }
+}
+
+/// Asks for large pages behind a large buffer, before it is touched: page by page the system takes longer to hand out and
+/// clear the memory of a long record than the solver takes for some circuits. Only a hint; nothing depends on it.
+fn prefer_huge_pages(data: &Vec<f64>) {
+    #[cfg(target_os = "linux")]
+    {
+        const PAGE: usize = 1 << 12;
+        const HUGE: usize = 1 << 21;
+        let bytes = data.capacity() * std::mem::size_of::<f64>();
+        if bytes >= 2 * HUGE {
+            // whole pages, so that a mapping of its own stays in one piece and can be moved when it grows
+            let start = data.as_ptr() as usize & !(PAGE - 1);
+            let end = (data.as_ptr() as usize + bytes).next_multiple_of(PAGE);
+            // SAFETY: MADV_HUGEPAGE changes neither content nor access of any page, be it of `data` or of a neighbour
+            unsafe { libc::madvise(start as *mut libc::c_void, end - start, libc::MADV_HUGEPAGE) };
+        }
+    }
+    #[cfg(not(target_os = "linux"))]
+    let _ = data;
 }
 
 /// ngspice's raw file: a text header, then little-endian float64 records or one value a line.
@@ -69,7 +92,7 @@ pub fn write_raw(
     let file = std::fs::OpenOptions::new().create(true).write(true).append(append).truncate(!append).open(path)?;
     let mut out = BufWriter::with_capacity(1 << 20, file);
     let width = head.variables.len() + usize::from(skip_first);
-    let rows = if width == 0 { 0 } else { data.len() / width };
+    let rows = data.len().checked_div(width).unwrap_or(0);
     writeln!(out, "Title: {}", head.title)?;
     writeln!(out, "Date: {}", head.date)?;
     writeln!(out, "Plotname: {}", head.plotname)?;

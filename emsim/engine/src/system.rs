@@ -534,8 +534,8 @@ impl System {
         }
         self.set_time(w, t);
         self.roots.run(&Inputs { x, t, waves: &w.waves, flags: &w.flags }, &mut w.roots);
-        for k in 0..self.flags.len() {
-            out[k] = if w.flags[k] == 0.0 {
+        for (k, out) in out.iter_mut().enumerate().take(self.flags.len()) {
+            *out = if w.flags[k] == 0.0 {
                 self.roots.output(&w.roots, 2 * k)
             } else {
                 // without hysteresis a flag is down at zero too: v(p) > 0 ends when a pulse returns to exactly 0

@@ -335,10 +335,10 @@ impl Junction {
         nominal: f64,
         law: Option<(f64, f64)>,
     ) -> Result<Junction, String> {
-        if !(m >= 0.0) {
+        if m.is_nan() || m < 0.0 {
             return Err(format!("m of a diode must not be negative, it is {m}"));
         }
-        if !(fc >= 0.0) {
+        if fc.is_nan() || fc < 0.0 {
             return Err(format!("fc of a diode must not be negative, it is {fc}"));
         }
         let (m, fc) = (m.min(0.9), fc.min(0.95));

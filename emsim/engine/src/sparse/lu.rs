@@ -323,22 +323,41 @@ impl<T: Scalar> Lu<T> {
             let blocks = &self.symbolic.blocks;
             for block in (0..blocks.len() - 1).rev() {
                 let (first, last) = (blocks[block] as usize, blocks[block + 1] as usize);
+                // along a chain of pivots the next value is ready in a register before memory would have it
                 if last - first > 1 {
+                    let mut value = *w.get_unchecked(first);
                     for k in first..last {
                         let c = columns.get_unchecked(k);
-                        let value = *w.get_unchecked(k);
-                        for e in c.diagonal as usize + 1..c.end as usize {
-                            *w.get_unchecked_mut(*rows.get_unchecked(e) as usize) -= *lu.get_unchecked(e) * value;
+                        let (mut e, end) = (c.diagonal as usize + 1, c.end as usize);
+                        *w.get_unchecked_mut(k) = value;
+                        let mut next = if k + 1 < last { *w.get_unchecked(k + 1) } else { T::ZERO };
+                        if e < end && *rows.get_unchecked(e) as usize == k + 1 {
+                            next -= *lu.get_unchecked(e) * value;
+                            e += 1;
                         }
+                        while e < end {
+                            *w.get_unchecked_mut(*rows.get_unchecked(e) as usize) -= *lu.get_unchecked(e) * value;
+                            e += 1;
+                        }
+                        value = next;
                     }
                 }
+                let mut value = *w.get_unchecked(last - 1);
                 for k in (first..last).rev() {
                     let c = columns.get_unchecked(k);
-                    let value = *w.get_unchecked(k) * *lu.get_unchecked(c.diagonal as usize);
+                    value *= *lu.get_unchecked(c.diagonal as usize);
                     *w.get_unchecked_mut(k) = value;
-                    for e in c.first as usize..c.diagonal as usize {
-                        *w.get_unchecked_mut(*rows.get_unchecked(e) as usize) -= *lu.get_unchecked(e) * value;
+                    let mut next = if k > first { *w.get_unchecked(k - 1) } else { T::ZERO };
+                    let (mut e, mut end) = (c.first as usize, c.diagonal as usize);
+                    if k > first && end > e && *rows.get_unchecked(end - 1) as usize == k - 1 {
+                        end -= 1;
+                        next -= *lu.get_unchecked(end) * value;
                     }
+                    while e < end {
+                        *w.get_unchecked_mut(*rows.get_unchecked(e) as usize) -= *lu.get_unchecked(e) * value;
+                        e += 1;
+                    }
+                    value = next;
                 }
             }
             for k in 0..n {

@@ -249,7 +249,7 @@ fn row_scales<T: Scalar>(symbolic: &Symbolic, a: &Columns, values: &[T]) -> Resu
             let mut column = 0.0f64;
             for p in range.clone() {
                 let size = values[a.source[p] as usize].magnitude();
-                if !(size < f64::INFINITY) {
+                if !size.is_finite() {
                     return Err((a.rows[p], k));
                 }
                 if a.rows[p] >= first {

@@ -125,6 +125,7 @@ impl Mul for Complex {
 impl Div for Complex {
     type Output = Complex;
     #[inline(always)]
+    #[allow(clippy::suspicious_arithmetic_impl)]
     fn div(self, o: Complex) -> Complex {
         self * Scalar::recip(o)
     }
