@@ -227,6 +227,7 @@ class FlatDeck:
         "machine",
         "models",
         "nodesets",
+        "option_spans",
         "options",
         "prints",
         "probes",
@@ -246,6 +247,7 @@ class FlatDeck:
         self.machine: list[MachineCard] = []
         self.models: dict[str, Model] = {}
         self.options: dict[str, float | str | bool] = {}
+        self.option_spans: dict[str, Span] = {}
         self.temp = 27.0
         self.tnom = 27.0
         self.gravity: tuple[float, float, float] | None = None

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from typing import Any
 
     from ..deck import FlatDeck
-    from ..diagnostics import Sink
+    from ..diagnostics import Sink, Span
 
 METHODS = ("trap", "gear", "radau")
 SPELLINGS = {
@@ -60,10 +60,11 @@ def resolve(flat: FlatDeck, above: dict[str, Any] | None = None) -> dict[str, An
     out: dict[str, Any] = {"gmin": GMIN, "method": "radau" if flat.machine else "trap"}
     strange: list[str] = []
     for name, value in given.items():
+        span = None if name in (above or {}) else flat.option_spans.get(name)
         if name == "method":
-            out["method"] = _method(str(value), sink) or out["method"]
+            out["method"] = _method(str(value), sink, span) or out["method"]
         elif name in NUMBERS:
-            number = _number(name, value, sink)
+            number = _number(name, value, sink, span)
             if number is not None:
                 out[name] = number
         elif name not in SILENT:
@@ -79,24 +80,24 @@ def resolve(flat: FlatDeck, above: dict[str, Any] | None = None) -> dict[str, An
     return out
 
 
-def _number(name: str, value: object, sink: Sink) -> float | int | None:
+def _number(name: str, value: object, sink: Sink, span: Span | None) -> float | int | None:
     if isinstance(value, bool) or not isinstance(value, (int, float)):
-        sink.error("E293", f"option {name} needs a number")
+        sink.error("E293", f"option {name} needs a number", span)
         return None
     if not NUMBERS[name] <= value < float("inf") or (name == "reltol" and value >= 1.0):
-        sink.error("E293", f"option {name}={value:g} is out of range", hint=f"at least {NUMBERS[name]:g}")
+        sink.error("E293", f"option {name}={value:g} is out of range", span, hint=f"at least {NUMBERS[name]:g}")
         return None
     if name == "maxord":
         return min(int(value), 6)
     return int(value) if name in ("itl1", "itl2", "itl4") else float(value)
 
 
-def _method(word: str, sink: Sink) -> str | None:
+def _method(word: str, sink: Sink, span: Span | None) -> str | None:
     name = SPELLINGS.get(word.lower())
     if name is None:
         near = suggest(word, SPELLINGS)
         sink.error(
-            "E294", f"there is no method `{word}`",
+            "E294", f"there is no method `{word}`", span,
             hint=f"did you mean `{near}`?" if near else f"there are {', '.join(METHODS)}",
         )  # fmt: skip
     return name

@@ -321,7 +321,8 @@ class _Flattener:
             out = flat.saves if card.kind == "save" else flat.probes
             out += [Probe(p.text, self.output(p.ast, level), p.span) for p in card.items]
         elif card.kind == "options":
-            for key, value, _ in card.items:
+            for key, value, span in card.items:
+                flat.option_spans[key] = span
                 flat.options[key] = as_float(value, scope) if isinstance(value, Node) else value
                 if key in ("temp", "tnom") and not isinstance(flat.options[key], (str, bool)):
                     setattr(flat, key, float(flat.options[key]))
