@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from .build_expr import expression, extent, machine_value, node_name
+from .build_expr import expression, extent, machine_value, node_name, parts
 from .deck import Element, Instance, Ref, Waveform
 from .diagnostics import Diagnostic, Sink, Span
 from .expr import Num
@@ -197,7 +197,7 @@ class ElementCards(Cards):
         if kind.startswith("tr"):
             raise self.fail("E113", f"{kind.upper()} is not supported yet", line, ch[0])
         args, params = [], {}
-        for child in ch[1:]:
+        for child in parts(ch[1:]):
             if child.__class__ is tuple and child[0] == "param":
                 params[child[1][0].lower()] = self.number(child[1][1], line, f"{child[1][0]}=")
             else:
@@ -345,7 +345,7 @@ class ElementCards(Cards):
                     refs.append(Ref(node_name(item), None, line.span(item)))
             elif item[0] == "point":
                 inner = item[1]
-                point = tuple(machine_value(v, line) for v in inner[1:])
+                point = tuple(machine_value(v, line) for v in parts(inner[1:]))
                 refs.append(Ref(inner[0].lower(), point, line.span_at(*extent(item))))
             else:
                 params[str(item[1][0].lower())] = expression(item[1][1], line)

@@ -33,6 +33,11 @@ def extent(tree: Any) -> tuple[int, int]:
     return first.start_pos, last.end_pos
 
 
+def parts(children: list[Any]) -> list[Any]:
+    """Children without brackets and commas, where a rule keeps them for its extent."""
+    return [c for c in children if c.__class__ is tuple or c.type[0] != "_"]
+
+
 def expression(tree: Any, line: Line, machine: bool = False, depth: int = 0) -> Node:
     """The AST of an expression's tree. On machine cards (`machine`) numbers obey the unit rule."""
     if tree.__class__ is not tuple:
@@ -182,10 +187,10 @@ def machine_value(item: Any, line: Line) -> Any:
         node = expression(item, line, machine=True)
         return node.value if isinstance(node, Num) else node
     if rule == "tuple":
-        return tuple(machine_value(c, line) for c in ch)
+        return tuple(machine_value(c, line) for c in parts(ch))
     assert rule == "call_value", rule
     args: list[Node] = []
-    for child in ch[1][1]:
+    for child in parts(ch[1][1]):
         value = machine_value(child, line)
         if not isinstance(value, float | Node):
             raise error_at("E116", f"`{ch[0]}` takes numbers", line, child)

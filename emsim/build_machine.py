@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from .build_elements import Cards
-from .build_expr import error_at, extent, machine_value, node_name
+from .build_expr import error_at, extent, machine_value, node_name, parts
 from .deck import MachineCard, Ref, Waveform
 from .expr import Node
 from .source import Line
@@ -21,8 +21,9 @@ _VALUED = frozenset(("FORCE", "TORQUE", "DRIVE"))
 
 def _wave(item: Any, line: Line) -> Waveform:
     """A waveform written as a call, e.g. PULSE(0 2 3 1m 1m 50m 100)."""
-    args = [machine_value(c, line) for c in item[1][1][1]]
-    for child, value in zip(item[1][1][1], args, strict=True):
+    children = parts(item[1][1][1])
+    args = [machine_value(c, line) for c in children]
+    for child, value in zip(children, args, strict=True):
         if not isinstance(value, float | Node):
             raise error_at("E116", f"`{item[1][0]}` takes numbers", line, child)
     return Waveform(str(item[1][0].lower()), args, {}, line.span_at(*extent(item)))
@@ -41,7 +42,7 @@ class MachineCards(Cards):
             elif rule == "call_value" and item[1][0].lower() in WAVES:
                 self.positional(card, _wave(item, line), item, line)
             elif rule == "call_value":
-                point = tuple(machine_value(c, line) for c in item[1][1][1])
+                point = tuple(machine_value(c, line) for c in parts(item[1][1][1]))
                 card.args.append(Ref(node_name(item[1][0]), point, line.span_at(*extent(item))))
             elif rule == "braced" or (not rule and self.is_value(card, item)):
                 self.positional(card, machine_value(item, line), item, line)

@@ -53,6 +53,13 @@ class Span:
         return self.file.text_line(self.line)[self.col - 1 : self.end - 1]
 
 
+LONGEST = 1000  # characters of a message: a megabyte of junk is quoted by its ends
+
+
+def _short(text: str) -> str:
+    return text if len(text) <= LONGEST else f"{text[: LONGEST // 2]} ... {text[-LONGEST // 4 :]}"
+
+
 class Diagnostic:
     """One message. `labels` are (span, text); a label on the main span is written at its caret."""
 
@@ -69,9 +76,9 @@ class Diagnostic:
     ) -> None:
         self.severity = severity
         self.code = code
-        self.message = message
+        self.message = _short(message)
         self.span = span
-        self.hint = hint
+        self.hint = hint if hint is None else _short(hint)
         self.labels = list(labels)
 
     def __repr__(self) -> str:

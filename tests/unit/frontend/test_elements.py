@@ -174,7 +174,31 @@ def test_two_elements_of_one_name():
     assert codes("R1 a 0 1\nr1 b 0 2") == ["E135"]
 
 
-KEYWORDS = "r c l q v i dc ac sin exp am pulse pwl sffm value vol cur poly table off on uic tran".split()
+KEYWORDS = [
+    "r",
+    "c",
+    "l",
+    "q",
+    "v",
+    "i",
+    "dc",
+    "ac",
+    "sin",
+    "exp",
+    "am",
+    "pulse",
+    "pwl",
+    "sffm",
+    "value",
+    "vol",
+    "cur",
+    "poly",
+    "table",
+    "off",
+    "on",
+    "uic",
+    "tran",
+]
 
 
 @pytest.mark.parametrize("word", KEYWORDS)
