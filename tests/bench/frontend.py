@@ -16,7 +16,13 @@ import time
 def deck_text(cards: int) -> str:
     """An RC ladder in which every tenth stage carries something less plain."""
     lines = ["front-end benchmark", ".param rbase=1k cbase={1/1e9}", ".model dm D(is=1e-14 rs=10)"]
-    lines += [".subckt stage a b", "Rs a b 2.2k", "Cs b 0 4.7n", ".ends", "Vin n0 0 PULSE(0 5 1u 10n 10n 5u 10u)"]
+    lines += [
+        ".subckt stage a b",
+        "Rs a b 2.2k",
+        "Cs b 0 4.7n",
+        ".ends",
+        "Vin n0 0 PULSE(0 5 1u 10n 10n 5u 10u)",
+    ]
     k = 0
     while len(lines) < cards:
         a, b = f"n{k}", f"n{k + 1}"
@@ -50,7 +56,11 @@ def measure(cards: int) -> None:
     flat = flatten(deck)
     end = time.perf_counter(), time.process_time()
     print(f"{cards} cards, {len(text) / 1e6:.2f} MB -> {len(flat.elements)} elements")
-    for name, a, b in (("parse and build", start, middle), ("flatten", middle, end), ("together", start, end)):
+    for name, a, b in (
+        ("parse and build", start, middle),
+        ("flatten", middle, end),
+        ("together", start, end),
+    ):
         wall, cpu = b[0] - a[0], b[1] - a[1]
         print(f"{name:16} {wall:6.2f} s wall {cpu:6.2f} s cpu {cpu / cards * 1e6:6.1f} us a card")
 
