@@ -499,8 +499,11 @@ def switch_current(ctx: Ctx, e: Element) -> Expr:
     assert e.model is not None
     voltage = e.letter.upper() == "S"
     p = e.model.params
-    at, half = (p.get("vt", 0.0), p.get("vh", 0.0)) if voltage else (p.get("it", 0.0), p.get("ih", 0.0))
-    half = abs(half)
+    unit = "v" if voltage else "i"
+    at, half = p.get(unit + "t", 0.0), abs(p.get(unit + "h", 0.0))
+    if unit + "on" in p and unit + "off" in p:  # PSpice's spelling
+        on_at, off_at = p[unit + "on"], p[unit + "off"]
+        at, half = 0.5 * (on_at + off_at), 0.5 * abs(on_at - off_at)
     control = ctx.v(e.nodes[2], e.nodes[3]) if voltage else sum_of(ctx, controls(ctx, e)[0])
     if e.name not in ctx.flags:
         initial = {"on": 1, "off": 0}.get(e.extra.get("initial") or "", -1 if half == 0 else 0)
@@ -509,6 +512,29 @@ def switch_current(ctx: Ctx, e: Element) -> Expr:
     on, off = 1.0 / (p.get("ron", 1.0) or LEAST_RESISTANCE), 1.0 / (p.get("roff", 0.0) or 1.0 / ctx.gmin)
     return ctx.b.select(ctx.flags[e.name], ctx.b.const(on), ctx.b.const(off)) * between(ctx, e)
 
+
+# instance and model parameters that mean something, or that ngspice knows and nothing here depends on
+_COMMON = "m temp dtemp tc1 tc2 tce scale noisy noise bv_max"
+PARAMETERS = {
+    "R": _COMMON + " ac l w r resistance",
+    "C": _COMMON + " ic l w c cap capacitance",
+    "L": _COMMON + " ic nt l ind inductance",
+    "V": "m distof1 distof2 portnum z0 pwr freq phase",
+    "I": "m distof1 distof2",
+    "D": "m temp dtemp area pj ic off l w lm lp wm wp thermal",
+    "S": "on off",
+    "W": "on off",
+    "K": "k",
+    **dict.fromkeys("EFGHB", "m temp dtemp tc1 tc2 reciproctc reciprocm"),
+}
+LEFTOVERS = frozenset(("rser", "lser", "rpar", "cpar", "rlshunt", "noiseless"))  # of other SPICEs
+MODEL_PARAMETERS = {
+    "R": "r res rsh l w defw defl narrow short tc1 tc2 tce tnom kf af wf lf ef bv_max",
+    "C": "c cap cj cjsw l w defw defl narrow short tc1 tc2 tnom di thick bv_max",
+    "L": "l ind tc1 tc2 tnom csect dia length nt mu",
+    "S": "vt vh ron roff von voff",
+    "W": "it ih ron roff ion ioff",
+}
 
 TABLE: dict[str, Kind] = {
     kind.letter: kind

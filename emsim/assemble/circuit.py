@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ..diagnostics import suggest
-from ..elements import TABLE, has_branch, nodes_read, number
+from ..elements import LEFTOVERS, MODEL_PARAMETERS, PARAMETERS, TABLE, has_branch, nodes_read, number
 from ..expr import Binary, Call, Cond, Name, Node, Unary
 
 TYPE_CHECKING = False
@@ -46,6 +46,7 @@ def allocate(ctx: Context) -> None:
             continue
         if kind.models and not _model_fits(ctx, e, kind.models, kind.what):
             continue
+        _parameters_fit(ctx, e, kind.what)
         ctx.elements[e.name] = e
         for name in (*e.nodes, *nodes_read(e)):
             ctx.node(name)
@@ -87,6 +88,33 @@ def _model_fits(ctx: Context, e: Element, types: tuple[str, ...], what: str) -> 
         )  # fmt: skip
         return False
     return True
+
+
+def _parameters_fit(ctx: Context, e: Element, what: str) -> None:
+    """Unknown names among the parameters: an error on the line (as in ngspice), a warning in a .model."""
+    if e.params:
+        known = PARAMETERS[e.letter.upper()].split()
+        for name in e.params:
+            if name in LEFTOVERS:
+                ctx.sink.warning("W283", f"{name}= of `{e.name}` has no effect, as in ngspice", e.span)
+            elif name not in known:
+                near = suggest(name, known)
+                ctx.sink.error(
+                    "E307",
+                    f"a {what} takes no {name}=",
+                    e.span,
+                    hint=f"did you mean {near}=?" if near else None,
+                )
+    words = MODEL_PARAMETERS.get(e.letter.upper())
+    if words is not None and e.model is not None:
+        known = [*words.split(), "level"]
+        for name in e.model.params:
+            if name not in known:
+                near = suggest(name, known)
+                ctx.sink.warning(
+                    "W284", f".model `{e.model.name}`: a {what} takes no {name}=, it has no effect",
+                    e.model.param_spans.get(name, e.model.span), hint=f"did you mean {near}=?" if near else None,
+                )  # fmt: skip
 
 
 def _currents_read(ctx: Context) -> set[str]:

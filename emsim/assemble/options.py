@@ -85,7 +85,9 @@ def _number(name: str, value: object, sink: Sink, span: Span | None) -> float | 
         sink.error("E293", f"option {name} needs a number", span)
         return None
     if not NUMBERS[name] <= value < float("inf") or (name == "reltol" and value >= 1.0):
-        sink.error("E293", f"option {name}={value:g} is out of range", span, hint=f"at least {NUMBERS[name]:g}")
+        sink.error(
+            "E293", f"option {name}={value:g} is out of range", span, hint=f"at least {NUMBERS[name]:g}"
+        )
         return None
     if name == "maxord":
         return min(int(value), 6)

@@ -73,6 +73,7 @@ def test_a_conductance_made_of_a_controlled_source_is_a_path() -> None:
         (["D1 a 0 nomodel"], "E140"),
         (["D1 a 0 sw1", ".model sw1 sw"], "E141"),
         (["F1 b 0 V9 2", "R2 b 0 1"], "E285"),
+        (["R2 a 0 1 foo=3"], "E307"),
         (["F1 b 0 R1 2", "R2 b 0 1"], "E285"),
         (["L1 a c 1m", "K1 L1 L9 0.5", "R2 c 0 1"], "E285"),
         (["L1 a c 1m", "L2 c 0 1m", "K1 L1 L2 1.5"], "E284"),
@@ -80,3 +81,10 @@ def test_a_conductance_made_of_a_controlled_source_is_a_path() -> None:
 )
 def test_errors_of_elements(lines: list[str], code: str) -> None:
     assert code in codes("V1 a 0 1", "R1 a 0 1", *lines, ".op")
+
+
+def test_parameters_without_effect_are_said() -> None:
+    lines = ("V1 a 0 1", "L1 a b 1m Rser=1", "R1 b 0 1", "S1 a b a 0 sm", ".model sm sw vt=2 ronn=3", ".op")
+    found = remarks(*lines)
+    assert [d.code for d in found] == ["W283", "W284"]
+    assert "ron=" in (found[1].hint or "")
