@@ -88,7 +88,7 @@ def test_there_are_at_least_sixty_five():
 JUNK = {
     "binary": bytes(range(256)) * 40,
     "nul_bytes": b"title\nV1 in 0 1\n\x00\x00\x00\x00\nR1 in 0 1k\n.tran 1u 1m\n.end\n",
-    "latin1": b"caf\xe9\nV1 in 0 1\nR1 in 0 1k\xe9\n.tran 1u 1m\n.end\n",
+    "latin1": b"caf\xe9\nV1 in 0 1\nR1 in 0 1k \xe9\xe9=1 (\n.tran 1u 1m\n.end\n",
     "empty": b"",
     "only_a_title": b"just a title\n",
     "only_blank_lines": b"\n" * 1000,
