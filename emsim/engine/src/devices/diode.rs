@@ -282,7 +282,7 @@ impl Diode {
     }
 
     /// Current, charge and their derivatives at v, for any finite v.
-    #[inline]
+    #[inline(always)]
     pub fn eval(&self, v: f64, gmin: f64) -> DiodeOut {
         let v = v.clamp(-HUGE_VOLTAGE, HUGE_VOLTAGE);
         let (c, slope) = match &self.breakdown {

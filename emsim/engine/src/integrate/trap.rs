@@ -96,8 +96,9 @@ impl Trap {
             *r = f - a * q;
         }
         // linear prediction: on switching diodes it beats the quadratic one
-        if self.linear {
-            // one solution is all, from wherever
+        if sys.pure_linear {
+            // one solution is all, whatever the guess
+        } else if self.linear {
             self.x1.copy_from_slice(&self.past.x[0]);
         } else {
             let s = h / (self.past.t[0] - self.past.t[1]);

@@ -194,7 +194,7 @@ impl<T: Scalar> Lu<T> {
         self.set_limits(&pivots);
         self.scatter(values);
         // the limits hold by construction, but for sums in another order: only a non-finite or zero pivot is an error now
-        let outcome = if self.dense { self.eliminate_dense(false) } else { self.eliminate_listed(false) };
+        let outcome = if self.dense { self.eliminate_dense(false) } else { self.eliminate_listed::<false>() };
         match outcome {
             Ok(()) => {
                 self.ready = true;
@@ -224,7 +224,7 @@ impl<T: Scalar> Lu<T> {
 
     /// Eliminates what `lu` holds, with the old pivots and their limits.
     fn eliminate(&mut self) -> Result<(), RefactorError> {
-        let outcome = if self.dense { self.eliminate_dense(true) } else { self.eliminate_listed(true) };
+        let outcome = if self.dense { self.eliminate_dense(true) } else { self.eliminate_listed::<true>() };
         match outcome {
             Ok(()) => {
                 self.counters.refactors += 1;
@@ -506,8 +506,8 @@ impl<T: Scalar> Lu<T> {
         finite
     }
 
-    /// Eliminates along the grouped list. The error is the pivot that failed; `strict` enforces the limits.
-    fn eliminate_listed(&mut self, strict: bool) -> Result<(), usize> {
+    /// Eliminates along the grouped list. The error is the pivot that failed; `STRICT` enforces the limits.
+    fn eliminate_listed<const STRICT: bool>(&mut self) -> Result<(), usize> {
         let lu = &mut self.lu[..];
         let (mut g, mut t, mut m) = (0usize, 0usize, 0usize);
         for (k, c) in self.columns.iter().enumerate() {
@@ -527,16 +527,21 @@ impl<T: Scalar> Lu<T> {
                 let d = c.diagonal as usize;
                 let pivot = *lu.get_unchecked(d);
                 let size = pivot.magnitude();
-                let smallest = if strict { *self.pivot_limit.get_unchecked(k) } else { 0.0 };
+                let smallest = if STRICT { *self.pivot_limit.get_unchecked(k) } else { 0.0 };
                 let mut good = (size > smallest) & (size < f64::INFINITY);
                 let inverse = pivot.recip();
                 *lu.get_unchecked_mut(d) = inverse;
-                for e in d + 1..c.end as usize {
+                let (mut e, end) = (d + 1, c.end as usize);
+                while e < end {
                     let l = *lu.get_unchecked(e) * inverse;
                     *lu.get_unchecked_mut(e) = l;
-                    let largest = if strict { *self.multiplier_limit.get_unchecked(m) } else { f64::MAX };
-                    good &= l.magnitude() <= largest;
-                    m += 1;
+                    if STRICT {
+                        good &= l.magnitude() <= *self.multiplier_limit.get_unchecked(m);
+                        m += 1;
+                    } else {
+                        good &= l.magnitude() <= f64::MAX;
+                    }
+                    e += 1;
                 }
                 if !good {
                     return Err(k);
