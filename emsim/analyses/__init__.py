@@ -40,17 +40,20 @@ class Run:
     waves                the engine's column store
     grid                 (tstep, tstop, tstart) of a transient [s]
     store                the same without the engine's time column where there is no axis
+    uic                  it started from initial values, without an operating point
     trouble              diagnostics of a run that did not reach its end
     """
 
-    __slots__ = ("axis", "grid", "kind", "names", "store", "trouble", "units", "waves")
+    __slots__ = ("axis", "grid", "kind", "names", "store", "trouble", "uic", "units", "waves")
 
     def __init__(
         self, kind: str, names: list[str], units: list[str], waves: Waveforms, axis: bool,
         grid: tuple[float, float, float] | None = None, trouble: list[Diagnostic] | None = None,
+        uic: bool = False,
     ) -> None:  # fmt: skip
         self.kind, self.names, self.units, self.waves = kind, names, units, waves
         self.axis, self.grid, self.trouble = axis, grid, trouble or []
+        self.uic = uic
         self.store = waves if axis else WithoutTime(waves)
 
 

@@ -10,11 +10,30 @@ if TYPE_CHECKING:
 
 def remarks(assembly: Assembly, run: Run) -> None:
     """Adds warnings and notes to the deck's sink."""
+    _domains(assembly, run)
     if assembly.machine is None:
         return
     _limits(assembly, run)
     if run.kind == "tran" and run.waves.rows > 1:
         _imbalances(assembly, run)
+
+
+def _domains(assembly: Assembly, run: Run) -> None:
+    """Functions that were evaluated outside their domain, each once with its first time."""
+    domains = assembly.ctx.domains
+    if not domains or not run.waves.rows:
+        return
+    names = assembly.system.flag_names
+    first: dict[str, float] = {}
+    start = assembly.system.op([flag for flag, _, _ in domains.values()], assembly.options)
+    if start.status == "ok" and not run.uic:
+        first = {name: 0.0 for k, name in enumerate(domains, 1) if start.value(0, k) > 0.5}
+    for t, index, value in run.waves.events:
+        if value and names[index] in domains:
+            first.setdefault(names[index], t)
+    for name, t in first.items():
+        _, text, span = domains[name]
+        assembly.flat.sink.warning("W402", f"{text}; first at t = {t:.6g} s", span)
 
 
 def _limits(assembly: Assembly, run: Run) -> None:

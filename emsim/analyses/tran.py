@@ -79,4 +79,6 @@ def run(
     watch = tick if progress else None
     waves = assembly.system.tran(t.tstep, t.tstop, t.tstart, t.tmax, t.uic, exprs, assembly.options, watch)
     trouble = explain(assembly, analysis, waves) if waves.status == "failed" else []
-    return Run("tran", ["time", *names], ["s", *units], waves, True, (t.tstep, t.tstop, t.tstart), trouble)
+    return Run(
+        "tran", ["time", *names], ["s", *units], waves, True, (t.tstep, t.tstop, t.tstart), trouble, t.uic
+    )

@@ -351,6 +351,7 @@ class Compiler:
         a = self._node(node.args[0])
         if a.value is not None:
             return self.ctx.b.const(math.sqrt(abs(a.value)))
+        self._watch(a, "sqrt", node)
         return self._sqrt(self._sqrt(a * a))
 
     def _fn_ln(self, node: Call) -> Expr:
@@ -360,9 +361,14 @@ class Compiler:
         if a.value is not None:
             x = a.value
             return self._constant(lambda: math.log(abs(x)), node)
+        self._watch(a, node.fn, node)
         return 0.5 * self.ctx.b.call("log", a * a + SMOOTH)
 
     _fn_log = _fn_ln
+
+    def _watch(self, a: Expr, fn: str, node: Node) -> None:
+        text = f"{fn} of a negative value: its magnitude is taken, where ngspice stops"
+        self.ctx.watch(a, text, node.span or self._where)
 
     def _fn_log10(self, node: Call) -> Expr:
         return (1.0 / math.log(10.0)) * self._fn_ln(node)

@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from ..expr import Node
 
 GROUND = ("0", "gnd")
+LEAST_EXCURSION = 1e-9  # below zero: less is rounding and truncation
 
 
 class Context:
@@ -39,7 +40,7 @@ class Context:
     elements  element name -> Element
     machine   the assembled machine, or None
     metered   elements whose current must become an unknown because something reads it
-    ddts      names of the unknowns that hold a time derivative
+    domains   flag name -> (flag, text, place): functions that may leave their domain during a run
     """
 
     def __init__(self, b: Builder, flat: FlatDeck, options: dict[str, Any]) -> None:
@@ -52,6 +53,7 @@ class Context:
         self.elements: dict[str, Element] = {}
         self.flags: dict[str, Expr] = {}
         self.metered: set[str] = set()
+        self.domains: dict[str, tuple[Expr, str, Span | None]] = {}
         self.machine: Any = None
         # (tstep, tstop) that waveform defaults refer to; the first .tran sets it
         self.times = (1.0, 1.0)
@@ -167,6 +169,12 @@ class Context:
         if found is None:
             found = self.flags[key] = self.b.flag(up, None, name, -1)
         return found
+
+    def watch(self, e: Expr, text: str, where: Span | None) -> None:
+        """Remember to say `text` when e falls below zero during a run."""
+        name = f"domain {e.id}"
+        if e.value is None and name not in self.domains:
+            self.domains[name] = (self.b.flag(-e - LEAST_EXCURSION, None, name, -1), text, where)
 
     def table(
         self,

@@ -169,3 +169,16 @@ def test_errors_name_the_place(text: str, code: str, hint: str | None) -> None:
 def test_all_errors_come_at_once() -> None:
     lines = ("B1 o 0 V={v(x1)+i(x2)+angle(j)}", "B2 p 0 V={v(x3)/0}")
     assert sorted(codes(*SUPPLY, *lines, ".op")) == ["E283", "E289", "E289", "E290", "E291"]
+
+
+def test_leaving_a_domain_is_said_once_with_its_time() -> None:
+    lines = (
+        "V1 a 0 PWL(0 1 1 -1)",
+        "B1 o 0 V={sqrt(v(a))+sqrt(v(a))}",
+        "B2 p 0 V={ln(2+v(a))}",
+        ".tran 0.01 1",
+    )
+    found = remarks(*lines)
+    assert [d.code for d in found] == ["W402"]
+    assert "t = 0.5 s" in found[0].message
+    assert [d.code for d in remarks("V1 a 0 -1", "B1 o 0 V={log10(v(a))}", ".op")] == ["W402"]
