@@ -70,7 +70,7 @@ fn dense_solve<T: Scalar>(mut a: Vec<Vec<T>>, b: &[T]) -> Vec<T> {
             let t = a[k][j] * x[j];
             x[k] -= t;
         }
-        x[k] = x[k] * a[k][k].recip();
+        x[k] *= a[k][k].recip();
     }
     x
 }
