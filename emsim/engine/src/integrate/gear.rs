@@ -159,7 +159,7 @@ impl Method for Gear {
             }
         }
         // prediction through as many points as the order has
-        let m = k.min(self.past.len).min(2).max(1);
+        let m = k.min(self.past.len).clamp(1, 2);
         let refs: Vec<&[f64]> = self.past.x[..m].iter().map(Vec::as_slice).collect();
         interpolate(&self.past.t[..m], &refs, self.t1, &mut self.x1);
         if let Err(why) = self.newton.solve(sys, w, alpha[0], &self.r, &mut self.x1, self.t1, tol, self.itl4) {

@@ -228,7 +228,8 @@ impl System {
         progress: Option<Py<PyAny>>,
     ) -> PyResult<Waveforms> {
         let good = |v: f64| v.is_finite() && v > 0.0;
-        if !good(tstep) || !good(tstop) || !(tstart >= 0.0 && tstart < tstop) || tmax.is_some_and(|m| !good(m)) {
+        let ordered = tstart >= 0.0 && tstart < tstop;
+        if !(good(tstep) && good(tstop) && ordered && tmax.is_none_or(good)) {
             return Err(PyValueError::new_err("tran: times must be positive, tstart before tstop"));
         }
         let ids = self.ids(&outputs)?;
