@@ -164,16 +164,36 @@ class Context:
         """1 while up > 0, else 0; changes only at located events. Constants fold. One flag per expression."""
         if up.value is not None:
             return self.b.const(1.0 if up.value > 0 else 0.0)
+        up = self._outside_energy(up)
+        if up.value is not None:
+            return self.b.const(1.0 if up.value > 0 else 0.0)
         key = f"#{up.id}"
         found = self.flags.get(key)
         if found is None:
             found = self.flags[key] = self.b.flag(up, None, name, -1)
         return found
 
+    def _outside_energy(self, up: Expr) -> Expr:
+        """A condition inside a TRANSDUCER's energy speaks of free symbols; the flag needs the real coordinate."""
+        own = getattr(self.machine, "own_symbols", None)
+        if own is None:
+            return up
+        coordinate = self.machine.joints[own.joint].q
+        up = self.machine.public(self.b.substitute([up], [(own.coordinate, coordinate)])[0])
+        if any(self.b.depends(up, [own.voltage, own.current])):
+            card = self.machine.couplings.get(own.card)
+            self.sink.error(
+                "E308", f"a condition in the energy of {own.card} depends on its own voltage or current",
+                card.span if card is not None else None, hint="conditions may depend on the joint's coordinate",
+            )  # fmt: skip
+            return self.b.const(0.0)
+        return up
+
     def watch(self, e: Expr, text: str, where: Span | None) -> None:
         """Remember to say `text` when e falls below zero during a run."""
         name = f"domain {e.id}"
-        if e.value is None and name not in self.domains:
+        in_energy = getattr(self.machine, "own_symbols", None) is not None
+        if e.value is None and name not in self.domains and not in_energy:
             self.domains[name] = (self.b.flag(-e - LEAST_EXCURSION, None, name, -1), text, where)
 
     def table(
