@@ -500,6 +500,38 @@ fn empty_and_single() {
     assert!(lu.factor(&[0.0]).is_err());
 }
 
+#[test]
+fn stamps_on_a_base_are_the_sum() {
+    let mut random = Random(12);
+    let (pattern, mut values) = mesh(6);
+    let symbolic = Symbolic::analyse(&pattern).unwrap();
+    let (mut stamped, mut plain) = (Lu::new(&pattern, &symbolic), Lu::new(&pattern, &symbolic));
+    let slot = |row, col| pattern.position(row, col).unwrap() as u32;
+    let at = [(slot(7, 7), 1.0), (slot(7, 8), -1.0), (slot(8, 7), -1.0), (slot(8, 8), 1.0)];
+    let stamps: Vec<Stamp> = at.iter().map(|&(slot, sign)| Stamp { slot, source: 0, sign }).collect();
+    stamped.set_stamps(&stamps);
+    let b: Vec<f64> = (0..pattern.n).map(|_| random.real()).collect();
+    // before the first pivots, with kept pivots, with a new base, and where the pivots must change
+    for (scale, source) in [(1.0, 0.5), (1.0, 1e3), (2.0, -3.0), (1.0, 1e12), (1.0, 0.0)] {
+        for v in &mut values {
+            *v *= scale;
+        }
+        stamped.set_base(&values);
+        stamped.factor_stamped(&[source]).unwrap();
+        let mut sum = values.clone();
+        for s in &stamps {
+            sum[s.slot as usize] += s.sign * source;
+        }
+        plain.factor(&sum).unwrap();
+        let (mut x, mut y) = (b.clone(), b.clone());
+        stamped.solve(&mut x);
+        plain.solve(&mut y);
+        let size = y.iter().fold(0.0f64, |m, v| m.max(v.abs()));
+        assert!(x.iter().zip(&y).all(|(x, y)| (x - y).abs() < 1e-9 * size), "{scale} {source}");
+    }
+    assert!(stamped.factor_stamped(&[f64::NAN]).is_err());
+}
+
 /// Run by hand: cargo test --release -- --ignored --nocapture timing
 #[test]
 #[ignore]
