@@ -4,7 +4,7 @@ use super::system::System;
 use crate::assembly;
 use crate::derive;
 use crate::devices::diode::Diode;
-use crate::graph::{Fun, Id};
+use crate::graph::{Fun, Id, Node};
 use crate::system::{DiodeAt, FlagSpec, Force, Kind, Model, Unknown};
 use crate::tape::{Inputs, Tape};
 use crate::waves::Wave;
@@ -17,6 +17,8 @@ use std::sync::{Arc, Mutex};
 pub struct Builder {
     graph: SharedGraph,
     model: Option<Model>,
+    /// what symbols have been substituted by: flags made from expressions that held them follow
+    symbols: Mutex<Vec<(Id, Id)>>,
 }
 
 impl Builder {
@@ -46,7 +48,11 @@ impl Builder {
 impl Builder {
     #[new]
     fn new() -> Self {
-        Builder { graph: Arc::new(Mutex::new(crate::graph::Graph::new())), model: Some(Model::default()) }
+        Builder {
+            graph: Arc::new(Mutex::new(crate::graph::Graph::new())),
+            model: Some(Model::default()),
+            symbols: Mutex::new(Vec::new()),
+        }
     }
 
     #[pyo3(signature = (name, kind, unit, initial=0.0))]
@@ -175,7 +181,12 @@ impl Builder {
     ) -> PyResult<Vec<Expr>> {
         let ys = self.ids(&ys)?;
         let map = self.pairs(map)?;
-        let out = derive::substitute(&mut lock(&self.graph), &ys, &map);
+        let mut g = lock(&self.graph);
+        let out = derive::substitute(&mut g, &ys, &map);
+        if let Ok(mut known) = self.symbols.lock() {
+            known.extend(map.iter().filter(|(from, _)| matches!(g.node(*from), Node::Symbol(_))));
+        }
+        drop(g);
         Ok(out.into_iter().map(|d| self.expr(d)).collect())
     }
 
@@ -404,7 +415,17 @@ impl Builder {
     }
 
     fn compile(&mut self) -> PyResult<System> {
-        let model = self.model.take().ok_or_else(|| PyValueError::new_err("compiled already"))?;
+        let mut model = self.model.take().ok_or_else(|| PyValueError::new_err("compiled already"))?;
+        if let Ok(known) = self.symbols.lock() {
+            let mut g = lock(&self.graph);
+            for flag in &mut model.flags {
+                // a symbol may stand for an expression of other symbols
+                for _ in 0..4 {
+                    let out = derive::substitute(&mut g, &[flag.up, flag.down], &known);
+                    (flag.up, flag.down) = (out[0], out[1]);
+                }
+            }
+        }
         let system = crate::system::System::compile(model, &mut lock(&self.graph)).map_err(PyValueError::new_err)?;
         Ok(System::new(system, self.graph.clone()))
     }
