@@ -1,6 +1,6 @@
 """Draws the README's picture from a run of the pendulum servo: python netlists/plot_readme.py
 
-Needs emsim[plot]. Writes docs/pendulum_servo.png.
+Needs emsim[plot]. Writes netlists/coupled/pendulum_servo.png.
 """
 
 from math import degrees
@@ -36,8 +36,7 @@ def main() -> None:
         axis.grid(alpha=0.25)
     axes[-1].set_xlabel("time [s]")
     axes[0].set_title(r.title, fontsize="medium")
-    (ROOT / "docs").mkdir(exist_ok=True)
-    figure.savefig(ROOT / "docs" / "pendulum_servo.png", dpi=100)
+    figure.savefig(DECK.with_suffix(".png"), dpi=100)
 
 
 if __name__ == "__main__":

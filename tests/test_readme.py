@@ -48,7 +48,7 @@ def test_its_links_and_pictures_exist():
 
 
 def test_its_picture_is_small():
-    assert (ROOT / "docs" / "pendulum_servo.png").stat().st_size < 100_000
+    assert (ROOT / "netlists" / "coupled" / "pendulum_servo.png").stat().st_size < 100_000
 
 
 def test_its_exit_codes_are_the_programs():
