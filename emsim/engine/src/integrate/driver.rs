@@ -201,14 +201,18 @@ pub fn run(sys: &System, w: &mut Work, a: Transient, o: &Options, record: &mut R
                             }
                         }
                     }
-                    let te = if at < t1 { at.max(t + smallest) } else { t1 };
+                    // an event at the very start of the step: nothing has moved yet, the candidate belongs to t1
+                    let at_once = at < t1 && at - t <= smallest;
+                    let te = if at_once { t + smallest } else { at.min(t1) };
                     failures = 0;
-                    method.accept(te);
                     late = 0.0;
-                    w.counters.steps += 1;
-                    x.copy_from_slice(method.candidate());
-                    if dense {
-                        grid.fill(method.as_ref(), te, sys, w, record, &mut scratch);
+                    if !at_once {
+                        method.accept(te);
+                        w.counters.steps += 1;
+                        x.copy_from_slice(method.candidate());
+                        if dense {
+                            grid.fill(method.as_ref(), te, sys, w, record, &mut scratch);
+                        }
                     }
                     if te >= a.tstart {
                         record.push(sys, w, te, &x);

@@ -1,0 +1,66 @@
+"""Events on steps: named after what went wrong."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from support import run
+
+SWITCH = """a switch that opens just where a step ended
+V1 n1 0 PWL(0 0 5.92841e-05 5 8.89261e-05 -3 0.00014821 1)
+R1 n1 n2 46.9483
+R2 n2 n3 21
+C2 n2 0 1.43238e-07
+C3 n3 0 2.87368e-08
+S1 0 n3 n1 0 sm
+.model sm SW(vt=0.7 vh=0.3 ron=5.32444 roff=10meg)
+.tran {step:.6g} 0.000177852
+.end
+"""
+
+
+@pytest.mark.parametrize("method", ["trap", "gear", "radau"])
+@pytest.mark.parametrize("step", np.linspace(2.9e-7, 3.1e-7, 9))
+def test_no_time_slips_at_an_event_on_the_start_of_a_step(method, step):
+    """The state moved by a step while time stood still: the source's own voltage was one step ahead."""
+    r = run(SWITCH.format(step=step), f"method={method}")
+    t, v = np.asarray(r.time), np.asarray(r["v(n1)"])
+    exact = np.interp(t, [0, 5.92841e-05, 8.89261e-05, 0.00014821, 1], [0, 5, -3, 1, 1])
+    assert np.abs(v - exact).max() < 1e-6 * 8
+    # states do not jump: at most one step's charge between two points
+    out = np.asarray(r["v(n2)"])
+    rate = 5 / 46.9483 / 1.43238e-07  # V/s, more than anything here can drive
+    assert np.all(np.abs(np.diff(out)) <= 3 * rate * np.diff(t) + 1e-6)
+
+
+def test_a_constant_control_does_not_hang():
+    """A switch whose control folds to a constant waited for its own lock."""
+    r = run("t\nV1 a 0 1\nR1 a b 1k\nS1 b 0 0 0 sw\n.model sw SW(vt=-1 ron=1k)\n.tran 1u 10u\n.end\n")
+    assert r["v(b)"][-1] == pytest.approx(0.5)
+
+
+@pytest.mark.parametrize("reltol", ["1e-3", "1e-7"])
+def test_linear_circuits_choose_sensible_radau_steps(reltol):
+    """The error estimate read the charges of the guess, not of the solution: every step was refused once and
+    a tank took a hundred times too many."""
+    r = run("t\nC1 a 0 1u IC=1\nL1 a 0 1m\n.tran 1m 2m UIC\n.end\n", f"method=radau reltol={reltol}")
+    assert r.stats["rejected"] <= 3 and r.stats["steps"] < {"1e-3": 400, "1e-7": 4000}[reltol], r.stats
+
+
+def test_uic_values_belong_to_time_zero():
+    """The initial point was taken at the end of the short step that finds it: a current of v h/L at t = 0."""
+    r = run("t\nC1 a 0 1u IC=1\nL1 a 0 1m\n.tran 10m 20m 0 10u UIC\n.end\n", "method=radau reltol=1e-9")
+    assert abs(r["i(l1)"][0]) < 1e-12 and r["v(a)"][0] == pytest.approx(1, abs=1e-11)
+
+
+def test_ddt_of_a_nonlinear_flux_is_under_error_control():
+    """An unknown that stands under d/dt only inside ddt() was outside Newton's norm: 1 % of flux was lost."""
+    text = """t
+V1 a 0 SIN(0 1.25 0.15915494309189535 0 0 90)
+Bs a 0 V={ddt(0.5*i(bs)+1.5*0.2517*atan(i(bs)/0.2517))}
+Bp psi 0 V={0.5*i(bs)+1.5*0.2517*atan(i(bs)/0.2517)}
+.tran 20m 6.28 UIC
+.end
+"""
+    r = run(text, "method=radau")
+    assert np.abs(np.asarray(r["v(psi)"]) - 1.25 * np.sin(np.asarray(r.time))).max() < 1e-4
