@@ -36,7 +36,11 @@ def test_comb_drive_amplitudes():
 
 def ring_down(tia: str) -> tuple[float, float]:
     """Frequency [Hz] and Q of the comb drive left alone after a displacement, with another sense resistor."""
-    text = deck("coupled/comb_drive").replace("SIN(20 0.5 3.5588k)", "").replace("Rtia   out 0 100k", f"Rtia out 0 {tia}")
+    text = (
+        deck("coupled/comb_drive")
+        .replace("SIN(20 0.5 3.5588k)", "")
+        .replace("Rtia   out 0 100k", f"Rtia out 0 {tia}")
+    )
     text = text.replace("slide axis=(1,0)", "slide axis=(1,0) ic=8u")
     text = text.replace(".tran  1u 20m", ".tran  1u 5m 0 1u")
     r = run(text, "method=radau reltol=1e-6")
@@ -72,7 +76,9 @@ def test_cart_pole():
     assert np.abs(angle[(t > 2.5) & (t < 3)]).max() < 0.5
     assert angle[t > 3].max() == pytest.approx(17.776, abs=0.02)
     assert np.abs(angle[t > 5.9]).max() < 0.5 and np.abs(np.asarray(r["vel(rail)"])[t > 5.9]).max() < 0.05
-    assert travel.min() == pytest.approx(-0.1034, abs=5e-4) and travel.max() == pytest.approx(0.3656, abs=5e-4)
+    assert travel.min() == pytest.approx(-0.1034, abs=5e-4) and travel.max() == pytest.approx(
+        0.3656, abs=5e-4
+    )
 
 
 def test_cart_pole_with_an_ideal_motor():

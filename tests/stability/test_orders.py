@@ -121,7 +121,9 @@ def test_order_on_an_ode(method):
     check(errors(ODE, "v(a)", ode_exact, method, steps), steps, ORDER[method])
 
 
-@pytest.mark.parametrize("column, exact", [("v(c)", rc2_exact), ("v(b)", lambda t: (np.sin(t) + rc2_exact(t)) / 2)])
+@pytest.mark.parametrize(
+    "column, exact", [("v(c)", rc2_exact), ("v(b)", lambda t: (np.sin(t) + rc2_exact(t)) / 2)]
+)
 @pytest.mark.parametrize("method", ORDER)
 def test_order_on_an_index_1_circuit(method, column, exact):
     steps = [h * 2.5 for h in STEPS[method]]
