@@ -1,7 +1,7 @@
 //! The three stages of Radau together, each with its own derivatives: what simplified Newton falls back on where an
 //! exponential moves by more than its own size within a step. Costs about five times as much an iteration; on an H-bridge
 //! with diodes it took the failed iterations from 212 000 to none and the steps from 188 000 to 66 000.
-use super::{Radau, C1, C2, LOCAL, MOST_ITERATIONS};
+use super::{Radau, C1, C2, LOCAL, MOST_ITERATIONS, NEWTON};
 use crate::newton::Tolerances;
 use crate::sparse::{Lu, Pattern, Symbolic};
 use crate::system::{System, Work};
@@ -64,7 +64,7 @@ impl FullNewton {
     ) -> Result<usize, (usize, bool)> {
         let n = sys.n;
         let reltol = tol.reltol * LOCAL;
-        let target = (1e-13 / reltol).max(reltol.sqrt().min(0.03));
+        let target = (1e-13 / reltol).max(reltol.sqrt().clamp(NEWTON, 0.03));
         for j in &mut self.junction {
             j.clone_from(&w.junction);
         }

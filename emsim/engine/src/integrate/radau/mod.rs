@@ -40,6 +40,11 @@ const D: [f64; 3] = [-(13.0 + 7.0 * S6) / 3.0, (-13.0 + 7.0 * S6) / 3.0, -1.0 / 
 /// The local tolerance against the asked one: keeps the global error of ordinary problems near what was asked.
 const LOCAL: f64 = 0.02;
 const MOST_ITERATIONS: usize = 10;
+/// Least share of the local tolerance that Newton's method is asked for: a small voltage that is the derivative of a
+/// large charge (the sense node of a comb drive) has rounding noise of eps Q/h, and asking for less than it never ends.
+const NEWTON: f64 = 3e-3;
+/// An iteration that no longer contracts has met rounding; it counts as converged below this share.
+const STALLED: f64 = 1.0;
 /// After a step that needed the full Newton method, so many more begin with it.
 const FULL_STEPS: u32 = 4;
 
@@ -78,9 +83,10 @@ pub struct Radau {
     rejected: bool,
     first: bool,
     fixed: bool,
-    uncorrected: Vec<bool>,        // by the error estimate, in dense output
-    full: Option<Box<FullNewton>>, // made when first needed
-    full_steps: u32,               // so many steps more begin with it
+    uncorrected: Vec<bool>,           // by the error estimate, in dense output
+    full: Option<Box<FullNewton>>,    // made when first needed
+    full_steps: u32,                  // so many steps more begin with it
+    refused: Option<(f64, f64, f64)>, // t, h and error of the last step refused
 }
 
 impl Radau {
@@ -130,6 +136,7 @@ impl Radau {
             uncorrected,
             full: None,
             full_steps: 0,
+            refused: None,
         })
     }
 
@@ -185,7 +192,7 @@ impl Radau {
         // Newton's tolerance is a share of the local one, never below rounding
         let reltol = tol.reltol * LOCAL;
         let floor = 2e-14 / reltol;
-        let target = floor.max(if self.fixed { 1e-9 } else { reltol.sqrt().min(0.03) });
+        let target = floor.max(if self.fixed { 1e-9 } else { reltol.sqrt().clamp(NEWTON, 0.03) });
         let most = if self.fixed { 5 * MOST_ITERATIONS } else { MOST_ITERATIONS };
         let (mut theta, mut eta) = (self.theta, 0.0_f64);
         let mut old = 0.0_f64;
@@ -249,7 +256,8 @@ impl Radau {
             if iteration > 1 {
                 theta = norm / old;
                 // at the level of rounding no contraction can be seen any more
-                if theta >= 0.5 && norm <= 100.0 * floor && iteration > 2 {
+                if theta >= 0.5 && norm <= (100.0 * floor).max(if self.fixed { 0.0 } else { STALLED }) && iteration > 2
+                {
                     self.theta = 0.1;
                     return Ok(iteration);
                 }
@@ -420,6 +428,15 @@ impl Method for Radau {
                         let next = if keep && (1.0..1.2).contains(&factor) { h } else { factor * h };
                         return Attempt::Good { next };
                     }
+                    // an estimate that does not fall with the step is rounding, not truncation
+                    let noise = self.refused.is_some_and(|(t, at, e)| t == self.t0 && h < 0.6 * at && error > 0.5 * e);
+                    if noise && error.is_finite() {
+                        self.refused = None;
+                        self.error_old = 1.0;
+                        self.h_old = h;
+                        return Attempt::Good { next: 2.0 * h };
+                    }
+                    self.refused = Some((self.t0, h, error));
                     self.rejected = true;
                     self.jacobian(sys, w);
                     let factor = if self.first { 0.1 } else { factor.min(0.9) };
