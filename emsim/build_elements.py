@@ -332,6 +332,9 @@ class ElementCards(Cards):
         rest = self.params(ch[1:], line, e)
         if len(rest) < 3:
             raise self.fail("E109", f"{ch[0]} needs two inductors and a coupling", line, ch[0], _form("k"))
+        for item in rest[:-1]:
+            if not isinstance(item, str):
+                raise self.fail("E109", f"{ch[0]} needs the names of inductors here", line, item, _form("k"))
         e.extra["inductors"] = [str(r.lower()) for r in rest[:-1]]
         e.value, e.value_span = self.number(rest[-1], line, "the coupling"), line.span_at(*extent(rest[-1]))
         return e

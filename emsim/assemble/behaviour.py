@@ -104,7 +104,8 @@ class Compiler:
             return self._choose(self._truth(self._node(node.c)), node.a, node.b)
         if isinstance(node, (int, float)):
             return self.ctx.b.const(float(node))
-        raise TypeError(f"no expression: {node!r}")
+        self.ctx.sink.error("E286", f"`{node}` is no number and no expression", self._where)
+        return self.ctx.b.const(0.0)
 
     def _error(self, code: str, message: str, node: Node, hint: str | None = None) -> Expr:
         self.ctx.sink.error(code, message, node.span or self._where, hint=hint)

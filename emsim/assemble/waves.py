@@ -85,6 +85,9 @@ class Arguments:
 
 
 def pulse(a: Arguments, wave: Waveform, tstep: float, tstop: float) -> list[float]:
+    for k, what in ((3, "rise time"), (4, "fall time"), (5, "width"), (6, "period")):
+        if a.get(k) < 0.0:
+            raise ValueError(f"its {what} must not be negative, it is {a.get(k):g}")
     return [
         a.get(0), a.get(1, a.get(0)), a.get(2),
         a.nonzero(3, tstep), a.nonzero(4, tstep), a.nonzero(5, tstop), a.nonzero(6, tstop), a.get(7),

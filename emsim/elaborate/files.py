@@ -29,7 +29,7 @@ class Files:
         """The cards of an include and the chain of open files with it; nothing, with a diagnostic, on failure."""
         including = card.span.file
         base = os.path.dirname(including.path) if including.path else "."
-        path = os.path.normpath(os.path.join(base, os.path.expanduser(card.path)))
+        path = os.path.normpath(os.path.join(base, os.path.expanduser(card.path.replace("\0", ""))))
         key = os.path.realpath(path)
         link = key if card.section is None else f"{key}\0{card.section}"
         if link in chain or len(chain) >= MAX_INCLUDES:
