@@ -43,6 +43,12 @@ def decks(scratch):
     return scratch
 
 
+def started(*args, **more):
+    """The program as a child that can be interrupted, even where the parent runs in the background."""
+    listen = lambda: signal.signal(signal.SIGINT, signal.SIG_DFL)  # noqa: E731
+    return subprocess.Popen([sys.executable, "-m", "emsim", *args], preexec_fn=listen, **more)
+
+
 def final(path):
     return raw.read(str(path))["v(out)"][-1]
 
@@ -154,10 +160,8 @@ def test_no_convergence_keeps_what_was_computed(decks):
 
 
 def test_interrupt_keeps_what_was_computed(decks):
-    process = subprocess.Popen(
-        [sys.executable, "-m", "emsim", "--json", "--tmax", "20n", "long.cir"],
-        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
-    )  # fmt: skip
+    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
+    process = started("--json", "--tmax", "20n", "long.cir", **pipes)
     time.sleep(1.5)
     process.send_signal(signal.SIGINT)
     out, err = process.communicate(timeout=20)
@@ -168,11 +172,7 @@ def test_interrupt_keeps_what_was_computed(decks):
 
 def test_progress_line_on_a_terminal_only(decks):
     terminal, end = pty.openpty()
-    process = subprocess.Popen(
-        [sys.executable, "-m", "emsim", "--no-files", "--tmax", "20n", "long.cir"],
-        stdout=subprocess.PIPE,
-        stderr=end,
-    )
+    process = started("--no-files", "--tmax", "20n", "long.cir", stdout=subprocess.PIPE, stderr=end)
     time.sleep(2.5)
     process.send_signal(signal.SIGINT)
     process.communicate(timeout=20)
