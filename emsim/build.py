@@ -47,7 +47,7 @@ def read(source: str | bytes | os.PathLike[str], defines: Mapping[str, Any] | No
         try:
             file = load(path)
         except OSError as error:
-            raise OutsideError(Diagnostic("error", "E500", _cannot_read(path, error))) from None
+            raise OutsideError(Diagnostic("error", "E500", cannot_read(path, error))) from None
         except ValueError:
             sink.error("E100", f"{path} is not a text file", hint="a deck is text, one card a line")
             return Deck("", SourceFile(path, "", path), sink)
@@ -61,7 +61,7 @@ def read_file(path: str, sink: Sink, included_from: Span | None = None, shown: s
     return _build(load(path, included_from, shown), sink, is_main=False)
 
 
-def _cannot_read(path: str, error: OSError) -> str:
+def cannot_read(path: str, error: OSError) -> str:
     if isinstance(error, IsADirectoryError):
         return f"{path} is a directory, not a deck"
     if isinstance(error, FileNotFoundError):

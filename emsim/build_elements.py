@@ -84,8 +84,16 @@ class Cards:
 
     def params(self, items: list[Any], line: Line, element: Element) -> list[Any]:
         """Takes key=value items into element.params; returns the other items in order."""
-        rest = []
+        rest: list[Any] = []
+        after_tc = False
         for item in items:
+            if after_tc and "tc2" not in element.params and rest and _is_value(item):
+                # tc=2m 1u behind the value: the spelling that ngspice takes
+                value = self.value(item, line)
+                if not isinstance(value, str):
+                    element.params["tc2"] = value
+                    continue
+            after_tc = False
             if item.__class__ is tuple and item[0] in ("param", "named"):
                 key = item[1][0].lower()
                 values = [self.value(v, line) for v in item[1][1:]]
@@ -93,6 +101,7 @@ class Cards:
                     element.params["tc1"] = values[0]
                     if len(values) > 1:
                         element.params["tc2"] = values[1]
+                    after_tc = element.letter in "rcl"
                 elif key == "m" and isinstance(values[0], str):
                     raise self.fail("E110", "m= is no number", line, item)
                 else:

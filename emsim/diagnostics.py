@@ -95,6 +95,9 @@ class DiagnosticError(Exception):
         )
         super().__init__(render_text(self.diagnostics))
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self), (self.diagnostics,), self.__dict__
+
 
 class DeckError(DiagnosticError):
     """The deck is wrong: syntax, names, values, an impossible circuit or machine. Exit code 1."""

@@ -15,6 +15,7 @@ from .interpolate import cubic, cubic_many
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
+    from os import PathLike
     from typing import Any, Protocol
 
     import numpy as np
@@ -48,6 +49,9 @@ class Columns:
 
     def column(self, i: int, /) -> bytes:
         return self._data[i]
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return Columns, (self._data,)
 
 
 class Table:
@@ -91,6 +95,12 @@ class Table:
         for k, name in enumerate(self.names):
             self._index.setdefault(_plain(name), k)
         self._numpy: dict[int, Any] = {}
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Pickles and copies hold plain bytes, wherever the columns came from."""
+        columns = Columns(self.waves.column(k) for k in range(self.waves.columns))
+        given = (self.kind, self.names, self.units, columns, self.title, self.axis, self.grid)
+        return _table, (*given, self.stats, self.status, self.plotname)
 
     # columns -----------------------------------------------------------------------------------------
 
@@ -311,15 +321,26 @@ class Result:
     def to_xarray(self) -> xr.Dataset:
         return self.main.to_xarray()
 
-    def save(self, path: str, **options: Any) -> None:
+    def save(self, path: str | PathLike[str], **options: Any) -> None:
         """Writes a file in the format of its extension: .raw (ascii=True for text), .csv (units=True for a
-        line of units), .txt. ValueError for any other."""
+        line of units), .txt. ValueError for any other, OutsideError where it cannot be written."""
         from .outputs import save  # the one import that looks upward, and only when called
 
         save(self, path, **options)
 
     def __repr__(self) -> str:
         return "\n".join([self.title, *(map(repr, self.plots) if self.plots else ["(nothing ran)"])])
+
+
+def _table(
+    kind: str, names: list[str], units: list[str], waves: Waves, title: str, axis: bool,
+    grid: tuple[float, float, float] | None, stats: dict[str, Any], status: str, plotname: str,
+) -> Table:  # fmt: skip
+    """A table from its parts in order, for unpickling."""
+    return Table(
+        kind, names, units, waves, title=title, axis=axis, grid=grid, stats=stats, status=status,
+        plotname=plotname,
+    )  # fmt: skip
 
 
 def _plain(name: str) -> str:

@@ -58,6 +58,7 @@ ROUNDING: dict[str, Callable[[float], int]] = {
     "int": math.trunc,
 }
 RANDOM = ("gauss", "agauss", "unif", "aunif")
+DEVICE_CURRENTS = ("i", "id", "current")  # of @name[...]
 CONVERSIONS = {"deg": 180.0 / math.pi, "rpm": 30.0 / math.pi}
 MECHANICAL_WORDS = """
     angle omega alpha pos vel acc x y z vx vy vz ax ay az fx fy fz mx my mz
@@ -119,6 +120,8 @@ class Compiler:
             return b.const(self.ctx.temp)
         if node.id in CONSTANTS:
             return b.const(CONSTANTS[node.id])
+        if node.id.startswith("@"):
+            return self._device(node)
         if node.id in self.ctx.nodes:
             return self._error("E282", f"`{node.id}` is a node, its voltage is `v({node.id})`", node)
         near = suggest(node.id, ("time", "temper", "hertz", "pi", "e"))
@@ -333,6 +336,16 @@ class Compiler:
             (node.args[0].span if node.args else None) or node.span or self._where,
         )  # fmt: skip
         return self.ctx.b.const(0.0)
+
+    def _device(self, node: Name) -> Expr:
+        """@r1[i]: the current is the one device parameter there is."""
+        device, _, parameter = node.id[1:].rstrip("]").partition("[")
+        current = element_current(self.ctx, device)
+        if current is None:
+            return self._no_current(Call("i", [Name(device, node.span)], node.span))
+        if parameter not in DEVICE_CURRENTS:
+            return self._error("E282", f"`{node.id}` is not computed", node, f"the current is @{device}[i]")
+        return current
 
     def _not_mechanical(self, node: Call) -> Expr:
         what = ", ".join(map(repr, node.args)) or "nothing"

@@ -126,7 +126,21 @@ def _currents_read(ctx: Context) -> set[str]:
                 found.add(ctx.element_name(call.args[0].id))
             elif call.fn == "i" and len(call.args) == 1:
                 found.add(repr(call.args[0]))
+        for name in _device_names(ast):
+            found.add(ctx.element_name(name))
     return found
+
+
+def _device_names(ast: Any) -> Iterator[str]:
+    """d1 of @d1[id], anywhere in an expression."""
+    if isinstance(ast, Name):
+        if ast.id.startswith("@"):
+            yield ast.id[1:].partition("[")[0]
+        return
+    parts = ast.args if isinstance(ast, Call) else [getattr(ast, key, None) for key in ("c", "a", "b")]
+    for part in parts:
+        if isinstance(part, Node):
+            yield from _device_names(part)
 
 
 def _expressions(ctx: Context) -> Iterator[Node]:

@@ -8,7 +8,7 @@ asks for is always there.
 from __future__ import annotations
 
 from ..expr import Binary, Call, Cond, Name, Node, Num, Unary
-from .behaviour import element_current
+from .behaviour import DEVICE_CURRENTS, element_current
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -96,15 +96,19 @@ def everything(ctx: Context) -> list[Output]:
 
 def _saved(ctx: Context, text: str, ast: Node, span: Span) -> Output | None:
     """A column for one thing of .save; None for a device parameter that is not a current."""
-    if text.startswith("@"):
-        device, _, parameter = text[1:].rstrip("]").partition("[")
-        current = element_current(ctx, device.strip()) if parameter in ("i", "id", "current") else None
-        return None if current is None else Output(text, "A", current)
+    if isinstance(ast, Name) and ast.id.startswith("@"):
+        device, _, parameter = ast.id[1:].rstrip("]").partition("[")
+        if parameter not in DEVICE_CURRENTS or element_current(ctx, device) is None:
+            return None
     return _column(ctx, text, ast, span)
 
 
+def _is_quantity(name: str) -> bool:
+    return name in ("time", "temper", "hertz") or name.startswith("@")
+
+
 def _column(ctx: Context, text: str, ast: Node, span: Span) -> Output:
-    if isinstance(ast, Name) and (ast.id in ctx.nodes or ast.id not in ("time", "temper", "hertz")):
+    if isinstance(ast, Name) and (ast.id in ctx.nodes or not _is_quantity(ast.id)):
         # a bare name is a node, name#branch a current, as in ngspice
         ast = (
             Call("i", [Name(ast.id[:-7], ast.span)], ast.span)
@@ -131,6 +135,8 @@ def unit_of(ctx: Context, ast: Node) -> str:
             return "V"
         return UNITS.get(ast.fn, "")
     if isinstance(ast, Name):
+        if ast.id.startswith("@"):
+            return "A"
         return {"time": "s", "temper": "C", "hertz": "Hz"}.get(ast.id, "")
     if isinstance(ast, Unary):
         return unit_of(ctx, ast.a)

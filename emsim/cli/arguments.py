@@ -6,6 +6,8 @@ Accepted spellings: `-o FILE`, `-oFILE`, `--csv FILE`, `--csv=FILE`; `--` ends t
 
 from __future__ import annotations
 
+from os.path import exists
+
 from ..diagnostics import suggest
 from ..units import scale_of, spice_number, split_number
 
@@ -67,7 +69,17 @@ class Arguments:
         from . import VERBS
 
         # emsim chekc deck.cir
-        near = suggest(self.words[0], VERBS) if verb == "run" else None
+        first = self.words[0]
+        near = suggest(first, VERBS) if verb == "run" else None
+        if verb == "run" and first not in VERBS and first != "-" and not exists(first) and "." not in first:
+            raise UsageError(
+                f"there is no verb and no deck `{first}`"
+                + (
+                    f"; did you mean emsim {near} {self.words[1]}?"
+                    if near
+                    else f"; verbs: {', '.join(VERBS)}"
+                )
+            )
         raise UsageError(
             f"one deck at a time, got {len(self.words)}: {' '.join(self.words)}"
             + (f"; did you mean emsim {near} {self.words[1]}?" if near else "")

@@ -2,8 +2,9 @@
 
 Runs the deck here, with ngspice as written, and with ngspice at tight tolerances, and says for every signal
 how far the first two are from the third, as maximum and rms in percent of the signal's range, and which
-is nearer. Exit code 4 when emsim is further than --tol on any signal, 5 without ngspice. Edges may come
---window early or late (default: a millionth of the run). Nothing is written beside the deck."""
+is nearer. Exit code 4 when emsim is further than --tol on any signal, 3 when its own run does not get
+through, 5 without ngspice. Edges may come --window early or late (default: a millionth of the run). Nothing
+is written beside the deck."""
 
 from __future__ import annotations
 
@@ -13,7 +14,7 @@ import sys
 from .. import pipeline
 from ..diagnostics import DeckError, Diagnostic, OutsideError
 from .arguments import HELP, JSON, QUIET, Option, UsageError, parse
-from .console import OK, TOLERANCE, print_json, print_lines, show
+from .console import INTERRUPTED, OK, TOLERANCE, print_json, print_lines, show
 from .run import METHOD_OPTIONS, overrides, source_of
 
 TYPE_CHECKING = False
@@ -45,6 +46,10 @@ def main(args: Sequence[str]) -> int:
     text, folder = _read(deck)
     ours = pipeline.run(text if deck == "-" else deck, options=overrides(given))
     show(ours.diagnostics, given.has("quiet"))
+    if ours.status == "interrupted":
+        if given.has("json"):
+            print_json(INTERRUPTED, ours.diagnostics)
+        return INTERRUPTED
     written, written_failed = _as_written(engine, text, folder)
     tight, reltol = _tight(engine, text, folder, ours, written)
     tolerance, window = given.number("tol") or 0.005, given.number("window")
@@ -85,7 +90,9 @@ def _read(deck: str) -> tuple[str, str]:
         with open(deck, encoding="utf-8", errors="replace") as file:
             return file.read(), os.path.dirname(os.path.abspath(deck))
     except OSError as error:
-        raise OutsideError(Diagnostic("error", "E502", f"cannot read {deck}: {error.strerror}")) from None
+        from ..build import cannot_read
+
+        raise OutsideError(Diagnostic("error", "E500", cannot_read(deck, error))) from None
 
 
 def _engine(name: str) -> Callable[[str], Result]:

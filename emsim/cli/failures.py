@@ -20,6 +20,8 @@ def report(error: Exception, args: Sequence[str]) -> int:
     """Says what went wrong, on stderr and as JSON where that was asked for; returns the exit code."""
     if isinstance(error, UsageError):
         print(f"emsim: {error}\nemsim: `emsim help` lists verbs and options", file=sys.stderr)
+        if "--json" in args:
+            print_json(USAGE, [Diagnostic("error", "E520", str(error))])
         return USAGE
     code, diagnostics = explain(error)
     show(diagnostics, quiet="--quiet" in args or "-q" in args)

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 
     from ..result import Result
 
+LAST_ROWS = 20  # that are printed of a run which did not reach its end; its files have all
 METHOD_OPTIONS = [
     Option("--method", "integration method: trap, gear, radau", "NAME"),
     Option("--reltol", "relative tolerance, instead of .options reltol", "X"),
@@ -29,7 +30,7 @@ METHOD_OPTIONS = [
 OPTIONS = [
     Option("-o --output -r", "raw file to write instead of deck.raw", "FILE"),
     Option("--ascii", "write the raw file as text"),
-    Option("--csv", "write a CSV file too", "FILE"),
+    Option("--csv", "write a CSV file too; - is stdout, in place of the .print tables", "FILE"),
     Option("--no-files", "write no raw file"),
     *METHOD_OPTIONS,
     DEFINE,
@@ -94,8 +95,12 @@ def _targets(given: Arguments, deck: str) -> list[tuple[str, dict[str, Any]]]:
     elif given.has("output"):
         raise UsageError("--no-files and -o contradict each other")
     if (path := given.text("csv")) is not None:
+        if path == "-" and given.has("json"):
+            raise UsageError("--csv - and --json both want stdout")
         targets.append((path, {}))
     for path, _ in targets:
+        if path == "-":
+            continue
         if deck != "-" and abspath(path) == abspath(deck):
             raise UsageError(f"{path} is the deck; choose another file with -o")
         # a long run should not find out at its end
@@ -119,11 +124,14 @@ def _deliver(
             else:
                 from ..outputs import csv
 
-                csv.write(path, result)
-    written = [path for path, _ in targets] if computed else []
+                if path == "-":
+                    print_lines(csv.lines(result.main))
+                else:
+                    csv.write(path, result)
+    written = [path for path, _ in targets if path != "-"] if computed else []
     diagnostics = [*result.diagnostics, *(d for d in trouble if d not in result.diagnostics)]
-    if not given.has("json"):
-        print_lines(text.lines(result))
+    if not given.has("json") and given.text("csv") != "-":
+        print_lines(text.lines(result, unfinished=LAST_ROWS))
     show(diagnostics, given.has("quiet"))
     if given.has("json"):
         print_json(

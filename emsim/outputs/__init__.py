@@ -2,22 +2,32 @@
 
 from __future__ import annotations
 
-from os.path import splitext
+from os import fspath
+from os.path import abspath, dirname, isdir, splitext
 
+from ..diagnostics import Diagnostic, OutsideError
 from ..result import Result
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from os import PathLike
     from typing import Any
 
 FORMATS = {".raw": "raw", ".csv": "csv", ".txt": "text"}
 
 
-def save(result: Result, path: str, **options: Any) -> None:
-    """Writes in the format of the path's extension. ValueError for an extension that has no writer."""
+def save(result: Result, path: str | PathLike[str], **options: Any) -> None:
+    """Writes in the format of the path's extension. ValueError for an extension that has no writer,
+    OutsideError where the file cannot be written."""
+    path = fspath(path)
     extension = splitext(path)[1].lower()
     if extension not in FORMATS:
         raise ValueError(f"{path}: the extension says no format; there is {', '.join(FORMATS)}")
     from importlib import import_module
 
-    import_module("." + FORMATS[extension], __name__).write(path, result, **options)
+    try:
+        import_module("." + FORMATS[extension], __name__).write(path, result, **options)
+    except OSError as error:
+        folder = dirname(abspath(path))
+        why = error.strerror or str(error) if isdir(folder) else f"there is no folder {folder}"
+        raise OutsideError(Diagnostic("error", "E503", f"cannot write {path}: {why}")) from None

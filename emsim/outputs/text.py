@@ -24,15 +24,19 @@ def write(path: str, result: Result) -> None:
             file.write(line + "\n")
 
 
-def lines(result: Result) -> Iterator[str]:
-    """The .print tables of a result, in the order of the cards."""
+def lines(result: Result, unfinished: int | None = None) -> Iterator[str]:
+    """The .print tables of a result, in the order of the cards; of a run that did not reach its end only the
+    last `unfinished` rows, when that is given."""
     for kind, names in result.prints:
         for table in result.plots:
             if table.kind == kind:
-                yield from table_lines(table, names)
+                yield from table_lines(table, names, last=None if table.status == "ok" else unfinished)
 
 
-def table_lines(table: Table, names: Sequence[str], digits: int = 6) -> Iterator[str]:
+def table_lines(
+    table: Table, names: Sequence[str], digits: int = 6, last: int | None = None
+) -> Iterator[str]:
+    """One table; with `last` its last rows only, numbered as in the whole."""
     if not len(table):
         return
     if not table.axis:
@@ -40,23 +44,30 @@ def table_lines(table: Table, names: Sequence[str], digits: int = 6) -> Iterator
             for value in table.floats(name):
                 yield f"{name} = {value:.{digits}e} {table.unit(name)}".rstrip()
         return
-    x, columns = _on_grid(table, names)
+    first, x, columns = _on_grid(table, names, last)
     width = digits + 10
     yield table.title.center(80).rstrip()
     yield table.plotname.center(80).rstrip()
     yield RULE
     yield f"{'Index':<8}" + "".join(f"{name:<{width - 1}} " for name in (table.names[0], *names)).rstrip()
     yield RULE
-    for k, point in enumerate(zip(x, *columns, strict=True)):
+    if first:
+        yield f"... {first} rows before these"
+    for k, point in enumerate(zip(x, *columns, strict=True), first):
         yield f"{k:<8}" + "".join(f"{value:<{width}.{digits}e}" for value in point).rstrip()
     yield ""
 
 
-def _on_grid(table: Table, names: Sequence[str]) -> tuple[array[float], list[array[float]]]:
+def _on_grid(
+    table: Table, names: Sequence[str], last: int | None
+) -> tuple[int, array[float], list[array[float]]]:
+    """Index of the first row, the axis and the columns."""
     x = table.floats(0)
     if table.grid is None or len(x) < 2 or not table.grid[0] > 0:
-        return x, [table.floats(name) for name in names]
+        first = max(len(x) - last, 0) if last is not None else 0
+        return first, x[first:], [table.floats(name)[first:] for name in names]
     step, start, stop = table.grid
     count = int((min(stop, x[-1]) - start) / step + 1e-9) + 1
-    times = array("d", (min(max(start + k * step, x[0]), x[-1]) for k in range(count)))
-    return times, [table.sample(name, times) for name in names]
+    first = max(count - last, 0) if last is not None else 0
+    times = array("d", (min(max(start + k * step, x[0]), x[-1]) for k in range(first, count)))
+    return first, times, [table.sample(name, times) for name in names]

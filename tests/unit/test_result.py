@@ -134,3 +134,28 @@ def test_save_by_extension(result, scratch):
     with pytest.raises(ValueError, match=r"\.xlsx"):
         result.save("a.xlsx")
     assert np.all(result["v(out)"] >= 0)
+
+
+def test_results_and_errors_pickle():
+    import pickle
+
+    import emsim
+
+    result = emsim.run("t\nV1 a 0 SIN(0 1 1k)\nR1 a 0 0\n.op\n.tran 10u 1m\n.print tran v(a)\n.end\n")
+    again = pickle.loads(pickle.dumps(result))
+    assert (again["v(a)"] == result["v(a)"]).all() and again.status == "ok" and again.prints == result.prints
+    assert [p.kind for p in again.plots] == ["op", "tran"] and again.stats == result.stats
+    assert again.diagnostics[0].span.text == result.diagnostics[0].span.text and repr(again) == repr(result)
+    with pytest.raises(emsim.DeckError) as caught:
+        emsim.run("t\nR1 a 0\n.end\n")
+    twin = pickle.loads(pickle.dumps(caught.value))
+    assert type(twin) is emsim.DeckError and str(twin) == str(caught.value)
+
+
+def test_saving_into_a_missing_folder(scratch):
+    import emsim
+
+    result = emsim.run("t\nV1 a 0 1\nR1 a 0 1\n.op\n.end\n")
+    for name in ("x.raw", "x.csv", "x.txt"):
+        with pytest.raises(emsim.OutsideError, match="no folder"):
+            result.save(scratch / "nowhere" / name)

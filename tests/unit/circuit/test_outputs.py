@@ -64,3 +64,15 @@ def test_device_parameters_are_noted() -> None:
 def test_unknown_names() -> None:
     assert codes(*RLC, ".print tran v(ouut)", ".tran 1u 10u") == ["E289"]
     assert codes(*RLC, ".save i(r11)", ".tran 1u 10u") == ["E290"]
+
+
+def test_device_currents_by_ngspices_name():
+    result = emsim.run(
+        "t\nV1 a 0 1\nR1 a b 1k\nD1 b 0 dm\nB1 c 0 V={1k*@r1[i]}\n.model dm D\n.op\n.print op @R1[i] @d1[id]\n.end\n"
+    )
+    assert result.prints == [("op", ["@r1[i]", "@d1[id]"])] and result.unit("@r1[i]") == "A"
+    assert result["@r1[i]"][0] == pytest.approx((1 - result["v(b)"][0]) / 1e3)
+    assert result["@d1[id]"][0] == pytest.approx(result["@r1[i]"][0], rel=1e-6)
+    assert result["v(c)"][0] == pytest.approx(1e3 * result["@r1[i]"][0])
+    with pytest.raises(emsim.DeckError, match="no element is called `r7`"):
+        emsim.run("t\nV1 a 0 1\nR1 a 0 1\n.op\n.print op @r7[i]\n.end\n")

@@ -80,7 +80,7 @@ def test_a_define_has_a_name_and_a_value(text):
 
 
 def test_one_deck():
-    for words, says in ([], "needs a deck"), (["a", "b"], "one deck at a time"):
+    for words, says in ([], "needs a deck"), (["a.cir", "b.cir"], "one deck at a time"):
         with pytest.raises(UsageError, match=says):
             parse(words, OPTIONS).deck("run")
 

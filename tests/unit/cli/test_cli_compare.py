@@ -97,3 +97,39 @@ def test_stdin_is_read_once():
         [sys.executable, "-m", "emsim", "compare", "-"], input=text, capture_output=True, text=True
     )
     assert done.returncode in (0, 5), done.stderr
+
+
+def test_an_interrupt_of_the_own_run_ends_it(monkeypatch, capsys):
+    """Without ngspice ever being started."""
+    from emsim import pipeline
+    from emsim.cli import compare
+    from emsim.result import Columns, Result, Table
+
+    cut = Table("tran", ["time"], ["s"], Columns([[0.0, 1.0]]), status="interrupted")
+    monkeypatch.setattr(pipeline, "run", lambda *a, **k: Result("cut", [cut]))
+
+    def started(deck):
+        raise AssertionError("ngspice was started")
+
+    monkeypatch.setattr(compare, "_engine", lambda name: started)
+    assert main(["compare", "--json", STEP]) == 130
+    assert json.loads(capsys.readouterr().out)["status"] == "interrupted"
+
+
+def test_a_run_that_does_not_get_through_is_exit_3(monkeypatch, capsys, scratch):
+    from emsim.cli import compare
+
+    monkeypatch.setattr(compare, "_engine", lambda name: None)
+    (scratch / "stuck.cir").write_text("stuck\nI1 0 b 1\nB1 b 0 I={2+v(b)*v(b)}\nR2 b 0 1\n.op\n.end\n")
+    assert main(["compare", "stuck.cir"]) == 3
+    assert "E41" in capsys.readouterr().err
+
+
+def test_a_missing_deck_is_said_as_by_run(capsys, monkeypatch):
+    from emsim.cli import compare
+
+    monkeypatch.setattr(compare, "_engine", lambda name: None)
+    assert main(["run", "nosuch.cir"]) == 5
+    said = capsys.readouterr().err
+    assert main(["compare", "nosuch.cir"]) == 5
+    assert capsys.readouterr().err == said and "E500" in said

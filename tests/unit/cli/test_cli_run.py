@@ -213,3 +213,33 @@ def test_help_of_every_verb():
         text = emsim(verb, "--help").stdout
         assert text.startswith(f"usage: emsim {verb}") and text == emsim("help", verb).stdout
     assert emsim("--version").stdout == emsim("version").stdout == "emsim 0.1.0\n"
+
+
+def test_an_interrupted_run_prints_only_its_last_rows(decks):
+    (decks / "long.cir").write_text(LONG.replace(".end", ".print tran v(out)\n.end"))
+    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
+    process = started("--no-files", "--tmax", "20n", "long.cir", **pipes)
+    time.sleep(1.5)
+    process.send_signal(signal.SIGINT)
+    out, _ = process.communicate(timeout=20)
+    rows = [line for line in out.splitlines() if line[:1].isdigit()]
+    assert process.returncode == 130 and len(rows) == 20 and "rows before these" in out
+
+
+def test_csv_to_stdout(decks):
+    done = emsim("--no-files", "--csv", "-", "print.cir")
+    lines = done.stdout.splitlines()
+    assert done.returncode == 0 and lines[0] == "time,v(in),v(out),i(v1)" and lines[-1].startswith("0.005,")
+    assert not (decks / "-").exists() and emsim("--csv", "-", "--json", "rc.cir").returncode == 2
+
+
+def test_json_of_a_wrong_command_line():
+    done = emsim("--json", "--retol", "1", "rc.cir")
+    document = json.loads(done.stdout)
+    assert done.returncode == document["exit_code"] == 2 and document["status"] == "usage error"
+    assert "--reltol" in document["diagnostics"][0]["message"]
+
+
+def test_a_word_that_is_neither_verb_nor_deck():
+    said = emsim("frob", "rc.cir").stderr
+    assert "there is no verb and no deck `frob`" in said and "compare" in said

@@ -231,3 +231,13 @@ def test_keywords_of_one_card_are_plain_words_on_others(word, value):
     )
     deck = flat(f".param p={value} {word}=2\n.options p={value} {word}=2\nR1 a 0 {{p*{word}}}")
     assert deck.elements[0].value == 2.0 and deck.options[word] == 2.0
+
+
+def test_two_temperature_coefficients_in_either_spelling():
+    from emsim.build import read
+
+    for text in ("tc=2m,1u", "tc=2m 1u", "tc = 2m 1u m=2"):
+        deck = read(f"t\nR1 a 0 1k {text}\n.end\n")
+        (r,) = deck.body
+        assert not deck.sink.diagnostics and r.value == 1000.0
+        assert (r.params["tc1"], r.params["tc2"]) == (2e-3, 1e-6)

@@ -43,3 +43,12 @@ def test_an_operating_point_is_a_list():
     result = Result("", [op, ramp()], prints=[("op", ["i(v1)"]), ("tran", ["v(a)"]), ("ac", ["v(a)"])])
     text = list(lines(result))
     assert text[0] == "i(v1) = -2.000000e-03 A" and "v(a)" in text[4]
+
+
+def test_of_an_unfinished_run_the_last_rows():
+    cut = Result("t", [ramp(grid=(0.25, 0.0, 9.0), status="interrupted")], prints=[("tran", ["v(a)"])])
+    text = list(lines(cut, unfinished=2))
+    assert rows(text) == [[3, 0.75, 1.5], [4, 1, 2]] and "... 3 rows before these" in text
+    assert len(rows(lines(cut))) == 5
+    whole = Result("t", [ramp(grid=(0.25, 0.0, 1.0))], prints=[("tran", ["v(a)"])])
+    assert len(rows(lines(whole, unfinished=2))) == 5
