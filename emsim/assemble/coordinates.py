@@ -105,6 +105,7 @@ def drives_and_gears(m: Machine) -> tuple[list[Drive], list[tuple[Gear, float]]]
                 "leave out one DRIVE, or the gear",
             )
         else:
+            _contradiction(m, gear, factor, c1, c2)
             rows_gear.append((gear, factor))
     return rows_drive, rows_gear
 
@@ -136,6 +137,32 @@ def _leader(m: Machine, c: Coordinate) -> Coordinate:
     while (tie := m.ties.get(id(c))) is not None:
         c = tie.leader
     return c
+
+
+def _chain(m: Machine, c: Coordinate) -> tuple[float, list[Gear]]:
+    """q(c) / q(leader), and the gears between."""
+    factor, gears = 1.0, []
+    while (tie := m.ties.get(id(c))) is not None:
+        factor *= tie.factor
+        gears.append(tie.gear)
+        c = tie.leader
+    return factor, gears
+
+
+def _contradiction(m: Machine, gear: Gear, factor: float, c1: Coordinate, c2: Coordinate) -> None:
+    """A gear between coordinates that others tie already, by another ratio, leaves only rest."""
+    if _leader(m, c1) is not _leader(m, c2):
+        return
+    (f1, gears1), (f2, gears2) = _chain(m, c1), _chain(m, c2)
+    if abs(f1 - factor * f2) > AGREE * (abs(f1) + abs(factor * f2)):
+        others = list(dict.fromkeys(g.name for g in gears1 + gears2))
+        m.sink.warning(
+            "W236",
+            f"GEAR {gear.name} contradicts GEAR {', '.join(others)}: "
+            f"{c1.of} = {f1 / f2:g} {c2.of} already, so both can only stand still",
+            gear.span,
+            "leave one of them out, or give them the same ratio",
+        )
 
 
 def allocate(m: Machine, coordinates: list[Coordinate]) -> None:
@@ -203,13 +230,42 @@ def prescribe(m: Machine) -> None:
             if any(m.b.depends(u, symbols)):
                 m.sink.error(
                     "E251",
-                    f"qd= of DRIVE {drive.name} depends on the motion it prescribes",
+                    f"qd= of DRIVE {drive.name} depends on the motion it prescribes, or on that of another DRIVE",
                     drive.place("qd"),
                 )
         else:
             q, u = function_of_time(m, drive)
+        _agree_at_start(m, c, q, u)
         m.pairs += [(c.q, q), (c.u, u)]
     m.pairs += [(e, m.b.const(0.0)) for v in m.virtuals for e in (v.s, v.rate)]
+
+
+def _agree_at_start(m: Machine, c: Coordinate, q: Expr, u: Expr) -> None:
+    """ic= of a driven joint may only repeat what the drive says at t = 0."""
+    drive, card = c.drive, m.joints[c.of].card
+    assert drive is not None
+    for what, e, held, start in (
+        ("coordinate", q, c.held, c.start),
+        ("speed", u, c.held_speed, c.start_speed),
+    ):
+        if not held or (what == "coordinate" and drive.qd is not None):  # the integral starts anywhere
+            continue
+        states = [m.b.x(i) for i in m.unknowns_so_far()]
+        if any(m.b.depends(e, states)):
+            m.sink.warning(
+                "W235",
+                f"the speed in ic= of {c.of} has no effect: DRIVE {drive.name} prescribes it",
+                card.place("ic") if card.given("ic") else drive.span,
+            )
+            continue
+        value = m.b.eval([e], [], 0.0)[0]
+        if abs(value - start) > AGREE * (1.0 + abs(value)):
+            m.sink.error(
+                "E244",
+                f"ic= and DRIVE {drive.name} disagree: {what} {start:g} and {value:g} of {c.of} at the start",
+                card.place("ic") if card.given("ic") else drive.span,
+                "leave the ic= out: the drive says where the joint is",
+            )
 
 
 def function_of_time(m: Machine, drive: Drive) -> tuple[Expr, Expr]:

@@ -112,6 +112,7 @@ class Machine(Binding):
             label = f"{row.owner},{row.place + 1}"
             row.row = self.b.unknown(f"lambda({label})", "lambda", row.unit, 0.0)
             row.mu_row = self.b.unknown(f"mu({label})", "mu", "", 0.0)
+        self._locked_note()
         self._gravity_note()
 
     def _errors(self) -> int:
@@ -277,6 +278,16 @@ class Machine(Binding):
             if not lo <= value <= hi:
                 self.sink.warning("W234", f"{warn} already at the start", self.span_of(name))
 
+    def _locked_note(self) -> None:
+        """Joints and gears that leave no motion at all."""
+        if self.own and not self.drives and self.found.dof == 0:
+            self.sink.note(
+                "N231",
+                "the machine has no degree of freedom: its joints and gears hold everything where it starts",
+                self.span_of(self.rows[-1].owner),
+                hint="`emsim check` lists coordinates and constraints",
+            )
+
     def _gravity_note(self) -> None:
         """Masses that gravity would move, and no .gravity card."""
         if self.ctx.flat.gravity is not None or not self.own:
@@ -372,12 +383,21 @@ class Machine(Binding):
         index = self.derivatives.get(name)
         if index is None:
             of = self.public(of)
-            if of.value is not None:
-                return self.b.const(0.0)
+            known = self.time_derivative(of)
+            if known is not None:
+                return known
             index = self.derivatives[name] = self.b.unknown(name, "derivative", unit, 0.0)
             self.b.add_q(index, of)
             self.b.g(index, index, -1.0)
         return self.b.x(index)
+
+    def time_derivative(self, e: Expr) -> Expr | None:
+        """de/dt where `e` is an expression of time alone, as prescribed motion is; None where it depends on
+        an unknown or on a waveform, which has corners. Flags are constant between events."""
+        held = [(flag, 1.0) for flag in self.ctx.flags.values()]
+        if self.b.substitute([e], [(self.b.time(), 0.5), *held])[0].value is None:
+            return None
+        return self.b.tangent([e], [(self.b.time(), 1.0)])[0]
 
     def distance(self, p: PointView, q: PointView) -> tuple[Expr, Expr]:
         d, dv = subtract(q.pos, p.pos), subtract(q.vel, p.vel)

@@ -3,15 +3,18 @@
 Where a joint is cut, its multipliers are the forces: R = sum lambda dh/ds for a virtual motion s of B. Along
 the tree the virtual motion is part of the kinematics and its own equation of motion gives
     R = d/dt(dL/ds') - dL/ds - powers - loops        at s = 0,
-one more unknown with Q = dL/ds', made only for what a deck reads. Forces in N, moments about the joint's
-point in N m, on B from A, in world axes; along a free direction of the joint R is 0 (see torque(c) for what
-acts there).
+one more unknown with Q = dL/ds' (in F as a derivative where it is an expression of time alone), made only for
+what a deck reads. Forces in N, moments about the joint's point in N m, on B from A, in world axes; along a free
+direction of the joint R is 0 (see torque(c) for what acts there). Where a DRIVE or a GEAR acts on the joint's
+coordinate without an equation of its own, its effort is in R and is projected out.
 """
 
 from __future__ import annotations
 
 from ..expr import Name
-from .scene import Virtual, displaced
+from .coordinates import single
+from .kinematics import is_zero, settle, times
+from .scene import Virtual, displaced, leaves_plane
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -81,9 +84,28 @@ def prepare(m: Machine) -> None:
         joint = m.joints.get(name)
         if key is None or joint is None or joint.cut:
             continue
-        virtual = Virtual(m.b, *key)
-        joint.virtuals[key] = virtual
-        m.virtuals.append(virtual)
+        for needed in [key, *_companions(m, joint, key)]:
+            if needed not in joint.virtuals:
+                virtual = joint.virtuals[needed] = Virtual(m.b, *needed)
+                m.virtuals.append(virtual)
+
+
+def _companions(m: Machine, joint: JointState, key: tuple[str, int]) -> list[tuple[str, int]]:
+    """The other components that the projection of a reaction across the free axis reads."""
+    kind = key[0]
+    if not _moved_by_others(m, joint, kind):
+        return []
+    spatial = m.gravity[2] != 0.0 or any(leaves_plane(j) for j in m.joints.values())
+    axes: tuple[int, ...] = (0, 1, 2) if spatial else (0, 1) if kind == "shift" else ()
+    return [(kind, k) for k in axes]
+
+
+def _moved_by_others(m: Machine, joint: JointState, kind: str) -> bool:
+    """Does a DRIVE or a GEAR act on the joint's coordinate, a motion of this kind, without a row of its own?"""
+    c = single(joint)
+    if c is None or (kind == "turn") != c.rotary:
+        return False
+    return c.drive is not None or any(c is tie.follower or c is tie.leader for tie in m.ties.values())
 
 
 def of_joint(m: Machine, fn: str, joint: JointState) -> Expr:
@@ -91,14 +113,31 @@ def of_joint(m: Machine, fn: str, joint: JointState) -> Expr:
     key, unit = REACTIONS[fn], "N" if fn in FORCES else "N m"
     if joint.cut:
         return _from_multipliers(m, joint, *key)
-    virtual = joint.virtuals.get(key)
-    if virtual is None:
+    if key not in joint.virtuals:
         raise KeyError(f"{fn}({joint.name}) was not announced before the scene was built")
-    return motion(m, f"{fn}({joint.name})", unit, virtual)
+    if not _moved_by_others(m, joint, key[0]):
+        return motion(m, f"{fn}({joint.name})", unit, joint.virtuals[key])
+    # R - (R axis) axis
+    axis = [settle(m.public(e)) for e in times(m.frames[joint.a].rot.matrix(), joint.axis_of("axis"))]
+    result = m.b.const(0.0)
+    for (kind, k), virtual in joint.virtuals.items():
+        if kind != key[0]:
+            continue
+        weight = settle((1.0 if k == key[1] else 0.0) - axis[key[1]] * axis[k])
+        if not is_zero(weight):
+            name = f"{fn[0]}{'xyz'[k]}({joint.name})"
+            result = result + weight * motion(m, name, unit, virtual)
+    return result
 
 
 def motion(m: Machine, name: str, unit: str, what: Any) -> Expr:
-    """The force that keeps a virtual or prescribed motion: an unknown, its row filled in when L is known."""
+    """The force that keeps a virtual or prescribed motion: an unknown, its row filled in when L is known; a
+    mere expression where L is known already and the momentum is one of time alone."""
+    if m.momentum:
+        p, force = m.momentum[id(what)]
+        known = m.time_derivative(p)
+        if known is not None:
+            return known - force
     index = m.derivatives.get(name)
     if index is None:
         index = m.derivatives[name] = m.b.unknown(name, "derivative", unit, 0.0)
@@ -119,8 +158,12 @@ def fill_waiting(m: Machine) -> None:
 
 def _fill(m: Machine, index: int, what: Any) -> None:
     p, force = m.momentum[id(what)]
-    m.b.add_q(index, p)
-    m.b.add_f(index, -force)
+    known = m.time_derivative(p)
+    if known is None:
+        m.b.add_q(index, p)
+        m.b.add_f(index, -force)
+    else:
+        m.b.add_f(index, known - force)
 
 
 def _from_multipliers(m: Machine, joint: JointState, kind: str, axis: int) -> Expr:

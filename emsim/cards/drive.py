@@ -1,7 +1,9 @@
 """DRIVE: prescribed motion of a joint, q(t) or its speed.
 
-The coordinate is replaced by the given function of time; with qd= the speed is given, of time or of anything
-in the deck, and the coordinate is its integral. `torque(drive)` is what the drive applies on the joint.
+The coordinate is replaced by the given function of time; with qd= the speed is given, of time, of anything
+electrical or of joints that are not driven, and the coordinate is its integral. Prescribed motion is no unknown
+that qd= could read: for feedback from the driven joint itself use a MOTOR or a TORQUE. `torque(drive)` is what
+the drive applies on the joint.
 """
 
 from __future__ import annotations
@@ -24,7 +26,7 @@ class Drive(Card):
         mark=("q", "qd"),
         meaning="prescribed motion of a joint",
         q=Default(None, "rad or m", "the coordinate, an expression of time", "value"),
-        qd=Default(None, "rad/s or m/s", "the speed, any expression", "value"),
+        qd=Default(None, "rad/s or m/s", "the speed, an expression that reads no driven motion", "value"),
     )
     q: Any
     qd: Any

@@ -56,6 +56,12 @@ class Motor(Card):
     def prepare(self, s: Scene) -> None:
         if self.model is not None and not self._from_model(s):
             self.kt = self.ke = 0.0
+        if self.gear == 0.0:
+            s.sink.error(
+                "E238",
+                f"gear= of MOTOR {self.name} cannot be 0: the motor would turn nothing",
+                self.place("gear"),
+            )
         if self.kt is None and self.ke is None:
             s.sink.error(
                 "E230", f"MOTOR {self.name} needs kt= (torque per ampere)", self.span, self.spec.form

@@ -1,11 +1,12 @@
 """POT: a potentiometer whose wiper a joint moves.
 
-    a = (q - q_bottom) / (q_top - q_bottom), range=(q_bottom, q_top), held within [rw/r, 1 - rw/r]
+    a = (q - q_bottom) / (q_top - q_bottom), range=(q_bottom, q_top), held where t is within [rw/r, 1 - rw/r]
     wiper to bottom: r*t(a)      top to wiper: r*(1 - t(a))
 so the wiper reaches `top` at the upper end of the range and its voltage rises with the coordinate. Tapers:
     lin   t = a
     log   t = (81^a - 1)/80, the audio taper: a tenth of the resistance at half the way
-The wiper never reaches 0 Ohm: rw is what is left at the ends. Beyond the ends it stays there, with a warning.
+The wiper never reaches 0 Ohm: rw is what is left at the ends, so a log taper stops where t, not a, is rw/r away
+from them. Beyond the ends it stays there, with a warning.
 """
 
 from __future__ import annotations
