@@ -36,6 +36,8 @@ class Level:
         sink: Sink,
         mult: float = 1.0,
         used_at: Span | None = None,
+        above: Level | None = None,
+        words: dict[str, str] | None = None,
     ) -> None:
         self.prefix = prefix
         self.scope = scope
@@ -44,6 +46,9 @@ class Level:
         self.sink = sink
         self.mult = mult
         self.used_at = used_at
+        self.above = above
+        self.words = words or {}  # terminal -> the word that stands for it on the X line
+        self.uses: dict[str, tuple[bool, str]] = {}  # terminal -> (is it a node?, the card that says so)
         scope.prefix = prefix
         scope.prober = self.probe
 
@@ -61,6 +66,27 @@ class Level:
                 self.used_at or span,
             )
         return tied.name
+
+    def use(self, name: str, as_node: bool, card: str) -> None:
+        """Note what a terminal stands for, here and in the levels above. Raises ExprError on a mix-up."""
+        if not as_node:
+            name = name.partition(".")[0]
+        tied = self.ports.get(name)
+        if tied is None or tied.name in self.globals or tied.name == "gnd":  # ground is in both worlds
+            return
+        known, first = self.uses.setdefault(name, (as_node, card))
+        if known == as_node and first != card:
+            return  # noted before
+        if known != as_node:
+            node, other = (card, first) if as_node else (first, card)
+            raise ExprError(
+                "E136",
+                f"the terminal `{name}` is a node for {node} and a mechanical thing for {other}",
+                self.used_at,
+                "a terminal is one or the other; take two terminals",
+            )
+        if self.above is not None and name in self.words:
+            self.above.use(self.words[name], as_node, card)
 
     def tie(self, ref: Ref) -> Ref:
         """What stands on an X line, in flat names."""
@@ -125,6 +151,9 @@ def bind_element(e: Element, level: Level, models: Models) -> Element:
     """The element at its level. Raises ExprError; a model that is not found goes to the sink."""
     scope = level.scope
     flat = Element(e.letter, level.prefix + e.name, [level.node(n, e.span) for n in e.nodes], e.span)
+    if level.ports:
+        for n in e.nodes:
+            level.use(n, True, e.name)
     flat.value_span, flat.model_span = e.value_span, e.model_span
     flat.extra = dict(e.extra)
     flat.params = {key: _param(value, scope) for key, value in e.params.items()}
@@ -209,6 +238,8 @@ def bind_machine_card(card: MachineCard, level: Level) -> MachineCard:
     """The machine card at its level. Raises ExprError."""
     word_at = _WORD_ARGS.get(card.kind, -1)
     args = [r if i == word_at else level.ref(r) for i, r in enumerate(card.args)]
+    if level.ports:
+        _note_uses(card, level, word_at)
     name = level.prefix + card.name
     if card.kind == "POINT":  # `arm.tip`: the body may come through a terminal
         name, tied = level.place(card.name, card.span)
@@ -222,6 +253,17 @@ def bind_machine_card(card: MachineCard, level: Level) -> MachineCard:
             params[key] = bind_value(value, level.scope)
     wave = None if card.wave is None else bind_wave(card.wave, level.scope)
     return MachineCard(card.kind, name, args, params, wave, card.span, card.param_spans, card.line)
+
+
+def _note_uses(card: MachineCard, level: Level, word_at: int) -> None:
+    """Which terminals of the subcircuit the card takes for nodes, and which for mechanical things."""
+    from ..cards import CARDS
+
+    spec = CARDS[card.kind].spec
+    form: list[tuple[str, str]] = next((f for f in spec.forms if len(f) == len(card.args)), [])
+    for i, ((_, kind), ref) in enumerate(zip(form, card.args, strict=False)):
+        if i != word_at:
+            level.use(ref.name, kind == "node", f"{card.kind} {card.name}")
 
 
 def bind_value(value: Any, scope: Scope) -> Any:

@@ -279,7 +279,8 @@ class _Flattener:
         if "m" in card.params and "m" not in subckt.params:
             mult *= scope.values["m"]
         ports = {p: level.tie(ref) for p, ref in zip(subckt.ports, card.refs, strict=True)}
-        inner = Level(name + ".", scope, ports, self.globals, self.sink, mult, card.span)
+        words = {p: ref.name for p, ref in zip(subckt.ports, card.refs, strict=True)}
+        inner = Level(name + ".", scope, ports, self.globals, self.sink, mult, card.span, level, words)
         self.active.append(subckt)
         try:
             self.emit(self.expand(subckt.body, scope, self.chains.get(id(subckt), ())), inner)
