@@ -43,7 +43,21 @@ def explain_failure(
         hints.append(f"tried: {', '.join(failure['tried'])}")
     if rows and not at_start:
         hints.append(f"everything up to t = {t:.6g} s is kept")
-    hints.append("try: " + _advice(kind, at_start, assembly))
+    unknown = failure.get("unknown_name") or failure.get("row_name") or ""
+    mechanical, static = _mechanical(assembly, unknown), assembly.machine is not None and _static(analysis)
+    if mechanical and static:
+        what = f"the machine has no equilibrium, or is free to move, at {where}"
+    if not (mechanical and at_start):
+        hints.append("try: " + _advice(kind, at_start, assembly))
+    if static:
+        hints.append(
+            "to rest, the machine needs a SPRING or gravity that brings every joint back, and no constant torque "
+            "or voltage that keeps one moving; .op without static holds it at ic="
+        )
+    elif mechanical and at_start:
+        hints.append(
+            "try: ic= or guess= a little aside; where links lie in one line the machine could go two ways"
+        )
     return [Diagnostic("error", CODES.get(kind, "E410"), what, span, "\n".join(hints), lines)]
 
 
@@ -56,6 +70,16 @@ def _advice(kind: str, at_start: bool, assembly: Assembly) -> str:
         return ".nodeset near the expected voltages, or UIC with initial conditions"
     other = "radau" if assembly.options.get("method") != "radau" else "gear"
     return f"a smaller tmax on .tran, .options method={other}, or a looser reltol"
+
+
+def _static(analysis: Analysis | None) -> bool:
+    return analysis is not None and ("static" in analysis.flags or "static" in analysis.args)
+
+
+def _mechanical(assembly: Assembly, unknown: str) -> bool:
+    """Is the unknown one of the machine's?"""
+    kinds = dict(zip(assembly.system.names, assembly.system.kinds, strict=True))
+    return assembly.machine is not None and kinds.get(unknown) in ("coordinate", "speed", "lambda", "mu")
 
 
 def locate(assembly: Assembly, unknown: str) -> tuple[str, list[tuple[Span, str]]]:

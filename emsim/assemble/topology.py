@@ -196,10 +196,15 @@ def _voltage_loops(ctx: Context, edges: list[Edge]) -> None:
         if row is not None:
             ctx.b.g(row, row, LOOP_RESISTANCE)
         if any(e.steady for e in loop) and _needs_point(ctx):
+            motor = any(e.name in ctx.machine.couplings for e in loop) if ctx.machine is not None else False
+            what, cure = (
+                ("a motor winding", "give the MOTOR its r=")
+                if motor
+                else ("inductors", "put a resistor in series, or start with UIC")
+            )
             ctx.sink.warning(
-                "W301", f"a DC voltage stands across inductors without resistance: {names}",
-                edge.span, labels=labels,
-                hint="at DC the current is as good as infinite; put a resistor in series, or start with UIC",
+                "W301", f"a DC voltage stands across {what} without resistance: {names}",
+                edge.span, labels=labels, hint=f"at DC the current is as good as infinite; {cure}",
             )  # fmt: skip
 
 
