@@ -48,6 +48,13 @@ BAD = {
     # gears and drives
     "gear_to_itself": (ARM + "GEAR g hinge hinge ratio=2", "E237", "itself"),
     "gear_ratio_zero": (TWO + "GEAR g j k ratio=0", "E238", "0"),
+    "motor_gear_zero": (ARM + "MOTOR m a 0 hinge kt=1 r=1 gear=0\nR1 a 0 1", "E238", "gear="),
+    "model_gear_zero": (
+        ARM + "MOTOR m a 0 hinge model=s\n.model s dcmotor kt=1 r=1 gear=0\nR1 a 0 1", "E238", "gear="
+    ),
+    "drive_and_ic": (ARM.replace("pin", "pin ic=(1,1)") + "DRIVE d hinge q={time}", "E244", "1 and 0 of hinge"),
+    "drive_and_ic_speed": (ARM.replace("pin", "pin ic=(0,2)") + "DRIVE d hinge q={time}", "E244", "speed 2 and 1"),
+    "drive_speed_and_ic": (ARM.replace("pin", "pin ic=(5,2)") + "DRIVE d hinge qd=3", "E244", "speed 2 and 3"),
     "backlash": (TWO + "GEAR g j k ratio=2 backlash=1m", "E254", "backlash"),
     "lead_between_pins": (TWO + "GEAR g j k lead=1m", "E240", "lead="),
     "driven_twice": (ARM + "DRIVE d hinge q={time}\nDRIVE e hinge q={2*time}", "E245", "twice"),
