@@ -308,6 +308,8 @@ def coupling(ctx: Ctx, e: Element) -> None:
             if li * lj < 0:
                 ctx.sink.error("E284", f"`{e.name}` couples inductances of opposite sign", e.span)
                 continue
+            if li > 0:
+                ctx.coupled[row, col] = ctx.coupled.get((row, col), 0.0) + k
             m = k * (li * lj) ** 0.5
             ctx.b.c(row, col, m)
             ctx.b.c(col, row, m)
@@ -507,6 +509,14 @@ def switch_current(ctx: Ctx, e: Element) -> Expr:
     if unit + "on" in p and unit + "off" in p:  # PSpice's spelling
         on_at, off_at = p[unit + "on"], p[unit + "off"]
         at, half = 0.5 * (on_at + off_at), 0.5 * abs(on_at - off_at)
+    elif p.get(unit + "h", 0.0) < 0:
+        ctx.remark(
+            "W286",
+            f".model `{e.model.name}`: {unit}h is negative, its magnitude is taken: on above {at + half:g}, "
+            f"off below {at - half:g}",
+            e.model.param_spans.get(unit + "h", e.model.span),
+            f"ngspice makes it on already above {at - half:g} on the way up, off below {at + half:g} on the way down",
+        )
     control = ctx.v(e.nodes[2], e.nodes[3]) if voltage else sum_of(ctx, controls(ctx, e)[0])
     if e.name not in ctx.flags:
         initial = {"on": 1, "off": 0}.get(e.extra.get("initial") or "", -1 if half == 0 else 0)

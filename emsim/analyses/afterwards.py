@@ -5,7 +5,11 @@ from __future__ import annotations
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from ..assemble import Assembly
+    from ..diagnostics import Span
     from . import Run
+
+
+ZERO = 1e-20  # divisors below this make results of no sense
 
 
 def remarks(assembly: Assembly, run: Run) -> None:
@@ -19,21 +23,40 @@ def remarks(assembly: Assembly, run: Run) -> None:
 
 
 def _domains(assembly: Assembly, run: Run) -> None:
-    """Functions that were evaluated outside their domain, each once with its first time."""
-    domains = assembly.ctx.domains
-    if not domains or not run.waves.rows:
+    """Functions that were evaluated outside their domain, each once with its first time; divisors that were
+    zero at the operating point."""
+    domains, divisors = assembly.ctx.domains, assembly.ctx.divisors
+    if not (domains or divisors) or not run.waves.rows:
         return
     names = assembly.system.flag_names
     first: dict[str, float] = {}
-    start = assembly.system.op([flag for flag, _, _ in domains.values()], assembly.options)
-    if start.status == "ok" and not run.uic:
-        first = {name: 0.0 for k, name in enumerate(domains, 1) if start.value(0, k) > 0.5}
+    if not run.uic:
+        watched = [flag for flag, _, _ in domains.values()]
+        watched += [e for quotient, by, _ in divisors.values() for e in (quotient, by)]
+        start = assembly.system.op(watched, assembly.options)
+        if start.status == "ok":
+            first = {name: 0.0 for k, name in enumerate(domains, 1) if start.value(0, k) > 0.5}
+            for k, (_, _, span) in enumerate(divisors.values()):
+                at = 1 + len(domains) + 2 * k
+                # 0/0 counts as 0 and needs no word
+                if abs(start.value(0, at + 1)) < ZERO and abs(start.value(0, at)) > 1.0:
+                    _divided_by_zero(assembly, span)
     for t, index, value in run.waves.events:
         if value and names[index] in domains:
             first.setdefault(names[index], t)
     for name, t in first.items():
         _, text, span = domains[name]
         assembly.flat.sink.warning("W402", f"{text}; first at t = {t:.6g} s", span)
+
+
+def _divided_by_zero(assembly: Assembly, span: Span | None) -> None:
+    what = f"`{span.text}`" if span is not None else "a divisor"
+    assembly.ctx.remark(
+        "W403",
+        f"{what} is divided by, and it is 0 at the operating point",
+        span,
+        "x/0 counts as x/1e-32, as in ngspice; keep the divisor away from zero",
+    )
 
 
 def _limits(assembly: Assembly, run: Run) -> None:

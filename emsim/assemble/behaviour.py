@@ -154,14 +154,18 @@ class Compiler:
             return self._mark(p + q - p * q)
         return self._compare(op, a, b)
 
-    def _divide(self, a: Expr, b: Expr, mechanical: bool, node: Node) -> Expr:
+    def _divide(self, a: Expr, b: Expr, mechanical: bool, node: Binary) -> Expr:
         if b.value is not None:
             if b.value == 0.0:
                 return self._error(
                     "E283", "division by zero", node, "the divisor is 0 whatever the circuit does"
                 )
             return a / b
-        return a / b if mechanical else a / (b + TINY)
+        if mechanical:
+            return a / b
+        quotient = a / (b + TINY)
+        self.ctx.divided(quotient, b, node.b.span or node.span or self._where)
+        return quotient
 
     # conditions ----------------------------------------------------------------------------------
 
@@ -207,6 +211,7 @@ class Compiler:
         b = self._node(exponent)
         n = b.value
         if n is None:
+            self._watch_base(a, base)
             return self.ctx.b.call("pow", self._sqrt(a * a), b)
         if a.value is not None:
             return self._constant(lambda: math.pow(abs(a.value or 0.0), n), base)
@@ -214,11 +219,17 @@ class Compiler:
             return self.ctx.b.const(1.0)
         if n == round(n) and (mechanical or n % 2 == 0):
             return a**n
+        self._watch_base(a, base)
         if n == 1.0:
             return self.ctx.abs_(a)
         if n == round(n):
             return self._sqrt(a * a) * a ** (n - 1.0)
         return self.ctx.b.call("pow", a * a + SMOOTH, self.ctx.b.const(n / 2))
+
+    def _watch_base(self, a: Expr, base: Node) -> None:
+        if not _never_negative(base):
+            text = "`^` of a negative value: as in ngspice it is |x|^y; pwr(x,y) keeps the sign"
+            self.ctx.watch(a, text, base.span or self._where)
 
     def _signed_power(self, base: Node, exponent: Node) -> Expr:
         """pwr(x, y) = sgn(x) |x|^y"""
@@ -530,6 +541,30 @@ FUNCTIONS = (
     *DIRECT, *ROUNDING, *CONVERSIONS, *ZERO_TESTS, *RANDOM, *MECHANICAL,
     *(name[4:] for name in vars(Compiler) if name.startswith("_fn_")),
 )  # fmt: skip
+
+
+def _never_negative(node: Node) -> bool:
+    """Is it plain from the expression's form that its value is zero or more?"""
+    if isinstance(node, Num):
+        return node.value >= 0
+    if isinstance(node, Name):
+        return node.id in ("time", "pi", "e")
+    if isinstance(node, Call):
+        if node.fn in ("min", "max"):
+            return (any if node.fn == "max" else all)(map(_never_negative, node.args))
+        return node.fn in ("abs", "sqrt", "exp", "cosh", "hypot", "pow", "u", "u2", "uramp", *ZERO_TESTS)
+    if isinstance(node, Cond):
+        return _never_negative(node.a) and _never_negative(node.b)
+    if isinstance(node, Binary):
+        if node.op == "**":
+            # an odd power of a machine's quantity keeps its sign
+            odd = isinstance(node.b, Num) and node.b.value % 2 == 1
+            return not odd or _never_negative(node.a)
+        if node.op in ("<", ">", "<=", ">=", "==", "!=", "&&", "||"):
+            return True
+        square = node.op == "*" and repr(node.a) == repr(node.b)
+        return square or (node.op in "+*/" and _never_negative(node.a) and _never_negative(node.b))
+    return isinstance(node, Unary) and node.op in "+!" and (node.op == "!" or _never_negative(node.a))
 
 
 def _word(arg: Node) -> str | None:

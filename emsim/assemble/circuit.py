@@ -180,6 +180,7 @@ def contribute(ctx: Context) -> None:
     """Every element's stamps; then shunts asked for by options, and the forced starting values."""
     for e in ctx.elements.values():
         TABLE[e.letter.upper()].contribute(ctx, e)
+    _couplings_possible(ctx)
     shunt = ctx.options.get("gshunt", 0.0) + (
         1.0 / ctx.options["rshunt"] if ctx.options.get("rshunt") else 0.0
     )
@@ -189,6 +190,46 @@ def contribute(ctx: Context) -> None:
         if ctx.options.get("cshunt"):
             ctx.b.c(row, row, ctx.options["cshunt"])
     _forces(ctx)
+
+
+def _couplings_possible(ctx: Context) -> None:
+    """The coupling coefficients of all inductors, 1 on the diagonal, are a positive semidefinite matrix, or
+    else some currents have negative energy. A warning, as in ngspice."""
+    rows = sorted({row for pair in ctx.coupled for row in pair})
+    groups: list[set[int]] = []
+    for pair in ctx.coupled:
+        joined = set(pair).union(*(g for g in groups if g & set(pair)))
+        groups = [g for g in groups if not g & joined] + [joined]
+    name = {row: coil for coil, row in ctx.branches.items()}
+    for group in groups:
+        order = [row for row in rows if row in group]
+        matrix = [
+            [1.0 if a == b else ctx.coupled.get((a, b), 0.0) + ctx.coupled.get((b, a), 0.0) for b in order]
+            for a in order
+        ]
+        if not _semidefinite(matrix):
+            coils = ", ".join(f"`{name[row]}`" for row in order[:6]) + (" ..." if len(order) > 6 else "")
+            ctx.sink.warning(
+                "W285",
+                f"the couplings of {coils} are not positive definite: some currents in them have negative energy",
+                ctx.elements[name[order[0]]].span,
+                hint="three coils that are coupled by 0.9, 0.9 and -0.9 cannot exist; "
+                "check signs and sizes of the coefficients",
+            )
+
+
+def _semidefinite(matrix: list[list[float]], slack: float = 1e-9) -> bool:
+    """Cholesky's factors of matrix + slack exist; changes the matrix."""
+    n = len(matrix)
+    for k in range(n):
+        pivot = matrix[k][k] + slack
+        if pivot <= 0.0:
+            return False
+        for i in range(k + 1, n):
+            factor = matrix[i][k] / pivot
+            for j in range(k + 1, n):
+                matrix[i][j] -= factor * matrix[k][j]
+    return True
 
 
 def _forces(ctx: Context) -> None:

@@ -41,6 +41,8 @@ class Context:
     machine   the assembled machine, or None
     metered   elements whose current must become an unknown because something reads it
     domains   flag name -> (flag, text, place): functions that may leave their domain during a run
+    divisors  quotients in expressions, with what they divide by and its place
+    coupled   (branch, branch) of two inductors -> the sum of their coupling coefficients
     """
 
     def __init__(self, b: Builder, flat: FlatDeck, options: dict[str, Any]) -> None:
@@ -54,6 +56,8 @@ class Context:
         self.flags: dict[str, Expr] = {}
         self.metered: set[str] = set()
         self.domains: dict[str, tuple[Expr, str, Span | None]] = {}
+        self.divisors: dict[int, tuple[Expr, Expr, Span | None]] = {}
+        self.coupled: dict[tuple[int, int], float] = {}
         self.machine: Any = None
         # (tstep, tstop) that waveform defaults refer to; the first .tran sets it
         self.times = (1.0, 1.0)
@@ -61,6 +65,7 @@ class Context:
         self._waves: dict[str, int] = {}
         self._ddts: dict[int, int] = {}
         self._flag_count = 0
+        self._remarked: set[str] = set()
         self._compiler = Compiler(self)
 
     # unknowns ------------------------------------------------------------------------------------
@@ -196,6 +201,11 @@ class Context:
         if e.value is None and name not in self.domains and not in_energy:
             self.domains[name] = (self.b.flag(-e - LEAST_EXCURSION, None, name, -1), text, where)
 
+    def divided(self, quotient: Expr, by: Expr, where: Span | None) -> None:
+        """Remember to say so when `by` is zero at the operating point and the quotient is not."""
+        if quotient.value is None and getattr(self.machine, "own_symbols", None) is None:
+            self.divisors.setdefault(quotient.id, (quotient, by, where))
+
     def table(
         self,
         x: Expr,
@@ -245,6 +255,12 @@ class Context:
             return self.b.select(self.flag(x - bounds[mid - 1]), pick(mid, hi), pick(lo, mid))
 
         return pick(0, len(pieces))
+
+    def remark(self, code: str, message: str, span: Span | None, hint: str | None = None) -> None:
+        """A warning that is said once, however many elements give rise to it."""
+        if message not in self._remarked:
+            self._remarked.add(message)
+            self.sink.warning(code, message, span, hint=hint)
 
     # errors --------------------------------------------------------------------------------------
 

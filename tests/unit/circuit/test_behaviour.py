@@ -182,3 +182,24 @@ def test_leaving_a_domain_is_said_once_with_its_time() -> None:
     assert [d.code for d in found] == ["W402"]
     assert "t = 0.5 s" in found[0].message
     assert [d.code for d in remarks("V1 a 0 -1", "B1 o 0 V={log10(v(a))}", ".op")] == ["W402"]
+
+
+def test_powers_of_negative_bases_are_spoken_of() -> None:
+    def said(expression: str) -> list[str]:
+        r = emsim.run(f"t\nV1 a 0 SIN(0.5 1 1k)\nB1 b 0 V={{{expression}}}\nR1 b 0 1\n.tran 10u 2m\n.end\n")
+        return [d.message for d in r.diagnostics if d.code == "W402"]
+
+    for negative in ("v(a)^3", "v(a)**1.5", "pow(v(a), 1)", "v(a)^v(a)"):
+        (message,) = said(negative)
+        assert "as in ngspice it is |x|^y" in message and "first at t = 0.0005" in message
+    for harmless in ("v(a)^2", "abs(v(a))^3", "(v(a)*v(a)+1)^1.5", "(v(a)+0.6)^3", "pwr(v(a),3)"):
+        assert said(harmless) == []
+
+
+def test_a_divisor_that_is_zero_at_the_operating_point_is_named() -> None:
+    def said(expression: str) -> list[str]:
+        r = emsim.run(f"t\nV1 a 0 0\nB1 b 0 V={{{expression}}}\nR1 b 0 1\n.op\n.tran 1u 2u\n.end\n")
+        return [d.span.text for d in r.diagnostics if d.code == "W403"]
+
+    assert said("1/v(a)") == ["v(a)"]
+    assert said("v(a)/v(a)") == said("1/(v(a)+1)") == []

@@ -111,3 +111,26 @@ def test_start_point_satisfies_the_equations() -> None:
 def test_resistor_values_as_ngspice(lines: list[str], current: float) -> None:
     table = emsim.run(deck("V1 a 0 5", *lines, ".op")).plot("op")
     assert table["i(v1)"][0] == pytest.approx(current, rel=2e-6)
+
+
+@pytest.mark.parametrize(
+    ("k", "warns"),
+    [((0.9, 0.9, -0.9), True), ((0.9, 0.9, 0.9), False), ((1, 1, 1), False), ((0, 0.9, 0.9), True)],
+)
+def test_couplings_that_cannot_exist(k: tuple[float, ...], warns: bool) -> None:
+    """ngspice 39: `is not positive definite`."""
+    coils = "".join(f"L{j} n{j} 0 {j}m\nR{j} n{j} 0 1k\n" for j in (1, 2, 3))
+    couplings = "".join(
+        f"K{a}{b} L{a} L{b} {v}\n" for (a, b), v in zip(((1, 2), (2, 3), (1, 3)), k, strict=True)
+    )
+    r = emsim.run(f"t\nI1 0 n1 0\n{coils}{couplings}.op\n.end\n")
+    said = [d.message for d in r.diagnostics if d.code == "W285"]
+    assert bool(said) == warns and all("`l1`, `l2`, `l3`" in text for text in said)
+
+
+def test_a_negative_hysteresis_is_spoken_of_once() -> None:
+    r = emsim.run(
+        "t\nV1 c 0 1\nR1 c a 1k\nS1 a 0 c 0 sm\nS2 a 0 c 0 sm\n.model sm SW vt=2 vh=-0.5\n.op\n.end\n"
+    )
+    (said,) = [d for d in r.diagnostics if d.code == "W286"]
+    assert said.span.text == "vh=-0.5" and "on above 2.5, off below 1.5" in said.message
