@@ -55,6 +55,10 @@ pub struct Tolerances {
     pub vntol: f64, // of a junction's voltage
     pub atol: Vec<f64>,
     pub peak: Vec<f64>,
+    /// absolute floor of each weight: `atol`, and the rounding that larger neighbours of the same unit bring
+    floor: Vec<f64>,
+    group: Vec<usize>, // unknowns of one kind and unit
+    observed: u32,
     /// in Newton's norm; multipliers, derivative unknowns and algebraic currents are not
     pub in_norm: Vec<bool>,
     /// in the local error norm: what stands under d/dt
@@ -65,6 +69,10 @@ pub struct Tolerances {
 
 /// Share of a signal's largest value so far below which relative accuracy is no longer asked for.
 const PEAK_SHARE: f64 = 0.02;
+
+/// What rounding leaves of an unknown beside neighbours of size 1: a coordinate near zero of a chain of metre-long links
+/// is known to some 1e-14 m, however small its own tolerance. Asking for less made tight runs stop.
+const NEIGHBOURS: f64 = 1e-12;
 
 impl Tolerances {
     pub fn new(sys: &System, o: &Options) -> Tolerances {
@@ -77,13 +85,15 @@ impl Tolerances {
                 default * tighter
             }
         };
+        // ... down to where lengths and angles of ordinary size have their rounding
+        let least = tighter.max(1e-4);
         let atol = sys.unknowns.iter().map(|u| match u.kind {
             Kind::Node => or(o.vntol, 1e-6),
             Kind::Branch => or(o.abstol, 1e-12),
-            Kind::Coordinate if u.unit == "m" => 1e-11 * tighter,
-            Kind::Coordinate => 1e-8 * tighter,
-            Kind::Speed if u.unit == "m/s" => 1e-8 * tighter,
-            Kind::Speed => 1e-6 * tighter,
+            Kind::Coordinate if u.unit == "m" => 1e-11 * least,
+            Kind::Coordinate => 1e-8 * least,
+            Kind::Speed if u.unit == "m/s" => 1e-8 * least,
+            Kind::Speed => 1e-6 * least,
             Kind::Lambda | Kind::Mu | Kind::Derivative => 1e-9,
         });
         let linear_kind = |k: Kind| matches!(k, Kind::Lambda | Kind::Mu | Kind::Derivative);
@@ -97,13 +107,36 @@ impl Tolerances {
         let mask = |of: &[bool]| of.iter().map(|&b| f64::from(b)).collect();
         let (norm_mask, error_mask) = (mask(&in_norm), mask(&in_error));
         let vntol = or(o.vntol, 1e-6);
-        let (atol, peak) = (atol.collect(), vec![0.0; sys.n]);
-        Tolerances { reltol: o.reltol, vntol, atol, peak, in_norm, in_error, norm_mask, error_mask }
+        let (atol, peak): (Vec<f64>, Vec<f64>) = (atol.collect(), vec![0.0; sys.n]);
+        let mut kinds: Vec<(Kind, &str)> = Vec::new();
+        let group = (sys.unknowns.iter())
+            .map(|u| {
+                let key = (u.kind, u.unit.as_str());
+                kinds.iter().position(|&k| k == key).unwrap_or_else(|| {
+                    kinds.push(key);
+                    kinds.len() - 1
+                })
+            })
+            .collect();
+        let floor = atol.clone();
+        Tolerances {
+            reltol: o.reltol,
+            vntol,
+            atol,
+            peak,
+            floor,
+            group,
+            observed: 0,
+            in_norm,
+            in_error,
+            norm_mask,
+            error_mask,
+        }
     }
 
     #[inline]
     pub fn weight(&self, i: usize, a: f64, b: f64) -> f64 {
-        self.reltol * a.abs().max(b.abs()).max(PEAK_SHARE * self.peak[i]) + self.atol[i]
+        self.reltol * a.abs().max(b.abs()).max(PEAK_SHARE * self.peak[i]) + self.floor[i]
     }
 
     /// Largest |e_i| over the weight of x1_i, x0_i, in the local error norm.
@@ -113,7 +146,7 @@ impl Tolerances {
         let (peak, mask) = (&self.peak[..n], &self.error_mask[..n]);
         // four maxima side by side, so that the divisions run in parallel
         let mut worst = [0.0_f64; 4];
-        let ratio = |i: usize| mask[i] * e[i].abs() / self.weight_with(peak[i], self.atol[i], x1[i], x0[i]);
+        let ratio = |i: usize| mask[i] * e[i].abs() / self.weight_with(peak[i], self.floor[i], x1[i], x0[i]);
         let whole = n - n % 4;
         for i in (0..whole).step_by(4) {
             for (k, worst) in worst.iter_mut().enumerate() {
@@ -135,6 +168,18 @@ impl Tolerances {
             let v = v.abs();
             *p = if v > *p { v } else { *p };
         }
+        // floors move slowly: now and then is enough
+        if self.observed % 16 == 0 {
+            let mut largest = [0.0_f64; 16];
+            for (&g, &p) in self.group.iter().zip(&self.peak) {
+                let l = &mut largest[g.min(15)];
+                *l = l.max(p);
+            }
+            for ((f, &a), &g) in self.floor.iter_mut().zip(&self.atol).zip(&self.group) {
+                *f = a + NEIGHBOURS * largest[g.min(15)];
+            }
+        }
+        self.observed = self.observed.wrapping_add(1);
     }
 }
 
@@ -278,7 +323,7 @@ impl Newton {
     fn advance(&self, x: &mut [f64], tol: &Tolerances) -> Result<bool, Failure> {
         let n = x.len();
         let (step, mask) = (&self.step[..n], &tol.norm_mask[..n]);
-        let (peak, atol) = (&tol.peak[..n], &tol.atol[..n]);
+        let (peak, atol) = (&tol.peak[..n], &tol.floor[..n]);
         let (mut large, mut bad) = (false, false);
         for i in 0..n {
             let (old, new) = (x[i], x[i] + step[i]);

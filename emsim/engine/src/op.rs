@@ -215,7 +215,10 @@ pub fn operating_point(
     let mut dc = Dc::new(sys, !statics && o.hold_mechanics, x).map_err(singular)?;
     let gmin = o.gmin;
     w.gmin = gmin;
-    let start = x.clone();
+    let mut start = x.clone();
+    for f in &sys.forces {
+        start[f.row] = f.value; // every attempt begins where the user expects the point
+    }
     let mut tried = Vec::new();
 
     // nodesets: a first solution with the nodes held there, then let go

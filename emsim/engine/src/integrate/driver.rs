@@ -45,6 +45,11 @@ pub struct Outcome {
 pub type Tick<'a> = dyn FnMut(f64, f64, u64, u64) -> bool + 'a;
 
 const TICK: u64 = 64;
+/// A run that advances less than `LEAST` of its span in `PATIENCE` steps is stopped: it would need 1e14 of them.
+const PATIENCE: u64 = 200_000;
+const LEAST: f64 = 2e-9;
+/// No quantity of a deck is larger; a solution on its way to infinity ends here, before it is NaN.
+const LARGEST: f64 = 1e100;
 
 pub fn run(sys: &System, w: &mut Work, a: Transient, o: &Options, record: &mut Record, tick: &mut Tick) -> Outcome {
     let mut outcome = Outcome { status: Status::Ok, failed: None, events: Vec::new(), resting: Vec::new() };
@@ -118,8 +123,19 @@ pub fn run(sys: &System, w: &mut Work, a: Transient, o: &Options, record: &mut R
     let mut failures = 0u32;
     let mut normal_h = tmax; // the step before a corner cut it
     let mut count = 0u64;
+    let mut mark = 0.0_f64;
     while t < a.tstop {
         count += 1;
+        // so many steps for so little: the run would never end
+        if count % PATIENCE == 0 {
+            if t - mark < LEAST * span && o.fixed_step.is_none() {
+                let why = Failure::Diverged { unknown: 0, row: 0 };
+                let tried = vec![format!("{PATIENCE} steps without getting on")];
+                fail(&mut outcome, t, h, "transient", why, tried);
+                return outcome;
+            }
+            mark = t;
+        }
         if count % TICK == 0 && !tick(t, h, w.counters.steps, w.counters.events) {
             outcome.status = Status::Interrupted;
             return outcome;
@@ -251,6 +267,17 @@ pub fn run(sys: &System, w: &mut Work, a: Transient, o: &Options, record: &mut R
             }
         }
         x.copy_from_slice(method.candidate());
+        if let Some(unknown) = x.iter().position(|v| v.abs() > LARGEST) {
+            fail(
+                &mut outcome,
+                t,
+                step,
+                "transient",
+                Failure::NotFinite { unknown },
+                vec!["it grows without bound".into()],
+            );
+            return outcome;
+        }
         if dense {
             grid.fill(method.as_ref(), t, sys, w, record, &mut scratch);
         }

@@ -45,6 +45,8 @@ const MOST_ITERATIONS: usize = 10;
 const NEWTON: f64 = 3e-3;
 /// An iteration that no longer contracts has met rounding; it counts as converged below this share.
 const STALLED: f64 = 1.0;
+/// At most so far is the tolerance relaxed where rounding forbids it: twenty times what was asked.
+const MOST_RELAXED: f64 = 20.0 / LOCAL;
 /// After a step that needed the full Newton method, so many more begin with it.
 const FULL_STEPS: u32 = 4;
 
@@ -83,10 +85,12 @@ pub struct Radau {
     rejected: bool,
     first: bool,
     fixed: bool,
-    uncorrected: Vec<bool>,           // by the error estimate, in dense output
-    full: Option<Box<FullNewton>>,    // made when first needed
-    full_steps: u32,                  // so many steps more begin with it
-    refused: Option<(f64, f64, f64)>, // t, h and error of the last step refused
+    uncorrected: Vec<bool>,        // by the error estimate, in dense output
+    full: Option<Box<FullNewton>>, // made when first needed
+    full_steps: u32,               // so many steps more begin with it
+    relax: f64,                    // the error is divided by this where rounding keeps the tolerance out of reach
+    longest: f64,                  // recent step length
+    probe: Option<(f64, f64)>,     // step and error that a step of a quarter is compared with
 }
 
 impl Radau {
@@ -136,7 +140,9 @@ impl Radau {
             uncorrected,
             full: None,
             full_steps: 0,
-            refused: None,
+            relax: 1.0,
+            longest: 0.0,
+            probe: None,
         })
     }
 
@@ -226,7 +232,7 @@ impl Radau {
             let mut norm = 0.0_f64;
             for i in 0..n {
                 let (w1, w2, w3) = (self.b[i], self.z[i].re, self.z[i].im);
-                let weight = tol.weight(i, self.x0[i], self.stage[2][i]) * LOCAL;
+                let weight = tol.weight(i, self.x0[i], self.stage[2][i]) * LOCAL * self.relax;
                 let mut largest = 0.0_f64;
                 for k in 0..3 {
                     let dx = T[k][0] * w1 + T[k][1] * w2 + T[k][2] * w3;
@@ -280,6 +286,23 @@ impl Radau {
             old = norm.max(1e-300);
         }
         Err((worst, true))
+    }
+
+    /// Where steps have become a thirtieth of what they were, a step of a quarter is tried: an estimate that does not
+    /// fall with it is rounding, and the tolerance gives way to it. True: try the quarter.
+    fn rounding(&mut self, h: f64, error: f64) -> bool {
+        if let Some((before, larger)) = self.probe.take() {
+            if h < 0.3 * before && error > 0.3 * larger && error.is_finite() {
+                self.relax = (10.0 * error).max(2.0 * self.relax).min(MOST_RELAXED);
+            }
+            self.longest = 4.0 * before;
+            return false;
+        }
+        let probe = error > 0.02 && error.is_finite() && h < 0.03 * self.longest;
+        if probe {
+            self.probe = Some((h, error));
+        }
+        probe
     }
 
     /// Newton's method on the stages together: 3n unknowns, blocks (A^-1)_ij/h C(X_j) + delta_ij G(X_i), junction
@@ -408,14 +431,20 @@ impl Method for Radau {
             }
             match solved {
                 Ok(iterations) => {
-                    let error = self.error(sys, w, h, tol).max(1e-10);
+                    let raw = self.error(sys, w, h, tol).max(1e-10);
                     if self.fixed {
                         return Attempt::Good { next: h };
                     }
+                    if self.rounding(h, raw) {
+                        return Attempt::TooLarge { next: 0.25 * h };
+                    }
+                    let error = raw / self.relax;
                     let most = 2.0 * MOST_ITERATIONS as f64 + 1.0;
                     let safe = 0.9 * most / (2.0 * MOST_ITERATIONS as f64 + iterations as f64);
                     let mut factor = (safe * error.powf(-0.25)).clamp(0.125, 8.0);
                     if error <= 1.0 {
+                        self.longest = h.max(0.98 * self.longest);
+                        self.relax = (0.999 * self.relax).max(1.0);
                         if !self.first {
                             // predictive controller (Gustafsson)
                             let g = 0.9 * (h / self.h_old) * (self.error_old / (error * error)).powf(0.25);
@@ -428,15 +457,6 @@ impl Method for Radau {
                         let next = if keep && (1.0..1.2).contains(&factor) { h } else { factor * h };
                         return Attempt::Good { next };
                     }
-                    // an estimate that does not fall with the step is rounding, not truncation
-                    let noise = self.refused.is_some_and(|(t, at, e)| t == self.t0 && h < 0.6 * at && error > 0.5 * e);
-                    if noise && error.is_finite() {
-                        self.refused = None;
-                        self.error_old = 1.0;
-                        self.h_old = h;
-                        return Attempt::Good { next: 2.0 * h };
-                    }
-                    self.refused = Some((self.t0, h, error));
                     self.rejected = true;
                     self.jacobian(sys, w);
                     let factor = if self.first { 0.1 } else { factor.min(0.9) };
