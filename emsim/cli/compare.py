@@ -49,6 +49,8 @@ def main(args: Sequence[str]) -> int:
     if ours.status == "interrupted":
         if given.has("json"):
             print_json(INTERRUPTED, ours.diagnostics)
+        elif not given.has("quiet"):
+            print("interrupted; nothing is compared", file=sys.stderr)
         return INTERRUPTED
     written, written_failed = _as_written(engine, text, folder)
     tight, reltol = _tight(engine, text, folder, ours, written)

@@ -106,11 +106,12 @@ class _Flattener:
     def unknown_defines(self, scope: DeckScope) -> None:
         for key in self.deck.defines:
             if key.lower() not in scope.exprs:
-                near = suggest(key, scope.exprs)
+                near, known = suggest(key, scope.exprs), ", ".join(scope.exprs)
+                others = f"parameters: {known}" if known else "the deck has no .param"
                 self.sink.warning(
                     "W126",
                     f"no .param of the deck is called `{key}`",
-                    hint=f"did you mean `{near}`?" if near else "parameters: " + ", ".join(scope.exprs),
+                    hint=f"did you mean `{near}`?" if near else others,
                 )
 
     # ---- first visit: declarations, includes, conditions ----

@@ -243,3 +243,9 @@ def test_json_of_a_wrong_command_line():
 def test_a_word_that_is_neither_verb_nor_deck():
     said = emsim("frob", "rc.cir").stderr
     assert "there is no verb and no deck `frob`" in said and "compare" in said
+
+
+def test_a_define_of_a_deck_without_parameters(decks):
+    (decks / "plain.cir").write_text("plain\nV1 a 0 1\nR1 a 0 1\n.op\n.end\n")
+    said = emsim("--no-files", "-D", "nope=1", "plain.cir").stderr
+    assert "W126" in said and "the deck has no .param" in said and "parameters:" not in said
