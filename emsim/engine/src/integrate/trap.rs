@@ -8,7 +8,7 @@
 //! Local error  h^3/12 x'''  from the third divided difference of the last four points, on what stands under d/dt.
 use super::{interpolate, Attempt, History, Method};
 use crate::newton::{Newton, Options, Tolerances};
-use crate::system::{System, Work};
+use crate::system::{Kind, System, Work};
 
 const GAMMA: f64 = 1.0 - std::f64::consts::FRAC_1_SQRT_2;
 
@@ -39,9 +39,10 @@ pub struct Trap {
     linear: bool,
     itl4: usize,
     e: Vec<f64>,
-    ringing: bool, // in the attempted step
-    damp: bool,    // take the next step by the L-stable rule
-    calm: u32,     // steps since one was
+    ringing: bool,             // in the attempted step
+    damp: bool,                // take the next step by the L-stable rule
+    calm: u32,                 // steps since one was
+    slopes: Vec<(usize, f64)>, // rows that only ask for a derivative, with Q one step before the last
 }
 
 impl Trap {
@@ -63,6 +64,7 @@ impl Trap {
             ringing: false,
             damp: false,
             calm: 0,
+            slopes: (0..sys.n).filter(|&i| sys.unknowns[i].kind == Kind::Derivative).map(|i| (i, 0.0)).collect(),
         })
     }
 
@@ -209,6 +211,18 @@ impl Method for Trap {
         // Newton's method left Q and F of the candidate
         std::mem::swap(&mut self.q0, &mut self.newton.q);
         std::mem::swap(&mut self.f0, &mut self.newton.f);
+        // w = dQ/dt of a reaction or an acceleration: the recursion would carry its first error for ever with changing
+        // sign; the slope of the parabola through three charges, O(h^2) as well, forgets it
+        let (h, t0) = (self.t1 - self.past.t[0], self.past.t[0]);
+        for (row, before) in &mut self.slopes {
+            let (q1, q0) = (self.q0[*row], self.newton.q[*row]);
+            if self.past.len > 1 {
+                let h0 = t0 - self.past.t[1];
+                let (d, d0) = ((q1 - q0) / h, (q0 - *before) / h0);
+                self.f0[*row] = -(d + h * (d - d0) / (h + h0));
+            }
+            *before = q0;
+        }
         self.past.push(self.t1, &self.x1);
     }
 

@@ -5,7 +5,7 @@ use crate::integrate::{self, Failed, Status, Transient};
 use crate::newton::{Failure, Options, Tolerances};
 use crate::op;
 use crate::record::{write_raw, RawHeader, Record};
-use crate::system::{Counters, Work};
+use crate::system::{Counters, Kind, Work};
 use pyo3::exceptions::{PyIndexError, PyOSError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
@@ -203,6 +203,11 @@ impl System {
             let failed =
                 found.err().map(|e| Failed { t: 0.0, h: 0.0, during: "operating point", why: e.why, tried: e.tried });
             if failed.is_none() {
+                // accelerations and reactions of the point where a transient would start
+                if !statics && sys.unknowns.iter().any(|u| u.kind == Kind::Derivative || u.kind.mechanical()) {
+                    let h = 1e-5 * sys.shortest_feature().min(1e-3);
+                    op::consistent(&sys, &mut w, &mut x, 0.0, h, &tol, true);
+                }
                 record.push(&sys, &mut w, 0.0, &x);
             }
             (w, failed, record, clock.seconds())
