@@ -1,0 +1,59 @@
+"""Tolerances that rounding forbids: the run goes on at what is possible; it neither stops nor creeps."""
+
+from __future__ import annotations
+
+import pytest
+
+import emsim
+
+
+def chain(n: int) -> str:
+    cards = ["chain", ".gravity 9.81", "BODY b0 shape=rod(1) m=1", "JOINT j0 0 b0 pin"]
+    for k in range(1, n):
+        cards += [f"BODY b{k} shape=rod(1) m=1", f"JOINT j{k} b{k - 1}(1,0) b{k} pin"]
+    return "\n".join([*cards, ".tran 0.1 2", ".end", ""])
+
+
+THROWN = """two rods on a pin, thrown
+BODY a shape=rod(1) m=1 vx=3 vy=4 omega=5
+BODY b shape=rod(1) m=1
+JOINT q a(1,0) b pin
+.gravity 9.81
+.tran .1 1
+.end
+"""
+
+CROSSED = """crossed slides and a pin
+BODY c m=1
+BODY d m=1
+BODY p m=.3 j=.01 com=(.3,0)
+JOINT s 0 c slide
+JOINT s2 c d slide axis=(0,1)
+JOINT h d p pin ic=.3
+.gravity 9.81
+.tran .1 2
+.end
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "deck", [THROWN, CROSSED, chain(10), chain(20)], ids=["thrown", "crossed", "chain10", "chain20"]
+)
+def test_tight_runs_end_and_agree(deck):
+    """Between 1e-8 and 1e-11 the steps stay in the thousands and the end state agrees to 1e-9."""
+    first = None
+    for reltol in (1e-8, 1e-9, 1e-10, 1e-11):
+        r = emsim.run(deck, method="radau", reltol=reltol)
+        assert r.stats["steps"] < 60_000
+        end = [float(r[n][-1]) for n in r.names if n.startswith(("angle", "x(", "y(", "pos"))]
+        first = first or end
+        assert max(abs(a - b) for a, b in zip(first, end, strict=True)) < 1e-9
+
+
+def test_a_solution_that_grows_without_bound_ends_the_run():
+    deck = "runaway\nV1 a 0 SIN(0 1 1k)\nR1 a b 1k\nC1 b 0 -1n\nR3 b 0 1k\n.tran 10u 1m\n.end\n"
+    with pytest.raises(emsim.ConvergenceError) as caught:
+        emsim.run(deck)
+    partial = caught.value.partial
+    assert partial is not None and 0 < partial.time[-1] < 1e-3
