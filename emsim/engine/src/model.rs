@@ -42,6 +42,11 @@ impl Kind {
         }
     }
 
+    /// Multipliers and derivatives: linear in the equations, outside every norm.
+    pub fn enters_linearly(self) -> bool {
+        matches!(self, Kind::Lambda | Kind::Mu | Kind::Derivative)
+    }
+
     /// Held at its initial value while the circuit's DC point is found.
     pub fn mechanical(self) -> bool {
         matches!(self, Kind::Coordinate | Kind::Speed | Kind::Lambda | Kind::Mu)

@@ -26,7 +26,6 @@ pub struct Options {
     pub maxord: usize,
     pub method: String,
     pub fixed_step: Option<f64>,
-    pub hold_mechanics: bool,
 }
 
 impl Default for Options {
@@ -42,7 +41,6 @@ impl Default for Options {
             maxord: 2,
             method: "trap".into(),
             fixed_step: None,
-            hold_mechanics: true,
         }
     }
 }
@@ -96,12 +94,11 @@ impl Tolerances {
             Kind::Speed => 1e-6 * least,
             Kind::Lambda | Kind::Mu | Kind::Derivative => 1e-9,
         });
-        let linear_kind = |k: Kind| matches!(k, Kind::Lambda | Kind::Mu | Kind::Derivative);
         let in_norm: Vec<bool> = sys
             .unknowns
             .iter()
             .zip(&sys.differential)
-            .map(|(u, &d)| !linear_kind(u.kind) && (d || u.kind != Kind::Branch))
+            .map(|(u, &d)| !u.kind.enters_linearly() && (d || u.kind != Kind::Branch))
             .collect();
         let in_error: Vec<bool> = in_norm.iter().zip(&sys.differential).map(|(&a, &b)| a && b).collect();
         let mask = |of: &[bool]| of.iter().map(|&b| f64::from(b)).collect();

@@ -239,7 +239,7 @@ pub fn operating_point(
     x: &mut Vec<f64>,
 ) -> Result<(), NoPoint> {
     let singular = |why| NoPoint { why, tried: vec![] };
-    let mut dc = Dc::new(sys, !statics && o.hold_mechanics, x).map_err(singular)?;
+    let mut dc = Dc::new(sys, !statics, x).map_err(singular)?;
     let gmin = o.gmin;
     w.gmin = gmin;
     let mut start = x.clone();
@@ -476,12 +476,22 @@ fn polish(dc: &mut Dc, w: &mut Work, x: &mut [f64], tol: &Tolerances, o: &Option
 /// fluxes and momenta cannot move, but everything algebraic must fit:  Q(x1) - Q(x0) + h F(x1) = 0.
 /// With `refine`, multipliers and derivative unknowns are extrapolated from two such steps (their error is O(h)).
 /// On failure x stays as it was: the method's own first step, stiffly accurate, will do the same work.
-pub fn consistent(sys: &System, w: &mut Work, x: &mut [f64], t: f64, h: f64, tol: &Tolerances, refine: bool) {
+#[allow(clippy::too_many_arguments)]
+pub fn consistent(
+    sys: &System,
+    newton: &mut Newton,
+    w: &mut Work,
+    x: &mut [f64],
+    t: f64,
+    h: f64,
+    tol: &Tolerances,
+    refine: bool,
+) {
     sys.eval(w, x, t);
     let q0 = w.q.clone();
     let junction = w.junction.clone();
-    let step = |w: &mut Work, h: f64, from: &[f64]| -> Option<Vec<f64>> {
-        let mut newton = Newton::new(sys).ok()?;
+    let mut step = |w: &mut Work, h: f64, from: &[f64]| -> Option<Vec<f64>> {
+        newton.forget();
         let r: Vec<f64> = q0.iter().map(|q| -q / h).collect();
         let mut y = from.to_vec();
         newton.solve(sys, w, 1.0 / h, &r, &mut y, t + h, tol, 40).ok()?;

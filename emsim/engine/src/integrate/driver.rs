@@ -3,7 +3,7 @@
 //! whatever ends the run.
 use super::{make, Attempt, Method};
 use crate::events::{Candidate, Detector, Located};
-use crate::newton::{Failure, Options, Tolerances};
+use crate::newton::{Failure, Newton, Options, Tolerances};
 use crate::op;
 use crate::record::Record;
 use crate::system::{System, Work};
@@ -72,22 +72,24 @@ pub fn run(sys: &System, w: &mut Work, a: Transient, o: &Options, record: &mut R
         return outcome;
     }
     tol.observe(&x);
-    let span = a.tstop - a.tstart.min(0.0);
-    let mut method = match make(sys, o) {
-        Ok(m) => m,
-        Err(why) => {
+    let span = a.tstop;
+    // one Newton for every restart with consistent values: its symbolic analysis is done once
+    let (mut method, mut newton) = match (make(sys, o), Newton::new(sys)) {
+        (Ok(m), Ok(n)) => (m, n),
+        (Err(why), _) | (_, Err(why)) => {
             fail(&mut outcome, 0.0, 0.0, "transient", why, vec![]);
             return outcome;
         }
     };
     let dense = method.wants_dense_record();
     // SPICE bounds the step by TSTEP; methods with dense output of their own order need only see every part of the span
-    let tmax = a.tmax.unwrap_or(if dense { span / 50.0 } else { a.tstep.min(span / 50.0) });
+    let fiftieth = (a.tstop - a.tstart) / 50.0;
+    let tmax = a.tmax.unwrap_or(if dense { fiftieth } else { a.tstep.min(fiftieth) });
     let feature = sys.shortest_feature().min(a.tstep).min(tmax);
-    op::consistent(sys, w, &mut x, 0.0, 1e-5 * feature, &tol, true);
+    op::consistent(sys, &mut newton, w, &mut x, 0.0, 1e-5 * feature, &tol, true);
     let mut detector = Detector::new(sys);
     let settle =
-        |sys: &System, w: &mut Work, x: &mut Vec<f64>, t: f64, h: f64, tol: &Tolerances, events: &mut Vec<_>| {
+        |newton: &mut Newton, w: &mut Work, x: &mut Vec<f64>, t: f64, h: f64, tol: &Tolerances, events: &mut Vec<_>| {
             // flags may hang on algebraic unknowns that other flags move: settle them together
             for _ in 0..20 {
                 let before = w.flags.clone();
@@ -99,11 +101,11 @@ pub fn run(sys: &System, w: &mut Work, a: Transient, o: &Options, record: &mut R
                         events.push((t, k, *new != 0.0));
                     }
                 }
-                op::consistent(sys, w, x, t, h, tol, false);
+                op::consistent(sys, newton, w, x, t, h, tol, false);
             }
         };
     let mut settled = Vec::new();
-    settle(sys, w, &mut x, 0.0, 1e-9 * feature, &tol, &mut settled);
+    settle(&mut newton, w, &mut x, 0.0, 1e-9 * feature, &tol, &mut settled);
     if a.tstart <= 0.0 {
         record.push(sys, w, 0.0, &x);
     }
@@ -247,8 +249,8 @@ pub fn run(sys: &System, w: &mut Work, a: Transient, o: &Options, record: &mut R
                             outcome.resting.push(k);
                         }
                     }
-                    op::consistent(sys, w, &mut x, t, 1e-9 * step.min(tmax), &tol, false);
-                    settle(sys, w, &mut x, t, 1e-9 * step.min(tmax), &tol, &mut outcome.events);
+                    op::consistent(sys, &mut newton, w, &mut x, t, 1e-9 * step.min(tmax), &tol, false);
+                    settle(&mut newton, w, &mut x, t, 1e-9 * step.min(tmax), &tol, &mut outcome.events);
                     method.restart(sys, w, t, &x);
                     detector.start(sys, w, &x, t);
                     if breakpoint <= t * (1.0 + 1e-15) {
@@ -294,8 +296,8 @@ pub fn run(sys: &System, w: &mut Work, a: Transient, o: &Options, record: &mut R
             let jump = sys.jumps_at(t);
             breakpoint = sys.next_breakpoint(t).min(a.tstop);
             if jump {
-                op::consistent(sys, w, &mut x, t * (1.0 + 1e-15) + 1e-12 * tmax, 1e-9 * tmax, &tol, false);
-                settle(sys, w, &mut x, t, 1e-9 * tmax, &tol, &mut outcome.events);
+                op::consistent(sys, &mut newton, w, &mut x, t * (1.0 + 1e-15) + 1e-12 * tmax, 1e-9 * tmax, &tol, false);
+                settle(&mut newton, w, &mut x, t, 1e-9 * tmax, &tol, &mut outcome.events);
             }
             if o.fixed_step.is_none() && (jump || method.restarts_at_corners()) {
                 method.restart(sys, w, t, &x);

@@ -84,7 +84,7 @@ impl History {
     }
 }
 
-/// Newton's interpolation polynomial through (t_k, x_k), evaluated at t: Neville's scheme, for dense output.
+/// The polynomial through (t_k, x_k), evaluated at t by Lagrange's weights, for dense output.
 pub fn interpolate(ts: &[f64], xs: &[&[f64]], t: f64, out: &mut [f64]) {
     let m = ts.len();
     // Lagrange weights are shared by all components

@@ -2,7 +2,7 @@
 use super::expr::{lock, Expr, SharedGraph};
 use crate::graph::Id;
 use crate::integrate::{self, Failed, Status, Transient};
-use crate::newton::{Failure, Options, Tolerances};
+use crate::newton::{Failure, Newton, Options, Tolerances};
 use crate::op;
 use crate::record::{write_raw, RawHeader, Record};
 use crate::system::{Counters, Kind, Work};
@@ -173,7 +173,9 @@ impl System {
         match result {
             Ok(()) => {
                 let feature = sys.shortest_feature().min(tstep);
-                op::consistent(sys, &mut w, &mut x, 0.0, 1e-5 * feature, &tol, true);
+                if let Ok(mut newton) = Newton::new(sys) {
+                    op::consistent(sys, &mut newton, &mut w, &mut x, 0.0, 1e-5 * feature, &tol, true);
+                }
                 Ok((true, x, None))
             }
             Err(f) => Ok((false, x, Some(failure_dict(py, &self.inner, &f)?))),
@@ -206,7 +208,9 @@ impl System {
                 // accelerations and reactions of the point where a transient would start
                 if !statics && sys.unknowns.iter().any(|u| u.kind == Kind::Derivative || u.kind.mechanical()) {
                     let h = 1e-5 * sys.shortest_feature().min(1e-3);
-                    op::consistent(&sys, &mut w, &mut x, 0.0, h, &tol, true);
+                    if let Ok(mut newton) = Newton::new(&sys) {
+                        op::consistent(&sys, &mut newton, &mut w, &mut x, 0.0, h, &tol, true);
+                    }
                 }
                 record.push(&sys, &mut w, 0.0, &x);
             }

@@ -16,7 +16,7 @@ use self::full::FullNewton;
 use super::{Attempt, Method};
 use crate::newton::{Failure, Options, Tolerances};
 use crate::sparse::{Complex, Lu, Symbolic};
-use crate::system::{Kind, System, Work};
+use crate::system::{System, Work};
 
 const S6: f64 = 2.449_489_742_783_178;
 const C1: f64 = (4.0 - S6) / 10.0;
@@ -56,7 +56,6 @@ pub struct Radau {
     real_matrix: Vec<f64>,
     complex_matrix: Vec<Complex>,
     factored_h: f64,
-    jacobian_fresh: bool,
     jacobian_at: f64,
     gv: Vec<f64>,
     cv: Vec<f64>,
@@ -101,7 +100,7 @@ impl Radau {
         let v3 = || [vec![0.0; sys.n], vec![0.0; sys.n], vec![0.0; sys.n]];
         // the estimate means nothing for an algebraic unknown (linearised where the curve may bend sharply)
         let uncorrected = (sys.unknowns.iter().zip(&sys.differential))
-            .map(|(u, &moves)| !moves || matches!(u.kind, Kind::Lambda | Kind::Mu | Kind::Derivative))
+            .map(|(u, &moves)| !moves || u.kind.enters_linearly())
             .collect();
         Ok(Radau {
             real: Lu::new(&sys.pattern, &symbolic),
@@ -109,7 +108,6 @@ impl Radau {
             real_matrix: vec![0.0; nnz],
             complex_matrix: vec![Complex::from(0.0); nnz],
             factored_h: f64::NAN,
-            jacobian_fresh: false,
             jacobian_at: f64::NAN,
             gv: vec![0.0; nnz],
             cv: vec![0.0; nnz],
@@ -154,7 +152,6 @@ impl Radau {
         self.gv.copy_from_slice(&w.gv);
         self.cv.copy_from_slice(&w.cv);
         self.jacobian_at = self.t0;
-        self.jacobian_fresh = true;
         self.factored_h = f64::NAN;
     }
 
