@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from ..deck import Analysis
     from ..diagnostics import Span
 
-CODES = {"no convergence": "E410", "singular": "E411", "not finite": "E412"}
+CODES = {"no convergence": "E410", "singular": "E411", "not finite": "E412", "unfit": "E413"}
 
 
 def explain(assembly: Assembly, analysis: Analysis | None, waves: Waveforms) -> list[Diagnostic]:
@@ -26,6 +26,8 @@ def explain_failure(
 ) -> list[Diagnostic]:
     """The same for a bare report; `rows` points were kept."""
     kind = failure.get("kind", "no convergence")
+    if kind == "unfit":
+        return [_unfit(assembly, analysis, str(failure.get("why", "")))]
     t, during = float(failure.get("t") or 0.0), failure.get("during") or "transient"
     at_start = "operating point" in during or t == 0.0
     where, lines = locate(assembly, failure.get("row_name") or failure.get("unknown_name") or "")
@@ -59,6 +61,16 @@ def explain_failure(
             "try: ic= or guess= a little aside; where links lie in one line the machine could go two ways"
         )
     return [Diagnostic("error", CODES.get(kind, "E410"), what, span, "\n".join(hints), lines)]
+
+
+def _unfit(assembly: Assembly, analysis: Analysis | None, why: str) -> Diagnostic:
+    """The method cannot do the deck: what stands in its way, by name, and what can."""
+    method = assembly.options.get("method", "this method")
+    quoted = why.split("`")[1::2]  # names of unknowns stand in backquotes
+    lines = [place for name in quoted[:3] for place in locate(assembly, name)[1][:1]]
+    span = lines[0][0] if lines else (analysis.span if analysis else None)
+    hint = "try: .options method=radau, or gear; implicit methods need no such solution"
+    return Diagnostic("error", CODES["unfit"], f"method {method} cannot do this deck: {why}", span, hint, lines)
 
 
 def _advice(kind: str, at_start: bool, assembly: Assembly) -> str:

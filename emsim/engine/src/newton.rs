@@ -26,6 +26,8 @@ pub struct Options {
     pub maxord: usize,
     pub method: String,
     pub fixed_step: Option<f64>,
+    /// explicit methods take closed loops back onto their constraints after every step
+    pub projection: bool,
 }
 
 impl Default for Options {
@@ -41,6 +43,7 @@ impl Default for Options {
             maxord: 2,
             method: "trap".into(),
             fixed_step: None,
+            projection: true,
         }
     }
 }
@@ -190,6 +193,10 @@ pub enum Failure {
     },
     NotFinite {
         unknown: usize,
+    },
+    /// the method cannot do equations of this kind, whatever the step
+    Unfit {
+        why: String,
     },
 }
 

@@ -42,6 +42,11 @@ pub trait Method {
     fn restarts_at_corners(&self) -> bool {
         true
     }
+    /// Estimate of h |lambda| over the bound of the method's stability in the last steps, lambda being the fastest
+    /// eigenvalue: 1 and more means that stability, not accuracy, limits the step. 0 where nothing is known.
+    fn stiffness(&self) -> f64 {
+        0.0
+    }
 }
 
 pub fn make(sys: &System, o: &Options) -> Result<Box<dyn Method>, Failure> {

@@ -57,6 +57,7 @@ fn options(given: Option<&Bound<'_, PyDict>>) -> PyResult<Options> {
             "itl4" => o.itl4 = value.extract::<f64>()?.max(10.0) as usize,
             "maxord" => o.maxord = value.extract::<f64>()? as usize,
             "fixed_step" => o.fixed_step = value.extract()?,
+            "projection" => o.projection = value.extract::<f64>()? != 0.0,
             "method" => {
                 let name: String = value.extract()?;
                 if !integrate::known(&name) {
@@ -322,6 +323,10 @@ fn failure_dict(py: Python<'_>, sys: &crate::system::System, f: &Failed) -> PyRe
     d.set_item("during", f.during)?;
     d.set_item("tried", f.tried.clone())?;
     let (kind, unknown, row) = match &f.why {
+        Failure::Unfit { why } => {
+            d.set_item("why", why)?;
+            ("unfit", None, None)
+        }
         Failure::Singular(s) => {
             d.set_item("structural", s.structural)?;
             ("singular", s.col, s.row)
