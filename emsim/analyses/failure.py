@@ -70,7 +70,9 @@ def _unfit(assembly: Assembly, analysis: Analysis | None, why: str) -> Diagnosti
     lines = [place for name in quoted[:3] for place in locate(assembly, name)[1][:1]]
     span = lines[0][0] if lines else (analysis.span if analysis else None)
     hint = "try: .options method=radau, or gear; implicit methods need no such solution"
-    return Diagnostic("error", CODES["unfit"], f"method {method} cannot do this deck: {why}", span, hint, lines)
+    return Diagnostic(
+        "error", CODES["unfit"], f"method {method} cannot do this deck: {why}", span, hint, lines
+    )
 
 
 def _advice(kind: str, at_start: bool, assembly: Assembly) -> str:
