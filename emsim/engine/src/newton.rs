@@ -134,6 +134,16 @@ impl Tolerances {
         }
     }
 
+    /// The same tolerances, wider where reltol is tighter than `reltol`.
+    pub fn at_least(&self, reltol: f64) -> Tolerances {
+        let factor = (reltol / self.reltol).max(1.0);
+        let mut t = self.clone();
+        t.reltol *= factor;
+        t.vntol *= factor;
+        t.atol.iter_mut().chain(&mut t.floor).for_each(|a| *a *= factor);
+        t
+    }
+
     #[inline]
     pub fn weight(&self, i: usize, a: f64, b: f64) -> f64 {
         self.reltol * a.abs().max(b.abs()).max(PEAK_SHARE * self.peak[i]) + self.floor[i]
