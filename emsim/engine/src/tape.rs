@@ -50,65 +50,86 @@ pub struct Tape {
     code: Vec<Instr>,
     functions: Vec<Fun>,
     outputs: Vec<u32>,
+    ends: Vec<(usize, usize)>,     // of each part: end of its code, end of its outputs
     limits: (usize, usize, usize), // highest index + 1 of unknowns, waves, flags: checked once per call
 }
 
 impl Tape {
     pub fn new(g: &Graph, outs: &[Id]) -> Tape {
-        let order = g.reachable(outs);
+        Tape::in_parts(g, &[(outs, true)])
+    }
+
+    /// A program in parts, run one by one and in order (see `run_part`): what a part computes serves the later ones,
+    /// unless it is private (`false`: its leaves may change before the next part reads them).
+    pub fn in_parts(g: &Graph, parts: &[(&[Id], bool)]) -> Tape {
+        let outs: Vec<Id> = parts.iter().flat_map(|p| p.0).copied().collect();
+        let order = g.reachable(&outs);
         let constants: Vec<f64> = order.iter().filter_map(|&id| g.value(id)).collect();
         let base = constants.len() as u32;
         let mut slot: HashMap<Id, u32> = HashMap::with_capacity(order.len());
-        let (mut next_const, mut code, mut functions) = (0u32, Vec::new(), Vec::new());
+        let (mut code, mut functions) = (Vec::new(), Vec::new());
         let mut limits = (0, 0, 0);
-        for &id in &order {
-            let node = g.node(id);
-            if let Node::Const(_) = node {
-                slot.insert(id, next_const);
-                next_const += 1;
-                continue;
-            }
-            let s = |o: Id| slot[&o];
-            let (op, a, b, c) = match node {
-                Node::Unknown(i) => {
-                    limits.0 = limits.0.max(i as usize + 1);
-                    (Op::X, i, 0, 0)
-                }
-                Node::Time => (Op::T, 0, 0, 0),
-                Node::Wave(k) => {
-                    limits.1 = limits.1.max(k as usize + 1);
-                    (Op::Wave, k, 0, 0)
-                }
-                Node::Flag(k) => {
-                    limits.2 = limits.2.max(k as usize + 1);
-                    (Op::Flag, k, 0, 0)
-                }
-                Node::Neg(a) => (Op::Neg, s(a), 0, 0),
-                Node::Add(a, b) => (Op::Add, s(a), s(b), 0),
-                Node::Sub(a, b) => (Op::Sub, s(a), s(b), 0),
-                Node::Mul(a, b) => (Op::Mul, s(a), s(b), 0),
-                Node::Div(a, b) => (Op::Div, s(a), s(b), 0),
-                Node::Pow(a, b) => (Op::Pow, s(a), s(b), 0),
-                Node::Powi(a, n) => (Op::Powi, s(a), n as u32, 0),
-                Node::Atan2(a, b) => (Op::Atan2, s(a), s(b), 0),
-                Node::Call(Fun::Sin, a) => (Op::Sin, s(a), 0, 0),
-                Node::Call(Fun::Cos, a) => (Op::Cos, s(a), 0, 0),
-                Node::Call(Fun::Exp, a) => (Op::Exp, s(a), 0, 0),
-                Node::Call(Fun::Sqrt, a) => (Op::Sqrt, s(a), 0, 0),
-                Node::Call(f, a) => {
-                    functions.push(f);
-                    (Op::Call, s(a), functions.len() as u32 - 1, 0)
-                }
-                Node::Select(c, a, b) => (Op::Select, s(c), s(a), s(b)),
-                // a free symbol that nobody substituted: no value exists
-                Node::Symbol(_) => (Op::Free, 0, 0, 0),
-                Node::Const(_) => unreachable!("constants have their slots already"),
-            };
-            slot.insert(id, base + code.len() as u32);
-            code.push(Instr { op, a, b, c });
+        for (k, id) in order.iter().filter(|&&id| g.value(id).is_some()).enumerate() {
+            slot.insert(*id, k as u32);
         }
-        let outputs = outs.iter().map(|o| slot[o]).collect();
-        Tape { constants, code, functions, outputs, limits }
+        let (mut outputs, mut ends) = (Vec::with_capacity(outs.len()), Vec::new());
+        for &(part, kept) in parts {
+            let order = if parts.len() > 1 { g.reachable(part) } else { order.clone() };
+            let mut private = Vec::new();
+            for id in order {
+                if slot.contains_key(&id) {
+                    continue;
+                }
+                let node = g.node(id);
+                let s = |o: Id| slot[&o];
+                let (op, a, b, c) = match node {
+                    Node::Unknown(i) => {
+                        limits.0 = limits.0.max(i as usize + 1);
+                        (Op::X, i, 0, 0)
+                    }
+                    Node::Time => (Op::T, 0, 0, 0),
+                    Node::Wave(k) => {
+                        limits.1 = limits.1.max(k as usize + 1);
+                        (Op::Wave, k, 0, 0)
+                    }
+                    Node::Flag(k) => {
+                        limits.2 = limits.2.max(k as usize + 1);
+                        (Op::Flag, k, 0, 0)
+                    }
+                    Node::Neg(a) => (Op::Neg, s(a), 0, 0),
+                    Node::Add(a, b) => (Op::Add, s(a), s(b), 0),
+                    Node::Sub(a, b) => (Op::Sub, s(a), s(b), 0),
+                    Node::Mul(a, b) => (Op::Mul, s(a), s(b), 0),
+                    Node::Div(a, b) => (Op::Div, s(a), s(b), 0),
+                    Node::Pow(a, b) => (Op::Pow, s(a), s(b), 0),
+                    Node::Powi(a, n) => (Op::Powi, s(a), n as u32, 0),
+                    Node::Atan2(a, b) => (Op::Atan2, s(a), s(b), 0),
+                    Node::Call(Fun::Sin, a) => (Op::Sin, s(a), 0, 0),
+                    Node::Call(Fun::Cos, a) => (Op::Cos, s(a), 0, 0),
+                    Node::Call(Fun::Exp, a) => (Op::Exp, s(a), 0, 0),
+                    Node::Call(Fun::Sqrt, a) => (Op::Sqrt, s(a), 0, 0),
+                    Node::Call(f, a) => {
+                        functions.push(f);
+                        (Op::Call, s(a), functions.len() as u32 - 1, 0)
+                    }
+                    Node::Select(c, a, b) => (Op::Select, s(c), s(a), s(b)),
+                    // a free symbol that nobody substituted: no value exists
+                    Node::Symbol(_) => (Op::Free, 0, 0, 0),
+                    Node::Const(_) => unreachable!("constants have their slots already"),
+                };
+                slot.insert(id, base + code.len() as u32);
+                code.push(Instr { op, a, b, c });
+                if !kept {
+                    private.push(id);
+                }
+            }
+            outputs.extend(part.iter().map(|o| slot[o]));
+            ends.push((code.len(), outputs.len()));
+            for id in private {
+                slot.remove(&id);
+            }
+        }
+        Tape { constants, code, functions, outputs, ends, limits }
     }
 
     pub fn is_empty(&self) -> bool {
@@ -133,10 +154,29 @@ impl Tape {
     /// Runs the program; the results are read with `output`.
     #[inline]
     pub fn run(&self, inp: &Inputs, w: &mut [f64]) {
+        self.run_code(0, self.code.len(), inp, w);
+    }
+
+    /// Runs one part; those before it have run, with the same inputs but for what this part is the first to read.
+    #[inline]
+    pub fn run_part(&self, part: usize, inp: &Inputs, w: &mut [f64]) {
+        let from = if part > 0 { self.ends[part - 1].0 } else { 0 };
+        self.run_code(from, self.ends[part].0, inp, w);
+    }
+
+    /// Slots of the results of one part.
+    pub fn part_slots(&self, part: usize) -> &[u32] {
+        let from = if part > 0 { self.ends[part - 1].1 } else { 0 };
+        &self.outputs[from..self.ends[part].1]
+    }
+
+    #[inline]
+    fn run_code(&self, from: usize, to: usize, inp: &Inputs, w: &mut [f64]) {
         let base = self.constants.len();
         assert!(w.len() == base + self.code.len());
         assert!(inp.x.len() >= self.limits.0 && inp.waves.len() >= self.limits.1 && inp.flags.len() >= self.limits.2);
-        for (k, i) in self.code.iter().enumerate() {
+        for (k, i) in self.code[from..to].iter().enumerate() {
+            let k = from + k;
             // SAFETY: operand slots precede the instruction's own by construction, input indices are below `limits`
             unsafe {
                 let v = |s: u32| *w.get_unchecked(s as usize);
