@@ -16,6 +16,7 @@ VERBS = {
     "run": "simulate a deck, write its raw file and .print tables",
     "check": "read a deck and say what it is: unknowns, degrees of freedom, loops, what folded away",
     "compare": "run ngspice on the same deck, as written and at tight tolerances, and compare",
+    "chart": "run every method over a ladder of tolerances and chart error against time",
     "help": "this text, or that of a verb",
     "version": "the version",
 }
@@ -50,7 +51,7 @@ def _dispatch(args: list[str]) -> int:
         verb = "version"
     elif verb not in VERBS:
         verb, rest = "run", args
-    if verb in ("run", "check", "compare") and ("-h" in rest or "--help" in rest):
+    if verb in ("run", "check", "compare", "chart") and ("-h" in rest or "--help" in rest):
         verb, rest = "help", [verb]
     # written out, so that a reader and a type checker can follow; only the verb asked for is imported
     if verb == "run":
@@ -59,6 +60,8 @@ def _dispatch(args: list[str]) -> int:
         from .check import main as verb_main
     elif verb == "compare":
         from .compare import main as verb_main
+    elif verb == "chart":
+        from .chart import main as verb_main
     elif verb == "version":
         from .version import main as verb_main
     else:

@@ -44,6 +44,9 @@ def verb_help(verb: str) -> str:
     elif verb == "compare":
         from .compare import OPTIONS as options
         from .compare import __doc__ as text
+    elif verb == "chart":
+        from .chart import OPTIONS as options
+        from .chart import __doc__ as text
     elif verb in VERBS:
         return f"emsim {verb}: {VERBS[verb]}"
     else:

@@ -1,0 +1,182 @@
+"""Pictures of work-precision charts.
+
+One deck: error against CPU time, and against evaluations, log-log. A suite: small multiples, one panel a deck, and a
+summary. A tool has one colour and mark everywhere. Left and down is better. Above the dashed line is the lane
+of runs that did not get through, each at the time it had used; the grey floor is what the reference does not resolve.
+"""
+
+from __future__ import annotations
+
+from ..diagnostics import Diagnostic, OutsideError
+from .work_precision import exponent
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable
+    from typing import Any
+
+    from .work_precision import Chart, Point
+
+# methods in hues of their family: explicit warm, one-step implicit blue and green, multistep violet; auto is black
+LOOKS = {
+    "auto": ("#111111", "o"),
+    "radau": ("#1f5fa8", "s"), "radau5": ("#6fa3d8", "s"), "radau9": ("#3d7fc4", "D"), "radau13": ("#123d6b", "v"),
+    "gauss": ("#148f8b", "p"), "gauss4": ("#59b8b4", "p"), "gauss6": ("#0d605d", "p"),
+    "dop853": ("#d1372c", "^"), "rk45": ("#f08a24", "<"),
+    "esdirk": ("#3f9b3f", "P"), "trbdf2": ("#8fbf4d", "X"),
+    "gear": ("#8455b3", "h"), "trap": ("#b8860b", "d"),
+}  # fmt: skip
+OTHERS = ("#d94f8c", "#8c5a3c", "#5b7f95", "#9a9a2e", "#c77cc7", "#50606e", "#b35d00", "#4f8f6f")
+STYLES = {"emsim": "-", "absolute": "-.", "scipy": ":", "ngspice": "-", "engine": "--"}
+LANE = 0.085  # share of a panel's height that the failures get
+
+
+def pyplot() -> Any:
+    """matplotlib's pyplot without a screen. OutsideError where it is missing."""
+    try:
+        import matplotlib
+
+        matplotlib.use("Agg")
+        from matplotlib import pyplot
+    except ImportError:
+        hint = "pip install 'emsim[plot]'"
+        raise OutsideError(
+            Diagnostic("error", "E520", "a picture needs matplotlib, which is not installed", None, hint)
+        ) from None
+    pyplot.rcParams.update(
+        {"font.size": 9, "axes.titlesize": 9.5, "legend.fontsize": 8, "svg.fonttype": "none"}
+    )
+    return pyplot
+
+
+def looks(charts: Iterable[Chart]) -> dict[tuple[str, str], dict[str, Any]]:
+    """(group, tool) -> colour, mark and line of every tool in the charts, in the order of a legend."""
+    out: dict[tuple[str, str], dict[str, Any]] = {}
+    spare = list(OTHERS)
+    for chart in charts:
+        for series in chart.series:
+            key = series.group, series.name
+            if key in out:
+                continue
+            own = LOOKS.get(series.name.split()[-1]) if series.group in ("emsim", "absolute") else None
+            if series.group == "ngspice":
+                own = ("#e377c2", "*")
+            colour, mark = own or (spare[0], "o")
+            if own is None:
+                spare.append(spare.pop(0))
+            filled = series.group in ("emsim", "ngspice")
+            out[key] = {
+                "color": colour, "marker": mark, "linestyle": STYLES[series.group],
+                "markerfacecolor": colour if filled else "white",
+                "linewidth": 2.0 if series.name == "auto" else 1.2,
+                "markersize": 7.0 if mark == "*" else 5.0 if series.name == "auto" else 4.5,
+                "zorder": 4 if series.name == "auto" else 3,
+            }  # fmt: skip
+    return dict(sorted(out.items(), key=lambda pair: list(STYLES).index(pair[0][0])))
+
+
+def one(path: str, chart: Chart) -> None:
+    """The picture of one deck. ValueError for a format that matplotlib does not write."""
+    plt = pyplot()
+    style = looks([chart])
+    figure, axes = plt.subplots(1, 2, sharey=True, figsize=(11, 5.4), layout="constrained")
+    panel(axes[0], chart, style, lambda p: 1e3 * p.seconds if p.seconds > 0 else None)
+    panel(axes[1], chart, style, lambda p: float(p.evaluations) if p.evaluations else None)
+    axes[0].set_xlabel("CPU time of the solve [ms]")
+    axes[1].set_xlabel("evaluations of the equations")
+    axes[0].set_ylabel("error, in parts of the signals' range")
+    figure.suptitle(chart.title, fontsize=11, x=0.01, ha="left")
+    axes[0].set_title(f"reference: {chart.reference}", fontsize=7.5, loc="left", color="#555555")
+    legend(figure, axes[0], style, 7)
+    save(figure, path)
+
+
+def legend(figure: Any, axis: Any, style: dict[tuple[str, str], dict[str, Any]], columns: int) -> None:
+    """Every tool once, under the panels."""
+    from matplotlib.lines import Line2D
+
+    handles = [Line2D([], [], label=_label(group, name), **look) for (group, name), look in style.items()]
+    figure.legend(
+        handles=handles, loc="outside lower center", ncols=min(columns, len(handles)), frameon=False
+    )
+
+
+def _label(group: str, name: str) -> str:
+    return f"scipy {name}" if group == "scipy" else name
+
+
+def panel(
+    axis: Any,
+    chart: Chart,
+    style: dict[tuple[str, str], dict[str, Any]],
+    across: Callable[[Point], float | None],
+) -> None:
+    """Error over a cost, every tool; failures in their lane, the unresolved floor in grey."""
+    errors: list[float] = []
+    costs: list[float] = []
+    axis.set(xscale="log", yscale="log")
+    for series in chart.series:
+        pairs = [(c, max(p.error or 0.0, 1e-16)) for p in series.good if (c := across(p)) is not None]
+        if pairs:
+            x, y = zip(*pairs, strict=True)
+            axis.plot(x, y, **style[series.group, series.name])
+            errors += y
+            costs += x
+    low, high = min(errors, default=1e-9), max(errors, default=1e-1)
+    floor, roof = 10 ** (_log(low) - 0.4), 10 ** (min(_log(high), 0.5) + 0.5)
+    decades = _log(roof) - _log(floor)
+    top = roof * 10 ** (decades * LANE / (1 - LANE))
+    axis.set_ylim(floor, top)
+    # failures, each tool a little higher than the one before, so that marks at one time stay apart
+    failed = [(s, [c for p in s.failures if (c := across(p)) is not None]) for s in chart.series]
+    failed = [(s, cs) for s, cs in failed if cs]
+    axis.axhline(roof, color="#999999", linestyle=(0, (4, 3)), linewidth=0.7)
+    if failed:
+        where = dict(
+            xy=(0, 1 - LANE / 2), xycoords="axes fraction", xytext=(3, 0), textcoords="offset points"
+        )
+        axis.annotate("did not get through", **where, va="center", fontsize=6.5, color="#777777")
+    for k, (series, xs) in enumerate(failed):
+        share = (k + 1) / (len(failed) + 1)
+        y = roof * (top / roof) ** share
+        colour = style[series.group, series.name]["color"]
+        axis.plot(
+            xs, [y] * len(xs), linestyle="", marker="x", color=colour, markersize=5, markeredgewidth=1.5
+        )
+        costs += xs
+    if costs:
+        axis.set_xlim(0.6 * min(costs), 1.7 * max(costs))
+    if chart.distance > floor:
+        axis.axhspan(floor, min(chart.distance, roof), color="#000000", alpha=0.06, linewidth=0)
+    _ticks(axis, floor, roof)
+    axis.grid(alpha=0.25, linewidth=0.6)
+    for side in ("top", "right"):
+        axis.spines[side].set_visible(False)
+
+
+def _ticks(axis: Any, floor: float, roof: float) -> None:
+    """Powers of ten, at most nine of them, none in the lane of failures."""
+    from math import ceil
+
+    powers = list(range(ceil(_log(floor)), ceil(_log(roof))))
+    stride = -(-len(powers) // 9)
+    axis.set_yticks([10.0**k for k in powers if k % stride == 0])
+    axis.minorticks_off()
+
+
+def _log(value: float) -> float:
+    from math import log10
+
+    return log10(value)
+
+
+def save(figure: Any, path: str) -> None:
+    plt = pyplot()
+    figure.patch.set_facecolor("white")
+    try:
+        figure.savefig(path, dpi=110)
+    finally:
+        plt.close(figure)
+
+
+__all__ = ["exponent", "legend", "looks", "one", "panel", "pyplot", "save"]

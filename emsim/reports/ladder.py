@@ -1,0 +1,274 @@
+"""One deck, run by every method over a ladder of tolerances and read at common times.
+
+Common times: `times` of them, equally spaced from the start of the output to the end. A deck with sources or conditions
+gets a spacing that is no round part of the run, so that no common time falls onto an edge, where a run that is right
+but 1e-12 s late would be wrong by the whole jump. A method with dense output records these times itself, with its own
+polynomial; the steps of one without (its record then has no row at that time) are read with the result's own
+interpolation, as any reader of that result would.
+
+Error of a run: largest |difference from the reference| over signals and common times, each in parts of the signal's
+range over the reference (at least 1e-3 of its size and 1e-6 of the largest of its unit). Signals: unless named, what stands
+under d/dt among the deck's columns, as the rest follows from it.
+
+Absolute tolerances that the deck gives are left out: they follow the ladder.
+
+Time is thread CPU time of the engine's transient, operating point included, compiling not; the median of rounds in
+which the runs of all methods take turns. A run that takes longer than its limit is stopped by the progress callback
+and charted as a failure; tighter tolerances of that method are then not tried.
+"""
+
+from __future__ import annotations
+
+from time import perf_counter, thread_time
+
+from ..diagnostics import DeckError, Diagnostic, DiagnosticError, suggest
+from ..result import Table
+from .work_precision import Point, Series, exponent
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+    from typing import Any
+
+    import numpy as np
+
+    from ..assemble import Assembly
+
+    Prepare = Callable[[dict[str, Any]], tuple[Assembly, list[tuple[Any, Any]]]]
+
+TOLERANCES = (1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9)
+TIMES = 50
+GOLDEN = 0.381966
+FOLLOW = ("abstol", "vntol", "chgtol", "reltol")  # options that the ladder sets
+FACTOR, FLOOR, LIMIT = (
+    60.0,
+    0.1,
+    5.0,
+)  # limit of a run: so many times the best at its tolerance, within these [s]
+KINDS = {"node": "v({})", "branch": "i({})"}
+
+
+class Problem:
+    """A deck made ready: `run(method, tolerance)` gives a table with a row at (or points around) every common time.
+
+    prepare   options -> (assembly, planned analyses); called once for every method and formulation
+    signals   names of columns, None for the states
+    """
+
+    def __init__(self, prepare: Prepare, signals: Sequence[str] | None = None, times: int = TIMES) -> None:
+        self.prepare = prepare
+        self._ready: dict[tuple[str, str], Assembly] = {}
+        assembly, planned = prepare({})
+        found = [settings for card, settings in planned if card.kind == "tran"]
+        if not found:
+            hint = "add .tran tstep tstop"
+            raise DeckError(
+                Diagnostic("error", "E350", "there is no transient analysis to chart", None, hint)
+            )
+        self.transient = found[-1]
+        self.assembly, self.flat = assembly, assembly.flat
+        self.title: str = assembly.flat.title
+        self.plain = not assembly.flat.machine
+        self.units = {o.name: o.unit for o in assembly.outputs["tran"]}
+        self.signals = self._chosen(signals)
+        self.count = times
+        t = self.transient
+        span = t.tstop - t.tstart
+        odd = not self.plain and not assembly.flat.elements and not assembly.system.flag_names
+        self.spacing: float = span / (times if odd else times + GOLDEN)
+
+    def _chosen(self, signals: Sequence[str] | None) -> list[str]:
+        columns = list(self.units)
+        if signals:
+            plain = {"".join(name.split()).lower(): name for name in columns}
+            for name in signals:
+                if name not in plain:
+                    near = suggest(name, columns)
+                    hint = f"did you mean {near}?" if near else f"there are {', '.join(columns[:20])}"
+                    raise DeckError(Diagnostic("error", "E351", f"no column {name} in this deck", None, hint))
+            return [plain[name] for name in signals]
+        states = self.states(self.assembly)
+        return [name for name in columns if name in states] or columns
+
+    @staticmethod
+    def states(assembly: Assembly) -> dict[str, int]:
+        """Columns that are unknowns under d/dt, and the unknown's number."""
+        s = assembly.system
+        under = s.differential_unknowns
+        names = [KINDS.get(kind, "{}").format(name) for name, kind in zip(s.names, s.kinds, strict=True)]
+        return {name: k for k, name in enumerate(names) if under[k]}
+
+    @property
+    def grid(self) -> np.ndarray:
+        """The common times [s]."""
+        import numpy as np
+
+        t = self.transient
+        grid = t.tstart + self.spacing * np.arange(1, self.count + 1)
+        return np.append(grid[grid < t.tstop * (1 - 1e-12)], t.tstop)
+
+    def ready(self, method: str, formulation: str = "") -> Assembly:
+        """The deck compiled for a method. Raises DeckError where it does not compile."""
+        key = (method, formulation)
+        if key not in self._ready:
+            options = {"method": method} | ({"formulation": formulation} if formulation else {})
+            self._ready[key] = self.prepare(options)[0]
+        return self._ready[key]
+
+    def run(
+        self, method: str, tolerance: float, limit: float = 60.0, formulation: str = ""
+    ) -> tuple[Table | None, dict[str, Any], str]:
+        """(table, statistics, "") of a run that got through, (None, statistics, reason) of one that did not."""
+        assembly = self.ready(method, formulation)
+        options = {k: v for k, v in assembly.options.items() if k not in FOLLOW} | {"reltol": tolerance}
+        outputs = {o.name: o for o in assembly.outputs["tran"]}
+        names = [name for name in self.signals if name in outputs]
+        t = self.transient
+        began = thread_time()
+
+        def over(*_: object) -> bool:
+            return thread_time() - began > limit
+
+        # ngspice's bound on the step counts from the deck's tstep, not from the spacing of the common times
+        tmax = t.tmax
+        if tmax is None and not self._dense(method):
+            tmax = min(t.tstep, (t.tstop - t.tstart) / 50)
+        waves = assembly.system.tran(
+            self.spacing, t.tstop, t.tstart, tmax, t.uic, [outputs[n].expr for n in names], options, over
+        )
+        stats = dict(waves.stats)
+        if waves.status == "ok":
+            units = [self.units[name] for name in names]
+            return Table("tran", ["time", *names], ["s", *units], waves), stats, ""
+        if waves.status == "interrupted":
+            return None, stats, f"over {limit:.2g} s"
+        failure = dict(waves.failure or {})
+        kind, at = str(failure.get("kind", "failed")), float(failure.get("t") or 0.0)
+        if kind == "unfit":
+            return None, stats, f"unfit: {failure.get('why', '')}".rstrip(": ")
+        return None, stats, f"{kind} at {at:.3g} s"
+
+    @staticmethod
+    def _dense(method: str) -> bool:
+        return method not in ("trap", "gear")
+
+    def values(self, table: Table) -> np.ndarray:
+        """Shape (signals, common times): recorded rows where they are, else interpolated."""
+        import numpy as np
+
+        grid, time = self.grid, table.time
+        right = np.clip(np.searchsorted(time, grid), 1, len(time) - 1)
+        rows = np.where(abs(time[right - 1] - grid) < abs(time[right] - grid), right - 1, right)
+        hit = abs(time[rows] - grid) <= 1e-9 * self.spacing
+        inside = np.clip(grid, time[0], time[-1])
+        missing = np.full(len(grid), np.nan)
+        return np.array(
+            [
+                np.where(hit, table[name][rows], table.at(name, inside)) if name in table else missing
+                for name in self.signals
+            ]
+        )
+
+
+class Judge:
+    """The reference's values at the common times, and the distance of others from them."""
+
+    def __init__(self, problem: Problem, reference: np.ndarray) -> None:
+        import numpy as np
+
+        self.reference = reference
+        reach, size = np.ptp(reference, axis=1), abs(reference).max(axis=1)
+        units = [problem.units[name] for name in problem.signals]
+        largest = np.array(
+            [max(max(reach[k], size[k]) for k, u in enumerate(units) if u == unit) for unit in units]
+        )
+        self.scale = np.maximum.reduce([reach, 1e-3 * size, 1e-6 * largest, np.full(len(units), 1e-15)])
+
+    def error(self, values: np.ndarray) -> float:
+        """Largest difference in parts of each signal's range; signals that the run does not have are left out."""
+        import numpy as np
+
+        off = abs(values - self.reference) / self.scale[:, None]
+        return float(np.nanmax(off)) if not np.isnan(off).all() else float("inf")
+
+
+class Task:
+    """One method's way down the ladder; `times` of every point that got through, for the median."""
+
+    def __init__(self, name: str, method: str, formulation: str = "") -> None:
+        self.name, self.method, self.formulation = name, method, formulation
+        self.stopped = ""
+        self.times: dict[float, list[float]] = {}
+        self.points: dict[float, Point] = {}
+
+
+def measure(
+    problem: Problem,
+    judge: Judge,
+    methods: Sequence[str],
+    tolerances: Sequence[float] = TOLERANCES,
+    limit: float | None = None,
+    rounds: int = 5,
+    budget: float = 10.0,
+    formulation: str = "",
+    group: str = "emsim",
+    said: Callable[[str], object] = lambda text: None,
+) -> list[Series]:
+    """Every method over the ladder: one judged round, then rounds for the median of times within `budget` [s]."""
+    label = f"{formulation} " if formulation else ""
+    tasks = [Task(label + method, method, formulation) for method in methods]
+    for tolerance in sorted(tolerances, reverse=True):
+        fastest = float("inf")
+        for task in tasks:
+            allowed = limit or min(max(FACTOR * fastest, FLOOR), LIMIT)
+            said(f"{task.name} {exponent(tolerance)}")
+            _judged(problem, judge, task, tolerance, allowed)
+            if task.points[tolerance].good:
+                fastest = min(fastest, task.points[tolerance].seconds)
+    _repeat(problem, tasks, rounds, budget, said)
+    return [Series(t.name, group, list(t.points.values())) for t in tasks]
+
+
+def _judged(problem: Problem, judge: Judge, task: Task, tolerance: float, limit: float) -> None:
+    setting = exponent(tolerance)
+    if task.stopped:
+        task.points[tolerance] = Point(setting, tolerance, None, 0.0, reason=task.stopped)
+        return
+    try:
+        table, stats, reason = problem.run(task.method, tolerance, limit, task.formulation)
+    except DiagnosticError as refused:
+        task.stopped = f"refused: {refused.diagnostics[-1].message}"
+        task.points[tolerance] = Point(setting, tolerance, None, 0.0, reason=task.stopped)
+        return
+    error = judge.error(problem.values(table)) if table is not None else None
+    seconds = float(stats["solve_time"])
+    task.points[tolerance] = Point(
+        setting, tolerance, error, seconds, stats["evaluations"], stats["steps"], reason
+    )
+    if table is not None:
+        task.times[tolerance] = [seconds]
+    elif reason.startswith("over"):
+        task.stopped = f"not tried: {reason} at {setting}"
+    elif reason.startswith("unfit"):
+        task.stopped = reason
+
+
+def _repeat(
+    problem: Problem, tasks: Sequence[Task], rounds: int, budget: float, said: Callable[[str], object]
+) -> None:
+    """The same runs again, in turns, until there are `rounds` of each or the budget is spent; then medians."""
+    from statistics import median
+
+    end = perf_counter() + budget
+    for number in range(1, rounds):
+        for task in tasks:
+            for tolerance, times in task.times.items():
+                # what is left must do for everybody: long runs are repeated less, they are less noisy too
+                if len(times) > number or times[0] > 0.02 * budget or perf_counter() > end:
+                    continue
+                said(f"{task.name} {exponent(tolerance)}, round {number + 1}")
+                stats = problem.run(task.method, tolerance, 60.0, task.formulation)[1]
+                times.append(float(stats["solve_time"]))
+    for task in tasks:
+        for tolerance, times in task.times.items():
+            task.points[tolerance].seconds = median(times)

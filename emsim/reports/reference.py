@@ -1,0 +1,97 @@
+"""A converged reference and its confirmation.
+
+The reference is radau at the tightest of TIGHTER that gets through within the limit (where radau fails altogether, the next
+of METHODS). It is believed only as far as a second method meets it: the distance of the two, in the units of error,
+is the accuracy to which the reference is known. Nothing below that distance is resolved, and a chart whose reference is
+not known to WORST is refused. Where the second method is the less accurate one by far (its own error then is what the
+distance shows), the reference's own next looser tolerance tells more; the text says so.
+"""
+
+from __future__ import annotations
+
+from ..diagnostics import ConvergenceError, Diagnostic, DiagnosticError
+from .ladder import Judge, Problem
+from .work_precision import exponent
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    import numpy as np
+
+TIGHTER = (1e-7, 1e-8, 1e-9, 1e-10, 1e-11, 1e-12, 1e-13)
+METHODS = ("radau", "dop853", "gauss", "esdirk", "gear", "trap")  # in the order of what they reach
+ENOUGH = 1e-11  # a second method this near needs no third
+WORST = 1e-3
+LIMIT = 15.0  # CPU seconds for the reference, and as many for all that confirm it
+
+
+class Reference:
+    """The judge, the words for how it was found, and the distance to the confirming run."""
+
+    __slots__ = ("distance", "judge", "text")
+
+    def __init__(self, judge: Judge, text: str, distance: float) -> None:
+        self.judge, self.text, self.distance = judge, text, distance
+
+
+class Descent:
+    """One method down TIGHTER as far as it gets within a limit: (tolerance, values) of the last runs, why it ended."""
+
+    def __init__(self, problem: Problem, method: str, limit: float, said: Callable[[str], object]) -> None:
+        self.runs: list[tuple[float, np.ndarray]] = []
+        self.method, self.seconds, self.why = method, 0.0, ""
+        for tolerance in TIGHTER:
+            said(f"reference, {method} {exponent(tolerance)}")
+            try:
+                table, stats, self.why = problem.run(method, tolerance, max(limit - self.seconds, 0.05))
+            except DiagnosticError as error:
+                self.why = error.diagnostics[-1].message
+                return
+            self.seconds += float(stats["solve_time"])
+            if table is None:
+                return
+            self.runs.append((tolerance, problem.values(table)))
+
+    @property
+    def name(self) -> str:
+        return f"{self.method} {exponent(self.runs[-1][0])}"
+
+
+def find(
+    problem: Problem,
+    known: Sequence[str],
+    limit: float = LIMIT,
+    said: Callable[[str], object] = lambda text: None,
+) -> Reference:
+    """The reference of a deck; `known`: methods there are. ConvergenceError when there is none worth the name."""
+    methods = [m for m in METHODS if m in known]
+    first: Descent | None = None
+    why = ""
+    while methods and (first is None or not first.runs):
+        first = Descent(problem, methods.pop(0), limit, said)
+        why = why or f"{first.method}: {first.why}"
+    if first is None or not first.runs:
+        hint = "the run itself must get through: try emsim deck.cir --method radau --reltol 1e-7"
+        raise ConvergenceError([Diagnostic("error", "E420", f"no reference: {why}", None, hint)])
+    judge = Judge(problem, first.runs[-1][1])
+    distance, by, left = float("inf"), "", limit
+    for method in methods:
+        if distance <= ENOUGH or left <= 0:
+            break
+        other = Descent(problem, method, min(left, max(10 * first.seconds, 0.5)), said)
+        left -= other.seconds
+        for _, values in other.runs[-1:]:
+            off = judge.error(values)
+            if off < distance:
+                distance, by = off, other.name
+    text = f"{first.name}, met to {distance:.1e} by {by}" if by else f"{first.name}, met by no other method"
+    own = judge.error(first.runs[-2][1]) if len(first.runs) > 1 else float("inf")
+    if own < 0.1 * distance and (distance < WORST or not by):
+        text += f"; {own:.1e} from its own run at {exponent(first.runs[-2][0])}"
+        distance = own
+    if not distance < WORST:
+        message = f"no converged reference: {text}"
+        hint = "chaos, or a signal that jumps: a shorter .tran, or --signals that are continuous"
+        raise ConvergenceError([Diagnostic("error", "E421", message, None, hint)])
+    return Reference(judge, text, distance)
