@@ -4,6 +4,7 @@
 pub mod assembly; // constraints: position and velocity projection, rank
 pub mod derive; // reverse and forward differentiation, substitution
 pub mod devices; // semiconductor kernels, one file each
+pub mod edges; // switching times that sources alone decide
 pub mod events; // state events on dense output
 pub mod graph; // hash-consed expression nodes with folding
 pub mod integrate; // the methods and the driver

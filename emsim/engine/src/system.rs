@@ -5,6 +5,7 @@
 //! G = dF/dx share one sparse pattern.  The linear part is summed once; expressions run as tapes; devices as kernels.
 use crate::derive::gradient;
 use crate::devices::diode::{Diode, DiodeOut};
+use crate::edges::{EdgeWork, Edges};
 use crate::graph::{Graph, Id, Node};
 pub use crate::model::{DiodeAt, FlagSpec, Force, Kind, Model, Unknown};
 use crate::passive::is_passive;
@@ -12,6 +13,8 @@ use crate::sparse::{Pattern, Rows, Stamp};
 use crate::tape::{Inputs, Tape};
 use crate::waves::Wave;
 use std::collections::BTreeMap;
+
+mod stops;
 
 struct DiodeSlot {
     kernel: Diode,
@@ -67,6 +70,7 @@ pub struct System {
     g_slots: Vec<usize>, // place on the pattern of each such entry
     c_slots: Vec<usize>,
     roots: Tape, // up and down of every flag
+    pub edges: Edges,
     diodes: Vec<DiodeSlot>,
     pub has_q: Vec<bool>,        // row i has a d/dt term
     pub differential: Vec<bool>, // unknown i appears under d/dt (in derivatives that are only shown it does not count)
@@ -91,6 +95,8 @@ pub struct Work {
     pub gv: Vec<f64>,
     pub cv: Vec<f64>,
     pub junction: Vec<f64>,
+    edges: EdgeWork,
+    asked: Vec<f64>,
     expansions: Vec<Expansion>,
     pub limited: bool,
     pub counters: Counters,
@@ -172,6 +178,7 @@ impl System {
             c_linear[at(r, c)] += v;
             *c_sum.entry((r, c)).or_default() += v;
         }
+        let edges = Edges::find(&model, g, &g_sum, &c_sum);
         let f_rows: Vec<usize> = model.f.keys().copied().collect();
         let q_rows: Vec<usize> = model.q.keys().copied().collect();
         let mut outs: Vec<Id> = model.f.values().chain(model.q.values()).copied().collect();
@@ -281,6 +288,7 @@ impl System {
             g_slots,
             c_slots,
             roots,
+            edges,
             diodes,
             has_q,
             differential,
@@ -305,6 +313,8 @@ impl System {
             f: vec![0.0; self.n],
             gv: self.g_linear.clone(),
             cv: self.c_linear.clone(),
+            edges: self.edges.work(self.waves.len()),
+            asked: Vec::new(),
             junction: self.diodes.iter().map(|d| d.kernel.vcrit()).collect(),
             expansions: vec![Expansion::default(); self.diodes.len()],
             limited: false,
@@ -527,46 +537,6 @@ impl System {
         }
     }
 
-    /// Roots of the flags at (x, t): for each flag the value whose sign matters in its present state.
-    pub fn eval_roots(&self, w: &mut Work, x: &[f64], t: f64, out: &mut [f64]) {
-        if self.flags.is_empty() {
-            return;
-        }
-        self.set_time(w, t);
-        self.roots.run(&Inputs { x, t, waves: &w.waves, flags: &w.flags }, &mut w.roots);
-        for (k, out) in out.iter_mut().enumerate().take(self.flags.len()) {
-            *out = if w.flags[k] == 0.0 {
-                self.roots.output(&w.roots, 2 * k)
-            } else {
-                // without hysteresis a flag is down at zero too: v(p) > 0 ends when a pulse returns to exactly 0
-                let down = self.roots.output(&w.roots, 2 * k + 1);
-                let at_zero = down == 0.0 && self.flags[k].up == self.flags[k].down;
-                if at_zero {
-                    f64::MIN_POSITIVE
-                } else {
-                    -down
-                }
-            };
-        }
-    }
-
-    /// Sets every flag as its roots say at (x, t); true when one changed. A root > 0 asks for a flip (see eval_roots).
-    pub fn update_flags(&self, w: &mut Work, x: &[f64], t: f64) -> bool {
-        if self.flags.is_empty() {
-            return false;
-        }
-        let mut r = vec![0.0; self.flags.len()];
-        self.eval_roots(w, x, t, &mut r);
-        let mut changed = false;
-        for (flag, root) in w.flags.iter_mut().zip(r) {
-            if root > 0.0 {
-                *flag = 1.0 - *flag;
-                changed = true;
-            }
-        }
-        changed
-    }
-
     /// y = C x with the C of what was expanded last.
     pub fn c_times(&self, w: &Work, x: &[f64], y: &mut [f64]) {
         assert!(y.len() == self.n);
@@ -586,22 +556,6 @@ impl System {
         for (k, &(row, col)) in self.c_places.iter().enumerate() {
             y[row] += self.jacobian.output(&w.jacobian, base + k) * x[col];
         }
-    }
-
-    pub fn next_breakpoint(&self, t: f64) -> f64 {
-        self.waves.iter().map(|w| w.next_breakpoint(t)).fold(f64::INFINITY, f64::min)
-    }
-
-    /// Does a source jump (rather than bend) at t?
-    pub fn jumps_at(&self, t: f64) -> bool {
-        self.waves.iter().any(|w| {
-            let (before, after) = (w.value_before(t), w.value(t));
-            (after - before).abs() > 1e-9 * (after.abs() + before.abs())
-        })
-    }
-
-    pub fn shortest_feature(&self) -> f64 {
-        self.waves.iter().map(|w| w.shortest()).fold(f64::INFINITY, f64::min)
     }
 }
 

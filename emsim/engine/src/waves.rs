@@ -219,6 +219,11 @@ impl Wave {
         }
     }
 
+    /// Straight lines between corners.
+    pub fn is_piecewise_linear(&self) -> bool {
+        matches!(self.shape, Shape::Dc(_) | Shape::Pulse(_) | Shape::Pwl(_))
+    }
+
     /// The first corner after t (by more than 1e-12 of t), INFINITY when there is none.
     pub fn next_breakpoint(&self, t: f64) -> f64 {
         let first_of = |times: &[f64]| {
@@ -231,6 +236,19 @@ impl Wave {
             Shape::Sin { delay, .. } | Shape::Am { delay, .. } => first_of(&[*delay]),
             Shape::Exp { rise_at, fall_at, .. } => first_of(&[*rise_at, *fall_at]),
             Shape::Pwl(pwl) => pwl.next_breakpoint(t),
+        }
+    }
+
+    /// Number of the piece that starts at or lies around t; the same in every period. 0 where there are none.
+    pub fn piece(&self, t: f64) -> usize {
+        match &self.shape {
+            Shape::Pulse(p) => p.piece(t),
+            Shape::Pwl(p) => {
+                let snap = SNAP * t.abs().max(p.delay.abs());
+                let (_, s) = p.fold(t - p.delay, snap, Side::After);
+                p.times.partition_point(|&time| passed(s, time, snap, Side::After))
+            }
+            _ => 0,
         }
     }
 
@@ -283,6 +301,20 @@ impl Pulse {
         } else {
             self.v1
         }
+    }
+
+    fn piece(&self, t: f64) -> usize {
+        let snap = SNAP * t.abs().max(self.delay.abs());
+        let s = t - self.delay;
+        if !passed(s, 0.0, snap, Side::After) {
+            return 0;
+        }
+        let k = if self.period.is_finite() { periods(s, self.period, snap, Side::After) } else { 0.0 };
+        if k >= self.count {
+            return 0;
+        }
+        let s = if k > 0.0 { k.mul_add(-self.period, s) } else { s };
+        1 + self.corners.iter().filter(|&&c| passed(s, c, snap, Side::After)).count()
     }
 
     fn next_breakpoint(&self, t: f64) -> f64 {

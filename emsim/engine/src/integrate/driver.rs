@@ -1,12 +1,14 @@
-//! The transient analysis: one loop for every method. Breakpoints are stepped onto; state events are located on the
-//! method's dense output, stepped onto, and followed by a restart with consistent values; what was computed is kept
-//! whatever ends the run.
+//! The transient analysis: one loop for every method. Corners of sources and known edges (edges.rs) are stepped onto;
+//! state events are located on the method's dense output, stepped onto. Where something jumps, one implicit step of
+//! a billionth of what lies ahead gives the values after it, and the method restarts there. The length that served
+//! after the last jump of the same kind is remembered. What was computed is kept whatever ends the run.
 use super::{make, Attempt, Method};
 use crate::events::{Candidate, Detector, Located};
 use crate::newton::{Failure, Newton, Options, Tolerances};
 use crate::op;
 use crate::record::Record;
 use crate::system::{System, Work};
+use std::collections::HashMap;
 
 #[derive(Clone, Copy, Debug)]
 pub struct Transient {
@@ -50,12 +52,39 @@ const PATIENCE: u64 = 200_000;
 const LEAST: f64 = 2e-9;
 /// No quantity of a deck is larger; a solution on its way to infinity ends here, before it is NaN.
 const LARGEST: f64 = 1e100;
+/// A jump takes this part of the next stretch.
+const JUMP: f64 = 1e-9;
+/// Flips of flags that set off others, at one time.
+const CASCADE: usize = 20;
+
+/// What a run holds beside its method.
+struct Run<'a> {
+    sys: &'a System,
+    w: &'a mut Work,
+    a: Transient,
+    o: &'a Options,
+    record: &'a mut Record,
+    tol: Tolerances,
+    newton: Newton, // for values after a jump: its symbolic analysis is done once
+    detector: Detector,
+    grid: Grid,
+    memory: Memory,
+    outcome: Outcome,
+    x: Vec<f64>,
+    t: f64,
+    late: f64, // what rounding has taken from t
+    stop: f64, // the next corner or edge
+    tmax: f64,
+    dense: bool,
+    scratch: Vec<f64>,
+}
 
 pub fn run(sys: &System, w: &mut Work, a: Transient, o: &Options, record: &mut Record, tick: &mut Tick) -> Outcome {
-    let mut outcome = Outcome { status: Status::Ok, failed: None, events: Vec::new(), resting: Vec::new() };
-    let fail = |outcome: &mut Outcome, t, h, during, why, tried| {
+    let outcome = Outcome { status: Status::Ok, failed: None, events: Vec::new(), resting: Vec::new() };
+    let failed = |mut outcome: Outcome, during, why, tried| {
         outcome.status = Status::Failed;
-        outcome.failed = Some(Failed { t, h, during, why, tried });
+        outcome.failed = Some(Failed { t: 0.0, h: 0.0, during, why, tried });
+        outcome
     };
     let mut tol = Tolerances::new(sys, o);
     w.gmin = o.gmin;
@@ -64,281 +93,418 @@ pub fn run(sys: &System, w: &mut Work, a: Transient, o: &Options, record: &mut R
     let mut x = op::initial(sys);
     if a.uic {
         if let Err(why) = op::initial_conditions(sys, w, &mut x, a.tstep, &tol) {
-            fail(&mut outcome, 0.0, 0.0, "initial conditions", why, vec!["charges as given by IC=".into()]);
-            return outcome;
+            return failed(outcome, "initial conditions", why, vec!["charges as given by IC=".into()]);
         }
     } else if let Err(e) = op::operating_point(sys, w, o, &tol, false, &mut x) {
-        fail(&mut outcome, 0.0, 0.0, "operating point", e.why, e.tried);
-        return outcome;
+        return failed(outcome, "operating point", e.why, e.tried);
     }
     tol.observe(&x);
-    let span = a.tstop;
-    // one Newton for every restart with consistent values: its symbolic analysis is done once
-    let (mut method, mut newton) = match (make(sys, o), Newton::new(sys)) {
+    let (mut method, newton) = match (make(sys, o), Newton::new(sys)) {
         (Ok(m), Ok(n)) => (m, n),
-        (Err(why), _) | (_, Err(why)) => {
-            fail(&mut outcome, 0.0, 0.0, "transient", why, vec![]);
-            return outcome;
-        }
+        (Err(why), _) | (_, Err(why)) => return failed(outcome, "transient", why, vec![]),
     };
     let dense = method.wants_dense_record();
     // SPICE bounds the step by TSTEP; methods with dense output of their own order need only see every part of the span
     let fiftieth = (a.tstop - a.tstart) / 50.0;
     let tmax = a.tmax.unwrap_or(if dense { fiftieth } else { a.tstep.min(fiftieth) });
-    let feature = sys.shortest_feature().min(a.tstep).min(tmax);
-    op::consistent(sys, &mut newton, w, &mut x, 0.0, 1e-5 * feature, &tol, true);
-    let mut detector = Detector::new(sys);
-    let settle =
-        |newton: &mut Newton, w: &mut Work, x: &mut Vec<f64>, t: f64, h: f64, tol: &Tolerances, events: &mut Vec<_>| {
-            // flags may hang on algebraic unknowns that other flags move: settle them together
-            for _ in 0..20 {
-                let before = w.flags.clone();
-                if !sys.update_flags(w, x, t) {
-                    break;
-                }
-                for (k, (old, new)) in before.iter().zip(&w.flags).enumerate() {
-                    if old != new {
-                        events.push((t, k, *new != 0.0));
-                    }
-                }
-                op::consistent(sys, newton, w, x, t, h, tol, false);
-            }
-        };
-    let mut settled = Vec::new();
-    settle(&mut newton, w, &mut x, 0.0, 1e-9 * feature, &tol, &mut settled);
-    if a.tstart <= 0.0 {
-        record.push(sys, w, 0.0, &x);
-    }
-    method.restart(sys, w, 0.0, &x);
-    detector.start(sys, w, &x, 0.0);
-
-    let first = match o.fixed_step {
-        Some(h) => h,
-        None if dense => 1e-2 * feature,
-        None => (0.01 * feature).min(1e-3 * span),
+    let (detector, grid) = (Detector::new(sys), Grid::new(sys, a, dense));
+    let (scratch, memory) = (vec![0.0; sys.n], Memory::default());
+    let (t, late, stop) = (0.0, 0.0, 0.0);
+    let mut run = Run {
+        sys,
+        w,
+        a,
+        o,
+        record,
+        tol,
+        newton,
+        detector,
+        grid,
+        memory,
+        outcome,
+        x,
+        t,
+        late,
+        stop,
+        tmax,
+        dense,
+        scratch,
     };
-    let (mut t, mut h) = (0.0_f64, first);
-    let mut late = 0.0_f64; // what rounding has taken from t
-    let mut breakpoint = sys.next_breakpoint(0.0).min(a.tstop);
-    let mut grid = Grid::new(a.tstart, a.tstep, a.tstop);
-    let mut scratch = vec![0.0; sys.n];
-    let mut failures = 0u32;
-    let mut normal_h = tmax; // the step before a corner cut it
-    let mut count = 0u64;
-    let mut mark = 0.0_f64;
-    while t < a.tstop {
-        count += 1;
-        // so many steps for so little: the run would never end
-        if count % PATIENCE == 0 {
-            if t - mark < LEAST * span && o.fixed_step.is_none() {
-                let why = Failure::Diverged { unknown: 0, row: 0 };
-                let tried = vec![format!("{PATIENCE} steps without getting on")];
-                fail(&mut outcome, t, h, "transient", why, tried);
-                return outcome;
-            }
-            mark = t;
-        }
-        if count % TICK == 0 && !tick(t, h, w.counters.steps, w.counters.events) {
-            outcome.status = Status::Interrupted;
-            return outcome;
-        }
-        // how far may this step go
-        let left = (breakpoint - t) - late;
-        let mut step = h.min(if o.fixed_step.is_some() { h } else { tmax });
-        let mut lands = false;
-        if step >= left * (1.0 - 1e-9) {
-            step = left;
-            lands = true;
-        } else if step > 0.5 * left && o.fixed_step.is_none() {
-            step = 0.5 * left; // two equal steps instead of a long and a tiny one
-        }
-        let smallest = (16.0 * f64::EPSILON * t).max(1e-18 * a.tstop);
-        if step < smallest && !lands {
-            step = smallest;
-        }
-        match method.attempt(sys, w, step, &tol) {
-            Attempt::Stuck { next, why } => {
-                w.counters.newton_failures += 1;
-                failures += 1;
-                if next <= smallest || failures > 60 || o.fixed_step.is_some() {
-                    let tried = vec![format!("halving the step {failures} times"), format!("method {}", o.method)];
-                    fail(&mut outcome, t, step, "transient", why, tried);
-                    return outcome;
-                }
-                h = next;
-                continue;
-            }
-            Attempt::TooLarge { next } => {
-                w.counters.rejected += 1;
-                if step > smallest * 1.01 {
-                    h = next.max(smallest);
-                    continue;
-                }
-                // the smallest step there is: the solution jumps here, take it as it comes
-                t = (t + step).min(breakpoint);
-                late = 0.0;
-                method.accept(t);
-                h = 2.0 * smallest;
-            }
-            Attempt::Good { next } => {
-                let t1 = if lands { breakpoint } else { t + (step + late) };
-                let mut located = None;
-                if !sys.flags.is_empty() {
-                    let inside = |t: f64, out: &mut [f64]| method.dense(t, out);
-                    let candidate = Candidate { end: method.candidate(), dense: &inside, long: dense };
-                    located = detector.locate(sys, w, &candidate, t, t1, &mut scratch);
-                }
-                if let Some(Located { mut at }) = located {
-                    if at < t1 && at - t > smallest {
-                        // step onto the event: the same step, shorter; a little further where dense output was early
-                        let mut again = method.attempt(sys, w, at - t, &tol);
-                        for _ in 0..6 {
-                            if !matches!(again, Attempt::Good { .. }) {
-                                break;
-                            }
-                            let Some(more) = detector.missing(sys, w, method.candidate(), t, at) else { break };
-                            let further = at + (2.0 * more).max(1e-12 * step).max(smallest);
-                            if further >= t1 {
-                                break;
-                            }
-                            at = further;
-                            again = method.attempt(sys, w, at - t, &tol);
-                        }
-                        match again {
-                            Attempt::Good { .. } => {}
-                            Attempt::TooLarge { next } | Attempt::Stuck { next, .. } => {
-                                w.counters.rejected += 1;
-                                failures += 1;
-                                if failures > 60 {
-                                    let why = Failure::Diverged { unknown: 0, row: 0 };
-                                    fail(&mut outcome, t, step, "transient", why, vec!["locating an event".into()]);
-                                    return outcome;
-                                }
-                                h = next.min(0.5 * (at - t)).max(smallest);
-                                continue;
-                            }
-                        }
-                    }
-                    // an event at the very start of the step: nothing has moved yet, the candidate belongs to t1
-                    let at_once = at < t1 && at - t <= smallest;
-                    let te = if at_once { t + smallest } else { at.min(t1) };
-                    failures = 0;
-                    late = 0.0;
-                    if !at_once {
-                        method.accept(te);
-                        w.counters.steps += 1;
-                        x.copy_from_slice(method.candidate());
-                        if dense {
-                            grid.fill(method.as_ref(), te, sys, w, record, &mut scratch);
-                        }
-                    }
-                    if te >= a.tstart {
-                        record.push(sys, w, te, &x);
-                    }
-                    tol.observe(&x);
-                    let taken = te - t;
-                    t = te;
-                    // the flags flip, then the algebraic unknowns jump
-                    for &k in detector.fired() {
-                        w.flags[k] = 1.0 - w.flags[k];
-                        outcome.events.push((te, k, w.flags[k] != 0.0));
-                    }
-                    w.counters.events += 1;
-                    if let Some(k) = detector.flipped(te, span) {
-                        if !outcome.resting.contains(&k) {
-                            outcome.resting.push(k);
-                        }
-                    }
-                    op::consistent(sys, &mut newton, w, &mut x, t, 1e-9 * step.min(tmax), &tol, false);
-                    settle(&mut newton, w, &mut x, t, 1e-9 * step.min(tmax), &tol, &mut outcome.events);
-                    method.restart(sys, w, t, &x);
-                    detector.start(sys, w, &x, t);
-                    if breakpoint <= t * (1.0 + 1e-15) {
-                        breakpoint = sys.next_breakpoint(t).min(a.tstop);
-                    }
-                    let fraction = if dense { 0.25 } else { 0.02 };
-                    h = (fraction * next.min(tmax)).max(0.1 * taken.min(next)).max(smallest);
-                    continue;
-                }
-                failures = 0;
-                method.accept(t1);
-                w.counters.steps += 1;
-                late = if lands { 0.0 } else { (step + late) - (t1 - t) };
-                t = t1;
-                h = next;
-            }
-        }
-        x.copy_from_slice(method.candidate());
-        if let Some(unknown) = x.iter().position(|v| v.abs() > LARGEST) {
-            fail(
-                &mut outcome,
-                t,
-                step,
-                "transient",
-                Failure::NotFinite { unknown },
-                vec!["it grows without bound".into()],
-            );
-            return outcome;
-        }
-        if dense {
-            grid.fill(method.as_ref(), t, sys, w, record, &mut scratch);
-        }
-        if t >= a.tstart {
-            record.push(sys, w, t, &x);
-        }
-        tol.observe(&x);
-        detector.accept(sys, w, &x, t);
-        if lands && t >= breakpoint {
-            if t >= a.tstop {
-                break;
-            }
-            w.counters.breakpoints += 1;
-            let jump = sys.jumps_at(t);
-            breakpoint = sys.next_breakpoint(t).min(a.tstop);
-            if jump {
-                op::consistent(sys, &mut newton, w, &mut x, t * (1.0 + 1e-15) + 1e-12 * tmax, 1e-9 * tmax, &tol, false);
-                settle(&mut newton, w, &mut x, t, 1e-9 * tmax, &tol, &mut outcome.events);
-            }
-            if o.fixed_step.is_none() && (jump || method.restarts_at_corners()) {
-                method.restart(sys, w, t, &x);
-                detector.start(sys, w, &x, t);
-                h = (0.1 * (breakpoint - t).min(normal_h).min(tmax)).max(smallest);
-            } else if o.fixed_step.is_none() {
-                h = h.max(normal_h.min(tmax)).min(0.5 * (breakpoint - t));
-            } else {
-                h = first;
-            }
-        } else {
-            normal_h = h;
-        }
-    }
-    outcome
+    run.start(method.as_mut());
+    run.advance(method.as_mut(), tick);
+    run.outcome
 }
 
-/// The print grid tstart + k tstep: rows between internal points, from the method's dense output.
+impl Run<'_> {
+    fn start(&mut self, method: &mut dyn Method) {
+        let feature = self.sys.shortest_feature().min(self.a.tstep).min(self.tmax);
+        op::consistent(self.sys, &mut self.newton, self.w, &mut self.x, 0.0, 1e-5 * feature, &self.tol, true);
+        for _ in 0..CASCADE {
+            // flags may hang on algebraic unknowns that other flags move: settle them together
+            if !self.sys.update_flags(self.w, &self.x, 0.0) {
+                break;
+            }
+            op::consistent(self.sys, &mut self.newton, self.w, &mut self.x, 0.0, 1e-9 * feature, &self.tol, false);
+        }
+        if self.a.tstart <= 0.0 {
+            self.record.push(self.sys, self.w, 0.0, &self.x);
+        }
+        self.stop = self.sys.next_stop(self.w, 0.0, self.a.tstop);
+        if self.stop <= 0.0 {
+            self.jump(feature);
+        }
+        self.restart(method);
+    }
+
+    fn restart(&mut self, method: &mut dyn Method) {
+        method.restart(self.sys, self.w, self.t, &self.x);
+        self.detector.start(self.sys, self.w, &self.x, self.t);
+        self.memory.restart(self.sys.stretch(self.w, self.t));
+    }
+
+    /// The loop over steps.
+    fn advance(&mut self, method: &mut dyn Method, tick: &mut Tick) {
+        let (sys, a, tmax) = (self.sys, self.a, self.tmax);
+        let span = a.tstop;
+        let feature = sys.shortest_feature().min(a.tstep).min(tmax);
+        let first = match self.o.fixed_step {
+            Some(h) => h,
+            None if self.dense => 1e-2 * feature,
+            None => (0.01 * feature).min(1e-3 * span),
+        };
+        let fixed = self.o.fixed_step.is_some();
+        let mut h = first;
+        let mut failures = 0u32;
+        let mut normal_h = tmax; // the step before a corner cut it
+        let mut count = 0u64;
+        let mut mark = 0.0_f64;
+        while self.t < a.tstop {
+            count += 1;
+            // so many steps for so little: the run would never end
+            if count % PATIENCE == 0 {
+                if self.t - mark < LEAST * span && !fixed {
+                    return self.fail(h, lost(), vec![format!("{PATIENCE} steps without getting on")]);
+                }
+                mark = self.t;
+            }
+            if count % TICK == 0 && !tick(self.t, h, self.w.counters.steps, self.w.counters.events) {
+                self.outcome.status = Status::Interrupted;
+                return;
+            }
+            // how far may this step go
+            let t = self.t;
+            let left = (self.stop - t) - self.late;
+            let mut step = h.min(if fixed { h } else { tmax });
+            let mut lands = false;
+            if step >= left * (1.0 - 1e-9) {
+                step = self.memory.recurring(left, 8.0 * f64::EPSILON * self.stop);
+                lands = true;
+            } else if step > 0.5 * left && !fixed {
+                step = 0.5 * left; // two equal steps instead of a long and a tiny one
+            }
+            let smallest = (16.0 * f64::EPSILON * t).max(1e-18 * a.tstop);
+            if step < smallest && !lands {
+                step = smallest;
+            }
+            match method.attempt(sys, self.w, step, &self.tol) {
+                Attempt::Stuck { next, why } => {
+                    self.w.counters.newton_failures += 1;
+                    failures += 1;
+                    if next <= smallest || failures > 60 || fixed {
+                        let halved = format!("halving the step {failures} times");
+                        return self.fail(step, why, vec![halved, format!("method {}", self.o.method)]);
+                    }
+                    h = next;
+                    continue;
+                }
+                Attempt::TooLarge { next } => {
+                    self.w.counters.rejected += 1;
+                    if step > smallest * 1.01 {
+                        h = next.max(smallest);
+                        continue;
+                    }
+                    // the smallest step there is: the solution jumps here, take it as it comes
+                    self.t = (t + step).min(self.stop);
+                    self.late = 0.0;
+                    method.accept(self.t);
+                    h = 2.0 * smallest;
+                }
+                Attempt::Good { next } => {
+                    let t1 = if lands { self.stop } else { t + (step + self.late) };
+                    match self.event(method, t1, step, next, smallest, &mut failures) {
+                        Event::None => {}
+                        Event::Refused(next) if failures > 60 => {
+                            return self.fail(next, lost(), vec!["locating an event".into()]);
+                        }
+                        Event::Refused(next) | Event::Passed(next) => {
+                            h = next;
+                            continue;
+                        }
+                    }
+                    failures = 0;
+                    method.accept(t1);
+                    self.w.counters.steps += 1;
+                    self.memory.learn(next);
+                    self.late = if lands { 0.0 } else { (step + self.late) - (t1 - t) };
+                    self.t = t1;
+                    h = next;
+                }
+            }
+            self.x.copy_from_slice(method.candidate());
+            if let Some(unknown) = self.x.iter().position(|v| v.abs() > LARGEST) {
+                return self.fail(step, Failure::NotFinite { unknown }, vec!["it grows without bound".into()]);
+            }
+            self.keep(method);
+            self.detector.accept(sys, self.w, &self.x, self.t);
+            if !(lands && self.t >= self.stop) {
+                normal_h = h;
+                continue;
+            }
+            if self.t >= a.tstop {
+                return;
+            }
+            self.w.counters.breakpoints += 1;
+            let jumped = self.land();
+            let ahead = self.stop - self.t;
+            if fixed {
+                h = first;
+                if jumped {
+                    self.restart(method);
+                }
+            } else if jumped || method.restarts_at_corners() {
+                self.restart(method);
+                h = self.memory.length().unwrap_or(0.1 * ahead.min(normal_h).min(tmax)).max(smallest);
+            } else {
+                h = h.max(normal_h.min(tmax)).min(0.5 * ahead);
+            }
+        }
+    }
+
+    fn fail(&mut self, h: f64, why: Failure, tried: Vec<String>) {
+        self.outcome.status = Status::Failed;
+        self.outcome.failed = Some(Failed { t: self.t, h, during: "transient", why, tried });
+    }
+
+    /// Records the accepted step up to its end x at t.
+    fn keep(&mut self, method: &dyn Method) {
+        self.grid.fill(method, self.t, self.sys, self.w, self.record, &mut self.scratch);
+        if self.t >= self.a.tstart {
+            self.record.push(self.sys, self.w, self.t, &self.x);
+        }
+        self.tol.observe(&self.x);
+    }
+
+    /// At a corner or an edge: flags flip, values jump, the next stop is found. True when something jumped.
+    fn land(&mut self) -> bool {
+        let before = self.outcome.events.len();
+        let jumps = self.sys.jumps_at(self.t);
+        let (t, events) = (self.t, &mut self.outcome.events);
+        self.sys.flip_edges(self.w, t, |k, on| events.push((t, k, on)));
+        let flipped = self.outcome.events.len() > before;
+        self.w.counters.events += u64::from(flipped);
+        self.stop = self.sys.next_stop(self.w, t, self.a.tstop);
+        if jumps || flipped {
+            self.jump(self.tmax);
+        }
+        jumps || flipped
+    }
+
+    /// Something has jumped at t: one implicit step of nearly no length gives the values after it, and their time.
+    fn jump(&mut self, width: f64) {
+        for _ in 0..CASCADE {
+            // edges that are due at once
+            let (t, events) = (self.t, &mut self.outcome.events);
+            if self.stop <= t {
+                self.sys.flip_edges(self.w, t, |k, on| events.push((t, k, on)));
+            }
+            self.stop = self.sys.next_stop(self.w, t, self.a.tstop);
+            let h = (JUMP * width.min(self.stop - t)).max(64.0 * f64::EPSILON * t).max(1e-18 * self.a.tstop);
+            op::consistent(self.sys, &mut self.newton, self.w, &mut self.x, t, h, &self.tol, false);
+            self.t = t + h;
+            self.late = 0.0;
+            let before = self.w.flags.clone();
+            let settled = !self.sys.settle_flags(self.w, &self.x, self.t);
+            for (k, (old, new)) in before.iter().zip(&self.w.flags).enumerate() {
+                if old != new {
+                    self.outcome.events.push((self.t, k, *new != 0.0));
+                }
+            }
+            if settled && self.stop > self.t {
+                break;
+            }
+        }
+        if self.t >= self.a.tstart {
+            self.record.push(self.sys, self.w, self.t, &self.x);
+            self.grid.last = self.t;
+        }
+    }
+
+    /// A flag that turns inside the attempted step (t, t1]: the step ends there, the flag flips, the method restarts.
+    fn event(
+        &mut self,
+        method: &mut dyn Method,
+        t1: f64,
+        step: f64,
+        next: f64,
+        smallest: f64,
+        failures: &mut u32,
+    ) -> Event {
+        let (sys, t) = (self.sys, self.t);
+        if sys.edges.all_timed() {
+            return Event::None;
+        }
+        let inside = |t: f64, out: &mut [f64]| method.dense(t, out);
+        let candidate = Candidate { end: method.candidate(), dense: &inside, long: self.dense };
+        let located = self.detector.locate(sys, self.w, &candidate, t, t1, &mut self.scratch);
+        let Some(Located { mut at }) = located else { return Event::None };
+        if at < t1 && at - t > smallest {
+            // step onto the event: the same step, shorter; a little further where dense output was early
+            let mut again = method.attempt(sys, self.w, at - t, &self.tol);
+            for _ in 0..6 {
+                if !matches!(again, Attempt::Good { .. }) {
+                    break;
+                }
+                let Some(more) = self.detector.missing(sys, self.w, method.candidate(), t, at) else { break };
+                let further = at + (2.0 * more).max(1e-12 * step).max(smallest);
+                if further >= t1 {
+                    break;
+                }
+                at = further;
+                again = method.attempt(sys, self.w, at - t, &self.tol);
+            }
+            if let Attempt::TooLarge { next } | Attempt::Stuck { next, .. } = again {
+                self.w.counters.rejected += 1;
+                *failures += 1;
+                return Event::Refused(next.min(0.5 * (at - t)).max(smallest));
+            }
+        }
+        // an event at the very start of the step: nothing has moved yet, the candidate belongs to t1
+        let at_once = at < t1 && at - t <= smallest;
+        let te = if at_once { t + smallest } else { at.min(t1) };
+        *failures = 0;
+        self.late = 0.0;
+        self.t = te;
+        if at_once {
+            self.tol.observe(&self.x);
+        } else {
+            method.accept(te);
+            self.w.counters.steps += 1;
+            self.x.copy_from_slice(method.candidate());
+            self.keep(method);
+        }
+        // the flags flip, then the algebraic unknowns jump
+        for &k in self.detector.fired() {
+            self.w.flags[k] = 1.0 - self.w.flags[k];
+            self.outcome.events.push((te, k, self.w.flags[k] != 0.0));
+        }
+        self.w.counters.events += 1;
+        if let Some(k) = self.detector.flipped(te, self.a.tstop) {
+            if !self.outcome.resting.contains(&k) {
+                self.outcome.resting.push(k);
+            }
+        }
+        self.jump(step.min(self.tmax));
+        self.restart(method);
+        let fraction = if self.dense { 0.25 } else { 0.02 };
+        let cautious = (fraction * next.min(self.tmax)).max(0.1 * (te - t).min(next));
+        Event::Passed(self.memory.length().unwrap_or(cautious).max(smallest))
+    }
+}
+
+/// What `Run::event` found in an attempted step.
+enum Event {
+    None,
+    /// the shortened step failed; the length to try
+    Refused(f64),
+    /// the run stands behind the event; the length of the next step
+    Passed(f64),
+}
+
+fn lost() -> Failure {
+    Failure::Diverged { unknown: 0, row: 0 }
+}
+
+/// Lengths of steps that come again and again: between the edges of a pulse train the second period can know what the
+/// first had to find out, and an equal length keeps its factorisation.
+#[derive(Default)]
+struct Memory {
+    first: HashMap<u64, f64>, // of each kind of stretch: the length that its first step could have had
+    stretch: u64,
+    starting: bool, // the next accepted step is the first of its stretch
+    landed: [f64; 8],
+    place: usize,
+}
+
+/// More kinds of stretches than this are no repetition.
+const KINDS: usize = 4096;
+
+impl Memory {
+    fn restart(&mut self, stretch: u64) {
+        (self.stretch, self.starting) = (stretch, true);
+    }
+
+    fn length(&self) -> Option<f64> {
+        self.first.get(&self.stretch).copied()
+    }
+
+    fn learn(&mut self, next: f64) {
+        if std::mem::take(&mut self.starting) {
+            if self.first.len() >= KINDS {
+                self.first.clear();
+            }
+            self.first.insert(self.stretch, next);
+        }
+    }
+
+    /// `left` to the bit as it was before, where it differs by rounding alone.
+    fn recurring(&mut self, left: f64, rounding: f64) -> f64 {
+        if let Some(&same) = self.landed.iter().find(|&&l| (l - left).abs() <= rounding) {
+            return same;
+        }
+        self.landed[self.place] = left;
+        self.place = (self.place + 1) % self.landed.len();
+        left
+    }
+}
+
+/// Rows between internal points, from the method's dense output: the print grid tstart + k tstep for methods whose steps
+/// are long, and the corners of sources on which no step ends.
 struct Grid {
     start: f64,
     step: f64,
     stop: f64,
     k: f64,
+    dense: bool,
+    corner: f64,
+    last: f64, // time of the newest row
 }
 
 impl Grid {
-    fn new(start: f64, step: f64, stop: f64) -> Grid {
-        Grid { start, step, stop, k: 1.0 }
+    fn new(sys: &System, a: Transient, dense: bool) -> Grid {
+        let corner = sys.next_silent_corner(a.tstart);
+        Grid { start: a.tstart, step: a.tstep, stop: a.tstop, k: 1.0, dense, corner, last: a.tstart }
     }
 
-    /// Rows for every grid time strictly before `t1`, which is recorded by the caller.
+    /// Rows strictly before `t1`, which is recorded by the caller.
     fn fill(&mut self, m: &dyn Method, t1: f64, sys: &System, w: &mut Work, record: &mut Record, scratch: &mut [f64]) {
+        let near = 1e-9 * self.step;
         loop {
-            let t = self.start + self.k * self.step;
-            let near = 1e-9 * self.step;
+            let point = if self.dense { self.start + self.k * self.step } else { f64::INFINITY };
+            let t = point.min(self.corner);
+            let near = if t < point { 0.0 } else { near };
             if t > t1 + near || t > self.stop {
+                self.last = t1;
                 return;
             }
-            self.k += 1.0;
-            if t < t1 - near {
+            if t == self.corner {
+                self.corner = sys.next_silent_corner(t);
+            }
+            if t == point {
+                self.k += 1.0;
+            }
+            if t < t1 - near && t > self.last {
                 m.dense(t, scratch);
+                sys.pin(w, t, scratch);
                 record.push(sys, w, t, scratch);
             }
         }

@@ -1,0 +1,330 @@
+//! Edges that are known before they come: switches and conditions that sources alone decide.
+//!
+//! The gate of a bridge is a PULSE source, and the switch it drives turns where the ramp meets the threshold. That time
+//! needs no search inside integration steps, and the ramp itself, which nothing else reads, needs no steps at all.
+//!
+//! 1. A node is pinned where a source fixes its voltage: a row that reads  g x_n + sum c_k wave_k + f = 0  with f of
+//!    pinned nodes, flags and sources alone. So x_n is an expression of the sources.
+//! 2. A flag is timed where its roots, pinned nodes replaced by their expressions, are affine in piecewise linear
+//!    sources for every state of the flags. Between two corners of these sources a root is a straight line in t, and its
+//!    zero one division.
+//! 3. A source is silent where only pinned nodes and timed flags read it: its corners move nothing that is integrated.
+//!
+//! The driver stops at the edges and at the corners of the other sources; recorded rows carry the pinned values.
+use crate::derive::substitute;
+use crate::graph::{Graph, Id, Node};
+use crate::model::{Kind, Model};
+use crate::tape::{Inputs, Tape};
+use crate::waves::Wave;
+use std::collections::BTreeMap;
+
+type Entries = BTreeMap<(usize, usize), f64>;
+
+/// At most so many corners without an edge are looked through at once.
+const CORNERS: usize = 64;
+/// Crossings nearer than this part of the piece are one edge.
+const TOGETHER: f64 = 1e-9;
+
+pub struct Edges {
+    /// by flag: decided by sources alone
+    pub timed: Vec<bool>,
+    /// by wave: its corners need no step
+    pub silent: Vec<bool>,
+    flags: Vec<usize>,   // the timed ones
+    sources: Vec<usize>, // waves their roots read
+    roots: Tape,         // up and down of each of `flags`
+    pinned: Vec<usize>,
+    values: Tape,
+}
+
+/// Scratch of one run, and what the last search found.
+#[derive(Default)]
+pub struct EdgeWork {
+    roots: Vec<f64>,
+    values: Vec<f64>,
+    waves: Vec<f64>,
+    early: Vec<f64>,
+    late: Vec<f64>,
+    pending: Vec<usize>, // flags that flip at `at`
+    at: f64,
+    flipped: Vec<usize>, // flags that flipped at `when`
+    when: f64,
+}
+
+/// Where the integration has to stop next.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Edge {
+    pub t: f64,
+    /// false: nothing happens there, the search went so far
+    pub flips: bool,
+}
+
+impl Edges {
+    pub fn find(model: &Model, g: &mut Graph, constant_g: &Entries, constant_c: &Entries) -> Edges {
+        let pinned = pinned(model, g, constant_g, constant_c);
+        let map: Vec<(Id, Id)> = pinned.iter().map(|(&n, &e)| (g.unknown(n as u32), e)).collect();
+        let (mut timed, mut flags, mut root_ids) = (Vec::new(), Vec::new(), Vec::new());
+        for (k, flag) in model.flags.iter().enumerate() {
+            let roots = substitute(g, &[flag.up, flag.down], &map);
+            let known = roots.iter().all(|&r| affine(g, r, &model.waves));
+            timed.push(known);
+            if known {
+                flags.push(k);
+                root_ids.extend(roots);
+            }
+        }
+        let sources = waves_of(g, &root_ids);
+        let mut silent = vec![false; model.waves.len()];
+        for k in &sources {
+            silent[*k] = true;
+        }
+        for e in pinned.values() {
+            for k in waves_of(g, &[*e]) {
+                silent[k] = model.waves[k].is_piecewise_linear();
+            }
+        }
+        for k in read_elsewhere(model, g, constant_g, constant_c, &pinned, &timed) {
+            silent[k] = false;
+        }
+        let values: Vec<Id> = pinned.values().copied().collect();
+        Edges {
+            timed,
+            silent,
+            flags,
+            sources,
+            roots: Tape::new(g, &root_ids),
+            pinned: pinned.keys().copied().collect(),
+            values: Tape::new(g, &values),
+        }
+    }
+
+    pub fn work(&self, waves: usize) -> EdgeWork {
+        let m = self.flags.len();
+        EdgeWork {
+            roots: self.roots.workspace(),
+            values: self.values.workspace(),
+            waves: vec![0.0; waves],
+            early: vec![0.0; m],
+            late: vec![0.0; m],
+            pending: Vec::with_capacity(m),
+            at: f64::NAN,
+            flipped: Vec::with_capacity(m),
+            when: f64::NAN,
+        }
+    }
+
+    pub fn all_timed(&self) -> bool {
+        self.flags.len() == self.timed.len()
+    }
+
+    pub fn any_silent(&self) -> bool {
+        self.silent.contains(&true)
+    }
+
+    /// Overwrites pinned nodes by what their sources say, with `waves` at the time of x.
+    pub fn pin(&self, w: &mut EdgeWork, waves: &[f64], flags: &[f64], t: f64, x: &mut [f64]) {
+        self.values.run(&Inputs { x: &[], t, waves, flags }, &mut w.values);
+        for (k, &n) in self.pinned.iter().enumerate() {
+            x[n] = self.values.output(&w.values, k);
+        }
+    }
+
+    /// Positive roots ask for a flip of their flag, as flags are now.
+    fn evaluate(&self, w: &mut EdgeWork, flags: &[f64], t: f64, waves: impl Fn(usize) -> f64, late: bool) {
+        for &k in &self.sources {
+            w.waves[k] = waves(k);
+        }
+        self.roots.run(&Inputs { x: &[], t, waves: &w.waves, flags }, &mut w.roots);
+        for (m, &k) in self.flags.iter().enumerate() {
+            let (up, down) = (self.roots.output(&w.roots, 2 * m), self.roots.output(&w.roots, 2 * m + 1));
+            let root = if flags[k] == 0.0 { up } else { -down };
+            *(if late { &mut w.late[m] } else { &mut w.early[m] }) = root;
+        }
+    }
+
+    /// The first edge from t on (t itself included) before `limit`. Its flags wait in `w` for `flip`.
+    pub fn next(&self, w: &mut EdgeWork, waves: &[Wave], flags: &[f64], t: f64, limit: f64) -> Option<Edge> {
+        if self.flags.is_empty() {
+            return None;
+        }
+        w.pending.clear();
+        w.at = f64::NAN;
+        // a flag that has just flipped stands on its threshold
+        let when = w.when * (1.0 + 1e-12);
+        let mut from = t;
+        for _ in 0..CORNERS {
+            let corner = self.sources.iter().map(|&k| waves[k].next_breakpoint(from)).fold(limit, f64::min);
+            self.evaluate(w, flags, from, |k| waves[k].value(from), false);
+            self.evaluate(w, flags, corner, |k| waves[k].value_before(corner), true);
+            let mut first = f64::INFINITY;
+            for (m, &k) in self.flags.iter().enumerate() {
+                let te = crossing(w.early[m], w.late[m], from, corner);
+                if !(te <= when && w.flipped.contains(&k)) {
+                    first = first.min(te);
+                }
+            }
+            if first.is_finite() {
+                let near = first + TOGETHER * (corner - from).min(1e-3 * corner);
+                for (m, &k) in self.flags.iter().enumerate() {
+                    let te = crossing(w.early[m], w.late[m], from, corner);
+                    if te <= near && !(te <= when && w.flipped.contains(&k)) {
+                        w.pending.push(k);
+                    }
+                }
+                w.at = first;
+                return Some(Edge { t: first, flips: true });
+            }
+            if corner >= limit {
+                return None;
+            }
+            // a jump at the corner
+            self.evaluate(w, flags, corner, |k| waves[k].value(corner), true);
+            w.pending.extend(self.flags.iter().zip(&w.late).filter(|(_, &r)| r > 0.0).map(|(&k, _)| k));
+            if !w.pending.is_empty() {
+                w.at = corner;
+                return Some(Edge { t: corner, flips: true });
+            }
+            from = corner;
+        }
+        Some(Edge { t: from, flips: false })
+    }
+
+    /// Flips what waits for t; each flipped flag is given to `say`.
+    pub fn flip(&self, w: &mut EdgeWork, flags: &mut [f64], t: f64, mut say: impl FnMut(usize, bool)) {
+        if w.at != t {
+            return;
+        }
+        for &k in &w.pending {
+            flags[k] = 1.0 - flags[k];
+            say(k, flags[k] != 0.0);
+        }
+        std::mem::swap(&mut w.pending, &mut w.flipped);
+        (w.when, w.at) = (t, f64::NAN);
+    }
+}
+
+/// Where the line from (a, early) to (b, late) becomes positive.
+fn crossing(early: f64, late: f64, a: f64, b: f64) -> f64 {
+    if early > 0.0 {
+        return a;
+    }
+    if !(late > 0.0) {
+        return f64::INFINITY;
+    }
+    a + (b - a) * (-early / (late - early))
+}
+
+/// Pinned nodes and their expressions of sources and flags.
+fn pinned(model: &Model, g: &mut Graph, constant_g: &Entries, constant_c: &Entries) -> BTreeMap<usize, Id> {
+    let n = model.unknowns.len();
+    let mut rows: Vec<Vec<(usize, f64)>> = vec![Vec::new(); n];
+    for (&(r, c), &v) in constant_g {
+        if v != 0.0 {
+            rows[r].push((c, v));
+        }
+    }
+    let mut storing = vec![false; n];
+    for &(r, _) in constant_c.keys() {
+        storing[r] = true;
+    }
+    for &r in model.q.keys() {
+        storing[r] = true;
+    }
+    let mut found: BTreeMap<usize, Id> = BTreeMap::new();
+    loop {
+        let before = found.len();
+        for r in 0..n {
+            let [(node, slope)] = rows[r][..] else { continue };
+            let fits = model.unknowns[node].kind == Kind::Node && model.unknowns[r].kind == Kind::Branch;
+            if storing[r] || !fits || found.contains_key(&node) {
+                continue;
+            }
+            let mut sum = model.f.get(&r).copied().unwrap_or_else(|| g.constant(0.0));
+            for &(row, k, coefficient) in &model.f_wave {
+                if row == r {
+                    let (wave, c) = (g.wave(k as u32), g.constant(coefficient));
+                    let term = g.mul(c, wave);
+                    sum = g.add(sum, term);
+                }
+            }
+            let map: Vec<(Id, Id)> = found.iter().map(|(&n, &e)| (g.unknown(n as u32), e)).collect();
+            let sum = substitute(g, &[sum], &map)[0];
+            if affine(g, sum, &model.waves) {
+                let scale = g.constant(-1.0 / slope);
+                found.insert(node, g.mul(scale, sum));
+            }
+        }
+        if found.len() == before {
+            return found;
+        }
+    }
+}
+
+/// Waves that something other than pinned nodes and timed flags reads, be it by way of a pinned node.
+fn read_elsewhere(
+    model: &Model,
+    g: &mut Graph,
+    constant_g: &Entries,
+    constant_c: &Entries,
+    pinned: &BTreeMap<usize, Id>,
+    timed: &[bool],
+) -> Vec<usize> {
+    // rows that only say what a pinned node is
+    let saying = |r: usize| {
+        let mut of = constant_g.range((r, 0)..(r + 1, 0)).filter(|(_, &v)| v != 0.0);
+        matches!((of.next(), of.next()), (Some((&(_, c), _)), None)
+            if pinned.contains_key(&c) && model.unknowns[r].kind == Kind::Branch)
+    };
+    let mut ids: Vec<Id> = Vec::new();
+    for (&r, &e) in model.f.iter().chain(&model.q) {
+        if !saying(r) {
+            ids.push(e);
+        }
+    }
+    for (flag, _) in model.flags.iter().zip(timed).filter(|(_, &t)| !t) {
+        ids.extend([flag.up, flag.down]);
+    }
+    for &(r, k, _) in &model.f_wave {
+        if !saying(r) {
+            ids.push(g.wave(k as u32));
+        }
+    }
+    let linear = constant_g.iter().filter(|(&(r, _), _)| !saying(r)).chain(constant_c);
+    let mut nodes: Vec<usize> = linear.filter(|(_, &v)| v != 0.0).map(|(&(_, c), _)| c).collect();
+    nodes.extend(model.diodes.iter().flat_map(|d| [d.p, d.n]).filter(|&k| k >= 0).map(|k| k as usize));
+    ids.extend(nodes.iter().filter_map(|n| pinned.get(n)));
+    let map: Vec<(Id, Id)> = pinned.iter().map(|(&n, &e)| (g.unknown(n as u32), e)).collect();
+    let ids = substitute(g, &ids, &map);
+    waves_of(g, &ids)
+}
+
+fn waves_of(g: &Graph, ids: &[Id]) -> Vec<usize> {
+    g.reachable(ids)
+        .iter()
+        .filter_map(|&id| if let Node::Wave(k) = g.node(id) { Some(k as usize) } else { None })
+        .collect()
+}
+
+/// Is e a straight line in piecewise linear sources, whatever the flags?
+fn affine(g: &Graph, e: Id, waves: &[Wave]) -> bool {
+    // degree of each node: 0 of flags and constants alone, 1 affine
+    let mut degree: BTreeMap<Id, u8> = BTreeMap::new();
+    for id in g.reachable(&[e]) {
+        let node = g.node(id);
+        let of = |o: Id| degree[&o];
+        let d = match node {
+            Node::Const(_) | Node::Flag(_) => 0,
+            Node::Wave(k) if waves[k as usize].is_piecewise_linear() => 1,
+            Node::Neg(a) => of(a),
+            Node::Add(a, b) | Node::Sub(a, b) => of(a).max(of(b)),
+            Node::Mul(a, b) => of(a).saturating_add(of(b)),
+            Node::Div(a, b) if of(b) == 0 => of(a),
+            Node::Select(c, a, b) if of(c) == 0 => of(a).max(of(b)),
+            _ if node.is_leaf() => 2,
+            _ if node.operands().all(|o| of(o) == 0) => 0,
+            _ => 2,
+        };
+        degree.insert(id, d);
+    }
+    degree[&e] <= 1
+}

@@ -1,0 +1,113 @@
+//! Where a run has to stop: flags and their roots, corners of sources, edges that are known.
+use super::{System, Work};
+use crate::tape::Inputs;
+use crate::waves::Wave;
+
+impl System {
+    /// Roots of the flags at (x, t): for each flag the value whose sign matters in its present state. Flags that sources
+    /// alone decide (edges.rs) have none here.
+    pub fn eval_roots(&self, w: &mut Work, x: &[f64], t: f64, out: &mut [f64]) {
+        self.all_roots(w, x, t, out);
+        for (out, &timed) in out.iter_mut().zip(&self.edges.timed) {
+            *out = if timed { -1.0 } else { *out };
+        }
+    }
+
+    fn all_roots(&self, w: &mut Work, x: &[f64], t: f64, out: &mut [f64]) {
+        if self.flags.is_empty() {
+            return;
+        }
+        self.set_time(w, t);
+        self.roots.run(&Inputs { x, t, waves: &w.waves, flags: &w.flags }, &mut w.roots);
+        for (k, out) in out.iter_mut().enumerate().take(self.flags.len()) {
+            *out = if w.flags[k] == 0.0 {
+                self.roots.output(&w.roots, 2 * k)
+            } else {
+                // without hysteresis a flag is down at zero too: v(p) > 0 ends when a pulse returns to exactly 0
+                let down = self.roots.output(&w.roots, 2 * k + 1);
+                let at_zero = down == 0.0 && self.flags[k].up == self.flags[k].down;
+                if at_zero {
+                    f64::MIN_POSITIVE
+                } else {
+                    -down
+                }
+            };
+        }
+    }
+
+    /// Sets every flag as its roots say at (x, t); true when one changed. A root > 0 asks for a flip (see eval_roots).
+    pub fn update_flags(&self, w: &mut Work, x: &[f64], t: f64) -> bool {
+        self.flip_positive(w, x, t, true)
+    }
+
+    /// The same for flags that the state decides, during a run: edges flip the others.
+    pub fn settle_flags(&self, w: &mut Work, x: &[f64], t: f64) -> bool {
+        self.flip_positive(w, x, t, false)
+    }
+
+    fn flip_positive(&self, w: &mut Work, x: &[f64], t: f64, timed: bool) -> bool {
+        if self.flags.is_empty() || (!timed && self.edges.all_timed()) {
+            return false;
+        }
+        let mut r = std::mem::take(&mut w.asked);
+        r.resize(self.flags.len(), 0.0);
+        self.all_roots(w, x, t, &mut r);
+        let mut changed = false;
+        for ((flag, &root), &by_source) in w.flags.iter_mut().zip(&r).zip(&self.edges.timed) {
+            if root > 0.0 && (timed || !by_source) {
+                *flag = 1.0 - *flag;
+                changed = true;
+            }
+        }
+        w.asked = r;
+        changed
+    }
+
+    /// Where the integration stops next: a corner of a source that matters, an edge before it, or `tstop`.
+    pub fn next_stop(&self, w: &mut Work, t: f64, tstop: f64) -> f64 {
+        let corner = self.loud().map(|v| v.next_breakpoint(t)).fold(tstop, f64::min);
+        self.edges.next(&mut w.edges, &self.waves, &w.flags, t, corner).map_or(corner, |e| e.t)
+    }
+
+    /// The next corner of a source that only edges read, for the record.
+    pub fn next_silent_corner(&self, t: f64) -> f64 {
+        let silent = self.waves.iter().zip(&self.edges.silent).filter(|(_, &s)| s);
+        silent.map(|(v, _)| v.next_breakpoint(t)).fold(f64::INFINITY, f64::min)
+    }
+
+    /// Flips the flags whose edge is at t; `say` is told each.
+    pub fn flip_edges(&self, w: &mut Work, t: f64, say: impl FnMut(usize, bool)) {
+        self.edges.flip(&mut w.edges, &mut w.flags, t, say);
+    }
+
+    /// Nodes that sources fix, as they are at t: what lies between steps is not read off their polynomials.
+    pub fn pin(&self, w: &mut Work, t: f64, x: &mut [f64]) {
+        if self.edges.any_silent() {
+            self.set_time(w, t);
+            self.edges.pin(&mut w.edges, &w.waves, &w.flags, t, x);
+        }
+    }
+
+    fn loud(&self) -> impl Iterator<Item = &Wave> {
+        self.waves.iter().zip(&self.edges.silent).filter(|(_, &silent)| !silent).map(|(wave, _)| wave)
+    }
+
+    /// Does a source jump (rather than bend) at t?
+    pub fn jumps_at(&self, t: f64) -> bool {
+        self.loud().any(|w| {
+            let (before, after) = (w.value_before(t), w.value(t));
+            (after - before).abs() > 1e-9 * (after.abs() + before.abs())
+        })
+    }
+
+    pub fn shortest_feature(&self) -> f64 {
+        self.loud().map(|w| w.shortest()).fold(f64::INFINITY, f64::min)
+    }
+
+    /// Tells stretches between stops apart: equal where flags and pieces of the sources are.
+    pub fn stretch(&self, w: &Work, t: f64) -> u64 {
+        let mix = |h: u64, v: u64| (h ^ v).wrapping_mul(0x0000_0100_0000_01b3);
+        let flags = w.flags.iter().fold(0xcbf2_9ce4_8422_2325, |h, &f| mix(h, u64::from(f != 0.0) + 1));
+        self.loud().fold(flags, |h, wave| mix(h, wave.piece(t) as u64))
+    }
+}
