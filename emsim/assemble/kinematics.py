@@ -314,9 +314,10 @@ class Moving:
         self.vel = add(self.vel, scale(rate, axis))
 
     def turn_world(self, axis: tuple[float, float, float], s: Scalar, rate: Scalar) -> None:
-        """A virtual turn about a world axis through the joint point."""
+        """A virtual turn about a world axis through the joint point; it turns the angular velocity too."""
         self.rot = self.rot.before(axis, s)
-        self.omega = add(self.omega, scale(rate, axis))
+        carried = times(Rotation(self.b, None, axis, s).matrix(), self.omega)
+        self.omega = add(carried, scale(rate, axis))
 
     def frame(self, name: str, ref: tuple[float, ...]) -> Frame:
         """The body whose point `ref` stands here."""
