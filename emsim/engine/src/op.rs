@@ -34,6 +34,8 @@ struct Dc<'a> {
 
 /// A condition that has flipped so often has no state at rest (a relaxation oscillator): the point goes on without it.
 const CHATTER: usize = 25;
+/// Iterations after which an update above the tolerance may be the rounding of the equations.
+const ROUNDED: usize = 6;
 /// Conductance that holds a forced node (`.ic`, `.nodeset`) at its value.
 const FORCE: f64 = 1e10;
 
@@ -161,12 +163,32 @@ impl<'a> Dc<'a> {
                 flips += 1;
                 settled = flips == CHATTER;
             }
-            if largest <= 1.0 && !w.limited && settled && (iteration > 1 || sys.linear) {
-                return Ok(iteration);
+            if !w.limited && settled && (iteration > 1 || sys.linear) {
+                if largest <= 1.0 {
+                    return Ok(iteration);
+                }
+                // tolerances below the rounding of the equations: nothing better can be found
+                if iteration > ROUNDED && shunt == 0.0 && transient.is_none() && self.is_rounding(w, x) {
+                    return Ok(iteration);
+                }
             }
         }
         let row = (0..n).max_by(|&i, &j| w.f[i].abs().total_cmp(&w.f[j].abs())).unwrap_or(0);
         Err(Failure::Diverged { unknown: worst, row })
+    }
+
+    /// Is the residual of every row what rounding leaves of its terms?
+    fn is_rounding(&self, w: &mut Work, x: &[f64]) -> bool {
+        let sys = self.sys;
+        sys.eval_jacobian(w, x, 0.0, true);
+        let mut terms = vec![0.0; sys.n];
+        for c in 0..sys.n {
+            for k in sys.pattern.colptr[c]..sys.pattern.colptr[c + 1] {
+                terms[sys.pattern.rowidx[k]] += (w.gv[k] * x[c]).abs();
+            }
+        }
+        self.forced.is_empty()
+            && (0..sys.n).all(|i| self.held[i].is_some() || w.f[i].abs() <= 4.0 * f64::EPSILON * terms[i])
     }
 
     /// Rows of held unknowns become x_i = value.
