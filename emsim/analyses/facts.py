@@ -19,6 +19,8 @@ def facts(assembly: Assembly, planned: list[tuple[Any, Any]]) -> dict[str, Any]:
     operations   of Q and F, and of these with their derivatives
     events       number of conditions watched
     analyses     as text; `method`, `reltol`, `tolerances` {kind: absolute tolerance}
+    formulations {formulation: {size, rows, nonzeros, values, with_derivatives}} of the same machine in joint and
+                 in absolute coordinates, or what hinders one of them as text; empty without a machine
     machine      the machine's own report (degrees_of_freedom, loops, folded_rows, ...), or None
     diagnostics  everything said so far
     """
@@ -53,9 +55,41 @@ def facts(assembly: Assembly, planned: list[tuple[Any, Any]]) -> dict[str, Any]:
         "method": assembly.options["method"],
         "reltol": assembly.options.get("reltol", 1e-3),
         "tolerances": tolerances,
+        "formulations": _formulations(assembly) if report else {},
         "machine": report,
         "diagnostics": list(flat.sink.diagnostics),
     }
+
+
+def _formulations(assembly: Assembly) -> dict[str, Any]:
+    """What the machine costs in the coordinates of its joints and in those of its bodies."""
+    from ..assemble import assemble
+    from ..assemble.options import FORMULATIONS
+    from ..diagnostics import DeckError, Sink
+
+    flat = assembly.flat
+    found: dict[str, Any] = {}
+    for formulation in FORMULATIONS:
+        other: Assembly = assembly
+        if formulation != assembly.options["formulation"]:
+            said, flat.sink = flat.sink, Sink()
+            try:
+                options = {**assembly.options, "formulation": formulation}
+                other = assemble(flat, options, assembly.ctx.times)
+            except DeckError as trouble:
+                found[formulation] = trouble.diagnostics[-1].message
+                continue
+            finally:
+                flat.sink = said
+        values, derivatives = other.system.operations
+        found[formulation] = {
+            "size": other.system.n,
+            "rows": len(other.machine.rows),
+            "nonzeros": len(other.system.pattern()[1]),
+            "values": values,
+            "with_derivatives": derivatives,
+        }
+    return found
 
 
 def _text(card: Any, settings: Any) -> str:

@@ -11,6 +11,7 @@ if TYPE_CHECKING:
 
     from .._engine import System
     from ..deck import FlatDeck
+    from .machine import Machine
 
 __all__ = ["Assembly", "Context", "Output", "assemble"]
 
@@ -50,9 +51,7 @@ def assemble(flat: FlatDeck, options: dict[str, Any], times: tuple[float, float]
     # unknowns first, so that every expression can name every node and branch
     circuit.allocate(ctx)
     if flat.machine:
-        from .machine import Machine
-
-        ctx.machine = Machine(ctx)
+        ctx.machine = _machine(ctx)
         ctx.machine.build()
     flat.sink.raise_if_errors()
 
@@ -65,3 +64,14 @@ def assemble(flat: FlatDeck, options: dict[str, Any], times: tuple[float, float]
     outputs, prints = select(ctx)
     flat.sink.raise_if_errors()
     return Assembly(ctx, ctx.b.compile(), outputs, prints)
+
+
+def _machine(ctx: Context) -> Machine:
+    """The machine in the coordinates that the options ask for."""
+    if ctx.options["formulation"] == "absolute":
+        from .absolute import Absolute
+
+        return Absolute(ctx)
+    from .machine import Machine
+
+    return Machine(ctx)

@@ -29,6 +29,7 @@ def default_outputs(m: Machine) -> list[str]:
 def report(m: Machine) -> dict[str, Any]:
     """Facts for `emsim check`; empty after errors."""
     return {
+        "formulation": m.ctx.options["formulation"],
         "bodies": [{"name": n, "m": b.m, "inertia": b.inertia, "com": b.centre} for n, b in m.bodies.items()],
         "joints": [
             {

@@ -88,31 +88,38 @@ def _aligned(b: Builder, joint: JointState, fa: Frame, fb: Frame) -> list[tuple[
     return [("turn z", along(1, 0), "N m"), ("turn x", along(2, 1), "N m"), ("turn y", along(0, 2), "N m")]
 
 
-def measure(b: Builder, joint: JointState, fa: Frame, fb: Frame) -> list[Expr]:
-    """The coordinates of a cut joint as functions of the others."""
+def measure(b: Builder, joint: JointState, fa: Frame, fb: Frame, near: Scalar = 0.0) -> list[Expr]:
+    """The coordinates of a cut joint as functions of the others; an angle that did not merge is the one within
+    half a turn of `near`, `zero=` counted in."""
     kind, zeros = joint.kind, joint.card.zeros
     d = subtract(fb.point(joint.pb).pos, fa.point(joint.pa).pos)
     if kind == "pin":
-        values = [_turned(b, fa, fb, joint.card.direction)]
+        values = [_turned(b, fa, fb, joint.card.direction, near)]
     elif kind == "slide":
         values = [dot(fa.direction(joint.card.direction), d)]
     elif kind == "pinslot":
-        values = [dot(fa.direction(joint.card.direction), d), _turned(b, fa, fb, WORLD_AXES[2])]
+        values = [dot(fa.direction(joint.card.direction), d), _turned(b, fa, fb, WORLD_AXES[2], near)]
     elif kind in ("planar", "free"):
-        values = [dot(fa.direction(WORLD_AXES[k]), d) for k in (0, 1)] + [_turned(b, fa, fb, WORLD_AXES[2])]
+        values = [dot(fa.direction(WORLD_AXES[k]), d) for k in (0, 1)] + [
+            _turned(b, fa, fb, WORLD_AXES[2], near)
+        ]
     else:
         values = []
     return [b.const(0.0) + v - zero for v, zero in zip(values, zeros, strict=False)]
 
 
-def _turned(b: Builder, fa: Frame, fb: Frame, axis: tuple[float, float, float]) -> Scalar:
-    """Angle of B against A about a common axis; by atan2, within half a turn, unless they merged."""
+def _turned(b: Builder, fa: Frame, fb: Frame, axis: tuple[float, float, float], near: Scalar) -> Scalar:
+    """Angle of B against A about a common axis; by atan2, unless they merged."""
     merged = fb.rot.since(fa.rot, axis)
     if merged is not None:
         return merged
     e1, e2 = perpendicular(axis)
     x = fb.direction(e1)
-    return b.call("atan2", dot(fa.direction(e2), x), dot(fa.direction(e1), x))
+    c, s = dot(fa.direction(e1), x), dot(fa.direction(e2), x)
+    if constant(near) == 0.0:
+        return b.call("atan2", s, c)
+    cn, sn = b.call("cos", near), b.call("sin", near)
+    return near + b.call("atan2", s * cn - c * sn, c * cn + s * sn)
 
 
 def sort_out(rows: list[tuple[str, Scalar, str]]) -> tuple[list[int], int, float]:

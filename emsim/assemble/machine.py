@@ -92,8 +92,8 @@ class Machine(Binding):
         if not self.broken and self._errors() == errors:
             reactions.prepare(self)
             coordinates.allocate(self, self.all_coordinates())
+            self.frames = self._place()
             self._last_row = self._newest()
-            self.frames = place(self.b, self.plan, self.joints, self.roots, self._fixed())
             coordinates.prescribe(self)
             self._close(*rows_of)
             self._couple()
@@ -162,6 +162,33 @@ class Machine(Binding):
         result = [c for joint in self.joints.values() for c in joint.coordinates]
         return result + [c for cs in self.roots.values() for c in cs]
 
+    def _place(self) -> dict[str, Frame]:
+        return place(self.b, self.plan, self.joints, self.roots, self._fixed())
+
+    def _measure(self, joint: JointState) -> list[Expr]:
+        """The coordinates of a cut joint."""
+        return loops.measure(self.b, joint, self.frames[joint.a], self.frames[joint.b])
+
+    def _integral(self, drive: Drive, joint: JointState) -> Expr | None:
+        """The coordinate that a DRIVE of a speed prescribes where the joint supplies none."""
+        self._fail(
+            "E245",
+            f"DRIVE {drive.name} prescribes the speed of {joint.name}, which closes a loop",
+            drive.span,
+            f"cut another joint of the loop (cut=yes), so that {joint.name} supplies a coordinate",
+        )
+        return None
+
+    def initial_state(self) -> list[float]:
+        """All unknowns at the start as the cards say it; electrical ones 0."""
+        x = [0.0] * len(self.unknowns_so_far())
+        for c in (*self.own, *self.given):
+            if c.row >= 0:
+                x[c.row] = c.start
+            if c.speed_row >= 0:
+                x[c.speed_row] = c.start_speed
+        return x
+
     def _fixed(self) -> dict[str, tuple[float, float, float]]:
         return {n: (b.x, b.y, b.angle) for n, b in self.bodies.items() if b.fixed}
 
@@ -172,7 +199,7 @@ class Machine(Binding):
             fa, fb = self.frames[joint.a], self.frames[joint.b]
             if joint.kind == "rod" and joint.length is None:
                 joint.length = self._distance_at_start(joint)
-            joint.qs = loops.measure(self.b, joint, fa, fb)
+            joint.qs = self._measure(joint)
             joint.us = [self.rate(q) for q in joint.qs]
             rows = loops.closure(self.b, joint, fa, fb)
             stay, folded, gap = loops.sort_out(rows)
@@ -190,15 +217,12 @@ class Machine(Binding):
                 self.rows.append(Row(name, k, label, self.b.const(0.0) + h, unit))
         for drive in drives:
             joint = self.joints[drive.terminals[0][2].name]
-            if drive.qd is not None:
-                self._fail(
-                    "E245",
-                    f"DRIVE {drive.name} prescribes the speed of {joint.name}, which closes a loop",
-                    drive.span,
-                    f"cut another joint of the loop (cut=yes), so that {joint.name} supplies a coordinate",
-                )
+            if drive.qd is None:
+                q: Expr | None = coordinates.function_of_time(self, drive)[0]
+            else:
+                q = self._integral(drive, joint)
+            if q is None:
                 continue
-            q, _ = coordinates.function_of_time(self, drive)
             self.rows.append(Row(drive.name, 0, "drive", joint.q - q, "N m" if joint.rotary else "N"))
         for gear, factor in gears:
             j1, j2 = (self.joints[ref.name] for _, _, ref in gear.terminals)
@@ -207,7 +231,7 @@ class Machine(Binding):
     def _distance_at_start(self, joint: JointState) -> float:
         d = subtract(self.frames[joint.b].point(joint.pb).pos, self.frames[joint.a].point(joint.pa).pos)
         square = self.public(self.b.const(0.0) + dot(d, d))
-        length = max(self.b.eval([square], start.initial_state(self), 0.0)[0], 0.0) ** 0.5
+        length = max(self.b.eval([square], self.initial_state(), 0.0)[0], 0.0) ** 0.5
         if length == 0.0:
             self._fail(
                 "E242",

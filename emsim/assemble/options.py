@@ -19,6 +19,8 @@ SPELLINGS = {
     "trapezoidal": "trap", "trap": "trap", "gear": "gear", "bdf": "gear", "radau": "radau", "radau5": "radau",
 }  # fmt: skip
 
+FORMULATIONS = ("joint", "absolute")  # coordinates of joints along a tree, or of every body
+
 GMIN = 1e-12  # least conductance of a junction [S]
 # name -> least value allowed. Only what is given is passed on: the engine's defaults are ngspice 39's
 # (cktntask.c), with the absolute tolerances following a reltol tighter than 1e-3 unless they are given too.
@@ -58,12 +60,18 @@ def resolve(flat: FlatDeck, above: dict[str, Any] | None = None) -> dict[str, An
     """
     sink = flat.sink
     given = {**flat.options, **{key.lower(): value for key, value in (above or {}).items()}}
-    out: dict[str, Any] = {"gmin": GMIN, "method": "radau" if flat.machine else "trap"}
+    out: dict[str, Any] = {
+        "gmin": GMIN,
+        "method": "radau" if flat.machine else "trap",
+        "formulation": "joint",
+    }
     strange: list[str] = []
     for name, value in given.items():
         span = None if name in (above or {}) else flat.option_spans.get(name)
         if name == "method":
             out["method"] = _method(str(value), sink, span) or out["method"]
+        elif name == "formulation":
+            out[name] = _formulation(str(value), sink, span)
         elif name in NUMBERS:
             number = _number(name, value, sink, span)
             if number is not None:
@@ -71,7 +79,7 @@ def resolve(flat: FlatDeck, above: dict[str, Any] | None = None) -> dict[str, An
         elif name not in SILENT:
             strange.append(name)
     if strange:
-        known = [*NUMBERS, "method", "temp", "tnom"]
+        known = [*NUMBERS, "method", "formulation", "temp", "tnom"]
         near = {s: suggest(s, known) for s in strange}
         hints = ", ".join(f"`{n}` for `{s}`" for s, n in near.items() if n)
         sink.note(
@@ -104,3 +112,14 @@ def _method(word: str, sink: Sink, span: Span | None) -> str | None:
             hint=f"did you mean `{near}`?" if near else f"there are {', '.join(METHODS)}",
         )  # fmt: skip
     return name
+
+
+def _formulation(word: str, sink: Sink, span: Span | None) -> str:
+    if word.lower() not in FORMULATIONS:
+        near = suggest(word.lower(), FORMULATIONS)
+        sink.error(
+            "E294", f"there is no formulation `{word}`", span,
+            hint=f"did you mean `{near}`?" if near else f"there are {', '.join(FORMULATIONS)}",
+        )  # fmt: skip
+        return FORMULATIONS[0]
+    return word.lower()

@@ -38,7 +38,7 @@ def assemble(m: Machine) -> Start:
     """Finds the start, writes it into the builder, removes redundant rows from m.rows."""
     result = Start()
     own = m.own
-    x = result.x = initial_state(m)
+    x = result.x = m.initial_state()
     if not own:
         _write(m, x)
         for row in m.rows:
@@ -86,17 +86,6 @@ def assemble(m: Machine) -> Start:
     _inertia_everywhere(m, mass_matrix(m, x), jacobian)
     _write(m, x)
     return result
-
-
-def initial_state(m: Machine) -> list[float]:
-    """All unknowns at the start as the cards say it; electrical ones 0."""
-    x = [0.0] * len(m.unknowns_so_far())
-    for c in (*m.own, *m.given):
-        if c.row >= 0:
-            x[c.row] = c.start
-        if c.speed_row >= 0:
-            x[c.speed_row] = c.start_speed
-    return x
 
 
 def _write(m: Machine, x: list[float]) -> None:

@@ -1,7 +1,8 @@
 """usage: emsim check [options] deck.cir
 
 Reads a deck, builds its equations and says what they are made of, without running it: unknowns, degrees of
-freedom, loops, what folded away, tolerances. Exit code 1 when the deck is wrong."""
+freedom, loops, what folded away, tolerances; with a machine what its equations cost in the coordinates of joints
+(the default) and in those of every body (.options formulation=absolute). Exit code 1 when the deck is wrong."""
 
 from __future__ import annotations
 
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
 
 OPTIONS: list[Option] = [*METHOD_OPTIONS, DEFINE, JSON, QUIET, HELP]
 UNITS = {"node": "V", "branch": "A"}
+ROLES = {"cut": "closes a loop", "rows": "constraint rows"}
 
 
 def main(args: Sequence[str]) -> int:
@@ -59,6 +61,7 @@ def _rows(facts: dict[str, Any]) -> Iterator[tuple[str, str]]:
         yield "events", f"{facts['events']} conditions watched"
     if facts["machine"]:
         yield from _machine(facts["machine"])
+        yield from _formulations(facts["formulations"])
     yield "analyses", "; ".join(facts["analyses"]) or "none"
     pairs = facts["tolerances"].items()
     kinds = ", ".join(f"{kind} {value:g} {UNITS.get(kind, '')}".rstrip() for kind, value in pairs)
@@ -71,10 +74,11 @@ def _machine(machine: dict[str, Any]) -> Iterator[tuple[str, str]]:
     yield "freedom", f"{freedom} {'degree' if freedom == 1 else 'degrees'} of freedom, {scene}"
     for joint in machine["joints"]:
         what = ", ".join(f"{c['name']} [{c['unit']}]" for c in joint["coordinates"])
-        closes = "closes a loop" if joint["role"] == "cut" else what or "no coordinate"
+        closes = ROLES.get(joint["role"]) or what or "no coordinate"
         yield "joint", f"{joint['name']}: {joint['kind']} {joint['a']} - {joint['b']}, {closes}"
+    label = "free body" if machine["formulation"] == "joint" else "body"
     for body in machine["free_bodies"]:
-        yield "free body", f"{body['name']}: {', '.join(c['name'] for c in body['coordinates'])}"
+        yield label, f"{body['name']}: {', '.join(c['name'] for c in body['coordinates'])}"
     for loop in machine["loops"]:
         yield "loop", " - ".join(loop)
     if machine["constraint_rows"]:
@@ -87,6 +91,18 @@ def _machine(machine: dict[str, Any]) -> Iterator[tuple[str, str]]:
         yield "start", "at a singular position"
     for name, before, after in machine["moved"]:
         yield "moved", f"{name} from {before:.6g} to {after:.6g} to close the loops"
+
+
+def _formulations(found: dict[str, Any]) -> Iterator[tuple[str, str]]:
+    for name, cost in found.items():
+        if isinstance(cost, str):
+            yield "formulation", f"{name}: {cost}"
+            continue
+        yield (
+            "formulation",
+            f"{name}: {cost['size']} unknowns, {cost['rows']} constraint rows, {cost['nonzeros']} nonzeros, "
+            f"{cost['values']} operations, {cost['with_derivatives']} with derivatives",
+        )
 
 
 def _counts(counts: dict[str, int]) -> str:

@@ -1,0 +1,311 @@
+"""Maximal coordinates: every moving body has its own, every joint is constraint rows (`.options
+formulation=absolute`).
+
+The cross-check of joint coordinates, and the price of modelling more than the scene needs: a four-bar has one
+freedom, three joint coordinates with two rows, or nine coordinates of its bodies with eight rows.
+
+A body's coordinates are those of its centre of mass, so its mass matrix is constant, and
+    planar scene    x, y and the angle
+    in space        x, y, z and Euler parameters e0..e3, a unit quaternion, with the row e.e - 1 = 0:
+                    R = (2 e0^2 - 1) I + 2 e e^T + 2 e0 [e]x,   omega = 2 (e0 e' - e0' e + e x e') in world axes,
+                    2 (e0 e' - e0' e - e x e') in the body's (Nikravesh, Computer-Aided Analysis of Mechanical
+                    Systems, 1988, ch. 6). Off the unit sphere these are one of many continuations; the row's
+                    multiplier takes what they differ by.
+A joint's coordinate is measured from its bodies (loops.measure). In a planar scene an angle is a difference of
+coordinates, so it counts full turns. In space it is an atan2, made to count them by an unknown that follows it:
+    q = turned + atan2(angle - turned),  d(turned)/dt = omega        (q does not depend on `turned`, dq/dt is exact)
+A DRIVE or a GEAR is a row; a DRIVE of a speed has the integral of that speed as a coordinate, and the row says
+that the joint is there.
+
+The start is that of joint coordinates, which the same deck is assembled to first: ic= and guess= are said of
+joints, and both formulations must set out from one place. So what is wrong with a scene is said in its words.
+"""
+
+from __future__ import annotations
+
+from ..cards.joint import KINDS
+from ..diagnostics import Sink
+from . import loops
+from .kinematics import Frame, Moving, Rotation, add, cross, ground, scale, subtract
+from .loops import Row
+from .machine import Machine
+from .scene import AXES, Coordinate
+from .tree import GROUND, Plan
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any
+
+    from .._engine import Builder, Expr
+    from ..cards.body import Body
+    from ..cards.drive import Drive
+    from .context import Context
+    from .kinematics import Vector
+    from .scene import JointState
+
+ORIGIN = (0.0, 0.0, 0.0)
+
+
+class Absolute(Machine):
+    """The machine in maximal coordinates; `like` is the same in joint coordinates, assembled to its start."""
+
+    def __init__(self, ctx: Context) -> None:
+        self.like = _in_joint_coordinates(ctx)
+        super().__init__(ctx)
+        self.turned: dict[str, int] = {}  # joint -> unknown that follows its angle
+        self.integrals: dict[str, Coordinate] = {}  # drive -> integral of the speed it prescribes
+        self.broken = self.broken or self.like.broken
+
+    def build(self) -> None:
+        if self.broken:
+            return
+        # everything but errors has been said in the words of joint coordinates
+        loud, self.sink = self.sink, Sink()
+        super().build()
+        quiet, self.sink = self.sink, loud
+        for diagnostic in quiet.diagnostics:
+            if diagnostic.severity == "error":
+                self.sink.add(diagnostic)
+        if not self.broken:
+            self.found.moved = self.like.found.moved
+
+    # what is different from joint coordinates ---------------------------------------------------------
+
+    def _graph(self) -> None:
+        """Every body is free, every joint is cut."""
+        moving = [name for name, body in self.bodies.items() if not body.fixed]
+        self.plan = Plan(moving, [], list(self.joints))
+        for joint in self.joints.values():
+            joint.cut = True
+            joint.length = self.like.joints[joint.name].length
+        self.planar = _is_planar(self.like, moving)
+        coordinates = _planar if self.planar else _spatial
+        self.roots = {name: coordinates(self.like, self.bodies[name]) for name in moving}
+        for drive in self.drives:
+            if drive.qd is not None:
+                joint = self.joints[drive.terminals[0][2].name]
+                c = self.integrals[drive.name] = Coordinate(joint.name, *KINDS[joint.kind][0])
+                c.drive, c.start = drive, _value(self.like, self.like.joints[joint.name].q)
+
+    def _check_space(self) -> None:
+        """Joint coordinates have been asked."""
+
+    def _check_inertia(self, body: Body) -> None:
+        """The same: where joints keep a body in the plane, what it lacks about other axes is not missed."""
+
+    def _locked_note(self) -> None:
+        """Said already."""
+
+    def _gravity_note(self) -> None:
+        """Said already."""
+
+    def all_coordinates(self) -> list[Coordinate]:
+        return [*super().all_coordinates(), *self.integrals.values()]
+
+    def _place(self) -> dict[str, Frame]:
+        # the unknowns that follow angles belong to the coordinates too
+        if not self.planar:
+            for joint in self.joints.values():
+                if any(motion == "turn" for motion, _ in KINDS[joint.kind]):
+                    start = _value(self.like, _turn_of(self.like.joints[joint.name]))
+                    row = self.b.unknown(f"turned({joint.name})", "coordinate", "rad", start)
+                    self.turned[joint.name] = row
+        frames = {GROUND: ground(self.b)}
+        for name, (x, y, angle) in self._fixed().items():
+            moving = Moving(frames[GROUND], (x, y, 0.0))
+            moving.turn(AXES["z"], angle, 0.0)
+            frames[name] = moving.frame(name, ORIGIN)
+        place = self._place_planar if self.planar else self._place_spatial
+        for name, cs in self.roots.items():
+            frames[name] = place(self.bodies[name], cs)
+        return frames
+
+    def _place_planar(self, body: Body, cs: list[Coordinate]) -> Frame:
+        x, y, angle = cs
+        height = _value(self.like, self.like.frames[body.name].point(body.centre).pos[2])
+        moving = Moving(ground(self.b), (0.0, 0.0, height))
+        moving.slide(AXES["x"], x.q, x.u)
+        moving.slide(AXES["y"], y.q, y.u)
+        moving.turn(AXES["z"], angle.q, angle.u)
+        return moving.frame(body.name, body.centre)
+
+    def _place_spatial(self, body: Body, cs: list[Coordinate]) -> Frame:
+        qs, us = [c.q for c in cs], [c.u for c in cs]
+        e0, e, v0, v = qs[3], [*qs[4:]], us[3], [*us[4:]]
+        along = subtract(scale(e0, v), scale(v0, e))
+        swept = cross(e, v)
+        return Turning(
+            body.name,
+            Rotation(self.b, _matrix(e0, e)),
+            body.centre,
+            [*qs[:3]],
+            [*us[:3]],
+            scale(2.0, add(along, swept)),
+            scale(2.0, subtract(along, swept)),
+        )
+
+    def _measure(self, joint: JointState) -> list[Expr]:
+        row = self.turned.get(joint.name)
+        near = 0.0 if row is None else self.b.x(row) + joint.card.zeros[-1]
+        return loops.measure(self.b, joint, self.frames[joint.a], self.frames[joint.b], near)
+
+    def _close(self, drives: list[Drive], gears: Any) -> None:
+        # first, so that a redundant row is one of a joint
+        if not self.planar:
+            for name, cs in self.roots.items():
+                square = self.b.const(-1.0)
+                for c in cs[3:]:
+                    square = square + c.q * c.q
+                self.rows.append(Row(name, 0, "norm", square, ""))
+        super()._close(drives, gears)
+
+    def _integral(self, drive: Drive, joint: JointState) -> Expr | None:
+        return self.integrals[drive.name].q
+
+    def contribute(self) -> None:
+        super().contribute()
+        for name, row in self.turned.items():
+            joint = self.joints[name]
+            self.b.c(row, row, 1.0)
+            self.b.add_f(row, -self.public(joint.us[-1]))
+
+    def _newest(self) -> int:
+        return max([super()._newest(), *self.turned.values()])
+
+    def initial_state(self) -> list[float]:
+        x = super().initial_state()
+        for name, row in self.turned.items():
+            x[row] = _value(self.like, _turn_of(self.like.joints[name]))
+        return x
+
+    # reporting ----------------------------------------------------------------------------------------
+
+    def loop_of(self, owner: str) -> list[str]:
+        return [owner] if owner in self.bodies else super().loop_of(owner)
+
+    def default_outputs(self) -> list[str]:
+        return self.like.default_outputs()
+
+    def report(self) -> dict[str, Any]:
+        facts = super().report()
+        if facts:
+            facts["loops"] = [self.like.loop_of(name) for name in self.like.plan.cut]
+            facts["unknowns"] += len(self.turned)
+            for joint in facts["joints"]:
+                joint["role"] = "rows"
+        return facts
+
+
+class Turning(Frame):
+    """A body in space; its angular velocity in its own axes is known without turning it back."""
+
+    __slots__ = ("own",)
+
+    def __init__(
+        self, name: str, rot: Rotation, ref: tuple[float, ...], org: Vector, vel: Vector, omega: Vector,
+        own: Vector,
+    ) -> None:  # fmt: skip
+        super().__init__(name, rot, ref, org, vel, omega)
+        self.own = own
+
+    def spin(self) -> Vector:
+        return self.own
+
+
+def _in_joint_coordinates(ctx: Context) -> Machine:
+    """The same deck's machine in joint coordinates, built to its start in a builder of its own."""
+    from . import circuit
+    from .context import Context
+
+    builder: type[Builder] = type(ctx.b)
+    other = Context(builder(), ctx.flat, ctx.options)
+    other.times = ctx.times
+    circuit.allocate(other)
+    like = Machine(other)
+    like.build()
+    return like
+
+
+def _is_planar(like: Machine, bodies: list[str]) -> bool:
+    """Does every body turn about z alone and keep its height?"""
+    frames = [like.frames[name] for name in bodies]
+    heights = [like.public(frame.org[2]).value for frame in frames]
+    return all(
+        frame.rot.about_z() is not None and height is not None
+        for frame, height in zip(frames, heights, strict=True)
+    )
+
+
+def _value(like: Machine, e: Any) -> float:
+    """A scalar of the machine in joint coordinates, at its start."""
+    return like.b.eval([like.public(e)], like.found.x, 0.0)[0]
+
+
+def _turn_of(joint: JointState) -> Expr:
+    """The angle of a joint that turns: the last of its coordinates."""
+    return joint.qs[-1]
+
+
+def _coordinate(of: str, name: str, speed: str, unit: str, start: float, start_speed: float) -> Coordinate:
+    c = Coordinate(of, "turn" if unit == "rad" else "slide", "z")
+    c.q_name, c.u_name = name, speed
+    c.start, c.start_speed = start, start_speed
+    return c
+
+
+def _centre(like: Machine, body: Body, axes: str) -> list[Coordinate]:
+    """x y z of the centre of mass."""
+    name = f"{body.name}.com" if any(body.centre) else body.name
+    point = like.frames[body.name].point(body.centre)
+    return [
+        _coordinate(body.name, f"{axis}({name})", f"v{axis}({name})", "m", _value(like, p), _value(like, v))
+        for axis, p, v in zip(axes, point.pos, point.vel, strict=False)
+    ]
+
+
+def _planar(like: Machine, body: Body) -> list[Coordinate]:
+    name, frame = body.name, like.frames[body.name]
+    angle, omega = _value(like, frame.rot.about_z()), _value(like, frame.omega[2])
+    turn = _coordinate(name, f"angle({name})", f"omega({name})", "rad", angle, omega)
+    return [*_centre(like, body, "xy"), turn]
+
+
+def _spatial(like: Machine, body: Body) -> list[Coordinate]:
+    name, frame = body.name, like.frames[body.name]
+    e = _quaternion([[_value(like, v) for v in row] for row in frame.rot.matrix()])
+    wx, wy, wz = (_value(like, w) for w in frame.omega)
+    # e' = omega * e / 2 in quaternions, omega in world axes
+    v = (
+        -wx * e[1] - wy * e[2] - wz * e[3],
+        wx * e[0] + wy * e[3] - wz * e[2],
+        -wx * e[3] + wy * e[0] + wz * e[1],
+        wx * e[2] - wy * e[1] + wz * e[0],
+    )
+    turn = [_coordinate(name, f"e{k}({name})", f"de{k}({name})", "rad", e[k], 0.5 * v[k]) for k in range(4)]
+    return [*_centre(like, body, "xyz"), *turn]
+
+
+def _matrix(e0: Expr, e: list[Expr]) -> list[Vector]:
+    """R = (2 e0^2 - 1) I + 2 e e^T + 2 e0 [e]x"""
+    x, y, z = e
+    diagonal = 2.0 * e0 * e0 - 1.0
+    return [
+        [diagonal + 2.0 * x * x, 2.0 * (x * y - e0 * z), 2.0 * (x * z + e0 * y)],
+        [2.0 * (x * y + e0 * z), diagonal + 2.0 * y * y, 2.0 * (y * z - e0 * x)],
+        [2.0 * (x * z - e0 * y), 2.0 * (y * z + e0 * x), diagonal + 2.0 * z * z],
+    ]
+
+
+def _quaternion(r: list[list[float]]) -> list[float]:
+    """Unit quaternion of a rotation matrix, by its largest component (Shepperd, J. Guidance 1, 1978)."""
+    trace = r[0][0] + r[1][1] + r[2][2]
+    squares = [1.0 + trace] + [1.0 + 2.0 * r[k][k] - trace for k in range(3)]
+    k = max(range(4), key=squares.__getitem__)
+    skew = [r[2][1] - r[1][2], r[0][2] - r[2][0], r[1][0] - r[0][1]]
+    if k == 0:
+        found = [squares[0], *skew]
+    else:
+        i = k - 1
+        found = [skew[i], *(r[i][j] + r[j][i] if j != i else squares[k] for j in range(3))]
+    length = sum(v * v for v in found) ** 0.5
+    return [v / length for v in found]
