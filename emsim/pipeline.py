@@ -28,6 +28,7 @@ def run(
     tmax: float | None = None,
     progress: Progress | None = None,
     options: Options | None = None,
+    scene: bool = False,
 ) -> Result:
     """Simulates a deck: a path, the text itself, or a PySpice Circuit.
 
@@ -35,6 +36,7 @@ def run(
     method     "trap", "gear", "radau"; otherwise .options method, else radau with a machine and trap without
     reltol     relative tolerance; tmax: largest time step [s]
     options    any of these three, and further .options, by name
+    scene      record what moves the drawing of the machine, for pages and films (`Result.scene`)
     progress   called now and then with (t, tstop, step [s], steps, events); a true return value stops the run
     Raises DeckError, ConvergenceError (with the partial Result), OutsideError.
     """
@@ -44,7 +46,7 @@ def run(
     # flat deck to equations
     assembly, planned = prepare(flat, options)
     # equations to solutions
-    runs = solve(assembly, planned, progress)
+    runs = solve(assembly, planned, progress, scene)
     # solutions to a result
     return deliver(assembly, runs)
 
@@ -101,13 +103,19 @@ def prepare(flat: FlatDeck, options: Options | None = None) -> tuple[Assembly, l
     return assembly, planned
 
 
-def solve(assembly: Assembly, planned: list[tuple[Any, Any]], progress: Progress | None = None) -> list[Run]:
+def solve(
+    assembly: Assembly, planned: list[tuple[Any, Any]], progress: Progress | None = None, scene: bool = False
+) -> list[Run]:
     """Every analysis in deck order; the first one that fails is the last."""
     from .analyses import runner
 
+    drawing = assembly.drawing() if scene else None
     runs: list[Run] = []
     for card, settings in planned:
-        runs.append(runner(card.kind)(assembly, card, settings, progress))
+        if drawing is not None and card.kind == "tran":
+            runs.append(runner("tran")(assembly, card, settings, progress, drawing.channels))
+        else:
+            runs.append(runner(card.kind)(assembly, card, settings, progress))
         if runs[-1].waves.status != "ok":
             break
     return runs
@@ -121,7 +129,8 @@ def deliver(assembly: Assembly, runs: list[Run]) -> Result:
     flat = assembly.flat
     for run in runs:
         remarks(assembly, run)
-    result = Result(flat.title, [_table(flat, r) for r in runs], flat.sink.diagnostics, assembly.prints)
+    tables = [_table(assembly, r) for r in runs]
+    result = Result(flat.title, tables, flat.sink.diagnostics, assembly.prints)
     trouble = [d for r in runs for d in r.trouble]
     if trouble:
         from .diagnostics import ConvergenceError
@@ -130,15 +139,17 @@ def deliver(assembly: Assembly, runs: list[Run]) -> Result:
     return result
 
 
-def _table(flat: FlatDeck, r: Run) -> Table:
-    from .result import Table
+def _table(assembly: Assembly, r: Run) -> Table:
+    from .result import Scene, Table
+
+    drawing = assembly.drawn if r.channels.columns else None
 
     stats = dict(r.waves.stats)
     stats.setdefault("seconds", stats.get("solve_time"))
     grid = None if r.grid is None else (r.grid[0], r.grid[2], r.grid[1])
     return Table(
-        r.kind, r.names, r.units, r.store, title=flat.title, axis=r.axis, grid=grid, stats=stats,
-        status=r.waves.status,
+        r.kind, r.names, r.units, r.store, title=assembly.flat.title, axis=r.axis, grid=grid, stats=stats,
+        status=r.waves.status, scene=None if drawing is None else Scene(drawing.data(), r.channels),
     )  # fmt: skip
 
 

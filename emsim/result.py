@@ -54,6 +54,18 @@ class Columns:
         return Columns, (self._data,)
 
 
+class Scene:
+    """The drawing of a machine (assemble/drawing.py) and the columns that move it, beside a table's time."""
+
+    __slots__ = ("data", "waves")
+
+    def __init__(self, data: dict[str, Any], waves: Waves) -> None:
+        self.data, self.waves = data, waves
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return Scene, (self.data, Columns(self.waves.column(k) for k in range(self.waves.columns)))
+
+
 class Table:
     """One analysis: columns of equal length, each with a name and a unit.
 
@@ -63,12 +75,13 @@ class Table:
     waves    the column store, one column a name
     grid     (tstep, tstart, tstop) of a transient [s], for tables on the print grid
     stats    counters of the run: steps, rejected, newton iterations, ...
+    scene    the drawing of the machine with the columns that move it, where it was asked for
     status   "ok", "failed" or "interrupted": whether the table reaches its end
     """
 
     __slots__ = (
-        "_index", "_numpy", "axis", "grid", "kind", "names", "plotname", "stats", "status", "title", "units",
-        "waves",
+        "_index", "_numpy", "axis", "grid", "kind", "names", "plotname", "scene", "stats", "status", "title",
+        "units", "waves",
     )  # fmt: skip
 
     def __init__(
@@ -84,13 +97,14 @@ class Table:
         stats: dict[str, Any] | None = None,
         status: str = "ok",
         plotname: str = "",
+        scene: Scene | None = None,
     ) -> None:
         if not len(names) == len(units) == waves.columns:
             raise ValueError(f"{len(names)} names and {len(units)} units for {waves.columns} columns")
         self.kind, self.title, self.plotname = kind, title, plotname or PLOTNAMES.get(kind, kind)
         self.names, self.units = list(names), list(units)
         self.waves, self.axis, self.grid = waves, axis, grid
-        self.stats, self.status = dict(stats or {}), status
+        self.stats, self.status, self.scene = dict(stats or {}), status, scene
         self._index: dict[str, int] = {}
         for k, name in enumerate(self.names):
             self._index.setdefault(_plain(name), k)
@@ -100,7 +114,7 @@ class Table:
         """Pickles and copies hold plain bytes, wherever the columns came from."""
         columns = Columns(self.waves.column(k) for k in range(self.waves.columns))
         given = (self.kind, self.names, self.units, columns, self.title, self.axis, self.grid)
-        return _table, (*given, self.stats, self.status, self.plotname)
+        return _table, (*given, self.stats, self.status, self.plotname, self.scene)
 
     # columns -----------------------------------------------------------------------------------------
 
@@ -334,12 +348,12 @@ class Result:
 
 def _table(
     kind: str, names: list[str], units: list[str], waves: Waves, title: str, axis: bool,
-    grid: tuple[float, float, float] | None, stats: dict[str, Any], status: str, plotname: str,
+    grid: tuple[float, float, float] | None, stats: dict[str, Any], status: str, plotname: str, scene: Scene | None,
 ) -> Table:  # fmt: skip
     """A table from its parts in order, for unpickling."""
     return Table(
         kind, names, units, waves, title=title, axis=axis, grid=grid, stats=stats, status=status,
-        plotname=plotname,
+        plotname=plotname, scene=scene,
     )  # fmt: skip
 
 

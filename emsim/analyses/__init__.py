@@ -21,16 +21,17 @@ if TYPE_CHECKING:
 ANALYSES = ("op", "tran")
 
 
-class WithoutTime:
-    """The engine's columns but its first, for analyses that have no axis."""
+class Part:
+    """`columns` of the engine's columns, from `first` on: without the time where there is no axis, without the
+    channels of a drawing where there is one."""
 
-    __slots__ = ("columns", "rows", "waves")
+    __slots__ = ("columns", "first", "rows", "waves")
 
-    def __init__(self, waves: Waveforms) -> None:
-        self.waves, self.rows, self.columns = waves, waves.rows, waves.columns - 1
+    def __init__(self, waves: Waveforms, first: int, columns: int) -> None:
+        self.waves, self.rows, self.first, self.columns = waves, waves.rows, first, columns
 
     def column(self, i: int, /) -> bytes:
-        return self.waves.column(i + 1)
+        return self.waves.column(self.first + i)
 
 
 class Run:
@@ -41,10 +42,11 @@ class Run:
     grid                 (tstep, tstop, tstart) of a transient [s]
     store                the same without the engine's time column where there is no axis
     uic                  it started from initial values, without an operating point
+    channels             columns beyond the named ones, which move a drawing
     trouble              diagnostics of a run that did not reach its end
     """
 
-    __slots__ = ("axis", "grid", "kind", "names", "store", "trouble", "uic", "units", "waves")
+    __slots__ = ("axis", "channels", "grid", "kind", "names", "store", "trouble", "uic", "units", "waves")
 
     def __init__(
         self, kind: str, names: list[str], units: list[str], waves: Waveforms, axis: bool,
@@ -54,7 +56,10 @@ class Run:
         self.kind, self.names, self.units, self.waves = kind, names, units, waves
         self.axis, self.grid, self.trouble = axis, grid, trouble or []
         self.uic = uic
-        self.store = waves if axis else WithoutTime(waves)
+        first = 0 if axis else 1
+        whole = len(names) == waves.columns
+        self.store = waves if whole else Part(waves, first, len(names))
+        self.channels = Part(waves, first + len(names), waves.columns - len(names) - first)
 
 
 def plan(flat: FlatDeck, tmax: float | None = None) -> list[tuple[Analysis, Any]]:

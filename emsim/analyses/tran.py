@@ -11,9 +11,9 @@ from .failure import explain
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Sequence
 
-    from ..assemble import Assembly
+    from ..assemble import Assembly, Output
     from ..deck import Analysis
     from ..diagnostics import Sink
 
@@ -68,15 +68,17 @@ def read(analysis: Analysis, sink: Sink, tmax: float | None = None) -> Transient
 
 
 def run(
-    assembly: Assembly, analysis: Analysis, t: Transient, progress: Callable[..., object] | None = None
-) -> Run:
-    """Every accepted point from tstart on; the first column is the time."""
+    assembly: Assembly, analysis: Analysis, t: Transient, progress: Callable[..., object] | None = None,
+    channels: Sequence[Output] = (),
+) -> Run:  # fmt: skip
+    """Every accepted point from tstart on; the first column is the time, `channels` are recorded last."""
     names, units, exprs = columns(assembly, "tran")
 
     def tick(now: float, step: float, steps: int, events: int) -> bool:
         return bool(progress and progress(now, t.tstop, step, steps, events))
 
     watch = tick if progress else None
+    exprs = [*exprs, *(c.expr for c in channels)]
     waves = assembly.system.tran(t.tstep, t.tstop, t.tstart, t.tmax, t.uic, exprs, assembly.options, watch)
     trouble = explain(assembly, analysis, waves) if waves.status == "failed" else []
     return Run(

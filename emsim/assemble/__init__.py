@@ -11,6 +11,7 @@ if TYPE_CHECKING:
 
     from .._engine import System
     from ..deck import FlatDeck
+    from .drawing import Drawing
     from .machine import Machine
 
 __all__ = ["Assembly", "Context", "Output", "assemble"]
@@ -19,7 +20,7 @@ __all__ = ["Assembly", "Context", "Output", "assemble"]
 class Assembly:
     """A compiled deck. `outputs` maps an analysis kind ("op", "tran") to its columns, without the time."""
 
-    __slots__ = ("ctx", "flat", "options", "outputs", "prints", "system")
+    __slots__ = ("ctx", "drawn", "flat", "options", "outputs", "prints", "system")
 
     def __init__(
         self,
@@ -31,10 +32,19 @@ class Assembly:
         self.ctx, self.system, self.outputs, self.prints = ctx, system, outputs, prints
         self.flat: FlatDeck = ctx.flat
         self.options: dict[str, Any] = ctx.options
+        self.drawn: Drawing | None = None
 
     @property
     def machine(self) -> Any:
         return self.ctx.machine
+
+    def drawing(self) -> Drawing | None:
+        """The machine as its cards draw it, or None where there is no machine."""
+        if self.drawn is None and self.machine is not None:
+            from .drawing import draw
+
+            self.drawn = draw(self.machine)
+        return self.drawn
 
 
 def assemble(flat: FlatDeck, options: dict[str, Any], times: tuple[float, float]) -> Assembly:

@@ -16,6 +16,7 @@ The duties of a card, all optional but the first. `s` is the scene (see `Scene` 
  9. `probes(s)`       what can be read by name, of PROBES below: {"torque": Expr, ...}; a function without
                       arguments where reading costs an unknown, so that it is made only when asked for.
 10. `losses(s)`       power turned into heat [W], >= 0, for loss(); `stored(s)` electrical energy held [J].
+11. `glyph(draw)`     its shapes in body frames, and the channels that change them (see `Pen`).
 No card writes a mass matrix or a force direction.
 """
 
@@ -90,6 +91,19 @@ if TYPE_CHECKING:
         def abs(self, e: Scalar) -> Expr: ...
         def clamp(self, e: Scalar, lo: float, hi: float, name: str, warn: str) -> Expr: ...
         def reaction(self, name: str) -> Expr: ...  # effort of a GEAR or DRIVE on its joint
+
+    class Pen(Protocol):
+        """What a card draws on, see assemble/drawing.py. A place is [body, x, y, z] in the body's axes [m]."""
+
+        @property
+        def m(self) -> Scene: ...
+        def channel(self, name: str, unit: str, value: Scalar) -> str | float: ...  # `#k`, or the number
+        def on(self, body: str, local: Sequence[float] = ...) -> list[float]: ...
+        def terminal(self, card: Card, label: str) -> list[float]: ...  # the place of a point terminal
+        def joint(self, name: str) -> dict[str, Any]: ...  # a, b, joint, axis, q, zero
+        def wheel(self, body: str) -> float: ...  # room for a bare inertia, drawn as a wheel, or 0
+        def attached(self, body: str) -> list[list[float]]: ...  # where joints and points are
+        def add(self, kind: str, card: Card, **what: Any) -> None: ...
 
 
 class Own:
@@ -237,6 +251,9 @@ class Card:
 
     def stored(self, s: Scene) -> Scalar | None:
         return None
+
+    def glyph(self, draw: Pen) -> None:
+        """Shapes."""
 
 
 def sink_errors(sink: Sink) -> int:

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from typing import Any
 
     from ..diagnostics import Sink
-    from .base import Scalar, Scene
+    from .base import Pen, Scalar, Scene
 
 
 class Body(Card):
@@ -146,3 +146,13 @@ class Body(Card):
         r = s.frame(self.name).point(self.centre).pos
         g = s.gravity
         return -self.m * (g[0] * r[0] + g[1] * r[1] + g[2] * r[2])
+
+    def glyph(self, draw: Pen) -> None:
+        """Its shape; without one, what joins its centre of mass to everything fastened to it."""
+        sizes = [getattr(a, "value", a) for a in getattr(self.shape, "args", ())]
+        kind = getattr(self.shape, "fn", "bones")
+        if kind == "bones":
+            at = draw.on(self.name, self.centre)
+            draw.add(kind, self, at=at, to=draw.attached(self.name), spin=draw.wheel(self.name))
+        else:
+            draw.add(kind, self, at=draw.on(self.name), sizes=sizes)

@@ -7,7 +7,7 @@ from .base import Card
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from .._engine import Expr
-    from .base import JointView, PointView, Scene
+    from .base import JointView, Pen, PointView, Scene
 
 
 class OnJointOrPoints(Card):
@@ -29,3 +29,15 @@ class OnJointOrPoints(Card):
 
     def effort_name(self) -> str:
         return "torque" if self.joint is not None and self.joint.rotary else "force"
+
+    def glyph_between(self, draw: Pen, kind: str) -> None:
+        """A shape on the joint, or from point to point; with the force it applies."""
+        word = self.effort_name()
+        effort = self.probes(draw.m)[word]
+        assert not callable(effort)
+        unit = "N m" if word == "torque" else "N"
+        carried = {"effort": draw.channel(f"{word}({self.name})", unit, effort), "unit": unit}
+        if self.joint is not None:
+            draw.add(kind, self, **draw.joint(self.joint.name), **carried)
+        else:
+            draw.add(kind, self, p=draw.terminal(self, "p"), q_=draw.terminal(self, "q"), **carried)

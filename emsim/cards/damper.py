@@ -8,7 +8,7 @@ from .coordinate import OnJointOrPoints
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from .._engine import Expr
-    from .base import Powers, Probes, Scalar, Scene
+    from .base import Pen, Powers, Probes, Scalar, Scene
 
 
 class Damper(OnJointOrPoints):
@@ -41,3 +41,6 @@ class Damper(OnJointOrPoints):
     def losses(self, s: Scene) -> Scalar | None:
         effort, u = self._effort(s)
         return -(effort * u)
+
+    def glyph(self, draw: Pen) -> None:
+        self.glyph_between(draw, "damper")

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from typing import Any
 
     from ..diagnostics import Sink
-    from .base import JointView, Probes, Scene
+    from .base import JointView, Pen, Probes, Scene
 
 
 class Drive(Card):
@@ -43,3 +43,6 @@ class Drive(Card):
             "torque" if self.joint.rotary else "force": lambda: s.reaction(self.name),
             "power": lambda: s.reaction(self.name) * self.joint.u,
         }
+
+    def glyph(self, draw: Pen) -> None:
+        draw.add("drive", self, **draw.joint(self.joint.name))

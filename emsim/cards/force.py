@@ -10,7 +10,7 @@ if TYPE_CHECKING:
 
     from .._engine import Expr
     from ..diagnostics import Sink
-    from .base import PointView, Powers, Probes, Scene
+    from .base import Pen, PointView, Powers, Probes, Scene
 
 AXES = ("fx", "fy", "fz")
 
@@ -88,3 +88,9 @@ class Force(Card):
         for f in self._vector(s):
             squares = squares + f * f
         return {"force": s.b.call("sqrt", squares), "power": power}
+
+    def glyph(self, draw: Pen) -> None:
+        parts = [
+            draw.channel(f"{a}({self.name})", "N", f) for a, f in zip(AXES, self._vector(draw.m), strict=True)
+        ]
+        draw.add("force", self, at=draw.terminal(self, "p"), vector=parts)

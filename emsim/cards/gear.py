@@ -11,7 +11,7 @@ from .base import Card, Default, Spec
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from ..diagnostics import Sink
-    from .base import JointView, Probes, Scene
+    from .base import JointView, Pen, Probes, Scene
 
 
 class Gear(Card):
@@ -50,3 +50,9 @@ class Gear(Card):
 
     def probes(self, s: Scene) -> Probes:
         return {"torque" if self.first.rotary else "force": lambda: s.reaction(self.name)}
+
+    def glyph(self, draw: Pen) -> None:
+        ratio = self.ratio if self.ratio is not None else self.lead
+        draw.add(
+            "gear", self, first=draw.joint(self.first.name), second=draw.joint(self.second.name), ratio=ratio
+        )

@@ -14,7 +14,7 @@ from .base import Card, Default, Spec
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from ..diagnostics import Sink
-    from .base import Powers, Scalar, Scene
+    from .base import Pen, Powers, Scalar, Scene
 
 # kind -> motions: (slide or turn, axis); "axis" is the card's axis=
 KINDS: dict[str, tuple[tuple[str, str], ...]] = {
@@ -156,3 +156,6 @@ class Joint(Card):
         for u in s.speeds(self.name):
             total = total + self.damp * u * u
         return total
+
+    def glyph(self, draw: Pen) -> None:
+        draw.add("joint", self, **draw.joint(self.name))

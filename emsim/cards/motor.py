@@ -14,7 +14,7 @@ from .base import Card, Default, Spec, is_number
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from .._engine import Expr
-    from .base import JointView, Powers, Probes, Scalar, Scene
+    from .base import JointView, Pen, Powers, Probes, Scalar, Scene
 
 MODEL_TYPES = ("dcmotor",)
 
@@ -144,3 +144,12 @@ class Motor(Card):
     def stored(self, s: Scene) -> Scalar | None:
         i = s.b.x(self.row)
         return 0.5 * self.l * i * i if self.l else None
+
+    def glyph(self, draw: Pen) -> None:
+        word, unit = ("torque", "N m") if self.joint.rotary else ("force", "N")
+        i, gain = draw.m.b.x(self.row), self.torque_constant * self._lever()
+        draw.add(
+            "motor", self, **draw.joint(self.joint.name), unit=unit,
+            current=draw.channel(f"i({self.name})", "A", i),
+            effort=draw.channel(f"{word}({self.name})", unit, gain * i),
+        )  # fmt: skip

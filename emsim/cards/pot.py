@@ -19,7 +19,7 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from .._engine import Expr
     from ..diagnostics import Sink
-    from .base import JointView, Probes, Scalar, Scene
+    from .base import JointView, Pen, Probes, Scalar, Scene
 
 LOG_BASE = 81.0
 
@@ -89,3 +89,8 @@ class Pot(Card):
 
     def losses(self, s: Scene) -> Scalar | None:
         return self._heat(s)
+
+    def glyph(self, draw: Pen) -> None:
+        volts = draw.m.v(self.wiper, -1)
+        wiper = draw.channel(f"wiper({self.name})", "V", volts)
+        draw.add("pot", self, **draw.joint(self.joint.name), range=list(self.range), wiper=wiper)

@@ -12,7 +12,7 @@ from .coordinate import OnJointOrPoints
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from ..diagnostics import Sink
-    from .base import Probes, Scalar, Scene
+    from .base import Pen, Probes, Scalar, Scene
 
 
 class Spring(OnJointOrPoints):
@@ -55,3 +55,6 @@ class Spring(OnJointOrPoints):
         q, u = self.coordinate(s)
         effort = -self.k * (q - self.rest) - self.f0
         return {self.effort_name(): effort, "power": effort * u}
+
+    def glyph(self, draw: Pen) -> None:
+        self.glyph_between(draw, "spring")

@@ -10,7 +10,7 @@ if TYPE_CHECKING:
 
     from .._engine import Expr
     from ..diagnostics import Sink
-    from .base import BodyView, JointView, Powers, Probes, Scene
+    from .base import BodyView, JointView, Pen, Powers, Probes, Scene
 
 
 class Torque(Card):
@@ -57,3 +57,10 @@ class Torque(Card):
         effort = self._effort(s)
         word = "force" if self.joint is not None and not self.joint.rotary else "torque"
         return {word: effort, "power": effort * self._speed()}
+
+    def glyph(self, draw: Pen) -> None:
+        effort = draw.channel(f"torque({self.name})", "N m", self._effort(draw.m))
+        if self.joint is not None:
+            draw.add("torque", self, **draw.joint(self.joint.name), effort=effort)
+        elif self.body is not None:
+            draw.add("torque", self, a=draw.on(self.body.name), axis=self.unit, effort=effort)

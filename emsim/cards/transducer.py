@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     from .._engine import Expr
     from ..diagnostics import Sink
-    from .base import JointView, Powers, Probes, Scalar, Scene
+    from .base import JointView, Pen, Powers, Probes, Scalar, Scene
 
 
 class Transducer(Card):
@@ -116,3 +116,14 @@ class Transducer(Card):
     def stored(self, s: Scene) -> Scalar | None:
         """Energy = (charge v or flux linkage i) - W' [J]."""
         return None if self.form == "k" else self.conjugate * self.variable - self.energy
+
+    def glyph(self, draw: Pen) -> None:
+        word, unit = ("torque", "N m") if self.joint.rotary else ("force", "N")
+        p = self.probes(draw.m)
+        effort = p[word]
+        assert not callable(effort)
+        draw.add(
+            "transducer", self, **draw.joint(self.joint.name), form=self.form, unit=unit,
+            volts=draw.channel(f"v({self.name})", "V", draw.m.v(self.plus, self.minus)),
+            effort=draw.channel(f"{word}({self.name})", unit, effort),
+        )  # fmt: skip

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 VERBS = {
     "run": "simulate a deck, write its raw file and .print tables",
     "check": "read a deck and say what it is: unknowns, degrees of freedom, loops, what folded away",
+    "view": "simulate a deck and open its page: waveforms and the moving machine on one clock",
     "compare": "run ngspice on the same deck, as written and at tight tolerances, and compare",
     "chart": "run every method over a ladder of tolerances and chart error against time",
     "help": "this text, or that of a verb",
@@ -51,13 +52,15 @@ def _dispatch(args: list[str]) -> int:
         verb = "version"
     elif verb not in VERBS:
         verb, rest = "run", args
-    if verb in ("run", "check", "compare", "chart") and ("-h" in rest or "--help" in rest):
+    if verb not in ("help", "version") and ("-h" in rest or "--help" in rest):
         verb, rest = "help", [verb]
     # written out, so that a reader and a type checker can follow; only the verb asked for is imported
     if verb == "run":
         from .run import main as verb_main
     elif verb == "check":
         from .check import main as verb_main
+    elif verb == "view":
+        from .view import main as verb_main
     elif verb == "compare":
         from .compare import main as verb_main
     elif verb == "chart":

@@ -21,6 +21,8 @@ if TYPE_CHECKING:
 
     from ..result import Result
 
+    Target = tuple[str, str, dict[str, Any]]
+
 LAST_ROWS = 20  # that are printed of a run which did not reach its end; its files have all
 METHOD_OPTIONS = [
     Option("--method", "integration method: trap, gear, radau", "NAME"),
@@ -31,6 +33,7 @@ OPTIONS = [
     Option("-o --output -r", "raw file to write instead of deck.raw", "FILE"),
     Option("--ascii", "write the raw file as text"),
     Option("--csv", "write a CSV file too; - is stdout, in place of the .print tables", "FILE"),
+    Option("--html", "write a page too: waveforms and the moving machine, in one file", "FILE"),
     Option("--no-files", "write no raw file"),
     *METHOD_OPTIONS,
     DEFINE,
@@ -46,13 +49,14 @@ def main(args: Sequence[str]) -> int:
     deck = given.deck("run")
     files = _targets(given, deck)
     progress = Progress() if Progress.wanted(given.has("quiet")) else None
-    code, trouble = OK, []
+    code, trouble, source = OK, [], source_of(deck)
     try:
         result = pipeline.run(
-            source_of(deck),
+            source,
             defines=defines(given),
             options=overrides(given),
             progress=progress,
+            scene=given.has("html"),
         )
     except ConvergenceError as error:
         if error.partial is None:
@@ -63,12 +67,20 @@ def main(args: Sequence[str]) -> int:
             progress.clear()
     if result.status == "interrupted":
         code = INTERRUPTED
-    return _deliver(given, result, files, code, trouble)
+    return _deliver(given, result, files, source, code, trouble)
 
 
 def source_of(deck: str) -> str:
     """What the pipeline takes for a deck argument: its path, or for `-` the text on stdin."""
     return sys.stdin.read() + "\n" if deck == "-" else deck
+
+
+def text_of(source: str) -> str:
+    """The deck's own text, of what `source_of` gives."""
+    if "\n" in source:
+        return source
+    with open(source, encoding="utf-8", errors="replace") as file:
+        return file.read()
 
 
 def overrides(given: Arguments) -> dict[str, float | str]:
@@ -86,19 +98,23 @@ def overrides(given: Arguments) -> dict[str, float | str]:
     return options
 
 
-def _targets(given: Arguments, deck: str) -> list[tuple[str, dict[str, Any]]]:
-    """(path, writer options) of every file to write. Refuses to write over the deck."""
-    targets: list[tuple[str, dict[str, Any]]] = []
+def _targets(given: Arguments, deck: str) -> list[Target]:
+    """(format, path, writer options) of every file to write. Refuses to write over the deck."""
+    targets: list[Target] = []
     if not given.has("no-files"):
         stem = "stdin" if deck == "-" else splitext(basename(deck))[0]
-        targets.append((given.text("output") or f"{stem}.raw", {"ascii": given.has("ascii")}))
+        targets.append(("raw", given.text("output") or f"{stem}.raw", {"ascii": given.has("ascii")}))
     elif given.has("output"):
         raise UsageError("--no-files and -o contradict each other")
     if (path := given.text("csv")) is not None:
         if path == "-" and given.has("json"):
             raise UsageError("--csv - and --json both want stdout")
-        targets.append((path, {}))
-    for path, _ in targets:
+        targets.append(("csv", path, {}))
+    if (path := given.text("html")) is not None:
+        if path == "-":
+            raise UsageError("--html needs the name of a file")
+        targets.append(("html", path, {}))
+    for _, path, _ in targets:
         if path == "-":
             continue
         if deck != "-" and abspath(path) == abspath(deck):
@@ -112,15 +128,20 @@ def _targets(given: Arguments, deck: str) -> list[tuple[str, dict[str, Any]]]:
 def _deliver(
     given: Arguments,
     result: Result,
-    targets: Sequence[tuple[str, dict[str, Any]]],
+    targets: Sequence[Target],
+    source: str,
     code: int,
     trouble: Sequence[Diagnostic],
 ) -> int:
     """Files first, so that nothing that happens to the terminal can lose them; then tables and messages."""
     if computed := any(len(table) for table in result.plots):
-        for path, options in targets:
-            if "ascii" in options:
+        for kind, path, options in targets:
+            if kind == "raw":
                 raw.write(path, result, **options)
+            elif kind == "html":
+                from ..outputs import html
+
+                html.write(path, result, text_of(source))
             else:
                 from ..outputs import csv
 
@@ -128,7 +149,7 @@ def _deliver(
                     print_lines(csv.lines(result.main))
                 else:
                     csv.write(path, result)
-    written = [path for path, _ in targets if path != "-"] if computed else []
+    written = [path for _, path, _ in targets if path != "-"] if computed else []
     diagnostics = [*result.diagnostics, *(d for d in trouble if d not in result.diagnostics)]
     if not given.has("json") and given.text("csv") != "-":
         print_lines(text.lines(result, unfinished=LAST_ROWS))

@@ -1,0 +1,166 @@
+"""The picture of a machine: what every card draws of itself, and the columns that move it.
+
+A drawing is a list of shapes in body frames. A place is [body, x, y, z] in the axes of that body; a body's pose is
+a set of channels: x, y, angle in a planar scene, x, y, z and the rotation matrix by rows in space. Shapes may
+name further channels (a current, a force) that change them. Nothing here is drawn: a page or a film does that
+(outputs/web/machine.js, outputs/film.py) from plain data:
+
+    {"planar": bool, "bodies": [{"name", "at": ["#channel" or number, ...]}], "shapes": [{"kind", ...}], "view": {...}}
+"""
+
+from __future__ import annotations
+
+from .outputs import Output
+from .scene import leaves_plane
+from .tree import GROUND
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+    from typing import Any
+
+    from ..cards.base import Card, Scalar
+    from .machine import Machine
+    from .scene import JointState
+
+    Place = list[float]
+
+WHEEL = 0.1  # distance of shafts that are drawn beside one another [m]
+
+
+class Drawing:
+    """Collects shapes; cards draw on it in `glyph(draw)`. Lengths in m, angles in rad."""
+
+    def __init__(self, m: Machine) -> None:
+        self.m = m
+        self.channels: list[Output] = []
+        self.shapes: list[dict[str, Any]] = []
+        self.planar = not _spatial(m)
+        self._index: dict[str, int] = {}
+        self.beside = _side_by_side(m)
+        self.names = [GROUND, *m.bodies]
+        self.bodies = [{"name": name, "at": self._pose(name)} for name in self.names]
+        self._attached: dict[str, list[tuple[float, ...]]] = {name: [] for name in self.names}
+        for joint in m.joints.values():
+            self._attached[joint.a].append(joint.pa)
+            self._attached[joint.b].append(joint.pb)
+        for body, local in m.points.values():
+            self._attached[body].append(local)
+
+    # what cards ask for -----------------------------------------------------------------------------------
+
+    def channel(self, name: str, unit: str, value: Scalar) -> str | float:
+        """`#k` for the k-th channel, which carries a value, or the value itself where it does not change."""
+        if name in self._index:
+            return f"#{self._index[name]}"
+        moving = self.m.public(value)
+        if moving.value is not None:
+            return moving.value
+        self._index[name] = len(self.channels)
+        self.channels.append(Output(name, unit, moving))
+        return f"#{self._index[name]}"
+
+    def on(self, body: str, local: Sequence[float] = (0.0, 0.0, 0.0)) -> Place:
+        """A place on a body."""
+        return [self.names.index(body), *(*local, 0.0, 0.0, 0.0)[:3]]
+
+    def terminal(self, card: Card, label: str) -> Place:
+        """The place that a point terminal of a card names."""
+        ref = next(ref for name, _, ref in card.terminals if name == label)
+        local = None if ref.point is None else tuple(float(v) for v in ref.point)
+        found = self.m.locate(ref.name, local)
+        assert found is not None
+        return self.on(*found)
+
+    def ends(self, joint: str) -> tuple[Place, Place]:
+        """Where a joint sits on its two bodies."""
+        j = self.m.joints[joint]
+        return self.on(j.a, j.pa), self.on(j.b, j.pb)
+
+    def joint(self, name: str) -> dict[str, Any]:
+        """What a shape on a joint needs: places, kind, axis in A, coordinate."""
+        j = self.m.joints[name]
+        a, b = self.ends(name)
+        a[1] += self.beside.get(j.b, 0.0) if j.a == GROUND else 0.0
+        found: dict[str, Any] = {"a": a, "b": b, "joint": j.kind, "axis": list(j.card.direction)}
+        if j.qs:
+            found["q"] = self._coordinate(j)
+            found["zero"] = j.card.zeros[0] if j.card.zeros else 0.0
+        return found
+
+    def attached(self, body: str) -> list[Place]:
+        """Places where something is fastened to a body, each once."""
+        places: list[Place] = []
+        for local in self._attached[body]:
+            if (place := self.on(body, local)) not in places:
+                places.append(place)
+        return places
+
+    def wheel(self, body: str) -> float:
+        """The room of a body that is an inertia on a shaft and nothing more [m], else 0."""
+        return WHEEL if body in self.beside else 0.0
+
+    def add(self, kind: str, card: Card, **what: Any) -> None:
+        """One shape; `card` names it on the page and in its line of the deck."""
+        self.shapes.append({"kind": kind, "card": card.spec.word, "name": card.name, **what})
+
+    # the whole --------------------------------------------------------------------------------------------
+
+    def data(self) -> dict[str, Any]:
+        view: dict[str, Any] = {}
+        for items in self.m.ctx.flat.views:
+            view.update(
+                {
+                    key: value if isinstance(value, (int, float)) else str(value)
+                    for key, value in items.items()
+                }
+            )
+        points = [{"name": name, "at": self.on(*where)} for name, where in self.m.points.items()]
+        points += [{"name": f"{n}.com", "at": self.on(n, b.centre)} for n, b in self.m.bodies.items() if b.m]
+        return {
+            "planar": self.planar, "bodies": self.bodies, "shapes": self.shapes, "points": points, "view": view,
+            "gravity": list(self.m.gravity),
+            "channels": [{"name": c.name, "unit": c.unit} for c in self.channels],
+        }  # fmt: skip
+
+    def _pose(self, name: str) -> list[str | float]:
+        frame = self.m.frames[name]
+        origin = frame.point((0.0, 0.0, 0.0)).pos
+        if self.planar:
+            angle = frame.rot.about_z()
+            x = origin[0] + self.beside.get(name, 0.0)
+            parts = [("x", "m", x), ("y", "m", origin[1]), ("angle", "rad", 0.0 if angle is None else angle)]
+        else:
+            matrix = frame.rot.matrix()
+            parts = [(axis, "m", e) for axis, e in zip("xyz", origin, strict=True)]
+            parts += [(f"r{i}{j}", "", matrix[i][j]) for i in range(3) for j in range(3)]
+        return [self.channel(f"{word}({name})", unit, value) for word, unit, value in parts]
+
+    def _coordinate(self, j: JointState) -> str | float:
+        word = "angle" if j.rotary else "pos"
+        return self.channel(f"{word}({j.name})", "rad" if j.rotary else "m", j.q)
+
+
+def _spatial(m: Machine) -> bool:
+    return bool(m.gravity[2]) or any(leaves_plane(j) for j in m.joints.values())
+
+
+def _side_by_side(m: Machine) -> dict[str, float]:
+    """Shafts of a drive train all turn about one point: bodies without a shape that are pinned there, to ground or
+    to one another, are drawn beside one another, this far to the right [m]."""
+    found: dict[str, float] = {}
+    for j in m.joints.values():
+        body = m.bodies.get(j.b)
+        if body is None or body.shape is not None or j.kind != "pin" or any((*body.centre, *j.pa, *j.pb)):
+            continue
+        if j.a == GROUND or j.a in found:
+            found[j.b] = len(found) * WHEEL
+    return found
+
+
+def draw(m: Machine) -> Drawing:
+    """Every card's glyph, bodies first so that joints and couplings lie above them."""
+    drawing = Drawing(m)
+    for card in m.active:
+        card.glyph(drawing)
+    return drawing

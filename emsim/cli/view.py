@@ -1,0 +1,72 @@
+"""usage: emsim view [options] deck.cir
+
+Simulates a deck, writes one self-contained HTML page and opens it: waveforms with cursors, and the moving machine
+beside them on one clock. Nothing is fetched from anywhere; the page can be sent to others as it is."""
+
+from __future__ import annotations
+
+import sys
+from os.path import abspath, basename, join, splitext
+
+from .. import pipeline
+from ..diagnostics import ConvergenceError
+from ..outputs import html
+from .arguments import DEFINE, HELP, QUIET, Option, defines, parse
+from .console import CONVERGENCE, INTERRUPTED, OK, Progress, show
+from .run import METHOD_OPTIONS, overrides, source_of, text_of
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+OPTIONS = [
+    Option(
+        "-o --output", "where to write the page; otherwise a folder of its own among temporary files", "FILE"
+    ),
+    Option("--no-open", "write the page, do not open it"),
+    *METHOD_OPTIONS,
+    DEFINE,
+    QUIET,
+    HELP,
+]
+
+
+def main(args: Sequence[str]) -> int:
+    given = parse(args, OPTIONS)
+    deck = given.deck("view")
+    source, code, trouble = source_of(deck), OK, []
+    progress = Progress() if Progress.wanted(given.has("quiet")) else None
+    try:
+        result = pipeline.run(
+            source, defines=defines(given), options=overrides(given), progress=progress, scene=True
+        )
+    except ConvergenceError as error:
+        if error.partial is None:
+            raise
+        code, result, trouble = CONVERGENCE, error.partial, error.diagnostics
+    finally:
+        if progress:
+            progress.clear()
+    if result.status == "interrupted":
+        code = INTERRUPTED
+    result.diagnostics += [d for d in trouble if d not in result.diagnostics]
+    show(result.diagnostics, given.has("quiet"))
+    if not any(len(table) for table in result.plots):
+        return code
+    path = abspath(given.text("output") or _place(deck))
+    html.write(path, result, text_of(source))
+    if not given.has("quiet"):
+        print(f"page: {path}", file=sys.stderr)
+    if not given.has("no-open"):
+        import webbrowser
+
+        webbrowser.open("file://" + path)
+    return code
+
+
+def _place(deck: str) -> str:
+    """A file of its own, whose folder only the user can read."""
+    from tempfile import mkdtemp
+
+    stem = "stdin" if deck == "-" else splitext(basename(deck))[0]
+    return join(mkdtemp(prefix="emsim-"), f"{stem}.html")

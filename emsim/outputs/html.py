@@ -1,0 +1,167 @@
+"""One self-contained HTML page of a run: waveforms and the moving machine on one clock, no network.
+
+The page is web/page.html with the styles, uPlot (vendored, MIT, see web/vendor/LICENSE-uPlot), the scripts of web/ and
+the run as JSON in it. Columns travel as float32 (the axis as float64): their bytes are laid side by side by significance,
+deflated, base64; an ordinary planar page stays below 200 kB. web/data.js unpacks them.
+
+The machine's channels are taken at no more than FRAMES times: a film needs no more, waveforms keep every point.
+"""
+
+from __future__ import annotations
+
+from array import array
+from base64 import b64encode
+from bisect import bisect_right
+from html import escape
+from json import dumps
+from os.path import dirname, join
+from zlib import compress
+
+from ..diagnostics import render_text
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Sequence
+    from typing import Any
+
+    from ..diagnostics import Diagnostic
+    from ..result import Result, Scene, Table
+
+FRAMES = 1500
+SHOWN = 8  # signals drawn at first where the deck has no .print
+WEB = join(dirname(__file__), "web")
+SCRIPTS = ("vendor/uPlot.iife.min.js", "data.js", "waves.js", "machine.js", "app.js")
+STYLES = ("vendor/uPlot.min.css", "page.css")
+
+Sheet = tuple[str, str, str]  # name, title, inner HTML
+
+
+def write(path: str, result: Result, deck: str = "", sheets: Iterable[Sheet] = ()) -> None:
+    """Writes the page. OSError as open() raises it; ValueError when no analysis ran."""
+    if not result.plots:
+        raise ValueError("no analysis ran, so there is nothing to show")
+    with open(path, "w", encoding="utf-8") as file:
+        file.write(page(document(result, deck, sheets)))
+
+
+def page(run: dict[str, Any]) -> str:
+    """The whole page around one run."""
+    template = _file("page.html")
+    parts = {
+        "title": escape(run["title"]),
+        "style": "\n".join(_lean(_file(name)) for name in STYLES),
+        "script": "\n".join(_lean(_file(name)) for name in SCRIPTS),
+        # a deck may hold "</script>"; inside JSON the slash can be escaped
+        "run": dumps(run, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c"),
+    }
+    for name, text in parts.items():
+        template = template.replace("{{" + name + "}}", text, 1)
+    return template
+
+
+def document(result: Result, deck: str = "", sheets: Iterable[Sheet] = ()) -> dict[str, Any]:
+    """The run as the page's scripts take it."""
+    table = result.main
+    said = list(result.diagnostics)
+    run: dict[str, Any] = {
+        "title": result.title or "emsim",
+        "facts": _facts(table),
+        "error": None if table.status == "ok" else f"This run is {table.status}: it ends before its time.",
+        "rows": len(table) if table.axis and len(table) > 1 else 0,
+        "axisName": table.names[0] if table.names else "", "axisUnit": table.units[0] if table.units else "",
+        "names": table.signals, "units": table.units[1:],
+        "shown": _shown(result, table),
+        "sheets": [*sheets, _deck_sheet(deck, said), *_messages(said)] if deck or said else [*sheets],
+        "scene": None,
+    }  # fmt: skip
+    if run["rows"]:
+        run["axis"] = pack(table.floats(0))
+        run["packed"] = [pack(_single(table.floats(k + 1))) for k in range(len(table.signals))]
+        if table.scene is not None:
+            run["scene"] = _scene(table.scene, table.floats(0))
+    return run
+
+
+def pack(values: array[float]) -> str:
+    """Bytes side by side by significance, deflated, base64; little-endian on every machine."""
+    width = values.itemsize
+    data = values.tobytes()
+    return b64encode(compress(b"".join(data[k::width] for k in range(width)), 9)).decode("ascii")
+
+
+def _single(values: array[float]) -> array[float]:
+    """float32, with what it cannot hold at its largest."""
+    largest = 3.4e38
+    return array("f", (v if -largest < v < largest else (largest if v > 0 else -largest) for v in values))
+
+
+def _scene(scene: Scene, time: array[float]) -> dict[str, Any]:
+    rows = frames(time)
+    packed = []
+    for k in range(scene.waves.columns):
+        column = array("d")
+        column.frombytes(scene.waves.column(k))
+        packed.append(pack(array("f", (column[r] for r in rows))))
+    return {
+        **scene.data,
+        "rows": len(rows),
+        "axis": pack(array("d", (time[r] for r in rows))),
+        "packed": packed,
+    }
+
+
+def frames(time: array[float], most: int = FRAMES) -> Sequence[int]:
+    """Rows to keep for a film: all, or the ones nearest to equal times; the last always."""
+    if len(time) <= most:
+        return range(len(time))
+    first, last = time[0], time[-1]
+    rows = sorted({bisect_right(time, first + (last - first) * k / (most - 1)) - 1 for k in range(most)})
+    return rows if rows[-1] == len(time) - 1 else [*rows, len(time) - 1]
+
+
+def _facts(table: Table) -> str:
+    points = "1 point" if len(table) == 1 else f"{len(table)} points"
+    parts = [table.plotname, points]
+    if method := table.stats.get("method"):
+        parts.append(str(method))
+    return " \u00b7 ".join(parts)
+
+
+def _shown(result: Result, table: Table) -> list[str]:
+    """What .print asks for; else the machine's coordinates and forces and the voltages that move."""
+    printed = [n for kind, names in result.prints if kind == table.kind for n in names if n in table.signals]
+    if printed:
+        return list(dict.fromkeys(printed))
+    moving = [n for n in table.signals if (c := table.floats(n)) and max(c) > min(c)]
+    order = ("angle(", "pos(", "x(", "y(", "v(", "torque(", "force(", "i(", "omega(", "vel(")
+
+    def rank(name: str) -> int:
+        return next((k for k, word in enumerate(order) if name.startswith(word)), len(order))
+
+    return sorted(moving, key=rank)[:SHOWN] or table.signals[:SHOWN]
+
+
+def _deck_sheet(deck: str, said: Sequence[Diagnostic]) -> Sheet:
+    bad = {d.span.line for d in said if d.span is not None and d.severity == "error"}
+    lines = [
+        f'<span id="line-{k}"{" class=bad" if k in bad else ""}>{escape(line)}</span>'
+        for k, line in enumerate(deck.splitlines(), 1)
+    ]
+    return "deck", "Deck", f'<pre class="deck">{"".join(lines)}</pre>'
+
+
+def _messages(said: Sequence[Diagnostic]) -> list[Sheet]:
+    if not said:
+        return []
+    return [("messages", f"Messages ({len(said)})", f"<pre>{escape(render_text(said))}</pre>")]
+
+
+def _file(name: str) -> str:
+    with open(join(WEB, name), encoding="utf-8") as file:
+        return file.read()
+
+
+def _lean(text: str) -> str:
+    """Without indentation and whole-line comments; the page is sent around, its sources lie in web/."""
+    lines = (line.strip() for line in text.splitlines())
+    return "\n".join(line for line in lines if line and not line.startswith("//"))

@@ -1,0 +1,141 @@
+// The run inside the page: columns unpacked, numbers written, expressions of signals evaluated.
+"use strict";
+
+// Columns are float32 (the first, the axis, float64), bytes of equal significance side by side, deflated, base64.
+async function unpack(text, rows, width) {
+  const packed = Uint8Array.from(atob(text), (c) => c.charCodeAt(0));
+  const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("deflate"));
+  const planes = new Uint8Array(await new Response(stream).arrayBuffer());
+  const bytes = new Uint8Array(rows * width);
+  for (let k = 0; k < width; k++) for (let i = 0; i < rows; i++) bytes[i * width + k] = planes[k * rows + i];
+  return width === 8 ? new Float64Array(bytes.buffer) : new Float32Array(bytes.buffer);
+}
+
+const PREFIXES = ["f", "p", "n", "\u00b5", "m", "", "k", "M", "G", "T"];
+const UNSCALED = new Set(["", "rad", "\u00b0", "rad/s", "\u00b0/s", "rad/s^2"]);
+
+// 0.00574 A -> "5.74 mA"
+function written(value, unit = "", digits = 4) {
+  if (!Number.isFinite(value)) return "\u2013";
+  const size = Math.abs(value);
+  if (size === 0 || UNSCALED.has(unit) || size < 1e-16 || size >= 1e15) {
+    const plain = size === 0 ? "0" : size < 1e-4 || size >= 1e6 ? value.toExponential(digits - 1) : +value.toPrecision(digits) + "";
+    return unit ? `${plain} ${unit}` : plain;
+  }
+  const step = Math.max(-5, Math.min(4, Math.floor(Math.log10(size) / 3 + 1e-12)));
+  return `${+(value / 1000 ** step).toPrecision(digits)} ${PREFIXES[step + 5]}${unit}`;
+}
+
+// Index of the last entry <= t of an ascending column.
+function before(time, t) {
+  let low = 0, high = time.length - 1;
+  while (low < high) {
+    const middle = (low + high + 1) >> 1;
+    if (time[middle] <= t) low = middle; else high = middle - 1;
+  }
+  return low;
+}
+
+function valueAt(time, column, t) {
+  const k = before(time, t);
+  if (k + 1 >= time.length || t <= time[k]) return column[k];
+  const span = time[k + 1] - time[k];
+  return span > 0 ? column[k] + (column[k + 1] - column[k]) * (t - time[k]) / span : column[k + 1];
+}
+
+// What a screen can show of a column: the rows themselves, or the extremes of each pixel's rows, in their order.
+function visible(time, columns, from, to, pixels) {
+  const first = Math.max(0, before(time, from) - 1), last = Math.min(time.length - 1, before(time, to) + 2);
+  if (last - first < 4 * pixels) {
+    const cut = (c) => c.subarray(first, last + 1);
+    return [cut(time), ...columns.map(cut)];
+  }
+  const edges = [first];
+  for (let p = 1; p < pixels; p++) {
+    const k = before(time, from + (to - from) * p / pixels);
+    if (k > edges[edges.length - 1]) edges.push(k);
+  }
+  edges.push(last + 1);
+  const buckets = edges.length - 1, axis = new Float64Array(2 * buckets);
+  for (let p = 0; p < buckets; p++) {
+    axis[2 * p] = time[edges[p]];
+    axis[2 * p + 1] = time[Math.max(edges[p], edges[p + 1] - 1)];
+  }
+  const shown = columns.map((c) => {
+    const out = new Float32Array(2 * buckets);
+    for (let p = 0; p < buckets; p++) {
+      let low = edges[p], high = low;
+      for (let k = low + 1; k < edges[p + 1]; k++) {
+        if (c[k] < c[low]) low = k; else if (c[k] > c[high]) high = k;
+      }
+      out[2 * p] = c[Math.min(low, high)];
+      out[2 * p + 1] = c[Math.max(low, high)];
+    }
+    return out;
+  });
+  return [axis, ...shown];
+}
+
+const FUNCTIONS = { abs: Math.abs, sqrt: Math.sqrt, sin: Math.sin, cos: Math.cos, tan: Math.tan, exp: Math.exp, log: Math.log, log10: Math.log10, atan: Math.atan };
+const DB = (v) => 20 * Math.log10(Math.abs(v)), DEG = (v) => v * 180 / Math.PI, RPM = (v) => v * 30 / Math.PI;
+Object.assign(FUNCTIONS, { db: DB, deg: DEG, rpm: RPM });
+
+// "v(out) - 2*i(m1)" -> a function of the row; `column(name)` finds signals. Throws Error with what is wrong.
+function compileExpression(text, column) {
+  const source = text.toLowerCase().replace(/\s+/g, "");
+  let at = 0;
+  const fail = (what) => { throw new Error(`${what} at ${at + 1} of ${text}`); };
+  const take = (s) => source.startsWith(s, at) && ((at += s.length), true);
+  function sum() {
+    let left = product();
+    for (;;) {
+      if (take("+")) { const a = left, b = product(); left = (k) => a(k) + b(k); }
+      else if (take("-")) { const a = left, b = product(); left = (k) => a(k) - b(k); }
+      else return left;
+    }
+  }
+  function product() {
+    let left = power();
+    for (;;) {
+      if (take("*")) { const a = left, b = power(); left = (k) => a(k) * b(k); }
+      else if (take("/")) { const a = left, b = power(); left = (k) => a(k) / b(k); }
+      else return left;
+    }
+  }
+  function power() {
+    if (take("-")) { const a = power(); return (k) => -a(k); }
+    const a = atom();
+    if (take("^") || take("**")) { const b = power(); return (k) => a(k) ** b(k); }
+    return a;
+  }
+  function atom() {
+    if (take("(")) { const a = sum(); if (!take(")")) fail("a ) is missing"); return a; }
+    const number = /^[0-9.]+(e[-+]?[0-9]+)?/.exec(source.slice(at));
+    if (number) { at += number[0].length; const v = Number(number[0]); return () => v; }
+    const word = /^[a-z_][a-z0-9_.#:]*/.exec(source.slice(at));
+    if (!word) fail("a signal or number is missing");
+    const name = word[0];
+    at += name.length;
+    if (source[at] === "(") {
+      // a signal's name holds brackets of its own: v(out), x(pole(0.6,0))
+      let depth = 0, end = at;
+      do { depth += source[end] === "(" ? 1 : source[end] === ")" ? -1 : 0; end++; } while (depth > 0 && end < source.length);
+      const whole = source.slice(at - name.length, end), values = column(whole);
+      if (values) { at = end; return (k) => values[k]; }
+      if (FUNCTIONS[name]) {
+        at++;
+        const inner = sum(), f = FUNCTIONS[name];
+        if (!take(")")) fail("a ) is missing");
+        return (k) => f(inner(k));
+      }
+      fail(`no signal ${whole}`);
+    }
+    if (name === "pi") return () => Math.PI;
+    const values = column(name) || column(`v(${name})`);
+    if (!values) fail(`no signal ${name}`);
+    return (k) => values[k];
+  }
+  const result = sum();
+  if (at < source.length) fail("this is not understood");
+  return result;
+}

@@ -1,0 +1,451 @@
+// The moving machine: every card's shapes (assemble/drawing.py) on a canvas, at the clock's time.
+"use strict";
+
+class Machine {
+  // scene: {planar, bodies, shapes, points, channels: [{name, unit, values}], time}
+  constructor(scene, canvas, clock) {
+    Object.assign(this, { scene, canvas, clock, arrows: true, labels: true, trace: null, yaw: -0.6, pitch: 0.45 });
+    this.largest = scene.channels.map((c) => c.values.reduce((m, v) => Math.max(m, Math.abs(v)), 0));
+    this.measure();
+    this.fit();
+    clock.listen(() => this.draw());
+    new ResizeObserver(() => { this.fit(); this.draw(); }).observe(canvas.parentElement);
+    this.mouse();
+  }
+  at(ref, t) {
+    if (typeof ref !== "string") return ref;
+    const k = +ref.slice(1), v = valueAt(this.scene.time, this.scene.channels[k].values, t);
+    return Math.abs(v) < 1e-9 * this.largest[k] ? 0 : v; // rounding noise
+  }
+  share(ref, t) { return typeof ref === "string" ? this.at(ref, t) / (this.largest[+ref.slice(1)] || 1) : Math.sign(ref); }
+
+  // body pose at t: origin and rotation by rows
+  pose(k, t) {
+    const p = this.scene.bodies[k].at.map((ref) => this.at(ref, t));
+    if (!this.scene.planar) return { o: p.slice(0, 3), r: p.slice(3) };
+    const c = Math.cos(p[2]), s = Math.sin(p[2]);
+    return { o: [p[0], p[1], 0], r: [c, -s, 0, s, c, 0, 0, 0, 1], angle: p[2] };
+  }
+  turned(pose, v) { const { r } = pose; return [0, 3, 6].map((i) => r[i] * v[0] + r[i + 1] * v[1] + r[i + 2] * (v[2] || 0)); }
+  world(place, poses) {
+    const pose = poses[place[0]], d = this.turned(pose, place.slice(1));
+    return [0, 1, 2].map((i) => pose.o[i] + d[i]);
+  }
+  // world metres to metres on the screen's plane
+  flat(p) {
+    if (this.scene.planar) return [p[0], p[1]];
+    const cy = Math.cos(this.yaw), sy = Math.sin(this.yaw), cp = Math.cos(this.pitch), sp = Math.sin(this.pitch);
+    const x = cy * p[0] + sy * p[2], z = -sy * p[0] + cy * p[2];
+    return [x, cp * p[1] + sp * z];
+  }
+  screen(p) { const [x, y] = this.flat(p); return [this.centre[0] + (x - this.middle[0]) * this.scale, this.centre[1] - (y - this.middle[1]) * this.scale]; }
+
+  // the box that the machine sweeps
+  measure() {
+    const { time, shapes } = this.scene, box = [Infinity, Infinity, -Infinity, -Infinity];
+    const places = [];
+    for (const s of shapes) {
+      const [w, h = w] = s.sizes || [];
+      if (s.kind === "rod") places.push([s.at, 0, 0], [[s.at[0], s.at[1] + w, s.at[2], s.at[3]], 0, 0]);
+      else if (s.kind === "box") for (const i of [-0.5, 0.5]) for (const j of [-0.5, 0.5]) places.push([[s.at[0], s.at[1] + i * w, s.at[2] + j * h, s.at[3]], 0, 0]);
+      else if (s.kind === "disc") places.push([s.at, w, w]);
+      else for (const key of ["at", "a", "b", "p", "q_"]) if (Array.isArray(s[key])) places.push([s[key], 0, 0]);
+      if (s.to) for (const p of s.to) places.push([p, 0, 0]);
+      if (s.spin) places.push([s.at, 0.6 * s.spin, 0.6 * s.spin]);
+    }
+    // a linear pot lies along its axis in A
+    for (const s of shapes) if (s.kind === "pot" && s.joint === "slide") for (const v of s.range) places.push([s.a.map((x, i) => (i ? x + (v + s.zero) * s.axis[i - 1] : x)), 0, 0]);
+    const stride = Math.max(1, Math.floor(time.length / 240));
+    for (let k = 0; k < time.length; k += stride) {
+      const poses = this.scene.bodies.map((_, b) => this.pose(b, time[k]));
+      for (const [place, w, h] of places) {
+        const [x, y] = this.flat(this.world(place, poses));
+        if (!Number.isFinite(x + y)) continue;
+        box[0] = Math.min(box[0], x - w); box[1] = Math.min(box[1], y - h);
+        box[2] = Math.max(box[2], x + w); box[3] = Math.max(box[3], y + h);
+      }
+    }
+    this.box = Number.isFinite(box[0]) ? box : [-1, -1, 1, 1];
+    const size = Math.max(this.box[2] - this.box[0], this.box[3] - this.box[1]) || 1e-3;
+    this.size = size;
+  }
+  fit() {
+    const { canvas } = this, width = Math.max(160, canvas.parentElement.clientWidth);
+    const [x0, y0, x1, y1] = this.box, margin = 46;
+    const w = Math.max(x1 - x0, 0.25 * this.size), h = Math.max(y1 - y0, 0.25 * this.size);
+    const height = Math.max(220, Math.min(0.68 * innerHeight, width * Math.max(0.5, Math.min(1.15, h / w)) + 30));
+    canvas.width = width * devicePixelRatio;
+    canvas.height = height * devicePixelRatio;
+    canvas.style.height = height + "px";
+    this.centre = [width / 2, height / 2];
+    this.middle = [(x0 + x1) / 2, (y0 + y1) / 2];
+    this.scale = Math.min((width - 2 * margin) / w, (height - 2 * margin) / h) * (Number(this.scene.view.scale) || 1);
+    Object.assign(this, { width, height });
+  }
+  mouse() {
+    const c = this.canvas;
+    c.addEventListener("wheel", (e) => {
+      e.preventDefault();
+      const f = Math.exp(-0.0015 * e.deltaY), r = c.getBoundingClientRect(), x = e.clientX - r.left - this.centre[0], y = e.clientY - r.top - this.centre[1];
+      this.middle[0] += x / this.scale * (1 - 1 / f);
+      this.middle[1] -= y / this.scale * (1 - 1 / f);
+      this.scale *= f;
+      this.draw();
+    }, { passive: false });
+    c.addEventListener("pointerdown", (e) => c.setPointerCapture(e.pointerId));
+    c.addEventListener("pointermove", (e) => {
+      if (!(e.buttons & 1)) return;
+      if (!this.scene.planar && !e.shiftKey) {
+        this.yaw += 0.01 * e.movementX;
+        this.pitch = Math.max(-1.5, Math.min(1.5, this.pitch + 0.01 * e.movementY));
+      } else {
+        this.middle[0] -= e.movementX / this.scale;
+        this.middle[1] += e.movementY / this.scale;
+      }
+      this.draw();
+    });
+  }
+
+  draw() {
+    const ctx = this.canvas.getContext("2d"), style = getComputedStyle(document.documentElement), t = this.clock.t;
+    this.colour = (name) => style.getPropertyValue("--" + name).trim();
+    ctx.setTransform(devicePixelRatio, 0, 0, devicePixelRatio, 0, 0);
+    ctx.clearRect(0, 0, this.width, this.height);
+    ctx.lineJoin = ctx.lineCap = "round";
+    ctx.font = "12px system-ui";
+    const poses = this.scene.bodies.map((_, k) => this.pose(k, t));
+    this.poses = poses;
+    this.written = []; // boxes of labels, so that they do not lie on one another
+    this.grid(ctx);
+    this.drawTrace(ctx, t);
+    for (const s of this.scene.shapes) if (GLYPHS[s.kind] && GLYPHS[s.kind].layer === 0) GLYPHS[s.kind].draw(this, ctx, s, t);
+    for (const layer of [1, 2]) for (const s of this.scene.shapes) if (GLYPHS[s.kind] && GLYPHS[s.kind].layer === layer) GLYPHS[s.kind].draw(this, ctx, s, t);
+  }
+  grid(ctx) {
+    const metres = 110 / this.scale, ten = 10 ** Math.floor(Math.log10(metres));
+    const step = [5, 2, 1].find((m) => m * ten <= metres) * ten, px = step * this.scale;
+    ctx.strokeStyle = ctx.fillStyle = this.colour("ground");
+    ctx.lineWidth = 1.5;
+    const y = this.height - 12;
+    line(ctx, 12, y, 12 + px, y);
+    line(ctx, 12, y - 4, 12, y + 4);
+    line(ctx, 12 + px, y - 4, 12 + px, y + 4);
+    ctx.textAlign = "left";
+    ctx.fillText(written(step, "m"), 16, y - 5);
+    const g = this.scene.gravity, size = Math.hypot(g[0], g[1]);
+    if (this.scene.planar && size > 0) {
+      const x = this.width - 16, y0 = 14 + (g[1] > 0 ? 22 : 0);
+      arrow(ctx, x - (g[0] > 0 ? 22 : 0), y0, x - (g[0] > 0 ? 22 : 0) + 22 * g[0] / size, y0 - 22 * g[1] / size, 6);
+      ctx.textAlign = "right";
+      ctx.fillText("g", x - 7, 26);
+    }
+  }
+  drawTrace(ctx, t) {
+    const point = this.scene.points.find((p) => p.name === this.trace);
+    if (!point) return;
+    const { time } = this.scene, k = before(time, t), stride = Math.max(1, Math.floor(time.length / 1500));
+    ctx.strokeStyle = this.colour("accent");
+    ctx.lineWidth = 1.2;
+    ctx.beginPath();
+    for (let i = 0; i <= k; i += stride) ctx.lineTo(...this.pointAt(point.at, time[i]));
+    ctx.lineTo(...this.pointAt(point.at, t));
+    ctx.stroke();
+  }
+  pointAt(place, t) { const poses = []; poses[place[0]] = this.pose(place[0], t); return this.screen(this.world(place, poses)); }
+  label(ctx, x, y, text, colour = "ink") {
+    if (!this.labels) return;
+    const width = ctx.measureText(text).width, near = (b) => Math.abs(b[1] - y) < 13 && x < b[0] + b[2] && b[0] < x + width;
+    for (let tries = 0; tries < 6 && this.written.some(near); tries++) y += 13;
+    x = Math.max(4, Math.min(x, this.width - width - 4));
+    this.written.push([x, y, width]);
+    ctx.textAlign = "left";
+    ctx.lineWidth = 3;
+    ctx.strokeStyle = this.colour("panel");
+    ctx.strokeText(text, x, y);
+    ctx.fillStyle = this.colour(colour);
+    ctx.fillText(text, x, y);
+  }
+  place(p) { return this.screen(this.world(p, this.poses)); }
+  // a joint's axis on the screen, as an angle
+  axisAngle(s) {
+    const o = this.place(s.a), d = this.turned(this.poses[s.a[0]], s.axis), tip = this.world(s.a, this.poses).map((v, i) => v + d[i] * this.size * 0.1);
+    const q = this.screen(tip);
+    return Math.atan2(q[1] - o[1], q[0] - o[0]);
+  }
+}
+
+function arrow(ctx, x0, y0, x1, y1, head = 9) {
+  const angle = Math.atan2(y1 - y0, x1 - x0);
+  line(ctx, x0, y0, x1, y1);
+  ctx.beginPath();
+  ctx.moveTo(x1, y1);
+  for (const side of [2.7, -2.7]) ctx.lineTo(x1 + head * Math.cos(angle + side), y1 + head * Math.sin(angle + side));
+  ctx.closePath();
+  ctx.fill();
+}
+
+// an arc with a head: counter-clockwise for a positive share
+function turnArrow(ctx, x, y, r, share) {
+  if (Math.abs(share) < 0.01) return;
+  const start = -Math.PI / 2, end = start - share * 1.6 * Math.PI;
+  ctx.beginPath();
+  ctx.arc(x, y, r, start, end, share > 0);
+  ctx.stroke();
+  const side = share > 0 ? -1 : 1, hx = x + r * Math.cos(end), hy = y + r * Math.sin(end), along = end + side * Math.PI / 2;
+  ctx.beginPath();
+  for (const [a, d] of [[0, 7], [2.5, 6], [-2.5, 6]]) ctx.lineTo(hx + d * Math.cos(along + a), hy + d * Math.sin(along + a));
+  ctx.closePath();
+  ctx.fill();
+}
+
+// a coil or a piston between two points of the screen
+function between(ctx, x0, y0, x1, y1, kind) {
+  const length = Math.hypot(x1 - x0, y1 - y0), angle = Math.atan2(y1 - y0, x1 - x0);
+  ctx.save();
+  ctx.translate(x0, y0);
+  ctx.rotate(angle);
+  ctx.beginPath();
+  if (kind === "spring") {
+    const lead = Math.min(10, 0.15 * length), turns = 9;
+    ctx.moveTo(0, 0);
+    ctx.lineTo(lead, 0);
+    for (let k = 1; k < 2 * turns; k++) ctx.lineTo(lead + (length - 2 * lead) * k / (2 * turns), k % 2 ? -7 : 7);
+    ctx.lineTo(length - lead, 0);
+    ctx.lineTo(length, 0);
+  } else {
+    const m = 0.5 * length;
+    ctx.moveTo(0, 0); ctx.lineTo(m, 0);
+    ctx.moveTo(m, -6); ctx.lineTo(m, 6);
+    ctx.moveTo(m + 8, -8); ctx.lineTo(m - 10, -8); ctx.moveTo(m + 8, 8); ctx.lineTo(m - 10, 8);
+    ctx.moveTo(m + 8, -8); ctx.lineTo(m + 8, 8);
+    ctx.moveTo(m + 8, 0); ctx.lineTo(length, 0);
+  }
+  ctx.stroke();
+  ctx.restore();
+}
+
+function ground(m, ctx, x, y) {
+  ctx.strokeStyle = m.colour("ground");
+  ctx.lineWidth = 1.5;
+  ctx.beginPath();
+  ctx.moveTo(x, y); ctx.lineTo(x - 9, y + 15); ctx.lineTo(x + 9, y + 15); ctx.closePath();
+  ctx.stroke();
+  line(ctx, x - 14, y + 15, x + 14, y + 15);
+  for (let k = -12; k <= 12; k += 6) line(ctx, x + k, y + 15, x + k - 4, y + 20);
+}
+
+const GLYPHS = {
+  rod: { layer: 0, draw(m, ctx, s) {
+    const [l, w = 0] = s.sizes, a = m.place(s.at), b = m.place([s.at[0], s.at[1] + l, s.at[2], s.at[3]]);
+    for (const [colour, extra] of [["edge", 2.4], ["body", 0]]) {
+      ctx.strokeStyle = m.colour(colour);
+      ctx.lineWidth = Math.max(7, w * m.scale) + extra;
+      line(ctx, ...a, ...b);
+    }
+    m.label(ctx, (a[0] + b[0]) / 2 + 9, (a[1] + b[1]) / 2 - 7, s.name, "soft");
+  } },
+  box: { layer: 0, draw(m, ctx, s) {
+    const [w, h = w] = s.sizes;
+    ctx.beginPath();
+    for (const [i, j] of [[-1, -1], [1, -1], [1, 1], [-1, 1]]) ctx.lineTo(...m.place([s.at[0], s.at[1] + i * w / 2, s.at[2] + j * h / 2, s.at[3]]));
+    ctx.closePath();
+    filled(m, ctx);
+    m.label(ctx, m.place(s.at)[0] + 8, m.place(s.at)[1] - 8, s.name, "soft");
+  } },
+  disc: { layer: 0, draw(m, ctx, s) {
+    const [x, y] = m.place(s.at), r = Math.max(4, s.sizes[0] * m.scale), rim = m.place([s.at[0], s.at[1] + s.sizes[0], s.at[2], s.at[3]]);
+    ctx.beginPath();
+    ctx.arc(x, y, r, 0, 7);
+    filled(m, ctx);
+    line(ctx, x, y, ...rim);
+    m.label(ctx, x + 8, y - 8, s.name, "soft");
+  } },
+  bones: { layer: 0, draw(m, ctx, s) {
+    const c = m.place(s.at);
+    if (s.spin) {
+      // nothing but an inertia: a wheel with a mark
+      const r = 0.38 * s.spin * m.scale;
+      ctx.beginPath();
+      ctx.arc(...c, r, 0, 7);
+      filled(m, ctx);
+      line(ctx, ...c, ...m.place([s.at[0], s.at[1] + 0.38 * s.spin, s.at[2], s.at[3]]));
+      return m.label(ctx, c[0] - r, c[1] - r - 5, s.name, "soft");
+    }
+    if (s.to.every((p) => p.every((v, i) => v === s.at[i]))) {
+      // nothing but a mass
+      ctx.beginPath();
+      ctx.rect(c[0] - 16, c[1] - 11, 32, 22);
+      filled(m, ctx);
+      return m.label(ctx, c[0] - 14, c[1] - 15, s.name, "soft");
+    }
+    for (const [colour, extra] of [["edge", 2.4], ["body", 0]]) {
+      ctx.strokeStyle = m.colour(colour);
+      ctx.lineWidth = 6 + extra;
+      for (const p of s.to) line(ctx, ...c, ...m.place(p));
+    }
+    ctx.beginPath();
+    ctx.arc(...c, 6, 0, 7);
+    filled(m, ctx);
+    m.label(ctx, c[0] + 8, c[1] - 8, s.name, "soft");
+  } },
+  joint: { layer: 1, draw(m, ctx, s) {
+    const [x, y] = m.place(s.b), [xa, ya] = m.place(s.a);
+    if (s.joint === "planar" || s.joint === "free") return;
+    if (s.joint === "slide" || s.joint === "pinslot") {
+      const angle = m.axisAngle(s), reach = 0.62 * Math.min(m.width, m.height);
+      ctx.strokeStyle = m.colour("ground");
+      ctx.lineWidth = 1.5;
+      ctx.setLineDash(s.a[0] === 0 ? [] : [4, 4]);
+      const from = s.a[0] === 0 ? -reach : -40, to = s.a[0] === 0 ? reach : 40;
+      line(ctx, xa + from * Math.cos(angle), ya + from * Math.sin(angle), xa + to * Math.cos(angle), ya + to * Math.sin(angle));
+      ctx.setLineDash([]);
+      ctx.save();
+      ctx.translate(x, y);
+      ctx.rotate(angle);
+      ctx.beginPath();
+      ctx.rect(-7, -4, 14, 8);
+      filled(m, ctx, "panel");
+      ctx.restore();
+      return;
+    }
+    if (s.joint === "rod") {
+      ctx.strokeStyle = m.colour("edge");
+      ctx.lineWidth = 3;
+      line(ctx, xa, ya, x, y);
+    }
+    if (s.a[0] === 0 && s.joint === "pin") ground(m, ctx, xa, ya);
+    if (s.b[0] === 0 && s.joint === "pin") ground(m, ctx, x, y);
+    ctx.beginPath();
+    if (s.joint === "weld") ctx.rect(x - 4, y - 4, 8, 8); else ctx.arc(x, y, 4.5, 0, 7);
+    filled(m, ctx, "panel");
+  } },
+  motor: { layer: 2, draw(m, ctx, s, t) {
+    const [x, y] = m.place(s.a), share = m.share(s.current, t), current = m.at(s.current, t);
+    ctx.globalAlpha = 0.15 + 0.75 * Math.abs(share);
+    ctx.strokeStyle = m.colour(share < 0 ? "force" : "motor");
+    ctx.lineWidth = 5;
+    ctx.beginPath();
+    if (s.joint === "pin") ctx.arc(x, y, 16, 0, 7); else ctx.rect(x - 14, y - 12, 28, 24);
+    ctx.stroke();
+    ctx.globalAlpha = 1;
+    if (m.arrows) effort(m, ctx, s, t, x, y, 26, "motor");
+    m.label(ctx, x + 22, y + 26, `${s.name} ${written(current, "A", 3)}`, "motor");
+  } },
+  pot: { layer: 2, draw(m, ctx, s, t) {
+    const [x, y] = m.place(s.a), q = m.at(s.q, t) + s.zero, [from, to] = s.range.map((v) => v + s.zero);
+    ctx.strokeStyle = m.colour("wiper");
+    ctx.fillStyle = m.colour("wiper");
+    ctx.lineWidth = 3;
+    if (s.joint === "pin") {
+      const base = m.poses[s.a[0]].angle || 0, r = 36;
+      ctx.beginPath();
+      ctx.arc(x, y, r, -(base + Math.min(from, to)), -(base + Math.max(from, to)), true);
+      ctx.stroke();
+      const held = Math.max(Math.min(from, to), Math.min(Math.max(from, to), q)) + base;
+      arrow(ctx, x + 20 * Math.cos(held), y - 20 * Math.sin(held), x + r * Math.cos(held), y - r * Math.sin(held), 7);
+      m.label(ctx, x + r + 4, y - 22, `${s.name} ${written(m.at(s.wiper, t), "V", 3)}`, "wiper");
+      return;
+    }
+    const angle = m.axisAngle(s), end = (v) => [x + v * m.scale * Math.cos(angle) - 16 * Math.sin(angle), y + v * m.scale * Math.sin(angle) + 16 * Math.cos(angle)];
+    line(ctx, ...end(from), ...end(to));
+    const w = end(q);
+    arrow(ctx, w[0] + 10 * Math.sin(angle), w[1] - 10 * Math.cos(angle), ...w, 7);
+    m.label(ctx, end(to)[0] + 6, end(to)[1] + 4, `${s.name} ${written(m.at(s.wiper, t), "V", 3)}`, "wiper");
+  } },
+  spring: { layer: 1, draw(m, ctx, s, t) { elastic(m, ctx, s, t, "spring"); } },
+  damper: { layer: 1, draw(m, ctx, s, t) { elastic(m, ctx, s, t, "damper"); } },
+  force: { layer: 2, draw(m, ctx, s, t) {
+    if (!m.arrows) return;
+    const [x, y] = m.place(s.at), f = s.vector.map((ref) => m.at(ref, t)), top = Math.hypot(...s.vector.map((ref) => typeof ref === "string" ? m.largest[+ref.slice(1)] : ref));
+    const [dx, dy] = m.flat(f), size = Math.hypot(...f);
+    if (!(size > 1e-6 * top)) return;
+    ctx.strokeStyle = ctx.fillStyle = m.colour("force");
+    ctx.lineWidth = 2.5;
+    arrow(ctx, x - 60 * dx / top, y + 60 * dy / top, x, y);
+    m.label(ctx, x - 60 * dx / top + 6, y + 60 * dy / top - 6, `${s.name} ${written(size, "N", 3)}`, "force");
+  } },
+  torque: { layer: 2, draw(m, ctx, s, t) {
+    if (m.arrows) effort(m, ctx, s, t, ...m.place(s.a), 22, "force", s.name);
+  } },
+  gear: { layer: 1, draw(m, ctx, s) {
+    const a = m.place(s.first.a), b = m.place(s.second.a);
+    ctx.strokeStyle = m.colour("soft");
+    ctx.lineWidth = 1.5;
+    ctx.setLineDash([5, 4]);
+    line(ctx, ...a, ...b);
+    ctx.setLineDash([]);
+    m.label(ctx, (a[0] + b[0]) / 2 + 6, (a[1] + b[1]) / 2 + 16, `${s.name} ${+(+s.ratio).toPrecision(4)}`, "soft");
+  } },
+  drive: { layer: 2, draw(m, ctx, s) {
+    const [x, y] = m.place(s.a);
+    ctx.strokeStyle = m.colour("accent");
+    ctx.lineWidth = 2;
+    ctx.beginPath();
+    ctx.arc(x, y, 13, 0.4, 5.6);
+    ctx.stroke();
+    m.label(ctx, x + 18, y + 20, `${s.name} (prescribed)`, "accent");
+  } },
+  transducer: { layer: 2, draw(m, ctx, s, t) {
+    const [x, y] = m.place(s.b), share = m.share(s.volts, t);
+    ctx.strokeStyle = m.colour("coil");
+    ctx.lineWidth = 2 + 3 * Math.abs(share);
+    if (s.form === "c") { line(ctx, x - 4, y - 22, x - 4, y - 8); line(ctx, x + 4, y - 22, x + 4, y - 8); }
+    else { ctx.beginPath(); for (let k = 0; k < 3; k++) ctx.arc(x - 8 + 8 * k, y - 14, 4, Math.PI, 0); ctx.stroke(); }
+    if (m.arrows) effort(m, ctx, s, t, x, y - 14, 20, "coil");
+    m.label(ctx, x + 12, y - 20, `${s.name} ${written(m.at(s.volts, t), "V", 3)}`, "coil");
+  } },
+};
+
+function filled(m, ctx, colour = "body") {
+  ctx.fillStyle = m.colour(colour);
+  ctx.strokeStyle = m.colour("edge");
+  ctx.lineWidth = 1.4;
+  ctx.fill();
+  ctx.stroke();
+}
+
+// the arrow of a torque, or of a force along a slide
+function effort(m, ctx, s, t, x, y, r, colour, name) {
+  const share = m.share(s.effort, t);
+  ctx.strokeStyle = ctx.fillStyle = m.colour(colour);
+  ctx.lineWidth = 2.2;
+  if (s.joint === "slide") {
+    const angle = m.axisAngle(s);
+    if (Math.abs(share) > 0.01) arrow(ctx, x, y, x + 55 * share * Math.cos(angle), y + 55 * share * Math.sin(angle), 8);
+  } else turnArrow(ctx, x, y, r, share);
+  if (name) m.label(ctx, x + r + 4, y + r, `${name} ${written(m.at(s.effort, t), s.joint === "slide" ? "N" : "N m", 3)}`, colour);
+}
+
+function elastic(m, ctx, s, t, kind) {
+  const colour = kind === "spring" ? "coil" : "ground", share = Math.abs(m.share(s.effort, t));
+  ctx.strokeStyle = m.colour(colour);
+  ctx.lineWidth = 1.4 + 1.6 * (m.arrows ? share : 0);
+  if (s.p) {
+    const p = m.place(s.p), q = m.place(s.q_);
+    between(ctx, ...p, ...q, kind);
+    return m.label(ctx, (p[0] + q[0]) / 2 + 10, (p[1] + q[1]) / 2, s.name, colour);
+  }
+  const a = m.place(s.a), b = m.place(s.b);
+  if (s.joint === "pin" && Math.hypot(a[0] - b[0], a[1] - b[1]) > 20) {
+    between(ctx, ...a, ...b, kind);
+    return m.label(ctx, (a[0] + b[0]) / 2 - 10, a[1] - 14, s.name, colour);
+  }
+  if (s.joint === "slide") {
+    // from a wall on the far side of the joint's range, so that it has a length to change
+    const angle = m.axisAngle(s), back = 0.3 * Math.min(m.width, m.height), off = kind === "spring" ? -11 : 11;
+    const shift = [-off * Math.sin(angle), off * Math.cos(angle)];
+    const wall = [a[0] - back * Math.cos(angle) + shift[0], a[1] - back * Math.sin(angle) + shift[1]];
+    between(ctx, ...wall, b[0] + shift[0], b[1] + shift[1], kind);
+    line(ctx, wall[0] + 9 * Math.sin(angle), wall[1] - 9 * Math.cos(angle), wall[0] - 9 * Math.sin(angle), wall[1] + 9 * Math.cos(angle));
+    return m.label(ctx, wall[0] + 6, wall[1] + (kind === "spring" ? -10 : 22), s.name, colour);
+  }
+  ctx.beginPath();
+  const turn = m.at(s.q, t), end = 4 * Math.PI + turn;
+  for (let k = 0; k <= 80; k++) {
+    const f = k / 80, r = 6 + 10 * f, angle = f * end;
+    ctx.lineTo(b[0] + r * Math.cos(angle), b[1] - r * Math.sin(angle));
+  }
+  if (kind === "spring") ctx.stroke();
+  else { ctx.beginPath(); ctx.arc(b[0], b[1], 11, 0.3, 2.8); ctx.stroke(); }
+  m.label(ctx, b[0] + 14, b[1] + 14, s.name, colour);
+}

@@ -1,0 +1,213 @@
+// Waveforms: one panel a unit, all on one range of the axis; cursors A and B; any signal as x axis.
+"use strict";
+
+const COLOURS = ["#0b62c4", "#d1495b", "#2a9d4a", "#8a4fb8", "#c77700", "#008b8b", "#b5367a", "#5b6b2f"];
+
+class Waves {
+  // run: {time, columns: [{name, unit, values}]}; clock: {t, set(t), onchange}
+  constructor(run, box, clock) {
+    Object.assign(this, { run, box, clock, panels: [], marks: { a: null, b: null }, degrees: false, xname: null });
+    this.full = [run.time[0], run.time[run.time.length - 1]];
+    this.range = [...this.full];
+    this.shown = new Set(run.shown);
+    clock.listen(() => this.panels.forEach((p) => (p.plot ? p.plot.redraw(false, false) : p.draw())));
+    new ResizeObserver(() => this.resize()).observe(box);
+    box.addEventListener("wheel", (e) => this.wheel(e), { passive: false });
+  }
+  unit(c) { return this.degrees ? c.unit.replace("rad", "\u00b0") : c.unit; }
+  scaled(c) {
+    if (!this.degrees || !c.unit.startsWith("rad")) return c.values;
+    return (c.inDegrees ??= c.values.map((v) => v * 180 / Math.PI));
+  }
+  groups() {
+    const found = new Map();
+    for (const c of this.run.columns) {
+      if (!this.shown.has(c.name)) continue;
+      const unit = this.unit(c);
+      if (!found.has(unit)) found.set(unit, []);
+      found.get(unit).push(c);
+    }
+    return [...found];
+  }
+  build() {
+    this.panels.forEach((p) => p.plot && p.plot.destroy());
+    this.box.replaceChildren();
+    const groups = this.groups(), style = getComputedStyle(document.documentElement);
+    const ink = style.getPropertyValue("--soft"), line = style.getPropertyValue("--line");
+    const height = Math.max(130, Math.min(260, (0.62 * innerHeight) / Math.max(1, groups.length)));
+    this.panels = groups.map(([unit, columns], k) => {
+      const holder = document.createElement("div"), legend = document.createElement("div");
+      holder.className = "panel";
+      legend.className = "legend";
+      this.box.append(holder);
+      const last = k === groups.length - 1;
+      if (this.xname) {
+        const p = new Portrait(this, holder, columns, unit, height, { ink, line });
+        holder.append(legend);
+        return Object.assign(p, { columns, unit, legend });
+      }
+      const axis = { stroke: ink, grid: { stroke: line, width: 1 }, ticks: { stroke: line, width: 1 } };
+      const plot = new uPlot({
+        width: this.width(), height: height + (last ? 26 : 0), padding: [6, 8, 0, 0],
+        scales: { x: { time: false, range: () => this.range }, y: { range: padded } },
+        series: [{}, ...columns.map((c, i) => ({ label: c.name, stroke: COLOURS[i % COLOURS.length], width: 1.5, points: { show: false } }))],
+        axes: [
+          { ...axis, size: last ? 30 : 0, ticks: { show: last, stroke: line }, values: (u, ticks) => (last ? ticks.map((v) => written(v, this.run.axisUnit, 6)) : []) },
+          { ...axis, size: 84, values: (u, ticks) => ticks.map((v) => written(v, unit, 4)) },
+        ],
+        cursor: { sync: { key: "emsim" }, drag: { setScale: false, x: true, y: false }, points: { size: 6 } },
+        legend: { show: false },
+        hooks: {
+          draw: [(u) => this.marksOn(u)],
+          setSelect: [(u) => this.selected(u)],
+          setCursor: [(u) => this.hovered(u)],
+        },
+      }, this.data(columns), holder);
+      plot.over.addEventListener("click", (e) => this.clicked(plot, e));
+      plot.over.addEventListener("dblclick", () => this.zoom(...this.full));
+      holder.append(legend);
+      return { plot, columns, unit, legend };
+    });
+    this.readout();
+  }
+  width() { return Math.max(200, this.box.clientWidth); }
+  data(columns) { return visible(this.run.time, columns.map((c) => this.scaled(c)), this.range[0], this.range[1], this.width()); }
+  resize() {
+    const width = this.width();
+    for (const p of this.panels) p.plot ? p.plot.setSize({ width, height: p.plot.height }) : p.draw();
+  }
+  zoom(from, to) {
+    const [first, last] = this.full, least = 1e-9 * (last - first);
+    if (!(to - from > least)) return;
+    this.range = [Math.max(first, from), Math.min(last, to)];
+    this.panels.forEach((p) => (p.plot ? p.plot.setData(this.data(p.columns)) : p.draw()));
+  }
+  about(t, factor) { this.zoom(t - (t - this.range[0]) * factor, t + (this.range[1] - t) * factor); }
+  wheel(e) {
+    const panel = this.panels.find((p) => p.plot && p.plot.over.matches(":hover"));
+    if (!panel) return;
+    e.preventDefault();
+    const [from, to] = this.range, turn = e.deltaY || e.deltaX;
+    if (e.shiftKey) return this.zoom(from + 0.001 * turn * (to - from), to + 0.001 * turn * (to - from));
+    const box = panel.plot.over.getBoundingClientRect();
+    this.about(panel.plot.posToVal(e.clientX - box.left, "x"), Math.exp(0.002 * turn));
+  }
+  selected(u) {
+    if (u.select.width < 4) return;
+    const from = u.posToVal(u.select.left, "x"), to = u.posToVal(u.select.left + u.select.width, "x");
+    u.setSelect({ left: 0, top: 0, width: 0, height: 0 }, false);
+    this.dragged = true;
+    this.zoom(from, to);
+  }
+  hovered(u) {
+    if (this.clock.playing || u.cursor.left < 0 || !u.over.matches(":hover") || u.select.width > 3) return;
+    this.clock.set(u.posToVal(u.cursor.left, "x"));
+  }
+  clicked(u, e) {
+    if (this.dragged) { this.dragged = false; return; }
+    this.mark(e.shiftKey ? "b" : "a", u.posToVal(e.offsetX, "x"));
+  }
+  mark(which, t) {
+    this.marks[which] = t;
+    this.panels.forEach((p) => (p.plot ? p.plot.redraw(false, false) : p.draw()));
+    this.readout();
+  }
+  marksOn(u) {
+    const lines = [[this.clock.t, "--force", ""], [this.marks.a, "--accent", "A"], [this.marks.b, "--wiper", "B"]];
+    const style = getComputedStyle(document.documentElement), { ctx, bbox } = u;
+    ctx.save();
+    for (const [t, colour, name] of lines) {
+      if (t === null || t < this.range[0] || t > this.range[1]) continue;
+      const x = Math.round(u.valToPos(t, "x", true)) + 0.5;
+      ctx.strokeStyle = ctx.fillStyle = style.getPropertyValue(colour);
+      ctx.lineWidth = devicePixelRatio;
+      ctx.beginPath();
+      ctx.moveTo(x, bbox.top);
+      ctx.lineTo(x, bbox.top + bbox.height);
+      ctx.stroke();
+      ctx.font = `${11 * devicePixelRatio}px system-ui`;
+      if (name) ctx.fillText(name, x + 3 * devicePixelRatio, bbox.top + 11 * devicePixelRatio);
+    }
+    ctx.restore();
+  }
+  // values at the clock, and between the cursors
+  readout() {
+    const { time } = this.run, { a, b } = this.marks, t = this.clock.t;
+    for (const p of this.panels) {
+      p.legend.replaceChildren(...p.columns.map((c, i) => {
+        const item = document.createElement("span"), values = this.scaled(c);
+        item.style.setProperty("--c", COLOURS[i % COLOURS.length]);
+        // rounding noise beside the signal's own size is nothing
+        const noise = 1e-9 * (c.largest ??= c.values.reduce((m, v) => Math.max(m, Math.abs(v)), 0));
+        const say = (v) => written(Math.abs(v) < noise ? 0 : v, p.unit);
+        let text = `${c.name} = ${say(valueAt(time, values, t))}`;
+        if (a !== null && b !== null) text += `  \u0394 ${say(valueAt(time, values, b) - valueAt(time, values, a))}`;
+        else if (a !== null) text += `  A ${say(valueAt(time, values, a))}`;
+        item.textContent = text;
+        return item;
+      }));
+    }
+    const delta = document.getElementById("delta"), unit = this.run.axisUnit;
+    delta.textContent = a === null ? "" : b === null ? `A ${written(a, unit, 6)}`
+      : `A ${written(a, unit, 6)}  B ${written(b, unit, 6)}  \u0394 ${written(b - a, unit, 6)}` + (unit === "s" && b !== a ? `  1/\u0394 ${written(1 / Math.abs(b - a), "Hz", 5)}` : "");
+  }
+}
+
+function padded(u, low, high) {
+  if (low === null) return [0, 1];
+  const pad = high > low ? 0.06 * (high - low) : Math.abs(high) * 0.1 || 1;
+  return [low - pad, high + pad];
+}
+
+// Signals over another signal: a phase portrait. The clock is a dot on each curve.
+class Portrait {
+  constructor(waves, holder, columns, unit, height, colours) {
+    Object.assign(this, { waves, columns, unit, height: Math.max(240, height), colours });
+    this.canvas = holder.appendChild(document.createElement("canvas"));
+    this.draw();
+  }
+  draw() {
+    const { waves, canvas } = this, { run } = waves, ratio = devicePixelRatio, width = waves.width(), height = this.height;
+    canvas.width = width * ratio;
+    canvas.height = height * ratio;
+    canvas.style.width = width + "px";
+    const ctx = canvas.getContext("2d"), xc = run.columns.find((c) => c.name === waves.xname), xs = waves.scaled(xc);
+    ctx.scale(ratio, ratio);
+    const first = before(run.time, waves.range[0]), last = before(run.time, waves.range[1]);
+    const span = (columns) => {
+      let low = Infinity, high = -Infinity;
+      for (const c of columns) for (let k = first; k <= last; k++) { if (c[k] < low) low = c[k]; if (c[k] > high) high = c[k]; }
+      return padded(null, low, high);
+    };
+    const ys = this.columns.map((c) => waves.scaled(c)), [x0, x1] = span([xs]), [y0, y1] = span(ys);
+    const left = 66, bottom = height - 34, X = (v) => left + (v - x0) / (x1 - x0) * (width - left - 10), Y = (v) => bottom - (v - y0) / (y1 - y0) * (bottom - 8);
+    ctx.font = "12px system-ui";
+    ctx.fillStyle = this.colours.ink;
+    ctx.strokeStyle = this.colours.line;
+    ctx.textAlign = "center";
+    for (const v of ticks(x0, x1, width / 110)) { line(ctx, X(v), 8, X(v), bottom); ctx.fillText(written(v, waves.unit(xc)), X(v), bottom + 14); }
+    ctx.fillText(waves.xname, (left + width) / 2, height - 5);
+    ctx.textAlign = "right";
+    for (const v of ticks(y0, y1, height / 40)) { line(ctx, left, Y(v), width - 10, Y(v)); ctx.fillText(written(v, this.unit), left - 5, Y(v) + 4); }
+    const stride = Math.max(1, Math.floor((last - first) / 40000));
+    ys.forEach((y, i) => {
+      ctx.strokeStyle = ctx.fillStyle = COLOURS[i % COLOURS.length];
+      ctx.lineWidth = 1.3;
+      ctx.beginPath();
+      for (let k = first; k <= last; k += stride) ctx.lineTo(X(xs[k]), Y(y[k]));
+      ctx.stroke();
+      ctx.beginPath();
+      ctx.arc(X(valueAt(run.time, xs, waves.clock.t)), Y(valueAt(run.time, y, waves.clock.t)), 4.5, 0, 7);
+      ctx.fill();
+    });
+  }
+}
+
+function line(ctx, x0, y0, x1, y1) { ctx.beginPath(); ctx.moveTo(x0, y0); ctx.lineTo(x1, y1); ctx.stroke(); }
+
+function ticks(low, high, count) {
+  const rough = (high - low) / Math.max(1, count), size = 10 ** Math.floor(Math.log10(rough));
+  const step = [1, 2, 5, 10].map((m) => m * size).find((s) => s >= rough), found = [];
+  for (let v = Math.ceil(low / step) * step; v <= high; v += step) found.push(+v.toPrecision(12));
+  return found;
+}

@@ -1,0 +1,59 @@
+"""Headless Chromium for the pages that emsim writes. Where no Chromium is installed these tests are skipped; .ci/run
+installs one."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+CHROMIUM = next(
+    (p for n in ("chromium", "chromium-browser", "google-chrome", "chrome") if (p := shutil.which(n))), None
+)
+
+
+@pytest.fixture(scope="session")
+def chromium() -> Iterator[Any]:
+    if CHROMIUM is None:
+        pytest.skip("no Chromium on this machine")
+    sync_api = pytest.importorskip("playwright.sync_api")
+    with sync_api.sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
+        yield browser
+        browser.close()
+
+
+@pytest.fixture
+def visit(chromium: Any) -> Iterator[Callable[..., Any]]:
+    """visit(path) opens a page file and waits until it has drawn; at the end nothing may have been said on the
+    console and nothing asked of any network."""
+    said: list[str] = []
+    asked: list[str] = []
+    contexts = []
+
+    def open_page(where: Path | str, width: int = 1400, height: int = 900, scheme: str = "light") -> Any:
+        # scripts of the test itself are evaluated, which the page's own policy forbids
+        context = chromium.new_context(
+            viewport={"width": width, "height": height}, color_scheme=scheme, bypass_csp=True
+        )
+        contexts.append(context)
+        page = context.new_page()
+        page.on("console", lambda m: said.append(m.text))
+        page.on("pageerror", lambda e: said.append(str(e)))
+        url = where if isinstance(where, str) else where.as_uri()
+        page.on(
+            "request",
+            lambda r: None if r.url.startswith(("file:", "data:", "blob:", url)) else asked.append(r.url),
+        )
+        page.goto(url)
+        page.wait_for_function("window.emsim && window.emsim.waves.panels.length > 0", timeout=20_000)
+        return page
+
+    yield open_page
+    for context in contexts:
+        context.close()
+    assert said == []
+    assert asked == []
