@@ -72,6 +72,7 @@ def test_wheel_holds_grammar_types_and_licences_and_no_sources(wheel):
     names = zipfile.ZipFile(wheel).namelist()
     for needed in ("emsim/grammar/deck.lark", "emsim/py.typed", "emsim/_engine.pyi"):
         assert needed in names
-    assert sum("LICENSE" in name for name in names) == 2
+    assert sum("dist-info" in name and "LICENSE" in name for name in names) == 2
+    assert any(name.endswith("web/vendor/LICENSE-uPlot") for name in names)
     assert not [name for name in names if name.endswith((".rs", ".cir", "Cargo.toml")) or "tests/" in name]
     assert "abi3" in wheel.name
