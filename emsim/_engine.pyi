@@ -155,7 +155,7 @@ class System:
         options_: dict[str, Any] | None = None,
         progress: Callable[[float, float, int, int], bool | None] | None = None,
     ) -> Waveforms:
-        """options: method (trap gear radau) reltol abstol vntol trtol gmin itl1 itl4 maxord fixed_step.
+        """options: method (trap gear radau rk45 dop853) reltol abstol vntol trtol gmin itl1 itl4 maxord fixed_step projection.
         progress(t, h, steps, events) is called about 20 times a second; a true value stops the run."""
 
 @final
@@ -171,7 +171,7 @@ class Waveforms:
         """ "ok", "failed" or "interrupted"; the rows recorded so far are kept in any case."""
     @property
     def failure(self) -> dict[str, Any] | None:
-        """t, h, during, kind (singular, no convergence, not finite), unknown_name, row_name, tried."""
+        """t, h, during, kind (singular, no convergence, not finite, unfit), unknown_name, row_name, tried."""
     @property
     def events(self) -> list[tuple[float, int, int]]:
         """(time, flag, new value)"""

@@ -54,7 +54,7 @@ RUST_ROWS = [
     ["events", "op", "record"],
     ["newton"],
     ["system", "assembly"],
-    ["passive", "edges"],
+    ["passive", "edges", "reduced"],
     ["model"],
     ["devices", "sparse", "waves"],
     ["tape"],

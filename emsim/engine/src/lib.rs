@@ -14,6 +14,7 @@ pub mod op; // the starting point: operating point, initial conditions, consiste
 pub mod passive; // is the linear part a passive network without gain
 mod py;
 pub mod record; // recorded waveforms and the raw file
+pub mod reduced; // the equations as an explicit ODE
 pub mod sparse; // LU: matching, block triangular form, AMD, Gilbert-Peierls, refactorisation
 pub mod system; // equation (1): what was compiled, and the scratch of a run
 pub mod tape; // native evaluation of a set of expressions

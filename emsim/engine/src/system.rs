@@ -9,10 +9,14 @@ use crate::edges::{EdgeWork, Edges};
 use crate::graph::{Graph, Id, Node};
 pub use crate::model::{DiodeAt, FlagSpec, Force, Kind, Model, Unknown};
 use crate::passive::is_passive;
+use crate::reduced::Reduced;
 use crate::sparse::{Pattern, Rows, Stamp};
 use crate::tape::{Inputs, Tape};
 use crate::waves::Wave;
 use std::collections::BTreeMap;
+use std::sync::OnceLock;
+
+mod reduce;
 
 mod stops;
 
@@ -77,6 +81,8 @@ pub struct System {
     pub linear: bool,            // C, G constant: one factorisation per step size, one solve per point
     pub pure_linear: bool,       // F = G x + waves, no expression at all
     pub passive: bool,           // nothing but diodes in a passive network (see passive.rs)
+    rows: [Vec<(usize, Id)>; 2], // F and Q of rows that are expressions, for `reduce`
+    reduced: OnceLock<Result<Reduced, String>>,
 }
 
 /// Scratch and held state of one run.
@@ -269,6 +275,8 @@ impl System {
             diode_names,
             forces: model.forces,
             ic_charge: model.ic_charge,
+            rows: [&model.f, &model.q].map(|rows| rows.iter().map(|(&row, &id)| (row, id)).collect()),
+            reduced: OnceLock::new(),
             passive: model.f.is_empty() && model.q.is_empty() && flagless && is_passive(&unknowns, &g_sum, &c_sum),
             g_rows: Rows::new(n, &g_sum),
             c_rows: Rows::new(n, &c_sum),

@@ -164,6 +164,11 @@ impl Tape {
         self.run_code(from, self.ends[part].0, inp, w);
     }
 
+    /// Does it read a wave of this number or a higher one?
+    pub fn reads_waves_from(&self, first: usize) -> bool {
+        self.limits.1 > first
+    }
+
     /// Slots of the results of one part.
     pub fn part_slots(&self, part: usize) -> &[u32] {
         let from = if part > 0 { self.ends[part - 1].1 } else { 0 };

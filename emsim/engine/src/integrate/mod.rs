@@ -9,6 +9,7 @@
 //!  4. `dense` evaluates the candidate's (or the accepted) step anywhere inside it, with the method's own polynomial.
 //!  5. `candidate` is the state at the end of the attempted step.
 mod driver;
+mod explicit;
 mod gear;
 mod radau;
 mod trap;
@@ -49,8 +50,10 @@ pub trait Method {
     }
 }
 
-pub fn make(sys: &System, o: &Options) -> Result<Box<dyn Method>, Failure> {
+pub fn make<'a>(sys: &'a System, o: &Options) -> Result<Box<dyn Method + 'a>, Failure> {
     Ok(match o.method.as_str() {
+        "rk45" => Box::new(explicit::Explicit::new(sys, o, &explicit::RK45)?),
+        "dop853" => Box::new(explicit::Explicit::new(sys, o, &explicit::DOP853)?),
         "gear" | "bdf" => Box::new(gear::Gear::new(sys, o)?),
         "radau" | "radau5" => Box::new(radau::Radau::new(sys, o)?),
         _ => Box::new(trap::Trap::new(sys, o)?),
@@ -59,7 +62,12 @@ pub fn make(sys: &System, o: &Options) -> Result<Box<dyn Method>, Failure> {
 
 /// Names that `.options method=` understands.
 pub fn known(method: &str) -> bool {
-    matches!(method, "trap" | "trapezoidal" | "gear" | "bdf" | "radau" | "radau5")
+    matches!(method, "trap" | "trapezoidal" | "gear" | "bdf" | "radau" | "radau5" | "rk45" | "dop853")
+}
+
+/// Does the method need the equations as an explicit ODE (`System::reduce`)?
+pub fn reduces(method: &str) -> bool {
+    matches!(method, "rk45" | "dop853" | "auto")
 }
 
 /// Past points, newest first: t and x. A small ring without allocation after the start.

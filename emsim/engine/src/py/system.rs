@@ -247,6 +247,9 @@ impl System {
         let sys = self.inner.clone();
         let mut record = Record::new(&lock(&self.graph), &ids);
         let a = Transient { tstep, tstop, tstart, tmax, uic };
+        if integrate::reduces(&o.method) {
+            sys.reduce(&mut lock(&self.graph));
+        }
         let (outcome, w, record, seconds) = py.detach(move || {
             let clock = Clock::start();
             let mut w = sys.work();

@@ -24,6 +24,14 @@ impl Rows {
         Rows { n, start, col, value: entries.values().copied().collect() }
     }
 
+    /// (row, column, value) of every entry.
+    pub fn entries(&self) -> impl Iterator<Item = (usize, usize, f64)> + '_ {
+        (0..self.n).flat_map(move |row| {
+            let places = self.start[row] as usize..self.start[row + 1] as usize;
+            places.map(move |k| (row, self.col[k] as usize, self.value[k]))
+        })
+    }
+
     /// Calls `put(i, sum_j a_ij x_j)` for every row i, with `a` in place of the own values.
     #[inline(always)]
     pub fn times(&self, a: &[f64], x: &[f64], mut put: impl FnMut(usize, f64)) {

@@ -1,0 +1,299 @@
+//! A strong component of a stage's equations becomes a step, or is substituted.
+use super::plan::Plan;
+use super::{Block, Devices, Newton, Saddle, Step};
+use crate::derive::{gradient, substitute};
+use crate::graph::{Graph, Id, Node};
+use crate::model::Kind;
+use crate::tape::{Inputs, Tape};
+use std::collections::HashSet;
+
+impl Plan<'_> {
+    /// One strong component becomes a step, or is substituted.
+    pub fn block(&mut self, component: &[usize]) -> Result<(), String> {
+        let count = self.equations.len();
+        let mut devices: Vec<usize> = component.iter().filter(|&&v| v >= count).map(|v| v - count).collect();
+        let mut members: Vec<usize> = component.iter().filter(|&&v| v < count).copied().collect();
+        devices.sort_unstable();
+        members.sort_unstable_by_key(|&e| self.equations[e].unknown);
+        if members.is_empty() {
+            let step = self.devices(devices, true);
+            self.steps.push(Step::Devices(step));
+            return Ok(());
+        }
+        if devices.is_empty() && self.saddle(&members)? {
+            return Ok(());
+        }
+        // rows in the order of their unknowns where each is its own unknown's row
+        let unknowns: Vec<usize> = members.iter().map(|&e| self.equations[e].unknown).collect();
+        let leaves: Vec<Id> = unknowns.iter().map(|&u| self.g.unknown(u as u32)).collect();
+        let mut rows: Vec<usize> = members.clone();
+        rows.sort_unstable_by_key(|&e| self.equations[e].row);
+        let diagonal = rows.iter().zip(&unknowns).all(|(&e, &u)| self.equations[e].row == u);
+        if !diagonal {
+            rows.clone_from(&members);
+        }
+        let size = rows.len();
+        let momenta = diagonal
+            && rows
+                .iter()
+                .zip(&unknowns)
+                .all(|(&e, &u)| self.equations[e].state.is_some() && self.source.unknowns[u].kind == Kind::Speed);
+        let zero = self.g.constant(0.0);
+        let mut matrix = vec![zero; size * size];
+        for (i, &e) in rows.iter().enumerate() {
+            let expr = self.equations[e].expr;
+            for (j, d) in self.slopes(expr, &unknowns, &devices).into_iter().enumerate() {
+                matrix[i * size + j] = d;
+            }
+        }
+        let mut linear = devices.is_empty();
+        if linear {
+            let own: HashSet<usize> = unknowns.iter().copied().collect();
+            linear = !self.leaves(&matrix).iter().any(|l| own.contains(l));
+        }
+        let states: Vec<Option<usize>> = rows.iter().map(|&e| self.equations[e].state).collect();
+        let exprs: Vec<Id> = rows.iter().map(|&e| self.equations[e].expr).collect();
+        if !linear {
+            return self.newton(unknowns, states, exprs, matrix, devices);
+        }
+        let none: Vec<(Id, Id)> = leaves.iter().map(|&l| (l, zero)).collect();
+        let rest = substitute(self.g, &exprs, &none);
+        let rest: Vec<Id> = rest.into_iter().map(|r| self.image(r)).collect();
+        let matrix: Vec<Id> = matrix.into_iter().map(|m| self.image(m)).collect();
+        if size == 1 {
+            if let Some(c) = self.g.value(matrix[0]).filter(|&c| c != 0.0) {
+                let by = self.g.constant(-1.0 / c);
+                let solution = self.g.mul(by, rest[0]);
+                self.image.insert(leaves[0], solution);
+                if let (Some(s), true) = (states[0], unknowns[0] < self.at.n) {
+                    self.direct.push((unknowns[0], s, 1.0 / c));
+                }
+                return Ok(());
+            }
+        }
+        // what was solved is a leaf from here on
+        for &l in &leaves {
+            self.image.insert(l, l);
+        }
+        let block = Block::new(self.g, self.parts.len(), unknowns, states, &matrix, momenta);
+        if block.hopeless() {
+            let left: Vec<usize> = block.unknowns.iter().copied().filter(|&u| u < self.at.n).collect();
+            return Err(self.singular(&left));
+        }
+        let mut outs = rest;
+        outs.extend(block.varying.iter().map(|&(_, id)| id));
+        self.parts.push((outs, true));
+        self.steps.push(Step::Linear(block));
+        Ok(())
+    }
+
+    fn singular(&self, left: &[usize]) -> String {
+        let names: Vec<String> = left.iter().take(3).map(|&i| format!("`{}`", self.source.unknowns[i].name)).collect();
+        format!("charges, fluxes or momenta do not determine {} (index 2)", names.join(", "))
+    }
+
+    /// d expr / d unknowns, through the diodes of the block too.
+    fn slopes(&mut self, expr: Id, unknowns: &[usize], devices: &[usize]) -> Vec<Id> {
+        let mut xs: Vec<Id> = unknowns.iter().map(|&u| self.g.unknown(u as u32)).collect();
+        for &k in devices {
+            let base = self.at.diode(k);
+            xs.extend([self.leaf(base), self.leaf(base + 2)]);
+        }
+        let mut all = gradient(self.g, expr, &xs);
+        let through = all.split_off(unknowns.len());
+        for (d, &k) in devices.iter().enumerate() {
+            let (p, n, _) = self.source.diodes[k];
+            for part in 0..2 {
+                let slope = self.leaf(self.at.diode(k) + 2 * part + 1);
+                let term = self.g.mul(through[2 * d + part], slope);
+                for (node, positive) in [(p, true), (n, false)] {
+                    if let Some(j) = unknowns.iter().position(|&u| node >= 0 && u == node as usize) {
+                        all[j] = if positive { self.g.add(all[j], term) } else { self.g.sub(all[j], term) };
+                    }
+                }
+            }
+        }
+        all
+    }
+
+    fn devices(&mut self, list: Vec<usize>, kept: bool) -> Devices {
+        let zero = self.g.constant(0.0);
+        let mut outs = Vec::new();
+        for &k in &list {
+            let (p, n, _) = self.source.diodes[k];
+            for node in [p, n] {
+                let id = if node >= 0 { self.leaf(node as usize) } else { zero };
+                outs.push(self.image(id));
+            }
+        }
+        for &k in &list {
+            for l in 0..4 {
+                let leaf = self.leaf(self.at.diode(k) + l);
+                self.image.insert(leaf, leaf);
+            }
+        }
+        self.parts.push((outs, kept));
+        Devices { part: self.parts.len() - 1, list }
+    }
+
+    fn newton(
+        &mut self,
+        unknowns: Vec<usize>,
+        states: Vec<Option<usize>>,
+        exprs: Vec<Id>,
+        matrix: Vec<Id>,
+        list: Vec<usize>,
+    ) -> Result<(), String> {
+        for &u in &unknowns {
+            let leaf = self.leaf(u);
+            self.image.insert(leaf, leaf);
+        }
+        let mut outs: Vec<Id> = exprs.into_iter().map(|e| self.image(e)).collect();
+        let matrix: Vec<Id> = matrix.into_iter().map(|m| self.image(m)).collect();
+        let block = Block::new(self.g, self.parts.len(), unknowns, states, &matrix, false);
+        outs.extend(block.varying.iter().map(|&(_, id)| id));
+        // what does not hang on the iterate is computed once
+        let mut moving: HashSet<Id> = HashSet::new();
+        let own: HashSet<usize> = block.unknowns.iter().copied().collect();
+        let mut known: HashSet<Id> = HashSet::new();
+        for id in self.g.reachable(&outs) {
+            let node = self.g.node(id);
+            let moves = match node {
+                Node::Unknown(i) => {
+                    let i = i as usize;
+                    own.contains(&i) || self.at.diode_of(i).is_some_and(|k| list.contains(&k))
+                }
+                _ => node.operands().any(|o| moving.contains(&o)),
+            };
+            if moves {
+                moving.insert(id);
+                known.extend(node.operands().filter(|o| !moving.contains(o)));
+            }
+        }
+        let mut known: Vec<Id> = known.into_iter().collect();
+        known.sort_unstable();
+        self.parts.push((known, true));
+        let devices = self.devices(list, false);
+        self.parts.push((outs, false));
+        self.steps.push(Step::Newton(Newton { block, devices }));
+        Ok(())
+    }
+
+    /// Momenta and multipliers together:  M z + s W^T lambda + c = 0,  W z + d = 0. False where the block is none such.
+    fn saddle(&mut self, members: &[usize]) -> Result<bool, String> {
+        let n = self.at.n;
+        let (mut lambdas, mut speeds, mut rows, mut momenta) = (vec![], vec![], vec![], vec![]);
+        for &e in members {
+            let (unknown, row) = (self.equations[e].unknown, self.equations[e].row);
+            match self.source.unknowns.get(unknown).map(|u| u.kind) {
+                Some(Kind::Lambda) => lambdas.push(unknown),
+                None if unknown < 2 * n && self.source.unknowns[unknown - n].kind == Kind::Speed => {
+                    speeds.push(unknown - n);
+                }
+                _ => return Ok(false),
+            }
+            match self.source.unknowns[row].kind {
+                Kind::Lambda => rows.push((row, e)),
+                Kind::Speed => momenta.push((row, e)),
+                _ => return Ok(false),
+            }
+        }
+        lambdas.sort_unstable();
+        speeds.sort_unstable();
+        rows.sort_unstable();
+        momenta.sort_unstable();
+        let paired = |a: &[usize], b: &[(usize, usize)]| a.iter().eq(b.iter().map(|(row, _)| row));
+        if lambdas.is_empty() || !paired(&lambdas, &rows) || !paired(&speeds, &momenta) {
+            return Ok(false);
+        }
+        let (k, m) = (speeds.len(), lambdas.len());
+        let leaf_of = |g: &mut Graph, list: &[usize], shift: usize| -> Vec<Id> {
+            list.iter().map(|&j| g.unknown((j + shift) as u32)).collect()
+        };
+        let z = leaf_of(self.g, &speeds, n);
+        let l = leaf_of(self.g, &lambdas, 0);
+        let u = leaf_of(self.g, &speeds, 0);
+        let (mut mass, mut push, mut pull) = (Vec::new(), Vec::new(), Vec::new());
+        for &(row, e) in &momenta {
+            mass.extend(gradient(self.g, self.q[row].unwrap_or(0), &u));
+            push.extend(gradient(self.g, self.equations[e].expr, &l)); // k x m
+        }
+        for &(_, e) in &rows {
+            pull.extend(gradient(self.g, self.equations[e].expr, &z)); // m x k
+        }
+        let own: HashSet<usize> = members.iter().map(|&e| self.equations[e].unknown).collect();
+        for ids in [&mass, &push, &pull] {
+            if self.leaves(ids).iter().any(|l| own.contains(l)) {
+                return Ok(false);
+            }
+        }
+        let transposed: Vec<Id> = (0..k * m).map(|i| push[(i % k) * m + i / k]).collect();
+        if !self.opposite(&transposed, &pull) {
+            return Ok(false);
+        }
+        let zero = self.g.constant(0.0);
+        let none: Vec<(Id, Id)> = z.iter().chain(&l).map(|&v| (v, zero)).collect();
+        let exprs: Vec<Id> = momenta.iter().chain(&rows).map(|&(_, e)| self.equations[e].expr).collect();
+        let rest = substitute(self.g, &exprs, &none);
+        let mut outs: Vec<Id> = rest.into_iter().map(|r| self.image(r)).collect();
+        let mass: Vec<Id> = mass.into_iter().map(|v| self.image(v)).collect();
+        let pull: Vec<Id> = pull.into_iter().map(|v| self.image(v)).collect();
+        for &leaf in z.iter().chain(&l) {
+            self.image.insert(leaf, leaf);
+        }
+        let unknowns: Vec<usize> = speeds.iter().map(|&j| j + n).collect();
+        let part = self.parts.len();
+        let mass = Block::new(self.g, part, unknowns, vec![None; k], &mass, true);
+        outs.extend(mass.varying.iter().map(|&(_, id)| id));
+        outs.extend(&pull);
+        self.parts.push((outs, true));
+        let state_of = |j: usize| self.equations.iter().find(|e| e.row == j && e.state.is_some()).and_then(|e| e.state);
+        // a speed's coordinate is the one whose row reads it
+        let mut coordinates = vec![None; k];
+        for (i, &s) in speeds.iter().enumerate() {
+            let reads = |c: usize| {
+                self.source.unknowns[c].kind == Kind::Coordinate
+                    && (self.source.g.iter()).any(|&(r, col, v)| r == c && col == s && v == -1.0)
+            };
+            coordinates[i] = (0..n).find(|&c| reads(c)).and_then(state_of);
+        }
+        // are the accelerations read by anybody else?
+        let members: HashSet<usize> = members.iter().copied().collect();
+        let others: Vec<Id> =
+            (self.equations.iter().enumerate()).filter(|(e, _)| !members.contains(e)).map(|(_, e)| e.expr).collect();
+        let rates = self.leaves(&others).iter().any(|l| mass.unknowns.contains(l));
+        if lambdas.iter().any(|&l| self.source.unknowns.get(l + 1).map(|u| u.kind) != Some(Kind::Mu)) {
+            return Err("a constraint on speeds has none on positions".into());
+        }
+        self.steps.push(Step::Saddle(Saddle {
+            rates,
+            mass,
+            momenta: speeds.iter().map(|&j| state_of(j)).collect(),
+            coordinates,
+            rows: lambdas,
+            gap_part: usize::MAX,
+        }));
+        Ok(true)
+    }
+
+    /// a = -b, by numbers: two ways of differentiating seldom give one and the same expression.
+    fn opposite(&mut self, a: &[Id], b: &[Id]) -> bool {
+        let both: Vec<Id> = a.iter().chain(b).copied().collect();
+        let tape = Tape::new(self.g, &both);
+        let (mut waves, mut flags) = (vec![0.3; 2 * self.source.waves], vec![0.0; self.source.flags]);
+        let mut seed = 0.37_f64;
+        (0..3).all(|round| {
+            let mut x: Vec<f64> = Vec::with_capacity(self.at.leaves());
+            for _ in 0..self.at.leaves() {
+                seed = (seed * 997.0 + 0.1234567).fract();
+                x.push(0.1 + 0.8 * seed);
+            }
+            waves.iter_mut().for_each(|w| *w = 0.2 + 0.3 * f64::from(round));
+            flags.iter_mut().for_each(|f| *f = f64::from(round % 2));
+            let v = tape.eval(&Inputs { x: &x, t: 0.4, waves: &waves, flags: &flags });
+            let (a, b) = v.split_at(a.len());
+            let size = v.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
+            a.iter().zip(b).all(|(a, b)| (a + b).abs() <= 1e-9 * size)
+        })
+    }
+}

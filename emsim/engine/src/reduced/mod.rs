@@ -1,0 +1,564 @@
+//! The equations as an explicit ODE  dy/dt = f(y, t):  what a stage of an explicit method evaluates, and nothing else.
+//!
+//! The state y is Q of the differential rows: charges, fluxes, coordinates, momenta. `plan` brings everything that a stage must
+//! solve for into blocks, each after those it reads; the expressions of all blocks are one tape in parts:
+//!
+//!   Linear    A x_b = -r        A known by now: momenta give speeds, M(q) u = p; factored anew, or once where it is constant
+//!   Saddle    [M -W^T; W 0] (z, lambda) = -(c, d)    accelerations and multipliers of closed loops; Z = M^-1/2 W^T by columns,
+//!             S = Z^T Z = W M^-1 W^T, S lambda = W M^-1 c - d with the pseudo-inverse of S at threshold 1e-9
+//!   Newton    algebraic equations that are not linear, diodes
+//!   Devices   diodes whose voltage is known
+//!
+//! Blocks that only somebody who looks at a point wants (currents of sources, reactions, d/dt of something) come after the
+//! rates and are run by `unknowns` alone.
+mod blocks;
+mod dense;
+mod order;
+mod plan;
+mod rows;
+
+pub use dense::Columns;
+pub use plan::{Layout, Source};
+
+use crate::devices::diode::Diode;
+use crate::graph::{Graph, Id};
+use crate::tape::{Inputs, Tape};
+use crate::waves::Wave;
+use dense::{backward_symmetric, dot, factor_general, factor_symmetric, forward_symmetric, solve_general};
+
+/// Constraints that are dependent to this part count as such: carries mechanisms through their change points.
+const RANK: f64 = 1e-9;
+const MOST_ITERATIONS: usize = 50;
+/// Newton's method converges quadratically: an update so small leaves its square.
+const NEWTON: f64 = 1e-7;
+
+/// What a stage could not solve.
+#[derive(Clone, Copy, Debug)]
+pub enum Trouble {
+    Singular { unknown: usize },
+    Diverged { unknown: usize },
+    NotFinite { unknown: usize },
+}
+
+/// A dense block of equations: rows in the order of `states`, columns in that of `unknowns` (numbers of leaves).
+pub struct Block {
+    part: usize,
+    unknowns: Vec<usize>,
+    states: Vec<Option<usize>>, // y_s stands in the row
+    base: Vec<f64>,             // constant entries
+    varying: Vec<(usize, Id)>,  // places of the others
+    symmetric: bool,
+    constant: Option<(Vec<f64>, Vec<usize>)>, // factored once for all; empty where that failed
+}
+
+pub struct Devices {
+    part: usize,
+    list: Vec<usize>,
+}
+
+/// Parts: block.part (what does not move), devices.part (voltages), and the one after it (residuals and slopes).
+pub struct Newton {
+    block: Block,
+    devices: Devices,
+}
+
+pub struct Saddle {
+    mass: Block,
+    momenta: Vec<Option<usize>>,     // state of each momentum
+    coordinates: Vec<Option<usize>>, // and of its coordinate
+    rows: Vec<usize>,                // multipliers
+    rates: bool,                     // the accelerations are read
+    gap_part: usize,                 // h, then dh/dt
+}
+
+enum Step {
+    Devices(Devices),
+    Linear(Block),
+    Newton(Newton),
+    Saddle(Saddle),
+}
+
+pub struct Reduced {
+    at: Layout,
+    waves: usize,
+    wave_rates: bool,
+    tape: Tape,
+    /// the row of the system behind each state
+    pub states: Vec<usize>,
+    steps: Vec<Step>,
+    stage_steps: usize,
+    f_part: usize,
+    x_part: usize,
+    direct: Vec<(usize, usize, f64)>, // unknown, state, d unknown / d state
+    diodes: Vec<Diode>,
+}
+
+/// Scratch of a block.
+#[derive(Default)]
+struct Held {
+    matrix: Vec<f64>,
+    inverse: Vec<f64>,
+    order: Vec<usize>,
+    rhs: Vec<f64>,
+    scratch: Vec<f64>,
+    pull: Vec<f64>, // W, m x k
+    columns: Option<Columns>,
+    lambda: Vec<f64>,
+}
+
+/// Where a stage is, and its scratch.
+pub struct Point {
+    v: Vec<f64>, // leaves
+    slots: Vec<f64>,
+    pub waves: Vec<f64>,
+    pub flags: Vec<f64>,
+    time: f64,
+    side: bool,
+    held: Vec<Held>,
+    junction: Vec<f64>,
+    pub gmin: f64,
+    pub floor: Vec<f64>, // absolute tolerance of each unknown, for Newton's method
+    pub evaluations: u64,
+}
+
+impl Block {
+    fn new(
+        g: &Graph,
+        part: usize,
+        unknowns: Vec<usize>,
+        states: Vec<Option<usize>>,
+        matrix: &[Id],
+        symmetric: bool,
+    ) -> Block {
+        let n = unknowns.len();
+        let mut base = vec![0.0; n * n];
+        let mut varying = Vec::new();
+        for (k, &id) in matrix.iter().enumerate() {
+            if symmetric && k % n < k / n {
+                continue;
+            }
+            match g.value(id) {
+                Some(v) => base[k] = v,
+                None => varying.push((k, id)),
+            }
+        }
+        let mut block = Block { part, unknowns, states, base, varying, symmetric, constant: None };
+        if block.varying.is_empty() {
+            let mut held = Held::of(&block);
+            held.matrix.copy_from_slice(&block.base);
+            let good = block.factor(&mut held).is_ok();
+            let keep = if block.symmetric { (held.matrix, vec![]) } else { (held.matrix, held.order) };
+            block.constant = Some(if good { keep } else { (vec![], vec![]) });
+        }
+        block
+    }
+
+    fn hopeless(&self) -> bool {
+        self.constant.as_ref().is_some_and(|c| c.0.is_empty())
+    }
+
+    fn factor(&self, held: &mut Held) -> Result<(), Trouble> {
+        let n = self.unknowns.len();
+        let result = if self.symmetric {
+            factor_symmetric(&mut held.matrix, n, &mut held.inverse)
+        } else {
+            factor_general(&mut held.matrix, n, &mut held.order, &mut held.scratch)
+        };
+        result.map_err(|k| Trouble::Singular { unknown: self.unknowns[k] })
+    }
+
+    /// The matrix from constants and from `slots` at the varying outputs; factored.
+    #[inline]
+    fn refactor(&self, outputs: &[u32], slots: &[f64], held: &mut Held) -> Result<(), Trouble> {
+        if self.constant.is_some() {
+            return Ok(());
+        }
+        held.matrix.copy_from_slice(&self.base);
+        for (&(place, _), &slot) in self.varying.iter().zip(outputs) {
+            held.matrix[place] = slots[slot as usize];
+        }
+        self.factor(held)
+    }
+
+    /// held.rhs <- A^-1 held.rhs
+    #[inline]
+    fn solve(&self, held: &mut Held) {
+        let n = self.unknowns.len();
+        if self.symmetric {
+            forward_symmetric(&held.matrix, n, &held.inverse, &mut held.rhs);
+            backward_symmetric(&held.matrix, n, &held.inverse, &mut held.rhs);
+        } else {
+            solve_general(&held.matrix, n, &held.order, &mut held.rhs, &mut held.scratch);
+        }
+    }
+}
+
+impl Held {
+    fn of(block: &Block) -> Held {
+        let n = block.unknowns.len();
+        let mut held = Held {
+            matrix: vec![0.0; n * n],
+            inverse: vec![0.0; n],
+            order: vec![0; n],
+            rhs: vec![0.0; n],
+            scratch: vec![0.0; n],
+            ..Held::default()
+        };
+        if let Some((matrix, order)) = block.constant.as_ref().filter(|c| !c.0.is_empty()) {
+            held.matrix.clone_from(matrix);
+            if block.symmetric {
+                for (k, r) in held.inverse.iter_mut().enumerate() {
+                    *r = 1.0 / matrix[k * n + k];
+                }
+            } else {
+                held.order.clone_from(order);
+            }
+        }
+        held
+    }
+}
+
+impl Reduced {
+    /// Err: why these equations are no explicit ODE, in the words of the deck.
+    pub fn compile(g: &mut Graph, source: &Source) -> Result<Reduced, String> {
+        plan::compile(g, source)
+    }
+
+    pub fn operations(&self) -> usize {
+        self.tape.len()
+    }
+
+    pub fn has_constraints(&self) -> bool {
+        self.steps.iter().any(|s| matches!(s, Step::Saddle(_)))
+    }
+
+    pub fn point(&self, flags: &[f64], gmin: f64, floor: Vec<f64>) -> Point {
+        let held = self.steps.iter().map(|step| match step {
+            Step::Devices(_) => Held::default(),
+            Step::Linear(b) | Step::Newton(Newton { block: b, .. }) => Held::of(b),
+            Step::Saddle(s) => {
+                let (k, m) = (s.mass.unknowns.len(), s.rows.len());
+                let mut held = Held::of(&s.mass);
+                held.pull = vec![0.0; k * m];
+                held.columns = Some(Columns::new(k, m));
+                held.lambda = vec![0.0; m];
+                held
+            }
+        });
+        Point {
+            v: vec![0.0; self.at.leaves()],
+            slots: self.tape.workspace(),
+            waves: vec![0.0; 2 * self.waves],
+            flags: flags.to_vec(),
+            time: f64::NAN,
+            side: false,
+            held: held.collect(),
+            junction: self.diodes.iter().map(Diode::vcrit).collect(),
+            gmin,
+            floor,
+            evaluations: 0,
+        }
+    }
+
+    /// Takes charges of all rows and the values of all unknowns as a starting point: states and Newton's guesses.
+    pub fn start(&self, p: &mut Point, q: &[f64], x: &[f64]) {
+        p.v[..x.len()].copy_from_slice(x);
+        for (s, &row) in self.states.iter().enumerate() {
+            p.v[self.at.y(s)] = q[row];
+        }
+        p.time = f64::NAN;
+    }
+
+    /// Guesses for Newton's method alone.
+    pub fn start_from(&self, p: &mut Point, x: &[f64]) {
+        p.v[..x.len()].copy_from_slice(x);
+        p.time = f64::NAN;
+    }
+
+    /// The state, to be written before `rates`.
+    #[inline]
+    pub fn y<'a>(&self, p: &'a mut Point) -> &'a mut [f64] {
+        let from = self.at.y(0);
+        &mut p.v[from..from + self.states.len()]
+    }
+
+    fn set_time(&self, p: &mut Point, waves: &[Wave], t: f64, before: bool) {
+        if p.time == t && p.side == before {
+            return;
+        }
+        (p.time, p.side) = (t, before);
+        for (v, wave) in p.waves.iter_mut().zip(waves) {
+            *v = if before { wave.value_before(t) } else { wave.value(t) };
+        }
+        if self.wave_rates {
+            for (v, wave) in p.waves[waves.len()..].iter_mut().zip(waves) {
+                *v = slope(wave, t, before);
+            }
+        }
+    }
+
+    /// f(y, t) into `out`, with the y that was written into the point. Sources that jump at t have the value before or
+    /// after.
+    pub fn rates(&self, p: &mut Point, waves: &[Wave], t: f64, before: bool, out: &mut [f64]) -> Result<(), Trouble> {
+        self.solve(p, waves, t, before)?;
+        p.evaluations += 1;
+        self.run(self.f_part, p);
+        let mut sum = 0.0;
+        for (o, &slot) in out.iter_mut().zip(self.tape.part_slots(self.f_part)) {
+            *o = p.slots[slot as usize];
+            sum += *o * 0.0;
+        }
+        if sum != 0.0 {
+            let k = out.iter().position(|v| !v.is_finite()).unwrap_or(0);
+            return Err(Trouble::NotFinite { unknown: self.states[k] });
+        }
+        Ok(())
+    }
+
+    /// What a stage must solve for, without the rates.
+    pub fn solve(&self, p: &mut Point, waves: &[Wave], t: f64, before: bool) -> Result<(), Trouble> {
+        self.set_time(p, waves, t, before);
+        for k in 0..self.stage_steps {
+            self.step(k, p)?;
+        }
+        Ok(())
+    }
+
+    /// Every unknown at the point where `rates` or `solve` was run last.
+    pub fn unknowns(&self, p: &mut Point, x: &mut [f64]) -> Result<(), Trouble> {
+        for k in self.stage_steps..self.steps.len() {
+            self.step(k, p)?;
+        }
+        self.run(self.x_part, p);
+        for (o, &slot) in x.iter_mut().zip(self.tape.part_slots(self.x_part)) {
+            *o = p.slots[slot as usize];
+        }
+        match x.iter().position(|v| !v.is_finite()) {
+            Some(unknown) => Err(Trouble::NotFinite { unknown }),
+            None => Ok(()),
+        }
+    }
+
+    #[inline]
+    fn run(&self, part: usize, p: &mut Point) {
+        self.tape.run_part(part, &Inputs { x: &p.v, t: p.time, waves: &p.waves, flags: &p.flags }, &mut p.slots);
+    }
+
+    fn step(&self, k: usize, p: &mut Point) -> Result<(), Trouble> {
+        match &self.steps[k] {
+            Step::Devices(d) => {
+                self.devices(d, p, false);
+                Ok(())
+            }
+            Step::Linear(block) => {
+                self.run(block.part, p);
+                let outputs = self.tape.part_slots(block.part);
+                let held = &mut p.held[k];
+                let n = block.unknowns.len();
+                block.refactor(&outputs[n..], &p.slots, held)?;
+                for (b, &slot) in held.rhs.iter_mut().zip(outputs) {
+                    *b = -p.slots[slot as usize];
+                }
+                block.solve(held);
+                for (&u, &v) in block.unknowns.iter().zip(&held.rhs) {
+                    p.v[u] = v;
+                }
+                Ok(())
+            }
+            Step::Newton(newton) => self.newton(newton, k, p),
+            Step::Saddle(saddle) => self.saddle(saddle, k, p),
+        }
+    }
+
+    /// Diodes at the voltages of their part; true when one was limited.
+    fn devices(&self, d: &Devices, p: &mut Point, limit: bool) -> bool {
+        if d.list.is_empty() {
+            return false;
+        }
+        self.run(d.part, p);
+        let mut limited = false;
+        let slots = self.tape.part_slots(d.part);
+        for (i, &k) in d.list.iter().enumerate() {
+            let v = p.slots[slots[2 * i] as usize] - p.slots[slots[2 * i + 1] as usize];
+            let kernel = &self.diodes[k];
+            let (mut at, mut cut) = (v, false);
+            if limit {
+                (at, cut) = kernel.limit(v, p.junction[k]);
+                limited |= cut;
+            }
+            p.junction[k] = at;
+            let mut o = kernel.eval(at, p.gmin);
+            if cut {
+                o.i += o.g * (v - at);
+                o.q += o.c * (v - at);
+            }
+            let leaf = self.at.diode(k);
+            p.v[leaf..leaf + 4].copy_from_slice(&[o.i, o.g, o.q, o.c]);
+        }
+        limited
+    }
+
+    fn newton(&self, newton: &Newton, k: usize, p: &mut Point) -> Result<(), Trouble> {
+        let block = &newton.block;
+        let n = block.unknowns.len();
+        let part = newton.devices.part + 1;
+        let outputs = self.tape.part_slots(part);
+        self.run(block.part, p);
+        let mut worst = block.unknowns[0];
+        for _ in 0..MOST_ITERATIONS {
+            let limited = self.devices(&newton.devices, p, true);
+            self.run(part, p);
+            let held = &mut p.held[k];
+            block.refactor(&outputs[n..], &p.slots, held)?;
+            for (b, &slot) in held.rhs.iter_mut().zip(outputs) {
+                *b = -p.slots[slot as usize];
+            }
+            block.solve(held);
+            let mut ratio = 0.0_f64;
+            for (&u, &d) in block.unknowns.iter().zip(&held.rhs) {
+                let x = p.v[u] + d;
+                p.v[u] = x;
+                if !x.is_finite() {
+                    p.v[u] = 0.0;
+                    return Err(Trouble::NotFinite { unknown: u });
+                }
+                let floor = p.floor.get(u).copied().unwrap_or(1e-12);
+                let r = d.abs() / (NEWTON * x.abs() + floor);
+                if r > ratio {
+                    ratio = r;
+                    worst = u;
+                }
+            }
+            if ratio <= 1.0 && !limited {
+                // diodes of the block are read by others too
+                self.devices(&newton.devices, p, false);
+                return Ok(());
+            }
+        }
+        Err(Trouble::Diverged { unknown: worst })
+    }
+
+    fn saddle(&self, s: &Saddle, step: usize, p: &mut Point) -> Result<(), Trouble> {
+        self.run(s.mass.part, p);
+        let outputs = self.tape.part_slots(s.mass.part);
+        let (k, m) = (s.mass.unknowns.len(), s.rows.len());
+        let value = |i: usize| p.slots[outputs[i] as usize];
+        let held = &mut p.held[step];
+        s.mass.refactor(&outputs[k + m..], &p.slots, held)?;
+        let first = k + m + s.mass.varying.len();
+        for i in 0..k * m {
+            held.pull[i] = value(first + i);
+        }
+        let Some(columns) = held.columns.as_mut() else { return Ok(()) };
+        let half = |b: &mut [f64]| {
+            forward_symmetric(&held.matrix, k, &held.inverse, b);
+            for (b, r) in b.iter_mut().zip(&held.inverse) {
+                *b *= r.sqrt();
+            }
+        };
+        columns.z.copy_from_slice(&held.pull);
+        for column in columns.z.chunks_exact_mut(k) {
+            half(column);
+        }
+        columns.factor(RANK);
+        for i in 0..k {
+            held.rhs[i] = value(i);
+        }
+        half(&mut held.rhs);
+        for j in 0..m {
+            held.lambda[j] = dot(&columns.z[j * k..(j + 1) * k], &held.rhs) - value(k + j);
+        }
+        columns.solve(&mut held.lambda);
+        if s.rates {
+            for i in 0..k {
+                held.rhs[i] = -value(i);
+                for j in 0..m {
+                    held.rhs[i] += held.pull[j * k + i] * held.lambda[j];
+                }
+            }
+            s.mass.solve(held);
+            for (&u, &v) in s.mass.unknowns.iter().zip(&held.rhs) {
+                p.v[u] = v;
+            }
+        }
+        for (&row, &v) in s.rows.iter().zip(&held.lambda) {
+            p.v[row] = v;
+        }
+        Ok(())
+    }
+
+    /// Largest gap of closed loops at the point where `rates` was run, relative to `floor`; with `correct` the state is
+    /// moved by the mass-weighted least change that closes them to first order:
+    ///   dq = -M^-1 W^T S^+ h,   dp = -W^T S^+ (dh/dt)
+    pub fn project(&self, p: &mut Point, y: &mut [f64], correct: bool) -> f64 {
+        let mut largest = 0.0_f64;
+        for k in 0..self.stage_steps {
+            let Step::Saddle(s) = &self.steps[k] else { continue };
+            self.run(s.gap_part, p);
+            let outputs = self.tape.part_slots(s.gap_part);
+            let m = s.rows.len();
+            for &slot in outputs {
+                let gap = p.slots[slot as usize].abs();
+                largest = if gap > largest || gap.is_nan() { gap } else { largest };
+            }
+            if !correct {
+                continue;
+            }
+            let held = &mut p.held[k];
+            for (from, speeds) in [(0, false), (m, true)] {
+                for j in 0..m {
+                    held.lambda[j] = p.slots[outputs[from + j] as usize];
+                }
+                let Some(columns) = held.columns.as_mut() else { continue };
+                columns.solve(&mut held.lambda);
+                let k = s.mass.unknowns.len();
+                for i in 0..k {
+                    held.rhs[i] = (0..m).map(|j| held.pull[j * k + i] * held.lambda[j]).sum();
+                }
+                if !speeds {
+                    s.mass.solve(held);
+                }
+                for (state, d) in (if speeds { &s.momenta } else { &s.coordinates }).iter().zip(&held.rhs) {
+                    if let Some(state) = *state {
+                        y[state] -= d;
+                    }
+                }
+            }
+        }
+        largest
+    }
+
+    /// A small change of the state as a change of the unknowns that it determines, by the factors of the last stage.
+    /// (What a change of one block means for later ones is left out: it has the same relative size there.)
+    pub fn changes(&self, p: &mut Point, e: &[f64], out: &mut [f64]) {
+        out.fill(0.0);
+        for &(unknown, s, r) in &self.direct {
+            out[unknown] = r * e[s];
+        }
+        for (k, step) in self.steps[..self.stage_steps].iter().enumerate() {
+            let (Step::Linear(block) | Step::Newton(Newton { block, .. })) = step else { continue };
+            if block.states.iter().all(Option::is_none) {
+                continue;
+            }
+            let held = &mut p.held[k];
+            for (b, s) in held.rhs.iter_mut().zip(&block.states) {
+                *b = s.map_or(0.0, |s| e[s]);
+            }
+            block.solve(held);
+            for (&u, &v) in block.unknowns.iter().zip(&held.rhs) {
+                if u < out.len() {
+                    out[u] = v;
+                }
+            }
+        }
+    }
+}
+
+/// dw/dt by differences on the side asked for: waves are smooth between their corners.
+fn slope(w: &Wave, t: f64, before: bool) -> f64 {
+    let h = 1e-3 * w.shortest().min(1.0);
+    let d = if before { -h } else { h.min(0.2 * (w.next_breakpoint(t) - t)) };
+    let at = |k: f64| if k == 0.0 && before { w.value_before(t) } else { w.value(t + k * d) };
+    // five points, one-sided: order 4
+    (-25.0 * at(0.0) + 48.0 * at(1.0) - 36.0 * at(2.0) + 16.0 * at(3.0) - 3.0 * at(4.0)) / (12.0 * d)
+}

@@ -1,0 +1,479 @@
+//! How the equations are brought into an order in which one stage of an explicit method can solve them.
+//!
+//! Unknowns of a stage: x, and of their rates z = dx/dt those that something asks for. Equations:
+//!
+//!   Q_i(x, t) - y_i = 0          differential rows, y being the state
+//!   F_i(x, t) = 0                algebraic rows
+//!   d/dt F_k = 0                 rows of multipliers: the velocity constraint, differentiated (mu = 0, its row is dropped)
+//!   d/dt Q_k + F_k = 0           rows of derivatives that are shown or read
+//!   d/dt Q_i + F_i = 0, d/dt F_i = 0    for z where it is asked for
+//!
+//! A maximum matching gives every unknown its equation, strong components of what reads what give the blocks, in order.
+//! A block of one with a constant coefficient is no block: its solution is substituted. Where the matching leaves an
+//! unknown over, the equations have a higher index: only the derivative of a state would give it.
+//!
+//! Capacitors that float between nodes leave one combination of their rows without charge: the sum over such an island is
+//! algebraic and takes the place of one of its rows.
+use super::order::{augment, strong_components};
+use super::{Reduced, Step};
+use crate::derive::tangent;
+use crate::devices::diode::Diode;
+use crate::graph::{Graph, Id, Node};
+use crate::model::{Kind, Unknown};
+use crate::tape::Tape;
+use std::collections::{HashMap, HashSet};
+
+/// What a system hands over.
+pub struct Source<'a> {
+    pub unknowns: &'a [Unknown],
+    pub f: Vec<(usize, Id)>,
+    pub q: Vec<(usize, Id)>,
+    pub g: Vec<(usize, usize, f64)>,
+    pub c: Vec<(usize, usize, f64)>,
+    pub f_wave: &'a [(usize, usize, f64)],
+    pub diodes: Vec<(i32, i32, Diode)>,
+    pub waves: usize,
+    pub flags: usize,
+}
+
+/// Numbers of the leaves: x, z, y, then four of each diode: current, conductance, charge, capacitance.
+#[derive(Clone, Copy)]
+pub struct Layout {
+    pub n: usize,
+    pub states: usize,
+    pub diodes: usize,
+}
+
+impl Layout {
+    pub fn z(&self, j: usize) -> usize {
+        self.n + j
+    }
+    pub fn y(&self, s: usize) -> usize {
+        2 * self.n + s
+    }
+    pub fn diode(&self, k: usize) -> usize {
+        2 * self.n + self.states + 4 * k
+    }
+    pub fn leaves(&self) -> usize {
+        self.diode(self.diodes)
+    }
+    pub fn diode_of(&self, leaf: usize) -> Option<usize> {
+        (leaf >= self.diode(0)).then(|| (leaf - self.diode(0)) / 4)
+    }
+}
+
+/// 0 = expr determines the leaf `unknown`; `state`: y_s stands in it; `row` of the system it stems from.
+pub(super) struct Equation {
+    pub expr: Id,
+    pub unknown: usize,
+    pub state: Option<usize>,
+    pub row: usize,
+}
+
+pub(super) struct Plan<'a> {
+    pub g: &'a mut Graph,
+    pub source: &'a Source<'a>,
+    pub at: Layout,
+    pub f: Vec<Id>,
+    pub q: Vec<Option<Id>>,
+    pub equations: Vec<Equation>,
+    pub owner: HashMap<usize, usize>,
+    pub image: HashMap<Id, Id>,
+    pub parts: Vec<(Vec<Id>, bool)>,
+    pub steps: Vec<Step>,
+    pub direct: Vec<(usize, usize, f64)>,
+    pub f_part: usize,
+}
+
+pub(super) fn compile(g: &mut Graph, source: &Source) -> Result<Reduced, String> {
+    let n = source.unknowns.len();
+    let at = Layout { n, states: 0, diodes: source.diodes.len() };
+    let plan = Plan {
+        g,
+        source,
+        at,
+        f: Vec::new(),
+        q: Vec::new(),
+        equations: Vec::new(),
+        owner: HashMap::new(),
+        image: HashMap::new(),
+        parts: Vec::new(),
+        steps: Vec::new(),
+        direct: Vec::new(),
+        f_part: 0,
+    };
+    plan.run()
+}
+
+impl Plan<'_> {
+    fn run(mut self) -> Result<Reduced, String> {
+        let n = self.at.n;
+        let kind = |i: usize| self.source.unknowns[i].kind;
+        // how many states there are is known only when the islands are: rows first with the charges of diodes left open
+        let states = self.rows();
+        let own: Vec<usize> = (0..n)
+            .filter(|&i| match kind(i) {
+                Kind::Mu | Kind::Lambda => false,
+                Kind::Derivative => self.q[i].is_none(),
+                _ => true,
+            })
+            .collect();
+        let place: HashMap<usize, usize> = states.iter().enumerate().map(|(s, &row)| (row, s)).collect();
+        let mut own_equations = Vec::with_capacity(own.len());
+        for &row in &own {
+            let (expr, state) = match place.get(&row) {
+                Some(&s) => {
+                    let y = self.leaf(self.at.y(s));
+                    let q = self.q[row].unwrap_or(y);
+                    (self.g.sub(q, y), Some(s))
+                }
+                None => (self.f[row], None),
+            };
+            own_equations.push(Equation { expr, unknown: usize::MAX, state, row });
+        }
+        self.equations = own_equations;
+        self.match_own(&own)?;
+        self.rates_and_multipliers(&own)?;
+
+        // strong components, those that the rates of the states need first
+        let mut roots: Vec<usize> = Vec::new();
+        for &row in &states {
+            roots.extend(self.leaves(&[self.f[row]]));
+        }
+        let (components, stage) = self.components(&roots);
+        let mut stage_steps = 0;
+        for (k, component) in components.iter().enumerate() {
+            if k == stage {
+                stage_steps = self.stage_end(&states);
+            }
+            self.block(component)?;
+        }
+        if stage == components.len() {
+            stage_steps = self.stage_end(&states);
+        }
+        // every unknown, for whoever looks at a point
+        let xs: Vec<Id> = (0..n).map(|j| self.leaf(j)).collect();
+        let xs: Vec<Id> = xs.into_iter().map(|x| self.image(x)).collect();
+        self.parts.push((xs, true));
+        let parts: Vec<(&[Id], bool)> = self.parts.iter().map(|(ids, kept)| (ids.as_slice(), *kept)).collect();
+        let tape = Tape::in_parts(self.g, &parts);
+        if tape.has_free_symbols() {
+            return Err("an expression holds a symbol without a value".into());
+        }
+        Ok(Reduced {
+            at: self.at,
+            waves: self.source.waves,
+            wave_rates: tape.reads_waves_from(self.source.waves),
+            x_part: self.parts.len() - 1,
+            f_part: self.f_part,
+            tape,
+            states,
+            steps: self.steps,
+            stage_steps,
+            direct: self.direct,
+            diodes: self.source.diodes.iter().map(|d| d.2.clone()).collect(),
+        })
+    }
+
+    pub fn leaf(&mut self, index: usize) -> Id {
+        self.g.unknown(index as u32)
+    }
+
+    /// Leaves (numbers) that expressions read.
+    pub fn leaves(&self, ids: &[Id]) -> Vec<usize> {
+        let mut seen: HashSet<Id> = HashSet::new();
+        let mut stack = ids.to_vec();
+        let mut out = Vec::new();
+        while let Some(id) = stack.pop() {
+            if !seen.insert(id) {
+                continue;
+            }
+            match self.g.node(id) {
+                Node::Unknown(i) => out.push(i as usize),
+                node => stack.extend(node.operands()),
+            }
+        }
+        out.sort_unstable();
+        out
+    }
+
+    /// `id` with everything substituted that has been solved already.
+    pub fn image(&mut self, id: Id) -> Id {
+        let mut todo = vec![id];
+        while let Some(&top) = todo.last() {
+            if self.image.contains_key(&top) {
+                todo.pop();
+                continue;
+            }
+            let node = self.g.node(top);
+            let missing: Vec<Id> = node.operands().filter(|o| !self.image.contains_key(o)).collect();
+            if !missing.is_empty() {
+                todo.extend(missing);
+                continue;
+            }
+            let mut operands = [0; 3];
+            let mut changed = false;
+            for (k, o) in node.operands().enumerate() {
+                operands[k] = self.image[&o];
+                changed |= operands[k] != o;
+            }
+            let new = if changed { self.g.rebuild(node, operands) } else { top };
+            self.image.insert(top, new);
+            todo.pop();
+        }
+        self.image[&id]
+    }
+
+    /// Unknowns x that an equation between them could determine: a diode's leaf stands for the voltages of its nodes.
+    fn reads(&self, expr: Id) -> Vec<usize> {
+        let mut out = Vec::new();
+        for leaf in self.leaves(&[expr]) {
+            match self.at.diode_of(leaf) {
+                Some(k) => {
+                    let (p, n, _) = &self.source.diodes[k];
+                    out.extend([*p, *n].iter().filter(|&&i| i >= 0).map(|&i| i as usize));
+                }
+                None => out.push(leaf),
+            }
+        }
+        out.sort_unstable();
+        out.dedup();
+        out
+    }
+
+    /// Every unknown of `own` gets its equation, or the reason why it has none.
+    fn match_own(&mut self, own: &[usize]) -> Result<(), String> {
+        let n = self.at.n;
+        let mut wanted = vec![false; n];
+        own.iter().for_each(|&i| wanted[i] = true);
+        let reads: Vec<Vec<usize>> = (self.equations.iter())
+            .map(|e| self.reads(e.expr).into_iter().filter(|&l| l < n && wanted[l]).collect())
+            .collect();
+        let mut by: Vec<Option<usize>> = vec![None; n];
+        let mut of: Vec<Option<usize>> = vec![None; reads.len()];
+        for (e, list) in reads.iter().enumerate() {
+            let row = self.equations[e].row;
+            if list.contains(&row) && by[row].is_none() {
+                (by[row], of[e]) = (Some(e), Some(row));
+            }
+        }
+        for e in 0..reads.len() {
+            if of[e].is_none() {
+                augment(e, &|e| reads[e].clone(), &mut by, &mut of);
+            }
+        }
+        let left: Vec<usize> = own.iter().copied().filter(|&i| by[i].is_none()).collect();
+        if !left.is_empty() {
+            return Err(self.higher_index(&left));
+        }
+        for (e, unknown) in of.into_iter().enumerate() {
+            self.equations[e].unknown = unknown.unwrap_or(usize::MAX);
+            self.owner.insert(self.equations[e].unknown, e);
+        }
+        Ok(())
+    }
+
+    /// In words: what stands over, and what makes it so.
+    fn higher_index(&self, left: &[usize]) -> String {
+        let names = |kind: Kind| -> Vec<String> {
+            let of = left.iter().filter(|&&i| self.source.unknowns[i].kind == kind);
+            of.take(3).map(|&i| format!("`{}`", self.source.unknowns[i].name)).collect()
+        };
+        let (branches, nodes, speeds) = (names(Kind::Branch), names(Kind::Node), names(Kind::Speed));
+        if !branches.is_empty() {
+            return format!(
+                "only the derivative of a charge gives the current of {}: capacitors and voltage sources form a loop there \
+                 (index 2)",
+                branches.join(", ")
+            );
+        }
+        if !nodes.is_empty() {
+            return format!(
+                "only the derivative of a flux gives the voltage at {}: nothing but inductors and current sources meets \
+                 there (index 2)",
+                nodes.join(", ")
+            );
+        }
+        if !speeds.is_empty() {
+            return format!(
+                "{} moves without mass or inertia: its momentum says nothing of its speed",
+                speeds.join(", ")
+            );
+        }
+        let all: Vec<String> = left.iter().take(3).map(|&i| format!("`{}`", self.source.unknowns[i].name)).collect();
+        format!("no equation of a stage gives {} (index 2)", all.join(", "))
+    }
+
+    /// Equations of multipliers, of shown derivatives, and of the rates that they read.
+    fn rates_and_multipliers(&mut self, own: &[usize]) -> Result<(), String> {
+        let n = self.at.n;
+        let kind = |i: usize| self.source.unknowns[i].kind;
+        let lambdas: Vec<usize> = (0..n).filter(|&i| kind(i) == Kind::Lambda).collect();
+        let shown: Vec<usize> = (0..n).filter(|&i| kind(i) == Kind::Derivative && self.q[i].is_some()).collect();
+        if lambdas.is_empty() && shown.is_empty() {
+            return Ok(());
+        }
+        let one = self.g.constant(1.0);
+        let mut seed: Vec<(Id, Id)> = Vec::new();
+        for &j in own {
+            seed.push((self.leaf(j), self.leaf(self.at.z(j))));
+        }
+        seed.push((self.g.time(), one));
+        for k in 0..self.source.waves as u32 {
+            seed.push((self.g.wave(k), self.g.wave(k + self.source.waves as u32)));
+        }
+        for k in 0..self.at.diodes {
+            let (p, m) = (self.source.diodes[k].0, self.source.diodes[k].1);
+            let mut rate = self.g.constant(0.0);
+            if p >= 0 {
+                let z = self.leaf(self.at.z(p as usize));
+                rate = self.g.add(rate, z);
+            }
+            if m >= 0 {
+                let z = self.leaf(self.at.z(m as usize));
+                rate = self.g.sub(rate, z);
+            }
+            let base = self.at.diode(k);
+            for value in [base, base + 2] {
+                let slope = self.leaf(value + 1);
+                let product = self.g.mul(slope, rate);
+                seed.push((self.leaf(value), product));
+            }
+        }
+        // multipliers and derivatives have no rates here
+        let forbidden: HashSet<usize> = lambdas.iter().chain(&shown).copied().collect();
+        let checked = |plan: &mut Self, id: Id, row: usize| -> Result<Id, String> {
+            let bad = plan.leaves(&[id]).into_iter().find(|l| forbidden.contains(l));
+            if let Some(bad) = bad {
+                let name = |i: usize| plan.source.unknowns[i].name.clone();
+                return Err(format!("the equation of `{}` asks for the derivative of `{}`", name(row), name(bad)));
+            }
+            Ok(tangent(plan.g, &[id], &seed)[0])
+        };
+        let row_equation: HashMap<usize, usize> =
+            self.equations.iter().map(|e| e.unknown).zip(0..self.equations.len()).collect();
+        let mut fresh: Vec<Id> = Vec::new();
+        let mut constraints: Vec<usize> = Vec::new();
+        for &k in &lambdas {
+            let expr = checked(self, self.f[k], k)?;
+            fresh.push(expr);
+            constraints.push(self.equations.len());
+            self.equations.push(Equation { expr, unknown: usize::MAX, state: None, row: k });
+        }
+        for &k in &shown {
+            let q = self.q[k].unwrap_or(0);
+            let rate = checked(self, q, k)?;
+            let expr = self.g.add(rate, self.f[k]);
+            fresh.push(expr);
+            self.owner.insert(k, self.equations.len());
+            self.equations.push(Equation { expr, unknown: k, state: None, row: k });
+        }
+        // rates that are read, and those that their equations read
+        let first = self.equations.len();
+        let mut asked: HashSet<usize> = HashSet::new();
+        while !fresh.is_empty() {
+            let leaves = self.leaves(&fresh);
+            fresh.clear();
+            for leaf in leaves {
+                if leaf < n || leaf >= 2 * n || !asked.insert(leaf) {
+                    continue;
+                }
+                let Some(&e) = row_equation.get(&(leaf - n)) else { continue };
+                let (row, state) = (self.equations[e].row, self.equations[e].state);
+                let expr = if state.is_some() {
+                    let rate = checked(self, self.q[row].unwrap_or(0), row)?;
+                    self.g.add(rate, self.f[row])
+                } else {
+                    checked(self, self.f[row], row)?
+                };
+                fresh.push(expr);
+                self.owner.insert(leaf, self.equations.len());
+                self.equations.push(Equation { expr, unknown: leaf, state: None, row });
+            }
+        }
+        // constraints push against the momenta: each multiplier is reached through one of them
+        let mut by: Vec<Option<usize>> = vec![None; self.at.leaves()];
+        let mut of: Vec<Option<usize>> = vec![None; self.equations.len()];
+        for e in first..self.equations.len() {
+            let unknown = self.equations[e].unknown;
+            (by[unknown], of[e]) = (Some(e), Some(unknown));
+        }
+        let is_lambda: HashSet<usize> = lambdas.iter().copied().collect();
+        let reads: Vec<Vec<usize>> = (self.equations.iter())
+            .map(|e| {
+                self.reads(e.expr).into_iter().filter(|l| is_lambda.contains(l) || (*l >= n && *l < 2 * n)).collect()
+            })
+            .collect();
+        for &e in &constraints {
+            if !augment(e, &|e| reads[e].clone(), &mut by, &mut of) {
+                let name = &self.source.unknowns[self.equations[e].row].name;
+                return Err(format!("nothing that has inertia gives way to the constraint of `{name}`"));
+            }
+        }
+        for (e, unknown) in of.into_iter().enumerate() {
+            if let Some(unknown) = unknown {
+                self.equations[e].unknown = unknown;
+                self.owner.insert(unknown, e);
+            }
+        }
+        Ok(())
+    }
+
+    /// Strong components of "reads", each after those it reads; the first `stage` of them are what `roots` need.
+    /// Numbers from equations.len() on are diodes.
+    fn components(&self, roots: &[usize]) -> (Vec<Vec<usize>>, usize) {
+        let count = self.equations.len();
+        let node_of = |leaf: usize| match self.at.diode_of(leaf) {
+            Some(k) => Some(count + k),
+            None => self.owner.get(&leaf).copied(),
+        };
+        let next: Vec<Vec<usize>> = (0..count + self.at.diodes)
+            .map(|v| {
+                let leaves = if v < count {
+                    self.leaves(&[self.equations[v].expr])
+                } else {
+                    let (p, n, _) = &self.source.diodes[v - count];
+                    [*p, *n].iter().filter(|&&i| i >= 0).map(|&i| i as usize).collect()
+                };
+                leaves.into_iter().filter_map(node_of).collect()
+            })
+            .collect();
+        let mut order = strong_components(&next, &roots.iter().filter_map(|&l| node_of(l)).collect::<Vec<_>>());
+        let stage = order.len();
+        let done: HashSet<usize> = order.iter().flatten().copied().collect();
+        let rest: Vec<usize> = (0..count).filter(|v| !done.contains(v)).collect();
+        let all = strong_components(&next, &rest);
+        order.extend(all.into_iter().filter(|c| !c.iter().any(|v| done.contains(v))));
+        (order, stage)
+    }
+
+    /// The part that ends a stage, and those that look at the constraints.
+    fn stage_end(&mut self, states: &[usize]) -> usize {
+        let mut rates = Vec::with_capacity(states.len());
+        for &row in states {
+            let f = self.image(self.f[row]);
+            rates.push(self.g.neg(f));
+        }
+        self.f_part = self.parts.len();
+        // private: what it computes does not hold where a point is only solved for
+        self.parts.push((rates, false));
+        let steps = self.steps.len();
+        // saddles look at h and dh/dt when they project
+        for k in 0..steps {
+            let Step::Saddle(saddle) = &self.steps[k] else { continue };
+            let rows = saddle.rows.clone();
+            let mut outs = Vec::new();
+            for shift in [1, 0] {
+                for &row in &rows {
+                    outs.push(self.image(self.f[row + shift]));
+                }
+            }
+            let part = self.parts.len();
+            self.parts.push((outs, false));
+            if let Step::Saddle(saddle) = &mut self.steps[k] {
+                saddle.gap_part = part;
+            }
+        }
+        steps
+    }
+}

@@ -1,0 +1,142 @@
+//! F and Q of every row as expressions, and which rows keep a state.
+use super::order::Islands;
+use super::plan::Plan;
+use crate::derive::substitute;
+use crate::graph::Id;
+use crate::model::Kind;
+use std::collections::{HashMap, HashSet};
+
+impl Plan<'_> {
+    /// F and Q of every row as expressions (multipliers mu are 0); the rows that keep a state.
+    pub fn rows(&mut self) -> Vec<usize> {
+        let n = self.at.n;
+        let s = self.source;
+        let zero = self.g.constant(0.0);
+        let (mut f, mut q) = (vec![zero; n], vec![zero; n]);
+        let mut island = Islands::new(n);
+        for (list, out, charge) in [(&s.g, &mut f, false), (&s.c, &mut q, true)] {
+            for &(r, c, v) in list {
+                if v == 0.0 || s.unknowns[c].kind == Kind::Mu {
+                    continue;
+                }
+                let (x, v) = (self.g.unknown(c as u32), self.g.constant(v));
+                let term = self.g.mul(v, x);
+                out[r] = self.g.add(out[r], term);
+                if charge {
+                    island.join(r, c);
+                }
+            }
+        }
+        for &(r, k, v) in s.f_wave {
+            let (x, v) = (self.g.wave(k as u32), self.g.constant(v));
+            let term = self.g.mul(v, x);
+            f[r] = self.g.add(f[r], term);
+        }
+        let mus: Vec<(Id, Id)> =
+            (0..n).filter(|&i| s.unknowns[i].kind == Kind::Mu).map(|i| (self.g.unknown(i as u32), zero)).collect();
+        for (list, out) in [(&s.f, &mut f), (&s.q, &mut q)] {
+            let ids: Vec<Id> = list.iter().map(|e| e.1).collect();
+            let ids = if mus.is_empty() { ids } else { substitute(self.g, &ids, &mus) };
+            for (&(r, _), id) in list.iter().zip(ids) {
+                out[r] = self.g.add(out[r], id);
+            }
+        }
+        for &(r, id) in &s.q {
+            for leaf in self.leaves(&[id]) {
+                if s.unknowns[leaf].kind == Kind::Node {
+                    island.join(r, leaf);
+                }
+            }
+        }
+        // linear charges of an island cancel in its sum, or they do not: numbers, whatever the graph makes of them
+        let mut linear: HashMap<(usize, usize), (f64, f64)> = HashMap::new();
+        let node = |i: usize| s.unknowns[i].kind == Kind::Node;
+        for (p, n, kernel) in &s.diodes {
+            if kernel.has_charge() && *p >= 0 && *n >= 0 {
+                island.join(*p as usize, *n as usize);
+            }
+        }
+        let mut has_q = vec![false; n];
+        let mut grounded: HashSet<usize> = HashSet::new();
+        for &(r, c, v) in &s.c {
+            has_q[r] |= v != 0.0;
+            if node(r) {
+                let sum = linear.entry((island.of(r), c)).or_default();
+                *sum = (sum.0 + v, sum.1 + v.abs());
+            }
+        }
+        for (&(i, _), (sum, size)) in &linear {
+            if sum.abs() > 1e-12 * size {
+                grounded.insert(i);
+            }
+        }
+        let mut nonlinear: HashMap<usize, Id> = HashMap::new();
+        for &(r, id) in &s.q {
+            has_q[r] = true;
+            let i = island.of(r);
+            let old = nonlinear.get(&i).copied().unwrap_or(zero);
+            nonlinear.insert(i, self.g.add(old, id));
+        }
+        for (i, sum) in nonlinear {
+            if sum != zero {
+                grounded.insert(i);
+            }
+        }
+        for (p, n, kernel) in &s.diodes {
+            if !kernel.has_charge() {
+                continue;
+            }
+            for i in [*p, *n] {
+                if i >= 0 {
+                    has_q[i as usize] = true;
+                    if *p < 0 || *n < 0 {
+                        grounded.insert(island.of(i as usize));
+                    }
+                }
+            }
+        }
+        // one row of every island that floats becomes the sum of all its rows
+        let mut floating: HashMap<usize, Vec<usize>> = HashMap::new();
+        for r in (0..n).filter(|&r| node(r) && has_q[r]) {
+            let i = island.of(r);
+            if !grounded.contains(&i) {
+                floating.entry(i).or_default().push(r);
+            }
+        }
+        let mut dropped: HashMap<usize, Vec<usize>> = HashMap::new();
+        for rows in floating.into_values() {
+            if let Some(&last) = rows.last() {
+                dropped.insert(last, rows);
+            }
+        }
+        let keeps = |i: usize| {
+            let k = s.unknowns[i].kind;
+            has_q[i] && !matches!(k, Kind::Mu | Kind::Lambda | Kind::Derivative) && !dropped.contains_key(&i)
+        };
+        let states: Vec<usize> = (0..n).filter(|&i| keeps(i)).collect();
+        self.at.states = states.len();
+        // diodes now have their leaves
+        for (k, (p, n, kernel)) in s.diodes.iter().enumerate() {
+            let base = self.at.diode(k);
+            let (i, c) = (self.leaf(base), self.leaf(base + 2));
+            for (row, sign) in [(*p, 1.0), (*n, -1.0)] {
+                if row >= 0 {
+                    let sign = self.g.constant(sign);
+                    let term = self.g.mul(sign, i);
+                    f[row as usize] = self.g.add(f[row as usize], term);
+                    if kernel.has_charge() {
+                        let term = self.g.mul(sign, c);
+                        q[row as usize] = self.g.add(q[row as usize], term);
+                    }
+                }
+            }
+        }
+        for (&last, rows) in &dropped {
+            let sum = rows.iter().fold(zero, |sum, &r| self.g.add(sum, f[r]));
+            f[last] = sum;
+        }
+        self.q = (0..n).map(|i| (has_q[i] && !dropped.contains_key(&i)).then_some(q[i])).collect();
+        self.f = f;
+        states
+    }
+}

@@ -1,0 +1,34 @@
+//! The equations as an explicit ODE: compiled when a method first asks for it.
+use super::System;
+use crate::graph::Graph;
+use crate::reduced::{Reduced, Source};
+
+impl System {
+    /// Compiles the equations as an explicit ODE, once; for methods that need it.
+    pub fn reduce(&self, g: &mut Graph) {
+        self.reduced.get_or_init(|| {
+            let [f, q] = self.rows.clone();
+            let source = Source {
+                unknowns: &self.unknowns,
+                f,
+                q,
+                g: self.g_rows.entries().collect(),
+                c: self.c_rows.entries().collect(),
+                f_wave: &self.f_wave,
+                diodes: self.diodes.iter().map(|d| (d.p, d.n, d.kernel.clone())).collect(),
+                waves: self.waves.len(),
+                flags: self.flags.len(),
+            };
+            Reduced::compile(g, &source)
+        });
+    }
+
+    /// What `reduce` made, or why the equations are no explicit ODE.
+    pub fn reduced(&self) -> Result<&Reduced, &str> {
+        match self.reduced.get() {
+            Some(Ok(reduced)) => Ok(reduced),
+            Some(Err(why)) => Err(why),
+            None => Err("its equations were not prepared"),
+        }
+    }
+}
