@@ -4,10 +4,12 @@ A `Builder` collects the contributions of one deck to  d/dt Q(x, t) + F(x, t) = 
 equations belongs to unknown i; index -1 is ground and is ignored. All values are SI.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any, final
 
 __version__: str
+
+_Place = tuple[int, int, int, int]
 
 @final
 class Expr:
@@ -196,3 +198,19 @@ class Waveforms:
         append: bool = False,
         skip_time: bool = False,
     ) -> None: ...
+
+@final
+class Trees:
+    """Syntax trees by the tables of grammar/*.lark: (rule, [children]), leaves are made by `leaf`, a class of str
+    with `type`, `start_pos` and `end_pos`. `plain`: rule -> (number of words, is the last one a number?) of the
+    cards that come as words in place of a tree."""
+
+    def __init__(self, leaf: type[str], plain: dict[str, tuple[int, bool]]) -> None: ...
+    def line(self, text: str, start: str) -> Any:
+        """The tree of a line, or None where Lark has to say what is the matter. UnicodeEncodeError: a text that
+        is no Unicode."""
+    def cards(
+        self, text: str, has_title: bool, skip_empty: bool
+    ) -> tuple[_Place | None, list[_Place], _Place | None, list[_Place], Iterator[tuple[Any, Any, Any, int]]]:
+        """Title, stray continuation lines, the first .control, the lines of .control sections, and the cards: see
+        source.Reading. A place is (line, column, start, end)."""

@@ -15,7 +15,7 @@ from .build_expr import expression
 from .build_machine import MachineCards
 from .deck import Analysis, Deck, Element
 from .diagnostics import Diagnostic, OutsideError, Sink, Span
-from .source import Line, SourceFile, cut, load
+from .source import Line, NoCollection, Reading, SourceFile, load
 from .syntax import LineError, parse_line
 from .units import spice_number
 
@@ -70,16 +70,8 @@ def cannot_read(path: str, error: OSError) -> str:
 
 
 def _build(file: SourceFile, sink: Sink, is_main: bool) -> Deck:
-    import gc
-
-    # half a million small objects that live on: collecting while they come only costs time
-    was_enabled = gc.isenabled()
-    gc.disable()
-    try:
+    with NoCollection():
         return _Builder(file, sink).build(is_main)
-    finally:
-        if was_enabled:
-            gc.enable()
 
 
 def reread_as_element(line: Line, sink: Sink) -> Element | None:
@@ -116,20 +108,17 @@ class _Builder(ElementCards, MachineCards, DotCards):
 
     def build(self, is_main: bool) -> Deck:
         deck, sink = self.deck, self.sink
-        reading = cut(self.file, has_title=is_main)
+        reading = Reading(self.file, has_title=is_main)
         deck.title = reading.title
         for span in reading.stray:
             sink.error("E101", "this line continues nothing", span, "`+` joins a line to the card above it")
-        for line in reading.lines:
-            first = line.text[0]
+        for rule, content, value, place in reading.cards:
+            if place >= 0:
+                self.body.append(self.plain(rule, content, value, place))
+                continue
+            line = reading.line(value)
             try:
-                if first == ".":
-                    rule, children = parse_line(line, "dot")
-                    card = self.convert(rule, children, line)
-                elif first in _LETTERS:
-                    card = self.element_line(line)
-                else:
-                    raise LineError(_not_a_card(line))
+                card = self.unread_line(line) if rule is None else self.convert(rule, content, line)
             except LineError as error:
                 sink.add(error.diagnostic)
                 continue
@@ -149,7 +138,14 @@ class _Builder(ElementCards, MachineCards, DotCards):
             self.judge_title(reading)
         return deck
 
-    def element_line(self, line: Line) -> Any:
+    def unread_line(self, line: Line) -> Any:
+        """A line that the native parser did not accept: Lark knows why, or can read it after all."""
+        first = line.text[0]
+        if first == ".":
+            rule, children = parse_line(line, "dot")
+            return self.convert(rule, children, line)
+        if first not in _LETTERS:
+            raise LineError(_not_a_card(line))
         word = syntax.first_word(line.text)
         if word not in syntax.CARD_WORDS:
             rule, children = parse_line(line, "element")

@@ -6,7 +6,7 @@ from .build_expr import expression, extent, machine_value, node_name, parts
 from .deck import Element, Instance, Ref, Waveform
 from .diagnostics import Diagnostic, Sink, Span
 from .expr import Num
-from .source import Line
+from .source import Line, SourceFile
 from .syntax import FORMS, LineError
 from .units import spice_leftover, spice_number
 
@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 
 INFINITE = float("inf")
 _PLAIN: dict[str, float] = {}  # number words seen so far and their values
+_new = object.__new__
 
 
 def _form(letter: str) -> str:
@@ -114,6 +115,25 @@ class Cards:
 class ElementCards(Cards):
     """R C L V I B E G F H D S W K X, and the letters whose meaning comes later."""
 
+    file: SourceFile
+
+    # ---- cards that are nothing but words, the most frequent of all: see source.PLAIN ----
+
+    def plain(self, rule: str, words: list[str], value: float | None, place: int) -> Element:
+        """Without a tree; its spans are made when somebody asks for them."""
+        e = _new(Element)
+        e.letter, e.name = words[0][0], words[0]
+        e.nodes = words[1:-1] if "gnd" not in words else [node_name(word) for word in words[1:-1]]
+        e.file, e.place, e.is_plain = self.file, place, True
+        e.value, e.params, e.wave, e.extra, e.model_name, e.model = value, {}, None, {}, None, None
+        if value is None:
+            e.model_name = words[-1]
+        elif rule == "source":
+            e.value, e.extra = None, {"dc": value, "ac": None}
+        elif rule == "linear":
+            e.extra = {"form": "linear"}
+        return e
+
     # ---- R, C, L ----
 
     def on_resistor(self, ch: list[Any], line: Line) -> Element:
@@ -133,10 +153,6 @@ class ElementCards(Cards):
             ["0" if p == "gnd" else p, "0" if n == "gnd" else n],
             Span(line.file, line.number, line.col, line.col + len(name)),
         )
-        # the plain case, the most frequent line of all
-        if len(ch) == 4 and ch[3].__class__ is not tuple and ch[3] in _PLAIN:
-            e.value = _PLAIN[ch[3]]
-            return e
         for item in self.params(ch[3:], line, e):
             if item.__class__ is tuple:
                 rule = item[0]

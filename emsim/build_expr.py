@@ -42,8 +42,8 @@ def expression(tree: Any, line: Line, machine: bool = False, depth: int = 0) -> 
     """The AST of an expression's tree. On machine cards (`machine`) numbers obey the unit rule."""
     if tree.__class__ is not tuple:
         if tree.type == "NUMBER":
-            return Num(_number_in_expression(tree, line, machine), line.span(tree))
-        return Name(tree.lower(), line.span(tree))
+            return Num(_number_in_expression(tree, line, machine), (line, tree.start_pos, tree.end_pos))
+        return Name(tree.lower(), (line, tree.start_pos, tree.end_pos))
     rule, children = tree
     if rule in ("group", "quoted", "braced"):
         # brackets that only bracket do not count as depth of the expression
@@ -58,26 +58,26 @@ def expression(tree: Any, line: Line, machine: bool = False, depth: int = 0) -> 
                 "give parts of it names with .param or .func",
             )
         )
-    span = line.span_at(*extent(tree))
     if rule in ("binary", "either", "both"):
         return _chain(tree, line, machine, depth + 1)
+    at = (line, *extent(tree))
     if rule == "unary":
         op = "!" if children[0].type == "NOT" else str(children[0])
-        return Unary(op, expression(children[1], line, machine, depth + 1), span)
+        return Unary(op, expression(children[1], line, machine, depth + 1), at)
     if rule == "cond":
         c, a, b = (expression(child, line, machine, depth + 1) for child in children)
-        return Cond(c, a, b, span)
+        return Cond(c, a, b, at)
     if rule == "call":
         fn = children[0].lower()
         args = [expression(child, line, machine, depth + 1) for child in children[2:-1:2]]
         if fn in ("vm", "vp", "vr", "vi", "vdb"):
-            args = [Name(a.span.text, a.span) if isinstance(a, Num) and a.span else a for a in args]
-        return Call(fn, args, span)
+            args = [Name(a.span.text, a.at) if isinstance(a, Num) and a.span else a for a in args]
+        return Call(fn, args, at)
     assert rule in ("voltage", "current"), rule
     return Call(
         rule[0] if rule == "voltage" else "i",
-        [Name(node_name(n), line.span(n)) for n in children[1:-1:2]],
-        span,
+        [Name(node_name(n), (line, n.start_pos, n.end_pos)) for n in children[1:-1:2]],
+        at,
     )
 
 
@@ -111,8 +111,8 @@ def _chain(tree: Any, line: Line, machine: bool, depth: int) -> Node:
             "group them with brackets or .param",
         )
     for op, b, end in links:
-        span = line.span_at(start, end)
-        out = Call("mod", [out, b], span) if op == "%" else Binary(op, out, b, span)
+        at = (line, start, end)
+        out = Call("mod", [out, b], at) if op == "%" else Binary(op, out, b, at)
     return out
 
 

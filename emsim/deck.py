@@ -19,6 +19,9 @@ if TYPE_CHECKING:
     Value = float | Node | str | tuple["Value", ...]
 
 
+_new = object.__new__
+
+
 class Waveform:
     """PULSE, SIN, EXP, PWL, SFFM, AM as written: `args` in order, defaults not yet filled in.
 
@@ -73,10 +76,16 @@ class Element:
     S W       model, extra["initial"] "on"/"off"/None; W: extra["controls"] = [source name]
     D         model, params area m temp dtemp ic off
     others    (Q M J T A ...) kept with their letter, nodes and params
+
+    Of a card that is nothing but words, `place` says where its name and its last word (the value or the model)
+    stand in `file`; its spans are made from that when they are asked for. Such a card `is_plain`: nothing in it
+    is to be evaluated.
     """
 
     __slots__ = (
         "extra",
+        "file",
+        "is_plain",
         "letter",
         "model",
         "model_name",
@@ -84,11 +93,14 @@ class Element:
         "name",
         "nodes",
         "params",
+        "place",
         "span",
         "value",
         "value_span",
         "wave",
     )
+    place: int | None
+    file: SourceFile
 
     def __init__(
         self,
@@ -116,13 +128,33 @@ class Element:
         self.model_span = model_span
         self.value_span = value_span
         self.model: Model | None = None
+        self.place = None
+        self.is_plain = False
 
-    @property
-    def is_plain(self) -> bool:
-        """Nothing to evaluate and nothing to look up: a two-terminal element with a number."""
-        return self.value.__class__ is float and not (
-            self.params or self.extra or self.model_name or self.wave
-        )
+    def __getattr__(self, name: str) -> Any:
+        """The spans of a plain card."""
+        if name not in ("span", "value_span", "model_span") or self.place is None:
+            raise AttributeError(name)
+        number, col, last = self.place >> 40, (self.place >> 20 & 0xFFFFF) + 1, self.place & 0xFFFFF
+        span = self.file.word(number, col)
+        word = self.file.word(number, col + last)
+        self.span = span
+        # the last word is the model where there is no value
+        has_model = self.value is None and "dc" not in self.extra
+        self.value_span, self.model_span = (None, word) if has_model else (word, None)
+        return getattr(self, name)
+
+    def at_level(self, name: str, nodes: list[str]) -> Element:
+        """The same element under another name between other nodes; its model is still to be found."""
+        e = _new(Element)
+        e.letter, e.name, e.nodes, e.place, e.is_plain = self.letter, name, nodes, self.place, self.is_plain
+        if self.place is not None:
+            e.file = self.file
+        else:
+            e.span, e.value_span, e.model_span = self.span, self.value_span, self.model_span
+        e.value, e.params, e.wave, e.extra = self.value, {}, None, dict(self.extra)
+        e.model_name, e.model = None, None
+        return e
 
     def __repr__(self) -> str:
         return f"<{self.name} {' '.join(self.nodes)} value={self.value} {self.params}>"

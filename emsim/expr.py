@@ -15,13 +15,24 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
 
     from .diagnostics import Span
+    from .source import Line
+
+    Place = Span | tuple[Line, int, int] | None
 
 
 class Node:
-    """Base of the expression tree. `span` is the place in the user's text, None for made-up nodes."""
+    """Base of the expression tree. `span` is the place in the user's text, None for made-up nodes; `at` the same,
+    or (line, start, end), of which a Span is made when somebody asks for it."""
 
-    __slots__ = ("span",)
-    span: Span | None
+    __slots__ = ("at",)
+    at: Place
+
+    @property
+    def span(self) -> Span | None:
+        at = self.at
+        if at.__class__ is tuple:
+            at = self.at = at[0].span_at(at[1], at[2])
+        return at  # type: ignore[return-value]
 
     def __repr__(self) -> str:
         return to_text(self)
@@ -40,9 +51,9 @@ class Node:
 class Num(Node):
     __slots__ = ("value",)
 
-    def __init__(self, value: float, span: Span | None = None) -> None:
+    def __init__(self, value: float, at: Place = None) -> None:
         self.value = value
-        self.span = span
+        self.at = at
 
     def _key(self) -> tuple[object, ...]:
         return (self.value,)
@@ -51,9 +62,9 @@ class Num(Node):
 class Name(Node):
     __slots__ = ("id",)
 
-    def __init__(self, id: str, span: Span | None = None) -> None:
+    def __init__(self, id: str, at: Place = None) -> None:
         self.id = id
-        self.span = span
+        self.at = at
 
     def _key(self) -> tuple[object, ...]:
         return (self.id,)
@@ -62,10 +73,10 @@ class Name(Node):
 class Call(Node):
     __slots__ = ("args", "fn")
 
-    def __init__(self, fn: str, args: Sequence[Node], span: Span | None = None) -> None:
+    def __init__(self, fn: str, args: Sequence[Node], at: Place = None) -> None:
         self.fn = fn
         self.args = list(args)
-        self.span = span
+        self.at = at
 
     def _key(self) -> tuple[object, ...]:
         return (self.fn, *self.args)
@@ -76,10 +87,10 @@ class Unary(Node):
 
     __slots__ = ("a", "op")
 
-    def __init__(self, op: str, a: Node, span: Span | None = None) -> None:
+    def __init__(self, op: str, a: Node, at: Place = None) -> None:
         self.op = op
         self.a = a
-        self.span = span
+        self.at = at
 
     def _key(self) -> tuple[object, ...]:
         return (self.op, self.a)
@@ -90,11 +101,11 @@ class Binary(Node):
 
     __slots__ = ("a", "b", "op")
 
-    def __init__(self, op: str, a: Node, b: Node, span: Span | None = None) -> None:
+    def __init__(self, op: str, a: Node, b: Node, at: Place = None) -> None:
         self.op = op
         self.a = a
         self.b = b
-        self.span = span
+        self.at = at
 
     def _key(self) -> tuple[object, ...]:
         return (self.op, self.a, self.b)
@@ -105,11 +116,11 @@ class Cond(Node):
 
     __slots__ = ("a", "b", "c")
 
-    def __init__(self, c: Node, a: Node, b: Node, span: Span | None = None) -> None:
+    def __init__(self, c: Node, a: Node, b: Node, at: Place = None) -> None:
         self.c = c
         self.a = a
         self.b = b
-        self.span = span
+        self.at = at
 
     def _key(self) -> tuple[object, ...]:
         return (self.c, self.a, self.b)
@@ -160,7 +171,7 @@ class Scope:
     def __init__(self, values: dict[str, float] | None = None) -> None:
         self.values: dict[str, float] = {} if values is None else values
 
-    def lookup(self, name: str, span: Span | None) -> float | None:
+    def lookup(self, name: str) -> float | None:
         """The value of a parameter, or None when there is none of that name. May raise ExprError."""
         return self.values.get(name)
 
@@ -185,9 +196,9 @@ class _FuncScope(Scope):
         self.outer = outer
         self.depth = depth
 
-    def lookup(self, name: str, span: Span | None) -> float | None:
+    def lookup(self, name: str) -> float | None:
         value = self.values.get(name)
-        return self.outer.lookup(name, span) if value is None else value
+        return self.outer.lookup(name) if value is None else value
 
     def function(self, name: str) -> tuple[list[str], Node] | None:
         return self.outer.function(name)
@@ -367,7 +378,7 @@ def _evaluate(node: Node, scope: Scope, depth: int) -> float:
     if isinstance(node, Num):
         return node.value
     if isinstance(node, Name):
-        value = scope.lookup(node.id, node.span)
+        value = scope.lookup(node.id)
         if value is None:
             value = CONSTANTS.get(node.id)
         if value is None:
@@ -467,30 +478,30 @@ def _fold(node: Node, scope: Scope, bound: dict[str, Node], depth: int) -> Node:
             if isinstance(value_or_place, Name) and not _is_run_time(value_or_place):
                 raise undefined(value_or_place, scope)
             return value_or_place
-        value = scope.lookup(node.id, node.span)
+        value = scope.lookup(node.id)
         if value is None:
             if _is_run_time(node):
                 return node
             value = CONSTANTS.get(node.id)
         if value is None:
             raise undefined(node, scope)
-        return Num(value, node.span)
+        return Num(value, node.at)
     if isinstance(node, Binary):
         a, b = _fold(node.a, scope, bound, depth), _fold(node.b, scope, bound, depth)
         if isinstance(a, Num) and isinstance(b, Num):
-            return _constant(_ARITHMETIC[node.op], [a.value, b.value], Binary(node.op, a, b, node.span))
-        return Binary(node.op, a, b, node.span)
+            return _constant(_ARITHMETIC[node.op], [a.value, b.value], Binary(node.op, a, b, node.at))
+        return Binary(node.op, a, b, node.at)
     if isinstance(node, Unary):
         a = _fold(node.a, scope, bound, depth)
         if isinstance(a, Num):
             value = -a.value if node.op == "-" else a.value if node.op == "+" else float(not a.value)
-            return Num(value, node.span)
-        return a if node.op == "+" else Unary(node.op, a, node.span)
+            return Num(value, node.at)
+        return a if node.op == "+" else Unary(node.op, a, node.at)
     if isinstance(node, Cond):
         c = _fold(node.c, scope, bound, depth)
         if isinstance(c, Num):
             return _fold(node.a if c.value else node.b, scope, bound, depth)
-        return Cond(c, _fold(node.a, scope, bound, depth), _fold(node.b, scope, bound, depth), node.span)
+        return Cond(c, _fold(node.a, scope, bound, depth), _fold(node.b, scope, bound, depth), node.at)
     assert isinstance(node, Call)
     return _fold_call(node, scope, bound, depth)
 
@@ -505,21 +516,21 @@ def _fold_call(node: Call, scope: Scope, bound: dict[str, Node], depth: int) -> 
         args = [_fold_argument(a, scope, bound, depth) for a in node.args]
         return _fold(body, scope, dict(zip(names, args, strict=True)), depth + 1)
     if node.fn in PROBES:
-        return scope.probe(Call(node.fn, [_fold_place(a, scope, bound, depth) for a in node.args], node.span))
+        return scope.probe(Call(node.fn, [_fold_place(a, scope, bound, depth) for a in node.args], node.at))
     args = [_fold(a, scope, bound, depth) for a in node.args]
     if node.fn in _BRANCHING:
         _check_count(node, 3, 3)
         if isinstance(args[0], Num):
             return args[1 if args[0].value else 2]
-        return Cond(args[0], args[1], args[2], node.span)
+        return Cond(args[0], args[1], args[2], node.at)
     if node.fn in _SOURCE_MATH:
         least, most, function = _SOURCE_MATH[node.fn]
         _check_count(node, least, most)
-        call = Call(node.fn, args, node.span)
+        call = Call(node.fn, args, node.at)
         numbers = [a.value for a in args if isinstance(a, Num)]
         return _constant(function, numbers, call) if len(numbers) == len(args) else call
     if node.fn in _DYNAMIC:
-        return Call(node.fn, args, node.span)
+        return Call(node.fn, args, node.at)
     raise unknown_function(node)
 
 
@@ -530,7 +541,7 @@ def _is_run_time(node: Name) -> bool:
 def _fold_argument(node: Node, scope: Scope, bound: dict[str, Node], depth: int) -> Node:
     """An argument of a .func: a name that is no parameter may be a node, as in .func twice(n) {2*v(n)}."""
     if isinstance(node, Name) and node.id not in bound and node.id not in CONSTANTS:
-        if scope.lookup(node.id, node.span) is None:
+        if scope.lookup(node.id) is None:
             return node
     elif isinstance(node, Name) and node.id in bound:
         return bound[node.id]
@@ -542,7 +553,7 @@ def _fold_place(node: Node, scope: Scope, bound: dict[str, Node], depth: int) ->
     if isinstance(node, Name):
         return bound.get(node.id, node)
     if isinstance(node, Call):
-        return Call(node.fn, [_fold(a, scope, bound, depth) for a in node.args], node.span)
+        return Call(node.fn, [_fold(a, scope, bound, depth) for a in node.args], node.at)
     return _fold(node, scope, bound, depth)
 
 
@@ -552,7 +563,7 @@ def _constant(function: Callable[..., float], args: list[float], otherwise: Node
         value = float(function(*args))
     except (ValueError, OverflowError, ZeroDivisionError):
         return otherwise
-    return Num(value, otherwise.span) if math.isfinite(value) else otherwise
+    return Num(value, otherwise.at) if math.isfinite(value) else otherwise
 
 
 def is_constant(node: Node) -> bool:

@@ -1,17 +1,31 @@
-"""Source files: the user's bytes as text, lines on demand, and places in them.
+"""Source files: the user's bytes as text, its logical lines and cards, and places in them.
 
 Nothing here changes the text: a logical line is a slice of it, and every span points into it.
 """
 
 from __future__ import annotations
 
-from bisect import bisect_right
+import gc
 
 from .diagnostics import Span
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any
+
+
+class NoCollection:
+    """While half a million small objects come that live on, collecting garbage only costs time."""
+
+    __slots__ = ("_was",)
+
+    def __enter__(self) -> None:
+        self._was = gc.isenabled()
+        gc.disable()
+
+    def __exit__(self, *_: object) -> None:
+        if self._was:
+            gc.enable()
 
 
 class SourceFile:
@@ -52,8 +66,18 @@ class SourceFile:
         end = starts[line] - 1 if line < len(starts) else len(self.text)
         return self.text[starts[line - 1] : end]
 
+    def word(self, line: int, col: int) -> Span:
+        """The span of the word that begins there."""
+        text = self.text_line(line)
+        end = col - 1
+        while end < len(text) and not text[end].isspace() and text[end] not in "=(){},;\"'":
+            end += 1
+        return Span(self, line, col, end + 1)
+
     def span(self, start: int, end: int) -> Span:
         """The span of text[start:end], cut at the end of its first line."""
+        from bisect import bisect_right
+
         starts = self.starts
         line = bisect_right(starts, start)
         col = start - starts[line - 1] + 1
@@ -92,64 +116,66 @@ class Line:
         return Span(self.file, self.number, self.col, self.col + len(text[:stop] if stop >= 0 else text))
 
 
+class Leaf(str):
+    """A word of a logical line: its text, which terminal of the grammar it is, and where it stands in the line."""
+
+    __slots__ = ("end_pos", "start_pos", "type")
+    type: str
+    start_pos: int
+    end_pos: int
+
+
+# the cards that come as words in place of a tree: rule -> (number of words, is the last one a number?)
+PLAIN = {
+    "resistor": (4, True),
+    "capacitor": (4, True),
+    "inductor": (4, True),
+    "source": (4, True),
+    "linear": (6, True),
+    "diode": (4, False),
+}
+_trees: Any = None
+
+
+def trees() -> Any:
+    """The native parser of the grammar's tables."""
+    global _trees
+    if _trees is None:
+        from ._engine import Trees
+
+        _trees = Trees(Leaf, PLAIN)
+    return _trees
+
+
 class Reading:
-    """A text cut into its title, logical lines, and the commands of its .control sections."""
+    """A text cut into its title, its cards, and the commands of its .control sections.
 
-    __slots__ = ("control", "control_span", "lines", "stray", "title", "title_line")
+    A card is (rule, words, value of the last one, place) where it is one of PLAIN; else (rule, children,
+    where, -1): its tree; (None, start, where, -1) where the native parser has none. See `line` for `where`.
+    """
 
-    def __init__(self) -> None:
-        self.title = ""
-        self.title_line = 0
-        self.lines: list[Line] = []
-        self.control: list[Line] = []
-        self.control_span: Span | None = None
-        self.stray: list[Span] = []  # continuation lines that continue nothing
+    __slots__ = ("cards", "control", "control_span", "file", "stray", "title", "title_line")
 
+    def __init__(self, file: SourceFile, has_title: bool) -> None:
+        self.file = file
+        skip_empty = file.path is None  # above the title of a text given as a string
+        try:
+            found = trees().cards(file.text, has_title, skip_empty)
+        except UnicodeEncodeError:  # half a surrogate pair; a stand-in of the same length
+            whole = "".join("\ufffd" if "\ud800" <= c <= "\udfff" else c for c in file.text)
+            found = trees().cards(whole, has_title, skip_empty)
+        title, stray, control, commands, self.cards = found
+        self.title, self.title_line = "", 0
+        if title is not None:
+            self.title, self.title_line = file.text[title[2] : title[3]], title[0]
+        # continuation lines that continue nothing, their blanks behind them included
+        self.stray = [Span(file, number, col, len(file.text_line(number)) + 1) for number, col, _, _ in stray]
+        self.control_span = None if control is None else self.line(control).whole
+        self.control = [self.line(where) for where in commands]
 
-def cut(file: SourceFile, has_title: bool) -> Reading:
-    """Cut a text into logical lines. Reading stops at `.end`; what follows is not part of the deck."""
-    out = Reading()
-    lines, current = out.lines, out.lines
-    in_control = False
-    at = 0
-    open_line: list[int] | None = None  # number, col, start, end of the line that a `+` would continue
-    awaiting_title = has_title
-    for number, raw in enumerate(file.text.split("\n"), 1):
-        begin = at
-        at += len(raw) + 1
-        body = raw.strip()
-        if awaiting_title:
-            # a text given as a string may begin with empty lines; the first line of a file is its title
-            if body or file.path is not None:
-                out.title, out.title_line, awaiting_title = body, number, False
-            continue
-        if not body or body[0] in "*;$" or body.startswith("//"):
-            continue
-        col = raw.index(body[0])
-        if body[0] == "+":
-            if open_line is None:
-                out.stray.append(Span(file, number, col + 1, len(raw) + 1))
-            else:
-                open_line[3] = begin + len(raw)
-            continue
-        if open_line is not None:
-            current.append(Line(file, *open_line))
-            open_line = None
-        if body[0] == ".":
-            word = body.split(None, 1)[0].lower()
-            if word == ".control":
-                in_control, current = True, out.control
-                out.control_span = out.control_span or Span(file, number, col + 1, col + len(body) + 1)
-                continue
-            if word == ".endc":
-                in_control, current = False, lines
-                continue
-            if word == ".end" and not in_control:
-                break
-        open_line = [number, col + 1, begin + col, begin + len(raw)]
-    if open_line is not None:
-        current.append(Line(file, *open_line))
-    return out
+    def line(self, where: tuple[int, int, int, int]) -> Line:
+        """The logical line at (line, column, start, end)."""
+        return Line(self.file, *where)
 
 
 def decode(data: bytes) -> str | None:

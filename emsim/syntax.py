@@ -1,10 +1,11 @@
 """Parsing: a logical line becomes a small tree, by Lark's tables of the grammar in grammar/*.lark.
 
-A tree is (rule, [children]); a leaf is a str with `type`, `start_pos` and `end_pos` (its place in the line). That
-shape, and nothing else of Lark, is what build.py sees, so that another driver of the same tables can replace it.
+A tree is (rule, [children]); a leaf is a str with `type`, `start_pos` and `end_pos` (its place in the line). The
+engine runs the tables (engine/src/syntax); grammar/export.py took them from Lark. A line that it does not accept
+is parsed again by Lark itself, which knows what would have fitted: the message is made from that.
 
-Lark is imported when the first line is parsed. The tables are kept in the user's cache directory, written as plain
-data (marshal, nothing that could execute), in a directory that only the user can write.
+So Lark is imported only when something is wrong. Its tables are kept in the user's cache directory, written as
+plain data (marshal, nothing that could execute), in a directory that only the user can write.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ import os
 import sys
 
 from .diagnostics import Diagnostic, OutsideError, suggest
+from .source import trees
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -201,6 +203,15 @@ def _plain(value: Any) -> Any:
 
 def parse_line(line: Line, start: str) -> Tree:
     """The tree of a logical line, from one of STARTS. Raises LineError."""
+    try:
+        tree: Tree | None = trees().line(line.text, start)
+    except UnicodeEncodeError:  # half a surrogate pair
+        tree = None
+    return lark_line(line, start) if tree is None else tree
+
+
+def lark_line(line: Line, start: str) -> Tree:
+    """The same by Lark itself. Raises LineError."""
     text = line.text
     if len(text) > 200 and (text.count("(") + text.count("{")) > MAX_NESTING:
         _check_nesting(line)

@@ -122,22 +122,22 @@ class Level:
                 and call.fn in ("v", "vm", "vp", "vr", "vi", "vdb")
                 and isinstance(arg, Name)
             ):
-                args.append(Name(self.node(arg.id, arg.span), arg.span))
+                args.append(Name(self.node(arg.id, None), arg.at))
             elif call.fn == "i" and isinstance(arg, Name):
                 # ngspice calls the source v1 of x1 v.x1.v1
                 known = arg.id[2:] if arg.id[1:3] == ".x" and arg.id[0] != "x" else arg.id
-                args.append(Name(self.prefix + known, arg.span))
+                args.append(Name(self.prefix + known, arg.at))
             elif isinstance(arg, Name):
                 name, point = self.place(arg.id, arg.span)
-                args.append(Name(name, arg.span) if point is None else Call(name, _numbers(point), arg.span))
+                args.append(Name(name, arg.at) if point is None else Call(name, _numbers(point), arg.at))
             elif isinstance(arg, Call):
                 name, point = self.place(arg.fn, arg.span)
                 if point is not None:
                     raise ExprError("E136", f"`{arg.fn}` is a point already; it has no points", arg.span)
-                args.append(Call(name, arg.args, arg.span))
+                args.append(Call(name, arg.args, arg.at))
             else:
                 args.append(arg)
-        return Call(call.fn, args, call.span)
+        return Call(call.fn, args, call.at)
 
 
 def _numbers(point: tuple[Any, ...]) -> list[Node]:
@@ -149,33 +149,36 @@ def _numbers(point: tuple[Any, ...]) -> list[Node]:
 
 def bind_element(e: Element, level: Level, models: Models) -> Element:
     """The element at its level. Raises ExprError; a model that is not found goes to the sink."""
-    scope = level.scope
-    flat = Element(e.letter, level.prefix + e.name, [level.node(n, e.span) for n in e.nodes], e.span)
-    if level.ports:
-        for n in e.nodes:
+    flat = e.at_level(level.prefix + e.name, [level.node(n, None) for n in e.nodes])
+    for n in e.nodes:
+        if n in level.ports:
             level.use(n, True, e.name)
-    flat.value_span, flat.model_span = e.value_span, e.model_span
-    flat.extra = dict(e.extra)
-    flat.params = {key: _param(value, scope) for key, value in e.params.items()}
-    if isinstance(e.value, Node):
-        always = e.letter == "b" or e.extra.get("form") in ("expr", "table")
-        flat.value = behaviour(e.value, scope, always)
-        if e.letter not in "rclbeg" and isinstance(flat.value, Node):
-            raise ExprError("E125", "this value has to be known before the run", e.value_span)
-    else:
-        flat.value = e.value
-    if e.wave is not None:
-        flat.wave = bind_wave(e.wave, scope)
+    if not e.is_plain:
+        _bind_values(flat, e, level)
     if level.mult != 1.0 and e.letter in _MULTIPLIED:
         own = flat.params.get("m", 1.0)
         flat.params["m"] = level.mult * (own if isinstance(own, float) else 1.0)
-    _bind_extra(flat, e, level)
     if e.model_name is not None:
         flat.model_name = e.model_name
         flat.model = models.of_element(flat, level)
     elif "words" in e.extra:
         models.of_device(flat, level)
     return flat
+
+
+def _bind_values(flat: Element, e: Element, level: Level) -> None:
+    """Value, parameters and waveform become numbers, or what the run has to evaluate."""
+    scope = level.scope
+    if e.params:
+        flat.params = {key: _param(value, scope) for key, value in e.params.items()}
+    if isinstance(e.value, Node):
+        always = e.letter == "b" or e.extra.get("form") in ("expr", "table")
+        flat.value = behaviour(e.value, scope, always)
+        if e.letter not in "rclbeg" and isinstance(flat.value, Node):
+            raise ExprError("E125", "this value has to be known before the run", e.value_span)
+    if e.wave is not None:
+        flat.wave = bind_wave(e.wave, scope)
+    _bind_extra(flat, e, level)
 
 
 def _bind_extra(flat: Element, e: Element, level: Level) -> None:
@@ -189,7 +192,7 @@ def _bind_extra(flat: Element, e: Element, level: Level) -> None:
             extra["ac"] = tuple(_number(v, scope) for v in extra["ac"])
     if "controls" in extra:
         if letter in "eg":
-            extra["controls"] = [(level.node(p, e.span), level.node(n, e.span)) for p, n in extra["controls"]]
+            extra["controls"] = [(level.node(p, None), level.node(n, None)) for p, n in extra["controls"]]
         else:
             extra["controls"] = [level.prefix + name for name in extra["controls"]]
     if "inductors" in extra:
@@ -273,7 +276,7 @@ def bind_value(value: Any, scope: Scope) -> Any:
     if isinstance(value, Waveform):
         return bind_wave(value, scope)
     if isinstance(value, Call) and value.fn in ("rod", "box", "disc"):
-        return Call(value.fn, [Num(_number(a, scope), a.span) for a in value.args], value.span)
+        return Call(value.fn, [Num(_number(a, scope), a.at) for a in value.args], value.at)
     if isinstance(value, Node):
         return behaviour(value, scope)
     return value

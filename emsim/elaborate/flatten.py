@@ -29,6 +29,7 @@ from ..deck import (
 )
 from ..diagnostics import OutsideError, suggest
 from ..expr import ExprError, Name, Node, evaluate, fold
+from ..source import NoCollection
 from ..syntax import LineError
 from ..units import spice_number
 from .bind import Level, bind_element, bind_machine_card
@@ -49,7 +50,8 @@ STANDARD_GRAVITY = 9.80665
 def flatten(deck: Deck) -> FlatDeck:
     """The flat deck. Raises DeckError with everything that is wrong in the text, its numbers and its names
     (OutsideError when nothing but missing files is wrong)."""
-    flat = _Flattener(deck).run()
+    with NoCollection():
+        flat = _Flattener(deck).run()
     errors = [d for d in flat.sink.diagnostics if d.severity == "error"]
     if errors and all(d.code.startswith("E5") for d in errors):
         raise OutsideError(flat.sink.diagnostics)
@@ -68,7 +70,7 @@ class _Flattener:
         self.globals: set[str] = {"0"}
         self.chains: dict[int, tuple[str, ...]] = {}  # Subckt -> files open where it is defined
         self.active: list[Subckt] = []
-        self.names: dict[str, Span] = {}
+        self.names: dict[str, Element | Instance] = {}
         self.machine_names: dict[str, Span] = {}
 
     def run(self) -> FlatDeck:
@@ -195,7 +197,8 @@ class _Flattener:
     # ---- second visit ----
 
     def emit(self, cards: list[Any], level: Level) -> None:
-        elements, names = self.flat.elements, self.names
+        elements: list[Any] = self.flat.elements
+        names = self.names
         is_top = not level.prefix
         for card in cards:
             kind = card.__class__
@@ -204,10 +207,12 @@ class _Flattener:
                     # most lines of a big deck: nothing to evaluate, nothing to rename
                     if not (is_top and card.is_plain):
                         card = bind_element(card, level, self.models)
-                    if card.name in names:
-                        self.twice("element", card.name, names[card.name], card.span)
+                    elif card.model_name is not None:
+                        card.model = self.models.of_element(card, level)
+                    first = names.setdefault(card.name, card)
+                    if first is not card:
+                        self.twice("element", card.name, first.span, card.span)
                         continue
-                    names[card.name] = card.span
                     elements.append(card)
                 elif kind is Instance:
                     self.instance(card, level)
@@ -244,7 +249,7 @@ class _Flattener:
     def output(self, ast: Node, level: Level) -> Node:
         """What .print, .save and .probe name: a bare name stays one."""
         if isinstance(ast, Name):
-            return ast if ast.id in ("all", "alli", "allv") else Name(level.node(ast.id, ast.span), ast.span)
+            return ast if ast.id in ("all", "alli", "allv") else Name(level.node(ast.id, ast.span), ast.at)
         return fold(ast, level.scope)
 
     # ---- subcircuits ----
@@ -252,9 +257,9 @@ class _Flattener:
     def instance(self, card: Instance, level: Level) -> None:
         name = level.prefix + card.name
         if name in self.names:
-            self.twice("element", name, self.names[name], card.span)
+            self.twice("element", name, self.names[name].span, card.span)
             return
-        self.names[name] = card.span
+        self.names[name] = card
         found = level.scope.find_subckt(card.subckt)
         if found is None:
             near = suggest(card.subckt, level.scope.all_subckts())

@@ -95,7 +95,7 @@ class Models:
 
     def _missing(self, e: Element, name: str, level: Level) -> None:
         if e.letter in "rcl" and e.value is None:
-            number = level.scope.lookup(name, None)
+            number = level.scope.lookup(name)
             if number is not None:
                 hint = f"for the parameter write {{{name}}}"
             else:

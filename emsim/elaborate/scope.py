@@ -15,7 +15,6 @@ if TYPE_CHECKING:
     from collections.abc import Iterable
     from typing import Any
 
-    from ..diagnostics import Span
     from ..expr import Call
 
 
@@ -42,13 +41,13 @@ class DeckScope(Scope):
 
     # ---- parameters ----
 
-    def lookup(self, name: str, span: Span | None) -> float | None:
+    def lookup(self, name: str) -> float | None:
         value = self.values.get(name)
         if value is not None:
             return value
         param = self.exprs.get(name)
         if param is None:
-            return self.caller.lookup(name, span) if self.caller is not None else None
+            return self.caller.lookup(name) if self.caller is not None else None
         if name in self._failed:
             raise self._failed[name]
         if name in self._open:
@@ -82,9 +81,9 @@ class DeckScope(Scope):
 
     def check_all(self) -> None:
         """Evaluate every parameter, so that what is wrong in unused ones is said too."""
-        for name, param in self.exprs.items():
+        for name in self.exprs:
             try:
-                self.lookup(name, param.span)
+                self.lookup(name)
             except ExprError as error:
                 self.report(error)
 

@@ -1,4 +1,5 @@
-//! The native engine of emsim. It takes plain numbers and the expression graph, never deck text.
+//! The native engine of emsim. It takes plain numbers and the expression graph; of deck text it knows the grammar
+//! alone, in `syntax`, which stands apart.
 //!
 //! Everything compiles to  d/dt Q(x, t) + F(x, t) = 0.  Modules, each knowing only those above it in this list:
 pub mod assembly; // constraints: position and velocity projection, rank
@@ -16,6 +17,7 @@ mod py;
 pub mod record; // recorded waveforms and the raw file
 pub mod reduced; // the equations as an explicit ODE
 pub mod sparse; // LU: matching, block triangular form, AMD, Gilbert-Peierls, refactorisation
+pub mod syntax; // deck text to syntax trees, by the grammar's tables
 pub mod system; // equation (1): what was compiled, and the scratch of a run
 pub mod tape; // native evaluation of a set of expressions
 pub mod waves; // PULSE SIN EXP PWL SFFM AM: values and breakpoints // the Python face

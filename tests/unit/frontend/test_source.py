@@ -6,7 +6,7 @@ import pytest
 
 from emsim.build import read
 from emsim.elaborate import flatten
-from emsim.source import SourceFile, cut, decode
+from emsim.source import Reading, SourceFile, decode
 
 from .support import codes, element, flat, said
 
@@ -93,10 +93,11 @@ def test_end_ends_the_deck():
 
 
 def test_lines_keep_their_numbers():
-    reading = cut(SourceFile("x", "t\n\n* c\nR1 a 0 1\n+ tc=1\n  C1 a 0 1\n"), has_title=True)
-    assert [(line.number, line.col, line.text) for line in reading.lines] == [
+    reading = Reading(SourceFile("x", "t\n\n* c\nR1 a 0 1\n+ tc=1\n  C1 a 0 V={1}\n"), has_title=True)
+    lines = [reading.line(where) for _, _, where, _ in reading.cards]
+    assert [(line.number, line.col, line.text) for line in lines] == [
         (4, 1, "R1 a 0 1\n+ tc=1"),
-        (6, 3, "C1 a 0 1"),
+        (6, 3, "C1 a 0 V={1}"),
     ]
 
 

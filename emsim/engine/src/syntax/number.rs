@@ -1,0 +1,69 @@
+//! Words that are numbers by SPICE's rule: digits, then a scale suffix, then letters that mean nothing.
+//!
+//! The value is Python's `spice_number` of emsim/units.py, bit for bit: the suffix goes into the decimal exponent, so
+//! that 1.1n is the double nearest to 1.1e-9. What that rule would warn of or refuse is no number here.
+
+/// The scale suffixes as exponents, longest first.
+const SCALES: [(&str, &str); 10] = [
+    ("meg", "e6"),
+    ("t", "e12"),
+    ("g", "e9"),
+    ("k", "e3"),
+    ("m", "e-3"),
+    ("u", "e-6"),
+    ("n", "e-9"),
+    ("p", "e-12"),
+    ("f", "e-15"),
+    ("a", "e-18"),
+];
+
+/// The value of a word that is a finite number and nothing to talk about.
+pub fn plain(word: &str) -> Option<f64> {
+    let bytes = word.as_bytes();
+    let digits = |mut k: usize| {
+        while k < bytes.len() && bytes[k].is_ascii_digit() {
+            k += 1;
+        }
+        k
+    };
+    let begin = usize::from(matches!(bytes.first(), Some(b'+' | b'-')));
+    let mut end = digits(begin);
+    let mut count = end - begin;
+    if bytes.get(end) == Some(&b'.') {
+        let stop = digits(end + 1);
+        count += stop - end - 1;
+        end = stop;
+    }
+    if count == 0 {
+        return None;
+    }
+    let mut exponent = false;
+    if matches!(bytes.get(end), Some(b'e' | b'E')) {
+        let from = end + 1 + usize::from(matches!(bytes.get(end + 1), Some(b'+' | b'-')));
+        let stop = digits(from);
+        if stop > from {
+            end = stop;
+            exponent = true;
+        }
+    }
+    let (mantissa, letters) = word.split_at(end);
+    if !letters.bytes().all(|b| b.is_ascii_alphabetic() || b == b'%') || letters.len() > 64 {
+        return None;
+    }
+    let low = letters.to_ascii_lowercase();
+    let value = if low.is_empty() {
+        mantissa.parse::<f64>().ok()?
+    } else if low.starts_with("mil") {
+        mantissa.parse::<f64>().ok()? * 25.4e-6
+    } else if let Some(&(_, power)) = SCALES.iter().find(|(scale, _)| low.starts_with(scale)) {
+        if exponent {
+            // 1e3k: the factor is a double of its own
+            mantissa.parse::<f64>().ok()? * format!("1{power}").parse::<f64>().ok()?
+        } else {
+            format!("{mantissa}{power}").parse::<f64>().ok()?
+        }
+    } else {
+        mantissa.parse::<f64>().ok()?
+    };
+    value.is_finite().then_some(value)
+}
