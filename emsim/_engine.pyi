@@ -157,7 +157,8 @@ class System:
         options_: dict[str, Any] | None = None,
         progress: Callable[[float, float, int, int], bool | None] | None = None,
     ) -> Waveforms:
-        """options: method (trap gear radau rk45 dop853) reltol abstol vntol trtol gmin itl1 itl4 maxord fixed_step projection.
+        """options: method (trap gear radau trbdf2 esdirk rk45 dop853) reltol abstol vntol trtol gmin
+        itl1 itl4 maxord fixed_step projection.
         progress(t, h, steps, events) is called about 20 times a second; a true value stops the run."""
 
 @final

@@ -33,7 +33,8 @@ def run(
     """Simulates a deck: a path, the text itself, or a PySpice Circuit.
 
     defines    parameters that stand above the deck's .param
-    method     "trap", "gear", "radau", "rk45", "dop853"; otherwise .options method, else radau with a machine and trap without
+    method     "trap", "gear", "radau", "trbdf2", "esdirk", "rk45", "dop853"; otherwise .options method,
+               else radau with a machine and trap without
     reltol     relative tolerance; tmax: largest time step [s]
     options    any of these three, and further .options, by name
     scene      record what moves the drawing of the machine, for pages and films (`Result.scene`)

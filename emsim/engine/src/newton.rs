@@ -362,6 +362,12 @@ impl Newton {
         e.copy_from_slice(&self.step);
     }
 
+    /// b <- (G + a C)^-1 b with the last factorisation.
+    pub fn solve_held(&mut self, w: &mut Work, b: &mut [f64]) {
+        self.lu.solve(b);
+        w.counters.solves += 1;
+    }
+
     /// F from the stage equation, so that charge is conserved.
     fn finish(&mut self, sys: &System, a: f64, r: &[f64]) {
         for ((f, q), (r, has_q)) in self.f.iter_mut().zip(&self.q).zip(r.iter().zip(&sys.has_q)) {

@@ -275,7 +275,7 @@ impl Run<'_> {
                 self.restart(method);
                 h = self.memory.length().unwrap_or(0.1 * ahead.min(normal_h).min(tmax)).max(smallest);
             } else {
-                h = h.max(normal_h.min(tmax)).min(0.5 * ahead);
+                h = h.max(normal_h.min(tmax)).min(if method.starts_at_full_length() { ahead } else { 0.5 * ahead });
             }
         }
     }

@@ -8,6 +8,7 @@
 //!     each time, and a million equal steps would be late by more than their error).
 //!  4. `dense` evaluates the candidate's (or the accepted) step anywhere inside it, with the method's own polynomial.
 //!  5. `candidate` is the state at the end of the attempted step.
+mod dirk;
 mod driver;
 mod explicit;
 mod gear;
@@ -39,6 +40,10 @@ pub trait Method {
     fn wants_dense_record(&self) -> bool {
         false
     }
+    /// A step may reach from one corner of a source to the next (the error estimate needs no second step behind it).
+    fn starts_at_full_length(&self) -> bool {
+        false
+    }
     /// Restart at the corners of sources; one-step methods of high order need not.
     fn restarts_at_corners(&self) -> bool {
         true
@@ -55,6 +60,8 @@ pub fn make<'a>(sys: &'a System, o: &Options) -> Result<Box<dyn Method + 'a>, Fa
         "rk45" => Box::new(explicit::Explicit::new(sys, o, &explicit::RK45)?),
         "dop853" => Box::new(explicit::Explicit::new(sys, o, &explicit::DOP853)?),
         "gear" | "bdf" => Box::new(gear::Gear::new(sys, o)?),
+        "trbdf2" => Box::new(dirk::trbdf2(sys, o)?),
+        "esdirk" => Box::new(dirk::esdirk(sys, o)?),
         "radau" | "radau5" => Box::new(radau::Radau::new(sys, o)?),
         _ => Box::new(trap::Trap::new(sys, o)?),
     })
@@ -62,7 +69,8 @@ pub fn make<'a>(sys: &'a System, o: &Options) -> Result<Box<dyn Method + 'a>, Fa
 
 /// Names that `.options method=` understands.
 pub fn known(method: &str) -> bool {
-    matches!(method, "trap" | "trapezoidal" | "gear" | "bdf" | "radau" | "radau5" | "rk45" | "dop853")
+    let implicit = ["trap", "trapezoidal", "gear", "bdf", "radau", "radau5", "trbdf2", "esdirk"];
+    implicit.contains(&method) || matches!(method, "rk45" | "dop853")
 }
 
 /// Does the method need the equations as an explicit ODE (`System::reduce`)?
