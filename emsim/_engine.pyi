@@ -143,6 +143,8 @@ class System:
         self, options_: dict[str, Any] | None = None, uic: bool = False, tstep: float = 1e-6
     ) -> tuple[bool, list[float], dict[str, Any] | None]:
         """The consistent starting point of a transient analysis: (found, x, failure)."""
+    def values(self, outputs: Sequence[Expr], x: Sequence[float], t: float) -> list[float]:
+        """Values of expressions at (x, t). ValueError when x has another length than there are unknowns."""
     def op(
         self, outputs: Sequence[Expr], options_: dict[str, Any] | None = None, statics: bool = False
     ) -> Waveforms: ...

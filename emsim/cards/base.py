@@ -16,7 +16,8 @@ The duties of a card, all optional but the first. `s` is the scene (see `Scene` 
  9. `probes(s)`       what can be read by name, of PROBES below: {"torque": Expr, ...}; a function without
                       arguments where reading costs an unknown, so that it is made only when asked for.
 10. `losses(s)`       power turned into heat [W], >= 0, for loss(); `stored(s)` electrical energy held [J].
-11. `glyph(draw)`     its shapes in body frames, and the channels that change them (see `Pen`).
+11. `analogue(net)`   its electrical counterpart in a one-dimensional machine (see `Net`).
+12. `glyph(draw)`     its shapes in body frames, and the channels that change them (see `Pen`).
 No card writes a mass matrix or a force direction.
 """
 
@@ -104,6 +105,33 @@ if TYPE_CHECKING:
         def wheel(self, body: str) -> float: ...  # room for a bare inertia, drawn as a wheel, or 0
         def attached(self, body: str) -> list[list[float]]: ...  # where joints and points are
         def add(self, kind: str, card: Card, **what: Any) -> None: ...
+
+    class Net(Protocol):
+        """The analogue circuit, see reports/analogue.py: speed is voltage, force and torque are currents."""
+
+        def add(self, line: str, why: str = "") -> None: ...
+        def across(
+            self, joint: str
+        ) -> tuple[str, str]: ...  # nodes of B and A: their difference is the speed
+        def coordinate(self, joint: str) -> str: ...  # the voltage that is the coordinate
+        def value(self, joint: str) -> tuple[float, float]: ...  # coordinate and speed at the start
+        def node(self, body: str) -> str: ...  # of a body's speed
+        def turns(self, body: str) -> bool: ...
+        def direction(self, body: str) -> tuple[float, float, float]: ...  # of a sliding body
+        def lever(self, body: str, point: tuple[float, ...]) -> tuple[float, float]: ...  # from the axis
+        def moment(self, body: str, point: tuple[float, ...], fx: str, fy: str) -> str: ...
+        def located(self, card: Card, label: str) -> tuple[str, tuple[float, ...]]: ...
+        def terminal_node(self, card: Card, label: str) -> str: ...  # of an electrical terminal
+        def initial_current(self, name: str) -> float: ...
+        def voltage(self, node: str, value: Any, factor: float) -> None: ...  # a source that holds it
+        def current(
+            self, name: str, into: str, out_of: str, value: Any, why: str = "", factor: float = 1.0
+        ) -> None: ...
+        def expression(self, ast: Any) -> str: ...
+        def refuse(self, card: Card, why: str = "") -> None: ...
+
+        @property
+        def gravity(self) -> tuple[float, float, float]: ...
 
 
 class Own:
@@ -254,6 +282,9 @@ class Card:
 
     def glyph(self, draw: Pen) -> None:
         """Shapes."""
+
+    def analogue(self, net: Net) -> None:
+        net.refuse(self)
 
 
 def sink_errors(sink: Sink) -> int:

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from typing import Any
 
     from ..diagnostics import Sink
-    from .base import Pen, Scalar, Scene
+    from .base import Net, Pen, Scalar, Scene
 
 
 class Body(Card):
@@ -156,3 +156,24 @@ class Body(Card):
             draw.add(kind, self, at=at, to=draw.attached(self.name), spin=draw.wheel(self.name))
         else:
             draw.add(kind, self, at=draw.on(self.name), sizes=sizes)
+
+    def analogue(self, net: Net) -> None:
+        """A capacitor to ground; weight as a current, that of a pendulum as one that depends on its angle."""
+        node = net.node(self.name)
+        if node == "0":
+            return
+        g = net.gravity
+        if net.turns(self.name):
+            rx, ry = net.lever(self.name, self.centre)
+            net.add(
+                f"C_{node} {node} 0 {self.inertia[2] + self.m * (rx * rx + ry * ry)!r}",
+                f"inertia of {self.name}",
+            )
+            if self.m and (g[0] or g[1]) and (rx or ry):
+                weight = net.moment(self.name, self.centre, *(repr(self.m * c) if c else "0" for c in g[:2]))
+                net.add(f"Bg_{node} 0 {node} i='{weight}'", "weight")
+            return
+        net.add(f"C_{node} {node} 0 {self.m!r}", f"mass of {self.name}")
+        along = sum(a * b for a, b in zip(g, net.direction(self.name), strict=True))
+        if self.m and along:
+            net.add(f"Ig_{node} 0 {node} {self.m * along!r}", "weight")

@@ -8,7 +8,7 @@ from .coordinate import OnJointOrPoints
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from .._engine import Expr
-    from .base import Pen, Powers, Probes, Scalar, Scene
+    from .base import Net, Pen, Powers, Probes, Scalar, Scene
 
 
 class Damper(OnJointOrPoints):
@@ -44,3 +44,14 @@ class Damper(OnJointOrPoints):
 
     def glyph(self, draw: Pen) -> None:
         self.glyph_between(draw, "damper")
+
+    def analogue(self, net: Net) -> None:
+        """A resistor of 1/c."""
+        if self.joint is None:
+            return net.refuse(self, "lies between two points; put it on the joint")
+        b, a = net.across(self.joint.name)
+        n = self.name.replace(".", "_")
+        if self.c:
+            net.add(f"Rc_{n} {b} {a} {1.0 / self.c!r}", "damper")
+        if self.c2:
+            net.add(f"Bc_{n} {b} {a} i='{self.c2!r}*v({b},{a})*abs(v({b},{a}))'", "quadratic damper")

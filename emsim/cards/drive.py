@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from typing import Any
 
     from ..diagnostics import Sink
-    from .base import JointView, Pen, Probes, Scene
+    from .base import JointView, Net, Pen, Probes, Scene
 
 
 class Drive(Card):
@@ -46,3 +46,16 @@ class Drive(Card):
 
     def glyph(self, draw: Pen) -> None:
         draw.add("drive", self, **draw.joint(self.joint.name))
+
+    def analogue(self, net: Net) -> None:
+        """A voltage source: the speed, or the derivative of the coordinate as a capacitor of 1 F takes it."""
+        b, a = net.across(self.joint.name)
+        n = self.name.replace(".", "_")
+        if self.qd is not None:
+            net.voltage(f"s_{n}", self.qd, 1.0)
+            net.add(f"Ed_{n} {b} {a} s_{n} 0 1", "prescribed speed")
+            return
+        net.voltage(f"p_{n}", self.q, 1.0)
+        net.add(f"Cd_{n} p_{n} d_{n} 1", "its current is the speed")
+        net.add(f"Vd_{n} d_{n} 0 0")
+        net.add(f"Hd_{n} {b} {a} Vd_{n} 1", "prescribed motion")

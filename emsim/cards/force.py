@@ -10,7 +10,7 @@ if TYPE_CHECKING:
 
     from .._engine import Expr
     from ..diagnostics import Sink
-    from .base import Pen, PointView, Powers, Probes, Scene
+    from .base import Net, Pen, PointView, Powers, Probes, Scene
 
 AXES = ("fx", "fy", "fz")
 
@@ -94,3 +94,28 @@ class Force(Card):
             draw.channel(f"{a}({self.name})", "N", f) for a, f in zip(AXES, self._vector(draw.m), strict=True)
         ]
         draw.add("force", self, at=draw.terminal(self, "p"), vector=parts)
+
+    def analogue(self, net: Net) -> None:
+        """A current source; on a pinned body one that depends on its angle."""
+        body, point = net.located(self, "p")
+        node = net.node(body)
+        if node == "0":
+            return
+        given = [(getattr(self, a), 1.0) for a in AXES]
+        parts = given if self.dir is None else [(self.value, c) for c in self.unit]
+        name = f"f_{self.name}"
+        if not net.turns(body):
+            along = net.direction(body)
+            for k, (value, c) in enumerate(parts):
+                if value is not None and c * along[k]:
+                    net.current(f"{name}{AXES[k]}", node, "0", value, "force", c * along[k])
+            return
+        # the force as voltages, then its moment
+        texts = []
+        for k, (value, c) in enumerate(parts[:2]):
+            if value is None or not c:
+                texts.append("0")
+                continue
+            net.voltage(f"{name}{AXES[k]}", value, c)
+            texts.append(f"v({name}{AXES[k]})")
+        net.add(f"B{name} 0 {node} i='{net.moment(body, point, *texts)}'", "moment of the force")

@@ -6,12 +6,14 @@ otherwise the relation is a constraint row. `torque(gear)` is what the gear appl
 
 from __future__ import annotations
 
+from math import pi
+
 from .base import Card, Default, Spec
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from ..diagnostics import Sink
-    from .base import JointView, Pen, Probes, Scene
+    from .base import JointView, Net, Pen, Probes, Scene
 
 
 class Gear(Card):
@@ -56,3 +58,18 @@ class Gear(Card):
         draw.add(
             "gear", self, first=draw.joint(self.first.name), second=draw.joint(self.second.name), ratio=ratio
         )
+
+    def analogue(self, net: Net) -> None:
+        """An ideal transformer: u1 = factor u2, and the force carried over the other way."""
+        b1, a1 = net.across(self.first.name)
+        b2, a2 = net.across(self.second.name)
+        factor = self.ratio
+        if factor is None:
+            assert self.lead is not None
+            per_radian = self.lead / (2.0 * pi)
+            factor = 1.0 / per_radian if self.first.rotary else per_radian
+        n = self.name.replace(".", "_")
+        # the smallest of resistances keeps gears that close a loop of transformers solvable
+        net.add(f"Vs_{n} {b1} {n}_1 0", f"i(Vs_{n}) is what {self.first.name} gives")
+        net.add(f"Eg_{n} {n}_1 {a1} {b2} {a2} {factor!r}", "transformer")
+        net.add(f"Fg_{n} {b2} {a2} Vs_{n} {-factor!r}")

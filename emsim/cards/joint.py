@@ -14,7 +14,7 @@ from .base import Card, Default, Spec
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from ..diagnostics import Sink
-    from .base import Pen, Powers, Scalar, Scene
+    from .base import Net, Pen, Powers, Scalar, Scene
 
 # kind -> motions: (slide or turn, axis); "axis" is the card's axis=
 KINDS: dict[str, tuple[tuple[str, str], ...]] = {
@@ -159,3 +159,8 @@ class Joint(Card):
 
     def glyph(self, draw: Pen) -> None:
         draw.add("joint", self, **draw.joint(self.name))
+
+    def analogue(self, net: Net) -> None:
+        if self.damp:
+            b, a = net.across(self.name)
+            net.add(f"Rd_{self.name} {b} {a} {1.0 / self.damp!r}", "damping")

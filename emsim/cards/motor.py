@@ -14,7 +14,7 @@ from .base import Card, Default, Spec, is_number
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from .._engine import Expr
-    from .base import JointView, Pen, Powers, Probes, Scalar, Scene
+    from .base import JointView, Net, Pen, Powers, Probes, Scalar, Scene
 
 MODEL_TYPES = ("dcmotor",)
 
@@ -153,3 +153,21 @@ class Motor(Card):
             current=draw.channel(f"i({self.name})", "A", i),
             effort=draw.channel(f"{word}({self.name})", unit, gain * i),
         )  # fmt: skip
+
+    def analogue(self, net: Net) -> None:
+        """Winding, and an ideal transformer between the worlds: v = ke w, torque = kt i."""
+        b, a = net.across(self.joint.name)
+        n, gain = self.name.replace(".", "_"), self._lever()
+        plus, minus = net.terminal_node(self, "plus"), net.terminal_node(self, "minus")
+        net.add(f"Vs_{n} {plus} {n}_1 0", f"i(Vs_{n}) is i({self.name})")
+        net.add(f"Rw_{n} {n}_1 {n}_2 {max(self.r, 1e-9)!r}", "winding")
+        emf = f"{n}_2"
+        if self.l:
+            net.add(f"Lw_{n} {n}_2 {n}_3 {self.l!r} ic={net.initial_current(self.name)!r}")
+            emf = f"{n}_3"
+        net.add(f"Ee_{n} {emf} {minus} {b} {a} {self.emf_constant * gain!r}", "back-EMF: ke times speed")
+        net.add(f"Ft_{n} {a} {b} Vs_{n} {self.torque_constant * gain!r}", "torque: kt times current")
+        if self.j:
+            net.add(f"Cj_{n} {b} {a} {self.j * gain * gain!r}", "rotor")
+        if self.b:
+            net.add(f"Rb_{n} {b} {a} {1.0 / (self.b * gain * gain)!r}", "bearing")

@@ -19,7 +19,7 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from .._engine import Expr
     from ..diagnostics import Sink
-    from .base import JointView, Pen, Probes, Scalar, Scene
+    from .base import JointView, Net, Pen, Probes, Scalar, Scene
 
 LOG_BASE = 81.0
 
@@ -94,3 +94,16 @@ class Pot(Card):
         volts = draw.m.v(self.wiper, -1)
         wiper = draw.channel(f"wiper({self.name})", "V", volts)
         draw.add("pot", self, **draw.joint(self.joint.name), range=list(self.range), wiper=wiper)
+
+    def analogue(self, net: Net) -> None:
+        """A divider whose ratio a coordinate sets."""
+        first, last = self.range
+        n, q = self.name.replace(".", "_"), net.coordinate(self.joint.name)
+        top, wiper, bottom = (net.terminal_node(self, label) for label in ("top", "wiper", "bottom"))
+        assert self.rw is not None
+        way = f"({q}-({first!r}))/({last - first!r})"
+        share = f"(exp({log(LOG_BASE)!r}*{way})-1)/{LOG_BASE - 1.0!r}" if self.taper == "log" else way
+        rest = self.rw / self.r
+        share = f"min(max({share},{rest!r}),{1.0 - rest!r})"
+        net.add(f"Bu_{n} {top} {wiper} i='v({top},{wiper})/({self.r!r}*(1-{share}))'", "top to wiper")
+        net.add(f"Bd_{n} {wiper} {bottom} i='v({wiper},{bottom})/({self.r!r}*{share})'", "wiper to bottom")

@@ -12,7 +12,7 @@ from .coordinate import OnJointOrPoints
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from ..diagnostics import Sink
-    from .base import Pen, Probes, Scalar, Scene
+    from .base import Net, Pen, Probes, Scalar, Scene
 
 
 class Spring(OnJointOrPoints):
@@ -58,3 +58,15 @@ class Spring(OnJointOrPoints):
 
     def glyph(self, draw: Pen) -> None:
         self.glyph_between(draw, "spring")
+
+    def analogue(self, net: Net) -> None:
+        """An inductor of 1/k: its current is the force."""
+        if self.joint is None:
+            return net.refuse(self, "lies between two points; put it on the joint")
+        b, a = net.across(self.joint.name)
+        n = self.name.replace(".", "_")
+        if self.k:
+            force = self.k * (net.value(self.joint.name)[0] - self.rest)
+            net.add(f"Lk_{n} {b} {a} {1.0 / self.k!r} ic={force!r}", "spring")
+        if self.f0:
+            net.add(f"If_{n} {b} {a} {self.f0!r}", "preload")

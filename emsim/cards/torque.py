@@ -10,7 +10,7 @@ if TYPE_CHECKING:
 
     from .._engine import Expr
     from ..diagnostics import Sink
-    from .base import BodyView, JointView, Pen, Powers, Probes, Scene
+    from .base import BodyView, JointView, Net, Pen, Powers, Probes, Scene
 
 
 class Torque(Card):
@@ -64,3 +64,14 @@ class Torque(Card):
             draw.add("torque", self, **draw.joint(self.joint.name), effort=effort)
         elif self.body is not None:
             draw.add("torque", self, a=draw.on(self.body.name), axis=self.unit, effort=effort)
+
+    def analogue(self, net: Net) -> None:
+        """A current source."""
+        if self.joint is not None:
+            b, a = net.across(self.joint.name)
+        else:
+            body = self.terminals[0][2].name
+            b, a = net.node(body), "0"
+            if not net.turns(body) or self.unit[:2] != [0.0, 0.0]:
+                return net.refuse(self, "acts across the body's one motion")
+        net.current(f"t_{self.name}", b, a, self.tau, "torque")

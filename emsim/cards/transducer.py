@@ -11,7 +11,7 @@ cannot be inconsistent.
 
 from __future__ import annotations
 
-from .base import Card, Default, Own, Spec
+from .base import Card, Default, Own, Spec, is_number
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     from .._engine import Expr
     from ..diagnostics import Sink
-    from .base import JointView, Pen, Powers, Probes, Scalar, Scene
+    from .base import JointView, Net, Pen, Powers, Probes, Scalar, Scene
 
 
 class Transducer(Card):
@@ -127,3 +127,20 @@ class Transducer(Card):
             volts=draw.channel(f"v({self.name})", "V", draw.m.v(self.plus, self.minus)),
             effort=draw.channel(f"{word}({self.name})", unit, effort),
         )  # fmt: skip
+
+    def analogue(self, net: Net) -> None:
+        """v = k u, force = k i: an ideal transformer, whose ratio may move; the others are energies."""
+        if self.form != "k":
+            return net.refuse(self, "is an energy that depends on the coordinate; K= is a transformer")
+        b, a = net.across(self.joint.name)
+        n = self.name.replace(".", "_")
+        plus, minus = net.terminal_node(self, "plus"), net.terminal_node(self, "minus")
+        net.add(f"Vs_{n} {plus} {n}_1 0", f"i(Vs_{n}) is i({self.name})")
+        if is_number(self.k):
+            net.add(f"Ek_{n} {n}_1 {minus} {b} {a} {float(self.k)!r}", "v = k u")
+            net.add(f"Fk_{n} {a} {b} Vs_{n} {float(self.k)!r}", "force = k i")
+            return None
+        k = net.expression(self.k)
+        net.add(f"Bk_{n} {n}_1 {minus} v='({k})*v({b},{a})'", "v = k u")
+        net.add(f"Bf_{n} {a} {b} i='({k})*i(Vs_{n})'", "force = k i")
+        return None

@@ -17,6 +17,7 @@ VERBS = {
     "check": "read a deck and say what it is: unknowns, degrees of freedom, loops, what folded away",
     "view": "simulate a deck and open its page: waveforms and the moving machine on one clock",
     "compare": "run ngspice on the same deck, as written and at tight tolerances, and compare",
+    "analogue": "write the electrical equivalent circuit of a one-dimensional machine as an ngspice deck",
     "chart": "run every method over a ladder of tolerances and chart error against time",
     "help": "this text, or that of a verb",
     "version": "the version",
@@ -63,6 +64,8 @@ def _dispatch(args: list[str]) -> int:
         from .view import main as verb_main
     elif verb == "compare":
         from .compare import main as verb_main
+    elif verb == "analogue":
+        from .analogue import main as verb_main
     elif verb == "chart":
         from .chart import main as verb_main
     elif verb == "version":

@@ -183,6 +183,23 @@ impl System {
         }
     }
 
+    /// Values of expressions at (x, t), conditions as they are there.
+    fn values(&self, outputs: Vec<Bound<'_, PyAny>>, x: Vec<f64>, t: f64) -> PyResult<Vec<f64>> {
+        if x.len() != self.inner.n {
+            return Err(PyValueError::new_err(format!(
+                "x has {} values, there are {} unknowns",
+                x.len(),
+                self.inner.n
+            )));
+        }
+        let ids = self.ids(&outputs)?;
+        let mut record = Record::new(&lock(&self.graph), &ids);
+        let mut w = self.inner.work();
+        self.inner.update_flags(&mut w, &x, t);
+        record.push(&self.inner, &mut w, t, &x);
+        Ok(record.data[1..].to_vec())
+    }
+
     /// DC operating point: one row. `statics`: the machine comes to rest too.
     #[pyo3(signature = (outputs, options_=None, statics=false))]
     fn op(
