@@ -25,7 +25,7 @@ impl Record {
                 ids.push(id);
             }
         }
-        let tape = Tape::new(g, &ids);
+        let tape = Tape::new(g, &ids).native();
         let scratch = tape.workspace();
         Record { unknowns, probes, tape, scratch, columns: outputs.len() + 1, data: Vec::new() }
     }

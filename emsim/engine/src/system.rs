@@ -188,7 +188,7 @@ impl System {
         let f_rows: Vec<usize> = model.f.keys().copied().collect();
         let q_rows: Vec<usize> = model.q.keys().copied().collect();
         let mut outs: Vec<Id> = model.f.values().chain(model.q.values()).copied().collect();
-        let values = Tape::new(g, &outs);
+        let values = Tape::new(g, &outs).native();
         let (mut g_slots, mut c_slots) = (Vec::new(), Vec::new());
         for (jac, linear, slots) in [(&f_jac, &mut g_linear, &mut g_slots), (&q_jac, &mut c_linear, &mut c_slots)] {
             for &(r, c, d) in jac {
@@ -201,9 +201,9 @@ impl System {
                 }
             }
         }
-        let jacobian = Tape::new(g, &outs);
+        let jacobian = Tape::new(g, &outs).native();
         let root_ids: Vec<Id> = model.flags.iter().flat_map(|f| [f.up, f.down]).collect();
-        let roots = Tape::new(g, &root_ids);
+        let roots = Tape::new(g, &root_ids).native();
         if values.has_free_symbols() || jacobian.has_free_symbols() || roots.has_free_symbols() {
             return Err("an expression holds a symbol that was never substituted".into());
         }

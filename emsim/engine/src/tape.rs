@@ -1,8 +1,14 @@
 //! A set of expressions as one straight scalar program: operands first, every shared subexpression once.
 //!
-//! Slots: constants first (written once, when the workspace is made), then one slot per instruction in order.
+//! Slots: constants first (written once, when the workspace is made), two signs for the machine code, then one slot per
+//! instruction in order. `native` turns the program into machine code where it can.
+//! Calls of the mathematical library are brought together: first all that need no other call, then the next.
 use crate::graph::{Fun, Graph, Id, Node};
 use std::collections::HashMap;
+
+mod native;
+
+use native::Native;
 
 /// What the leaves read.
 #[derive(Clone, Copy)]
@@ -13,7 +19,7 @@ pub struct Inputs<'a> {
     pub flags: &'a [f64],
 }
 
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, PartialEq, Debug)]
 enum Op {
     X,
     T,
@@ -44,6 +50,19 @@ struct Instr {
     c: u32,
 }
 
+impl Instr {
+    /// Slots that it reads.
+    fn operands(&self) -> impl Iterator<Item = u32> {
+        let n = match self.op {
+            Op::X | Op::T | Op::Wave | Op::Flag | Op::Free => 0,
+            Op::Neg | Op::Powi | Op::Sin | Op::Cos | Op::Exp | Op::Sqrt | Op::Call => 1,
+            Op::Add | Op::Sub | Op::Mul | Op::Div | Op::Pow | Op::Atan2 => 2,
+            Op::Select => 3,
+        };
+        [self.a, self.b, self.c].into_iter().take(n)
+    }
+}
+
 /// Compiled program; never changes while it runs. Scratch lives in the workspace of `workspace()`.
 pub struct Tape {
     constants: Vec<f64>,
@@ -52,6 +71,7 @@ pub struct Tape {
     outputs: Vec<u32>,
     ends: Vec<(usize, usize)>,     // of each part: end of its code, end of its outputs
     limits: (usize, usize, usize), // highest index + 1 of unknowns, waves, flags: checked once per call
+    native: Vec<Option<Native>>,   // of each part
 }
 
 impl Tape {
@@ -64,7 +84,8 @@ impl Tape {
     pub fn in_parts(g: &Graph, parts: &[(&[Id], bool)]) -> Tape {
         let outs: Vec<Id> = parts.iter().flat_map(|p| p.0).copied().collect();
         let order = g.reachable(&outs);
-        let constants: Vec<f64> = order.iter().filter_map(|&id| g.value(id)).collect();
+        let mut constants: Vec<f64> = order.iter().filter_map(|&id| g.value(id)).collect();
+        constants.extend([-0.0; 2]);
         let base = constants.len() as u32;
         let mut slot: HashMap<Id, u32> = HashMap::with_capacity(order.len());
         let (mut code, mut functions) = (Vec::new(), Vec::new());
@@ -76,7 +97,7 @@ impl Tape {
         for &(part, kept) in parts {
             let order = if parts.len() > 1 { g.reachable(part) } else { order.clone() };
             let mut private = Vec::new();
-            for id in order {
+            for id in calls_together(g, order) {
                 if slot.contains_key(&id) {
                     continue;
                 }
@@ -129,7 +150,35 @@ impl Tape {
                 slot.remove(&id);
             }
         }
-        Tape { constants, code, functions, outputs, ends, limits }
+        Tape { constants, code, functions, outputs, ends, limits, native: Vec::new() }
+    }
+
+    /// The same as machine code, as far as there is any for this machine. For programs that run often.
+    pub fn native(mut self) -> Tape {
+        let base = self.constants.len();
+        // slots that outputs read, or another part
+        let mut wanted = vec![false; base + self.code.len()];
+        for &slot in &self.outputs {
+            wanted[slot as usize] = true;
+        }
+        let mut from = 0;
+        for &(to, _) in &self.ends {
+            for slot in self.code[from..to].iter().flat_map(Instr::operands) {
+                if (slot as usize) < base + from {
+                    wanted[slot as usize] = true;
+                }
+            }
+            from = to;
+        }
+        let mut from = 0;
+        for &(to, _) in &self.ends {
+            let wanted = |slot: u32| wanted[slot as usize];
+            let (code, sign) = (&self.code[from..to], base as u32 - 2);
+            let part = native::Part { code, first: base + from, wanted: &wanted, functions: &self.functions, sign };
+            self.native.push(Native::new(&part));
+            from = to;
+        }
+        self
     }
 
     pub fn is_empty(&self) -> bool {
@@ -154,12 +203,19 @@ impl Tape {
     /// Runs the program; the results are read with `output`.
     #[inline]
     pub fn run(&self, inp: &Inputs, w: &mut [f64]) {
-        self.run_code(0, self.code.len(), inp, w);
+        for part in 0..self.ends.len() {
+            self.run_part(part, inp, w);
+        }
     }
 
     /// Runs one part; those before it have run, with the same inputs but for what this part is the first to read.
     #[inline]
     pub fn run_part(&self, part: usize, inp: &Inputs, w: &mut [f64]) {
+        if let Some(Some(native)) = self.native.get(part) {
+            self.check(inp, w);
+            // SAFETY: checked
+            return unsafe { native.run(inp, w) };
+        }
         let from = if part > 0 { self.ends[part - 1].0 } else { 0 };
         self.run_code(from, self.ends[part].0, inp, w);
     }
@@ -167,6 +223,12 @@ impl Tape {
     /// Does it read a wave of this number or a higher one?
     pub fn reads_waves_from(&self, first: usize) -> bool {
         self.limits.1 > first
+    }
+
+    #[inline]
+    fn check(&self, inp: &Inputs, w: &[f64]) {
+        assert!(w.len() == self.constants.len() + self.code.len());
+        assert!(inp.x.len() >= self.limits.0 && inp.waves.len() >= self.limits.1 && inp.flags.len() >= self.limits.2);
     }
 
     /// Slots of the results of one part.
@@ -177,9 +239,8 @@ impl Tape {
 
     #[inline]
     fn run_code(&self, from: usize, to: usize, inp: &Inputs, w: &mut [f64]) {
+        self.check(inp, w);
         let base = self.constants.len();
-        assert!(w.len() == base + self.code.len());
-        assert!(inp.x.len() >= self.limits.0 && inp.waves.len() >= self.limits.1 && inp.flags.len() >= self.limits.2);
         for (k, i) in self.code[from..to].iter().enumerate() {
             let k = from + k;
             // SAFETY: operand slots precede the instruction's own by construction, input indices are below `limits`
@@ -232,6 +293,22 @@ impl Tape {
         self.run(inp, &mut w);
         (0..self.outputs.len()).map(|k| self.output(&w, k)).collect()
     }
+}
+
+/// `order` with the calls of functions brought together; operands still come first.
+fn calls_together(g: &Graph, mut order: Vec<Id>) -> Vec<Id> {
+    let calls = |id: Id| {
+        matches!(g.node(id), Node::Call(f, _) if f != Fun::Sqrt)
+            || matches!(g.node(id), Node::Pow(..) | Node::Atan2(..))
+    };
+    let mut rank: HashMap<Id, u32> = HashMap::with_capacity(order.len()); // twice the calls before it, plus 1 for a call
+    for &id in &order {
+        let operands = g.node(id).operands().filter_map(|o| rank.get(&o)).map(|r| r.next_multiple_of(2)).max();
+        let before = operands.unwrap_or(0);
+        rank.insert(id, before + u32::from(calls(id)));
+    }
+    order.sort_by_key(|id| rank[id]);
+    order
 }
 
 #[cfg(test)]
@@ -287,6 +364,55 @@ mod tests {
                 let leaf = [x, y][k];
                 let fwd = tangent(&mut g, &[r], &[(leaf, one)])[0];
                 assert!((value(&g, fwd, &at) - exact).abs() < 1e-12 * (1.0 + exact.abs()));
+            }
+        }
+    }
+
+    /// machine code and interpreter agree to the bit, on expressions that need more values than there are registers
+    #[test]
+    fn machine_code_agrees_with_the_interpreter() {
+        let mut seed = 0x2545_f491_4f6c_dd1d_u64;
+        let mut random = |n: usize| {
+            seed ^= seed << 13;
+            seed ^= seed >> 7;
+            seed ^= seed << 17;
+            (seed >> 33) as usize % n
+        };
+        for round in 0..200 {
+            let mut g = Graph::new();
+            let mut pool: Vec<Id> = (0..4).map(|i| g.unknown(i)).collect();
+            pool.extend([g.time(), g.wave(0), g.flag(0), g.constant(0.7), g.constant(-2.5)]);
+            for _ in 0..40 + round {
+                let (a, b, c) = (pool[random(pool.len())], pool[random(pool.len())], pool[random(pool.len())]);
+                pool.push(match random(16) {
+                    0 | 1 => g.add(a, b),
+                    2 | 3 => g.sub(a, b),
+                    4..=6 => g.mul(a, b),
+                    7 => g.div(a, b),
+                    8 => g.neg(a),
+                    9 => g.select(c, a, b),
+                    10 => g.call(Fun::Sin, a),
+                    11 => g.call(Fun::Cos, a),
+                    12 => g.call([Fun::Tanh, Fun::Exp, Fun::Atan, Fun::Sqrt][random(4)], a),
+                    13 => g.powi(a, random(12) as i32 - 2),
+                    14 => g.atan2(a, b),
+                    _ => g.pow(a, b),
+                });
+            }
+            let outs: Vec<Id> = (0..12).map(|_| pool[random(pool.len())]).collect();
+            let parts: [(&[Id], bool); 3] = [(&outs[..4], true), (&outs[4..8], false), (&outs[8..], true)];
+            let slow = Tape::in_parts(&g, &parts);
+            let fast = Tape::in_parts(&g, &parts).native();
+            assert!(cfg!(not(target_arch = "x86_64")) || fast.native.iter().any(Option::is_some));
+            for flag in [0.0, 1.0] {
+                let inp = Inputs { x: &[0.3, -1.2, 2.1, 0.05], t: 0.4, waves: &[3.3], flags: &[flag] };
+                let (mut a, mut b) = (slow.workspace(), fast.workspace());
+                slow.run(&inp, &mut a);
+                fast.run(&inp, &mut b);
+                for k in 0..outs.len() {
+                    let (x, y) = (slow.output(&a, k), fast.output(&b, k));
+                    assert!(x.to_bits() == y.to_bits() || (x.is_nan() && y.is_nan()), "{round} {k}: {x} {y}");
+                }
             }
         }
     }

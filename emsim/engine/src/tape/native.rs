@@ -1,0 +1,529 @@
+//! Straight-line machine code for a tape: x86-64 with AVX. Elsewhere the tape is interpreted.
+//!
+//! Every instruction of the tape becomes one machine instruction on scalar doubles, in the tape's order and with its
+//! rounding (no fused multiply-add), so both ways give the same numbers to the bit. Registers are given out in one pass:
+//! an operand that is needed again stays in a register, and where none is free the one whose next use is furthest away
+//! goes to its slot (Belady 1966). Functions of the mathematical library are calls, before which everything that is
+//! still needed goes to its slot. Sine and cosine of one argument are one call.
+//!
+//!   registers:  rbx slots   rbp unknowns   r13 waves   r14 flags   r15 time   xmm0-13 values   xmm14, 15 scratch
+use super::{Inputs, Instr, Op};
+
+/// Shorter programs are interpreted: calling them would cost what they do.
+#[cfg(all(target_arch = "x86_64", unix))]
+const LEAST: usize = 8;
+
+/// What the code of one part is made from.
+pub struct Part<'a> {
+    pub code: &'a [Instr],
+    pub first: usize, // slot of the first instruction
+    /// slots of this part that outputs or later parts read
+    pub wanted: &'a dyn Fn(u32) -> bool,
+    pub functions: &'a [crate::graph::Fun],
+    pub sign: u32, // slot of two -0.0
+}
+
+#[cfg(not(all(target_arch = "x86_64", unix)))]
+pub struct Native;
+
+#[cfg(not(all(target_arch = "x86_64", unix)))]
+impl Native {
+    pub fn new(_: &Part) -> Option<Native> {
+        None
+    }
+
+    /// # Safety
+    /// Never called: there is no `Native`.
+    pub unsafe fn run(&self, _: &Inputs, _: &mut [f64]) {}
+}
+
+#[cfg(all(target_arch = "x86_64", unix))]
+pub use self::x86::Native;
+
+#[cfg(all(target_arch = "x86_64", unix))]
+mod x86 {
+    use super::*;
+    use crate::graph::Fun;
+
+    type Entry = unsafe extern "sysv64" fn(*mut f64, *const f64, *const f64, *const f64, *const f64);
+
+    /// Executable memory of one part.
+    pub struct Native {
+        entry: Entry,
+        memory: *mut libc::c_void,
+        length: usize,
+        _functions: Box<[Fun]>, // the code holds their addresses
+    }
+
+    // SAFETY: the memory is never written after it was made, and belongs to this value alone
+    unsafe impl Send for Native {}
+    unsafe impl Sync for Native {}
+
+    impl Native {
+        /// None where the processor lacks AVX, the system forbids executable memory, or the program is too short.
+        pub fn new(part: &Part) -> Option<Native> {
+            if part.code.len() < LEAST || !std::arch::is_x86_feature_detected!("avx") {
+                return None;
+            }
+            let functions: Box<[Fun]> = part.functions.into();
+            let code = Writer::new(part, &functions).write()?;
+            // SAFETY: a fresh private mapping, written before it becomes executable and read-only
+            unsafe {
+                let (length, none) = (code.len(), std::ptr::null_mut());
+                let access = libc::PROT_READ | libc::PROT_WRITE;
+                let memory = libc::mmap(none, length, access, libc::MAP_PRIVATE | libc::MAP_ANONYMOUS, -1, 0);
+                if memory == libc::MAP_FAILED {
+                    return None;
+                }
+                std::ptr::copy_nonoverlapping(code.as_ptr(), memory.cast::<u8>(), length);
+                if libc::mprotect(memory, length, libc::PROT_READ | libc::PROT_EXEC) != 0 {
+                    libc::munmap(memory, length);
+                    return None;
+                }
+                let entry = std::mem::transmute::<*mut libc::c_void, Entry>(memory);
+                Some(Native { entry, memory, length, _functions: functions })
+            }
+        }
+
+        /// # Safety
+        /// `w` is a workspace of the tape, and the inputs reach as far as the tape reads.
+        #[inline]
+        pub unsafe fn run(&self, inp: &Inputs, w: &mut [f64]) {
+            let (x, waves, flags) = (inp.x.as_ptr(), inp.waves.as_ptr(), inp.flags.as_ptr());
+            (self.entry)(w.as_mut_ptr(), x, waves, flags, &inp.t);
+        }
+    }
+
+    impl Drop for Native {
+        fn drop(&mut self) {
+            // SAFETY: mapped in `new` with this length
+            unsafe { libc::munmap(self.memory, self.length) };
+        }
+    }
+
+    extern "sysv64" fn sine(a: f64) -> f64 {
+        a.sin()
+    }
+    extern "sysv64" fn cosine(a: f64) -> f64 {
+        a.cos()
+    }
+    extern "sysv64" fn sine_cosine(a: f64, s: *mut f64, c: *mut f64) {
+        let (sin, cos) = a.sin_cos();
+        // SAFETY: the code passes two slots of its workspace
+        unsafe { (*s, *c) = (sin, cos) };
+    }
+    extern "sysv64" fn exponential(a: f64) -> f64 {
+        a.exp()
+    }
+    extern "sysv64" fn power(a: f64, b: f64) -> f64 {
+        a.powf(b)
+    }
+    extern "sysv64" fn integer_power(a: f64, n: i32) -> f64 {
+        a.powi(n)
+    }
+    extern "sysv64" fn arctangent(a: f64, b: f64) -> f64 {
+        a.atan2(b)
+    }
+    extern "sysv64" fn apply(f: *const Fun, a: f64) -> f64 {
+        // SAFETY: `Native` keeps the functions that its code names
+        unsafe { (*f).apply(a) }
+    }
+
+    /// Base registers of memory operands.
+    const SLOTS: u8 = 3;
+    const UNKNOWNS: u8 = 5;
+    const WAVES: u8 = 13;
+    const FLAGS: u8 = 14;
+    const TIME: u8 = 15;
+    const VALUES: usize = 14;
+    const MASK: u8 = 14;
+    const ZERO: u8 = 15;
+    const NEVER: u32 = u32::MAX;
+
+    #[derive(Clone, Copy)]
+    enum Place {
+        Register(u8),
+        Memory { base: u8, index: u32 },
+    }
+
+    struct Writer<'a> {
+        part: &'a Part<'a>,
+        functions: &'a [Fun],
+        out: Vec<u8>,
+        holds: [Option<u32>; VALUES], // slot that a register holds
+        register: Vec<u8>,            // of each own instruction; VALUES: none
+        stored: Vec<bool>,            // the slot in memory is up to date
+        uses: Vec<Vec<u32>>,          // of each own instruction, latest first
+        partner: Vec<u32>,            // of a sine its cosine and the other way round
+    }
+
+    impl<'a> Writer<'a> {
+        fn new(part: &'a Part<'a>, functions: &'a [Fun]) -> Writer<'a> {
+            let n = part.code.len();
+            let mut uses: Vec<Vec<u32>> = vec![Vec::new(); n];
+            let mut partner = vec![NEVER; n];
+            let mut seen = std::collections::HashMap::new();
+            for (k, i) in part.code.iter().enumerate() {
+                for s in i.operands() {
+                    if s as usize >= part.first {
+                        uses[s as usize - part.first].push(k as u32);
+                    }
+                }
+                if matches!(i.op, Op::Sin | Op::Cos) {
+                    if let Some(other) = seen.insert(i.a, k as u32) {
+                        partner[k] = other;
+                        partner[other as usize] = k as u32;
+                    }
+                }
+            }
+            for u in &mut uses {
+                u.reverse();
+            }
+            Writer {
+                part,
+                functions,
+                out: Vec::with_capacity(16 * n),
+                holds: [None; VALUES],
+                register: vec![VALUES as u8; n],
+                stored: vec![false; n],
+                uses,
+                partner,
+            }
+        }
+
+        fn own(&self, slot: u32) -> Option<usize> {
+            (slot as usize).checked_sub(self.part.first)
+        }
+
+        /// Where a value can be read.
+        fn place(&self, slot: u32) -> Place {
+            if let Some(k) = self.own(slot) {
+                if (self.register[k] as usize) < VALUES {
+                    return Place::Register(self.register[k]);
+                }
+                if !self.stored[k] {
+                    // a leaf that was never copied
+                    let i = &self.part.code[k];
+                    return match i.op {
+                        Op::X => Place::Memory { base: UNKNOWNS, index: i.a },
+                        Op::Wave => Place::Memory { base: WAVES, index: i.a },
+                        Op::Flag => Place::Memory { base: FLAGS, index: i.a },
+                        _ => Place::Memory { base: TIME, index: 0 },
+                    };
+                }
+            }
+            Place::Memory { base: SLOTS, index: slot }
+        }
+
+        /// A free register, never one of `held`; another value is put to its slot for it if need be.
+        fn free(&mut self, held: &[u8]) -> u8 {
+            if let Some(r) = (0..VALUES).find(|&r| self.holds[r].is_none() && !held.contains(&(r as u8))) {
+                return r as u8;
+            }
+            let next = |r: usize| {
+                let slot = self.holds[r].expect("all are taken");
+                self.own(slot).and_then(|k| self.uses[k].last().copied()).unwrap_or(NEVER)
+            };
+            let r = (0..VALUES).filter(|&r| !held.contains(&(r as u8))).max_by_key(|&r| next(r)).unwrap_or(0);
+            self.evict(r);
+            r as u8
+        }
+
+        fn evict(&mut self, r: usize) {
+            let Some(slot) = self.holds[r].take() else { return };
+            if let Some(k) = self.own(slot) {
+                self.save(k);
+                self.register[k] = VALUES as u8;
+            }
+        }
+
+        /// To its slot, where it is needed later and not yet there.
+        fn save(&mut self, k: usize) {
+            let leaf = matches!(self.part.code[k].op, Op::X | Op::Wave | Op::Flag | Op::T);
+            if !self.stored[k] && !leaf && !self.uses[k].is_empty() {
+                self.store(k);
+            }
+        }
+
+        fn store(&mut self, k: usize) {
+            let slot = (self.part.first + k) as u32;
+            self.vex(0x11, F2, 1, self.register[k], 0, Place::Memory { base: SLOTS, index: slot });
+            self.stored[k] = true;
+        }
+
+        /// The value in a register: where it is, or loaded.
+        fn load(&mut self, slot: u32, held: &[u8]) -> u8 {
+            let place = self.place(slot);
+            if let Place::Register(r) = place {
+                return r;
+            }
+            let r = self.free(held);
+            self.vex(0x10, F2, 1, r, 0, place);
+            if let Some(k) = self.own(slot) {
+                self.holds[r as usize] = Some(slot);
+                self.register[k] = r;
+            }
+            r
+        }
+
+        /// An operand has been read by instruction k: registers whose value nobody needs become free.
+        fn release(&mut self, k: usize) {
+            for slot in self.part.code[k].operands() {
+                if let Some(j) = self.own(slot) {
+                    while self.uses[j].last().is_some_and(|&u| u <= k as u32) {
+                        self.uses[j].pop();
+                    }
+                    if self.uses[j].is_empty() && (self.register[j] as usize) < VALUES {
+                        self.holds[self.register[j] as usize] = None;
+                        self.register[j] = VALUES as u8;
+                    }
+                }
+            }
+        }
+
+        /// A register for the result of k.
+        fn result(&mut self, k: usize, held: &[u8]) -> u8 {
+            let r = self.free(held);
+            self.holds[r as usize] = Some((self.part.first + k) as u32);
+            self.register[k] = r;
+            r
+        }
+
+        /// The result is in its register: to its slot as well if others want it.
+        fn done(&mut self, k: usize) {
+            if (self.part.wanted)((self.part.first + k) as u32) {
+                self.store(k);
+            }
+            if self.uses[k].is_empty() {
+                self.holds[self.register[k] as usize] = None;
+                self.register[k] = VALUES as u8;
+            }
+        }
+
+        fn write(mut self) -> Option<Vec<u8>> {
+            // push rbx rbp r13 r14 r15: with the return address the stack stands at a multiple of 16
+            self.out.extend([0x53, 0x55, 0x41, 0x55, 0x41, 0x56, 0x41, 0x57]);
+            self.out.extend([0x48, 0x89, 0xfb]); // mov rbx, rdi
+            self.out.extend([0x48, 0x89, 0xf5]); // mov rbp, rsi
+            self.out.extend([0x49, 0x89, 0xd5]); // mov r13, rdx
+            self.out.extend([0x49, 0x89, 0xce]); // mov r14, rcx
+            self.out.extend([0x4d, 0x89, 0xc7]); // mov r15, r8
+            for k in 0..self.part.code.len() {
+                self.instruction(k)?;
+            }
+            self.out.extend([0x41, 0x5f, 0x41, 0x5e, 0x41, 0x5d, 0x5d, 0x5b, 0xc3]);
+            Some(self.out)
+        }
+
+        fn instruction(&mut self, k: usize) -> Option<()> {
+            let i = self.part.code[k];
+            match i.op {
+                Op::X | Op::Wave | Op::Flag | Op::T => {
+                    if (self.part.wanted)((self.part.first + k) as u32) {
+                        let from = self.place((self.part.first + k) as u32);
+                        let r = self.result(k, &[]);
+                        self.vex(0x10, F2, 1, r, 0, from);
+                        self.done(k);
+                    }
+                }
+                Op::Add | Op::Mul | Op::Sub | Op::Div => {
+                    let opcode = match i.op {
+                        Op::Add => 0x58,
+                        Op::Mul => 0x59,
+                        Op::Sub => 0x5c,
+                        _ => 0x5e,
+                    };
+                    let (mut a, mut b) = (i.a, i.b);
+                    let symmetric = matches!(i.op, Op::Add | Op::Mul);
+                    if symmetric && matches!(self.place(b), Place::Register(_)) {
+                        std::mem::swap(&mut a, &mut b);
+                    }
+                    let ra = self.load(a, &[]);
+                    let pb = self.place(b);
+                    self.release(k);
+                    let held = if let Place::Register(rb) = pb { [ra, rb] } else { [ra, ra] };
+                    let r = self.target(k, ra, &held);
+                    self.vex(opcode, F2, 1, r, ra, pb);
+                    self.done(k);
+                }
+                Op::Neg => {
+                    let ra = self.load(i.a, &[]);
+                    self.release(k);
+                    let r = self.target(k, ra, &[ra]);
+                    self.vex(0x57, P66, 1, r, ra, Place::Memory { base: SLOTS, index: self.part.sign });
+                    self.done(k);
+                }
+                Op::Sqrt => {
+                    let ra = self.load(i.a, &[]);
+                    self.release(k);
+                    let r = self.target(k, ra, &[ra]);
+                    self.vex(0x51, F2, 1, r, ra, Place::Register(ra));
+                    self.done(k);
+                }
+                Op::Select => {
+                    // mask = (condition != 0); result = mask ? a : b
+                    let rc = self.load(i.a, &[]);
+                    let ra = self.load(i.b, &[rc]);
+                    let rb = self.load(i.c, &[rc, ra]);
+                    self.release(k);
+                    let r = self.target(k, ra, &[rc, ra, rb]);
+                    self.vex(0x57, P66, 1, ZERO, ZERO, Place::Register(ZERO));
+                    self.vex(0xc2, F2, 1, MASK, rc, Place::Register(ZERO));
+                    self.out.push(4); // not equal, or unordered
+                    self.vex(0x4b, P66, 3, r, rb, Place::Register(ra));
+                    self.out.push(MASK << 4);
+                    self.done(k);
+                }
+                Op::Powi if (2..=8).contains(&(i.b as i32)) => {
+                    // square and multiply in the order of the library's powi
+                    let ra = self.load(i.a, &[]);
+                    self.release(k);
+                    let r = self.target(k, ra, &[ra]);
+                    let (mut n, mut base, mut started) = (i.b, ra, false);
+                    loop {
+                        if n & 1 == 1 {
+                            if started {
+                                self.vex(0x59, F2, 1, ZERO, ZERO, Place::Register(base));
+                            } else {
+                                self.vex(0x28, P66, 1, ZERO, 0, Place::Register(base));
+                                started = true;
+                            }
+                        }
+                        n >>= 1;
+                        if n == 0 {
+                            break;
+                        }
+                        self.vex(0x59, F2, 1, MASK, base, Place::Register(base));
+                        base = MASK;
+                    }
+                    self.vex(0x28, P66, 1, r, 0, Place::Register(ZERO));
+                    self.done(k);
+                }
+                Op::Sin | Op::Cos if self.partner[k] != NEVER => {
+                    let other = self.partner[k] as usize;
+                    if other < k {
+                        self.release(k); // computed with its partner
+                        return Some(());
+                    }
+                    self.call_prepare(k, i.a, None);
+                    let (sin, cos) = if matches!(i.op, Op::Sin) { (k, other) } else { (other, k) };
+                    for (lea, j) in [([0x48, 0x8d, 0xbb], sin), ([0x48, 0x8d, 0xb3], cos)] {
+                        self.out.extend(lea); // lea rdi / rsi, [rbx + ..]
+                        self.out.extend((8 * (self.part.first + j) as u32).to_le_bytes());
+                        self.stored[j] = true;
+                    }
+                    self.call(sine_cosine as *const () as u64);
+                }
+                Op::Sin => self.one(k, i.a, sine as *const () as u64),
+                Op::Cos => self.one(k, i.a, cosine as *const () as u64),
+                Op::Exp => self.one(k, i.a, exponential as *const () as u64),
+                Op::Call => {
+                    self.call_prepare(k, i.a, None);
+                    self.out.extend([0x48, 0xbf]); // mov rdi, function
+                    let address = &self.functions[i.b as usize] as *const Fun as u64;
+                    self.out.extend(address.to_le_bytes());
+                    self.call(apply as *const () as u64);
+                    self.returned(k);
+                }
+                Op::Powi => {
+                    self.call_prepare(k, i.a, None);
+                    self.out.push(0xbf); // mov edi, n
+                    self.out.extend(i.b.to_le_bytes());
+                    self.call(integer_power as *const () as u64);
+                    self.returned(k);
+                }
+                Op::Pow | Op::Atan2 => {
+                    self.call_prepare(k, i.a, Some(i.b));
+                    let f = if matches!(i.op, Op::Pow) { power as *const () } else { arctangent as *const () };
+                    self.call(f as u64);
+                    self.returned(k);
+                }
+                Op::Free => return None,
+            }
+            Some(())
+        }
+
+        /// The register of a result: that of operand a, if it is free now, else any but `held`.
+        fn target(&mut self, k: usize, ra: u8, held: &[u8]) -> u8 {
+            if self.holds[ra as usize].is_none() {
+                self.holds[ra as usize] = Some((self.part.first + k) as u32);
+                self.register[k] = ra;
+                return ra;
+            }
+            self.result(k, held)
+        }
+
+        fn one(&mut self, k: usize, a: u32, function: u64) {
+            self.call_prepare(k, a, None);
+            self.call(function);
+            self.returned(k);
+        }
+
+        /// Arguments into xmm0 and xmm1; everything that is needed later to its slot.
+        fn call_prepare(&mut self, k: usize, a: u32, b: Option<u32>) {
+            let (pa, pb) = (self.place(a), b.map(|b| self.place(b)));
+            self.release(k);
+            for r in 0..VALUES {
+                if let Some(j) = self.holds[r].and_then(|slot| self.own(slot)) {
+                    self.save(j);
+                }
+            }
+            // by way of the scratch registers, since xmm0 may hold the second argument
+            self.copy(ZERO, pa);
+            if let Some(pb) = pb {
+                self.copy(MASK, pb);
+                self.copy(1, Place::Register(MASK));
+            }
+            self.copy(0, Place::Register(ZERO));
+            for r in 0..VALUES {
+                if let Some(j) = self.holds[r].take().and_then(|slot| self.own(slot)) {
+                    self.register[j] = VALUES as u8;
+                }
+            }
+        }
+
+        fn copy(&mut self, to: u8, from: Place) {
+            match from {
+                Place::Register(_) => self.vex(0x28, P66, 1, to, 0, from),
+                memory => self.vex(0x10, F2, 1, to, 0, memory),
+            }
+        }
+
+        fn call(&mut self, function: u64) {
+            self.out.extend([0x48, 0xb8]); // mov rax, function
+            self.out.extend(function.to_le_bytes());
+            self.out.extend([0xff, 0xd0]); // call rax
+        }
+
+        /// A function's result in xmm0 is that of instruction k.
+        fn returned(&mut self, k: usize) {
+            self.holds[0] = Some((self.part.first + k) as u32);
+            self.register[k] = 0;
+            self.done(k);
+        }
+
+        /// One VEX instruction:  reg <- op(second, rm).
+        fn vex(&mut self, opcode: u8, prefix: u8, map: u8, reg: u8, second: u8, rm: Place) {
+            let base = match rm {
+                Place::Register(r) => r,
+                Place::Memory { base, .. } => base,
+            };
+            let inverted = |r: u8| u8::from(r < 8);
+            self.out.push(0xc4);
+            self.out.push(inverted(reg) << 7 | 1 << 6 | inverted(base) << 5 | map);
+            self.out.push((!second & 15) << 3 | prefix);
+            self.out.push(opcode);
+            match rm {
+                Place::Register(r) => self.out.push(0xc0 | (reg & 7) << 3 | (r & 7)),
+                Place::Memory { base, index } => {
+                    self.out.push(0x80 | (reg & 7) << 3 | (base & 7));
+                    self.out.extend((8 * index).to_le_bytes());
+                }
+            }
+        }
+    }
+
+    /// Mandatory prefixes in VEX.
+    const P66: u8 = 1;
+    const F2: u8 = 3;
+}
