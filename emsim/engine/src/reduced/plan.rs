@@ -156,7 +156,7 @@ impl Plan<'_> {
         let xs: Vec<Id> = xs.into_iter().map(|x| self.image(x)).collect();
         self.parts.push((xs, true));
         let parts: Vec<(&[Id], bool)> = self.parts.iter().map(|(ids, kept)| (ids.as_slice(), *kept)).collect();
-        let tape = Tape::in_parts(self.g, &parts);
+        let tape = Tape::in_parts(self.g, &parts).native();
         if tape.has_free_symbols() {
             return Err("an expression holds a symbol without a value".into());
         }
