@@ -64,10 +64,10 @@ pub struct Dirk {
     started: bool,    // q0 and f[0] hold
     now: Step,
     last: Step,
-    solved: bool,   // `now` holds stage values of a step from its t
-    follows: bool,  // `last` ends where `now` begins, with nothing in between
-    accepted: bool, // `last` is the step that dense output is asked of
-    rejected: bool,
+    solved: bool,                // `now` holds stage values of a step from its t
+    follows: bool,               // `last` ends where `now` begins, with nothing in between
+    accepted: bool,              // `last` is the step that dense output is asked of
+    refused: Option<(f64, f64)>, // length and error of the last attempt from here
     guess: Vec<Vec<f64>>,
     r: Vec<f64>,
     e: Vec<f64>,
@@ -92,7 +92,7 @@ impl Dirk {
             solved: false,
             follows: false,
             accepted: false,
-            rejected: false,
+            refused: None,
             guess: vec![v(); s],
             r: v(),
             e: v(),
@@ -171,6 +171,12 @@ impl Dirk {
             let t = if i + 1 == self.k.c.len() { self.t1 } else { self.now.t + self.k.c[i] * h };
             result = self.newton.solve(sys, w, a, &self.r, &mut self.now.x[i], t, tol, self.most).map(|_| ());
             if result.is_err() {
+                // a jump carried further than an exponential bears: from the stage before it, once more
+                let (before, now) = self.now.x.split_at_mut(i);
+                now[0].copy_from_slice(&before[i - 1]);
+                result = self.newton.solve(sys, w, a, &self.r, &mut now[0], t, tol, self.most).map(|_| ());
+            }
+            if result.is_err() {
                 break;
             }
             self.f[i].copy_from_slice(&self.newton.f);
@@ -180,15 +186,22 @@ impl Dirk {
         result
     }
 
-    /// Largest local error over tolerance.
-    fn error(&mut self, w: &mut Work, tol: &Tolerances) -> f64 {
+    /// Largest local error over tolerance. An estimate that does not fall with the step is no error of the step: after a
+    /// restart F_1 may not quite fit where charges float between nodes. Multiplied by C it is gone.
+    fn error(&mut self, sys: &System, w: &mut Work, h: f64, tol: &Tolerances) -> f64 {
         // a h = 1/gamma
         let scale = 1.0 / self.k.a[0][1];
         for (k, e) in self.e.iter_mut().enumerate() {
             *e = scale * self.k.d.iter().zip(&self.f).map(|(d, f)| d * f[k]).sum::<f64>();
         }
         self.newton.solve_held(w, &mut self.e);
-        let worst = tol.largest_error(&self.e, self.candidate(), &self.now.x[0]) / self.k.local;
+        let mut worst = tol.largest_error(&self.e, self.candidate(), &self.now.x[0]) / self.k.local;
+        if let Some((old_h, old)) = self.refused {
+            if worst > 1.0 && h < 0.7 * old_h && worst > 0.9 * old {
+                self.newton.filter(sys, w, scale / h, &mut self.e);
+                worst = tol.largest_error(&self.e, self.candidate(), &self.now.x[0]) / self.k.local;
+            }
+        }
         if worst.is_finite() {
             worst.max(1e-10)
         } else {
@@ -205,7 +218,7 @@ impl Method for Dirk {
         self.solved = false;
         self.follows = false;
         self.accepted = false;
-        self.rejected = false;
+        self.refused = None;
         self.newton.forget();
     }
 
@@ -226,13 +239,13 @@ impl Method for Dirk {
         if self.fixed {
             return Attempt::Good { next: h };
         }
-        let error = self.error(w, tol);
+        let error = self.error(sys, w, h, tol);
         let factor = 0.9 * error.powf(-1.0 / self.k.falls);
         if error > 1.0 {
-            self.rejected = true;
+            self.refused = Some((h, error));
             return Attempt::TooLarge { next: factor.clamp(0.1, 0.9) * h };
         }
-        let factor = factor.clamp(0.2, if self.rejected { 1.0 } else { 5.0 });
+        let factor = factor.clamp(0.2, if self.refused.is_some() { 1.0 } else { 5.0 });
         // a step that stays as it is keeps its factorisation in a linear circuit
         let keep = if sys.linear { 1.5 } else { 1.1 };
         Attempt::Good { next: if (1.0..keep).contains(&factor) { h } else { factor * h } }
@@ -248,7 +261,7 @@ impl Method for Dirk {
         self.solved = false;
         self.follows = true;
         self.accepted = true;
-        self.rejected = false;
+        self.refused = None;
     }
 
     fn candidate(&self) -> &[f64] {
