@@ -12,7 +12,6 @@ from . import syntax
 from .build_dots import DotCards
 from .build_elements import ElementCards
 from .build_expr import expression
-from .build_machine import MachineCards
 from .deck import Analysis, Deck, Element
 from .diagnostics import Diagnostic, OutsideError, Sink, Span
 from .source import Line, NoCollection, Reading, SourceFile, load
@@ -93,7 +92,7 @@ def parse_expression(text: str, name: str = "<expression>") -> Node:
 # ---- cards ----
 
 
-class _Builder(ElementCards, MachineCards, DotCards):
+class _Builder(ElementCards, DotCards):
     """Builds one text. `stack` holds the open blocks: (kind, list that receives cards, where it began)."""
 
     def __init__(self, file: SourceFile, sink: Sink) -> None:
@@ -154,9 +153,16 @@ class _Builder(ElementCards, MachineCards, DotCards):
             rule, children = parse_line(line, "card")
             return self.convert(rule, children, line)
         except LineError as error:
-            if not syntax.is_machine_card(line):
-                error.diagnostic.hint = syntax.missing_mark(word)
+            from .mistakes import is_machine_card, missing_mark
+
+            if not is_machine_card(line):
+                error.diagnostic.hint = missing_mark(word)
             raise
+
+    def on_machine_card(self, ch: list[Any], line: Line) -> Any:
+        from .build_machine import machine_card
+
+        return machine_card(ch, line)
 
     def convert(self, rule: str, children: list[Any], line: Line) -> Any:
         method = self.methods.get(rule)

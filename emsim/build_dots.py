@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from .build_elements import Cards
-from .build_expr import expression, extent
-from .build_machine import machine_value
+from .build_expr import expression, extent, machine_value
 from .deck import Analysis, Conditional, Deck, Dot, Func, Include, Model, Param, Print, Probe, Subckt
 from .diagnostics import Diagnostic
 from .expr import Name, Num
 from .source import Line, SourceFile
-from .syntax import LineError, code_end, first_word, unknown_dot
+from .syntax import LineError, code_end, first_word
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -95,6 +94,8 @@ class DotCards(Cards):
         return None
 
     def on_unknown(self, ch: list[Any], line: Line) -> None:
+        from .mistakes import unknown_dot
+
         raise LineError(unknown_dot(line, ch[0].lower()))
 
     # ---- what is asked for ----

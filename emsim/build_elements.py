@@ -7,7 +7,7 @@ from .deck import Element, Instance, Ref, Waveform
 from .diagnostics import Diagnostic, Sink, Span
 from .expr import Num
 from .source import Line, SourceFile
-from .syntax import FORMS, LineError
+from .syntax import LineError
 from .units import spice_leftover, spice_number
 
 TYPE_CHECKING = False
@@ -19,7 +19,10 @@ _PLAIN: dict[str, float] = {}  # number words seen so far and their values
 _new = object.__new__
 
 
-def _form(letter: str) -> str:
+def form(letter: str) -> str:
+    """The form of a card, for a hint."""
+    from .mistakes import FORMS
+
     return "form: " + FORMS[letter]
 
 
@@ -166,14 +169,14 @@ class ElementCards(Cards):
                     if value == "off":
                         continue
                     if e.model_name is not None:
-                        raise self.fail("E102", f"`{item}` does not fit here", line, item, _form(letter))
+                        raise self.fail("E102", f"`{item}` does not fit here", line, item, form(letter))
                     e.model_name, e.model_span = value, line.span(item)
                     continue
             if e.value is not None:
-                raise self.fail("E102", f"{name} has a second value here", line, item, _form(letter))
+                raise self.fail("E102", f"{name} has a second value here", line, item, form(letter))
             e.value, e.value_span = value, line.span_at(*extent(item))
         if e.value is None and e.model_name is None:
-            raise self.fail("E109", f"{name} has no value", line, ch[2], _form(letter))
+            raise self.fail("E109", f"{name} has no value", line, ch[2], form(letter))
         return e
 
     # ---- V, I, B ----
@@ -203,9 +206,9 @@ class ElementCards(Cards):
             if kind == "AC":
                 e.extra["ac"] = (numbers[0] if numbers else 1.0, numbers[1] if numbers[1:] else 0.0)
             elif not numbers:
-                raise self.fail("E109", "DC has no value", line, item, _form("v"))
+                raise self.fail("E109", "DC has no value", line, item, form("v"))
             elif e.extra["dc"] is not None:
-                raise self.fail("E102", f"{name} has a second DC value here", line, values[0], _form("v"))
+                raise self.fail("E102", f"{name} has a second DC value here", line, values[0], form("v"))
             else:
                 e.extra["dc"], e.value_span = numbers[0], line.span_at(*extent(values[0]))
         if e.wave is not None:
@@ -243,7 +246,7 @@ class ElementCards(Cards):
             e.value = expression(item[1][1], line)
             e.value_span = line.span_at(*extent(item[1][1]))
         if e.value is None:
-            raise self.fail("E109", f"{ch[0]} has no V= or I=", line, ch[0], _form("b"))
+            raise self.fail("E109", f"{ch[0]} has no V= or I=", line, ch[0], form("b"))
         return e
 
     # ---- E, G, F, H ----
@@ -256,10 +259,10 @@ class ElementCards(Cards):
 
     def gain(self, e: Element, name: Any, rest: list[Any], line: Line) -> None:
         if not rest:
-            raise self.fail("E109", f"{name} has no gain", line, name, _form(e.letter))
+            raise self.fail("E109", f"{name} has no gain", line, name, form(e.letter))
         e.value, e.value_span = self.number(rest[0], line, "the gain"), line.span_at(*extent(rest[0]))
         if len(rest) > 1:
-            raise self.fail("E102", f"`{rest[1]}` does not fit here", line, rest[1], _form(e.letter))
+            raise self.fail("E102", f"`{rest[1]}` does not fit here", line, rest[1], form(e.letter))
 
     def on_poly(self, ch: list[Any], line: Line) -> Element:
         e = self.element(ch[0][0].lower(), ch, 2, line)
@@ -329,7 +332,7 @@ class ElementCards(Cards):
             if value == "off":
                 e.params["off"] = 1.0
             elif isinstance(value, str) or "area" in e.params:
-                raise self.fail("E102", f"`{item}` does not fit here", line, item, _form("d"))
+                raise self.fail("E102", f"`{item}` does not fit here", line, item, form("d"))
             else:
                 e.params["area"] = value
         return e
@@ -348,7 +351,7 @@ class ElementCards(Cards):
         e.extra["initial"] = None
         for item in self.params(rest, line, e):
             if item not in ("on", "off", "ON", "OFF", "On", "Off"):
-                raise self.fail("E102", f"`{item}` does not fit here", line, item, _form(e.letter))
+                raise self.fail("E102", f"`{item}` does not fit here", line, item, form(e.letter))
             e.extra["initial"] = item.lower()
         return e
 
@@ -356,10 +359,10 @@ class ElementCards(Cards):
         e = self.element("k", ch, 0, line)
         rest = self.params(ch[1:], line, e)
         if len(rest) < 3:
-            raise self.fail("E109", f"{ch[0]} needs two inductors and a coupling", line, ch[0], _form("k"))
+            raise self.fail("E109", f"{ch[0]} needs two inductors and a coupling", line, ch[0], form("k"))
         for item in rest[:-1]:
             if not isinstance(item, str):
-                raise self.fail("E109", f"{ch[0]} needs the names of inductors here", line, item, _form("k"))
+                raise self.fail("E109", f"{ch[0]} needs the names of inductors here", line, item, form("k"))
         e.extra["inductors"] = [str(r.lower()) for r in rest[:-1]]
         e.value, e.value_span = self.number(rest[-1], line, "the coupling"), line.span_at(*extent(rest[-1]))
         return e
@@ -378,7 +381,7 @@ class ElementCards(Cards):
             else:
                 params[str(item[1][0].lower())] = expression(item[1][1], line)
         if not refs:
-            raise self.fail("E109", f"{ch[0]} names no subcircuit", line, ch[0], _form("x"))
+            raise self.fail("E109", f"{ch[0]} names no subcircuit", line, ch[0], form("x"))
         name = refs.pop()
         nodes = [r.name for r in refs]
         return Instance(ch[0].lower(), nodes, name.name, params, line.span(ch[0]), name.span, refs)

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from .build_elements import Cards
+from .build_elements import form
 from .build_expr import error_at, extent, machine_value, node_name, parts
 from .deck import MachineCard, Ref, Waveform
 from .expr import Node
 from .source import Line
-from .syntax import FORMS
 from .units import split_number
 
 TYPE_CHECKING = False
@@ -29,80 +28,76 @@ def _wave(item: Any, line: Line) -> Waveform:
     return Waveform(str(item[1][0].lower()), args, {}, line.span_at(*extent(item)))
 
 
-class MachineCards(Cards):
-    """The two rules of mechanics.lark that are not dot cards."""
-
-    def on_machine_card(self, ch: list[Any], line: Line) -> MachineCard:
-        kind = str(ch[0]).upper()
-        card = MachineCard(kind, str(ch[1].lower()), [], {}, None, line.span(ch[0]), {}, line)
-        for item in ch[2:]:
-            rule = item[0] if item.__class__ is tuple else ""
-            if rule == "setting":
-                self.setting(card, item, line)
-            elif rule == "call_value" and item[1][0].lower() in WAVES:
-                self.positional(card, _wave(item, line), item, line)
-            elif rule == "call_value":
-                point = tuple(machine_value(c, line) for c in parts(item[1][1][1]))
-                card.args.append(Ref(node_name(item[1][0]), point, line.span_at(*extent(item))))
-            elif rule == "braced" or (not rule and self.is_value(card, item)):
-                self.positional(card, machine_value(item, line), item, line)
-            else:
-                card.args.append(Ref(node_name(item), None, line.span(item)))
-        if kind == "POINT":
-            self.point(card, line, ch[1])
-        return card
-
-    def is_value(self, card: MachineCard, word: Any) -> bool:
-        """Whether a positional word is a value: 0 may be ground and nodes may have numbers for names."""
-        if split_number(word) is None:
-            return False
-        return card.kind == "POINT" or bool(card.params) or (card.kind in _VALUED and bool(card.args))
-
-    def setting(self, card: MachineCard, item: Any, line: Line) -> None:
-        key_leaf, value_tree = item[1]
-        key = str(key_leaf.lower())
-        if key in card.param_spans:
-            raise error_at("E117", f"`{key}` is given twice", line, key_leaf)
-        card.param_spans[key] = line.span_at(*extent(item))
-        if (
-            value_tree.__class__ is tuple
-            and value_tree[0] == "call_value"
-            and value_tree[1][0].lower() in WAVES
-        ):
-            wave = _wave(value_tree, line)
-            if key in ("tau", "value") and card.wave is None:
-                card.wave = wave
-            else:
-                card.params[key] = wave  # type: ignore[assignment]
+def machine_card(ch: list[Any], line: Line) -> MachineCard:
+    """The one rule of mechanics.lark that is no dot card."""
+    kind = str(ch[0]).upper()
+    card = MachineCard(kind, str(ch[1].lower()), [], {}, None, line.span(ch[0]), {}, line)
+    for item in ch[2:]:
+        rule = item[0] if item.__class__ is tuple else ""
+        if rule == "setting":
+            _setting(card, item, line)
+        elif rule == "call_value" and item[1][0].lower() in WAVES:
+            _positional(card, _wave(item, line), item, line)
+        elif rule == "call_value":
+            point = tuple(machine_value(c, line) for c in parts(item[1][1][1]))
+            card.args.append(Ref(node_name(item[1][0]), point, line.span_at(*extent(item))))
+        elif rule == "braced" or (not rule and _is_value(card, item)):
+            _positional(card, machine_value(item, line), item, line)
         else:
-            card.params[key] = machine_value(value_tree, line)
+            card.args.append(Ref(node_name(item), None, line.span(item)))
+    if kind == "POINT":
+        _point(card, line, ch[1])
+    return card
 
-    def positional(self, card: MachineCard, value: Any, item: Any, line: Line) -> None:
-        span = line.span_at(*extent(item))
-        if card.kind == "POINT":
-            at = card.params.setdefault("at", ())
-            assert isinstance(at, tuple)
-            card.params["at"] = (*at, value)
-            card.param_spans.setdefault("at", span)
-        elif "value" in card.params or card.wave is not None:
-            raise error_at(
-                "E117",
-                f"{card.kind} has a second value here",
-                line,
-                item,
-                f"form: {FORMS[card.kind.lower()]}",
-            )
-        elif isinstance(value, Waveform):
-            card.wave = value
-            card.param_spans["value"] = span
+
+def _is_value(card: MachineCard, word: Any) -> bool:
+    """Whether a positional word is a value: 0 may be ground and nodes may have numbers for names."""
+    if split_number(word) is None:
+        return False
+    return card.kind == "POINT" or bool(card.params) or (card.kind in _VALUED and bool(card.args))
+
+
+def _setting(card: MachineCard, item: Any, line: Line) -> None:
+    key_leaf, value_tree = item[1]
+    key = str(key_leaf.lower())
+    if key in card.param_spans:
+        raise error_at("E117", f"`{key}` is given twice", line, key_leaf)
+    card.param_spans[key] = line.span_at(*extent(item))
+    if value_tree.__class__ is tuple and value_tree[0] == "call_value" and value_tree[1][0].lower() in WAVES:
+        wave = _wave(value_tree, line)
+        if key in ("tau", "value") and card.wave is None:
+            card.wave = wave
         else:
-            card.params["value"] = value
-            card.param_spans["value"] = span
+            card.params[key] = wave  # type: ignore[assignment]
+    else:
+        card.params[key] = machine_value(value_tree, line)
 
-    def point(self, card: MachineCard, line: Line, name: Any) -> None:
-        at = card.params.get("at", ())
+
+def _positional(card: MachineCard, value: Any, item: Any, line: Line) -> None:
+    span = line.span_at(*extent(item))
+    if card.kind == "POINT":
+        at = card.params.setdefault("at", ())
         assert isinstance(at, tuple)
-        if card.args or len(at) not in (2, 3):
-            raise error_at(
-                "E109", "POINT needs x and y, in space z too", line, name, f"form: {FORMS['point']}"
-            )
+        card.params["at"] = (*at, value)
+        card.param_spans.setdefault("at", span)
+    elif "value" in card.params or card.wave is not None:
+        raise error_at(
+            "E117",
+            f"{card.kind} has a second value here",
+            line,
+            item,
+            form(card.kind.lower()),
+        )
+    elif isinstance(value, Waveform):
+        card.wave = value
+        card.param_spans["value"] = span
+    else:
+        card.params["value"] = value
+        card.param_spans["value"] = span
+
+
+def _point(card: MachineCard, line: Line, name: Any) -> None:
+    at = card.params.get("at", ())
+    assert isinstance(at, tuple)
+    if card.args or len(at) not in (2, 3):
+        raise error_at("E109", "POINT needs x and y, in space z too", line, name, form("point"))

@@ -21,12 +21,12 @@ from bisect import bisect_right
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from array import array
+    from collections.abc import Sequence
 
     import numpy as np
 
 
-def cubic(x: array[float], y: array[float], t: float) -> float:
+def cubic(x: Sequence[float], y: Sequence[float], t: float) -> float:
     """Value at t, x[0] <= t <= x[-1]; x ascending, repeated where y jumps."""
     last = len(x) - 1
     k = min(bisect_right(x, t) - 1, last - 1)

@@ -7,13 +7,11 @@ writes its raw file never imports numpy.
 
 from __future__ import annotations
 
-from array import array
-
 from .diagnostics import suggest
-from .interpolate import cubic, cubic_many
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from array import array
     from collections.abc import Iterable, Iterator, Sequence
     from os import PathLike
     from typing import Any, Protocol
@@ -43,6 +41,8 @@ class Columns:
     __slots__ = ("_data", "columns", "rows")
 
     def __init__(self, data: Iterable[bytes | Sequence[float]]) -> None:
+        from array import array
+
         self._data = [c if isinstance(c, bytes) else array("d", c).tobytes() for c in data]
         self.columns = len(self._data)
         self.rows = len(self._data[0]) // 8 if self._data else 0
@@ -146,9 +146,16 @@ class Table:
 
     def floats(self, name: str | int) -> array[float]:
         """A column as an array of doubles, without numpy."""
+        from array import array
+
         values = array("d")
         values.frombytes(self.waves.column(name if isinstance(name, int) else self.index(name)))
         return values
+
+    def doubles(self, name: str | int) -> memoryview[float]:
+        """The column's own memory; the module `array` costs a millisecond to import."""
+        k = name if isinstance(name, int) else self.index(name)
+        return memoryview(self.waves.column(k)).cast("d")
 
     def __getitem__(self, name: str) -> np.ndarray:
         """A column as float64 array of shape (len(table),); read-only. `v(a,b)` is v(a) - v(b)."""
@@ -185,6 +192,8 @@ class Table:
         if not isinstance(t, (int, float)):
             import numpy as np
 
+            from .interpolate import cubic_many
+
             query = np.asarray(t, dtype=float)
             self._check_range(float(query.min()), float(query.max())) if query.size else None
             return cubic_many(self[self.names[0]], self[name], query)
@@ -192,15 +201,23 @@ class Table:
 
     def sample(self, name: str | int, times: Sequence[float]) -> array[float]:
         """`at` without numpy: the column at each of the times."""
+        from array import array
+
+        return array("d", self.samples(name, times))
+
+    def samples(self, name: str | int, times: Sequence[float]) -> list[float]:
+        """The same as a list."""
+        from .interpolate import cubic
+
         if times:
             self._check_range(min(times), max(times))
-        x, y = self.floats(0), self.floats(name)
-        return array("d", (cubic(x, y, t) for t in times))
+        x, y = self.doubles(0), self.doubles(name)
+        return [cubic(x, y, t) for t in times]
 
     def _check_range(self, low: float, high: float) -> None:
         if not self.axis or not len(self):
             raise ValueError(f"{self.plotname!r} has no points to look between")
-        x = self.floats(0)
+        x = self.doubles(0)
         if not (x[0] <= low and high <= x[-1]):
             raise ValueError(f"asked for {self.names[0]} outside {x[0]:g} .. {x[-1]:g}")
 

@@ -189,7 +189,8 @@ def decode(data: bytes) -> str | None:
         if b"\0" in data:
             return None
         try:
-            text = data.decode("utf-8-sig")
+            # not by the codec utf-8-sig, a module of its own
+            text = data.removeprefix(b"\xef\xbb\xbf").decode()
         except UnicodeDecodeError:
             text = data.decode("latin-1")
             strange = sum(c < " " and c not in "\t\n\r\f\x1a" for c in text[:4096])

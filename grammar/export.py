@@ -25,7 +25,7 @@ sys.path.insert(0, str(HERE.parent))
 from lark.lexer import PatternRE, PatternStr, _create_unless  # noqa: E402
 from lark.parsers.lalr_analysis import Shift  # noqa: E402
 
-from emsim import syntax  # noqa: E402
+from emsim import lark_grammar  # noqa: E402
 
 NON_ASCII = "".join(map(chr, (*range(0x80, 0xD800), *range(0xE000, 0x10000))))
 # whether these are letters or digits will not change with Unicode's versions: Latin, small and capital Greek
@@ -123,7 +123,7 @@ def _ranges(numbers: list[int]) -> list[tuple[int, int]]:
 
 
 def tables() -> str:
-    lark = syntax.build_parser(syntax.grammar_text())
+    lark = lark_grammar.build_parser(lark_grammar.grammar_text())
     table, lexer = lark.parser.parser._parse_table, lark.parser.lexer
     terminals = sorted(lark.terminals, key=lambda t: t.name)
     patterns = Patterns()
@@ -137,19 +137,23 @@ def tables() -> str:
         out.append(f"{t.name} {ignored} {patterns.notation(t.pattern.to_regexp())}")
     out.append(f"classes {len(patterns.classes)}")
     out += patterns.classes
-    # rules: origin, symbols, what the tree is called (`_`: its children go to the parent), the children
+    # rules: origin, what the tree is called (`_`: its children go to the parent), the children
     rules = sorted(lark.rules, key=lambda r: (str(r.origin.name), [str(s.name) for s in r.expansion]))
     number = {rule: k for k, rule in enumerate(rules)}
-    out.append(f"rules {len(rules)}")
+    names: dict[str, int] = {}
+    lines = []
     for rule in rules:
         options = rule.options
         name = str(rule.alias or options.template_source or rule.origin.name)
         children = "".join(_child(s, options.keep_all_tokens) for s in rule.expansion) or "-"
         single = "1" if options.expand1 and not rule.alias else "."
-        out.append(f"{symbol[rule.origin.name]} {len(rule.expansion)} {name} {single} {children}")
+        # the name of a nameless rule is never seen
+        name = "_" if name.startswith("_") else name
+        lines.append(f"{symbol[rule.origin.name]} {names.setdefault(name, len(names))} {single} {children}")
+    out += [f"names {len(names)}", *names, f"rules {len(lines)}", *lines]
     # states in the order in which they are met
     order: dict[int, int] = {}
-    queue = [table.start_states[start] for start in syntax.STARTS]
+    queue = [table.start_states[start] for start in lark_grammar.STARTS]
     while queue:
         state = queue.pop(0)
         if state in order:
@@ -174,8 +178,8 @@ def tables() -> str:
             words.append(f"{lookaheads.setdefault(key, len(lookaheads))}@{rule_number}")
         rows.append(" ".join(words))
     out += [f"lexers {len(lexers)}", *lexers, f"lookaheads {len(lookaheads)}", *lookaheads]
-    out += [f"states {len(rows)}", *rows, f"starts {len(syntax.STARTS)}"]
-    out += [f"{s} {order[table.start_states[s]]} {order[table.end_states[s]]}" for s in syntax.STARTS]
+    out += [f"states {len(rows)}", *rows, f"starts {len(lark_grammar.STARTS)}"]
+    out += [f"{s} {order[table.start_states[s]]} {order[table.end_states[s]]}" for s in lark_grammar.STARTS]
     words = [str(s.name).lower() for r in rules if r.origin.name == "_card_word" for s in r.expansion]
     out += [f"cards {len(words)}", *words]
     return "\n".join(out) + "\n"

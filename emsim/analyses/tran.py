@@ -7,7 +7,6 @@ ngspice, the smaller of tstep and (tstop - tstart)/50, for methods that have no 
 from __future__ import annotations
 
 from . import Run, columns
-from .failure import explain
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -80,7 +79,11 @@ def run(
     watch = tick if progress else None
     exprs = [*exprs, *(c.expr for c in channels)]
     waves = assembly.system.tran(t.tstep, t.tstop, t.tstart, t.tmax, t.uic, exprs, assembly.options, watch)
-    trouble = explain(assembly, analysis, waves) if waves.status == "failed" else []
+    trouble = []
+    if waves.status == "failed":
+        from .failure import explain
+
+        trouble = explain(assembly, analysis, waves)
     return Run(
         "tran", ["time", *names], ["s", *units], waves, True, (t.tstep, t.tstop, t.tstart), trouble, t.uic
     )

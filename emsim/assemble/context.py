@@ -14,7 +14,6 @@ from __future__ import annotations
 from itertools import pairwise
 
 from ..diagnostics import suggest
-from .behaviour import Compiler
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -25,6 +24,7 @@ if TYPE_CHECKING:
     from ..deck import Element, FlatDeck
     from ..diagnostics import Sink, Span
     from ..expr import Node
+    from .behaviour import Compiler
 
 GROUND = ("0", "gnd")
 LEAST_EXCURSION = 1e-9  # below zero: less is rounding and truncation
@@ -66,7 +66,7 @@ class Context:
         self._ddts: dict[int, int] = {}
         self._flag_count = 0
         self._remarked: set[str] = set()
-        self._compiler = Compiler(self)
+        self._compiler: Compiler | None = None
 
     # unknowns ------------------------------------------------------------------------------------
 
@@ -142,6 +142,10 @@ class Context:
     def compile(self, ast: Node, where: Span | None) -> Expr:
         """Behavioural expression -> graph, with v() i() time temper and the machine's probes. What cannot be
         compiled is reported at its place and becomes 0, so that all of a deck's errors come out at once."""
+        if self._compiler is None:
+            from .behaviour import Compiler
+
+            self._compiler = Compiler(self)
         return self._compiler.compile(ast, where)
 
     def abs_(self, e: Expr) -> Expr:

@@ -8,7 +8,6 @@ asks for is always there.
 from __future__ import annotations
 
 from ..expr import Binary, Call, Cond, Name, Node, Num, Unary
-from .behaviour import DEVICE_CURRENTS, element_current
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -97,6 +96,8 @@ def everything(ctx: Context) -> list[Output]:
 def _saved(ctx: Context, text: str, ast: Node, span: Span) -> Output | None:
     """A column for one thing of .save; None for a device parameter that is not a current."""
     if isinstance(ast, Name) and ast.id.startswith("@"):
+        from .behaviour import DEVICE_CURRENTS, element_current
+
         device, _, parameter = ast.id[1:].rstrip("]").partition("[")
         if parameter not in DEVICE_CURRENTS or element_current(ctx, device) is None:
             return None

@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 import gc
+import os
 import sys
 
 TYPE_CHECKING = False
@@ -25,10 +26,19 @@ VERBS = {
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Runs one command; returns its exit code (see console.py). Never raises, never shows a traceback."""
-    args = list(sys.argv[1:] if argv is None else argv)
-    if argv is None:
-        gc.disable()  # a process of one command: collections while it imports and parses cost 5 % and free nothing
+    """Runs one command; returns its exit code (see console.py). Never raises, never shows a traceback.
+
+    Without `argv` this is a process of one command, and the process ends here."""
+    if argv is not None:
+        return _code(list(argv))
+    # collections while it imports and parses cost 5 % of such a process, and free nothing
+    gc.disable()
+    code = _code(sys.argv[1:])
+    _leave(code)
+    return code
+
+
+def _code(args: list[str]) -> int:
     try:
         return _dispatch(args)
     except KeyboardInterrupt:
@@ -39,6 +49,22 @@ def main(argv: Sequence[str] | None = None) -> int:
         from .failures import report
 
         return report(error, args)
+
+
+def _leave(code: int) -> None:
+    """Ends the process without taking the interpreter apart piece by piece, a tenth of a small deck's time. Where
+    somebody may depend on that (threads, a profiler, a stream that cannot be flushed) it does nothing."""
+    if "threading" in sys.modules or sys.getprofile() is not None or sys.gettrace() is not None:
+        return
+    import atexit
+
+    try:
+        atexit._run_exitfuncs()
+        sys.stdout.flush()
+        sys.stderr.flush()
+    except (OSError, ValueError, AttributeError):
+        return
+    os._exit(code)
 
 
 def _dispatch(args: list[str]) -> int:

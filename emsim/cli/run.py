@@ -10,7 +10,7 @@ from os.path import abspath, basename, dirname, isdir, splitext
 
 from .. import pipeline
 from ..diagnostics import ConvergenceError, Diagnostic, OutsideError
-from ..outputs import raw, text
+from ..outputs import raw
 from .arguments import DEFINE, HELP, JSON, QUIET, Arguments, Option, UsageError, defines, parse
 from .console import CONVERGENCE, INTERRUPTED, OK, Progress, engineering, print_json, print_lines, show
 
@@ -151,7 +151,9 @@ def _deliver(
                     csv.write(path, result)
     written = [path for _, path, _ in targets if path != "-"] if computed else []
     diagnostics = [*result.diagnostics, *(d for d in trouble if d not in result.diagnostics)]
-    if not given.has("json") and given.text("csv") != "-":
+    if result.prints and not given.has("json") and given.text("csv") != "-":
+        from ..outputs import text
+
         print_lines(text.lines(result, unfinished=LAST_ROWS))
     show(diagnostics, given.has("quiet"))
     if given.has("json"):

@@ -33,7 +33,6 @@ from ..source import NoCollection
 from ..syntax import LineError
 from ..units import spice_number
 from .bind import Level, bind_element, bind_machine_card
-from .files import Files
 from .models import Models
 from .scope import DeckScope, as_float
 
@@ -42,6 +41,7 @@ if TYPE_CHECKING:
     from typing import Any
 
     from ..diagnostics import Span
+    from .files import Files
 
 MAX_LEVELS = 60
 STANDARD_GRAVITY = 9.80665
@@ -65,7 +65,7 @@ class _Flattener:
         self.sink = deck.sink
         self.flat = FlatDeck(deck.title, deck.sink)
         self.flat.sources.append(deck.file)
-        self.files = Files(self.sink, self.flat.sources)
+        self.files: Files | None = None
         self.models = Models(self.flat)
         self.globals: set[str] = {"0"}
         self.chains: dict[int, tuple[str, ...]] = {}  # Subckt -> files open where it is defined
@@ -155,7 +155,7 @@ class _Flattener:
             elif kind is Subckt:
                 self.declare_subckt(card, scope, chain)
             elif kind is Include:
-                inner, its_chain = self.files.cards(card, chain)
+                inner, its_chain = self.included(card, chain)
                 conditions = self.declare(inner, scope, its_chain, out) or conditions
             elif kind is Conditional:
                 out.append((card, chain))
@@ -165,6 +165,13 @@ class _Flattener:
             else:
                 out.append(card)
         return conditions
+
+    def included(self, card: Include, chain: tuple[str, ...]) -> tuple[list[Any], tuple[str, ...]]:
+        if self.files is None:
+            from .files import Files
+
+            self.files = Files(self.sink, self.flat.sources)
+        return self.files.cards(card, chain)
 
     def declare_subckt(self, card: Subckt, scope: DeckScope, chain: tuple[str, ...]) -> None:
         known = scope.subckts.get(card.name)

@@ -6,7 +6,7 @@ from ..build import reread_as_element
 from ..deck import Element, FlatDeck, MachineCard, Model
 from ..diagnostics import suggest
 from ..expr import Node, evaluate
-from ..syntax import CARD_WORDS, missing_mark
+from ..syntax import CARD_WORDS
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -106,6 +106,8 @@ class Models:
         near = suggest(name, candidates)
         word = e.span.text.lower()
         if word in CARD_WORDS:
+            from ..mistakes import missing_mark
+
             hint = missing_mark(word)
         elif near:
             hint = f"did you mean `{near}`?"
@@ -135,7 +137,11 @@ class Models:
         at = min(first + (e.letter == "m"), len(words) - 1)
         if at < first - 1 or not words:
             word = e.span.text.lower()
-            hint = missing_mark(word) if word in CARD_WORDS else None
+            hint = None
+            if word in CARD_WORDS:
+                from ..mistakes import missing_mark
+
+                hint = missing_mark(word)
             self.sink.error("E109", f"`{e.name}` has too few nodes", e.span, hint)
             return
         e.model_span = spans[at]

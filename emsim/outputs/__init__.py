@@ -5,13 +5,12 @@ from __future__ import annotations
 from os import fspath
 from os.path import abspath, dirname, isdir, splitext
 
-from ..diagnostics import Diagnostic, OutsideError
-from ..result import Result
-
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from os import PathLike
     from typing import Any
+
+    from ..result import Result
 
 FORMATS = {".raw": "raw", ".csv": "csv", ".txt": "text"}
 
@@ -29,5 +28,7 @@ def save(result: Result, path: str | PathLike[str], **options: Any) -> None:
         import_module("." + FORMATS[extension], __name__).write(path, result, **options)
     except OSError as error:
         folder = dirname(abspath(path))
+        from ..diagnostics import Diagnostic, OutsideError
+
         why = error.strerror or str(error) if isdir(folder) else f"there is no folder {folder}"
         raise OutsideError(Diagnostic("error", "E503", f"cannot write {path}: {why}")) from None

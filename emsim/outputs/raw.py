@@ -10,13 +10,13 @@ as plain numbers: ngspice does so with the mechanical ones.
 from __future__ import annotations
 
 import sys
-from array import array
-
-from ..result import Columns, Result, Table
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from array import array
     from typing import IO
+
+    from ..result import Result, Table
 
 TYPES = {
     "s": "time", "V": "voltage", "A": "current", "Hz": "frequency",
@@ -69,6 +69,8 @@ def _command() -> str:
 
 def write_table(file: IO[bytes], table: Table, ascii: bool = False) -> None:
     """Appends one table to an open file."""
+    from array import array
+
     variables = "".join(
         f"\t{k}\t{name}\t{raw_type(unit)}\n"
         for k, (name, unit) in enumerate(zip(table.names, table.units, strict=True))
@@ -107,6 +109,8 @@ def read(path: str) -> Result:
     """Reads a raw file of ngspice or emsim. Complex plots (.ac) are passed over.
 
     OSError if the file cannot be opened, RawFileError if it cannot be understood."""
+    from ..result import Result
+
     with open(path, "rb") as file:
         tables = []
         while (header := _header(file, path)) is not None:
@@ -140,6 +144,10 @@ def _header(file: IO[bytes], path: str) -> dict[str, list[str]] | None:
 
 
 def _table(file: IO[bytes], header: dict[str, list[str]], path: str) -> Table | None:
+    from array import array
+
+    from ..result import Columns, Table
+
     try:
         count, points = int(header["no. variables"][0]), int(header["no. points"][0])
         variables = [line.split() for line in header["variables"] if line.strip()]
@@ -172,6 +180,8 @@ def _table(file: IO[bytes], header: dict[str, list[str]], path: str) -> Table | 
 
 def _values(file: IO[bytes], count: int, points: int, width: int, path: str) -> array[float]:
     """The numbers of an ascii plot: an index, then one number a variable (two, with a comma, if complex)."""
+    from array import array
+
     records = array("d")
     for _ in range(points):
         words: list[str] = []

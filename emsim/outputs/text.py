@@ -6,13 +6,11 @@ a grid every point is shown. An operating point is a list `name = value`. There 
 
 from __future__ import annotations
 
-from array import array
-
-from ..result import Result, Table
-
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
+
+    from ..result import Result, Table
 
 RULE = "-" * 80
 
@@ -41,7 +39,7 @@ def table_lines(
         return
     if not table.axis:
         for name in names:
-            for value in table.floats(name):
+            for value in table.doubles(name):
                 yield f"{name} = {value:.{digits}e} {table.unit(name)}".rstrip()
         return
     first, x, columns = _on_grid(table, names, last)
@@ -60,14 +58,14 @@ def table_lines(
 
 def _on_grid(
     table: Table, names: Sequence[str], last: int | None
-) -> tuple[int, array[float], list[array[float]]]:
+) -> tuple[int, Sequence[float], list[Sequence[float]]]:
     """Index of the first row, the axis and the columns."""
-    x = table.floats(0)
+    x = table.doubles(0)
     if table.grid is None or len(x) < 2 or not table.grid[0] > 0:
         first = max(len(x) - last, 0) if last is not None else 0
-        return first, x[first:], [table.floats(name)[first:] for name in names]
+        return first, x[first:], [table.doubles(name)[first:] for name in names]
     step, start, stop = table.grid
     count = int((min(stop, x[-1]) - start) / step + 1e-9) + 1
     first = max(count - last, 0) if last is not None else 0
-    times = array("d", (min(max(start + k * step, x[0]), x[-1]) for k in range(first, count)))
-    return first, times, [table.sample(name, times) for name in names]
+    times = [min(max(start + k * step, x[0]), x[-1]) for k in range(first, count)]
+    return first, times, [table.samples(name, times) for name in names]

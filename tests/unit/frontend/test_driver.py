@@ -13,6 +13,8 @@ from hypothesis import strategies as st
 
 from emsim import syntax
 from emsim.build import read
+from emsim.lark_grammar import STARTS
+from emsim.mistakes import lark_line
 from emsim.source import PLAIN, Line, Reading, SourceFile, trees
 from emsim.syntax import LineError
 from emsim.units import spice_leftover, spice_number
@@ -45,7 +47,7 @@ def line_of(text: str) -> Line:
 
 def by_lark(text: str, start: str):
     try:
-        return shape(syntax.lark_line(line_of(text), start))
+        return shape(lark_line(line_of(text), start))
     except LineError:
         return None
 
@@ -111,7 +113,7 @@ def test_every_line_of_a_deck_has_larks_tree(path):
 def test_wrong_and_strange_lines_are_read_as_lark_reads_them():
     read_by_both = 0
     for text in bad_cards():
-        for start in syntax.STARTS:
+        for start in STARTS:
             native = agree(text, start)
             read_by_both += native
             if not native and text.isascii():
@@ -130,15 +132,13 @@ PIECES = [
 
 
 @settings(max_examples=400, deadline=None, suppress_health_check=list(HealthCheck))
-@given(
-    st.lists(st.sampled_from(PIECES), min_size=1, max_size=14), st.sampled_from(syntax.STARTS), st.booleans()
-)
+@given(st.lists(st.sampled_from(PIECES), min_size=1, max_size=14), st.sampled_from(STARTS), st.booleans())
 def test_made_up_lines_have_larks_tree(pieces, start, spaced):
     agree((" " if spaced else "").join(pieces), start)
 
 
 @settings(max_examples=200, deadline=None)
-@given(st.text(max_size=40), st.sampled_from(syntax.STARTS))
+@given(st.text(max_size=40), st.sampled_from(STARTS))
 def test_any_text_is_read_as_lark_reads_it(text, start):
     try:
         agree(text, start)
@@ -170,7 +170,7 @@ def test_words_of_a_plain_card_are_those_of_its_tree():
             if place < 0:
                 continue
             shown = SourceFile("x", text).text_line(place >> 40)[place >> 20 & 0xFFFFF :]
-            name, leaves = syntax.lark_line(line_of(shown), "element")
+            name, leaves = lark_line(line_of(shown), "element")
             assert (rule, words) == (name, [leaf.lower() for leaf in leaves])
             assert leaves[-1].start_pos == place & 0xFFFFF
             assert value == (spice_number(leaves[-1]) if PLAIN[rule][1] else None)

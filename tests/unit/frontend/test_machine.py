@@ -8,7 +8,8 @@ from math import pi
 import pytest
 
 from emsim.deck import Element
-from emsim.syntax import CARD_WORDS, parser
+from emsim.lark_grammar import parser
+from emsim.syntax import CARD_WORDS
 
 from .support import codes, flat, machine, said
 

@@ -9,7 +9,7 @@ import time
 
 import pytest
 
-from emsim import syntax
+from emsim import lark_grammar, syntax
 from emsim.source import Line, SourceFile
 
 
@@ -46,15 +46,16 @@ CORPUS = [
 @pytest.mark.parametrize(("text", "start"), CORPUS)
 def test_cached_tables_give_the_tree_of_the_grammar(text, start, tmp_path, monkeypatch):
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
-    monkeypatch.setattr(syntax, "_parser", None)
-    fresh = syntax.build_parser(syntax.grammar_text()).parse(text, start)
-    syntax._write_cache(
-        syntax._cache_file(syntax.grammar_text(), "x"), syntax.build_parser(syntax.grammar_text())
+    monkeypatch.setattr(lark_grammar, "_parser", None)
+    fresh = lark_grammar.build_parser(lark_grammar.grammar_text()).parse(text, start)
+    lark_grammar._write_cache(
+        lark_grammar._cache_file(lark_grammar.grammar_text(), "x"),
+        lark_grammar.build_parser(lark_grammar.grammar_text()),
     )
     import lark
 
-    tables = syntax._read_cache(syntax._cache_file(syntax.grammar_text(), "x"))
-    loaded = lark.Lark._load_from_dict(*tables, transformer=syntax._Trees())
+    tables = lark_grammar._read_cache(lark_grammar._cache_file(lark_grammar.grammar_text(), "x"))
+    loaded = lark.Lark._load_from_dict(*tables, transformer=lark_grammar._Trees())
     assert loaded.parse(text, start) == fresh
 
 

@@ -212,9 +212,9 @@ impl Trees {
         let table = table();
         Trees {
             leaf,
-            terminals: table.terminals.iter().map(|t| PyString::new(py, t.name).unbind()).collect(),
+            terminals: table.terminal_names().map(|n| PyString::new(py, n).unbind()).collect(),
             rules: table.names.iter().map(|n| PyString::new(py, n).unbind()).collect(),
-            word: table.terminals.iter().position(|t| t.name == "WORD").unwrap_or(usize::MAX),
+            word: table.terminal_names().position(|n| n == "WORD").unwrap_or(usize::MAX),
             plain: table.names.iter().map(|n| plain.get(*n).copied().unwrap_or((0, false))).collect(),
         }
     }

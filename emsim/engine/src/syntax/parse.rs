@@ -63,7 +63,7 @@ impl Parser {
         self.states.push(start.0);
         let mut at = 0;
         loop {
-            let lexer = &table.lexers[table.states[*self.states.last().unwrap() as usize].lexer as usize];
+            let Some(lexer) = self.lexer(table) else { return false };
             match self.token(table, lexer, text, at) {
                 Token::Some(terminal, end) => {
                     self.tree.nodes.push(Node::Leaf { terminal, start: at as u32, end: end as u32 });
@@ -90,11 +90,16 @@ impl Parser {
         }
     }
 
+    /// What looks for the terminals of the state.
+    fn lexer<'t>(&self, table: &'t Table) -> Option<&'t Lexer> {
+        table.lexer(table.state(*self.states.last()?)?.lexer)
+    }
+
     /// The first terminal of the lexer, in its order, that matches.
     fn token(&mut self, table: &Table, lexer: &Lexer, text: &str, at: usize) -> Token {
         let Some(&byte) = text.as_bytes().get(at) else { return Token::End };
         for &k in &lexer.order {
-            let terminal = &table.terminals[k as usize];
+            let Some(terminal) = table.terminal(k as usize) else { return Token::No };
             let pattern = &terminal.pattern;
             if !(if byte < 128 { pattern.first >> byte & 1 != 0 } else { pattern.first_other }) {
                 continue;
@@ -108,7 +113,10 @@ impl Parser {
                     // a keyword among the words
                     for &(word, keyword) in &lexer.unless {
                         if word == k {
-                            let pattern = &table.terminals[keyword as usize].pattern;
+                            let Some(keyword_terminal) = table.terminal(keyword as usize) else {
+                                return Token::No;
+                            };
+                            let pattern = &keyword_terminal.pattern;
                             if byte < 128 && pattern.first >> byte & 1 == 0 {
                                 continue;
                             }
@@ -129,8 +137,8 @@ impl Parser {
     /// Reduces as often as the terminal asks for and shifts it; at the end, until the start is complete.
     fn feed(&mut self, table: &Table, terminal: usize, leaf: Option<u32>, last: u16) -> bool {
         loop {
-            let state = *self.states.last().unwrap();
-            match table.action(state, terminal) {
+            let Some(state) = self.states.last().and_then(|&s| table.state(s)) else { return false };
+            match state.action(terminal) {
                 Action::Error => return false,
                 Action::Shift(next) => {
                     let Some(leaf) = leaf else { return false };
@@ -149,7 +157,7 @@ impl Parser {
     }
 
     fn reduce(&mut self, table: &Table, number: u16) -> Option<u16> {
-        let rule = &table.rules[number as usize];
+        let rule = table.rule(number as usize)?;
         let size = rule.children.len();
         let from = self.values.len().checked_sub(size)?;
         // the children of a repetition are appended to in place
@@ -189,7 +197,7 @@ impl Parser {
             Value::Node(self.tree.nodes.len() as u32 - 1)
         };
         self.values.push(value);
-        let next = table.goto(*self.states.last()?, rule.origin)?;
+        let next = table.state(*self.states.last()?)?.goto(rule.origin)?;
         self.states.push(next);
         Some(next)
     }

@@ -1,11 +1,13 @@
-//! The tables of the grammar: terminals, rules, lexers, LALR(1) states; read from tables.txt, which
-//! grammar/export.py writes. Reading takes about a third of a millisecond, once a process.
+//! The tables of the grammar: terminals, rules, lexers, LALR(1) states; from tables.txt, which grammar/export.py
+//! writes. Opening them cuts the text into lines; an item is read when it is first used, for a small deck visits
+//! a tenth of the states and a process lives for milliseconds.
 //!
 //! Sections, each opened by its name and its number of lines:
 //!
 //!     terminals   name, `i` if it is ignored, its pattern
 //!     classes     characters: ASCII mask, the others
-//!     rules       origin, number of symbols, name of the tree, `1` if a single child stands for it, children
+//!     names       of trees; `_` for rules whose children go to the parent
+//!     rules       origin, name, `1` if a single child stands for it, what becomes of its symbols
 //!     lexers      terminals in the order in which they are tried; `w>k`: a w that k matches whole is a k
 //!     lookaheads  sets of terminals
 //!     states      lexer, `symbol:state` shifts and gotos, `lookahead@rule` reductions
@@ -33,6 +35,7 @@ pub enum Child {
 
 pub struct Rule {
     pub origin: u16,
+    /// into `Table::names`
     pub name: u16,
     /// the rule has no name of its own, its children go to its parent
     pub nameless: bool,
@@ -40,7 +43,6 @@ pub struct Rule {
     pub children: Vec<Child>,
 }
 
-#[derive(Default)]
 pub struct Lexer {
     pub order: Vec<u8>,
     /// (word, keyword)
@@ -54,147 +56,188 @@ pub enum Action {
     Reduce(u16),
 }
 
-#[derive(Default)]
 pub struct State {
-    pub lexer: u16,
+    pub lexer: usize,
+    /// by terminal, `$END` the last
+    actions: Vec<Action>,
     /// sorted by symbol
     gotos: Vec<(u16, u16)>,
 }
 
+impl State {
+    #[inline]
+    pub fn action(&self, terminal: usize) -> Action {
+        self.actions.get(terminal).copied().unwrap_or(Action::Error)
+    }
+
+    #[inline]
+    pub fn goto(&self, origin: u16) -> Option<u16> {
+        self.gotos.binary_search_by_key(&origin, |g| g.0).ok().map(|k| self.gotos[k].1)
+    }
+}
+
+/// Items that are read when they are first used; None for what is no such item.
+struct Lazy<T> {
+    lines: Vec<&'static str>,
+    items: Vec<OnceLock<Option<T>>>,
+}
+
+impl<T> Lazy<T> {
+    fn over(lines: Vec<&'static str>) -> Self {
+        let items = lines.iter().map(|_| OnceLock::new()).collect();
+        Lazy { lines, items }
+    }
+
+    #[inline]
+    fn get(&self, k: usize, read: impl FnOnce(&'static str) -> Option<T>) -> Option<&T> {
+        self.items.get(k)?.get_or_init(|| read(self.lines[k])).as_ref()
+    }
+}
+
 pub struct Table {
-    pub terminals: Vec<Terminal>,
+    terminals: Lazy<Terminal>,
     pub classes: Vec<Class>,
-    pub rules: Vec<Rule>,
-    /// names of trees
     pub names: Vec<&'static str>,
-    pub lexers: Vec<Lexer>,
-    pub states: Vec<State>,
-    /// states x (terminals and $END): 0 error, n shift to n - 1, REDUCE + rule
-    actions: Vec<u16>,
-    width: usize,
+    rules: Lazy<Rule>,
+    lexers: Lazy<Lexer>,
+    lookaheads: Vec<&'static str>,
+    states: Lazy<State>,
     pub starts: Vec<(&'static str, u16, u16)>,
     pub cards: Vec<&'static str>,
 }
 
-const REDUCE: u16 = 0x8000;
-
 /// The tables of the grammar that this engine was built with.
 pub fn table() -> &'static Table {
     static TABLE: OnceLock<Table> = OnceLock::new();
-    // a test reads the very same text; it cannot fail later
-    TABLE.get_or_init(|| Table::read(include_str!("tables.txt")).expect("the tables of the grammar"))
+    // a test opens the very same text and reads every item of it
+    TABLE.get_or_init(|| Table::open(include_str!("tables.txt")).expect("the tables of the grammar"))
 }
 
 impl Table {
     /// None if the text is not such a table.
-    pub fn read(text: &'static str) -> Option<Table> {
+    pub fn open(text: &'static str) -> Option<Table> {
         let mut lines = text.lines();
         lines.next()?;
-        let terminal_lines = section(&mut lines, "terminals")?;
-        let classes: Vec<Class> = section(&mut lines, "classes")?.into_iter().map(read_class).collect::<Option<_>>()?;
-        let terminals: Vec<Terminal> =
-            terminal_lines.into_iter().map(|l| read_terminal(l, &classes)).collect::<Option<_>>()?;
-        let width = terminals.len() + 1;
-        let mut names = Vec::new();
-        let rules: Vec<Rule> =
-            section(&mut lines, "rules")?.into_iter().map(|l| read_rule(l, &mut names)).collect::<Option<_>>()?;
-        let lexers = section(&mut lines, "lexers")?.into_iter().map(read_lexer).collect::<Option<_>>()?;
-        let lookaheads: Vec<Vec<usize>> = section(&mut lines, "lookaheads")?
-            .into_iter()
-            .map(|l| l.split(' ').map(|w| w.parse().ok()).collect::<Option<_>>())
-            .collect::<Option<_>>()?;
-        let state_lines = section(&mut lines, "states")?;
-        let mut table = Table {
-            actions: vec![0; state_lines.len() * width],
-            states: Vec::with_capacity(state_lines.len()),
-            terminals,
-            classes,
-            rules,
-            names,
-            lexers,
-            width,
-            starts: Vec::new(),
-            cards: Vec::new(),
-        };
-        for (k, line) in state_lines.into_iter().enumerate() {
-            let state = table.read_state(k, line, &lookaheads)?;
-            table.states.push(state);
-        }
+        let terminals = Lazy::over(section(&mut lines, "terminals")?);
+        let classes = section(&mut lines, "classes")?.into_iter().map(read_class).collect::<Option<_>>()?;
+        let names = section(&mut lines, "names")?;
+        let rules = Lazy::over(section(&mut lines, "rules")?);
+        let lexers = Lazy::over(section(&mut lines, "lexers")?);
+        let lookaheads = section(&mut lines, "lookaheads")?;
+        let states = Lazy::over(section(&mut lines, "states")?);
+        let mut starts = Vec::new();
         for line in section(&mut lines, "starts")? {
             let mut words = line.split(' ');
-            table.starts.push((words.next()?, words.next()?.parse().ok()?, words.next()?.parse().ok()?));
+            starts.push((words.next()?, words.next()?.parse().ok()?, words.next()?.parse().ok()?));
         }
-        table.cards = section(&mut lines, "cards")?;
-        table.is_sound().then_some(table)
+        let cards = section(&mut lines, "cards")?;
+        Some(Table { terminals, classes, names, rules, lexers, lookaheads, states, starts, cards })
     }
 
-    fn read_state(&mut self, k: usize, line: &str, lookaheads: &[Vec<usize>]) -> Option<State> {
+    /// `$END`, as a terminal; the number of the others.
+    pub fn end(&self) -> usize {
+        self.terminals.lines.len()
+    }
+
+    pub fn terminal_names(&self) -> impl Iterator<Item = &'static str> + '_ {
+        self.terminals.lines.iter().map(|line| line.split(' ').next().unwrap_or(""))
+    }
+
+    pub fn start(&self, name: &str) -> Option<(u16, u16)> {
+        self.starts.iter().find(|s| s.0 == name).map(|s| (s.1, s.2))
+    }
+
+    #[inline]
+    pub fn terminal(&self, k: usize) -> Option<&Terminal> {
+        self.terminals.get(k, |line| {
+            let mut words = line.splitn(3, ' ');
+            let (name, ignored) = (words.next()?, words.next()? == "i");
+            Some(Terminal { name, ignored, pattern: Pattern::read(words.next()?, &self.classes)? })
+        })
+    }
+
+    #[inline]
+    pub fn rule(&self, k: usize) -> Option<&Rule> {
+        self.rules.get(k, |line| {
+            let mut words = line.split(' ');
+            let (origin, name) = (words.next()?.parse().ok()?, words.next()?.parse().ok()?);
+            let nameless = *self.names.get(name as usize)? == "_";
+            let single = words.next()? == "1";
+            let child = |c| match c {
+                'k' => Child::Keep,
+                'i' => Child::Inline,
+                _ => Child::Drop,
+            };
+            let children = words.next()?.chars().filter(|&c| c != '-').map(child).collect();
+            Some(Rule { origin, name, nameless, single, children })
+        })
+    }
+
+    #[inline]
+    pub fn lexer(&self, k: usize) -> Option<&Lexer> {
+        self.lexers.get(k, |line| {
+            let mut lexer = Lexer { order: Vec::new(), unless: Vec::new() };
+            for word in line.split(' ') {
+                match word.split_once('>') {
+                    Some((word, keyword)) => lexer.unless.push((word.parse().ok()?, keyword.parse().ok()?)),
+                    None => lexer.order.push(word.parse().ok()?),
+                }
+            }
+            Some(lexer)
+        })
+    }
+
+    #[inline]
+    pub fn state(&self, k: u16) -> Option<&State> {
+        self.states.get(k as usize, |line| self.read_state(line))
+    }
+
+    fn read_state(&self, line: &'static str) -> Option<State> {
         let mut words = line.split(' ');
-        let mut state = State { lexer: words.next()?.parse().ok()?, gotos: Vec::new() };
+        let lexer = words.next()?.parse().ok()?;
+        let mut state = State { lexer, actions: vec![Action::Error; self.end() + 1], gotos: Vec::new() };
         for word in words {
             if let Some((symbol, target)) = word.split_once(':') {
-                let (symbol, target): (usize, u16) = (symbol.parse().ok()?, target.parse().ok()?);
-                if symbol < self.width {
-                    self.actions[k * self.width + symbol] = target + 1;
-                } else {
-                    state.gotos.push((symbol as u16, target));
+                let (symbol, target): (u16, u16) = (symbol.parse().ok()?, target.parse().ok()?);
+                match state.actions.get_mut(symbol as usize) {
+                    Some(action) => *action = Action::Shift(target),
+                    None => state.gotos.push((symbol, target)),
                 }
             } else {
                 let (set, rule) = word.split_once('@')?;
-                let rule: u16 = rule.parse().ok()?;
-                for &terminal in lookaheads.get(set.parse::<usize>().ok()?)? {
-                    *self.actions.get_mut(k * self.width + terminal)? = REDUCE + rule;
+                let rule = rule.parse().ok()?;
+                for terminal in self.lookaheads.get(set.parse::<usize>().ok()?)?.split(' ') {
+                    *state.actions.get_mut(terminal.parse::<usize>().ok()?)? = Action::Reduce(rule);
                 }
             }
         }
         Some(state)
     }
 
-    /// Every number points at something.
-    fn is_sound(&self) -> bool {
-        let states = self.states.len() as u16;
-        let terminals = self.terminals.len();
-        let action_fits = |&a: &u16| {
-            if a >= REDUCE {
-                ((a - REDUCE) as usize) < self.rules.len()
-            } else {
-                a <= states
-            }
+    /// Every item can be read, and every number in it points at something.
+    #[cfg(test)]
+    pub fn is_sound(&self) -> bool {
+        let terminal = |k: u8| self.terminal(k as usize).is_some();
+        let state = |k: u16| self.state(k).is_some();
+        let fits = |action: &Action| match *action {
+            Action::Error => true,
+            Action::Shift(next) => state(next),
+            Action::Reduce(rule) => self.rule(rule as usize).is_some(),
         };
-        self.width < 256
-            && self.actions.iter().all(action_fits)
-            && self
-                .states
-                .iter()
-                .all(|s| (s.lexer as usize) < self.lexers.len() && s.gotos.iter().all(|&(_, target)| target < states))
-            && self.lexers.iter().all(|l| {
-                l.order.iter().chain(l.unless.iter().flat_map(|(a, b)| [a, b])).all(|&t| (t as usize) < terminals)
+        self.end() < 255
+            && (0..self.end()).all(|k| terminal(k as u8))
+            && (0..self.rules.lines.len()).all(|k| self.rule(k).is_some())
+            && (0..self.lexers.lines.len()).all(|k| {
+                self.lexer(k).is_some_and(|l| {
+                    l.order.iter().copied().all(terminal) && l.unless.iter().all(|&(w, k)| terminal(w) && terminal(k))
+                })
             })
-            && self.starts.iter().all(|&(_, first, last)| first < states && last < states)
-    }
-
-    /// `$END`, as a terminal.
-    pub fn end(&self) -> usize {
-        self.terminals.len()
-    }
-
-    #[inline]
-    pub fn action(&self, state: u16, terminal: usize) -> Action {
-        match self.actions[state as usize * self.width + terminal] {
-            0 => Action::Error,
-            a if a >= REDUCE => Action::Reduce(a - REDUCE),
-            a => Action::Shift(a - 1),
-        }
-    }
-
-    #[inline]
-    pub fn goto(&self, state: u16, origin: u16) -> Option<u16> {
-        let gotos = &self.states[state as usize].gotos;
-        gotos.binary_search_by_key(&origin, |g| g.0).ok().map(|k| gotos[k].1)
-    }
-
-    pub fn start(&self, name: &str) -> Option<(u16, u16)> {
-        self.starts.iter().find(|s| s.0 == name).map(|s| (s.1, s.2))
+            && (0..self.states.lines.len() as u16).all(|k| {
+                self.state(k).is_some_and(|s| {
+                    self.lexer(s.lexer).is_some() && s.actions.iter().all(fits) && s.gotos.iter().all(|g| state(g.1))
+                })
+            })
+            && self.starts.iter().all(|&(_, first, last)| state(first) && state(last))
     }
 }
 
@@ -221,49 +264,4 @@ fn read_class(line: &str) -> Option<Class> {
         })
         .collect::<Option<_>>()?;
     Some(Class { ascii: u128::from_str_radix(mask, 16).ok()?, others, ranges })
-}
-
-fn read_terminal(line: &'static str, classes: &[Class]) -> Option<Terminal> {
-    let mut words = line.splitn(3, ' ');
-    let (name, ignored) = (words.next()?, words.next()? == "i");
-    Some(Terminal { name, ignored, pattern: Pattern::read(words.next()?, classes)? })
-}
-
-fn read_rule(line: &'static str, names: &mut Vec<&'static str>) -> Option<Rule> {
-    let words: Vec<&str> = line.split(' ').collect();
-    let [origin, size, name, single, children] = words[..] else { return None };
-    let children: Vec<Child> = children
-        .chars()
-        .filter_map(|c| match c {
-            'k' => Some(Child::Keep),
-            'x' => Some(Child::Drop),
-            'i' => Some(Child::Inline),
-            _ => None,
-        })
-        .collect();
-    if children.len() != size.parse::<usize>().ok()? {
-        return None;
-    }
-    let number = names.iter().position(|n| *n == name).unwrap_or_else(|| {
-        names.push(name);
-        names.len() - 1
-    });
-    Some(Rule {
-        origin: origin.parse().ok()?,
-        name: number as u16,
-        nameless: name.starts_with('_'),
-        single: single == "1",
-        children,
-    })
-}
-
-fn read_lexer(line: &str) -> Option<Lexer> {
-    let mut lexer = Lexer::default();
-    for word in line.split(' ') {
-        match word.split_once('>') {
-            Some((word, keyword)) => lexer.unless.push((word.parse().ok()?, keyword.parse().ok()?)),
-            None => lexer.order.push(word.parse().ok()?),
-        }
-    }
-    Some(lexer)
 }

@@ -14,13 +14,18 @@ fn shown(text: &str, start: &str) -> Option<String> {
 fn node(p: &Parser, k: u32, text: &str) -> String {
     match p.tree.nodes[k as usize] {
         Node::Leaf { terminal, start, end } => {
-            format!("{}:{}", table().terminals[terminal as usize].name, &text[start as usize..end as usize])
+            format!("{}:{}", table().terminal(terminal as usize).unwrap().name, &text[start as usize..end as usize])
         }
         Node::Rule { name, first, count } => {
             let children: Vec<String> = p.tree.of(first, count).iter().map(|&c| node(p, c, text)).collect();
             format!("{}({})", table().names[name as usize], children.join(" "))
         }
     }
+}
+
+#[test]
+fn the_tables_are_sound() {
+    assert!(table().is_sound());
 }
 
 #[test]
