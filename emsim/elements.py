@@ -201,13 +201,9 @@ def resistor(ctx: Ctx, e: Element) -> None:
     if isinstance(e.value, Node):
         inject(ctx, e, resistor_current(ctx, e))
         return
-    p, n = ctx.node(e.nodes[0]), ctx.node(e.nodes[1])
-    g = 1.0 / resistance(ctx, e)
-    b = ctx.b
-    b.g(p, p, g)
-    b.g(n, n, g)
-    b.g(p, n, -g)
-    b.g(n, p, -g)
+    # most elements of a big deck are a number between two nodes
+    r = e.value if e.value and not e.params and e.model is None else resistance(ctx, e)
+    ctx.b.conductance(ctx.node(e.nodes[0]), ctx.node(e.nodes[1]), 1.0 / r)
 
 
 def resistor_current(ctx: Ctx, e: Element) -> Expr:
@@ -235,8 +231,7 @@ def _charge(ctx: Ctx, e: Element) -> Expr:
 
 def capacitor(ctx: Ctx, e: Element) -> None:
     """q = C v in both nodes' charge rows."""
-    p, n = ctx.node(e.nodes[0]), ctx.node(e.nodes[1])
-    b = ctx.b
+    p, n, b = ctx.node(e.nodes[0]), ctx.node(e.nodes[1]), ctx.b
     if isinstance(e.value, Node):
         if _is_charge(e):
             q = _charge(ctx, e)
@@ -245,11 +240,11 @@ def capacitor(ctx: Ctx, e: Element) -> None:
         else:
             inject(ctx, e, capacitor_current(ctx, e))
         return
+    if e.value is not None and not e.params and e.model is None:
+        b.capacitance(p, n, e.value)
+        return
     c = capacitance(ctx, e)
-    b.c(p, p, c)
-    b.c(n, n, c)
-    b.c(p, n, -c)
-    b.c(n, p, -c)
+    b.capacitance(p, n, c)
     if "ic" in e.params:
         # UIC: the charge that turns the nodes' initial voltages into the capacitor's own
         dq = c * (number(e, "ic") - (ctx.initial(e.nodes[0]) - ctx.initial(e.nodes[1])))
@@ -366,6 +361,8 @@ def controls(ctx: Ctx, e: Element) -> list[list[tuple[int, float]]]:
 
 def nodes_read(e: Element) -> list[str]:
     """Nodes that the element only looks at."""
+    if len(e.nodes) == 2 and e.letter not in "EGeg":
+        return []
     pairs = e.extra.get("controls", ()) if e.letter.upper() in "EG" else ()
     return [*e.nodes[2:], *(node for pair in pairs for node in pair)]
 
@@ -596,10 +593,13 @@ TABLE: dict[str, Kind] = {
 }
 
 
+KINDS = {letter: kind for key, kind in TABLE.items() for letter in (key, key.lower())}
+
+
 def dc_role(e: Element) -> str:
     """`dc` of the kind, or of the form a B source takes."""
-    return TABLE[e.letter.upper()].dc if gives_voltage(e) else "drives"
+    return KINDS[e.letter].dc if e.letter not in "Bb" or gives_voltage(e) else "drives"
 
 
 def has_branch(e: Element) -> bool:
-    return TABLE[e.letter.upper()].branch and gives_voltage(e)
+    return KINDS[e.letter].branch and (e.letter not in "Bb" or gives_voltage(e))

@@ -91,12 +91,14 @@ def prepare(flat: FlatDeck, options: Options | None = None) -> tuple[Assembly, l
     from .analyses import plan
     from .assemble import assemble
     from .assemble.options import resolve
+    from .source import NoCollection
 
     options = dict(options or {})
     settings = resolve(flat, options)
     planned = plan(flat, options.get("tmax"))
     times = next(((s.tstep, s.tstop) for card, s in planned if card.kind == "tran"), (1.0, 1.0))
-    assembly = assemble(flat, settings, times)
+    with NoCollection():
+        assembly = assemble(flat, settings, times)
     if not planned:
         flat.sink.note(
             "N283", "the deck asks for no analysis that can run", hint="add .tran tstep tstop, or .op"

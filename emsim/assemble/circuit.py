@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ..diagnostics import suggest
-from ..elements import LEFTOVERS, MODEL_PARAMETERS, PARAMETERS, TABLE, has_branch, nodes_read, number
+from ..elements import KINDS, LEFTOVERS, MODEL_PARAMETERS, PARAMETERS, has_branch, nodes_read, number
 from ..expr import Binary, Call, Cond, Name, Node, Unary
 
 TYPE_CHECKING = False
@@ -27,11 +27,11 @@ def allocate(ctx: Context) -> None:
     flat, sink = ctx.flat, ctx.sink
     ctx.ics = {name: value for name, value, _ in flat.ics}
     unsupported: dict[str, list[Element]] = {}
+    nodes = ctx.nodes
     for e in flat.elements:
-        letter = e.letter.upper()
-        kind = TABLE.get(letter)
+        kind = KINDS.get(e.letter)
         if kind is None:
-            unsupported.setdefault(letter, []).append(e)
+            unsupported.setdefault(e.letter.upper(), []).append(e)
             continue
         twin = ctx.elements.get(e.name)
         if twin is not None:
@@ -44,11 +44,17 @@ def allocate(ctx: Context) -> None:
                 "E296", f"{kind.what} `{e.name}` needs {kind.nodes} nodes, there are {len(e.nodes)}", e.span
             )
             continue
-        if kind.models and not _model_fits(ctx, e, kind.models, kind.what):
+        # most elements of a big deck have neither model nor parameters
+        checked = kind.models and (e.value is None or e.model_name is not None)
+        if checked and not _model_fits(ctx, e, kind.models, kind.what):
             continue
-        _parameters_fit(ctx, e, kind.what)
+        if e.params or e.model is not None:
+            _parameters_fit(ctx, e, kind.what)
         ctx.elements[e.name] = e
-        for name in (*e.nodes, *nodes_read(e)):
+        for name in e.nodes:
+            if name not in nodes:
+                ctx.node(name)
+        for name in nodes_read(e):
             ctx.node(name)
     for letter, elements in unsupported.items():
         names = ", ".join(f"`{e.name}`" for e in elements[:3]) + (" ..." if len(elements) > 3 else "")
@@ -179,7 +185,7 @@ def _calls(ast: Any) -> Iterator[Call]:
 def contribute(ctx: Context) -> None:
     """Every element's stamps; then shunts asked for by options, and the forced starting values."""
     for e in ctx.elements.values():
-        TABLE[e.letter.upper()].contribute(ctx, e)
+        KINDS[e.letter].contribute(ctx, e)
     _couplings_possible(ctx)
     shunt = ctx.options.get("gshunt", 0.0) + (
         1.0 / ctx.options["rshunt"] if ctx.options.get("rshunt") else 0.0

@@ -13,7 +13,7 @@ With UIC in every transient there is no operating point and 3 stays silent where
 
 from __future__ import annotations
 
-from ..elements import TABLE, dc_role, nodes_read
+from ..elements import KINDS, dc_role, nodes_read
 from ..expr import Binary, Call, Cond, Name, Node, Unary
 
 TYPE_CHECKING = False
@@ -31,12 +31,20 @@ GROUND = "0"
 class Edge:
     """A current path between two nodes. role: "conducts", "voltage", "inductor", "blocks", "drives"."""
 
-    __slots__ = ("a", "b", "name", "role", "span", "steady")
+    __slots__ = ("a", "b", "of", "role", "steady")
 
-    def __init__(self, name: str, a: str, b: str, role: str, span: Span, steady: bool = False) -> None:
-        self.name, self.role, self.span = name, role, span
+    def __init__(self, of: Element | MachineCard, a: str, b: str, role: str, steady: bool = False) -> None:
+        self.of, self.role = of, role
         self.a, self.b = GROUND if a == "gnd" else a, GROUND if b == "gnd" else b
         self.steady = steady  # voltage: holds a DC voltage; drives: an independent source
+
+    @property
+    def name(self) -> str:
+        return self.of.name
+
+    @property
+    def span(self) -> Span:
+        return self.of.span
 
 
 class Parts:
@@ -47,9 +55,10 @@ class Parts:
 
     def root(self, x: str) -> str:
         parent = self.parent
-        parent.setdefault(x, x)
-        while parent[x] != x:
-            parent[x] = x = parent[parent[x]]
+        above = parent.setdefault(x, x)
+        while above != x:
+            parent[x] = x = parent[above]
+            above = parent[x]
         return x
 
     def join(self, a: str, b: str) -> bool:
@@ -77,17 +86,17 @@ def check(ctx: Context) -> None:
 
 def _circuit_edges(ctx: Context) -> Iterator[Edge]:
     for e in ctx.elements.values():
-        if TABLE[e.letter.upper()].terminals == 0:
+        if KINDS[e.letter].terminals == 0:
             continue
         role, steady = dc_role(e), False
         if role == "shorts":
-            role = "inductor" if e.letter.upper() == "L" else "conducts" if _reads_current(e) else "voltage"
+            role = "inductor" if e.letter in "Ll" else "conducts" if _reads_current(e) else "voltage"
             steady = role == "voltage" and _holds_voltage(e)
         elif role == "drives":
             if _reads_own_nodes(e):
                 role = "conducts"
             steady = e.letter.upper() == "I"
-        yield Edge(e.name, e.nodes[0], e.nodes[1], role, e.span, steady)
+        yield Edge(e, e.nodes[0], e.nodes[1], role, steady)
 
 
 def _machine_edges(ctx: Context) -> Iterator[Edge]:
@@ -95,10 +104,10 @@ def _machine_edges(ctx: Context) -> Iterator[Edge]:
     for card in ctx.flat.machine:
         nodes = [ref.name for ref in card.args]
         if card.kind == "MOTOR" and len(nodes) >= 2:
-            yield Edge(card.name, nodes[0], nodes[1], _motor_role(ctx, card), card.span)
+            yield Edge(card, nodes[0], nodes[1], _motor_role(ctx, card))
         elif card.kind == "POT" and len(nodes) >= 3:
-            yield Edge(card.name, nodes[0], nodes[1], "conducts", card.span)
-            yield Edge(card.name, nodes[1], nodes[2], "conducts", card.span)
+            yield Edge(card, nodes[0], nodes[1], "conducts")
+            yield Edge(card, nodes[1], nodes[2], "conducts")
         elif card.kind == "TRANSDUCER" and len(nodes) >= 2:
             params = card.params
             role = (
@@ -114,7 +123,7 @@ def _machine_edges(ctx: Context) -> Iterator[Edge]:
                 w = params.get("w")
                 reads_v = isinstance(w, Node) and any(c.fn == "v" for c in _calls(w))
                 role = "blocks" if reads_v else "inductor"
-            yield Edge(card.name, nodes[0], nodes[1], role, card.span)
+            yield Edge(card, nodes[0], nodes[1], role)
 
 
 def _motor_role(ctx: Context, card: MachineCard) -> str:
@@ -256,20 +265,26 @@ def _dc_paths(ctx: Context, edges: list[Edge]) -> None:
             any_path.join(e.a, e.b)
     carrying = {GROUND: None} | {node: None for e in edges for node in (e.a, e.b)}
     floating: dict[str, list[str]] = {}
+    ground = direct.root(GROUND)
     for node in carrying:
         root = direct.root(node)
-        if root != direct.root(GROUND):
+        if root != ground:
             floating.setdefault(root, []).append(node)
+    # by floating part: what ties it to the rest, and the first lines that name it
     ties: dict[str, list[Edge]] = {}
-    for e in edges:
-        if e.role in ("drives", "blocks"):
-            for root in {direct.root(e.a), direct.root(e.b)}:
-                ties.setdefault(root, []).append(e)
+    lines: dict[str, list[Edge]] = {}
+    for e in edges if floating else ():
+        for root in {direct.root(e.a), direct.root(e.b)}:
+            if root != ground:
+                if e.role in ("drives", "blocks"):
+                    ties.setdefault(root, []).append(e)
+                if len(known := lines.setdefault(root, [])) < 3:
+                    known.append(e)
 
     shunted: set[str] = set()
     for root, members in floating.items():
         near = ties.get(root, [])
-        labels = [(e.span, "connected here") for e in _lines(edges, members)[:3]]
+        labels = [(e.span, "connected here") for e in lines.get(root, ())]
         shown = ", ".join(f"`{n}`" for n in members[:4]) + (" ..." if len(members) > 4 else "")
         shown = f"node {shown} has" if len(members) == 1 else f"nodes {shown} have"
         whole = any_path.root(root)
@@ -304,8 +319,3 @@ def _dc_paths(ctx: Context, edges: list[Edge]) -> None:
 
 def _first(labels: list[tuple[Span, str]]) -> Span | None:
     return labels[0][0] if labels else None
-
-
-def _lines(edges: list[Edge], members: list[str]) -> list[Edge]:
-    inside = set(members)
-    return [e for e in edges if e.a in inside or e.b in inside]

@@ -44,6 +44,17 @@ impl Builder {
     }
 }
 
+fn two_terminal(stamps: &mut Vec<(usize, usize, f64)>, (p, n): (Option<usize>, Option<usize>), v: f64) {
+    for (a, b) in [(p, n), (n, p)] {
+        if let Some(a) = a {
+            stamps.push((a, a, v));
+            if let Some(b) = b {
+                stamps.push((a, b, -v));
+            }
+        }
+    }
+}
+
 #[pymethods]
 impl Builder {
     #[new]
@@ -245,6 +256,20 @@ impl Builder {
         if let (Some(r), Some(c)) = (self.row(row)?, self.row(col)?) {
             self.model()?.c.push((r, c, v));
         }
+        Ok(())
+    }
+
+    /// The four stamps of a conductance between two nodes.
+    fn conductance(&mut self, p: i64, n: i64, v: f64) -> PyResult<()> {
+        let rows = (self.row(p)?, self.row(n)?);
+        two_terminal(&mut self.model()?.g, rows, v);
+        Ok(())
+    }
+
+    /// The four stamps of a capacitance between two nodes.
+    fn capacitance(&mut self, p: i64, n: i64, v: f64) -> PyResult<()> {
+        let rows = (self.row(p)?, self.row(n)?);
+        two_terminal(&mut self.model()?.c, rows, v);
         Ok(())
     }
 
