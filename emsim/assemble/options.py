@@ -14,9 +14,10 @@ if TYPE_CHECKING:
     from ..deck import FlatDeck
     from ..diagnostics import Sink, Span
 
-METHODS = ("trap", "gear", "radau", "trbdf2", "esdirk", "rk45", "dop853")
+METHODS = ("trap", "gear", "radau", "radau5", "radau9", "radau13", "trbdf2", "esdirk", "rk45", "dop853")
 SPELLINGS = {
-    "trapezoidal": "trap", "trap": "trap", "gear": "gear", "bdf": "gear", "radau": "radau", "radau5": "radau",
+    "trapezoidal": "trap", "trap": "trap", "gear": "gear", "bdf": "gear", "radau": "radau",
+    "radau5": "radau5", "radau9": "radau9", "radau13": "radau13",
     "trbdf2": "trbdf2", "esdirk": "esdirk", "rk45": "rk45", "dopri5": "rk45", "dop853": "dop853",
 }  # fmt: skip
 

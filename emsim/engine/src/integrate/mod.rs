@@ -62,15 +62,15 @@ pub fn make<'a>(sys: &'a System, o: &Options) -> Result<Box<dyn Method + 'a>, Fa
         "gear" | "bdf" => Box::new(gear::Gear::new(sys, o)?),
         "trbdf2" => Box::new(dirk::trbdf2(sys, o)?),
         "esdirk" => Box::new(dirk::esdirk(sys, o)?),
-        "radau" | "radau5" => Box::new(radau::Radau::new(sys, o)?),
+        "radau" | "radau5" | "radau9" | "radau13" => Box::new(radau::Radau::new(sys, o)?),
         _ => Box::new(trap::Trap::new(sys, o)?),
     })
 }
 
 /// Names that `.options method=` understands.
 pub fn known(method: &str) -> bool {
-    let implicit = ["trap", "trapezoidal", "gear", "bdf", "radau", "radau5", "trbdf2", "esdirk"];
-    implicit.contains(&method) || matches!(method, "rk45" | "dop853")
+    let implicit = ["trap", "trapezoidal", "gear", "bdf", "trbdf2", "esdirk"];
+    implicit.contains(&method) || matches!(method, "radau" | "radau5" | "radau9" | "radau13" | "rk45" | "dop853")
 }
 
 /// Does the method need the equations as an explicit ODE (`System::reduce`)?

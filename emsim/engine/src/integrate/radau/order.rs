@@ -1,0 +1,182 @@
+//! Which of the orders comes next: the one that is expected to do the least work per unit of time.
+//!
+//! The estimates of orders s and s - 2 come from the same stages. For a solution that varies like exp(i w t),
+//!
+//!   est_s = K_s (w h)^(s+1),     K_s = c_1 .. c_s / (s! gamma_s),
+//!
+//! so their quotient gives w h, and that the estimate of order s + 2. Each gives the step which that order would take;
+//! a step is also held where the iteration of the stages stops contracting, whatever the order, and where the run asks
+//! for points. What a step costs is counted in operations of evaluation, factorisation and solution. Hairer and
+//! Wanner's rule (1999, section 4: up where the contraction is below 0.002, down above 0.8) needed up to twice the time
+//! on mechanisms, whose contraction is never that good.
+use super::dense;
+use super::tables::{Scheme, MOST, SCHEMES};
+use crate::sparse::Lu;
+use crate::system::System;
+
+/// The order changes only for a gain of so much.
+const GAIN: f64 = 0.85;
+/// After a change, so many steps pass before the next; after a failure of Newton's method, so many before a rise.
+const REST: u32 = 3;
+const WAIT: u32 = 10;
+/// Contraction of the iteration that a step is chosen for, and the power of the step with which it grows (measured on
+/// mechanisms, with the Jacobian of the middle of the step).
+const CONTRACTION: f64 = 0.15;
+const POWER: f64 = 1.3;
+
+/// The next step in units of this one, where the iteration contracted like this.
+pub fn contracting(contraction: f64) -> f64 {
+    (CONTRACTION / contraction.max(1e-9)).powf(1.0 / POWER).max(0.5)
+}
+
+/// Operations of one evaluation, one Jacobian, one real factorisation, one real solution.
+struct Costs {
+    evaluation: f64,
+    jacobian: f64,
+    factor: f64,
+    solve: f64,
+    unknowns: f64,
+}
+
+/// What a step was like.
+pub struct Taken {
+    pub h: f64,
+    pub iterations: usize,
+    pub contraction: f64, // 0 where none was seen
+    /// error estimates of this order and of the next lower one, in units of the tolerance
+    pub error: f64,
+    pub lower: f64,
+    /// the longest step that the run allows
+    pub longest: f64,
+    pub linear: bool,
+}
+
+pub struct Orders {
+    least: usize,
+    most: usize,
+    wait: u32,
+    rest: u32,
+    costs: Costs,
+    lower: [[f64; MOST]; 3], // of each scheme: weights of D in the estimate of the next lower order
+}
+
+/// c_1 .. c_s / (s! gamma), also for the scheme of one stage that is never used.
+fn constant(scheme: Option<&Scheme>) -> f64 {
+    scheme.map_or(1.0, |x| x.c.iter().enumerate().map(|(k, c)| c / (k + 1) as f64).product::<f64>() / x.gamma)
+}
+
+impl Orders {
+    /// `name`: radau (any order), radau5, radau9, radau13. With a fixed step, `radau` is of order 5.
+    pub fn new(name: &str, fixed: bool, sys: &System, lu: &Lu<f64>) -> Orders {
+        let (least, most) = match name {
+            "radau5" => (0, 0),
+            "radau9" => (1, 1),
+            "radau13" => (2, 2),
+            _ => (0, if fixed { 0 } else { 2 }),
+        };
+        let (values, derivatives) = sys.operations();
+        let (entries, diodes) = (sys.pattern.nnz() as f64, 30.0 * sys.diodes() as f64);
+        let costs = Costs {
+            evaluation: 2.0 * values as f64 + 2.0 * entries + diodes,
+            jacobian: 2.0 * derivatives as f64 + 2.0 * entries + diodes,
+            factor: (lu.operations() + 3 * lu.nnz()) as f64,
+            solve: (2 * lu.nnz()) as f64,
+            unknowns: sys.n as f64,
+        };
+        let lower = std::array::from_fn(|rank| {
+            let (c, d) = if rank == 0 { (&[1.0][..], &[-1.0][..]) } else { (SCHEMES[rank - 1].c, SCHEMES[rank - 1].d) };
+            let mut sum = [0.0; MOST];
+            for (c, d) in c.iter().zip(d) {
+                for (sum, l) in sum.iter_mut().zip(&dense::weights(SCHEMES[rank], *c)[1..]) {
+                    *sum += d * l;
+                }
+            }
+            sum
+        });
+        Orders { least, most, wait: 0, rest: 0, costs, lower }
+    }
+
+    pub fn first(&self) -> &'static Scheme {
+        SCHEMES[self.least]
+    }
+
+    pub fn most(&self) -> &'static Scheme {
+        SCHEMES[self.most]
+    }
+
+    /// May the order change? Then the estimate of the next lower one is asked for.
+    pub fn variable(&self, now: &Scheme) -> bool {
+        self.least < self.most || now.rank() < self.least
+    }
+
+    /// Weights of D in the estimate of the next lower order, and what turns the real matrix of this one into its own.
+    pub fn lower(&self, scheme: &Scheme) -> (&[f64], f64) {
+        let gamma = if scheme.rank() == 0 { 1.0 } else { SCHEMES[scheme.rank() - 1].gamma };
+        (&self.lower[scheme.rank()][..scheme.s], scheme.gamma / gamma)
+    }
+
+    /// Work per unit of time, and the step, at order `rank`, where the estimate for a step of `taken.h` is `error`.
+    fn rate(&self, rank: usize, taken: &Taken, error: f64, reltol: f64) -> (f64, f64) {
+        let scheme = SCHEMES[rank];
+        let s = scheme.s as f64;
+        let allowed = super::share(reltol) / error.max(1e-12);
+        let mut h = taken.h * (0.9 * allowed.powf(1.0 / (s + 1.0))).clamp(0.125, 8.0);
+        h = h.min(taken.longest);
+        let mut iterations = taken.iterations as f64;
+        if taken.contraction > 0.0 {
+            let theta = taken.contraction.clamp(1e-5, 0.5);
+            h = h.min(taken.h * contracting(theta));
+            let stretched = (theta * (h / taken.h).powf(POWER)).clamp(1e-5, 0.5);
+            iterations = 1.0 + (iterations - 1.0) * theta.ln() / stretched.ln();
+        }
+        let c = &self.costs;
+        let pairs = (s - 1.0) / 2.0;
+        let systems = 1.0 + 4.0 * pairs;
+        let passes = if taken.linear { 2.0 } else { iterations };
+        let mut work = (passes * s + 1.0) * c.evaluation;
+        work += iterations * (systems * c.solve + 3.0 * s * s * c.unknowns);
+        if !taken.linear {
+            work += c.jacobian + systems * c.factor;
+        }
+        (work / h, h)
+    }
+
+    /// After an accepted step: the order of the next, and its step where the order changes.
+    pub fn next(&mut self, now: &'static Scheme, taken: &Taken, reltol: f64) -> (&'static Scheme, Option<f64>) {
+        self.wait = self.wait.saturating_sub(1);
+        self.rest = self.rest.saturating_sub(1);
+        if now.rank() < self.least {
+            return (if self.wait == 0 { self.first() } else { now }, None);
+        }
+        if self.rest > 0 || !(taken.lower > 0.0 && taken.error > 0.0) {
+            return (now, None);
+        }
+        let rank = now.rank();
+        let below = if rank == 0 { None } else { Some(SCHEMES[rank - 1]) };
+        let mut best = (self.rate(rank, taken, taken.error, reltol).0 * GAIN, rank, 0.0);
+        let mut consider = |other: usize, error: f64| {
+            let (rate, h) = self.rate(other, taken, error, reltol);
+            if rate < best.0 {
+                best = (rate, other, h);
+            }
+        };
+        if rank > self.least {
+            consider(rank - 1, taken.lower);
+        }
+        if rank < self.most && self.wait == 0 {
+            let squared = (taken.error / constant(Some(now))) / (taken.lower / constant(below));
+            consider(rank + 1, taken.error * squared * constant(Some(SCHEMES[rank + 1])) / constant(Some(now)));
+        }
+        if best.1 == rank {
+            return (now, None);
+        }
+        self.rest = REST;
+        (SCHEMES[best.1], Some(best.2))
+    }
+
+    /// Newton's method failed twice: order 5 for a while, whose full Newton method gets through more than any other.
+    pub fn fall(&mut self) -> &'static Scheme {
+        self.wait = WAIT;
+        SCHEMES[0]
+    }
+}

@@ -1,0 +1,168 @@
+//! The stages of one step by simplified Newton: one real and (s - 1)/2 complex systems of the size of x, after T^-1.
+//!
+//! Convergence is judged on the update in units of the asked tolerance. What is asked for is a small share of it, so
+//! that the iteration's error stays below that of the method at every tolerance: the error must go on falling with the
+//! tolerance. Multipliers and derivative unknowns follow linearly from the rest.
+use super::{Radau, MOST_ITERATIONS};
+use crate::newton::Tolerances;
+use crate::sparse::Complex;
+use crate::system::{System, Work};
+
+/// What the last update may leave behind, in units of the tolerance. It is one-sided, step after step: a four-bar that
+/// turns ten times loses 5e-6 to 1e-3 of this at a tolerance of 1e-6, and 4e-8 to 1e-5.
+const LEFT: f64 = 1e-4;
+/// An iteration that no longer contracts has met rounding; it counts as converged below this share of the tolerance.
+pub const STALLED: f64 = 0.02;
+
+/// Which unknown moved too far at last, and whether the iterate is finite.
+pub type Stuck = (usize, bool);
+
+/// Rounding in units of the tolerance, and what the last update may be.
+pub fn target(tol: &Tolerances, fixed: bool) -> (f64, f64) {
+    let floor = 4e-16 / tol.reltol;
+    let left = if fixed { 1e-11 } else { LEFT };
+    (floor, floor.max(left))
+}
+
+impl Radau {
+    /// Charges and F of all stages as they are now.
+    pub(super) fn evaluate(&mut self, sys: &System, w: &mut Work, h: f64) {
+        for (k, c) in self.scheme.c.iter().enumerate() {
+            sys.eval(w, &self.stage[k], self.t0 + c * h);
+            for ((d, q), q0) in self.d[k].iter_mut().zip(&w.q).zip(&self.q0) {
+                *d = q - q0;
+            }
+            self.f[k].copy_from_slice(&w.f);
+        }
+    }
+
+    /// Simplified Newton from the guess in `stage`: the number of iterations.
+    pub(super) fn stages(&mut self, sys: &System, w: &mut Work, h: f64, tol: &Tolerances) -> Result<usize, Stuck> {
+        let (floor, target) = target(tol, self.fixed);
+        let most = if self.fixed { 5 * MOST_ITERATIONS } else { MOST_ITERATIONS + self.scheme.s - 3 };
+        let stalled = if self.fixed { 0.0 } else { STALLED };
+        let mut theta = self.theta;
+        self.contraction = 0.0;
+        let mut eta;
+        let mut first = f64::NAN;
+        let mut old = 0.0_f64;
+        for iteration in 1..=most {
+            self.evaluate(sys, w, h);
+            w.counters.iterations += 1;
+            match self.scheme.s {
+                3 => self.transform::<3>(sys, h),
+                5 => self.transform::<5>(sys, h),
+                _ => self.transform::<7>(sys, h),
+            }
+            self.real.solve(&mut self.b);
+            let pairs = self.scheme.alpha.len();
+            for (lu, z) in self.complex.iter_mut().zip(&mut self.z).take(pairs) {
+                lu.solve(z);
+            }
+            w.counters.solves += 1 + pairs as u64;
+            let (norm, worst) = match self.scheme.s {
+                3 => self.correct::<3>(tol),
+                5 => self.correct::<5>(tol),
+                _ => self.correct::<7>(tol),
+            };
+            if !norm.is_finite() {
+                return Err((worst, false));
+            }
+            if sys.linear || norm == 0.0 {
+                // one correction is exact: the error estimate needs the charges after it, not those of the guess
+                self.evaluate(sys, w, h);
+                self.theta = 1e-4;
+                return Ok(iteration);
+            }
+            if iteration > 1 {
+                theta = norm / old;
+                if norm > 1e3 * floor || iteration == 2 {
+                    self.contraction = (norm / first).powf(1.0 / (iteration - 1) as f64);
+                }
+                // at the level of rounding no contraction can be seen any more
+                if theta >= 0.5 && norm <= (100.0 * floor).max(stalled) && iteration > 2 {
+                    self.theta = 0.1;
+                    return Ok(iteration);
+                }
+                // the first correction may have gone into the multipliers: the second shows nothing yet unless it explodes
+                let patience = if iteration == 2 { 4.0 } else { 0.99 };
+                if theta >= patience && norm > target {
+                    return Err((worst, true));
+                }
+                eta = theta / (1.0 - theta).max(1e-3);
+                let left = (most - iteration) as i32;
+                let slow = norm * theta.powi(left) / (1.0 - theta).max(1e-3) > 10.0 * target;
+                if slow && (iteration > 2 || theta < 0.2) && norm > 100.0 * floor {
+                    return Err((worst, true));
+                }
+            } else {
+                first = norm;
+                eta = (self.theta / (1.0 - self.theta).max(1e-3)).clamp(0.0, 1.0);
+            }
+            if eta * norm <= target && (iteration > 1 || norm <= target) {
+                self.theta = if iteration > 1 { theta } else { 1e-3 };
+                return Ok(iteration);
+            }
+            old = norm.max(1e-300);
+        }
+        Err((0, true))
+    }
+
+    /// Right-hand sides: minus T^-1 (F + A^-1 D / h), row by row.
+    fn transform<const S: usize>(&mut self, sys: &System, h: f64) {
+        let n = sys.n;
+        let c = self.scheme;
+        let (ti, alpha, beta) = (&c.ti[..S * S], &c.alpha[..(S - 1) / 2], &c.beta[..(S - 1) / 2]);
+        let f: [&[f64]; S] = std::array::from_fn(|k| &self.f[k][..n]);
+        let d: [&[f64]; S] = std::array::from_fn(|k| &self.d[k][..n]);
+        let b = &mut self.b[..n];
+        let over_h = 1.0 / h;
+        for i in 0..n {
+            let mut r: [f64; S] = std::array::from_fn(|m| (0..S).map(|k| ti[m * S + k] * f[k][i]).sum());
+            if sys.has_q[i] {
+                let td: [f64; S] =
+                    std::array::from_fn(|m| over_h * (0..S).map(|k| ti[m * S + k] * d[k][i]).sum::<f64>());
+                r[0] += c.gamma * td[0];
+                for m in 0..(S - 1) / 2 {
+                    let (x, y) = (td[2 * m + 1], td[2 * m + 2]);
+                    r[2 * m + 1] += alpha[m] * x - beta[m] * y;
+                    r[2 * m + 2] += alpha[m] * y + beta[m] * x;
+                }
+            }
+            b[i] = -r[0];
+            for m in 0..(S - 1) / 2 {
+                self.z[m][i] = Complex::new(-r[2 * m + 1], -r[2 * m + 2]);
+            }
+        }
+    }
+
+    /// Adds T w to the stages: the largest update in units of the tolerance, and of which unknown.
+    fn correct<const S: usize>(&mut self, tol: &Tolerances) -> (f64, usize) {
+        let n = self.b.len();
+        let t = &self.scheme.t[..S * S];
+        let (mut norm, mut worst) = (0.0_f64, 0);
+        let relax = 1.0 / self.relax;
+        for i in 0..n {
+            let mut w = [self.b[i]; S];
+            for m in 0..(S - 1) / 2 {
+                (w[2 * m + 1], w[2 * m + 2]) = (self.z[m][i].re, self.z[m][i].im);
+            }
+            let mut largest = 0.0_f64;
+            for k in 0..S {
+                let dx: f64 = (0..S).map(|m| t[k * S + m] * w[m]).sum();
+                self.stage[k][i] += dx;
+                largest = if dx.abs() <= largest { largest } else { dx.abs() }; // NaN stays
+            }
+            if !largest.is_finite() {
+                return (f64::INFINITY, i);
+            }
+            if tol.in_norm[i] {
+                let ratio = relax * largest / tol.weight(i, self.x0[i], self.stage[S - 1][i]);
+                if ratio > norm {
+                    (norm, worst) = (ratio, i);
+                }
+            }
+        }
+        (norm, worst)
+    }
+}
