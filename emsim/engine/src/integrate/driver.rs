@@ -178,6 +178,7 @@ impl Run<'_> {
         let mut normal_h = tmax; // the step before a corner cut it
         let mut count = 0u64;
         let mut mark = 0.0_f64;
+        let mut coarse = false; // dense output would not do for a row between the ends of a step
         while self.t < a.tstop {
             count += 1;
             // so many steps for so little: the run would never end
@@ -203,6 +204,10 @@ impl Run<'_> {
                 step = 0.5 * left; // two equal steps instead of a long and a tiny one
             }
             let smallest = (16.0 * f64::EPSILON * t).max(1e-18 * a.tstop);
+            let asked = self.grid.after(t);
+            if coarse && t + step > asked {
+                (step, lands) = (asked - t, false);
+            }
             if step < smallest && !lands {
                 step = smallest;
             }
@@ -231,6 +236,14 @@ impl Run<'_> {
                 }
                 Attempt::Good { next } => {
                     let t1 = if lands { self.stop } else { t + (step + self.late) };
+                    let inside = asked < t1 - 1e-7 * a.tstep;
+                    if self.dense && !fixed && (coarse || inside) {
+                        coarse = method.interior(sys, &self.tol) > 1.0;
+                        if coarse && inside {
+                            self.w.counters.rejected += 1;
+                            continue;
+                        }
+                    }
                     match self.event(method, t1, step, next, smallest, &mut failures) {
                         Event::None => {}
                         Event::Refused(next) if failures > 60 => {
@@ -483,6 +496,17 @@ impl Grid {
     fn new(sys: &System, a: Transient, dense: bool) -> Grid {
         let corner = sys.next_silent_corner(a.tstart);
         Grid { start: a.tstart, step: a.tstep, stop: a.tstop, k: 1.0, dense, corner, last: a.tstart }
+    }
+
+    /// The next row asked for that lies clearly after t.
+    fn after(&self, t: f64) -> f64 {
+        let point = |k: f64| self.start + k * self.step;
+        let next = if point(self.k) > t + 1e-6 * self.step { point(self.k) } else { point(self.k + 1.0) };
+        if self.dense && next < self.stop {
+            next
+        } else {
+            f64::INFINITY
+        }
     }
 
     /// Rows strictly before `t1`, which is recorded by the caller.

@@ -36,6 +36,11 @@ pub trait Method {
     fn accept(&mut self, t1: f64);
     fn candidate(&self) -> &[f64];
     fn dense(&self, t: f64, out: &mut [f64]);
+    /// Error of the dense output inside the candidate step, in units of the tolerance. Above 1 the driver ends the step at
+    /// a point that is asked for, rather than interpolate it.
+    fn interior(&self, _sys: &System, _tol: &Tolerances) -> f64 {
+        0.0
+    }
     /// Output between internal points belongs into the record (methods whose steps are long).
     fn wants_dense_record(&self) -> bool {
         false

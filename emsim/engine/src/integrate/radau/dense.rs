@@ -59,6 +59,17 @@ pub fn correction(scheme: &Scheme, theta: f64) -> f64 {
     (0..=scheme.s).rev().fold(0.0, |sum, k| sum * theta + p[k] / (k + 1) as f64) * theta
 }
 
+/// theta prod (theta - c_i), the error of the polynomial in units of the next divided difference.
+pub fn nodal(scheme: &Scheme, theta: f64) -> f64 {
+    scheme.c.iter().fold(theta, |product, c| product * (theta - c))
+}
+
+/// Where in the step that is largest.
+pub fn weakest(scheme: &Scheme) -> f64 {
+    let size = |k: &usize| nodal(scheme, *k as f64 / 200.0).abs();
+    (0..200).max_by(|a, b| size(a).total_cmp(&size(b))).unwrap_or(0) as f64 / 200.0
+}
+
 #[cfg(test)]
 mod tests {
     use super::super::tables::SCHEMES;

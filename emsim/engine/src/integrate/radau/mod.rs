@@ -90,6 +90,7 @@ pub struct Radau {
     proposed_next: f64,
     first: bool,
     fixed: bool,
+    weakest: [f64; 3],             // point of each scheme's dense output
     uncorrected: Vec<bool>,        // by the error estimate, in dense output
     full: Option<Box<FullNewton>>, // made when first needed
     full_steps: u32,               // so many steps more begin with it
@@ -155,6 +156,7 @@ impl Radau {
             proposed_next: 0.0,
             first: true,
             fixed: o.fixed_step.is_some(),
+            weakest: std::array::from_fn(|k| dense::weakest(tables::SCHEMES[k])),
             uncorrected,
             full: None,
             full_steps: 0,
@@ -511,6 +513,29 @@ impl Method for Radau {
                 *o += correction * e;
             }
         }
+    }
+
+    /// The divided difference over one point more, the start of the last step, tells what the polynomial lacks. What is
+    /// stiff or algebraic is not seen by the error estimate: its stages are right, but the curve between them may be a
+    /// corner that no polynomial follows.
+    fn interior(&self, sys: &System, tol: &Tolerances) -> f64 {
+        let Some((start, ..)) = self.last.filter(|_| !self.accepted) else { return f64::INFINITY };
+        let scheme = self.scheme;
+        let before = (start - self.t0) / self.h;
+        let l = dense::weights(scheme, before);
+        let theta = self.weakest[scheme.rank()];
+        let lacking = dense::nodal(scheme, theta) / dense::nodal(scheme, before);
+        let correction = scheme.gamma * dense::correction(scheme, theta);
+        let mut worst = 0.0_f64;
+        for i in (0..sys.n).filter(|&i| !sys.unknowns[i].kind.enters_linearly()) {
+            let inside: f64 = l[1..=scheme.s].iter().zip(&self.stage).map(|(l, x)| l * x[i]).sum();
+            let mut error = lacking * (self.last_x0[i] - l[0] * self.x0[i] - inside);
+            if !self.uncorrected[i] {
+                error -= correction * self.e[i];
+            }
+            worst = worst.max(error.abs() / tol.weight(i, self.x0[i], self.stage[scheme.s - 1][i]));
+        }
+        worst
     }
 
     fn wants_dense_record(&self) -> bool {
