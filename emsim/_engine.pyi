@@ -83,7 +83,8 @@ class Builder:
         instance: dict[str, float],
         temp_c: float = 27.0,
         tnom_c: float = 27.0,
-    ) -> None: ...
+    ) -> tuple[int, float] | None:
+        """A junction diode; with series resistance its inner node and that conductance [S]."""
     def force(self, row: int, value: float, kind: str) -> None:
         """Forces a node voltage: kind "ic" (until t = 0) or "nodeset" (a first guess)."""
     def ic_charge(self, row: int, dq: float) -> None: ...
@@ -125,6 +126,8 @@ class System:
     @property
     def units(self) -> list[str]: ...
     @property
+    def diode_names(self) -> list[str]: ...
+    @property
     def flag_names(self) -> list[str]: ...
     @property
     def differential_rows(self) -> list[bool]: ...
@@ -161,6 +164,7 @@ class System:
         outputs: Sequence[Expr] = ...,
         options_: dict[str, Any] | None = None,
         progress: Callable[[float, float, int, int], bool | None] | None = None,
+        accounts: tuple[Sequence[Expr], Sequence[Expr], bool] | None = None,
     ) -> Waveforms:
         """options: method (trap gear radau trbdf2 esdirk rk45 dop853) reltol abstol vntol trtol gmin
         itl1 itl4 maxord fixed_step projection.
@@ -186,6 +190,10 @@ class Waveforms:
     @property
     def chattering(self) -> list[int]:
         """Flags that slid along their threshold: they were followed to 1e-4 of the span."""
+    @property
+    def accounts(self) -> dict[str, Any] | None:
+        """powers, diodes [(heat, charge energy)], first, last [J]; trace: float64 rows of time, powers, two a diode,
+        energies. None where tran() was given no accounts."""
     @property
     def stats(self) -> dict[str, Any]: ...
     def column(self, k: int) -> bytes:

@@ -484,7 +484,9 @@ def diode(ctx: Ctx, e: Element) -> None:
         ctx.b.g(br, inner, -1.0)
         p = inner
     try:
-        ctx.b.diode(e.name, p, n, model, instance, temperature(ctx, e), model.get("tnom", ctx.tnom))
+        series = ctx.b.diode(e.name, p, n, model, instance, temperature(ctx, e), model.get("tnom", ctx.tnom))
+        if series is not None:
+            ctx.series[e.name] = (p, *series)
     except ValueError as trouble:
         ctx.sink.error("E299", f"`{e.name}`, .model `{e.model.name}`: {trouble}", e.model.span)
 

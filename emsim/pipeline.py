@@ -29,6 +29,7 @@ def run(
     progress: Progress | None = None,
     options: Options | None = None,
     scene: bool = False,
+    energy: bool | None = None,
 ) -> Result:
     """Simulates a deck: a path, the text itself, or a PySpice Circuit.
 
@@ -38,6 +39,7 @@ def run(
     reltol     relative tolerance; tmax: largest time step [s]
     options    any of these three, and further .options, by name
     scene      record what moves the drawing of the machine, for pages and films (`Result.scene`)
+    energy     keep energy accounts (`Result.energy`); left out: where the deck has a machine
     progress   called now and then with (t, tstop, step [s], steps, events); a true return value stops the run
     Raises DeckError, ConvergenceError (with the partial Result), OutsideError.
     """
@@ -45,7 +47,7 @@ def run(
     # text to flat deck
     flat = read(source, defines)
     # flat deck to equations
-    assembly, planned = prepare(flat, options)
+    assembly, planned = prepare(flat, options, flat.machine != [] if energy is None else energy)
     # equations to solutions
     runs = solve(assembly, planned, progress, scene)
     # solutions to a result
@@ -86,7 +88,9 @@ def read(source: Any, defines: Mapping[str, Any] | None = None) -> FlatDeck:
     return flatten(build(source, dict(defines or {})))
 
 
-def prepare(flat: FlatDeck, options: Options | None = None) -> tuple[Assembly, list[tuple[Any, Any]]]:
+def prepare(
+    flat: FlatDeck, options: Options | None = None, energy: bool = False
+) -> tuple[Assembly, list[tuple[Any, Any]]]:
     """Flat deck -> compiled system, and the analyses with their settings."""
     from .analyses import plan
     from .assemble import assemble
@@ -98,7 +102,7 @@ def prepare(flat: FlatDeck, options: Options | None = None) -> tuple[Assembly, l
     planned = plan(flat, options.get("tmax"))
     times = next(((s.tstep, s.tstop) for card, s in planned if card.kind == "tran"), (1.0, 1.0))
     with NoCollection():
-        assembly = assemble(flat, settings, times)
+        assembly = assemble(flat, settings, times, energy)
     if not planned:
         flat.sink.note(
             "N283", "the deck asks for no analysis that can run", hint="add .tran tstep tstop, or .op"
@@ -116,7 +120,7 @@ def solve(
     runs: list[Run] = []
     for card, settings in planned:
         if drawing is not None and card.kind == "tran":
-            runs.append(runner("tran")(assembly, card, settings, progress, drawing.channels))
+            runs.append(runner("tran")(assembly, card, settings, progress, drawing.channels, True))
         else:
             runs.append(runner(card.kind)(assembly, card, settings, progress))
         if runs[-1].waves.status != "ok":
@@ -146,13 +150,19 @@ def _table(assembly: Assembly, r: Run) -> Table:
     from .result import Scene, Table
 
     drawing = assembly.drawn if r.channels.columns else None
+    found = r.waves.accounts if assembly.accounts is not None else None
+    ledger = None
+    if found is not None and assembly.accounts is not None:
+        from .reports.energy import Ledger
+
+        ledger = Ledger(assembly.accounts, found, assembly.system.diode_names)
 
     stats = dict(r.waves.stats)
     stats.setdefault("seconds", stats.get("solve_time"))
     grid = None if r.grid is None else (r.grid[0], r.grid[2], r.grid[1])
     return Table(
         r.kind, r.names, r.units, r.store, title=assembly.flat.title, axis=r.axis, grid=grid, stats=stats,
-        status=r.waves.status, scene=None if drawing is None else Scene(drawing.data(), r.channels),
+        status=r.waves.status, scene=None if drawing is None else Scene(drawing.data(), r.channels), energy=ledger,
     )  # fmt: skip
 
 

@@ -75,12 +75,13 @@ class Table:
     waves    the column store, one column a name
     grid     (tstep, tstart, tstop) of a transient [s], for tables on the print grid
     stats    counters of the run: steps, rejected, newton iterations, ...
+    energy   the ledger of what was supplied, stored and dissipated (reports/energy.py), where it was kept
     scene    the drawing of the machine with the columns that move it, where it was asked for
     status   "ok", "failed" or "interrupted": whether the table reaches its end
     """
 
     __slots__ = (
-        "_index", "_numpy", "axis", "grid", "kind", "names", "plotname", "scene", "stats", "status", "title",
+        "_index", "_numpy", "axis", "energy", "grid", "kind", "names", "plotname", "scene", "stats", "status", "title",
         "units", "waves",
     )  # fmt: skip
 
@@ -98,13 +99,14 @@ class Table:
         status: str = "ok",
         plotname: str = "",
         scene: Scene | None = None,
+        energy: Any = None,
     ) -> None:
         if not len(names) == len(units) == waves.columns:
             raise ValueError(f"{len(names)} names and {len(units)} units for {waves.columns} columns")
         self.kind, self.title, self.plotname = kind, title, plotname or PLOTNAMES.get(kind, kind)
         self.names, self.units = list(names), list(units)
         self.waves, self.axis, self.grid = waves, axis, grid
-        self.stats, self.status, self.scene = dict(stats or {}), status, scene
+        self.stats, self.status, self.scene, self.energy = dict(stats or {}), status, scene, energy
         self._index: dict[str, int] = {}
         for k, name in enumerate(self.names):
             self._index.setdefault(_plain(name), k)
@@ -114,7 +116,7 @@ class Table:
         """Pickles and copies hold plain bytes, wherever the columns came from."""
         columns = Columns(self.waves.column(k) for k in range(self.waves.columns))
         given = (self.kind, self.names, self.units, columns, self.title, self.axis, self.grid)
-        return _table, (*given, self.stats, self.status, self.plotname, self.scene)
+        return _table, (*given, self.stats, self.status, self.plotname, self.scene, self.energy)
 
     # columns -----------------------------------------------------------------------------------------
 
@@ -333,6 +335,11 @@ class Result:
         return self.main.time
 
     @property
+    def energy(self) -> Any:
+        """The energy ledger of the main table, or None where none was kept."""
+        return self.main.energy
+
+    @property
     def analysis(self) -> str:
         return self.main.kind
 
@@ -365,12 +372,12 @@ class Result:
 
 def _table(
     kind: str, names: list[str], units: list[str], waves: Waves, title: str, axis: bool,
-    grid: tuple[float, float, float] | None, stats: dict[str, Any], status: str, plotname: str, scene: Scene | None,
+    grid: tuple[float, float, float] | None, stats: dict[str, Any], status: str, plotname: str, scene: Scene | None, energy: Any,
 ) -> Table:  # fmt: skip
     """A table from its parts in order, for unpickling."""
     return Table(
         kind, names, units, waves, title=title, axis=axis, grid=grid, stats=stats, status=status,
-        plotname=plotname, scene=scene,
+        plotname=plotname, scene=scene, energy=energy,
     )  # fmt: skip
 
 

@@ -52,6 +52,7 @@ RUST_ROWS = [
     ["py"],
     ["integrate"],
     ["events", "op", "record"],
+    ["ledger"],
     ["newton"],
     ["system", "assembly"],
     ["passive", "edges", "reduced"],

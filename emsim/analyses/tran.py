@@ -68,9 +68,10 @@ def read(analysis: Analysis, sink: Sink, tmax: float | None = None) -> Transient
 
 def run(
     assembly: Assembly, analysis: Analysis, t: Transient, progress: Callable[..., object] | None = None,
-    channels: Sequence[Output] = (),
+    channels: Sequence[Output] = (), traced: bool = False,
 ) -> Run:  # fmt: skip
-    """Every accepted point from tstart on; the first column is the time, `channels` are recorded last."""
+    """Every accepted point from tstart on; the first column is the time, `channels` are recorded last. Energy
+    accounts are kept where the assembly has them, `traced` over time."""
     names, units, exprs = columns(assembly, "tran")
 
     def tick(now: float, step: float, steps: int, events: int) -> bool:
@@ -78,7 +79,11 @@ def run(
 
     watch = tick if progress else None
     exprs = [*exprs, *(c.expr for c in channels)]
-    waves = assembly.system.tran(t.tstep, t.tstop, t.tstart, t.tmax, t.uic, exprs, assembly.options, watch)
+    book = assembly.accounts
+    kept = None if book is None else ([e.expr for e in book.powers], [e.expr for e in book.energies], traced)
+    waves = assembly.system.tran(
+        t.tstep, t.tstop, t.tstart, t.tmax, t.uic, exprs, assembly.options, watch, kept
+    )
     trouble = []
     if waves.status == "failed":
         from .failure import explain

@@ -11,6 +11,7 @@ if TYPE_CHECKING:
 
     from .._engine import System
     from ..deck import FlatDeck
+    from .accounts import Accounts
     from .drawing import Drawing
     from .machine import Machine
 
@@ -20,7 +21,7 @@ __all__ = ["Assembly", "Context", "Output", "assemble"]
 class Assembly:
     """A compiled deck. `outputs` maps an analysis kind ("op", "tran") to its columns, without the time."""
 
-    __slots__ = ("ctx", "drawn", "flat", "options", "outputs", "prints", "system")
+    __slots__ = ("accounts", "ctx", "drawn", "flat", "options", "outputs", "prints", "system")
 
     def __init__(
         self,
@@ -28,11 +29,13 @@ class Assembly:
         system: System,
         outputs: dict[str, list[Output]],
         prints: list[tuple[str, list[str]]],
+        accounts: Accounts | None = None,
     ) -> None:
         self.ctx, self.system, self.outputs, self.prints = ctx, system, outputs, prints
         self.flat: FlatDeck = ctx.flat
         self.options: dict[str, Any] = ctx.options
         self.drawn: Drawing | None = None
+        self.accounts = accounts
 
     @property
     def machine(self) -> Any:
@@ -47,7 +50,9 @@ class Assembly:
         return self.drawn
 
 
-def assemble(flat: FlatDeck, options: dict[str, Any], times: tuple[float, float]) -> Assembly:
+def assemble(
+    flat: FlatDeck, options: dict[str, Any], times: tuple[float, float], energy: bool = False
+) -> Assembly:
     """Circuit and machine in one system. `times` (tstep, tstop) [s] fill in waveform defaults.
 
     Raises DeckError with everything that is wrong with the deck.
@@ -73,7 +78,12 @@ def assemble(flat: FlatDeck, options: dict[str, Any], times: tuple[float, float]
 
     outputs, prints = select(ctx)
     flat.sink.raise_if_errors()
-    return Assembly(ctx, ctx.b.compile(), outputs, prints)
+    book = None
+    if energy:
+        from .accounts import accounts
+
+        book = accounts(ctx)
+    return Assembly(ctx, ctx.b.compile(), outputs, prints, book)
 
 
 def _machine(ctx: Context) -> Machine:

@@ -55,6 +55,7 @@ class Context:
         self.elements: dict[str, Element] = {}
         self.flags: dict[str, Expr] = {}
         self.metered: set[str] = set()
+        self.series: dict[str, tuple[int, int, float]] = {}  # of diodes: node, inner node, conductance [S]
         self.domains: dict[str, tuple[Expr, str, Span | None]] = {}
         self.divisors: dict[int, tuple[Expr, Expr, Span | None]] = {}
         self.coupled: dict[tuple[int, int], float] = {}

@@ -15,7 +15,8 @@ The duties of a card, all optional but the first. `s` is the scene (see `Scene` 
  8. `stamp(s)`        the electrical side: currents and charges added to node and branch rows.
  9. `probes(s)`       what can be read by name, of PROBES below: {"torque": Expr, ...}; a function without
                       arguments where reading costs an unknown, so that it is made only when asked for.
-10. `losses(s)`       power turned into heat [W], >= 0, for loss(); `stored(s)` electrical energy held [J].
+10. `losses(s)`       power turned into heat [W], >= 0, for loss(); `stored(s)` electrical energy held [J];
+                      `supplied(s)` power brought in from outside the deck [W].
 11. `analogue(net)`   its electrical counterpart in a one-dimensional machine (see `Net`).
 12. `glyph(draw)`     its shapes in body frames, and the channels that change them (see `Pen`).
 No card writes a mass matrix or a force direction.
@@ -278,6 +279,9 @@ class Card:
         return None
 
     def stored(self, s: Scene) -> Scalar | None:
+        return None
+
+    def supplied(self, s: Scene) -> Scalar | None:
         return None
 
     def glyph(self, draw: Pen) -> None:

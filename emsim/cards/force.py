@@ -10,7 +10,7 @@ if TYPE_CHECKING:
 
     from .._engine import Expr
     from ..diagnostics import Sink
-    from .base import Net, Pen, PointView, Powers, Probes, Scene
+    from .base import Net, Pen, PointView, Powers, Probes, Scalar, Scene
 
 AXES = ("fx", "fy", "fz")
 
@@ -77,6 +77,12 @@ class Force(Card):
     def powers(self, s: Scene) -> Powers:
         pairs = zip(self._vector(s), self.p.vel, strict=True)
         return [(f, v) for f, v in pairs if not isinstance(f, float)]
+
+    def supplied(self, s: Scene) -> Scalar | None:
+        power = s.b.const(0.0)
+        for effort, flow in self.powers(s):
+            power = power + effort * flow
+        return power
 
     def probes(self, s: Scene) -> Probes:
         power = s.b.const(0.0)

@@ -127,6 +127,10 @@ class Motor(Card):
         s.add_f(self.row, self.r * i + self.emf_constant * self._speed() - s.v(self.plus, self.minus))
         s.add_q(self.row, self.l * i)
 
+    def supplied(self, s: Scene) -> Scalar | None:
+        """Nothing, where kt and ke are one number."""
+        return self.imbalance(s)
+
     def imbalance(self, s: Scene) -> Scalar | None:
         """Power that appears from nowhere [W]."""
         gain = self.torque_constant - self.emf_constant

@@ -10,7 +10,7 @@ if TYPE_CHECKING:
 
     from .._engine import Expr
     from ..diagnostics import Sink
-    from .base import BodyView, JointView, Net, Pen, Powers, Probes, Scene
+    from .base import BodyView, JointView, Net, Pen, Powers, Probes, Scalar, Scene
 
 
 class Torque(Card):
@@ -52,6 +52,12 @@ class Torque(Card):
 
     def powers(self, s: Scene) -> Powers:
         return [(self._effort(s), self._speed())]
+
+    def supplied(self, s: Scene) -> Scalar | None:
+        power = s.b.const(0.0)
+        for effort, flow in self.powers(s):
+            power = power + effort * flow
+        return power
 
     def probes(self, s: Scene) -> Probes:
         effort = self._effort(s)

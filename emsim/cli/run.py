@@ -34,6 +34,7 @@ OPTIONS = [
     Option("--ascii", "write the raw file as text"),
     Option("--csv", "write a CSV file too; - is stdout, in place of the .print tables", "FILE"),
     Option("--html", "write a page too: waveforms and the moving machine, in one file", "FILE"),
+    Option("--energy", "print the energy ledger: supplied, dissipated, stored, by element and card"),
     Option("--no-files", "write no raw file"),
     *METHOD_OPTIONS,
     DEFINE,
@@ -57,6 +58,7 @@ def main(args: Sequence[str]) -> int:
             options=overrides(given),
             progress=progress,
             scene=given.has("html"),
+            energy=True if given.has("energy") or given.has("html") else None,
         )
     except ConvergenceError as error:
         if error.partial is None:
@@ -155,6 +157,10 @@ def _deliver(
         from ..outputs import text
 
         print_lines(text.lines(result, unfinished=LAST_ROWS))
+        if given.has("energy"):
+            for table in result.plots:
+                if table.energy is not None:
+                    print_lines(["", *table.energy.table()])
     show(diagnostics, given.has("quiet"))
     if given.has("json"):
         print_json(
@@ -166,6 +172,7 @@ def _deliver(
                 for p in result.plots
             ],
             statistics={p.kind: p.stats for p in result.plots},
+            energy={p.kind: p.energy.to_dict() for p in result.plots if p.energy is not None},
         )
     elif result.plots and not given.has("quiet"):
         print(_summary(result, written), file=sys.stderr)
@@ -173,7 +180,7 @@ def _deliver(
 
 
 def _summary(result: Result, written: Sequence[str]) -> str:
-    """One line an analysis and the files: `tran: 3104 points in 12.1ms -> deck.raw`."""
+    """One line for the analyses and the files: `tran: 3104 points in 12.1ms -> deck.raw`; one for the energy."""
     lines = []
     for table in result.plots:
         seconds = table.stats.get("seconds")
@@ -181,4 +188,5 @@ def _summary(result: Result, written: Sequence[str]) -> str:
         points = "1 point" if len(table) == 1 else f"{len(table)} points"
         end = "" if table.status == "ok" else f" ({table.status})"
         lines.append(f"{table.kind}: {points}{spent}{end}")
-    return "; ".join(lines) + (f" -> {', '.join(written)}" if written else "")
+    ledgers = [table.energy.summary() for table in result.plots if table.energy is not None]
+    return "\n".join(["; ".join(lines) + (f" -> {', '.join(written)}" if written else ""), *ledgers])

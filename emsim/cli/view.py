@@ -38,7 +38,12 @@ def main(args: Sequence[str]) -> int:
     progress = Progress() if Progress.wanted(given.has("quiet")) else None
     try:
         result = pipeline.run(
-            source, defines=defines(given), options=overrides(given), progress=progress, scene=True
+            source,
+            defines=defines(given),
+            options=overrides(given),
+            progress=progress,
+            scene=True,
+            energy=True,
         )
     except ConvergenceError as error:
         if error.partial is None:

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 FRAMES = 1500
 SHOWN = 8  # signals drawn at first where the deck has no .print
 WEB = join(dirname(__file__), "web")
-SCRIPTS = ("vendor/uPlot.iife.min.js", "data.js", "waves.js", "machine.js", "app.js")
+SCRIPTS = ("vendor/uPlot.iife.min.js", "data.js", "waves.js", "machine.js", "energy.js", "app.js")
 STYLES = ("vendor/uPlot.min.css", "page.css")
 
 Sheet = tuple[str, str, str]  # name, title, inner HTML
@@ -77,6 +77,9 @@ def document(result: Result, deck: str = "", sheets: Iterable[Sheet] = ()) -> di
     if run["rows"]:
         run["axis"] = pack(table.floats(0))
         run["packed"] = [pack(_single(table.floats(k + 1))) for k in range(len(table.signals))]
+        if table.energy is not None:
+            run["energy"] = _energy(table.energy)
+            run["sheets"] = [("energy", "Energy", ""), *run["sheets"]]
         if table.scene is not None:
             run["scene"] = _scene(table.scene, table.floats(0))
     return run
@@ -108,6 +111,21 @@ def _scene(scene: Scene, time: array[float]) -> dict[str, Any]:
         "axis": pack(array("d", (time[r] for r in rows))),
         "packed": packed,
     }
+
+
+def _energy(ledger: Any) -> dict[str, Any]:
+    """The ledger; its course over time at no more than FRAMES times."""
+    found: dict[str, Any] = {**ledger.to_dict(), "summary": ledger.summary(), "rows": 0}
+    if ledger.trace is not None and len(ledger.trace["time"]) > 1:
+        time = ledger.trace["time"]
+        rows = frames(time)
+        found["rows"] = len(rows)
+        found["axis"] = pack(array("d", (time[r] for r in rows)))
+        found["packed"] = [
+            pack(_single(array("d", (ledger.trace[key][r] for r in rows))))
+            for key in ("supplied", "dissipated", "stored", "residual")
+        ]
+    return found
 
 
 def frames(time: array[float], most: int = FRAMES) -> Sequence[int]:

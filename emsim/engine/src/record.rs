@@ -1,5 +1,6 @@
 //! Recorded waveforms: time and the asked outputs at every kept point, row by row.
 use crate::graph::{Graph, Id, Node};
+use crate::ledger::Ledger;
 use crate::system::{System, Work};
 use crate::tape::{Inputs, Tape};
 use std::io::{self, BufWriter, Write};
@@ -11,6 +12,8 @@ pub struct Record {
     scratch: Vec<f64>,
     pub columns: usize,
     pub data: Vec<f64>,
+    /// energy accounts, where they were asked for
+    pub ledger: Option<Ledger>,
 }
 
 impl Record {
@@ -27,7 +30,7 @@ impl Record {
         }
         let tape = Tape::new(g, &ids).native();
         let scratch = tape.workspace();
-        Record { unknowns, probes, tape, scratch, columns: outputs.len() + 1, data: Vec::new() }
+        Record { unknowns, probes, tape, scratch, columns: outputs.len() + 1, data: Vec::new(), ledger: None }
     }
 
     pub fn rows(&self) -> usize {

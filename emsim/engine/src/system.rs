@@ -338,6 +338,15 @@ impl System {
         self.diodes.len()
     }
 
+    /// For every diode: its number, junction voltage, current and charge at x.
+    pub fn each_diode(&self, w: &Work, x: &[f64], mut look: impl FnMut(usize, f64, f64, f64)) {
+        for (k, d) in self.diodes.iter().enumerate() {
+            let v = across(x, d.p, d.n);
+            let o = d.kernel.eval(v, w.gmin);
+            look(k, v, o.i, o.q);
+        }
+    }
+
     #[inline]
     pub fn set_time(&self, w: &mut Work, t: f64) {
         if t == w.wave_time && !w.dc {

@@ -79,6 +79,7 @@ async function show(run) {
   });
   waves.build();
   chips(run, waves);
+  await energySheet(run, clock);
   clock.set(clock.t);
 }
 

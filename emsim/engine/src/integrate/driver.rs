@@ -132,6 +132,9 @@ pub fn run(sys: &System, w: &mut Work, a: Transient, o: &Options, record: &mut R
     };
     run.start(method.as_mut());
     run.advance(method.as_mut(), tick);
+    if let Some(ledger) = &mut run.record.ledger {
+        ledger.close(run.sys, run.w);
+    }
     run.outcome
 }
 
@@ -148,6 +151,9 @@ impl Run<'_> {
         }
         if self.a.tstart <= 0.0 {
             self.record.push(self.sys, self.w, 0.0, &self.x);
+        }
+        if let Some(ledger) = &mut self.record.ledger {
+            ledger.open(self.sys, self.w, 0.0, &self.x);
         }
         self.stop = self.sys.next_stop(self.w, 0.0, self.a.tstop);
         if self.stop <= 0.0 {
@@ -304,6 +310,10 @@ impl Run<'_> {
         if self.t >= self.a.tstart {
             self.record.push(self.sys, self.w, self.t, &self.x);
         }
+        if let Some(ledger) = &mut self.record.ledger {
+            let parts = if self.dense { 4 } else { 1 };
+            ledger.step(self.sys, self.w, self.t, &self.x, parts, &|t, out| method.dense(t, out));
+        }
         self.tol.observe(&self.x);
     }
 
@@ -349,6 +359,9 @@ impl Run<'_> {
         if self.t >= self.a.tstart {
             self.record.push(self.sys, self.w, self.t, &self.x);
             self.grid.last = self.t;
+        }
+        if let Some(ledger) = &mut self.record.ledger {
+            ledger.leap(self.sys, self.w, self.t, &self.x);
         }
     }
 

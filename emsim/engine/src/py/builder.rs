@@ -318,7 +318,7 @@ impl Builder {
         instance: HashMap<String, f64>,
         temp_c: f64,
         tnom_c: f64,
-    ) -> PyResult<()> {
+    ) -> PyResult<Option<(usize, f64)>> {
         let kernel = Diode::new(&model, &instance, temp_c, tnom_c).map_err(PyValueError::new_err)?;
         let (p, n) = (self.row(p)?, self.row(n)?);
         let m = self.model()?;
@@ -338,8 +338,9 @@ impl Builder {
             }
         }
         let index = |k: Option<usize>| k.map_or(-1, |k| k as i32);
+        let series = kernel.series_conductance().zip(inner).map(|(gs, inner)| (inner, gs));
         m.diodes.push(DiodeAt { name, kernel, p: index(inner), n: index(n) });
-        Ok(())
+        Ok(series)
     }
 
     /// Forces a node voltage at the operating point: kind "ic" (until t = 0) or "nodeset" (a first guess).

@@ -2,6 +2,7 @@
 use super::expr::{lock, Expr, SharedGraph};
 use crate::graph::Id;
 use crate::integrate::{self, Failed, Status, Transient};
+use crate::ledger::Ledger;
 use crate::newton::{Failure, Newton, Options, Tolerances};
 use crate::op;
 use crate::record::{write_raw, RawHeader, Record};
@@ -95,6 +96,11 @@ impl System {
     fn units(&self) -> Vec<String> {
         self.inner.unknowns.iter().map(|u| u.unit.clone()).collect()
     }
+    #[getter]
+    fn diode_names(&self) -> Vec<String> {
+        self.inner.diode_names.clone()
+    }
+
     #[getter]
     fn flag_names(&self) -> Vec<String> {
         self.inner.flags.iter().map(|f| f.name.clone()).collect()
@@ -240,7 +246,8 @@ impl System {
     }
 
     /// Transient analysis. `progress(t, h, steps, events)` is called now and then; a true return value stops the run.
-    #[pyo3(signature = (tstep, tstop, tstart=0.0, tmax=None, uic=false, outputs=vec![], options_=None, progress=None))]
+    /// `accounts`: (powers to integrate, energies to read at both ends, keep a trace of them).
+    #[pyo3(signature = (tstep, tstop, tstart=0.0, tmax=None, uic=false, outputs=vec![], options_=None, progress=None, accounts=None))]
     #[allow(clippy::too_many_arguments)]
     fn tran(
         &self,
@@ -253,6 +260,7 @@ impl System {
         outputs: Vec<Bound<'_, PyAny>>,
         options_: Option<&Bound<'_, PyDict>>,
         progress: Option<Py<PyAny>>,
+        accounts: Option<(Vec<Bound<'_, PyAny>>, Vec<Bound<'_, PyAny>>, bool)>,
     ) -> PyResult<Waveforms> {
         let good = |v: f64| v.is_finite() && v > 0.0;
         let ordered = tstart >= 0.0 && tstart < tstop;
@@ -263,6 +271,10 @@ impl System {
         let o = options(options_)?;
         let sys = self.inner.clone();
         let mut record = Record::new(&lock(&self.graph), &ids);
+        if let Some((powers, energies, traced)) = accounts {
+            let (powers, energies) = (self.ids(&powers)?, self.ids(&energies)?);
+            record.ledger = Some(Ledger::new(&lock(&self.graph), &powers, &energies, traced));
+        }
         let a = Transient { tstep, tstop, tstart, tmax, uic };
         if integrate::reduces(&o.method) {
             sys.reduce(&mut lock(&self.graph));
@@ -390,6 +402,23 @@ impl Waveforms {
     #[getter]
     fn failure(&self, py: Python<'_>) -> Option<Py<PyDict>> {
         self.failure.as_ref().map(|f| f.clone_ref(py))
+    }
+
+    /// Energy accounts: integrals of the powers, (heat, charge energy) of every diode, energies at the start and at the
+    /// end [J], and the trace as bytes of float64 rows; None where they were not asked for.
+    #[getter]
+    fn accounts(&self, py: Python<'_>) -> PyResult<Option<Py<PyDict>>> {
+        let Some(ledger) = &self.record.ledger else { return Ok(None) };
+        let d = PyDict::new(py);
+        d.set_item("powers", ledger.powers())?;
+        d.set_item("diodes", ledger.diodes())?;
+        d.set_item("first", ledger.first.clone())?;
+        d.set_item("last", ledger.last.clone())?;
+        if let Some(trace) = &ledger.trace {
+            let bytes: Vec<u8> = trace.iter().flat_map(|v| v.to_ne_bytes()).collect();
+            d.set_item("trace", PyBytes::new(py, &bytes))?;
+        }
+        Ok(Some(d.unbind()))
     }
 
     /// Column k (0 is time) as the bytes of native float64.
