@@ -67,6 +67,17 @@ class System:
         return np.array(self._engine.differential_unknowns, dtype=bool)
 
     @property
+    def conditions(self) -> list[str]:
+        """Names of the conditions that hold a state between events (switches, comparisons)."""
+        return self._engine.flag_names
+
+    def tolerances(self, reltol: float) -> np.ndarray:
+        """Shape (n,): absolute tolerance of every unknown, in its unit, as a run at this reltol takes it."""
+        import numpy as np
+
+        return np.array(self._engine.tolerances({**self._assembly.options, "reltol": reltol}))
+
+    @property
     def x0(self) -> np.ndarray:
         """Shape (n,): the consistent starting point. Raises ConvergenceError when there is none."""
         import numpy as np

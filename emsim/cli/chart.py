@@ -9,6 +9,7 @@ is asked for and matplotlib is missing."""
 
 from __future__ import annotations
 
+import os
 import sys
 from os.path import abspath, basename, dirname, isdir, splitext
 
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
     from typing import Any
 
+    from ..reports.ladder import Judge, Problem
     from ..reports.work_precision import Chart
 
 OPTIONS = [
@@ -35,6 +37,7 @@ OPTIONS = [
     Option("--limit", "CPU seconds a run may take, instead of 60 times the best at its tolerance", "SECONDS"),
     Option("--rounds", "runs of each point for the median of its time, 5", "N"),
     Option("--budget", "seconds to spend on these repetitions, 10", "SECONDS"),
+    Option("--alone", "neither scipy nor ngspice"),
     Option("--points", "list every run"),
     DEFINE,
     JSON,
@@ -81,7 +84,46 @@ def measured(deck: str, given: Arguments, tell: Tell) -> Chart:
         problem, found.judge, methods, _tolerances(given) or ladder.TOLERANCES, given.number("limit"),
         _count(given, "rounds", 5), given.number("budget") or 10.0, said=tell,
     )  # fmt: skip
+    if not given.has("alone"):
+        _scipy(chart, problem, found.judge, source, params, tell)
+        _ngspice(chart, problem, found.judge, deck, source, params, tell)
     return chart
+
+
+def _scipy(
+    chart: Chart, problem: Problem, judge: Judge, source: str, params: dict[str, str], tell: Tell
+) -> None:
+    from ..reports import witness
+
+    try:
+        system = pipeline.compile(source, defines=params)
+        chart.series += witness.measure(problem, judge, system, said=tell)
+    except witness.NoOde as why:
+        chart.notes.append(f"no scipy witness: {why}")
+    except ImportError:
+        chart.notes.append("no scipy witness: pip install 'emsim[scipy]'")
+
+
+def _ngspice(
+    chart: Chart, problem: Problem, judge: Judge, deck: str, source: str, params: dict[str, str], tell: Tell
+) -> None:
+    if not problem.plain:
+        return
+    from ..reports import spice
+
+    if params:
+        chart.notes.append("no ngspice: it does not know -D")
+        return
+    try:
+        text, folder = (source, os.getcwd()) if deck == "-" else (_text(deck), dirname(abspath(deck)))
+        chart.series.append(spice.measure(problem, judge, text, folder, said=tell))
+    except OutsideError as error:
+        chart.notes.append(f"no ngspice: {error.diagnostics[0].message}")
+
+
+def _text(deck: str) -> str:
+    with open(deck, encoding="utf-8", errors="replace") as file:
+        return file.read()
 
 
 def deliver(charts: Sequence[Chart], given: Arguments) -> list[str]:

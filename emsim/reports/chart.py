@@ -53,7 +53,7 @@ def _costs(chart: Chart) -> Iterator[str]:
     """One row a tool: CPU ms on its front at each power of ten."""
     errors = [10.0**-k for k in range(2, 11)]
     errors = [e for e in errors if any(s.at(e, chart.distance) is not None for s in chart.series)]
-    width = max([4, *(len(s.name) for s in chart.series)])
+    width = max([4, *(len(s.label) for s in chart.series)])
     yield "CPU ms to reach an error of"
     yield f"  {'':<{width}}" + "".join(f"{exponent(e):>9}" for e in errors) + "   best error"
     for series in chart.series:
@@ -61,14 +61,14 @@ def _costs(chart: Chart) -> Iterator[str]:
         texts = [f"{1e3 * t:>9.3g}" if t is not None else f"{'-':>9}" for t in cells]
         least = min((p.error for p in series.good if p.error is not None), default=None)
         yield (
-            f"  {series.name:<{width}}"
+            f"  {series.label:<{width}}"
             + "".join(texts)
             + (f"   {least:.1e}" if least is not None else "   none")
         )
 
 
 def _points(chart: Chart) -> Iterator[str]:
-    width = max(len(s.name) for s in chart.series)
+    width = max(len(s.label) for s in chart.series)
     wide = max(len(p.setting) for s in chart.series for p in s.points)
     yield f"  {'':<{width}}  {'setting':<{wide}} {'error':>9} {'CPU ms':>9} {'evaluations':>12} {'steps':>8}"
     for series in chart.series:
@@ -77,7 +77,7 @@ def _points(chart: Chart) -> Iterator[str]:
                 f"{'-' if n is None else n:>{w}}" for n, w in ((p.evaluations, 13), (p.steps, 9))
             )
             time = f"{1e3 * p.seconds:.3g}"
-            yield f"  {series.name:<{width}}  {p.setting:<{wide}} {p.error:>9.2e} {time:>9}{counts}"
+            yield f"  {series.label:<{width}}  {p.setting:<{wide}} {p.error:>9.2e} {time:>9}{counts}"
 
 
 def failures(chart: Chart) -> Iterator[tuple[str, str, str]]:
@@ -91,7 +91,7 @@ def failures(chart: Chart) -> Iterator[tuple[str, str, str]]:
                 runs.append((point.reason, [point]))
         for reason, group in runs:
             first, last = group[0].setting, group[-1].setting
-            yield series.name, first if first == last else f"{first} .. {last}", reason
+            yield series.label, first if first == last else f"{first} .. {last}", reason
 
 
 def csv_lines(charts: Sequence[Chart]) -> Iterator[str]:

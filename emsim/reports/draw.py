@@ -8,7 +8,7 @@ of runs that did not get through, each at the time it had used; the grey floor i
 from __future__ import annotations
 
 from ..diagnostics import Diagnostic, OutsideError
-from .work_precision import exponent
+from .work_precision import Series
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -95,14 +95,11 @@ def legend(figure: Any, axis: Any, style: dict[tuple[str, str], dict[str, Any]],
     """Every tool once, under the panels."""
     from matplotlib.lines import Line2D
 
-    handles = [Line2D([], [], label=_label(group, name), **look) for (group, name), look in style.items()]
+    labels = [Series(name, group).label for group, name in style]
+    handles = [Line2D([], [], label=t, **look) for t, look in zip(labels, style.values(), strict=True)]
     figure.legend(
         handles=handles, loc="outside lower center", ncols=min(columns, len(handles)), frameon=False
     )
-
-
-def _label(group: str, name: str) -> str:
-    return f"scipy {name}" if group == "scipy" else name
 
 
 def panel(
@@ -179,4 +176,4 @@ def save(figure: Any, path: str) -> None:
         plt.close(figure)
 
 
-__all__ = ["exponent", "legend", "looks", "one", "panel", "pyplot", "save"]
+__all__ = ["legend", "looks", "one", "panel", "pyplot", "save"]

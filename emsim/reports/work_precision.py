@@ -62,6 +62,11 @@ class Series:
         self.name, self.group, self.points, self.note = name, group, list(points), note
 
     @property
+    def label(self) -> str:
+        """As tables and legends call it: scipy's RK45 is not the engine's rk45."""
+        return f"scipy {self.name}" if self.group == "scipy" else self.name
+
+    @property
     def good(self) -> list[Point]:
         return [p for p in self.points if p.good]
 

@@ -1,0 +1,106 @@
+"""What a transient costs in ngspice: CPU seconds of the analysis alone, and the values it gives.
+
+ngspice's own "Total analysis time" is a wall clock with a resolution of a millisecond. Here the process's CPU time is taken
+instead (getrusage), of a control section that runs the analysis n times, less that of the same deck and section with
+no run in it (start, parsing), divided by n; n so large that start-up does not matter.
+
+The deck goes in as `_rebuild` of ngspice.py leaves it, without its output and measure cards; only the asked signals are saved.
+"""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import tempfile
+from math import ceil
+
+from ..outputs import raw
+from .ngspice import NgspiceError, _cards, _rebuild, _word, find, last_words, named_alike
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from ..result import Table
+
+WORTH = 0.06  # CPU seconds that the repeated runs of one measurement take together
+MOST = 40  # runs in one process
+QUIET_CARDS = (".save", ".print", ".plot", ".probe", ".four", ".meas", ".measure")
+
+
+class Bench:
+    """One deck under varying options, in a folder of its own; use it in a `with`."""
+
+    def __init__(self, text: str, folder: str, signals: Sequence[str]) -> None:
+        self.text, self.base, self.signals = text, folder, signals
+        self.program = find()
+        self._start: float | None = None
+
+    def __enter__(self) -> Bench:
+        self._folder = tempfile.TemporaryDirectory(prefix="emsim-ngspice-")
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._folder.cleanup()
+
+    def deck(self, tran: tuple[float, float, float, float], options: str, control: Sequence[str]) -> str:
+        """tran: (tstep, tstart, tstop, tmax) [s]."""
+        bare = _rebuild(self.text, self.base, tran, [f".options {options}"])
+        title, *cards = bare.splitlines()
+        kept = [
+            line
+            for card in _cards("\n".join([title, *cards]))
+            for line in card
+            if _word(card) not in QUIET_CARDS
+        ]
+        kept = [line for line in kept if line.strip().lower() != ".end"]
+        section = [".control", "set filetype=binary", *control, "quit", ".endc", ".end", ""]
+        return "\n".join([*kept, ".save " + " ".join(self.signals), *section])
+
+    def values(
+        self, tran: tuple[float, float, float, float], options: str, timeout: float
+    ) -> tuple[Table, float]:
+        """The table of one run and a first figure for its CPU seconds. NgspiceError when it fails or takes too long."""
+        target = os.path.join(self._folder.name, "out.raw")
+        if os.path.exists(target):
+            os.remove(target)
+        cpu, log = self._cpu(self.deck(tran, options, ["run", f"write {target}"]), timeout)
+        if not os.path.exists(target):
+            raise NgspiceError(last_words(log))
+        result = named_alike(raw.read(target))
+        if not result.plots or not len(result.main):
+            raise NgspiceError(last_words(log))
+        return result.main, max(cpu - self.start_up(tran, options), 1e-4)
+
+    def seconds(
+        self, tran: tuple[float, float, float, float], options: str, about: float, timeout: float
+    ) -> float:
+        """CPU seconds of one analysis; `about`: what it will be, for the number of runs."""
+        n = max(1, min(MOST, ceil(WORTH / about)))
+        runs = ["repeat " + str(n), "run", "destroy all", "end"]
+        cpu, _ = self._cpu(self.deck(tran, options, runs), timeout * n)
+        return max(cpu - self.start_up(tran, options), 1e-6) / n
+
+    def start_up(self, tran: tuple[float, float, float, float], options: str) -> float:
+        """CPU seconds of a process that reads the deck and runs nothing: the least of three, measured once."""
+        if self._start is None:
+            self._start = min(self._cpu(self.deck(tran, options, []), 60.0)[0] for _ in range(3))
+        return self._start
+
+    def _cpu(self, deck: str, timeout: float) -> tuple[float, str]:
+        import resource
+
+        path = os.path.join(self._folder.name, "deck.cir")
+        with open(path, "w", encoding="utf-8") as file:
+            file.write(deck)
+        before = resource.getrusage(resource.RUSAGE_CHILDREN)
+        try:
+            done = subprocess.run(
+                [self.program, "-b", path], cwd=self._folder.name, stdin=subprocess.DEVNULL, capture_output=True,
+                timeout=timeout,
+            )  # fmt: skip
+        except subprocess.TimeoutExpired:
+            raise NgspiceError(f"over {timeout:g} s") from None
+        after = resource.getrusage(resource.RUSAGE_CHILDREN)
+        log = (done.stdout + b"\n" + done.stderr).decode("utf-8", "replace")
+        return after.ru_utime - before.ru_utime + after.ru_stime - before.ru_stime, log

@@ -1,0 +1,89 @@
+"""ngspice's points of a chart: a ladder of reltol and of the largest step, on the same deck at the same common times.
+
+Its accuracy has two knobs and neither alone does: reltol bounds the local error that its estimate sees, tmax the step
+whatever the estimate says. Every combination is one point; the absolute tolerances follow reltol. Its values between its
+steps are read with the interpolation that any result gets here.
+"""
+
+from __future__ import annotations
+
+from ..interop.ngspice import NgspiceError
+from ..interop.ngspice_time import Bench
+from .work_precision import Point, Series, exponent, front, time_at
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from .ladder import Judge, Problem
+
+RELTOLS = (1e-3, 1e-4, 1e-5, 1e-6)
+PARTS = (1, 5, 25, 125, 625, 3125)  # tmax: a 50th of the run, divided by these
+IDLE = 0.25  # a tmax that would allow a run's mean step this many times over is idle
+LIMIT = 3.0  # wall seconds a run
+
+
+def measure(
+    problem: Problem, judge: Judge, text: str, folder: str, rounds: int = 3, limit: float = LIMIT,
+    reltols: Sequence[float] = RELTOLS, parts: Sequence[int] = PARTS,
+    said: Callable[[str], object] = lambda text: None,
+) -> Series:  # fmt: skip
+    """All points of one deck. OutsideError without ngspice."""
+    from statistics import median
+
+    t = problem.transient
+    fiftieth = (t.tstop - t.tstart) / 50
+    series = Series("ngspice", "ngspice")
+    runs: dict[Point, tuple[tuple[float, float, float, float], str]] = {}
+    with Bench(text, folder, problem.signals) as bench:
+        looser: dict[int, int] = {}  # steps at a tmax, with the reltol before
+        for reltol in reltols:
+            small = reltol / 1e-3
+            options = (
+                f"reltol={reltol:g} abstol={1e-12 * small:g} vntol={1e-6 * small:g} chgtol={1e-14 * small:g}"
+            )
+            steps, stopped = 0, ""
+            for part in parts:
+                tmax = fiftieth / part
+                if 50 * part * IDLE < steps:
+                    continue  # the steps are that short already
+                tran = (t.tstep, t.tstart, t.tstop, tmax)
+                setting = f"reltol {exponent(reltol)}, tmax {tmax:.2g}"
+                said(f"ngspice {setting}")
+                point = Point(setting, None, None, 0.0, reason=stopped)
+                series.points.append(point)
+                if stopped:
+                    continue
+                try:
+                    table, about = bench.values(tran, options, limit)
+                    if table.time[-1] < t.tstop * (1 - 1e-6):
+                        raise NgspiceError(f"stopped at {table.time[-1]:.3g} s")
+                except NgspiceError as error:
+                    point.reason = str(error)
+                    if point.reason.startswith("over"):
+                        point.seconds = limit
+                        stopped = f"not tried: {point.reason} at {tmax:.2g}"
+                    continue
+                steps = len(table)
+                point.error, point.seconds, point.steps = judge.error(problem.values(table)), about, steps
+                runs[point] = tran, options
+                if abs(steps - looser.get(part, 0)) < 0.02 * steps:
+                    break  # tmax alone decides from here on, and those points are there
+                looser[part] = steps
+        worth = front((p.error or 0.0, p.seconds) for p in runs)
+        times: dict[Point, list[float]] = {p: [] for p in runs if _near(p, worth)}
+        for _ in range(rounds):
+            for point, found in times.items():
+                # a long run is less noisy: one measurement does
+                if point.seconds < 0.3 or not found:
+                    said(f"ngspice {point.setting}, time")
+                    found.append(bench.seconds(*runs[point], point.seconds, 10 * limit))
+        for point, found in times.items():
+            point.seconds = median(found)
+    return series
+
+
+def _near(point: Point, worth: list[tuple[float, float]]) -> bool:
+    """Is the point on the front, or so near that a better figure for its time may put it there?"""
+    best = time_at(worth, point.error or 0.0)
+    return best is None or point.seconds < 1.5 * best + 1e-3
