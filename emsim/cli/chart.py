@@ -1,11 +1,14 @@
-"""usage: emsim chart [options] deck.cir
+"""usage: emsim chart [options] deck.cir        (or emsim chart --suite [options])
 
 Runs every method over a ladder of tolerances and charts error against CPU time and against evaluations.
 Error is the largest difference from a converged reference over the compared signals and common times, in
 parts of each signal's range; the reference is radau at its tightest, confirmed by a second method. scipy's methods run
 on the same compiled equations where these reduce to an ODE, ngspice where the deck is plain SPICE. Every run has a time
 limit; what does not get through is listed with the reason. Exit code 3 without a converged reference, 5 when a picture
-is asked for and matplotlib is missing."""
+is asked for and matplotlib is missing.
+
+--suite charts the benchmark set in a source tree's netlists/ and writes small multiples for each group, a summary
+picture and the README's table; a deck that has no converged reference is listed and makes exit code 3."""
 
 from __future__ import annotations
 
@@ -21,12 +24,13 @@ from .run import source_of
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
     from typing import Any
 
     from ..reports.ladder import Judge, Problem
     from ..reports.work_precision import Chart
 
+SUITE_ONLY = ("only", "quick", "peers", "readme", "from")
 OPTIONS = [
     Option("-o --output", "picture to write, .png .svg or .pdf; none without it", "FILE"),
     Option("--csv", "every point as CSV; - is stdout, in place of the table", "FILE"),
@@ -38,6 +42,12 @@ OPTIONS = [
     Option("--rounds", "runs of each point for the median of its time, 5", "N"),
     Option("--budget", "seconds to spend on these repetitions, 10", "SECONDS"),
     Option("--alone", "neither scipy nor ngspice"),
+    Option("--suite", "the benchmark set: pictures, suite.csv, suite.json, the table; -o is their folder"),
+    Option("--only", "of the suite: these entries, by name or deck", "A,B,..."),
+    Option("--quick", "of the suite: three entries, a short ladder"),
+    Option("--peers", "of the suite: MuJoCo, Exudyn and Drake on the machines that they build too"),
+    Option("--readme", "of the suite: write the table and its picture into README.md"),
+    Option("--from", "of the suite: nothing is run, charts come from a suite.json", "FILE"),
     Option("--points", "list every run"),
     DEFINE,
     JSON,
@@ -48,13 +58,29 @@ OPTIONS = [
 
 def main(args: Sequence[str]) -> int:
     given = parse(args, OPTIONS)
+    if given.has("suite"):
+        from .chart_suite import run_suite
+
+        return run_suite(given)
+    for option in SUITE_ONLY:
+        if given.has(option):
+            raise UsageError(f"--{option} goes with --suite")
     deck = given.deck("chart")
+    chosen = settings(given)
     tell = Tell(given.has("quiet"))
     try:
-        chart = measured(deck, given, tell)
+        if deck == "-":
+            chart = measured(source_of(deck), "stdin", chosen, tell)
+        else:
+            chart = measured(deck, splitext(basename(deck))[0], chosen, tell)
     finally:
         tell.clear()
     files = deliver([chart], given)
+    if path := given.text("output"):
+        from ..reports.draw import one
+
+        drawn(path, lambda: one(path, chart))
+        files.append(path)
     if given.has("json"):
         print_json(OK, [], chart=chart.as_dict(), files=files)
     elif given.text("csv") != "-":
@@ -64,40 +90,78 @@ def main(args: Sequence[str]) -> int:
     return OK
 
 
-def measured(deck: str, given: Arguments, tell: Tell) -> Chart:
-    """The chart of one deck, as the command line asks."""
+class Settings:
+    """How a deck is to be charted. A suite has less time for each deck than a deck alone.
+
+    reference   CPU seconds for the reference, and as many for what confirms it
+    own         keyword arguments of ladder.measure; scipy, ngspice: of theirs, None to leave them out
+    """
+
+    __slots__ = ("defines", "methods", "ngspice", "own", "reference", "scipy", "signals", "stop", "times")
+
+    def __init__(self, methods: Sequence[str], suite: bool) -> None:
+        self.methods = list(methods)
+        self.reference = 3.0 if suite else 8.0
+        self.own: dict[str, Any] = dict(rounds=3, budget=3.0, most=0.8) if suite else {}
+        self.scipy: dict[str, Any] | None = dict(tolerances=(1e-3, 1e-6, 1e-9), limit=0.3) if suite else {}
+        self.ngspice: dict[str, Any] | None = dict(rounds=2, limit=1.5) if suite else {}
+        self.signals: list[str] | None = None
+        self.stop: float | None = None
+        self.times: int | None = None
+        self.defines: dict[str, str] = {}
+
+
+def settings(given: Arguments) -> Settings:
+    """What the command line asks."""
+    out = Settings(_methods(given), given.has("suite"))
+    out.defines, out.signals = defines(given), _names(given.text("signals"))
+    if given.has("times"):
+        out.times = _count(given, "times")
+    if tolerances := _tolerances(given):
+        out.own["tolerances"] = tolerances
+    if given.has("rounds"):
+        out.own["rounds"] = _count(given, "rounds")
+    for key in ("limit", "budget"):
+        if (value := given.number(key)) is not None:
+            out.own[key] = value
+    if given.has("alone"):
+        out.scipy = out.ngspice = None
+    return out
+
+
+def measured(source: str, name: str, chosen: Settings, tell: Callable[[str], object]) -> Chart:
+    """The chart of one deck: a path, or its text."""
     from ..reports import ladder, reference
     from ..reports.work_precision import Chart
 
-    source, params = source_of(deck), defines(given)
-
     def prepare(options: dict[str, Any]) -> Any:
-        return pipeline.prepare(pipeline.read(source, params), options)
+        return pipeline.prepare(pipeline.read(source, chosen.defines), options)
 
-    methods = _methods(given)
-    problem = ladder.Problem(prepare, _names(given.text("signals")), _count(given, "times", ladder.TIMES))
-    found = reference.find(problem, known_methods(), said=tell)
-    name = "stdin" if deck == "-" else splitext(basename(deck))[0]
+    problem = ladder.Problem(prepare, chosen.signals, chosen.times or ladder.TIMES, chosen.stop)
+    found = reference.find(problem, known_methods(), chosen.reference, tell)
     chart = Chart(name, problem.title, problem.signals, len(problem.grid))
-    chart.reference, chart.distance = found.text, found.distance
-    chart.series = ladder.measure(
-        problem, found.judge, methods, _tolerances(given) or ladder.TOLERANCES, given.number("limit"),
-        _count(given, "rounds", 5), given.number("budget") or 10.0, said=tell,
-    )  # fmt: skip
-    if not given.has("alone"):
-        _scipy(chart, problem, found.judge, source, params, tell)
-        _ngspice(chart, problem, found.judge, deck, source, params, tell)
+    chart.reference, chart.distance, chart.confirmed = found.text, found.distance, found.confirmed
+    chart.series = ladder.measure(problem, found.judge, chosen.methods, **chosen.own, said=tell)
+    absolute = ladder.maximal(problem)
+    if absolute:
+        chart.series += ladder.measure(
+            problem, found.judge, absolute, **chosen.own, formulation="absolute", group="absolute", said=tell
+        )
+    if chosen.scipy is not None:
+        _scipy(chart, problem, found.judge, source, chosen, tell)
+    if chosen.ngspice is not None and problem.plain:
+        _ngspice(chart, problem, found.judge, source, chosen, tell)
     return chart
 
 
 def _scipy(
-    chart: Chart, problem: Problem, judge: Judge, source: str, params: dict[str, str], tell: Tell
+    chart: Chart, problem: Problem, judge: Judge, source: str, chosen: Settings, tell: Callable[[str], object]
 ) -> None:
     from ..reports import witness
 
     try:
-        system = pipeline.compile(source, defines=params)
-        chart.series += witness.measure(problem, judge, system, said=tell)
+        system = pipeline.compile(source, defines=chosen.defines)
+        chart.series += witness.measure(problem, judge, system, **(chosen.scipy or {}), said=tell)
     except witness.NoOde as why:
         chart.notes.append(f"no scipy witness: {why}")
     except ImportError:
@@ -105,18 +169,16 @@ def _scipy(
 
 
 def _ngspice(
-    chart: Chart, problem: Problem, judge: Judge, deck: str, source: str, params: dict[str, str], tell: Tell
+    chart: Chart, problem: Problem, judge: Judge, source: str, chosen: Settings, tell: Callable[[str], object]
 ) -> None:
-    if not problem.plain:
-        return
     from ..reports import spice
 
-    if params:
+    if chosen.defines:
         chart.notes.append("no ngspice: it does not know -D")
         return
     try:
-        text, folder = (source, os.getcwd()) if deck == "-" else (_text(deck), dirname(abspath(deck)))
-        chart.series.append(spice.measure(problem, judge, text, folder, said=tell))
+        text, folder = (source, os.getcwd()) if "\n" in source else (_text(source), dirname(abspath(source)))
+        chart.series.append(spice.measure(problem, judge, text, folder, **(chosen.ngspice or {}), said=tell))
     except OutsideError as error:
         chart.notes.append(f"no ngspice: {error.diagnostics[0].message}")
 
@@ -127,28 +189,28 @@ def _text(deck: str) -> str:
 
 
 def deliver(charts: Sequence[Chart], given: Arguments) -> list[str]:
-    """The files asked for; their names."""
+    """The CSV file asked for; its name."""
     from ..reports.chart import csv_lines
 
-    files = []
-    if path := given.text("output"):
-        from ..reports.draw import one
+    path = given.text("csv")
+    if path is None:
+        return []
+    if path == "-":
+        print_lines(csv_lines(charts))
+        return []
+    _folder(path)
+    with open(path, "w", encoding="utf-8") as file:
+        file.write("\n".join(csv_lines(charts)) + "\n")
+    return [path]
 
-        _folder(path)
-        try:
-            one(path, charts[0])
-        except ValueError as error:
-            raise UsageError(f"-o {path}: {error}") from None
-        files.append(path)
-    if path := given.text("csv"):
-        if path == "-":
-            print_lines(csv_lines(charts))
-        else:
-            _folder(path)
-            with open(path, "w", encoding="utf-8") as file:
-                file.write("\n".join(csv_lines(charts)) + "\n")
-            files.append(path)
-    return files
+
+def drawn(path: str, draw: Callable[[], None]) -> None:
+    """Draws a picture to a file, or says what is wrong with its name."""
+    _folder(path)
+    try:
+        draw()
+    except ValueError as error:
+        raise UsageError(f"-o {path}: {error}") from None
 
 
 def known_methods() -> list[str]:
@@ -195,11 +257,11 @@ def _list(text: str | None) -> list[str]:
     return [word.strip().lower() for word in (text or "").split(",") if word.strip()]
 
 
-def _count(given: Arguments, key: str, default: int) -> int:
-    value = given.number(key)
-    if value is not None and (value != int(value) or value > 10_000):
+def _count(given: Arguments, key: str) -> int:
+    value = given.number(key) or 0.0
+    if value != int(value) or value > 10_000:
         raise UsageError(f"--{key}: {given.text(key)!r} is not a whole number up to 10000")
-    return default if value is None else int(value)
+    return int(value)
 
 
 def _folder(path: str) -> None:

@@ -32,6 +32,8 @@ def lines(chart: Chart, points: bool = False) -> Iterator[str]:
     )
     yield f"  compared   {shown}, at {chart.times} common times"
     yield f"  reference  {chart.reference}"
+    if chart.smallest < chart.confirmed and chart.distance < chart.confirmed:
+        yield f"  errors below {chart.confirmed:.1e} rest on the reference's own convergence, no second method came so near"
     if chart.unresolved:
         count = f"{chart.unresolved} of the points" if chart.unresolved > 1 else "one point"
         yield f"  {count} came nearer than that: their errors are not resolved and count as {chart.distance:.1e}"

@@ -167,11 +167,11 @@ def _log(value: float) -> float:
     return log10(value)
 
 
-def save(figure: Any, path: str) -> None:
+def save(figure: Any, path: str, dpi: int = 110) -> None:
     plt = pyplot()
     figure.patch.set_facecolor("white")
     try:
-        figure.savefig(path, dpi=110)
+        figure.savefig(path, dpi=dpi)
     finally:
         plt.close(figure)
 

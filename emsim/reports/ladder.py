@@ -45,6 +45,7 @@ FACTOR, FLOOR, LIMIT = (
     0.1,
     5.0,
 )  # limit of a run: so many times the best at its tolerance, within these [s]
+MAXIMAL = ("auto", "radau")  # the first there is shows the price of modelling more than the scene needs
 KINDS = {"node": "v({})", "branch": "i({})"}
 
 
@@ -53,9 +54,16 @@ class Problem:
 
     prepare   options -> (assembly, planned analyses); called once for every method and formulation
     signals   names of columns, None for the states
+    stop      end of the run [s], None for the deck's own
     """
 
-    def __init__(self, prepare: Prepare, signals: Sequence[str] | None = None, times: int = TIMES) -> None:
+    def __init__(
+        self,
+        prepare: Prepare,
+        signals: Sequence[str] | None = None,
+        times: int = TIMES,
+        stop: float | None = None,
+    ) -> None:
         self.prepare = prepare
         self._ready: dict[tuple[str, str], Assembly] = {}
         assembly, planned = prepare({})
@@ -66,6 +74,8 @@ class Problem:
                 Diagnostic("error", "E350", "there is no transient analysis to chart", None, hint)
             )
         self.transient = found[-1]
+        if stop is not None:
+            self.transient.tstop = stop
         self.assembly, self.flat = assembly, assembly.flat
         self.title: str = assembly.flat.title
         self.plain = not assembly.flat.machine
@@ -170,6 +180,21 @@ class Problem:
         )
 
 
+def maximal(problem: Problem) -> list[str]:
+    """Methods to run on the deck in maximal coordinates; none where there is no machine or no such formulation."""
+    from ..assemble.options import METHODS
+
+    if problem.plain:
+        return []
+    methods = [m for m in MAXIMAL if m in METHODS]
+    try:
+        assembly = problem.ready(methods[0], "absolute")
+    except DiagnosticError:
+        return []
+    said = assembly.flat.sink.diagnostics
+    return [] if any("formulation" in d.message for d in said) else methods[:1]
+
+
 class Judge:
     """The reference's values at the common times, and the distance of others from them."""
 
@@ -208,6 +233,7 @@ def measure(
     methods: Sequence[str],
     tolerances: Sequence[float] = TOLERANCES,
     limit: float | None = None,
+    most: float = LIMIT,
     rounds: int = 5,
     budget: float = 10.0,
     formulation: str = "",
@@ -220,7 +246,7 @@ def measure(
     for tolerance in sorted(tolerances, reverse=True):
         fastest = float("inf")
         for task in tasks:
-            allowed = limit or min(max(FACTOR * fastest, FLOOR), LIMIT)
+            allowed = limit or min(max(FACTOR * fastest, FLOOR), most)
             said(f"{task.name} {exponent(tolerance)}")
             _judged(problem, judge, task, tolerance, allowed)
             if task.points[tolerance].good:

@@ -27,12 +27,12 @@ LIMIT = 8.0  # CPU seconds for the reference, and as many for all that confirm i
 
 
 class Reference:
-    """The judge, the words for how it was found, and the distance to the confirming run."""
+    """The judge, the words for how it was found, the distance to the second method (`confirmed`), and what is resolved."""
 
-    __slots__ = ("distance", "judge", "text")
+    __slots__ = ("confirmed", "distance", "judge", "text")
 
-    def __init__(self, judge: Judge, text: str, distance: float) -> None:
-        self.judge, self.text, self.distance = judge, text, distance
+    def __init__(self, judge: Judge, text: str, distance: float, confirmed: float) -> None:
+        self.judge, self.text, self.distance, self.confirmed = judge, text, distance, confirmed
 
 
 class Descent:
@@ -54,9 +54,10 @@ class Descent:
                 return
             before, last = last, float(stats["solve_time"])
             self.seconds += last
-            if table is None:
+            if table is not None:
+                self.runs.append((tolerance, problem.values(table)))
+            elif self.why.startswith(("over", "unfit")):
                 return
-            self.runs.append((tolerance, problem.values(table)))
 
     @property
     def name(self) -> str:
@@ -91,6 +92,7 @@ def find(
             if off < distance:
                 distance, by = off, other.name
     text = f"{first.name}, met to {distance:.1e} by {by}" if by else f"{first.name}, met by no other method"
+    confirmed = distance
     own = judge.error(first.runs[-2][1]) if len(first.runs) > 1 else float("inf")
     if own < 0.1 * distance and (distance < WORST or not by):
         text += f"; {own:.1e} from its own run at {exponent(first.runs[-2][0])}"
@@ -99,4 +101,4 @@ def find(
         message = f"no converged reference: {text}"
         hint = "chaos, or a signal that jumps: a shorter .tran, or --signals that are continuous"
         raise ConvergenceError([Diagnostic("error", "E421", message, None, hint)])
-    return Reference(judge, text, distance)
+    return Reference(judge, text, distance, confirmed)

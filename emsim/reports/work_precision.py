@@ -117,15 +117,27 @@ class Chart:
     """Everything measured on one deck.
 
     name, title   of the deck; signals: the columns compared; times: number of common times
-    reference     how the reference was computed; `distance`: what a second method says of it, in the units of error
+    reference     how the reference was computed; `confirmed`: how near a second method came to it, in the units of error;
+                  `distance`: the same, or of its own next run where the second method is the coarser one by far
     series        the tools; notes: what was left out and why
     """
 
-    __slots__ = ("distance", "group", "name", "notes", "reference", "series", "signals", "times", "title")
+    __slots__ = (
+        "confirmed",
+        "distance",
+        "group",
+        "name",
+        "notes",
+        "reference",
+        "series",
+        "signals",
+        "times",
+        "title",
+    )
 
     def __init__(self, name: str, title: str, signals: Sequence[str], times: int) -> None:
         self.name, self.title, self.signals, self.times = name, title, list(signals), times
-        self.reference, self.distance = "", 0.0
+        self.reference, self.distance, self.confirmed = "", 0.0, 0.0
         self.series: list[Series] = []
         self.notes: list[str] = []
         self.group = ""
@@ -148,14 +160,18 @@ class Chart:
         return sum(p.error is not None and p.error < self.distance for s in self.series for p in s.good)
 
     def as_dict(self) -> dict[str, Any]:
-        plain = ("name", "title", "group", "signals", "times", "reference", "distance", "notes")
+        plain = ("name", "title", "group", "signals", "times", "reference", "distance", "confirmed", "notes")
         return {**{k: getattr(self, k) for k in plain}, "series": [s.as_dict() for s in self.series]}
 
     @classmethod
     def from_dict(cls, data: dict[str, Any]) -> Chart:
         """The inverse of as_dict, for figures drawn again from a file."""
         chart = cls(data["name"], data["title"], data["signals"], data["times"])
-        chart.reference, chart.distance = data["reference"], data["distance"]
+        chart.reference, chart.distance, chart.confirmed = (
+            data["reference"],
+            data["distance"],
+            data["confirmed"],
+        )
         chart.notes, chart.group = data["notes"], data["group"]
         for s in data["series"]:
             points = [Point(**point) for point in s["points"]]

@@ -1,0 +1,211 @@
+"""`emsim chart --suite`: the benchmark set, its pictures, its table, its place in the README."""
+
+from __future__ import annotations
+
+import os
+import sys
+from os.path import abspath, dirname, isdir, isfile, join
+
+from ..diagnostics import DeckError, Diagnostic, DiagnosticError, OutsideError
+from .arguments import Arguments, UsageError
+from .chart import Settings, Tell, deliver, measured, settings
+from .console import CONVERGENCE, OK, print_json, print_lines
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from ..reports.suite import Entry
+    from ..reports.work_precision import Chart
+
+PICTURE = "netlists/bench/suite.png"  # in the README
+SHORT = (1e-3, 1e-5, 1e-7)  # ladder of --quick
+
+
+def run_suite(given: Arguments) -> int:
+    """Measures, draws, writes; the exit code."""
+    from ..reports import suite
+
+    if given.words:
+        raise UsageError(f"--suite takes no deck, got {given.words[0]}")
+    for option in ("signals", "define", "times"):
+        if given.has(option):
+            raise UsageError(f"--{option} goes with one deck, not with --suite")
+    root = _root()
+    entries = _chosen(given)
+    folder = given.text("output") or "chart"
+    tell = Tell(given.has("quiet"))
+    trouble: list[Diagnostic] = []
+    if path := given.text("from"):
+        charts = _read(path)
+    else:
+        try:
+            charts = _measured(entries, root, given, tell, trouble)
+        finally:
+            tell.clear()
+    files = _written(charts, folder, given, root)
+    code = CONVERGENCE if trouble else OK
+    if given.has("json"):
+        print_json(code, trouble, charts=[chart.as_dict() for chart in charts], files=files)
+    elif given.text("csv") != "-":
+        print_lines(_lines(charts))
+        for d in trouble:
+            print(f"not charted: {d.message}", file=sys.stderr)
+        if not given.has("quiet"):
+            print("-> " + ", ".join(files), file=sys.stderr)
+    assert suite.SUITE
+    return code
+
+
+def _lines(charts: Sequence[Chart]) -> list[str]:
+    from ..reports import suite
+    from ..reports.chart import failures
+
+    out = list(suite.table(charts))
+    out += ["", *lines] if (lines := list(suite.engines(charts))) else []
+    out += ["", "did not get through:"]
+    for chart in charts:
+        out += [f"  {chart.name}: {tool} {settings}: {why}" for tool, settings, why in failures(chart)]
+        out += [f"  {chart.name}: {note}" for note in chart.notes]
+    slow = list(suite.slow_auto(charts))
+    return [*out, "", "auto over 1.3 times the best:", *(f"  {line}" for line in slow)] if slow else out
+
+
+def _measured(
+    entries: Sequence[Entry], root: str, given: Arguments, tell: Tell, trouble: list[Diagnostic]
+) -> list[Chart]:
+    charts = []
+    for entry in entries:
+        chosen = settings(given)
+        chosen.signals, chosen.stop = list(entry.signals) or None, entry.stop
+        if given.has("quick"):
+            chosen.own |= dict(tolerances=SHORT, rounds=1)
+            chosen.reference = 1.0
+            chosen.scipy = dict(methods=("DOP853",), tolerances=(1e-6,), limit=0.3) if chosen.scipy else None
+            chosen.ngspice = (
+                dict(rounds=1, reltols=(1e-4,), parts=(1, 25), limit=1.0) if chosen.ngspice else None
+            )
+        deck = join(root, "netlists", entry.deck + ".cir")
+        try:
+            chart = measured(deck, entry.name, chosen, _prefixed(tell, entry.name))
+        except DiagnosticError as error:
+            if isinstance(error, (DeckError, OutsideError)):
+                raise
+            trouble.append(
+                Diagnostic(
+                    "error", error.diagnostics[0].code, f"{entry.name}: {error.diagnostics[0].message}"
+                )
+            )
+            continue
+        chart.group = entry.group
+        charts.append(chart)
+    return charts
+
+
+def _prefixed(tell: Tell, name: str) -> Tell:
+    class Named(Tell):
+        def __call__(self, text: str) -> None:
+            tell(f"{name}: {text}")
+
+    return Named(not tell.on)
+
+
+def _written(charts: Sequence[Chart], folder: str, given: Arguments, root: str) -> list[str]:
+    """suite.json, suite.csv, the pictures; with --readme the README and its picture."""
+    import json
+
+    from ..reports import draw_suite, suite
+    from ..reports.chart import csv_lines
+
+    files = deliver(charts, given)
+    os.makedirs(folder, exist_ok=True)
+    path = join(folder, "suite.json")
+    with open(path, "w", encoding="utf-8") as file:
+        json.dump([chart.as_dict() for chart in charts], file, indent=1)
+    files.append(path)
+    path = join(folder, "suite.csv")
+    with open(path, "w", encoding="utf-8") as file:
+        file.write("\n".join(csv_lines(charts)) + "\n")
+    files.append(path)
+    for group, title in suite.GROUPS.items():
+        members = [chart for chart in charts if chart.group == group]
+        if members:
+            path = join(folder, f"{group}.png")
+            draw_suite.multiples(path, members, title)
+            files.append(path)
+    if charts:
+        path = join(folder, "summary.png")
+        draw_suite.summary(path, charts, suite.ERRORS)
+        files.append(path)
+    if given.has("readme"):
+        picture = join(root, PICTURE)
+        if charts:
+            draw_suite.summary(picture, charts, suite.ERRORS, dpi=80)
+        readme = join(root, "README.md")
+        with open(readme, encoding="utf-8") as file:
+            text = file.read()
+        try:
+            text = suite.into(text, suite.section(charts, PICTURE if charts else ""))
+        except ValueError as error:
+            raise OutsideError(Diagnostic("error", "E504", f"{readme}: {error}")) from None
+        with open(readme, "w", encoding="utf-8") as file:
+            file.write(text)
+        files += [picture, readme]
+    return files
+
+
+def _read(path: str) -> list[Chart]:
+    import json
+
+    from ..reports.work_precision import Chart
+
+    with open(path, encoding="utf-8") as file:
+        try:
+            return [Chart.from_dict(data) for data in json.load(file)]
+        except (ValueError, KeyError, TypeError) as error:
+            raise OutsideError(
+                Diagnostic("error", "E504", f"{path} is no suite.json of this program: {error}")
+            ) from None
+
+
+def _chosen(given: Arguments) -> list[Entry]:
+    """Entries by --only and --quick."""
+    from ..diagnostics import suggest
+    from ..reports.suite import QUICK, SUITE
+
+    only = [word.strip() for word in (given.text("only") or "").split(",") if word.strip()]
+    # names may hold a comma themselves
+    names = (
+        {e.name: e for e in SUITE}
+        | {e.deck: e for e in SUITE}
+        | {e.deck.rpartition("/")[2]: e for e in SUITE}
+    )
+    if given.has("only") and given.text("only") in names:
+        return [names[given.text("only") or ""]]
+    for word in only:
+        if word not in names:
+            near = suggest(word, names)
+            raise UsageError(
+                f"--only: the suite has no {word!r}" + (f", did you mean {near!r}?" if near else "")
+            )
+    chosen = [names[word] for word in only] or list(SUITE)
+    return [e for e in chosen if e.name in QUICK] if given.has("quick") and not only else chosen
+
+
+def _root() -> str:
+    """The source tree: the working directory or one above it, else where the package lies. OutsideError without."""
+    here = abspath(os.getcwd())
+    while True:
+        if isfile(join(here, "netlists", "index.py")):
+            return here
+        if dirname(here) == here:
+            break
+        here = dirname(here)
+    tree = dirname(dirname(dirname(abspath(__file__))))
+    if isdir(join(tree, "netlists")):
+        return tree
+    hint = "run it in a source tree of emsim; an installed package has no netlists/"
+    raise OutsideError(Diagnostic("error", "E505", "the benchmark set is not here", None, hint))
+
+
+__all__ = ["Settings", "run_suite"]
