@@ -95,9 +95,21 @@ class Settings:
 
     reference   CPU seconds for the reference, and as many for what confirms it
     own         keyword arguments of ladder.measure; scipy, ngspice: of theirs, None to leave them out
+    engines     other programs that build the deck's machine, by their names in reports/peers/
     """
 
-    __slots__ = ("defines", "methods", "ngspice", "own", "reference", "scipy", "signals", "stop", "times")
+    __slots__ = (
+        "defines",
+        "engines",
+        "methods",
+        "ngspice",
+        "own",
+        "reference",
+        "scipy",
+        "signals",
+        "stop",
+        "times",
+    )
 
     def __init__(self, methods: Sequence[str], suite: bool) -> None:
         self.methods = list(methods)
@@ -108,6 +120,7 @@ class Settings:
         self.signals: list[str] | None = None
         self.stop: float | None = None
         self.times: int | None = None
+        self.engines: tuple[str, ...] = ()
         self.defines: dict[str, str] = {}
 
 

@@ -59,7 +59,8 @@ class Reduced:
         c, g = (m.toarray() for m in system.jac(self.x, 0.0))
         block, mass = g[np.ix_(self.rows, self.a)], c[np.ix_(~self.rows, self.d)]
         for matrix in (block, mass):
-            if matrix.size and not np.linalg.cond(matrix / abs(matrix).max(axis=1, keepdims=True)) < 1e13:
+            rows = abs(matrix).max(axis=1, keepdims=True) if matrix.size else np.ones(1)
+            if matrix.size and not (rows.min() > 0 and np.linalg.cond(matrix / rows) < 1e13):
                 raise NoOde("its algebraic part does not solve for the algebraic unknowns: index 2")
         self.evaluations = 0
         self.end = float("inf")

@@ -1,0 +1,28 @@
+"""The machines that other engines build too: the parameters of their decks, once for all engines.
+
+Angles are counted from straight down, positive counter-clockwise about the axis out of the plane of x and y (gravity along
+-y), as in the decks. Exact values at some times stand in tests/physics/test_exact.py.
+"""
+
+from typing import Any
+
+GRAVITY = 9.81
+QUARTER = 1.5707963267948966  # pi/2
+
+# netlists/mechanical/ref_simple_pendulum.cir: point mass m at distance l
+PENDULUM: dict[str, Any] = {"m": 1.0, "l": 1.0, "start": QUARTER}
+# netlists/mechanical/ref_double_pendulum.cir: two of them; the second angle is relative
+DOUBLE: dict[str, Any] = {"m": 1.0, "l": 1.0, "start": (QUARTER, 0.0)}
+# netlists/mechanical/ref_chain20.cir: uniform rods
+CHAIN: dict[str, Any] = {"n": 20, "m": 0.05, "l": 0.05, "start": QUARTER}
+# netlists/mechanical/ref_four_bar.cir: uniform rods; crank from +x, angle 0 and speed 10 rad/s at the start
+FOUR_BAR: dict[str, Any] = {
+    "lengths": (0.10, 0.24, 0.20), "masses": (0.10, 0.24, 0.20), "ground": 0.22, "speed": 10.0,
+    # absolute angles of coupler and rocker from +x at the start, and their speeds
+    "angles": (0.981765356578622737, 1.50408017838467136), "speeds": (-25 / 3, -25 / 3),
+}  # fmt: skip
+
+
+def rod_inertia(m: float, length: float) -> float:
+    """About the centre, axis across [kg m^2]."""
+    return m * length**2 / 12
