@@ -119,6 +119,16 @@ class System:
         c, g = self._engine.jac(_floats(x), t)
         return self._matrix(c), self._matrix(g)
 
+    def dense(self, x: Any, t: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
+        """(C, G) as dense arrays of shape (n, n), without scipy."""
+        import numpy as np
+
+        indptr, indices = self._engine.pattern()
+        columns = np.repeat(np.arange(self.n), np.diff(indptr))
+        out = np.zeros((2, self.n, self.n))
+        out[:, indices, columns] = self._engine.jac(_floats(x), t)
+        return out[0], out[1]
+
     def _matrix(self, values: list[float]) -> csc_array:
         import numpy as np
         from scipy.sparse import csc_array

@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from ..reports.ladder import Judge, Problem
     from ..reports.work_precision import Chart
 
+PICTURES = (".png", ".svg", ".pdf")
 SUITE_ONLY = ("only", "quick", "peers", "readme", "from")
 OPTIONS = [
     Option("-o --output", "picture to write, .png .svg or .pdf; none without it", "FILE"),
@@ -66,6 +67,7 @@ def main(args: Sequence[str]) -> int:
         if given.has(option):
             raise UsageError(f"--{option} goes with --suite")
     deck = given.deck("chart")
+    _targets(given)
     chosen = settings(given)
     tell = Tell(given.has("quiet"))
     try:
@@ -79,7 +81,7 @@ def main(args: Sequence[str]) -> int:
     if path := given.text("output"):
         from ..reports.draw import one
 
-        drawn(path, lambda: one(path, chart))
+        one(path, chart)
         files.append(path)
     if given.has("json"):
         print_json(OK, [], chart=chart.as_dict(), files=files)
@@ -211,19 +213,22 @@ def deliver(charts: Sequence[Chart], given: Arguments) -> list[str]:
     if path == "-":
         print_lines(csv_lines(charts))
         return []
-    _folder(path)
     with open(path, "w", encoding="utf-8") as file:
         file.write("\n".join(csv_lines(charts)) + "\n")
     return [path]
 
 
-def drawn(path: str, draw: Callable[[], None]) -> None:
-    """Draws a picture to a file, or says what is wrong with its name."""
-    _folder(path)
-    try:
-        draw()
-    except ValueError as error:
-        raise UsageError(f"-o {path}: {error}") from None
+def _targets(given: Arguments) -> None:
+    """Refuses files that cannot be written, before minutes go into what they should hold."""
+    if path := given.text("output"):
+        if splitext(path)[1].lower() not in PICTURES:
+            raise UsageError(f"-o {path}: pictures are {', '.join(PICTURES)}")
+        from ..reports.draw import pyplot
+
+        pyplot()
+        _folder(path)
+    if (path := given.text("csv")) and path != "-":
+        _folder(path)
 
 
 def known_methods() -> list[str]:

@@ -62,11 +62,9 @@ def _costs(chart: Chart) -> Iterator[str]:
         cells = [series.at(e, chart.distance) for e in errors]
         texts = [f"{1e3 * t:>9.3g}" if t is not None else f"{'-':>9}" for t in cells]
         least = min((p.error for p in series.good if p.error is not None), default=None)
-        yield (
-            f"  {series.label:<{width}}"
-            + "".join(texts)
-            + (f"   {least:.1e}" if least is not None else "   none")
-        )
+        resolved = least is None or least >= chart.distance
+        best = "none" if least is None else f"{least:.1e}" if resolved else f"<{chart.distance:.1e}"
+        yield f"  {series.label:<{width}}" + "".join(texts) + f"   {best}"
 
 
 def _points(chart: Chart) -> Iterator[str]:

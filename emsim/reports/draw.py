@@ -8,7 +8,7 @@ of runs that did not get through, each at the time it had used; the grey floor i
 from __future__ import annotations
 
 from ..diagnostics import Diagnostic, OutsideError
-from .work_precision import Series
+from .work_precision import Series, front
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -113,29 +113,32 @@ def panel(
     costs: list[float] = []
     axis.set(xscale="log", yscale="log")
     for series in chart.series:
-        pairs = [(c, max(p.error or 0.0, 1e-16)) for p in series.good if (c := across(p)) is not None]
-        if pairs:
-            x, y = zip(*pairs, strict=True)
-            axis.plot(x, y, **style[series.group, series.name])
-            errors += y
-            costs += x
+        pairs = [
+            (c, max(p.error or 0.0, chart.distance, 1e-16))
+            for p in series.good
+            if (c := across(p)) is not None
+        ]
+        if not pairs:
+            continue
+        look = style[series.group, series.name]
+        line = pairs
+        if series.group == "ngspice":
+            # two knobs: the line follows the best of their combinations
+            line = [(c, e) for e, c in front((e, c) for c, e in pairs)]
+            axis.plot(*zip(*pairs, strict=True), **{**look, "linestyle": "", "alpha": 0.35})
+        axis.plot(*zip(*line, strict=True), **look)
+        costs += [c for c, _ in pairs]
+        errors += [e for _, e in pairs]
     low, high = min(errors, default=1e-9), max(errors, default=1e-1)
-    floor, roof = 10 ** (_log(low) - 0.4), 10 ** (min(_log(high), 0.5) + 0.5)
-    decades = _log(roof) - _log(floor)
-    top = roof * 10 ** (decades * LANE / (1 - LANE))
+    floor, roof = 10 ** (_log(low) - 0.5), 10 ** (_log(high) + 0.5)
+    top = roof * 10 ** ((_log(roof) - _log(floor)) * LANE / (1 - LANE))
     axis.set_ylim(floor, top)
     # failures, each tool a little higher than the one before, so that marks at one time stay apart
     failed = [(s, [c for p in s.failures if (c := across(p)) is not None]) for s in chart.series]
     failed = [(s, cs) for s, cs in failed if cs]
     axis.axhline(roof, color="#999999", linestyle=(0, (4, 3)), linewidth=0.7)
-    if failed:
-        where = dict(
-            xy=(0, 1 - LANE / 2), xycoords="axes fraction", xytext=(3, 0), textcoords="offset points"
-        )
-        axis.annotate("did not get through", **where, va="center", fontsize=6.5, color="#777777")
     for k, (series, xs) in enumerate(failed):
-        share = (k + 1) / (len(failed) + 1)
-        y = roof * (top / roof) ** share
+        y = roof * (top / roof) ** ((k + 1) / (len(failed) + 1))
         colour = style[series.group, series.name]["color"]
         axis.plot(
             xs, [y] * len(xs), linestyle="", marker="x", color=colour, markersize=5, markeredgewidth=1.5
@@ -145,19 +148,21 @@ def panel(
         axis.set_xlim(0.6 * min(costs), 1.7 * max(costs))
     if chart.distance > floor:
         axis.axhspan(floor, min(chart.distance, roof), color="#000000", alpha=0.06, linewidth=0)
-    _ticks(axis, floor, roof)
+    _ticks(axis, floor, roof, top)
     axis.grid(alpha=0.25, linewidth=0.6)
     for side in ("top", "right"):
         axis.spines[side].set_visible(False)
 
 
-def _ticks(axis: Any, floor: float, roof: float) -> None:
-    """Powers of ten, at most nine of them, none in the lane of failures."""
+def _ticks(axis: Any, floor: float, roof: float, top: float) -> None:
+    """Powers of ten, at most nine of them, and the name of the lane above."""
     from math import ceil
 
     powers = list(range(ceil(_log(floor)), ceil(_log(roof))))
     stride = -(-len(powers) // 9)
-    axis.set_yticks([10.0**k for k in powers if k % stride == 0])
+    shown = [k for k in powers if k % stride == 0]
+    labels = [f"$10^{{{k}}}$" for k in shown]
+    axis.set_yticks([*(10.0**k for k in shown), (roof * top) ** 0.5], [*labels, "failed"])
     axis.minorticks_off()
 
 

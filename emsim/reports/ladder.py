@@ -45,6 +45,7 @@ FACTOR, FLOOR, LIMIT = (
     0.1,
     5.0,
 )  # limit of a run: so many times the best at its tolerance, within these [s]
+SENSELESS = 5.0  # an error beyond it is no point of a front
 MAXIMAL = ("auto", "radau")  # the first there is shows the price of modelling more than the scene needs
 KINDS = {"node": "v({})", "branch": "i({})"}
 
@@ -267,6 +268,8 @@ def _judged(problem: Problem, judge: Judge, task: Task, tolerance: float, limit:
         task.points[tolerance] = Point(setting, tolerance, None, 0.0, reason=task.stopped)
         return
     error = judge.error(problem.values(table)) if table is not None else None
+    if error is not None and not error < SENSELESS:
+        error, reason = None, f"wrong by {error:.1g} times the range"
     seconds = float(stats["solve_time"])
     task.points[tolerance] = Point(
         setting, tolerance, error, seconds, stats["evaluations"], stats["steps"], reason

@@ -1,10 +1,11 @@
 """A converged reference and its confirmation.
 
-The reference is radau at the tightest of TIGHTER that gets through within the limit (where radau fails altogether, the next
-of METHODS). It is believed only as far as a second method meets it: the distance of the two, in the units of error,
-is the accuracy to which the reference is known. Nothing below that distance is resolved, and a chart whose reference is
-not known to WORST is refused. Where the second method is the less accurate one by far (its own error then is what the
-distance shows), the reference's own next looser tolerance tells more; the text says so.
+The reference is radau at the tightest of TIGHTER that gets through within the limit; the next of METHODS where radau fails,
+or where two others meet each other much nearer than it meets either. It is believed only as far as a second method meets
+it: the distance of the two, in the units of error, is the accuracy to which the reference is known. Nothing below that
+distance is resolved, and a chart whose reference is not known to WORST is refused. Where the second method is the less
+accurate one by far (its own error then is what the distance shows), the reference's own next looser tolerance tells more;
+the text says so.
 """
 
 from __future__ import annotations
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
 TIGHTER = (1e-7, 1e-8, 1e-9, 1e-10, 1e-11, 1e-12, 1e-13)
 METHODS = ("radau", "dop853", "gauss", "esdirk", "gear", "trap")  # in the order of what they reach
 ENOUGH = 1e-11  # a second method this near needs no third
+NEARER = 0.03  # two later methods outvote an earlier one when they are this much nearer to each other
 WORST = 1e-3
 LIMIT = 8.0  # CPU seconds for the reference, and as many for all that confirm it
 
@@ -60,6 +62,11 @@ class Descent:
                 return
 
     @property
+    def last(self) -> np.ndarray:
+        """Values of the tightest run."""
+        return self.runs[-1][1]
+
+    @property
     def name(self) -> str:
         return f"{self.method} {exponent(self.runs[-1][0])}"
 
@@ -71,30 +78,38 @@ def find(
     said: Callable[[str], object] = lambda text: None,
 ) -> Reference:
     """The reference of a deck; `known`: methods there are. ConvergenceError when there is none worth the name."""
-    methods = [m for m in METHODS if m in known]
-    first: Descent | None = None
-    why = ""
-    while methods and (first is None or not first.runs):
-        first = Descent(problem, methods.pop(0), limit, said)
-        why = why or f"{first.method}: {first.why}"
-    if first is None or not first.runs:
+    descents: list[Descent] = []
+    pair: tuple[float, Descent, Descent] | None = None
+    spent, why = 0.0, "no method"
+    for method in (m for m in METHODS if m in known):
+        if pair is not None and (pair[0] <= ENOUGH or spent > limit):
+            break
+        # all that confirm have as much time together as the first
+        allowed = max(min(limit, 10 * descents[0].seconds), 0.5) if descents else max(limit - spent, 0.2)
+        one = Descent(problem, method, allowed, said)
+        spent += one.seconds if descents or not one.runs else 0.0
+        if not one.runs:
+            why = f"{method}: {one.why}" if why == "no method" else why
+            continue
+        for other in descents:
+            # who came earlier in METHODS judges; a later pair must be nearer by far to take that away
+            off = Judge(problem, other.last).error(one.last)
+            if pair is None or off < (1.0 if pair[1] is other else NEARER) * pair[0]:
+                pair = off, other, one
+        descents.append(one)
+    if not descents:
         hint = "the run itself must get through: try emsim deck.cir --method radau --reltol 1e-7"
         raise ConvergenceError([Diagnostic("error", "E420", f"no reference: {why}", None, hint)])
-    judge = Judge(problem, first.runs[-1][1])
-    distance, by, left = float("inf"), "", limit
-    for method in methods:
-        if distance <= ENOUGH or left <= 0:
-            break
-        other = Descent(problem, method, min(left, max(10 * first.seconds, 0.5)), said)
-        left -= other.seconds
-        for _, values in other.runs[-1:]:
-            off = judge.error(values)
-            if off < distance:
-                distance, by = off, other.name
-    text = f"{first.name}, met to {distance:.1e} by {by}" if by else f"{first.name}, met by no other method"
-    confirmed = distance
+    first = pair[1] if pair else descents[0]
+    judge = Judge(problem, first.last)
+    distance = confirmed = pair[0] if pair else float("inf")
+    text = f"{first.name}, met by no other method"
+    if pair:
+        text = f"{first.name}, met to {distance:.1e} by {pair[2].name}"
+        if first is not descents[0]:
+            text += f" ({descents[0].name} is {judge.error(descents[0].last):.1e} away)"
     own = judge.error(first.runs[-2][1]) if len(first.runs) > 1 else float("inf")
-    if own < 0.1 * distance and (distance < WORST or not by):
+    if own < 0.1 * distance and (distance < WORST or not pair):
         text += f"; {own:.1e} from its own run at {exponent(first.runs[-2][0])}"
         distance = own
     if not distance < WORST:

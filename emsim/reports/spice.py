@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from ..interop.ngspice import NgspiceError
 from ..interop.ngspice_time import Bench
+from .ladder import SENSELESS
 from .work_precision import Point, Series, exponent, front, time_at
 
 TYPE_CHECKING = False
@@ -66,6 +67,9 @@ def measure(
                     continue
                 steps = len(table)
                 point.error, point.seconds, point.steps = judge.error(problem.values(table)), about, steps
+                if not point.error < SENSELESS:
+                    point.reason, point.error = f"wrong by {point.error:.1g} times the range", None
+                    continue
                 runs[point] = tran, options
                 if abs(steps - looser.get(part, 0)) < 0.02 * steps:
                     break  # tmax alone decides from here on, and those points are there

@@ -187,6 +187,6 @@ def short(seconds: float) -> str:
 
 
 def exponent(tolerance: float) -> str:
-    """1e-06 as 1e-6."""
-    mantissa, _, power = f"{tolerance:.3g}".partition("e")
-    return f"{mantissa}e{int(power)}" if power else f"{tolerance:g}"
+    """0.001 as 1e-3, 2.5e-10 as it is."""
+    mantissa, _, power = f"{tolerance:.2e}".partition("e")
+    return f"{mantissa.rstrip('0').rstrip('.')}e{int(power)}"

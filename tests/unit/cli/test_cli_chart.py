@@ -6,10 +6,15 @@ import csv
 import json
 from itertools import pairwise
 
+import numpy as np
 import pytest
-from support import NETLISTS
+from support import NETLISTS, needs_ngspice
 
+import emsim
+from emsim import pipeline
 from emsim.cli import main
+from emsim.reports import reference, spice, witness
+from emsim.reports.ladder import Judge, Problem, measure
 
 PENDULUM = str(NETLISTS / "mechanical" / "ref_double_pendulum.cir")
 TANK = """tank
@@ -18,7 +23,7 @@ L1 a 0 1m
 .tran 10u 1m UIC
 .end
 """
-QUICK = ["--methods", "trap,radau", "--tolerances", "1e-3,1e-5,1e-7", "--rounds", "1", "-q"]
+QUICK = ["--methods", "trap,radau", "--tolerances", "1e-3,1e-5,1e-7", "--rounds", "1", "--alone", "-q"]
 
 
 @pytest.fixture
@@ -38,46 +43,97 @@ def test_a_machine(capsys, scratch):
     assert all(a > b for e in errors.values() for a, b in pairwise(e))
     assert errors["radau"][-1] < 1e-6 and errors["trap"][-1] > errors["radau"][-1]
     assert all(p["seconds"] > 0 and p["evaluations"] > 10 for s in chart["series"] for p in s["points"])
-    assert document["files"] == ["p.png", "p.csv"]
+    assert document["files"] == ["p.csv", "p.png"]
     assert (scratch / "p.png").read_bytes().startswith(b"\x89PNG")
     rows = list(csv.DictReader((scratch / "p.csv").open()))
     assert {row["tool"] for row in rows} >= {"trap", "radau"} and len(rows) >= 6
 
 
-def test_errors_against_the_closed_form(capsys, tank):
-    """The charted error of a loose run is its distance from cos(t/sqrt(LC)), whose range is 2."""
-    import numpy as np
+class Known(Judge):
+    """A judge of the tank's voltage that needs no reference run: v = cos(t/sqrt(LC)), of range 2."""
 
-    import emsim
-
-    assert main(["chart", tank, *QUICK, "--signals", "v(a)", "--json"]) == 0
-    chart = json.loads(capsys.readouterr().out)["chart"]
-    trap = next(s for s in chart["series"] if s["name"] == "trap")
-    run = emsim.run(TANK, method="trap", reltol=1e-3)
-    true = np.abs(run["v(a)"] - np.cos(run.time / np.sqrt(1e-9))).max() / 2
-    assert trap["points"][0]["error"] == pytest.approx(true, rel=0.2)
+    def __init__(self, problem: Problem) -> None:
+        self.reference = np.cos(problem.grid / np.sqrt(1e-9))[None, :]
+        self.scale = np.array([2.0])
 
 
-def test_a_run_over_its_limit_is_a_point_with_its_reason(capsys, scratch):
-    # 20 million periods: no method gets through in 50 ms, the reference is asked for a thousandth of them
-    text = TANK.replace(".tran 10u 1m", ".tran 1 4")
-    (scratch / "long.cir").write_text(text)
-    from emsim import pipeline
-    from emsim.reports.ladder import Problem
+def tank_problem(stop: str) -> Problem:
+    text = TANK.replace(" 1m ", f" {stop} ")
+    return Problem(lambda options: pipeline.prepare(pipeline.read(text), options), ["v(a)"])
 
-    problem = Problem(lambda options: pipeline.prepare(pipeline.read("long.cir"), options))
-    table, stats, reason = problem.run("radau", 1e-9, 0.05)
+
+def test_a_run_over_its_limit_tells_so():
+    table, stats, reason = tank_problem("4").run("radau", 1e-9, 0.05)
     assert table is None and reason == "over 0.05 s"
     assert 0.05 <= stats["solve_time"] < 1.0
 
 
-def test_a_method_over_its_limit_is_not_tried_at_tighter_tolerances(capsys, scratch):
-    (scratch / "tank.cir").write_text(TANK.replace(" 1m ", " 40m "))
-    asked = ["--methods", "trap,radau", "--tolerances", "1e-3,1e-12,1e-13", "--limit", "0.1", "--rounds", "1"]
-    assert main(["chart", "tank.cir", *asked, "--json", "-q"]) == 0
-    chart = json.loads(capsys.readouterr().out)["chart"]
-    trap = next(s for s in chart["series"] if s["name"] == "trap")
-    assert [p["reason"] for p in trap["points"]] == ["", "over 0.1 s", "not tried: over 0.1 s at 1e-12"]
+def test_errors_are_those_of_the_closed_form():
+    """What is charted is the distance from cos(t/sqrt(LC)), to the last digits."""
+    problem = tank_problem("1m")
+    (trap, radau) = measure(problem, Known(problem), ["trap", "radau"], (1e-3, 1e-9), rounds=1)
+    run = emsim.run(TANK, method="trap", reltol=1e-3)
+    true = np.abs(run["v(a)"] - np.cos(run.time / np.sqrt(1e-9))).max() / 2
+    assert trap.points[0].error == pytest.approx(true, rel=0.2)
+    assert radau.points[1].error < 1e-8
+
+
+def test_a_method_over_its_limit_is_not_tried_at_tighter_tolerances():
+    problem = tank_problem("40m")
+    (trap,) = measure(problem, Known(problem), ["trap"], (1e-3, 1e-12, 1e-13), limit=0.1, rounds=1)
+    assert [p.reason for p in trap.points] == ["", "over 0.1 s", "not tried: over 0.1 s at 1e-12"]
+    assert trap.points[1].seconds >= 0.1 and trap.points[1].error is None
+
+
+def test_a_senseless_run_is_no_point_of_a_front():
+    problem = tank_problem("1m")
+    judge = Known(problem)
+    judge.scale = np.array([1e-6])
+    (trap,) = measure(problem, judge, ["trap"], (1e-3,), rounds=1)
+    assert trap.points[0].reason.startswith("wrong by") and not trap.good
+
+
+def test_scipy_meets_the_closed_form():
+    problem = tank_problem("1m")
+    (found,) = witness.measure(problem, Known(problem), emsim.compile(TANK), ["DOP853"], (1e-9,))
+    assert found.points[0].error < 1e-7 and found.points[0].evaluations > 100
+    assert found.label == "scipy DOP853"
+
+
+def test_scipy_reduces_floating_capacitors_and_refuses_what_is_no_ode():
+    """A capacitor between two nodes has a null space in dQ/dx: v(b) is algebraic in a turned basis."""
+    text = "c\nV1 a 0 SIN(0 1 1k)\nR1 a b 1k\nC1 b c 100n\nR2 c 0 1k\n.tran 10u 2m\n.end\n"
+    problem = Problem(lambda options: pipeline.prepare(pipeline.read(text), options), ["v(b)", "v(c)"])
+    table, _, _ = problem.run("radau", 1e-10)
+    (found,) = witness.measure(
+        problem, Judge(problem, problem.values(table)), emsim.compile(text), ["DOP853"], (1e-9,)
+    )
+    assert found.points[0].error < 1e-7
+    switching = (
+        "s\nV1 a 0 SIN(0 1 1k)\nR1 a b 1k\nC1 b 0 1u\nS1 b 0 a 0 m\n.model m SW(vt=0.5)\n.tran 10u 2m\n.end\n"
+    )
+    with pytest.raises(witness.NoOde, match="conditions"):
+        witness.Reduced(emsim.compile(switching))
+    with pytest.raises(witness.NoOde, match="index 2"):
+        witness.Reduced(emsim.compile(NETLISTS / "mechanical" / "ref_four_bar.cir"))
+
+
+def test_a_second_method_that_disagrees_is_outvoted():
+    """The reference is the pair that meets nearest, and the text tells who is away."""
+
+    class Skewed(Problem):
+        def values(self, table):
+            found = super().values(table)
+            return found + 1e-3 * (self.last == "radau")
+
+        def run(self, method, *args, **more):
+            self.last = method
+            return super().run(method, *args, **more)
+
+    problem = Skewed(lambda options: pipeline.prepare(pipeline.read(TANK), options), ["v(a)"])
+    found = reference.find(problem, ["radau", "gear", "trap"], limit=0.5)
+    assert found.text.startswith("gear") and "radau" in found.text
+    assert Known(problem).error(found.judge.reference) < 1e-5
 
 
 @pytest.mark.parametrize(
@@ -100,14 +156,14 @@ def test_bad_input(capsys, tank, args, code, word):
 
 def test_an_unknown_format_is_a_usage_error(capsys, tank):
     assert main(["chart", tank, *QUICK, "-o", "p.xyz"]) == 2
-    assert "p.xyz" in capsys.readouterr().err
+    assert ".svg" in capsys.readouterr().err
 
 
 def test_decks_that_cannot_be_charted(capsys, scratch):
     (scratch / "op.cir").write_text("op\nV1 a 0 1\nR1 a 0 1\n.op\n.end\n")
     assert main(["chart", "op.cir", *QUICK]) == 1
     assert "no transient analysis" in capsys.readouterr().err
-    # a stiff escape: no method gets through, so there is no reference
+    # it escapes at t = 1: no method gets through, so there is no reference
     (scratch / "escape.cir").write_text(
         "x' = x^2\nC1 a 0 1 IC=1\nB1 a 0 I={-v(a)*v(a)}\n.tran 0.01 2 UIC\n.end\n"
     )
@@ -115,6 +171,30 @@ def test_decks_that_cannot_be_charted(capsys, scratch):
     assert "no reference" in capsys.readouterr().err
     assert main(["chart"]) == 2
     assert main(["chart", "missing.cir"]) == 5
+
+
+@pytest.mark.ngspice
+@needs_ngspice
+def test_ngspice_on_the_tank():
+    """Its points fall with the largest step, its time is that of the analysis and not of the process."""
+    problem = tank_problem("1m")
+    found = spice.measure(
+        problem, Known(problem), TANK, ".", rounds=1, reltols=(1e-3, 1e-5), parts=(5, 100), limit=5.0
+    )
+    good = found.good
+    assert len(good) >= 2 and found.group == "ngspice"
+    coarse, fine = good[0], min(good, key=lambda p: p.error)
+    assert fine.error < 0.1 * coarse.error and fine.error < 1e-2
+    assert all(0 < p.seconds < 1.0 for p in good)
+
+
+@pytest.mark.ngspice
+@needs_ngspice
+def test_ngspice_that_fails_is_a_point_with_its_words():
+    text = "no such model\nC1 a 0 1u IC=1\nL1 a 0 1m\nD1 a 0 nosuch\n.tran 10u 1m UIC\n.end\n"
+    problem = tank_problem("1m")
+    found = spice.measure(problem, Known(problem), text, ".", rounds=1, reltols=(1e-3,), parts=(1,))
+    assert not found.good and found.points[0].reason
 
 
 def test_help_lists_its_options(capsys):
