@@ -8,7 +8,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from support import NETLISTS, needs_ngspice
+from support import NETLISTS, ROOT, needs_ngspice
 
 import emsim
 from emsim import pipeline
@@ -163,11 +163,8 @@ def test_decks_that_cannot_be_charted(capsys, scratch):
     (scratch / "op.cir").write_text("op\nV1 a 0 1\nR1 a 0 1\n.op\n.end\n")
     assert main(["chart", "op.cir", *QUICK]) == 1
     assert "no transient analysis" in capsys.readouterr().err
-    # it escapes at t = 1: no method gets through, so there is no reference
-    (scratch / "escape.cir").write_text(
-        "x' = x^2\nC1 a 0 1 IC=1\nB1 a 0 I={-v(a)*v(a)}\n.tran 0.01 2 UIC\n.end\n"
-    )
-    assert main(["chart", "escape.cir", *QUICK]) == 3
+    bad = str(ROOT / "tests" / "decks" / "bad" / "run_no_operating_point.cir")
+    assert main(["chart", bad, *QUICK]) == 3
     assert "no reference" in capsys.readouterr().err
     assert main(["chart"]) == 2
     assert main(["chart", "missing.cir"]) == 5
