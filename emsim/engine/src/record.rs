@@ -10,6 +10,7 @@ pub struct Record {
     probes: Vec<(u32, u32)>, // column of the row, output of the tape
     tape: Tape,
     scratch: Vec<f64>,
+    reads: Vec<u32>, // unknowns that any output depends on
     pub columns: usize,
     pub data: Vec<f64>,
     /// energy accounts, where they were asked for
@@ -30,7 +31,13 @@ impl Record {
         }
         let tape = Tape::new(g, &ids).native();
         let scratch = tape.workspace();
-        Record { unknowns, probes, tape, scratch, columns: outputs.len() + 1, data: Vec::new(), ledger: None }
+        let unknown = |&id: &Id| if let Node::Unknown(i) = g.node(id) { Some(i) } else { None };
+        let reads = g.reachable(outputs).iter().filter_map(unknown).collect();
+        Record { unknowns, probes, tape, scratch, reads, columns: outputs.len() + 1, data: Vec::new(), ledger: None }
+    }
+
+    pub fn reads(&self) -> &[u32] {
+        &self.reads
     }
 
     pub fn rows(&self) -> usize {

@@ -2,6 +2,7 @@
 //! state events are located on the method's dense output, stepped onto. Where something jumps, one implicit step of
 //! a billionth of what lies ahead gives the values after it, and the method restarts there. The length that served
 //! after the last jump of the same kind is remembered. What was computed is kept whatever ends the run.
+use super::rows::{Forces, Grid, Row};
 use super::{make, Attempt, Method};
 use crate::events::{Candidate, Detector, Located};
 use crate::newton::{Failure, Newton, Options, Tolerances};
@@ -77,6 +78,8 @@ struct Run<'a> {
     tmax: f64,
     dense: bool,
     scratch: Vec<f64>,
+    forces: Option<Forces>, // multipliers of the rows, where they are asked for and the method's own lag behind
+    kept: f64,              // end of the last recorded step
 }
 
 pub fn run(sys: &System, w: &mut Work, a: Transient, o: &Options, record: &mut Record, tick: &mut Tick) -> Outcome {
@@ -108,6 +111,7 @@ pub fn run(sys: &System, w: &mut Work, a: Transient, o: &Options, record: &mut R
     let fiftieth = (a.tstop - a.tstart) / 50.0;
     let tmax = a.tmax.unwrap_or(if dense { fiftieth } else { a.tstep.min(fiftieth) });
     let (detector, grid) = (Detector::new(sys), Grid::new(sys, a, dense));
+    let forces = if method.multipliers_lag() { Forces::new(sys, record) } else { None };
     let (scratch, memory) = (vec![0.0; sys.n], Memory::default());
     let (t, late, stop) = (0.0, 0.0, 0.0);
     let mut run = Run {
@@ -129,6 +133,8 @@ pub fn run(sys: &System, w: &mut Work, a: Transient, o: &Options, record: &mut R
         tmax,
         dense,
         scratch,
+        forces,
+        kept: 0.0,
     };
     run.start(method.as_mut());
     run.advance(method.as_mut(), tick);
@@ -306,10 +312,14 @@ impl Run<'_> {
 
     /// Records the accepted step up to its end x at t.
     fn keep(&mut self, method: &dyn Method) {
-        self.grid.fill(method, self.t, self.sys, self.w, self.record, &mut self.scratch);
+        let width = self.t - self.kept;
+        let mut row = Row { record: self.record, forces: self.forces.as_mut(), x: &mut self.scratch, width };
+        self.grid.fill(method, self.t, self.sys, self.w, &self.tol, &mut row);
         if self.t >= self.a.tstart {
-            self.record.push(self.sys, self.w, self.t, &self.x);
+            row.x().copy_from_slice(&self.x);
+            row.push(self.sys, self.w, self.t, &self.tol);
         }
+        self.kept = self.t;
         if let Some(ledger) = &mut self.record.ledger {
             let parts = if self.dense { 4 } else { 1 };
             ledger.step(self.sys, self.w, self.t, &self.x, parts, &|t, out| method.dense(t, out));
@@ -490,60 +500,5 @@ impl Memory {
         self.landed[self.place] = left;
         self.place = (self.place + 1) % self.landed.len();
         left
-    }
-}
-
-/// Rows between internal points, from the method's dense output: the print grid tstart + k tstep for methods whose steps
-/// are long, and the corners of sources on which no step ends.
-struct Grid {
-    start: f64,
-    step: f64,
-    stop: f64,
-    k: f64,
-    dense: bool,
-    corner: f64,
-    last: f64, // time of the newest row
-}
-
-impl Grid {
-    fn new(sys: &System, a: Transient, dense: bool) -> Grid {
-        let corner = sys.next_silent_corner(a.tstart);
-        Grid { start: a.tstart, step: a.tstep, stop: a.tstop, k: 1.0, dense, corner, last: a.tstart }
-    }
-
-    /// The next row asked for that lies clearly after t.
-    fn after(&self, t: f64) -> f64 {
-        let point = |k: f64| self.start + k * self.step;
-        let next = if point(self.k) > t + 1e-6 * self.step { point(self.k) } else { point(self.k + 1.0) };
-        if self.dense && next < self.stop {
-            next
-        } else {
-            f64::INFINITY
-        }
-    }
-
-    /// Rows strictly before `t1`, which is recorded by the caller.
-    fn fill(&mut self, m: &dyn Method, t1: f64, sys: &System, w: &mut Work, record: &mut Record, scratch: &mut [f64]) {
-        let near = 1e-9 * self.step;
-        loop {
-            let point = if self.dense { self.start + self.k * self.step } else { f64::INFINITY };
-            let t = point.min(self.corner);
-            let near = if t < point { 0.0 } else { near };
-            if t > t1 + near || t > self.stop {
-                self.last = t1;
-                return;
-            }
-            if t == self.corner {
-                self.corner = sys.next_silent_corner(t);
-            }
-            if t == point {
-                self.k += 1.0;
-            }
-            if t < t1 - near && t > self.last {
-                m.dense(t, scratch);
-                sys.pin(w, t, scratch);
-                record.push(sys, w, t, scratch);
-            }
-        }
     }
 }

@@ -13,6 +13,7 @@ mod driver;
 mod explicit;
 mod gear;
 mod radau;
+mod rows;
 mod trap;
 
 pub use driver::{run, Failed, Outcome, Status, Tick, Transient};
@@ -47,6 +48,10 @@ pub trait Method {
     }
     /// A step may reach from one corner of a source to the next (the error estimate needs no second step behind it).
     fn starts_at_full_length(&self) -> bool {
+        false
+    }
+    /// Multipliers and derivatives are of a lower order than the state: rows that show them compute them anew.
+    fn multipliers_lag(&self) -> bool {
         false
     }
     /// Restart at the corners of sources; one-step methods of high order need not.

@@ -542,6 +542,10 @@ impl Method for Radau {
         true
     }
 
+    fn multipliers_lag(&self) -> bool {
+        !self.fixed
+    }
+
     fn restarts_at_corners(&self) -> bool {
         false
     }

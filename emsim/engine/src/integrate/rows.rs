@@ -1,0 +1,146 @@
+//! The rows of a record: the print grid between the steps, and the forces in each row.
+//!
+//! In a stiffly accurate collocation method multipliers and derivatives that are only shown are of order s where the
+//! coordinates are of order 2s - 1 (Hairer and Wanner 1996, table VII.4.1), and what the dense output gives of them is
+//! worse. But they are functions of the state: where a row shows them they are computed anew, at index 1. The state is
+//! brought onto its constraints (Newton's method with what stands under d/dt held), and three implicit Euler steps of
+//! nearly no length, h, 2h and 4h, are extrapolated to none.
+use super::driver::Transient;
+use super::Method;
+use crate::model::Kind;
+use crate::newton::{Newton, Tolerances};
+use crate::record::Record;
+use crate::system::{System, Work};
+
+/// Length of those steps in units of the method's step: the error goes with its third power, rounding with its inverse.
+const SHORT: f64 = 1e-4;
+
+/// What computes the forces of rows.
+pub struct Forces {
+    newton: Newton,
+}
+
+impl Forces {
+    /// None where no row shows a multiplier, a derivative, or a current that is one.
+    pub fn new(sys: &System, record: &Record) -> Option<Forces> {
+        let p = &sys.pattern;
+        // a branch without capacitance of its own whose node has some: the current may be that of a capacitor
+        let charges = |k: usize| p.column(k).iter().any(|&r| r != k && sys.has_q[r]);
+        let lags = |k: usize| {
+            let u = &sys.unknowns[k];
+            !sys.differential[k] && (u.kind.enters_linearly() || (u.kind == Kind::Branch && charges(k)))
+        };
+        if !record.reads().iter().any(|&k| lags(k as usize)) {
+            return None;
+        }
+        Some(Forces { newton: Newton::new(sys).ok()? })
+    }
+
+    /// Everything that does not stand under d/dt, from what does. x stays as it is where that fails.
+    fn settle(&mut self, sys: &System, w: &mut Work, x: &mut [f64], t: f64, h: f64, tol: &Tolerances) {
+        let junction = w.junction.clone();
+        let mut solve = |w: &mut Work, h: f64, r: &[f64], mut y: Vec<f64>, t: f64, passes: usize| {
+            self.newton.forget();
+            for _ in 0..passes {
+                self.newton.solve(sys, w, 1.0 / h, r, &mut y, t, tol, 20).ok()?;
+            }
+            Some(y)
+        };
+        let mut forces = || {
+            sys.eval(w, x, t);
+            let held: Vec<f64> = (0..sys.n).map(|i| if sys.has_q[i] { -(w.q[i] / h + w.f[i]) } else { 0.0 }).collect();
+            // twice: the second, linear pass takes Newton's noise out of what is divided by h
+            let start = solve(w, h, &held, x.to_vec(), t, 2)?;
+            sys.eval(w, &start, t);
+            let q: Vec<f64> = w.q.clone();
+            let r = |h: f64| -> Vec<f64> { q.iter().map(|q| -q / h).collect() };
+            let one = solve(w, h, &r(h), start.clone(), t + h, 2)?;
+            let along = |m: f64| -> Vec<f64> { start.iter().zip(&one).map(|(a, b)| a + m * (b - a)).collect() };
+            let two = solve(w, 2.0 * h, &r(2.0 * h), along(2.0), t + 2.0 * h, 1)?;
+            let four = solve(w, 4.0 * h, &r(4.0 * h), along(4.0), t + 4.0 * h, 1)?;
+            Some((one, two, four))
+        };
+        if let Some((one, two, four)) = forces() {
+            for i in (0..sys.n).filter(|&i| !sys.differential[i]) {
+                x[i] = (8.0 * one[i] - 6.0 * two[i] + four[i]) / 3.0;
+            }
+        }
+        w.junction = junction;
+    }
+}
+
+/// The row that is being made.
+pub struct Row<'a> {
+    pub record: &'a mut Record,
+    pub forces: Option<&'a mut Forces>,
+    pub x: &'a mut [f64],
+    pub width: f64, // of the step it lies in
+}
+
+impl Row<'_> {
+    pub fn x(&mut self) -> &mut [f64] {
+        self.x
+    }
+
+    pub fn push(&mut self, sys: &System, w: &mut Work, t: f64, tol: &Tolerances) {
+        if let Some(forces) = &mut self.forces {
+            forces.settle(sys, w, self.x, t, SHORT * self.width, tol);
+        }
+        self.record.push(sys, w, t, self.x);
+    }
+}
+
+/// Rows between internal points, from the method's dense output: the print grid tstart + k tstep for methods whose steps
+/// are long, and the corners of sources on which no step ends.
+pub struct Grid {
+    start: f64,
+    step: f64,
+    stop: f64,
+    k: f64,
+    dense: bool,
+    corner: f64,
+    pub last: f64, // time of the newest row
+}
+
+impl Grid {
+    pub fn new(sys: &System, a: Transient, dense: bool) -> Grid {
+        let corner = sys.next_silent_corner(a.tstart);
+        Grid { start: a.tstart, step: a.tstep, stop: a.tstop, k: 1.0, dense, corner, last: a.tstart }
+    }
+
+    /// The next row asked for that lies clearly after t.
+    pub fn after(&self, t: f64) -> f64 {
+        let point = |k: f64| self.start + k * self.step;
+        let next = if point(self.k) > t + 1e-6 * self.step { point(self.k) } else { point(self.k + 1.0) };
+        if self.dense && next < self.stop {
+            next
+        } else {
+            f64::INFINITY
+        }
+    }
+
+    /// Rows strictly before `t1`, which is recorded by the caller.
+    pub fn fill(&mut self, m: &dyn Method, t1: f64, sys: &System, w: &mut Work, tol: &Tolerances, row: &mut Row) {
+        let near = 1e-9 * self.step;
+        loop {
+            let point = if self.dense { self.start + self.k * self.step } else { f64::INFINITY };
+            let t = point.min(self.corner);
+            let near = if t < point { 0.0 } else { near };
+            if t > t1 + near || t > self.stop {
+                self.last = t1;
+                return;
+            }
+            if t == self.corner {
+                self.corner = sys.next_silent_corner(t);
+            }
+            if t == point {
+                self.k += 1.0;
+            }
+            if t < t1 - near && t > self.last {
+                m.dense(t, row.x());
+                sys.pin(w, t, row.x());
+                row.push(sys, w, t, tol);
+            }
+        }
+    }
+}
