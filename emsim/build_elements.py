@@ -31,6 +31,11 @@ def _is_value(item: Any) -> bool:
     return item[0] == "braced" if item.__class__ is tuple else item.type == "WORD"
 
 
+def _are_numbers(values: list[Any]) -> bool:
+    """Nothing in it is to be evaluated."""
+    return not any(v is not None and v.__class__ is not float for v in values)
+
+
 class Cards:
     """What the builders of elements, machine cards and dot cards share: errors and values."""
 
@@ -177,6 +182,7 @@ class ElementCards(Cards):
             e.value, e.value_span = value, line.span_at(*extent(item))
         if e.value is None and e.model_name is None:
             raise self.fail("E109", f"{name} has no value", line, ch[2], form(letter))
+        e.is_plain = _are_numbers([e.value, *e.params.values()])
         return e
 
     # ---- V, I, B ----
@@ -202,7 +208,8 @@ class ElementCards(Cards):
             while len(values) < most and at < len(rest) and _is_value(rest[at]):
                 values.append(rest[at])
                 at += 1
-            numbers = [self.number(v, line, f"the {'AC' if kind == 'AC' else 'DC'} value") for v in values]
+            what = "the AC value" if kind == "AC" else "the DC value"
+            numbers = [self.number(v, line, what) for v in values]
             if kind == "AC":
                 e.extra["ac"] = (numbers[0] if numbers else 1.0, numbers[1] if numbers[1:] else 0.0)
             elif not numbers:
@@ -217,6 +224,9 @@ class ElementCards(Cards):
                     e.wave.params[key] = e.params.pop(key)
         elif "file" in e.params:
             raise self.fail("E113", "PWL file= is not supported yet", line, ch[0])
+        e.is_plain = _are_numbers([*e.params.values(), e.extra["dc"], *(e.extra["ac"] or ())]) and (
+            e.wave is None or _are_numbers([*e.wave.args, *e.wave.params.values()])
+        )
         return e
 
     def waveform(self, item: Any, line: Line) -> Waveform:
@@ -225,11 +235,12 @@ class ElementCards(Cards):
         if kind.startswith("tr"):
             raise self.fail("E113", f"{kind.upper()} is not supported yet", line, ch[0])
         args, params = [], {}
+        what = f"a value of {kind.upper()}"
         for child in parts(ch[1:]):
             if child.__class__ is tuple and child[0] == "param":
                 params[child[1][0].lower()] = self.number(child[1][1], line, f"{child[1][0]}=")
             else:
-                args.append(self.number(child, line, f"a value of {kind.upper()}"))
+                args.append(self.number(child, line, what))
         if "file" in params:
             raise self.fail("E113", "PWL file= is not supported yet", line, ch[0])
         wave = Waveform(kind, args, params, line.span_at(*extent(item)))
@@ -373,7 +384,7 @@ class ElementCards(Cards):
         for item in ch[1:]:
             if item.__class__ is not tuple:
                 if item.lower() not in ("params:", "param:"):
-                    refs.append(Ref(node_name(item), None, line.span(item)))
+                    refs.append(Ref(node_name(item), None, (line, item.start_pos, item.end_pos)))
             elif item[0] == "point":
                 inner = item[1]
                 point = tuple(machine_value(v, line) for v in parts(inner[1:]))
@@ -382,9 +393,8 @@ class ElementCards(Cards):
                 params[str(item[1][0].lower())] = expression(item[1][1], line)
         if not refs:
             raise self.fail("E109", f"{ch[0]} names no subcircuit", line, ch[0], form("x"))
-        name = refs.pop()
-        nodes = [r.name for r in refs]
-        return Instance(ch[0].lower(), nodes, name.name, params, line.span(ch[0]), name.span, refs)
+        of = refs.pop()
+        return Instance(ch[0].lower(), params, (line, ch[0].start_pos, ch[0].end_pos), refs, of)
 
     def on_device(self, ch: list[Any], line: Line) -> Element:
         e = self.element(ch[0][0].lower(), ch, 0, line)

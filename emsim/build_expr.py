@@ -19,6 +19,7 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any
 
+_SEEN: dict[str, float] = {}  # numbers in expressions that need no remark, and their values
 MAX_DEPTH = 150  # of the expression's tree
 MAX_CHAIN = 100  # operators of one precedence in a row, sums and products apart
 
@@ -131,6 +132,9 @@ def _halved(terms: list[tuple[str, Node]], plus: str, minus: str, span: Span) ->
 def _number_in_expression(leaf: Any, line: Line, machine: bool) -> float:
     if machine:
         return machine_float(leaf, line)
+    value = _SEEN.get(leaf)
+    if value is not None:
+        return value
     value = spice_number(leaf)
     assert value is not None  # the grammar's NUMBER
     if value == float("inf"):
@@ -145,6 +149,8 @@ def _number_in_expression(leaf: Any, line: Line, machine: bool) -> float:
             "units are understood on machine cards only; write the SI value",
         )
         line.file.remarks.append(raise_to)
+    elif len(_SEEN) < 100_000:
+        _SEEN[str(leaf)] = value
     return value
 
 

@@ -7,11 +7,13 @@ parameters evaluated, models looked up. All names are lower-case.
 
 from __future__ import annotations
 
+from .diagnostics import Placed
+
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any
 
-    from .diagnostics import Sink, Span
+    from .diagnostics import Place, Sink, Span
     from .expr import Node
     from .source import SourceFile
 
@@ -77,9 +79,8 @@ class Element:
     D         model, params area m temp dtemp ic off
     others    (Q M J T A ...) kept with their letter, nodes and params
 
-    Of a card that is nothing but words, `place` says where its name and its last word (the value or the model)
-    stand in `file`; its spans are made from that when they are asked for. Such a card `is_plain`: nothing in it
-    is to be evaluated.
+    `is_plain`: nothing in it is to be evaluated. Of a card that is nothing but words, `place` says where its name
+    and its last word (the value or the model) stand in `file`; its spans are made from that when they are asked for.
     """
 
     __slots__ = (
@@ -152,7 +153,7 @@ class Element:
             e.file = self.file
         else:
             e.span, e.value_span, e.model_span = self.span, self.value_span, self.model_span
-        e.value, e.params, e.wave, e.extra = self.value, {}, None, dict(self.extra)
+        e.value, e.params, e.wave, e.extra = self.value, dict(self.params), self.wave, dict(self.extra)
         e.model_name, e.model = None, None
         return e
 
@@ -160,15 +161,15 @@ class Element:
         return f"<{self.name} {' '.join(self.nodes)} value={self.value} {self.params}>"
 
 
-class Ref:
+class Ref(Placed):
     """What a machine card names: `arm`, `arm(0.3,0)`, `arm.tip`, `0`, `0(0.1,0.2)`, a joint, node or word."""
 
-    __slots__ = ("name", "point", "span")
+    __slots__ = ("name", "point")
 
-    def __init__(self, name: str, point: tuple[Any, ...] | None, span: Span) -> None:
+    def __init__(self, name: str, point: tuple[Any, ...] | None, at: Place) -> None:
         self.name = name
         self.point = point
-        self.span = span
+        self.at = at
 
     def __repr__(self) -> str:
         return self.name if self.point is None else f"{self.name}{self.point}"
@@ -296,28 +297,21 @@ class FlatDeck:
 # ---- the nested form ----
 
 
-class Instance:
-    """X card: a subcircuit put to use."""
+class Instance(Placed):
+    """X card: the subcircuit `of` put to use between `refs`."""
 
-    __slots__ = ("name", "nodes", "params", "refs", "span", "subckt", "subckt_span")
+    __slots__ = ("name", "of", "params", "refs")
 
-    def __init__(
-        self,
-        name: str,
-        nodes: list[str],
-        subckt: str,
-        params: dict[str, Any],
-        span: Span,
-        subckt_span: Span,
-        refs: list[Ref],
-    ) -> None:
+    def __init__(self, name: str, params: dict[str, Any], at: Place, refs: list[Ref], of: Ref) -> None:
         self.name = name
-        self.nodes = nodes
-        self.subckt = subckt
         self.params = params
-        self.span = span
-        self.subckt_span = subckt_span
+        self.at = at
         self.refs = refs
+        self.of = of
+
+    @property
+    def nodes(self) -> list[str]:
+        return [ref.name for ref in self.refs]
 
 
 class Subckt:

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
     from typing import Any, NoReturn
 
-    from .source import SourceFile
+    from .source import Line, SourceFile
 
 MAX_ERRORS_SHOWN = 20
 EXCERPT_WIDTH = 110
@@ -51,6 +51,25 @@ class Span:
     def text(self) -> str:
         """The user's own characters under the span."""
         return self.file.text_line(self.line)[self.col - 1 : self.end - 1]
+
+
+if TYPE_CHECKING:
+    Place = Span | tuple[Line, int, int] | None
+
+
+class Placed:
+    """Something with a place in the user's text. `at` is a Span, or (line, start, end), of which a Span is made when
+    somebody asks for it: most places are never asked for."""
+
+    __slots__ = ("at",)
+    at: Place
+
+    @property
+    def span(self) -> Span:
+        at = self.at
+        if at.__class__ is tuple:
+            at = self.at = at[0].span_at(at[1], at[2])
+        return at  # type: ignore[return-value]
 
 
 LONGEST = 1000  # characters of a message: a megabyte of junk is quoted by its ends

@@ -8,31 +8,19 @@ from __future__ import annotations
 
 import math
 
-from .diagnostics import suggest
+from .diagnostics import Placed, suggest
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
 
-    from .diagnostics import Span
-    from .source import Line
-
-    Place = Span | tuple[Line, int, int] | None
+    from .diagnostics import Place, Span
 
 
-class Node:
-    """Base of the expression tree. `span` is the place in the user's text, None for made-up nodes; `at` the same,
-    or (line, start, end), of which a Span is made when somebody asks for it."""
+class Node(Placed):
+    """Base of the expression tree. `span` is the place in the user's text, None for made-up nodes."""
 
-    __slots__ = ("at",)
-    at: Place
-
-    @property
-    def span(self) -> Span | None:
-        at = self.at
-        if at.__class__ is tuple:
-            at = self.at = at[0].span_at(at[1], at[2])
-        return at  # type: ignore[return-value]
+    __slots__ = ()
 
     def __repr__(self) -> str:
         return to_text(self)

@@ -80,12 +80,14 @@ def read(source: Any, defines: Mapping[str, Any] | None = None) -> FlatDeck:
     """Text or file -> typed deck -> flat deck: one level, parameters evaluated, models looked up."""
     from .build import read as build
     from .elaborate import flatten
+    from .source import NoCollection
 
     if not isinstance(source, (str, bytes)) and not hasattr(source, "__fspath__"):
         from .interop.pyspice import netlist  # a Circuit object
 
         source = netlist(source)
-    return flatten(build(source, dict(defines or {})))
+    with NoCollection():
+        return flatten(build(source, dict(defines or {})))
 
 
 def prepare(

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from typing import Any
 
     from ..deck import Value
-    from ..diagnostics import Span
+    from ..diagnostics import Placed, Span
     from .models import Models
     from .scope import DeckScope
 
@@ -35,7 +35,7 @@ class Level:
         globals: set[str],
         sink: Sink,
         mult: float = 1.0,
-        used_at: Span | None = None,
+        used_at: Placed | None = None,
         above: Level | None = None,
         words: dict[str, str] | None = None,
     ) -> None:
@@ -63,7 +63,7 @@ class Level:
             raise ExprError(
                 "E136",
                 f"the terminal `{name}` is used as a node, but a point of a body is tied to it",
-                self.used_at or span,
+                span if self.used_at is None else self.used_at.span,
             )
         return tied.name
 
@@ -82,7 +82,7 @@ class Level:
             raise ExprError(
                 "E136",
                 f"the terminal `{name}` is a node for {node} and a mechanical thing for {other}",
-                self.used_at,
+                None if self.used_at is None else self.used_at.span,
                 "a terminal is one or the other; take two terminals",
             )
         if self.above is not None and name in self.words:
@@ -94,14 +94,14 @@ class Level:
 
     def ref(self, ref: Ref) -> Ref:
         """The flat form of a body, point, joint or node."""
-        name, point = self.place(ref.name, ref.span)
+        name, point = self.place(ref.name, ref)
         if ref.point is not None:
             if point is not None:
                 raise ExprError("E136", f"`{ref.name}` is a point already; it has no points", ref.span)
             point = tuple(bind_value(v, self.scope) for v in ref.point)
-        return Ref(name, point, ref.span)
+        return Ref(name, point, ref.at)
 
-    def place(self, name: str, span: Span | None) -> tuple[str, tuple[Any, ...] | None]:
+    def place(self, name: str, where: Placed | MachineCard) -> tuple[str, tuple[Any, ...] | None]:
         """(flat name, point tied to it) of `arm`, `arm.tip`, `0`, a joint."""
         if name in self.globals:
             return name, None
@@ -110,7 +110,7 @@ class Level:
         if tied is None:
             return self.prefix + name, None
         if dot and tied.point is not None:
-            raise ExprError("E136", f"`{head}` is a point; it has no point `{tail}`", span)
+            raise ExprError("E136", f"`{head}` is a point; it has no point `{tail}`", where.span)
         return tied.name + dot + tail, tied.point
 
     def probe(self, call: Call) -> Node:
@@ -128,10 +128,10 @@ class Level:
                 known = arg.id[2:] if arg.id[1:3] == ".x" and arg.id[0] != "x" else arg.id
                 args.append(Name(self.prefix + known, arg.at))
             elif isinstance(arg, Name):
-                name, point = self.place(arg.id, arg.span)
+                name, point = self.place(arg.id, arg)
                 args.append(Name(name, arg.at) if point is None else Call(name, _numbers(point), arg.at))
             elif isinstance(arg, Call):
-                name, point = self.place(arg.fn, arg.span)
+                name, point = self.place(arg.fn, arg)
                 if point is not None:
                     raise ExprError("E136", f"`{arg.fn}` is a point already; it has no points", arg.span)
                 args.append(Call(name, arg.args, arg.at))
@@ -245,7 +245,7 @@ def bind_machine_card(card: MachineCard, level: Level) -> MachineCard:
         _note_uses(card, level, word_at)
     name = level.prefix + card.name
     if card.kind == "POINT":  # `arm.tip`: the body may come through a terminal
-        name, tied = level.place(card.name, card.span)
+        name, tied = level.place(card.name, card)
         if tied is not None:
             raise ExprError("E136", f"`{card.name.partition('.')[0]}` is a point, not a body", card.span)
     params: dict[str, Value] = {}

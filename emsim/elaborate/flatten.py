@@ -267,11 +267,11 @@ class _Flattener:
             self.twice("element", name, self.names[name].span, card.span)
             return
         self.names[name] = card
-        found = level.scope.find_subckt(card.subckt)
+        found = level.scope.find_subckt(card.of.name)
         if found is None:
-            near = suggest(card.subckt, level.scope.all_subckts())
+            near = suggest(card.of.name, level.scope.all_subckts())
             hint = f"did you mean `{near}`?" if near else "a .subckt or an .include that holds it is missing"
-            self.sink.error("E130", f"no subcircuit is called `{card.subckt}`", card.subckt_span, hint)
+            self.sink.error("E130", f"no subcircuit is called `{card.of.name}`", card.of.span, hint)
             return
         subckt, home = found
         if len(card.refs) != len(subckt.ports):
@@ -293,7 +293,7 @@ class _Flattener:
             mult *= scope.values["m"]
         ports = {p: level.tie(ref) for p, ref in zip(subckt.ports, card.refs, strict=True)}
         words = {p: ref.name for p, ref in zip(subckt.ports, card.refs, strict=True)}
-        inner = Level(name + ".", scope, ports, self.globals, self.sink, mult, card.span, level, words)
+        inner = Level(name + ".", scope, ports, self.globals, self.sink, mult, card, level, words)
         self.active.append(subckt)
         try:
             self.emit(self.expand(subckt.body, scope, self.chains.get(id(subckt), ())), inner)
