@@ -225,6 +225,12 @@ class Trees:
         is no Unicode."""
     def cards(
         self, text: str, has_title: bool, skip_empty: bool
-    ) -> tuple[_Place | None, list[_Place], _Place | None, list[_Place], Iterator[tuple[Any, Any, Any, int]]]:
+    ) -> tuple[
+        _Place | None,
+        list[_Place],
+        _Place | None,
+        list[_Place],
+        Iterator[tuple[Any, Any, Any, Any, Any, int]],
+    ]:
         """Title, stray continuation lines, the first .control, the lines of .control sections, and the cards: see
         source.Reading. A place is (line, column, start, end)."""

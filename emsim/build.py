@@ -111,11 +111,11 @@ class _Builder(ElementCards, DotCards):
         deck.title = reading.title
         for span in reading.stray:
             sink.error("E101", "this line continues nothing", span, "`+` joins a line to the card above it")
-        for rule, content, value, place in reading.cards:
+        for rule, content, between, last, value, place in reading.cards:
             if place >= 0:
-                self.body.append(self.plain(rule, content, value, place))
+                self.body.append(self.plain(rule, content, between, last, value, place))
                 continue
-            line = reading.line(value)
+            line = reading.line(between)
             try:
                 card = self.unread_line(line) if rule is None else self.convert(rule, content, line)
             except LineError as error:

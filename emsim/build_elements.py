@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 INFINITE = float("inf")
 _PLAIN: dict[str, float] = {}  # number words seen so far and their values
 _new = object.__new__
+NOTHING: Any = type(type.__dict__)({})  # parameters of a plain element; nobody can put one in
 
 
 def form(letter: str) -> str:
@@ -127,15 +128,17 @@ class ElementCards(Cards):
 
     # ---- cards that are nothing but words, the most frequent of all: see source.PLAIN ----
 
-    def plain(self, rule: str, words: list[str], value: float | None, place: int) -> Element:
+    def plain(
+        self, rule: str, name: str, nodes: list[str], last: str, value: float | None, place: int
+    ) -> Element:
         """Without a tree; its spans are made when somebody asks for them."""
         e = _new(Element)
-        e.letter, e.name = words[0][0], words[0]
-        e.nodes = words[1:-1] if "gnd" not in words else [node_name(word) for word in words[1:-1]]
+        e.letter, e.name = name[0], name
+        e.nodes = nodes if "gnd" not in nodes else [node_name(node) for node in nodes]
         e.file, e.place, e.is_plain = self.file, place, True
-        e.value, e.params, e.wave, e.extra, e.model_name, e.model = value, {}, None, {}, None, None
+        e.value, e.params, e.wave, e.extra, e.model_name, e.model = value, NOTHING, None, NOTHING, None, None
         if value is None:
-            e.model_name = words[-1]
+            e.model_name = last
         elif rule == "source":
             e.value, e.extra = None, {"dc": value, "ac": None}
         elif rule == "linear":

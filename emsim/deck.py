@@ -158,7 +158,7 @@ class Element:
         return e
 
     def __repr__(self) -> str:
-        return f"<{self.name} {' '.join(self.nodes)} value={self.value} {self.params}>"
+        return f"<{self.name} {' '.join(self.nodes)} value={self.value} {dict(self.params)}>"
 
 
 class Ref(Placed):

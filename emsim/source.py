@@ -150,8 +150,9 @@ def trees() -> Any:
 class Reading:
     """A text cut into its title, its cards, and the commands of its .control sections.
 
-    A card is (rule, words, value of the last one, place) where it is one of PLAIN; else (rule, children,
-    where, -1): its tree; (None, start, where, -1) where the native parser has none. See `line` for `where`.
+    A card is (rule, name, words between, last word, its value, place) where it is one of PLAIN, in lower case; else
+    (rule, children, where, None, None, -1): its tree; (None, start, where, None, None, -1) where the native parser
+    has none. See `line` for `where`.
     """
 
     __slots__ = ("cards", "control", "control_span", "file", "stray", "title", "title_line")

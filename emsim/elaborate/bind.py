@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from .models import Models
     from .scope import DeckScope
 
+_UNUSED = (False, "")
 _MULTIPLIED = frozenset("rclgfidqmjb")  # elements whose m= counts copies in parallel
 # the arguments of a machine card that are words, not names
 _WORD_ARGS = {"JOINT": 2}
@@ -88,10 +89,6 @@ class Level:
         if self.above is not None and name in self.words:
             self.above.use(self.words[name], as_node, card)
 
-    def tie(self, ref: Ref) -> Ref:
-        """What stands on an X line, in flat names."""
-        return self.ref(ref)
-
     def ref(self, ref: Ref) -> Ref:
         """The flat form of a body, point, joint or node."""
         name, point = self.place(ref.name, ref)
@@ -151,7 +148,7 @@ def bind_element(e: Element, level: Level, models: Models) -> Element:
     """The element at its level. Raises ExprError; a model that is not found goes to the sink."""
     flat = e.at_level(level.prefix + e.name, [level.node(n, None) for n in e.nodes])
     for n in e.nodes:
-        if n in level.ports:
+        if n in level.ports and not level.uses.get(n, _UNUSED)[0]:
             level.use(n, True, e.name)
     if not e.is_plain:
         _bind_values(flat, e, level)

@@ -291,8 +291,9 @@ class _Flattener:
         mult = level.mult
         if "m" in card.params and "m" not in subckt.params:
             mult *= scope.values["m"]
-        ports = {p: level.tie(ref) for p, ref in zip(subckt.ports, card.refs, strict=True)}
-        words = {p: ref.name for p, ref in zip(subckt.ports, card.refs, strict=True)}
+        ports, words = {}, {}
+        for port, ref in zip(subckt.ports, card.refs, strict=True):
+            ports[port], words[port] = level.ref(ref), ref.name
         inner = Level(name + ".", scope, ports, self.globals, self.sink, mult, card, level, words)
         self.active.append(subckt)
         try:

@@ -65,12 +65,12 @@ def lines_of(text: str, has_title: bool = True) -> list[str]:
     # every card as a tree: behind the title nothing is plain
     file = SourceFile("x", text)
     lines = []
-    for _, words, where, place in Reading(file, has_title).cards:
+    for _, name, where, _, _, place in Reading(file, has_title).cards:
         if place < 0:
             lines.append(file.text[where[2] : where[3]])
         else:
             lines.append(file.text_line(place >> 40)[place >> 20 & 0xFFFFF :])
-            assert lines[-1].lower().startswith(words[0])
+            assert lines[-1].lower().startswith(name)
     return lines
 
 
@@ -166,12 +166,12 @@ def test_mutated_lines_have_larks_tree(seed):
 
 def test_words_of_a_plain_card_are_those_of_its_tree():
     for text in DECKS.values():
-        for rule, words, value, place in Reading(SourceFile("x", text), True).cards:
+        for rule, card, between, last, value, place in Reading(SourceFile("x", text), True).cards:
             if place < 0:
                 continue
             shown = SourceFile("x", text).text_line(place >> 40)[place >> 20 & 0xFFFFF :]
             name, leaves = lark_line(line_of(shown), "element")
-            assert (rule, words) == (name, [leaf.lower() for leaf in leaves])
+            assert (rule, [card, *between, last]) == (name, [leaf.lower() for leaf in leaves])
             assert leaves[-1].start_pos == place & 0xFFFFF
             assert value == (spice_number(leaves[-1]) if PLAIN[rule][1] else None)
 
@@ -184,7 +184,7 @@ WORD = st.from_regex(r"[+-]?(\d{0,6}\.?\d{0,6})(e[+-]?\d{1,3})?[a-zA-Z%µ0-9]{0,
 @settings(max_examples=300, deadline=None)
 @given(WORD)
 def test_numbers_have_pythons_value(word):
-    ((_, _, value, place),) = Reading(SourceFile("x", f"t\nR1 a b {word}"), True).cards
+    ((_, _, _, _, value, place),) = Reading(SourceFile("x", f"t\nR1 a b {word}"), True).cards
     expected = spice_number(word)
     said = expected is None or abs(expected) == float("inf") or spice_leftover(word) != ""
     if place < 0:
@@ -224,7 +224,7 @@ def test_half_a_surrogate_pair_is_a_character():
 def test_any_text_is_cut_and_read(text, has_title):
     file = SourceFile("x", text)
     reading = Reading(file, has_title)
-    for rule, content, where, place in reading.cards:
+    for rule, content, where, _, _, place in reading.cards:
         if place < 0:
             line = reading.line(where)
             assert line.text and line.text == line.text.lstrip()

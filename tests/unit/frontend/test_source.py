@@ -94,7 +94,7 @@ def test_end_ends_the_deck():
 
 def test_lines_keep_their_numbers():
     reading = Reading(SourceFile("x", "t\n\n* c\nR1 a 0 1\n+ tc=1\n  C1 a 0 V={1}\n"), has_title=True)
-    lines = [reading.line(where) for _, _, where, _ in reading.cards]
+    lines = [reading.line(where) for _, _, where, *_ in reading.cards]
     assert [(line.number, line.col, line.text) for line in lines] == [
         (4, 1, "R1 a 0 1\n+ tc=1"),
         (6, 3, "C1 a 0 V={1}"),

@@ -9,7 +9,10 @@ use crate::syntax::table::table;
 use pyo3::intern;
 use pyo3::prelude::*;
 use pyo3::types::{PyFloat, PyInt, PyList, PyString, PyTuple, PyType};
+use std::borrow::Cow;
+use std::collections::hash_map::RandomState;
 use std::collections::HashMap;
+use std::hash::{BuildHasher, Hasher};
 
 const MAX_NESTING: usize = 100;
 
@@ -50,7 +53,7 @@ impl Characters {
 #[derive(Default)]
 struct Reader {
     parser: Parser,
-    words: HashMap<String, Py<PyString>>,
+    words: HashMap<String, Py<PyString>, Quick>,
 }
 
 impl Reader {
@@ -108,7 +111,8 @@ impl Reader {
         }
     }
 
-    /// (rule, words in lower case, the value of the last or None, place) of a card that is nothing but words.
+    /// (rule, name, the words between, the last word, its value or None, place) of a card that is nothing but
+    /// words; all in lower case.
     fn plain<'py>(
         &mut self,
         py: Python<'py>,
@@ -135,30 +139,72 @@ impl Reader {
             Some(None) => return Ok(None),
             None => py.None().into_bound(py),
         };
-        let words = PyList::empty(py);
-        for (k, &child) in tree.of(first, count).iter().enumerate() {
-            let Node::Leaf { start, end, .. } = tree.nodes[child as usize] else { return Ok(None) };
-            let word = &text[start as usize..end as usize];
-            let lower;
-            let word = if word.bytes().any(|b| b.is_ascii_uppercase()) {
-                lower = word.to_ascii_lowercase();
-                &lower
-            } else {
-                word
-            };
-            if k == 0 || word.len() > 40 {
-                words.append(PyString::new(py, word))?;
-            } else if let Some(known) = self.words.get(word) {
-                words.append(known)?;
-            } else {
-                let made = PyString::new(py, word);
-                words.append(&made)?;
-                self.words.insert(word.to_owned(), made.unbind());
-            }
-        }
+        let children = tree.of(first, count);
+        let word = |k: usize| match tree.nodes[children[k] as usize] {
+            Node::Leaf { start, end, .. } => &text[start as usize..end as usize],
+            Node::Rule { .. } => "",
+        };
+        let name_of_card = PyString::new(py, &lower(word(0)));
+        let middle = 1..children.len() - 1;
+        let nodes = PyList::new(py, middle.map(|k| known(py, &mut self.words, word(k))))?;
+        let last = known(py, &mut self.words, word(children.len() - 1));
         let place = PyInt::new(py, (line.number as u64) << 40 | (line.indent as u64) << 20 | start as u64);
         let rule = trees.rules[name as usize].bind(py);
-        Ok(Some(PyTuple::new(py, [rule.as_any(), words.as_any(), &value, place.as_any()])?))
+        let card = [rule.as_any(), name_of_card.as_any(), nodes.as_any(), last.as_any(), &value, place.as_any()];
+        PyTuple::new(py, card).map(Some)
+    }
+}
+
+fn lower(word: &str) -> Cow<'_, str> {
+    if word.bytes().any(|b| b.is_ascii_uppercase()) {
+        Cow::Owned(word.to_ascii_lowercase())
+    } else {
+        Cow::Borrowed(word)
+    }
+}
+
+/// A word in lower case, as the string that was made for it before: most words of a deck are nodes.
+fn known<'py>(py: Python<'py>, words: &mut HashMap<String, Py<PyString>, Quick>, word: &str) -> Bound<'py, PyString> {
+    let word = lower(word);
+    if let Some(known) = words.get(&*word) {
+        return known.bind(py).clone();
+    }
+    let made = PyString::new(py, &word);
+    if word.len() <= 40 {
+        words.insert(word.into_owned(), made.clone().unbind());
+    }
+    made
+}
+
+/// FNV-1a with a seed of the process: the words are short.
+#[derive(Clone)]
+struct Quick(u64);
+
+impl Default for Quick {
+    fn default() -> Self {
+        Quick(RandomState::new().build_hasher().finish())
+    }
+}
+
+impl BuildHasher for Quick {
+    type Hasher = QuickHasher;
+
+    fn build_hasher(&self) -> QuickHasher {
+        QuickHasher(self.0)
+    }
+}
+
+struct QuickHasher(u64);
+
+impl Hasher for QuickHasher {
+    fn write(&mut self, bytes: &[u8]) {
+        for &byte in bytes {
+            self.0 = (self.0 ^ u64::from(byte)).wrapping_mul(0x100_0000_01b3);
+        }
+    }
+
+    fn finish(&self) -> u64 {
+        self.0 ^ self.0 >> 29
     }
 }
 
@@ -288,11 +334,11 @@ impl Cards {
         }
         let place = self.characters.place(text, line.number, line.indent, line.start, line.end);
         if !read {
-            return (py.None(), start, place, -1).into_pyobject(py).map(Some);
+            return (py.None(), start, place, py.None(), py.None(), -1).into_pyobject(py).map(Some);
         }
         let tree = self.reader.objects(py, trees, slice)?;
         let tree = tree.cast::<PyTuple>()?;
-        (tree.get_item(0)?, tree.get_item(1)?, place, -1).into_pyobject(py).map(Some)
+        (tree.get_item(0)?, tree.get_item(1)?, place, py.None(), py.None(), -1).into_pyobject(py).map(Some)
     }
 }
 

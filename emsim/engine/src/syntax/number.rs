@@ -17,6 +17,18 @@ const SCALES: [(&str, &str); 10] = [
     ("a", "e-18"),
 ];
 
+/// The value of digits with an exponent behind them.
+fn joined(mantissa: &str, power: &str) -> Option<f64> {
+    let mut buffer = [0; 48];
+    let length = mantissa.len() + power.len();
+    if length > buffer.len() {
+        return format!("{mantissa}{power}").parse().ok();
+    }
+    buffer[..mantissa.len()].copy_from_slice(mantissa.as_bytes());
+    buffer[mantissa.len()..length].copy_from_slice(power.as_bytes());
+    std::str::from_utf8(&buffer[..length]).ok()?.parse().ok()
+}
+
 /// The value of a word that is a finite number and nothing to talk about.
 pub fn plain(word: &str) -> Option<f64> {
     let bytes = word.as_bytes();
@@ -50,17 +62,15 @@ pub fn plain(word: &str) -> Option<f64> {
     if !letters.bytes().all(|b| b.is_ascii_alphabetic() || b == b'%') || letters.len() > 64 {
         return None;
     }
-    let low = letters.to_ascii_lowercase();
-    let value = if low.is_empty() {
-        mantissa.parse::<f64>().ok()?
-    } else if low.starts_with("mil") {
+    let begins = |scale: &str| letters.len() >= scale.len() && letters[..scale.len()].eq_ignore_ascii_case(scale);
+    let value = if begins("mil") {
         mantissa.parse::<f64>().ok()? * 25.4e-6
-    } else if let Some(&(_, power)) = SCALES.iter().find(|(scale, _)| low.starts_with(scale)) {
+    } else if let Some(&(_, power)) = SCALES.iter().find(|(scale, _)| begins(scale)) {
         if exponent {
             // 1e3k: the factor is a double of its own
-            mantissa.parse::<f64>().ok()? * format!("1{power}").parse::<f64>().ok()?
+            mantissa.parse::<f64>().ok()? * joined("1", power)?
         } else {
-            format!("{mantissa}{power}").parse::<f64>().ok()?
+            joined(mantissa, power)?
         }
     } else {
         mantissa.parse::<f64>().ok()?
