@@ -65,7 +65,20 @@ RUST_ROWS = [
 ]
 RUST_LEVEL = {name: level for level, row in enumerate(RUST_ROWS) for name in row}
 
-HEAVY = ["lark", "numpy", "scipy", "matplotlib", "argparse", "pandas", "xarray", "PySpice", "rich"]
+HEAVY = [
+    "lark",
+    "numpy",
+    "scipy",
+    "matplotlib",
+    "argparse",
+    "pandas",
+    "xarray",
+    "PySpice",
+    "rich",
+    "pyarrow",
+    "h5netcdf",
+    "pygls",
+]
 LONGEST = 640
 
 

@@ -20,6 +20,7 @@ VERBS = {
     "compare": "run ngspice on the same deck, as written and at tight tolerances, and compare",
     "analogue": "write the electrical equivalent circuit of a one-dimensional machine as an ngspice deck",
     "chart": "run every method over a ladder of tolerances and chart error against time",
+    "convert": "results between raw, CSV, Parquet and NetCDF files",
     "help": "this text, or that of a verb",
     "version": "the version",
 }
@@ -94,6 +95,8 @@ def _dispatch(args: list[str]) -> int:
         from .analogue import main as verb_main
     elif verb == "chart":
         from .chart import main as verb_main
+    elif verb == "convert":
+        from .convert import main as verb_main
     elif verb == "version":
         from .version import main as verb_main
     else:

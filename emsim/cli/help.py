@@ -34,21 +34,14 @@ def overview() -> str:
 
 
 def verb_help(verb: str) -> str:
-    options: Sequence[Option] = ()
-    if verb == "run":
-        from .run import OPTIONS as options
-        from .run import __doc__ as text
-    elif verb == "check":
-        from .check import OPTIONS as options
-        from .check import __doc__ as text
-    elif verb == "compare":
-        from .compare import OPTIONS as options
-        from .compare import __doc__ as text
-    elif verb == "chart":
-        from .chart import OPTIONS as options
-        from .chart import __doc__ as text
-    elif verb in VERBS:
+    if verb in ("help", "version"):
         return f"emsim {verb}: {VERBS[verb]}"
+    if verb in VERBS:
+        from importlib import import_module
+
+        module = import_module("." + verb, __package__)
+        options: Sequence[Option] = module.OPTIONS
+        text = module.__doc__
     else:
         from ..diagnostics import suggest
 

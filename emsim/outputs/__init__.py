@@ -1,4 +1,4 @@
-"""Output formats, one file each. Each module has `write(path, result, ...)`; raw also reads."""
+"""Output formats, one file each. Each module has `write(path, result, ...)`; those of READERS have `read(path)` too."""
 
 from __future__ import annotations
 
@@ -10,9 +10,11 @@ if TYPE_CHECKING:
     from os import PathLike
     from typing import Any
 
+    from ..diagnostics import OutsideError
     from ..result import Result
 
-FORMATS = {".raw": "raw", ".csv": "csv", ".txt": "text"}
+FORMATS = {".raw": "raw", ".csv": "csv", ".txt": "text", ".parquet": "parquet", ".nc": "netcdf"}
+READERS = {extension: name for extension, name in FORMATS.items() if name != "text"}
 
 
 def save(result: Result, path: str | PathLike[str], **options: Any) -> None:
@@ -32,3 +34,40 @@ def save(result: Result, path: str | PathLike[str], **options: Any) -> None:
 
         why = error.strerror or str(error) if isdir(folder) else f"there is no folder {folder}"
         raise OutsideError(Diagnostic("error", "E503", f"cannot write {path}: {why}")) from None
+
+
+def load(path: str | PathLike[str]) -> Result:
+    """Reads a file in the format of its extension. ValueError for an extension that has no reader, OutsideError
+    where the file cannot be read or is something else."""
+    path = fspath(path)
+    extension = splitext(path)[1].lower()
+    if extension not in READERS:
+        raise ValueError(f"{path}: the extension says no format; there is {', '.join(READERS)}")
+    from importlib import import_module
+
+    from ..diagnostics import Diagnostic, OutsideError
+
+    try:
+        result: Result = import_module("." + READERS[extension], __name__).read(path)
+    except OSError as error:
+        said = f"cannot read {path}: {error.strerror or error}"
+        raise OutsideError(Diagnostic("error", "E500", said)) from None
+    except ValueError as error:
+        said = str(error) if str(error).startswith(path) else f"{path}: {error}"
+        raise OutsideError(Diagnostic("error", "E506", said)) from None
+    return result
+
+
+def missing_package(what: str, package: str) -> OutsideError:
+    """The error of a format whose library is not installed."""
+    from ..diagnostics import Diagnostic, OutsideError
+
+    said = f"{what} files need {package}, which is not installed"
+    return OutsideError(Diagnostic("error", "E521", said, None, "pip install 'emsim[files]'"))
+
+
+def plotname_of(kind: str) -> str:
+    """How raw files spell an analysis."""
+    from ..result import PLOTNAMES
+
+    return PLOTNAMES.get(kind, kind)

@@ -1,0 +1,76 @@
+"""usage: emsim convert [options] from to
+
+Converts results between raw (.raw), CSV (.csv), Parquet (.parquet) and NetCDF (.nc), by the names of the files. Every
+number stays the same double. Names and units are kept; CSV needs --units for that, and a raw file knows units by kind of
+quantity. CSV and Parquet hold one analysis: the last transient, or what --plot names. Parquet and NetCDF need the
+extra `files`: pip install 'emsim[files]'."""
+
+from __future__ import annotations
+
+import sys
+from os.path import abspath
+
+from ..outputs import READERS, load, save
+from .arguments import HELP, QUIET, Option, UsageError, parse
+from .console import OK
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+    from typing import Any
+
+    from ..result import Result, Table
+
+OPTIONS = [
+    Option("--plot", "the analysis to convert: op, tran, or its number from 1", "NAME"),
+    Option("--ascii", "write a raw file as text"),
+    Option("--units", "write a second line with the units into a CSV file"),
+    QUIET,
+    HELP,
+]
+ONE_TABLE = (".csv", ".parquet")
+
+
+def main(args: Sequence[str]) -> int:
+    given = parse(args, OPTIONS)
+    if len(given.words) != 2:
+        raise UsageError("emsim convert takes two files: emsim convert deck.raw out.csv")
+    source, target = given.words
+    if abspath(source) == abspath(target):
+        raise UsageError(f"{source} would be written over itself")
+    options: dict[str, Any] = {}
+    for key, extension in ("ascii", ".raw"), ("units", ".csv"):
+        if given.has(key):
+            if not target.lower().endswith(extension):
+                raise UsageError(f"--{key} is for {extension} files")
+            options[key] = True
+    for path in source, target:
+        if not path.lower().endswith(tuple(READERS)):
+            raise UsageError(f"{path}: the extension says no format; there is {', '.join(READERS)}")
+    result = load(source)
+    if not result.plots:
+        raise UsageError(f"{source} holds no plot of real numbers")
+    if (wanted := given.text("plot")) is not None:
+        result.plots = [_chosen(result, wanted)]
+    save(result, target, **options)
+    if not given.has("quiet"):
+        left = len(result.plots) - 1 if target.lower().endswith(ONE_TABLE) else 0
+        written = [result.main] if left else result.plots
+        print(
+            "; ".join(f"{t.kind}: {len(t)} points, {len(t.names)} columns" for t in written) + f" -> {target}"
+        )
+        if left:
+            kinds = ", ".join(t.kind for t in result.plots)
+            print(f"{target} holds one analysis, {source} has {kinds}: choose with --plot", file=sys.stderr)
+    return OK
+
+
+def _chosen(result: Result, wanted: str) -> Table:
+    if wanted.isdigit():
+        if not 1 <= int(wanted) <= len(result.plots):
+            raise UsageError(f"--plot {wanted}: there are {len(result.plots)}")
+        return result.plots[int(wanted) - 1]
+    try:
+        return result.plot(wanted.lower())
+    except KeyError as error:
+        raise UsageError(f"--plot {wanted}: {error.args[0]}") from None

@@ -1,0 +1,103 @@
+"""NetCDF-4: every table of a result, through h5netcdf (the extra `files`).
+
+The main table stands at the root, where xarray finds it, the others in groups named after their analysis. The
+independent column is the coordinate variable of the one dimension, float64 as all of them; each variable carries
+`units`, each group `title`, `analysis`, `plotname`. A name with a slash, which NetCDF does not allow, is stored with a
+division slash in its place and in full as the attribute `long_name`.
+"""
+
+from __future__ import annotations
+
+from . import missing_package, plotname_of
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any
+
+    from ..result import Result, Table
+
+SLASH = "\N{DIVISION SLASH}"
+
+
+def _h5netcdf() -> Any:
+    try:
+        import h5netcdf
+    except ImportError:
+        raise missing_package("NetCDF", "h5netcdf") from None
+    return h5netcdf
+
+
+def write(path: str, result: Result) -> None:
+    """Writes every table. OSError where the file cannot be written."""
+    h5netcdf = _h5netcdf()
+    with open(path, "wb"):  # the library's own errors have no errno
+        pass
+    with h5netcdf.File(path, "w") as file:
+        _write_table(file, result.main, result.plots.index(result.main))
+        taken: set[str] = set()
+        for k, table in enumerate(result.plots):
+            if table is result.main:
+                continue
+            name, n = table.kind or "table", 2
+            while name in taken:
+                name, n = f"{table.kind}_{n}", n + 1
+            taken.add(name)
+            _write_table(file.create_group(name), table, k)
+
+
+def _write_table(group: Any, table: Table, place: int) -> None:
+    dim = table.names[0].replace("/", SLASH) if table.axis else "point"
+    group.dimensions[dim] = len(table)
+    group.attrs.update(
+        title=table.title,
+        analysis=table.kind,
+        plotname=table.plotname,
+        status=table.status,
+        plot_number=place,
+    )
+    for name, unit in zip(table.names, table.units, strict=True):
+        variable = group.create_variable(name.replace("/", SLASH), (dim,), "f8", data=table[name])
+        variable.attrs["units"] = unit
+        if "/" in name:
+            variable.attrs["long_name"] = name
+
+
+def read(path: str) -> Result:
+    """Variables along one dimension, of the root and of the groups under it. OSError, ValueError."""
+    from ..result import Result
+
+    h5netcdf = _h5netcdf()
+    with open(path, "rb") as file:
+        if file.read(8) != b"\x89HDF\r\n\x1a\n":
+            raise ValueError(f"{path}: no NetCDF-4 file")
+    with h5netcdf.File(path, "r", decode_vlen_strings=True) as file:
+        found = [t for group in (file, *file.groups.values()) if (t := _read_table(group)) is not None]
+    if not found:
+        raise ValueError(f"{path}: no variables along one dimension")
+    tables = [table for _, table in sorted(found, key=lambda pair: pair[0])]
+    return Result(tables[0].title, tables)
+
+
+def _read_table(group: Any) -> tuple[int, Table] | None:
+    from ..result import Columns, Table
+
+    lines = {
+        name: v for name, v in group.variables.items() if len(v.dimensions) == 1 and v.dtype.kind in "fiu"
+    }
+    if not lines:
+        return None
+    dims = [v.dimensions[0] for v in lines.values()]
+    dim = max(dims, key=dims.count)
+    kept = [name for name, v in lines.items() if v.dimensions[0] == dim and name != dim]
+    axis = dim in lines
+    names = [dim, *kept] if axis else kept
+    about = {key: group.attrs[key] for key in group.attrs}
+    kind = str(about.get("analysis", "tran" if dim == "time" else ""))
+    columns = Columns(lines[name][...].astype("f8").tobytes() for name in names)
+    units = [str(lines[name].attrs.get("units", "")) for name in names]
+    names = [str(lines[name].attrs["long_name"]) if SLASH in name else name for name in names]
+    table = Table(
+        kind, names, units, columns, title=str(about.get("title", "")), axis=axis,
+        plotname=str(about.get("plotname", plotname_of(kind))), status=str(about.get("status", "ok")),
+    )  # fmt: skip
+    return int(about.get("plot_number", 0)), table
