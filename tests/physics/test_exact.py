@@ -182,6 +182,19 @@ def test_error_falls_with_the_tolerance(case):
     assert ladder[-1] <= max(1e-2 * ladder[0], case.floor), ladder
 
 
+EXPLICIT = ("simple_pendulum", "double_pendulum", "four_bar", "dc_motor_step", "slider_crank")
+
+
+@pytest.mark.parametrize("case", [p for p in params() if p.id.removeprefix("ref_") in EXPLICIT])
+def test_dop853_falls_with_the_tolerance(case):
+    """Machines, free and coupled: every digit asked for buys one, to what twelve digits leave."""
+    ladder = [
+        max(errors(case.deck, f"method=dop853 reltol={r:g}").values()) for r in (1e-5, 1e-7, 1e-9, 1e-11)
+    ]
+    assert all(b <= 0.3 * a for a, b in itertools.pairwise(ladder)), ladder
+    assert ladder[-1] <= 1e-10, ladder
+
+
 def test_four_bar_closing_force():
     """The pin that closes the loop carries the multiplier of the closure, in world axes."""
     result = run(deck("mechanical/ref_four_bar"), "method=radau reltol=1e-9")

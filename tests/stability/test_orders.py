@@ -9,6 +9,9 @@ by radau. Theory (Hairer & Wanner, Solving ODEs II, tables VII.4.1 and VI.1.1; B
                    s = 3: the current of a capacitor across a source is the derivative of the source's own
                    collocation polynomial, so order 3 is all one may ask
   trbdf2           2 everywhere, index-2 unknowns too (stage order 2, stiffly accurate)
+  rk45, dop853     5 and 8 on differential unknowns, on algebraic ones of index 1 (solved in every stage), and on a closed
+                   loop that is projected (both are observed above that where their leading error is small); index 2 is
+                   refused (test_explicit.py)
   esdirk           4 on differential and index-1 unknowns; stage order 2 leaves 3 for coordinates and speeds of a closed
                    loop and 2 for the index-2 unknown (Hairer, Lubich & Roche 1989, theorem 4.5)
 """
@@ -112,6 +115,8 @@ STEPS = {
     "method=trbdf2": [0.04, 0.02, 0.01],
     "method=esdirk": [0.1, 0.05, 0.025],
 }
+EXPLICIT = {"method=rk45": 5, "method=dop853": 8}
+EXPLICIT_STEPS = {"method=rk45": [0.1, 0.05, 0.025], "method=dop853": [0.5, 0.25, 0.2]}
 ORDER = {"method=trap": 2, "method=radau": 5, "method=trbdf2": 2, "method=esdirk": 4} | {
     f"method=gear maxord={k}": k for k in range(1, 7)
 }
@@ -127,6 +132,22 @@ def test_order_on_an_ode(method):
     steps = STEPS[method]
     # esdirk's h^4 is so small here that its h^5 shows: 4.7 over these steps
     check(errors(ODE, "v(a)", ode_exact, method, steps), steps, ORDER[method], upper=0.8)
+
+
+@pytest.mark.parametrize("method", EXPLICIT)
+def test_explicit_order_on_an_ode(method):
+    # the leading error is small here: rk45 shows 5.6, dop853 7.2
+    steps = [0.025, 0.0125, 0.00625] if method == "method=rk45" else [0.2, 0.125, 0.1]
+    check(errors(ODE, "v(a)", ode_exact, method, steps), steps, EXPLICIT[method] - 0.7, upper=1.5)
+
+
+@pytest.mark.parametrize(
+    "column, exact", [("v(c)", rc2_exact), ("v(b)", lambda t: (np.sin(t) + rc2_exact(t)) / 2)]
+)
+@pytest.mark.parametrize("method", EXPLICIT)
+def test_explicit_order_on_an_index_1_circuit(method, column, exact):
+    steps = [h * 2 for h in EXPLICIT_STEPS[method]]
+    check(errors(INDEX1, column, exact, method, steps), steps, EXPLICIT[method])
 
 
 @pytest.mark.parametrize(
@@ -196,8 +217,27 @@ def test_order_on_a_closed_loop(method, loop):
         check(found, steps, LOOP_ORDER[method], upper=1.0)
 
 
+@pytest.mark.parametrize("method", EXPLICIT)
+def test_explicit_order_on_a_closed_loop(method):
+    """Multipliers from the acceleration constraint, positions and velocities projected: the order stays."""
+    text = LOOP.replace("piston m=0.3", "piston m=0.3 j=1m")  # no freedom without inertia
+    steps = {"method=rk45": [1.25e-3, 8e-4, 6.25e-4], "method=dop853": [1e-2, 6.25e-3, 5e-3, 4e-3]}[method]
+    result = run(text, "method=radau fixed_step=2.5e-4")
+    rows = rows_at(result, LOOP_TIMES)
+    for column in ("angle(shaft)", "omega(shaft)"):
+        want = np.asarray(result[column])[rows]
+        found = errors(text, column, lambda t, want=want: want, method, steps, LOOP_TIMES)
+        check(found, steps, EXPLICIT[method], upper=1.5)
+
+
 # order of the global error anywhere inside the steps: the least of the method's and of its polynomial's
-DENSE_ORDER = {"method=radau": 4, "method=trbdf2": 2, "method=esdirk": 4}
+DENSE_ORDER = {
+    "method=radau": 4,
+    "method=trbdf2": 2,
+    "method=esdirk": 4,
+    "method=rk45": 4,
+    "method=dop853": 7,
+}
 
 
 @pytest.mark.parametrize("method", DENSE_ORDER)
@@ -212,7 +252,7 @@ DENSE_ORDER = {"method=radau": 4, "method=trbdf2": 2, "method=esdirk": 4}
 )
 def test_order_between_the_steps(method, text, column, exact):
     """The print grid's times lie anywhere in the steps; the largest error over all of them falls with the order."""
-    steps = [0.2, 0.1, 0.05]
+    steps = [0.4, 0.2] if method == "method=dop853" else [0.2, 0.1, 0.05]
     times = 0.0377 * np.arange(1, 53)
     found = []
     for h in steps:

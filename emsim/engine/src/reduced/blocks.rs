@@ -265,14 +265,15 @@ impl Plan<'_> {
         if lambdas.iter().any(|&l| self.source.unknowns.get(l + 1).map(|u| u.kind) != Some(Kind::Mu)) {
             return Err("a constraint on speeds has none on positions".into());
         }
-        self.steps.push(Step::Saddle(Saddle {
+        self.steps.push(Step::Saddle(Box::new(Saddle {
             rates,
             mass,
             momenta: speeds.iter().map(|&j| state_of(j)).collect(),
             coordinates,
             rows: lambdas,
-            gap_part: usize::MAX,
-        }));
+            drift_part: usize::MAX,
+            gaps: Tape::new(self.g, &[]),
+        })));
         Ok(true)
     }
 

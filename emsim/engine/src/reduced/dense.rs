@@ -136,6 +136,8 @@ pub struct Columns {
     scale: Vec<f64>,
     work: Vec<f64>,
     pub rank: usize,
+    /// How near to a loss of rank: the least of lengths and pivots that count, against the largest.
+    pub weakest: f64,
 }
 
 impl Columns {
@@ -150,6 +152,7 @@ impl Columns {
             scale: vec![1.0; m],
             work: vec![0.0; m],
             rank: 0,
+            weakest: 1.0,
         }
     }
 
@@ -172,6 +175,7 @@ impl Columns {
             }
         }
         self.rank = 0;
+        self.weakest = 1.0;
         let mut first = 0.0;
         for j in 0..m.min(k) {
             let (mut best, mut square) = (j, -1.0);
@@ -213,6 +217,9 @@ impl Columns {
                 }
             }
             self.rank = j + 1;
+            // (the scale is 1/length)
+            let relative = 1.0 / (longest * self.scale[self.order[j]]);
+            self.weakest = self.weakest.min(length / first).min(relative);
         }
     }
 

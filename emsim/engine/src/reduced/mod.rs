@@ -28,6 +28,8 @@ use dense::{backward_symmetric, dot, factor_general, factor_symmetric, forward_s
 
 /// Constraints that are dependent to this part count as such: carries mechanisms through their change points.
 const RANK: f64 = 1e-9;
+/// Corrections of positions with one factorisation.
+const CLOSINGS: usize = 4;
 const MOST_ITERATIONS: usize = 50;
 /// Newton's method converges quadratically: an update so small leaves its square.
 const NEWTON: f64 = 1e-7;
@@ -68,14 +70,38 @@ pub struct Saddle {
     coordinates: Vec<Option<usize>>, // and of its coordinate
     rows: Vec<usize>,                // multipliers
     rates: bool,                     // the accelerations are read
-    gap_part: usize,                 // h, then dh/dt
+    gaps: Tape,                      // h, on its own: it is looked at where nothing else is
+    drift_part: usize,               // dh/dt
+}
+
+impl Saddle {
+    /// rhs <- W^T S^+ lambda
+    fn push(&self, held: &mut Held) {
+        let Some(columns) = held.columns.as_mut() else { return };
+        columns.solve(&mut held.lambda);
+        let k = self.mass.unknowns.len();
+        held.rhs.fill(0.0);
+        for (row, &l) in held.pull.chunks_exact(k).zip(&held.lambda) {
+            for (r, w) in held.rhs.iter_mut().zip(row) {
+                *r += w * l;
+            }
+        }
+    }
+
+    fn subtract(&self, places: &[Option<usize>], d: &[f64], y: &mut [f64]) {
+        for (place, d) in places.iter().zip(d) {
+            if let Some(s) = *place {
+                y[s] -= d;
+            }
+        }
+    }
 }
 
 enum Step {
     Devices(Devices),
     Linear(Block),
     Newton(Newton),
-    Saddle(Saddle),
+    Saddle(Box<Saddle>),
 }
 
 pub struct Reduced {
@@ -104,6 +130,7 @@ struct Held {
     pull: Vec<f64>, // W, m x k
     columns: Option<Columns>,
     lambda: Vec<f64>,
+    slots: Vec<f64>, // of the gaps
 }
 
 /// Where a stage is, and its scratch.
@@ -242,6 +269,7 @@ impl Reduced {
                 held.pull = vec![0.0; k * m];
                 held.columns = Some(Columns::new(k, m));
                 held.lambda = vec![0.0; m];
+                held.slots = s.gaps.workspace();
                 held
             }
         });
@@ -487,45 +515,57 @@ impl Reduced {
         Ok(())
     }
 
-    /// Largest gap of closed loops at the point where `rates` was run, relative to `floor`; with `correct` the state is
-    /// moved by the mass-weighted least change that closes them to first order:
-    ///   dq = -M^-1 W^T S^+ h,   dp = -W^T S^+ (dh/dt)
-    pub fn project(&self, p: &mut Point, y: &mut [f64], correct: bool) -> f64 {
-        let mut largest = 0.0_f64;
+    /// Closes loops: moves the coordinates in `y` by the least change in the metric of the masses,
+    ///   dq = -M^-1 W^T S^+ h,
+    /// with the factors of the last stage, which is near. Returns the largest gap |h| that it met first.
+    pub fn close(&self, p: &mut Point, y: &mut [f64], rounding: f64) -> f64 {
+        let mut met = 0.0_f64;
         for k in 0..self.stage_steps {
             let Step::Saddle(s) = &self.steps[k] else { continue };
-            self.run(s.gap_part, p);
-            let outputs = self.tape.part_slots(s.gap_part);
-            let m = s.rows.len();
-            for &slot in outputs {
-                let gap = p.slots[slot as usize].abs();
-                largest = if gap > largest || gap.is_nan() { gap } else { largest };
-            }
-            if !correct {
-                continue;
-            }
-            let held = &mut p.held[k];
-            for (from, speeds) in [(0, false), (m, true)] {
-                for j in 0..m {
-                    held.lambda[j] = p.slots[outputs[from + j] as usize];
+            for round in 0..CLOSINGS {
+                self.y(p).copy_from_slice(y);
+                let held = &mut p.held[k];
+                let inputs = Inputs { x: &p.v, t: p.time, waves: &p.waves, flags: &p.flags };
+                s.gaps.run(&inputs, &mut held.slots);
+                for (j, l) in held.lambda.iter_mut().enumerate() {
+                    *l = s.gaps.output(&held.slots, j);
                 }
-                let Some(columns) = held.columns.as_mut() else { continue };
-                columns.solve(&mut held.lambda);
-                let k = s.mass.unknowns.len();
-                for i in 0..k {
-                    held.rhs[i] = (0..m).map(|j| held.pull[j * k + i] * held.lambda[j]).sum();
+                let gap = largest(&held.lambda);
+                if round == 0 {
+                    met = met.max(gap);
                 }
-                if !speeds {
-                    s.mass.solve(held);
+                if !(gap > rounding) {
+                    break;
                 }
-                for (state, d) in (if speeds { &s.momenta } else { &s.coordinates }).iter().zip(&held.rhs) {
-                    if let Some(state) = *state {
-                        y[state] -= d;
-                    }
-                }
+                s.push(held);
+                s.mass.solve(held);
+                s.subtract(&s.coordinates, &held.rhs, y);
             }
         }
-        largest
+        met
+    }
+
+    /// How near the constraints were to a loss of rank in the last stage: 1 is far away.
+    pub fn weakest(&self, p: &Point) -> f64 {
+        let columns = p.held.iter().filter_map(|h| h.columns.as_ref());
+        columns.fold(1.0, |m, c| m.min(c.weakest))
+    }
+
+    /// The same for speeds, where `rates` or `solve` was run last: dp = -W^T S^+ (dh/dt). Exact in one go.
+    pub fn calm(&self, p: &mut Point, y: &mut [f64]) -> f64 {
+        let mut met = 0.0_f64;
+        for k in 0..self.stage_steps {
+            let Step::Saddle(s) = &self.steps[k] else { continue };
+            self.run(s.drift_part, p);
+            let held = &mut p.held[k];
+            for (l, &slot) in held.lambda.iter_mut().zip(self.tape.part_slots(s.drift_part)) {
+                *l = p.slots[slot as usize];
+            }
+            met = met.max(largest(&held.lambda));
+            s.push(held);
+            s.subtract(&s.momenta, &held.rhs, y);
+        }
+        met
     }
 
     /// A small change of the state as a change of the unknowns that it determines, by the factors of the last stage.
@@ -552,6 +592,11 @@ impl Reduced {
             }
         }
     }
+}
+
+/// Largest size, INFINITY where something is not a number.
+fn largest(v: &[f64]) -> f64 {
+    v.iter().fold(0.0, |m: f64, v| if v.is_nan() { f64::INFINITY } else { m.max(v.abs()) })
 }
 
 /// dw/dt by differences on the side asked for: waves are smooth between their corners.

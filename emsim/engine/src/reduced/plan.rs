@@ -462,16 +462,13 @@ impl Plan<'_> {
         for k in 0..steps {
             let Step::Saddle(saddle) = &self.steps[k] else { continue };
             let rows = saddle.rows.clone();
-            let mut outs = Vec::new();
-            for shift in [1, 0] {
-                for &row in &rows {
-                    outs.push(self.image(self.f[row + shift]));
-                }
-            }
+            let gaps: Vec<Id> = rows.iter().map(|&row| self.image(self.f[row + 1])).collect();
+            let drifts: Vec<Id> = rows.iter().map(|&row| self.image(self.f[row])).collect();
             let part = self.parts.len();
-            self.parts.push((outs, false));
+            self.parts.push((drifts, false));
+            let gaps = Tape::new(self.g, &gaps).native();
             if let Step::Saddle(saddle) = &mut self.steps[k] {
-                saddle.gap_part = part;
+                (saddle.drift_part, saddle.gaps) = (part, gaps);
             }
         }
         steps

@@ -26,16 +26,19 @@ pub use rk45::RK45;
 use super::{Attempt, Method};
 use crate::newton::{Failure, Options, Tolerances};
 use crate::reduced::{Point, Reduced, Trouble};
-use crate::system::{System, Work};
+use crate::system::{Kind, System, Work};
 use std::cell::RefCell;
 use tableau::{add, combine, Tableau};
 
 /// The local tolerance against the asked one: keeps the global error of ordinary problems near what was asked.
 const LOCAL: f64 = 0.1;
 /// Steps are chosen so much shorter than the estimate says.
-const SAFE: f64 = 0.9;
+const SAFE: f64 = 0.8;
 /// Corrections of one projection. The first leaves the square of the drift.
 const PROJECTIONS: usize = 4;
+/// Constraints so near to a loss of rank (a change point, where links lie on one line) magnify what a stage is off them:
+/// there stages are projected too. That is the method applied to f(P(y)), so its order stays.
+const SINGULAR: f64 = 0.1;
 
 pub struct Explicit<'a> {
     sys: &'a System,
@@ -54,6 +57,8 @@ pub struct Explicit<'a> {
     k: Vec<f64>,
     last_stage: Vec<f64>,
     started: bool,
+    careful: bool,         // every stage is taken onto the constraints
+    weakest: f64,          // how near to a loss of rank its stages came
     accepted: Option<f64>, // the driver's time of the new point
     // scratch
     e: Vec<f64>,
@@ -98,6 +103,8 @@ impl<'a> Explicit<'a> {
             k: vec![0.0; rows * m],
             last_stage: vec![0.0; m],
             started: false,
+            careful: false,
+            weakest: 1.0,
             accepted: None,
             e: vec![0.0; m],
             ex: vec![0.0; sys.n],
@@ -124,11 +131,40 @@ impl<'a> Explicit<'a> {
                 self.last_stage.copy_from_slice(y);
             }
             let c = method.c[i];
+            if self.careful {
+                self.settle(self.t0 + c * h, c == 1.0)?;
+            }
             let (_, k) = self.k.split_at_mut(i * m);
             self.reduced.rates(&mut self.point, &self.sys.waves, self.t0 + c * h, c == 1.0, &mut k[..m])?;
+            if self.projects {
+                self.weakest = self.weakest.min(self.reduced.weakest(&self.point));
+            }
         }
         combine(&mut self.y1, &self.y0, h, method.b, &self.k);
+        if self.careful {
+            self.reduced.y(&mut self.point).copy_from_slice(&self.y1);
+            self.settle(self.t0 + h, true)?;
+            self.y1.copy_from_slice(&self.e);
+        } else if self.projects {
+            // positions first: they need the factors of the last stage alone, which lies next to the new point
+            let rounding = self.rounding();
+            self.reduced.close(&mut self.point, &mut self.y1, rounding);
+        }
         self.arrive(h)
+    }
+
+    /// The stage itself is taken onto the constraints, with factors of its own.
+    fn settle(&mut self, t: f64, before: bool) -> Result<(), Trouble> {
+        let rounding = self.rounding();
+        let waves = &self.sys.waves;
+        self.e.copy_from_slice(self.reduced.y(&mut self.point));
+        self.reduced.solve(&mut self.point, waves, t, before)?;
+        self.reduced.close(&mut self.point, &mut self.e, rounding);
+        self.reduced.y(&mut self.point).copy_from_slice(&self.e);
+        self.reduced.solve(&mut self.point, waves, t, before)?;
+        self.reduced.calm(&mut self.point, &mut self.e);
+        self.reduced.y(&mut self.point).copy_from_slice(&self.e);
+        Ok(())
     }
 
     /// Slope and unknowns at y1.
@@ -186,19 +222,26 @@ impl<'a> Explicit<'a> {
         self.stiffness = 0.5 * (self.stiffness + now.min(1e6));
     }
 
-    /// Back onto the constraints, positions and velocities.
+    /// Size of positions and speeds, whose rounding is the least gap that can be asked for.
+    fn rounding(&self) -> f64 {
+        let motion = |k: Kind| matches!(k, Kind::Coordinate | Kind::Speed);
+        let moving = self.x0.iter().zip(&self.sys.unknowns).filter(|(_, u)| motion(u.kind));
+        4e-16 * moving.fold(1.0_f64, |m, (x, _)| m.max(x.abs()))
+    }
+
+    /// Back onto the constraints of speeds, and once more on those of positions where the last stage was not near enough.
     fn project(&mut self, h: f64) -> Result<(), Trouble> {
-        let size = self.x1.iter().zip(&self.sys.unknowns).filter(|(_, u)| u.kind.mechanical());
-        let size = size.filter(|(_, u)| !u.kind.enters_linearly()).fold(1.0_f64, |m, (x, _)| m.max(x.abs()));
+        let rounding = self.rounding();
         let mut before = f64::INFINITY;
         for _ in 0..PROJECTIONS {
-            let gap = self.reduced.project(&mut self.point, &mut self.y1, true);
+            let gap = self.reduced.calm(&mut self.point, &mut self.y1);
             self.arrive(h)?;
-            let left = self.reduced.project(&mut self.point, &mut self.y1, false);
-            if left <= 1e-14 * size || left > 0.25 * gap.min(before) {
-                break;
+            let open = self.reduced.close(&mut self.point, &mut self.y1, rounding);
+            if open <= 64.0 * rounding || open > 0.25 * before {
+                return Ok(());
             }
-            before = left;
+            before = open.max(gap * f64::EPSILON);
+            self.arrive(h)?;
         }
         Ok(())
     }
@@ -301,13 +344,27 @@ impl Method for Explicit<'_> {
             done = self.reduced.rates(&mut self.point, &sys.waves, self.t0, false, &mut self.k[..m]);
             self.started = done.is_ok();
         }
-        let result = done.and_then(|()| self.stages(h));
+        self.weakest = 1.0;
+        let mut result = done.and_then(|()| self.stages(h));
+        if self.weakest < SINGULAR && !self.careful {
+            self.careful = true;
+            self.weakest = 1.0;
+            result = result.and_then(|()| self.stages(h));
+        } else if self.weakest > 2.0 * SINGULAR {
+            self.careful = false;
+        }
         w.counters.evaluations += self.point.evaluations - before;
         if let Err(t) = result {
             self.rejected = true;
             return Attempt::Stuck { next: h / 4.0, why: self.trouble(t) };
         }
-        let error = if self.fixed { 0.0 } else { self.error(h, tol).max(1e-10) };
+        let mut error = if self.fixed { 0.0 } else { self.error(h, tol).max(1e-10) };
+        if self.careful {
+            // rounding is magnified twice, in positions and in what they do to accelerations: a shorter step, which
+            // would creep into the singular position, does not help against it
+            let noise = self.rounding() / self.weakest.powi(2).max(1e-12);
+            error /= 1.0 + h * noise / (LOCAL * tol.reltol);
+        }
         if !error.is_finite() {
             self.rejected = true;
             return Attempt::TooLarge { next: 0.2 * h };
