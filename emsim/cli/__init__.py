@@ -21,6 +21,8 @@ VERBS = {
     "analogue": "write the electrical equivalent circuit of a one-dimensional machine as an ngspice deck",
     "chart": "run every method over a ladder of tolerances and chart error against time",
     "convert": "results between raw, CSV, Parquet and NetCDF files",
+    "new": "write a small deck that runs, from a template",
+    "completion": "the completion script of bash, zsh or fish",
     "help": "this text, or that of a verb",
     "version": "the version",
 }
@@ -97,6 +99,10 @@ def _dispatch(args: list[str]) -> int:
         from .chart import main as verb_main
     elif verb == "convert":
         from .convert import main as verb_main
+    elif verb == "new":
+        from .new import main as verb_main
+    elif verb == "completion":
+        from .completion import main as verb_main
     elif verb == "version":
         from .version import main as verb_main
     else:

@@ -1,0 +1,55 @@
+"""usage: emsim new [options] NAME
+
+Writes NAME.cir, a small deck that runs, to be changed. Templates: circuit (an RC low-pass), linkage (a four-bar turned
+by a torque), motor (a DC motor with a flywheel), pendulum (an arm under position control), rectifier (a diode bridge),
+spring (a mass on a spring). A file that exists is left alone."""
+
+from __future__ import annotations
+
+from os import listdir
+from os.path import abspath, basename, dirname, isdir, join
+
+from ..diagnostics import Diagnostic, OutsideError, suggest
+from .arguments import HELP, QUIET, Option, UsageError, parse
+from .console import OK
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+OPTIONS = [Option("-t --template", "which template, otherwise circuit", "NAME"), QUIET, HELP]
+FOLDER = join(dirname(dirname(abspath(__file__))), "templates")
+
+
+def templates() -> list[str]:
+    return sorted(name.removesuffix(".cir") for name in listdir(FOLDER) if name.endswith(".cir"))
+
+
+def main(args: Sequence[str]) -> int:
+    given = parse(args, OPTIONS)
+    if len(given.words) != 1 or not given.words[0]:
+        raise UsageError("emsim new takes one name: emsim new servo --template pendulum")
+    chosen = given.text("template") or "circuit"
+    if chosen not in templates():
+        near = suggest(chosen, templates())
+        raise UsageError(
+            f"there is no template {chosen!r}"
+            + (f", did you mean {near}?" if near else f"; there is {', '.join(templates())}")
+        )
+    path = given.words[0] if "." in basename(given.words[0]) else given.words[0] + ".cir"
+    with open(join(FOLDER, chosen + ".cir"), encoding="utf-8") as file:
+        text = file.read()
+    folder = dirname(abspath(path))
+    if not isdir(folder):
+        raise OutsideError(Diagnostic("error", "E503", f"there is no folder {folder} for {path}"))
+    title = basename(path).rpartition(".")[0] or basename(path)
+    try:
+        with open(path, "x", encoding="utf-8") as file:
+            file.write(f"{title}: {text}")
+    except FileExistsError:
+        raise OutsideError(
+            Diagnostic("error", "E507", f"{path} exists already", None, "choose another name")
+        ) from None
+    if not given.has("quiet"):
+        print(f"{path}: {text.partition(chr(10))[0]}\n  emsim {path}\n  emsim view {path}")
+    return OK
