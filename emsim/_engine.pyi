@@ -195,6 +195,12 @@ class Waveforms:
         """powers, diodes [(heat, charge energy)], first, last [J]; trace: float64 rows of time, powers, two a diode,
         energies. None where tran() was given no accounts."""
     @property
+    def watch(self) -> dict[str, Any]:
+        """What the steps of a transient told about it. damped, late: the mode that lost most amplitude by the method, or
+        fell behind most, as {unknown, period [s], steps (a period), loss (share of amplitude), late (periods), cycles};
+        ringing: (unknown, t, share of its largest value); open: (closure row, residual) without projection;
+        stiff: share of the steps that stability limited."""
+    @property
     def stats(self) -> dict[str, Any]: ...
     def column(self, k: int) -> bytes:
         """Column k as the bytes of native float64."""

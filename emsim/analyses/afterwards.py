@@ -15,6 +15,10 @@ ZERO = 1e-20  # divisors below this make results of no sense
 def remarks(assembly: Assembly, run: Run) -> None:
     """Adds warnings and notes to the deck's sink."""
     _domains(assembly, run)
+    if run.kind == "tran" and run.waves.watch:
+        from .watch import teach
+
+        teach(assembly, run.waves.watch)
     if assembly.machine is None:
         return
     _limits(assembly, run)

@@ -13,7 +13,13 @@ if TYPE_CHECKING:
     from ..deck import Analysis
     from ..diagnostics import Span
 
-CODES = {"no convergence": "E410", "singular": "E411", "not finite": "E412", "unfit": "E413"}
+CODES = {
+    "no convergence": "E410",
+    "singular": "E411",
+    "not finite": "E412",
+    "unfit": "E413",
+    "too long": "E414",
+}
 
 
 def explain(assembly: Assembly, analysis: Analysis | None, waves: Waveforms) -> list[Diagnostic]:
@@ -28,6 +34,10 @@ def explain_failure(
     kind = failure.get("kind", "no convergence")
     if kind == "unfit":
         return [_unfit(assembly, analysis, str(failure.get("why", "")))]
+    if kind == "too long":
+        from .watch import too_long
+
+        return [too_long(assembly, analysis, failure)]
     t, during = float(failure.get("t") or 0.0), failure.get("during") or "transient"
     at_start = "operating point" in during or t == 0.0
     where, lines = locate(assembly, failure.get("row_name") or failure.get("unknown_name") or "")

@@ -39,6 +39,7 @@ NUMBERS: dict[str, float] = {
     "maxord": 1.0,  # order of gear, 2
     "fixed_step": 1e-30,  # every step this long [s], no error control; gear then runs at exactly maxord
     "projection": 0.0,  # 0: explicit methods let closed loops drift
+    "maxsteps": 1.0,  # a run that would need more is refused with an estimate, 1e8
     "rshunt": 0.0,  # from every node to ground [ohm]
     "gshunt": 0.0,  # the same as a conductance [S]
     "cshunt": 0.0,  # from every node to ground [F]

@@ -19,6 +19,7 @@ RANK = (
     1e-5  # of singular values; an over-determined loop closes only to the root of the projection's accuracy
 )
 MOVED = 1e-9
+MASSLESS = 1e-13  # beside the heaviest neighbour: a bead of 1e-12 kg on a kilogram still has inertia
 
 
 class Start:
@@ -278,11 +279,11 @@ def _inertia_everywhere(m: Machine, mass: list[list[float]], jacobian: list[list
         scaled = [v / unit[j] for j, v in enumerate(row)]
         top = max(map(abs, scaled), default=0.0) or 1.0
         rows.append([v / top for v in scaled])
-    count, _ = m.b.rank(rows, 1e-10)
+    count, _ = m.b.rank(rows, MASSLESS)
     if count == n:
         return
     if not loose:  # singular all the same: name the coordinates that a leading block cannot tell apart
-        loose = [next(k for k in range(n) if m.b.rank([r[: k + 1] for r in rows], 1e-10)[0] <= k)]
+        loose = [next(k for k in range(n) if m.b.rank([r[: k + 1] for r in rows], MASSLESS)[0] <= k)]
     for c in [m.own[k] for k in loose][: max(1, n - count)]:
         body = m.moved_by(c)
         m.sink.error(

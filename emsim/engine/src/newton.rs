@@ -28,6 +28,8 @@ pub struct Options {
     pub fixed_step: Option<f64>,
     /// explicit methods take closed loops back onto their constraints after every step
     pub projection: bool,
+    /// a run that would need more steps is refused
+    pub maxsteps: f64,
 }
 
 impl Default for Options {
@@ -44,6 +46,7 @@ impl Default for Options {
             method: "trap".into(),
             fixed_step: None,
             projection: true,
+            maxsteps: 1e8,
         }
     }
 }
@@ -207,6 +210,13 @@ pub enum Failure {
     /// the method cannot do equations of this kind, whatever the step
     Unfit {
         why: String,
+    },
+    /// the rest would take too many steps: their number, the time of all, and who asks for them (unknown, period, steps a
+    /// period)
+    TooLong {
+        steps: f64,
+        seconds: f64,
+        mode: Option<(usize, f64, f64)>,
     },
 }
 

@@ -252,6 +252,18 @@ impl Wave {
         }
     }
 
+    /// Of what repeats itself.
+    pub fn frequency(&self) -> Option<f64> {
+        let f = match &self.shape {
+            Shape::Pulse(p) => 1.0 / p.period,
+            Shape::Sin { frequency, amplitude, .. } if *amplitude != 0.0 => frequency.abs(),
+            Shape::Sffm { carrier, .. } | Shape::Am { carrier, .. } => carrier.abs(),
+            Shape::Pwl(p) => 1.0 / (p.times.last()? - p.repeat?),
+            _ => 0.0,
+        };
+        (f > 0.0 && f.is_finite()).then_some(f)
+    }
+
     /// The shortest time in which the wave changes much: an edge, a time constant, 1/(2 pi f). INFINITY for dc.
     pub fn shortest(&self) -> f64 {
         let least = |times: &[f64]| {

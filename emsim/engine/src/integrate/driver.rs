@@ -3,6 +3,7 @@
 //! a billionth of what lies ahead gives the values after it, and the method restarts there. The length that served
 //! after the last jump of the same kind is remembered. What was computed is kept whatever ends the run.
 use super::rows::{Forces, Grid, Row};
+use super::watch::{Report, Watch};
 use super::{make, Attempt, Method};
 use crate::events::{Candidate, Detector, Located};
 use crate::newton::{Failure, Newton, Options, Tolerances};
@@ -42,6 +43,7 @@ pub struct Outcome {
     pub events: Vec<(f64, usize, bool)>,
     /// flags that chattered and were put to rest for a while
     pub resting: Vec<usize>,
+    pub watch: Report,
 }
 
 /// Called now and then with (t, h, steps, events); false stops the run.
@@ -80,10 +82,12 @@ struct Run<'a> {
     scratch: Vec<f64>,
     forces: Option<Forces>, // multipliers of the rows, where they are asked for and the method's own lag behind
     kept: f64,              // end of the last recorded step
+    watch: Watch,
 }
 
 pub fn run(sys: &System, w: &mut Work, a: Transient, o: &Options, record: &mut Record, tick: &mut Tick) -> Outcome {
-    let outcome = Outcome { status: Status::Ok, failed: None, events: Vec::new(), resting: Vec::new() };
+    let outcome =
+        Outcome { status: Status::Ok, failed: None, events: Vec::new(), resting: Vec::new(), watch: Report::default() };
     let failed = |mut outcome: Outcome, during, why, tried| {
         outcome.status = Status::Failed;
         outcome.failed = Some(Failed { t: 0.0, h: 0.0, during, why, tried });
@@ -114,6 +118,7 @@ pub fn run(sys: &System, w: &mut Work, a: Transient, o: &Options, record: &mut R
     let forces = if method.multipliers_lag() { Forces::new(sys, record) } else { None };
     let (scratch, memory) = (vec![0.0; sys.n], Memory::default());
     let (t, late, stop) = (0.0, 0.0, 0.0);
+    let watch = Watch::new(sys, o, a.tstop, tmax);
     let mut run = Run {
         sys,
         w,
@@ -135,12 +140,14 @@ pub fn run(sys: &System, w: &mut Work, a: Transient, o: &Options, record: &mut R
         scratch,
         forces,
         kept: 0.0,
+        watch,
     };
     run.start(method.as_mut());
     run.advance(method.as_mut(), tick);
     if let Some(ledger) = &mut run.record.ledger {
         ledger.close(run.sys, run.w);
     }
+    run.outcome.watch = run.watch.report(run.sys, run.w, (run.t, &run.x), method.as_ref(), &run.tol);
     run.outcome
 }
 
@@ -169,6 +176,7 @@ impl Run<'_> {
     }
 
     fn restart(&mut self, method: &mut dyn Method) {
+        self.watch.cut(method, &self.tol);
         method.restart(self.sys, self.w, self.t, &self.x);
         self.detector.start(self.sys, self.w, &self.x, self.t);
         self.memory.restart(self.sys.stretch(self.w, self.t));
@@ -203,6 +211,11 @@ impl Run<'_> {
             if count % TICK == 0 && !tick(self.t, h, self.w.counters.steps, self.w.counters.events) {
                 self.outcome.status = Status::Interrupted;
                 return;
+            }
+            if count % TICK == 0 {
+                if let Some(why) = self.watch.cost(count, self.t, h, &self.tol) {
+                    return self.fail(h, why, vec![]);
+                }
             }
             // how far may this step go
             let t = self.t;
@@ -325,6 +338,7 @@ impl Run<'_> {
             ledger.step(self.sys, self.w, self.t, &self.x, parts, &|t, out| method.dense(t, out));
         }
         self.tol.observe(&self.x);
+        self.watch.step(self.t, &self.x, method, &self.tol);
     }
 
     /// At a corner or an edge: flags flip, values jump, the next stop is found. True when something jumped.

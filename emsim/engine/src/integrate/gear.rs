@@ -8,8 +8,9 @@
 //! (k+1)-th divided difference dd of x over k+2 points,   lte = h / (t1 - t_{-k}) * prod_{j=0..k} (t1 - t_{-j}) * dd
 //! (Brenan, Campbell and Petzold 1996, section 5.2).  The order moves by at most one a step, to whichever of k-1, k, k+1
 //! allows the longest next step.
-use super::{interpolate, Attempt, History, Method};
+use super::{interpolate, response, Attempt, History, Method};
 use crate::newton::{Failure, Newton, Options, Tolerances};
+use crate::sparse::Complex;
 use crate::system::{System, Work};
 
 const MOST: usize = 6;
@@ -232,6 +233,10 @@ impl Method for Gear {
                 s.accept(t1);
             }
         }
+    }
+
+    fn response(&self, y: f64) -> Option<Complex> {
+        Some(response::bdf(if self.fixed { self.maxord } else { self.order }, y))
     }
 
     fn candidate(&self) -> &[f64] {

@@ -13,12 +13,16 @@ mod driver;
 mod explicit;
 mod gear;
 mod radau;
+mod response;
 mod rows;
 mod trap;
+mod watch;
 
 pub use driver::{run, Failed, Outcome, Status, Tick, Transient};
+pub use watch::Report;
 
 use crate::newton::{Failure, Options, Tolerances};
+use crate::sparse::Complex;
 use crate::system::{System, Work};
 
 /// What came of one attempted step.
@@ -62,6 +66,10 @@ pub trait Method {
     /// eigenvalue: 1 and more means that stability, not accuracy, limits the step. 0 where nothing is known.
     fn stiffness(&self) -> f64 {
         0.0
+    }
+    /// R(j y), what the last step's formula does to an undamped oscillation of y radians a step (response.rs).
+    fn response(&self, _y: f64) -> Option<Complex> {
+        None
     }
 }
 

@@ -6,8 +6,9 @@
 //! gamma = 1 - 1/sqrt 2, which needs neither F0 nor consistent algebraic unknowns; SPICE takes backward Euler there.
 //!
 //! Local error  h^3/12 x'''  from the third divided difference of the last four points, on what stands under d/dt.
-use super::{interpolate, Attempt, History, Method};
+use super::{interpolate, response, Attempt, History, Method};
 use crate::newton::{Newton, Options, Tolerances};
+use crate::sparse::Complex;
 use crate::system::{Kind, System, Work};
 
 const GAMMA: f64 = 1.0 - std::f64::consts::FRAC_1_SQRT_2;
@@ -224,6 +225,10 @@ impl Method for Trap {
             *before = q0;
         }
         self.past.push(self.t1, &self.x1);
+    }
+
+    fn response(&self, y: f64) -> Option<Complex> {
+        Some(response::pade(1, 1, y))
     }
 
     fn candidate(&self) -> &[f64] {

@@ -58,6 +58,7 @@ fn options(given: Option<&Bound<'_, PyDict>>) -> PyResult<Options> {
             "itl4" => o.itl4 = value.extract::<f64>()?.max(10.0) as usize,
             "maxord" => o.maxord = value.extract::<f64>()? as usize,
             "fixed_step" => o.fixed_step = value.extract()?,
+            "maxsteps" => o.maxsteps = value.extract()?,
             "projection" => o.projection = value.extract::<f64>()? != 0.0,
             "method" => {
                 let name: String = value.extract()?;
@@ -242,7 +243,16 @@ impl System {
         });
         let failure = failed.map(|f| failure_dict(py, &self.inner, &f)).transpose()?;
         let status = if failure.is_some() { "failed" } else { "ok" };
-        Ok(Waveforms { record, counters: w.counters, seconds, status, failure, events: vec![], chattering: vec![] })
+        Ok(Waveforms {
+            record,
+            counters: w.counters,
+            seconds,
+            status,
+            failure,
+            events: vec![],
+            chattering: vec![],
+            watch: None,
+        })
     }
 
     /// Transient analysis. `progress(t, h, steps, events)` is called now and then; a true return value stops the run.
@@ -312,7 +322,8 @@ impl System {
         };
         let events = outcome.events.iter().map(|&(t, k, v)| (t, k, u8::from(v))).collect();
         let chattering = outcome.resting;
-        Ok(Waveforms { record, counters: w.counters, seconds, status, failure, events, chattering })
+        let watch = Some(watch_dict(py, &self.inner, &outcome.watch)?);
+        Ok(Waveforms { record, counters: w.counters, seconds, status, failure, events, chattering, watch })
     }
 }
 
@@ -359,6 +370,15 @@ fn failure_dict(py: Python<'_>, sys: &crate::system::System, f: &Failed) -> PyRe
             d.set_item("why", why)?;
             ("unfit", None, None)
         }
+        Failure::TooLong { steps, seconds, mode } => {
+            d.set_item("steps", steps)?;
+            d.set_item("seconds", seconds)?;
+            if let Some((_, period, resolution)) = mode {
+                d.set_item("period", period)?;
+                d.set_item("steps_per_period", resolution)?;
+            }
+            ("too long", mode.map(|m| m.0), None)
+        }
         Failure::Singular(s) => {
             d.set_item("structural", s.structural)?;
             ("singular", s.col, s.row)
@@ -375,6 +395,31 @@ fn failure_dict(py: Python<'_>, sys: &crate::system::System, f: &Failed) -> PyRe
     Ok(d.unbind())
 }
 
+/// What the watch over the steps has to say (integrate/watch.rs), with unknowns by name.
+fn watch_dict(py: Python<'_>, sys: &crate::system::System, r: &integrate::Report) -> PyResult<Py<PyDict>> {
+    let d = PyDict::new(py);
+    let name = |k: usize| sys.unknowns[k].name.clone();
+    for (key, mode) in [("damped", r.damped), ("late", r.late)] {
+        let Some(m) = mode else { continue };
+        let e = PyDict::new(py);
+        e.set_item("unknown", name(m.unknown))?;
+        for (key, v) in
+            [("period", m.period), ("steps", m.steps), ("loss", m.loss), ("late", m.late), ("cycles", m.cycles)]
+        {
+            e.set_item(key, v)?;
+        }
+        d.set_item(key, e)?;
+    }
+    if let Some(ring) = r.ringing {
+        d.set_item("ringing", (name(ring.unknown), ring.t, ring.share))?;
+    }
+    if let Some((row, gap)) = r.open {
+        d.set_item("open", (name(row), gap))?;
+    }
+    d.set_item("stiff", r.stiff)?;
+    Ok(d.unbind())
+}
+
 #[pyclass]
 pub struct Waveforms {
     record: Record,
@@ -387,6 +432,7 @@ pub struct Waveforms {
     events: Vec<(f64, usize, u8)>,
     #[pyo3(get)]
     chattering: Vec<usize>,
+    watch: Option<Py<PyDict>>,
 }
 
 #[pymethods]
@@ -419,6 +465,12 @@ impl Waveforms {
             d.set_item("trace", PyBytes::new(py, &bytes))?;
         }
         Ok(Some(d.unbind()))
+    }
+
+    /// What the steps of a transient told about it, by kind; empty where there was none.
+    #[getter]
+    fn watch(&self, py: Python<'_>) -> Py<PyDict> {
+        self.watch.as_ref().map_or_else(|| PyDict::new(py).unbind(), |d| d.clone_ref(py))
     }
 
     /// Column k (0 is time) as the bytes of native float64.

@@ -21,8 +21,9 @@ mod esdirk;
 mod tests;
 mod trbdf2;
 
-use super::{Attempt, Method};
+use super::{response, Attempt, Method};
 use crate::newton::{Failure, Newton, Options, Tolerances};
+use crate::sparse::Complex;
 use crate::system::{System, Work};
 
 /// Nodes nearer than this share of the step are one node to the prediction.
@@ -283,6 +284,11 @@ impl Method for Dirk {
 
     fn restarts_at_corners(&self) -> bool {
         false
+    }
+
+    fn response(&self, y: f64) -> Option<Complex> {
+        let rows = std::iter::once(&[][..]).chain(self.k.a.iter().map(Vec::as_slice));
+        Some(response::stages(rows.map(|row| row.iter().copied().enumerate()), y))
     }
 
     fn starts_at_full_length(&self) -> bool {

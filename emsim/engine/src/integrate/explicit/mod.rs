@@ -23,9 +23,10 @@ mod tableau;
 pub use dop853::DOP853;
 pub use rk45::RK45;
 
-use super::{Attempt, Method};
+use super::{response, Attempt, Method};
 use crate::newton::{Failure, Options, Tolerances};
 use crate::reduced::{Point, Reduced, Trouble};
+use crate::sparse::Complex;
 use crate::system::{Kind, System, Work};
 use std::cell::RefCell;
 use tableau::{add, combine, Tableau};
@@ -422,6 +423,11 @@ impl Method for Explicit<'_> {
 
     fn restarts_at_corners(&self) -> bool {
         false
+    }
+
+    fn response(&self, y: f64) -> Option<Complex> {
+        let rows = self.method.a.iter().chain(std::iter::once(&self.method.b));
+        Some(response::stages(rows.map(|row| row.iter().copied()), y))
     }
 
     fn stiffness(&self) -> f64 {

@@ -492,6 +492,10 @@ impl Method for Radau {
         self.stuck = 0;
     }
 
+    fn response(&self, y: f64) -> Option<Complex> {
+        Some(super::response::pade(self.scheme.s - 1, self.scheme.s, y))
+    }
+
     fn candidate(&self) -> &[f64] {
         if self.accepted {
             &self.x0

@@ -1,0 +1,111 @@
+//! What one step of a method does to an undamped oscillation: R(j y) with y = w h, to be compared with exp(j y).
+//!
+//!   |R| < 1         takes amplitude: -ln |R| a step
+//!   arg R < y       is late: (y - arg R)/(2 pi) periods a step
+//!
+//! Small y, as a check (loss, lateness): trapezoid 0, y^3/12; BDF1 y^2/2, y^3/3; BDF2 y^4/4, y^3/3; Radau IIA of 3 stages
+//! y^6/7200, y^7/... .
+use crate::sparse::{Complex, Scalar};
+
+/// The Pade approximant of exp(z) with degrees j over k, at z = j y (Hairer and Wanner II, section IV.3).
+/// Trapezoid 1/1, Gauss of s stages s/s, Radau IIA of s stages s-1/s.
+pub fn pade(j: usize, k: usize, y: f64) -> Complex {
+    let z = Complex::new(0.0, y);
+    let half = |own: usize, z: Complex| {
+        let (mut sum, mut power, mut c) = (Complex::ONE, Complex::ONE, 1.0);
+        for i in 1..=own {
+            c *= (own + 1 - i) as f64 / ((j + k + 1 - i) * i) as f64;
+            power = power * z;
+            sum += power.scale(c);
+        }
+        sum
+    };
+    half(j, z) / half(k, -z)
+}
+
+/// The principal root of BDF of order k with equal steps:  sum_{m=1..k} u^m/m = z,  u = 1 - 1/R.
+pub fn bdf(k: usize, y: f64) -> Complex {
+    let z = Complex::new(0.0, y);
+    let mut u = Complex::ONE - Complex::new(y.cos(), -y.sin());
+    for _ in 0..20 {
+        let (mut value, mut slope, mut power) = (-z, Complex::ZERO, Complex::ONE);
+        for m in 1..=k {
+            slope += power;
+            power = power * u;
+            value += power.scale(1.0 / m as f64);
+        }
+        let step = value / slope;
+        u = u - step;
+        if step.abs() < 1e-15 {
+            break;
+        }
+    }
+    Complex::ONE / (Complex::ONE - u)
+}
+
+/// Any Runge-Kutta method whose stages follow one another: X_i = 1 + z sum_j a_ij X_j, row by row as pairs (j, a_ij). The last
+/// row is the new point: that of the last stage of a stiffly accurate method, else the weights.
+pub fn stages(rows: impl Iterator<Item = impl Iterator<Item = (usize, f64)>>, y: f64) -> Complex {
+    let z = Complex::new(0.0, y);
+    let mut x: Vec<Complex> = Vec::new();
+    for (i, row) in rows.enumerate() {
+        let (mut known, mut own) = (Complex::ONE, 0.0);
+        for (j, a) in row {
+            if j == i {
+                own = a;
+            } else {
+                known += (z * x[j]).scale(a);
+            }
+        }
+        x.push(known / (Complex::ONE - z.scale(own)));
+    }
+    x.last().copied().unwrap_or(Complex::ONE)
+}
+
+/// Loss of amplitude, ln, and lateness in radians, of one step.
+pub fn of(r: Complex, y: f64) -> (f64, f64) {
+    // arg R within half a turn of y
+    let (s, c) = (-y).sin_cos();
+    let behind = r * Complex::new(c, s);
+    (-r.abs().max(1e-300).ln(), -behind.im.atan2(behind.re))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn near(a: f64, b: f64, share: f64) {
+        assert!((a - b).abs() <= share * b.abs().max(1e-300), "{a} {b}");
+    }
+
+    #[test]
+    fn leading_terms() {
+        let y = 0.02;
+        let (loss, late) = of(pade(1, 1, y), y);
+        assert!(loss.abs() < 1e-15);
+        near(late, y.powi(3) / 12.0, 1e-3);
+        let (loss, late) = of(bdf(1, y), y);
+        near(loss, y * y / 2.0, 1e-3);
+        near(late, y.powi(3) / 3.0, 1e-3);
+        let (loss, late) = of(bdf(2, y), y);
+        near(loss, y.powi(4) / 4.0, 1e-2);
+        near(late, y.powi(3) / 3.0, 1e-2);
+        // Radau IIA of 3 stages: order 5, and |R|^2 = 1 - y^6/3600
+        near(of(pade(2, 3, 0.3), 0.3).0, 0.3_f64.powi(6) / 7200.0, 0.05);
+        near(of(pade(3, 3, 1.0), 1.0).0.abs() + 1.0, 1.0, 1e-14);
+    }
+
+    #[test]
+    fn stages_of_known_methods() {
+        for y in [0.1, 1.0, 10.0] {
+            // the trapezoid, backward Euler, the classical Runge-Kutta method
+            let of = |rows: &[&[(usize, f64)]]| stages(rows.iter().map(|r| r.iter().copied()), y);
+            assert!((of(&[&[], &[(0, 0.5), (1, 0.5)]]) - pade(1, 1, y)).abs() < 1e-14);
+            assert!((of(&[&[(0, 1.0)]]) - bdf(1, y)).abs() < 1e-12);
+            let weights = [(0, 1.0 / 6.0), (1, 1.0 / 3.0), (2, 1.0 / 3.0), (3, 1.0 / 6.0)];
+            let rk = of(&[&[], &[(0, 0.5)], &[(1, 0.5)], &[(2, 1.0)], &weights]);
+            let want = Complex::new(1.0 - y * y / 2.0 + y.powi(4) / 24.0, y - y.powi(3) / 6.0);
+            assert!((rk - want).abs() < 1e-11 * want.abs());
+        }
+    }
+}

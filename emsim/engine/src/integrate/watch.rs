@@ -1,0 +1,490 @@
+//! What a run's steps tell about the run: how much of an oscillation the method takes, how late it makes it, whether it
+//! rings, whether loops come open, and how many steps the rest would need.
+//!
+//! Watched are bursts of `BURST` accepted steps (every one, or every 4th or 16th for slower modes) with pauses between
+//! them, so that all of it costs a fraction of a percent. In a burst an unknown oscillates where its second differences
+//! change sign at regular times; from these times comes w, and from the mean square of x'' = -w^2 x the amplitude. The
+//! method's response at y = w h (response.rs) gives loss and lateness of a step. A track follows one unknown's mode from
+//! burst to burst and adds them up. Methods with long steps are sampled in the middle of each step too.
+//!
+//! Not every oscillation is the method's to damp: a driven one is held up by its source, and a lossy one loses more to its
+//! resistor. So a loss counts only where the amplitude is seen to fall about as predicted. Lateness cannot be seen; it counts for modes that no source of about that frequency (or a harmonic) drives.
+//!
+//! Ringing: a method with |R(infinity)| = 1 keeps errors of algebraic unknowns and fast modes as +a, -a, +a ...
+//!
+//! Cost: steps so far and the present rate for the rest, over `maxsteps`, throughout `PATIENT` steps. A mode that is seen
+//! to decay by itself is given the time that it takes to die.
+use super::response;
+use super::Method;
+use crate::newton::{Failure, Options, Tolerances};
+use crate::system::{System, Work};
+use crate::waves::Wave;
+use std::time::Instant;
+
+const BURST: usize = 96;
+/// A burst that is cut short is looked at from so many samples on.
+const LEAST: usize = 24;
+/// Steps from sample to sample, in turn; the longest serve modes of some hundred steps a period.
+const STRIDES: [u32; 3] = [1, 4, 16];
+/// Steps between bursts: a quarter of those taken, within these bounds.
+const PAUSE: (u64, u64) = (128, 2048);
+/// Unknowns that are watched, of larger systems the first ones.
+const MOST: usize = 400;
+/// An amplitude below this part of the largest value is not worth a word.
+const WORTH: f64 = 1e-3;
+/// ... and ringing below this.
+const RINGS: f64 = 0.01;
+/// Steps that a run may be on its way to `maxsteps` before it is stopped, and how often that is looked at.
+const PATIENT: u64 = 200_000;
+const LOOK: u64 = 4096;
+/// A mode that loses less than this a cycle (a quality above 30 000) persists: what it loses may as well be numerical, since
+/// steps of changing length take a little even where the formula takes nothing.
+const SLOWEST: f64 = 1e-4;
+
+/// A mode as it was followed: what the method took of it.
+#[derive(Clone, Copy, Debug)]
+pub struct Mode {
+    pub unknown: usize,
+    pub period: f64,
+    pub steps: f64,  // a period, in its coarsest burst
+    pub loss: f64,   // share of the amplitude over the run; 0 where it was not seen to fall by it
+    pub late: f64,   // periods over the run
+    pub cycles: f64, // periods followed
+}
+
+#[derive(Clone, Copy, Debug)]
+pub struct Ringing {
+    pub unknown: usize,
+    pub t: f64,
+    pub size: f64,  // half of what lies between neighbouring points
+    pub share: f64, // of the unknown's largest value in the run
+}
+
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Report {
+    pub damped: Option<Mode>,
+    pub late: Option<Mode>,
+    pub ringing: Option<Ringing>,
+    pub open: Option<(usize, f64)>, // closure row and its residual
+    pub stiff: f64,                 // share of the steps that stability limited
+}
+
+#[derive(Clone, Copy, Default)]
+struct Track {
+    bursts: u32,
+    w: f64,
+    first: (f64, f64), // time, amplitude
+    last: (f64, f64),
+    loss: f64, // predicted between first and last
+    late: f64,
+    cycles: f64,
+    rates: (f64, f64), // of loss and lateness, a second
+    coarsest: f64,     // least steps a period
+    seen: bool,        // fell within one burst as predicted
+    quick: f64,        // a period seen with stride 1: longer strides would see its alias
+    stride: u32,       // of the burst that saw it last
+    edge: f64,         // half of the first burst
+}
+
+pub struct Watch {
+    watched: Vec<usize>,
+    idle: u64,
+    stride: u32,
+    taken: u64,
+    m: usize,
+    times: Vec<f64>,
+    samples: Vec<f64>, // by unknown, then time
+    halved: bool,      // with the middles of the steps
+    inside: Vec<f64>,
+    weights: Vec<(f64, f64)>,
+    tracks: Vec<Track>,
+    rung: Vec<(f64, f64)>, // size and time of ringing
+    report: Report,
+    rates: Vec<f64>,   // frequencies of the sources
+    looks: (u64, u64), // bursts, those in which stability limited the steps
+    loops: Vec<usize>, // closure rows of a run without projection
+    // the cost
+    maxsteps: f64,
+    span: f64,
+    tmax: f64,
+    began: Instant,
+    mark: f64,
+    over: u64,
+}
+
+/// What a burst shows of one unknown.
+struct Seen {
+    w: f64,
+    amplitude: f64,
+    fell: f64, // ln of the amplitudes' ratio between the halves of the burst
+}
+
+impl Watch {
+    pub fn new(sys: &System, o: &Options, span: f64, tmax: f64) -> Watch {
+        let kinds = |i: &usize| !sys.unknowns[*i].kind.enters_linearly();
+        let watched: Vec<usize> = (0..sys.n).filter(kinds).take(MOST).collect();
+        let loops = (0..sys.n).filter(|&i| sys.unknowns[i].kind.enters_linearly() && !sys.has_q[i]);
+        let loops = if o.projection { Vec::new() } else { loops.collect() };
+        Watch {
+            idle: 0,
+            stride: 1,
+            taken: 0,
+            m: 0,
+            times: vec![0.0; BURST],
+            samples: vec![0.0; BURST * watched.len()],
+            halved: false,
+            inside: Vec::new(),
+            weights: vec![(0.0, 0.0); BURST],
+            tracks: vec![Track::default(); watched.len()],
+            rung: vec![(0.0, 0.0); watched.len()],
+            report: Report::default(),
+            rates: sys.waves.iter().filter_map(Wave::frequency).collect(),
+            looks: (0, 0),
+            loops,
+            maxsteps: if o.fixed_step.is_some() { f64::INFINITY } else { o.maxsteps },
+            span,
+            tmax,
+            began: Instant::now(),
+            mark: 0.0,
+            over: 0,
+            watched,
+        }
+    }
+
+    /// An accepted step ended at (t, x).
+    #[inline]
+    pub fn step(&mut self, t: f64, x: &[f64], method: &dyn Method, tol: &Tolerances) {
+        if self.idle > 0 {
+            self.idle -= 1;
+        } else {
+            self.sample(t, x, method, tol);
+        }
+    }
+
+    fn sample(&mut self, t: f64, x: &[f64], method: &dyn Method, tol: &Tolerances) {
+        self.halved = self.stride == 1 && method.wants_dense_record();
+        if self.halved && self.m > 0 {
+            // a long step hides half a period: its middle too
+            let middle = 0.5 * (self.times[self.m - 1] + t);
+            self.inside.resize(x.len(), 0.0);
+            let mut inside = std::mem::take(&mut self.inside);
+            method.dense(middle, &mut inside);
+            self.put(middle, &inside);
+            self.inside = inside;
+        }
+        self.put(t, x);
+        self.idle = u64::from(self.stride) - 1;
+        if self.m + 1 >= BURST {
+            self.finish(method, tol);
+        }
+    }
+
+    fn put(&mut self, t: f64, x: &[f64]) {
+        self.times[self.m] = t;
+        for (k, &i) in self.watched.iter().enumerate() {
+            self.samples[k * BURST + self.m] = x[i];
+        }
+        self.m += 1;
+    }
+
+    /// Steps between two samples.
+    fn per_sample(&self) -> f64 {
+        if self.halved {
+            0.5
+        } else {
+            f64::from(self.stride)
+        }
+    }
+
+    /// The solution jumps or restarts here: what lies behind is one piece.
+    pub fn cut(&mut self, method: &dyn Method, tol: &Tolerances) {
+        if self.m >= LEAST {
+            self.finish(method, tol);
+        } else {
+            self.m = 0;
+        }
+    }
+
+    fn finish(&mut self, method: &dyn Method, tol: &Tolerances) {
+        self.looks.0 += 1;
+        self.looks.1 += u64::from(method.stiffness() >= 1.0);
+        let m = self.m;
+        let t = &self.times[..m];
+        for k in 1..m - 1 {
+            let (a, b, c) = (t[k] - t[k - 1], t[k + 1] - t[k], t[k + 1] - t[k - 1]);
+            self.weights[k] = (2.0 / (a * c), 2.0 / (b * c));
+        }
+        let keeps = method.response(1e9).is_some_and(|r| r.abs() > 0.99);
+        for k in 0..self.watched.len() {
+            let unknown = self.watched[k];
+            let worth = (WORTH.min(tol.reltol) * tol.peak[unknown]).max(10.0 * tol.atol[unknown]);
+            let x = &self.samples[k * BURST..k * BURST + m];
+            let (low, high) = x.iter().fold((f64::MAX, f64::MIN), |(l, h), &v| (l.min(v), h.max(v)));
+            if high - low < worth {
+                self.end(k);
+                continue;
+            }
+            if keeps && self.stride == 1 && !self.halved {
+                self.rings(k);
+            }
+            self.follow(k, method, worth);
+        }
+        let burst = (m as f64 * self.per_sample()) as u64;
+        let pause = (self.taken / 4).clamp(PAUSE.0, PAUSE.1);
+        self.taken += burst + pause;
+        self.idle = pause;
+        let turn = STRIDES.iter().position(|&s| s == self.stride).unwrap_or(0);
+        self.stride = STRIDES[(turn + 1) % STRIDES.len()];
+        self.m = 0;
+    }
+
+    /// Second differences that change sign at every step, `RUN` times and more, and do not shrink.
+    fn rings(&mut self, k: usize) {
+        const RUN: usize = 8;
+        let x = &self.samples[k * BURST..k * BURST + self.m];
+        let (mut run, mut before, mut size) = (0, 0.0, 0.0_f64);
+        for j in 1..self.m - 1 {
+            let now = x[j + 1] - 2.0 * x[j] + x[j - 1];
+            let alternates = now * before < 0.0 && now.abs() > 0.5 * before.abs();
+            (run, before) = (if alternates { run + 1 } else { 0 }, now);
+            if run >= RUN {
+                size = size.max(now.abs() / 4.0);
+            }
+        }
+        // judged at the end, when it is known how large the unknown has been
+        if size > self.rung[k].0 {
+            self.rung[k] = (size, self.times[0]);
+        }
+    }
+
+    /// The oscillation of one unknown in this burst, if it is one.
+    fn seen(&self, k: usize) -> Option<Seen> {
+        let (m, t) = (self.m, &self.times);
+        let x = &self.samples[k * BURST..k * BURST + m];
+        let d = |j: usize| {
+            let (a, b) = self.weights[j];
+            b * (x[j + 1] - x[j]) - a * (x[j] - x[j - 1])
+        };
+        // first and last crossing, how many, the shortest and the longest distance
+        let (mut first, mut last, mut n) = ((0.0, 0), (0.0, 0), 0u32);
+        let (mut shortest, mut longest) = (f64::MAX, 0.0_f64);
+        let mut before = d(1);
+        for j in 2..m - 1 {
+            let now = d(j);
+            if (now > 0.0) != (before > 0.0) {
+                let at = t[j - 1] + (t[j] - t[j - 1]) * before / (before - now);
+                if n == 0 {
+                    first = (at, j);
+                } else {
+                    let gap = at - last.0;
+                    shortest = shortest.min(gap);
+                    longest = longest.max(gap);
+                }
+                last = (at, j);
+                n += 1;
+            }
+            before = now;
+        }
+        let steps = (last.1 - first.1) as f64 / f64::from(n.max(2) - 1);
+        if n < 4 || longest > 1.5 * shortest || steps < 2.5 {
+            return None;
+        }
+        let w = std::f64::consts::PI * f64::from(n - 1) / (last.0 - first.0);
+        // mean squares over the first and the second half of the whole half-periods
+        let middle = 0.5 * (first.0 + last.0);
+        let mut sums = [(0.0, 0.0); 2];
+        for j in first.1..last.1 {
+            let (s, width) = (&mut sums[usize::from(t[j] > middle)], 0.5 * (t[j + 1] - t[j - 1]));
+            s.0 += width * d(j).powi(2);
+            s.1 += width;
+        }
+        let square = (sums[0].0 + sums[1].0) / (sums[0].1 + sums[1].1);
+        let fell = 0.5 * ((sums[0].0 / sums[0].1) / (sums[1].0 / sums[1].1).max(1e-300)).ln();
+        Some(Seen { w, amplitude: (2.0 * square).sqrt() / (w * w), fell })
+    }
+
+    /// What unequal steps make of a figure of equal ones that grows as h^p: the mean of (h_j/h)^p; p from its values at y, 1.1 y.
+    fn uneven(&self, at: f64, beyond: f64) -> f64 {
+        let p = (beyond / at).ln() / 1.1_f64.ln();
+        if !(p > 0.0 && p < 20.0) {
+            return 1.0;
+        }
+        let m = self.m;
+        let mean = (self.times[m - 1] - self.times[0]) / (m - 1) as f64;
+        let sum: f64 = self.times[..m].windows(2).map(|t| ((t[1] - t[0]) / mean).powf(p)).sum();
+        sum / (m - 1) as f64
+    }
+
+    fn follow(&mut self, k: usize, method: &dyn Method, worth: f64) {
+        let m = self.m;
+        let (start, stop) = (self.times[0], self.times[m - 1]);
+        let Some(seen) = self.seen(k).filter(|s| s.amplitude > worth) else {
+            if self.stride == 1 {
+                self.tracks[k].quick = 0.0;
+            }
+            // not to be seen where it was: gone, or no longer what it was
+            if self.tracks[k].stride == self.stride {
+                self.end(k);
+            }
+            return;
+        };
+        let h = (stop - start) / ((m - 1) as f64 * self.per_sample());
+        let period = std::f64::consts::TAU / seen.w;
+        let track = &self.tracks[k];
+        if self.stride == 1 || (track.quick == 0.0 && self.stride < 16) {
+            self.tracks[k].quick = period;
+        } else if track.quick > 0.0 && track.quick < 0.7 * period {
+            return; // its alias
+        }
+        let y = seen.w * h;
+        let Some(r) = method.response(y) else { return };
+        let one = response::of(r, y);
+        let more = method.response(1.1 * y).map_or(one, |r| response::of(r, 1.1 * y));
+        let loss = one.0 * self.uneven(one.0, more.0);
+        let late = one.1 * self.uneven(one.1, more.1);
+        let rates = (loss / h, late / (std::f64::consts::TAU * h));
+        let now = 0.5 * (start + stop);
+        // another mode, or the same but newly excited
+        let track = &self.tracks[k];
+        if track.bursts > 0 && ((track.w / seen.w - 1.0).abs() > 0.15 || seen.amplitude > 1.15 * track.last.1) {
+            self.end(k);
+        }
+        let track = &mut self.tracks[k];
+        if track.bursts == 0 {
+            let quick = track.quick;
+            let (first, edge) = ((now, seen.amplitude), 0.5 * (stop - start));
+            *track = Track { first, last: first, coarsest: f64::MAX, quick, edge, ..Track::default() };
+        } else {
+            let dt = now - track.last.0;
+            track.loss += 0.5 * (track.rates.0 + rates.0) * dt;
+            track.late += 0.5 * (track.rates.1 + rates.1) * dt;
+            track.cycles += dt / period;
+            track.last = (now, seen.amplitude);
+        }
+        track.bursts += 1;
+        (track.w, track.rates, track.stride) = (seen.w, rates, self.stride);
+        track.coarsest = track.coarsest.min(period / h);
+        let predicted = 0.5 * rates.0 * (stop - start);
+        track.seen |= predicted > 0.05 && alike(seen.fell, predicted);
+    }
+
+    /// The mode of an unknown is gone, or another: what was added up is reported if it is the most so far.
+    fn end(&mut self, k: usize) {
+        let unknown = self.watched[k];
+        let track = std::mem::take(&mut self.tracks[k]);
+        if track.bursts == 0 {
+            return;
+        }
+        let until = track.last.0;
+        self.consider(unknown, &track, until);
+    }
+
+    fn consider(&mut self, unknown: usize, track: &Track, until: f64) {
+        let period = std::f64::consts::TAU / track.w;
+        // it is taken to last until it would have been looked at again
+        let unseen = (3 * PAUSE.1 + 21 * BURST as u64) as f64 * period / track.coarsest;
+        let rest = (until - track.last.0).min(unseen);
+        let fell = (track.first.1 / track.last.1).ln();
+        let rest = rest + track.edge;
+        // in the long run it must have fallen as a whole; the first bursts can be all there is
+        let whole = track.bursts > 1 && track.loss > 0.005 && alike(fell, track.loss);
+        let seen = whole || (track.seen && track.bursts < 4);
+        let scale = if track.bursts > 1 { (fell / track.loss.max(1e-12)).clamp(1.0, 4.0) } else { 1.0 };
+        let loss = if seen { scale * (track.loss + track.rates.0 * rest) } else { 0.0 };
+        let mode = Mode {
+            unknown,
+            period,
+            steps: track.coarsest,
+            loss: 1.0 - (-loss.max(if track.seen { 0.05 } else { 0.0 })).exp(),
+            late: track.late + track.rates.1 * rest,
+            cycles: track.cycles + rest / period,
+        };
+        if mode.loss > self.report.damped.map_or(0.0, |m| m.loss) {
+            self.report.damped = Some(mode);
+        }
+        let driven = self.rates.iter().any(|&f| {
+            let ratio = 1.0 / (f * period);
+            ratio > 0.5 && ratio < 20.5 && (ratio - ratio.round()).abs() < 0.02 * ratio.min(1.0)
+        });
+        if !driven && mode.late.abs() > self.report.late.map_or(0.0, |m| m.late.abs()) {
+            self.report.late = Some(mode);
+        }
+    }
+
+    /// At the end of the run, at (t, x).
+    pub fn report(
+        &mut self,
+        sys: &System,
+        w: &mut Work,
+        run: (f64, &[f64]),
+        method: &dyn Method,
+        tol: &Tolerances,
+    ) -> Report {
+        let (t, x) = run;
+        if self.m >= LEAST {
+            self.finish(method, tol);
+        }
+        for k in 0..self.watched.len() {
+            let track = std::mem::take(&mut self.tracks[k]);
+            if track.bursts > 0 {
+                self.consider(self.watched[k], &track, t);
+            }
+        }
+        for (&unknown, &(size, t)) in self.watched.iter().zip(&self.rung) {
+            let share = size / tol.peak[unknown].max(1e-300);
+            if size > 100.0 * tol.atol[unknown] && share > self.report.ringing.map_or(RINGS, |r| r.share) {
+                self.report.ringing = Some(Ringing { unknown, t, size, share });
+            }
+        }
+        if !self.loops.is_empty() {
+            sys.eval(w, x, t);
+            let open = self.loops.iter().map(|&i| (i, w.f[i].abs())).max_by(|a, b| a.1.total_cmp(&b.1));
+            self.report.open = open.filter(|o| o.1.is_finite());
+        }
+        self.report.stiff = self.looks.1 as f64 / self.looks.0.max(1) as f64;
+        self.report
+    }
+
+    /// Called with the number of attempts now and then: why the run is not worth going on with.
+    pub fn cost(&mut self, count: u64, t: f64, h: f64, tol: &Tolerances) -> Option<Failure> {
+        if count % LOOK != 0 {
+            return None;
+        }
+        let rate = LOOK as f64 / (t - self.mark).max(1e-300);
+        self.mark = t;
+        let steps = count as f64 + rate * (self.span - t);
+        // who asks for short steps gets them
+        if steps < self.maxsteps || h >= 0.9 * self.tmax {
+            self.over = 0;
+            return None;
+        }
+        self.over += LOOK;
+        if self.over < PATIENT {
+            return None;
+        }
+        let active = (0..self.watched.len()).filter(|&k| self.tracks[k].bursts > 0);
+        let fastest = active.max_by(|&a, &b| self.tracks[a].w.total_cmp(&self.tracks[b].w));
+        let mut mode = None;
+        if let Some(k) = fastest {
+            let (unknown, track) = (self.watched[k], &self.tracks[k]);
+            let (dt, fell) = (track.last.0 - track.first.0, (track.first.1 / track.last.1).ln());
+            let own = fell - track.loss;
+            if own > 0.02 && own > track.loss && own > SLOWEST * track.cycles {
+                let floor = tol.reltol * 0.02 * tol.peak[unknown] + tol.atol[unknown];
+                let dies = (track.last.1 / floor).max(1.0).ln() * dt / own;
+                if count as f64 + rate * dies < self.maxsteps {
+                    return None;
+                }
+            }
+            let period = std::f64::consts::TAU / track.w;
+            mode = Some((unknown, period, track.coarsest));
+        }
+        let seconds = self.began.elapsed().as_secs_f64() / count as f64 * steps;
+        Some(Failure::TooLong { steps, seconds, mode })
+    }
+}
+
+/// Does an amplitude fall as predicted? Changing steps take up to three times what equal ones do.
+fn alike(fell: f64, predicted: f64) -> bool {
+    fell > 0.5 * predicted && fell < 4.0 * predicted
+}

@@ -1,0 +1,167 @@
+"""Warnings that teach: what a method damps, delays, rings on or lets drift is said with the number; silence elsewhere."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+import pytest
+from support import NETLISTS, deck, run
+
+import emsim
+from emsim.diagnostics import ConvergenceError
+
+CODES = ("W410", "W411", "W412", "W413", "W414")
+
+
+def said(result) -> dict[str, str]:
+    return {d.code: d.message for d in result.diagnostics if d.code in CODES}
+
+
+def number(pattern: str, text: str) -> float:
+    found = re.search(pattern, text)
+    assert found, text
+    return float(found[1])
+
+
+# ---- damped, late --------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("reltol", ["1e-3"])
+def test_gear_takes_the_amplitude_it_says(reltol):
+    result = run(deck("hard/gear_damps"), f"method=gear reltol={reltol}")
+    text = said(result)["W410"]
+    z = np.sqrt(253.3029591e-6 / 10e-9)
+    left = float(np.hypot(result["v(a)"][-1], z * result["i(l1)"][-1]))
+    assert "the tank l1-c1 rings" in text
+    assert number(r"about (\S+) % of its amplitude", text) / 100 == pytest.approx(1 - left, rel=0.3)
+    assert number(r"at (\S+) kHz", text) == pytest.approx(100, rel=0.02)
+    steps = result.stats["steps"] / 100
+    assert number(r"with (\d+) steps a period", text) == pytest.approx(steps, rel=0.1)
+
+
+@pytest.mark.parametrize("part", [20, 40])
+def test_trap_is_late_by_what_it_says(part):
+    """(w h)^2/12 of each period: with 100 periods and h = T/20, 0.82 periods, a quarter of it with half the step."""
+    result = run(deck("hard/gear_damps"), f"method=trap fixed_step={10e-6 / part}")
+    text = said(result)["W411"]
+    want = 100 * (2 * np.pi / part) ** 2 / 12
+    assert number(r"about (\S+) of a period late", text) == pytest.approx(want, rel=0.1)
+    assert "W410" not in said(result)
+
+
+@pytest.mark.parametrize("method", ["trap"])
+def test_the_advice_is_good(method):
+    """With the tmax that the warning names the figure is a hundredth or so."""
+    text = deck("hard/gear_damps")
+    first = [d for d in run(text, f"method={method}").diagnostics if d.code in ("W410", "W411")]
+    tmax = number(r"a tmax of (\S+) s", str(first[0].hint))
+    result = run(text, f"method={method}", tran=f"5u 1m 0 {tmax} UIC")
+    z = np.sqrt(253.3029591e-6 / 10e-9)
+    v, i, t = np.asarray(result["v(a)"]), z * np.asarray(result["i(l1)"]), np.asarray(result.time)
+    turns = np.unwrap(np.arctan2(i, v)) / (2 * np.pi)
+    assert abs(1 - np.hypot(v, i)[-1]) < 0.03 and abs(turns[-1] - 1e5 * t[-1]) < 0.03
+
+
+def test_high_order_is_silent_on_the_tank():
+    assert not said(run(deck("hard/gear_damps"), "method=radau"))
+
+
+def test_a_machine_swings():
+    text = said(run(deck("hard/long_pendulum"), "method=gear reltol=1e-3"))
+    assert any("JOINT `hinge` swings at" in t for t in text.values()), text
+
+
+def test_what_a_resistor_takes_is_not_the_method():
+    """A tank of Q = 30 under gear: it decays by itself, much faster than gear would damp it."""
+    text = deck("hard/gear_damps").replace(".options", "R1 a 0 4.8k\n.options")
+    assert "W410" not in said(run(text, "method=gear reltol=1e-3"))
+
+
+def test_what_a_source_drives_is_neither_damped_nor_late():
+    text = "driven\nV1 in 0 SIN(0 1 100k)\nR1 in a 1k\nC1 a 0 1n\nL1 a 0 1m\n.tran 0.2u 1m\n.end\n"
+    assert not said(run(text, "method=trap"))
+
+
+# ---- rings, opens, stiff -------------------------------------------------------------------------
+
+
+def test_trap_rings_on_a_ramp():
+    text = said(run(deck("hard/ramp_capacitor"), "method=trap"))["W412"]
+    assert "`v1` rings from step to step by 1e+02 %" in text
+    for method in ("gear", "radau"):
+        assert not said(run(deck("hard/ramp_capacitor"), f"method={method}"))
+
+
+def test_a_loop_comes_open_without_projection():
+    text = deck("hard/four_bar_1000s")
+    open_ = run(text, "method=dop853 projection=0 reltol=1e-5", tran="1 300")
+    gap = float(np.abs(np.asarray(open_["v(gap)"])).max())
+    assert number(r"come open by (\S+)", said(open_)["W413"]) == pytest.approx(gap, rel=1.0)
+    assert "W413" not in said(run(text, "method=dop853 reltol=1e-5", tran="1 300"))
+
+
+def test_stability_limits_an_explicit_method():
+    text = "stiff\nV1 in 0 SIN(0 1 50)\nR1 in a 1\nC1 a 0 1u\nR2 in b 1k\nC2 b 0 10u\n.tran 0.2m 20m\n.end\n"
+    assert "stability, not accuracy" in said(run(text, "method=dop853"))["W414"]
+    assert not said(run(text, "method=radau"))
+
+
+# ---- the cost ------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("method", ["trap", "gear", "radau", "trbdf2"])
+def test_a_run_without_end_is_refused_with_an_estimate(method):
+    with pytest.raises(ConvergenceError) as caught:
+        run(deck("hard/vhf_driven"), f"method={method}")
+    error = caught.value.diagnostics[0]
+    assert error.code == "E414"
+    # 700 MHz for 5 s, at the steps that were taken so far
+    partial = caught.value.partial
+    want = partial.stats["steps"] / partial.time[-1] * 5
+    assert number(r"about (\S+) steps", error.message) == pytest.approx(want, rel=0.6)
+    assert "at 700 MHz and does not die away" in error.message
+    assert "maxsteps" in str(error.hint)
+
+
+def test_the_limit_is_an_option():
+    with pytest.raises(ConvergenceError):
+        run(deck("hard/gear_damps"), "method=trap maxsteps=1e5", tran="5u 1 UIC")
+    with pytest.raises(emsim.DeckError):
+        run(deck("hard/gear_damps"), "maxsteps=0")
+
+
+def test_who_asks_for_short_steps_gets_them():
+    """A largest step given on .tran is the user's wish: no refusal."""
+    text = "asked\nV1 a 0 SIN(0 1 1)\nR1 a b 1k\nC1 b 0 1u\n.tran 1 1 0 2u\n.end\n"
+    assert run(text, "method=trap maxsteps=1e5").status == "ok"
+
+
+# ---- silence -------------------------------------------------------------------------------------
+
+# decks that deserve what they are told under their default method and tolerance
+DESERVED = {
+    "hard/gear_damps": {"W410"},
+    "hard/ramp_capacitor": {"W412"},
+    "hard/capacitor_loop": {"W412"},
+    "paper/tank": {"W411"},
+    "electrical/lc_delay_line": {"W411"},
+    "electrical/ref_ring_modulator": {"W411"},
+}
+EXAMPLES = sorted(
+    f"{path.parent.name}/{path.stem}"
+    for folder in ("paper", "coupled", "mechanical", "electrical", "hard")
+    for path in (NETLISTS / folder).glob("*.cir")
+)
+
+
+@pytest.mark.parametrize("name", EXAMPLES)
+def test_no_deck_is_warned_without_need(name):
+    try:
+        result = emsim.run(NETLISTS / f"{name}.cir")
+    except emsim.DeckError:
+        return
+    except ConvergenceError as error:
+        assert (error.diagnostics[0].code == "E414") == (name == "hard/vhf_driven")
+        result = error.partial
+    assert set(said(result)) == DESERVED.get(name, set()), said(result)
