@@ -1,4 +1,4 @@
-"""usage: emsim chart [options] deck.cir        (or emsim chart --suite [options])
+"""usage: emsim chart [options] deck.cir        (or --suite [options], or --hard [case or method ...])
 
 Runs every method over a ladder of tolerances and charts error against CPU time and against evaluations.
 Error is the largest difference from a converged reference over the compared signals and common times, in
@@ -8,7 +8,11 @@ limit; what does not get through is listed with the reason. Exit code 3 without 
 is asked for and matplotlib is missing.
 
 --suite charts the benchmark set in a source tree's netlists/ and writes small multiples for each group, a summary
-picture and the README's table; a deck that has no converged reference is listed and makes exit code 3."""
+picture and the README's table; a deck that has no converged reference is listed and makes exit code 3.
+
+--hard runs the stability atlas, the decks in netlists/hard/ on which methods are known to fail, under every method: ok,
+damped, rings, drifts, explodes or stops, with the number. Words after it keep the cases and methods that they name; -o
+takes .md too. Exit code 4 when a cell is not what theory says, or `auto` is not ok."""
 
 from __future__ import annotations
 
@@ -49,6 +53,7 @@ OPTIONS = [
     Option("--peers", "of the suite: MuJoCo, Exudyn and Drake on the machines that they build too"),
     Option("--readme", "of the suite: write the table and its picture into README.md"),
     Option("--from", "of the suite: nothing is run, charts come from a suite.json", "FILE"),
+    Option("--hard", "the stability atlas: hard cases under every method; -o takes .md too"),
     Option("--points", "list every run"),
     DEFINE,
     JSON,
@@ -63,6 +68,10 @@ def main(args: Sequence[str]) -> int:
         from .chart_suite import run_suite
 
         return run_suite(given)
+    if given.has("hard"):
+        from .chart_hard import run_hard
+
+        return run_hard(given)
     for option in SUITE_ONLY:
         if given.has(option):
             raise UsageError(f"--{option} goes with --suite")

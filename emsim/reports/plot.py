@@ -7,17 +7,15 @@ from ..diagnostics import Diagnostic, OutsideError
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Sequence
+    from typing import Any
 
     from ..result import Table
 
 COLOURS = {"emsim": "#c8553d", "ngspice as written": "#588b8b", "ngspice tight": "#222222"}
 
 
-def overlay(path: str, runs: dict[str, Table], names: Sequence[str], title: str) -> None:
-    """One axis a signal, one line a run, to a file in the format of its extension.
-
-    runs: table by a label of COLOURS, drawn in this order. OutsideError without matplotlib, ValueError for
-    an extension it does not know."""
+def figure_maker() -> Any:
+    """matplotlib.pyplot, drawing to files only. OutsideError without matplotlib."""
     try:
         import matplotlib
 
@@ -28,6 +26,15 @@ def overlay(path: str, runs: dict[str, Table], names: Sequence[str], title: str)
         raise OutsideError(
             Diagnostic("error", "E520", "a picture needs matplotlib, which is not installed", None, hint)
         ) from None
+    return pyplot
+
+
+def overlay(path: str, runs: dict[str, Table], names: Sequence[str], title: str) -> None:
+    """One axis a signal, one line a run, to a file in the format of its extension.
+
+    runs: table by a label of COLOURS, drawn in this order. OutsideError without matplotlib, ValueError for
+    an extension it does not know."""
+    pyplot = figure_maker()
     figure, axes = pyplot.subplots(
         len(names), 1, sharex=True, squeeze=False, figsize=(8, 1 + 1.6 * len(names)), layout="constrained"
     )
