@@ -14,11 +14,12 @@ if TYPE_CHECKING:
     from ..deck import FlatDeck
     from ..diagnostics import Sink, Span
 
-METHODS = ("trap", "gear", "radau", "radau5", "radau9", "radau13", "trbdf2", "esdirk", "rk45", "dop853")
+METHODS = ("trap", "gear", "radau", "radau5", "radau9", "radau13", "trbdf2", "esdirk", "gauss", "rk45", "dop853")
 SPELLINGS = {
     "trapezoidal": "trap", "trap": "trap", "gear": "gear", "bdf": "gear", "radau": "radau",
     "radau5": "radau5", "radau9": "radau9", "radau13": "radau13",
-    "trbdf2": "trbdf2", "esdirk": "esdirk", "rk45": "rk45", "dopri5": "rk45", "dop853": "dop853",
+    "trbdf2": "trbdf2", "esdirk": "esdirk", "gauss": "gauss", "gauss4": "gauss4", "gauss6": "gauss6",
+    "rk45": "rk45", "dopri5": "rk45", "dop853": "dop853",
 }  # fmt: skip
 
 FORMULATIONS = ("joint", "absolute")  # coordinates of joints along a tree, or of every body

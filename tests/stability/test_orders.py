@@ -5,7 +5,7 @@ by radau. Theory (Hairer & Wanner, Solving ODEs II, tables VII.4.1 and VI.1.1; B
 
   trap             2 on differential unknowns; on an index-2 unknown the starting error never decays
   gear (BDF) k     k on differential and, with exact starting values, on algebraic unknowns of index 1 and 2
-  radau (3 stages) 5 on differential unknowns and on index-1 unknowns (stiffly accurate); on the index-2 unknown
+  radau5           5 on differential unknowns and on index-1 unknowns (stiffly accurate); on the index-2 unknown
                    s = 3: the current of a capacitor across a source is the derivative of the source's own
                    collocation polynomial, so order 3 is all one may ask
   trbdf2           2 everywhere, index-2 unknowns too (stage order 2, stiffly accurate)
@@ -14,6 +14,12 @@ by radau. Theory (Hairer & Wanner, Solving ODEs II, tables VII.4.1 and VI.1.1; B
                    refused (test_explicit.py)
   esdirk           4 on differential and index-1 unknowns; stage order 2 leaves 3 for coordinates and speeds of a closed
                    loop and 2 for the index-2 unknown (Hairer, Lubich & Roche 1989, theorem 4.5)
+  radau9, radau13  9 and 13 likewise; 5 and 7 on the index-2 unknown
+  gauss4, gauss6   4 and 6 on differential and, the end point being projected, on index-1 unknowns; gauss4 4 on closed
+                   loops (symmetric projection); no index-2 circuits (test_gauss.py)
+
+Between the steps: 4 (radau5), s + 2 and s + 1 (radau9, radau13; differential, algebraic unknowns), else the method's order;
+gear's rows are its steps.
 """
 
 from __future__ import annotations
@@ -111,15 +117,18 @@ STEPS = {
     "method=gear maxord=4": [0.04, 0.02, 0.01, 0.005],
     "method=gear maxord=5": [0.04, 0.02, 0.01],
     "method=gear maxord=6": [0.02, 0.0125, 0.01, 0.008],
-    "method=radau": [0.2, 0.1, 0.05],
+    "method=radau5": [0.2, 0.1, 0.05],
     "method=trbdf2": [0.04, 0.02, 0.01],
     "method=esdirk": [0.1, 0.05, 0.025],
+    "method=gauss4": [0.2, 0.1, 0.05],
+    "method=gauss6": [0.2, 0.1, 0.05],
 }
 EXPLICIT = {"method=rk45": 5, "method=dop853": 8}
 EXPLICIT_STEPS = {"method=rk45": [0.1, 0.05, 0.025], "method=dop853": [0.5, 0.25, 0.2]}
-ORDER = {"method=trap": 2, "method=radau": 5, "method=trbdf2": 2, "method=esdirk": 4} | {
+INDEX2_ABLE = {"method=trap": 2, "method=radau5": 5, "method=trbdf2": 2, "method=esdirk": 4} | {
     f"method=gear maxord={k}": k for k in range(1, 7)
 }
+ORDER = INDEX2_ABLE | {"method=gauss4": 4, "method=gauss6": 6}
 
 
 def check(found: list[float], steps: list[float], order: int, upper: float = 0.6) -> None:
@@ -159,7 +168,7 @@ def test_order_on_an_index_1_circuit(method, column, exact):
     check(errors(INDEX1, column, exact, method, steps), steps, ORDER[method])
 
 
-@pytest.mark.parametrize("method", ORDER)
+@pytest.mark.parametrize("method", INDEX2_ABLE)
 def test_order_of_the_differential_unknown_beside_an_index_2_one(method):
     steps = [h * 2.5 for h in STEPS[method]]
     check(errors(INDEX2, "v(c)", rc1_exact, method, steps), steps, ORDER[method])
@@ -171,7 +180,7 @@ def source_current(t):
 
 
 INDEX2_ORDER = {f"method=gear maxord={k}": k for k in range(1, 7)} | {
-    "method=radau": 3,
+    "method=radau5": 3,
     "method=trbdf2": 2,
     "method=esdirk": 2,
 }
@@ -201,11 +210,12 @@ LOOP_STEPS = {
     "method=gear maxord=4": [5e-4, 2.5e-4, 2e-4],
     "method=gear maxord=5": [1e-3, 6.25e-4, 5e-4],
     "method=gear maxord=6": [2e-3, 1.25e-3, 1e-3],
-    "method=radau": [2.5e-3, 1.25e-3, 6.25e-4],
+    "method=radau5": [2.5e-3, 1.25e-3, 6.25e-4],
     "method=trbdf2": [2e-3, 1e-3, 5e-4],
     "method=esdirk": [2.5e-3, 1.25e-3, 6.25e-4],
+    "method=gauss4": [2.5e-3, 1.25e-3, 6.25e-4],
 }
-LOOP_ORDER = ORDER | {"method=esdirk": 3}
+LOOP_ORDER = INDEX2_ABLE | {"method=esdirk": 3, "method=gauss4": 4}
 
 
 @pytest.mark.parametrize("method", LOOP_ORDER)
@@ -230,9 +240,88 @@ def test_explicit_order_on_a_closed_loop(method):
         check(found, steps, EXPLICIT[method], upper=1.5)
 
 
+# High orders need long steps, or rounding is all that is seen: INDEX1 four times as fast, and v' = v cos t.
+FAST1 = INDEX1.replace("0.15915494309189535", "0.6366197723675814").replace(".tran 0.5 4", ".tran 0.5 8")
+GROWS = """a charge that grows and falls: C dv/dt = v cos t -> v = exp(sin t)
+C1 a 0 1 IC=1
+B1 0 a I={v(a)*cos(time)}
+.options reltol=1e-13 vntol=1e-15 abstol=1e-15 chgtol=1e-18
+.tran 0.5 8 UIC
+.end
+"""
+
+
+def fast_exact(t):
+    return (np.sin(4 * t) - 8 * np.cos(4 * t) + 8 * np.exp(-t / 2)) / 65
+
+
+HIGH = {
+    "gauss6": (6, [0.4, 0.2, 0.1]),
+    "rk45": (5, [0.2, 0.1, 0.05]),
+    "dop853": (8, [0.4, 0.2, 0.1]),
+    "radau9": (9, [0.5, 0.25]),
+    "radau13": (13, [1.0, 0.5]),
+}
+
+
+@pytest.mark.parametrize("method", HIGH)
+@pytest.mark.parametrize(
+    "column, exact", [("v(c)", fast_exact), ("v(b)", lambda t: (np.sin(4 * t) + fast_exact(t)) / 2)]
+)
+def test_high_order_on_a_fast_index_1_circuit(method, column, exact):
+    order, steps = HIGH[method]
+    found = errors(FAST1, column, exact, f"method={method}", steps, times=np.array([4.0, 8.0]))
+    check(found, steps, order, upper=0.7)
+
+
+@pytest.mark.parametrize("method", ["gauss6", "rk45", "dop853"])
+def test_high_order_on_what_changes_with_time(method):
+    order, steps = HIGH[method]
+    found = errors(
+        GROWS, "v(a)", lambda t: np.exp(np.sin(t)), f"method={method}", steps, np.array([4.0, 8.0])
+    )
+    check(found, steps, order, upper=1.2)
+
+
+@pytest.mark.parametrize("method, order", [("radau9", 5), ("radau13", 7)])
+def test_high_order_of_the_index_2_current(method, order):
+    steps = [1.0, 0.5]
+    check(errors(INDEX2, "i(v1)", source_current, f"method={method}", steps), steps, order)
+
+
+# method -> orders of differential and algebraic unknowns, steps
+HIGH_DENSE = {
+    "gauss4": (4, 4, [0.1, 0.05, 0.025]),
+    "gauss6": (6, 6, [0.2, 0.1, 0.05]),
+    "rk45": (5, 5, [0.2, 0.1, 0.05]),
+    "dop853": (8, 8, [0.4, 0.2, 0.1]),
+    "radau9": (7, 6, [0.5, 0.25]),
+    "radau13": (9, 8, [0.5, 0.25]),
+}
+
+
+@pytest.mark.parametrize("method", HIGH_DENSE)
+@pytest.mark.parametrize("unknown", ["differential", "algebraic", "driven"])
+def test_high_order_between_the_steps(method, unknown):
+    one, other, steps = HIGH_DENSE[method]
+    text, column, order, exact = {
+        "differential": (FAST1, "v(c)", one, fast_exact),
+        "algebraic": (FAST1, "v(b)", other, lambda t: (np.sin(4 * t) + fast_exact(t)) / 2),
+        "driven": (GROWS, "v(a)", one, lambda t: np.exp(np.sin(t))),
+    }[unknown]
+    times = 0.0377 * np.arange(1, 53)
+    found = []
+    for h in steps:
+        result = run(
+            text, f"method={method} fixed_step={h!r}", tran="0.0377 2" + (" UIC" if text is GROWS else "")
+        )
+        found.append(float(np.abs(np.asarray(result[column])[rows_at(result, times)] - exact(times)).max()))
+    assert slope(steps, found) >= order - 0.4, found
+
+
 # order of the global error anywhere inside the steps: the least of the method's and of its polynomial's
 DENSE_ORDER = {
-    "method=radau": 4,
+    "method=radau5": 4,
     "method=trbdf2": 2,
     "method=esdirk": 4,
     "method=rk45": 4,

@@ -11,6 +11,7 @@
 mod dirk;
 mod driver;
 mod explicit;
+mod gauss;
 mod gear;
 mod radau;
 mod response;
@@ -79,6 +80,7 @@ pub fn make<'a>(sys: &'a System, o: &Options) -> Result<Box<dyn Method + 'a>, Fa
         "dop853" => Box::new(explicit::Explicit::new(sys, o, &explicit::DOP853)?),
         "gear" | "bdf" => Box::new(gear::Gear::new(sys, o)?),
         "trbdf2" => Box::new(dirk::trbdf2(sys, o)?),
+        "gauss" | "gauss4" | "gauss6" => Box::new(gauss::Gauss::new(sys, o)?),
         "esdirk" => Box::new(dirk::esdirk(sys, o)?),
         "radau" | "radau5" | "radau9" | "radau13" => Box::new(radau::Radau::new(sys, o)?),
         _ => Box::new(trap::Trap::new(sys, o)?),
@@ -87,7 +89,7 @@ pub fn make<'a>(sys: &'a System, o: &Options) -> Result<Box<dyn Method + 'a>, Fa
 
 /// Names that `.options method=` understands.
 pub fn known(method: &str) -> bool {
-    let implicit = ["trap", "trapezoidal", "gear", "bdf", "trbdf2", "esdirk"];
+    let implicit = ["trap", "trapezoidal", "gear", "bdf", "trbdf2", "esdirk", "gauss", "gauss4", "gauss6"];
     implicit.contains(&method) || matches!(method, "radau" | "radau5" | "radau9" | "radau13" | "rk45" | "dop853")
 }
 
