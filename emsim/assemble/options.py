@@ -14,7 +14,19 @@ if TYPE_CHECKING:
     from ..deck import FlatDeck
     from ..diagnostics import Sink, Span
 
-METHODS = ("trap", "gear", "radau", "radau5", "radau9", "radau13", "trbdf2", "esdirk", "gauss", "rk45", "dop853")
+METHODS = (
+    "trap",
+    "gear",
+    "radau",
+    "radau5",
+    "radau9",
+    "radau13",
+    "trbdf2",
+    "esdirk",
+    "gauss",
+    "rk45",
+    "dop853",
+)
 SPELLINGS = {
     "trapezoidal": "trap", "trap": "trap", "gear": "gear", "bdf": "gear", "radau": "radau",
     "radau5": "radau5", "radau9": "radau9", "radau13": "radau13",
