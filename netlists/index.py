@@ -11,6 +11,7 @@ from pathlib import Path
 HERE = Path(__file__).resolve().parent
 START, END = "<!-- decks: written by index.py -->", "<!-- end of decks -->"
 FOLDERS = {
+    "lessons": "From an RC to a balanced cart-pole; read [the lessons](lessons/README.md)",
     "paper": "The paper's experiments",
     "coupled": "Circuit and machine together",
     "mechanical": "Machines",

@@ -53,6 +53,8 @@ class Net:
         found, self.x, why = assembly.system.start(assembly.options, uic, tstep)
         if not found:
             raise DeckError(Diagnostic("error", "E312", f"no starting point for the analogue: {why}"))
+        # what the start's Newton left of a zero is no initial value
+        self.x = [0.0 if abs(value) < 1e-15 else value for value in self.x]
         self.lines: list[str] = []
         self.initial: dict[str, float] = {}
         self.guide: list[tuple[str, str]] = []
