@@ -22,6 +22,7 @@ ENGINE = PACKAGE / "engine" / "src"
 ROWS = [
     ["__main__"],
     ["cli"],
+    ["editor"],
     ["__init__"],
     ["pipeline"],
     ["system"],

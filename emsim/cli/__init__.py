@@ -22,6 +22,7 @@ VERBS = {
     "chart": "run every method over a ladder of tolerances and chart error against time",
     "convert": "results between raw, CSV, Parquet and NetCDF files",
     "new": "write a small deck that runs, from a template",
+    "fmt": "lay a deck out: cards and comments in columns, nothing but blanks changed",
     "completion": "the completion script of bash, zsh or fish",
     "help": "this text, or that of a verb",
     "version": "the version",
@@ -101,6 +102,8 @@ def _dispatch(args: list[str]) -> int:
         from .convert import main as verb_main
     elif verb == "new":
         from .new import main as verb_main
+    elif verb == "fmt":
+        from .fmt import main as verb_main
     elif verb == "completion":
         from .completion import main as verb_main
     elif verb == "version":

@@ -1,0 +1,74 @@
+"""usage: emsim fmt [options] deck.cir ...        (or - for stdin)
+
+Lays decks out: cards in columns, comments lined up, one blank between words, blocks indented. Only blanks change; comments,
+continuation lines, the case of names and the meaning of every card stay. Files are rewritten in place, stdin goes to
+stdout. With --check nothing is written; exit code 1 where a file would change."""
+
+from __future__ import annotations
+
+import sys
+
+from ..diagnostics import Diagnostic, OutsideError
+from ..editor.layout import formatted, meaning
+from ..source import decode
+from .arguments import HELP, QUIET, Option, UsageError, parse
+from .console import DECK, OK
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+OPTIONS = [Option("--check", "write nothing, name the files that would change"), QUIET, HELP]
+
+
+def main(args: Sequence[str]) -> int:
+    given = parse(args, OPTIONS)
+    if not given.words:
+        raise UsageError("emsim fmt takes decks: emsim fmt deck.cir")
+    code = OK
+    for path in given.words:
+        if path == "-":
+            text = sys.stdin.read().replace("\r\n", "\n")
+            new = laid_out(text)
+            if not given.has("check"):
+                sys.stdout.write(new)
+            changes = new != text
+        else:
+            changes = _file(path, write=not given.has("check"))
+        if changes and given.has("check"):
+            code = DECK
+        if changes and path != "-" and not given.has("quiet"):
+            print(f"{path}: {'would change' if given.has('check') else 'laid out'}", file=sys.stderr)
+    return code
+
+
+def laid_out(text: str) -> str:
+    """The text formatted. A layout that changed the meaning would be a bug, and is not written."""
+    new = formatted(text)
+    if meaning(new) != meaning(text):
+        raise AssertionError("the layout would change the deck")
+    return new
+
+
+def _file(path: str, write: bool) -> bool:
+    """Formats a file in its own encoding and with its own line ends; whether that changes it."""
+    with open(path, "rb") as file:
+        data = file.read()
+    text = decode(data)
+    if text is None:
+        raise OutsideError(Diagnostic("error", "E500", f"{path} is not a text file"))
+    new = laid_out(text)
+    encoding = "utf-16" if data[:2] in (b"\xff\xfe", b"\xfe\xff") else "utf-8"
+    try:
+        data.decode(encoding)
+    except UnicodeDecodeError:
+        encoding = "latin-1"  # as source.decode reads it
+    bytes_of = new.replace("\n", "\r\n") if b"\r\n" in data or "\r\n".encode("utf-16-le") in data else new
+    mark = b"\xef\xbb\xbf" if data.startswith(b"\xef\xbb\xbf") else b""
+    out = mark + bytes_of.encode(encoding)
+    if out == data:
+        return False
+    if write:
+        with open(path, "wb") as file:
+            file.write(out)
+    return True
