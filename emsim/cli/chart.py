@@ -175,6 +175,13 @@ def measured(source: str, name: str, chosen: Settings, tell: Callable[[str], obj
         _scipy(chart, problem, found.judge, source, chosen, tell)
     if chosen.ngspice is not None and problem.plain:
         _ngspice(chart, problem, found.judge, source, chosen, tell)
+    if chosen.engines:
+        from ..reports import peers
+
+        machine = splitext(basename(source))[0]
+        series, notes = peers.measure(problem, found.judge, machine, chosen.engines, said=tell)
+        chart.series += series
+        chart.notes += notes
     return chart
 
 

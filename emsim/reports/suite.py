@@ -145,9 +145,22 @@ def engines(charts: Sequence[Chart], errors: Sequence[float] = (1e-6, 1e-8)) -> 
                 its = best([s for s in series if s.name.split()[0] == program], error, chart.distance)
                 ratio = f" ({_times(its[1] / mine[1])})" if its and mine else ""
                 cells.append(
-                    f"{its[0].name.partition(' ')[2]} {short(its[1])}{ratio}" if its else "not reached"
+                    f"{its[0].name.partition(' ')[2]} {short(its[1])}{ratio}"
+                    if its
+                    else _missed(
+                        [s for s in series if s.name.split()[0] == program], mine[1] if mine else None
+                    )
                 )
             yield f"| {chart.name} | {exponent(error)} | " + " | ".join(cells) + " |"
+
+
+def _missed(series: Sequence[Series], mine: float | None) -> str:
+    """An engine that does not get there: the least error that it got, and how many times over it took for that."""
+    good = [(p.error or 0.0, p.seconds, s.name) for s in series for p in s.good]
+    if not good or mine is None:
+        return "not reached"
+    error, seconds, name = min(good)
+    return f"not reached (> {_times(seconds / mine)}: {name.partition(' ')[2]} at {error:.0e})"
 
 
 def slow_auto(charts: Iterable[Chart], allowed: float = 1.3) -> Iterator[str]:

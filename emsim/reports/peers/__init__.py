@@ -13,9 +13,12 @@ not counted. Values are the engine's own at exactly the common times, which its 
 from __future__ import annotations
 
 import json
+import os
 import subprocess
 import sys
 from importlib.util import find_spec
+from pathlib import Path
+from tempfile import TemporaryDirectory
 
 from ..work_precision import Point, Series
 
@@ -59,10 +62,14 @@ def measure(
 
 
 def _answers(program: str, asked: dict[str, Any]) -> Iterator[dict[str, Any]]:
-    done = subprocess.run(
-        [sys.executable, "-m", f"{__name__}.{program}"],
-        input=json.dumps(asked), capture_output=True, text=True, timeout=PATIENCE, check=True,
-    )  # fmt: skip
+    # engines leave log files where they run
+    paths = [str(Path(__file__).resolve().parents[3]), os.environ.get("PYTHONPATH", "")]
+    with TemporaryDirectory() as folder:
+        done = subprocess.run(
+            [sys.executable, "-m", f"{__name__}.{program}"], cwd=folder,
+            env=os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, paths))},
+            input=json.dumps(asked), capture_output=True, text=True, timeout=PATIENCE, check=True,
+        )  # fmt: skip
     for line in done.stdout.splitlines():
         # engines print what they like; answers are JSON objects
         if line.startswith('{"tool"'):
