@@ -49,8 +49,8 @@ NUMBERS: dict[str, float] = {
     "itl1": 1.0,  # Newton iterations of the operating point
     "itl2": 1.0,  # ... of each of its stepping stages
     "itl4": 1.0,  # ... of a time point
-    "maxord": 1.0,  # order of gear, 2
-    "fixed_step": 1e-30,  # every step this long [s], no error control; gear then runs at exactly maxord
+    "maxord": 1.0,  # highest order of gear, 5
+    "fixed_step": 1e-30,  # every step this long [s], no error control; gear then runs at exactly maxord, 2
     "projection": 0.0,  # 0: explicit methods let closed loops drift
     "maxsteps": 1.0,  # a run that would need more is refused with an estimate, 1e8
     "rshunt": 0.0,  # from every node to ground [ohm]

@@ -36,7 +36,7 @@ AUTO, STAND_IN = "auto", "radau"  # the second runs where the engine has no `aut
 # `free` is the explicit method that lets closed loops go where they like
 METHODS: dict[str, dict[str, Any]] = {
     "trap": {"method": "trap"},
-    "gear": {"method": "gear"},
+    "gear": {"method": "gear", "maxord": 2},  # as in SPICE
     "radau": {"method": "radau"},
     "trbdf2": {"method": "trbdf2"},
     "esdirk": {"method": "esdirk"},

@@ -18,8 +18,8 @@ by radau. Theory (Hairer & Wanner, Solving ODEs II, tables VII.4.1 and VI.1.1; B
   gauss4, gauss6   4 and 6 on differential and, the end point being projected, on index-1 unknowns; gauss4 4 on closed
                    loops (symmetric projection); no index-2 circuits (test_gauss.py)
 
-Between the steps: 4 (radau5), s + 2 and s + 1 (radau9, radau13; differential, algebraic unknowns), else the method's order;
-gear's rows are its steps.
+Between the steps: 4 (radau5), s + 2 and s + 1 (radau9, radau13; differential, algebraic unknowns), else the method's order
+(gear with maxord=2 or less has no rows there, as in SPICE).
 """
 
 from __future__ import annotations
@@ -295,6 +295,9 @@ HIGH_DENSE = {
     "gauss6": (6, 6, [0.2, 0.1, 0.05]),
     "rk45": (5, 5, [0.2, 0.1, 0.05]),
     "dop853": (8, 8, [0.4, 0.2, 0.1]),
+    "gear maxord=3": (3, 3, [0.02, 0.01, 0.005]),
+    "gear maxord=4": (4, 4, [0.02, 0.01, 0.005]),
+    "gear maxord=5": (5, 5, [0.025, 0.0125, 0.00625]),
     "radau9": (7, 6, [0.5, 0.25]),
     "radau13": (9, 8, [0.5, 0.25]),
 }

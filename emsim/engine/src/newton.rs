@@ -23,7 +23,7 @@ pub struct Options {
     pub gmin: f64,
     pub itl1: usize,
     pub itl4: usize,
-    pub maxord: usize,
+    pub maxord: Option<usize>,
     pub method: String,
     pub fixed_step: Option<f64>,
     /// explicit methods take closed loops back onto their constraints after every step
@@ -42,7 +42,7 @@ impl Default for Options {
             gmin: 1e-12,
             itl1: 100,
             itl4: 30,
-            maxord: 2,
+            maxord: None,
             method: "trap".into(),
             fixed_step: None,
             projection: true,

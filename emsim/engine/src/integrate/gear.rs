@@ -1,4 +1,5 @@
-//! Backward differentiation formulas, orders 1 to 6, variable step and order ("Gear").
+//! Backward differentiation formulas, orders 1 to 6, variable step and order ("Gear"). Without maxord the orders are 1 to 5
+//! (6 is hardly stable); with maxord 2 or less everything is as SPICE's users expect: rows are steps, no longer than TSTEP.
 //!
 //! dQ/dt at t1 is the slope of the polynomial through the last k+1 charges (Lagrange form on the true, unequal points):
 //!
@@ -8,12 +9,17 @@
 //! (k+1)-th divided difference dd of x over k+2 points,   lte = h / (t1 - t_{-k}) * prod_{j=0..k} (t1 - t_{-j}) * dd
 //! (Brenan, Campbell and Petzold 1996, section 5.2).  The order moves by at most one a step, to whichever of k-1, k, k+1
 //! allows the longest next step.
+//!
+//! First guess: the polynomial through the last k+1 points, which is k+1-th order accurate as the solution is (its distance
+//! from the solution is what the error is estimated by). Dense output: the polynomial through the k+1 points of the formula.
 use super::{interpolate, response, Attempt, History, Method};
 use crate::newton::{Failure, Newton, Options, Tolerances};
 use crate::sparse::Complex;
 use crate::system::{System, Work};
 
 const MOST: usize = 6;
+/// ... without being asked for more.
+const HIGHEST: usize = 5;
 
 pub struct Gear {
     newton: Newton,
@@ -25,19 +31,22 @@ pub struct Gear {
     x1: Vec<f64>,
     order: usize,
     maxord: usize,
+    spice: bool, // maxord asks for what SPICE has
     since_change: usize,
     trtol: f64,
     fixed: bool,
     itl4: usize,
     next_order: usize,
+    used: usize,                      // order of the candidate's step
     starter: Option<Box<dyn Method>>, // fixed steps: supplies the first maxord - 1 points
 }
 
 impl Gear {
     pub fn new(sys: &System, o: &Options) -> Result<Gear, Failure> {
-        let maxord = o.maxord.clamp(1, MOST);
+        let fixed = o.fixed_step.is_some();
+        let maxord = o.maxord.unwrap_or(if fixed { 2 } else { HIGHEST }).clamp(1, MOST);
         let starter: Option<Box<dyn Method>> =
-            if o.fixed_step.is_some() && maxord > 1 { Some(Box::new(super::radau::Radau::new(sys, o)?)) } else { None };
+            if fixed && maxord > 1 { Some(Box::new(super::radau::Radau::new(sys, o)?)) } else { None };
         Ok(Gear {
             newton: Newton::new(sys)?,
             past: History::new(sys.n, MOST + 2),
@@ -48,11 +57,13 @@ impl Gear {
             x1: vec![0.0; sys.n],
             order: 1,
             maxord,
+            spice: o.maxord.is_some_and(|m| m <= 2),
             since_change: 0,
             trtol: if o.trtol.is_finite() { o.trtol } else { 1.0 },
-            fixed: o.fixed_step.is_some(),
+            fixed,
             itl4: o.itl4,
             next_order: 1,
+            used: 1,
             starter,
         })
     }
@@ -74,6 +85,17 @@ impl Gear {
             alpha[0] -= v; // the slopes of a constant sum to zero
         }
         alpha
+    }
+
+    /// The newest points, `most` of them, the candidate first while there is one.
+    fn points(&self, most: usize) -> ([f64; MOST + 2], [&[f64]; MOST + 2], usize) {
+        let (mut ts, mut xs) = ([self.t1; MOST + 2], [self.x1.as_slice(); MOST + 2]);
+        let skip = usize::from(self.past.t[0] == self.t1 && self.past.len > 1);
+        let len = (self.past.len - skip).min(most - 1);
+        for j in 0..len {
+            (ts[j + 1], xs[j + 1]) = (self.past.t[j + skip], &self.past.x[j + skip]);
+        }
+        (ts, xs, len + 1)
     }
 
     /// Largest lte over tolerance that order k would have made, or None when too few points stand behind.
@@ -145,6 +167,7 @@ impl Method for Gear {
             // fixed order k wants k starting points of at least its own order
             if let Some(s) = &mut self.starter {
                 let attempt = s.attempt(sys, w, h, tol);
+                self.used = self.maxord;
                 self.x1.copy_from_slice(s.candidate());
                 sys.eval(w, &self.x1, self.t1);
                 self.q1.copy_from_slice(&w.q);
@@ -152,6 +175,7 @@ impl Method for Gear {
             }
         }
         let k = if self.fixed { self.maxord } else { self.order.min(self.past.len) };
+        self.used = k;
         let alpha = self.slopes(k);
         self.r.fill(0.0);
         for j in 1..=k {
@@ -159,8 +183,7 @@ impl Method for Gear {
                 self.r[i] += alpha[j] * self.charges[j - 1][i];
             }
         }
-        // prediction through as many points as the order has
-        let m = k.min(self.past.len).clamp(1, 2);
+        let m = if self.fixed { k.min(2) } else { k + 1 }.min(self.past.len);
         let refs: Vec<&[f64]> = self.past.x[..m].iter().map(Vec::as_slice).collect();
         interpolate(&self.past.t[..m], &refs, self.t1, &mut self.x1);
         if let Err(why) = self.newton.solve(sys, w, alpha[0], &self.r, &mut self.x1, self.t1, tol, self.itl4) {
@@ -235,6 +258,33 @@ impl Method for Gear {
         }
     }
 
+    /// What the polynomial lacks in the middle of the step, by one point more. The error estimate sees nothing of algebraic
+    /// unknowns, which may have corners.
+    fn interior(&self, sys: &System, tol: &Tolerances) -> f64 {
+        let m = self.used + 1;
+        let (ts, xs, len) = self.points(m + 1);
+        if len <= m {
+            return f64::INFINITY;
+        }
+        let t = 0.5 * (ts[0] + ts[1]);
+        let whole: f64 = ts[..m].iter().map(|tj| t - tj).product();
+        let weight = |j: usize| (0..=m).filter(|&i| i != j).map(|i| ts[j] - ts[i]).product::<f64>().recip();
+        let mut weights = [0.0; MOST + 2];
+        for (j, v) in weights.iter_mut().enumerate().take(m + 1) {
+            *v = whole * weight(j);
+        }
+        let mut worst = 0.0_f64;
+        for i in (0..sys.n).filter(|&i| !sys.unknowns[i].kind.enters_linearly()) {
+            let error: f64 = weights[..=m].iter().zip(&xs).map(|(w, x)| w * x[i]).sum();
+            worst = worst.max(error.abs() / tol.weight(i, xs[0][i], xs[1][i]));
+        }
+        worst
+    }
+
+    fn wants_dense_record(&self) -> bool {
+        !self.spice
+    }
+
     fn response(&self, y: f64) -> Option<Complex> {
         Some(response::bdf(if self.fixed { self.maxord } else { self.order }, y))
     }
@@ -244,15 +294,7 @@ impl Method for Gear {
     }
 
     fn dense(&self, t: f64, out: &mut [f64]) {
-        let skip = usize::from(self.past.t[0] == self.t1 && self.past.len > 1);
-        let k = if self.fixed { self.maxord } else { self.order };
-        let m = (self.past.len - skip).min(k);
-        let mut ts = vec![self.t1];
-        let mut xs: Vec<&[f64]> = vec![&self.x1];
-        for j in 0..m {
-            ts.push(self.past.t[j + skip]);
-            xs.push(&self.past.x[j + skip]);
-        }
-        interpolate(&ts, &xs, t, out);
+        let (ts, xs, len) = self.points(self.used + 1);
+        interpolate(&ts[..len], &xs[..len], t, out);
     }
 }

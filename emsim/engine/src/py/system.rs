@@ -56,7 +56,7 @@ fn options(given: Option<&Bound<'_, PyDict>>) -> PyResult<Options> {
             "gmin" => o.gmin = value.extract()?,
             "itl1" => o.itl1 = value.extract::<f64>()? as usize,
             "itl4" => o.itl4 = value.extract::<f64>()?.max(10.0) as usize,
-            "maxord" => o.maxord = value.extract::<f64>()? as usize,
+            "maxord" => o.maxord = Some(value.extract::<f64>()? as usize),
             "fixed_step" => o.fixed_step = value.extract()?,
             "maxsteps" => o.maxsteps = value.extract()?,
             "projection" => o.projection = value.extract::<f64>()? != 0.0,

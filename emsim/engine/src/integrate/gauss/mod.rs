@@ -330,12 +330,10 @@ impl Gauss {
         self.newton.solve(sys, w, a, &self.r, &mut self.x1, self.t1, tol, MOST)?;
         if !sys.linear {
             // Newton's method stops at the tolerance: once more, to rounding
-            self.z.clear();
             let kept = self.x1.clone();
             if self.newton.solve(sys, w, a, &self.r, &mut self.x1, self.t1, tol, MOST).is_err() {
                 self.x1 = kept;
             }
-            self.z.resize(sys.n, Complex::from(0.0));
         }
         Ok(())
     }
@@ -362,7 +360,7 @@ impl Gauss {
         let mut iterations = 0;
         let mut old = f64::INFINITY;
         let mut result = Ok(());
-        for round in 0..IMPULSES {
+        for _ in 0..IMPULSES {
             let push = self.push(sys, w, &x0, self.t0, 1.0);
             for i in 0..sys.n {
                 (self.q0[i], self.low[i]) = (q0[i], low[i] + push[i]);
@@ -384,7 +382,6 @@ impl Gauss {
                 largest = largest.max(change.abs());
                 size = size.max(self.nu[m].abs());
             }
-            let _ = round;
             if largest == 0.0 || largest >= 0.5 * old {
                 break;
             }
@@ -421,8 +418,8 @@ impl Gauss {
         // the Jacobian serves on while it contracts fast
         self.jacobian = sys.linear || iterations <= 6;
         // what the end point does not settle: multipliers, d/dt of something
-        let fs: Vec<&[f64]> = self.stage.iter().map(Vec::as_slice).collect();
-        interpolate(&self.k.c[..self.k.s], &fs, 1.0, &mut self.e);
+        let xs: Vec<&[f64]> = self.stage.iter().map(Vec::as_slice).collect();
+        interpolate(&self.k.c[..self.k.s], &xs, 1.0, &mut self.e);
         for &i in &self.extrapolated {
             self.x1[i] = self.e[i];
         }
@@ -484,8 +481,7 @@ impl Gauss {
 
 impl Method for Gauss {
     fn restart(&mut self, sys: &System, w: &mut Work, t: f64, x: &[f64]) {
-        self.t0 = t;
-        self.t1 = t;
+        (self.t0, self.t1) = (t, t);
         self.x0.copy_from_slice(x);
         self.x1.copy_from_slice(x);
         sys.eval(w, x, t);
@@ -557,8 +553,7 @@ impl Method for Gauss {
     }
 
     fn accept(&mut self, t1: f64) {
-        self.t0 = t1;
-        self.t1 = t1;
+        (self.t0, self.t1) = (t1, t1);
         self.started = false;
         std::mem::swap(&mut self.q0, &mut self.q1);
         std::mem::swap(&mut self.low, &mut self.low1);
@@ -584,6 +579,10 @@ impl Method for Gauss {
 
     fn interior(&self, sys: &System, tol: &Tolerances) -> f64 {
         self.lacking(sys, tol)
+    }
+
+    fn response(&self, y: f64) -> Option<Complex> {
+        Some(super::response::pade(self.k.s, self.k.s, y))
     }
 
     fn multipliers_lag(&self) -> bool {
