@@ -27,11 +27,13 @@ METHODS = (
     "rk45",
     "dop853",
 )
+SPECIAL = ("multirate",)  # for some decks only: a chart runs it where it is asked for
 SPELLINGS = {
     "trapezoidal": "trap", "trap": "trap", "gear": "gear", "bdf": "gear", "radau": "radau",
     "radau5": "radau5", "radau9": "radau9", "radau13": "radau13",
     "trbdf2": "trbdf2", "esdirk": "esdirk", "gauss": "gauss", "gauss4": "gauss4", "gauss6": "gauss6",
     "rk45": "rk45", "dopri5": "rk45", "dop853": "dop853",
+    "multirate": "multirate",
 }  # fmt: skip
 
 FORMULATIONS = ("joint", "absolute")  # coordinates of joints along a tree, or of every body
@@ -125,7 +127,7 @@ def _method(word: str, sink: Sink, span: Span | None) -> str | None:
         near = suggest(word, SPELLINGS)
         sink.error(
             "E294", f"there is no method `{word}`", span,
-            hint=f"did you mean `{near}`?" if near else f"there are {', '.join(METHODS)}",
+            hint=f"did you mean `{near}`?" if near else f"there are {', '.join(METHODS + SPECIAL)}",
         )  # fmt: skip
     return name
 

@@ -89,10 +89,10 @@ def overrides(given: Arguments) -> dict[str, float | str]:
     """The options of the command line that stand above the deck's own."""
     options: dict[str, float | str] = {}
     if method := given.text("method"):
-        from ..assemble.options import METHODS, SPELLINGS
+        from ..assemble.options import METHODS, SPECIAL, SPELLINGS
 
         if method.lower() not in SPELLINGS:
-            raise UsageError(f"there is no method {method!r}, there are {', '.join(METHODS)}")
+            raise UsageError(f"there is no method {method!r}, there are {', '.join(METHODS + SPECIAL)}")
         options["method"] = method.lower()
     for key in ("reltol", "tmax"):
         if (value := given.number(key)) is not None:

@@ -38,7 +38,7 @@ pub struct Edges {
 }
 
 /// Scratch of one run, and what the last search found.
-#[derive(Default)]
+#[derive(Clone, Default)]
 pub struct EdgeWork {
     roots: Vec<f64>,
     values: Vec<f64>,

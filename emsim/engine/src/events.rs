@@ -16,6 +16,7 @@ pub struct Candidate<'a> {
     pub long: bool,
 }
 
+#[derive(Clone)]
 pub struct Detector {
     before: Vec<f64>, // roots at the start of the step
     now: Vec<f64>,

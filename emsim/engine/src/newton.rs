@@ -220,6 +220,22 @@ pub enum Failure {
     },
 }
 
+impl Failure {
+    /// The same in a system of which this was a part; `of`: where its unknowns are there.
+    pub fn renumbered(self, of: &[usize]) -> Failure {
+        let at = |k: usize| of.get(k).copied().unwrap_or(k);
+        match self {
+            Failure::Singular(mut s) => {
+                (s.row, s.col) = (s.row.map(at), s.col.map(at));
+                Failure::Singular(s)
+            }
+            Failure::Diverged { unknown, row } => Failure::Diverged { unknown: at(unknown), row: at(row) },
+            Failure::NotFinite { unknown } => Failure::NotFinite { unknown: at(unknown) },
+            unfit => unfit,
+        }
+    }
+}
+
 pub struct Newton {
     lu: Lu<f64>,
     key: f64, // the `a` of a factorisation that is still valid (linear systems only)

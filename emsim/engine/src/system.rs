@@ -13,10 +13,14 @@ use crate::reduced::Reduced;
 use crate::sparse::{Pattern, Rows, Stamp};
 use crate::tape::{Inputs, Tape};
 use crate::waves::Wave;
+pub use guests::{Guests, Polynomial, DEGREE};
+pub use split::{Part, Parts};
 use std::collections::BTreeMap;
 use std::sync::OnceLock;
 
+mod guests;
 mod reduce;
+mod split;
 
 mod stops;
 
@@ -83,6 +87,7 @@ pub struct System {
     pub passive: bool,           // nothing but diodes in a passive network (see passive.rs)
     rows: [Vec<(usize, Id)>; 2], // F and Q of rows that are expressions, for `reduce`
     reduced: OnceLock<Result<Reduced, String>>,
+    parts: OnceLock<Result<Box<Parts>, String>>,
 }
 
 /// Scratch and held state of one run.
@@ -90,6 +95,8 @@ pub struct Work {
     pub waves: Vec<f64>,
     pub flags: Vec<f64>,
     wave_time: f64,
+    /// values that another system gives, in place of the last waves
+    pub guests: Guests,
     pub source_factor: f64,
     pub dc: bool, // independent sources at their DC value
     pub gmin: f64,
@@ -108,6 +115,26 @@ pub struct Work {
     pub counters: Counters,
 }
 
+/// What a run holds between steps beside its state.
+#[derive(Clone)]
+pub struct Held {
+    flags: Vec<f64>,
+    junction: Vec<f64>,
+    edges: EdgeWork,
+}
+
+impl Work {
+    pub fn held(&self) -> Held {
+        Held { flags: self.flags.clone(), junction: self.junction.clone(), edges: self.edges.clone() }
+    }
+
+    pub fn restore(&mut self, held: &Held) {
+        self.flags.copy_from_slice(&held.flags);
+        self.junction.copy_from_slice(&held.junction);
+        self.edges = held.edges.clone();
+    }
+}
+
 #[derive(Clone, Copy, Default, Debug)]
 pub struct Counters {
     pub steps: u64,
@@ -120,6 +147,21 @@ pub struct Counters {
     pub solves: u64,
     pub events: u64,
     pub breakpoints: u64,
+}
+
+impl Counters {
+    pub fn add(&mut self, other: &Counters) {
+        self.steps += other.steps;
+        self.rejected += other.rejected;
+        self.newton_failures += other.newton_failures;
+        self.iterations += other.iterations;
+        self.evaluations += other.evaluations;
+        self.jacobians += other.jacobians;
+        self.factorisations += other.factorisations;
+        self.solves += other.solves;
+        self.events += other.events;
+        self.breakpoints += other.breakpoints;
+    }
 }
 
 impl System {
@@ -277,6 +319,7 @@ impl System {
             ic_charge: model.ic_charge,
             rows: [&model.f, &model.q].map(|rows| rows.iter().map(|(&row, &id)| (row, id)).collect()),
             reduced: OnceLock::new(),
+            parts: OnceLock::new(),
             passive: model.f.is_empty() && model.q.is_empty() && flagless && is_passive(&unknowns, &g_sum, &c_sum),
             g_rows: Rows::new(n, &g_sum),
             c_rows: Rows::new(n, &c_sum),
@@ -311,6 +354,7 @@ impl System {
             waves: vec![0.0; self.waves.len()],
             flags: self.flags.iter().map(|f| f64::from(f.initial.max(0))).collect(),
             wave_time: f64::NAN,
+            guests: Guests::default(),
             source_factor: 1.0,
             dc: false,
             gmin: 1e-12,
@@ -355,6 +399,7 @@ impl System {
         for (v, wave) in w.waves.iter_mut().zip(&self.waves) {
             *v = w.source_factor * if w.dc { wave.dc_value() } else { wave.value(t) };
         }
+        w.guests.write(t, &mut w.waves);
         w.wave_time = if w.dc { f64::NAN } else { t };
     }
 

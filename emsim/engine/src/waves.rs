@@ -44,6 +44,7 @@ enum Shape {
     Sffm { offset: f64, amplitude: f64, carrier: f64, index: f64, signal: f64, carrier_phase: f64, signal_phase: f64 },
     Am { amplitude: f64, offset: f64, modulation: f64, carrier: f64, delay: f64, phase: f64 },
     Pwl(Pwl),
+    Guest, // what another system gives, see system/split.rs
 }
 
 #[derive(Clone, Debug)]
@@ -168,6 +169,11 @@ impl Wave {
         Ok(Wave { shape, dc })
     }
 
+    /// A place for a value that another system gives.
+    pub fn guest() -> Wave {
+        Wave { shape: Shape::Guest, dc: None }
+    }
+
     /// Value at t; at a jump the value after it.
     pub fn value(&self, t: f64) -> f64 {
         self.at(t, Side::After)
@@ -186,6 +192,7 @@ impl Wave {
     fn at(&self, t: f64, side: Side) -> f64 {
         match &self.shape {
             Shape::Dc(v) => *v,
+            Shape::Guest => 0.0,
             Shape::Pulse(pulse) => pulse.at(t, side),
             Shape::Sin { offset, amplitude, frequency, delay, damping, phase } => {
                 let s = t - delay;
@@ -231,7 +238,7 @@ impl Wave {
             later.fold(f64::INFINITY, f64::min)
         };
         match &self.shape {
-            Shape::Dc(_) | Shape::Sffm { .. } => f64::INFINITY,
+            Shape::Dc(_) | Shape::Guest | Shape::Sffm { .. } => f64::INFINITY,
             Shape::Pulse(pulse) => pulse.next_breakpoint(t),
             Shape::Sin { delay, .. } | Shape::Am { delay, .. } => first_of(&[*delay]),
             Shape::Exp { rise_at, fall_at, .. } => first_of(&[*rise_at, *fall_at]),
@@ -272,7 +279,7 @@ impl Wave {
         };
         let radian = |f: f64| 1.0 / (TAU * f.abs());
         match &self.shape {
-            Shape::Dc(_) => f64::INFINITY,
+            Shape::Dc(_) | Shape::Guest => f64::INFINITY,
             Shape::Pulse(p) if p.v1 == p.v2 => f64::INFINITY,
             Shape::Pulse(p) => {
                 let [rise, top, fall] = p.corners;

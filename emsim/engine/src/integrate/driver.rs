@@ -2,7 +2,11 @@
 //! state events are located on the method's dense output, stepped onto. Where something jumps, one implicit step of
 //! a billionth of what lies ahead gives the values after it, and the method restarts there. The length that served
 //! after the last jump of the same kind is remembered. What was computed is kept whatever ends the run.
-use super::rows::{Forces, Grid, Row};
+mod stretch;
+
+pub(super) use self::stretch::Mark;
+
+use super::rows::{Forces, Grid, Row, Sink};
 use super::watch::{Report, Watch};
 use super::{make, Attempt, Method};
 use crate::events::{Candidate, Detector, Located};
@@ -61,22 +65,24 @@ const JUMP: f64 = 1e-9;
 const CASCADE: usize = 20;
 
 /// What a run holds beside its method.
-struct Run<'a> {
+pub(super) struct Run<'a, S: Sink> {
     sys: &'a System,
-    w: &'a mut Work,
+    pub w: &'a mut Work,
     a: Transient,
     o: &'a Options,
-    record: &'a mut Record,
+    pub record: &'a mut S,
     tol: Tolerances,
     newton: Newton, // for values after a jump: its symbolic analysis is done once
     detector: Detector,
     grid: Grid,
     memory: Memory,
-    outcome: Outcome,
-    x: Vec<f64>,
+    pub outcome: Outcome,
+    pub x: Vec<f64>,
     t: f64,
-    late: f64, // what rounding has taken from t
-    stop: f64, // the next corner or edge
+    late: f64,  // what rounding has taken from t
+    stop: f64,  // the next corner or edge
+    until: f64, // steps go no further
+    next: Next,
     tmax: f64,
     dense: bool,
     scratch: Vec<f64>,
@@ -85,74 +91,107 @@ struct Run<'a> {
     watch: Watch,
 }
 
-pub fn run(sys: &System, w: &mut Work, a: Transient, o: &Options, record: &mut Record, tick: &mut Tick) -> Outcome {
-    let outcome =
-        Outcome { status: Status::Ok, failed: None, events: Vec::new(), resting: Vec::new(), watch: Report::default() };
-    let failed = |mut outcome: Outcome, during, why, tried| {
-        outcome.status = Status::Failed;
-        outcome.failed = Some(Failed { t: 0.0, h: 0.0, during, why, tried });
-        outcome
-    };
-    let mut tol = Tolerances::new(sys, o);
-    w.gmin = o.gmin;
+/// Lengths of the steps to come.
+#[derive(Clone, Copy)]
+struct Next {
+    h: Option<f64>,
+    normal: f64, // of the step before a corner cut it
+}
 
-    // the starting point: initial conditions, or the operating point with the machine held
-    let mut x = op::initial(sys);
-    if a.uic {
-        if let Err(why) = op::initial_conditions(sys, w, &mut x, a.tstep, &tol) {
-            return failed(outcome, "initial conditions", why, vec!["charges as given by IC=".into()]);
-        }
-    } else if let Err(e) = op::operating_point(sys, w, o, &tol, false, &mut x) {
-        return failed(outcome, "operating point", e.why, e.tried);
-    }
-    tol.observe(&x);
-    let (mut method, newton) = match (make(sys, o), Newton::new(sys)) {
-        (Ok(m), Ok(n)) => (m, n),
-        (Err(why), _) | (_, Err(why)) => return failed(outcome, "transient", why, vec![]),
+pub fn run(sys: &System, w: &mut Work, a: Transient, o: &Options, record: &mut Record, tick: &mut Tick) -> Outcome {
+    let x = match starting_point(sys, w, a, o) {
+        Ok(x) => x,
+        Err(failed) => return Outcome::failed(*failed),
     };
-    let dense = method.wants_dense_record();
-    // SPICE bounds the step by TSTEP; methods with dense output of their own order need only see every part of the span
-    let fiftieth = (a.tstop - a.tstart) / 50.0;
-    let tmax = a.tmax.unwrap_or(if dense { fiftieth } else { a.tstep.min(fiftieth) });
-    let (detector, grid) = (Detector::new(sys), Grid::new(sys, a, dense));
-    let forces = if method.multipliers_lag() { Forces::new(sys, record) } else { None };
-    let (scratch, memory) = (vec![0.0; sys.n], Memory::default());
-    let (t, late, stop) = (0.0, 0.0, 0.0);
-    let watch = Watch::new(sys, o, a.tstop, tmax);
-    let mut run = Run {
-        sys,
-        w,
-        a,
-        o,
-        record,
-        tol,
-        newton,
-        detector,
-        grid,
-        memory,
-        outcome,
-        x,
-        t,
-        late,
-        stop,
-        tmax,
-        dense,
-        scratch,
-        forces,
-        kept: 0.0,
-        watch,
+    let made = make(sys, o).and_then(|m| Ok((Run::new(sys, w, a, o, record, x, m.as_ref())?, m)));
+    let (mut run, mut method) = match made {
+        Ok(made) => made,
+        Err(why) => return Outcome::failed(Failed::at_start("transient", why, vec![])),
     };
     run.start(method.as_mut());
     run.advance(method.as_mut(), tick);
-    if let Some(ledger) = &mut run.record.ledger {
-        ledger.close(run.sys, run.w);
-    }
+    run.record.close(run.sys, run.w);
     run.outcome.watch = run.watch.report(run.sys, run.w, (run.t, &run.x), method.as_ref(), &run.tol);
     run.outcome
 }
 
-impl Run<'_> {
-    fn start(&mut self, method: &mut dyn Method) {
+impl Outcome {
+    pub(super) fn new() -> Outcome {
+        Outcome { status: Status::Ok, failed: None, events: Vec::new(), resting: Vec::new(), watch: Report::default() }
+    }
+
+    /// Of a run that ended before its first step.
+    pub(super) fn failed(failed: Failed) -> Outcome {
+        Outcome { status: Status::Failed, failed: Some(failed), ..Outcome::new() }
+    }
+}
+
+impl Failed {
+    pub(super) fn at_start(during: &'static str, why: Failure, tried: Vec<String>) -> Failed {
+        Failed { t: 0.0, h: 0.0, during, why, tried }
+    }
+}
+
+/// Initial conditions, or the operating point with the machine held.
+pub(super) fn starting_point(sys: &System, w: &mut Work, a: Transient, o: &Options) -> Result<Vec<f64>, Box<Failed>> {
+    let tol = Tolerances::new(sys, o);
+    w.gmin = o.gmin;
+    let mut x = op::initial(sys);
+    let found = if a.uic {
+        op::initial_conditions(sys, w, &mut x, a.tstep, &tol)
+            .map_err(|why| Failed::at_start("initial conditions", why, vec!["charges as given by IC=".into()]))
+    } else {
+        op::operating_point(sys, w, o, &tol, false, &mut x)
+            .map_err(|e| Failed::at_start("operating point", e.why, e.tried))
+    };
+    found.map(|()| x).map_err(Box::new)
+}
+
+impl<'a, S: Sink> Run<'a, S> {
+    pub(super) fn new(
+        sys: &'a System,
+        w: &'a mut Work,
+        a: Transient,
+        o: &'a Options,
+        record: &'a mut S,
+        x: Vec<f64>,
+        method: &dyn Method,
+    ) -> Result<Run<'a, S>, Failure> {
+        let mut tol = Tolerances::new(sys, o);
+        tol.observe(&x);
+        let dense = method.wants_dense_record();
+        // SPICE bounds the step by TSTEP; methods with dense output of their own order need only see every part of the span
+        let fiftieth = (a.tstop - a.tstart) / 50.0;
+        let tmax = a.tmax.unwrap_or(if dense { fiftieth } else { a.tstep.min(fiftieth) });
+        let forces = if method.multipliers_lag() { Forces::new(sys, record.reads()) } else { None };
+        Ok(Run {
+            sys,
+            w,
+            a,
+            o,
+            record,
+            tol,
+            newton: Newton::new(sys)?,
+            detector: Detector::new(sys),
+            grid: Grid::new(sys, a, dense),
+            memory: Memory::default(),
+            outcome: Outcome::new(),
+            x,
+            t: 0.0,
+            late: 0.0,
+            stop: 0.0,
+            until: a.tstop,
+            next: Next { h: None, normal: tmax },
+            tmax,
+            dense,
+            scratch: vec![0.0; sys.n],
+            forces,
+            kept: 0.0,
+            watch: Watch::new(sys, o, a.tstop, tmax),
+        })
+    }
+
+    pub(super) fn start(&mut self, method: &mut dyn Method) {
         let feature = self.sys.shortest_feature().min(self.a.tstep).min(self.tmax);
         op::consistent(self.sys, &mut self.newton, self.w, &mut self.x, 0.0, 1e-5 * feature, &self.tol, true);
         for _ in 0..CASCADE {
@@ -163,12 +202,10 @@ impl Run<'_> {
             op::consistent(self.sys, &mut self.newton, self.w, &mut self.x, 0.0, 1e-9 * feature, &self.tol, false);
         }
         if self.a.tstart <= 0.0 {
-            self.record.push(self.sys, self.w, 0.0, &self.x);
+            self.record.row(self.sys, self.w, 0.0, &self.x);
         }
-        if let Some(ledger) = &mut self.record.ledger {
-            ledger.open(self.sys, self.w, 0.0, &self.x);
-        }
-        self.stop = self.sys.next_stop(self.w, 0.0, self.a.tstop);
+        self.record.open(self.sys, self.w, 0.0, &self.x);
+        self.stop = self.sys.next_stop(self.w, 0.0, self.until);
         if self.stop <= 0.0 {
             self.jump(feature);
         }
@@ -193,13 +230,13 @@ impl Run<'_> {
             None => (0.01 * feature).min(1e-3 * span),
         };
         let fixed = self.o.fixed_step.is_some();
-        let mut h = first;
+        let mut h = self.next.h.unwrap_or(first);
         let mut failures = 0u32;
-        let mut normal_h = tmax; // the step before a corner cut it
+        let mut normal_h = self.next.normal;
         let mut count = 0u64;
         let mut mark = 0.0_f64;
         let mut coarse = false; // dense output would not do for a row between the ends of a step
-        while self.t < a.tstop {
+        while self.t < self.until {
             count += 1;
             // so many steps for so little: the run would never end
             if count % PATIENCE == 0 {
@@ -298,8 +335,8 @@ impl Run<'_> {
                 normal_h = h;
                 continue;
             }
-            if self.t >= a.tstop {
-                return;
+            if self.t >= self.until {
+                break;
             }
             self.w.counters.breakpoints += 1;
             let jumped = self.land();
@@ -316,6 +353,7 @@ impl Run<'_> {
                 h = h.max(normal_h.min(tmax)).min(if method.starts_at_full_length() { ahead } else { 0.5 * ahead });
             }
         }
+        self.next = Next { h: Some(h), normal: normal_h };
     }
 
     fn fail(&mut self, h: f64, why: Failure, tried: Vec<String>) {
@@ -326,17 +364,15 @@ impl Run<'_> {
     /// Records the accepted step up to its end x at t.
     fn keep(&mut self, method: &dyn Method) {
         let width = self.t - self.kept;
-        let mut row = Row { record: self.record, forces: self.forces.as_mut(), x: &mut self.scratch, width };
+        let mut row = Row { sink: self.record, forces: self.forces.as_mut(), x: &mut self.scratch, width };
         self.grid.fill(method, self.t, self.sys, self.w, &self.tol, &mut row);
         if self.t >= self.a.tstart {
             row.x().copy_from_slice(&self.x);
             row.push(self.sys, self.w, self.t, &self.tol);
         }
         self.kept = self.t;
-        if let Some(ledger) = &mut self.record.ledger {
-            let parts = if self.dense { 4 } else { 1 };
-            ledger.step(self.sys, self.w, self.t, &self.x, parts, &|t, out| method.dense(t, out));
-        }
+        let parts = if self.dense { 4 } else { 1 };
+        self.record.step(self.sys, self.w, self.t, &self.x, parts, &|t, out| method.dense(t, out));
         self.tol.observe(&self.x);
         self.watch.step(self.t, &self.x, method, &self.tol);
     }
@@ -349,7 +385,7 @@ impl Run<'_> {
         self.sys.flip_edges(self.w, t, |k, on| events.push((t, k, on)));
         let flipped = self.outcome.events.len() > before;
         self.w.counters.events += u64::from(flipped);
-        self.stop = self.sys.next_stop(self.w, t, self.a.tstop);
+        self.stop = self.sys.next_stop(self.w, t, self.until);
         if jumps || flipped {
             self.jump(self.tmax);
         }
@@ -364,7 +400,7 @@ impl Run<'_> {
             if self.stop <= t {
                 self.sys.flip_edges(self.w, t, |k, on| events.push((t, k, on)));
             }
-            self.stop = self.sys.next_stop(self.w, t, self.a.tstop);
+            self.stop = self.sys.next_stop(self.w, t, self.until);
             let h = (JUMP * width.min(self.stop - t)).max(64.0 * f64::EPSILON * t).max(1e-18 * self.a.tstop);
             op::consistent(self.sys, &mut self.newton, self.w, &mut self.x, t, h, &self.tol, false);
             self.t = t + h;
@@ -381,12 +417,10 @@ impl Run<'_> {
             }
         }
         if self.t >= self.a.tstart {
-            self.record.push(self.sys, self.w, self.t, &self.x);
+            self.record.row(self.sys, self.w, self.t, &self.x);
             self.grid.last = self.t;
         }
-        if let Some(ledger) = &mut self.record.ledger {
-            ledger.leap(self.sys, self.w, self.t, &self.x);
-        }
+        self.record.leap(self.sys, self.w, self.t, &self.x);
     }
 
     /// A flag that turns inside the attempted step (t, t1]: the step ends there, the flag flips, the method restarts.

@@ -13,16 +13,18 @@ mod driver;
 mod explicit;
 mod gauss;
 mod gear;
+mod multirate;
 mod radau;
 mod response;
 mod rows;
 mod trap;
 mod watch;
 
-pub use driver::{run, Failed, Outcome, Status, Tick, Transient};
+pub use driver::{Failed, Outcome, Status, Tick, Transient};
 pub use watch::Report;
 
 use crate::newton::{Failure, Options, Tolerances};
+use crate::record::Record;
 use crate::sparse::Complex;
 use crate::system::{System, Work};
 
@@ -34,6 +36,14 @@ pub enum Attempt {
     TooLarge { next: f64 },
     /// Newton's method gave up
     Stuck { next: f64, why: Failure },
+}
+
+/// The transient analysis.
+pub fn run(sys: &System, w: &mut Work, a: Transient, o: &Options, record: &mut Record, tick: &mut Tick) -> Outcome {
+    if splits(&o.method) {
+        return multirate::run(sys, w, a, o, record, tick);
+    }
+    driver::run(sys, w, a, o, record, tick)
 }
 
 pub trait Method {
@@ -63,6 +73,8 @@ pub trait Method {
     fn restarts_at_corners(&self) -> bool {
         true
     }
+    /// Functions of time that the equations read have changed since the last attempt, the point has not.
+    fn inputs_changed(&mut self) {}
     /// Estimate of h |lambda| over the bound of the method's stability in the last steps, lambda being the fastest
     /// eigenvalue: 1 and more means that stability, not accuracy, limits the step. 0 where nothing is known.
     fn stiffness(&self) -> f64 {
@@ -89,13 +101,18 @@ pub fn make<'a>(sys: &'a System, o: &Options) -> Result<Box<dyn Method + 'a>, Fa
 
 /// Names that `.options method=` understands.
 pub fn known(method: &str) -> bool {
-    let implicit = ["trap", "trapezoidal", "gear", "bdf", "trbdf2", "esdirk", "gauss", "gauss4", "gauss6"];
+    let implicit = ["trap", "trapezoidal", "gear", "bdf", "trbdf2", "esdirk", "gauss", "gauss4", "gauss6", "multirate"];
     implicit.contains(&method) || matches!(method, "radau" | "radau5" | "radau9" | "radau13" | "rk45" | "dop853")
 }
 
 /// Does the method need the equations as an explicit ODE (`System::reduce`)?
 pub fn reduces(method: &str) -> bool {
     matches!(method, "rk45" | "dop853" | "auto")
+}
+
+/// Does the method need circuit and machine apart (`System::split`)?
+pub fn splits(method: &str) -> bool {
+    method == "multirate"
 }
 
 /// Past points, newest first: t and x. A small ring without allocation after the start.

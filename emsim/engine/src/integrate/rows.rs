@@ -15,6 +15,55 @@ use crate::system::{System, Work};
 /// Length of those steps in units of the method's step: the error goes with its third power, rounding with its inverse.
 const SHORT: f64 = 1e-4;
 
+/// Where the rows of a run go, and what follows its steps.
+pub trait Sink {
+    fn row(&mut self, sys: &System, w: &mut Work, t: f64, x: &[f64]);
+    /// Unknowns that the rows show.
+    fn reads(&self) -> &[u32];
+    /// The run begins at (t, x).
+    fn open(&mut self, sys: &System, w: &mut Work, t: f64, x: &[f64]);
+    /// Something jumped: (t, x) is where the run goes on.
+    fn leap(&mut self, sys: &System, w: &mut Work, t: f64, x: &[f64]);
+    /// An accepted step ends at (t, x); `dense` is inside it, and is best taken in so many parts.
+    fn step(&mut self, sys: &System, w: &mut Work, t: f64, x: &[f64], parts: usize, dense: &dyn Fn(f64, &mut [f64]));
+    /// The run ends.
+    fn close(&mut self, sys: &System, w: &mut Work);
+}
+
+impl Sink for Record {
+    fn row(&mut self, sys: &System, w: &mut Work, t: f64, x: &[f64]) {
+        self.push(sys, w, t, x);
+    }
+
+    fn reads(&self) -> &[u32] {
+        Record::reads(self)
+    }
+
+    fn open(&mut self, sys: &System, w: &mut Work, t: f64, x: &[f64]) {
+        if let Some(ledger) = &mut self.ledger {
+            ledger.open(sys, w, t, x);
+        }
+    }
+
+    fn leap(&mut self, sys: &System, w: &mut Work, t: f64, x: &[f64]) {
+        if let Some(ledger) = &mut self.ledger {
+            ledger.leap(sys, w, t, x);
+        }
+    }
+
+    fn step(&mut self, sys: &System, w: &mut Work, t: f64, x: &[f64], parts: usize, dense: &dyn Fn(f64, &mut [f64])) {
+        if let Some(ledger) = &mut self.ledger {
+            ledger.step(sys, w, t, x, parts, dense);
+        }
+    }
+
+    fn close(&mut self, sys: &System, w: &mut Work) {
+        if let Some(ledger) = &mut self.ledger {
+            ledger.close(sys, w);
+        }
+    }
+}
+
 /// What computes the forces of rows.
 pub struct Forces {
     newton: Newton,
@@ -22,7 +71,7 @@ pub struct Forces {
 
 impl Forces {
     /// None where no row shows a multiplier, a derivative, or a current that is one.
-    pub fn new(sys: &System, record: &Record) -> Option<Forces> {
+    pub fn new(sys: &System, reads: &[u32]) -> Option<Forces> {
         let p = &sys.pattern;
         // a branch without capacitance of its own whose node has some: the current may be that of a capacitor
         let charges = |k: usize| p.column(k).iter().any(|&r| r != k && sys.has_q[r]);
@@ -30,7 +79,7 @@ impl Forces {
             let u = &sys.unknowns[k];
             !sys.differential[k] && (u.kind.enters_linearly() || (u.kind == Kind::Branch && charges(k)))
         };
-        if !record.reads().iter().any(|&k| lags(k as usize)) {
+        if !reads.iter().any(|&k| lags(k as usize)) {
             return None;
         }
         Some(Forces { newton: Newton::new(sys).ok()? })
@@ -70,14 +119,14 @@ impl Forces {
 }
 
 /// The row that is being made.
-pub struct Row<'a> {
-    pub record: &'a mut Record,
+pub struct Row<'a, S: Sink> {
+    pub sink: &'a mut S,
     pub forces: Option<&'a mut Forces>,
     pub x: &'a mut [f64],
     pub width: f64, // of the step it lies in
 }
 
-impl Row<'_> {
+impl<S: Sink> Row<'_, S> {
     pub fn x(&mut self) -> &mut [f64] {
         self.x
     }
@@ -86,12 +135,13 @@ impl Row<'_> {
         if let Some(forces) = &mut self.forces {
             forces.settle(sys, w, self.x, t, SHORT * self.width, tol);
         }
-        self.record.push(sys, w, t, self.x);
+        self.sink.row(sys, w, t, self.x);
     }
 }
 
 /// Rows between internal points, from the method's dense output: the print grid tstart + k tstep for methods whose steps
 /// are long, and the corners of sources on which no step ends.
+#[derive(Clone)]
 pub struct Grid {
     start: f64,
     step: f64,
@@ -120,7 +170,15 @@ impl Grid {
     }
 
     /// Rows strictly before `t1`, which is recorded by the caller.
-    pub fn fill(&mut self, m: &dyn Method, t1: f64, sys: &System, w: &mut Work, tol: &Tolerances, row: &mut Row) {
+    pub fn fill(
+        &mut self,
+        m: &dyn Method,
+        t1: f64,
+        sys: &System,
+        w: &mut Work,
+        tol: &Tolerances,
+        row: &mut Row<impl Sink>,
+    ) {
         let near = 1e-9 * self.step;
         loop {
             let point = if self.dense { self.start + self.k * self.step } else { f64::INFINITY };

@@ -289,6 +289,9 @@ impl System {
         if integrate::reduces(&o.method) {
             sys.reduce(&mut lock(&self.graph));
         }
+        if integrate::splits(&o.method) {
+            sys.split(&mut lock(&self.graph));
+        }
         let (outcome, w, record, seconds) = py.detach(move || {
             let clock = Clock::start();
             let mut w = sys.work();

@@ -294,4 +294,8 @@ impl Method for Dirk {
     fn starts_at_full_length(&self) -> bool {
         true
     }
+
+    fn inputs_changed(&mut self) {
+        self.started = false;
+    }
 }

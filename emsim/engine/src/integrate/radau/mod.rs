@@ -553,4 +553,8 @@ impl Method for Radau {
     fn restarts_at_corners(&self) -> bool {
         false
     }
+
+    fn inputs_changed(&mut self) {
+        self.started = false;
+    }
 }

@@ -1,0 +1,58 @@
+//! A run in stretches, each of which can be taken back: for a method that runs a part of the equations by themselves.
+use super::super::rows::{Grid, Sink};
+use super::super::Method;
+use super::{Next, Run, Tick};
+use crate::events::Detector;
+use crate::system::Held;
+
+/// A place in a run that it can be taken back to.
+pub struct Mark {
+    t: f64,
+    late: f64,
+    x: Vec<f64>,
+    held: Held,
+    detector: Detector,
+    grid: Grid,
+    events: usize,
+    next: Next,
+    kept: f64,
+}
+
+impl<S: Sink> Run<'_, S> {
+    /// Goes on to `until`. That is no corner: a step ends there, and nothing is forgotten.
+    pub fn go_on(&mut self, method: &mut dyn Method, until: f64, tick: &mut Tick) {
+        self.until = until;
+        // a corner may lie where the last stretch ended
+        if self.t > 0.0 && self.land() {
+            self.restart(method);
+            self.next.h = self.memory.length().or(self.next.h.map(|h| 0.1 * h));
+        }
+        self.stop = self.sys.next_stop(self.w, self.t, until);
+        self.advance(method, tick);
+    }
+
+    pub fn mark(&self) -> Mark {
+        Mark {
+            t: self.t,
+            late: self.late,
+            x: self.x.clone(),
+            held: self.w.held(),
+            detector: self.detector.clone(),
+            grid: self.grid.clone(),
+            events: self.outcome.events.len(),
+            next: self.next,
+            kept: self.kept,
+        }
+    }
+
+    /// Back to where `mark` was made; the method starts there anew.
+    pub fn rewind(&mut self, mark: &Mark, method: &mut dyn Method) {
+        (self.t, self.late, self.next, self.kept) = (mark.t, mark.late, mark.next, mark.kept);
+        self.x.copy_from_slice(&mark.x);
+        self.w.restore(&mark.held);
+        self.detector = mark.detector.clone();
+        self.grid = mark.grid.clone();
+        self.outcome.events.truncate(mark.events);
+        self.restart(method);
+    }
+}

@@ -1,0 +1,481 @@
+//! Multirate: the circuit at its own small steps, the machine at its own large ones.
+//!
+//! A switching converter forces a few steps a period on whatever is solved with it. Here the equations are shared out
+//! (system/split.rs) and a macro step of length H goes
+//!
+//!   1. the circuit from t to t + H by an ESDIRK, with its own steps, edges and events; what it reads of the machine
+//!      (speed for the back-EMF, angle for a wiper) is the polynomial of the last macro step, continued
+//!   2. the machine over the same H in one step of Radau IIA; what it reads of the circuit (a current for a torque) is the
+//!      projection P y of that y(t) on polynomials of degree `MOMENTS` - 1 (window.rs)
+//!   3. the machine's new polynomial against the one the circuit was given: where they differ by more than a share of
+//!      the tolerance the circuit goes again with the new one, and then the machine
+//!
+//! Forces are affine in y (split.rs sees to that), so a speed at t + H feels of y - P y only
+//!   integral (Phi - P Phi)(y - P y) dt = O(H^(MOMENTS + 1)) |y - P y|,
+//! Phi being the machine's smooth response: ripple at the switching frequency has next to no effect that way, and impulses
+//! agree exactly. Inside the step the ripple moves the machine all the same, by
+//!   z - z~ = A r(t),   r = integral (y - P y) dt,   A: the change of the speeds by a unit impulse of y (response.rs),
+//! which is added to what is recorded; the circuit does not see it, an error of (omega T)^2 of the ripple, with the
+//! period T of the switching and the frequency omega at which current and speed exchange energy.
+//!
+//! The coupling is a dynamic iteration (Arnold and Guenther, BIT 41, 2001): it contracts with H, since both ways go
+//! through an integral, the winding's and the masses'. So the machine's error bounds H and the iteration seldom does;
+//! where it does not contract, the macro step is shortened. Compare Gear and Wells, Multirate linear multistep methods,
+//! BIT 24, 1984: this is their "fastest first".
+//!
+//! A macro step shorter than a few periods sees the ripple instead of its mean, and its error estimate keeps it short. So
+//! after some short ones a long one is tried, of `LEAP` steps of the circuit.
+mod response;
+mod window;
+
+use self::response::Response;
+use self::window::Window;
+use super::driver::{self, Failed, Outcome, Run, Status, Tick, Transient};
+use super::rows::Sink;
+use super::{make, Attempt, Method};
+use crate::newton::{Failure, Newton, Options, Tolerances};
+use crate::op;
+use crate::record::Record;
+use crate::system::{Guests, Part, Parts, Polynomial, System, Work, DEGREE};
+
+const FAST: &str = "esdirk";
+const SLOW: &str = "radau";
+/// Share of the tolerance by which the machine may differ from what the circuit was given.
+const AGREE: f64 = 0.1;
+/// So often the circuit goes again in one macro step.
+const PASSES: u32 = 4;
+/// Each pass must bring the two nearer by this.
+const CONTRACTS: f64 = 0.3;
+/// A macro step of fewer steps of the circuit is short; so many are tried after some short ones.
+const FEW: f64 = 16.0;
+const LEAP: f64 = 64.0;
+const NODES: usize = DEGREE + 1;
+/// Degrees of the polynomial by which the machine is foreseen.
+const FORESEEN: usize = 4;
+const GIVES_UP: u32 = 60;
+
+pub fn run(sys: &System, w: &mut Work, a: Transient, o: &Options, record: &mut Record, tick: &mut Tick) -> Outcome {
+    let parts = match sys.parts() {
+        Ok(parts) => parts,
+        Err(why) => {
+            let why = format!("circuit and machine cannot be taken apart: {why}");
+            return Outcome::failed(Failed::at_start("transient", Failure::Unfit { why }, vec![]));
+        }
+    };
+    let x = match driver::starting_point(sys, w, a, o) {
+        Ok(x) => x,
+        Err(failed) => return Outcome::failed(*failed),
+    };
+    Multirate { sys, parts, w, a, o, record, x, fit: inverse_vandermonde(&nodes()), nodes: nodes(), degree: 1 }
+        .run(tick)
+        .unwrap_or_else(|why| Outcome::failed(Failed::at_start("transient", why, vec![])))
+}
+
+/// Everything between two macro steps but the circuit's run and the machine's.
+struct Multirate<'a> {
+    sys: &'a System,
+    parts: &'a Parts,
+    w: &'a mut Work,
+    a: Transient,
+    o: &'a Options,
+    record: &'a mut Record,
+    x: Vec<f64>,
+    fit: [[f64; NODES]; NODES],
+    nodes: [f64; NODES],
+    degree: usize, // by which the machine is foreseen
+}
+
+/// The machine at its place.
+struct Slow<'a> {
+    part: &'a Part,
+    w: Work,
+    method: Box<dyn Method + 'a>,
+    tol: Tolerances,
+    z: Vec<f64>,
+    curves: Vec<[f64; NODES]>, // its polynomials on the macro step, all unknowns
+    scratch: Vec<f64>,
+}
+
+/// What came of one macro step's iteration.
+enum Macro {
+    Taken { next: f64 },
+    Again { next: f64 },
+    Stuck { next: f64, why: Failure },
+    Ended, // the circuit did
+}
+
+impl<'a> Multirate<'a> {
+    fn run(mut self, tick: &mut Tick) -> Result<Outcome, Failure> {
+        let (parts, a, o) = (self.parts, self.a, self.o);
+        let (fast, slow) = (&parts.fast, &parts.slow);
+        let first = self.sys.waves.len();
+        let guests = |n: usize| Guests { first, centre: 0.0, half: 1.0, values: vec![Polynomial::default(); n] };
+
+        // values that fit each other, multipliers too
+        let feature = self.sys.shortest_feature().min(a.tstep);
+        let whole = Tolerances::new(self.sys, o);
+        op::consistent(self.sys, &mut Newton::new(self.sys)?, self.w, &mut self.x, 0.0, 1e-5 * feature, &whole, true);
+        self.sys.update_flags(self.w, &self.x, 0.0);
+        let pick = |x: &[f64], of: &[usize]| of.iter().map(|&i| x[i]).collect::<Vec<f64>>();
+        let (y, z) = (pick(&self.x, &fast.of), pick(&self.x, &slow.of));
+
+        // the machine
+        let slow_o = Options { method: SLOW.into(), ..o.clone() };
+        let mut newton = Newton::new(&slow.system)?;
+        let mut response = Response::new(&slow.system, slow.reads.len())?;
+        let mut s = Slow {
+            part: slow,
+            w: slow.system.work(),
+            method: make(&slow.system, &slow_o)?,
+            tol: Tolerances::new(&slow.system, &slow_o),
+            curves: vec![[0.0; NODES]; slow.system.n],
+            scratch: vec![0.0; slow.system.n],
+            z,
+        };
+        s.tol.observe(&s.z);
+        s.w.guests = guests(slow.reads.len());
+        for (p, &i) in s.w.guests.values.iter_mut().zip(&slow.reads) {
+            p.0[0] = y[i];
+        }
+        s.method.restart(&slow.system, &mut s.w, 0.0, &s.z);
+
+        // the circuit
+        let fast_o = Options { method: FAST.into(), ..o.clone() };
+        let mut fw = fast.system.work();
+        fw.gmin = o.gmin;
+        fw.flags.copy_from_slice(&self.w.flags);
+        fw.junction.copy_from_slice(&self.w.junction);
+        fw.guests = guests(fast.reads.len());
+        for (p, &i) in fw.guests.values.iter_mut().zip(&fast.reads) {
+            p.0[0] = s.z[i];
+        }
+        let mut given = fw.guests.clone();
+        let mut fm = make(&fast.system, &fast_o)?;
+        let mut window = Window::new(fast.system.n, &slow.reads, self.record.ledger.is_some());
+        window.begin(0.0, feature);
+        let mut circuit = Run::new(&fast.system, &mut fw, a, &fast_o, &mut window, y, fm.as_ref())?;
+        circuit.start(fm.as_mut());
+        circuit.record.hold();
+
+        let mut outcome = Outcome::new();
+        let longest = a.tmax.unwrap_or((a.tstop - a.tstart) / 50.0);
+        let mut pace = Pace { h: (1e-4 * a.tstop).min(longest), ..Pace::default() };
+        let (mut t, mut failures) = (0.0_f64, 0u32);
+        while t < a.tstop {
+            // how far may the machine go
+            let corner = slow.system.next_stop(&mut s.w, t, a.tstop);
+            let mut h = pace.length().min(longest);
+            let lands = t + h >= corner - 1e-9 * h;
+            if lands {
+                h = corner - t;
+            } else if t + 2.0 * h > corner {
+                h = 0.5 * (corner - t);
+            }
+            let end = if lands { corner } else { t + h };
+            let mark = circuit.mark();
+            let before = given.clone();
+            self.extrapolate(&before, &mut given, t, end);
+            let steps = circuit.w.counters.steps;
+            let done = self.iterate(&mut circuit, fm.as_mut(), &mark, &mut s, &mut given, (t, end), tick);
+            let next = match done {
+                Macro::Taken { next } => next,
+                Macro::Again { next } | Macro::Stuck { next, .. } => {
+                    if let Macro::Stuck { why, .. } = done {
+                        failures += 1;
+                        if failures > GIVES_UP {
+                            let tried = vec![format!("shortening the machine's step {failures} times")];
+                            let failed = Failed { t, h, during: "transient", why: why.renumbered(&slow.of), tried };
+                            (outcome.status, outcome.failed) = (Status::Failed, Some(failed));
+                            break;
+                        }
+                    }
+                    given = before;
+                    pace.refused(next);
+                    circuit.rewind(&mark, fm.as_mut());
+                    continue;
+                }
+                Macro::Ended => break,
+            };
+            // both stand at the end
+            failures = 0;
+            self.learn(&before, &s, end);
+            response.at(&slow.system, &mut s.w, &s.z, t);
+            self.flush(circuit.record, &s.curves, &response);
+            circuit.record.clear();
+            s.method.accept(end);
+            s.w.counters.steps += 1;
+            s.z.copy_from_slice(s.method.candidate());
+            s.tol.observe(&s.z);
+            self.give(&mut given, &s.curves);
+            pace.accepted(next, end - t, circuit.w.counters.steps - steps);
+            t = end;
+            if lands && t < a.tstop {
+                if slow.system.jumps_at(t) {
+                    op::consistent(&slow.system, &mut newton, &mut s.w, &mut s.z, t, 1e-9 * h, &s.tol, false);
+                }
+                s.method.restart(&slow.system, &mut s.w, t, &s.z);
+                pace.h *= 0.3;
+            }
+        }
+        let circuit = std::mem::replace(&mut circuit.outcome, Outcome::new());
+        if circuit.status != Status::Ok {
+            outcome.status = circuit.status;
+            outcome.failed = circuit.failed.map(|f| Failed { why: f.why.renumbered(&fast.of), ..f });
+        }
+        (outcome.events, outcome.resting) = (circuit.events, circuit.resting);
+        self.record.close(self.sys, self.w);
+        self.w.counters.add(&fw.counters);
+        self.w.counters.add(&s.w.counters);
+        Ok(outcome)
+    }
+
+    /// Circuit and machine over (t, end) in turn, until they agree.
+    #[allow(clippy::too_many_arguments)]
+    fn iterate(
+        &self,
+        circuit: &mut Run<Window>,
+        fm: &mut dyn Method,
+        mark: &driver::Mark,
+        s: &mut Slow,
+        given: &mut Guests,
+        (t, end): (f64, f64),
+        tick: &mut Tick,
+    ) -> Macro {
+        let h = end - t;
+        let mut allowed = f64::INFINITY;
+        for pass in 0..=PASSES {
+            // the circuit, with what it is given of the machine
+            if pass > 0 {
+                circuit.rewind(mark, fm);
+            }
+            circuit.record.begin(t, end);
+            circuit.w.guests = given.clone();
+            self.parts.fast.system.touch_sources(circuit.w);
+            fm.inputs_changed();
+            circuit.go_on(fm, end, tick);
+            if circuit.outcome.status != Status::Ok {
+                return Macro::Ended;
+            }
+            // the machine, with the circuit's moments
+            circuit.record.moments(&mut s.w.guests);
+            s.part.system.touch_sources(&mut s.w);
+            s.method.inputs_changed();
+            let machine = match s.method.attempt(&s.part.system, &mut s.w, h, &s.tol) {
+                Attempt::Good { next } => next,
+                Attempt::TooLarge { next } => {
+                    s.w.counters.rejected += 1;
+                    return Macro::Again { next: next.min(0.9 * h) };
+                }
+                Attempt::Stuck { next, why } => {
+                    s.w.counters.newton_failures += 1;
+                    return Macro::Stuck { next: next.min(0.5 * h), why };
+                }
+            };
+            self.trace(s, t, end);
+            let gap = self.gap(given, s);
+            if gap <= 1.0 {
+                let grow = match pass {
+                    0 => 2.5,
+                    1 => (0.3 / gap.max(1e-3)).powf(0.3).clamp(0.7, 2.0),
+                    _ => 0.6,
+                };
+                return Macro::Taken { next: machine.min(grow * h) };
+            }
+            if gap > allowed {
+                break;
+            }
+            allowed = CONTRACTS * gap.min(allowed);
+            self.give(given, &s.curves);
+        }
+        s.w.counters.rejected += 1;
+        Macro::Again { next: 0.3 * h }
+    }
+
+    /// The machine's polynomials on the macro step.
+    fn trace(&self, s: &mut Slow, t: f64, end: f64) {
+        let (centre, half) = (0.5 * (t + end), 0.5 * (end - t));
+        for (k, node) in self.nodes.iter().enumerate() {
+            if k == NODES - 1 {
+                s.scratch.copy_from_slice(s.method.candidate());
+            } else {
+                s.method.dense(centre + node * half, &mut s.scratch);
+            }
+            for (c, v) in s.curves.iter_mut().zip(&s.scratch) {
+                c[k] = *v;
+            }
+        }
+        for c in &mut s.curves {
+            *c = self.fitted(c);
+        }
+    }
+
+    /// Coefficients of powers from values at the nodes.
+    fn fitted(&self, values: &[f64; NODES]) -> [f64; NODES] {
+        std::array::from_fn(|k| self.fit[k].iter().zip(values).map(|(f, v)| f * v).sum())
+    }
+
+    /// What the circuit is given: the machine's polynomials on the same step.
+    fn give(&self, given: &mut Guests, curves: &[[f64; NODES]]) {
+        for (p, &i) in given.values.iter_mut().zip(&self.parts.fast.reads) {
+            p.0 = curves[i];
+        }
+    }
+
+    /// The last step's polynomials, continued over the next step.
+    fn extrapolate(&self, last: &Guests, given: &mut Guests, t: f64, end: f64) {
+        (given.centre, given.half) = (0.5 * (t + end), 0.5 * (end - t));
+        for (new, p) in given.values.iter_mut().zip(&last.values) {
+            let values = std::array::from_fn(|k| {
+                continued(p, last.place(given.centre + self.nodes[k] * given.half), self.degree)
+            });
+            new.0 = self.fitted(&values);
+        }
+    }
+
+    /// Which degree would have foreseen this step best?
+    fn learn(&mut self, last: &Guests, s: &Slow, end: f64) {
+        let miss = |degree: usize| {
+            let misses = last.values.iter().zip(&self.parts.fast.reads).map(|(p, &i)| {
+                let (old, new) = (continued(p, last.place(end), degree), Polynomial(s.curves[i]).at(1.0));
+                (new - old).abs() / s.tol.weight(i, new, new)
+            });
+            misses.fold(0.0, f64::max)
+        };
+        let misses: [f64; FORESEEN + 1] = std::array::from_fn(miss);
+        let best = (0..=FORESEEN).min_by(|&i, &j| misses[i].total_cmp(&misses[j]));
+        self.degree = best.unwrap_or(1);
+    }
+
+    /// How far what the circuit was given is from what came of it, in units of what is allowed.
+    fn gap(&self, given: &Guests, s: &Slow) -> f64 {
+        let mut worst = 0.0_f64;
+        for (p, &i) in given.values.iter().zip(&self.parts.fast.reads) {
+            let c = Polynomial(s.curves[i]);
+            for &node in &self.nodes {
+                let (old, new) = (p.at(node), c.at(node));
+                let gap = (new - old).abs() / (AGREE * s.tol.weight(i, old, new));
+                worst = if gap.is_finite() { worst.max(gap) } else { f64::INFINITY };
+            }
+        }
+        worst
+    }
+
+    /// Rows and accounts of the macro step, circuit and machine together.
+    fn flush(&mut self, window: &Window, curves: &[[f64; NODES]], response: &Response) {
+        let (fast, slow) = (&self.parts.fast, &self.parts.slow);
+        let fill = |x: &mut [f64], t: f64, y: &[f64], integrals: &[f64]| {
+            for (&i, v) in fast.of.iter().zip(y) {
+                x[i] = *v;
+            }
+            let s = window.place(t);
+            for (&i, c) in slow.of.iter().zip(curves) {
+                x[i] = Polynomial(*c).at(s);
+            }
+            // ripple: what the projection has left out so far
+            for (j, integral) in integrals.iter().enumerate() {
+                let rest = integral - window.projected(j, s);
+                for &(i, a) in response.of(j) {
+                    x[slow.of[i]] += a * rest;
+                }
+            }
+        };
+        for item in &window.items {
+            self.w.flags.copy_from_slice(window.flags(item));
+            let (y, integrals) = window.state(item);
+            fill(&mut self.x, item.t, y, integrals);
+            match item.kind {
+                window::Kind::Row => self.record.row(self.sys, self.w, item.t, &self.x),
+                window::Kind::Open => self.record.open(self.sys, self.w, item.t, &self.x),
+                window::Kind::Leap => self.record.leap(self.sys, self.w, item.t, &self.x),
+                window::Kind::Step => {
+                    let inside = |t: f64, out: &mut [f64]| {
+                        let (y, integrals) = window.inside(item, t);
+                        fill(out, t, y, integrals);
+                    };
+                    self.record.step(self.sys, self.w, item.t, &self.x, 1, &inside);
+                }
+            }
+        }
+    }
+}
+
+/// Lengths of macro steps.
+#[derive(Default)]
+struct Pace {
+    h: f64,
+    micro: f64,         // mean step of the circuit
+    trial: Option<f64>, // a long step is being tried; the length if it fails
+    short: u32,         // short steps since the last trial
+    failed: u32,        // trials
+}
+
+impl Pace {
+    fn length(&mut self) -> f64 {
+        if self.trial.is_none() && self.micro > 0.0 && self.h < FEW * self.micro {
+            self.short += 1;
+            if self.short > 4 << self.failed.min(8) {
+                self.short = 0;
+                self.trial = Some(self.h);
+                self.h = LEAP * self.micro;
+            }
+        }
+        self.h
+    }
+
+    fn refused(&mut self, next: f64) {
+        self.h = next;
+        if let Some(before) = self.trial.take() {
+            self.h = before;
+            self.failed += 1;
+        }
+    }
+
+    fn accepted(&mut self, next: f64, h: f64, steps: u64) {
+        self.h = next;
+        let micro = h / steps.max(1) as f64;
+        self.micro = if self.micro > 0.0 { 0.8 * self.micro + 0.2 * micro } else { micro };
+        if self.trial.take().is_some() {
+            self.failed = 0;
+        }
+    }
+}
+
+/// The polynomial of so low a degree that meets `p` at points spread over its step, at s.
+fn continued(p: &Polynomial, s: f64, degree: usize) -> f64 {
+    let node = |k: usize| if degree == 0 { 1.0 } else { -(std::f64::consts::PI * k as f64 / degree as f64).cos() };
+    (0..=degree)
+        .map(|j| {
+            let others = (0..=degree).filter(|&k| k != j);
+            p.at(node(j)) * others.map(|k| (s - node(k)) / (node(j) - node(k))).product::<f64>()
+        })
+        .sum()
+}
+
+fn nodes() -> [f64; NODES] {
+    std::array::from_fn(|k| -(std::f64::consts::PI * k as f64 / DEGREE as f64).cos())
+}
+
+/// Rows that turn values at the nodes into coefficients of powers, by elimination.
+fn inverse_vandermonde(nodes: &[f64; NODES]) -> [[f64; NODES]; NODES] {
+    let mut a = [[0.0; 2 * NODES]; NODES];
+    for (k, (row, s)) in a.iter_mut().zip(nodes).enumerate() {
+        let mut power = 1.0;
+        for v in row.iter_mut().take(NODES) {
+            *v = power;
+            power *= s;
+        }
+        row[NODES + k] = 1.0;
+    }
+    for c in 0..NODES {
+        let best = (c..NODES).max_by(|&i, &j| a[i][c].abs().total_cmp(&a[j][c].abs())).unwrap_or(c);
+        a.swap(c, best);
+        let pivot = a[c];
+        for (r, row) in a.iter_mut().enumerate() {
+            let factor = row[c] / pivot[c];
+            for (v, p) in row.iter_mut().zip(&pivot) {
+                *v = if r == c { *p / pivot[c] } else { *v - factor * p };
+            }
+        }
+    }
+    std::array::from_fn(|r| std::array::from_fn(|c| a[r][NODES + c]))
+}

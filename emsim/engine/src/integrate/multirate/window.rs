@@ -1,0 +1,248 @@
+//! What the circuit did in one macro step: its rows and steps, and the moments of what the machine reads of it.
+//!
+//! P y is the projection on polynomials of degree `MOMENTS` - 1: with Legendre's P_m and s in [-1, 1] on the macro step,
+//!   P y = sum_m c_m P_m(s),   c_m = (2 m + 1)/H  integral y(t) P_m(s) dt,
+//! integrated over every step of the circuit on its dense output by Gauss' rule with three nodes (order 6). Degree 2, because
+//! more of it is ripple cut off at the ends of the macro step rather than the course of the mean.
+use super::super::rows::Sink;
+use crate::system::{Guests, System, Work, DEGREE};
+
+const MOMENTS: usize = 3;
+const NODES: usize = 3;
+/// Gauss' nodes and weights on [0, 1], and integrals up to the nodes.
+const NODE: [f64; NODES] = [0.112_701_665_379_258_31, 0.5, 0.887_298_334_620_741_7];
+const WEIGHT: [f64; NODES] = [5.0 / 18.0, 8.0 / 18.0, 5.0 / 18.0];
+const UP_TO: [[f64; NODES]; NODES] = [
+    [5.0 / 36.0, -0.035_976_667_524_938_9, 0.009_789_444_015_308_33],
+    [0.300_263_194_980_864_57, 2.0 / 9.0, -0.022_485_417_203_132_7],
+    [0.267_988_333_762_469_45, 0.480_421_111_969_383_34, 5.0 / 36.0],
+];
+
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub enum Kind {
+    Open,
+    Row,
+    Leap,
+    Step,
+}
+
+pub struct Item {
+    pub kind: Kind,
+    pub t: f64,
+    at: usize, // of its state in `data`, behind it those inside the step
+    flags: usize,
+    start: f64, // of the step
+}
+
+pub struct Window {
+    centre: f64,
+    half: f64,
+    covered: f64, // integrated so far
+    n: usize,
+    reads: Vec<usize>,
+    moments: Vec<[f64; MOMENTS]>, // integral of y P_m ds
+    projection: Vec<[f64; MOMENTS]>,
+    pub items: Vec<Item>,
+    data: Vec<f64>, // y and the integral of each guest from the start
+    before: usize,  // items of before this macro step
+    waiting: usize, // items from here on wait for their integrals
+    versions: Vec<Vec<f64>>,
+    follows: bool, // accounts are kept: steps and leaps are needed
+    inner: [Vec<f64>; NODES],
+}
+
+impl Window {
+    pub fn new(n: usize, reads: &[usize], follows: bool) -> Window {
+        Window {
+            centre: 0.0,
+            half: 1.0,
+            covered: 0.0,
+            n,
+            reads: reads.to_vec(),
+            moments: vec![[0.0; MOMENTS]; reads.len()],
+            projection: vec![[0.0; MOMENTS]; reads.len()],
+            items: Vec::new(),
+            data: Vec::new(),
+            before: 0,
+            waiting: 0,
+            versions: Vec::new(),
+            follows,
+            inner: std::array::from_fn(|_| vec![0.0; n]),
+        }
+    }
+
+    /// A macro step begins, or begins anew; what came before it stays until it is taken.
+    pub fn begin(&mut self, start: f64, end: f64) {
+        (self.centre, self.half, self.covered) = (0.5 * (start + end), 0.5 * (end - start), start);
+        self.moments.fill([0.0; MOMENTS]);
+        self.items.truncate(self.before);
+        let end = |i: &Item| i.at + self.width() * if i.kind == Kind::Step { 1 + NODES } else { 1 };
+        self.data.truncate(self.items.last().map_or(0, end));
+        self.waiting = self.before;
+    }
+
+    /// What there is comes before the next macro step.
+    pub fn hold(&mut self) {
+        self.before = self.items.len();
+    }
+
+    /// All has been taken.
+    pub fn clear(&mut self) {
+        self.items.clear();
+        self.data.clear();
+        self.versions.clear();
+        self.before = 0;
+    }
+
+    pub fn place(&self, t: f64) -> f64 {
+        (t - self.centre) / self.half
+    }
+
+    fn width(&self) -> usize {
+        self.n + self.reads.len()
+    }
+
+    pub fn flags(&self, item: &Item) -> &[f64] {
+        &self.versions[item.flags]
+    }
+
+    /// y, and the integrals of what the machine reads.
+    pub fn state(&self, item: &Item) -> (&[f64], &[f64]) {
+        self.data[item.at..item.at + self.width()].split_at(self.n)
+    }
+
+    /// The same at the node of the step that t is.
+    pub fn inside(&self, item: &Item, t: f64) -> (&[f64], &[f64]) {
+        let theta = (t - item.start) / (item.t - item.start);
+        let k = if theta < 0.3 {
+            1
+        } else if theta < 0.7 {
+            2
+        } else {
+            3
+        };
+        let at = item.at + k * self.width();
+        self.data[at..at + self.width()].split_at(self.n)
+    }
+
+    fn integral(&self, guest: usize) -> f64 {
+        self.moments[guest][0] * self.half
+    }
+
+    fn push(&mut self, kind: Kind, w: &Work, t: f64, y: &[f64]) {
+        if self.versions.last().is_none_or(|f| *f != w.flags) {
+            self.versions.push(w.flags.clone());
+        }
+        let (at, flags) = (self.data.len(), self.versions.len() - 1);
+        self.data.extend_from_slice(y);
+        for j in 0..self.reads.len() {
+            self.data.push(self.integral(j));
+        }
+        self.items.push(Item { kind, t, at, flags, start: self.covered });
+    }
+
+    /// Fills the machine's guests with P y.
+    pub fn moments(&mut self, guests: &mut Guests) {
+        (guests.centre, guests.half) = (self.centre, self.half);
+        for ((p, c), m) in guests.values.iter_mut().zip(&mut self.projection).zip(&self.moments) {
+            for (k, (c, m)) in c.iter_mut().zip(m).enumerate() {
+                *c = (k as f64 + 0.5) * m;
+            }
+            // Legendre's in powers of s
+            p.0 = [0.0; DEGREE + 1];
+            p.0[..MOMENTS].copy_from_slice(&[c[0] - 0.5 * c[2], c[1], 1.5 * c[2]]);
+        }
+    }
+
+    /// Integral of P y from the start of the step to s.  (2 m + 1) integral P_m = P_(m+1) - P_(m-1)
+    pub fn projected(&self, guest: usize, s: f64) -> f64 {
+        let p = legendre(s);
+        let above = (2.5 * s * s - 1.5) * s;
+        let integrals = [s + 1.0, (p[2] - p[0]) / 3.0, (above - p[1]) / 5.0];
+        self.half * self.projection[guest].iter().zip(integrals).map(|(c, i)| c * i).sum::<f64>()
+    }
+}
+
+impl Sink for Window {
+    fn row(&mut self, _sys: &System, w: &mut Work, t: f64, y: &[f64]) {
+        self.push(Kind::Row, w, t, y);
+    }
+
+    fn reads(&self) -> &[u32] {
+        &[]
+    }
+
+    fn open(&mut self, _sys: &System, w: &mut Work, t: f64, y: &[f64]) {
+        if self.follows {
+            self.push(Kind::Open, w, t, y);
+        }
+        self.waiting = self.items.len();
+    }
+
+    fn leap(&mut self, _sys: &System, w: &mut Work, t: f64, y: &[f64]) {
+        // the little time that it took belongs to the next step
+        if self.follows {
+            self.push(Kind::Leap, w, t, y);
+        }
+        self.waiting = self.items.len();
+    }
+
+    fn step(&mut self, _sys: &System, w: &mut Work, t: f64, y: &[f64], _parts: usize, dense: &dyn Fn(f64, &mut [f64])) {
+        let (from, length) = (self.covered, t - self.covered);
+        if length <= 0.0 {
+            self.waiting = self.items.len();
+            return;
+        }
+        let mut inner = std::mem::take(&mut self.inner);
+        // rows inside the step: their own integral from its start; the one at its end gets the whole one
+        for k in self.waiting..self.items.len() {
+            let (at, part) = (self.items[k].at + self.n, self.items[k].t - from);
+            if part < length {
+                for (node, weight) in NODE.into_iter().zip(WEIGHT) {
+                    dense(from + node * part, &mut inner[0]);
+                    for (j, &i) in self.reads.iter().enumerate() {
+                        self.data[at + j] += weight * part * inner[0][i];
+                    }
+                }
+            }
+        }
+        for (node, inner) in NODE.into_iter().zip(&mut inner) {
+            dense(from + node * length, inner);
+        }
+        let start: Vec<f64> = (0..self.reads.len()).map(|j| self.integral(j)).collect();
+        for ((node, weight), inner) in NODE.into_iter().zip(WEIGHT).zip(&inner) {
+            let p = legendre(self.place(from + node * length));
+            for (m, &i) in self.moments.iter_mut().zip(&self.reads) {
+                let part = inner[i] * weight * length / self.half;
+                for (m, p) in m.iter_mut().zip(&p) {
+                    *m += part * p;
+                }
+            }
+        }
+        if let Some(last) = self.items[self.waiting..].last().filter(|last| last.t >= t) {
+            let at = last.at + self.n;
+            for j in 0..self.reads.len() {
+                self.data[at + j] = self.integral(j);
+            }
+        }
+        if self.follows {
+            self.push(Kind::Step, w, t, y);
+            for (up_to, y) in UP_TO.iter().zip(&inner) {
+                self.data.extend_from_slice(y);
+                for (j, &i) in self.reads.iter().enumerate() {
+                    let so_far: f64 = up_to.iter().zip(&inner).map(|(a, y)| a * y[i]).sum();
+                    self.data.push(start[j] + length * so_far);
+                }
+            }
+        }
+        self.covered = t;
+        self.waiting = self.items.len();
+        self.inner = inner;
+    }
+
+    fn close(&mut self, _sys: &System, _w: &mut Work) {}
+}
+
+fn legendre(s: f64) -> [f64; MOMENTS] {
+    [1.0, s, 1.5 * s * s - 0.5]
+}

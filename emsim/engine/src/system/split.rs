@@ -1,0 +1,203 @@
+//! Two systems out of one: the circuit (fast) and the machine (slow), each with what it reads of the other as guests.
+//!
+//! Unknowns and their rows are shared out by kind. A row's terms in unknowns of the other part become sources: constant
+//! entries become coefficients of a guest's wave, in expressions the unknown is replaced by it. The machine must stand to
+//! the circuit as a motor does: its momenta do not contain electrical unknowns, and its forces are affine in them (so
+//! their mean over a macro step is all that it feels), and no condition switches its equations.
+use super::{DiodeAt, FlagSpec, Kind, Model, System};
+use crate::derive::{depends, gradient, substitute};
+use crate::graph::{Graph, Id, Node};
+use crate::waves::Wave;
+use std::collections::BTreeMap;
+
+/// One part: its equations, and where its unknowns and guests are.
+pub struct Part {
+    pub system: System,
+    /// index in the whole system of each unknown
+    pub of: Vec<usize>,
+    /// unknowns of the other part that are guests here, by their index there
+    pub reads: Vec<usize>,
+}
+
+pub struct Parts {
+    pub fast: Part,
+    pub slow: Part,
+}
+
+impl System {
+    /// Shares the equations out, once; for the method that needs it.
+    pub fn split(&self, g: &mut Graph) {
+        self.parts.get_or_init(|| Splitter::new(self, g).split(g).map(Box::new));
+    }
+
+    pub fn parts(&self) -> Result<&Parts, &str> {
+        match self.parts.get() {
+            Some(Ok(parts)) => Ok(parts),
+            Some(Err(why)) => Err(why),
+            None => Err("its equations were not shared out"),
+        }
+    }
+}
+
+struct Splitter<'a> {
+    sys: &'a System,
+    f: BTreeMap<usize, Id>,
+    q: BTreeMap<usize, Id>,
+    leaves: Vec<Id>,
+    slow: Vec<bool>,
+    place: Vec<usize>, // of each unknown in its part
+}
+
+impl<'a> Splitter<'a> {
+    fn new(sys: &'a System, g: &mut Graph) -> Splitter<'a> {
+        let [f, q] = sys.rows.clone();
+        let (f, q): (BTreeMap<_, _>, BTreeMap<_, _>) = (f.into_iter().collect(), q.into_iter().collect());
+        let leaves: Vec<Id> = (0..sys.n).map(|i| g.unknown(i as u32)).collect();
+        // integrals in expressions are coordinates without a unit
+        let machine = |i: usize| {
+            let u = &sys.unknowns[i];
+            u.kind.mechanical() && !(u.kind == Kind::Coordinate && u.unit.is_empty())
+        };
+        let mut slow: Vec<bool> = (0..sys.n).map(machine).collect();
+        // derivatives go with what they differentiate
+        for i in (0..sys.n).filter(|&i| sys.unknowns[i].kind == Kind::Derivative) {
+            slow[i] = q.get(&i).is_some_and(|&e| reads(g, e).iter().any(|&k| machine(k)));
+        }
+        let mut counts = [0, 0];
+        let place = slow
+            .iter()
+            .map(|&s| {
+                counts[usize::from(s)] += 1;
+                counts[usize::from(s)] - 1
+            })
+            .collect();
+        Splitter { sys, f, q, leaves, slow, place }
+    }
+
+    fn split(&self, g: &mut Graph) -> Result<Parts, String> {
+        if !self.slow.contains(&true) || !self.slow.contains(&false) {
+            return Err("it takes a circuit and a machine".into());
+        }
+        self.check(g)?;
+        Ok(Parts { fast: self.part(g, false)?, slow: self.part(g, true)? })
+    }
+
+    /// Does the machine stand to the circuit as a motor does?
+    fn check(&self, g: &mut Graph) -> Result<(), String> {
+        let name = |i: usize| &self.sys.unknowns[i].name;
+        let c_foreign = self.sys.c_rows.entries().find(|&(r, c, _)| self.slow[r] && !self.slow[c]);
+        if let Some((r, c, _)) = c_foreign {
+            return Err(format!("the momentum of {} contains {}", name(r), name(c)));
+        }
+        for (&r, &e) in self.q.iter().filter(|(&r, _)| self.slow[r]) {
+            if let Some(c) = reads(g, e).into_iter().find(|&c| !self.slow[c]) {
+                return Err(format!("the momentum of {} contains {}", name(r), name(c)));
+            }
+        }
+        for (&r, &e) in self.f.iter().chain(&self.q).filter(|(&r, _)| self.slow[r]) {
+            if g.reachable(&[e]).iter().any(|&id| matches!(g.node(id), Node::Flag(_))) {
+                return Err(format!("a condition switches the equations of {}", name(r)));
+            }
+        }
+        for (&r, &e) in self.f.iter().filter(|(&r, _)| self.slow[r]) {
+            let foreign: Vec<usize> = reads(g, e).into_iter().filter(|&c| !self.slow[c]).collect();
+            let xs: Vec<Id> = foreign.iter().map(|&c| self.leaves[c]).collect();
+            for (&c, slope) in foreign.iter().zip(gradient(g, e, &xs)) {
+                if depends(g, slope, &xs).contains(&true) {
+                    return Err(format!("the force on {} is not linear in {}", name(r), name(c)));
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn part(&self, g: &mut Graph, slow: bool) -> Result<Part, String> {
+        let sys = self.sys;
+        let of: Vec<usize> = (0..sys.n).filter(|&i| self.slow[i] == slow).collect();
+        let mine = |i: usize| self.slow[i] == slow;
+
+        // what is read of the other part
+        let mut foreign: Vec<usize> = Vec::new();
+        foreign.extend(sys.g_rows.entries().chain(sys.c_rows.entries()).filter(|e| mine(e.0)).map(|e| e.1));
+        let rows = |m: &BTreeMap<usize, Id>| m.iter().filter(|(&r, _)| mine(r)).map(|(_, &e)| e).collect::<Vec<Id>>();
+        let mut expressions = [rows(&self.f), rows(&self.q)].concat();
+        if !slow {
+            expressions.extend(sys.flags.iter().flat_map(|f| [f.up, f.down]));
+        }
+        for &e in &expressions {
+            foreign.extend(reads(g, e));
+        }
+        foreign.retain(|&c| !mine(c));
+        foreign.sort_unstable();
+        foreign.dedup();
+
+        // leaves in their new places
+        let first = sys.waves.len();
+        let guest = |c: usize| foreign.binary_search(&c).map(|k| first + k).unwrap_or(first);
+        let map: Vec<(Id, Id)> = (0..sys.n)
+            .filter(|&i| mine(i) || foreign.binary_search(&i).is_ok())
+            .map(|i| (self.leaves[i], if mine(i) { g.unknown(self.place[i] as u32) } else { g.wave(guest(i) as u32) }))
+            .collect();
+        // corners of sources that this part does not read are none of its own
+        let mut heard = vec![false; first];
+        for id in g.reachable(&expressions) {
+            if let Node::Wave(k) = g.node(id) {
+                heard[k as usize] = true;
+            }
+        }
+        for &(_, k, _) in sys.f_wave.iter().filter(|e| mine(e.0)) {
+            heard[k] = true;
+        }
+        let own = sys.waves.iter().zip(&heard).map(|(v, &heard)| if heard { v.clone() } else { Wave::guest() });
+        let mut model = Model {
+            unknowns: of.iter().map(|&i| sys.unknowns[i].clone()).collect(),
+            waves: own.chain(foreign.iter().map(|_| Wave::guest())).collect(),
+            ..Model::default()
+        };
+        for (from, to) in [(&self.f, &mut model.f), (&self.q, &mut model.q)] {
+            for (&r, &e) in from.iter().filter(|(&r, _)| mine(r)) {
+                to.insert(self.place[r], substitute(g, &[e], &map)[0]);
+            }
+        }
+        for (r, c, v) in sys.g_rows.entries().filter(|e| mine(e.0)) {
+            if mine(c) {
+                model.g.push((self.place[r], self.place[c], v));
+            } else {
+                model.f_wave.push((self.place[r], guest(c), v));
+            }
+        }
+        for (r, c, v) in sys.c_rows.entries().filter(|e| mine(e.0)) {
+            if mine(c) {
+                model.c.push((self.place[r], self.place[c], v));
+            } else {
+                let (wave, v) = (g.wave(guest(c) as u32), g.constant(v));
+                let term = g.mul(v, wave);
+                let old = model.q.get(&self.place[r]).copied();
+                model.q.insert(self.place[r], old.map_or(term, |old| g.add(old, term)));
+            }
+        }
+        for &(r, k, v) in sys.f_wave.iter().filter(|&&(r, _, _)| mine(r)) {
+            model.f_wave.push((self.place[r], k, v));
+        }
+        if !slow {
+            for (d, name) in sys.diodes.iter().zip(&sys.diode_names) {
+                let place = |k: i32| if k >= 0 { self.place[k as usize] as i32 } else { k };
+                let (p, n) = (place(d.p), place(d.n));
+                model.diodes.push(DiodeAt { name: name.clone(), kernel: d.kernel.clone(), p, n });
+            }
+            for f in &sys.flags {
+                let roots = substitute(g, &[f.up, f.down], &map);
+                let (up, down) = (roots[0], roots[1]);
+                model.flags.push(FlagSpec { up, down, name: f.name.clone(), initial: f.initial });
+            }
+        }
+        let system = System::compile(model, g)?;
+        Ok(Part { system, of, reads: foreign.iter().map(|&i| self.place[i]).collect() })
+    }
+}
+
+/// Unknowns that an expression reads.
+fn reads(g: &Graph, e: Id) -> Vec<usize> {
+    let unknown = |&id: &Id| if let Node::Unknown(i) = g.node(id) { Some(i as usize) } else { None };
+    g.reachable(&[e]).iter().filter_map(unknown).collect()
+}

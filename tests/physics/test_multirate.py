@@ -1,0 +1,150 @@
+"""Circuit and machine each at its own pace: as near to the truth as one pace for both, and refused where it cannot be."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import emsim
+from emsim import pipeline
+from emsim.result import Table
+
+BRIDGE = """Vbat vb 0 24
+Vg g 0 PULSE(0 5 {-tr/2} {tr} {tr} {0.7/fsw-tr} {1/fsw})
+S1 vb a g 0 high
+S4 b 0 g 0 high
+S2 a 0 0 g low
+S3 vb b 0 g low
+.model high SW(vt=2.5 ron=20m roff=1g)
+.model low SW(vt=-2.5 ron=20m roff=1g)
+MOTOR m1 a b p1 kt=0.1 r=1 l=1m j=0.2m
+"""
+SIGNALS = ("i(m1)", "omega(p1)", "angle(p1)")
+
+
+def chain(links: int, converter: str, fsw: float, stop: float) -> str:
+    """A chain of uniform rods one metre long, driven at its first joint."""
+    length = 1.0 / links
+    cards = ["chain", ".gravity 9.81", f".param fsw={fsw} tr={0.01 / fsw}"]
+    before = "0"
+    for k in range(1, links + 1):
+        cards += [
+            f"BODY b{k} shape=rod({length}) m={0.2 / links}",
+            f"JOINT p{k} {before} b{k} pin damp=2m",
+        ]
+        before = f"b{k}({length},0)"
+    shown = f".print tran i(m1) omega(p1) angle(p1) y({before})"
+    return "\n".join([*cards, converter, f".tran {stop / 50} {stop} UIC", shown, ".end", ""])
+
+
+def run(deck: str, method: str, reltol: float) -> Table:
+    return pipeline.run(deck, method=method, reltol=reltol).plots[0]
+
+
+def times(stop: float, fsw: float) -> np.ndarray:
+    """Between the edges: at an edge two methods may stand on different sides of it."""
+    return np.floor(np.linspace(0.02, 0.98, 40) * stop * fsw) / fsw + 0.37 / fsw
+
+
+def error(found: Table, truth: Table, at: np.ndarray, signals: tuple[str, ...] = SIGNALS) -> float:
+    """Largest difference over the largest value, of the worst signal."""
+    return max(
+        float(np.abs(found.at(n, at) - truth.at(n, at)).max() / np.abs(truth[n]).max()) for n in signals
+    )
+
+
+def test_errors_follow_the_tolerance_as_those_of_a_single_rate_do() -> None:
+    deck = chain(3, BRIDGE, 20e3, 0.05)
+    at = times(0.05, 20e3)
+    truth = run(deck, "radau", 1e-9)
+    errors = [error(run(deck, "multirate", reltol), truth, at) for reltol in (1e-3, 1e-5, 1e-7)]
+    for reltol, found in zip((1e-3, 1e-5, 1e-7), errors, strict=True):
+        assert found < 10 * reltol
+    assert errors[2] < 0.1 * errors[0]
+
+
+def test_every_row_is_of_one_time_for_both() -> None:
+    """Rows come as from a single rate: print grid and the circuit's steps, in order; forces fit the currents."""
+    found = run(chain(2, BRIDGE, 20e3, 0.02), "multirate", 1e-5)
+    assert (np.diff(found.time) > 0).all()
+    assert found.time[0] == 0.0
+    assert found.time[-1] == 0.02
+    asked = np.arange(51) * 0.02 / 50
+    nearest = np.abs(found.time[:, None] - asked).min(axis=0)
+    assert nearest.max() < 1e-12
+
+
+def test_speed_carries_the_ripple_that_the_machine_was_not_given() -> None:
+    """Seen at every step of the circuit, the rotor's acceleration is that of the current at that time, not of its mean:
+    J dw = (kt i - d w) dt."""
+    deck = (
+        "rotor\n.param fsw=5k tr=2u\nBODY rotor m=1 j=1e-5\nJOINT p1 0 rotor pin damp=1e-5\n"
+        + BRIDGE.replace(" j=0.2m", "")
+        + ".tran 10u 50m UIC\n.print tran i(m1) omega(p1)\n.end\n"
+    )
+    found = run(deck, "multirate", 1e-6)
+    t, i, w = found.time, found["i(m1)"], found["omega(p1)"]
+    late = t > 0.04
+    t, i, w = t[late], i[late], w[late]
+    # trapezoids between rows: the current is nearly straight there
+    impulse = np.cumsum((0.1 * 0.5 * (i[1:] + i[:-1]) - 1e-5 * 0.5 * (w[1:] + w[:-1])) * np.diff(t)) / 1e-5
+    ripple = w[1:] - w[0]
+    assert np.ptp(ripple) > 0.1
+    assert np.abs(ripple - impulse).max() < 2e-3 * np.ptp(ripple) + 1e-6 * np.abs(w).max()
+
+
+@pytest.mark.parametrize(("reltol", "share"), [(1e-3, 1e-5), (1e-6, 1e-7)])
+def test_energy_is_accounted_for(reltol: float, share: float) -> None:
+    ledger = run(chain(3, BRIDGE, 20e3, 0.02), "multirate", reltol).energy
+    assert ledger is not None
+    assert ledger.supplied > 0.1
+    assert ledger.share < share
+
+
+def test_edges_that_only_the_circuit_and_edges_that_the_machine_brings_about() -> None:
+    """A hysteresis controller turns by the current, a limit switch by the angle; both turn when a single rate says so."""
+    deck = """limit
+BODY arm shape=rod(0.2) m=0.1
+JOINT p1 0 arm pin damp=1m
+MOTOR m1 a 0 p1 kt=0.1 r=1 l=5m j=0.2m
+Vbat vb 0 24
+S1 vb a n 0 chopper
+Rf a 0 0.5
+Bn n 0 V={i(m1)}
+.model chopper SW(vt=-3 vh=0.2 ron=20m roff=1k)
+Bs n2 0 V={angle(p1)}
+S2 vb led n2 0 end
+Rled led 0 1k
+.model end SW(vt=0.4 vh=0.05 ron=1 roff=1g)
+.tran 1m 0.2 UIC
+.print tran i(m1) omega(p1) angle(p1) v(led)
+.end
+"""
+    # the switch closes below -3 of n - 0 = -i: turn it round
+    deck = deck.replace("V={i(m1)}", "V={-i(m1)}")
+    truth, found = run(deck, "radau", 1e-8), run(deck, "multirate", 1e-6)
+    at = np.arange(1, 200) * 1e-3
+    assert error(found, truth, at, ("omega(p1)", "angle(p1)")) < 1e-5
+    crossings = [np.flatnonzero(np.diff(np.sign(x["v(led)"] - 1.0))) for x in (truth, found)]
+    assert len(crossings[0]) == len(crossings[1]) >= 1
+    for k, j in zip(*crossings, strict=True):
+        assert found.time[j] == pytest.approx(truth.time[k], rel=1e-5)
+
+
+REFUSED = {
+    "it takes a circuit and a machine": "rc\nV1 a 0 1\nR1 a b 1k\nC1 b 0 1n\n.tran 1u 1m\n.end\n",
+    "is not linear in": (
+        "magnet\nBODY plate m=50m\nJOINT gap 0 plate slide axis=(1,0)\nSPRING back gap k=2k\n"
+        "TRANSDUCER mag c 0 gap L={1m/(3m-pos(gap))}\nRc s c 8\nVs s 0 12\n.tran 50u 20m\n.end\n"
+    ),
+    "a condition switches the equations of": (
+        "brake\nBODY arm shape=rod(0.2) m=0.1\nJOINT p1 0 arm pin\nTORQUE brake p1 tau={angle(p1)>0.5 ? -1 : 0}\n"
+        "MOTOR m1 a 0 p1 kt=0.1 r=1 l=5m\nV1 a 0 12\n.tran 1m 0.2\n.end\n"
+    ),
+}
+
+
+@pytest.mark.parametrize("why", REFUSED)
+def test_refused_where_circuit_and_machine_cannot_be_taken_apart(why: str) -> None:
+    with pytest.raises(emsim.ConvergenceError, match=why):
+        run(REFUSED[why], "multirate", 1e-4)
