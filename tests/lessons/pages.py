@@ -20,6 +20,7 @@ from functools import cached_property
 from math import floor, log10, pi
 
 import numpy as np
+import pytest
 from support import NETLISTS
 
 import emsim
@@ -35,9 +36,9 @@ SI = ("V", "A", "s", "Hz", "J", "W", "N", "m", "Ohm", "F", "H", "V/m")
 UNITS = {f"{prefix}{unit}": scale for unit in SI for prefix, scale in SCALES.items()}
 # units without prefixes, and those that are no power of ten
 UNITS |= {
-    "": 1.0, "%": 0.01, "degrees": pi / 180, "rad": 1.0, "mrad": 1e-3, "rad/s": 1.0, "1/s": 1.0, "N m": 1.0,
-    "mN m": 1e-3, "V s/rad": 1.0, "kg": 1.0, "g": 1e-3, "m/s": 1.0, "mm/s": 1e-3, "rad/s²": 1.0, "rpm": pi / 30,
-    "kg m²": 1.0, "times": 1.0, "steps": 1.0, "turns": 1.0, "periods": 1.0, "points": 1.0, "N/m": 1.0,
+    "": 1.0, "%": 0.01, "degrees": pi / 180, "rad": 1.0, "mrad": 1e-3, "rad/s": 1.0, "rad/s²": 1.0, "rpm": pi / 30,
+    "1/s": 1.0, "m/s": 1.0, "mm/s": 1e-3, "N m": 1.0, "mN m": 1e-3, "N/m": 1.0, "kg": 1.0, "kg m²": 1.0,
+    "times": 1.0, "steps": 1.0, "million times": 1e6, "million steps": 1e6,
 }  # fmt: skip
 NUMBER = r"[-+−]?\d(?:[\d ]*\d)?(?:\.\d+)?(?:e[-+]?\d+)?"
 WORDS = "|".join(sorted((re.escape(u) for u in UNITS if u), key=len, reverse=True))
@@ -83,20 +84,22 @@ class Figure:
 
 @dataclass(frozen=True)
 class Edit:
-    removed: tuple[str, ...]
-    added: tuple[str, ...]
+    changes: tuple[tuple[str, str], ...]  # ("-", old line) and ("+", new line), in order
     options: tuple[str, ...]
 
     def apply(self, deck: str) -> str:
         """The deck with the lines replaced; each old line must stand there once, blanks aside."""
         lines = deck.splitlines()
-        plain = [" ".join(line.split()) for line in lines]
         place = len(lines) - 1  # additions alone go before .end
-        for old in self.removed:
-            assert plain.count(old) == 1, f"{old!r} stands {plain.count(old)} times in the deck"
-            place = plain.index(old)
-            del lines[place], plain[place]
-        lines[place:place] = self.added
+        for sign, text in self.changes:
+            if sign == "+":
+                lines.insert(place, text)
+                place += 1
+                continue
+            plain = [" ".join(line.split()) for line in lines]
+            assert plain.count(text) == 1, f"{text!r} stands {plain.count(text)} times in the deck"
+            place = plain.index(text)
+            del lines[place]
         return "\n".join(lines) + "\n"
 
 
@@ -117,11 +120,10 @@ class Page:
     def edits(self) -> list[Edit]:
         out = []
         for block in self.blocks("edit"):
-            lines = block.splitlines()
-            removed = [" ".join(line[2:].split()) for line in lines if line.startswith("- ")]
-            added = [line[2:] for line in lines if line.startswith("+ ")]
+            lines = [" ".join(line.split()) for line in block.splitlines()]
+            changes = [(line[0], line[2:]) for line in lines if line.startswith(("- ", "+ "))]
             rest = " ".join(line for line in lines if not line.startswith(("- ", "+ ")))
-            out.append(Edit(tuple(removed), tuple(added), tuple(rest.split())))
+            out.append(Edit(tuple(changes), tuple(rest.split())))
         return out
 
     @property
@@ -137,7 +139,12 @@ class Page:
     def unaccounted(self) -> list[str]:
         """Numbers of the prose that nothing holds: not marked, not in the deck or an edit, not small and whole."""
         prose = re.sub(r"^```\w*\n.*?^```$", "", self.text, flags=re.M | re.S)
-        prose = re.sub(r"`[^`]*`|\$\$.*?\$\$|\$[^$]*\$|\]\([^)]*\)|\bp\. \d+", " ", prose, flags=re.S)
+        prose = re.sub(
+            r"`[^`]*`|\$\$.*?\$\$|\$[^$]*\$|\]\([^)]*\)|\bp\. \d+|\blessons? \d+( and \d+)?",
+            " ",
+            prose,
+            flags=re.S,
+        )
         prose = re.sub(r"<!--.*?-->", "", MARKED.sub(" ", prose))
         known = {_rounded(x) for x in _values(self.deck + "".join(self.blocks("edit")))}
         out = []
@@ -152,7 +159,7 @@ class Page:
     @property
     def decimals_in_formulas(self) -> list[str]:
         formulas = re.findall(r"\$\$.*?\$\$|\$[^$\n]*\$", self.text, re.S)
-        return [f for f in formulas if re.search(r"\d\.\d|\d{3}", f)]
+        return [f for f in formulas if re.search(r"\d\.\d", f)]
 
 
 def _number(text: str) -> tuple[float, float]:
@@ -193,6 +200,12 @@ class Runs:
             text, options = self.deck(k)
             self._done[k] = emsim.run(text, energy=True, **options)
         return self._done[k]
+
+    def failure(self, k: int) -> emsim.ConvergenceError:
+        """What the k-th edit's run stops with, when the page says that it stops."""
+        with pytest.raises(emsim.ConvergenceError) as stopped:
+            self.edit(k)
+        return stopped.value
 
     def deck(self, k: int) -> tuple[str, dict]:
         """The edited deck with a finer print step, so that figures between rows are read off well."""

@@ -5,7 +5,9 @@ from __future__ import annotations
 import re
 
 import forms_circuits  # noqa: F401  (registers its lessons)
+import forms_control  # noqa: F401
 import forms_couplings  # noqa: F401
+import forms_numerics  # noqa: F401
 import pytest
 from pages import FOLDER, FORMS, HEADINGS, NAMES, Page, Runs
 from support import NETLISTS, ROOT
@@ -21,14 +23,14 @@ def page(request) -> Page:
 
 
 def test_there_is_a_page_and_a_form_for_every_deck():
-    assert len(NAMES) >= 7
+    assert len(NAMES) >= 12
     assert [p.stem for p in sorted(FOLDER.glob("[0-9]*.md"))] == NAMES == sorted(FORMS)
     assert [int(name[:2]) for name in NAMES] == list(range(1, len(NAMES) + 1))
 
 
 def test_a_page_has_its_sections(page):
     assert page.headings == HEADINGS
-    assert len(page.edits) == 3
+    assert len(page.edits) >= 3
     assert page.deck.splitlines()[0].lower().startswith(f"lesson {int(page.name[:2])}:")
 
 
