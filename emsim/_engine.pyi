@@ -240,3 +240,7 @@ class Trees:
     ]:
         """Title, stray continuation lines, the first .control, the lines of .control sections, and the cards: see
         source.Reading. A place is (line, column, start, end)."""
+
+def diode_parameters() -> list[tuple[list[str], str, float, str]]:
+    """(names, unit, default, meaning) of every parameter of a diode's .model; the default is nan where it depends on
+    others."""

@@ -55,6 +55,11 @@ def read(source: str | bytes | os.PathLike[str], defines: Mapping[str, Any] | No
     return deck
 
 
+def read_source(file: SourceFile) -> Deck:
+    """The deck of a text that is not on disk as it is here: that of an editor. Never raises."""
+    return _build(file, Sink(), is_main=True)
+
+
 def read_file(path: str, sink: Sink, included_from: Span | None = None, shown: str | None = None) -> Deck:
     """An included file as a Deck without a title. Raises OSError, or ValueError when it is not text."""
     return _build(load(path, included_from, shown), sink, is_main=False)

@@ -262,6 +262,7 @@ class FlatDeck:
         "nodesets",
         "option_spans",
         "options",
+        "params",
         "prints",
         "probes",
         "saves",
@@ -281,6 +282,7 @@ class FlatDeck:
         self.models: dict[str, Model] = {}
         self.options: dict[str, float | str | bool] = {}
         self.option_spans: dict[str, Span] = {}
+        self.params: dict[str, float] = {}  # of the top level
         self.temp = 27.0
         self.tnom = 27.0
         self.gravity: tuple[float, float, float] | None = None

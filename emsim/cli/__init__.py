@@ -23,6 +23,7 @@ VERBS = {
     "convert": "results between raw, CSV, Parquet and NetCDF files",
     "new": "write a small deck that runs, from a template",
     "fmt": "lay a deck out: cards and comments in columns, nothing but blanks changed",
+    "lsp": "the language server, for editors",
     "completion": "the completion script of bash, zsh or fish",
     "help": "this text, or that of a verb",
     "version": "the version",
@@ -104,6 +105,8 @@ def _dispatch(args: list[str]) -> int:
         from .new import main as verb_main
     elif verb == "fmt":
         from .fmt import main as verb_main
+    elif verb == "lsp":
+        from .lsp import main as verb_main
     elif verb == "completion":
         from .completion import main as verb_main
     elif verb == "version":

@@ -124,7 +124,7 @@ def _take_words(rows: list[Row]) -> None:
         if row.kind not in ("card", "more"):
             continue
         start = len(row.text) - len(row.text.lstrip(BLANKS)) + (row.kind == "more")
-        code = _code(row.text, start, row.kind == "more")
+        code = code_of(row.text, start, row.kind == "more")
         words = _words(row.text[start:code])
         if words is None:
             return
@@ -133,7 +133,7 @@ def _take_words(rows: list[Row]) -> None:
         row.words, row.comment = words, comment
 
 
-def _code(line: str, start: int, is_more: bool) -> int:
+def code_of(line: str, start: int, is_more: bool) -> int:
     """Where the code of a physical line ends and its blanks and comment begin; as syntax.code_end has it."""
     at, fresh = start, is_more
     while at < len(line):
@@ -218,7 +218,7 @@ def _columns(rows: list[Row]) -> None:
     neighbours with the same card word."""
     for part in _runs(rows, _kind):
         kind = _kind(part[0])
-        tails = {}
+        tails: dict[int, str] = {}
         if kind == "machine":
             for run in _runs(part, lambda row: "more" if row.kind == "more" else row.words[0].lower()):
                 tails.update(zip(map(id, run), _padded([_arguments(row) for row in run]), strict=True))

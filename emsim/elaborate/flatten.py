@@ -81,6 +81,7 @@ class _Flattener:
         cards = self.expand(self.deck.body, top.scope, (os.path.realpath(path),) if path else ())
         self.unknown_defines(top.scope)
         top.scope.check_all()
+        self.flat.params = top.scope.values
         self.emit(cards, top)
         for name in top.scope.models:
             self.models.at(name, top.scope)

@@ -15,5 +15,12 @@ fn _engine(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_class::<system::System>()?;
     m.add_class::<system::Waveforms>()?;
     m.add_class::<syntax::Trees>()?;
+    m.add_function(wrap_pyfunction!(diode_parameters, m)?)?;
     Ok(())
+}
+
+/// (names, unit, default, meaning) of every parameter of a diode's .model.
+#[pyfunction]
+fn diode_parameters() -> Vec<(Vec<&'static str>, &'static str, f64, &'static str)> {
+    crate::devices::diode::MODEL.iter().map(|p| (p.names.to_vec(), p.unit, p.default, p.meaning)).collect()
 }

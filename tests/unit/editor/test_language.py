@@ -1,0 +1,101 @@
+"""The tables of editor/words.py against the language itself, and every question at every place of every deck."""
+
+from __future__ import annotations
+
+import pytest
+from support import ROOT
+
+from emsim.assemble.behaviour import MECHANICAL
+from emsim.assemble.options import NUMBERS
+from emsim.assemble.outputs import UNITS
+from emsim.cards import CARDS
+from emsim.diagnostics import LONGEST
+from emsim.editor import words
+from emsim.editor.complete import complete
+from emsim.editor.document import Document
+from emsim.editor.hover import card_text, definition, element_text, hover
+from emsim.editor.place import Place
+from emsim.elements import TABLE
+from emsim.source import decode
+from emsim.syntax import trees
+
+DECKS = sorted([*(ROOT / "netlists").rglob("*.cir"), *(ROOT / "tests" / "decks" / "bad").glob("*.cir")])
+
+
+def test_every_function_of_the_machine_is_explained_with_its_unit():
+    assert set(words.PROBES) == MECHANICAL
+    for name, (form, unit, _) in words.PROBES.items():
+        assert form.startswith(f"{name}(") and unit == UNITS[name]
+
+
+def test_options_are_those_that_are_read():
+    assert set(NUMBERS) <= set(words.OPTIONS)
+    assert set(words.OPTIONS) - set(NUMBERS) == {"method", "formulation", "temp", "tnom"}
+
+
+@pytest.mark.parametrize("word", words.DOTS)
+def test_dot_cards_are_known_to_the_grammar(word):
+    example = {
+        ".param": " a=1", ".func": " f(a) {a}", ".model": " m d", ".subckt": " s a", ".include": " x", ".lib": " x y",
+        ".if": " (1)", ".elseif": " (1)", ".title": " x",
+    }.get(word, "")  # fmt: skip
+    tree = trees().line(word + example, "dot")
+    assert tree is not None and tree[0] != "unknown"
+    assert words.DOTS[word][0].startswith(word)
+
+
+@pytest.mark.parametrize("word", CARDS)
+def test_the_reference_of_a_card_has_all_its_parameters(word):
+    text, spec = card_text(word.lower()), CARDS[word].spec
+    assert spec.form in text and spec.meaning in text
+    for key, param in spec.params.items():
+        assert f"| `{key}` | {param.unit or '-'} |" in text and param.meaning in text
+
+
+@pytest.mark.parametrize("letter", [*TABLE, "X"])
+def test_elements_are_explained(letter):
+    assert element_text(letter.lower())
+
+
+@pytest.mark.parametrize("path", DECKS, ids=lambda p: p.stem)
+def test_any_question_at_any_place(path):
+    text = decode(path.read_bytes())
+    if text is None or len(text) > 20 * LONGEST:
+        return
+    document = Document(text, str(path))
+    for row, line in enumerate(document.lines[:120]):
+        for col in {0, len(line), *range(row % 5, min(len(line), 200), 5)}:
+            said = hover(document, row, col)
+            assert said is None or "None" not in said.replace("-None-", "")
+            target = definition(document, row, col)
+            if target is not None:
+                word = Place(document.lines, row, col).word.lower()
+                assert target.name.partition(".")[0] in word or word.partition(".")[0] in target.name
+                assert target.span.text.lower() == target.name or target.kind in ("node", "point", "param")
+            for item in complete(document, row, col):
+                assert item.label and item.insert
+
+
+def test_unfinished_lines_are_understood():
+    text = "t\nMOTOR m1 a 0\n* between\n+ hinge kt=1\n+ \n"
+    place = Place(text.split("\n"), 3, 4)
+    assert place.words == ["motor", "m1", "a", "0"] and place.expects() == ("joint",)
+    assert Place(text.split("\n"), 4, 2).expects() == ("key",)
+    assert not Place(text.split("\n"), 2, 4).is_code and not Place(text.split("\n"), 0, 1).is_code
+
+
+def test_inner_names_hide_outer_ones():
+    text = "t\n.param r=1\n.subckt s a b\n.param r=2\nR1 a b {r}\n.ends\nR1 x 0 {r}\nX1 x 0 s\n.op\n.end\n"
+    document = Document(text)
+    inner, outer = definition(document, 4, 8), definition(document, 6, 8)
+    assert inner is not None and inner.span.line == 4
+    assert outer is not None and outer.span.line == 2
+    assert document.scope_at(4) == ("s",) and document.scope_at(5) == ("s",) and document.scope_at(6) == ()
+
+
+def test_a_bug_in_emsim_is_a_diagnostic(monkeypatch):
+    from emsim.editor import document
+
+    monkeypatch.setattr(document, "flatten", lambda deck: 1 / 0)
+    (said,) = Document("t\nR1 a 0 1\n").diagnostics
+    assert said.code == "E499" and "ZeroDivisionError" in said.message
