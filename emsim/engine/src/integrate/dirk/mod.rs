@@ -29,6 +29,9 @@ use crate::system::{System, Work};
 /// Nodes nearer than this share of the step are one node to the prediction.
 const APART: f64 = 1e-3;
 
+/// Longest step that is tried to get over a fast mode, in units of the one refused.
+const LEAP: f64 = 8.0;
+
 /// Coefficients; stage 0 is explicit.
 pub struct Tableau {
     pub c: Vec<f64>,
@@ -69,6 +72,7 @@ pub struct Dirk {
     follows: bool,               // `last` ends where `now` begins, with nothing in between
     accepted: bool,              // `last` is the step that dense output is asked of
     refused: Option<(f64, f64)>, // length and error of the last attempt from here
+    leapt: bool,
     guess: Vec<Vec<f64>>,
     r: Vec<f64>,
     e: Vec<f64>,
@@ -94,6 +98,7 @@ impl Dirk {
             follows: false,
             accepted: false,
             refused: None,
+            leapt: false,
             guess: vec![v(); s],
             r: v(),
             e: v(),
@@ -188,7 +193,9 @@ impl Dirk {
     }
 
     /// Largest local error over tolerance. An estimate that does not fall with the step is no error of the step: after a
-    /// restart F_1 may not quite fit where charges float between nodes. Multiplied by C it is gone.
+    /// restart F_1 may not quite fit where charges float between nodes. Multiplied by C it is gone. So is, in a first step
+    /// after a jump, what the method damps: of a mode with h lambda = z the estimate is a constant, the filtered one falls
+    /// as 1/z, like R(z), which is the error.
     fn error(&mut self, sys: &System, w: &mut Work, h: f64, tol: &Tolerances) -> f64 {
         // a h = 1/gamma
         let scale = 1.0 / self.k.a[0][1];
@@ -197,11 +204,10 @@ impl Dirk {
         }
         self.newton.solve_held(w, &mut self.e);
         let mut worst = tol.largest_error(&self.e, self.candidate(), &self.now.x[0]) / self.k.local;
-        if let Some((old_h, old)) = self.refused {
-            if worst > 1.0 && h < 0.7 * old_h && worst > 0.9 * old {
-                self.newton.filter(sys, w, scale / h, &mut self.e);
-                worst = tol.largest_error(&self.e, self.candidate(), &self.now.x[0]) / self.k.local;
-            }
+        let stays = |(old_h, old)| h < 0.7 * old_h && worst > 0.9 * old;
+        if worst > 1.0 && (!self.follows || self.refused.is_some_and(stays)) {
+            self.newton.filter(sys, w, scale / h, &mut self.e);
+            worst = tol.largest_error(&self.e, self.candidate(), &self.now.x[0]) / self.k.local;
         }
         if worst.is_finite() {
             worst.max(1e-10)
@@ -220,6 +226,7 @@ impl Method for Dirk {
         self.follows = false;
         self.accepted = false;
         self.refused = None;
+        self.leapt = false;
         self.newton.forget();
     }
 
@@ -243,6 +250,12 @@ impl Method for Dirk {
         let error = self.error(sys, w, h, tol);
         let factor = 0.9 * error.powf(-1.0 / self.k.falls);
         if error > 1.0 {
+            let rises = |(old_h, old): (f64, f64)| h < old_h && error > old * (old_h / h).sqrt();
+            if let Some((old_h, old)) = self.refused.filter(|&r| !self.follows && !self.leapt && rises(r)) {
+                // a fast mode after a jump: a longer step has it damped, shorter ones would follow it
+                self.leapt = true;
+                return Attempt::TooLarge { next: (1.5 * old).min(LEAP) * old_h };
+            }
             self.refused = Some((h, error));
             return Attempt::TooLarge { next: factor.clamp(0.1, 0.9) * h };
         }
