@@ -211,6 +211,12 @@ def linkage(runs: Runs) -> Iterator[Figure]:
     yield Figure("kept", 0.0, float(np.ptp(free["energy()"])) / energy, off=1e-5)
     yield Figure("slowest", min(speeds), min(free["omega(a)"]))
     yield Figure("fastest", max(speeds), max(free["omega(a)"]), rel=2e-3)
+    there = float(free["angle(a)"][np.argmax(free["omega(a)"])]) % (2 * pi)
+    yield Figure("fastest_at", float(angles[np.argmax(speeds)]), there, rel=0.02)
+    # where crank and coupler lie on one line, stretched: the rocker is as far out as it gets
+    reach = COUPLER + CRANK
+    turn = acos((reach**2 + GROUND**2 - ROCKER**2) / (2 * reach * GROUND))
+    yield Figure("turn_at", turn, float(run["angle(a)"][np.argmin(run["angle(rocker)"])]), rel=0.02)
 
     stopped = runs.failure(3)
     assert "E410" in str(stopped)

@@ -37,7 +37,8 @@ UNITS = {f"{prefix}{unit}": scale for unit in SI for prefix, scale in SCALES.ite
 # units without prefixes, and those that are no power of ten
 UNITS |= {
     "": 1.0, "%": 0.01, "degrees": pi / 180, "rad": 1.0, "mrad": 1e-3, "rad/s": 1.0, "rad/s²": 1.0, "rpm": pi / 30,
-    "1/s": 1.0, "m/s": 1.0, "mm/s": 1e-3, "N m": 1.0, "mN m": 1e-3, "N/m": 1.0, "kg": 1.0, "kg m²": 1.0,
+    "1/s": 1.0, "m/s": 1.0, "mm/s": 1e-3, "N m": 1.0, "mN m": 1e-3, "N/m": 1.0, "N s/m": 1.0,
+    "N m s/rad": 1.0, "V/rad": 1.0, "kg": 1.0, "kg m²": 1.0,
     "times": 1.0, "steps": 1.0, "million times": 1e6, "million steps": 1e6,
 }  # fmt: skip
 NUMBER = r"[-+−]?\d(?:[\d ]*\d)?(?:\.\d+)?(?:e[-+]?\d+)?"
@@ -157,9 +158,10 @@ class Page:
         return out
 
     @property
-    def decimals_in_formulas(self) -> list[str]:
+    def bad_formulas(self) -> list[str]:
+        """Formulas with decimals, which nothing checks, or with escapes such as `\\,` that Markdown eats."""
         formulas = re.findall(r"\$\$.*?\$\$|\$[^$\n]*\$", self.text, re.S)
-        return [f for f in formulas if re.search(r"\d\.\d", f)]
+        return [f for f in formulas if re.search(r"\d\.\d|\\[^A-Za-z]", f)]
 
 
 def _number(text: str) -> tuple[float, float]:

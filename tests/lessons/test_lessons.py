@@ -36,7 +36,7 @@ def test_a_page_has_its_sections(page):
 
 def test_every_number_of_the_text_is_held_by_something(page):
     assert page.unaccounted == []
-    assert page.decimals_in_formulas == []
+    assert page.bad_formulas == []
 
 
 def test_figures(page):
