@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from ..diagnostics import Span
 
 WORTH = 0.01  # share of an amplitude, of a period, of a signal that deserves a word
+SMALL = 0.1  # an oscillation of less of the signal must lose more
 OPEN = 1e-6  # m, rad: a loop that has come open
 STIFF = 0.5  # share of the steps
 # loss or lateness over a run grows as this power of the step
@@ -29,16 +30,16 @@ def teach(assembly: Assembly, watch: dict[str, Any]) -> None:
     """Adds at most one warning of each kind to the deck's sink."""
     sink, method = assembly.flat.sink, assembly.options["method"]
     damped, late = watch.get("damped"), watch.get("late")
-    if damped and damped["loss"] >= WORTH:
+    if damped and min(damped["loss"], damped["share"] * damped["loss"] / SMALL) >= WORTH:
         what, span = oscillator(assembly, damped)
         sink.warning(
             "W410",
             f"{what} at {hertz(damped['period'])} with {damped['steps']:.0f} steps a period; {method} takes about "
             f"{percent(damped['loss'])} of its amplitude over this run",
             span,
-            "a numerical loss, not one of the deck: " + instead(method, damped, damped["loss"]),
+            "a numerical loss, not one of the deck: " + instead(assembly.options, damped, damped["loss"]),
         )
-    elif late and abs(late["late"]) >= WORTH:
+    elif late and abs(late["late"]) * min(1.0, 6.3 * late["share"]) >= WORTH:
         what, span = oscillator(assembly, late)
         off = f"{abs(late['late']):.2g} of a period {'late' if late['late'] > 0 else 'early'}"
         sink.warning(
@@ -46,7 +47,7 @@ def teach(assembly: Assembly, watch: dict[str, Any]) -> None:
             f"{what} at {hertz(late['period'])} with {late['steps']:.0f} steps a period; with {method} it is about "
             f"{off} after the {late['cycles']:.0f} periods of this run",
             span,
-            instead(method, late, abs(late["late"])),
+            instead(assembly.options, late, abs(late["late"])),
         )
     if "ringing" in watch:
         unknown, t, share = watch["ringing"]
@@ -117,13 +118,21 @@ def oscillator(assembly: Assembly, mode: dict[str, Any]) -> tuple[str, Span | No
     return f"{where} oscillates", span
 
 
-def instead(method: str, mode: dict[str, Any], off: float) -> str:
-    """What to use: a better method where there is one, a step for a hundredth, a tolerance."""
+def instead(options: dict[str, Any], mode: dict[str, Any], off: float) -> str:
+    """What to use: a better method where there is one, the step and the tolerance that leave a hundredth."""
+    method, reltol = options["method"], float(options.get("reltol", 1e-3))
     power = POWERS.get(method)
-    if power is None:
+    if power is None or (method == "gear" and float(options.get("maxord", 5)) > 2):
         return "use a tighter reltol"
-    step = mode["period"] / mode["steps"] * (WORTH / off) ** (1 / power)
-    return f"use method=radau, or a tmax of {step:.2g} s on .tran, or a tighter reltol"
+    part = (WORTH / off) ** (1 / power)
+    # the steps of these methods go with the cube root of the tolerance
+    text = f"use method=radau, or a reltol of {reltol * part**3:.1g}"
+    # gear falls back to order 1 now and then, whatever the step
+    return (
+        text
+        if method == "gear"
+        else text + f", or a tmax of {mode['period'] / mode['steps'] * part:.2g} s on .tran"
+    )
 
 
 def hertz(period: float) -> str:

@@ -6,7 +6,7 @@ import re
 
 import numpy as np
 import pytest
-from support import NETLISTS, deck, run
+from support import NETLISTS, deck, run, with_options
 
 import emsim
 from emsim.diagnostics import ConvergenceError
@@ -27,9 +27,9 @@ def number(pattern: str, text: str) -> float:
 # ---- damped, late --------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("reltol", ["1e-3"])
+@pytest.mark.parametrize("reltol", ["1e-3", "3e-4"])
 def test_gear_takes_the_amplitude_it_says(reltol):
-    result = run(deck("hard/gear_damps"), f"method=gear reltol={reltol}")
+    result = run(deck("hard/gear_damps"), f"method=gear maxord=2 reltol={reltol}")
     text = said(result)["W410"]
     z = np.sqrt(253.3029591e-6 / 10e-9)
     left = float(np.hypot(result["v(a)"][-1], z * result["i(l1)"][-1]))
@@ -50,17 +50,23 @@ def test_trap_is_late_by_what_it_says(part):
     assert "W410" not in said(result)
 
 
-@pytest.mark.parametrize("method", ["trap"])
-def test_the_advice_is_good(method):
-    """With the tmax that the warning names the figure is a hundredth or so."""
+@pytest.mark.parametrize(
+    "method, advice", [("gear maxord=2", "reltol"), ("trap", "reltol"), ("trap", "tmax"), ("trbdf2", "tmax")]
+)
+def test_the_advice_is_good(method, advice):
+    """With the tmax or the reltol that the warning names the figure is a hundredth or so."""
     text = deck("hard/gear_damps")
     first = [d for d in run(text, f"method={method}").diagnostics if d.code in ("W410", "W411")]
-    tmax = number(r"a tmax of (\S+) s", str(first[0].hint))
-    result = run(text, f"method={method}", tran=f"5u 1m 0 {tmax} UIC")
+    value = number(rf"a {advice} of ([\d.e-]+)", str(first[0].hint))
+    if advice == "tmax":
+        result = run(text, f"method={method}", tran=f"5u 1m 0 {value} UIC")
+    else:
+        result = run(text, f"method={method} reltol={value}")
     z = np.sqrt(253.3029591e-6 / 10e-9)
     v, i, t = np.asarray(result["v(a)"]), z * np.asarray(result["i(l1)"]), np.asarray(result.time)
     turns = np.unwrap(np.arctan2(i, v)) / (2 * np.pi)
-    assert abs(1 - np.hypot(v, i)[-1]) < 0.03 and abs(turns[-1] - 1e5 * t[-1]) < 0.03
+    off = turns[-1] - 1e5 * t[-1] if first[0].code == "W411" else 1 - np.hypot(v, i)[-1]
+    assert abs(off) < 0.02
 
 
 def test_high_order_is_silent_on_the_tank():
@@ -68,19 +74,20 @@ def test_high_order_is_silent_on_the_tank():
 
 
 def test_a_machine_swings():
-    text = said(run(deck("hard/long_pendulum"), "method=gear reltol=1e-3"))
+    text = said(run(deck("hard/long_pendulum"), "method=gear maxord=2 reltol=1e-3"))
     assert any("JOINT `hinge` swings at" in t for t in text.values()), text
 
 
 def test_what_a_resistor_takes_is_not_the_method():
     """A tank of Q = 30 under gear: it decays by itself, much faster than gear would damp it."""
     text = deck("hard/gear_damps").replace(".options", "R1 a 0 4.8k\n.options")
-    assert "W410" not in said(run(text, "method=gear reltol=1e-3"))
+    assert "W410" not in said(run(text, "method=gear maxord=2 reltol=1e-3"))
 
 
 def test_what_a_source_drives_is_neither_damped_nor_late():
     text = "driven\nV1 in 0 SIN(0 1 100k)\nR1 in a 1k\nC1 a 0 1n\nL1 a 0 1m\n.tran 0.2u 1m\n.end\n"
     assert not said(run(text, "method=trap"))
+    assert "W410" not in said(run(text, "method=gear maxord=2"))
 
 
 # ---- rings, opens, stiff -------------------------------------------------------------------------
@@ -124,6 +131,16 @@ def test_a_run_without_end_is_refused_with_an_estimate(method):
     assert "maxsteps" in str(error.hint)
 
 
+def test_a_mode_that_decays_is_waited_for():
+    """1 MHz with Q = 600 beside ten seconds: at its rate the run would need 1e8 steps, but it dies in a millisecond."""
+    text = with_options(
+        "dies\nC1 a 0 1n IC=1\nL1 a b 25.33u\nR1 b 0 0.265\nR2 c 0 1k\nC2 c 0 10m IC=1\n.tran 0.1 10 UIC\n.end\n",
+        "method=trap reltol=1e-5 maxsteps=1e7",
+    )
+    result = emsim.run(text)
+    assert result.stats["steps"] > 2e5 and result["v(c)"][-1] == pytest.approx(np.exp(-1), rel=1e-3)
+
+
 def test_the_limit_is_an_option():
     with pytest.raises(ConvergenceError):
         run(deck("hard/gear_damps"), "method=trap maxsteps=1e5", tran="5u 1 UIC")
@@ -145,8 +162,6 @@ DESERVED = {
     "hard/ramp_capacitor": {"W412"},
     "hard/capacitor_loop": {"W412"},
     "paper/tank": {"W411"},
-    "electrical/lc_delay_line": {"W411"},
-    "electrical/ref_ring_modulator": {"W411"},
 }
 EXAMPLES = sorted(
     f"{path.parent.name}/{path.stem}"
@@ -160,6 +175,7 @@ def test_no_deck_is_warned_without_need(name):
     try:
         result = emsim.run(NETLISTS / f"{name}.cir")
     except emsim.DeckError:
+        assert name == "coupled/relay"
         return
     except ConvergenceError as error:
         assert (error.diagnostics[0].code == "E414") == (name == "hard/vhf_driven")

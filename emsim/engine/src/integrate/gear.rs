@@ -285,8 +285,12 @@ impl Method for Gear {
         !self.spice
     }
 
-    fn response(&self, y: f64) -> Option<Complex> {
-        Some(response::bdf(if self.fixed { self.maxord } else { self.order }, y))
+    fn formula(&self) -> usize {
+        self.used
+    }
+
+    fn response(&self, order: usize, y: f64) -> Option<Complex> {
+        Some(response::bdf(order, y))
     }
 
     fn candidate(&self) -> &[f64] {

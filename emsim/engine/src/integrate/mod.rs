@@ -14,6 +14,7 @@ mod explicit;
 mod gauss;
 mod gear;
 mod multirate;
+mod oscillation;
 mod radau;
 mod response;
 mod rows;
@@ -80,8 +81,12 @@ pub trait Method {
     fn stiffness(&self) -> f64 {
         0.0
     }
-    /// R(j y), what the last step's formula does to an undamped oscillation of y radians a step (response.rs).
-    fn response(&self, _y: f64) -> Option<Complex> {
+    /// Which of the method's formulas took the last accepted step: an order, a number of stages.
+    fn formula(&self) -> usize {
+        0
+    }
+    /// R(j y), what a formula does to an undamped oscillation of y radians a step (response.rs).
+    fn response(&self, _formula: usize, _y: f64) -> Option<Complex> {
         None
     }
 }

@@ -15,7 +15,7 @@ pub fn pade(j: usize, k: usize, y: f64) -> Complex {
         let (mut sum, mut power, mut c) = (Complex::ONE, Complex::ONE, 1.0);
         for i in 1..=own {
             c *= (own + 1 - i) as f64 / ((j + k + 1 - i) * i) as f64;
-            power = power * z;
+            power *= z;
             sum += power.scale(c);
         }
         sum
@@ -31,11 +31,11 @@ pub fn bdf(k: usize, y: f64) -> Complex {
         let (mut value, mut slope, mut power) = (-z, Complex::ZERO, Complex::ONE);
         for m in 1..=k {
             slope += power;
-            power = power * u;
+            power *= u;
             value += power.scale(1.0 / m as f64);
         }
         let step = value / slope;
-        u = u - step;
+        u -= step;
         if step.abs() < 1e-15 {
             break;
         }

@@ -227,7 +227,7 @@ impl Method for Trap {
         self.past.push(self.t1, &self.x1);
     }
 
-    fn response(&self, y: f64) -> Option<Complex> {
+    fn response(&self, _formula: usize, y: f64) -> Option<Complex> {
         Some(response::pade(1, 1, y))
     }
 

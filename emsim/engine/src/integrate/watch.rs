@@ -2,8 +2,7 @@
 //! rings, whether loops come open, and how many steps the rest would need.
 //!
 //! Watched are bursts of `BURST` accepted steps (every one, or every 4th or 16th for slower modes) with pauses between
-//! them, so that all of it costs a fraction of a percent. In a burst an unknown oscillates where its second differences
-//! change sign at regular times; from these times comes w, and from the mean square of x'' = -w^2 x the amplitude. The
+//! them, so that all of it costs a fraction of a percent. Where an unknown oscillates in a burst (oscillation.rs), the
 //! method's response at y = w h (response.rs) gives loss and lateness of a step. A track follows one unknown's mode from
 //! burst to burst and adds them up. Methods with long steps are sampled in the middle of each step too.
 //!
@@ -14,6 +13,7 @@
 //!
 //! Cost: steps so far and the present rate for the rest, over `maxsteps`, throughout `PATIENT` steps. A mode that is seen
 //! to decay by itself is given the time that it takes to die.
+use super::oscillation::{oscillation, weights};
 use super::response;
 use super::Method;
 use crate::newton::{Failure, Options, Tolerances};
@@ -47,6 +47,7 @@ pub struct Mode {
     pub unknown: usize,
     pub period: f64,
     pub steps: f64,  // a period, in its coarsest burst
+    pub share: f64,  // amplitude at first, of the unknown's largest value
     pub loss: f64,   // share of the amplitude over the run; 0 where it was not seen to fall by it
     pub late: f64,   // periods over the run
     pub cycles: f64, // periods followed
@@ -84,6 +85,7 @@ struct Track {
     quick: f64,        // a period seen with stride 1: longer strides would see its alias
     stride: u32,       // of the burst that saw it last
     edge: f64,         // half of the first burst
+    share: f64,        // of the amplitude at first in the unknown's largest value
 }
 
 pub struct Watch {
@@ -93,8 +95,9 @@ pub struct Watch {
     taken: u64,
     m: usize,
     times: Vec<f64>,
-    samples: Vec<f64>, // by unknown, then time
-    halved: bool,      // with the middles of the steps
+    formulas: Vec<usize>, // of the steps that ended there
+    samples: Vec<f64>,    // by unknown, then time
+    halved: bool,         // with the middles of the steps
     inside: Vec<f64>,
     weights: Vec<(f64, f64)>,
     tracks: Vec<Track>,
@@ -110,13 +113,7 @@ pub struct Watch {
     began: Instant,
     mark: f64,
     over: u64,
-}
-
-/// What a burst shows of one unknown.
-struct Seen {
-    w: f64,
-    amplitude: f64,
-    fell: f64, // ln of the amplitudes' ratio between the halves of the burst
+    pace: f64, // steps a second when `over` began
 }
 
 impl Watch {
@@ -131,6 +128,7 @@ impl Watch {
             taken: 0,
             m: 0,
             times: vec![0.0; BURST],
+            formulas: vec![0; BURST],
             samples: vec![0.0; BURST * watched.len()],
             halved: false,
             inside: Vec::new(),
@@ -147,6 +145,7 @@ impl Watch {
             began: Instant::now(),
             mark: 0.0,
             over: 0,
+            pace: 0.0,
             watched,
         }
     }
@@ -169,18 +168,18 @@ impl Watch {
             self.inside.resize(x.len(), 0.0);
             let mut inside = std::mem::take(&mut self.inside);
             method.dense(middle, &mut inside);
-            self.put(middle, &inside);
+            self.put(middle, &inside, method.formula());
             self.inside = inside;
         }
-        self.put(t, x);
+        self.put(t, x, method.formula());
         self.idle = u64::from(self.stride) - 1;
         if self.m + 1 >= BURST {
             self.finish(method, tol);
         }
     }
 
-    fn put(&mut self, t: f64, x: &[f64]) {
-        self.times[self.m] = t;
+    fn put(&mut self, t: f64, x: &[f64], formula: usize) {
+        (self.times[self.m], self.formulas[self.m]) = (t, formula);
         for (k, &i) in self.watched.iter().enumerate() {
             self.samples[k * BURST + self.m] = x[i];
         }
@@ -209,12 +208,8 @@ impl Watch {
         self.looks.0 += 1;
         self.looks.1 += u64::from(method.stiffness() >= 1.0);
         let m = self.m;
-        let t = &self.times[..m];
-        for k in 1..m - 1 {
-            let (a, b, c) = (t[k] - t[k - 1], t[k + 1] - t[k], t[k + 1] - t[k - 1]);
-            self.weights[k] = (2.0 / (a * c), 2.0 / (b * c));
-        }
-        let keeps = method.response(1e9).is_some_and(|r| r.abs() > 0.99);
+        weights(&self.times[..m], &mut self.weights);
+        let keeps = method.response(method.formula(), 1e9).is_some_and(|r| r.abs() > 0.99);
         for k in 0..self.watched.len() {
             let unknown = self.watched[k];
             let worth = (WORTH.min(tol.reltol) * tol.peak[unknown]).max(10.0 * tol.atol[unknown]);
@@ -227,7 +222,7 @@ impl Watch {
             if keeps && self.stride == 1 && !self.halved {
                 self.rings(k);
             }
-            self.follow(k, method, worth);
+            self.follow(k, method, worth, tol.peak[unknown]);
         }
         let burst = (m as f64 * self.per_sample()) as u64;
         let pause = (self.taken / 4).clamp(PAUSE.0, PAUSE.1);
@@ -257,68 +252,43 @@ impl Watch {
         }
     }
 
-    /// The oscillation of one unknown in this burst, if it is one.
-    fn seen(&self, k: usize) -> Option<Seen> {
-        let (m, t) = (self.m, &self.times);
-        let x = &self.samples[k * BURST..k * BURST + m];
-        let d = |j: usize| {
-            let (a, b) = self.weights[j];
-            b * (x[j + 1] - x[j]) - a * (x[j] - x[j - 1])
-        };
-        // first and last crossing, how many, the shortest and the longest distance
-        let (mut first, mut last, mut n) = ((0.0, 0), (0.0, 0), 0u32);
-        let (mut shortest, mut longest) = (f64::MAX, 0.0_f64);
-        let mut before = d(1);
-        for j in 2..m - 1 {
-            let now = d(j);
-            if (now > 0.0) != (before > 0.0) {
-                let at = t[j - 1] + (t[j] - t[j - 1]) * before / (before - now);
-                if n == 0 {
-                    first = (at, j);
-                } else {
-                    let gap = at - last.0;
-                    shortest = shortest.min(gap);
-                    longest = longest.max(gap);
-                }
-                last = (at, j);
-                n += 1;
-            }
-            before = now;
-        }
-        let steps = (last.1 - first.1) as f64 / f64::from(n.max(2) - 1);
-        if n < 4 || longest > 1.5 * shortest || steps < 2.5 {
-            return None;
-        }
-        let w = std::f64::consts::PI * f64::from(n - 1) / (last.0 - first.0);
-        // mean squares over the first and the second half of the whole half-periods
-        let middle = 0.5 * (first.0 + last.0);
-        let mut sums = [(0.0, 0.0); 2];
-        for j in first.1..last.1 {
-            let (s, width) = (&mut sums[usize::from(t[j] > middle)], 0.5 * (t[j + 1] - t[j - 1]));
-            s.0 += width * d(j).powi(2);
-            s.1 += width;
-        }
-        let square = (sums[0].0 + sums[1].0) / (sums[0].1 + sums[1].1);
-        let fell = 0.5 * ((sums[0].0 / sums[0].1) / (sums[1].0 / sums[1].1).max(1e-300)).ln();
-        Some(Seen { w, amplitude: (2.0 * square).sqrt() / (w * w), fell })
-    }
-
-    /// What unequal steps make of a figure of equal ones that grows as h^p: the mean of (h_j/h)^p; p from its values at y, 1.1 y.
-    fn uneven(&self, at: f64, beyond: f64) -> f64 {
-        let p = (beyond / at).ln() / 1.1_f64.ln();
-        if !(p > 0.0 && p < 20.0) {
-            return 1.0;
-        }
+    /// Loss and lateness of this burst's steps, a second: each formula at the mean length of its steps, times what unequal
+    /// ones make of a figure that grows as h^p, the mean of (h_j/h)^p, with p from its values at y and 1.1 y.
+    fn rates(&self, w: f64, method: &dyn Method) -> Option<(f64, f64)> {
         let m = self.m;
-        let mean = (self.times[m - 1] - self.times[0]) / (m - 1) as f64;
-        let sum: f64 = self.times[..m].windows(2).map(|t| ((t[1] - t[0]) / mean).powf(p)).sum();
-        sum / (m - 1) as f64
+        let mut rates = (0.0, 0.0);
+        let mut done: [usize; 16] = [usize::MAX; 16];
+        for first in 1..m {
+            let formula = self.formulas[first];
+            if done.contains(&formula) {
+                continue;
+            }
+            let free = done.iter().position(|&f| f == usize::MAX)?;
+            done[free] = formula;
+            let mine =
+                || (first..m).filter(|&j| self.formulas[j] == formula).map(|j| self.times[j] - self.times[j - 1]);
+            let (n, sum) = mine().fold((0.0, 0.0), |(n, sum), h| (n + 1.0, sum + h));
+            let (mean, steps) = (sum / n, n * self.per_sample());
+            let y = w * mean / self.per_sample();
+            let one = response::of(method.response(formula, y)?, y);
+            let more = response::of(method.response(formula, 1.1 * y)?, 1.1 * y);
+            let uneven = |at: f64, beyond: f64| {
+                let p = (beyond / at).ln() / 1.1_f64.ln();
+                let usual = p > 0.0 && p < 20.0;
+                at * if usual { mine().map(|h| (h / mean).powf(p)).sum::<f64>() / n } else { 1.0 }
+            };
+            rates.0 += steps * uneven(one.0, more.0);
+            rates.1 += steps * uneven(one.1, more.1);
+        }
+        let span = self.times[m - 1] - self.times[0];
+        Some((rates.0 / span, rates.1 / (std::f64::consts::TAU * span)))
     }
 
-    fn follow(&mut self, k: usize, method: &dyn Method, worth: f64) {
+    fn follow(&mut self, k: usize, method: &dyn Method, worth: f64, peak: f64) {
         let m = self.m;
         let (start, stop) = (self.times[0], self.times[m - 1]);
-        let Some(seen) = self.seen(k).filter(|s| s.amplitude > worth) else {
+        let x = &self.samples[k * BURST..k * BURST + m];
+        let Some(seen) = oscillation(&self.times[..m], &self.weights, x).filter(|s| s.amplitude > worth) else {
             if self.stride == 1 {
                 self.tracks[k].quick = 0.0;
             }
@@ -336,13 +306,7 @@ impl Watch {
         } else if track.quick > 0.0 && track.quick < 0.7 * period {
             return; // its alias
         }
-        let y = seen.w * h;
-        let Some(r) = method.response(y) else { return };
-        let one = response::of(r, y);
-        let more = method.response(1.1 * y).map_or(one, |r| response::of(r, 1.1 * y));
-        let loss = one.0 * self.uneven(one.0, more.0);
-        let late = one.1 * self.uneven(one.1, more.1);
-        let rates = (loss / h, late / (std::f64::consts::TAU * h));
+        let Some(rates) = self.rates(seen.w, method) else { return };
         let now = 0.5 * (start + stop);
         // another mode, or the same but newly excited
         let track = &self.tracks[k];
@@ -353,7 +317,15 @@ impl Watch {
         if track.bursts == 0 {
             let quick = track.quick;
             let (first, edge) = ((now, seen.amplitude), 0.5 * (stop - start));
-            *track = Track { first, last: first, coarsest: f64::MAX, quick, edge, ..Track::default() };
+            *track = Track {
+                first,
+                last: first,
+                coarsest: f64::MAX,
+                quick,
+                edge,
+                share: seen.amplitude / peak,
+                ..Track::default()
+            };
         } else {
             let dt = now - track.last.0;
             track.loss += 0.5 * (track.rates.0 + rates.0) * dt;
@@ -391,22 +363,25 @@ impl Watch {
         let seen = whole || (track.seen && track.bursts < 4);
         let scale = if track.bursts > 1 { (fell / track.loss.max(1e-12)).clamp(1.0, 4.0) } else { 1.0 };
         let loss = if seen { scale * (track.loss + track.rates.0 * rest) } else { 0.0 };
+        // an oscillation that dies by itself takes its lateness with it
+        let left = (track.last.1 / track.first.1).min(1.0);
         let mode = Mode {
             unknown,
             period,
+            share: track.share,
             steps: track.coarsest,
             loss: 1.0 - (-loss.max(if track.seen { 0.05 } else { 0.0 })).exp(),
-            late: track.late + track.rates.1 * rest,
+            late: left * (track.late + track.rates.1 * rest),
             cycles: track.cycles + rest / period,
         };
-        if mode.loss > self.report.damped.map_or(0.0, |m| m.loss) {
+        if mode.share * mode.loss > self.report.damped.map_or(0.0, |m| m.share * m.loss) {
             self.report.damped = Some(mode);
         }
         let driven = self.rates.iter().any(|&f| {
             let ratio = 1.0 / (f * period);
             ratio > 0.5 && ratio < 20.5 && (ratio - ratio.round()).abs() < 0.02 * ratio.min(1.0)
         });
-        if !driven && mode.late.abs() > self.report.late.map_or(0.0, |m| m.late.abs()) {
+        if !driven && (mode.share * mode.late).abs() > self.report.late.map_or(0.0, |m| (m.share * m.late).abs()) {
             self.report.late = Some(mode);
         }
     }
@@ -457,6 +432,10 @@ impl Watch {
         if steps < self.maxsteps || h >= 0.9 * self.tmax {
             self.over = 0;
             return None;
+        }
+        // what dies lets the steps grow: begin to count anew
+        if self.over == 0 || rate < 0.7 * self.pace {
+            (self.over, self.pace) = (0, rate);
         }
         self.over += LOOK;
         if self.over < PATIENT {

@@ -406,9 +406,14 @@ fn watch_dict(py: Python<'_>, sys: &crate::system::System, r: &integrate::Report
         let Some(m) = mode else { continue };
         let e = PyDict::new(py);
         e.set_item("unknown", name(m.unknown))?;
-        for (key, v) in
-            [("period", m.period), ("steps", m.steps), ("loss", m.loss), ("late", m.late), ("cycles", m.cycles)]
-        {
+        for (key, v) in [
+            ("period", m.period),
+            ("steps", m.steps),
+            ("share", m.share),
+            ("loss", m.loss),
+            ("late", m.late),
+            ("cycles", m.cycles),
+        ] {
             e.set_item(key, v)?;
         }
         d.set_item(key, e)?;

@@ -299,7 +299,7 @@ impl Method for Dirk {
         false
     }
 
-    fn response(&self, y: f64) -> Option<Complex> {
+    fn response(&self, _formula: usize, y: f64) -> Option<Complex> {
         let rows = std::iter::once(&[][..]).chain(self.k.a.iter().map(Vec::as_slice));
         Some(response::stages(rows.map(|row| row.iter().copied().enumerate()), y))
     }

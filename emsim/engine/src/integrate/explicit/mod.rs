@@ -425,7 +425,7 @@ impl Method for Explicit<'_> {
         false
     }
 
-    fn response(&self, y: f64) -> Option<Complex> {
+    fn response(&self, _formula: usize, y: f64) -> Option<Complex> {
         let rows = self.method.a.iter().chain(std::iter::once(&self.method.b));
         Some(response::stages(rows.map(|row| row.iter().copied()), y))
     }

@@ -581,7 +581,7 @@ impl Method for Gauss {
         self.lacking(sys, tol)
     }
 
-    fn response(&self, y: f64) -> Option<Complex> {
+    fn response(&self, _formula: usize, y: f64) -> Option<Complex> {
         Some(super::response::pade(self.k.s, self.k.s, y))
     }
 

@@ -492,8 +492,12 @@ impl Method for Radau {
         self.stuck = 0;
     }
 
-    fn response(&self, y: f64) -> Option<Complex> {
-        Some(super::response::pade(self.scheme.s - 1, self.scheme.s, y))
+    fn formula(&self) -> usize {
+        self.scheme.s
+    }
+
+    fn response(&self, stages: usize, y: f64) -> Option<Complex> {
+        Some(super::response::pade(stages - 1, stages, y))
     }
 
     fn candidate(&self) -> &[f64] {

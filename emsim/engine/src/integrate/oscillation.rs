@@ -1,0 +1,160 @@
+//! Is a stretch of samples an oscillation, and which?
+//!
+//! It oscillates where its second differences change sign at regular times; these give w. Least squares over all samples
+//!
+//!   x = a + b tau + (c + c' tau) cos w(t - tm) + (s + s' tau) sin w(t - tm),    tau = -1..1 over the stretch,
+//!
+//! then give the amplitude A = hypot(c, s) at its middle, what it falls by (from (c c' + s s')/A^2), the rest of w (from
+//! (c s' - s c')/A^2), and what is left over: where that is much, it is not one oscillation.
+
+/// Half-periods between crossings may differ by so much.
+const REGULAR: f64 = 1.5;
+/// Crossings, and samples between them, that it takes.
+const CROSSINGS: u32 = 4;
+const SAMPLES: f64 = 2.5;
+/// Mean square that may be left over, as a part of the oscillation's.
+const LEFT: f64 = 0.1;
+const N: usize = 6;
+
+pub struct Oscillation {
+    pub w: f64,
+    pub amplitude: f64,
+    /// ln of the amplitudes' ratio between the halves
+    pub fell: f64,
+}
+
+/// Weights (below, above) of second differences on unequal times, for all but the ends.
+pub fn weights(t: &[f64], out: &mut [(f64, f64)]) {
+    for k in 1..t.len() - 1 {
+        let (a, b, c) = (t[k] - t[k - 1], t[k + 1] - t[k], t[k + 1] - t[k - 1]);
+        out[k] = (2.0 / (a * c), 2.0 / (b * c));
+    }
+}
+
+pub fn oscillation(t: &[f64], weights: &[(f64, f64)], x: &[f64]) -> Option<Oscillation> {
+    let w = frequency(t, weights, x)?;
+    fit(t, x, w)
+}
+
+fn frequency(t: &[f64], weights: &[(f64, f64)], x: &[f64]) -> Option<f64> {
+    let d = |j: usize| {
+        let (a, b) = weights[j];
+        b * (x[j + 1] - x[j]) - a * (x[j] - x[j - 1])
+    };
+    let (mut first, mut last, mut n) = ((0.0, 0), (0.0, 0), 0u32);
+    let (mut shortest, mut longest) = (f64::MAX, 0.0_f64);
+    let mut before = d(1);
+    for j in 2..t.len() - 1 {
+        let now = d(j);
+        if (now > 0.0) != (before > 0.0) {
+            let at = t[j - 1] + (t[j] - t[j - 1]) * before / (before - now);
+            if n == 0 {
+                first = (at, j);
+            } else {
+                let gap: f64 = at - last.0;
+                shortest = shortest.min(gap);
+                longest = longest.max(gap);
+            }
+            last = (at, j);
+            n += 1;
+        }
+        before = now;
+    }
+    if n < CROSSINGS || longest > REGULAR * shortest {
+        return None;
+    }
+    let samples = (last.1 - first.1) as f64 / f64::from(n - 1);
+    (samples >= SAMPLES).then(|| std::f64::consts::PI * f64::from(n - 1) / (last.0 - first.0))
+}
+
+fn fit(t: &[f64], x: &[f64], w: f64) -> Option<Oscillation> {
+    let (start, stop) = (t[0], t[t.len() - 1]);
+    let (middle, half) = (0.5 * (start + stop), 0.5 * (stop - start));
+    let mean = x.iter().sum::<f64>() / x.len() as f64;
+    let basis = |t: f64| {
+        let (tau, (s, c)) = ((t - middle) / half, (w * (t - middle)).sin_cos());
+        [1.0, tau, c, s, tau * c, tau * s]
+    };
+    // normal equations, the right side as the last column
+    let mut m = [[0.0; N + 1]; N];
+    for (&t, &x) in t.iter().zip(x) {
+        let b = basis(t);
+        for i in 0..N {
+            for j in 0..N {
+                m[i][j] += b[i] * b[j];
+            }
+            m[i][N] += b[i] * (x - mean);
+        }
+    }
+    let p = solve(m)?;
+    let (mut left, mut whole) = (0.0, 0.0);
+    for (&t, &x) in t.iter().zip(x) {
+        let b = basis(t);
+        let wave: f64 = (2..N).map(|i| p[i] * b[i]).sum();
+        left += (x - mean - p[0] - p[1] * b[1] - wave).powi(2);
+        whole += wave * wave;
+    }
+    let (c, s, dc, ds) = (p[2], p[3], p[4], p[5]);
+    let square = c * c + s * s;
+    let right = left <= LEFT * whole && square > 0.0;
+    right.then(|| Oscillation {
+        w: w - (c * ds - s * dc) / square / half,
+        amplitude: square.sqrt(),
+        fell: -(c * dc + s * ds) / square,
+    })
+}
+
+/// Elimination of a positive definite system; None where it is not.
+fn solve(mut m: [[f64; N + 1]; N]) -> Option<[f64; N]> {
+    for k in 0..N {
+        let pivot = m[k];
+        if pivot[k].is_nan() || pivot[k] <= 1e-9 * m[0][0] {
+            return None;
+        }
+        for row in m.iter_mut().skip(k + 1) {
+            let f = row[k] / pivot[k];
+            for j in k..=N {
+                row[j] -= f * pivot[j];
+            }
+        }
+    }
+    let mut p = [0.0; N];
+    for k in (0..N).rev() {
+        let known: f64 = (k + 1..N).map(|j| m[k][j] * p[j]).sum();
+        p[k] = (m[k][N] - known) / m[k][k];
+    }
+    Some(p)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn look(x: impl Fn(f64) -> f64) -> Option<Oscillation> {
+        // unequal steps
+        let t: Vec<f64> = (0..96).map(|k| 0.1 * (f64::from(k) + 0.3 * f64::from(k % 3))).collect();
+        let x: Vec<f64> = t.iter().map(|&t| x(t)).collect();
+        let mut w = vec![(0.0, 0.0); 96];
+        weights(&t, &mut w);
+        oscillation(&t, &w, &x)
+    }
+
+    #[test]
+    fn finds_what_is_there() {
+        for (w, decay) in [(1.2, 0.0), (3.0, 0.01), (6.0, -0.02)] {
+            let seen = look(|t| 5.0 - 0.1 * t + 2.0 * (-decay * t).exp() * (w * t + 0.7).cos()).unwrap();
+            let (middle, half) = (4.78, 4.78);
+            assert!((seen.w / w - 1.0).abs() < 2e-3, "{} {w}", seen.w);
+            assert!((seen.amplitude / (2.0 * (-decay * middle).exp()) - 1.0).abs() < 5e-3, "{}", seen.amplitude);
+            assert!((seen.fell - decay * half).abs() < 5e-3, "{} {}", seen.fell, decay * half);
+        }
+    }
+
+    #[test]
+    fn leaves_the_rest_alone() {
+        assert!(look(|t| (-t).exp()).is_none());
+        assert!(look(|t| t * t).is_none());
+        assert!(look(|t| (1.1 * t * t).sin()).is_none(), "a chirp");
+        assert!(look(|t| if t < 5.0 { 0.0 } else { (3.0 * t).sin() }).is_none(), "half of it still");
+    }
+}
