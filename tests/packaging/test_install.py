@@ -70,7 +70,9 @@ def test_runs_in_an_empty_environment(wheel, tmp_path):
 
 def test_wheel_holds_grammar_types_and_licences_and_no_sources(wheel):
     names = zipfile.ZipFile(wheel).namelist()
-    for needed in ("emsim/grammar/deck.lark", "emsim/py.typed", "emsim/_engine.pyi"):
+    for needed in (
+        "emsim/grammar/deck.lark", "emsim/py.typed", "emsim/_engine.pyi", "emsim/editor/vscode/extension.js"
+    ):  # fmt: skip
         assert needed in names
     assert sum("dist-info" in name and "LICENSE" in name for name in names) == 2
     assert any(name.endswith("web/vendor/LICENSE-uPlot") for name in names)

@@ -116,7 +116,7 @@ def test_the_client(scratch):
     assert found["errors"] == [] and found["first"] == found["right"] == found["again"] == []
     wrong = found["wrong"][0]
     assert wrong["severity"] == 0 and wrong["source"] == "emsim" and "hnge" in wrong["message"]
-    assert wrong["range"]["start"] == {"line": 4, "character": 12}
+    assert wrong["range"]["start"] == {"line": 4, "character": 13}
     assert "direct-current motor" in found["hover"] and "nothing" not in found
     assert found["definition"] == 3 and found["completion"] == ["hinge"]
     assert found["symbols"] == ["arm", "hinge", "m1", "v1"] and found["edits"] == [formatted(DECK)]
