@@ -34,6 +34,8 @@ const MOST_RELAXED: f64 = 200.0;
 const FULL_STEPS: u32 = 4;
 /// A step of at most so many times the last one is foreseen well enough for the Jacobian of its middle.
 const FORESIGHT: f64 = 2.0;
+/// What rounding has done to one step is expected of the next, by so much less.
+const FORGET: f64 = 0.98;
 /// The Jacobian is kept while the iteration contracts better than this.
 const REUSE: f64 = 1e-3;
 
@@ -95,6 +97,8 @@ pub struct Radau {
     full: Option<Box<FullNewton>>, // made when first needed
     full_steps: u32,               // so many steps more begin with it
     relax: f64,                    // the error is divided by this where rounding keeps the tolerance out of reach
+    noise: f64,                    // what rounding left of the last update of the full Newton method
+    level: f64,                    // where rounding has lately stopped the iteration
     longest: f64,                  // recent step length
     probe: Option<(f64, f64)>,     // step and error that a step of a quarter is compared with
 }
@@ -161,6 +165,8 @@ impl Radau {
             full: None,
             full_steps: 0,
             relax: 1.0,
+            noise: 0.0,
+            level: 0.0,
             longest: 0.0,
             probe: None,
         })
@@ -323,7 +329,7 @@ impl Radau {
         if self.rounding(h, raw) {
             return Attempt::TooLarge { next: 0.25 * h };
         }
-        let error = raw / self.relax;
+        let error = raw / self.relax.max(10.0 * std::mem::take(&mut self.noise));
         let power = 1.0 / (self.scheme.s + 1) as f64;
         let most = 2.0 * MOST_ITERATIONS as f64 + 1.0;
         let safe = 0.9 * most / (2.0 * MOST_ITERATIONS as f64 + iterations as f64);
@@ -485,6 +491,7 @@ impl Method for Radau {
         self.h_old = self.h_old_next;
         self.error_old = self.error_old_next;
         self.started = false;
+        self.level *= FORGET;
         self.first = false;
         self.rejected = false;
         self.accepted = true;

@@ -21,7 +21,7 @@ const REST: u32 = 3;
 const WAIT: u32 = 10;
 /// Contraction of the iteration that a step is chosen for, and the power of the step with which it grows (measured on
 /// mechanisms, with the Jacobian of the middle of the step).
-const CONTRACTION: f64 = 0.15;
+pub const CONTRACTION: f64 = 0.15;
 const POWER: f64 = 1.3;
 
 /// The next step in units of this one, where the iteration contracted like this.
