@@ -65,6 +65,13 @@ class Machine {
         box[2] = Math.max(box[2], x + w); box[3] = Math.max(box[3], y + h);
       }
     }
+    // what ties a slide to its wall is drawn from behind the joint
+    const far = 0.25 * Math.max(box[2] - box[0], box[3] - box[1]);
+    for (const s of shapes) if ((s.kind === "spring" || s.kind === "damper") && s.joint === "slide" && far > 0) {
+      const pose = this.pose(s.a[0], time[0]), [x, y] = this.flat(this.world(s.a, { [s.a[0]]: pose })), [dx, dy] = this.flat(this.turned(pose, s.axis));
+      box[0] = Math.min(box[0], x - far * dx); box[1] = Math.min(box[1], y - far * dy);
+      box[2] = Math.max(box[2], x - far * dx); box[3] = Math.max(box[3], y - far * dy);
+    }
     this.box = Number.isFinite(box[0]) ? box : [-1, -1, 1, 1];
     const size = Math.max(this.box[2] - this.box[0], this.box[3] - this.box[1]) || 1e-3;
     this.size = size;
