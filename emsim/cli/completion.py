@@ -153,7 +153,7 @@ def zsh() -> Iterator[str]:
     yield "    fi"
     # options of the verb alone: the line without it
     yield "    if (( ${verbs[(I)$verb:*]} )); then"
-    yield "        words=($words[1] ${words[3,-1]}) && (( CURRENT -= 1 ))"
+    yield '        words=($words[1] "${(@)words[3,-1]}") && (( CURRENT -= 1 ))'
     yield "    else"
     yield "        verb=run"
     yield "    fi"

@@ -20,7 +20,7 @@ ZSH = """
 compdef() { : }
 _describe() { print -l ${(P)2} }
 _files() { print -l -- files "$@" }
-_arguments() { print -l -- "$@" }
+_arguments() { print -l -- "$@" "at $CURRENT of $#words" }
 source ./script
 words=(%s)
 CURRENT=%d
@@ -91,7 +91,9 @@ def test_zsh(folder):
     assert any(row.startswith("(-q --quiet)-q[") for row in run) and any(
         row.startswith("*-D[") for row in run
     )
-    assert "1:word:(bash zsh fish)" in offered("zsh", "emsim completion ", folder)
+    # an empty word at the end is a word
+    assert {"1:word:(bash zsh fish)", "at 2 of 2"} <= offered("zsh", "emsim completion ", folder)
+    assert "at 3 of 3" in run
     assert '*:file:_files -g "*.(raw|csv|parquet|nc)"' in offered("zsh", "emsim convert x", folder)
 
 
