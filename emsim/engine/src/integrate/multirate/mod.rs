@@ -3,24 +3,25 @@
 //! A switching converter forces a few steps a period on whatever is solved with it. Here the equations are shared out
 //! (system/split.rs) and a macro step of length H goes
 //!
-//!   1. the circuit from t to t + H by an ESDIRK, with its own steps, edges and events; what it reads of the machine
-//!      (speed for the back-EMF, angle for a wiper) is the polynomial of the last macro step, continued
-//!   2. the machine over the same H in one step of Radau IIA; what it reads of the circuit (a current for a torque) is the
-//!      projection P y of that y(t) on polynomials of degree `MOMENTS` - 1 (window.rs)
-//!   3. the machine's new polynomial against the one the circuit was given: where they differ by more than a share of
-//!      the tolerance the circuit goes again with the new one, and then the machine
+//!   1. the circuit from t to t + H by an ESDIRK, with its own steps, edges and events. What it reads of the machine is
+//!      z(t) = g(t) + A I(t),   I = integral y dt
+//!      y being what the machine reads of the circuit (a current for a torque), A the change of the speeds by a unit
+//!      impulse of y, the machine's inertia (response.rs), and g the rest, the smooth part: that of the last macro step,
+//!      continued. Ripple in a speed is thus seen by the circuit at once.
+//!   2. the machine over the same H in one step of Radau IIA; what it reads of the circuit is the projection P y of that
+//!      y(t) on polynomials of degree `MOMENTS` - 1 (window.rs). With its z~(t):  g = z~ - A integral P y dt
+//!   3. this g against the one the circuit was given: where they differ by more than a share of the tolerance the circuit
+//!      goes again with the new one, and then the machine
 //!
 //! Forces are affine in y (split.rs sees to that), so a speed at t + H feels of y - P y only
 //!   integral (Phi - P Phi)(y - P y) dt = O(H^(MOMENTS + 1)) |y - P y|,
 //! Phi being the machine's smooth response: ripple at the switching frequency has next to no effect that way, and impulses
-//! agree exactly. Inside the step the ripple moves the machine all the same, by
-//!   z - z~ = A r(t),   r = integral (y - P y) dt,   A: the change of the speeds by a unit impulse of y (response.rs),
-//! which is added to what is recorded; the circuit does not see it, an error of (omega T)^2 of the ripple, with the
-//! period T of the switching and the frequency omega at which current and speed exchange energy.
+//! agree exactly. Inside the step it moves the machine by A integral (y - P y) dt, which is in what is recorded too.
+//! That is the answer of masses alone: the rest of it, springs and dampers, is H/tau of the ripple, tau being their time.
 //!
 //! The coupling is a dynamic iteration (Arnold and Guenther, BIT 41, 2001): it contracts with H, since both ways go
-//! through an integral, the winding's and the masses'. So the machine's error bounds H and the iteration seldom does;
-//! where it does not contract, the macro step is shortened. Compare Gear and Wells, Multirate linear multistep methods,
+//! through an integral, the winding's and the masses', the latter twice as A is taken out. So the machine's error bounds H
+//! and the iteration seldom does; where it does not contract, the macro step is shortened. Compare Gear and Wells, Multirate linear multistep methods,
 //! BIT 24, 1984: this is their "fastest first".
 //!
 //! A macro step shorter than a few periods sees the ripple instead of its mean, and its error estimate keeps it short. So
@@ -66,7 +67,8 @@ pub fn run(sys: &System, w: &mut Work, a: Transient, o: &Options, record: &mut R
         Ok(x) => x,
         Err(failed) => return Outcome::failed(*failed),
     };
-    Multirate { sys, parts, w, a, o, record, x, fit: inverse_vandermonde(&nodes()), nodes: nodes(), degree: 1 }
+    let (fit, seen) = (inverse_vandermonde(&nodes()), Seen::default());
+    Multirate { sys, parts, w, a, o, record, x, fit, nodes: nodes(), degree: 1, seen }
         .run(tick)
         .unwrap_or_else(|why| Outcome::failed(Failed::at_start("transient", why, vec![])))
 }
@@ -83,6 +85,16 @@ struct Multirate<'a> {
     fit: [[f64; NODES]; NODES],
     nodes: [f64; NODES],
     degree: usize, // by which the machine is foreseen
+    seen: Seen,
+}
+
+/// The last macro step as the other side saw it.
+#[derive(Clone, Default)]
+struct Seen {
+    centre: f64,
+    half: f64,
+    z: Vec<Polynomial>, // z~, of each guest of the circuit
+    r: Vec<Polynomial>, // integral of P y, of each guest of the machine
 }
 
 /// The machine at its place.
@@ -117,7 +129,8 @@ impl<'a> Multirate<'a> {
         op::consistent(self.sys, &mut Newton::new(self.sys)?, self.w, &mut self.x, 0.0, 1e-5 * feature, &whole, true);
         self.sys.update_flags(self.w, &self.x, 0.0);
         let pick = |x: &[f64], of: &[usize]| of.iter().map(|&i| x[i]).collect::<Vec<f64>>();
-        let (y, z) = (pick(&self.x, &fast.of), pick(&self.x, &slow.of));
+        let (mut y, z) = (pick(&self.x, &fast.of), pick(&self.x, &slow.of));
+        y.resize(fast.system.n, 0.0); // integrals begin with nothing
 
         // the machine
         let slow_o = Options { method: SLOW.into(), ..o.clone() };
@@ -145,11 +158,12 @@ impl<'a> Multirate<'a> {
         fw.gmin = o.gmin;
         fw.flags.copy_from_slice(&self.w.flags);
         fw.junction.copy_from_slice(&self.w.junction);
-        fw.guests = guests(fast.reads.len());
-        for (p, &i) in fw.guests.values.iter_mut().zip(&fast.reads) {
-            p.0[0] = s.z[i];
-        }
-        let mut given = fw.guests.clone();
+        let constant = |v: f64| Polynomial(std::array::from_fn(|k| if k == 0 { v } else { 0.0 }));
+        let z = fast.reads.iter().map(|&i| constant(s.z[i])).collect();
+        self.seen = Seen { centre: 0.0, half: 1.0, z, r: vec![constant(0.0); slow.reads.len()] };
+        response.at(&slow.system, &mut s.w, &s.z, 0.0);
+        let mut known = self.smooth(&self.seen, &response);
+        fw.guests = known.clone();
         let mut fm = make(&fast.system, &fast_o)?;
         let mut window = Window::new(fast.system.n, &slow.reads, self.record.ledger.is_some());
         window.begin(0.0, feature);
@@ -173,10 +187,9 @@ impl<'a> Multirate<'a> {
             }
             let end = if lands { corner } else { t + h };
             let mark = circuit.mark();
-            let before = given.clone();
-            self.extrapolate(&before, &mut given, t, end);
+            let given = self.extrapolate(&known, t, end);
             let steps = circuit.w.counters.steps;
-            let done = self.iterate(&mut circuit, fm.as_mut(), &mark, &mut s, &mut given, (t, end), tick);
+            let done = self.iterate(&mut circuit, fm.as_mut(), &mark, &mut s, &response, given, (t, end), tick);
             let next = match done {
                 Macro::Taken { next } => next,
                 Macro::Again { next } | Macro::Stuck { next, .. } => {
@@ -189,7 +202,6 @@ impl<'a> Multirate<'a> {
                             break;
                         }
                     }
-                    given = before;
                     pace.refused(next);
                     circuit.rewind(&mark, fm.as_mut());
                     continue;
@@ -198,15 +210,13 @@ impl<'a> Multirate<'a> {
             };
             // both stand at the end
             failures = 0;
-            self.learn(&before, &s, end);
-            response.at(&slow.system, &mut s.w, &s.z, t);
+            self.learn(&known, &s, &response);
             self.flush(circuit.record, &s.curves, &response);
             circuit.record.clear();
             s.method.accept(end);
             s.w.counters.steps += 1;
             s.z.copy_from_slice(s.method.candidate());
             s.tol.observe(&s.z);
-            self.give(&mut given, &s.curves);
             pace.accepted(next, end - t, circuit.w.counters.steps - steps);
             t = end;
             if lands && t < a.tstop {
@@ -216,6 +226,8 @@ impl<'a> Multirate<'a> {
                 s.method.restart(&slow.system, &mut s.w, t, &s.z);
                 pace.h *= 0.3;
             }
+            response.at(&slow.system, &mut s.w, &s.z, t);
+            known = self.smooth(&self.seen, &response);
         }
         let circuit = std::mem::replace(&mut circuit.outcome, Outcome::new());
         if circuit.status != Status::Ok {
@@ -232,16 +244,20 @@ impl<'a> Multirate<'a> {
     /// Circuit and machine over (t, end) in turn, until they agree.
     #[allow(clippy::too_many_arguments)]
     fn iterate(
-        &self,
+        &mut self,
         circuit: &mut Run<Window>,
         fm: &mut dyn Method,
         mark: &driver::Mark,
         s: &mut Slow,
-        given: &mut Guests,
+        response: &Response,
+        mut given: Guests,
         (t, end): (f64, f64),
         tick: &mut Tick,
     ) -> Macro {
         let h = end - t;
+        let fast = &self.parts.fast;
+        let before: Vec<f64> =
+            (0..s.part.reads.len()).map(|j| circuit.x.get(fast.integrals + j).copied().unwrap_or(0.0)).collect();
         let mut allowed = f64::INFINITY;
         for pass in 0..=PASSES {
             // the circuit, with what it is given of the machine
@@ -250,7 +266,7 @@ impl<'a> Multirate<'a> {
             }
             circuit.record.begin(t, end);
             circuit.w.guests = given.clone();
-            self.parts.fast.system.touch_sources(circuit.w);
+            fast.system.touch_sources(circuit.w);
             fm.inputs_changed();
             circuit.go_on(fm, end, tick);
             if circuit.outcome.status != Status::Ok {
@@ -272,7 +288,16 @@ impl<'a> Multirate<'a> {
                 }
             };
             self.trace(s, t, end);
-            let gap = self.gap(given, s);
+            let z = fast.reads.iter().map(|&i| Polynomial(s.curves[i])).collect();
+            let integral = |j: usize| {
+                let mut r = circuit.record.projected(j);
+                r.0[0] += before[j];
+                r
+            };
+            let r = (0..s.part.reads.len()).map(integral).collect();
+            self.seen = Seen { centre: given.centre, half: given.half, z, r };
+            let new = self.smooth(&self.seen, response);
+            let gap = self.gap(&given, &new, s);
             if gap <= 1.0 {
                 let grow = match pass {
                     0 => 2.5,
@@ -285,7 +310,7 @@ impl<'a> Multirate<'a> {
                 break;
             }
             allowed = CONTRACTS * gap.min(allowed);
-            self.give(given, &s.curves);
+            given = new;
         }
         s.w.counters.rejected += 1;
         Macro::Again { next: 0.3 * h }
@@ -314,30 +339,42 @@ impl<'a> Multirate<'a> {
         std::array::from_fn(|k| self.fit[k].iter().zip(values).map(|(f, v)| f * v).sum())
     }
 
-    /// What the circuit is given: the machine's polynomials on the same step.
-    fn give(&self, given: &mut Guests, curves: &[[f64; NODES]]) {
-        for (p, &i) in given.values.iter_mut().zip(&self.parts.fast.reads) {
-            p.0 = curves[i];
+    /// g = z~ - A r, and behind it A.
+    fn smooth(&self, seen: &Seen, response: &Response) -> Guests {
+        let fast = &self.parts.fast;
+        let mut values = seen.z.clone();
+        for &(k, j) in &fast.moves {
+            let a = response.between(fast.reads[k], j);
+            for (v, r) in values[k].0.iter_mut().zip(&seen.r[j].0) {
+                *v -= a * r;
+            }
+            let mut constant = Polynomial::default();
+            constant.0[0] = a;
+            values.push(constant);
         }
+        Guests { first: self.sys.waves.len(), centre: seen.centre, half: seen.half, values }
     }
 
     /// The last step's polynomials, continued over the next step.
-    fn extrapolate(&self, last: &Guests, given: &mut Guests, t: f64, end: f64) {
-        (given.centre, given.half) = (0.5 * (t + end), 0.5 * (end - t));
-        for (new, p) in given.values.iter_mut().zip(&last.values) {
-            let values = std::array::from_fn(|k| {
-                continued(p, last.place(given.centre + self.nodes[k] * given.half), self.degree)
-            });
-            new.0 = self.fitted(&values);
+    fn extrapolate(&self, last: &Guests, t: f64, end: f64) -> Guests {
+        let mut given = Guests { centre: 0.5 * (t + end), half: 0.5 * (end - t), ..last.clone() };
+        let (centre, half) = (given.centre, given.half);
+        for (new, p) in given.values.iter_mut().zip(&last.values).take(self.parts.fast.reads.len()) {
+            let at = |k: usize| last.place(centre + self.nodes[k] * half);
+            new.0 = self.fitted(&std::array::from_fn(|k| continued(p, at(k), self.degree)));
         }
+        given
     }
 
     /// Which degree would have foreseen this step best?
-    fn learn(&mut self, last: &Guests, s: &Slow, end: f64) {
+    fn learn(&mut self, last: &Guests, s: &Slow, response: &Response) {
+        let end = last.place(self.seen.centre + self.seen.half);
+        let new = self.smooth(&self.seen, response);
         let miss = |degree: usize| {
-            let misses = last.values.iter().zip(&self.parts.fast.reads).map(|(p, &i)| {
-                let (old, new) = (continued(p, last.place(end), degree), Polynomial(s.curves[i]).at(1.0));
-                (new - old).abs() / s.tol.weight(i, new, new)
+            let misses = self.parts.fast.reads.iter().enumerate().map(|(k, &i)| {
+                let miss = continued(&last.values[k], end, degree) - new.values[k].at(1.0);
+                let z = self.seen.z[k].at(1.0);
+                miss.abs() / s.tol.weight(i, z, z)
             });
             misses.fold(0.0, f64::max)
         };
@@ -347,13 +384,12 @@ impl<'a> Multirate<'a> {
     }
 
     /// How far what the circuit was given is from what came of it, in units of what is allowed.
-    fn gap(&self, given: &Guests, s: &Slow) -> f64 {
+    fn gap(&self, given: &Guests, new: &Guests, s: &Slow) -> f64 {
         let mut worst = 0.0_f64;
-        for (p, &i) in given.values.iter().zip(&self.parts.fast.reads) {
-            let c = Polynomial(s.curves[i]);
+        for (k, &i) in self.parts.fast.reads.iter().enumerate() {
             for &node in &self.nodes {
-                let (old, new) = (p.at(node), c.at(node));
-                let gap = (new - old).abs() / (AGREE * s.tol.weight(i, old, new));
+                let (off, z) = (new.values[k].at(node) - given.values[k].at(node), self.seen.z[k].at(node));
+                let gap = off.abs() / (AGREE * s.tol.weight(i, z, z));
                 worst = if gap.is_finite() { worst.max(gap) } else { f64::INFINITY };
             }
         }
@@ -363,6 +399,7 @@ impl<'a> Multirate<'a> {
     /// Rows and accounts of the macro step, circuit and machine together.
     fn flush(&mut self, window: &Window, curves: &[[f64; NODES]], response: &Response) {
         let (fast, slow) = (&self.parts.fast, &self.parts.slow);
+        let projected: Vec<Polynomial> = (0..slow.reads.len()).map(|j| window.projected(j)).collect();
         let fill = |x: &mut [f64], t: f64, y: &[f64], integrals: &[f64]| {
             for (&i, v) in fast.of.iter().zip(y) {
                 x[i] = *v;
@@ -373,7 +410,7 @@ impl<'a> Multirate<'a> {
             }
             // ripple: what the projection has left out so far
             for (j, integral) in integrals.iter().enumerate() {
-                let rest = integral - window.projected(j, s);
+                let rest = integral - projected[j].at(s);
                 for &(i, a) in response.of(j) {
                     x[slow.of[i]] += a * rest;
                 }

@@ -58,6 +58,11 @@ impl Response {
         slow.touch_sources(w);
     }
 
+    /// What guest j does to speed i.
+    pub fn between(&self, i: usize, j: usize) -> f64 {
+        self.speeds[j].iter().find(|&&(k, _)| k == i).map_or(0.0, |&(_, a)| a)
+    }
+
     pub fn of(&self, guest: usize) -> &[(usize, f64)] {
         &self.speeds[guest]
     }

@@ -5,7 +5,7 @@
 //! integrated over every step of the circuit on its dense output by Gauss' rule with three nodes (order 6). Degree 2, because
 //! more of it is ripple cut off at the ends of the macro step rather than the course of the mean.
 use super::super::rows::Sink;
-use crate::system::{Guests, System, Work, DEGREE};
+use crate::system::{Guests, Polynomial, System, Work, DEGREE};
 
 const MOMENTS: usize = 3;
 const NODES: usize = 3;
@@ -148,18 +148,20 @@ impl Window {
             for (k, (c, m)) in c.iter_mut().zip(m).enumerate() {
                 *c = (k as f64 + 0.5) * m;
             }
-            // Legendre's in powers of s
             p.0 = [0.0; DEGREE + 1];
-            p.0[..MOMENTS].copy_from_slice(&[c[0] - 0.5 * c[2], c[1], 1.5 * c[2]]);
+            p.0[..MOMENTS].copy_from_slice(&powers(c));
         }
     }
 
-    /// Integral of P y from the start of the step to s.  (2 m + 1) integral P_m = P_(m+1) - P_(m-1)
-    pub fn projected(&self, guest: usize, s: f64) -> f64 {
-        let p = legendre(s);
-        let above = (2.5 * s * s - 1.5) * s;
-        let integrals = [s + 1.0, (p[2] - p[0]) / 3.0, (above - p[1]) / 5.0];
-        self.half * self.projection[guest].iter().zip(integrals).map(|(c, i)| c * i).sum::<f64>()
+    /// Integral of P y from the start of the step, a polynomial in s.
+    pub fn projected(&self, guest: usize) -> Polynomial {
+        let p = powers(&self.projection[guest]);
+        let mut integral = Polynomial::default();
+        for (k, p) in p.iter().enumerate() {
+            integral.0[k + 1] = self.half * p / (k + 1) as f64;
+        }
+        integral.0[0] = -integral.at(-1.0);
+        integral
     }
 }
 
@@ -241,6 +243,11 @@ impl Sink for Window {
     }
 
     fn close(&mut self, _sys: &System, _w: &mut Work) {}
+}
+
+/// Legendre's polynomials in powers of s.
+fn powers(c: &[f64; MOMENTS]) -> [f64; MOMENTS] {
+    [c[0] - 0.5 * c[2], c[1], 1.5 * c[2]]
 }
 
 fn legendre(s: f64) -> [f64; MOMENTS] {
