@@ -27,7 +27,7 @@ def test_dop853_falls_with_the_tolerance(case):
     """Machines, free and coupled: every digit asked for buys one, to what twelve digits leave."""
     ladder = [max(case.errors(f"method=dop853 reltol={r:g}").values()) for r in (1e-5, 1e-7, 1e-9, 1e-11)]
     assert all(b <= 0.3 * a for a, b in itertools.pairwise(ladder)), ladder
-    assert ladder[-1] <= 1e-10, ladder
+    assert ladder[-1] <= 3e-10, ladder
 
 
 def test_four_bar_closing_force():

@@ -38,6 +38,15 @@ def test_projection_keeps_the_loop_closed(method):
 
 
 @pytest.mark.parametrize("method", METHODS)
+def test_projection_holds_what_moves_nothing_else(method):
+    """The piston's own angle stands in one closure row and nowhere else: its three joints still sum to nothing."""
+    text = deck("bench/slider_crank").replace(".print tran", ".print tran angle(big) angle(small)")
+    result = run(text, f"method={method} reltol=1e-6")
+    turned = sum(np.asarray(result[f"angle({joint})"]) for joint in ("shaft", "big", "small"))
+    assert np.abs(turned).max() <= 1e-12 and np.ptp(np.asarray(result["angle(small)"])) > 0.5
+
+
+@pytest.mark.parametrize("method", METHODS)
 def test_change_points_are_passed_on_the_true_branch(method):
     """Two windows of equal links lie on one line ten times: the closure loses rank there, yet the error falls with the
     tolerance and no step creeps. Binary128: 31.75059718698610182 rad at 10 s, in the other sense."""

@@ -1,11 +1,15 @@
 //! A strong component of a stage's equations becomes a step, or is substituted.
+use super::eliminate::eliminate;
 use super::plan::Plan;
-use super::{Block, Devices, Newton, Saddle, Step};
-use crate::derive::{gradient, substitute};
+use super::{Block, Devices, Direct, Newton, Saddle, Step};
+use crate::derive::{gradient, substitute, tangent};
 use crate::graph::{Graph, Id, Node};
 use crate::model::Kind;
 use crate::tape::{Inputs, Tape};
 use std::collections::HashSet;
+
+/// Operations of straight-line code that one of the dense factorisation is worth.
+const INTERPRETED: usize = 4;
 
 impl Plan<'_> {
     /// One strong component becomes a step, or is substituted.
@@ -38,6 +42,11 @@ impl Plan<'_> {
                 .iter()
                 .zip(&unknowns)
                 .all(|(&e, &u)| self.equations[e].state.is_some() && self.source.unknowns[u].kind == Kind::Speed);
+        let states: Vec<Option<usize>> = rows.iter().map(|&e| self.equations[e].state).collect();
+        let exprs: Vec<Id> = rows.iter().map(|&e| self.equations[e].expr).collect();
+        if momenta && devices.is_empty() && self.direct(&exprs, &unknowns, &states) {
+            return Ok(());
+        }
         let zero = self.g.constant(0.0);
         let mut matrix = vec![zero; size * size];
         for (i, &e) in rows.iter().enumerate() {
@@ -51,8 +60,6 @@ impl Plan<'_> {
             let own: HashSet<usize> = unknowns.iter().copied().collect();
             linear = !self.leaves(&matrix).iter().any(|l| own.contains(l));
         }
-        let states: Vec<Option<usize>> = rows.iter().map(|&e| self.equations[e].state).collect();
-        let exprs: Vec<Id> = rows.iter().map(|&e| self.equations[e].expr).collect();
         if !linear {
             return self.newton(unknowns, states, exprs, matrix, devices);
         }
@@ -85,6 +92,38 @@ impl Plan<'_> {
         self.parts.push((outs, true));
         self.steps.push(Step::Linear(block));
         Ok(())
+    }
+
+    /// Momenta to speeds in symbols; false where a dense factorisation takes less.
+    fn direct(&mut self, exprs: &[Id], unknowns: &[usize], states: &[Option<usize>]) -> bool {
+        let n = unknowns.len();
+        if n < 2 {
+            return false;
+        }
+        let speeds: Vec<Id> = unknowns.iter().map(|&u| self.g.unknown(u as u32)).collect();
+        for &u in &speeds {
+            self.image.insert(u, u);
+        }
+        let exprs: Vec<Id> = exprs.iter().map(|&e| self.image(e)).collect();
+        let Some(solution) = eliminate(self.g, &exprs, &speeds) else { return false };
+        let dense = self.g.reachable(&exprs).len() + INTERPRETED * (n * n * n / 3 + 2 * n * n);
+        if self.g.reachable(&solution.speeds).len() > dense {
+            return false;
+        }
+        // a small change of the momenta as one of the speeds
+        let seed: Vec<(Id, Id)> =
+            states.iter().flatten().map(|&s| (self.leaf(self.at.y(s)), self.leaf(self.at.change(s)))).collect();
+        let changes = tangent(self.g, &solution.speeds, &seed);
+        let outs = [solution.speeds, solution.pivots].concat();
+        self.parts.push((outs, true));
+        self.steps.push(Step::Direct(Box::new(Direct {
+            part: self.parts.len() - 1,
+            unknowns: unknowns.to_vec(),
+            momenta: Tape::new(self.g, &exprs),
+            changes,
+            changes_part: usize::MAX,
+        })));
+        true
     }
 
     fn singular(&self, left: &[usize]) -> String {

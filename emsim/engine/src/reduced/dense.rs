@@ -7,7 +7,7 @@
 //! with pivoting on the columns, not S itself, keeps all digits: Z P = Q R, S^+ = P R^-1 R^-T P^T on the leading rank.
 
 /// Pivots below this part of what the row began with are rounding: the matrix is singular.
-const SINGULAR: f64 = 1e-13;
+pub const SINGULAR: f64 = 1e-13;
 
 /// A <- U; `inverse` <- 1/d. Err(k) where the matrix is not positive definite at pivot k.
 pub fn factor_symmetric(a: &mut [f64], n: usize, inverse: &mut [f64]) -> Result<(), usize> {

@@ -3,9 +3,9 @@
 //! The state y is Q of the differential rows: charges, fluxes, coordinates, momenta. `plan` brings everything that a stage must
 //! solve for into blocks, each after those it reads; the expressions of all blocks are one tape in parts:
 //!
-//!   Linear    A x_b = -r        A known by now: momenta give speeds, M(q) u = p; factored anew, or once where it is constant
-//!   Saddle    [M -W^T; W 0] (z, lambda) = -(c, d)    accelerations and multipliers of closed loops; Z = M^-1/2 W^T by columns,
-//!             S = Z^T Z = W M^-1 W^T, S lambda = W M^-1 c - d with the pseudo-inverse of S at threshold 1e-9
+//!   Direct    momenta give speeds, M(q) u = p, in symbols (`eliminate`): trees and small mechanisms
+//!   Linear    A x_b = -r        A known by now, M(q) u = p too; factored anew, or once where it is constant
+//!   Saddle    accelerations and multipliers of closed loops (`saddle`)
 //!   Newton    algebraic equations that are not linear, diodes
 //!   Devices   diodes whose voltage is known
 //!
@@ -13,23 +13,22 @@
 //! rates and are run by `unknowns` alone.
 mod blocks;
 mod dense;
+mod eliminate;
 mod order;
 mod plan;
 mod rows;
+mod saddle;
 
 pub use dense::Columns;
 pub use plan::{Layout, Source};
+use saddle::Saddle;
 
 use crate::devices::diode::Diode;
 use crate::graph::{Graph, Id};
 use crate::tape::{Inputs, Tape};
 use crate::waves::Wave;
-use dense::{backward_symmetric, dot, factor_general, factor_symmetric, forward_symmetric, solve_general};
+use dense::{backward_symmetric, factor_general, factor_symmetric, forward_symmetric, solve_general};
 
-/// Constraints that are dependent to this part count as such: carries mechanisms through their change points.
-const RANK: f64 = 1e-9;
-/// Corrections of positions with one factorisation.
-const CLOSINGS: usize = 4;
 const MOST_ITERATIONS: usize = 50;
 /// Newton's method converges quadratically: an update so small leaves its square.
 const NEWTON: f64 = 1e-7;
@@ -53,6 +52,15 @@ pub struct Block {
     constant: Option<(Vec<f64>, Vec<usize>)>, // factored once for all; empty where that failed
 }
 
+/// Outputs: the unknowns, then 1/pivot of each.
+pub struct Direct {
+    part: usize,
+    unknowns: Vec<usize>,
+    momenta: Tape, // p(q, u) - y
+    changes: Vec<Id>,
+    changes_part: usize, // of the unknowns for changes of the states
+}
+
 pub struct Devices {
     part: usize,
     list: Vec<usize>,
@@ -64,40 +72,8 @@ pub struct Newton {
     devices: Devices,
 }
 
-pub struct Saddle {
-    mass: Block,
-    momenta: Vec<Option<usize>>,     // state of each momentum
-    coordinates: Vec<Option<usize>>, // and of its coordinate
-    rows: Vec<usize>,                // multipliers
-    rates: bool,                     // the accelerations are read
-    gaps: Tape,                      // h, on its own: it is looked at where nothing else is
-    drift_part: usize,               // dh/dt
-}
-
-impl Saddle {
-    /// rhs <- W^T S^+ lambda
-    fn push(&self, held: &mut Held) {
-        let Some(columns) = held.columns.as_mut() else { return };
-        columns.solve(&mut held.lambda);
-        let k = self.mass.unknowns.len();
-        held.rhs.fill(0.0);
-        for (row, &l) in held.pull.chunks_exact(k).zip(&held.lambda) {
-            for (r, w) in held.rhs.iter_mut().zip(row) {
-                *r += w * l;
-            }
-        }
-    }
-
-    fn subtract(&self, places: &[Option<usize>], d: &[f64], y: &mut [f64]) {
-        for (place, d) in places.iter().zip(d) {
-            if let Some(s) = *place {
-                y[s] -= d;
-            }
-        }
-    }
-}
-
 enum Step {
+    Direct(Box<Direct>),
     Devices(Devices),
     Linear(Block),
     Newton(Newton),
@@ -141,6 +117,7 @@ pub struct Point {
     pub flags: Vec<f64>,
     time: f64,
     side: bool,
+    checked: bool, // the masses, since the start
     held: Vec<Held>,
     junction: Vec<f64>,
     pub gmin: f64,
@@ -261,7 +238,7 @@ impl Reduced {
 
     pub fn point(&self, flags: &[f64], gmin: f64, floor: Vec<f64>) -> Point {
         let held = self.steps.iter().map(|step| match step {
-            Step::Devices(_) => Held::default(),
+            Step::Devices(_) | Step::Direct(_) => Held::default(),
             Step::Linear(b) | Step::Newton(Newton { block: b, .. }) => Held::of(b),
             Step::Saddle(s) => {
                 let (k, m) = (s.mass.unknowns.len(), s.rows.len());
@@ -280,6 +257,7 @@ impl Reduced {
             flags: flags.to_vec(),
             time: f64::NAN,
             side: false,
+            checked: false,
             held: held.collect(),
             junction: self.diodes.iter().map(Diode::vcrit).collect(),
             gmin,
@@ -294,6 +272,7 @@ impl Reduced {
         for (s, &row) in self.states.iter().enumerate() {
             p.v[self.at.y(s)] = q[row];
         }
+        p.checked = false;
         p.time = f64::NAN;
     }
 
@@ -349,6 +328,7 @@ impl Reduced {
         for k in 0..self.stage_steps {
             self.step(k, p)?;
         }
+        p.checked = true;
         Ok(())
     }
 
@@ -374,6 +354,21 @@ impl Reduced {
 
     fn step(&self, k: usize, p: &mut Point) -> Result<(), Trouble> {
         match &self.steps[k] {
+            Step::Direct(d) => {
+                self.run(d.part, p);
+                let outputs = self.tape.part_slots(d.part);
+                let (speeds, pivots) = outputs.split_at(d.unknowns.len());
+                if !p.checked {
+                    self.check(d, p)?;
+                }
+                for (&u, &slot) in d.unknowns.iter().zip(speeds) {
+                    p.v[u] = p.slots[slot as usize];
+                }
+                match pivots.iter().position(|&slot| !(p.slots[slot as usize] > 0.0)) {
+                    Some(k) => Err(Trouble::Singular { unknown: d.unknowns[k] }),
+                    None => Ok(()),
+                }
+            }
             Step::Devices(d) => {
                 self.devices(d, p, false);
                 Ok(())
@@ -396,6 +391,26 @@ impl Reduced {
             Step::Newton(newton) => self.newton(newton, k, p),
             Step::Saddle(saddle) => self.saddle(saddle, k, p),
         }
+    }
+
+    /// Is M positive definite at the start, by the pivots against its diagonal?
+    fn check(&self, d: &Direct, p: &mut Point) -> Result<(), Trouble> {
+        let mut w = d.momenta.workspace();
+        let mut momentum = |p: &mut Point, moving: Option<usize>, k: usize| {
+            for (j, &u) in d.unknowns.iter().enumerate() {
+                p.v[u] = f64::from(u8::from(moving == Some(j)));
+            }
+            d.momenta.run(&Inputs { x: &p.v, t: p.time, waves: &p.waves, flags: &p.flags }, &mut w);
+            d.momenta.output(&w, k)
+        };
+        for (k, &unknown) in d.unknowns.iter().enumerate() {
+            let diagonal = momentum(p, Some(k), k) - momentum(p, None, k);
+            let inverse = p.slots[self.tape.part_slots(d.part)[d.unknowns.len() + k] as usize];
+            if !(inverse * diagonal * dense::SINGULAR < 1.0) {
+                return Err(Trouble::Singular { unknown });
+            }
+        }
+        Ok(())
     }
 
     /// Diodes at the voltages of their part; true when one was limited.
@@ -466,108 +481,6 @@ impl Reduced {
         Err(Trouble::Diverged { unknown: worst })
     }
 
-    fn saddle(&self, s: &Saddle, step: usize, p: &mut Point) -> Result<(), Trouble> {
-        self.run(s.mass.part, p);
-        let outputs = self.tape.part_slots(s.mass.part);
-        let (k, m) = (s.mass.unknowns.len(), s.rows.len());
-        let value = |i: usize| p.slots[outputs[i] as usize];
-        let held = &mut p.held[step];
-        s.mass.refactor(&outputs[k + m..], &p.slots, held)?;
-        let first = k + m + s.mass.varying.len();
-        for i in 0..k * m {
-            held.pull[i] = value(first + i);
-        }
-        let Some(columns) = held.columns.as_mut() else { return Ok(()) };
-        let half = |b: &mut [f64]| {
-            forward_symmetric(&held.matrix, k, &held.inverse, b);
-            for (b, r) in b.iter_mut().zip(&held.inverse) {
-                *b *= r.sqrt();
-            }
-        };
-        columns.z.copy_from_slice(&held.pull);
-        for column in columns.z.chunks_exact_mut(k) {
-            half(column);
-        }
-        columns.factor(RANK);
-        for i in 0..k {
-            held.rhs[i] = value(i);
-        }
-        half(&mut held.rhs);
-        for j in 0..m {
-            held.lambda[j] = dot(&columns.z[j * k..(j + 1) * k], &held.rhs) - value(k + j);
-        }
-        columns.solve(&mut held.lambda);
-        if s.rates {
-            for i in 0..k {
-                held.rhs[i] = -value(i);
-                for j in 0..m {
-                    held.rhs[i] += held.pull[j * k + i] * held.lambda[j];
-                }
-            }
-            s.mass.solve(held);
-            for (&u, &v) in s.mass.unknowns.iter().zip(&held.rhs) {
-                p.v[u] = v;
-            }
-        }
-        for (&row, &v) in s.rows.iter().zip(&held.lambda) {
-            p.v[row] = v;
-        }
-        Ok(())
-    }
-
-    /// Closes loops: moves the coordinates in `y` by the least change in the metric of the masses,
-    ///   dq = -M^-1 W^T S^+ h,
-    /// with the factors of the last stage, which is near. Returns the largest gap |h| that it met first.
-    pub fn close(&self, p: &mut Point, y: &mut [f64], rounding: f64) -> f64 {
-        let mut met = 0.0_f64;
-        for k in 0..self.stage_steps {
-            let Step::Saddle(s) = &self.steps[k] else { continue };
-            for round in 0..CLOSINGS {
-                self.y(p).copy_from_slice(y);
-                let held = &mut p.held[k];
-                let inputs = Inputs { x: &p.v, t: p.time, waves: &p.waves, flags: &p.flags };
-                s.gaps.run(&inputs, &mut held.slots);
-                for (j, l) in held.lambda.iter_mut().enumerate() {
-                    *l = s.gaps.output(&held.slots, j);
-                }
-                let gap = largest(&held.lambda);
-                if round == 0 {
-                    met = met.max(gap);
-                }
-                if !(gap > rounding) {
-                    break;
-                }
-                s.push(held);
-                s.mass.solve(held);
-                s.subtract(&s.coordinates, &held.rhs, y);
-            }
-        }
-        met
-    }
-
-    /// How near the constraints were to a loss of rank in the last stage: 1 is far away.
-    pub fn weakest(&self, p: &Point) -> f64 {
-        let columns = p.held.iter().filter_map(|h| h.columns.as_ref());
-        columns.fold(1.0, |m, c| m.min(c.weakest))
-    }
-
-    /// The same for speeds, where `rates` or `solve` was run last: dp = -W^T S^+ (dh/dt). Exact in one go.
-    pub fn calm(&self, p: &mut Point, y: &mut [f64]) -> f64 {
-        let mut met = 0.0_f64;
-        for k in 0..self.stage_steps {
-            let Step::Saddle(s) = &self.steps[k] else { continue };
-            self.run(s.drift_part, p);
-            let held = &mut p.held[k];
-            for (l, &slot) in held.lambda.iter_mut().zip(self.tape.part_slots(s.drift_part)) {
-                *l = p.slots[slot as usize];
-            }
-            met = met.max(largest(&held.lambda));
-            s.push(held);
-            s.subtract(&s.momenta, &held.rhs, y);
-        }
-        met
-    }
-
     /// A small change of the state as a change of the unknowns that it determines, by the factors of the last stage.
     /// (What a change of one block means for later ones is left out: it has the same relative size there.)
     pub fn changes(&self, p: &mut Point, e: &[f64], out: &mut [f64]) {
@@ -576,6 +489,14 @@ impl Reduced {
             out[unknown] = r * e[s];
         }
         for (k, step) in self.steps[..self.stage_steps].iter().enumerate() {
+            if let Step::Direct(d) = step {
+                let from = self.at.change(0);
+                p.v[from..from + e.len()].copy_from_slice(e);
+                self.run(d.changes_part, p);
+                for (&u, &slot) in d.unknowns.iter().zip(self.tape.part_slots(d.changes_part)) {
+                    out[u] = p.slots[slot as usize];
+                }
+            }
             let (Step::Linear(block) | Step::Newton(Newton { block, .. })) = step else { continue };
             if block.states.iter().all(Option::is_none) {
                 continue;
@@ -592,11 +513,6 @@ impl Reduced {
             }
         }
     }
-}
-
-/// Largest size, INFINITY where something is not a number.
-fn largest(v: &[f64]) -> f64 {
-    v.iter().fold(0.0, |m: f64, v| if v.is_nan() { f64::INFINITY } else { m.max(v.abs()) })
 }
 
 /// dw/dt by differences on the side asked for: waves are smooth between their corners.

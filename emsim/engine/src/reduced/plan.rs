@@ -36,7 +36,7 @@ pub struct Source<'a> {
     pub flags: usize,
 }
 
-/// Numbers of the leaves: x, z, y, then four of each diode: current, conductance, charge, capacitance.
+/// Numbers of the leaves: x, z, y, changes of y, then four of each diode: current, conductance, charge, capacitance.
 #[derive(Clone, Copy)]
 pub struct Layout {
     pub n: usize,
@@ -51,8 +51,11 @@ impl Layout {
     pub fn y(&self, s: usize) -> usize {
         2 * self.n + s
     }
+    pub fn change(&self, s: usize) -> usize {
+        2 * self.n + self.states + s
+    }
     pub fn diode(&self, k: usize) -> usize {
-        2 * self.n + self.states + 4 * k
+        2 * self.n + 2 * self.states + 4 * k
     }
     pub fn leaves(&self) -> usize {
         self.diode(self.diodes)
@@ -138,6 +141,10 @@ impl Plan<'_> {
         // strong components, those that the rates of the states need first
         let mut roots: Vec<usize> = Vec::new();
         for &row in &states {
+            roots.extend(self.leaves(&[self.f[row]]));
+        }
+        // (loops are closed in every unknown that they hold, even one that moves nothing else)
+        for row in (0..n).filter(|&i| matches!(kind(i), Kind::Lambda | Kind::Mu)) {
             roots.extend(self.leaves(&[self.f[row]]));
         }
         let (components, stage) = self.components(&roots);
@@ -458,6 +465,12 @@ impl Plan<'_> {
         // private: what it computes does not hold where a point is only solved for
         self.parts.push((rates, false));
         let steps = self.steps.len();
+        for k in 0..steps {
+            let part = self.parts.len();
+            let Step::Direct(direct) = &mut self.steps[k] else { continue };
+            direct.changes_part = part;
+            self.parts.push((direct.changes.clone(), false));
+        }
         // saddles look at h and dh/dt when they project
         for k in 0..steps {
             let Step::Saddle(saddle) = &self.steps[k] else { continue };

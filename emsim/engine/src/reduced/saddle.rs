@@ -1,0 +1,157 @@
+//! Accelerations and multipliers of closed loops, and the way back onto their constraints.
+//!
+//!   M z - W^T lambda + c = 0,   W z + d = 0
+//!
+//! Z = M^-1/2 W^T by columns, S = Z^T Z = W M^-1 W^T, S lambda = W M^-1 c - d. Where links lie on one line S loses rank: its
+//! pseudo-inverse at threshold `RANK` then shares the forces. The same factors give the least change in the metric of the masses
+//! that closes a gap, of positions or of speeds.
+use super::dense::{dot, forward_symmetric};
+use super::{Block, Held, Point, Reduced, Step, Trouble};
+use crate::tape::{Inputs, Tape};
+
+/// Constraints that are dependent to this part count as such: carries mechanisms through their change points.
+const RANK: f64 = 1e-9;
+/// Corrections of positions with one factorisation.
+const CLOSINGS: usize = 4;
+
+pub struct Saddle {
+    pub(super) mass: Block,
+    pub(super) momenta: Vec<Option<usize>>,     // state of each momentum
+    pub(super) coordinates: Vec<Option<usize>>, // and of its coordinate
+    pub(super) rows: Vec<usize>,                // multipliers
+    pub(super) rates: bool,                     // the accelerations are read
+    pub(super) gaps: Tape,                      // h, on its own: it is looked at where nothing else is
+    pub(super) drift_part: usize,               // dh/dt
+}
+
+impl Saddle {
+    /// rhs <- W^T S^+ lambda
+    fn push(&self, held: &mut Held) {
+        let Some(columns) = held.columns.as_mut() else { return };
+        columns.solve(&mut held.lambda);
+        let k = self.mass.unknowns.len();
+        held.rhs.fill(0.0);
+        for (row, &l) in held.pull.chunks_exact(k).zip(&held.lambda) {
+            for (r, w) in held.rhs.iter_mut().zip(row) {
+                *r += w * l;
+            }
+        }
+    }
+
+    fn subtract(&self, places: &[Option<usize>], d: &[f64], y: &mut [f64]) {
+        for (place, d) in places.iter().zip(d) {
+            if let Some(s) = *place {
+                y[s] -= d;
+            }
+        }
+    }
+}
+
+impl Reduced {
+    pub(super) fn saddle(&self, s: &Saddle, step: usize, p: &mut Point) -> Result<(), Trouble> {
+        self.run(s.mass.part, p);
+        let outputs = self.tape.part_slots(s.mass.part);
+        let (k, m) = (s.mass.unknowns.len(), s.rows.len());
+        let value = |i: usize| p.slots[outputs[i] as usize];
+        let held = &mut p.held[step];
+        s.mass.refactor(&outputs[k + m..], &p.slots, held)?;
+        let first = k + m + s.mass.varying.len();
+        for i in 0..k * m {
+            held.pull[i] = value(first + i);
+        }
+        let Some(columns) = held.columns.as_mut() else { return Ok(()) };
+        let half = |b: &mut [f64]| {
+            forward_symmetric(&held.matrix, k, &held.inverse, b);
+            for (b, r) in b.iter_mut().zip(&held.inverse) {
+                *b *= r.sqrt();
+            }
+        };
+        columns.z.copy_from_slice(&held.pull);
+        for column in columns.z.chunks_exact_mut(k) {
+            half(column);
+        }
+        columns.factor(RANK);
+        for i in 0..k {
+            held.rhs[i] = value(i);
+        }
+        half(&mut held.rhs);
+        for j in 0..m {
+            held.lambda[j] = dot(&columns.z[j * k..(j + 1) * k], &held.rhs) - value(k + j);
+        }
+        columns.solve(&mut held.lambda);
+        if s.rates {
+            for i in 0..k {
+                held.rhs[i] = -value(i);
+                for j in 0..m {
+                    held.rhs[i] += held.pull[j * k + i] * held.lambda[j];
+                }
+            }
+            s.mass.solve(held);
+            for (&u, &v) in s.mass.unknowns.iter().zip(&held.rhs) {
+                p.v[u] = v;
+            }
+        }
+        for (&row, &v) in s.rows.iter().zip(&held.lambda) {
+            p.v[row] = v;
+        }
+        Ok(())
+    }
+
+    /// Closes loops: moves the coordinates in `y` by the least change in the metric of the masses,
+    ///   dq = -M^-1 W^T S^+ h,
+    /// with the factors of the last stage, which is near. Returns the largest gap |h| that it met first.
+    pub fn close(&self, p: &mut Point, y: &mut [f64], rounding: f64) -> f64 {
+        let mut met = 0.0_f64;
+        for k in 0..self.stage_steps {
+            let Step::Saddle(s) = &self.steps[k] else { continue };
+            for round in 0..CLOSINGS {
+                self.y(p).copy_from_slice(y);
+                let held = &mut p.held[k];
+                let inputs = Inputs { x: &p.v, t: p.time, waves: &p.waves, flags: &p.flags };
+                s.gaps.run(&inputs, &mut held.slots);
+                for (j, l) in held.lambda.iter_mut().enumerate() {
+                    *l = s.gaps.output(&held.slots, j);
+                }
+                let gap = largest(&held.lambda);
+                if round == 0 {
+                    met = met.max(gap);
+                }
+                if !(gap > rounding) {
+                    break;
+                }
+                s.push(held);
+                s.mass.solve(held);
+                s.subtract(&s.coordinates, &held.rhs, y);
+            }
+        }
+        met
+    }
+
+    /// How near the constraints were to a loss of rank in the last stage: 1 is far away.
+    pub fn weakest(&self, p: &Point) -> f64 {
+        let columns = p.held.iter().filter_map(|h| h.columns.as_ref());
+        columns.fold(1.0, |m, c| m.min(c.weakest))
+    }
+
+    /// The same for speeds, where `rates` or `solve` was run last: dp = -W^T S^+ (dh/dt). Exact in one go.
+    pub fn calm(&self, p: &mut Point, y: &mut [f64]) -> f64 {
+        let mut met = 0.0_f64;
+        for k in 0..self.stage_steps {
+            let Step::Saddle(s) = &self.steps[k] else { continue };
+            self.run(s.drift_part, p);
+            let held = &mut p.held[k];
+            for (l, &slot) in held.lambda.iter_mut().zip(self.tape.part_slots(s.drift_part)) {
+                *l = p.slots[slot as usize];
+            }
+            met = met.max(largest(&held.lambda));
+            s.push(held);
+            s.subtract(&s.momenta, &held.rhs, y);
+        }
+        met
+    }
+}
+
+/// Largest size, INFINITY where something is not a number.
+fn largest(v: &[f64]) -> f64 {
+    v.iter().fold(0.0, |m: f64, v| if v.is_nan() { f64::INFINITY } else { m.max(v.abs()) })
+}
