@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from ..diagnostics import Sink, Span
 
 METHODS = (
+    "auto",
     "trap",
     "gear",
     "radau",
@@ -29,7 +30,7 @@ METHODS = (
 )
 SPECIAL = ("multirate",)  # for some decks only: a chart runs it where it is asked for
 SPELLINGS = {
-    "trapezoidal": "trap", "trap": "trap", "gear": "gear", "bdf": "gear", "radau": "radau",
+    "auto": "auto", "trapezoidal": "trap", "trap": "trap", "gear": "gear", "bdf": "gear", "radau": "radau",
     "radau5": "radau5", "radau9": "radau9", "radau13": "radau13",
     "trbdf2": "trbdf2", "esdirk": "esdirk", "gauss": "gauss", "gauss4": "gauss4", "gauss6": "gauss6",
     "rk45": "rk45", "dopri5": "rk45", "dop853": "dop853",
@@ -74,13 +75,13 @@ SILENT = frozenset(SILENT_WORDS.split())
 def resolve(flat: FlatDeck, above: dict[str, Any] | None = None) -> dict[str, Any]:
     """Options of a deck under those given from outside (`above`: command line, Python), which win.
 
-    Without a method, machines get radau (closed loops need it) and circuits trap, as in ngspice.
+    Without a method, the engine chooses (engine/src/integrate/auto.rs); `trap` and `gear` mean what they mean in ngspice.
     """
     sink = flat.sink
     given = {**flat.options, **{key.lower(): value for key, value in (above or {}).items()}}
     out: dict[str, Any] = {
         "gmin": GMIN,
-        "method": "radau" if flat.machine else "trap",
+        "method": "auto",
         "formulation": "joint",
     }
     strange: list[str] = []

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
     from ..result import Result
 
-SECONDS = 6.0  # CPU time of one run
+SECONDS = 12.0  # CPU time of one run
 ENOUGH = 300_000  # steps after which their present rate tells what the whole run would need
 COLOURS = {
     OK: "#7fb77e", DAMPED: "#f2c57c", RINGS: "#e8a0bf", DRIFTS: "#a7bed3", EXPLODES: "#d1495b", STOPS: "#8d99ae",

@@ -159,9 +159,6 @@ def test_who_asks_for_short_steps_gets_them():
 # decks that deserve what they are told under their default method and tolerance
 DESERVED = {
     "hard/gear_damps": {"W410"},
-    "hard/ramp_capacitor": {"W412"},
-    "hard/capacitor_loop": {"W412"},
-    "paper/tank": {"W411"},
 }
 EXAMPLES = sorted(
     f"{path.parent.name}/{path.stem}"

@@ -7,8 +7,8 @@ from support import deck, run
 import emsim
 
 
-def columns(name, *names, options=""):
-    r = run(deck(name), options)
+def columns(name, *names, options="", tran=None):
+    r = run(deck(name), options, tran=tran)
     return r.time, *(np.asarray(r[n]) for n in names)
 
 
@@ -77,7 +77,8 @@ def test_bricard():
 
 
 def test_saturating_magnet_balances_its_energy():
-    t, power, energy, heat, i = columns("coupled/saturating_magnet", "v(w)", "energy()", "loss()", "i(mag)")
+    names = "v(w)", "energy()", "loss()", "i(mag)"
+    t, power, energy, heat, i = columns("coupled/saturating_magnet", *names, tran="1u 20m")
     net = power - heat - 8 * i * i
     supplied = np.sum(0.5 * (net[1:] + net[:-1]) * np.diff(t))
     assert supplied == pytest.approx(energy[-1] - energy[0], abs=1e-3 * np.ptp(energy))

@@ -8,7 +8,7 @@ pub(super) use self::stretch::Mark;
 
 use super::rows::{Forces, Grid, Row, Sink};
 use super::watch::{Report, Watch};
-use super::{make, Attempt, Method};
+use super::{make, Attempt, Method, Used};
 use crate::events::{Candidate, Detector, Located};
 use crate::newton::{Failure, Newton, Options, Tolerances};
 use crate::op;
@@ -48,6 +48,8 @@ pub struct Outcome {
     /// flags that chattered and were put to rest for a while
     pub resting: Vec<usize>,
     pub watch: Report,
+    /// what `auto` chose
+    pub used: Vec<Used>,
 }
 
 /// Called now and then with (t, h, steps, events); false stops the run.
@@ -86,9 +88,9 @@ pub(super) struct Run<'a, S: Sink> {
     tmax: f64,
     dense: bool,
     scratch: Vec<f64>,
-    forces: Option<Forces>, // multipliers of the rows, where they are asked for and the method's own lag behind
-    kept: f64,              // end of the last recorded step
     watch: Watch,
+    forces: Option<Option<Forces>>, // multipliers of the rows, where they are asked for and the method's own lag behind
+    kept: f64,                      // end of the last recorded step
 }
 
 /// Lengths of the steps to come.
@@ -112,12 +114,23 @@ pub fn run(sys: &System, w: &mut Work, a: Transient, o: &Options, record: &mut R
     run.advance(method.as_mut(), tick);
     run.record.close(run.sys, run.w);
     run.outcome.watch = run.watch.report(run.sys, run.w, (run.t, &run.x), method.as_ref(), &run.tol);
+    run.outcome.used = method.used();
+    if run.outcome.used.is_empty() {
+        run.outcome.used.push(Used { t: 0.0, method: o.method.clone(), why: "asked for".into() });
+    }
     run.outcome
 }
 
 impl Outcome {
     pub(super) fn new() -> Outcome {
-        Outcome { status: Status::Ok, failed: None, events: Vec::new(), resting: Vec::new(), watch: Report::default() }
+        Outcome {
+            status: Status::Ok,
+            failed: None,
+            events: Vec::new(),
+            resting: Vec::new(),
+            watch: Report::default(),
+            used: Vec::new(),
+        }
     }
 
     /// Of a run that ended before its first step.
@@ -163,7 +176,6 @@ impl<'a, S: Sink> Run<'a, S> {
         // SPICE bounds the step by TSTEP; methods with dense output of their own order need only see every part of the span
         let fiftieth = (a.tstop - a.tstart) / 50.0;
         let tmax = a.tmax.unwrap_or(if dense { fiftieth } else { a.tstep.min(fiftieth) });
-        let forces = if method.multipliers_lag() { Forces::new(sys, record.reads()) } else { None };
         Ok(Run {
             sys,
             w,
@@ -185,7 +197,7 @@ impl<'a, S: Sink> Run<'a, S> {
             tmax,
             dense,
             scratch: vec![0.0; sys.n],
-            forces,
+            forces: None,
             kept: 0.0,
             watch: Watch::new(sys, o, a.tstop, tmax),
         })
@@ -278,8 +290,14 @@ impl<'a, S: Sink> Run<'a, S> {
                     self.w.counters.newton_failures += 1;
                     failures += 1;
                     if next <= smallest || failures > 60 || fixed {
+                        if let Some(next) = method.fallback(self.w).filter(|_| !fixed) {
+                            (h, failures) = (next, 0);
+                            continue;
+                        }
                         let halved = format!("halving the step {failures} times");
-                        return self.fail(step, why, vec![halved, format!("method {}", self.o.method)]);
+                        let used = method.used();
+                        let last = used.last().map_or(&self.o.method, |u| &u.method);
+                        return self.fail(step, why, vec![halved, format!("method {last}")]);
                     }
                     h = next;
                     continue;
@@ -308,7 +326,12 @@ impl<'a, S: Sink> Run<'a, S> {
                     }
                     match self.event(method, t1, step, next, smallest, &mut failures) {
                         Event::None => {}
-                        Event::Refused(next) if failures > 60 => {
+                        Event::Refused(_) if failures > 60 => {
+                            if let Some(next) = method.fallback(self.w) {
+                                (h, failures) = (next, 0);
+                                continue;
+                            }
+                            let next = smallest;
                             return self.fail(next, lost(), vec!["locating an event".into()]);
                         }
                         Event::Refused(next) | Event::Passed(next) => {
@@ -319,7 +342,7 @@ impl<'a, S: Sink> Run<'a, S> {
                     failures = 0;
                     method.accept(t1);
                     self.w.counters.steps += 1;
-                    self.memory.learn(next);
+                    self.memory.learn(step, next);
                     self.late = if lands { 0.0 } else { (step + self.late) - (t1 - t) };
                     self.t = t1;
                     h = next;
@@ -341,6 +364,7 @@ impl<'a, S: Sink> Run<'a, S> {
             self.w.counters.breakpoints += 1;
             let jumped = self.land();
             let ahead = self.stop - self.t;
+            self.grid.bent(self.t, ahead);
             if fixed {
                 h = first;
                 if jumped {
@@ -364,7 +388,11 @@ impl<'a, S: Sink> Run<'a, S> {
     /// Records the accepted step up to its end x at t.
     fn keep(&mut self, method: &dyn Method) {
         let width = self.t - self.kept;
-        let mut row = Row { sink: self.record, forces: self.forces.as_mut(), x: &mut self.scratch, width };
+        let forces = match method.multipliers_lag() {
+            true => self.forces.get_or_insert_with(|| Forces::new(self.sys, self.record.reads())).as_mut(),
+            false => None,
+        };
+        let mut row = Row { sink: self.record, forces, x: &mut self.scratch, width };
         self.grid.fill(method, self.t, self.sys, self.w, &self.tol, &mut row);
         if self.t >= self.a.tstart {
             row.x().copy_from_slice(&self.x);
@@ -488,6 +516,7 @@ impl<'a, S: Sink> Run<'a, S> {
             }
         }
         self.jump(step.min(self.tmax));
+        self.grid.bent(self.t, self.stop - self.t);
         self.restart(method);
         let fraction = if self.dense { 0.25 } else { 0.02 };
         let cautious = (fraction * next.min(self.tmax)).max(0.1 * (te - t).min(next));
@@ -521,6 +550,7 @@ struct Memory {
 
 /// More kinds of stretches than this are no repetition.
 const KINDS: usize = 4096;
+const ASKING: f64 = 1.3;
 
 impl Memory {
     fn restart(&mut self, stretch: u64) {
@@ -531,8 +561,10 @@ impl Memory {
         self.first.get(&self.stretch).copied()
     }
 
-    fn learn(&mut self, next: f64) {
+    fn learn(&mut self, step: f64, next: f64) {
         if std::mem::take(&mut self.starting) {
+            // a method may know nothing of longer steps after its first: ask it next time
+            let next = if next == step { ASKING * next } else { next };
             if self.first.len() >= KINDS {
                 self.first.clear();
             }

@@ -8,6 +8,7 @@
 //!     each time, and a million equal steps would be late by more than their error).
 //!  4. `dense` evaluates the candidate's (or the accepted) step anywhere inside it, with the method's own polynomial.
 //!  5. `candidate` is the state at the end of the attempted step.
+mod auto;
 mod dirk;
 mod driver;
 mod explicit;
@@ -89,10 +90,33 @@ pub trait Method {
     fn response(&self, _formula: usize, _y: f64) -> Option<Complex> {
         None
     }
+    /// The driver would give up at the present point: the length of the step to try instead, where another way is left.
+    fn fallback(&mut self, _w: &mut Work) -> Option<f64> {
+        None
+    }
+    /// Which methods did the work, from when on and why, where it is a choice.
+    fn used(&self) -> Vec<Used> {
+        Vec::new()
+    }
+}
+
+/// A method that took over at t.
+#[derive(Clone, Debug)]
+pub struct Used {
+    pub t: f64,
+    pub method: String,
+    pub why: String,
 }
 
 pub fn make<'a>(sys: &'a System, o: &Options) -> Result<Box<dyn Method + 'a>, Failure> {
-    Ok(match o.method.as_str() {
+    match o.method.as_str() {
+        "auto" => Ok(Box::new(auto::Auto::new(sys, o)?)),
+        name => make_one(sys, o, name),
+    }
+}
+
+fn make_one<'a>(sys: &'a System, o: &Options, name: &str) -> Result<Box<dyn Method + 'a>, Failure> {
+    Ok(match name {
         "rk45" => Box::new(explicit::Explicit::new(sys, o, &explicit::RK45)?),
         "dop853" => Box::new(explicit::Explicit::new(sys, o, &explicit::DOP853)?),
         "gear" | "bdf" => Box::new(gear::Gear::new(sys, o)?),
@@ -107,12 +131,16 @@ pub fn make<'a>(sys: &'a System, o: &Options) -> Result<Box<dyn Method + 'a>, Fa
 /// Names that `.options method=` understands.
 pub fn known(method: &str) -> bool {
     let implicit = ["trap", "trapezoidal", "gear", "bdf", "trbdf2", "esdirk", "gauss", "gauss4", "gauss6", "multirate"];
-    implicit.contains(&method) || matches!(method, "radau" | "radau5" | "radau9" | "radau13" | "rk45" | "dop853")
+    implicit.contains(&method)
+        || matches!(method, "radau" | "radau5" | "radau9" | "radau13" | "rk45" | "dop853" | "auto")
 }
 
-/// Does the method need the equations as an explicit ODE (`System::reduce`)?
-pub fn reduces(method: &str) -> bool {
-    matches!(method, "rk45" | "dop853" | "auto")
+/// Does the run need the equations as an explicit ODE (`System::reduce`)?
+pub fn reduces(sys: &System, o: &Options) -> bool {
+    match o.method.as_str() {
+        "auto" => auto::reduces(sys, o),
+        name => matches!(name, "rk45" | "dop853"),
+    }
 }
 
 /// Does the method need circuit and machine apart (`System::split`)?

@@ -140,7 +140,8 @@ impl<S: Sink> Row<'_, S> {
 }
 
 /// Rows between internal points, from the method's dense output: the print grid tstart + k tstep for methods whose steps
-/// are long, and the corners of sources on which no step ends.
+/// are long, the corners of sources on which no step ends, and a few rows after whatever bends the signals, for what
+/// follows there is faster than the grid.
 #[derive(Clone)]
 pub struct Grid {
     start: f64,
@@ -149,13 +150,45 @@ pub struct Grid {
     k: f64,
     dense: bool,
     corner: f64,
-    pub last: f64, // time of the newest row
+    bend: f64, // time of the last bend
+    width: f64,
+    shown: usize,      // rows after it
+    bends: (f64, u32), // in which part of the grid, how many
+    pub last: f64,     // time of the newest row
 }
+
+/// Rows after a bend, in parts of the print interval or of what lies before the next corner, and for so many bends in one
+/// interval: a train of pulses that the grid does not resolve is not resolved so.
+const AFTER: [f64; 9] = [0.02, 0.05, 0.1, 0.2, 0.35, 0.5, 0.65, 0.8, 0.9];
+const BENDS: u32 = 2;
 
 impl Grid {
     pub fn new(sys: &System, a: Transient, dense: bool) -> Grid {
         let corner = sys.next_silent_corner(a.tstart);
-        Grid { start: a.tstart, step: a.tstep, stop: a.tstop, k: 1.0, dense, corner, last: a.tstart }
+        Grid {
+            start: a.tstart,
+            step: a.tstep,
+            stop: a.tstop,
+            k: 1.0,
+            dense,
+            corner,
+            bend: 0.0,
+            width: a.tstep,
+            shown: AFTER.len(),
+            bends: (0.0, 0),
+            last: a.tstart,
+        }
+    }
+
+    /// Signals bend or jump at t, and again after `ahead`.
+    pub fn bent(&mut self, t: f64, ahead: f64) {
+        if self.bends.0 != self.k {
+            self.bends = (self.k, 0);
+        }
+        self.bends.1 += 1;
+        if self.dense && self.bends.1 <= BENDS {
+            (self.bend, self.width, self.shown) = (t, self.step.min(ahead), 0);
+        }
     }
 
     /// The next row asked for that lies clearly after t.
@@ -182,11 +215,15 @@ impl Grid {
         let near = 1e-9 * self.step;
         loop {
             let point = if self.dense { self.start + self.k * self.step } else { f64::INFINITY };
-            let t = point.min(self.corner);
+            let extra = AFTER.get(self.shown).map_or(f64::INFINITY, |a| self.bend + a * self.width);
+            let t = point.min(self.corner).min(extra);
             let near = if t < point { 0.0 } else { near };
             if t > t1 + near || t > self.stop {
                 self.last = t1;
                 return;
+            }
+            if t == extra {
+                self.shown += 1;
             }
             if t == self.corner {
                 self.corner = sys.next_silent_corner(t);

@@ -252,6 +252,7 @@ impl System {
             events: vec![],
             chattering: vec![],
             watch: None,
+            used: vec![],
         })
     }
 
@@ -286,7 +287,7 @@ impl System {
             record.ledger = Some(Ledger::new(&lock(&self.graph), &powers, &energies, traced));
         }
         let a = Transient { tstep, tstop, tstart, tmax, uic };
-        if integrate::reduces(&o.method) {
+        if integrate::reduces(&sys, &o) {
             sys.reduce(&mut lock(&self.graph));
         }
         if integrate::splits(&o.method) {
@@ -325,8 +326,9 @@ impl System {
         };
         let events = outcome.events.iter().map(|&(t, k, v)| (t, k, u8::from(v))).collect();
         let chattering = outcome.resting;
+        let used = outcome.used.into_iter().map(|u| (u.t, u.method, u.why)).collect();
         let watch = Some(watch_dict(py, &self.inner, &outcome.watch)?);
-        Ok(Waveforms { record, counters: w.counters, seconds, status, failure, events, chattering, watch })
+        Ok(Waveforms { record, counters: w.counters, seconds, status, failure, events, chattering, watch, used })
     }
 }
 
@@ -441,6 +443,8 @@ pub struct Waveforms {
     #[pyo3(get)]
     chattering: Vec<usize>,
     watch: Option<Py<PyDict>>,
+    /// (from when on, method, why)
+    used: Vec<(f64, String, String)>,
 }
 
 #[pymethods]
@@ -522,6 +526,16 @@ impl Waveforms {
             d.set_item(name, v)?;
         }
         d.set_item("points", self.record.rows())?;
+        if !self.used.is_empty() {
+            let mut names: Vec<&str> = Vec::new();
+            for (_, name, _) in &self.used {
+                if !names.contains(&name.as_str()) {
+                    names.push(name);
+                }
+            }
+            d.set_item("method", names.join(", "))?;
+            d.set_item("methods", self.used.clone())?;
+        }
         d.set_item("solve_time", self.seconds)?;
         Ok(d.unbind())
     }

@@ -232,6 +232,16 @@ impl Reduced {
         self.tape.len()
     }
 
+    /// Unknowns of the largest block that a stage solves.
+    pub fn largest_block(&self) -> usize {
+        let of = |step: &Step| match step {
+            Step::Devices(_) => 0,
+            Step::Linear(b) | Step::Newton(Newton { block: b, .. }) => b.unknowns.len(),
+            Step::Saddle(s) => s.mass.unknowns.len() + s.rows.len(),
+        };
+        self.steps.iter().map(of).max().unwrap_or(0)
+    }
+
     pub fn has_constraints(&self) -> bool {
         self.steps.iter().any(|s| matches!(s, Step::Saddle(_)))
     }

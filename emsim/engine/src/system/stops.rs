@@ -92,6 +92,11 @@ impl System {
         self.waves.iter().zip(&self.edges.silent).filter(|(_, &silent)| !silent).map(|(wave, _)| wave)
     }
 
+    /// Has a source corners that must be stepped onto?
+    pub fn has_corners(&self) -> bool {
+        self.loud().any(|w| w.next_breakpoint(0.0).is_finite())
+    }
+
     /// Does a source jump (rather than bend) at t?
     pub fn jumps_at(&self, t: f64) -> bool {
         self.loud().any(|w| {

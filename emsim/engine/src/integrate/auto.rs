@@ -1,0 +1,349 @@
+//! Picks the method, at the start and while it runs.
+//!
+//! Rules, each justified by the work-precision charts of the benchmark decks (`python tests/bench/auto.py`):
+//!
+//!  1. Explicit where the equations reduce to an ODE (`System::reduced`) and nothing is stiff: rk45 at loose tolerances, dop853 below. Never with diodes: an exponential is stiff whenever it conducts.
+//!  2. Otherwise implicit, see `implicit`.
+//!  3. From explicit to implicit when stability has limited `STIFF` steps, when the step collapses, or when a stage cannot be solved. Back after `TRIAL` implicit steps, on probation: the first explicit step must
+//!     have room to spare and must not be shorter than `SHORTER` of the implicit one. Each regretted return makes the next one
+//!     twice as rare.
+//!  4. A run begins implicitly where the fastest eigenvalue, by a few power iterations, is `FAST` times faster than the
+//!     shortest time that its sources and its print grid speak of.
+//!  5. Where a method gives up for good, the others that can do it go on from the last good point, and hand back later.
+//!
+//! Nothing is measured with a clock: equal decks take equal steps.
+use super::{make_one, Attempt, Method, Used};
+use crate::newton::{Failure, Options, Tolerances};
+use crate::sparse::Complex;
+use crate::system::{System, Work};
+
+/// Tolerances from which on rk45 does: a circuit's signals have corners of their own, where short steps show more.
+fn loose(sys: &System) -> f64 {
+    match mechanical(sys) {
+        true => 2e-3,
+        false => 5e-4,
+    }
+}
+
+fn mechanical(sys: &System) -> bool {
+    sys.unknowns.iter().any(|u| u.kind.mechanical())
+}
+
+/// h |lambda| over the bound of stability: above it stability is what limits, below `ROOM` there is room.
+const LIMIT: f64 = 0.9;
+const ROOM: f64 = 0.6;
+const STIFF: u32 = 6;
+/// A step of so little of the longest has collapsed.
+const COLLAPSE: f64 = 1e-7;
+const TRIAL: u32 = 40;
+const SHORTER: f64 = 1.0 / 16.0;
+const FAST: f64 = 30.0;
+const POWER: usize = 6;
+/// An explicit stretch of fewer steps is a regretted return.
+const WORTH: u32 = 100;
+const RAREST: u32 = 1 << 20;
+/// Larger systems are left to the sparse methods, as are larger dense blocks.
+const SMALL: usize = 400;
+const BLOCK: usize = 60;
+/// So many changes are told one by one.
+const TOLD: usize = 100;
+
+pub struct Auto<'a> {
+    sys: &'a System,
+    o: Options,
+    methods: Vec<(&'static str, Box<dyn Method + 'a>)>, // made when first needed
+    now: usize,
+    explicit: Option<&'static str>, // rule 1; None: it cannot be
+    implicit: &'static str,         // rule 2
+    begun: bool,
+    t: f64,
+    x: Vec<f64>,              // the present point
+    tried: Vec<&'static str>, // methods that gave up at it
+    longest: f64,             // attempt from it
+    reach: f64,               // longest explicit step since the last restart
+    refused: u32,             // attempts from it that gave nothing
+    collapsed: bool,
+    limited: u32,                    // explicit steps in a row that stability limited
+    steps: u32,                      // since the last change
+    patience: u32,                   // implicit steps before the next return
+    probation: Option<(usize, f64)>, // the method before, and its step
+    used: Vec<Used>,
+}
+
+/// Rule 1: is the explicit form worth making?
+pub fn reduces(sys: &System, o: &Options) -> bool {
+    o.fixed_step.is_none() && sys.diodes() == 0 && sys.n <= SMALL
+}
+
+/// Rule 2.
+fn implicit(sys: &System) -> &'static str {
+    if sys.diodes() == 0 || mechanical(sys) {
+        "radau"
+    } else {
+        "trap"
+    }
+}
+
+/// Rule 5, in this order.
+const OTHERS: [&str; 5] = ["radau", "esdirk", "trbdf2", "trap", "gear"];
+
+impl<'a> Auto<'a> {
+    pub fn new(sys: &'a System, o: &Options) -> Result<Auto<'a>, Failure> {
+        let (explicit, why) = match sys.reduced() {
+            _ if sys.diodes() > 0 => (None, "diodes".to_string()),
+            Ok(r) if r.largest_block() > BLOCK => (None, "large dense blocks".to_string()),
+            Ok(_) if o.reltol >= loose(sys) => (Some("rk45"), "nothing stiff".to_string()),
+            Ok(_) => (Some("dop853"), "nothing stiff".to_string()),
+            Err(why) => (None, why.to_string()),
+        };
+        let implicit = implicit(sys);
+        let name = explicit.unwrap_or(implicit);
+        Ok(Auto {
+            sys,
+            o: o.clone(),
+            methods: vec![(name, make_one(sys, o, name)?)],
+            now: 0,
+            explicit,
+            implicit,
+            begun: false,
+            t: 0.0,
+            x: vec![0.0; sys.n],
+            tried: Vec::new(),
+            longest: 0.0,
+            reach: 0.0,
+            refused: 0,
+            collapsed: false,
+            limited: 0,
+            steps: 0,
+            patience: TRIAL,
+            probation: None,
+            used: vec![Used { t: 0.0, method: name.into(), why }],
+        })
+    }
+
+    fn inner(&self) -> &(dyn Method + 'a) {
+        &*self.methods[self.now].1
+    }
+
+    fn name(&self) -> &'static str {
+        self.methods[self.now].0
+    }
+
+    fn explicitly(&self) -> bool {
+        self.explicit == Some(self.name())
+    }
+
+    /// Another method takes over at the present point.
+    fn switch(&mut self, w: &mut Work, name: &'static str) -> Result<(), Failure> {
+        self.now = match self.methods.iter().position(|m| m.0 == name) {
+            Some(known) => known,
+            None => {
+                self.methods.push((name, make_one(self.sys, &self.o, name)?));
+                self.methods.len() - 1
+            }
+        };
+        (self.limited, self.refused, self.steps) = (0, 0, 0);
+        (self.reach, self.collapsed) = (0.0, false);
+        self.methods[self.now].1.restart(self.sys, w, self.t, &self.x);
+        Ok(())
+    }
+
+    fn tell(&mut self, why: &str) {
+        let method = self.name().into();
+        if self.used.last().is_some_and(|u| u.t == self.t) {
+            self.used.pop();
+        }
+        if self.used.len() < TOLD && self.used.last().is_none_or(|u| u.method != method) {
+            self.used.push(Used { t: self.t, method, why: why.to_string() });
+        }
+    }
+
+    /// Rule 3, one way.
+    fn to_implicit(&mut self, w: &mut Work, why: &str) -> Result<(), Failure> {
+        self.patience = if self.steps < WORTH { (2 * self.patience).min(RAREST) } else { TRIAL };
+        self.switch(w, self.implicit)?;
+        self.tell(why);
+        Ok(())
+    }
+
+    /// Rules 3 and 4, before an attempt of length h.
+    fn choose(&mut self, w: &mut Work, h: f64, tol: &Tolerances) -> Result<(), Failure> {
+        let begins = !std::mem::replace(&mut self.begun, true);
+        if self.explicitly() {
+            // the first step is a hundredth of the shortest time
+            if begins && self.fastest(w, tol).is_none_or(|l| l * 100.0 * h > FAST) {
+                return self.to_implicit(w, "stiff from the start");
+            }
+            if self.limited >= STIFF {
+                return self.to_implicit(w, "stability limits the explicit step");
+            }
+            if self.collapsed {
+                return self.to_implicit(w, "the explicit step collapses");
+            }
+            return Ok(());
+        }
+        if self.steps < self.patience || self.refused > 0 {
+            return Ok(());
+        }
+        // the way back
+        if let Some(name) = self.explicit {
+            let before = self.now;
+            self.switch(w, name)?;
+            self.probation = Some((before, h));
+        } else if self.name() != self.implicit {
+            self.patience = (2 * self.patience).min(RAREST);
+            self.switch(w, self.implicit)?;
+            self.tell("once more");
+        }
+        Ok(())
+    }
+
+    /// What the explicit method did on probation: kept, continued, or taken back.
+    fn judge(&mut self, w: &mut Work, h: f64, result: Attempt) -> Attempt {
+        let Some((before, asked)) = self.probation else { return result };
+        match result {
+            Attempt::Good { .. } if self.inner().stiffness() < ROOM => {
+                self.probation = None;
+                self.tell("nothing stiff any more");
+                return result;
+            }
+            Attempt::TooLarge { next } if next >= SHORTER * asked && self.inner().stiffness() < ROOM => return result,
+            _ => {}
+        }
+        self.probation = None;
+        self.patience = (2 * self.patience).min(RAREST);
+        match self.switch(w, self.methods[before].0) {
+            Ok(()) => Attempt::TooLarge { next: asked },
+            Err(why) => Attempt::Stuck { next: h, why },
+        }
+    }
+
+    /// Fastest eigenvalue of the explicit form at the present point, roughly; None where it cannot be evaluated.
+    fn fastest(&self, w: &mut Work, tol: &Tolerances) -> Option<f64> {
+        let reduced = self.sys.reduced().ok()?;
+        let mut p = reduced.point(&w.flags, w.gmin, tol.atol.clone());
+        self.sys.eval(w, &self.x, self.t);
+        reduced.start(&mut p, &w.q, &self.x);
+        let y0 = reduced.y(&mut p).to_vec();
+        let (mut f0, mut f1) = (vec![0.0; y0.len()], vec![0.0; y0.len()]);
+        reduced.rates(&mut p, &self.sys.waves, self.t, false, &mut f0).ok()?;
+        let norm = |v: &[f64]| v.iter().map(|v| v * v).sum::<f64>().sqrt();
+        let size = 1e-6 * norm(&y0).max(1e-6 * norm(&f0)).max(1e-12);
+        let mut direction: Vec<f64> = (0..y0.len()).map(|i| if i % 2 == 0 { 1.0 } else { -0.7 }).collect();
+        let mut fastest = 0.0;
+        for _ in 0..POWER {
+            let scale = size / norm(&direction).max(1e-300);
+            for ((y, y0), d) in reduced.y(&mut p).iter_mut().zip(&y0).zip(&direction) {
+                *y = y0 + scale * d;
+            }
+            reduced.rates(&mut p, &self.sys.waves, self.t, false, &mut f1).ok()?;
+            for ((d, f1), f0) in direction.iter_mut().zip(&f1).zip(&f0) {
+                *d = f1 - f0;
+            }
+            fastest = norm(&direction) / size;
+            if !fastest.is_finite() {
+                return None;
+            }
+        }
+        Some(fastest)
+    }
+}
+
+impl Method for Auto<'_> {
+    fn restart(&mut self, sys: &System, w: &mut Work, t: f64, x: &[f64]) {
+        self.t = t;
+        self.x.copy_from_slice(x);
+        self.tried.clear();
+        (self.longest, self.refused, self.probation) = (0.0, 0, None);
+        (self.reach, self.collapsed) = (0.0, false);
+        self.methods[self.now].1.restart(sys, w, t, x);
+    }
+
+    fn attempt(&mut self, sys: &System, w: &mut Work, h: f64, tol: &Tolerances) -> Attempt {
+        if let Err(why) = self.choose(w, h, tol) {
+            return Attempt::Stuck { next: 0.0, why };
+        }
+        self.longest = self.longest.max(h);
+        let mut result = self.methods[self.now].1.attempt(sys, w, h, tol);
+        let unfit = matches!(result, Attempt::Stuck { why: Failure::Unfit { .. }, .. });
+        if self.probation.is_some() {
+            result = self.judge(w, h, result);
+        } else if unfit && self.explicitly() {
+            self.explicit = None;
+            if self.to_implicit(w, "the explicit method cannot get on").is_ok() {
+                return Attempt::TooLarge { next: self.longest };
+            }
+        }
+        if let Attempt::TooLarge { next } | Attempt::Stuck { next, .. } = result {
+            self.refused += 1;
+            self.collapsed = next < COLLAPSE * self.reach;
+        }
+        result
+    }
+
+    fn fallback(&mut self, w: &mut Work) -> Option<f64> {
+        loop {
+            let given_up = self.name();
+            self.tried.push(given_up);
+            let next = std::iter::once(self.implicit).chain(OTHERS).find(|m| !self.tried.contains(m))?;
+            self.probation = None;
+            if self.switch(w, next).is_ok() {
+                self.tell(&format!("{given_up} could not get on"));
+                return Some(self.longest);
+            }
+        }
+    }
+
+    fn accept(&mut self, t1: f64) {
+        self.methods[self.now].1.accept(t1);
+        self.reach = self.reach.max(t1 - self.t);
+        self.t = t1;
+        self.x.copy_from_slice(self.methods[self.now].1.candidate());
+        self.tried.clear();
+        (self.longest, self.refused) = (0.0, 0);
+        self.steps = self.steps.saturating_add(1);
+        if self.explicitly() {
+            self.limited = if self.inner().stiffness() > LIMIT { self.limited + 1 } else { 0 };
+        }
+    }
+
+    fn candidate(&self) -> &[f64] {
+        self.inner().candidate()
+    }
+
+    fn dense(&self, t: f64, out: &mut [f64]) {
+        self.inner().dense(t, out);
+    }
+
+    fn interior(&self, sys: &System, tol: &Tolerances) -> f64 {
+        self.inner().interior(sys, tol)
+    }
+
+    fn wants_dense_record(&self) -> bool {
+        self.inner().wants_dense_record()
+    }
+
+    fn starts_at_full_length(&self) -> bool {
+        self.inner().starts_at_full_length()
+    }
+
+    fn multipliers_lag(&self) -> bool {
+        self.inner().multipliers_lag()
+    }
+
+    fn restarts_at_corners(&self) -> bool {
+        self.inner().restarts_at_corners()
+    }
+
+    fn stiffness(&self) -> f64 {
+        self.inner().stiffness()
+    }
+
+    fn response(&self, y: f64) -> Option<Complex> {
+        self.inner().response(y)
+    }
+
+    fn used(&self) -> Vec<Used> {
+        self.used.clone()
+    }
+}
