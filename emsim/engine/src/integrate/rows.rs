@@ -186,7 +186,7 @@ impl Grid {
             self.bends = (self.k, 0);
         }
         self.bends.1 += 1;
-        if self.dense && self.bends.1 <= BENDS {
+        if self.dense && t >= self.start && self.bends.1 <= BENDS {
             (self.bend, self.width, self.shown) = (t, self.step.min(ahead), 0);
         }
     }
