@@ -45,6 +45,8 @@ const RAREST: u32 = 1 << 20;
 /// Larger systems are left to the sparse methods, as are larger dense blocks.
 const SMALL: usize = 400;
 const BLOCK: usize = 60;
+/// More than a method has.
+const FORMULAS: usize = 100;
 /// So many changes are told one by one.
 const TOLD: usize = 100;
 
@@ -339,8 +341,16 @@ impl Method for Auto<'_> {
         self.inner().stiffness()
     }
 
-    fn response(&self, y: f64) -> Option<Complex> {
-        self.inner().response(y)
+    fn inputs_changed(&mut self) {
+        self.methods[self.now].1.inputs_changed();
+    }
+
+    fn formula(&self) -> usize {
+        self.now * FORMULAS + self.inner().formula()
+    }
+
+    fn response(&self, formula: usize, y: f64) -> Option<Complex> {
+        self.methods[formula / FORMULAS].1.response(formula % FORMULAS, y)
     }
 
     fn used(&self) -> Vec<Used> {
