@@ -235,7 +235,7 @@ impl Reduced {
     /// Unknowns of the largest block that a stage solves.
     pub fn largest_block(&self) -> usize {
         let of = |step: &Step| match step {
-            Step::Devices(_) => 0,
+            Step::Devices(_) | Step::Direct(_) => 0,
             Step::Linear(b) | Step::Newton(Newton { block: b, .. }) => b.unknowns.len(),
             Step::Saddle(s) => s.mass.unknowns.len() + s.rows.len(),
         };
