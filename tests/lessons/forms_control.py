@@ -149,12 +149,17 @@ def balance(runs: Runs) -> Iterator[Figure]:
         yield Figure(key, gain, written)
     start = np.array([0.0, 0.0, 2 * pi / 180, 0.0])
 
-    def linear(matrix: np.ndarray, times) -> np.ndarray:
-        return np.array([expm(matrix * t) @ start for t in times])
+    def linear(matrix: np.ndarray, dt: float = 5e-3) -> np.ndarray:
+        """The states of the linear equations every dt for three seconds."""
+        step, state, states = expm(matrix * dt), start, [start]
+        for _ in range(round(3.0 / dt)):
+            state = step @ state
+            states.append(state)
+        return np.array(states)
 
     run = runs.base
     yield Figure("v_start", gains[2] * start[2], run["v(drive)"][0])
-    path = linear(cart_pole(*gains), np.linspace(0, 3, 601))
+    path = linear(cart_pole(*gains))
     yield Figure("travel", float(-min(path[:, 0])), -min(run["pos(rail)"]), rel=5e-3)
     yield Figure("beyond", float(-min(path[:, 2])), -min(run["angle(hinge)"]), rel=5e-3)
     yield Figure("angle_end", 0.0, run["angle(hinge)"][-1], off=4e-4)
@@ -171,7 +176,7 @@ def balance(runs: Runs) -> Iterator[Figure]:
     yield Figure("double", np.log(2) / grow)
 
     wander = runs.edit(1)
-    end = linear(cart_pole(0.0, PER_VOLT, gains[2], gains[3]), [3.0])[0]
+    end = linear(cart_pole(0.0, PER_VOLT, gains[2], gains[3]))[-1]
     yield Figure("x_wander", -end[0], -wander["pos(rail)"][-1], rel=5e-3)
     yield Figure("v_wander", -end[1], -wander["vel(rail)"][-1], rel=5e-3)
     yield Figure("angle_wander", 0.0, wander["angle(hinge)"][-1], off=4e-4)

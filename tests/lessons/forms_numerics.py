@@ -208,7 +208,7 @@ def linkage(runs: Runs) -> Iterator[Figure]:
     energy = inertia(0.0) * 10.0**2 / 2
     speeds = [sqrt(2 * energy / inertia(q)) for q in angles]
     yield Figure("energy", energy, free["energy()"][-1])
-    yield Figure("kept", 0.0, float(np.ptp(free["energy()"])) / energy, off=1e-5)
+    yield Figure("kept", 0.0, float(np.ptp(free["energy()"])) / energy, off=1e-4)
     yield Figure("slowest", min(speeds), min(free["omega(a)"]))
     yield Figure("fastest", max(speeds), max(free["omega(a)"]), rel=2e-3)
     there = float(free["angle(a)"][np.argmax(free["omega(a)"])]) % (2 * pi)
