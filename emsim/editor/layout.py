@@ -23,6 +23,9 @@ COMMENT_AT = 64  # a comment behind more than that is not lined up
 TWO_NODES = frozenset("rclvibegfhdsw")
 OPENING, CLOSING = "([{", ")]}"
 BLANKS = " \t\r\f\v\xa0"
+PLAIN_BLANKS = (
+    " \t\r"  # the others count as blanks in some places only: a card with one of them stays as it is
+)
 # dot cards whose words are cards' words; the rest is kept as text
 SPACED = frozenset(
     """.param .csparam .func .model .subckt .ends .tran .op .ac .dc .print .save .probe .ic .nodeset .options .option .opt
@@ -38,7 +41,7 @@ class Row:
     __slots__ = ("code", "comment", "depth", "kind", "text", "words")
 
     def __init__(self, kind: str, text: str, depth: int) -> None:
-        self.kind, self.text, self.depth = kind, text.rstrip(BLANKS), depth
+        self.kind, self.text, self.depth = kind, text.rstrip(PLAIN_BLANKS), depth
         self.words: list[str] = []
         self.code = self.comment = ""  # what stands before and behind the blanks of a comment
 
@@ -123,6 +126,8 @@ def _take_words(rows: list[Row]) -> None:
     for row in rows:
         if row.kind not in ("card", "more"):
             continue
+        if any(c in row.text for c in BLANKS if c not in PLAIN_BLANKS):
+            return
         start = len(row.text) - len(row.text.lstrip(BLANKS)) + (row.kind == "more")
         code = code_of(row.text, start, row.kind == "more")
         words = _words(row.text[start:code])
@@ -301,11 +306,19 @@ def meaning(text: str) -> list[Any]:
     """What a deck says, without places: equal before and after."""
     reading = Reading(SourceFile("deck", text), has_title=True)
     found: list[Any] = [reading.title, [line.text.split() for line in reading.control]]
-    for rule, content, between, last, value, place in reading.cards:
-        if place >= 0:
-            found.append((rule, content, between, last, value))
+    for rule, content, between, last, _, place in reading.cards:
+        if (
+            place >= 0
+        ):  # a card of words alone comes in lower case, or as a tree where its line holds more than ASCII
+            found.append((rule, [content, *between, last]))
         elif rule is None:
             found.append("".join(reading.line(between).text.split()))
         else:
-            found.append((rule, [_plain(child) for child in content]))
+            found.append((rule, [_lower(_plain(child)) for child in content]))
     return found
+
+
+def _lower(tree: Any) -> Any:
+    if isinstance(tree, tuple):
+        return tree[0], [_lower(child) for child in tree[1]]
+    return tree if tree is None else tree.lower()

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from support import ROOT
 
 from emsim.assemble.behaviour import MECHANICAL
@@ -74,6 +76,25 @@ def test_any_question_at_any_place(path):
                 assert target.span.text.lower() == target.name or target.kind in ("node", "point", "param")
             for item in complete(document, row, col):
                 assert item.label and item.insert
+
+
+@settings(max_examples=80, deadline=None)
+@given(
+    st.lists(
+        st.sampled_from(
+            ["MOTOR ", "JOINT ", "R1 ", "a ", "0 ", "arm ", "kt=", "{", "}", "(", ")", "v(", "x", "\n", "\n+ ", "; c", ".param ",
+             ".model ", "D(", "is=", "'", '"', "= ", ",", ".options ", "X1 ", ".subckt s a\n", ".ends", "* c", "\t", "é", "1k "]
+        ),
+        max_size=25,
+    )
+)  # fmt: skip
+def test_any_question_about_any_text(parts):
+    document = Document("t\n" + "".join(parts))
+    for row in range(len(document.lines) + 1):
+        for col in range(0, 40, 3):
+            hover(document, row, col)
+            definition(document, row, col)
+            complete(document, row, col)
 
 
 def test_unfinished_lines_are_understood():

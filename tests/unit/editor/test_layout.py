@@ -56,11 +56,26 @@ def test_decks_with_blanks_put_in_and_taken_out(seed):
     for c in text:
         roll = rng.random()
         if c == " " and roll < 0.2:
-            c = rng.choice(["   ", "\t", " \t ", "  ", "\n+ ", "\n* note\n+", " ; why\n+ "])
+            c = rng.choice(
+                ["   ", "\t", " \t ", "  ", "\n+ ", "\n* note\n+", " ; why\n+ ", "\xa0", "\n;x\n +"]
+            )
         elif c in "=(){},;" and roll < 0.3:
             c = rng.choice([" " + c, c + " ", f" {c} ", c, ""])
         elif c == "\n" and roll < 0.1:
-            c = rng.choice(["\n\n\n", " \n", "\n  ", " ; x\n", "\n+", "\n*\n", " $ y\n"])
+            c = rng.choice(
+                [
+                    "\n\n\n",
+                    " \n",
+                    "\n  ",
+                    " ; x\n",
+                    "\n+",
+                    "\n*\n",
+                    " $ y\n",
+                    "\n.control\n",
+                    "\n.endc\n",
+                    "\n.if (1)\n",
+                ]
+            )
         elif roll < 0.01:
             c = rng.choice("'\"{}()=;$*/+ \n.") + c
         out.append(c)
