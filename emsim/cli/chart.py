@@ -51,7 +51,7 @@ OPTIONS = [
     Option("--only", "of the suite: these entries, by name or deck", "A,B,..."),
     Option("--quick", "of the suite: three entries, a short ladder"),
     Option("--peers", "of the suite: MuJoCo, Exudyn and Drake on the machines that they build too"),
-    Option("--readme", "of the suite: write the table and its picture into README.md"),
+    Option("--readme", "of the suite: write the table and its picture into README.md; of --hard: into netlists/hard/README.md"),
     Option("--from", "of the suite: nothing is run, charts come from a suite.json", "FILE"),
     Option("--hard", "the stability atlas: hard cases under every method; -o takes .md too"),
     Option("--points", "list every run"),

@@ -15,6 +15,8 @@ def run_hard(given: Arguments) -> int:
     """Exit code 4 when a cell is not what theory, or `auto`, must be."""
     from ..reports import atlas
 
+    if given.has("readme") and given.words:
+        raise UsageError("--hard --readme writes the whole table: name no case")
     tell = Tell(given.has("quiet"))
     try:
         rows = atlas.atlas(pipeline.run, given.words, tell)
@@ -28,6 +30,8 @@ def run_hard(given: Arguments) -> int:
             atlas.write(path, rows, "csv" if path == given.text("csv") else "")
         except ValueError as error:
             raise UsageError(f"-o {path}: {error}") from None
+    if given.has("readme"):
+        files.append(str(atlas.write_readme(rows)))
     code = OK if all(cell.expected for row in rows for cell in row) else TOLERANCE
     if given.has("json"):
         print_json(code, [], cells=[cell.as_dict() for row in rows for cell in row], files=files)

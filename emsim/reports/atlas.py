@@ -18,8 +18,8 @@ if TYPE_CHECKING:
 
     from ..result import Result
 
-SECONDS = 12.0  # CPU time of one run
-ENOUGH = 300_000  # steps after which their present rate tells what the whole run would need
+SECONDS = 30.0  # CPU time of one run, a safety: steps are what bounds it
+ENOUGH = 150_000  # steps after which their present rate tells what the whole run would need
 COLOURS = {
     OK: "#7fb77e", DAMPED: "#f2c57c", RINGS: "#e8a0bf", DRIFTS: "#a7bed3", EXPLODES: "#d1495b", STOPS: "#8d99ae",
 }  # fmt: skip
@@ -66,31 +66,19 @@ def decks() -> Path:
 
 
 def methods() -> list[str]:
-    """The columns: methods that this engine has. `auto` is always one of them."""
-    from ..assemble.options import SPELLINGS
-    from .hard import AUTO
-
-    return [name for name, options in METHODS.items() if name == AUTO or options["method"] in SPELLINGS]
+    """The columns."""
+    return list(METHODS)
 
 
 def measure(case: Case, method: str, run: Callable[..., Result]) -> Cell:
     """One cell. `run` is pipeline.run."""
-    trial = _trial(case, {**case.options, **_options(case, method)}, run)
+    trial = _trial(case, {**case.own.get(method, case.options), **METHODS[method]}, run)
     judges_stops = getattr(case.judge, "judges_stops", False)
     if trial.result is None or not len(trial.result.plots) or (not trial.finished and not judges_stops):
         verdict = stopped(trial)
     else:
         verdict = case.judge(trial)
     return Cell(case, method, verdict, trial.steps, trial.seconds)
-
-
-def _options(case: Case, method: str) -> dict[str, Any]:
-    """Options of a column."""
-    from ..assemble.options import SPELLINGS
-    from .hard import STAND_IN
-
-    options = METHODS[method]
-    return options if options["method"] in SPELLINGS else {"method": case.stand_in or STAND_IN}
 
 
 def _trial(case: Case, options: dict[str, Any], run: Callable[..., Result]) -> Trial:
@@ -161,17 +149,33 @@ def table_lines(rows: Sequence[Sequence[Cell]], colour: bool = False) -> list[st
 
 
 def markdown_lines(rows: Sequence[Sequence[Cell]]) -> list[str]:
-    """The table, then what is hard about each case and what it is asked."""
-    lines = [
+    """What is hard about each case, what it is asked and who must fail; then the verdicts."""
+    lines = ["| case | deck | hard because | asked | must fail |", "|---|---|---|---|---|"]
+    for case in (row[0].case for row in rows):
+        must = "; ".join(f"{method}: {' or '.join(words)}" for method, words in case.must.items())
+        lines.append(f"| {case.name} | `{case.deck}` | {case.why} | {case.asked} | {must} |")
+    lines += [
+        "",
         "| case | " + " | ".join(cell.method for cell in rows[0]) + " |",
         "|---" * (len(rows[0]) + 1) + "|",
     ]
     for row in rows:
         cells = [f"{cell.verdict.word} {cell.verdict.number}" for cell in row]
         lines.append("| " + " | ".join([row[0].case.name, *cells]) + " |")
-    lines += ["", "| case | hard because | asked |", "|---|---|---|"]
-    lines += [f"| {row[0].case.name} | {row[0].case.why} | {row[0].case.asked} |" for row in rows]
     return lines
+
+
+BEGIN, END = "<!-- atlas -->\n", "<!-- end of atlas -->\n"
+
+
+def write_readme(rows: Sequence[Sequence[Cell]], path: Path | None = None) -> Path:
+    """Puts the tables between the marks of netlists/hard/README.md."""
+    path = path or decks() / "hard" / "README.md"
+    text = path.read_text(encoding="utf-8")
+    head, _, rest = text.partition(BEGIN)
+    tables = "".join(line + "\n" for line in markdown_lines(rows))
+    path.write_text(head + BEGIN + tables + END + rest.partition(END)[2], encoding="utf-8")
+    return path
 
 
 def csv_lines(rows: Sequence[Sequence[Cell]]) -> list[str]:

@@ -157,7 +157,9 @@ def kept(
         time = trial["time"]
         left = float(size[time >= (periods - 5) * period].max())
         off = float(turns[-1] - time[-1] / period) if left > 1e-6 else float("nan")
-        text = f"amplitude {left:.4f}, phase {off:+.4f} periods after {periods} periods"
+        text = f"amplitude {left:.4f} after {periods} periods"
+        if phase < float("inf"):
+            text += f", phase {off:+.4f} periods"
         if left < 1 - amplitude:
             return Verdict(DAMPED, f"A {left:.2g}", text)
         if left > 1 + amplitude:
@@ -262,11 +264,13 @@ def horizon(least: float, reltol: float, apart: float = 0.1) -> Callable[[Trial]
     return criterion
 
 
-def refused(least: float) -> Callable[[Trial], Verdict]:
-    """The run is refused because of its cost, and the estimate is at least so many steps. To get to the end
-    means that a mode which persists was damped away."""
+def refused(least: float, signal: str) -> Callable[[Trial], Verdict]:
+    """The run is refused because of its cost, and the estimate is at least so many steps. One that gets to its end has
+    stepped over a mode that persists: `signal` tells what is left of it."""
 
     def criterion(trial: Trial) -> Verdict:
+        import numpy as np
+
         if trial.trouble is not None and trial.trouble.code == "E414":
             import re
 
@@ -276,7 +280,18 @@ def refused(least: float) -> Callable[[Trial], Verdict]:
             return Verdict(word, f"{steps:.0e} st", f"refused: {trial.trouble.message}")
         if not trial.finished:
             return stopped(trial)
-        return Verdict(DAMPED, f"{trial.steps:.0e} st", f"the mode is gone after {trial.steps} steps")
+        values = trial[signal]
+        left = float(np.abs(values[-20:]).max() / np.abs(values).max())
+        if left < 0.5:
+            return Verdict(
+                DAMPED, f"A {left:.1g}", f"{left:.2g} of {signal} is left after {trial.steps} steps"
+            )
+        turns = float((values[1:] * values[:-1] < 0)[-100:].mean())
+        return Verdict(
+            RINGS if turns > 0.7 else DRIFTS,
+            f"A {left:.2g}",
+            f"{signal} is an alias after {trial.steps} steps",
+        )
 
     criterion.judges_stops = True  # type: ignore[attr-defined]
     return criterion
