@@ -59,6 +59,12 @@ def explain_failure(
     mechanical, static = _mechanical(assembly, unknown), assembly.machine is not None and _static(analysis)
     if mechanical and static:
         what = f"the machine has no equilibrium, or is free to move, at {where}"
+    locked = mechanical and not at_start and _driven_loop(assembly)
+    if locked:
+        hints.append(
+            "where links come to lie in one line a mechanism locks, and a DRIVE that goes on has no solution; "
+            "look at the last rows, and at the lengths"
+        )
     if not (mechanical and at_start):
         hints.append("try: " + _advice(kind, at_start, assembly))
     if static:
@@ -104,6 +110,12 @@ def _mechanical(assembly: Assembly, unknown: str) -> bool:
     """Is the unknown one of the machine's?"""
     kinds = dict(zip(assembly.system.names, assembly.system.kinds, strict=True))
     return assembly.machine is not None and kinds.get(unknown) in ("coordinate", "speed", "lambda", "mu")
+
+
+def _driven_loop(assembly: Assembly) -> bool:
+    """Is there a closed loop of joints that a DRIVE can force?"""
+    loops = assembly.machine is not None and assembly.machine.report().get("loops")
+    return bool(loops) and any(card.kind == "DRIVE" for card in assembly.flat.machine)
 
 
 def locate(assembly: Assembly, unknown: str) -> tuple[str, list[tuple[Span, str]]]:
