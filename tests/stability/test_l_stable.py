@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from support import run
+from support import deck, run
 
 # tau = 1 ps under steps of 1 ms: h/tau = 1e9, from 1 V that nothing holds; beside it tau = 0.1 s
 STIFF = """a picosecond beside a tenth of a second
@@ -34,3 +34,38 @@ def test_the_step_is_not_bound_by_what_has_decayed():
         slow, time = np.asarray(result["v(slow)"]), np.asarray(result["time"])
         assert result.stats["steps"] < 200, (method, result.stats["steps"])
         assert np.abs(slow - np.exp(-time / 0.1)).max() <= 1e-3
+
+
+CLIPPER = """a clipper: the node follows its source, then bends sharply within one long step
+V1 in 0 SIN(0 10 1k)
+R1 in out 1k
+D1 out p dsm
+VP p 0 2
+D2 n out dsm
+VN n 0 -3
+.model dsm D(is=2.5n n=1.75 rs=0.6 cjo=4p tt=5n)
+.tran 5u 3m
+.end
+"""
+
+
+@pytest.mark.parametrize("method", ["trbdf2", "esdirk"])
+@pytest.mark.parametrize("reltol, limit", [(1e-4, 5e-4), (1e-6, 1e-5)])
+def test_rows_between_steps_follow_corners(method, reltol, limit):
+    """The error estimate damps a node of 4 ns: what rows show of it inside steps of 50 us is judged by itself."""
+    exact = run(CLIPPER, "method=radau reltol=1e-9")
+    found = run(CLIPPER, f"method={method} reltol={reltol!r}")
+    times = 5e-6 * np.arange(1, 600)
+    apart = [abs(found.at("v(out)", float(t)) - exact.at("v(out)", float(t))) for t in times]
+    assert max(apart) <= 4 * limit, (max(apart), times[int(np.argmax(apart))])
+
+
+def test_a_jump_of_a_fast_mode_is_stepped_over():
+    """200 pF behind 20 mOhm, 4 ps, at every edge of a converter: fewer than 25 steps an edge, rows included."""
+    text = deck("electrical/buck_converter")
+    for method in ("trbdf2", "esdirk"):
+        result = run(text, f"method={method} reltol=1e-3", tran="1u 500u")
+        assert result.stats["steps"] <= 25 * result.stats["events"], (method, result.stats)
+        exact = run(text, "method=gear reltol=1e-6", tran="1u 500u")
+        apart = abs(result.at("v(out)", 490e-6) - exact.at("v(out)", 490e-6))
+        assert apart <= 5e-3 * 12, (method, apart)

@@ -121,6 +121,11 @@ impl Edges {
         self.silent.contains(&true)
     }
 
+    /// Does `pin` overwrite this unknown?
+    pub fn pins(&self, unknown: usize) -> bool {
+        self.any_silent() && self.pinned.binary_search(&unknown).is_ok()
+    }
+
     /// Overwrites pinned nodes by what their sources say, with `waves` at the time of x.
     pub fn pin(&self, w: &mut EdgeWork, waves: &[f64], flags: &[f64], t: f64, x: &mut [f64]) {
         self.values.run(&Inputs { x: &[], t, waves, flags }, &mut w.values);

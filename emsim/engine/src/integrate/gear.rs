@@ -274,7 +274,7 @@ impl Method for Gear {
             *v = whole * weight(j);
         }
         let mut worst = 0.0_f64;
-        for i in (0..sys.n).filter(|&i| !sys.unknowns[i].kind.enters_linearly()) {
+        for i in sys.interpolated() {
             let error: f64 = weights[..=m].iter().zip(&xs).map(|(w, x)| w * x[i]).sum();
             worst = worst.max(error.abs() / tol.weight(i, xs[0][i], xs[1][i]));
         }

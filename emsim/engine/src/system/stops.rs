@@ -88,6 +88,11 @@ impl System {
         }
     }
 
+    /// Unknowns whose rows between steps are read off a polynomial, and that error tolerances hold for.
+    pub fn interpolated(&self) -> impl Iterator<Item = usize> + '_ {
+        (0..self.n).filter(|&i| !self.unknowns[i].kind.enters_linearly() && !self.edges.pins(i))
+    }
+
     fn loud(&self) -> impl Iterator<Item = &Wave> {
         self.waves.iter().zip(&self.edges.silent).filter(|(_, &silent)| !silent).map(|(wave, _)| wave)
     }

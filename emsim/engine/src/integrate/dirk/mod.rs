@@ -29,6 +29,8 @@ use crate::system::{System, Work};
 /// Nodes nearer than this share of the step are one node to the prediction.
 const APART: f64 = 1e-3;
 
+/// How far the polynomial is carried back to be compared, in steps.
+const BACK: f64 = 0.2;
 /// Longest step that is tried to get over a fast mode, in units of the one refused.
 const LEAP: f64 = 8.0;
 
@@ -289,6 +291,32 @@ impl Method for Dirk {
     fn dense(&self, t: f64, out: &mut [f64]) {
         let step = if self.accepted { &self.last } else { &self.now };
         self.polynomial(step, (t - step.t) / step.h, out);
+    }
+
+    /// The error estimate damps what is stiff and does not see what is algebraic: their values at the end are right, but the
+    /// curve to them may have a corner. Carried back a little, the polynomial parts from that of the last step by what it
+    /// lacks, in the proportion of the two places' products of distances from its nodes. (Carried back over all of that
+    /// step, the proportion is so small that corners were missed.)
+    fn interior(&self, sys: &System, tol: &Tolerances) -> f64 {
+        if !self.follows {
+            return f64::INFINITY;
+        }
+        let s = self.k.c.len();
+        let ratio = self.last.h / self.now.h;
+        let theta = -ratio.min(BACK);
+        let at = |theta: f64| self.k.dense.iter().map(move |d| d.iter().rev().fold(0.0, |sum, c| sum * theta + c));
+        let (here, there): (Vec<f64>, Vec<f64>) = (at(theta).collect(), at(1.0 + theta / ratio).collect());
+        // as if through m equidistant nodes; their product is largest in the first interval
+        let m = self.k.dense[0].len();
+        let product = |x: f64| (0..m).map(|j| x - j as f64 / (m - 1) as f64).product::<f64>();
+        let lacking = (product(0.4 / (m - 1) as f64) / product(theta)).abs().min(1.0);
+        let mut worst = 0.0_f64;
+        for i in sys.interpolated() {
+            let value = |w: &[f64], of: &Step| w.iter().zip(&of.x).map(|(w, x)| w * x[i]).sum::<f64>();
+            let error = (lacking * (value(&here, &self.now) - value(&there, &self.last))).abs();
+            worst = worst.max(error / tol.weight(i, self.now.x[0][i], self.now.x[s - 1][i]));
+        }
+        worst
     }
 
     fn wants_dense_record(&self) -> bool {

@@ -52,7 +52,7 @@ impl Gauss {
         let weight = |j: usize| (0..=m).filter(|&i| i != j).map(|i| ts[j] - ts[i]).product::<f64>().recip();
         let weights: Vec<f64> = (0..=m).map(|j| whole * weight(j)).collect();
         let mut worst = 0.0_f64;
-        for i in (0..sys.n).filter(|&i| !sys.unknowns[i].kind.enters_linearly()) {
+        for i in sys.interpolated() {
             let error: f64 = weights.iter().zip(&xs).map(|(w, x)| w * x[i]).sum();
             worst = worst.max(error.abs() / tol.weight(i, xs[0][i], xs[1][i]));
         }
