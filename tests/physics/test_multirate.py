@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from support import deck, with_options
 
 import emsim
 from emsim import pipeline
@@ -37,8 +38,8 @@ def chain(links: int, converter: str, fsw: float, stop: float) -> str:
     return "\n".join([*cards, converter, f".tran {stop / 50} {stop} UIC", shown, ".end", ""])
 
 
-def run(deck: str, method: str, reltol: float) -> Table:
-    return pipeline.run(deck, method=method, reltol=reltol).plots[0]
+def run(text: str, method: str, reltol: float) -> Table:
+    return pipeline.run(text, method=method, reltol=reltol).plots[0]
 
 
 def times(stop: float) -> np.ndarray:
@@ -54,10 +55,10 @@ def error(found: Table, truth: Table, at: np.ndarray, signals: tuple[str, ...] =
 
 
 def test_errors_follow_the_tolerance_as_those_of_a_single_rate_do() -> None:
-    deck = chain(3, BRIDGE, 2e3, 0.05)
+    text = chain(3, BRIDGE, 2e3, 0.05)
     at = times(0.05)
-    truth = run(deck, "radau", 1e-9)
-    errors = [error(run(deck, "multirate", reltol), truth, at) for reltol in (1e-3, 1e-4, 1e-6)]
+    truth = run(text, "radau", 1e-9)
+    errors = [error(run(text, "multirate", reltol), truth, at) for reltol in (1e-3, 1e-4, 1e-6)]
     for reltol, found in zip((1e-3, 1e-4, 1e-6), errors, strict=True):
         assert found < 10 * reltol
     assert errors[2] < 0.2 * errors[0]
@@ -77,12 +78,12 @@ def test_every_row_is_of_one_time_for_both() -> None:
 def test_speed_carries_the_ripple_that_the_machine_was_not_given() -> None:
     """Seen at every step of the circuit, the rotor's acceleration is that of the current at that time, not of its mean:
     J dw = (kt i - d w) dt."""
-    deck = (
+    text = (
         "rotor\n.param fsw=5k tr=2u\nBODY rotor m=1 j=1e-5\nJOINT p1 0 rotor pin damp=1e-5\n"
         + BRIDGE.replace(" j=0.2m", "")
         + ".tran 10u 50m UIC\n.print tran i(m1) omega(p1)\n.end\n"
     )
-    found = run(deck, "multirate", 1e-6)
+    found = run(text, "multirate", 1e-6)
     t, i, w = found.time, found["i(m1)"], found["omega(p1)"]
     late = t > 0.04
     t, i, w = t[late], i[late], w[late]
@@ -103,7 +104,7 @@ def test_energy_is_accounted_for(reltol: float, share: float) -> None:
 
 def test_edges_that_only_the_circuit_and_edges_that_the_machine_brings_about() -> None:
     """A hysteresis controller turns by the current, a limit switch by the angle; both turn when a single rate says so."""
-    deck = """limit
+    text = """limit
 BODY arm shape=rod(0.2) m=0.1
 JOINT p1 0 arm pin damp=1m
 MOTOR m1 a 0 p1 kt=0.1 r=1 l=5m j=0.2m
@@ -121,8 +122,8 @@ Rled led 0 1k
 .end
 """
     # the switch closes below -3 of n - 0 = -i: turn it round
-    deck = deck.replace("V={i(m1)}", "V={-i(m1)}")
-    truth, found = run(deck, "radau", 1e-8), run(deck, "multirate", 1e-6)
+    text = text.replace("V={i(m1)}", "V={-i(m1)}")
+    truth, found = run(text, "radau", 1e-8), run(text, "multirate", 1e-6)
     at = np.arange(1, 200) * 1e-3
     assert error(found, truth, at, ("omega(p1)", "angle(p1)")) < 1e-5
     crossings = [np.flatnonzero(np.diff(np.sign(x["v(led)"] - 1.0))) for x in (truth, found)]
@@ -148,3 +149,12 @@ REFUSED = {
 def test_refused_where_circuit_and_machine_cannot_be_taken_apart(why: str) -> None:
     with pytest.raises(emsim.ConvergenceError, match=why):
         run(REFUSED[why], "multirate", 1e-4)
+
+
+def test_the_sample_deck_agrees_with_one_pace_for_both() -> None:
+    """chain50_converter: fifty links, 100 kHz; a hundred periods of it."""
+    text = with_options(deck("coupled/chain50_converter"), tran="20u 1m UIC")
+    found, truth = (run(text, method, 1e-5) for method in ("multirate", "radau"))
+    at = found.time[[int(np.abs(found.time - t).argmin()) for t in np.arange(1, 50) * 20e-6 + 5e-6]]
+    tip = tuple(n for n in truth.names if n.startswith("x(b50"))
+    assert error(found, truth, at, ("i(m1)", "omega(p1)", "angle(p1)", *tip)) < 1e-4
