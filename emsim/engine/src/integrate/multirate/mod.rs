@@ -17,7 +17,9 @@
 //!   integral (Phi - P Phi)(y - P y) dt = O(H^(MOMENTS + 1)) |y - P y|,
 //! Phi being the machine's smooth response: ripple at the switching frequency has next to no effect that way, and impulses
 //! agree exactly. Inside the step it moves the machine by A integral (y - P y) dt, which is in what is recorded too.
-//! That is the answer of masses alone: the rest of it, springs and dampers, is H/tau of the ripple, tau being their time.
+//! That is the answer of masses alone; how springs and dampers answer, and how coordinates follow, is added to what is
+//! recorded, A' times the integral of that integral, and A moves from its value at the start of the macro step to that at
+//! its end. The circuit does not see this, nor need it: ripple of its ripple.
 //!
 //! The coupling is a dynamic iteration (Arnold and Guenther, BIT 41, 2001): it contracts with H, since both ways go
 //! through an integral, the winding's and the masses', the latter twice as A is taken out. So the machine's error bounds H
@@ -135,7 +137,8 @@ impl<'a> Multirate<'a> {
         // the machine
         let slow_o = Options { method: SLOW.into(), ..o.clone() };
         let mut newton = Newton::new(&slow.system)?;
-        let mut response = Response::new(&slow.system, slow.reads.len())?;
+        let response = || Response::new(&slow.system, slow.reads.len());
+        let (mut response, mut ahead) = (response()?, response()?);
         let mut s = Slow {
             part: slow,
             w: slow.system.work(),
@@ -211,22 +214,24 @@ impl<'a> Multirate<'a> {
             // both stand at the end
             failures = 0;
             self.learn(&known, &s, &response);
-            self.flush(circuit.record, &s.curves, &response);
-            circuit.record.clear();
             s.method.accept(end);
             s.w.counters.steps += 1;
             s.z.copy_from_slice(s.method.candidate());
             s.tol.observe(&s.z);
+            ahead.at(&slow.system, &mut s.w, &s.z, end);
+            self.flush(circuit.record, &s.curves, &response, &ahead);
+            circuit.record.clear();
+            std::mem::swap(&mut response, &mut ahead);
             pace.accepted(next, end - t, circuit.w.counters.steps - steps);
             t = end;
             if lands && t < a.tstop {
                 if slow.system.jumps_at(t) {
                     op::consistent(&slow.system, &mut newton, &mut s.w, &mut s.z, t, 1e-9 * h, &s.tol, false);
+                    response.at(&slow.system, &mut s.w, &s.z, t);
                 }
                 s.method.restart(&slow.system, &mut s.w, t, &s.z);
                 pace.h *= 0.3;
             }
-            response.at(&slow.system, &mut s.w, &s.z, t);
             known = self.smooth(&self.seen, &response);
         }
         let circuit = std::mem::replace(&mut circuit.outcome, Outcome::new());
@@ -290,7 +295,7 @@ impl<'a> Multirate<'a> {
             self.trace(s, t, end);
             let z = fast.reads.iter().map(|&i| Polynomial(s.curves[i])).collect();
             let integral = |j: usize| {
-                let mut r = circuit.record.projected(j);
+                let (mut r, _) = circuit.record.projected(j);
                 r.0[0] += before[j];
                 r
             };
@@ -397,9 +402,9 @@ impl<'a> Multirate<'a> {
     }
 
     /// Rows and accounts of the macro step, circuit and machine together.
-    fn flush(&mut self, window: &Window, curves: &[[f64; NODES]], response: &Response) {
+    fn flush(&mut self, window: &Window, curves: &[[f64; NODES]], response: &Response, ahead: &Response) {
         let (fast, slow) = (&self.parts.fast, &self.parts.slow);
-        let projected: Vec<Polynomial> = (0..slow.reads.len()).map(|j| window.projected(j)).collect();
+        let projected: Vec<_> = (0..slow.reads.len()).map(|j| window.projected(j)).collect();
         let fill = |x: &mut [f64], t: f64, y: &[f64], integrals: &[f64]| {
             for (&i, v) in fast.of.iter().zip(y) {
                 x[i] = *v;
@@ -409,11 +414,9 @@ impl<'a> Multirate<'a> {
                 x[i] = Polynomial(*c).at(s);
             }
             // ripple: what the projection has left out so far
-            for (j, integral) in integrals.iter().enumerate() {
-                let rest = integral - projected[j].at(s);
-                for &(i, a) in response.of(j) {
-                    x[slow.of[i]] += a * rest;
-                }
+            for (j, (both, (once, twice))) in integrals.chunks_exact(2).zip(&projected).enumerate() {
+                let ripple = [both[0] - once.at(s), both[1] - twice.at(s)];
+                response.add(ahead, 0.5 * (s + 1.0), j, ripple, &slow.of, x);
             }
         };
         for item in &window.items {

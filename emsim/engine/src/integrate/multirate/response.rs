@@ -1,5 +1,6 @@
 //! Change of the machine's speeds by a unit impulse of each guest:  C dz = -B, constraints kept. Only momenta move in no
-//! time, so it is the answer to a step of next to no length,  (G + C/h) dz = -B/h.
+//! time, so it is the answer to a step of next to no length,  (G + C/h) dz = -B/h. How that change changes in turn, by
+//! springs and dampers, and how the coordinates follow:  C dz' = -G dz,  from  (G + C/h) z1 = C/h dz,  dz' = (z1 - dz)/h.
 use crate::newton::Failure;
 use crate::sparse::{Lu, Symbolic};
 use crate::system::{Kind, System, Work};
@@ -11,18 +12,33 @@ pub struct Response {
     lu: Lu<f64>,
     matrix: Vec<f64>,
     column: Vec<f64>,
-    speeds: Vec<Vec<(usize, f64)>>, // of each guest: what it moves, and by how much
+    after: Vec<f64>,
+    /// speeds, and coordinates
+    pub moving: Vec<usize>,
+    /// of each guest: what it moves, in the order of `moving`
+    speeds: Vec<Vec<f64>>,
+    /// how that goes on, and how coordinates follow
+    rates: Vec<Vec<f64>>,
 }
 
 impl Response {
     pub fn new(slow: &System, guests: usize) -> Result<Response, Failure> {
         let symbolic = Symbolic::analyse(&slow.pattern).map_err(Failure::Singular)?;
         let lu = Lu::new(&slow.pattern, &symbolic);
-        let matrix = vec![0.0; slow.pattern.rowidx.len()];
-        Ok(Response { lu, matrix, column: vec![0.0; slow.n], speeds: vec![Vec::new(); guests] })
+        let moves = |&i: &usize| matches!(slow.unknowns[i].kind, Kind::Speed | Kind::Coordinate);
+        let moving: Vec<usize> = (0..slow.n).filter(moves).collect();
+        Ok(Response {
+            lu,
+            matrix: vec![0.0; slow.pattern.rowidx.len()],
+            column: vec![0.0; slow.n],
+            after: vec![0.0; slow.n],
+            speeds: vec![vec![0.0; moving.len()]; guests],
+            rates: vec![vec![0.0; moving.len()]; guests],
+            moving,
+        })
     }
 
-    /// At the start (t, z) of a macro step.
+    /// At (t, z), an end of a macro step.
     pub fn at(&mut self, slow: &System, w: &mut Work, z: &[f64], t: f64) {
         let short = SHORT * w.guests.half;
         slow.eval_jacobian(w, z, t, false);
@@ -33,26 +49,41 @@ impl Response {
         let solved = self.lu.factor_or_refactor(&self.matrix).is_ok();
         slow.eval(w, z, t);
         let base = w.f.clone();
-        for (j, speeds) in self.speeds.iter_mut().enumerate() {
-            speeds.clear();
+        for j in 0..self.speeds.len() {
             // F is affine in the guest: a difference is its derivative
             let kept = w.guests.values[j];
             w.guests.values[j].0[0] += 1.0;
             slow.touch_sources(w);
             slow.eval(w, z, t);
             w.guests.values[j] = kept;
+            if !solved {
+                self.speeds[j].fill(0.0);
+                self.rates[j].fill(0.0);
+                continue;
+            }
             for (c, (f, b)) in self.column.iter_mut().zip(w.f.iter().zip(&base)) {
                 *c = -(f - b) / short;
             }
-            if solved {
-                self.lu.solve(&mut self.column);
-                // coordinates do not move in no time, multipliers are impulses
-                let moved = self
-                    .column
-                    .iter()
-                    .enumerate()
-                    .filter(|(i, c)| slow.unknowns[*i].kind == Kind::Speed && c.is_finite() && **c != 0.0);
-                speeds.extend(moved.map(|(i, c)| (i, *c)));
+            self.lu.solve(&mut self.column);
+            // coordinates do not move in no time, multipliers are impulses
+            for (c, u) in self.column.iter_mut().zip(&slow.unknowns) {
+                if u.kind != Kind::Speed || !c.is_finite() {
+                    *c = 0.0;
+                }
+            }
+            self.after.fill(0.0);
+            for (i, c) in self.column.iter().enumerate().filter(|(_, c)| **c != 0.0) {
+                for k in slow.pattern.colptr[i]..slow.pattern.colptr[i + 1] {
+                    self.after[slow.pattern.rowidx[k]] += w.cv[k] / short * c;
+                }
+            }
+            self.lu.solve(&mut self.after);
+            for (&i, (speed, rate)) in self.moving.iter().zip(self.speeds[j].iter_mut().zip(&mut self.rates[j])) {
+                *speed = self.column[i];
+                *rate = (self.after[i] - self.column[i]) / short;
+                if !rate.is_finite() {
+                    *rate = 0.0;
+                }
             }
         }
         slow.touch_sources(w);
@@ -60,10 +91,17 @@ impl Response {
 
     /// What guest j does to speed i.
     pub fn between(&self, i: usize, j: usize) -> f64 {
-        self.speeds[j].iter().find(|&&(k, _)| k == i).map_or(0.0, |&(_, a)| a)
+        self.moving.iter().position(|&k| k == i).map_or(0.0, |k| self.speeds[j][k])
     }
 
-    pub fn of(&self, guest: usize) -> &[(usize, f64)] {
-        &self.speeds[guest]
+    /// Adds what an impulse of guest j does at once, and what its integral does, to the unknowns at `of`; by a share of
+    /// the way from here to `end`.
+    pub fn add(&self, end: &Response, share: f64, j: usize, ripple: [f64; 2], of: &[usize], x: &mut [f64]) {
+        let [impulse, after] = ripple;
+        let mixed = |a: &[f64], b: &[f64], k: usize| a[k] + share * (b[k] - a[k]);
+        for (k, &i) in self.moving.iter().enumerate() {
+            x[of[i]] +=
+                mixed(&self.speeds[j], &end.speeds[j], k) * impulse + mixed(&self.rates[j], &end.rates[j], k) * after;
+        }
     }
 }

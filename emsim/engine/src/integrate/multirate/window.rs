@@ -43,12 +43,13 @@ pub struct Window {
     moments: Vec<[f64; MOMENTS]>, // integral of y P_m ds
     projection: Vec<[f64; MOMENTS]>,
     pub items: Vec<Item>,
-    data: Vec<f64>, // y and the integral of each guest from the start
+    data: Vec<f64>, // y; of each guest the integral from the start, and the integral of that
     before: usize,  // items of before this macro step
     waiting: usize, // items from here on wait for their integrals
     versions: Vec<Vec<f64>>,
     follows: bool, // accounts are kept: steps and leaps are needed
     inner: [Vec<f64>; NODES],
+    twice: Vec<f64>, // integral of the integral of each guest, so far
 }
 
 impl Window {
@@ -68,6 +69,7 @@ impl Window {
             versions: Vec::new(),
             follows,
             inner: std::array::from_fn(|_| vec![0.0; n]),
+            twice: vec![0.0; reads.len()],
         }
     }
 
@@ -79,6 +81,7 @@ impl Window {
         let end = |i: &Item| i.at + self.width() * if i.kind == Kind::Step { 1 + NODES } else { 1 };
         self.data.truncate(self.items.last().map_or(0, end));
         self.waiting = self.before;
+        self.twice.fill(0.0);
     }
 
     /// What there is comes before the next macro step.
@@ -99,14 +102,14 @@ impl Window {
     }
 
     fn width(&self) -> usize {
-        self.n + self.reads.len()
+        self.n + 2 * self.reads.len()
     }
 
     pub fn flags(&self, item: &Item) -> &[f64] {
         &self.versions[item.flags]
     }
 
-    /// y, and the integrals of what the machine reads.
+    /// y, and the two integrals of each guest of the machine.
     pub fn state(&self, item: &Item) -> (&[f64], &[f64]) {
         self.data[item.at..item.at + self.width()].split_at(self.n)
     }
@@ -136,7 +139,7 @@ impl Window {
         let (at, flags) = (self.data.len(), self.versions.len() - 1);
         self.data.extend_from_slice(y);
         for j in 0..self.reads.len() {
-            self.data.push(self.integral(j));
+            self.data.extend([self.integral(j), self.twice[j]]);
         }
         self.items.push(Item { kind, t, at, flags, start: self.covered });
     }
@@ -153,15 +156,12 @@ impl Window {
         }
     }
 
-    /// Integral of P y from the start of the step, a polynomial in s.
-    pub fn projected(&self, guest: usize) -> Polynomial {
-        let p = powers(&self.projection[guest]);
-        let mut integral = Polynomial::default();
-        for (k, p) in p.iter().enumerate() {
-            integral.0[k + 1] = self.half * p / (k + 1) as f64;
-        }
-        integral.0[0] = -integral.at(-1.0);
-        integral
+    /// Integral of P y from the start of the step, and the integral of that: polynomials in s.
+    pub fn projected(&self, guest: usize) -> (Polynomial, Polynomial) {
+        let mut p = Polynomial::default();
+        p.0[..MOMENTS].copy_from_slice(&powers(&self.projection[guest]));
+        let once = integral(&p, self.half);
+        (once, integral(&once, self.half))
     }
 }
 
@@ -203,15 +203,24 @@ impl Sink for Window {
                 for (node, weight) in NODE.into_iter().zip(WEIGHT) {
                     dense(from + node * part, &mut inner[0]);
                     for (j, &i) in self.reads.iter().enumerate() {
-                        self.data[at + j] += weight * part * inner[0][i];
+                        let impulse = weight * part * inner[0][i];
+                        self.data[at + 2 * j] += impulse;
+                        self.data[at + 2 * j + 1] += (1.0 - node) * part * impulse;
                     }
+                }
+                for j in 0..self.reads.len() {
+                    self.data[at + 2 * j + 1] += part * self.integral(j);
                 }
             }
         }
         for (node, inner) in NODE.into_iter().zip(&mut inner) {
             dense(from + node * length, inner);
         }
-        let start: Vec<f64> = (0..self.reads.len()).map(|j| self.integral(j)).collect();
+        let start: Vec<(f64, f64)> = (0..self.reads.len()).map(|j| (self.integral(j), self.twice[j])).collect();
+        for ((twice, (once, _)), &i) in self.twice.iter_mut().zip(&start).zip(&self.reads) {
+            let rest = NODE.iter().zip(WEIGHT).zip(&inner).map(|((c, w), y)| w * (1.0 - c) * y[i]);
+            *twice += length * (once + length * rest.sum::<f64>());
+        }
         for ((node, weight), inner) in NODE.into_iter().zip(WEIGHT).zip(&inner) {
             let p = legendre(self.place(from + node * length));
             for (m, &i) in self.moments.iter_mut().zip(&self.reads) {
@@ -224,16 +233,18 @@ impl Sink for Window {
         if let Some(last) = self.items[self.waiting..].last().filter(|last| last.t >= t) {
             let at = last.at + self.n;
             for j in 0..self.reads.len() {
-                self.data[at + j] = self.integral(j);
+                (self.data[at + 2 * j], self.data[at + 2 * j + 1]) = (self.integral(j), self.twice[j]);
             }
         }
         if self.follows {
             self.push(Kind::Step, w, t, y);
             for (up_to, y) in UP_TO.iter().zip(&inner) {
                 self.data.extend_from_slice(y);
-                for (j, &i) in self.reads.iter().enumerate() {
-                    let so_far: f64 = up_to.iter().zip(&inner).map(|(a, y)| a * y[i]).sum();
-                    self.data.push(start[j] + length * so_far);
+                for (&i, (once, twice)) in self.reads.iter().zip(&start) {
+                    let up =
+                        |to: &[f64; NODES]| once + length * to.iter().zip(&inner).map(|(a, y)| a * y[i]).sum::<f64>();
+                    let course: f64 = up_to.iter().zip(&UP_TO).map(|(a, to)| a * up(to)).sum();
+                    self.data.extend([up(up_to), twice + length * course]);
                 }
             }
         }
@@ -243,6 +254,16 @@ impl Sink for Window {
     }
 
     fn close(&mut self, _sys: &System, _w: &mut Work) {}
+}
+
+/// Integral over time from s = -1; `p` is of a degree less than there is room for.
+fn integral(p: &Polynomial, half: f64) -> Polynomial {
+    let mut integral = Polynomial::default();
+    for k in 0..DEGREE {
+        integral.0[k + 1] = half * p.0[k] / (k + 1) as f64;
+    }
+    integral.0[0] = -integral.at(-1.0);
+    integral
 }
 
 /// Legendre's polynomials in powers of s.
