@@ -497,7 +497,7 @@ fn polish(dc: &mut Dc, w: &mut Work, x: &mut [f64], tol: &Tolerances, o: &Option
 /// Consistent values at t after a discontinuity, or at the start: one backward Euler step so short that charges,
 /// fluxes and momenta cannot move, but everything algebraic must fit:  Q(x1) - Q(x0) + h F(x1) = 0.
 /// With `refine`, multipliers and derivative unknowns are extrapolated from two such steps (their error is O(h)).
-/// On failure x stays as it was: the method's own first step, stiffly accurate, will do the same work.
+/// On failure x stays as it was, false: the method's own first step, stiffly accurate, will do the same work.
 #[allow(clippy::too_many_arguments)]
 pub fn consistent(
     sys: &System,
@@ -508,7 +508,7 @@ pub fn consistent(
     h: f64,
     tol: &Tolerances,
     refine: bool,
-) {
+) -> bool {
     sys.eval(w, x, t);
     let q0 = w.q.clone();
     let junction = w.junction.clone();
@@ -523,7 +523,7 @@ pub fn consistent(
     };
     let Some(y1) = step(w, h, x) else {
         w.junction = junction;
-        return;
+        return false;
     };
     if refine {
         if let Some(y2) = step(w, 2.0 * h, &y1) {
@@ -532,7 +532,7 @@ pub fn consistent(
                     x[i] = 2.0 * y1[i] - y2[i];
                 }
             }
-            return;
+            return true;
         }
     }
     for i in 0..sys.n {
@@ -540,6 +540,7 @@ pub fn consistent(
             x[i] = y1[i];
         }
     }
+    true
 }
 
 /// UIC: the charges and fluxes that x, `.ic` and `IC=` give, then values that fit them.

@@ -63,6 +63,10 @@ const LEAST: f64 = 2e-9;
 const LARGEST: f64 = 1e100;
 /// A jump takes this part of the next stretch.
 const JUMP: f64 = 1e-9;
+/// Steps of so little of the longest creep.
+const CREEPS: f64 = 1e-12;
+/// A step over a corner may take this part of the next stretch.
+const LEAP: f64 = 1e-4;
 /// Flips of flags that set off others, at one time.
 const CASCADE: usize = 20;
 
@@ -91,6 +95,7 @@ pub(super) struct Run<'a, S: Sink> {
     watch: Watch,
     forces: Option<Option<Forces>>, // multipliers of the rows, where they are asked for and the method's own lag behind
     kept: f64,                      // end of the last recorded step
+    crept: (f64, f64),              // where a corner was last stepped over, and how often there
 }
 
 /// Lengths of the steps to come.
@@ -199,6 +204,7 @@ impl<'a, S: Sink> Run<'a, S> {
             scratch: vec![0.0; sys.n],
             forces: None,
             kept: 0.0,
+            crept: (f64::NEG_INFINITY, 0.0),
             watch: Watch::new(sys, o, a.tstop, tmax),
         })
     }
@@ -290,6 +296,11 @@ impl<'a, S: Sink> Run<'a, S> {
                     self.w.counters.newton_failures += 1;
                     failures += 1;
                     if next <= smallest || failures > 60 || fixed {
+                        if let Some(over) = if fixed { None } else { self.creeps_over(step) } {
+                            self.restart(method);
+                            (h, failures) = (over, 0);
+                            continue;
+                        }
                         if let Some(next) = method.fallback(self.w).filter(|_| !fixed) {
                             (h, failures) = (next, 0);
                             continue;
@@ -378,6 +389,29 @@ impl<'a, S: Sink> Run<'a, S> {
             }
         }
         self.next = Next { h: Some(h), normal: normal_h };
+    }
+
+    /// Steps that have shrunk to nearly nothing, and then failed, are at a corner that the equations themselves have (the
+    /// current of a diode without capacitance that an inductor turns off). One implicit step leads over it, the shortest
+    /// that rounding allows, a longer one each time it was not enough; its length, for the next step.
+    fn creeps_over(&mut self, step: f64) -> Option<f64> {
+        let width = self.tmax.min(self.stop - self.t);
+        if step > CREEPS * self.tmax {
+            return None;
+        }
+        let again = self.t < self.crept.0 + LEAP * width;
+        let (t, mut h) = (self.t, if again { 10.0 * self.crept.1 } else { JUMP * width });
+        let tol = self.tol.at_least(1e-5);
+        while h <= LEAP * width {
+            if op::consistent(self.sys, &mut self.newton, self.w, &mut self.x, t, h, &tol, false) {
+                self.crept = (t, h);
+                (self.t, self.late) = (t + h, 0.0);
+                self.jump(self.tmax);
+                return Some(h);
+            }
+            h *= 10.0;
+        }
+        None
     }
 
     fn fail(&mut self, h: f64, why: Failure, tried: Vec<String>) {

@@ -152,15 +152,16 @@ pub struct Grid {
     corner: f64,
     bend: f64, // time of the last bend
     width: f64,
-    shown: usize,      // rows after it
-    bends: (f64, u32), // in which part of the grid, how many
-    pub last: f64,     // time of the newest row
+    shown: usize, // rows after it
+    bends: f64,
+    pub last: f64, // time of the newest row
 }
 
-/// Rows after a bend, in parts of the print interval or of what lies before the next corner, and for so many bends in one
-/// interval: a train of pulses that the grid does not resolve is not resolved so.
+/// Rows after a bend, in parts of the print interval or of what lies before the next corner.
 const AFTER: [f64; 9] = [0.02, 0.05, 0.1, 0.2, 0.35, 0.5, 0.65, 0.8, 0.9];
-const BENDS: u32 = 2;
+/// So many bends have them, and one more in so many rows of the grid: a train of pulses is not drawn pulse by pulse.
+const BENDS: f64 = 16.0;
+const APART: f64 = 10.0;
 
 impl Grid {
     pub fn new(sys: &System, a: Transient, dense: bool) -> Grid {
@@ -175,18 +176,15 @@ impl Grid {
             bend: 0.0,
             width: a.tstep,
             shown: AFTER.len(),
-            bends: (0.0, 0),
+            bends: 0.0,
             last: a.tstart,
         }
     }
 
     /// Signals bend or jump at t, and again after `ahead`.
     pub fn bent(&mut self, t: f64, ahead: f64) {
-        if self.bends.0 != self.k {
-            self.bends = (self.k, 0);
-        }
-        self.bends.1 += 1;
-        if self.dense && t >= self.start && self.bends.1 <= BENDS {
+        if self.dense && t >= self.start && self.bends < BENDS + self.k / APART {
+            self.bends += 1.0;
             (self.bend, self.width, self.shown) = (t, self.step.min(ahead), 0);
         }
     }
