@@ -48,7 +48,9 @@ def emsim_once(times: np.ndarray, speed: np.ndarray) -> tuple[float, float, str]
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--rounds", type=int, default=3)
     parser.add_argument("--limit", type=float, default=120.0, help="seconds that a run of ngspice may take")
     given = parser.parse_args()
