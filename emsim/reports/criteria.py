@@ -72,12 +72,24 @@ def stopped(trial: Trial) -> Verdict:
     """The verdict on a run that did not reach its end."""
     if trial.trouble is not None:
         code, message = trial.trouble.code, trial.trouble.message
-        words = {"E413": "unfit", "E414": "too long", "E411": "singular", "E412": "infinite"}
+        if code == "E413":
+            return Verdict(STOPS, "unfit", message)
+        if code == "E414":
+            return Verdict(STOPS, f"{estimate(message):.0e} st", message)
+        began = trial.result is not None and len(trial.result.plots) and len(trial["time"])
         word = EXPLODES if code == "E412" else STOPS
-        return Verdict(word, words.get(code, f"{trial.reached:.2g} done"), message)
+        return Verdict(word, f"{trial['time'][-1]:.2g} s" if began else "at once", message)
     left = f"{trial.steps:.2g} steps for {trial.reached:.2g} of the run"
     need = trial.steps / max(trial.reached, 1e-15)
     return Verdict(STOPS, f"{need:.0e} st", f"{left}: all of it would take about {need:.0e}")
+
+
+def estimate(message: str) -> float:
+    """The number of steps that a refusal (E414) speaks of."""
+    import re
+
+    said = re.search(r"about (\S+) steps", message)
+    return float(said[1]) if said else 0.0
 
 
 def judged(error: np.ndarray, limit: float, unit: str = "") -> Verdict | None:
@@ -234,7 +246,7 @@ def agree(limit: float, a: str, b: str, least: float) -> Callable[[Trial], Verdi
         off = float(np.abs(one - other).max())
         if not np.ptp(one) >= least:
             return Verdict(
-                DAMPED, f"{np.ptp(one):.1g}", f"{a} moves by {np.ptp(one):.3g} instead of {least:.3g}"
+                DAMPED, f"{np.ptp(one):.2g} rad", f"{a} moves by {np.ptp(one):.3g} instead of {least:.3g}"
             )
         word = OK if off <= limit else DRIFTS if off < FAR * least else EXPLODES
         return Verdict(word, f"{off:.0e}", f"{a} and {b} differ by {off:.2g}, allowed {limit:g}")
@@ -272,10 +284,7 @@ def refused(least: float, signal: str) -> Callable[[Trial], Verdict]:
         import numpy as np
 
         if trial.trouble is not None and trial.trouble.code == "E414":
-            import re
-
-            said = re.search(r"about (\S+) steps", trial.trouble.message)
-            steps = float(said[1]) if said else 0.0
+            steps = estimate(trial.trouble.message)
             word = OK if steps >= least else STOPS
             return Verdict(word, f"{steps:.0e} st", f"refused: {trial.trouble.message}")
         if not trial.finished:
