@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from support import run
+from support import deck, run
 
 import emsim
 
@@ -120,8 +120,9 @@ def test_others_lose_it(method):
     [
         ("capacitor across a source\nV1 a 0 SIN(0 1 1)\nC1 a 0 1\n.tran 0.1 1\n.end\n", "gauss"),
         (CRANK, "gauss6"),
+        (deck("electrical/diode_bridge"), "gauss"),
     ],
-    ids=["index-2 circuit", "three stages on a loop"],
+    ids=["index-2 circuit", "three stages on a loop", "what decays at once"],
 )
 def test_what_gauss_cannot_do_it_says(text, method):
     with pytest.raises(emsim.ConvergenceError, match="cannot do this deck"):

@@ -26,6 +26,7 @@
 //! afterwards a step only shrinks, where the estimate or Newton's method asks for it, and stays so.
 //! Dense output: dense.rs.
 mod dense;
+mod fit;
 mod table;
 
 use super::{interpolate, Attempt, History, Method};
@@ -40,8 +41,9 @@ const EPS: f64 = 1e-8;
 /// Iterations of a step's stages, and of the impulses.
 const MOST: usize = 50;
 const IMPULSES: usize = 12;
-/// An update below this part of the unknown that no longer falls is rounding.
+/// An update below this part of the unknown that no longer falls is rounding; below the second, if it rises.
 const ROUNDING: f64 = 1e-11;
+const COARSE: f64 = 1e-7;
 /// Growth of the step that is no longer worth it: the length is found.
 const ENOUGH: f64 = 1.25;
 /// Room for growth this large is taken at once.
@@ -69,6 +71,7 @@ pub struct Gauss {
     seen: usize, // steps of this length, and the largest of their errors
     worst: f64,
     refused: usize,
+    longest: f64, // step that was tried
     q0: Vec<f64>,
     low: Vec<f64>, // what rounding has taken from q0
     q1: Vec<f64>,
@@ -130,6 +133,7 @@ impl Gauss {
             seen: 0,
             worst: 0.0,
             refused: 0,
+            longest: 0.0,
             q0: v(),
             low: v(),
             q1: v(),
@@ -183,30 +187,6 @@ impl Gauss {
         }
         self.factored_h = h;
         Ok(())
-    }
-
-    /// A current that is the derivative of a given voltage grows with 1/h where nothing else moves it: index 2, which without
-    /// damping no projection saves.
-    fn check(&mut self, sys: &System, w: &mut Work, h: f64) -> Result<(), Failure> {
-        let mut sizes = Vec::new();
-        // so short that nothing else moves
-        for factor in [1e-6, 1e-7] {
-            self.factor(sys, w, factor * h)?;
-            for (i, z) in self.z.iter_mut().enumerate() {
-                *z = Complex::from(1.0 + 0.37 * ((i * 7) % 5) as f64);
-            }
-            self.complex.solve(&mut self.z);
-            sizes.push(self.z.iter().map(|z| z.abs()).collect::<Vec<f64>>());
-        }
-        let grown = |i: usize| sizes[1][i] > 5.0 * sizes[0][i];
-        match (0..sys.n).find(|&i| grown(i) && !sys.unknowns[i].kind.enters_linearly()) {
-            Some(i) => {
-                let what = "a loop of capacitors and voltage sources, or a cut of inductors and current sources";
-                let name = &sys.unknowns[i].name;
-                Err(Failure::Unfit { why: format!("{what} ({name}): gauss has no damping for it; try method=radau") })
-            }
-            None => Ok(()),
-        }
     }
 
     /// First guess of the stages: the last step's, carried on.
@@ -277,7 +257,8 @@ impl Gauss {
                     (norm, unknown) = (largest / size, i);
                 }
             }
-            if norm == 0.0 || (norm < ROUNDING && norm > 0.3 * old) || (sys.linear && iteration >= 2) {
+            let stands = (norm < ROUNDING && norm > 0.3 * old) || (norm < COARSE && norm > old);
+            if norm == 0.0 || stands || (sys.linear && iteration >= 2) {
                 self.evaluate(sys, w, h);
                 return Ok(iteration);
             }
@@ -495,11 +476,15 @@ impl Method for Gauss {
         self.jacobian = false;
         self.extra.clear();
         self.growing = true;
-        (self.seen, self.worst, self.refused) = (0, 0.0, 0);
+        (self.seen, self.worst, self.refused, self.longest) = (0, 0.0, 0, 0.0);
         self.length = 0.0;
     }
 
     fn attempt(&mut self, sys: &System, w: &mut Work, h: f64, tol: &Tolerances) -> Attempt {
+        self.longest = self.longest.max(h);
+        if h < fit::COLLAPSED * self.longest && !self.fixed {
+            return Attempt::Stuck { next: 0.0, why: fit::stiff() };
+        }
         let stuck = |why| Attempt::Stuck { next: 0.5 * h, why };
         if !self.started {
             sys.eval(w, &self.x0, self.t0);
