@@ -84,20 +84,20 @@ class Element:
     """
 
     __slots__ = (
+        "_model_span",
+        "_span",
+        "_value_span",
         "extra",
         "file",
         "is_plain",
         "letter",
         "model",
         "model_name",
-        "model_span",
         "name",
         "nodes",
         "params",
         "place",
-        "span",
         "value",
-        "value_span",
         "wave",
     )
     place: int | None
@@ -120,30 +120,53 @@ class Element:
         self.letter = letter
         self.name = name
         self.nodes = nodes
-        self.span = span
+        self._span = span
         self.value = value
         self.params = {} if params is None else params
         self.wave = wave
         self.extra = {} if extra is None else extra
         self.model_name = model_name
-        self.model_span = model_span
-        self.value_span = value_span
+        self._model_span = model_span
+        self._value_span = value_span
         self.model: Model | None = None
         self.place = None
         self.is_plain = False
 
-    def __getattr__(self, name: str) -> Any:
-        """The spans of a plain card."""
-        if name not in ("span", "value_span", "model_span") or self.place is None:
-            raise AttributeError(name)
-        number, col, last = self.place >> 40, (self.place >> 20 & 0xFFFFF) + 1, self.place & 0xFFFFF
-        span = self.file.word(number, col)
+    def _locate(self) -> None:
+        """Makes the spans of a plain card."""
+        place = self.place
+        if place is None:
+            return
+        number, col, last = place >> 40, (place >> 20 & 0xFFFFF) + 1, place & 0xFFFFF
         word = self.file.word(number, col + last)
-        self.span = span
+        self.place, self._span = None, self.file.word(number, col)
         # the last word is the model where there is no value
         has_model = self.value is None and "dc" not in self.extra
-        self.value_span, self.model_span = (None, word) if has_model else (word, None)
-        return getattr(self, name)
+        self._value_span, self._model_span = (None, word) if has_model else (word, None)
+
+    # properties, not __getattr__: with that one every other attribute would be slow to read
+    @property
+    def span(self) -> Span:
+        self._locate()
+        return self._span
+
+    @property
+    def value_span(self) -> Span | None:
+        self._locate()
+        return self._value_span
+
+    @value_span.setter
+    def value_span(self, span: Span | None) -> None:
+        self._value_span = span
+
+    @property
+    def model_span(self) -> Span | None:
+        self._locate()
+        return self._model_span
+
+    @model_span.setter
+    def model_span(self, span: Span | None) -> None:
+        self._model_span = span
 
     def at_level(self, name: str, nodes: list[str]) -> Element:
         """The same element under another name between other nodes; its model is still to be found."""
@@ -152,7 +175,7 @@ class Element:
         if self.place is not None:
             e.file = self.file
         else:
-            e.span, e.value_span, e.model_span = self.span, self.value_span, self.model_span
+            e._span, e._value_span, e._model_span = self._span, self._value_span, self._model_span
         e.value, e.params, e.wave, e.extra = self.value, dict(self.params), self.wave, dict(self.extra)
         e.model_name, e.model = None, None
         return e

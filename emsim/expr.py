@@ -450,7 +450,8 @@ def unknown_function(node: Call) -> ExprError:
 
 
 def fold(node: Node, scope: Scope) -> Node:
-    """The expression with parameters and .func calls substituted and constants folded.
+    """The expression with parameters and .func calls substituted and constants folded; parts that stay as they are are
+    shared with it.
 
     What only the run knows stays: v() i() time temper ddt() and the machine's calls. Raises ExprError.
     """
@@ -476,9 +477,10 @@ def _fold(node: Node, scope: Scope, bound: dict[str, Node], depth: int) -> Node:
         return Num(value, node.at)
     if isinstance(node, Binary):
         a, b = _fold(node.a, scope, bound, depth), _fold(node.b, scope, bound, depth)
+        whole = node if a is node.a and b is node.b else Binary(node.op, a, b, node.at)
         if isinstance(a, Num) and isinstance(b, Num):
-            return _constant(_ARITHMETIC[node.op], [a.value, b.value], Binary(node.op, a, b, node.at))
-        return Binary(node.op, a, b, node.at)
+            return _constant(_ARITHMETIC[node.op], [a.value, b.value], whole)
+        return whole
     if isinstance(node, Unary):
         a = _fold(node.a, scope, bound, depth)
         if isinstance(a, Num):
@@ -504,7 +506,9 @@ def _fold_call(node: Call, scope: Scope, bound: dict[str, Node], depth: int) -> 
         args = [_fold_argument(a, scope, bound, depth) for a in node.args]
         return _fold(body, scope, dict(zip(names, args, strict=True)), depth + 1)
     if node.fn in PROBES:
-        return scope.probe(Call(node.fn, [_fold_place(a, scope, bound, depth) for a in node.args], node.at))
+        args = [_fold_place(a, scope, bound, depth) for a in node.args]
+        changed = any(a is not b for a, b in zip(args, node.args, strict=True))
+        return scope.probe(Call(node.fn, args, node.at) if changed else node)
     args = [_fold(a, scope, bound, depth) for a in node.args]
     if node.fn in _BRANCHING:
         _check_count(node, 3, 3)

@@ -112,6 +112,8 @@ class Level:
 
     def probe(self, call: Call) -> Node:
         """v(a), i(v1), angle(hinge), x(arm(0.3,0)): the names in it in their flat form."""
+        if not self.prefix and call.fn == "v":  # the names of the top level are flat
+            return call
         args: list[Node] = []
         for arg in call.args:
             if (
