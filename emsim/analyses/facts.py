@@ -19,6 +19,7 @@ def facts(assembly: Assembly, planned: list[tuple[Any, Any]]) -> dict[str, Any]:
     operations   of Q and F, and of these with their derivatives
     events       number of conditions watched
     analyses     as text; `method`, `reltol`, `tolerances` {kind: absolute tolerance}
+    two_paces    circuit and machine want a pace each, `method=multirate`: a guess from the machine's size and the edges
     formulations {formulation: {size, rows, nonzeros, values, with_derivatives}} of the same machine in joint and
                  in absolute coordinates, or what hinders one of them as text; empty without a machine
     machine      the machine's own report (degrees_of_freedom, loops, folded_rows, ...), or None
@@ -55,6 +56,7 @@ def facts(assembly: Assembly, planned: list[tuple[Any, Any]]) -> dict[str, Any]:
         "method": assembly.options["method"],
         "reltol": assembly.options.get("reltol", 1e-3),
         "tolerances": tolerances,
+        "two_paces": any(c.kind == "tran" and system.two_paces(s.tstop) for c, s in planned),
         "formulations": _formulations(assembly) if report else {},
         "machine": report,
         "diagnostics": list(flat.sink.diagnostics),

@@ -62,6 +62,8 @@ def _rows(facts: dict[str, Any]) -> Iterator[tuple[str, str]]:
     if facts["machine"]:
         yield from _machine(facts["machine"])
         yield from _formulations(facts["formulations"])
+    if facts["two_paces"] and facts["method"] != "multirate":
+        yield "two paces", "a large machine behind many edges: .options method=multirate may be far faster"
     yield "analyses", "; ".join(facts["analyses"]) or "none"
     pairs = facts["tolerances"].items()
     kinds = ", ".join(f"{kind} {value:g} {UNITS.get(kind, '')}".rstrip() for kind, value in pairs)

@@ -159,3 +159,8 @@ def test_the_sample_deck_agrees_with_one_pace_for_both() -> None:
     at = found.time[[int(np.abs(found.time - t).argmin()) for t in np.arange(1, 50) * 20e-6 + 5e-6]]
     tip = tuple(n for n in truth.names if n.startswith("x(b50"))
     assert error(found, truth, at, ("i(m1)", "omega(p1)", "angle(p1)", *tip)) < 1e-4
+
+
+@pytest.mark.parametrize(("links", "fsw", "pays"), [(12, 100e3, True), (2, 100e3, False), (12, 500.0, False)])
+def test_check_says_where_two_paces_may_pay(links: int, fsw: float, pays: bool) -> None:
+    assert emsim.check(chain(links, BRIDGE, fsw, 0.02))["two_paces"] is pays

@@ -23,6 +23,7 @@ mod trap;
 mod watch;
 
 pub use driver::{Failed, Outcome, Status, Tick, Transient};
+pub use multirate::pays;
 pub use watch::Report;
 
 use crate::newton::{Failure, Options, Tolerances};

@@ -124,6 +124,10 @@ impl System {
     fn operations(&self) -> (usize, usize) {
         self.inner.operations()
     }
+    /// Do circuit and machine want a pace each, `method=multirate`, in a run of that length?
+    fn two_paces(&self, tstop: f64) -> bool {
+        integrate::pays(&self.inner, tstop)
+    }
     fn initial(&self) -> Vec<f64> {
         op::initial(&self.inner)
     }

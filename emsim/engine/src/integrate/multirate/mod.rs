@@ -39,7 +39,7 @@ use super::{make, Attempt, Method};
 use crate::newton::{Failure, Newton, Options, Tolerances};
 use crate::op;
 use crate::record::Record;
-use crate::system::{Guests, Part, Parts, Polynomial, System, Work, DEGREE};
+use crate::system::{Guests, Kind, Part, Parts, Polynomial, System, Work, DEGREE};
 
 const FAST: &str = "esdirk";
 const SLOW: &str = "radau";
@@ -56,6 +56,29 @@ const NODES: usize = DEGREE + 1;
 /// Degrees of the polynomial by which the machine is foreseen.
 const FORESEEN: usize = 4;
 const GIVES_UP: u32 = 60;
+/// Speeds of a machine, and edges and corners in a run, from which on it pays.
+const LARGE: usize = 10;
+const OFTEN: usize = 400;
+
+/// Does it pay to give circuit and machine a pace each?  Where a machine of some size stands behind edges that come far
+/// more often than it needs steps of its own, by the map that tests/bench/multirate.py draws. A guess from the deck alone:
+/// whether the two can be taken apart is seen when it is tried.
+pub fn pays(sys: &System, tstop: f64) -> bool {
+    let speeds = sys.unknowns.iter().filter(|u| u.kind == Kind::Speed).count();
+    let circuit = sys.unknowns.iter().any(|u| !u.kind.mechanical());
+    if speeds < LARGE || !circuit {
+        return false;
+    }
+    let (mut w, mut t) = (sys.work(), 0.0);
+    for _ in 0..OFTEN {
+        sys.flip_edges(&mut w, t, |_, _| {});
+        t = sys.next_stop(&mut w, t, tstop);
+        if t >= tstop {
+            return false;
+        }
+    }
+    true
+}
 
 pub fn run(sys: &System, w: &mut Work, a: Transient, o: &Options, record: &mut Record, tick: &mut Tick) -> Outcome {
     let parts = match sys.parts() {
