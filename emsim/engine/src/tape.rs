@@ -7,6 +7,7 @@ use crate::graph::{Fun, Graph, Id, Node};
 use std::collections::HashMap;
 
 mod native;
+mod trig;
 
 use native::Native;
 
@@ -259,8 +260,8 @@ impl Tape {
                     Op::Pow => v(i.a).powf(v(i.b)),
                     Op::Powi => v(i.a).powi(i.b as i32),
                     Op::Atan2 => v(i.a).atan2(v(i.b)),
-                    Op::Sin => v(i.a).sin(),
-                    Op::Cos => v(i.a).cos(),
+                    Op::Sin => trig::sin_cos(v(i.a)).0,
+                    Op::Cos => trig::sin_cos(v(i.a)).1,
                     Op::Exp => v(i.a).exp(),
                     Op::Sqrt => v(i.a).sqrt(),
                     Op::Call => self.functions[i.b as usize].apply(v(i.a)),

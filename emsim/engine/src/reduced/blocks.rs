@@ -44,7 +44,7 @@ impl Plan<'_> {
                 .all(|(&e, &u)| self.equations[e].state.is_some() && self.source.unknowns[u].kind == Kind::Speed);
         let states: Vec<Option<usize>> = rows.iter().map(|&e| self.equations[e].state).collect();
         let exprs: Vec<Id> = rows.iter().map(|&e| self.equations[e].expr).collect();
-        if momenta && devices.is_empty() && self.direct(&exprs, &unknowns, &states) {
+        if momenta && size > 1 && devices.is_empty() && self.direct(&exprs, &unknowns, &states) {
             return Ok(());
         }
         let zero = self.g.constant(0.0);
@@ -77,6 +77,9 @@ impl Plan<'_> {
                 }
                 return Ok(());
             }
+            if momenta && self.direct(&exprs, &unknowns, &states) {
+                return Ok(());
+            }
         }
         // what was solved is a leaf from here on
         for &l in &leaves {
@@ -97,9 +100,6 @@ impl Plan<'_> {
     /// Momenta to speeds in symbols; false where a dense factorisation takes less.
     fn direct(&mut self, exprs: &[Id], unknowns: &[usize], states: &[Option<usize>]) -> bool {
         let n = unknowns.len();
-        if n < 2 {
-            return false;
-        }
         let speeds: Vec<Id> = unknowns.iter().map(|&u| self.g.unknown(u as u32)).collect();
         for &u in &speeds {
             self.image.insert(u, u);
@@ -114,6 +114,7 @@ impl Plan<'_> {
         let seed: Vec<(Id, Id)> =
             states.iter().flatten().map(|&s| (self.leaf(self.at.y(s)), self.leaf(self.at.change(s)))).collect();
         let changes = tangent(self.g, &solution.speeds, &seed);
+        self.known.extend(solution.known);
         let outs = [solution.speeds, solution.pivots].concat();
         self.parts.push((outs, true));
         self.steps.push(Step::Direct(Box::new(Direct {

@@ -14,10 +14,11 @@
 //! that row back to u_j; its coefficient is then dp_j/du_j of what remains, so a pivot of LDL^T of M in that order: positive, and no
 //! larger growth than Cholesky's. Products of the update are written such that those of symmetric places are one node.
 use crate::graph::{Graph, Id, Node};
-use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 
-/// Systems above this size are left to the dense factorisation: the search for the order is quadratic.
-const MOST: usize = 6000;
+/// Systems above this size are left to the dense factorisation.
+const MOST: usize = 20_000;
+const GONE: usize = usize::MAX;
 
 /// v = scale (sum coef w + rest); scale is -1/pivot of a speed.
 struct Row {
@@ -28,17 +29,22 @@ struct Row {
 
 struct Elimination<'a> {
     g: &'a mut Graph,
+    nodes: Vec<Id>, // of the variables
     rows: Vec<Row>,
     columns: Vec<BTreeSet<usize>>,
     speeds: usize, // the first so many variables, in the order of their rows
     left: Vec<bool>,
     fill: Vec<usize>,
-    stale: BTreeSet<usize>, // whose fill has changed
+    queue: BTreeSet<(usize, usize)>, // (fill, variable) of those that are left
+    stale: BTreeSet<usize>,          // whose fill has changed
 }
 
 pub(super) struct Solution {
     pub speeds: Vec<Id>,
+    /// 1/d of each
     pub pivots: Vec<Id>,
+    /// quantities that the way back computes anyhow: (node, its value)
+    pub known: Vec<(Id, Id)>,
 }
 
 /// The speeds as expressions, from 0 = exprs; None where one of these is not linear in `speeds` node by node.
@@ -62,6 +68,7 @@ impl Elimination<'_> {
         let minus = g.constant(-1.0);
         let mut number: HashMap<Id, usize> = speeds.iter().copied().zip(0..).collect();
         let empty = || Row { terms: BTreeMap::new(), rest: zero, pivot: None };
+        let mut nodes = speeds.to_vec();
         let mut rows: Vec<Row> = speeds.iter().map(|_| empty()).collect();
         for id in g.reachable(exprs) {
             let node = g.node(id);
@@ -94,6 +101,7 @@ impl Elimination<'_> {
                 }
             }
             number.insert(id, rows.len());
+            nodes.push(id);
             rows.push(row);
         }
         for (row, expr) in rows.iter_mut().zip(exprs) {
@@ -109,18 +117,23 @@ impl Elimination<'_> {
             }
         }
         let n = rows.len();
-        let (left, fill, stale) = (vec![true; n], vec![0; n], (0..n).collect());
-        Some(Elimination { g, rows, columns, speeds: speeds.len(), left, fill, stale })
+        let (left, fill, stale) = (vec![true; n], vec![GONE; n], (0..n).collect());
+        Some(Elimination { g, nodes, rows, columns, speeds: speeds.len(), left, fill, queue: BTreeSet::new(), stale })
     }
 
     /// The variable whose elimination fills in least, among those that may be next.
     fn next(&mut self) -> Option<usize> {
         for v in std::mem::take(&mut self.stale) {
-            self.fill[v] = self.fill_of(v);
+            let fill = if self.left[v] { self.fill_of(v) } else { GONE };
+            let old = std::mem::replace(&mut self.fill[v], fill);
+            if old != fill {
+                self.queue.remove(&(old, v));
+                if fill != GONE {
+                    self.queue.insert((fill, v));
+                }
+            }
         }
-        let mut candidates: Vec<usize> = (0..self.rows.len()).filter(|&v| self.left[v]).collect();
-        candidates.sort_by_key(|&v| self.fill[v]);
-        candidates.into_iter().find(|&v| self.eligible(v))
+        self.queue.iter().map(|&(_, v)| v).find(|&v| self.eligible(v))
     }
 
     /// Entries that the elimination of v would make.
@@ -154,6 +167,7 @@ impl Elimination<'_> {
     /// Row `v` is solved for its variable, which leaves all other rows.
     fn substitute(&mut self, v: usize) {
         self.left[v] = false;
+        self.stale.insert(v);
         let mut row = std::mem::replace(&mut self.rows[v], Row { terms: BTreeMap::new(), rest: 0, pivot: None });
         if v < self.speeds {
             let one = self.g.constant(1.0);
@@ -228,8 +242,11 @@ impl Elimination<'_> {
             }
             values[v] = sum;
         }
-        values.truncate(self.speeds);
-        Solution { speeds: values, pivots }
+        let speeds = values[..self.speeds].to_vec();
+        let needed: HashSet<Id> = self.g.reachable(&speeds).into_iter().collect();
+        let all = self.nodes.iter().copied().zip(values);
+        let known = all.filter(|(_, value)| needed.contains(value)).collect();
+        Solution { speeds, pivots, known }
     }
 }
 

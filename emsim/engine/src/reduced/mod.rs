@@ -90,6 +90,7 @@ pub struct Reduced {
     steps: Vec<Step>,
     stage_steps: usize,
     f_part: usize,
+    whole: Option<Tape>, // the rates at once, for stages that nobody looks at
     x_part: usize,
     direct: Vec<(usize, usize, f64)>, // unknown, state, d unknown / d state
     diodes: Vec<Diode>,
@@ -113,6 +114,7 @@ struct Held {
 pub struct Point {
     v: Vec<f64>, // leaves
     slots: Vec<f64>,
+    whole: Vec<f64>, // slots of the stage at once
     pub waves: Vec<f64>,
     pub flags: Vec<f64>,
     time: f64,
@@ -263,6 +265,7 @@ impl Reduced {
         Point {
             v: vec![0.0; self.at.leaves()],
             slots: self.tape.workspace(),
+            whole: self.whole.as_ref().map(Tape::workspace).unwrap_or_default(),
             waves: vec![0.0; 2 * self.waves],
             flags: flags.to_vec(),
             time: f64::NAN,
@@ -314,15 +317,32 @@ impl Reduced {
         }
     }
 
-    /// f(y, t) into `out`, with the y that was written into the point. Sources that jump at t have the value before or
-    /// after.
+    /// f(y, t) into `out`, with the y that was written into the point, which is then known in full. Sources that jump at t
+    /// have the value before or after.
     pub fn rates(&self, p: &mut Point, waves: &[Wave], t: f64, before: bool, out: &mut [f64]) -> Result<(), Trouble> {
         self.solve(p, waves, t, before)?;
         p.evaluations += 1;
         self.run(self.f_part, p);
+        self.read(self.tape.part_slots(self.f_part), &p.slots, out)
+    }
+
+    /// The same where nothing but the rates is asked for.
+    #[inline]
+    pub fn stage(&self, p: &mut Point, waves: &[Wave], t: f64, before: bool, out: &mut [f64]) -> Result<(), Trouble> {
+        let Some(whole) = self.whole.as_ref().filter(|_| p.checked) else {
+            return self.rates(p, waves, t, before, out);
+        };
+        self.set_time(p, waves, t, before);
+        p.evaluations += 1;
+        whole.run(&Inputs { x: &p.v, t: p.time, waves: &p.waves, flags: &p.flags }, &mut p.whole);
+        self.read(whole.part_slots(0), &p.whole, out)
+    }
+
+    #[inline]
+    fn read(&self, outputs: &[u32], slots: &[f64], out: &mut [f64]) -> Result<(), Trouble> {
         let mut sum = 0.0;
-        for (o, &slot) in out.iter_mut().zip(self.tape.part_slots(self.f_part)) {
-            *o = p.slots[slot as usize];
+        for (o, &slot) in out.iter_mut().zip(outputs) {
+            *o = slots[slot as usize];
             sum += *o * 0.0;
         }
         if sum != 0.0 {

@@ -16,7 +16,7 @@
 //! algebraic and takes the place of one of its rows.
 use super::order::{augment, strong_components};
 use super::{Reduced, Step};
-use crate::derive::tangent;
+use crate::derive::{substitute, tangent};
 use crate::devices::diode::Diode;
 use crate::graph::{Graph, Id, Node};
 use crate::model::{Kind, Unknown};
@@ -85,7 +85,10 @@ pub(super) struct Plan<'a> {
     pub parts: Vec<(Vec<Id>, bool)>,
     pub steps: Vec<Step>,
     pub direct: Vec<(usize, usize, f64)>,
+    /// what direct steps solve for, as expressions of the state
+    pub known: Vec<(Id, Id)>,
     pub f_part: usize,
+    pub whole: Option<Tape>,
 }
 
 pub(super) fn compile(g: &mut Graph, source: &Source) -> Result<Reduced, String> {
@@ -103,7 +106,9 @@ pub(super) fn compile(g: &mut Graph, source: &Source) -> Result<Reduced, String>
         parts: Vec::new(),
         steps: Vec::new(),
         direct: Vec::new(),
+        known: Vec::new(),
         f_part: 0,
+        whole: None,
     };
     plan.run()
 }
@@ -173,6 +178,7 @@ impl Plan<'_> {
             wave_rates: tape.reads_waves_from(self.source.waves),
             x_part: self.parts.len() - 1,
             f_part: self.f_part,
+            whole: self.whole,
             tape,
             states,
             steps: self.steps,
@@ -460,6 +466,11 @@ impl Plan<'_> {
         for &row in states {
             let f = self.image(self.f[row]);
             rates.push(self.g.neg(f));
+        }
+        // nothing to solve but what is known in symbols: a stage is one program
+        if self.steps.iter().all(|s| matches!(s, Step::Direct(_))) {
+            let rates = substitute(self.g, &rates, &self.known);
+            self.whole = Some(Tape::new(self.g, &rates).native());
         }
         self.f_part = self.parts.len();
         // private: what it computes does not hold where a point is only solved for

@@ -42,6 +42,7 @@ pub use self::x86::Native;
 
 #[cfg(all(target_arch = "x86_64", unix))]
 mod x86 {
+    use super::super::trig::{self, sin_cos};
     use super::*;
     use crate::graph::Fun;
 
@@ -52,7 +53,9 @@ mod x86 {
         entry: Entry,
         memory: *mut libc::c_void,
         length: usize,
-        _functions: Box<[Fun]>, // the code holds their addresses
+        // the code holds their addresses
+        _functions: Box<[Fun]>,
+        _lists: Vec<Box<[[u32; 3]]>>,
     }
 
     // SAFETY: the memory is never written after it was made, and belongs to this value alone
@@ -66,7 +69,7 @@ mod x86 {
                 return None;
             }
             let functions: Box<[Fun]> = part.functions.into();
-            let code = Writer::new(part, &functions).write()?;
+            let (code, lists) = Writer::new(part, &functions).write()?;
             // SAFETY: a fresh private mapping, written before it becomes executable and read-only
             unsafe {
                 let (length, none) = (code.len(), std::ptr::null_mut());
@@ -81,7 +84,7 @@ mod x86 {
                     return None;
                 }
                 let entry = std::mem::transmute::<*mut libc::c_void, Entry>(memory);
-                Some(Native { entry, memory, length, _functions: functions })
+                Some(Native { entry, memory, length, _functions: functions, _lists: lists })
             }
         }
 
@@ -102,15 +105,14 @@ mod x86 {
     }
 
     extern "sysv64" fn sine(a: f64) -> f64 {
-        a.sin()
+        sin_cos(a).0
     }
     extern "sysv64" fn cosine(a: f64) -> f64 {
-        a.cos()
+        sin_cos(a).1
     }
-    extern "sysv64" fn sine_cosine(a: f64, s: *mut f64, c: *mut f64) {
-        let (sin, cos) = a.sin_cos();
-        // SAFETY: the code passes two slots of its workspace
-        unsafe { (*s, *c) = (sin, cos) };
+    extern "sysv64" fn sines_cosines(w: *mut f64, list: *const [u32; 3], count: usize) {
+        // SAFETY: the code passes its workspace, slots inside it, and their number
+        unsafe { trig::sines_cosines(w, std::slice::from_raw_parts(list, count)) };
     }
     extern "sysv64" fn exponential(a: f64) -> f64 {
         a.exp()
@@ -155,6 +157,8 @@ mod x86 {
         stored: Vec<bool>,            // the slot in memory is up to date
         uses: Vec<Vec<u32>>,          // of each own instruction, latest first
         partner: Vec<u32>,            // of a sine its cosine and the other way round
+        called: Vec<bool>,            // sines and cosines that a call has written
+        lists: Vec<Box<[[u32; 3]]>>,
     }
 
     impl<'a> Writer<'a> {
@@ -188,6 +192,8 @@ mod x86 {
                 stored: vec![false; n],
                 uses,
                 partner,
+                called: vec![false; n],
+                lists: Vec::new(),
             }
         }
 
@@ -300,7 +306,7 @@ mod x86 {
             }
         }
 
-        fn write(mut self) -> Option<Vec<u8>> {
+        fn write(mut self) -> Option<(Vec<u8>, Vec<Box<[[u32; 3]]>>)> {
             // push rbx rbp r13 r14 r15: with the return address the stack stands at a multiple of 16
             self.out.extend([0x53, 0x55, 0x41, 0x55, 0x41, 0x56, 0x41, 0x57]);
             self.out.extend([0x48, 0x89, 0xfb]); // mov rbx, rdi
@@ -312,7 +318,7 @@ mod x86 {
                 self.instruction(k)?;
             }
             self.out.extend([0x41, 0x5f, 0x41, 0x5e, 0x41, 0x5d, 0x5d, 0x5b, 0xc3]);
-            Some(self.out)
+            Some((self.out, self.lists))
         }
 
         fn instruction(&mut self, k: usize) -> Option<()> {
@@ -399,21 +405,8 @@ mod x86 {
                     self.vex(0x28, P66, 1, r, 0, Place::Register(ZERO));
                     self.done(k);
                 }
-                Op::Sin | Op::Cos if self.partner[k] != NEVER => {
-                    let other = self.partner[k] as usize;
-                    if other < k {
-                        self.release(k); // computed with its partner
-                        return Some(());
-                    }
-                    self.call_prepare(k, i.a, None);
-                    let (sin, cos) = if matches!(i.op, Op::Sin) { (k, other) } else { (other, k) };
-                    for (lea, j) in [([0x48, 0x8d, 0xbb], sin), ([0x48, 0x8d, 0xb3], cos)] {
-                        self.out.extend(lea); // lea rdi / rsi, [rbx + ..]
-                        self.out.extend((8 * (self.part.first + j) as u32).to_le_bytes());
-                        self.stored[j] = true;
-                    }
-                    self.call(sine_cosine as *const () as u64);
-                }
+                Op::Sin | Op::Cos if self.called[k] => self.release(k),
+                Op::Sin | Op::Cos if self.partner[k] != NEVER => self.sines_cosines(k),
                 Op::Sin => self.one(k, i.a, sine as *const () as u64),
                 Op::Cos => self.one(k, i.a, cosine as *const () as u64),
                 Op::Exp => self.one(k, i.a, exponential as *const () as u64),
@@ -453,6 +446,71 @@ mod x86 {
             self.result(k, held)
         }
 
+        /// Sines and cosines that can be computed by now, in one call: k's and those that follow it at once.
+        fn sines_cosines(&mut self, k: usize) {
+            let mut list = Vec::new();
+            for j in k..self.part.code.len() {
+                let i = self.part.code[j];
+                if !matches!(i.op, Op::Sin | Op::Cos) || self.own(i.a).is_some_and(|a| a >= k) {
+                    break;
+                }
+                let other = self.partner[j] as usize;
+                if self.partner[j] == NEVER || self.called[j] {
+                    continue;
+                }
+                (self.called[j], self.called[other]) = (true, true);
+                let (sin, cos) = if matches!(i.op, Op::Sin) { (j, other) } else { (other, j) };
+                let slot = |j: usize| (self.part.first + j) as u32;
+                list.push([i.a, slot(sin), slot(cos)]);
+                self.argument(i.a);
+            }
+            self.release(k);
+            self.save_all();
+            for &[_, sin, cos] in &list {
+                for slot in [sin, cos] {
+                    self.stored[slot as usize - self.part.first] = true;
+                }
+            }
+            self.out.extend([0x48, 0x89, 0xdf]); // mov rdi, rbx
+            self.out.extend([0x48, 0xbe]); // mov rsi, list
+            let list: Box<[[u32; 3]]> = list.into();
+            self.out.extend((list.as_ptr() as u64).to_le_bytes());
+            self.out.push(0xba); // mov edx, count
+            self.out.extend((list.len() as u32).to_le_bytes());
+            self.lists.push(list);
+            self.call(sines_cosines as *const () as u64);
+        }
+
+        /// A value to its slot, for a function that reads it there.
+        fn argument(&mut self, slot: u32) {
+            let Some(k) = self.own(slot) else { return };
+            if self.stored[k] {
+                return;
+            }
+            if (self.register[k] as usize) < VALUES {
+                self.store(k);
+            } else {
+                let from = self.place(slot);
+                self.copy(ZERO, from);
+                self.vex(0x11, F2, 1, ZERO, 0, Place::Memory { base: SLOTS, index: slot });
+                self.stored[k] = true;
+            }
+        }
+
+        /// Everything that is needed later to its slot; all registers are free then.
+        fn save_all(&mut self) {
+            for r in 0..VALUES {
+                if let Some(j) = self.holds[r].and_then(|slot| self.own(slot)) {
+                    self.save(j);
+                }
+            }
+            for r in 0..VALUES {
+                if let Some(j) = self.holds[r].take().and_then(|slot| self.own(slot)) {
+                    self.register[j] = VALUES as u8;
+                }
+            }
+        }
+
         fn one(&mut self, k: usize, a: u32, function: u64) {
             self.call_prepare(k, a, None);
             self.call(function);
@@ -463,11 +521,7 @@ mod x86 {
         fn call_prepare(&mut self, k: usize, a: u32, b: Option<u32>) {
             let (pa, pb) = (self.place(a), b.map(|b| self.place(b)));
             self.release(k);
-            for r in 0..VALUES {
-                if let Some(j) = self.holds[r].and_then(|slot| self.own(slot)) {
-                    self.save(j);
-                }
-            }
+            self.save_all();
             // by way of the scratch registers, since xmm0 may hold the second argument
             self.copy(ZERO, pa);
             if let Some(pb) = pb {
@@ -475,11 +529,6 @@ mod x86 {
                 self.copy(1, Place::Register(MASK));
             }
             self.copy(0, Place::Register(ZERO));
-            for r in 0..VALUES {
-                if let Some(j) = self.holds[r].take().and_then(|slot| self.own(slot)) {
-                    self.register[j] = VALUES as u8;
-                }
-            }
         }
 
         fn copy(&mut self, to: u8, from: Place) {

@@ -144,7 +144,7 @@ impl<'a> Explicit<'a> {
                 self.settle(self.t0 + c * h, c == 1.0)?;
             }
             let (_, k) = self.k.split_at_mut(i * m);
-            self.reduced.rates(&mut self.point, &self.sys.waves, self.t0 + c * h, c == 1.0, &mut k[..m])?;
+            self.reduced.stage(&mut self.point, &self.sys.waves, self.t0 + c * h, c == 1.0, &mut k[..m])?;
             if self.projects {
                 self.weakest = self.weakest.min(self.reduced.weakest(&self.point));
             }
@@ -285,7 +285,7 @@ impl<'a> Explicit<'a> {
             let at = (s + 1 + i) * m;
             let c = method.c[s + 1 + i];
             let (_, k) = inside.k.split_at_mut(at);
-            self.reduced.rates(&mut inside.point, &self.sys.waves, self.t0 + c * h, false, &mut k[..m])?;
+            self.reduced.stage(&mut inside.point, &self.sys.waves, self.t0 + c * h, false, &mut k[..m])?;
         }
         for i in 0..m {
             let dy = self.y1[i] - self.y0[i];

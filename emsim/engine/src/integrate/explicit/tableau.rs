@@ -24,47 +24,42 @@ pub struct Tableau {
     pub dense: &'static [Row],
 }
 
+/// Components that are summed side by side.
+const LANES: usize = 4;
+
 /// out = y + h sum of a_j k_j, k by rows of the length of y.
 #[inline]
 pub fn combine(out: &mut [f64], y: &[f64], h: f64, row: Row, k: &[f64]) {
     let n = y.len();
     let out = &mut out[..n];
-    match row {
-        // two at a time: half the traffic through `out`
-        [(j, a), rest @ ..] if !rest.is_empty() => {
-            let (l, b) = rest[0];
-            let (kj, kl) = (&k[j * n..j * n + n], &k[l * n..l * n + n]);
-            let (a, b) = (h * a, h * b);
-            for i in 0..n {
-                out[i] = y[i] + (a * kj[i] + b * kl[i]);
-            }
-            add(out, h, &rest[1..], k);
-        }
-        _ => {
-            out.copy_from_slice(y);
-            add(out, h, row, k);
-        }
-    }
+    sums(n, row, k, |i, sum| out[i] = y[i] + h * sum);
 }
 
 /// out += h sum of a_j k_j.
 #[inline]
 pub fn add(out: &mut [f64], h: f64, row: &[(usize, f64)], k: &[f64]) {
-    let n = out.len();
-    for pair in row.chunks(2) {
-        let (j, a) = pair[0];
-        let kj = &k[j * n..j * n + n];
-        let a = h * a;
-        if let Some(&(l, b)) = pair.get(1) {
-            let kl = &k[l * n..l * n + n];
-            let b = h * b;
-            for i in 0..n {
-                out[i] += a * kj[i] + b * kl[i];
-            }
-        } else {
-            for i in 0..n {
-                out[i] += a * kj[i];
+    sums(out.len(), row, k, |i, sum| out[i] += h * sum);
+}
+
+/// Every component's sum is finished in registers before the next ones begin.
+#[inline(always)]
+fn sums(n: usize, row: &[(usize, f64)], k: &[f64], mut take: impl FnMut(usize, f64)) {
+    let mut i = 0;
+    while i + LANES <= n {
+        let mut sum = [0.0; LANES];
+        for &(j, a) in row {
+            let kj: &[f64; LANES] = k[j * n + i..][..LANES].try_into().expect("so many");
+            for l in 0..LANES {
+                sum[l] += a * kj[l];
             }
         }
+        for (l, &s) in sum.iter().enumerate() {
+            take(i + l, s);
+        }
+        i += LANES;
+    }
+    while i < n {
+        take(i, row.iter().map(|&(j, a)| a * k[j * n + i]).sum());
+        i += 1;
     }
 }
