@@ -185,7 +185,12 @@ impl Radau {
                 let theta = (t - start) / last_h;
                 let moves = &sys.differential;
                 dense::extrapolate(last, theta, &self.last_x0, &self.last_stage, moves, &mut self.scratch);
-                x = &self.scratch;
+                // far up an exponential everything looks solved: the update is next to nothing whatever is missing
+                if sys.junctions_within_reach(&self.x0, &self.scratch) {
+                    x = &self.scratch;
+                } else {
+                    t = self.t0;
+                }
             }
             _ => self.foresee = false,
         }
