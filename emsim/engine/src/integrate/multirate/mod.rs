@@ -158,7 +158,7 @@ impl<'a> Multirate<'a> {
         y.resize(fast.system.n, 0.0); // integrals begin with nothing
 
         // the machine
-        let slow_o = Options { method: SLOW.into(), ..o.clone() };
+        let slow_o = Options { method: SLOW.into(), fixed_step: None, ..o.clone() };
         let mut newton = Newton::new(&slow.system)?;
         let response = || Response::new(&slow.system, slow.reads.len());
         let (mut response, mut ahead) = (response()?, response()?);
