@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 from support import deck, run, values_at
 
-# how many times fewer steps than order 2 at 1e-6
+# how many times fewer steps than order 2 at 1e-6, at a smaller error
 FEWER = {
     "bench/lc_oscillator": 4,
-    "bench/two_loop_rlc": 8,
-    "bench/multiplier4": 2.5,
-    "electrical/clipper": 2,
-    "electrical/diode_bridge": 3,
+    "bench/two_loop_rlc": 7,
+    "bench/multiplier4": 2,
+    "electrical/clipper": 1.7,
+    "electrical/diode_bridge": 2.5,
 }
 
 
@@ -40,7 +40,7 @@ def test_error_and_rows_follow_the_tolerance(reltol):
     error = np.abs(np.asarray(result["v(a)"]) - 1 / (1 + 9 * np.exp(-t)))
     grid = np.abs(t / 0.1 - np.round(t / 0.1)) < 1e-6
     assert grid.sum() >= 120
-    assert error[grid].max() <= 20 * reltol and error[grid].max() <= 3 * error[~grid].max(), (
+    assert error[grid].max() <= 3 * reltol and error[grid].max() <= 3 * error[~grid].max(), (
         error[grid].max(),
         error[~grid].max(),
     )

@@ -20,6 +20,8 @@ use crate::system::{System, Work};
 const MOST: usize = 6;
 /// ... without being asked for more.
 const HIGHEST: usize = 5;
+/// The local tolerance against the asked one, where trtol does not say: keeps the global error near what was asked.
+const LOCAL: f64 = 0.1;
 
 pub struct Gear {
     newton: Newton,
@@ -45,6 +47,7 @@ impl Gear {
     pub fn new(sys: &System, o: &Options) -> Result<Gear, Failure> {
         let fixed = o.fixed_step.is_some();
         let maxord = o.maxord.unwrap_or(if fixed { 2 } else { HIGHEST }).clamp(1, MOST);
+        let spice = o.maxord.is_some_and(|m| m <= 2);
         let starter: Option<Box<dyn Method>> =
             if fixed && maxord > 1 { Some(Box::new(super::radau::Radau::new(sys, o)?)) } else { None };
         Ok(Gear {
@@ -57,9 +60,9 @@ impl Gear {
             x1: vec![0.0; sys.n],
             order: 1,
             maxord,
-            spice: o.maxord.is_some_and(|m| m <= 2),
+            spice,
             since_change: 0,
-            trtol: if o.trtol.is_finite() { o.trtol } else { 1.0 },
+            trtol: if o.trtol.is_finite() { o.trtol } else { [LOCAL, 1.0][usize::from(spice)] },
             fixed,
             itl4: o.itl4,
             next_order: 1,
