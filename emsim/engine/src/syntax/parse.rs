@@ -97,7 +97,16 @@ impl Parser {
 
     /// The first terminal of the lexer, in its order, that matches.
     fn token(&mut self, table: &Table, lexer: &Lexer, text: &str, at: usize) -> Token {
-        let Some(&byte) = text.as_bytes().get(at) else { return Token::End };
+        let bytes = text.as_bytes();
+        let Some(&byte) = bytes.get(at) else { return Token::End };
+        // the blanks between words, nearly all there are: of what is ignored only a comment and a continuation begin
+        // with blanks too, and those go on otherwise
+        if byte == b' ' && lexer.gap {
+            let end = at + bytes[at..].iter().take_while(|&&b| b == b' ').count();
+            if bytes.get(end).is_some_and(u8::is_ascii_alphanumeric) {
+                return Token::Ignored(end);
+            }
+        }
         for &k in &lexer.order {
             let Some(terminal) = table.terminal(k as usize) else { return Token::No };
             let pattern = &terminal.pattern;

@@ -190,6 +190,14 @@ impl Pattern {
                 Op::Many { class, least, most, fixed } => {
                     let class = &classes[class as usize];
                     let (mut count, mut shortest) = (0, at);
+                    if least <= 1 {
+                        // ASCII in a row, the rest below
+                        let longest = text.len().min(at.saturating_add(most as usize));
+                        let run = text.as_bytes()[at..longest].iter();
+                        let run = run.take_while(|&&b| b < 128 && class.ascii >> b & 1 != 0).count();
+                        (count, at) = (run as u32, at + run);
+                        shortest += (least as usize).min(run);
+                    }
                     while count < most {
                         match step(class, text, at) {
                             Step::To(next) => at = next,

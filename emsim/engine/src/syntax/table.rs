@@ -47,6 +47,8 @@ pub struct Lexer {
     pub order: Vec<u8>,
     /// (word, keyword)
     pub unless: Vec<(u8, u8)>,
+    /// only ignored terminals begin with a blank: between words there is nothing to find
+    pub gap: bool,
 }
 
 #[derive(Clone, Copy, PartialEq)]
@@ -176,12 +178,16 @@ impl Table {
     #[inline]
     pub fn lexer(&self, k: usize) -> Option<&Lexer> {
         self.lexers.get(k, |line| {
-            let mut lexer = Lexer { order: Vec::new(), unless: Vec::new() };
+            let mut lexer = Lexer { order: Vec::new(), unless: Vec::new(), gap: true };
             for word in line.split(' ') {
                 match word.split_once('>') {
                     Some((word, keyword)) => lexer.unless.push((word.parse().ok()?, keyword.parse().ok()?)),
                     None => lexer.order.push(word.parse().ok()?),
                 }
+            }
+            for &k in &lexer.order {
+                let terminal = self.terminal(k as usize)?;
+                lexer.gap &= terminal.ignored || terminal.pattern.first >> b' ' & 1 == 0;
             }
             Some(lexer)
         })
