@@ -17,7 +17,7 @@ def test_a_machine_in_words(capsys):
     assert main(["check", "-q", SERVO]) == 0
     text = capsys.readouterr().out
     assert "1 BODY, 1 JOINT, 1 MOTOR, 1 POT" in text and "1 degree of freedom, planar" in text
-    assert "hinge: pin 0 - arm, angle(hinge) [rad]" in text and "method radau, relative 0.001" in text
+    assert "hinge: pin 0 - arm, angle(hinge) [rad]" in text and "method auto, relative 0.001" in text
 
 
 def test_a_closed_loop_in_words(capsys):
@@ -49,7 +49,7 @@ def test_a_wrong_deck(capsys, scratch):
     assert list(scratch.iterdir()) == [scratch / "bad.cir"]
 
 
-@pytest.mark.parametrize("folder", ["coupled", "mechanical", "paper", "electrical", "hard"])
+@pytest.mark.parametrize("folder", ["coupled", "mechanical", "paper", "electrical", "hard", "lessons"])
 def test_every_example_can_be_checked(folder, capsys):
     decks = sorted((NETLISTS / folder).glob("*.cir"))
     assert decks

@@ -29,10 +29,11 @@ def in_ngspice(text: str, points: int = 10_000) -> ngspice.Table:
 
 
 def distance(run, name: str, theirs, column: str) -> float:
-    """Largest difference over the range of ours."""
-    inside = theirs.time <= run.time[-1]
-    ours = np.array([run.at(name, t) for t in theirs.time[inside]])
-    return float(np.max(np.abs(ours - theirs[column][inside])) / np.ptp(ours))
+    """Largest difference over the range of ours, at our points: between them a cubic knows too little of a step of
+    high order, while theirs lie close enough for straight lines."""
+    inside = (run.time >= theirs.time[0]) & (run.time <= theirs.time[-1])
+    ours, others = run[name][inside], np.interp(run.time[inside], theirs.time, theirs[column])
+    return float(np.max(np.abs(ours - others)) / np.ptp(ours))
 
 
 @pytest.mark.ngspice
