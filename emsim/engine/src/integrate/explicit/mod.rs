@@ -42,7 +42,7 @@ fn local(method: &Tableau, reltol: f64) -> f64 {
     }
 }
 /// Steps are chosen so much shorter than the estimate says.
-const SAFE: f64 = 0.8;
+const SAFE: f64 = 0.7;
 /// Corrections of one projection. The first leaves the square of the drift.
 const PROJECTIONS: usize = 4;
 /// Constraints so near to a loss of rank (a change point, where links lie on one line) magnify what a stage is off them:
