@@ -147,6 +147,9 @@ class System:
     def jac(self, x: Sequence[float], t: float) -> tuple[list[float], list[float]]:
         """Values of C = dQ/dx and G = dF/dx on the pattern."""
     def tolerances(self, options_: dict[str, Any] | None = None) -> list[float]: ...
+    def quantities(
+        self, options_: dict[str, Any] | None = None
+    ) -> list[tuple[str, str, str, float, bool]]: ...  # name, unit, option, tolerance, given
     def start(
         self, options_: dict[str, Any] | None = None, uic: bool = False, tstep: float = 1e-6
     ) -> tuple[bool, list[float], dict[str, Any] | None]:

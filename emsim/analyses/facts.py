@@ -18,7 +18,8 @@ def facts(assembly: Assembly, planned: list[tuple[Any, Any]]) -> dict[str, Any]:
     nonzeros     of the common pattern of C and G; `linear` when both are constant
     operations   of Q and F, and of these with their derivatives
     events       number of conditions watched
-    analyses     as text; `method`, `reltol`, `tolerances` {kind: absolute tolerance}
+    analyses     as text; `method`, `reltol`
+    tolerances   absolute ones, of the kinds of quantity that the deck has: {quantity, unit, option, value, source}
     two_paces    circuit and machine want a pace each, `method=multirate`: a guess from the machine's size and the edges
     formulations {formulation: {size, rows, nonzeros, values, with_derivatives}} of the same machine in joint and
                  in absolute coordinates, or what hinders one of them as text; empty without a machine
@@ -35,9 +36,6 @@ def facts(assembly: Assembly, planned: list[tuple[Any, Any]]) -> dict[str, Any]:
     cards: dict[str, int] = {}
     for card in flat.machine:
         cards[card.kind] = cards.get(card.kind, 0) + 1
-    tolerances: dict[str, float] = {}
-    for kind, tolerance in zip(system.kinds, system.tolerances(assembly.options), strict=True):
-        tolerances.setdefault(kind, tolerance)
     values, derivatives = system.operations
     report = assembly.machine.report() if assembly.machine is not None else None
     return {
@@ -55,12 +53,37 @@ def facts(assembly: Assembly, planned: list[tuple[Any, Any]]) -> dict[str, Any]:
         "analyses": [_text(card, settings) for card, settings in planned],
         "method": assembly.options["method"],
         "reltol": assembly.options.get("reltol", 1e-3),
-        "tolerances": tolerances,
+        "tolerances": _tolerances(assembly),
         "two_paces": any(c.kind == "tran" and system.two_paces(s.tstop) for c, s in planned),
         "formulations": _formulations(assembly) if report else {},
         "machine": report,
         "diagnostics": list(flat.sink.diagnostics),
     }
+
+
+def _tolerances(assembly: Assembly) -> list[dict[str, Any]]:
+    """Absolute tolerances and where each comes from."""
+    options, size = assembly.options, assembly.ctx.scale
+    # the rules of engine/src/tolerances.rs in words
+    length = f"{size.length:g} m ({size.length_of})" if size and size.length else "1 mm (no length is stated)"
+    mass = f"{size.mass:g} kg ({size.mass_of})" if size and size.mass else "1 g (no mass is stated)"
+    sources = {
+        "vntol": "1e-6, as SPICE",
+        "abstol": "1e-12, as SPICE",
+        "lentol": f"1e-8 of {length}",
+        "angtol": "1e-8",
+        "veltol": f"1e-8 sqrt(g L), L = {length}",
+        "spintol": "1e-6",
+        "forcetol": f"1e-8 M g, M = {mass}",
+        "torquetol": f"1e-8 M g L, M = {mass}, L = {length}",
+    }
+    # of the engine: how far these follow a reltol below 1e-3
+    follows = options.get("reltol", 1e-3) < 1e-3
+    found = []
+    for quantity, unit, option, value, given in assembly.system.quantities(options):
+        source = f".options {option}" if given else sources[option] + ("; follows reltol" if follows else "")
+        found.append(dict(quantity=quantity, unit=unit, option=option, value=value, source=source))
+    return found
 
 
 def _formulations(assembly: Assembly) -> dict[str, Any]:

@@ -59,6 +59,7 @@ def assemble(
     """
     from .._engine import Builder
     from . import circuit, topology
+    from .scale import scale
 
     ctx = Context(Builder(), flat, options)
     ctx.times = times
@@ -69,6 +70,9 @@ def assemble(
         ctx.machine = _machine(ctx)
         ctx.machine.build()
     flat.sink.raise_if_errors()
+    if ctx.machine is not None:
+        size = ctx.scale = scale(ctx.machine)
+        options.update(length=size.length, mass=size.mass)
 
     # then everything adds to Q and F
     topology.check(ctx)

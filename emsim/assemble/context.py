@@ -38,7 +38,7 @@ class Context:
     options   resolved options (assemble/options.py)
     nodes     node name -> unknown (ground left out); `branches` element or coupling name -> current unknown
     elements  element name -> Element
-    machine   the assembled machine, or None
+    machine   the assembled machine, or None; `scale` its size, for the tolerances
     metered   elements whose current must become an unknown because something reads it
     domains   flag name -> (flag, text, place): functions that may leave their domain during a run
     divisors  quotients in expressions, with what they divide by and its place
@@ -60,6 +60,7 @@ class Context:
         self.divisors: dict[int, tuple[Expr, Expr, Span | None]] = {}
         self.coupled: dict[tuple[int, int], float] = {}
         self.machine: Any = None
+        self.scale: Any = None
         # (tstep, tstop) that waveform defaults refer to; the first .tran sets it
         self.times = (1.0, 1.0)
         self.ics: dict[str, float] = {}

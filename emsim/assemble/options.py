@@ -44,9 +44,17 @@ GMIN = 1e-12  # least conductance of a junction [S]
 # (cktntask.c), with the absolute tolerances following a reltol tighter than 1e-3 unless they are given too.
 NUMBERS: dict[str, float] = {
     "reltol": 1e-14,  # relative tolerance of every quantity, 1e-3
-    "abstol": 0.0,  # currents [A], 1e-12
+    # absolute tolerances, by kind of quantity; what is not given is the engine's (engine/src/tolerances.rs)
     "vntol": 0.0,  # voltages [V], 1e-6
-    "chgtol": 0.0,  # charges [C], 1e-14
+    "abstol": 0.0,  # currents [A], 1e-12
+    "chgtol": 0.0,  # charges [C], 0: errors of capacitors are measured in volt
+    "flxtol": 0.0,  # flux linkages [Wb], 0: those of inductors in ampere
+    "lentol": 0.0,  # lengths [m], 1e-8 of the largest that the deck states
+    "angtol": 0.0,  # angles [rad], 1e-8
+    "veltol": 0.0,  # velocities [m/s], 1e-8 sqrt(g L)
+    "spintol": 0.0,  # angular velocities [rad/s], 1e-6
+    "forcetol": 0.0,  # multipliers that are forces [N], 1e-8 of the largest weight
+    "torquetol": 0.0,  # multipliers that are torques [N m], the same at the largest length
     "trtol": 0.0,  # how far the truncation error may exceed its estimate
     "gmin": 0.0,
     "itl1": 1.0,  # Newton iterations of the operating point

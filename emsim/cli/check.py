@@ -19,7 +19,6 @@ if TYPE_CHECKING:
     from typing import Any
 
 OPTIONS: list[Option] = [*METHOD_OPTIONS, DEFINE, JSON, QUIET, HELP]
-UNITS = {"node": "V", "branch": "A"}
 ROLES = {"cut": "closes a loop", "rows": "constraint rows"}
 
 
@@ -65,9 +64,11 @@ def _rows(facts: dict[str, Any]) -> Iterator[tuple[str, str]]:
     if facts["two_paces"] and facts["method"] != "multirate":
         yield "two paces", "a large machine behind many edges: .options method=multirate may be far faster"
     yield "analyses", "; ".join(facts["analyses"]) or "none"
-    pairs = facts["tolerances"].items()
-    kinds = ", ".join(f"{kind} {value:g} {UNITS.get(kind, '')}".rstrip() for kind, value in pairs)
-    yield "tolerances", f"method {facts['method']}, relative {facts['reltol']:g}; absolute: {kinds}"
+    yield "method", facts["method"]
+    yield "tolerances", f"relative {facts['reltol']:g}; absolute:"
+    for row in facts["tolerances"]:
+        value = f"{row['value']:.3g} {row['unit']}"
+        yield "", f"{row['quantity']:<18}{value:<16}{row['option']:<11}{row['source']}"
 
 
 def _machine(machine: dict[str, Any]) -> Iterator[tuple[str, str]]:

@@ -11,7 +11,7 @@ pub mod graph; // hash-consed expression nodes with folding
 pub mod integrate; // the methods and the driver
 pub mod ledger; // energy accounts: integrals of powers on the dense output
 pub mod model; // contributions, as the cards make them
-pub mod newton; // one implicit stage: options, tolerances, Newton's method
+pub mod newton; // one implicit stage: Newton's method
 pub mod op; // the starting point: operating point, initial conditions, consistent values
 pub mod passive; // is the linear part a passive network without gain
 mod py;
@@ -21,4 +21,5 @@ pub mod sparse; // LU: matching, block triangular form, AMD, Gilbert-Peierls, re
 pub mod syntax; // deck text to syntax trees, by the grammar's tables
 pub mod system; // equation (1): what was compiled, and the scratch of a run
 pub mod tape; // native evaluation of a set of expressions
+pub mod tolerances; // options of a run, absolute tolerances by kind of quantity, weights
 pub mod waves; // PULSE SIN EXP PWL SFFM AM: values and breakpoints // the Python face

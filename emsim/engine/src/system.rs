@@ -69,7 +69,7 @@ pub struct System {
     c_places: Vec<(usize, usize)>,          // row and column of each of c_slots
     stamps: Vec<Stamp>,                     // diodes, then entries of G, then of C, that are not constant
     g_linear: Vec<f64>,                     // on the pattern
-    c_linear: Vec<f64>,
+    pub c_linear: Vec<f64>,
     f_wave: Vec<(usize, usize, f64)>,
     values: Tape, // F rows, then Q rows
     f_rows: Vec<usize>,

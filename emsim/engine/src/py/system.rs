@@ -7,6 +7,7 @@ use crate::newton::{Failure, Newton, Options, Tolerances};
 use crate::op;
 use crate::record::{write_raw, RawHeader, Record};
 use crate::system::{Counters, Kind, Work};
+use crate::tolerances::{Absolute, Quantity, QUANTITIES};
 use pyo3::exceptions::{PyIndexError, PyOSError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
@@ -50,8 +51,6 @@ fn options(given: Option<&Bound<'_, PyDict>>) -> PyResult<Options> {
         let key: String = key.extract()?;
         match key.as_str() {
             "reltol" => o.reltol = value.extract()?,
-            "abstol" => o.abstol = value.extract()?,
-            "vntol" => o.vntol = value.extract()?,
             "trtol" => o.trtol = value.extract()?,
             "gmin" => o.gmin = value.extract()?,
             "itl1" => o.itl1 = value.extract::<f64>()? as usize,
@@ -67,6 +66,7 @@ fn options(given: Option<&Bound<'_, PyDict>>) -> PyResult<Options> {
                 }
                 o.method = name;
             }
+            name if Absolute::knows(name) => o.absolute.set(name, value.extract()?),
             _ => {}
         }
     }
@@ -156,6 +156,18 @@ impl System {
         Ok((w.cv, w.gv))
     }
 
+    /// Absolute tolerances under these options, of the kinds of quantity that the unknowns have or that are given:
+    /// (name, unit, option, value, given).
+    #[pyo3(signature = (options_=None))]
+    fn quantities(&self, options_: Option<&Bound<'_, PyDict>>) -> PyResult<Vec<(&str, &str, &str, f64, bool)>> {
+        let o = options(options_)?;
+        let has = |q| self.inner.unknowns.iter().any(|u| Quantity::of(u) == Some(q));
+        let row = |&(q, name, unit, option): &(Quantity, &'static str, &'static str, &'static str)| {
+            let given = o.absolute.given[q as usize].is_finite();
+            (has(q) || given).then(|| (name, unit, option, o.absolute.of(q, o.reltol), given))
+        };
+        Ok(QUANTITIES.iter().filter_map(row).collect())
+    }
     /// Absolute tolerance of each unknown under these options.
     #[pyo3(signature = (options_=None))]
     fn tolerances(&self, options_: Option<&Bound<'_, PyDict>>) -> PyResult<Vec<f64>> {

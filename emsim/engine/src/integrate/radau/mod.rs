@@ -25,7 +25,7 @@ use self::tables::Scheme;
 use super::{Attempt, Method};
 use crate::newton::{Failure, Options, Tolerances};
 use crate::sparse::{Complex, Lu, Symbolic};
-use crate::system::{System, Work};
+use crate::system::{Kind, System, Work};
 
 const MOST_ITERATIONS: usize = 10;
 /// At most so far is the tolerance relaxed where rounding forbids it.
@@ -45,6 +45,13 @@ const REUSE: f64 = 1e-3;
 fn share(reltol: f64) -> f64 {
     const AT_1E3: f64 = 0.05;
     AT_1E3 * (reltol / 1e-3).min(1.0).powf(-0.25)
+}
+
+/// Where the rounding of an algebraic unknown comes from: what is stored in the rows that it stands in, over h.
+#[derive(Clone, Copy)]
+enum Stored {
+    Charge,
+    Momentum,
 }
 
 pub struct Radau {
@@ -98,6 +105,9 @@ pub struct Radau {
     full_steps: u32,               // so many steps more begin with it
     relax: f64,                    // the error is divided by this where rounding keeps the tolerance out of reach
     noise: f64,                    // what rounding left of the last update of the full Newton method
+    linear: Vec<Option<Stored>>,   // unknowns in no norm that have a scale: what their rounding comes from
+    stored: [f64; 2],              // largest charge and momentum at x0
+    behind: f64,                   // largest last update of such an unknown, in units of its scale
     level: f64,                    // where rounding has lately stopped the iteration
     longest: f64,                  // recent step length
     probe: Option<(f64, f64)>,     // step and error that a step of a quarter is compared with
@@ -115,6 +125,13 @@ impl Radau {
         // the estimate means nothing for an algebraic unknown (linearised where the curve may bend sharply)
         let uncorrected = (sys.unknowns.iter().zip(&sys.differential))
             .map(|(u, &moves)| !moves || u.kind.enters_linearly())
+            .collect();
+        let linear = (sys.unknowns.iter().zip(&sys.differential))
+            .map(|(u, &moves)| match u.kind {
+                Kind::Lambda => Some(Stored::Momentum),
+                Kind::Branch if !moves => Some(Stored::Charge),
+                _ => None,
+            })
             .collect();
         Ok(Radau {
             scheme: orders.first(),
@@ -166,6 +183,9 @@ impl Radau {
             full_steps: 0,
             relax: 1.0,
             noise: 0.0,
+            linear,
+            stored: [0.0; 2],
+            behind: 0.0,
             level: 0.0,
             longest: 0.0,
             probe: None,
@@ -420,6 +440,11 @@ impl Method for Radau {
             self.q0.copy_from_slice(&w.q);
             self.f0.copy_from_slice(&w.f);
             self.started = true;
+            let largest = |of: fn(Kind) -> bool| {
+                let q = self.q0.iter().zip(&sys.unknowns).filter(|(_, u)| of(u.kind));
+                q.fold(0.0, |m: f64, (q, _)| m.max(q.abs()))
+            };
+            self.stored = [largest(|k| k == Kind::Node), largest(|k| k == Kind::Speed)];
         }
         self.accepted = false;
         self.h = h;

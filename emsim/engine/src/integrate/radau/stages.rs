@@ -2,7 +2,8 @@
 //!
 //! Convergence is judged on the update in units of the asked tolerance. What is asked for is a small share of it, so
 //! that the iteration's error stays below that of the method at every tolerance: the error must go on falling with the
-//! tolerance. Multipliers and derivative unknowns follow linearly from the rest.
+//! tolerance. Multipliers and algebraic currents follow linearly from the rest and are in no norm: they are held to their own
+//! scale, above the rounding of momenta and charges over h, and ask for one more iteration at most.
 use super::order::CONTRACTION;
 use super::{Radau, MOST_ITERATIONS};
 use crate::newton::Tolerances;
@@ -19,6 +20,9 @@ pub const STALLED: f64 = 0.02;
 /// The same where rounding has stopped the steps before: chain20 has 0.03 to 0.15 at a tolerance of 1e-10. Not more, or the
 /// steps creep up on a change point, ever shorter.
 const MOST_STALLED: f64 = 0.3;
+
+/// Rounding of a momentum or a charge, as a share of the largest.
+const ROUNDING: f64 = 1e-14;
 
 /// Which unknown moved too far at last, and whether the iterate is finite.
 pub type Stuck = (usize, bool);
@@ -52,6 +56,7 @@ impl Radau {
         let mut eta;
         let mut first = f64::NAN;
         let mut old = 0.0_f64;
+        let mut waited = false; // for multipliers
         for iteration in 1..=most {
             self.evaluate(sys, w, h);
             w.counters.iterations += 1;
@@ -108,7 +113,10 @@ impl Radau {
                 first = norm;
                 eta = (self.theta / (1.0 - self.theta).max(1e-3)).clamp(0.0, 1.0);
             }
-            if eta * norm <= target && (iteration > 1 || norm <= target) {
+            let behind = !waited && eta * self.behind > 1.0;
+            if eta * norm <= target && (iteration > 1 || norm <= target) && behind {
+                waited = true;
+            } else if eta * norm <= target && (iteration > 1 || norm <= target) {
                 self.theta = if iteration > 1 { theta } else { 1e-3 };
                 return Ok(iteration);
             }
@@ -151,6 +159,8 @@ impl Radau {
         let t = &self.scheme.t[..S * S];
         let (mut norm, mut worst) = (0.0_f64, 0);
         let relax = 1.0 / self.relax;
+        let rounding = ROUNDING * self.scheme.gamma / self.h;
+        self.behind = 0.0;
         for i in 0..n {
             let mut w = [self.b[i]; S];
             for m in 0..(S - 1) / 2 {
@@ -170,6 +180,10 @@ impl Radau {
                 if ratio > norm {
                     (norm, worst) = (ratio, i);
                 }
+            } else if let Some(stored) = self.linear[i] {
+                let noise = rounding * self.stored[stored as usize];
+                let scale = tol.own_scale(i, self.stage[S - 1][i]) + noise;
+                self.behind = self.behind.max(relax * largest / scale);
             }
         }
         (norm, worst)

@@ -1,0 +1,309 @@
+//! What a run is asked for: its options, and how small an error is small enough: one relative tolerance, one absolute tolerance per kind of quantity.
+//!
+//!   weight_i = reltol max(|x_i|, 0.02 peak_i) + atol_i + 1e-12 (largest neighbour of the same kind)
+//!
+//! peak_i is the largest value that x_i has had: a signal that crosses zero is not asked for relative accuracy of zero.
+//! atol decides while a signal has not yet been larger than some 50 atol / reltol, as at a start from rest. It must
+//! therefore be small beside what the deck is about, and above the rounding of what the deck is made of. Volt and ampere
+//! keep SPICE's values. A length has no such custom: a comb drive moves by micrometres, a crane by tens of metres. So
+//! lengths are a share of L, the largest length that the deck states, and
+//!
+//!   velocity   of sqrt(g L), what L is fallen through with         g = 9.81 m/s^2
+//!   force      of M g, torque of M g L, M being the largest mass
+//!
+//! Errors of capacitors and inductors are measured in volt and ampere. SPICE also lets pass what is less than chgtol =
+//! 1e-14 C: on a femtofarad that is 10 V. Here charge and flux count only where they are asked for:
+//! atol(V) = max(vntol, chgtol / C), atol(A) = max(abstol, flxtol / L).
+use crate::model::{Kind, Unknown};
+use crate::system::System;
+
+/// Share of a signal's largest value so far below which relative accuracy is no longer asked for.
+const PEAK_SHARE: f64 = 0.02;
+
+/// What rounding leaves of an unknown beside neighbours of size 1: a coordinate near zero of a chain of metre-long links
+/// is known to some 1e-14 m, however small its own tolerance. Asking for less made tight runs stop.
+const NEIGHBOURS: f64 = 1e-12;
+
+/// Of a machine that states none: a millimetre, a gram.
+const LENGTH: f64 = 1e-3;
+const MASS: f64 = 1e-3;
+
+#[derive(Clone, Debug)]
+pub struct Options {
+    pub reltol: f64,
+    pub absolute: Absolute,
+    pub trtol: f64,
+    pub gmin: f64,
+    pub itl1: usize,
+    pub itl4: usize,
+    pub maxord: Option<usize>,
+    pub method: String,
+    pub fixed_step: Option<f64>,
+    /// explicit methods take closed loops back onto their constraints after every step
+    pub projection: bool,
+    /// a run that would need more steps is refused
+    pub maxsteps: f64,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Options {
+            reltol: 1e-3,
+            absolute: Absolute::default(), // follows reltol
+            trtol: f64::NAN,
+            gmin: 1e-12,
+            itl1: 100,
+            itl4: 30,
+            maxord: None,
+            method: "trap".into(),
+            fixed_step: None,
+            projection: true,
+            maxsteps: 1e8,
+        }
+    }
+}
+
+/// Absolute tolerances as `.options` gives them, and what the deck is made of; NaN where nothing is said.
+#[derive(Clone, Copy, Debug)]
+pub struct Absolute {
+    pub given: [f64; QUANTITIES.len()],
+    pub length: f64,
+    pub mass: f64,
+}
+
+impl Default for Absolute {
+    fn default() -> Self {
+        Absolute { given: [f64::NAN; QUANTITIES.len()], length: f64::NAN, mass: f64::NAN }
+    }
+}
+
+/// Kinds of quantity, in the order of QUANTITIES.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Quantity {
+    Voltage,
+    Current,
+    Charge,
+    Flux,
+    Length,
+    Angle,
+    Velocity,
+    AngularVelocity,
+    Force,
+    Torque,
+}
+
+/// Name, unit, option.
+pub const QUANTITIES: [(Quantity, &str, &str, &str); 10] = [
+    (Quantity::Voltage, "voltage", "V", "vntol"),
+    (Quantity::Current, "current", "A", "abstol"),
+    (Quantity::Charge, "charge", "C", "chgtol"),
+    (Quantity::Flux, "flux linkage", "Wb", "flxtol"),
+    (Quantity::Length, "length", "m", "lentol"),
+    (Quantity::Angle, "angle", "rad", "angtol"),
+    (Quantity::Velocity, "velocity", "m/s", "veltol"),
+    (Quantity::AngularVelocity, "angular velocity", "rad/s", "spintol"),
+    (Quantity::Force, "force", "N", "forcetol"),
+    (Quantity::Torque, "torque", "N m", "torquetol"),
+];
+
+impl Absolute {
+    pub fn knows(name: &str) -> bool {
+        matches!(name, "length" | "mass") || QUANTITIES.iter().any(|q| q.3 == name)
+    }
+
+    pub fn set(&mut self, name: &str, value: f64) {
+        match name {
+            "length" => self.length = value,
+            "mass" => self.mass = value,
+            _ => {
+                if let Some(k) = QUANTITIES.iter().position(|q| q.3 == name) {
+                    self.given[k] = value;
+                }
+            }
+        }
+    }
+
+    /// The tolerance at `reltol`. SPICE's defaults belong to reltol 1e-3: asking for more asks for more everywhere, in
+    /// machines down to where lengths and angles of ordinary size have their rounding.
+    pub fn of(&self, quantity: Quantity, reltol: f64) -> f64 {
+        const GRAVITY: f64 = 9.81;
+        let given = self.given[quantity as usize];
+        if given.is_finite() {
+            return given;
+        }
+        let or = |value: f64, other: f64| if value > 0.0 && value.is_finite() { value } else { other };
+        let (length, mass) = (or(self.length, LENGTH), or(self.mass, MASS));
+        let tighter = (reltol / 1e-3).min(1.0);
+        let least = tighter.max(1e-4);
+        match quantity {
+            Quantity::Voltage => 1e-6 * tighter,
+            Quantity::Current => 1e-12 * tighter,
+            Quantity::Charge | Quantity::Flux => 0.0,
+            Quantity::Length => 1e-8 * length * least,
+            Quantity::Angle => 1e-8 * least,
+            Quantity::Velocity => 1e-8 * (GRAVITY * length).sqrt() * least,
+            Quantity::AngularVelocity => 1e-6 * least,
+            Quantity::Force => 1e-8 * mass * GRAVITY * least,
+            Quantity::Torque => 1e-8 * mass * GRAVITY * length * least,
+        }
+    }
+
+    /// Of an unknown that stores `storage` (farad, henry) of its own value.
+    fn of_unknown(&self, u: &Unknown, storage: f64, reltol: f64) -> f64 {
+        let own = Quantity::of(u).map_or(0.0, |q| self.of(q, reltol));
+        let stored = match u.kind {
+            Kind::Node => self.of(Quantity::Charge, reltol),
+            Kind::Branch => self.of(Quantity::Flux, reltol),
+            _ => 0.0,
+        };
+        if stored > 0.0 && storage > 0.0 {
+            own.max(stored / storage)
+        } else {
+            own
+        }
+    }
+}
+
+impl Quantity {
+    /// None of what is in no norm.
+    pub fn of(u: &Unknown) -> Option<Quantity> {
+        Some(match (u.kind, u.unit.as_str()) {
+            (Kind::Node, _) => Quantity::Voltage,
+            (Kind::Branch, _) => Quantity::Current,
+            (Kind::Coordinate, "m") => Quantity::Length,
+            (Kind::Coordinate, _) => Quantity::Angle,
+            (Kind::Speed, "m/s") => Quantity::Velocity,
+            (Kind::Speed, _) => Quantity::AngularVelocity,
+            (Kind::Lambda, "N m") => Quantity::Torque,
+            (Kind::Lambda, _) => Quantity::Force,
+            (Kind::Mu | Kind::Derivative, _) => return None,
+        })
+    }
+}
+
+/// Weights of every unknown, and which of them count where.
+#[derive(Clone)]
+pub struct Tolerances {
+    pub reltol: f64,
+    pub vntol: f64, // of a junction's voltage
+    pub atol: Vec<f64>,
+    pub peak: Vec<f64>,
+    /// absolute floor of each weight: `atol`, and the rounding that larger neighbours of the same unit bring
+    pub floor: Vec<f64>,
+    group: Vec<usize>,  // unknowns of one kind and unit
+    largest: [f64; 16], // value of each group so far
+    observed: u32,
+    /// in Newton's norm; multipliers, derivative unknowns and algebraic currents are not
+    pub in_norm: Vec<bool>,
+    /// in the local error norm: what stands under d/dt
+    pub in_error: Vec<bool>,
+    pub norm_mask: Vec<f64>, // the same as 1 or 0
+    pub error_mask: Vec<f64>,
+}
+
+impl Tolerances {
+    pub fn new(sys: &System, o: &Options) -> Tolerances {
+        let storage = |i: usize| sys.pattern.position(i, i).map_or(0.0, |k| sys.c_linear[k].abs());
+        let atol = (sys.unknowns.iter().enumerate()).map(|(i, u)| o.absolute.of_unknown(u, storage(i), o.reltol));
+        let in_norm: Vec<bool> = sys
+            .unknowns
+            .iter()
+            .zip(&sys.differential)
+            .map(|(u, &d)| !u.kind.enters_linearly() && (d || u.kind != Kind::Branch))
+            .collect();
+        let in_error: Vec<bool> = in_norm.iter().zip(&sys.differential).map(|(&a, &b)| a && b).collect();
+        let mask = |of: &[bool]| of.iter().map(|&b| f64::from(b)).collect();
+        let (norm_mask, error_mask) = (mask(&in_norm), mask(&in_error));
+        let vntol = o.absolute.of(Quantity::Voltage, o.reltol);
+        let (atol, peak): (Vec<f64>, Vec<f64>) = (atol.collect(), vec![0.0; sys.n]);
+        let mut kinds: Vec<(Kind, &str)> = Vec::new();
+        let group = (sys.unknowns.iter())
+            .map(|u| {
+                let key = (u.kind, u.unit.as_str());
+                kinds.iter().position(|&k| k == key).unwrap_or_else(|| {
+                    kinds.push(key);
+                    kinds.len() - 1
+                })
+            })
+            .collect();
+        let floor = atol.clone();
+        Tolerances {
+            reltol: o.reltol,
+            vntol,
+            atol,
+            peak,
+            floor,
+            group,
+            largest: [0.0; 16],
+            observed: 0,
+            in_norm,
+            in_error,
+            norm_mask,
+            error_mask,
+        }
+    }
+
+    /// The same tolerances, wider where reltol is tighter than `reltol`.
+    pub fn at_least(&self, reltol: f64) -> Tolerances {
+        let factor = (reltol / self.reltol).max(1.0);
+        let mut t = self.clone();
+        t.reltol *= factor;
+        t.vntol *= factor;
+        t.atol.iter_mut().chain(&mut t.floor).for_each(|a| *a *= factor);
+        t
+    }
+
+    #[inline]
+    pub fn weight(&self, i: usize, a: f64, b: f64) -> f64 {
+        self.reltol * a.abs().max(b.abs()).max(PEAK_SHARE * self.peak[i]) + self.floor[i]
+    }
+
+    /// Weight of what is in no norm, a multiplier or an algebraic current: it follows linearly from the rest and is held
+    /// to the largest of its kind and unit, since one force among large ones is known no better than these.
+    pub fn own_scale(&self, i: usize, value: f64) -> f64 {
+        self.reltol * value.abs().max(self.largest[self.group[i].min(15)]) + self.atol[i]
+    }
+
+    /// Largest |e_i| over the weight of x1_i, x0_i, in the local error norm.
+    pub fn largest_error(&self, e: &[f64], x1: &[f64], x0: &[f64]) -> f64 {
+        let n = self.atol.len();
+        let (e, x1, x0) = (&e[..n], &x1[..n], &x0[..n]);
+        let (peak, mask) = (&self.peak[..n], &self.error_mask[..n]);
+        // four maxima side by side, so that the divisions run in parallel
+        let mut worst = [0.0_f64; 4];
+        let ratio = |i: usize| mask[i] * e[i].abs() / self.weight_with(peak[i], self.floor[i], x1[i], x0[i]);
+        let whole = n - n % 4;
+        for i in (0..whole).step_by(4) {
+            for (k, worst) in worst.iter_mut().enumerate() {
+                let v = ratio(i + k);
+                *worst = if v > *worst { v } else { *worst };
+            }
+        }
+        (whole..n).map(ratio).chain(worst).fold(0.0, f64::max)
+    }
+
+    #[inline(always)]
+    pub fn weight_with(&self, peak: f64, atol: f64, a: f64, b: f64) -> f64 {
+        let larger = |a: f64, b: f64| if a > b { a } else { b };
+        self.reltol * larger(larger(a.abs(), b.abs()), PEAK_SHARE * peak) + atol
+    }
+
+    pub fn observe(&mut self, x: &[f64]) {
+        for (p, v) in self.peak.iter_mut().zip(x) {
+            let v = v.abs();
+            *p = if v > *p { v } else { *p };
+        }
+        // floors move slowly: now and then is enough
+        if self.observed % 16 == 0 {
+            let largest = &mut self.largest;
+            for (&g, &p) in self.group.iter().zip(&self.peak) {
+                let l = &mut largest[g.min(15)];
+                *l = l.max(p);
+            }
+            for ((f, &a), &g) in self.floor.iter_mut().zip(&self.atol).zip(&self.group) {
+                *f = a + NEIGHBOURS * largest[g.min(15)];
+            }
+        }
+        self.observed = self.observed.wrapping_add(1);
+    }
+}
