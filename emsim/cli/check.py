@@ -64,8 +64,7 @@ def _rows(facts: dict[str, Any]) -> Iterator[tuple[str, str]]:
     if facts["two_paces"] and facts["method"] != "multirate":
         yield "two paces", "a large machine behind many edges: .options method=multirate may be far faster"
     yield "analyses", "; ".join(facts["analyses"]) or "none"
-    yield "method", facts["method"]
-    yield "tolerances", f"relative {facts['reltol']:g}; absolute:"
+    yield "tolerances", f"method {facts['method']}, relative {facts['reltol']:g}; absolute:"
     for row in facts["tolerances"]:
         value = f"{row['value']:.3g} {row['unit']}"
         yield "", f"{row['quantity']:<18}{value:<16}{row['option']:<11}{row['source']}"
