@@ -55,6 +55,7 @@ RUST_ROWS = [
     ["events", "op", "record"],
     ["ledger"],
     ["newton"],
+    ["tolerances"],
     ["system", "assembly"],
     ["passive", "edges", "reduced"],
     ["model"],
