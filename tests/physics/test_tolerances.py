@@ -86,7 +86,9 @@ def test_ten_femtofarad_count_unless_chgtol_lets_them_pass():
     """1e-14 C, SPICE's custom, is a volt on ten femtofarad."""
 
     def error(options: str) -> float:
-        runs = [run(FEMTOFARAD, o) for o in (f"method=gear reltol=1e-5 {options}", "method=radau reltol=1e-10")]
+        runs = [
+            run(FEMTOFARAD, o) for o in (f"method=gear reltol=1e-5 {options}", "method=radau reltol=1e-10")
+        ]
         _, a, b = np.intersect1d(runs[0].time, runs[1].time, return_indices=True)
         return float(np.abs(np.asarray(runs[0]["v(gate)"])[a] - np.asarray(runs[1]["v(gate)"])[b]).max())
 
