@@ -6,6 +6,7 @@ notes and diagnostics to stderr."""
 from __future__ import annotations
 
 import sys
+from itertools import pairwise
 from os.path import abspath, basename, dirname, isdir, splitext
 
 from .. import pipeline
@@ -19,7 +20,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
     from typing import Any
 
-    from ..result import Result
+    from ..result import Result, Table
 
     Target = tuple[str, str, dict[str, Any]]
 
@@ -43,6 +44,8 @@ OPTIONS = [
     Option("-b --batch", "accepted and ignored, as ngspice spells it"),
     HELP,
 ]
+
+TOLD = 4  # methods of a run that its summary names
 
 
 def main(args: Sequence[str]) -> int:
@@ -179,6 +182,19 @@ def _deliver(
     return code
 
 
+def _chosen(table: Table) -> str:
+    """Which methods `auto` took: `, auto: dop853 to 1.2s, then radau`; nothing where a method was asked for."""
+    used = [u for u in table.stats.get("methods", ()) if u[2] != "asked for"]
+    if not used:
+        return ""
+    parts = [used[0][1]]
+    for (_, before, _), (t, method, _) in pairwise(used[:TOLD]):
+        parts[-1] = f"{before} to {engineering(t)}s"
+        parts.append(f"then {method}")
+    more = f" and {len(used) - TOLD} more changes" if len(used) > TOLD else ""
+    return f", auto: {', '.join(parts)}{more}"
+
+
 def _summary(result: Result, written: Sequence[str]) -> str:
     """One line for the analyses and the files: `tran: 3104 points in 12.1ms -> deck.raw`; one for the energy."""
     lines = []
@@ -187,6 +203,6 @@ def _summary(result: Result, written: Sequence[str]) -> str:
         spent = f" in {engineering(seconds)}s" if isinstance(seconds, float) else ""
         points = "1 point" if len(table) == 1 else f"{len(table)} points"
         end = "" if table.status == "ok" else f" ({table.status})"
-        lines.append(f"{table.kind}: {points}{spent}{end}")
+        lines.append(f"{table.kind}: {points}{spent}{_chosen(table)}{end}")
     ledgers = [table.energy.summary() for table in result.plots if table.energy is not None]
     return "\n".join(["; ".join(lines) + (f" -> {', '.join(written)}" if written else ""), *ledgers])

@@ -142,7 +142,7 @@ class Problem:
 
         # ngspice's bound on the step counts from the deck's tstep, not from the spacing of the common times
         tmax = t.tmax
-        if tmax is None and not self._dense(method):
+        if tmax is None and not self._dense(method, assembly):
             tmax = min(t.tstep, (t.tstop - t.tstart) / 50)
         waves = assembly.system.tran(
             self.spacing, t.tstop, t.tstart, tmax, t.uic, [outputs[n].expr for n in names], options, over
@@ -159,8 +159,10 @@ class Problem:
             return None, stats, f"unfit: {failure.get('why', '')}".rstrip(": ")
         return None, stats, f"{kind} at {at:.3g} s"
 
-    @staticmethod
-    def _dense(method: str) -> bool:
+    def _dense(self, method: str, assembly: Assembly) -> bool:
+        """Has the method dense output of its own? auto takes trap or gear where diodes are and no machine."""
+        if method == "auto":
+            return not (self.plain and assembly.system.diode_names)
         return method not in ("trap", "gear")
 
     def values(self, table: Table) -> np.ndarray:

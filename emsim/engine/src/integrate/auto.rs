@@ -8,7 +8,8 @@
 //!     have room to spare and must not be shorter than `SHORTER` of the implicit one. Each regretted return makes the next one
 //!     twice as rare.
 //!  4. A run begins implicitly where the fastest eigenvalue, by a few power iterations, is `FAST` times faster than the
-//!     shortest time that its sources and its print grid speak of.
+//!     shortest time that its sources and its print grid speak of, `FAST_DAMPED` times where it is damped: order is lost on
+//!     what follows such a mode long before stability is.
 //!  5. Where a method gives up for good, the others that can do it go on from the last good point, and hand back later.
 //!
 //! Nothing is measured with a clock: equal decks take equal steps.
@@ -17,9 +18,11 @@ use crate::newton::{Failure, Options, Tolerances};
 use crate::sparse::Complex;
 use crate::system::{System, Work};
 
-/// Tolerances from which on rk45 does: a circuit's signals have corners of their own, where short steps show more.
+/// Tolerances from which on rk45 does: a circuit's signals have corners of their own, where short steps show more; from
+/// edge to edge of a switch one step is enough, and the shorter tableau the cheaper one.
 fn loose(sys: &System) -> f64 {
     match mechanical(sys) {
+        _ if !sys.flags.is_empty() && sys.edges.all_timed() => 1e-6,
         true => 2e-3,
         false => 5e-4,
     }
@@ -36,9 +39,16 @@ const STIFF: u32 = 6;
 /// A step of so little of the longest has collapsed.
 const COLLAPSE: f64 = 1e-7;
 const TRIAL: u32 = 40;
-const SHORTER: f64 = 1.0 / 16.0;
+const SHORTER: f64 = 1.0 / 8.0;
 const FAST: f64 = 30.0;
+const FAST_DAMPED: f64 = 8.0;
+/// Closure rows: beyond one planar loop, bringing every stage's accelerations onto them costs more than implicit steps.
+const LOOPS: usize = 2;
 const POWER: usize = 6;
+/// A fast mode that has died down shows in no error, until steps beyond the bound of stability wake it: every so many steps
+/// its eigenvalue is looked at, and h |lambda| above so much is too long a step.
+const LOOK: u32 = 64;
+const SILENT: f64 = 7.0;
 /// An explicit stretch of fewer steps is a regretted return.
 const WORTH: u32 = 100;
 const RAREST: u32 = 1 << 20;
@@ -77,12 +87,15 @@ pub fn reduces(sys: &System, o: &Options) -> bool {
     o.fixed_step.is_none() && sys.diodes() == 0 && sys.n <= SMALL
 }
 
-/// Rule 2.
-fn implicit(sys: &System) -> &'static str {
-    if sys.diodes() == 0 || mechanical(sys) {
-        "radau"
-    } else {
-        "trap"
+/// Rule 2: where no diode bends it, or a machine hangs on it, radau. Diodes turn gently to corners, and what is cheapest
+/// there is a step of one stage: trap, and gear's orders where the tolerance is tight. Switches throw gear back to order 1.
+fn implicit(sys: &System, o: &Options) -> &'static str {
+    let switches = !sys.flags.is_empty();
+    match o.reltol {
+        _ if sys.diodes() == 0 || mechanical(sys) => "radau",
+        tol if tol >= if switches { 2e-7 } else { 5e-5 } => "trap",
+        _ if switches => "radau",
+        _ => "gear",
     }
 }
 
@@ -94,11 +107,13 @@ impl<'a> Auto<'a> {
         let (explicit, why) = match sys.reduced() {
             _ if sys.diodes() > 0 => (None, "diodes".to_string()),
             Ok(r) if r.largest_block() > BLOCK => (None, "large dense blocks".to_string()),
+            Ok(r) if r.constraints() > LOOPS => (None, "several closed loops".to_string()),
+            Ok(r) if r.iterates() => (None, "stages that want iterations".to_string()),
             Ok(_) if o.reltol >= loose(sys) => (Some("rk45"), "nothing stiff".to_string()),
             Ok(_) => (Some("dop853"), "nothing stiff".to_string()),
             Err(why) => (None, why.to_string()),
         };
-        let implicit = implicit(sys);
+        let implicit = implicit(sys, o);
         let name = explicit.unwrap_or(implicit);
         Ok(Auto {
             sys,
@@ -173,8 +188,13 @@ impl<'a> Auto<'a> {
         let begins = !std::mem::replace(&mut self.begun, true);
         if self.explicitly() {
             // the first step is a hundredth of the shortest time
-            if begins && self.fastest(w, tol).is_none_or(|l| l * 100.0 * h > FAST) {
+            let fast = |(l, damped): (f64, bool)| l * 100.0 * h > if damped { FAST_DAMPED } else { FAST };
+            if begins && self.fastest(w, tol).is_none_or(fast) {
                 return self.to_implicit(w, "stiff from the start");
+            }
+            let silent = self.steps % LOOK == LOOK - 1 && self.refused == 0;
+            if silent && self.fastest(w, tol).is_some_and(|(l, _)| l * h > SILENT) {
+                return self.to_implicit(w, "a mode that is silent is stiff");
             }
             if self.limited >= STIFF {
                 return self.to_implicit(w, "stability limits the explicit step");
@@ -189,6 +209,10 @@ impl<'a> Auto<'a> {
         }
         // the way back
         if let Some(name) = self.explicit {
+            if self.fastest(w, tol).is_none_or(|(l, _)| l * h * SHORTER > SILENT) {
+                self.patience = (2 * self.patience).min(RAREST);
+                return Ok(());
+            }
             let before = self.now;
             self.switch(w, name)?;
             self.probation = Some((before, h));
@@ -220,8 +244,9 @@ impl<'a> Auto<'a> {
         }
     }
 
-    /// Fastest eigenvalue of the explicit form at the present point, roughly; None where it cannot be evaluated.
-    fn fastest(&self, w: &mut Work, tol: &Tolerances) -> Option<f64> {
+    /// Size of the fastest eigenvalue of the explicit form at the present point, roughly, and whether it is a damped mode's;
+    /// None where it cannot be evaluated.
+    fn fastest(&self, w: &mut Work, tol: &Tolerances) -> Option<(f64, bool)> {
         let reduced = self.sys.reduced().ok()?;
         let mut p = reduced.point(&w.flags, w.gmin, tol.atol.clone());
         self.sys.eval(w, &self.x, self.t);
@@ -232,22 +257,25 @@ impl<'a> Auto<'a> {
         let norm = |v: &[f64]| v.iter().map(|v| v * v).sum::<f64>().sqrt();
         let size = 1e-6 * norm(&y0).max(1e-6 * norm(&f0)).max(1e-12);
         let mut direction: Vec<f64> = (0..y0.len()).map(|i| if i % 2 == 0 { 1.0 } else { -0.7 }).collect();
-        let mut fastest = 0.0;
+        let (mut fastest, mut damped) = (0.0, false);
         for _ in 0..POWER {
             let scale = size / norm(&direction).max(1e-300);
             for ((y, y0), d) in reduced.y(&mut p).iter_mut().zip(&y0).zip(&direction) {
                 *y = y0 + scale * d;
             }
             reduced.rates(&mut p, &self.sys.waves, self.t, false, &mut f1).ok()?;
+            let mut along = 0.0;
             for ((d, f1), f0) in direction.iter_mut().zip(&f1).zip(&f0) {
+                along += scale * *d * (f1 - f0);
                 *d = f1 - f0;
             }
             fastest = norm(&direction) / size;
+            damped = along < -0.5 * fastest * size * size;
             if !fastest.is_finite() {
                 return None;
             }
         }
-        Some(fastest)
+        Some((fastest, damped))
     }
 }
 

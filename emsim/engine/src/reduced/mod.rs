@@ -244,6 +244,17 @@ impl Reduced {
         self.steps.iter().map(of).max().unwrap_or(0)
     }
 
+    /// Does a stage need Newton's method?
+    pub fn iterates(&self) -> bool {
+        self.steps[..self.stage_steps].iter().any(|s| matches!(s, Step::Newton(_)))
+    }
+
+    /// Closure rows.
+    pub fn constraints(&self) -> usize {
+        let of = |step: &Step| if let Step::Saddle(s) = step { s.rows.len() } else { 0 };
+        self.steps.iter().map(of).sum()
+    }
+
     pub fn has_constraints(&self) -> bool {
         self.steps.iter().any(|s| matches!(s, Step::Saddle(_)))
     }
