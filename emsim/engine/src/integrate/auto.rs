@@ -41,7 +41,7 @@ const COLLAPSE: f64 = 1e-7;
 const TRIAL: u32 = 40;
 const SHORTER: f64 = 1.0 / 8.0;
 const FAST: f64 = 30.0;
-const FAST_DAMPED: f64 = 8.0;
+const FAST_DAMPED: f64 = 12.0;
 /// Closure rows: beyond one planar loop, bringing every stage's accelerations onto them costs more than implicit steps.
 const LOOPS: usize = 2;
 const POWER: usize = 6;

@@ -1,0 +1,107 @@
+"""auto: explicit where nothing is stiff, implicit where it is, both ways in one run; another method where one gives up."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from support import deck, run
+
+import emsim
+
+# a low-pass of 1 ns beside an oscillator of 1 Hz, joined by a switch for a while in the middle of the run
+COMES_AND_GOES = """a fast low-pass that is there from 3 s to 6 s
+L1 a 0 {1/6.283185307179586}
+C1 a 0 {1/6.283185307179586} IC=1
+Vg g 0 PULSE(0 1 3 1m 1m 3 100)
+S1 a b g 0 sw
+R1 b 0 1meg
+C2 b 0 1p
+.model sw SW(vt=0.5 ron=1k roff=1e18)
+.print tran v(a)
+.tran 0.1 10 uic
+.end
+"""
+SMOOTH = """an oscillator whose damping fades away
+C1 x 0 1 IC=1
+C2 y 0 1 IC=0
+B1 0 x I={v(y)}
+B2 0 y I={-v(x) - 2e5*exp(-time)*v(y)}
+.print tran v(x) v(y)
+.tran 0.5 40 uic
+.end
+"""
+DIODE_AND_COIL = "electrical/flyback"
+
+
+def methods(result: emsim.Result) -> list[str]:
+    return [name for _, name, _ in result.stats["methods"]]
+
+
+def test_nothing_stiff_is_explicit():
+    result = run(deck("mechanical/ref_double_pendulum"), "reltol=1e-6")
+    assert methods(result) == ["dop853"]
+
+
+def test_stiff_from_the_start_is_implicit():
+    result = run(deck("hard/step_collapse"), "method=auto reltol=1e-6")
+    assert methods(result)[0] == "radau" and result.stats["steps"] < 2000
+
+
+def test_from_explicit_to_implicit():
+    """Stiffness that comes with the solution: a Van der Pol oscillator's slow branch."""
+    text = "vdp\nC1 x 0 1 IC=2\nC2 y 0 1 IC=0\nB1 0 x I={v(y)}\nB2 0 y I={mu(time)*((1-v(x)^2)*v(y)-v(x))}\n"
+    text += ".func mu(t)={1+1e4*(0.5+0.5*tanh(20*(t-2)))}\n.print tran v(x)\n.tran 0.1 20 uic\n.end\n"
+    found, reference = run(text, "method=auto reltol=1e-6"), run(text, "method=radau reltol=1e-9")
+    names = methods(found)
+    assert names[0] == "dop853" and "radau" in names
+    assert found.stats["steps"] < 5000
+    t = np.linspace(0.1, 20, 80)
+    apart = np.abs([found.at("v(x)", x) - reference.at("v(x)", x) for x in t])
+    # on a front v falls by 3 in a millisecond: an error in time shows a thousand times larger there
+    assert np.sort(apart)[:-4].max() < 1e-4 and apart.max() < 1e-2
+
+
+def test_from_implicit_to_explicit():
+    """Stiffness that fades: the run ends explicitly, on the same solution."""
+    found, reference = run(SMOOTH, "method=auto reltol=1e-6"), run(SMOOTH, "method=radau reltol=1e-9")
+    names = methods(found)
+    assert names[0] == "radau" and names[-1] == "dop853"
+    t = np.linspace(0.5, 40, 80)
+    apart = [found.at("v(x)", x) - reference.at("v(x)", x) for x in t]
+    assert np.abs(apart).max() < 1e-4
+
+
+def test_a_switch_brings_stiffness_and_takes_it_away():
+    found, reference = (run(COMES_AND_GOES, f"method={m} reltol=1e-6") for m in ("auto", "radau"))
+    t = np.linspace(0.1, 9.9, 99)
+    apart = [found.at("v(a)", x) - reference.at("v(a)", x) for x in t]
+    assert np.abs(apart).max() < 1e-4
+    assert found.stats["steps"] < 20_000
+
+
+def test_a_silent_fast_mode_is_not_stepped_over_explicitly():
+    """A tank of 700 MHz has died down after a microsecond: it shows in no error, and would wake up."""
+    found = run(deck("hard/vhf_beside_machine"), "method=auto")
+    assert np.abs(np.asarray(found["v(a)"])[found.time > 1e-3]).max() < 1e-9
+
+
+def test_what_no_explicit_method_can_do():
+    """A capacitor across a source is of index 2: implicit, and the reason is told."""
+    result = run("loop\nV1 a 0 SIN(0 1 1)\nC1 a 0 1m\nR1 a 0 1\n.tran 10m 1\n.end\n", "method=auto")
+    assert methods(result) == ["radau"]
+    assert "index 2" in result.stats["methods"][0][2]
+
+
+@pytest.mark.parametrize("method", ["auto", "trap", "gear", "radau", "esdirk"])
+def test_flyback_turns_its_diode_off(method):
+    """A diode without capacitance, in series with an inductance: steps creep into the corner of its current."""
+    rough, fine = (run(deck(DIODE_AND_COIL), f"method={method} reltol={r}") for r in ("1e-4", "1e-6"))
+    end = [float(np.asarray(r["v(out)"])[-1]) for r in (rough, fine)]
+    assert fine.status == "ok" and end[0] == pytest.approx(end[1], rel=1e-2)
+
+
+def test_equal_decks_take_equal_steps():
+    """Nothing is measured with a clock."""
+    runs = [run(deck("bench/two_link_arm"), "method=auto reltol=1e-6") for _ in range(3)]
+    assert all(np.array_equal(r.time, runs[0].time) for r in runs)
+    assert all(r.stats["methods"] == runs[0].stats["methods"] for r in runs)
