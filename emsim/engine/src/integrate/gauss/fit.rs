@@ -5,8 +5,9 @@ use crate::newton::Failure;
 use crate::sparse::Complex;
 use crate::system::{System, Work};
 
-/// Steps that shrink to this part of the longest one will not grow again.
-pub const COLLAPSED: f64 = 1e-10;
+/// Steps that have shrunk to this part of the longest one and stay there for so many attempts will not grow again.
+pub const CRAWLS: f64 = 1e-4;
+pub const PATIENCE: usize = 2000;
 
 pub fn stiff() -> Failure {
     Failure::Unfit { why: "what decays fast rings under gauss, which damps nothing; try method=radau".into() }

@@ -71,7 +71,8 @@ pub struct Gauss {
     seen: usize, // steps of this length, and the largest of their errors
     worst: f64,
     refused: usize,
-    longest: f64, // step that was tried
+    longest: f64,   // step that was tried
+    crawled: usize, // attempts in a row that were nothing against it
     q0: Vec<f64>,
     low: Vec<f64>, // what rounding has taken from q0
     q1: Vec<f64>,
@@ -134,6 +135,7 @@ impl Gauss {
             worst: 0.0,
             refused: 0,
             longest: 0.0,
+            crawled: 0,
             q0: v(),
             low: v(),
             q1: v(),
@@ -482,7 +484,8 @@ impl Method for Gauss {
 
     fn attempt(&mut self, sys: &System, w: &mut Work, h: f64, tol: &Tolerances) -> Attempt {
         self.longest = self.longest.max(h);
-        if h < fit::COLLAPSED * self.longest && !self.fixed {
+        self.crawled = if h < fit::CRAWLS * self.longest { self.crawled + 1 } else { 0 };
+        if self.crawled > fit::PATIENCE && !self.fixed {
             return Attempt::Stuck { next: 0.0, why: fit::stiff() };
         }
         let stuck = |why| Attempt::Stuck { next: 0.5 * h, why };
