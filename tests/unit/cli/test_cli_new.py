@@ -33,6 +33,12 @@ def test_the_help_text_names_it(name):
     assert f"{name} (" in " ".join((verb.__doc__ or "").split())
 
 
+@pytest.mark.parametrize("name", verb.templates())
+def test_templates_are_laid_out(name, scratch):
+    made(name)
+    assert main(["fmt", "--check", "mine.cir"]) == 0
+
+
 def test_circuit(scratch):
     r = made("circuit")
     t = np.linspace(1e-5, 9e-4, 50)
