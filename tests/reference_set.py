@@ -149,7 +149,7 @@ PROBLEMS = [
         OWN + "one-freedom reduction; IFToMM benchmark A02, N = 40",
         floor=3e-8,
         ladder=(1e-3, 1e-5, 1e-7, 1e-9),
-        slow=("radau5", "radau9", "radau13"),
+        slow=("radau5", "radau9", "radau13", "auto"),
     ),
     Problem(
         "mechanical/ref_chain20",
@@ -238,7 +238,7 @@ PROBLEMS = [
         TEST_SET,
         floor=1e-9,
         ladder=(1e-3, 1e-5, 1e-7),
-        slow=("radau5", "radau9", "radau"),
+        slow=("radau5", "radau9", "radau13", "radau"),
     ),
     Problem(
         "mechanical/ref_simple_pendulum",
