@@ -164,3 +164,12 @@ def test_the_sample_deck_agrees_with_one_pace_for_both() -> None:
 @pytest.mark.parametrize(("links", "fsw", "pays"), [(12, 100e3, True), (2, 100e3, False), (12, 500.0, False)])
 def test_check_says_where_two_paces_may_pay(links: int, fsw: float, pays: bool) -> None:
     assert emsim.check(chain(links, BRIDGE, fsw, 0.02))["two_paces"] is pays
+
+
+@pytest.mark.parametrize("at", ["0.45/fsw", "0.45/fsw-1e-19", "0.15/fsw", "0.45/fsw-1e-16"])
+def test_a_corner_of_the_machine_beside_an_edge_of_the_circuit(at: str) -> None:
+    """A load that comes with an edge, to rounding: the run said that there is no unique solution over 1e-19 s."""
+    load = "TORQUE load p2 tau=PULSE(0 0.1 {%s} 1n 1n {3/fsw} {10/fsw})\n.end" % at  # noqa: UP031
+    text = chain(2, BRIDGE, 20e3, 0.02).replace(".end", load)
+    truth, found = run(text, "radau", 1e-7), run(text, "multirate", 1e-5)
+    assert error(found, truth, times(0.02)) < 1e-5

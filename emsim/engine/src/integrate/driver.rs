@@ -88,6 +88,7 @@ pub(super) struct Run<'a, S: Sink> {
     late: f64,  // what rounding has taken from t
     stop: f64,  // the next corner or edge
     until: f64, // steps go no further
+    slack: f64, // a stretch shorter than this is no step
     next: Next,
     tmax: f64,
     dense: bool,
@@ -198,6 +199,7 @@ impl<'a, S: Sink> Run<'a, S> {
             late: 0.0,
             stop: 0.0,
             until: a.tstop,
+            slack: 0.0,
             next: Next { h: None, normal: tmax },
             tmax,
             dense,
@@ -254,7 +256,7 @@ impl<'a, S: Sink> Run<'a, S> {
         let mut count = 0u64;
         let mut mark = 0.0_f64;
         let mut coarse = false; // dense output would not do for a row between the ends of a step
-        while self.t < self.until {
+        while self.until - self.t > self.slack {
             count += 1;
             // so many steps for so little: the run would never end
             if count % PATIENCE == 0 {

@@ -1,9 +1,12 @@
 //! A run in stretches, each of which can be taken back: for a method that runs a part of the equations by themselves.
 use super::super::rows::{Grid, Sink};
 use super::super::Method;
-use super::{Next, Run, Tick};
+use super::{Next, Run, Status, Tick};
 use crate::events::Detector;
 use crate::system::Held;
+
+/// Share of a stretch that is no step: a corner may lie so near to its end that nothing can be solved in between.
+const SLACK: f64 = 1e-10;
 
 /// A place in a run that it can be taken back to.
 pub struct Mark {
@@ -22,13 +25,23 @@ impl<S: Sink> Run<'_, S> {
     /// Goes on to `until`. That is no corner: a step ends there, and nothing is forgotten.
     pub fn go_on(&mut self, method: &mut dyn Method, until: f64, tick: &mut Tick) {
         self.until = until;
-        // a corner may lie where the last stretch ended
-        if self.t > 0.0 && self.land() {
-            self.restart(method);
-            self.next.h = self.memory.length().or(self.next.h.map(|h| 0.1 * h));
+        self.slack = SLACK * (until - self.t);
+        // a corner may lie where the last stretch ended, or next to it
+        if self.t > 0.0 {
+            let corner = self.sys.next_stop(self.w, self.t, until);
+            if corner < until && corner - self.t <= self.slack {
+                self.t = corner;
+            }
+            if self.land() {
+                self.restart(method);
+                self.next.h = self.memory.length().or(self.next.h.map(|h| 0.1 * h));
+            }
         }
         self.stop = self.sys.next_stop(self.w, self.t, until);
         self.advance(method, tick);
+        if self.outcome.status == Status::Ok && self.t < until {
+            (self.t, self.late) = (until, 0.0);
+        }
     }
 
     pub fn mark(&self) -> Mark {
