@@ -255,6 +255,7 @@ impl<'a, S: Sink> Run<'a, S> {
         let mut normal_h = self.next.normal;
         let mut count = 0u64;
         let mut mark = 0.0_f64;
+        let mut gave_up: Option<(f64, Failure, Vec<String>)> = None;
         let mut coarse = false; // dense output would not do for a row between the ends of a step
         while self.until - self.t > self.slack {
             count += 1;
@@ -303,14 +304,17 @@ impl<'a, S: Sink> Run<'a, S> {
                             (h, failures) = (over, 0);
                             continue;
                         }
+                        // what is told is why the first method gave up, where others were tried after it
+                        let halved = format!("halving the step {failures} times");
+                        let by = method.used().last().map_or(self.o.method.clone(), |u| u.method.clone());
+                        let (step, why, tried) = gave_up.get_or_insert_with(|| (step, why, vec![halved]));
+                        tried.push(format!("method {by}"));
                         if let Some(next) = method.fallback(self.w).filter(|_| !fixed) {
                             (h, failures) = (next, 0);
                             continue;
                         }
-                        let halved = format!("halving the step {failures} times");
-                        let used = method.used();
-                        let last = used.last().map_or(&self.o.method, |u| &u.method);
-                        return self.fail(step, why, vec![halved, format!("method {last}")]);
+                        let (step, why, tried) = (*step, why.clone(), std::mem::take(tried));
+                        return self.fail(step, why, tried);
                     }
                     h = next;
                     continue;
@@ -352,7 +356,7 @@ impl<'a, S: Sink> Run<'a, S> {
                             continue;
                         }
                     }
-                    failures = 0;
+                    (failures, gave_up) = (0, None);
                     method.accept(t1);
                     self.w.counters.steps += 1;
                     self.memory.learn(step, next);
