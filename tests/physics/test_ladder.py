@@ -25,18 +25,11 @@ NOISE = 3.0
 MEANS = 10.0
 
 
-# the tightest rung of auto on two windows: dop853 creeps up on a change point, 580 000 steps, and rounding adds up to 3e-7
-CREEPS = pytest.mark.xfail(
-    strict=True, reason="dop853 does not recognise rounding at a change point at 1e-10"
-)
-
-
-def marks(p, method: str) -> list:
-    slow = [pytest.mark.slow] if method in p.slow else []
-    return slow + ([CREEPS] if (p.name, method) == ("n_four_bar", "auto") else [])
-
-
-PARAMS = [pytest.param(p, m, id=f"{p.name}-{m}", marks=marks(p, m)) for p in PROBLEMS for m in METHODS]
+PARAMS = [
+    pytest.param(p, m, id=f"{p.name}-{m}", marks=[pytest.mark.slow] if m in p.slow else [])
+    for p in PROBLEMS
+    for m in METHODS
+]
 
 
 @cache
