@@ -39,7 +39,7 @@ const STIFF: u32 = 6;
 /// A step of so little of the longest has collapsed.
 const COLLAPSE: f64 = 1e-7;
 const TRIAL: u32 = 40;
-const SHORTER: f64 = 1.0 / 8.0;
+const SHORTER: f64 = 1.0 / 4.0;
 const FAST: f64 = 30.0;
 const FAST_DAMPED: f64 = 12.0;
 /// Closure rows: beyond one planar loop, bringing every stage's accelerations onto them costs more than implicit steps.
@@ -190,7 +190,12 @@ impl<'a> Auto<'a> {
             // the first step is a hundredth of the shortest time
             let fast = |(l, damped): (f64, bool)| l * 100.0 * h > if damped { FAST_DAMPED } else { FAST };
             if begins && self.fastest(w, tol).is_none_or(fast) {
-                return self.to_implicit(w, "stiff from the start");
+                self.to_implicit(w, "stiff from the start")?;
+                // with a loop to close in every stage, the way back has never paid
+                if self.sys.reduced().is_ok_and(|r| r.has_constraints()) {
+                    self.explicit = None;
+                }
+                return Ok(());
             }
             let silent = self.steps % LOOK == LOOK - 1 && self.refused == 0;
             if silent && self.fastest(w, tol).is_some_and(|(l, _)| l * h > SILENT) {
