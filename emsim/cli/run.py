@@ -26,7 +26,11 @@ if TYPE_CHECKING:
 
 LAST_ROWS = 20  # that are printed of a run which did not reach its end; its files have all
 METHOD_OPTIONS = [
-    Option("--method", "integration method instead of auto: trap, gear, radau, trbdf2, esdirk, gauss, rk45, dop853", "NAME"),
+    Option(
+        "--method",
+        "integration method instead of auto: trap, gear, radau, trbdf2, esdirk, gauss, rk45, dop853",
+        "NAME",
+    ),
     Option("--reltol", "relative tolerance, instead of .options reltol", "X"),
     Option("--tmax", "largest time step, instead of .tran's", "SECONDS"),
 ]
