@@ -445,19 +445,27 @@ impl<'a, S: Sink> Run<'a, S> {
         self.watch.step(self.t, &self.x, method, &self.tol);
     }
 
-    /// At a corner or an edge: flags flip, values jump, the next stop is found. True when something jumped.
+    /// At a corner or an edge: flags flip, values jump, the next stop is found. True when something jumped. Another one
+    /// beside it, to rounding, is of the same time: nothing can be solved in between.
     fn land(&mut self) -> bool {
-        let before = self.outcome.events.len();
-        let jumps = self.sys.jumps_at(self.t);
-        let (t, events) = (self.t, &mut self.outcome.events);
-        self.sys.flip_edges(self.w, t, |k, on| events.push((t, k, on)));
-        let flipped = self.outcome.events.len() > before;
-        self.w.counters.events += u64::from(flipped);
-        self.stop = self.sys.next_stop(self.w, t, self.until);
-        if jumps || flipped {
-            self.jump(self.tmax);
+        let mut jumped = false;
+        loop {
+            let before = self.outcome.events.len();
+            let jumps = self.sys.jumps_at(self.t);
+            let (t, events) = (self.t, &mut self.outcome.events);
+            self.sys.flip_edges(self.w, t, |k, on| events.push((t, k, on)));
+            let flipped = self.outcome.events.len() > before;
+            self.w.counters.events += u64::from(flipped);
+            self.stop = self.sys.next_stop(self.w, t, self.until);
+            if jumps || flipped {
+                self.jump(self.tmax);
+                jumped = true;
+            }
+            if self.stop >= self.until || self.stop - self.t > 64.0 * f64::EPSILON * self.t {
+                return jumped;
+            }
+            (self.t, self.late) = (self.stop, 0.0);
         }
-        jumps || flipped
     }
 
     /// Something has jumped at t: one implicit step of nearly no length gives the values after it, and their time.
