@@ -21,7 +21,7 @@ def flat(**options: float | str | bool) -> FlatDeck:
 
 
 def test_only_what_is_given_goes_to_the_engine() -> None:
-    assert resolve(flat()) == {"gmin": 1e-12, "method": "trap", "formulation": "joint"}
+    assert resolve(flat()) == {"gmin": 1e-12, "method": "auto", "formulation": "joint"}
     assert resolve(flat(reltol=1e-5, method="Gear", maxord=9.0)) == {
         "gmin": 1e-12, "method": "gear", "formulation": "joint", "reltol": 1e-5, "maxord": 6,
     }  # fmt: skip
@@ -33,11 +33,11 @@ def test_from_outside_wins() -> None:
     }  # fmt: skip
 
 
-def test_machines_default_to_radau() -> None:
+def test_machines_too_are_left_to_auto() -> None:
     d = flat()
     span = Span(SourceFile("t.cir", "t\n"), 1, 1, 2)
     d.machine = [MachineCard("BODY", "arm", [], {}, None, span, {})]
-    assert resolve(d)["method"] == "radau"
+    assert resolve(d)["method"] == "auto"
 
 
 def test_unknown_options_make_one_note() -> None:

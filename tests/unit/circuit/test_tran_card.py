@@ -71,5 +71,5 @@ def test_check_tells_the_facts() -> None:
     facts = emsim.check(deck(*RC, ".tran 1m 10m uic"))
     assert facts["unknowns"] == {"node": 2, "branch": 1}
     assert facts["analyses"] == [".tran 0.001 0.01 uic"]
-    assert facts["method"] == "trap"
+    assert facts["method"] == "auto"
     assert facts["machine"] is None
