@@ -449,7 +449,7 @@ impl<'a, S: Sink> Run<'a, S> {
     /// beside it, to rounding, is of the same time: nothing can be solved in between.
     fn land(&mut self) -> bool {
         let mut jumped = false;
-        loop {
+        for _ in 0..CASCADE {
             let before = self.outcome.events.len();
             let jumps = self.sys.jumps_at(self.t);
             let (t, events) = (self.t, &mut self.outcome.events);
@@ -461,11 +461,13 @@ impl<'a, S: Sink> Run<'a, S> {
                 self.jump(self.tmax);
                 jumped = true;
             }
-            if self.stop >= self.until || self.stop - self.t > 64.0 * f64::EPSILON * self.t {
-                return jumped;
+            let near = self.stop > self.t && self.stop - self.t <= 64.0 * f64::EPSILON * self.t;
+            if !near || self.stop >= self.until {
+                break;
             }
             (self.t, self.late) = (self.stop, 0.0);
         }
+        jumped
     }
 
     /// Something has jumped at t: one implicit step of nearly no length gives the values after it, and their time.
