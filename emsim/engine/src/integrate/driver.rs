@@ -406,9 +406,11 @@ impl<'a, S: Sink> Run<'a, S> {
             return None;
         }
         let again = self.t < self.crept.0 + LEAP * width;
-        let (t, mut h) = (self.t, if again { 10.0 * self.crept.1 } else { JUMP * width });
+        // never so short that time stands still
+        let least = 64.0 * f64::EPSILON * self.t;
+        let (t, mut h) = (self.t, if again { 10.0 * self.crept.1 } else { JUMP * width }.max(least));
         let tol = self.tol.at_least(1e-5);
-        while h <= LEAP * width {
+        while h <= least.max(LEAP * width) {
             if op::consistent(self.sys, &mut self.newton, self.w, &mut self.x, t, h, &tol, false) {
                 self.crept = (t, h);
                 (self.t, self.late) = (t + h, 0.0);
