@@ -176,7 +176,7 @@ impl<'a> Auto<'a> {
     }
 
     /// Rule 3, one way.
-    fn to_implicit(&mut self, w: &mut Work, why: &str) -> Result<(), Failure> {
+    fn go_implicit(&mut self, w: &mut Work, why: &str) -> Result<(), Failure> {
         self.patience = if self.steps < WORTH { (2 * self.patience).min(RAREST) } else { TRIAL };
         self.switch(w, self.implicit)?;
         self.tell(why);
@@ -190,7 +190,7 @@ impl<'a> Auto<'a> {
             // the first step is a hundredth of the shortest time
             let fast = |(l, damped): (f64, bool)| l * 100.0 * h > if damped { FAST_DAMPED } else { FAST };
             if begins && self.fastest(w, tol).is_none_or(fast) {
-                self.to_implicit(w, "stiff from the start")?;
+                self.go_implicit(w, "stiff from the start")?;
                 // with a loop to close in every stage, the way back has never paid
                 if self.sys.reduced().is_ok_and(|r| r.has_constraints()) {
                     self.explicit = None;
@@ -199,13 +199,13 @@ impl<'a> Auto<'a> {
             }
             let silent = self.steps % LOOK == LOOK - 1 && self.refused == 0;
             if silent && self.fastest(w, tol).is_some_and(|(l, _)| l * h > SILENT) {
-                return self.to_implicit(w, "a mode that is silent is stiff");
+                return self.go_implicit(w, "a mode that is silent is stiff");
             }
             if self.limited >= STIFF {
-                return self.to_implicit(w, "stability limits the explicit step");
+                return self.go_implicit(w, "stability limits the explicit step");
             }
             if self.collapsed {
-                return self.to_implicit(w, "the explicit step collapses");
+                return self.go_implicit(w, "the explicit step collapses");
             }
             return Ok(());
         }
@@ -305,7 +305,7 @@ impl Method for Auto<'_> {
             result = self.judge(w, h, result);
         } else if unfit && self.explicitly() {
             self.explicit = None;
-            if self.to_implicit(w, "the explicit method cannot get on").is_ok() {
+            if self.go_implicit(w, "the explicit method cannot get on").is_ok() {
                 return Attempt::TooLarge { next: self.longest };
             }
         }

@@ -4,15 +4,17 @@
 //!
 //! Sections, each opened by its name and its number of lines:
 //!
-//!     terminals   name, `i` if it is ignored, its pattern
-//!     classes     characters: ASCII mask, the others
-//!     names       of trees; `_` for rules whose children go to the parent
-//!     rules       origin, name, `1` if a single child stands for it, what becomes of its symbols
-//!     lexers      terminals in the order in which they are tried; `w>k`: a w that k matches whole is a k
-//!     lookaheads  sets of terminals
-//!     states      lexer, `symbol:state` shifts and gotos, `lookahead@rule` reductions
-//!     starts      name, first state, last state
-//!     cards       the words that begin a machine card
+//! ```text
+//! terminals   name, `i` if it is ignored, its pattern
+//! classes     characters: ASCII mask, the others
+//! names       of trees; `_` for rules whose children go to the parent
+//! rules       origin, name, `1` if a single child stands for it, what becomes of its symbols
+//! lexers      terminals in the order in which they are tried; `w>k`: a w that k matches whole is a k
+//! lookaheads  sets of terminals
+//! states      lexer, `symbol:state` shifts and gotos, `lookahead@rule` reductions
+//! starts      name, first state, last state
+//! cards       the words that begin a machine card
+//! ```
 //!
 //! Symbols are numbered terminals first, then `$END`, then rules' origins.
 use super::pattern::{Class, Others, Pattern};
