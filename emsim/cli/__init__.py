@@ -17,6 +17,7 @@ VERBS = {
     "run": "simulate a deck, write its raw file and .print tables",
     "check": "read a deck and say what it is: unknowns, degrees of freedom, loops, what folded away",
     "view": "simulate a deck and open its page: waveforms and the moving machine on one clock",
+    "explain": "explain a message by its code, with a deck that gives it and the remedy",
     "compare": "run ngspice on the same deck, as written and at tight tolerances, and compare",
     "analogue": "write the electrical equivalent circuit of a one-dimensional machine as an ngspice deck",
     "chart": "run every method over a ladder of tolerances and chart error against time",
@@ -93,6 +94,8 @@ def _dispatch(args: list[str]) -> int:
         from .check import main as verb_main
     elif verb == "view":
         from .view import main as verb_main
+    elif verb == "explain":
+        from .explain import main as verb_main
     elif verb == "compare":
         from .compare import main as verb_main
     elif verb == "analogue":
