@@ -22,6 +22,7 @@ SLASH = "\N{DIVISION SLASH}"
 def _h5netcdf() -> Any:
     try:
         import h5netcdf
+        import h5py  # noqa: F401, h5netcdf's way to files: it no longer requires it by itself
     except ImportError:
         raise missing_package("NetCDF", "h5netcdf") from None
     return h5netcdf
