@@ -10,7 +10,7 @@ run, that of its worst signal.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from support import deck, reference, run, values_at
@@ -31,6 +31,8 @@ class Problem:
     floor: float = 1e-11  # digits of the reference, or the rounding of the problem
     ladder: tuple[float, ...] = LADDER
     slow: tuple[str, ...] = ()  # methods that take long here
+    # (method, reltol) -> the error there, where a method is known to miss its tolerance
+    misses: dict[tuple[str, float], float] = field(default_factory=dict)
 
     @property
     def name(self) -> str:
@@ -150,6 +152,8 @@ PROBLEMS = [
         floor=3e-8,
         ladder=(1e-3, 1e-5, 1e-7, 1e-9),
         slow=("radau5", "radau9", "radau13", "auto"),
+        # one step across a flat window whose estimate of order 8 is near zero; 1.2e-3 and 9e-4 are within the tolerance
+        misses={("radau13", 1e-3): 3e-2},
     ),
     Problem(
         "mechanical/ref_chain20",
