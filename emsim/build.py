@@ -12,28 +12,34 @@ from . import syntax
 from .build_dots import DotCards
 from .build_elements import ElementCards
 from .build_expr import expression
-from .deck import Analysis, Deck, Element
-from .diagnostics import Diagnostic, OutsideError, Sink, Span
+from .deck import Analysis, Deck, Dot, Element
+from .diagnostics import DeckError, Diagnostic, OutsideError, Sink, Span
 from .source import Line, NoCollection, Reading, SourceFile, load
 from .syntax import LineError, parse_line
 from .units import spice_number
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from collections.abc import Callable, Mapping, Sequence
     from typing import Any
 
+    from .deck import Probe
     from .expr import Node
 
 _LETTERS = frozenset("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ")
 _CLOSERS = {"subckt": "ends", "if": "endif", "lib": "endl"}
 
 
-def read(source: str | bytes | os.PathLike[str], defines: Mapping[str, Any] | None = None) -> Deck:
+def read(
+    source: str | bytes | os.PathLike[str],
+    defines: Mapping[str, Any] | None = None,
+    also: Sequence[Probe] = (),
+) -> Deck:
     """The deck of a path, or of a text (a str with a line end in it). Raises OutsideError, never DeckError:
     what is wrong in the deck is in `deck.sink`, and `elaborate.flatten` raises it.
 
     `defines` stand above the deck's own .param of the same name; values are numbers or text such as "10k".
+    `also` are signals to record beside those that the deck asks for.
     """
     if isinstance(source, bytes):
         source = source.decode("utf-8", "replace")
@@ -52,6 +58,8 @@ def read(source: str | bytes | os.PathLike[str], defines: Mapping[str, Any] | No
             return Deck("", SourceFile(path, "", path), sink)
         deck = _build(file, sink, is_main=True)
     deck.defines = dict(defines or {})
+    if also:
+        deck.body.append(Dot("also", list(also), also[0].span))
     return deck
 
 
@@ -92,6 +100,27 @@ def parse_expression(text: str, name: str = "<expression>") -> Node:
     """The tree of an expression given on its own (a command-line option). Raises LineError."""
     line = Line(SourceFile(name, text), 1, 1, 0, len(text))
     return expression(parse_line(line, "expression"), line)
+
+
+def parse_signals(text: str, name: str = "signals") -> list[Probe]:
+    """Signals given beside a deck (an option, an argument), as .print takes them; commas may stand between. `name`
+    is what messages call the text. Raises DeckError with its place in the text."""
+    file, card = SourceFile(name, text), ".save "
+    line = Line(file, 1, 1 - len(card), 0, 0)
+    line.text, line.single = card + _blank_commas(" ".join(text.splitlines())), True
+    try:
+        return _Builder(file, Sink()).probes(parse_line(line, "dot")[1], line)
+    except LineError as error:
+        raise DeckError(error.diagnostic) from None
+
+
+def _blank_commas(text: str) -> str:
+    """Commas outside brackets as blanks: they separate."""
+    out, depth = [], 0
+    for c in text:
+        depth += (c in "({[") - (c in ")}]")
+        out.append(" " if c == "," and depth <= 0 else c)
+    return "".join(out)
 
 
 # ---- cards ----

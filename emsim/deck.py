@@ -276,6 +276,7 @@ class FlatDeck:
     """Everything the later stages see of a deck, on one level. Temperatures in degrees Celsius."""
 
     __slots__ = (
+        "also",
         "analyses",
         "elements",
         "gravity",
@@ -315,6 +316,7 @@ class FlatDeck:
         self.saves: list[Probe] = []
         self.probes: list[Probe] = []
         self.prints: list[Print] = []
+        self.also: list[Probe] = []  # asked for from outside the deck
         self.views: list[dict[str, Any]] = []
         self.sources: list[SourceFile] = []
 

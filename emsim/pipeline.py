@@ -7,12 +7,12 @@ from __future__ import annotations
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from collections.abc import Callable, Mapping, Sequence
     from typing import Any
 
     from .analyses import Run
     from .assemble import Assembly
-    from .deck import FlatDeck
+    from .deck import FlatDeck, Probe
     from .result import Result, Table
     from .system import System
 
@@ -30,6 +30,7 @@ def run(
     options: Options | None = None,
     scene: bool = False,
     energy: bool | None = None,
+    also: Sequence[str | Probe] = (),
 ) -> Result:
     """Simulates a deck: a path, the text itself, or a PySpice Circuit.
 
@@ -40,12 +41,13 @@ def run(
     options    any of these three, and further .options, by name
     scene      record what moves the drawing of the machine, for pages and films (`Result.scene`)
     energy     keep energy accounts (`Result.energy`); left out: where the deck has a machine
+    also       further columns: expressions as .print takes them, such as "fx(pin) x(arm(0.3,0))"
     progress   called now and then with (t, tstop, step [s], steps, events); a true return value stops the run
     Raises DeckError, ConvergenceError (with the partial Result), OutsideError.
     """
     options = _merged(options, method, reltol, tmax)
     # text to flat deck
-    flat = read(source, defines)
+    flat = read(source, defines, also)
     # flat deck to equations
     assembly, planned = prepare(flat, options, flat.machine != [] if energy is None else energy)
     # equations to solutions
@@ -76,8 +78,9 @@ def compile(source: Any, defines: Mapping[str, Any] | None = None, options: Opti
 # ---- the steps ---------------------------------------------------------------------------------
 
 
-def read(source: Any, defines: Mapping[str, Any] | None = None) -> FlatDeck:
+def read(source: Any, defines: Mapping[str, Any] | None = None, also: Sequence[str | Probe] = ()) -> FlatDeck:
     """Text or file -> typed deck -> flat deck: one level, parameters evaluated, models looked up."""
+    from .build import parse_signals
     from .build import read as build
     from .elaborate import flatten
     from .source import NoCollection
@@ -87,7 +90,8 @@ def read(source: Any, defines: Mapping[str, Any] | None = None) -> FlatDeck:
 
         source = netlist(source)
     with NoCollection():
-        return flatten(build(source, dict(defines or {})))
+        probes = [p for given in also for p in (parse_signals(given) if isinstance(given, str) else (given,))]
+        return flatten(build(source, dict(defines or {}), probes))
 
 
 def prepare(
@@ -139,7 +143,8 @@ def deliver(assembly: Assembly, runs: list[Run]) -> Result:
     for run in runs:
         remarks(assembly, run)
     tables = [_table(assembly, r) for r in runs]
-    result = Result(flat.title, tables, flat.sink.diagnostics, assembly.prints)
+    deck = flat.sources[0].text if flat.sources else ""
+    result = Result(flat.title, tables, flat.sink.diagnostics, assembly.prints, deck)
     trouble = [d for r in runs for d in r.trouble]
     if trouble:
         from .diagnostics import ConvergenceError

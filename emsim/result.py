@@ -268,13 +268,14 @@ class Table:
 class Result:
     """What `emsim.run` returns.
 
-    plots        all tables in the order in which they ran; `plot("op")` finds one by its kind
+    plots        all tables in the order in which they ran; `table("op")` finds one by its kind
     diagnostics  warnings and notes, in deck order
     prints       what .print asked for: (kind, column names)
+    deck         the text that was run, "" for a result that was read from a file
     Everything a Table offers is offered here too, of the main table: the last transient, else the last.
     """
 
-    __slots__ = ("diagnostics", "plots", "prints", "title")
+    __slots__ = ("deck", "diagnostics", "plots", "prints", "title")
 
     def __init__(
         self,
@@ -282,8 +283,9 @@ class Result:
         plots: Sequence[Table],
         diagnostics: Sequence[Diagnostic] = (),
         prints: Sequence[tuple[str, list[str]]] = (),
+        deck: str = "",
     ) -> None:
-        self.title, self.plots = title, list(plots)
+        self.title, self.plots, self.deck = title, list(plots), deck
         self.diagnostics, self.prints = list(diagnostics), list(prints)
 
     @property
@@ -293,7 +295,7 @@ class Result:
             raise ValueError("no analysis ran, so there are no columns")
         return next((p for p in reversed(self.plots) if p.kind == "tran"), self.plots[-1])
 
-    def plot(self, kind: str) -> Table:
+    def table(self, kind: str) -> Table:
         """The last table of a kind ("op", "tran"); KeyError if that analysis did not run."""
         for table in reversed(self.plots):
             if table.kind == kind:

@@ -162,7 +162,7 @@ def _expressions(ctx: Context) -> Iterator[Node]:
     for p in flat.prints:
         for _, ast in p.items:
             yield ast
-    for probe in (*flat.saves, *flat.probes):
+    for probe in (*flat.saves, *flat.probes, *flat.also):
         yield probe.ast
 
 

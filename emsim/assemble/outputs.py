@@ -62,6 +62,11 @@ def select(ctx: Context) -> tuple[dict[str, list[Output]], list[tuple[str, list[
     for name, power in ctx.machine.imbalances if ctx.machine is not None else ():
         saved[f"imbalance({name})"] = Output(f"imbalance({name})", "W", power)
 
+    for probe in ctx.flat.also:
+        if not (isinstance(probe.ast, Name) and probe.ast.id == "all"):
+            column = _column(ctx, probe.text, probe.ast, probe.span)
+            saved.setdefault(column.name, column)
+
     kinds = {a.kind for a in ctx.flat.analyses if a.kind in RUNNABLE} or set(RUNNABLE)
     outputs = {kind: dict(saved) for kind in kinds}
     prints: list[tuple[str, list[str]]] = []
@@ -89,7 +94,7 @@ def everything(ctx: Context) -> list[Output]:
         for name in ctx.machine.default_outputs():
             fn, _, of = name.rstrip(")").partition("(")
             ast = Call(fn, [Name(of)])
-            found.append(Output(name, unit_of(ctx, ast), ctx.compile(ast, ctx.machine.span_of(of))))
+            found.append(Output(name, unit_of(ast), ctx.compile(ast, ctx.machine.span_of(of))))
     return found
 
 
@@ -124,35 +129,36 @@ def _column(ctx: Context, text: str, ast: Node, span: Span) -> Output:
             ast = Call("v", [Name(name, ast.span)], ast.span)
             text = repr(ast)
     name = "".join(text.split()).lower().strip("{}'\"")
-    return Output(name, unit_of(ctx, ast), ctx.compile(ast, ast.span or span))
+    return Output(name, unit_of(ast), ctx.compile(ast, ast.span or span))
 
 
-def unit_of(ctx: Context, ast: Node) -> str:
+def unit_of(ast: Node) -> str:
     """Unit of an expression where it is plain: calls, their sums and multiples; "" where it is not."""
     if isinstance(ast, Call):
         if ast.fn in KEEPS_UNIT and ast.args:
-            return unit_of(ctx, ast.args[0])
-        if ast.fn == "v" and len(ast.args) == 1 and ctx.machine is not None and isinstance(ast.args[0], Name):
-            return "V"
+            return unit_of(ast.args[0])
         return UNITS.get(ast.fn, "")
     if isinstance(ast, Name):
         if ast.id.startswith("@"):
             return "A"
         return {"time": "s", "temper": "C", "hertz": "Hz"}.get(ast.id, "")
-    if isinstance(ast, Unary):
-        return unit_of(ctx, ast.a)
-    if isinstance(ast, Cond):
-        return unit_of(ctx, ast.a)
+    if isinstance(ast, (Unary, Cond)):
+        return unit_of(ast.a)
     if isinstance(ast, Binary):
-        a, b = unit_of(ctx, ast.a), unit_of(ctx, ast.b)
-        if ast.op in ("+", "-"):
-            return a if a == b or isinstance(ast.b, Num) else b if isinstance(ast.a, Num) else ""
-        if ast.op == "*" and isinstance(ast.a, Num):
-            return b
-        if ast.op in ("*", "/") and isinstance(ast.b, Num):
-            return a
-        if ast.op == "*" and {a, b} == {"V", "A"}:
-            return "W"
-        if ast.op == "/" and (a, b) == ("V", "A"):
-            return "Ohm"
+        return unit_of_two(ast, unit_of(ast.a), unit_of(ast.b))
+    return ""
+
+
+def unit_of_two(ast: Binary, a: str, b: str) -> str:
+    """Unit of an operation on quantities of these units; numbers take the unit of what they stand beside."""
+    if ast.op in ("+", "-"):
+        return a if a == b or isinstance(ast.b, Num) else b if isinstance(ast.a, Num) else ""
+    if ast.op == "*" and isinstance(ast.a, Num):
+        return b
+    if ast.op in ("*", "/") and isinstance(ast.b, Num):
+        return a
+    if ast.op == "*" and {a, b} == {"V", "A"}:
+        return "W"
+    if ast.op == "/" and (a, b) == ("V", "A"):
+        return "Ohm"
     return ""

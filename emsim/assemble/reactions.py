@@ -55,7 +55,7 @@ def _expressions(flat: Any) -> Iterator[Any]:
         yield from card.params.values()
     for request in flat.prints:
         yield from (ast for _, ast in request.items)
-    for probe in (*flat.saves, *flat.probes):
+    for probe in (*flat.saves, *flat.probes, *flat.also):
         yield probe.ast
     for analysis in flat.analyses:
         yield from analysis.args

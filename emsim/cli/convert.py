@@ -71,6 +71,6 @@ def _chosen(result: Result, wanted: str) -> Table:
             raise UsageError(f"--plot {wanted}: there are {len(result.plots)}")
         return result.plots[int(wanted) - 1]
     try:
-        return result.plot(wanted.lower())
+        return result.table(wanted.lower())
     except KeyError as error:
         raise UsageError(f"--plot {wanted}: {error.args[0]}") from None

@@ -333,8 +333,8 @@ class _Flattener:
             target = flat.ics if card.kind == "ic" else flat.nodesets
             for node, value, span in card.items:
                 target.append((level.node(node, span), as_float(value, scope), span))
-        elif card.kind in ("save", "probe"):
-            out = flat.saves if card.kind == "save" else flat.probes
+        elif card.kind in ("save", "probe", "also"):
+            out = {"save": flat.saves, "probe": flat.probes, "also": flat.also}[card.kind]
             out += [Probe(p.text, self.output(p.ast, level), p.span) for p in card.items]
         elif card.kind == "options":
             for key, value, span in card.items:

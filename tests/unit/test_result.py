@@ -54,7 +54,7 @@ def test_unknown_name_suggests_the_nearest(result):
 def test_the_transient_is_the_main_table_whatever_the_order():
     assert Result("", [table(), point()]).analysis == "tran"
     assert Result("", [point()]).analysis == "op"
-    assert Result("", [point(), table()]).plot("op")["v(out)"].tolist() == [5]
+    assert Result("", [point(), table()]).table("op")["v(out)"].tolist() == [5]
 
 
 def test_nothing_ran():
@@ -112,7 +112,7 @@ def test_to_xarray(result):
     data = result.to_xarray()
     assert data["v(out)"].attrs["units"] == "V" and data["time"].values.tolist() == T
     assert float(data["v(out)"].sel(time=3.0)) == 9 and data.attrs["analysis"] == "tran"
-    assert result.plot("op").to_xarray()["v(out)"].values.tolist() == [5]
+    assert result.table("op").to_xarray()["v(out)"].values.tolist() == [5]
 
 
 def test_repr_is_a_small_table(result):

@@ -12,7 +12,7 @@ def deck(*lines: str) -> str:
 
 def operating_point(*lines: str) -> emsim.Table:
     """The .op table of a deck given by its lines."""
-    return emsim.run(deck(*lines, ".op")).plot("op")
+    return emsim.run(deck(*lines, ".op")).table("op")
 
 
 def value(name: str, *lines: str) -> float:

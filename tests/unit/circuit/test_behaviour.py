@@ -48,13 +48,13 @@ FIGURES = [
 
 def test_figures_of_ngspice() -> None:
     sources = [f"B{k} o{k} 0 V={{{text}}}" for k, (text, _) in enumerate(FIGURES)]
-    table = emsim.run(deck(*SUPPLY, *sources, ".op")).plot("op")
+    table = emsim.run(deck(*SUPPLY, *sources, ".op")).table("op")
     for k, (text, figure) in enumerate(FIGURES):
         assert table[f"v(o{k})"][0] == pytest.approx(figure, rel=1e-6, abs=1e-9), text
 
 
 def op(text: str, *more: str) -> float:
-    return float(emsim.run(deck(*SUPPLY, f"B1 o 0 V={{{text}}}", *more, ".op")).plot("op")["v(o)"][0])
+    return float(emsim.run(deck(*SUPPLY, f"B1 o 0 V={{{text}}}", *more, ".op")).table("op")["v(o)"][0])
 
 
 def test_negative_arguments_take_the_magnitude() -> None:
@@ -89,12 +89,12 @@ def test_table_stays_at_its_ends() -> None:
 )
 def test_table_source_rounds_its_corners(v: float, figure: float) -> None:
     r = emsim.run(deck(f"Va a 0 {v}", "E1 t 0 TABLE {v(a)} = (-2,0) (-1,1) (1,5)", ".op"))
-    assert r.plot("op")["v(t)"][0] == pytest.approx(figure, abs=1e-9)
+    assert r.table("op")["v(t)"][0] == pytest.approx(figure, abs=1e-9)
 
 
 def test_poly_in_ngspice_order_and_one_coefficient_is_the_constant() -> None:
     two = "E1 o 0 POLY(2) a 0 b 0 1 2 3 4 5 6 7"
-    table = emsim.run(deck("Va a 0 5", "Vb b 0 2", two, "E2 q 0 POLY(1) a 0 3", ".op")).plot("op")
+    table = emsim.run(deck("Va a 0 5", "Vb b 0 2", two, "E2 q 0 POLY(1) a 0 3", ".op")).table("op")
     assert table["v(o)"][0] == pytest.approx(1066.0)
     assert table["v(q)"][0] == pytest.approx(3.0)
 
@@ -102,7 +102,7 @@ def test_poly_in_ngspice_order_and_one_coefficient_is_the_constant() -> None:
 def test_temperature_and_multiplier_of_b_sources() -> None:
     table = emsim.run(
         deck("Va a 0 5", "B1 o 0 V={v(a)} tc1=0.1", "B2 q 0 I={v(a)} m=3", "Rq q 0 1", ".temp 37", ".op")
-    ).plot("op")
+    ).table("op")
     assert table["v(o)"][0] == pytest.approx(10.0)
     assert table["v(q)"][0] == pytest.approx(-15.0)
 

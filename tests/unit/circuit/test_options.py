@@ -57,4 +57,4 @@ def test_errors(text: str, code: str) -> None:
 
 def test_rshunt_loads_every_node() -> None:
     r = emsim.run(deck("V1 a 0 1", "R1 a b 1k", ".options rshunt=1k", ".op"))
-    assert r.plot("op")["v(b)"][0] == pytest.approx(0.5)
+    assert r.table("op")["v(b)"][0] == pytest.approx(0.5)

@@ -41,7 +41,7 @@ def test_currents_of_all_elements() -> None:
         "G1 0 e a 0 1m", "R5 e 0 1k", "S1 a f a 0 sm", "R6 f 0 1k", ".model dm d", ".model sm sw vt=1",
         ".print op i(R1) i(D1) i(R3) i(I1) i(G1) i(S1) i(C1) i(R6)", "C1 a 0 1u", ".op",
     )  # fmt: skip
-    r = emsim.run(deck(*lines)).plot("op")
+    r = emsim.run(deck(*lines)).table("op")
     assert r["i(d1)"][0] == pytest.approx(r["i(r3)"][0], rel=1e-6)
     assert r["i(i1)"][0] == 2e-3
     assert r["i(g1)"][0] == pytest.approx(6e-3)
@@ -76,3 +76,22 @@ def test_device_currents_by_ngspices_name():
     assert result["v(c)"][0] == pytest.approx(1e3 * result["@r1[i]"][0])
     with pytest.raises(emsim.DeckError, match="no element is called `r7`"):
         emsim.run("t\nV1 a 0 1\nR1 a 0 1\n.op\n.print op @r7[i]\n.end\n")
+
+
+def test_columns_asked_for_from_outside_the_deck() -> None:
+    text = deck(*RLC, ".save v(out)", ".param k=3", ".tran 1u 10u")
+    r = emsim.run(text, also=["v(in, m), k*i(R1)", "m"])
+    assert r.names == ["time", "v(out)", "v(in,m)", "k*i(r1)", "v(m)"] and r.prints == []
+    assert r.unit("k*i(r1)") == "A" and r["k*i(r1)"][-1] != 0
+    assert r.deck == text
+
+
+@pytest.mark.parametrize(
+    ("text", "code", "column"), [("v(out) v(oot)", "E289", 10), ("v(out", "E103", 2), ("v(out) +", "E103", 9)]
+)
+def test_a_wrong_column_is_shown_in_the_text_that_asks_for_it(text: str, code: str, column: int) -> None:
+    with pytest.raises(emsim.DeckError) as caught:
+        emsim.run(deck(*RLC, ".tran 1u 10u"), also=[text])
+    (found,) = (d for d in caught.value.diagnostics if d.severity == "error")
+    assert found.code == code and found.span is not None
+    assert (found.span.file.name, found.span.line, found.span.col) == ("signals", 1, column)

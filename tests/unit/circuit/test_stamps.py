@@ -109,7 +109,7 @@ def test_start_point_satisfies_the_equations() -> None:
     ],
 )
 def test_resistor_values_as_ngspice(lines: list[str], current: float) -> None:
-    table = emsim.run(deck("V1 a 0 5", *lines, ".op")).plot("op")
+    table = emsim.run(deck("V1 a 0 5", *lines, ".op")).table("op")
     assert table["i(v1)"][0] == pytest.approx(current, rel=2e-6)
 
 

@@ -50,7 +50,7 @@ def test_nodeset_picks_the_state_of_a_latch() -> None:
     )
     for node, other in (("p", "q"), ("q", "p")):
         r = emsim.run(deck(*latch, f".nodeset v({node})=5 v({other})=0", ".op"))
-        assert r.plot("op")[f"v({node})"][0] > 4.9
+        assert r.table("op")[f"v({node})"][0] > 4.9
 
 
 def test_ic_of_an_unknown_node() -> None:

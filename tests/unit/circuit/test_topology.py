@@ -16,7 +16,7 @@ def test_a_loop_of_sources_names_its_elements() -> None:
 
 
 def test_a_voltage_that_follows_its_own_current_closes_no_loop() -> None:
-    table = emsim.run(deck("V1 a 0 6", "B1 a 0 V={2*i(b1)}", "V2 b 0 6", "H1 b 0 V2 -3", ".op")).plot("op")
+    table = emsim.run(deck("V1 a 0 6", "B1 a 0 V={2*i(b1)}", "V2 b 0 6", "H1 b 0 V2 -3", ".op")).table("op")
     assert table["i(b1)"][0] == pytest.approx(3.0)
     assert table["i(v2)"][0] == pytest.approx(-2.0)
 
@@ -39,7 +39,7 @@ def test_a_dc_source_across_an_inductor_warns() -> None:
 
 def test_parallel_inductors_share_the_current() -> None:
     r = emsim.run(deck("V1 a 0 1", "R1 a b 1", "L1 b 0 1m", "L2 b 0 1m", ".op"))
-    assert r.plot("op")["i(l1)"][0] + r.plot("op")["i(l2)"][0] == pytest.approx(1.0)
+    assert r.table("op")["i(l1)"][0] + r.table("op")["i(l2)"][0] == pytest.approx(1.0)
 
 
 def test_a_node_that_is_only_read() -> None:
@@ -61,7 +61,7 @@ def test_an_island_gets_a_shunt_and_a_warning() -> None:
 def test_a_conductance_made_of_a_controlled_source_is_a_path() -> None:
     lines = ("I1 0 b 1m", "G1 b 0 b 0 1m", "I2 0 c 1m", "B1 c 0 I={v(c)*1m}", ".op")
     assert remarks(*lines) == []
-    table = emsim.run(deck(*lines)).plot("op")
+    table = emsim.run(deck(*lines)).table("op")
     assert table["v(b)"][0] == pytest.approx(1.0)
     assert table["v(c)"][0] == pytest.approx(1.0)
 

@@ -79,5 +79,5 @@ def test_values_as_ngspice(source: str, figures: list[float]) -> None:
 
 def test_dc_value_is_for_op_and_the_waveform_for_tran() -> None:
     r = emsim.run(deck("V1 a 0 DC 5 SIN(1 2 500)", "R1 a 0 1", ".op", ".tran 1m 10m"))
-    assert r.plot("op")["v(a)"][0] == 5.0
-    assert r.plot("tran")["v(a)"][0] == pytest.approx(1.0)
+    assert r.table("op")["v(a)"][0] == 5.0
+    assert r.table("tran")["v(a)"][0] == pytest.approx(1.0)

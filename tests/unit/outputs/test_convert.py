@@ -76,10 +76,10 @@ def test_all_analyses_go_to_netcdf_and_one_to_the_others(scratch, capsys):
     capsys.readouterr()
     assert main(["convert", "d.raw", "d.csv"]) == 0
     assert "choose with --plot" in capsys.readouterr().err
-    same(load("d.csv").main, before.plot("tran"))
+    same(load("d.csv").main, before.table("tran"))
     for choice in "op", "1":
         assert main(["convert", "d.raw", "op.parquet", "--plot", choice]) == 0
-        same(load("op.parquet").main, before.plot("op"))
+        same(load("op.parquet").main, before.table("op"))
     assert main(["convert", "d.raw", "op.csv", "--plot", "ac"]) == 2
     assert main(["convert", "d.raw", "op.csv", "--plot", "3"]) == 2
 
