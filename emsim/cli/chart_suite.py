@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import sys
 from functools import partial
-from os.path import abspath, dirname, isdir, isfile, join
+from os.path import join
 
 from ..diagnostics import DeckError, Diagnostic, DiagnosticError, OutsideError
 from .arguments import Arguments, UsageError
@@ -31,7 +31,9 @@ def run_suite(given: Arguments) -> int:
     for option in ("signals", "define", "times"):
         if given.has(option):
             raise UsageError(f"--{option} goes with one deck, not with --suite")
-    root = _root()
+    from ..reports.source_tree import root as source_tree
+
+    root = str(source_tree())
     entries = _chosen(given)
     folder = given.text("output") or "chart"
     tell = Tell(given.has("quiet"))
@@ -190,19 +192,3 @@ def _chosen(given: Arguments) -> list[Entry]:
             )
     chosen = [names[word] for word in only] or list(SUITE)
     return [e for e in chosen if e.name in QUICK] if given.has("quick") and not only else chosen
-
-
-def _root() -> str:
-    """The source tree: the working directory or one above it, else where the package lies. OutsideError without."""
-    here = abspath(os.getcwd())
-    while True:
-        if isfile(join(here, "netlists", "index.py")):
-            return here
-        if dirname(here) == here:
-            break
-        here = dirname(here)
-    tree = dirname(dirname(dirname(abspath(__file__))))
-    if isdir(join(tree, "netlists")):
-        return tree
-    hint = "run it in a source tree of emsim; an installed package has no netlists/"
-    raise OutsideError(Diagnostic("error", "E505", "the benchmark set is not here", None, hint))

@@ -10,6 +10,7 @@ from pathlib import Path
 from ..diagnostics import ConvergenceError, DeckError, Diagnostic, OutsideError
 from .criteria import DAMPED, DRIFTS, EXPLODES, OK, RINGS, STOPS, Trial, Verdict, stopped
 from .hard import CASES, METHODS, Case
+from .source_tree import root
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -55,14 +56,8 @@ class Cell:
 
 
 def decks() -> Path:
-    """The folder netlists/ of the checkout. OutsideError where only the package is installed."""
-    folder = Path(__file__).resolve().parents[2] / "netlists"
-    if not (folder / "hard").is_dir():
-        hint = "run it in a checkout of the sources"
-        raise OutsideError(
-            Diagnostic("error", "E530", "the decks of the atlas are not installed", None, hint)
-        )
-    return folder
+    """The folder netlists/. OutsideError where only the package is installed."""
+    return root() / "netlists"
 
 
 def methods() -> list[str]:

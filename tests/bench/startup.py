@@ -20,6 +20,8 @@ import tempfile
 import time
 from pathlib import Path
 
+import emsim
+
 DECK = """ten lines
 V1 in 0 PULSE(0 1 0 1u 1u 1m 2m)
 R1 in a 1k
@@ -32,13 +34,12 @@ R3 c 0 1k
 .end
 """
 SCRIPT = "import sys; from emsim.cli import main; sys.exit(main())"
-ROOT = Path(__file__).resolve().parents[2]
 
 
 def environment() -> dict[str, str]:
-    """This checkout's emsim, with cached bytecode."""
+    """The emsim that runs this, with cached bytecode."""
     kept = {key: value for key, value in os.environ.items() if key != "PYTHONDONTWRITEBYTECODE"}
-    return {**kept, "PYTHONPATH": str(ROOT)}
+    return {**kept, "PYTHONPATH": str(Path(emsim.__file__).parents[1])}
 
 
 def commands() -> dict[str, list[str]]:
