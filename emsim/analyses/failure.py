@@ -6,6 +6,7 @@ from ..diagnostics import Diagnostic
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from collections.abc import Sequence
     from typing import Any
 
     from .._engine import Waveforms
@@ -22,15 +23,22 @@ CODES = {
 }
 
 
-def explain(assembly: Assembly, analysis: Analysis | None, waves: Waveforms) -> list[Diagnostic]:
-    """Diagnostics for the engine's failure report."""
-    return explain_failure(assembly, analysis, dict(waves.failure or {}), waves.rows)
+METHODS = ("radau", "gear")  # what may still help, in this order
+RUNAWAY = 1e3  # times what it was: something feeds itself
+
+
+def explain(
+    assembly: Assembly, analysis: Analysis | None, waves: Waveforms, names: Sequence[str] = ()
+) -> list[Diagnostic]:
+    """Diagnostics for the engine's failure report; `names`: what the columns behind the time are called."""
+    failure = dict(waves.failure or {})
+    return explain_failure(assembly, analysis, failure, waves.rows, _growth(failure, waves, names))
 
 
 def explain_failure(
-    assembly: Assembly, analysis: Analysis | None, failure: dict[str, Any], rows: int
+    assembly: Assembly, analysis: Analysis | None, failure: dict[str, Any], rows: int, growth: str = ""
 ) -> list[Diagnostic]:
-    """The same for a bare report; `rows` points were kept."""
+    """The same for a bare report; `rows` points were kept, `growth` says what ran away."""
     kind = failure.get("kind", "no convergence")
     if kind == "unfit":
         return [_unfit(assembly, analysis, str(failure.get("why", "")))]
@@ -38,45 +46,73 @@ def explain_failure(
         from .watch import too_long
 
         return [too_long(assembly, analysis, failure)]
-    t, during = float(failure.get("t") or 0.0), failure.get("during") or "transient"
-    at_start = "operating point" in during or t == 0.0
-    where, lines = locate(assembly, failure.get("row_name") or failure.get("unknown_name") or "")
-    when = "at the operating point" if at_start else f"at t = {t:.6g} s"
-    step = f" (step {failure['h']:.3g} s)" if failure.get("h") and not at_start else ""
-    what = {
-        "singular": f"the equations have no unique solution {when}",
-        "not finite": f"a value is not finite {when}",
-    }.get(kind, f"no convergence {when}{step}")
-    span = lines[0][0] if lines else (analysis.span if analysis else None)
-    if where:
-        what += f", worst at {where}"
+    t, point = float(failure.get("t") or 0.0), "operating point" in failure.get("during", "")
+    unknown = failure.get("row_name") or failure.get("unknown_name") or ""
+    where, lines = locate(assembly, unknown)
+    when = "at the operating point" if point else f"at t = {t:.6g} s" if t else "in the first step"
+    what = _what(assembly, kind, unknown, where, when)
+    if kind == "no convergence" and failure.get("h") and t:
+        what = what.replace(when, f"{when} (step {failure['h']:.3g} s)")
     hints = []
     if failure.get("tried"):
-        hints.append(f"tried: {', '.join(failure['tried'])}")
-    if rows and not at_start:
+        methods = [w.removeprefix("method ") for w in failure["tried"] if w.startswith("method ")]
+        other = [w for w in failure["tried"] if not w.startswith("method ")]
+        other += [f"method{'s' * (len(methods) > 1)} {', '.join(methods)}"] if methods else []
+        hints.append(f"tried: {'; '.join(other)}")
+    if rows and t and not point:
         hints.append(f"everything up to t = {t:.6g} s is kept")
-    unknown = failure.get("unknown_name") or failure.get("row_name") or ""
     mechanical, static = _mechanical(assembly, unknown), assembly.machine is not None and _static(analysis)
     if mechanical and static:
         what = f"the machine has no equilibrium, or is free to move, at {where}"
-    locked = mechanical and not at_start and _driven_loop(assembly)
-    if locked:
-        hints.append(
-            "where links come to lie in one line a mechanism locks, and a DRIVE that goes on has no solution; "
-            "look at the last rows, and at the lengths"
-        )
-    if not (mechanical and at_start):
-        hints.append("try: " + _advice(kind, at_start, assembly))
-    if static:
         hints.append(
             "to rest, the machine needs a SPRING or gravity that brings every joint back, and no constant torque "
             "or voltage that keeps one moving; .op without static holds it at ic="
         )
-    elif mechanical and at_start:
+    elif mechanical and (point or not t):
         hints.append(
             "try: ic= or guess= a little aside; where links lie in one line the machine could go two ways"
         )
+    elif mechanical and _driven_loop(assembly):
+        hints.append(
+            "where links come to lie in one line a mechanism locks, and a DRIVE that goes on has no solution; "
+            "look at the last rows, and at the lengths"
+        )
+    else:
+        hints.append(growth or "try: " + _advice(assembly, failure, kind, point, unknown))
+    span = lines[0][0] if lines else (analysis.span if analysis else None)
     return [Diagnostic("error", CODES.get(kind, "E410"), what, span, "\n".join(hints), lines)]
+
+
+def _what(assembly: Assembly, kind: str, unknown: str, where: str, when: str) -> str:
+    """The failure in one line."""
+    if kind == "singular":
+        if _mechanical(assembly, unknown):
+            return f"nothing determines the motion at {where} {when}"
+        quantity = "voltage of" if unknown in assembly.ctx.nodes else "current of"
+        return f"nothing determines the {quantity} {where} {when}" if where else f"no unique solution {when}"
+    if kind == "not finite":
+        return f"a value is not finite {when}" + (f", at {where}" if where else "")
+    return f"no convergence {when}" + (f", worst at {where}" if where else "")
+
+
+def _growth(failure: dict[str, Any], waves: Waveforms, names: Sequence[str]) -> str:
+    """What ran away, where the last value of the worst unknown dwarfs all that it was in the first nine tenths."""
+    unknown = failure.get("row_name") or failure.get("unknown_name") or ""
+    shown = next((n for n in (unknown, f"v({unknown})", f"i({unknown})") if n in names), None)
+    if shown is None or waves.rows < 3:
+        return ""
+    column, last = 1 + names.index(shown), waves.rows - 1
+    early = (k * last // 200 for k in range(200))
+    until = 0.9 * waves.value(last, 0)
+    before = max((abs(waves.value(k, column)) for k in early if waves.value(k, 0) <= until), default=0.0)
+    now = abs(waves.value(last, column))
+    if not now > RUNAWAY * before > 0.0:
+        return ""
+    return (
+        f"{shown} ran away, from at most {before:.2g} to {now:.2g} in the last tenth of what is kept: it feeds itself, or "
+        "what drives it has no bound\n"
+        "try: a loss, or a limit (min, max) in what drives it"
+    )
 
 
 def _unfit(assembly: Assembly, analysis: Analysis | None, why: str) -> Diagnostic:
@@ -85,21 +121,36 @@ def _unfit(assembly: Assembly, analysis: Analysis | None, why: str) -> Diagnosti
     quoted = why.split("`")[1::2]  # names of unknowns stand in backquotes
     lines = [place for name in quoted[:3] for place in locate(assembly, name)[1][:1]]
     span = lines[0][0] if lines else (analysis.span if analysis else None)
-    hint = "try: .options method=radau, or gear; implicit methods need no such solution"
+    hint = "try: .options method=radau, or none at all: emsim then chooses by itself"
     return Diagnostic(
         "error", CODES["unfit"], f"method {method} cannot do this deck: {why}", span, hint, lines
     )
 
 
-def _advice(kind: str, at_start: bool, assembly: Assembly) -> str:
+def _advice(assembly: Assembly, failure: dict[str, Any], kind: str, point: bool, unknown: str) -> str:
     if kind == "singular":
-        return "a path to ground for every node, and a small resistance in every loop of voltages"
+        return (
+            "a path to ground for every node, a small resistance in every loop of voltages; what conducts must not "
+            "cancel, as a negative resistance and a positive one of the same size do"
+        )
     if kind == "not finite":
         return "limits around what is divided by, rooted or exponentiated there"
-    if at_start:
-        return ".nodeset near the expected voltages, or UIC with initial conditions"
-    other = "radau" if assembly.options.get("method") != "radau" else "gear"
-    return f"a smaller tmax on .tran, .options method={other}, or a looser reltol"
+    if point:
+        return (
+            ".nodeset near the expected voltages, or UIC with initial conditions; it may be that there is no such "
+            "point, where a source asks for more than the rest can give"
+        )
+    tried = " ".join(failure.get("tried") or ())
+    others = [f".options method={m}" for m in METHODS if m not in tried][:1]
+    if unknown in assembly.ctx.nodes:
+        touching = [e for e in assembly.ctx.elements.values() if unknown in e.nodes]
+        if not any(e.letter in "Cc" for e in touching):
+            others.insert(
+                0,
+                f"a small capacitor from node `{unknown}` to ground: nothing there stores charge, and where no "
+                "voltage fits any more it has to jump",
+            )
+    return ", or ".join([*others, "a smaller tmax on .tran, or a looser reltol"])
 
 
 def _static(analysis: Analysis | None) -> bool:

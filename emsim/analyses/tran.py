@@ -88,7 +88,7 @@ def run(
     if waves.status == "failed":
         from .failure import explain
 
-        trouble = explain(assembly, analysis, waves)
+        trouble = explain(assembly, analysis, waves, names)
     return Run(
         "tran", ["time", *names], ["s", *units], waves, True, (t.tstep, t.tstop, t.tstart), trouble, t.uic
     )

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from typing import Any
 
     from ..assemble import Assembly
-    from ..deck import Analysis
+    from ..deck import Analysis, Element
     from ..diagnostics import Span
 
 WORTH = 0.01  # share of an amplitude, of a period, of a signal that deserves a word
@@ -92,10 +92,29 @@ def too_long(assembly: Assembly, analysis: Analysis | None, failure: dict[str, A
             "steps a period"
         )
         span = place or span
-        hint = "give it a loss that lets it die, leave it out, or shorten the run"
+        source = next((e for e in assembly.ctx.elements.values() if _drives(e, mode["period"])), None)
+        if source is not None:
+            message += f"; `{source.name}` keeps it up"
+            span = source.span
+            hint = (
+                f"lower the frequency of `{source.name}`, shorten the run, or put what it stands for (a mean, an "
+                "envelope) in its place"
+            )
+        else:
+            hint = "give it a loss that lets it die, leave it out, or shorten the run"
     allow = 10.0 ** len(f"{steps:.0f}")
     hint += f"; to run it all the same: .options maxsteps={allow:.0e}"
     return Diagnostic("error", "E414", message, span, hint)
+
+
+def _drives(e: Element, period: float) -> bool:
+    """Is the element a sine source of that period?"""
+    return (
+        e.wave is not None
+        and e.wave.kind.lower() == "sin"
+        and len(e.wave.args) > 2
+        and abs(e.wave.args[2] * period - 1) < 0.05
+    )
 
 
 def oscillator(assembly: Assembly, mode: dict[str, Any]) -> tuple[str, Span | None]:

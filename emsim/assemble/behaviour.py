@@ -296,7 +296,7 @@ class Compiler:
             return b.const(0.0)  # wrong number of arguments, already reported
         near = suggest(fn, FUNCTIONS)
         return self._error(
-            "E287", f"there is no function `{fn}`", node, f"did you mean `{near}`?" if near else None
+            "E122", f"there is no function `{fn}`", node, f"did you mean `{near}`?" if near else None
         )
 
     def _expects(self, node: Call, *counts: int) -> bool:
@@ -304,7 +304,7 @@ class Compiler:
             return True
         wanted = " or ".join(map(str, counts))
         self._error(
-            "E288",
+            "E123",
             f"`{node.fn}` takes {wanted} argument{'s' if counts[-1] != 1 else ''}, not {len(node.args)}",
             node,
         )

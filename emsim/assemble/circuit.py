@@ -33,21 +33,6 @@ def allocate(ctx: Context) -> None:
         if kind is None:
             unsupported.setdefault(e.letter.upper(), []).append(e)
             continue
-        twin = ctx.elements.get(e.name)
-        if twin is not None:
-            sink.error(
-                "E295", f"two elements are called `{e.name}`", e.span, labels=[(twin.span, "the first")]
-            )
-            continue
-        if len(e.nodes) < kind.nodes:
-            sink.error(
-                "E296", f"{kind.what} `{e.name}` needs {kind.nodes} nodes, there are {len(e.nodes)}", e.span
-            )
-            continue
-        # most elements of a big deck have neither model nor parameters
-        checked = kind.models and (e.value is None or e.model_name is not None)
-        if checked and not _model_fits(ctx, e, kind.models, kind.what):
-            continue
         if e.params or e.model is not None:
             _parameters_fit(ctx, e, kind.what)
         ctx.elements[e.name] = e
@@ -71,29 +56,6 @@ def allocate(ctx: Context) -> None:
 
 def _is_diode(e: Element) -> bool:
     return e.letter.upper() == "D"
-
-
-def _model_fits(ctx: Context, e: Element, types: tuple[str, ...], what: str) -> bool:
-    """The element's model exists and is of its type."""
-    required = types[0] not in "rcl"
-    if e.model is None:
-        if e.model_name is not None:
-            near = suggest(e.model_name, ctx.flat.models)
-            ctx.sink.error(
-                "E298", f"`{e.name}`: there is no .model `{e.model_name}`", e.model_span or e.span,
-                hint=f"did you mean `{near}`?" if near else None,
-            )  # fmt: skip
-            return False
-        if required:
-            ctx.sink.error("E298", f"{what} `{e.name}` needs a .model", e.span)
-        return not required
-    if e.model.type.lower() not in types:
-        ctx.sink.error(
-            "E298", f"`{e.name}` is a {what}, .model `{e.model.name}` is of type {e.model.type.upper()}",
-            e.model_span or e.span, labels=[(e.model.span, f"a {what} needs type {types[0].upper()}")],
-        )  # fmt: skip
-        return False
-    return True
 
 
 def _parameters_fit(ctx: Context, e: Element, what: str) -> None:

@@ -164,9 +164,9 @@ def _read(path: str) -> list[Chart]:
     with open(path, encoding="utf-8") as file:
         try:
             return [Chart.from_dict(data) for data in json.load(file)]
-        except (ValueError, KeyError, TypeError) as error:
+        except (ValueError, KeyError, TypeError):
             raise OutsideError(
-                Diagnostic("error", "E504", f"{path} is no suite.json of this program: {error}")
+                Diagnostic("error", "E504", f"{path} is no suite.json that emsim chart --suite wrote")
             ) from None
 
 

@@ -45,7 +45,7 @@ def words_of(verb: str) -> list[str] | None:
 
 
 def extensions_of(verb: str) -> tuple[str, ...]:
-    if verb not in ("convert", "plot"):
+    if verb != "convert":
         return DECKS
     from ..outputs import READERS
 

@@ -52,7 +52,9 @@ def unknown(what: str) -> NoReturn:
     """An argument of no form, or of a form but without an entry."""
     from ..reports.codes import catalogue
 
-    near = suggest(what, catalogue())
+    known = catalogue()
+    # the beginning of a code says more than a code that is off by a digit
+    near = ", ".join(code for code in known if code.startswith(what.upper())) or suggest(what, known)
     shapes = ", ".join(form.shape for form in FORMS)
     hint = f"did you mean {near}?" if near else f"emsim explain takes {shapes}; emsim explain --list"
     raise UsageError(f"there is nothing to explain of the name {what}; {hint}")
@@ -104,8 +106,10 @@ def text_of(entry: Entry, said: str) -> Iterator[str]:
     yield entry.meaning
     if entry.command:
         yield from _files(entry.example)
-        yield from ("", f"    $ {entry.command}")
-        yield from ("    " + line if line else "" for line in said.split("\n"))
+        yield ""
+        yield from (f"    $ {line}" for line in entry.command.splitlines())
+        for line in said.split("\n"):
+            yield "    " + line if line else ""
     if entry.remedy:
         yield from ("", entry.remedy)
     yield from _files(entry.fixed, ", mended")
@@ -123,32 +127,56 @@ def message(entry: Entry) -> str:
     if not entry.command:
         return ""
     _, said = perform(entry.command, entry.example)
-    blocks = said.split("\n\n")
-    own = [block for block in blocks if block.partition("]")[0].endswith(f"[{entry.code}")]
+    own = [text for code, text in blocks(said) if code == entry.code]
     return "\n\n".join(own) or said.rstrip("\n")
 
 
-def perform(command: str, files: dict[str, str]) -> tuple[int, str]:
-    """Runs a command line of emsim in a new folder that holds the files; exit code and what stood on stderr."""
-    import io
+def blocks(said: str) -> Iterator[tuple[str, str]]:
+    """(code, text) of every diagnostic among what stood on stderr."""
+    import re
+
+    for found in re.finditer(r"^(?:error|warning|note)\[(\w+)\](?:.+\n?)+", said, re.M):
+        yield found[1], found[0].rstrip("\n")
+
+
+def perform(commands: str, files: dict[str, str]) -> tuple[int, str]:
+    """Runs command lines of emsim, one after the other, in a new folder that holds the files; the last one's exit code and
+    what stood on stderr. `NAME=value` before a command is set in its environment."""
     import os
     import tempfile
-    from contextlib import redirect_stderr, redirect_stdout
 
-    from . import main as emsim
-
-    errors, back = io.StringIO(), os.getcwd()
+    code, said, back = OK, "", os.getcwd()
     with tempfile.TemporaryDirectory() as folder:
         for name, text in files.items():
             with open(os.path.join(folder, name), "w", encoding="utf-8") as file:
                 file.write(text)
         os.chdir(folder)
         try:
-            with redirect_stdout(io.StringIO()), redirect_stderr(errors):
-                code = emsim(command.split()[1:])
+            for line in commands.splitlines():
+                code, errors = _command(line.split())
+                said += errors
         finally:
             os.chdir(back)
-    return code, errors.getvalue()
+    return code, said
+
+
+def _command(words: list[str]) -> tuple[int, str]:
+    import io
+    import os
+    from contextlib import redirect_stderr, redirect_stdout
+
+    from . import main as emsim
+
+    start, errors, kept = words.index("emsim"), io.StringIO(), dict(os.environ)
+    for word in words[:start]:
+        name, _, value = word.partition("=")
+        os.environ[name] = value
+    try:
+        with redirect_stdout(io.StringIO()), redirect_stderr(errors):
+            return emsim(words[start + 1 :]), errors.getvalue()
+    finally:
+        os.environ.clear()
+        os.environ.update(kept)
 
 
 # what may be explained: the first form that fits an argument has it

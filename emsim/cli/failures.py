@@ -13,7 +13,6 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-COMMAND_LINE = ("--plot", "signals")  # what messages call texts that stood there
 REPORT = "please report it with the deck: this is a bug in emsim, not in your deck"
 
 
@@ -39,14 +38,11 @@ def explain(error: Exception) -> tuple[int, list[Diagnostic]]:
     """Exit code and diagnostics of an exception. What no stage has explained is E499 internal error."""
     if isinstance(error, DiagnosticError):
         codes = {ConvergenceError: CONVERGENCE, OutsideError: OUTSIDE}
-        wrong = [d.span for d in error.diagnostics if d.severity == "error"]
-        if wrong and all(span is not None and span.file.name in COMMAND_LINE for span in wrong):
-            return USAGE, error.diagnostics
         return codes.get(type(error), DECK), error.diagnostics
     if isinstance(error, OSError):
         where = f"{error.filename}: " if error.filename else ""
         return OUTSIDE, [Diagnostic("error", "E500", f"{where}{error.strerror or error}")]
     if isinstance(error, MemoryError):
-        return OUTSIDE, [Diagnostic("error", "E501", "out of memory")]
+        return OUTSIDE, [Diagnostic("error", "E509", "out of memory")]
     message = f"internal error: {type(error).__name__}: {error}"
     return INTERNAL, [Diagnostic("error", "E499", message, None, REPORT + "; EMSIM_TRACEBACK=1 shows where")]

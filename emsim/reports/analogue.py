@@ -16,7 +16,7 @@ more dimensions has no such circuit and is refused by name. The deck starts from
 
 from __future__ import annotations
 
-from ..diagnostics import DeckError, Diagnostic
+from ..diagnostics import ConvergenceError, DeckError, Diagnostic
 from ..expr import Binary, Call, Cond, Name, Node, Num, Unary, to_text
 
 TYPE_CHECKING = False
@@ -52,7 +52,9 @@ class Net:
         self.flat = assembly.flat
         found, self.x, why = assembly.system.start(assembly.options, uic, tstep)
         if not found:
-            raise DeckError(Diagnostic("error", "E312", f"no starting point for the analogue: {why}"))
+            from ..analyses.failure import explain_failure
+
+            raise ConvergenceError(explain_failure(assembly, None, why or {}, 0))
         # what the start's Newton left of a zero is no initial value
         self.x = [0.0 if abs(value) < 1e-15 else value for value in self.x]
         self.lines: list[str] = []

@@ -188,9 +188,9 @@ def csv_lines(rows: Sequence[Sequence[Cell]]) -> list[str]:
 
 def picture(path: str, rows: Sequence[Sequence[Cell]]) -> None:
     """A coloured grid, to a file in the format of its extension. OutsideError without matplotlib."""
-    from . import draw
+    from .plot import figure_maker
 
-    pyplot = draw.pyplot()
+    pyplot = figure_maker()
     columns, n = [cell.method for cell in rows[0]], len(rows)
     figure, axis = pyplot.subplots(figsize=(2.2 + 0.95 * len(columns), 1.2 + 0.36 * n), layout="constrained")
     for y, row in enumerate(rows):
@@ -246,4 +246,4 @@ def write(path: str, rows: Sequence[Sequence[Cell]], kind: str = "") -> None:
         with open(path, "w", encoding="utf-8") as file:
             file.writelines(line + "\n" for line in lines)
     except OSError as error:
-        raise OutsideError(Diagnostic("error", "E501", f"cannot write {path}: {error.strerror}")) from None
+        raise OutsideError(Diagnostic("error", "E503", f"cannot write {path}: {error.strerror}")) from None

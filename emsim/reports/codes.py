@@ -11,7 +11,7 @@ One file a family of codes. Every entry has this form; the test of the catalogue
 
     What to do.
 
-    ```spice fixed              the same deck, mended; `spice fixed parts.inc` is a file beside it
+    ```spice fixed              the same deck, mended; `spice fixed parts.inc`, `sh fixed` likewise
 
 Exit codes have entries too, `## exit 3 ...`. No message is written here: it is made by running the deck.
 """
@@ -30,7 +30,8 @@ _FENCE = re.compile(r"```(\w*) *(.*)")
 
 
 class Entry(NamedTuple):
-    """One code. `example` and `fixed` are files by name; empty where no deck of the user's can give the message."""
+    """One code. `example` and `fixed` are files by name, beside the commands that run them; both commands are empty where
+    no deck of the user's gives the message, `fixed_command` where there is nothing to mend."""
 
     code: str
     title: str
@@ -91,6 +92,7 @@ def _entry(family: str, lines: list[str]) -> Entry:
         at = end + 1
     meaning, remedy = ("\n".join(part).strip() for part in prose)
     command = commands[0] or (COMMAND if decks[0] else "")
-    return Entry(
-        head[1], head[2], family, meaning, decks[0], command, remedy, decks[1], commands[1] or command
-    )
+    if not command:  # no deck: the last paragraph is the remedy
+        meaning, _, remedy = meaning.rpartition("\n\n")
+    fixed_command = commands[1] or (command if decks[1] else "")
+    return Entry(head[1], head[2], family, meaning, decks[0], command, remedy, decks[1], fixed_command)

@@ -71,16 +71,13 @@ def test_runs_in_an_empty_environment(wheel, tmp_path):
 def test_wheel_holds_grammar_types_and_licences_and_no_sources(wheel):
     names = zipfile.ZipFile(wheel).namelist()
     for needed in (
-        "emsim/grammar/deck.lark", "emsim/py.typed", "emsim/_engine.pyi", "emsim/editor/vscode/extension.js"
+        "emsim/grammar/deck.lark", "emsim/py.typed", "emsim/_engine.pyi", "emsim/editor/vscode/extension.js",
+        "emsim/messages/running.md",
     ):  # fmt: skip
         assert needed in names
     assert sum("dist-info" in name and "LICENSE" in name for name in names) == 2
     assert any(name.endswith("web/vendor/LICENSE-uPlot") for name in names)
-    assert not [
-        name
-        for name in names
-        if name.endswith((".rs", "Cargo.toml")) or "tests/" in name or "emsim/docs/" in name
-    ]
+    assert not [name for name in names if name.endswith((".rs", "Cargo.toml")) or "tests/" in name]
     decks = [name for name in names if name.endswith(".cir")]
     assert decks and all(name.startswith("emsim/templates/") for name in decks)
     assert "abi3" in wheel.name

@@ -305,7 +305,7 @@ impl<'a, S: Sink> Run<'a, S> {
                             continue;
                         }
                         // what is told is why the first method gave up, where others were tried after it
-                        let halved = format!("halving the step {failures} times");
+                        let halved = format!("shorter steps, down to {step:.2e} s");
                         let by = method.used().last().map_or(self.o.method.clone(), |u| u.method.clone());
                         let (step, why, tried) = gave_up.get_or_insert_with(|| (step, why, vec![halved]));
                         tried.push(format!("method {by}"));
@@ -367,7 +367,7 @@ impl<'a, S: Sink> Run<'a, S> {
             }
             self.x.copy_from_slice(method.candidate());
             if let Some(unknown) = self.x.iter().position(|v| v.abs() > LARGEST) {
-                return self.fail(step, Failure::NotFinite { unknown }, vec!["it grows without bound".into()]);
+                return self.fail(step, Failure::NotFinite { unknown }, vec![]);
             }
             self.keep(method);
             self.detector.accept(sys, self.w, &self.x, self.t);

@@ -302,8 +302,8 @@ impl Plan<'_> {
         }
         if !nodes.is_empty() {
             return format!(
-                "only the derivative of a flux gives the voltage at {}: nothing but inductors and current sources meets \
-                 there (index 2)",
+                "nothing gives the voltage at {} directly: only inductors and current sources meet there, or what conducts \
+                 there cancels (index 2)",
                 nodes.join(", ")
             );
         }

@@ -10,7 +10,7 @@ pub const CRAWLS: f64 = 1e-4;
 pub const PATIENCE: usize = 2000;
 
 pub fn stiff() -> Failure {
-    Failure::Unfit { why: "what decays fast rings under gauss, which damps nothing; try method=radau".into() }
+    Failure::Unfit { why: "what decays fast rings under gauss, which damps nothing".into() }
 }
 
 impl Gauss {
@@ -32,7 +32,7 @@ impl Gauss {
             Some(i) => {
                 let what = "a loop of capacitors and voltage sources, or a cut of inductors and current sources";
                 let name = &sys.unknowns[i].name;
-                Err(Failure::Unfit { why: format!("{what} ({name}): gauss has no damping for it; try method=radau") })
+                Err(Failure::Unfit { why: format!("{what} (`{name}`): gauss has no damping for it") })
             }
             None => Ok(()),
         }

@@ -1,0 +1,207 @@
+"""The catalogue of messages, emsim/messages/: every code of the sources has its entry, every example gives its code, every
+mended deck runs without it, and every message reads as it was last looked at.
+
+The messages stand in golden/, one file a family; after a change, look at what `git diff` shows of
+
+    python tests/messages/test_catalogue.py --write
+"""
+
+from __future__ import annotations
+
+import ast
+import re
+import sys
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+
+import pytest
+
+import emsim
+from emsim.cli.explain import blocks, perform, text_of
+from emsim.reports.codes import FOLDER, Entry, catalogue
+
+ROOT = Path(__file__).resolve().parent.parent.parent
+GOLDEN = Path(__file__).resolve().parent / "golden"
+CODE = re.compile(r"[EWN]\d{3}")
+ENTRIES = catalogue()
+WITH_DECK = [code for code, entry in ENTRIES.items() if entry.command]
+CODES_WITH_DECK = [code for code in WITH_DECK if CODE.fullmatch(code)]
+
+
+def codes_of_the_sources() -> set[str]:
+    """Every string of the Python sources that is a code; the engine writes none."""
+    found = set()
+    for path in (ROOT / "emsim").rglob("*.py"):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.Constant) and isinstance(node.value, str) and CODE.fullmatch(node.value):
+                found.add(node.value)
+    return found
+
+
+def test_every_code_has_an_entry_and_every_entry_a_code():
+    known = {code for code in ENTRIES if CODE.fullmatch(code)}
+    assert codes_of_the_sources() - known == set(), "codes without an entry in emsim/messages/"
+    assert known - codes_of_the_sources() == set(), "entries of codes that nothing says"
+
+
+def test_the_engine_writes_no_code():
+    for path in (ROOT / "emsim" / "engine" / "src").rglob("*.rs"):
+        assert not re.search(r'"[EWN]\d{3}', path.read_text(encoding="utf-8")), path
+
+
+@cache
+def ran(code: str, fixed: bool) -> tuple[int, str]:
+    entry = ENTRIES[code]
+    if fixed:
+        return perform(entry.fixed_command, entry.fixed)
+    return perform(entry.command, entry.example)
+
+
+def steady(said: str) -> str:
+    """Without what differs from machine to machine: how long something takes, the last digits of rounding."""
+    said = re.sub(r"met to [\d.e-]+ by", "met to .. by", said)
+    said = re.sub(r"about [\d.e+]+ (s|minutes|hours|days) at this speed", "about .. at this speed", said)
+    return re.sub(r"\S*/tmp\S*/(?=\w)|/private\S*/", "", said)
+
+
+def message(code: str) -> str:
+    if code in FORCED:
+        return steady(forced(code))
+    said = ran(code, False)[1]
+    return steady("\n\n".join(text for found, text in blocks(said) if found == code) or said.rstrip("\n"))
+
+
+# ---- what no deck gives: the machine that it runs on is changed ----------------------------------
+
+RC = "low-pass\nV1 in 0 SIN(0 1 1k)\nR1 in out 1k\nC1 out 0 1u\n.tran 10u 2m\n.end\n"
+HERE, WRONG, COMPARE = "emsim deck.cir", "emsim wrong.cir", "emsim compare deck.cir"
+SHARED = COMPARE + " --engine shared"
+LIBRARY = "PySpice.Spice.NgSpice.Shared.NgSpiceShared.new_instance"
+
+
+def raising(error: BaseException):
+    def fails(*_: object, **__: object) -> object:
+        raise error
+
+    return fails
+
+
+def refused(*_: object, **__: object) -> object:
+    from emsim.interop.ngspice import NgspiceError
+
+    raise NgspiceError("Error: no such function")
+
+
+OP = "point\nV1 in 0 1\nR1 in 0 1k\n.op\n.end\n"
+
+
+def with_ngspice(patch: pytest.MonkeyPatch, run: Callable[..., object]) -> None:
+    """As if the program were there, whether it is or not."""
+    patch.setattr("emsim.interop.ngspice.find", lambda: "ngspice")
+    patch.setattr("emsim.interop.ngspice.run", run)
+
+
+def without_grammar(patch: pytest.MonkeyPatch) -> None:
+    """The grammar is read where a line is wrong."""
+    from emsim import lark_grammar
+
+    patch.setattr(lark_grammar, "_parser", None)
+    patch.setattr(lark_grammar.os.path, "exists", lambda path: False)
+
+
+# code: (command, what is changed)
+FORCED = {
+    "E349": ("emsim compare --plot out.png op.cir", lambda p: with_ngspice(p, lambda _: emsim.run(OP))),
+    "E421": ("emsim chart --alone deck.cir", lambda p: p.setattr("emsim.reports.reference.WORST", 0.0)),
+    "E499": (HERE, lambda p: p.setattr("emsim.pipeline.solve", raising(RuntimeError("a bug")))),
+    "E502": (WRONG, without_grammar),
+    "E505": ("emsim chart --suite", lambda p: p.setattr("pathlib.Path.is_file", lambda path: False)),
+    "E509": (HERE, lambda p: p.setattr("emsim.pipeline.solve", raising(MemoryError()))),
+    "E511": (COMPARE, lambda p: with_ngspice(p, refused)),
+    "E512": (SHARED, lambda p: p.setitem(sys.modules, "PySpice.Spice.NgSpice.Shared", None)),
+    "E513": (SHARED, lambda p: p.setattr(LIBRARY, raising(OSError("cannot open libngspice.so")))),
+    "E521": ("emsim chart --alone -o out.png deck.cir", lambda p: p.setitem(sys.modules, "matplotlib", None)),
+}
+
+
+@cache
+def forced(code: str) -> str:
+    command, change = FORCED[code]
+    with pytest.MonkeyPatch.context() as patch:
+        change(patch)
+        _, said = perform(command, {"deck.cir": RC, "op.cir": OP, "wrong.cir": RC.replace("1k)", "1k")})
+    return "\n\n".join(text for found, text in blocks(said) if found == code)
+
+
+# what stands beside the code, and why
+ALSO = {
+    "N137": {"E297"},  # transistors are not supported yet
+    "W236": {"N231"},  # what only can stand still has no degree of freedom
+}
+
+
+@pytest.mark.parametrize("code", CODES_WITH_DECK)
+def test_the_example_gives_its_code_and_no_other(code):
+    exit, said = ran(code, False)
+    if code == "E520":  # written without a code, for who typed it is there
+        assert exit == 2 and said.startswith("emsim: "), said
+        return
+    assert {found for found, _ in blocks(said)} == {code} | ALSO.get(code, set()), said
+    assert (exit == 0) == (code[0] != "E" and code != "N137"), said
+
+
+@pytest.mark.parametrize("code", [code for code in ENTRIES if ENTRIES[code].fixed_command])
+def test_the_mended_deck_runs_and_says_nothing(code):
+    exit, said = ran(code, True)
+    assert exit == 0 and not list(blocks(said)), said
+
+
+@pytest.mark.parametrize("code", [code for code in WITH_DECK if code.startswith("exit")])
+def test_an_exit_code_is_what_its_example_ends_with(code):
+    assert f"exit {ran(code, False)[0]}" == code
+
+
+@cache
+def golden() -> dict[str, str]:
+    found: dict[str, str] = {}
+    for path in GOLDEN.glob("*.txt"):
+        for part in path.read_text(encoding="utf-8").split("==== ")[1:]:
+            code, _, text = part.partition("\n")
+            found[code] = text.strip("\n")
+    return found
+
+
+@pytest.mark.parametrize("code", [*CODES_WITH_DECK, *FORCED])
+def test_the_message_reads_as_it_was_looked_at(code):
+    assert message(code) == golden().get(code), "python tests/messages/test_catalogue.py --write"
+
+
+def test_no_message_is_left_over():
+    assert set(golden()) == {*CODES_WITH_DECK, *FORCED}
+
+
+@pytest.mark.parametrize("code", ENTRIES)
+def test_an_entry_is_whole(code):
+    entry = ENTRIES[code]
+    assert entry.title[0].isupper() or entry.title[0] in ".-`", entry.title
+    assert len(entry.title) < 70 and entry.meaning and entry.remedy, code
+    assert "".join(text_of(entry, "")).startswith(code)
+
+
+def write() -> None:
+    GOLDEN.mkdir(exist_ok=True)
+    families: dict[str, list[Entry]] = {}
+    for path in sorted(Path(FOLDER).glob("*.md")):
+        heads = re.findall(r"^## ([EWN]\d{3}) ", path.read_text(encoding="utf-8"), re.M)
+        families[path.stem] = [ENTRIES[code] for code in heads]
+    for name, entries in families.items():
+        text = "\n\n\n".join(f"==== {e.code}\n{message(e.code)}" for e in entries)
+        if text:
+            (GOLDEN / f"{name}.txt").write_text(text + "\n", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    if sys.argv[1:] != ["--write"]:
+        sys.exit(__doc__)
+    write()
