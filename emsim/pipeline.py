@@ -160,9 +160,11 @@ def _table(assembly: Assembly, r: Run) -> Table:
     found = r.waves.accounts if assembly.accounts is not None else None
     ledger = None
     if found is not None and assembly.accounts is not None:
-        from .reports.energy import Ledger
+        from .reports.energy import Ledger, doubt
 
         ledger = Ledger(assembly.accounts, found, assembly.system.diode_names)
+        if r.waves.status == "ok":
+            doubt(ledger, assembly.flat.sink, assembly.options["method"])
 
     stats = dict(r.waves.stats)
     stats.setdefault("seconds", stats.get("solve_time"))

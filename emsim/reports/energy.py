@@ -13,8 +13,10 @@ if TYPE_CHECKING:
     from typing import Any
 
     from ..assemble.accounts import Accounts
+    from ..diagnostics import Sink
 
 KINDS = ("supplied", "dissipated", "stored")
+WORTH = 0.01  # share of what was turned over that deserves a word when nothing explains it
 
 
 class Line:
@@ -62,11 +64,14 @@ class Ledger:
             sum(getattr(x, kind) for x in self.lines) for kind in KINDS
         )
         self.residual = self.stored - self.supplied + self.dissipated
-        moved = [sum(abs(getattr(x, kind)) for x in self.lines) for kind in KINDS]
-        # energies come and go: what they were at either end, and how far each went
-        changes = sum(map(abs, energies))
+        # energies come and go: what went through each account, how far each energy went, what it is at either end
+        moved = dict.fromkeys(KINDS, 0.0)
+        kinds = [*(e.kind for e in book.powers), *(["dissipated"] * len(found["diodes"]))]
+        for kind, value in zip(kinds, found["moved"], strict=False):
+            moved[kind] += value
+        changes = max(sum(map(abs, energies)), sum(found["swing"]))
         largest = sum(max(abs(a), abs(b)) for a, b in zip(found["first"], found["last"], strict=False))
-        self.turnover = max(*moved, changes, largest) if lines else 0.0
+        self.turnover = max(*moved.values(), changes, largest) if lines else 0.0
         self.trace = _trace(book, found, len(diodes)) if "trace" in found else None
 
     @property
@@ -109,6 +114,19 @@ class Ledger:
                 {"name": x.name, "card": x.word, **{kind: getattr(x, kind) for kind in KINDS}} for x in self.lines
             ],
         }  # fmt: skip
+
+
+def doubt(ledger: Ledger, sink: Sink, method: str) -> None:
+    """Warns where more than a hundredth of the energy has no explanation: the solution is wrong by about as much."""
+    if ledger.balanced and ledger.share > WORTH:
+        more = "appeared" if ledger.residual > 0 else "went"
+        sink.warning(
+            "W415",
+            f"{abs(ledger.residual):.2g} J {more} without a cause, {100 * ledger.share:.2g} % of what was turned over: "
+            f"so much is wrong with what {method} found",
+            None,
+            "tighten reltol or take another method; --energy shows where every joule went",
+        )
 
 
 def _joule(value: float) -> str:

@@ -9,6 +9,9 @@
 //! linearly and converge with the rest: they are outside the norm, because the rounding noise of such a force, or of the
 //! current of a capacitor across a source, grows as 1/h.
 //!
+//! Where accounts of energy are kept the currents of diodes must agree with the lines that led to them as well: within the tolerance
+//! of 300 V a diode's current may be anything.
+//!
 //! In a passive network of diodes (passive.rs) an iterate may be accepted without that: what the straight lines of the
 //! diodes have missed at the new point is measured there, and bounds the next update of every junction's voltage.
 use crate::sparse::{Lu, Singular, Symbolic};
@@ -54,6 +57,9 @@ impl Failure {
         }
     }
 }
+
+/// Iterates that are good but for the currents of diodes: more than so many are not waited for.
+const PATIENCE: u32 = 6;
 
 pub struct Newton {
     lu: Lu<f64>,
@@ -116,6 +122,7 @@ impl Newton {
             return self.solve_linear(sys, w, a, r, x);
         }
         sys.stage_expand(w, x, t);
+        let (fit, mut good) = (tol.accounts && a > 0.0 && sys.diodes() > 0, 0);
         for iteration in 1..=max_iterations {
             w.counters.iterations += 1;
             sys.stage_residual(w, a, &self.rows, r, x, &mut self.step);
@@ -125,6 +132,16 @@ impl Newton {
             self.lu.solve(&mut self.step);
             w.counters.solves += 1;
             let converged = self.advance(x, tol)?;
+            if fit {
+                good += u32::from(converged && !w.limited);
+                let fits = sys.stage_expand_and_fit(w, x, t, a) && converged;
+                if fits || good > PATIENCE {
+                    sys.stage_charges(w, x, None, &mut self.q);
+                    self.finish(sys, a, r);
+                    return Ok(iteration);
+                }
+                continue;
+            }
             if sys.linear || (converged && !w.limited) {
                 sys.stage_charges(w, x, Some(&self.step), &mut self.q);
                 self.finish(sys, a, r);

@@ -19,6 +19,7 @@ use std::collections::BTreeMap;
 use std::sync::OnceLock;
 
 mod guests;
+mod junctions;
 mod reduce;
 mod split;
 
@@ -380,15 +381,6 @@ impl System {
 
     pub fn diodes(&self) -> usize {
         self.diodes.len()
-    }
-
-    /// For every diode: its number, junction voltage, current and charge at x.
-    pub fn each_diode(&self, w: &Work, x: &[f64], mut look: impl FnMut(usize, f64, f64, f64)) {
-        for (k, d) in self.diodes.iter().enumerate() {
-            let v = across(x, d.p, d.n);
-            let o = d.kernel.eval(v, w.gmin);
-            look(k, v, o.i, o.q);
-        }
     }
 
     #[inline]

@@ -43,6 +43,8 @@ pub struct Options {
     pub projection: bool,
     /// a run that would need more steps is refused
     pub maxsteps: f64,
+    /// energy accounts are kept: what a method knows of the inside of its steps is wanted
+    pub accounts: bool,
 }
 
 impl Default for Options {
@@ -59,6 +61,7 @@ impl Default for Options {
             fixed_step: None,
             projection: true,
             maxsteps: 1e8,
+            accounts: false,
         }
     }
 }
@@ -186,6 +189,8 @@ impl Quantity {
 pub struct Tolerances {
     pub reltol: f64,
     pub vntol: f64, // of a junction's voltage
+    /// accounts are kept: currents of diodes must be right where their voltages are, an exponential apart
+    pub accounts: bool,
     pub atol: Vec<f64>,
     pub peak: Vec<f64>,
     /// absolute floor of each weight: `atol`, and the rounding that larger neighbours of the same unit bring
@@ -230,6 +235,7 @@ impl Tolerances {
         Tolerances {
             reltol: o.reltol,
             vntol,
+            accounts: o.accounts,
             atol,
             peak,
             floor,

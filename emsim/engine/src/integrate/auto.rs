@@ -14,6 +14,7 @@
 //!
 //! Nothing is measured with a clock: equal decks take equal steps.
 use super::{make_one, Attempt, Method, Used};
+use crate::ledger::Stages;
 use crate::newton::{Failure, Options, Tolerances};
 use crate::sparse::Complex;
 use crate::system::{System, Work};
@@ -352,6 +353,10 @@ impl Method for Auto<'_> {
 
     fn interior(&self, sys: &System, tol: &Tolerances) -> f64 {
         self.inner().interior(sys, tol)
+    }
+
+    fn stages(&self) -> Stages<'_> {
+        self.inner().stages()
     }
 
     fn wants_dense_record(&self) -> bool {

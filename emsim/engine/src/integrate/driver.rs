@@ -10,6 +10,7 @@ use super::rows::{Forces, Grid, Row, Sink};
 use super::watch::{Report, Watch};
 use super::{make, Attempt, Method, Used};
 use crate::events::{Candidate, Detector, Located};
+use crate::ledger::Inside;
 use crate::newton::{Failure, Newton, Options, Tolerances};
 use crate::op;
 use crate::record::Record;
@@ -63,6 +64,8 @@ const LEAST: f64 = 2e-9;
 const LARGEST: f64 = 1e100;
 /// A jump takes this part of the next stretch.
 const JUMP: f64 = 1e-9;
+/// ... or ten times as much, so often, where that cannot be solved.
+const LONGER: usize = 4;
 /// Steps of so little of the longest creep.
 const CREEPS: f64 = 1e-12;
 /// A step over a corner may take this part of the next stretch.
@@ -441,8 +444,9 @@ impl<'a, S: Sink> Run<'a, S> {
             row.push(self.sys, self.w, self.t, &self.tol);
         }
         self.kept = self.t;
-        let parts = if self.dense { 4 } else { 1 };
-        self.record.step(self.sys, self.w, self.t, &self.x, parts, &|t, out| method.dense(t, out));
+        let dense = |t: f64, out: &mut [f64]| method.dense(t, out);
+        let inside = Inside { dense: &dense, parts: if self.dense { 4 } else { 1 }, stages: &|| method.stages() };
+        self.record.step(self.sys, self.w, self.t, &self.x, &inside);
         self.tol.observe(&self.x);
         self.watch.step(self.t, &self.x, method, &self.tol);
     }
@@ -481,8 +485,14 @@ impl<'a, S: Sink> Run<'a, S> {
                 self.sys.flip_edges(self.w, t, |k, on| events.push((t, k, on)));
             }
             self.stop = self.sys.next_stop(self.w, t, self.until);
-            let h = (JUMP * width.min(self.stop - t)).max(64.0 * f64::EPSILON * t).max(1e-18 * self.a.tstop);
-            op::consistent(self.sys, &mut self.newton, self.w, &mut self.x, t, h, &self.tol, false);
+            let mut h = (JUMP * width.min(self.stop - t)).max(64.0 * f64::EPSILON * t).max(1e-18 * self.a.tstop);
+            // rounding may keep so short a step from converging: a flux of so much over h is no voltage
+            for _ in 0..LONGER {
+                if op::consistent(self.sys, &mut self.newton, self.w, &mut self.x, t, h, &self.tol, false) {
+                    break;
+                }
+                h *= 10.0;
+            }
             self.t = t + h;
             self.late = 0.0;
             let before = self.w.flags.clone();

@@ -26,6 +26,7 @@ pub use driver::{Failed, Outcome, Status, Tick, Transient};
 pub use multirate::pays;
 pub use watch::Report;
 
+use crate::ledger::Stages;
 use crate::newton::{Failure, Options, Tolerances};
 use crate::record::Record;
 use crate::sparse::Complex;
@@ -59,6 +60,10 @@ pub trait Method {
     /// a point that is asked for, rather than interpolate it.
     fn interior(&self, _sys: &System, _tol: &Tolerances) -> f64 {
         0.0
+    }
+    /// The states that the accepted step was computed by; none where dense output knows as much.
+    fn stages(&self) -> Stages<'_> {
+        Stages::default()
     }
     /// Output between internal points belongs into the record (methods whose steps are long).
     fn wants_dense_record(&self) -> bool {

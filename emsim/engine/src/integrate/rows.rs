@@ -7,6 +7,7 @@
 //! nearly no length, h, 2h and 4h, are extrapolated to none.
 use super::driver::Transient;
 use super::Method;
+use crate::ledger::Inside;
 use crate::model::Kind;
 use crate::newton::{Newton, Tolerances};
 use crate::record::Record;
@@ -24,8 +25,8 @@ pub trait Sink {
     fn open(&mut self, sys: &System, w: &mut Work, t: f64, x: &[f64]);
     /// Something jumped: (t, x) is where the run goes on.
     fn leap(&mut self, sys: &System, w: &mut Work, t: f64, x: &[f64]);
-    /// An accepted step ends at (t, x); `dense` is inside it, and is best taken in so many parts.
-    fn step(&mut self, sys: &System, w: &mut Work, t: f64, x: &[f64], parts: usize, dense: &dyn Fn(f64, &mut [f64]));
+    /// An accepted step ends at (t, x).
+    fn step(&mut self, sys: &System, w: &mut Work, t: f64, x: &[f64], inside: &Inside);
     /// The run ends.
     fn close(&mut self, sys: &System, w: &mut Work);
 }
@@ -45,15 +46,15 @@ impl Sink for Record {
         }
     }
 
-    fn leap(&mut self, sys: &System, w: &mut Work, t: f64, x: &[f64]) {
+    fn leap(&mut self, _sys: &System, _w: &mut Work, t: f64, x: &[f64]) {
         if let Some(ledger) = &mut self.ledger {
-            ledger.leap(sys, w, t, x);
+            ledger.leap(t, x);
         }
     }
 
-    fn step(&mut self, sys: &System, w: &mut Work, t: f64, x: &[f64], parts: usize, dense: &dyn Fn(f64, &mut [f64])) {
+    fn step(&mut self, sys: &System, w: &mut Work, t: f64, x: &[f64], inside: &Inside) {
         if let Some(ledger) = &mut self.ledger {
-            ledger.step(sys, w, t, x, parts, dense);
+            ledger.step(sys, w, t, x, inside);
         }
     }
 

@@ -7,6 +7,7 @@
 //!
 //! Local error  h^3/12 x'''  from the third divided difference of the last four points, on what stands under d/dt.
 use super::{interpolate, response, Attempt, History, Method};
+use crate::ledger::Stages;
 use crate::newton::{Newton, Options, Tolerances};
 use crate::sparse::Complex;
 use crate::system::{Kind, System, Work};
@@ -40,10 +41,13 @@ pub struct Trap {
     linear: bool,
     itl4: usize,
     e: Vec<f64>,
-    ringing: bool,             // in the attempted step
-    damp: bool,                // take the next step by the L-stable rule
-    calm: u32,                 // steps since one was
-    slopes: Vec<(usize, f64)>, // rows that only ask for a derivative, with Q one step before the last
+    ringing: bool,               // in the attempted step
+    damp: bool,                  // take the next step by the L-stable rule
+    stage: Vec<f64>,             // of that rule
+    weights: [Vec<Vec<f64>>; 2], // of the ends of a step, of stage and end
+    two_stages: bool,            // the attempted step was by that rule
+    calm: u32,                   // steps since one was
+    slopes: Vec<(usize, f64)>,   // rows that only ask for a derivative, with Q one step before the last
 }
 
 impl Trap {
@@ -64,6 +68,9 @@ impl Trap {
             e: v(),
             ringing: false,
             damp: false,
+            stage: v(),
+            weights: [vec![vec![0.5, 0.5]], vec![vec![1.0 - GAMMA, GAMMA]]],
+            two_stages: false,
             calm: 0,
             slopes: (0..sys.n).filter(|&i| sys.unknowns[i].kind == Kind::Derivative).map(|i| (i, 0.0)).collect(),
         })
@@ -78,10 +85,10 @@ impl Trap {
         }
         self.x1.copy_from_slice(&self.past.x[0]);
         self.newton.solve(sys, w, a, &self.r, &mut self.x1, t0 + GAMMA * h, tol, self.itl4)?;
+        self.stage.copy_from_slice(&self.x1);
         let k = (1.0 - GAMMA) / GAMMA;
         for i in 0..sys.n {
             self.r[i] += k * self.newton.f[i];
-            self.e[i] = self.x1[i]; // the stage, for the error
         }
         self.newton.solve(sys, w, a, &self.r, &mut self.x1, t0 + h, tol, self.itl4)?;
         Ok(())
@@ -125,7 +132,7 @@ impl Trap {
                 // the first step: its stage gives the second difference, a tenth of whose term is held to the tolerance
                 let c = 0.1 * h;
                 for i in 0..n {
-                    let (x0, stage) = (p.x[0][i], self.e[i]);
+                    let (x0, stage) = (p.x[0][i], self.stage[i]);
                     let dd = (self.x1[i] - stage) / ((1.0 - GAMMA) * h) - (stage - x0) / (GAMMA * h);
                     self.e[i] = if tol.in_error[i] { c * dd } else { 0.0 };
                 }
@@ -185,8 +192,8 @@ impl Method for Trap {
 
     fn attempt(&mut self, sys: &System, w: &mut Work, h: f64, tol: &Tolerances) -> Attempt {
         self.t1 = self.past.t[0] + h;
-        let solved =
-            if self.past.len == 1 || self.damp { self.first(sys, w, h, tol) } else { self.trapezoid(sys, w, h, tol) };
+        self.two_stages = self.past.len == 1 || self.damp;
+        let solved = if self.two_stages { self.first(sys, w, h, tol) } else { self.trapezoid(sys, w, h, tol) };
         if let Err(why) = solved {
             return Attempt::Stuck { next: h / 8.0, why };
         }
@@ -229,6 +236,16 @@ impl Method for Trap {
 
     fn response(&self, _formula: usize, y: f64) -> Option<Complex> {
         Some(response::pade(1, 1, y))
+    }
+
+    fn stages(&self) -> Stages<'_> {
+        let (t, x) = (&self.past.t, &self.past.x);
+        let first = if self.two_stages {
+            (t[1] + GAMMA * (t[0] - t[1]), self.stage.as_slice())
+        } else {
+            (t[1], x[1].as_slice())
+        };
+        Stages { at: vec![first, (t[0], &x[0])], weights: &self.weights[usize::from(self.two_stages)] }
     }
 
     fn candidate(&self) -> &[f64] {

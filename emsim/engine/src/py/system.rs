@@ -295,7 +295,8 @@ impl System {
             return Err(PyValueError::new_err("tran: times must be positive, tstart before tstop"));
         }
         let ids = self.ids(&outputs)?;
-        let o = options(options_)?;
+        let mut o = options(options_)?;
+        o.accounts = accounts.is_some();
         let sys = self.inner.clone();
         let mut record = Record::new(&lock(&self.graph), &ids);
         if let Some((powers, energies, traced)) = accounts {
@@ -478,14 +479,17 @@ impl Waveforms {
         self.failure.as_ref().map(|f| f.clone_ref(py))
     }
 
-    /// Energy accounts: integrals of the powers, (heat, charge energy) of every diode, energies at the start and at the
-    /// end [J], and the trace as bytes of float64 rows; None where they were not asked for.
+    /// Energy accounts: integrals of the powers, (heat, charge energy) of every diode, what went through each of these back
+    /// and forth, energies at the start and at the end and their largest change [J], and the trace as bytes of float64 rows; None where they were not asked for.
     #[getter]
     fn accounts(&self, py: Python<'_>) -> PyResult<Option<Py<PyDict>>> {
         let Some(ledger) = &self.record.ledger else { return Ok(None) };
         let d = PyDict::new(py);
         d.set_item("powers", ledger.powers())?;
         d.set_item("diodes", ledger.diodes())?;
+        let (moved, swing) = ledger.turned_over();
+        d.set_item("moved", moved)?;
+        d.set_item("swing", swing)?;
         d.set_item("first", ledger.first.clone())?;
         d.set_item("last", ledger.last.clone())?;
         if let Some(trace) = &ledger.trace {

@@ -1,14 +1,9 @@
-//! Where a run has to stop: flags and their roots, corners of sources, edges that are known; how far a junction may go.
-use super::{across, System, Work};
+//! Where a run has to stop: flags and their roots, corners of sources, edges that are known.
+use super::{System, Work};
 use crate::tape::Inputs;
 use crate::waves::Wave;
 
 impl System {
-    /// Would limiting let every junction go from its voltage at `from` to that at `to`?
-    pub fn junctions_within_reach(&self, from: &[f64], to: &[f64]) -> bool {
-        self.diodes.iter().all(|d| !d.kernel.limit(across(to, d.p, d.n), across(from, d.p, d.n)).1)
-    }
-
     /// Roots of the flags at (x, t): for each flag the value whose sign matters in its present state. Flags that sources
     /// alone decide (edges.rs) have none here.
     pub fn eval_roots(&self, w: &mut Work, x: &[f64], t: f64, out: &mut [f64]) {

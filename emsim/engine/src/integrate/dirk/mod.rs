@@ -14,6 +14,10 @@
 //! Error: the charges that the embedded formula gives are h sum_j d_j F_j away, d = b - b^; as unknowns, with what is damped
 //! at once taken out,  e = (G + a C)^-1 a h sum_j d_j F_j  (Hosea and Shampine 1996, section 4), one solution.
 //!
+//! Accounts of energy are sums over the stages with the weights b. A step that begins with a transient too fast to be followed
+//! (a switch has closed on a junction's capacitance) has it in the explicit stage and, with changing sign, in those after
+//! it; only its end is free of it. There one implicit Euler step to h/3 and the end make up a rule of order 3.
+//!
 //! Dense output: sum_j w_j(theta) X_j, weights that are polynomials in theta = (t - t0)/h with the method's own order.
 //! In stage values rather than slopes it serves every unknown, algebraic ones too.
 mod esdirk;
@@ -22,12 +26,16 @@ mod tests;
 mod trbdf2;
 
 use super::{response, Attempt, Method};
+use crate::ledger::Stages;
 use crate::newton::{Failure, Newton, Options, Tolerances};
 use crate::sparse::Complex;
 use crate::system::{System, Work};
 
 /// Nodes nearer than this share of the step are one node to the prediction.
 const APART: f64 = 1e-3;
+
+/// A first step whose start alone would have moved so many times the charge that it moved does not follow its start.
+const TRANSIENT: f64 = 10.0;
 
 /// How far the polynomial is carried back to be compared, in steps.
 const BACK: f64 = 0.2;
@@ -81,6 +89,10 @@ pub struct Dirk {
     most: usize,
     fixed: bool,
     t1: f64,
+    accounts: bool,
+    transient: bool,             // the attempted step begins with one that it does not follow
+    calm: [(f64, Vec<f64>); 2],  // times and states in such a step that know nothing of it
+    weights: [Vec<Vec<f64>>; 2], // of the stages, of those
 }
 
 impl Dirk {
@@ -88,6 +100,7 @@ impl Dirk {
         let v = || vec![0.0; sys.n];
         let s = k.c.len();
         let step = || Step { t: 0.0, h: 0.0, x: vec![v(); s] };
+        let weights = [k.a[k.a.len() - 1..].to_vec(), vec![vec![0.75, 0.25]]];
         Ok(Dirk {
             k,
             newton: Newton::new(sys)?,
@@ -107,6 +120,10 @@ impl Dirk {
             most: o.itl4,
             fixed: o.fixed_step.is_some(),
             t1: 0.0,
+            accounts: o.accounts,
+            transient: false,
+            calm: [(0.0, v()), (0.0, v())],
+            weights,
         })
     }
 
@@ -194,6 +211,32 @@ impl Dirk {
         result
     }
 
+    /// Did the attempted step begin with a current that would have moved far more charge than has moved?
+    fn in_transient(&self, h: f64) -> bool {
+        let moved = self.newton.q.iter().zip(&self.q0).map(|(q1, q0)| (q1 - q0).abs());
+        self.f[0].iter().zip(moved).any(|(f, moved)| h * f.abs() > TRANSIENT * moved)
+    }
+
+    /// The states that accounts of a step with a transient go by; Q of the candidate stays where it is.
+    fn calm(&mut self, sys: &System, w: &mut Work, h: f64, tol: &Tolerances) {
+        let third = h / 3.0;
+        for (r, q) in self.r.iter_mut().zip(&self.q0) {
+            *r = -q / third;
+        }
+        let end = &self.now.x[self.k.c.len() - 1];
+        let (early, late) = self.calm.split_at_mut(1);
+        late[0].0 = self.t1;
+        late[0].1.copy_from_slice(end);
+        early[0].0 = self.now.t + third;
+        early[0].1.copy_from_slice(end);
+        let q = self.newton.q.clone();
+        let t = early[0].0;
+        if self.newton.solve(sys, w, 1.0 / third, &self.r, &mut early[0].1, t, tol, self.most).is_err() {
+            early[0].1.copy_from_slice(end);
+        }
+        self.newton.q = q;
+    }
+
     /// Largest local error over tolerance. An estimate that does not fall with the step is no error of the step: after a
     /// restart F_1 may not quite fit where charges float between nodes. Multiplied by C it is gone. So is, in a first step
     /// after a jump, what the method damps: of a mode with h lambda = z the estimate is a constant, the filtered one falls
@@ -242,6 +285,7 @@ impl Method for Dirk {
             self.started = true;
         }
         self.accepted = false;
+        self.transient = false;
         self.t1 = self.now.t + h;
         if let Err(why) = self.stages(sys, w, h, tol) {
             return Attempt::Stuck { next: h / 4.0, why };
@@ -260,6 +304,10 @@ impl Method for Dirk {
             }
             self.refused = Some((h, error));
             return Attempt::TooLarge { next: factor.clamp(0.1, 0.9) * h };
+        }
+        if self.accounts && !self.follows && self.in_transient(h) {
+            self.transient = true;
+            self.calm(sys, w, h, tol);
         }
         let factor = factor.clamp(0.2, if self.refused.is_some() { 1.0 } else { 5.0 });
         // a step that stays as it is keeps its factorisation in a linear circuit
@@ -317,6 +365,15 @@ impl Method for Dirk {
             worst = worst.max(error / tol.weight(i, self.now.x[0][i], self.now.x[s - 1][i]));
         }
         worst
+    }
+
+    fn stages(&self) -> Stages<'_> {
+        if self.transient {
+            let at = self.calm.iter().map(|(t, x)| (*t, x.as_slice())).collect();
+            return Stages { at, weights: &self.weights[1] };
+        }
+        let nodes = self.k.c.iter().zip(&self.last.x).map(|(c, x)| (self.last.t + c * self.last.h, x.as_slice()));
+        Stages { at: nodes.collect(), weights: &self.weights[0] }
     }
 
     fn wants_dense_record(&self) -> bool {

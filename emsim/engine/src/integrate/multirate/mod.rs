@@ -36,6 +36,7 @@ use self::window::Window;
 use super::driver::{self, Failed, Outcome, Run, Status, Tick, Transient};
 use super::rows::Sink;
 use super::{make, Attempt, Method};
+use crate::ledger::{Inside, Stages};
 use crate::newton::{Failure, Newton, Options, Tolerances};
 use crate::op;
 use crate::record::Record;
@@ -451,11 +452,12 @@ impl<'a> Multirate<'a> {
                 window::Kind::Open => self.record.open(self.sys, self.w, item.t, &self.x),
                 window::Kind::Leap => self.record.leap(self.sys, self.w, item.t, &self.x),
                 window::Kind::Step => {
-                    let inside = |t: f64, out: &mut [f64]| {
+                    let dense = |t: f64, out: &mut [f64]| {
                         let (y, integrals) = window.inside(item, t);
                         fill(out, t, y, integrals);
                     };
-                    self.record.step(self.sys, self.w, item.t, &self.x, 1, &inside);
+                    let inside = Inside { dense: &dense, parts: 1, stages: &Stages::default };
+                    self.record.step(self.sys, self.w, item.t, &self.x, &inside);
                 }
             }
         }

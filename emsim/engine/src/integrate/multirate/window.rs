@@ -5,6 +5,7 @@
 //! integrated over every step of the circuit on its dense output by Gauss' rule with three nodes (order 6). Degree 2, because
 //! more of it is ripple cut off at the ends of the macro step rather than the course of the mean.
 use super::super::rows::Sink;
+use crate::ledger::Inside;
 use crate::system::{Guests, Polynomial, System, Work, DEGREE};
 
 const MOMENTS: usize = 3;
@@ -189,7 +190,8 @@ impl Sink for Window {
         self.waiting = self.items.len();
     }
 
-    fn step(&mut self, _sys: &System, w: &mut Work, t: f64, y: &[f64], _parts: usize, dense: &dyn Fn(f64, &mut [f64])) {
+    fn step(&mut self, _sys: &System, w: &mut Work, t: f64, y: &[f64], inside: &Inside) {
+        let dense = inside.dense;
         let (from, length) = (self.covered, t - self.covered);
         if length <= 0.0 {
             self.waiting = self.items.len();

@@ -5,6 +5,7 @@
 //! which takes the slope at the start from that of the collocation polynomial to that of the solution and leaves the
 //! slopes at the nodes: the error of the interior falls from O(h^(s+1)) to O(h^(s+2)).
 use super::tables::{Scheme, MOST};
+use std::sync::OnceLock;
 
 /// Lagrange's weights at theta of the values at 0, c_1 .. c_s.
 pub fn weights(scheme: &Scheme, theta: f64) -> [f64; MOST + 1] {
@@ -59,6 +60,27 @@ pub fn correction(scheme: &Scheme, theta: f64) -> f64 {
     (0..=scheme.s).rev().fold(0.0, |sum, k| sum * theta + p[k] / (k + 1) as f64) * theta
 }
 
+/// Integrals from 0 to 1/4, 1/2, 3/4, 1 of the polynomials l_j of degree s - 1 through the nodes; the last ones are b.
+pub fn quarters(scheme: &Scheme) -> &'static [Vec<f64>] {
+    static KNOWN: [OnceLock<Vec<Vec<f64>>>; 3] = [const { OnceLock::new() }; 3];
+    KNOWN[scheme.rank()].get_or_init(|| {
+        let s = scheme.s;
+        let integral = |j: usize, theta: f64| -> f64 {
+            // Gauss-Legendre's rule of order 8
+            let gauss = [
+                (0.339_981_043_584_856_26, 0.652_145_154_862_546_1),
+                (0.861_136_311_594_052_6, 0.347_854_845_137_453_9),
+            ];
+            let l = |x: f64| {
+                (0..s).filter(|&k| k != j).map(|k| (x - scheme.c[k]) / (scheme.c[j] - scheme.c[k])).product::<f64>()
+            };
+            0.5 * theta
+                * gauss.iter().map(|(x, b)| b * (l(0.5 * theta * (1.0 - x)) + l(0.5 * theta * (1.0 + x)))).sum::<f64>()
+        };
+        (1..=4).map(|k| (0..s).map(|j| integral(j, 0.25 * f64::from(k))).collect()).collect()
+    })
+}
+
 /// theta prod (theta - c_i), the error of the polynomial in units of the next divided difference.
 pub fn nodal(scheme: &Scheme, theta: f64) -> f64 {
     scheme.c.iter().fold(theta, |product, c| product * (theta - c))
@@ -84,6 +106,20 @@ mod tests {
             assert!((slope(0.0) - 1.0).abs() < 1e-6);
             for &c in scheme.c {
                 assert!(slope(c).abs() < 1e-6);
+            }
+        }
+    }
+
+    #[test]
+    fn quarters_integrate_powers() {
+        for scheme in SCHEMES {
+            for (k, weights) in quarters(scheme).iter().enumerate() {
+                let (theta, whole) = (0.25 * (k + 1) as f64, k == 3);
+                // the whole step is of the method's own order 2s - 1
+                for p in 0..if whole { 2 * scheme.s - 1 } else { scheme.s } {
+                    let sum: f64 = weights.iter().zip(scheme.c).map(|(b, c)| b * c.powi(p as i32)).sum();
+                    assert!((sum - theta.powi(p as i32 + 1) / (p + 1) as f64).abs() < 1e-14, "{} {k} {p}", scheme.s);
+                }
             }
         }
     }

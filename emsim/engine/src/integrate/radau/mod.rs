@@ -23,6 +23,7 @@ use self::full::FullNewton;
 use self::order::{contracting, Orders, Taken};
 use self::tables::Scheme;
 use super::{Attempt, Method};
+use crate::ledger::Stages;
 use crate::newton::{Failure, Options, Tolerances};
 use crate::sparse::{Complex, Lu, Symbolic};
 use crate::system::{Kind, System, Work};
@@ -68,6 +69,7 @@ pub struct Radau {
     foresee: bool, // the Jacobian is, or may be, that of a foreseen state
     gv: Vec<f64>,
     cv: Vec<f64>,
+    slopes: Vec<(f64, f64)>, // of the diodes in these
     t0: f64,
     h: f64,
     x0: Vec<f64>,
@@ -147,6 +149,7 @@ impl Radau {
             foresee: true,
             gv: vec![0.0; nnz],
             cv: vec![0.0; nnz],
+            slopes: Vec::new(),
             t0: 0.0,
             h: 0.0,
             x0: v(),
@@ -217,6 +220,8 @@ impl Radau {
         sys.eval_jacobian(w, x, t, false);
         self.gv.copy_from_slice(&w.gv);
         self.cv.copy_from_slice(&w.cv);
+        self.slopes.clear();
+        self.slopes.extend(sys.slopes(w));
         self.jacobian_at = self.t0;
         self.factored = None;
     }
@@ -581,6 +586,12 @@ impl Method for Radau {
             worst = worst.max(error.abs() / tol.weight(i, self.x0[i], self.stage[scheme.s - 1][i]));
         }
         worst
+    }
+
+    fn stages(&self) -> Stages<'_> {
+        let Some((t, h, scheme)) = self.last else { return Stages::default() };
+        let nodes = scheme.c.iter().zip(&self.last_stage).map(|(c, x)| (t + c * h, x.as_slice()));
+        Stages { at: nodes.collect(), weights: dense::quarters(scheme) }
     }
 
     fn wants_dense_record(&self) -> bool {

@@ -21,6 +21,9 @@ pub const STALLED: f64 = 0.02;
 /// steps creep up on a change point, ever shorter.
 const MOST_STALLED: f64 = 0.3;
 
+/// What diodes may leave of the stages' error, in units of the tolerance.
+const BELIEVED: f64 = 0.02;
+
 /// Rounding of a momentum or a charge, as a share of the largest.
 const ROUNDING: f64 = 1e-14;
 
@@ -89,6 +92,9 @@ impl Radau {
                 theta = norm / old;
                 // at the level of rounding no contraction can be seen any more
                 if theta >= 0.5 && norm <= (100.0 * floor).max(stalled) && iteration > 2 {
+                    if self.left_behind(sys, w, h) * norm > BELIEVED {
+                        return Err((worst, true));
+                    }
                     self.theta = 0.1;
                     self.level = self.level.max(norm);
                     return Ok(iteration);
@@ -116,13 +122,27 @@ impl Radau {
             let behind = !waited && eta * self.behind > 1.0;
             if eta * norm <= target && (iteration > 1 || norm <= target) && behind {
                 waited = true;
-            } else if eta * norm <= target && (iteration > 1 || norm <= target) {
+            } else if eta * norm <= target
+                && (iteration > 1 || norm <= target)
+                && self.left_behind(sys, w, h) * norm <= BELIEVED
+            {
                 self.theta = if iteration > 1 { theta } else { 1e-3 };
                 return Ok(iteration);
             }
             old = norm.max(1e-300);
         }
         Err((0, true))
+    }
+
+    /// What diodes that have turned since the Jacobian was made leave of the last update, in units of it. A contraction that
+    /// was seen while everything else settled says nothing of them.
+    fn left_behind(&self, sys: &System, w: &Work, h: f64) -> f64 {
+        if self.slopes.is_empty() {
+            return 0.0;
+        }
+        let a = self.scheme.gamma / h;
+        let of = |x: &Vec<f64>| sys.left_behind(w, &self.slopes, a, &self.real_matrix, x);
+        self.stage.iter().take(self.scheme.s).map(of).fold(0.0, f64::max)
     }
 
     /// Right-hand sides: minus T^-1 (F + A^-1 D / h), row by row.

@@ -1,0 +1,65 @@
+//! Junctions: what accounts want of them, and whether an iteration that calls itself solved can be believed.
+use super::{across, Expansion, System, Work};
+
+/// A diode's current is that of a straight line to so much of itself, or of this [A].
+const FITS: f64 = 1e-3;
+const SMALL_CURRENT: f64 = 1e-9;
+/// The least that 1 - theta is taken for.
+const NOTHING_LEFT: f64 = 1e-12;
+
+impl System {
+    /// For every diode: its number, junction voltage and current at x.
+    pub fn each_diode(&self, w: &Work, x: &[f64], mut look: impl FnMut(usize, f64, f64)) {
+        for (k, d) in self.diodes.iter().enumerate() {
+            let v = across(x, d.p, d.n);
+            look(k, v, d.kernel.eval(v, w.gmin).i);
+        }
+    }
+
+    /// Energy that the charge of every diode holds at x [J].
+    pub fn diode_energies(&self, w: &Work, x: &[f64]) -> Vec<f64> {
+        self.diodes.iter().map(|d| d.kernel.energy(across(x, d.p, d.n), w.gmin)).collect()
+    }
+
+    /// Would limiting let every junction go from its voltage at `from` to that at `to`?
+    pub fn junctions_within_reach(&self, from: &[f64], to: &[f64]) -> bool {
+        self.diodes.iter().all(|d| !d.kernel.limit(across(to, d.p, d.n), across(from, d.p, d.n)).1)
+    }
+
+    /// `stage_expand` at the next iterate; true when the currents of all diodes are those of the straight lines that led
+    /// there.
+    pub fn stage_expand_and_fit(&self, w: &mut Work, x: &[f64], t: f64, a: f64) -> bool {
+        let lines: Vec<f64> =
+            self.diodes.iter().zip(&w.expansions).map(|(d, e)| e.current(a, across(x, d.p, d.n))).collect();
+        self.stage_expand(w, x, t);
+        let fits = |(e, line): (&Expansion, &f64)| {
+            let current = e.current(a, e.v);
+            (current - line).abs() <= FITS * current.abs().max(SMALL_CURRENT)
+        };
+        !w.limited && w.expansions.iter().zip(&lines).all(fits)
+    }
+
+    /// Conductance and capacitance of every diode as the last Jacobian has them.
+    pub fn slopes<'a>(&self, w: &'a Work) -> impl Iterator<Item = (f64, f64)> + 'a {
+        w.expansions.iter().map(|e| (e.o.g, e.o.c))
+    }
+
+    /// What a simplified Newton iteration leaves behind, in units of its last update, that solves with a diode's slopes
+    /// (g, c) of another state than x: theta / (1 - theta), theta being the difference of the conductances between its
+    /// terminals over that which `matrix` = G + a C has there. An inductor drives its current into a diode that has
+    /// turned off, and every update for a conducting one is a small part of what is missing.
+    pub fn left_behind(&self, w: &Work, slopes: &[(f64, f64)], a: f64, matrix: &[f64], x: &[f64]) -> f64 {
+        let mut worst = 0.0_f64;
+        for (d, &(g, c)) in self.diodes.iter().zip(slopes) {
+            let held = g + a * c;
+            let o = d.kernel.eval(across(x, d.p, d.n), w.gmin);
+            let theirs = o.g + a * o.c;
+            // what else stands between the terminals: the two nodes' own conductances in series
+            let rest = |slot: Option<usize>| slot.map_or(0.0, |k| 1.0 / (matrix[k] - held).max(1e-15 * held));
+            let rest = 1.0 / (rest(d.slots[0]) + rest(d.slots[3])).max(1e-300);
+            let theta = (theirs - held).abs() / (held + rest);
+            worst = worst.max(theta / ((theirs.min(2.0 * held - theirs) + rest) / (held + rest)).max(NOTHING_LEFT));
+        }
+        worst
+    }
+}
