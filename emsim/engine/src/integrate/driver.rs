@@ -2,8 +2,10 @@
 //! state events are located on the method's dense output, stepped onto. Where something jumps, one implicit step of
 //! a billionth of what lies ahead gives the values after it, and the method restarts there. The length that served
 //! after the last jump of the same kind is remembered. What was computed is kept whatever ends the run.
+mod memory;
 mod stretch;
 
+use self::memory::Memory;
 pub(super) use self::stretch::Mark;
 
 use super::rows::{Forces, Grid, Row, Sink};
@@ -15,7 +17,6 @@ use crate::newton::{Failure, Newton, Options, Tolerances};
 use crate::op;
 use crate::record::Record;
 use crate::system::{System, Work};
-use std::collections::HashMap;
 
 #[derive(Clone, Copy, Debug)]
 pub struct Transient {
@@ -597,50 +598,4 @@ enum Event {
 
 fn lost() -> Failure {
     Failure::Diverged { unknown: 0, row: 0 }
-}
-
-/// Lengths of steps that come again and again: between the edges of a pulse train the second period can know what the
-/// first had to find out, and an equal length keeps its factorisation.
-#[derive(Default)]
-struct Memory {
-    first: HashMap<u64, f64>, // of each kind of stretch: the length that its first step could have had
-    stretch: u64,
-    starting: bool, // the next accepted step is the first of its stretch
-    landed: [f64; 8],
-    place: usize,
-}
-
-/// More kinds of stretches than this are no repetition.
-const KINDS: usize = 4096;
-const ASKING: f64 = 1.3;
-
-impl Memory {
-    fn restart(&mut self, stretch: u64) {
-        (self.stretch, self.starting) = (stretch, true);
-    }
-
-    fn length(&self) -> Option<f64> {
-        self.first.get(&self.stretch).copied()
-    }
-
-    fn learn(&mut self, step: f64, next: f64) {
-        if std::mem::take(&mut self.starting) {
-            // a method may know nothing of longer steps after its first: ask it next time
-            let next = if next == step { ASKING * next } else { next };
-            if self.first.len() >= KINDS {
-                self.first.clear();
-            }
-            self.first.insert(self.stretch, next);
-        }
-    }
-
-    /// `left` to the bit as it was before, where it differs by rounding alone.
-    fn recurring(&mut self, left: f64, rounding: f64) -> f64 {
-        if let Some(&same) = self.landed.iter().find(|&&l| (l - left).abs() <= rounding) {
-            return same;
-        }
-        self.landed[self.place] = left;
-        self.place = (self.place + 1) % self.landed.len();
-        left
-    }
 }

@@ -1,0 +1,47 @@
+//! Lengths of steps that come again and again: between the edges of a pulse train the second period can know what the
+//! first had to find out, and an equal length keeps its factorisation.
+use std::collections::HashMap;
+
+#[derive(Default)]
+pub struct Memory {
+    first: HashMap<u64, f64>, // of each kind of stretch: the length that its first step could have had
+    stretch: u64,
+    starting: bool, // the next accepted step is the first of its stretch
+    landed: [f64; 8],
+    place: usize,
+}
+
+/// More kinds of stretches than this are no repetition.
+const KINDS: usize = 4096;
+const ASKING: f64 = 1.3;
+
+impl Memory {
+    pub fn restart(&mut self, stretch: u64) {
+        (self.stretch, self.starting) = (stretch, true);
+    }
+
+    pub fn length(&self) -> Option<f64> {
+        self.first.get(&self.stretch).copied()
+    }
+
+    pub fn learn(&mut self, step: f64, next: f64) {
+        if std::mem::take(&mut self.starting) {
+            // a method may know nothing of longer steps after its first: ask it next time
+            let next = if next == step { ASKING * next } else { next };
+            if self.first.len() >= KINDS {
+                self.first.clear();
+            }
+            self.first.insert(self.stretch, next);
+        }
+    }
+
+    /// `left` to the bit as it was before, where it differs by rounding alone.
+    pub fn recurring(&mut self, left: f64, rounding: f64) -> f64 {
+        if let Some(&same) = self.landed.iter().find(|&&l| (l - left).abs() <= rounding) {
+            return same;
+        }
+        self.landed[self.place] = left;
+        self.place = (self.place + 1) % self.landed.len();
+        left
+    }
+}
