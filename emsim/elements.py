@@ -37,14 +37,14 @@ class Kind:
     at the operating point; the topology checks read it. `terminals` counts the nodes that carry current,
     `nodes` all that stand on the line."""
 
-    __slots__ = ("branch", "contribute", "current", "dc", "letter", "nodes", "terminals", "what")
+    __slots__ = ("branch", "contribute", "current", "dc", "letter", "models", "nodes", "terminals", "what")
 
     def __init__(
         self, letter: str, what: str, contribute: Contribute, current: Current, *, nodes: int = 2,
-        branch: bool = False, dc: str = "conducts",
+        models: tuple[str, ...] = (), branch: bool = False, dc: str = "conducts",
     ) -> None:  # fmt: skip
         self.letter, self.what, self.contribute, self.current = letter, what, contribute, current
-        self.terminals, self.nodes = (0 if nodes == 0 else 2), nodes
+        self.terminals, self.nodes, self.models = (0 if nodes == 0 else 2), nodes, models
         self.branch, self.dc = branch, dc
 
 
@@ -551,9 +551,9 @@ MODEL_PARAMETERS = {
 TABLE: dict[str, Kind] = {
     kind.letter: kind
     for kind in (
-        Kind("R", "resistor", resistor, resistor_current),
-        Kind("C", "capacitor", capacitor, capacitor_current, dc="blocks"),
-        Kind("L", "inductor", inductor, branch_current, branch=True, dc="shorts"),
+        Kind("R", "resistor", resistor, resistor_current, models=("r", "res")),
+        Kind("C", "capacitor", capacitor, capacitor_current, models=("c", "cap"), dc="blocks"),
+        Kind("L", "inductor", inductor, branch_current, models=("l", "ind"), branch=True, dc="shorts"),
         Kind("K", "mutual inductance", coupling, no_current, nodes=0),
         Kind("V", "voltage source", voltage_source, branch_current, branch=True, dc="shorts"),
         Kind("I", "current source", current_source, current_source_current, dc="drives"),
@@ -588,9 +588,9 @@ TABLE: dict[str, Kind] = {
             dc="shorts",
         ),
         Kind("B", "behavioural source", behavioural, behavioural_current, branch=True, dc="shorts"),
-        Kind("S", "voltage-controlled switch", switch, switch_current, nodes=4),
-        Kind("W", "current-controlled switch", switch, switch_current),
-        Kind("D", "diode", diode, branch_current),
+        Kind("S", "voltage-controlled switch", switch, switch_current, nodes=4, models=("sw", "vswitch")),
+        Kind("W", "current-controlled switch", switch, switch_current, models=("csw", "iswitch")),
+        Kind("D", "diode", diode, branch_current, models=("d",)),
     )
 }
 

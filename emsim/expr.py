@@ -282,7 +282,7 @@ _MATH: dict[str, tuple[int, int, Callable[..., float]]] = {
     "unif": (2, 2, lambda nominal, *_: nominal),
 }
 # in sources ngspice's pow() takes |x| and pwr() keeps the sign, in .param the other way round (ngspice 39, run)
-_SOURCE_MATH = {**_MATH, "pow": (2, 2, _power), "pwr": (2, 2, _signed_power)}
+SOURCE_MATH = {**_MATH, "pow": (2, 2, _power), "pwr": (2, 2, _signed_power)}
 _BRANCHING = ("if", "ternary_fcn")
 # left to the run: they need time or the solution
 _DYNAMIC = ("ddt", "idt", "sdt", "idtmod", "delay", "absdelay")
@@ -515,8 +515,8 @@ def _fold_call(node: Call, scope: Scope, bound: dict[str, Node], depth: int) -> 
         if isinstance(args[0], Num):
             return args[1 if args[0].value else 2]
         return Cond(args[0], args[1], args[2], node.at)
-    if node.fn in _SOURCE_MATH:
-        least, most, function = _SOURCE_MATH[node.fn]
+    if node.fn in SOURCE_MATH:
+        least, most, function = SOURCE_MATH[node.fn]
         _check_count(node, least, most)
         call = Call(node.fn, args, node.at)
         numbers = [a.value for a in args if isinstance(a, Num)]

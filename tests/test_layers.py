@@ -20,6 +20,7 @@ ENGINE = PACKAGE / "engine" / "src"
 
 # a module may import from rows further down, and from its own package
 ROWS = [
+    ["docs"],
     ["__main__"],
     ["cli"],
     ["editor"],

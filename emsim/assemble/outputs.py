@@ -63,7 +63,7 @@ def select(ctx: Context) -> tuple[dict[str, list[Output]], list[tuple[str, list[
         saved[f"imbalance({name})"] = Output(f"imbalance({name})", "W", power)
 
     for probe in ctx.flat.also:
-        if not (isinstance(probe.ast, Name) and probe.ast.id == "all"):
+        if not (isinstance(probe.ast, Name) and probe.ast.id in ("all", "time")):
             column = _column(ctx, probe.text, probe.ast, probe.span)
             saved.setdefault(column.name, column)
 

@@ -18,6 +18,7 @@ VERBS = {
     "check": "read a deck and say what it is: unknowns, degrees of freedom, loops, what folded away",
     "view": "simulate a deck and open its page: waveforms and the moving machine on one clock",
     "explain": "explain a message by its code, with a deck that gives it and the remedy",
+    "plot": "draw signals of a raw, CSV, Parquet or NetCDF file: a picture, or text in the terminal",
     "compare": "run ngspice on the same deck, as written and at tight tolerances, and compare",
     "analogue": "write the electrical equivalent circuit of a one-dimensional machine as an ngspice deck",
     "chart": "run every method over a ladder of tolerances and chart error against time",
@@ -96,6 +97,8 @@ def _dispatch(args: list[str]) -> int:
         from .view import main as verb_main
     elif verb == "explain":
         from .explain import main as verb_main
+    elif verb == "plot":
+        from .plot import main as verb_main
     elif verb == "compare":
         from .compare import main as verb_main
     elif verb == "analogue":

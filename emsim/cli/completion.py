@@ -45,7 +45,7 @@ def words_of(verb: str) -> list[str] | None:
 
 
 def extensions_of(verb: str) -> tuple[str, ...]:
-    if verb != "convert":
+    if verb not in ("convert", "plot"):
         return DECKS
     from ..outputs import READERS
 

@@ -51,7 +51,7 @@ def main(args: Sequence[str]) -> int:
     if not result.plots:
         raise UsageError(f"{source} holds no plot of real numbers")
     if (wanted := given.text("plot")) is not None:
-        result.plots = [_chosen(result, wanted)]
+        result.plots = [chosen(result, wanted, "--plot")]
     save(result, target, **options)
     if not given.has("quiet"):
         left = len(result.plots) - 1 if target.lower().endswith(ONE_TABLE) else 0
@@ -65,12 +65,13 @@ def main(args: Sequence[str]) -> int:
     return OK
 
 
-def _chosen(result: Result, wanted: str) -> Table:
+def chosen(result: Result, wanted: str, option: str) -> Table:
+    """The analysis of a name or a number. Raises UsageError."""
     if wanted.isdigit():
         if not 1 <= int(wanted) <= len(result.plots):
-            raise UsageError(f"--plot {wanted}: there are {len(result.plots)}")
+            raise UsageError(f"{option} {wanted}: there are {len(result.plots)}")
         return result.plots[int(wanted) - 1]
     try:
         return result.table(wanted.lower())
     except KeyError as error:
-        raise UsageError(f"--plot {wanted}: {error.args[0]}") from None
+        raise UsageError(f"{option} {wanted}: {error.args[0]}") from None

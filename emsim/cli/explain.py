@@ -143,6 +143,7 @@ def perform(commands: str, files: dict[str, str]) -> tuple[int, str]:
     """Runs command lines of emsim, one after the other, in a new folder that holds the files; the last one's exit code and
     what stood on stderr. `NAME=value` before a command is set in its environment."""
     import os
+    import shlex
     import tempfile
 
     code, said, back = OK, "", os.getcwd()
@@ -153,7 +154,7 @@ def perform(commands: str, files: dict[str, str]) -> tuple[int, str]:
         os.chdir(folder)
         try:
             for line in commands.splitlines():
-                code, errors = _command(line.split())
+                code, errors = _command(shlex.split(line))
                 said += errors
         finally:
             os.chdir(back)

@@ -13,6 +13,7 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+COMMAND_LINE = ("--plot", "signals")  # what messages call texts that stood there
 REPORT = "please report it with the deck: this is a bug in emsim, not in your deck"
 
 
@@ -38,6 +39,9 @@ def explain(error: Exception) -> tuple[int, list[Diagnostic]]:
     """Exit code and diagnostics of an exception. What no stage has explained is E499 internal error."""
     if isinstance(error, DiagnosticError):
         codes = {ConvergenceError: CONVERGENCE, OutsideError: OUTSIDE}
+        wrong = [d.span for d in error.diagnostics if d.severity == "error"]
+        if wrong and all(span is not None and span.file.name in COMMAND_LINE for span in wrong):
+            return USAGE, error.diagnostics
         return codes.get(type(error), DECK), error.diagnostics
     if isinstance(error, OSError):
         where = f"{error.filename}: " if error.filename else ""

@@ -1,7 +1,7 @@
 """usage: emsim run [options] deck.cir        (or emsim deck.cir, or - for stdin)
 
-Simulates a deck. All results go to deck.raw in the working directory, .print tables to stdout,
-notes and diagnostics to stderr."""
+Simulates a deck. All results go to deck.raw in the working directory, .print tables to stdout (or, with --plot, what is
+drawn), notes and diagnostics to stderr."""
 
 from __future__ import annotations
 
@@ -10,10 +10,11 @@ from itertools import pairwise
 from os.path import abspath, basename, dirname, isdir, splitext
 
 from .. import pipeline
-from ..diagnostics import ConvergenceError, Diagnostic, OutsideError
+from ..diagnostics import ConvergenceError, DeckError, Diagnostic, OutsideError
 from ..outputs import raw
 from .arguments import DEFINE, HELP, JSON, QUIET, Arguments, Option, UsageError, defines, parse
-from .console import CONVERGENCE, INTERRUPTED, OK, Progress, engineering, print_json, print_lines, show
+from .console import CONVERGENCE, DECK, INTERRUPTED, OK, Progress, engineering, print_json, print_lines, show
+from .pictures import PLOT_OPTIONS, WINDOW_OPTIONS, Plots
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -39,6 +40,8 @@ OPTIONS = [
     Option("--ascii", "write the raw file as text"),
     Option("--csv", "write a CSV file too; - is stdout, in place of the .print tables", "FILE"),
     Option("--html", "write a page too: waveforms and the moving machine, in one file", "FILE"),
+    *PLOT_OPTIONS,
+    *WINDOW_OPTIONS,
     Option("--energy", "print the energy ledger: supplied, dissipated, stored, by element and card"),
     Option("--no-files", "write no raw file"),
     *METHOD_OPTIONS,
@@ -56,6 +59,9 @@ def main(args: Sequence[str]) -> int:
     given = parse(args, OPTIONS)
     deck = given.deck("run")
     files = _targets(given, deck)
+    plots = Plots(given, given.all("plot"), given.all("plot-file"), "--plot-file")
+    if plots.terminal and (given.has("json") or given.text("csv") == "-"):
+        raise UsageError("--plot without --plot-file draws on stdout, as do --json and --csv -")
     progress = Progress() if Progress.wanted(given.has("quiet")) else None
     code, trouble, source = OK, [], source_of(deck)
     try:
@@ -66,6 +72,7 @@ def main(args: Sequence[str]) -> int:
             progress=progress,
             scene=given.has("html"),
             energy=True if given.has("energy") or given.has("html") else None,
+            also=plots.signals,
         )
     except ConvergenceError as error:
         if error.partial is None:
@@ -76,7 +83,7 @@ def main(args: Sequence[str]) -> int:
             progress.clear()
     if result.status == "interrupted":
         code = INTERRUPTED
-    return _deliver(given, result, files, source, code, trouble)
+    return _deliver(given, result, files, plots, source, code, trouble)
 
 
 def source_of(deck: str) -> str:
@@ -138,6 +145,7 @@ def _deliver(
     given: Arguments,
     result: Result,
     targets: Sequence[Target],
+    plots: Plots,
     source: str,
     code: int,
     trouble: Sequence[Diagnostic],
@@ -159,8 +167,14 @@ def _deliver(
                 else:
                     csv.write(path, result)
     written = [path for _, path, _ in targets if path != "-"] if computed else []
+    if computed and plots:
+        try:
+            plots.draw(result, result.main)
+            written += plots.files
+        except DeckError as error:
+            code, trouble = code or DECK, [*trouble, *error.diagnostics]
     diagnostics = [*result.diagnostics, *(d for d in trouble if d not in result.diagnostics)]
-    if result.prints and not given.has("json") and given.text("csv") != "-":
+    if result.prints and not given.has("json") and given.text("csv") != "-" and not plots.terminal:
         from ..outputs import text
 
         print_lines(text.lines(result, unfinished=LAST_ROWS))

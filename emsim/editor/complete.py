@@ -79,10 +79,8 @@ def _items(document: Document, place: Place, kind: str, row: int) -> Iterator[It
     elif kind == "probe":
         for name, (form, unit, meaning) in words.PROBES.items():
             yield Item("function", name, f"{form} [{unit}]", meaning, name + "(")
-        from ..assemble.behaviour import FUNCTIONS
-
-        for name in FUNCTIONS:
-            yield Item("function", name, "", "", name + "(")
+        for name, (form, meaning) in words.FUNCTIONS.items():
+            yield Item("function", name, form, meaning, name + "(")
     elif kind == "option":
         yield from _options(place)
     elif kind == "of_model":
@@ -116,8 +114,8 @@ def _options(place: Place) -> Iterator[Item]:
         for name in METHODS if place.key == "method" else FORMULATIONS:
             yield Item("word", name)
         return
-    for name, meaning in words.OPTIONS.items():
-        yield Item("option", name, meaning, "", name + "=")
+    for name in words.OPTIONS:
+        yield Item("option", name, words.option(name), "", name + "=")
 
 
 def _model(place: Place) -> Iterator[Item]:

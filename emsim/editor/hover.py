@@ -38,7 +38,7 @@ def hover(document: Document, row: int, col: int) -> str | None:
     if place.card == ".model" and len(place.words) > 1 and place.is_key and (said := _model_key(place)):
         return said
     if place.card in (".options", ".option", ".opt") and place.word.lower() in words.OPTIONS:
-        return f"**{place.word.lower()}** — {words.OPTIONS[place.word.lower()]}"
+        return f"**{place.word.lower()}** — {words.option(place.word.lower())}"
     if place.is_call and (said := _function(place.name.lower())):
         return said
     symbol = symbol_at(document, place, row)
@@ -151,10 +151,9 @@ def _function(name: str) -> str | None:
     if name in words.PROBES:
         form, unit, meaning = words.PROBES[name]
         return f"**{form}** [{unit}] — {meaning}"
-    from ..assemble.behaviour import FUNCTIONS
-
-    if name in FUNCTIONS:
-        return f"**{name}(..)** — function of expressions"
+    if name in words.FUNCTIONS:
+        form, meaning = words.FUNCTIONS[name]
+        return f"**{form}** — {meaning}"
     return None
 
 

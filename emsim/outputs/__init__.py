@@ -58,12 +58,12 @@ def load(path: str | PathLike[str]) -> Result:
     return result
 
 
-def missing_package(what: str, package: str) -> OutsideError:
-    """The error of a format whose library is not installed."""
+def missing_package(what: str, package: str, extra: str) -> OutsideError:
+    """The error of something whose library is not installed: "Parquet files need", "pyarrow", "files"."""
     from ..diagnostics import Diagnostic, OutsideError
 
-    said = f"{what} files need {package}, which is not installed"
-    return OutsideError(Diagnostic("error", "E521", said, None, "pip install 'emsim[files]'"))
+    said = f"{what} {package}, which is not installed"
+    return OutsideError(Diagnostic("error", "E521", said, None, f"pip install 'emsim[{extra}]'"))
 
 
 def plotname_of(kind: str) -> str:

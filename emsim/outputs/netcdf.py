@@ -24,7 +24,7 @@ def _h5netcdf() -> Any:
         import h5netcdf
         import h5py  # noqa: F401, h5netcdf's way to files: it no longer requires it by itself
     except ImportError:
-        raise missing_package("NetCDF", "h5netcdf") from None
+        raise missing_package("NetCDF files need", "h5netcdf", "files") from None
     return h5netcdf
 
 

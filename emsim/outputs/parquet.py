@@ -22,7 +22,7 @@ def _pyarrow() -> tuple[Any, Any]:
         import pyarrow
         import pyarrow.parquet
     except ImportError:
-        raise missing_package("Parquet", "pyarrow") from None
+        raise missing_package("Parquet files need", "pyarrow", "files") from None
     return pyarrow, pyarrow.parquet
 
 

@@ -188,9 +188,9 @@ def csv_lines(rows: Sequence[Sequence[Cell]]) -> list[str]:
 
 def picture(path: str, rows: Sequence[Sequence[Cell]]) -> None:
     """A coloured grid, to a file in the format of its extension. OutsideError without matplotlib."""
-    from .plot import figure_maker
+    from . import draw
 
-    pyplot = figure_maker()
+    pyplot = draw.pyplot()
     columns, n = [cell.method for cell in rows[0]], len(rows)
     figure, axis = pyplot.subplots(figsize=(2.2 + 0.95 * len(columns), 1.2 + 0.36 * n), layout="constrained")
     for y, row in enumerate(rows):

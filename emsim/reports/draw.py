@@ -7,7 +7,7 @@ of runs that did not get through, each at the time it had used; the grey floor i
 
 from __future__ import annotations
 
-from ..diagnostics import Diagnostic, OutsideError
+from ..outputs import missing_package
 from .work_precision import Series, front
 
 TYPE_CHECKING = False
@@ -39,10 +39,7 @@ def pyplot() -> Any:
         matplotlib.use("Agg")
         from matplotlib import pyplot
     except ImportError:
-        hint = "pip install 'emsim[plot]'"
-        raise OutsideError(
-            Diagnostic("error", "E521", "a picture needs matplotlib, which is not installed", None, hint)
-        ) from None
+        raise missing_package("a picture needs", "matplotlib", "plot") from None
     pyplot.rcParams.update(
         {"font.size": 9, "axes.titlesize": 9.5, "legend.fontsize": 8, "svg.fonttype": "none"}
     )

@@ -1,32 +1,16 @@
-"""The overlay picture of a comparison; the only place that imports matplotlib."""
+"""The overlay picture of a comparison."""
 
 from __future__ import annotations
 
-from ..diagnostics import Diagnostic, OutsideError
+from .draw import pyplot, save
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Sequence
-    from typing import Any
 
     from ..result import Table
 
 COLOURS = {"emsim": "#c8553d", "ngspice as written": "#588b8b", "ngspice tight": "#222222"}
-
-
-def figure_maker() -> Any:
-    """matplotlib.pyplot, drawing to files only. OutsideError without matplotlib."""
-    try:
-        import matplotlib
-
-        matplotlib.use("Agg")
-        from matplotlib import pyplot
-    except ImportError:
-        hint = "pip install 'emsim[plot]'"
-        raise OutsideError(
-            Diagnostic("error", "E521", "a picture needs matplotlib, which is not installed", None, hint)
-        ) from None
-    return pyplot
 
 
 def overlay(path: str, runs: dict[str, Table], names: Sequence[str], title: str) -> None:
@@ -34,8 +18,7 @@ def overlay(path: str, runs: dict[str, Table], names: Sequence[str], title: str)
 
     runs: table by a label of COLOURS, drawn in this order. OutsideError without matplotlib, ValueError for
     an extension it does not know."""
-    pyplot = figure_maker()
-    figure, axes = pyplot.subplots(
+    figure, axes = pyplot().subplots(
         len(names), 1, sharex=True, squeeze=False, figsize=(8, 1 + 1.6 * len(names)), layout="constrained"
     )
     for axis, name in zip(axes[:, 0], names, strict=True):
@@ -49,7 +32,4 @@ def overlay(path: str, runs: dict[str, Table], names: Sequence[str], title: str)
     axes[0, 0].set_title(title)
     axes[0, 0].legend(loc="best", fontsize="small")
     axes[-1, 0].set_xlabel("time [s]")
-    try:
-        figure.savefig(path, dpi=120)
-    finally:
-        pyplot.close(figure)
+    save(figure, path, 120)

@@ -77,7 +77,11 @@ def test_wheel_holds_grammar_types_and_licences_and_no_sources(wheel):
         assert needed in names
     assert sum("dist-info" in name and "LICENSE" in name for name in names) == 2
     assert any(name.endswith("web/vendor/LICENSE-uPlot") for name in names)
-    assert not [name for name in names if name.endswith((".rs", "Cargo.toml")) or "tests/" in name]
+    assert not [
+        name
+        for name in names
+        if name.endswith((".rs", "Cargo.toml")) or "tests/" in name or "emsim/docs/" in name
+    ]
     decks = [name for name in names if name.endswith(".cir")]
     assert decks and all(name.startswith("emsim/templates/") for name in decks)
     assert "abi3" in wheel.name

@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from support import ROOT
 
-from emsim.assemble.behaviour import MECHANICAL
+from emsim.assemble.behaviour import FUNCTIONS, MECHANICAL
 from emsim.assemble.options import NUMBERS
 from emsim.assemble.outputs import UNITS
 from emsim.cards import CARDS
@@ -28,6 +28,12 @@ def test_every_function_of_the_machine_is_explained_with_its_unit():
     assert set(words.PROBES) == MECHANICAL
     for name, (form, unit, _) in words.PROBES.items():
         assert form.startswith(f"{name}(") and unit == UNITS[name]
+
+
+def test_every_function_of_expressions_is_explained():
+    assert set(words.FUNCTIONS) == set(FUNCTIONS) - MECHANICAL
+    for name, (form, _) in words.FUNCTIONS.items():
+        assert form.startswith(f"{name}(")
 
 
 def test_options_are_those_that_are_read():

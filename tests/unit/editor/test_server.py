@@ -183,7 +183,7 @@ def test_only_the_last_of_many_keystrokes_is_answered(editor):
         ("R1 in", 0, ["resistor of subcircuit filter", "between in out"]),
         ("Vset", 0, ["voltage source", "at the start: i(vset) = "]),
         ("angle(", 0, ["**angle(pin)", "[rad]"]),
-        ("max(", 0, ["function of expressions"]),
+        ("max(", 0, ["max(x,y,..)", "the greatest"]),
         (".tran", 0, [".tran tstep tstop"]),
     ],
 )

@@ -1,0 +1,113 @@
+"""The options that draw: plots of signals to files or into the terminal, for `run` and `plot`."""
+
+from __future__ import annotations
+
+import sys
+from os.path import abspath, dirname, isdir, splitext
+
+from ..diagnostics import Diagnostic, OutsideError
+from .arguments import Arguments, Option, UsageError, number
+from .console import print_lines
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from ..deck import Probe
+    from ..result import Result, Table
+
+FORMATS = (".png", ".svg", ".pdf")
+PLOT_OPTIONS = [
+    Option(
+        "--plot",
+        'draw signals in the terminal, a panel a unit: "v(out) i(v1)", "v(out) vs v(in)"; several times: one below the other',
+        "SIGNALS",
+        repeat=True,
+    ),
+    Option("--plot-file", "draw to .png, .svg or .pdf instead; - is the terminal", "FILE", repeat=True),
+]
+WINDOW_OPTIONS = [
+    Option("--from", "draw from this time on", "SECONDS"),
+    Option("--to", "draw up to this time", "SECONDS"),
+    Option("--width", "width of what is drawn: pixels, or columns in the terminal", "N"),
+]
+
+
+class Plots:
+    """What is to be drawn, and where: `files`, and `terminal` for standard output; `lists` of signals, a picture
+    of all of them; empty lists: the ones that the result's choice is."""
+
+    __slots__ = ("files", "lists", "start", "stop", "terminal", "width")
+
+    def __init__(self, given: Arguments, lists: Sequence[str], files: Sequence[str], option: str) -> None:
+        """Raises UsageError, DeckError for signals that are not understood, OutsideError without matplotlib."""
+        self.files = [path for path in files if path != "-"]
+        self.terminal = "-" in files or (bool(lists) and not files)
+        self.lists: list[list[Probe]] = []
+        self.start, self.stop = value_of(given, "from"), value_of(given, "to")
+        self.width = width_of(given)
+        for text in lists:
+            if splitext(text)[1].lower() in FORMATS:
+                raise UsageError(
+                    f"{text} is a file, and what is asked for are signals; the file goes to {option}"
+                )
+        for path in self.files:
+            if splitext(path)[1].lower() not in FORMATS:
+                raise UsageError(f"{path}: a picture is one of {', '.join(FORMATS)}")
+            # a long run should not find out at its end
+            folder_of(path)
+        if self.files:
+            from ..outputs import picture  # noqa: F401
+        for text in lists:
+            from ..build import parse_signals
+            from ..outputs.panels import split
+
+            self.lists.append(parse_signals(text, "--plot" if option == "--plot-file" else "signals"))
+            split(self.lists[-1])
+
+    def __bool__(self) -> bool:
+        return self.terminal or bool(self.files)
+
+    @property
+    def signals(self) -> list[Probe]:
+        """Everything that has to be recorded."""
+        return [p for items in self.lists for p in items if getattr(p.ast, "id", "") != "vs"]
+
+    def draw(self, result: Result, table: Table) -> None:
+        """Files, then the terminal. DeckError where there is nothing to draw."""
+        from ..build import parse_signals
+        from ..outputs import panels, terminal
+
+        lists = self.lists or [parse_signals(" ".join(panels.choice(result)))]
+        found = panels.panels(table, lists, panels.writes_degrees(result.deck), self.start, self.stop)
+        for path in self.files:
+            from ..outputs import picture
+
+            picture.write(path, found, table.title, self.width or picture.WIDTH)
+        if self.terminal:
+            look = terminal.Look.of(sys.stdout, self.width)
+            print_lines(terminal.lines(found, table.title, look))
+
+
+def value_of(given: Arguments, key: str) -> float | None:
+    """A number with SPICE's suffixes, of any sign."""
+    text = given.text(key)
+    value = None if text is None else number(text)
+    if text is not None and value is None:
+        raise UsageError(f"--{key}: {text!r} is not a number")
+    return value
+
+
+def width_of(given: Arguments) -> int | None:
+    text = given.text("width")
+    if text is None:
+        return None
+    if not text.isdecimal() or not 20 <= int(text) <= 10_000:
+        raise UsageError(f"--width: {text!r} is not a whole number from 20 to 10000")
+    return int(text)
+
+
+def folder_of(path: str) -> None:
+    """OutsideError where the folder of a file to write does not exist."""
+    if not isdir(dirname(abspath(path))):
+        raise OutsideError(Diagnostic("error", "E503", f"there is no folder {dirname(path)} for {path}"))

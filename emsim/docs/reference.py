@@ -1,0 +1,308 @@
+"""The language reference of the site, written from the tables and specs that the program itself reads."""
+
+from __future__ import annotations
+
+import inspect
+import sys
+from importlib import import_module
+
+from emsim import elements, units
+from emsim._engine import diode_parameters
+from emsim.cards import CARDS
+from emsim.cards.base import PROBES as CARD_PROBES
+from emsim.cards.base import Card, Param
+from emsim.cards.joint import ALIASES, KINDS
+from emsim.cli import VERBS
+from emsim.cli.help import EXIT_CODES, verb_help
+from emsim.editor import words
+from emsim.mistakes import FORMS
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Sequence
+
+# letters of SPICE with an element of their own -> what they are, where the table of elements does not say
+CALLS = {"X": "a subcircuit's use"}
+
+
+def pages() -> dict[str, str]:
+    """Address in the site -> Markdown."""
+    return {
+        "reference/cards.md": cards(),
+        "reference/elements.md": all_elements(),
+        "reference/dots.md": dots(),
+        "reference/options.md": options(),
+        "reference/functions.md": functions(),
+        "reference/waveforms.md": waveforms(),
+        "reference/probes.md": probes(),
+        "reference/numbers.md": numbers(),
+        "reference/commands.md": commands(),
+    }
+
+
+def table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    """Markdown; bars in cells are escaped, for they would end the cell."""
+    lines = [head, ["---"] * len(head), *rows]
+    return (
+        "\n".join("| " + " | ".join(cell.replace("|", "\\|") for cell in line) + " |" for line in lines)
+        + "\n"
+    )
+
+
+def code(text: str) -> str:
+    return f"`{text}`" if text else ""
+
+
+# ---- machine cards ------------------------------------------------------------------------------
+
+
+def cards() -> str:
+    names = table(
+        ["card", "what it is"],
+        ([f"[{word}](#{word.lower()})", card.spec.meaning] for word, card in CARDS.items()),
+    )
+    text = (
+        "# Machine cards\n\nA line is a machine card where its first word is the card word and the line carries the card's mark; "
+        "otherwise it is SPICE, as ever. Values are SI, see [numbers and units](numbers.md).\n\n"
+        f"{names}\n"
+    )
+    return text + "\n".join(one_card(card) for card in CARDS.values())
+
+
+def one_card(card: type[Card]) -> str:
+    """Form, mark, terminals, parameters, and the derivation that stands at the head of the card's file."""
+    spec = card.spec
+    parts = [f"## {spec.word}\n", spec.meaning[0].upper() + spec.meaning[1:] + ".\n"]
+    if not card.supported:
+        parts.append("!!! note\n    Read and checked, but without effect yet; a run says so.\n")
+    parts.append(f"```spice\n{spec.form}\n```\n")
+    marks = {"POINT": "the dot in its name", "JOINT": "the kind, its fourth word"}
+    mark = marks.get(spec.word) or " or ".join(f"`{word}=`" for word in spec.mark)
+    forms = " or ".join(" ".join(f"`{name}` ({kind})" for name, kind in form) for form in spec.forms if form)
+    parts.append(f"Mark: {mark}." + (f" Terminals: {forms}." if forms else "") + "\n")
+    if spec.params:
+        rows = [
+            [code(key), param.unit, default(param), param.meaning + limits(param)]
+            for key, param in spec.params.items()
+        ]
+        parts.append(table(["parameter", "unit", "default", "meaning"], rows))
+    if spec.word == "JOINT":
+        parts.append(kinds())
+    module = sys.modules[card.__module__]
+    parts.append("**How it works**, from the head of its file:\n")
+    parts.append("```text\n" + (inspect.getdoc(module) or "") + "\n```\n")
+    return "\n".join(parts)
+
+
+def default(param: Param) -> str:
+    if param.required:
+        return "required"
+    value = param.default
+    if value is None:
+        return "-"
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, tuple):
+        return f"{value[0]:g}" if len(value) == 1 else "(" + ",".join(f"{v:g}" for v in value) + ")"
+    return f"{value:g}" if isinstance(value, (int, float)) else str(value)
+
+
+def limits(param: Param) -> str:
+    said = []
+    if param.least is not None:
+        said.append(f"at least {param.least:g}")
+    if param.above is not None:
+        said.append(f"greater than {param.above:g}")
+    if param.words:
+        said.append("one of " + ", ".join(map(code, param.words)))
+    if param.kind == "value":
+        said.append("a number, an expression in braces, or a waveform")
+    return "; " + "; ".join(said) if said else ""
+
+
+def kinds() -> str:
+    """Kinds of joints and what they let move."""
+    twins = {kind: alias for alias, kind in ALIASES.items()}
+    words_of = {"turn": "turn about", "slide": "slide along"}
+
+    def free(motions: tuple[tuple[str, str], ...]) -> str:
+        return ", ".join(
+            f"{words_of[motion]} {'its axis' if axis == 'axis' else axis}" for motion, axis in motions
+        )
+
+    rows = [
+        [code(kind) + (f" = {code(twins[kind])}" if kind in twins else ""), str(len(motions)) if kind != "rod" else "",
+         free(motions) or {"rod": "everything that keeps the distance of its points"}.get(kind, "nothing")]
+        for kind, motions in KINDS.items()
+    ]  # fmt: skip
+    return "\n" + table(["kind", "coordinates", "lets B move against A"], rows)
+
+
+# ---- the circuit --------------------------------------------------------------------------------
+
+
+def all_elements() -> str:
+    rows = [
+        [
+            f"[{letter}](#{letter.lower()})" if letter != "X" else letter,
+            kind_of(letter),
+            code(FORMS[letter.lower()]),
+        ]
+        for letter in [*elements.TABLE, "X"]
+    ]
+    parts = [
+        "# Elements\n",
+        "What a line is follows from its first letter, as in SPICE. The current of an element counts as positive into its first "
+        "terminal; `i(name)` reads it. Transistors (Q M J) and lines (T U O) are read and reported by name "
+        "as not supported yet.\n",
+        table(["letter", "what it is", "form"], rows),
+    ]
+    for letter, kind in elements.TABLE.items():
+        parts.append(
+            f"\n## {letter}\n\n{kind.what[0].upper()}{kind.what[1:]}.\n\n```spice\n{FORMS[letter.lower()]}\n```\n"
+        )
+        said = inspect.getdoc(kind.contribute)
+        if said:
+            parts.append(
+                f"In the equations: {said[0].lower() if said[1:2].islower() else said[0]}{said[1:]}\n"
+            )
+        if letter in elements.PARAMETERS:
+            parts.append(
+                "Parameters on the line: " + " ".join(map(code, elements.PARAMETERS[letter].split())) + ".\n"
+            )
+        if kind.models:
+            parts.append(f"Model types: {' '.join(map(code, kind.models))}." + model_words(letter) + "\n")
+        if letter == "D":
+            parts.append(diode())
+    return "\n".join(parts)
+
+
+def kind_of(letter: str) -> str:
+    return CALLS[letter] if letter in CALLS else elements.TABLE[letter].what
+
+
+def model_words(letter: str) -> str:
+    known = elements.MODEL_PARAMETERS.get(letter, "")
+    return f" Their parameters: {' '.join(map(code, known.split()))}." if known else ""
+
+
+def diode() -> str:
+    rows = [
+        [" ".join(map(code, names)), unit, "-" if value != value else f"{value:g}", meaning]
+        for names, unit, value, meaning in diode_parameters()
+    ]
+    return table(["parameter of `.model .. d`", "unit", "default", "meaning"], rows)
+
+
+def dots() -> str:
+    rows = [[code(word), code(form), meaning] for word, (form, meaning) in words.DOTS.items()]
+    return "# Dot cards\n\n" + table(["card", "form", "meaning"], rows)
+
+
+def options() -> str:
+    rows = [[code(name), unit, value, meaning] for name, (unit, value, meaning) in words.OPTIONS.items()]
+    return (
+        "# Options\n\n`.options name=value ..` in the deck; `--method`, `--reltol`, `--tmax` on the command line win over it. "
+        "`emsim check deck.cir` prints the tolerances that a deck gets, with unit and where each comes from. "
+        "\n\n"
+        + table(["option", "unit", "default", "meaning"], rows)
+        + "\nOptions of ngspice about its own printing and matrix code are accepted in silence; an option that nobody knows "
+        "is named in a note, with the nearest one that exists.\n"
+    )
+
+
+def functions() -> str:
+    rows = [[code(form), meaning] for form, meaning in words.FUNCTIONS.values()]
+    surprises = (inspect.getdoc(import_module("emsim.assemble.behaviour")) or "").partition("\n\n")[2]
+    return (
+        "# Functions of expressions\n\nIn braces on any card, in B sources, in `.print`: `{expression}`. Operators: "
+        "`+ - * / ^ **`, `< > <= >= == != && || !`, `c ? a : b`. Names: parameters, `time` [s], `temper` [C], `pi`, `e`. "
+        "What reads nodes and the machine: [probes](probes.md).\n\n"
+        + table(["function", "value"], rows)
+        + f"\n## Where ngspice's meaning surprises\n\n{surprises}\n"
+    )
+
+
+# waveform -> (meaning, arguments: name, unit, what stands for one that is left out); "~" where 0 counts as left out
+WAVES = {
+    "PULSE": (
+        "pulses with straight edges",
+        "v1 V -, v2 V -, td s 0, tr s ~tstep, tf s ~tstep, pw s ~tstop, per s ~tstop, n - without_end",
+    ),
+    "SIN": ("a sine that begins at td and decays with theta; the phase in degrees",
+            "vo V -, va V 0, freq Hz ~1/tstop, td s 0, theta 1/s 0, phase deg 0"),
+    "EXP": ("two exponential steps, to v2 and back",
+            "v1 V -, v2 V -, td1 s ~tstep, tau1 s ~tstep, td2 s ~td1+tstep, tau2 s ~tstep"),
+    "PWL": ("straight lines between points; td= delays, r= repeats from that time on", "t1 s -, v1 V -, .. - .."),
+    "SFFM": ("a sine whose frequency a sine changes",
+             "vo V -, va V 0, fc Hz ~1/tstop, mdi - 0, fs Hz ~1/tstop, phc deg 0, phs deg 0"),
+    "AM": ("a sine whose amplitude a sine changes; as in ngspice the phase stands in the seventh place and the sixth is ignored",
+           "va V -, vo V 0, mf Hz ~1/tstop, fc Hz 0, td s 0, - - -, ph deg 0"),
+}  # fmt: skip
+
+
+def waveforms() -> str:
+    """Of V and I, and of FORCE, TORQUE, DRIVE (in N, N m, rad or m there)."""
+    parts = [
+        "# Waveforms\n\nOn V and I, and wherever a machine card takes a value that changes (`FORCE`, `TORQUE`, `DRIVE`; the "
+        "values are then N, N m, rad or m). `tstep` and `tstop` are those of `.tran`. Where the default is marked *or 0*, "
+        "a written 0 counts as left out, as in ngspice. Corners of PULSE and PWL are stepped onto exactly.\n"
+    ]
+    for word, (meaning, arguments) in WAVES.items():
+        rows = [argument.split() for argument in arguments.split(",")]
+        names = [row[0] for row in rows]
+        form = f"{word}({' '.join(names)}{' [td=] [r=]' if word == 'PWL' else ''})"
+        cells = [[code(name), unit, left_out(value)] for name, unit, value in rows if name not in ("-", "..")]
+        parts.append(f"## {word}\n\n{meaning[0].upper()}{meaning[1:]}.\n\n```spice\n{form}\n```\n")
+        parts.append(table(["argument", "unit", "if left out"], cells))
+    return "\n".join(parts)
+
+
+def left_out(value: str) -> str:
+    if value == "-":
+        return "must be given"
+    word = value.removeprefix("~").replace("_", " ").replace("+", " + ")
+    return word + (", *or 0*" if value.startswith("~") else "")
+
+
+# ---- machine and numbers ------------------------------------------------------------------------
+
+
+def probes() -> str:
+    rows = [[code(form), unit, meaning] for form, unit, meaning in words.PROBES.values()]
+    return (
+        "# Reading circuit and machine\n\nIn expressions, `.print`, `.save`, `.probe` and as columns of a result. A name is a "
+        "function of the machine only where its argument names something mechanical: `x(arm.tip)` is a place, a node called `x` "
+        "is not disturbed. Points are `body`, `body(x,y)`, `body.com` or a POINT's name; reactions act on B from A, in world "
+        f"axes. What a card offers: {' '.join(code(p + '(card)') for p in CARD_PROBES)}.\n\n"
+        + table(["call", "unit", "meaning"], rows)
+    )
+
+
+def numbers() -> str:
+    scales = [
+        [code(letter), f"{factor:g}", units._SCALE_NAMES[letter]]
+        for letter, factor in units.SCALES.items()
+        if letter.isascii()
+    ]
+    scales += [
+        [code(word), f"{factor:g}", units._SCALE_NAMES[word]] for word, factor in units._LONG_SCALES.items()
+    ]
+    known = [[code(word), f"{factor:g}"] for word, factor in units.UNITS.items()]
+    rest = (inspect.getdoc(units) or "").partition("\n\n")[2]
+    return (
+        f"# Numbers and units\n\n{rest}\n\n## Scale suffixes\n\nOf any case: `M` is milli, `meg` is mega.\n\n"
+        + table(["suffix", "factor", "name"], scales)
+        + "\n## Units on machine cards\n\n"
+        + table(["unit", "in SI"], known)
+        + "\n`5N` on a machine card is questioned (5 nano, not 5 newton), `5foo` is refused.\n"
+    )
+
+
+def commands() -> str:
+    parts = [
+        "# Commands\n\n"
+        + table(["verb", "what it does"], ([f"[{v}](#{v})", text] for v, text in VERBS.items()))
+    ]
+    parts += [f"\n## {verb}\n\n```text\n{verb_help(verb)}\n```\n" for verb in VERBS]
+    return "\n".join(parts) + f"\n## Exit codes\n\n```text\n{EXIT_CODES}\n```\n"

@@ -1,0 +1,88 @@
+"""What the site takes from netlists/ and from emsim's own README: lessons, decks, the atlas, pages of runs."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from posixpath import dirname, relpath
+
+ROOT = Path(__file__).resolve().parent.parent.parent
+NETLISTS = ROOT / "netlists"
+
+# decks whose runs the site shows; filled while pages are written
+_runs: dict[str, None] = {}
+
+
+def pages() -> dict[str, str]:
+    """Address in the site -> Markdown."""
+    found = {
+        "decks/index.md": (NETLISTS / "README.md").read_text(encoding="utf-8"),
+        "decks/hard/index.md": (NETLISTS / "hard" / "README.md").read_text(encoding="utf-8"),
+        "decks/lessons/index.md": (NETLISTS / "lessons" / "README.md").read_text(encoding="utf-8"),
+        "internals/map.md": (ROOT / "emsim" / "README.md").read_text(encoding="utf-8"),
+    }
+    found = {address: text.replace("README.md)", "index.md)") for address, text in found.items()}
+    for path in sorted((NETLISTS / "lessons").glob("[0-9]*.md")):
+        found[f"decks/lessons/{path.name}"] = lesson(path)
+    return found
+
+
+def lesson(path: Path) -> str:
+    """A lesson's page, with its run and its deck."""
+    text = path.read_text(encoding="utf-8")
+    # names of tested figures are for the tests
+    text = re.sub(r"<!--[\w:]+-->", "", text)
+    deck = f"lessons/{path.stem}.cir"
+    head, mark, rest = text.partition("## What to expect")
+    number = path.name.partition("_")[0].lstrip("0")
+    return (
+        f'---\ntitle: "{number}. {title(text)}"\n---\n{head}<!-- run {deck} -->\n\n{mark}{rest}\n'
+        f"## The deck\n\n<!-- deck {deck} -->\n"
+    )
+
+
+def title(text: str) -> str:
+    """Of a lesson, as the menu shows it: up to the first comma."""
+    found = re.match(r"# \d+\. ([^,:\n]*)", text)
+    return found[1] if found else ""
+
+
+def downloads() -> dict[str, Path]:
+    """Address in the site -> deck."""
+    return {
+        f"decks/{path.relative_to(NETLISTS).as_posix()}": path for path in sorted(NETLISTS.rglob("*.cir"))
+    }
+
+
+def shown(deck: str) -> str:
+    """A deck of netlists/ as a block of a page."""
+    text = (NETLISTS / deck).read_text(encoding="utf-8").rstrip("\n")
+    return f'``` {{ .spice title="netlists/{deck}" }}\n{text}\n```'
+
+
+def frame(deck: str, address: str) -> str:
+    """A deck's run in a frame of a page at this address."""
+    _runs[deck] = None
+    where = relpath(run_address(deck), dirname(address) or ".")
+    return (
+        f'<iframe class="run" src="{where}" title="run of {deck}" loading="lazy"></iframe>\n\n'
+        f'*The run of `netlists/{deck}`: <a href="{where}">open it as a page</a>. Space plays, the cursor moves the machine.*'
+    )
+
+
+def run_address(deck: str) -> str:
+    return "runs/" + deck.removesuffix(".cir") + ".html"
+
+
+def write_runs(site: Path) -> None:
+    """Runs the decks shown and writes their pages."""
+    from emsim import pipeline
+    from emsim.cli.run import source_of, text_of
+    from emsim.outputs import html
+
+    for deck in _runs:
+        source = source_of(str(NETLISTS / deck))
+        target = site / run_address(deck)
+        target.parent.mkdir(parents=True, exist_ok=True)
+        html.write(str(target), pipeline.run(source, scene=True, energy=True), text_of(source))
+    _runs.clear()
