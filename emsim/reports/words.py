@@ -21,6 +21,7 @@ LAWS = {
     "S": "v = ron i above vt + vh, v = roff i below vt - vh, held in between", "W": "as S, by the current of Vsource: it, ih",
     "X": "the cards of .subckt, with its nodes, bodies and joints in place of the terminals",
 }  # fmt: skip
+MODEL_TYPES = {"R": "r", "C": "c", "L": "l", "S": "sw", "W": "csw"}
 MEANINGS = {
     "m": "so many in parallel", "temp": "its temperature [C]", "dtemp": "degrees above that of the circuit", "tc": "tc1, tc2",
     "tc1": "1/K, change with temperature", "tc2": "1/K^2", "tce": "percent per K, exponential", "scale": "factor on the value",
@@ -135,7 +136,7 @@ def _element(word: str) -> Iterator[str]:
         )
     elif word in MODEL_PARAMETERS:
         yield ""
-        yield f"  .model name {KINDS[word].models[0]}(..)"
+        yield f"  .model name {MODEL_TYPES[word]}(..)"
         yield from _table([(key, MEANINGS[key]) for key in MODEL_PARAMETERS[word].split() if key in MEANINGS])
 
 
