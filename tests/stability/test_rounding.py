@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
+from support import deck, run
 
 import emsim
 
@@ -57,3 +59,15 @@ def test_a_solution_that_grows_without_bound_ends_the_run():
         emsim.run(deck)
     partial = caught.value.partial
     assert partial is not None and 0 < partial.time[-1] < 1e-3
+
+
+@pytest.mark.parametrize("reltol", [1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8])
+def test_gear_beside_the_rounding_of_a_charge(reltol):
+    """5 uC are known to 1e-21 C: over a picosecond that is a nanoampere, and shorter steps have more of it, not less."""
+    r, tight = (
+        run(deck("electrical/clamp"), o) for o in (f"method=gear reltol={reltol}", "method=radau reltol=1e-9")
+    )
+    t = np.linspace(0.0, 3e-3, 601)[1:-1] + 4e-12
+    error = np.abs(r.at("v(out)", t) - tight.at("v(out)", t)).max() / np.ptp(tight["v(out)"])
+    assert error < max(reltol, 1e-8)
+    assert r.stats["steps"] < 3000

@@ -110,6 +110,7 @@ pub struct Radau {
     linear: Vec<Option<Stored>>,   // unknowns in no norm that have a scale: what their rounding comes from
     stored: [f64; 2],              // largest charge and momentum at x0
     behind: f64,                   // largest last update of such an unknown, in units of its scale
+    grown: f64,                    // the last update in units of what was there before it
     level: f64,                    // where rounding has lately stopped the iteration
     longest: f64,                  // recent step length
     probe: Option<(f64, f64)>,     // step and error that a step of a quarter is compared with
@@ -189,6 +190,7 @@ impl Radau {
             linear,
             stored: [0.0; 2],
             behind: 0.0,
+            grown: 0.0,
             level: 0.0,
             longest: 0.0,
             probe: None,

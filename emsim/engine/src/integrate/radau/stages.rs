@@ -120,12 +120,10 @@ impl Radau {
                 eta = (self.theta / (1.0 - self.theta).max(1e-3)).clamp(0.0, 1.0);
             }
             let behind = !waited && eta * self.behind > 1.0;
-            if eta * norm <= target && (iteration > 1 || norm <= target) && behind {
+            let converged = eta * norm.max(self.grown) <= target && (iteration > 1 || norm <= target);
+            if converged && behind {
                 waited = true;
-            } else if eta * norm <= target
-                && (iteration > 1 || norm <= target)
-                && self.left_behind(sys, w, h) * norm <= BELIEVED
-            {
+            } else if converged && self.left_behind(sys, w, h) * norm <= BELIEVED {
                 self.theta = if iteration > 1 { theta } else { 1e-3 };
                 return Ok(iteration);
             }
@@ -173,7 +171,8 @@ impl Radau {
         }
     }
 
-    /// Adds T w to the stages: the largest update in units of the tolerance, and of which unknown.
+    /// Adds T w to the stages: the largest update in units of the tolerance, and of which unknown. `grown` is the same in
+    /// units of what was there before: an iterate that explodes is large itself, and its updates are small beside it.
     fn correct<const S: usize>(&mut self, tol: &Tolerances) -> (f64, usize) {
         let n = self.b.len();
         let t = &self.scheme.t[..S * S];
@@ -181,12 +180,14 @@ impl Radau {
         let relax = 1.0 / self.relax;
         let rounding = ROUNDING * self.scheme.gamma / self.h;
         self.behind = 0.0;
+        self.grown = 0.0;
         for i in 0..n {
             let mut w = [self.b[i]; S];
             for m in 0..(S - 1) / 2 {
                 (w[2 * m + 1], w[2 * m + 2]) = (self.z[m][i].re, self.z[m][i].im);
             }
             let mut largest = 0.0_f64;
+            let before = self.stage[S - 1][i];
             for k in 0..S {
                 let dx: f64 = (0..S).map(|m| t[k * S + m] * w[m]).sum();
                 self.stage[k][i] += dx;
@@ -200,6 +201,7 @@ impl Radau {
                 if ratio > norm {
                     (norm, worst) = (ratio, i);
                 }
+                self.grown = self.grown.max(relax * largest / tol.weight(i, self.x0[i], before));
             } else if let Some(stored) = self.linear[i] {
                 let noise = rounding * self.stored[stored as usize];
                 let scale = tol.own_scale(i, self.stage[S - 1][i]) + noise;
