@@ -35,8 +35,8 @@ def run(
     """Simulates a deck: a path, the text itself, or a PySpice Circuit.
 
     defines    parameters that stand above the deck's .param
-    method     "trap", "gear", "radau", "trbdf2", "esdirk", "rk45", "dop853"; otherwise .options method,
-               else radau with a machine and trap without
+    method     "trap", "gear", "radau", "trbdf2", "esdirk", "gauss", "rk45", "dop853"; otherwise .options method,
+               else "auto", which chooses
     reltol     relative tolerance; tmax: largest time step [s]
     options    any of these three, and further .options, by name
     scene      record what moves the drawing of the machine, for pages and films (`Result.scene`)
@@ -95,11 +95,11 @@ def read(source: Any, defines: Mapping[str, Any] | None = None, also: Sequence[s
 
 
 def prepare(
-    flat: FlatDeck, options: Options | None = None, energy: bool = False, recording: bool = False
+    flat: FlatDeck, options: Options | None = None, energy: bool = False
 ) -> tuple[Assembly, list[tuple[Any, Any]]]:
-    """Flat deck -> compiled system, and the analyses with their settings. `recording` notes who contributed what."""
+    """Flat deck -> compiled system, and the analyses with their settings."""
     from .analyses import plan
-    from .assemble import Context, assemble
+    from .assemble import assemble
     from .assemble.options import resolve
     from .source import NoCollection
 
@@ -107,11 +107,8 @@ def prepare(
     settings = resolve(flat, options)
     planned = plan(flat, options.get("tmax"))
     times = next(((s.tstep, s.tstop) for card, s in planned if card.kind == "tran"), (1.0, 1.0))
-    context = Context
-    if recording:
-        from .assemble.recording import Recording as context
     with NoCollection():
-        assembly = assemble(flat, settings, times, energy, context)
+        assembly = assemble(flat, settings, times, energy)
     if not planned:
         flat.sink.note(
             "N283", "the deck asks for no analysis that can run", hint="add .tran tstep tstop, or .op"

@@ -23,7 +23,6 @@ ROWS = [
     ["docs"],
     ["__main__"],
     ["cli"],
-    ["live"],
     ["editor"],
     ["__init__"],
     ["pipeline"],

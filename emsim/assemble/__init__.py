@@ -51,14 +51,9 @@ class Assembly:
 
 
 def assemble(
-    flat: FlatDeck,
-    options: dict[str, Any],
-    times: tuple[float, float],
-    energy: bool = False,
-    context: type[Context] = Context,
+    flat: FlatDeck, options: dict[str, Any], times: tuple[float, float], energy: bool = False
 ) -> Assembly:
-    """Circuit and machine in one system. `times` (tstep, tstop) [s] fill in waveform defaults; `context` is Recording where
-    the deck is to be explained.
+    """Circuit and machine in one system. `times` (tstep, tstop) [s] fill in waveform defaults.
 
     Raises DeckError with everything that is wrong with the deck.
     """
@@ -66,7 +61,7 @@ def assemble(
     from . import circuit, topology
     from .scale import scale
 
-    ctx = context(Builder(), flat, options)
+    ctx = Context(Builder(), flat, options)
     ctx.times = times
 
     # unknowns first, so that every expression can name every node and branch

@@ -174,14 +174,15 @@ def _deliver(
         except DeckError as error:
             code, trouble = code or DECK, [*trouble, *error.diagnostics]
     diagnostics = [*result.diagnostics, *(d for d in trouble if d not in result.diagnostics)]
-    if result.prints and not given.has("json") and given.text("csv") != "-" and not plots.terminal:
+    tables = not given.has("json") and given.text("csv") != "-"
+    if result.prints and tables and not plots.terminal:
         from ..outputs import text
 
         print_lines(text.lines(result, unfinished=LAST_ROWS))
-        if given.has("energy"):
-            for table in result.plots:
-                if table.energy is not None:
-                    print_lines(["", *table.energy.table()])
+    if given.has("energy") and tables:
+        for table in result.plots:
+            if table.energy is not None:
+                print_lines(["", *table.energy.table()])
     show(diagnostics, given.has("quiet"))
     if given.has("json"):
         print_json(

@@ -35,9 +35,11 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
 
 
 def on_page_markdown(markdown: str, page: Page, config: MkDocsConfig, files: Files) -> str:
-    """`<!-- deck PATH -->` shows a deck of netlists/, `<!-- run PATH -->` its page, with the machine moving."""
+    """`<!-- deck PATH -->` shows a deck of netlists/, `<!-- run PATH -->` its page, with the machine moving, and
+    `<!-- chart PATH -->` its work-precision chart."""
     markdown = re.sub(r"<!-- deck (\S+) -->", lambda m: tree.shown(m[1]), markdown)
-    return re.sub(r"<!-- run (\S+) -->", lambda m: tree.frame(m[1], page.url), markdown)
+    markdown = re.sub(r"<!-- run (\S+) -->", lambda m: tree.frame(m[1], page.url), markdown)
+    return re.sub(r"<!-- chart (\S+) -->", lambda m: tree.chart(m[1], page.url), markdown)
 
 
 def on_page_content(html: str, page: Page, config: MkDocsConfig, files: Files) -> str:
@@ -52,5 +54,6 @@ def on_page_content(html: str, page: Page, config: MkDocsConfig, files: Files) -
 
 
 def on_post_build(config: MkDocsConfig) -> None:
-    """The pages of the runs that pages of the site showed."""
+    """The pages of the runs that pages of the site showed, and the charts."""
     tree.write_runs(Path(config.site_dir))
+    tree.write_charts(Path(config.site_dir))

@@ -13,9 +13,11 @@ from emsim.cards.base import PROBES as CARD_PROBES
 from emsim.cards.base import Card, Param
 from emsim.cards.joint import ALIASES, KINDS
 from emsim.cli import VERBS
+from emsim.cli.explain import message
 from emsim.cli.help import EXIT_CODES, verb_help
 from emsim.editor import words
 from emsim.mistakes import FORMS
+from emsim.reports.codes import catalogue
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -37,6 +39,7 @@ def pages() -> dict[str, str]:
         "reference/probes.md": probes(),
         "reference/numbers.md": numbers(),
         "reference/commands.md": commands(),
+        "reference/messages.md": messages(),
     }
 
 
@@ -306,3 +309,34 @@ def commands() -> str:
     ]
     parts += [f"\n## {verb}\n\n```text\n{verb_help(verb)}\n```\n" for verb in VERBS]
     return "\n".join(parts) + f"\n## Exit codes\n\n```text\n{EXIT_CODES}\n```\n"
+
+
+def messages() -> str:
+    """The catalogue of codes; what each deck is told comes from running it."""
+    known = catalogue()
+    families = dict.fromkeys(entry.family for entry in known.values())
+    parts = [
+        "# Messages\n\nEvery code with what it means, a deck that gives it, what emsim says of that deck, and the deck mended. "
+        "`emsim explain CODE` prints the same.\n"
+    ]
+    for family in families:
+        mine = [entry for entry in known.values() if entry.family == family]
+        parts.append(f"## {family}\n")
+        parts.append(table(["code", "title"], ([f"[{e.code}](#{anchor(e.code)})", e.title] for e in mine)))
+        for entry in mine:
+            parts.append(f"### {entry.code} {entry.title} {{ #{anchor(entry.code)} }}\n\n{entry.meaning}\n")
+            parts += [block("spice", text, name) for name, text in entry.example.items()]
+            if entry.command:
+                parts.append(block("text", f"$ {entry.command}\n{message(entry)}"))
+            parts.append(entry.remedy + "\n")
+            parts += [block("spice", text, f"{name}, mended") for name, text in entry.fixed.items()]
+    return "\n".join(parts)
+
+
+def anchor(code: str) -> str:
+    return code.lower().replace(" ", "-")
+
+
+def block(language: str, text: str, title: str = "") -> str:
+    head = f' title="{title}"' if title else ""
+    return f"```{language}{head}\n{text.rstrip()}\n```\n"

@@ -9,8 +9,22 @@ from posixpath import dirname, relpath
 ROOT = Path(__file__).resolve().parent.parent.parent
 NETLISTS = ROOT / "netlists"
 
-# decks whose runs the site shows; filled while pages are written
+# decks whose runs and charts the site shows; filled while pages are written
 _runs: dict[str, None] = {}
+_charts: dict[str, None] = {}
+# of the charts: a ladder of four rungs, each run once, takes a second or two
+CHART = [
+    "--alone",
+    "--rounds",
+    "1",
+    "--budget",
+    "1",
+    "--limit",
+    "1",
+    "--tolerances",
+    "1e-3,1e-5,1e-7,1e-9",
+    "-q",
+]
 
 
 def pages() -> dict[str, str]:
@@ -68,6 +82,34 @@ def frame(deck: str, address: str) -> str:
         f'<iframe class="run" src="{where}" title="run of {deck}" loading="lazy"></iframe>\n\n'
         f'*The run of `netlists/{deck}`: <a href="{where}">open it as a page</a>. Space plays, the cursor moves the machine.*'
     )
+
+
+def chart(deck: str, address: str) -> str:
+    """A deck's work-precision chart on a page at this address, drawn anew in every build."""
+    _charts[deck] = None
+    where = relpath(chart_address(deck), dirname(address) or ".")
+    return f'<img class="chart" src="{where}" alt="error against CPU time, every method on {deck}">'
+
+
+def chart_address(deck: str) -> str:
+    return "charts/" + deck.removesuffix(".cir") + ".svg"
+
+
+def write_charts(site: Path) -> None:
+    """Draws the charts shown. Raises RuntimeError where one does not come out."""
+    from contextlib import redirect_stdout
+    from io import StringIO
+
+    from emsim.cli import main
+
+    for deck in _charts:
+        target = site / chart_address(deck)
+        target.parent.mkdir(parents=True, exist_ok=True)
+        with redirect_stdout(StringIO()):
+            code = main(["chart", str(NETLISTS / deck), *CHART, "-o", str(target)])
+        if code:
+            raise RuntimeError(f"emsim chart {deck}: exit code {code}")
+    _charts.clear()
 
 
 def run_address(deck: str) -> str:

@@ -88,6 +88,12 @@ def test_no_files_and_csv(decks):
     assert lines[0].startswith("time,v(in),v(out)") and lines[-1].startswith("0.005,")
 
 
+def test_energy_is_told_without_print_too():
+    deck = "RC\nV1 a 0 1\nR1 a b 1k\nC1 b 0 1u\n.tran 10u 5m uic\n.end\n"
+    done = emsim("-", "--energy", "--no-files", stdin=deck)
+    assert done.returncode == 0 and done.stdout.strip().startswith("energy [J]") and "\nR " in done.stdout
+
+
 def test_stdin(decks):
     assert emsim("-", stdin=RC).returncode == 0
     assert final(decks / "stdin.raw") > 0.99
