@@ -13,7 +13,7 @@ from .build_dots import DotCards
 from .build_elements import ElementCards
 from .build_expr import expression
 from .deck import Analysis, Deck, Dot, Element
-from .diagnostics import DeckError, Diagnostic, OutsideError, Sink, Span
+from .diagnostics import DeckError, Diagnostic, OutsideError, Sink, Span, suggest
 from .source import Line, NoCollection, Reading, SourceFile, load
 from .syntax import LineError, parse_line
 from .units import spice_number
@@ -52,7 +52,7 @@ def read(
         try:
             file = load(path)
         except OSError as error:
-            raise OutsideError(Diagnostic("error", "E500", cannot_read(path, error))) from None
+            raise cannot_read(path, error) from None
         except ValueError:
             sink.error("E100", f"{path} is not a text file", hint="a deck is text, one card a line")
             return Deck("", SourceFile(path, "", path), sink)
@@ -73,12 +73,17 @@ def read_file(path: str, sink: Sink, included_from: Span | None = None, shown: s
     return _build(load(path, included_from, shown), sink, is_main=False)
 
 
-def cannot_read(path: str, error: OSError) -> str:
+def cannot_read(path: str, error: OSError) -> OutsideError:
+    """The error of a deck that is not there or may not be opened, with the file in its folder that is spelt nearly so."""
+    said, hint = f"cannot read {path}: {error.strerror or error}", None
     if isinstance(error, IsADirectoryError):
-        return f"{path} is a directory, not a deck"
-    if isinstance(error, FileNotFoundError):
-        return f"there is no file {path}"
-    return f"cannot read {path}: {error.strerror or error}"
+        said = f"{path} is a directory, not a deck"
+    elif isinstance(error, FileNotFoundError):
+        said = f"there is no file {path}"
+        folder, name = os.path.split(path)
+        near = suggest(name, os.listdir(folder or ".")) if os.path.isdir(folder or ".") else None
+        hint = f"did you mean {os.path.join(folder, near)}?" if near else None
+    return OutsideError(Diagnostic("error", "E500", said, None, hint))
 
 
 def _build(file: SourceFile, sink: Sink, is_main: bool) -> Deck:
@@ -190,6 +195,7 @@ class _Builder(ElementCards, DotCards):
             from .mistakes import is_machine_card, missing_mark
 
             if not is_machine_card(line):
+                error.diagnostic.message = f"this is no {word.upper()} card: {error.diagnostic.message}"
                 error.diagnostic.hint = missing_mark(word)
             raise
 

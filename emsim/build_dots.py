@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from .build_elements import Cards
+from .build_elements import Cards, form
 from .build_expr import expression, extent, machine_value
 from .deck import Analysis, Conditional, Deck, Dot, Func, Include, Model, Param, Print, Probe, Subckt
 from .diagnostics import Diagnostic
@@ -65,7 +65,13 @@ class DotCards(Cards):
             if value in ("uic", "static"):
                 flags.add(value)
             elif value is None or (kind in ("tran", "op") and isinstance(value, str)):
-                raise self.fail("E102", f"`{line.span_at(*extent(item)).text}` does not fit here", line, item)
+                raise self.fail(
+                    "E102",
+                    f"`{line.span_at(*extent(item)).text}` does not fit here",
+                    line,
+                    item,
+                    form("." + kind),
+                )
             else:
                 args.append(value)
         if kind == "tran" and not 2 <= len(args) <= 4:
@@ -133,7 +139,8 @@ class DotCards(Cards):
         items = []
         for _, (target, value) in ch:
             if target.__class__ is not tuple or target[0] != "voltage" or len(target[1]) != 3:
-                raise self.fail("E119", f".{kind} sets node voltages: v(node)=value", line, target)
+                hint = "an inductor, a capacitor or a joint starts with its own ic="
+                raise self.fail("E119", f".{kind} sets node voltages: v(node)=value", line, target, hint)
             name = expression(target, line).args[0].id  # type: ignore[attr-defined]
             items.append((name, expression(value, line), line.span_at(*extent(target))))
         return Dot(kind, items, line.whole)
@@ -187,9 +194,15 @@ class DotCards(Cards):
     def on_temp(self, ch: list[Any], line: Line) -> Dot:
         values = [self.number(item, line, "the temperature") for item in ch]
         if not values:
-            raise LineError(Diagnostic("error", "E118", ".temp needs a temperature in Celsius", line.whole))
+            raise LineError(
+                Diagnostic(
+                    "error", "E118", ".temp needs a temperature in Celsius", line.whole, "form: .temp 85"
+                )
+            )
         if len(values) > 1:
-            self.sink.note("N118", "only the first temperature is used", line.whole)
+            self.sink.note(
+                "N118", "only the first temperature is used", line.whole, "run the deck once for each"
+            )
         return Dot("temp", values[0], line.whole)
 
     def on_global(self, ch: list[Any], line: Line) -> Dot:

@@ -20,6 +20,9 @@ _new = object.__new__
 NOTHING: Any = type(type.__dict__)({})  # parameters of a plain element; nobody can put one in
 
 
+WAVES = "there are PULSE SIN EXP PWL SFFM AM"
+
+
 def form(letter: str) -> str:
     """The form of a card, for a hint."""
     from .mistakes import FORMS
@@ -70,7 +73,10 @@ class Cards:
                     f"write a calculation in braces: {{{leaf}}}",
                 )
             self.sink.warning(
-                "W110", f"`{leaf}` is read as {value:g}: SPICE ignores `{leftover}`", line.span(leaf)
+                "W110",
+                f"`{leaf}` is read as {value:g}: SPICE ignores `{leftover}`",
+                line.span(leaf),
+                "a number has one dot, and its scale letter stands at its end: 1.5k",
             )
         elif len(_PLAIN) < 100_000:
             _PLAIN[str(leaf)] = value
@@ -226,7 +232,9 @@ class ElementCards(Cards):
                 if key in e.params:
                     e.wave.params[key] = e.params.pop(key)
         elif "file" in e.params:
-            raise self.fail("E113", "PWL file= is not supported yet", line, ch[0])
+            raise self.fail(
+                "E113", "PWL file= is not supported yet", line, ch[0], "write the points: PWL(t1 v1 t2 v2 ..)"
+            )
         e.is_plain = _are_numbers([*e.params.values(), e.extra["dc"], *(e.extra["ac"] or ())]) and (
             e.wave is None or _are_numbers([*e.wave.args, *e.wave.params.values()])
         )
@@ -236,7 +244,7 @@ class ElementCards(Cards):
         ch = item[1]
         kind = ch[0].lower()
         if kind.startswith("tr"):
-            raise self.fail("E113", f"{kind.upper()} is not supported yet", line, ch[0])
+            raise self.fail("E113", f"{kind.upper()} is not supported yet", line, ch[0], WAVES)
         args, params = [], {}
         what = f"a value of {kind.upper()}"
         for child in parts(ch[1:]):
@@ -245,10 +253,14 @@ class ElementCards(Cards):
             else:
                 args.append(self.number(child, line, what))
         if "file" in params:
-            raise self.fail("E113", "PWL file= is not supported yet", line, ch[0])
+            raise self.fail(
+                "E113", "PWL file= is not supported yet", line, ch[0], "write the points: PWL(t1 v1 t2 v2 ..)"
+            )
         wave = Waveform(kind, args, params, line.span_at(*extent(item)))
         if kind == "pwl" and len(args) % 2:
-            raise self.fail("E114", "PWL needs pairs of time and value", line, item)
+            raise self.fail(
+                "E114", "PWL needs pairs of time and value", line, item, "form: PWL(t1 v1 t2 v2 ..)"
+            )
         return wave
 
     def on_behavioural(self, ch: list[Any], line: Line) -> Element:
@@ -282,7 +294,9 @@ class ElementCards(Cards):
         e = self.element(ch[0][0].lower(), ch, 2, line)
         dims, rest = self.dimensions(ch, line), ch[5:]
         if len(rest) < 2 * dims:
-            raise self.fail("E109", f"POLY({dims}) needs {2 * dims} control nodes", line, ch[3])
+            raise self.fail(
+                "E109", f"POLY({dims}) needs {2 * dims} control nodes", line, ch[3], form(e.letter)
+            )
         nodes = []
         for item in rest[: 2 * dims]:
             if item.__class__ is tuple:
@@ -295,7 +309,7 @@ class ElementCards(Cards):
     def dimensions(self, ch: list[Any], line: Line) -> int:
         dims = spice_number(ch[4])
         if dims is None or dims < 1 or dims != int(dims) or dims > 100:
-            raise self.fail("E110", "POLY(n) needs a whole number n", line, ch[4])
+            raise self.fail("E110", "POLY(n) needs a whole number n", line, ch[4], form(ch[0][0].lower()))
         return int(dims)
 
     def on_formula(self, ch: list[Any], line: Line) -> Element:
@@ -304,7 +318,8 @@ class ElementCards(Cards):
         key = ch[3].lower()
         if key in (("i", "cur") if letter == "e" else ("v", "vol")):
             right = "V=" if letter == "e" else "I="
-            raise self.fail("E115", f"{letter.upper()} sources take {right}", line, ch[3])
+            other = "a G source gives a current" if letter == "e" else "an E source gives a voltage"
+            raise self.fail("E115", f"{letter.upper()} sources take {right}", line, ch[3], other)
         e.extra["form"] = "expr"
         e.value, e.value_span = expression(ch[4], line), line.span_at(*extent(ch[4]))
         self.params(ch[5:], line, e)
@@ -317,7 +332,7 @@ class ElementCards(Cards):
         e.value_span = line.span_at(*extent(ch[4]))
         numbers = [self.number(v, line, "a table value") for v in ch[5:]]
         if len(numbers) < 2 or len(numbers) % 2:
-            raise self.fail("E114", "TABLE needs pairs (x,y)", line, ch[start - 1])
+            raise self.fail("E114", "TABLE needs pairs (x,y)", line, ch[start - 1], form(e.letter))
         e.extra.update(form="table", table=list(zip(numbers[0::2], numbers[1::2], strict=True)))
         return e
 
@@ -331,7 +346,9 @@ class ElementCards(Cards):
         e = self.element(ch[0][0].lower(), ch, 2, line)
         dims, rest = self.dimensions(ch, line), ch[5:]
         if len(rest) < dims or any(r.__class__ is tuple for r in rest[:dims]):
-            raise self.fail("E109", f"POLY({dims}) needs {dims} controlling sources", line, ch[3])
+            raise self.fail(
+                "E109", f"POLY({dims}) needs {dims} controlling sources", line, ch[3], form(e.letter)
+            )
         e.extra.update(form="poly", dims=dims, controls=[str(r.lower()) for r in rest[:dims]])
         e.extra["coeffs"] = [self.number(v, line, "a coefficient") for v in rest[dims:]]
         return e

@@ -197,9 +197,14 @@ def deck_error(code: str, message: str, span: Span | None = None, hint: str | No
     raise DeckError(Diagnostic("error", code, message, span, hint))
 
 
+LEAST_BEGINNING = 3  # letters that a name and its beginning have in common
+
+
 def suggest(word: str, candidates: Iterable[str]) -> str | None:
-    """The candidate nearest to `word` by edit distance (swaps count one), or None when none is near."""
+    """The candidate nearest to `word` by edit distance (swaps count one), else the shortest that begins as it does, or
+    None."""
     word = word.lower()
+    candidates = list(candidates)
     best, best_distance = None, max(1, min(3, len(word) // 3)) + 1
     for candidate in candidates:
         if candidate.lower() == word:
@@ -209,6 +214,8 @@ def suggest(word: str, candidates: Iterable[str]) -> str | None:
         distance = _edit_distance(word, candidate.lower())
         if distance < best_distance and distance < max(len(word), len(candidate)):
             best, best_distance = candidate, distance
+    if best is None and len(word) >= LEAST_BEGINNING:
+        best = min((c for c in candidates if c.lower().startswith(word)), key=len, default=None)
     return best
 
 

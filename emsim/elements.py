@@ -347,11 +347,11 @@ def controls(ctx: Ctx, e: Element) -> list[list[tuple[int, float]]]:
             if known is None:
                 ctx.unknown(
                     "E285", f"`{e.name}` reads the current of `{name}`, which this deck does not have",
-                    name, ctx.branches, e.span,
+                    name, ctx.branches, e.span, "a current is measured with a voltage source of 0 V in its path",
                 )  # fmt: skip
             else:
                 ctx.sink.error(
-                    "E285", f"`{e.name}` reads the current of `{name}`, which is no unknown", e.span,
+                    "E285", f"`{e.name}` reads the current of `{name}`, which does not measure it", e.span,
                     hint=f"put a voltage source of 0 V in series with `{known.name}` and name that one",
                 )  # fmt: skip
             branch = -1
@@ -488,7 +488,11 @@ def diode(ctx: Ctx, e: Element) -> None:
         if series is not None:
             ctx.series[e.name] = (p, *series)
     except ValueError as trouble:
-        ctx.sink.error("E299", f"`{e.name}`, .model `{e.model.name}`: {trouble}", e.model.span)
+        ctx.sink.error(
+            "E299",
+            f"`{e.name}`, .model `{e.model.name}`: {trouble}",
+            e.model.param_spans.get(str(trouble).partition("=")[0], e.model.span),
+        )
 
 
 def switch(ctx: Ctx, e: Element) -> None:

@@ -12,7 +12,7 @@ from .diagnostics import Placed, suggest
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Sequence
+    from collections.abc import Callable, Iterable, Iterator, Sequence
 
     from .diagnostics import Place, Span
 
@@ -356,10 +356,25 @@ _ARITHMETIC: dict[str, Callable[[float, float], float]] = {
 
 def evaluate(node: Node, scope: Scope) -> float:
     """The value of an expression of parameters, constants and .func calls. Raises ExprError with a span."""
-    value = _evaluate(node, scope, 0)
-    if not math.isfinite(value):
-        raise ExprError("E124", f"`{_short(node)}` is {value:g}, not a finite number", node.span)
+    try:
+        value = _evaluate(node, scope, 0)
+        if not math.isfinite(value):
+            raise ExprError("E124", f"`{_short(node)}` is {value:g}, not a finite number", node.span)
+    except ExprError as error:
+        if error.code == "E124" and not error.hint:
+            known = {name: scope.lookup(name) for name in _names(node)}
+            error.hint = ", ".join(f"{k} is {v:g}" for k, v in known.items() if v is not None) or None
+        raise
     return value
+
+
+def _names(node: Node) -> Iterator[str]:
+    """Names that stand in an expression."""
+    if isinstance(node, Name):
+        yield node.id
+    for part in (*getattr(node, "args", ()), *(getattr(node, key, None) for key in "cab")):
+        if isinstance(part, Node):
+            yield from _names(part)
 
 
 def _evaluate(node: Node, scope: Scope, depth: int) -> float:
@@ -438,7 +453,11 @@ def undefined(node: Name, scope: Scope) -> ExprError:
     if node.id in RUN_TIME_NAMES:
         return ExprError("E125", f"`{node.id}` is known only while the run goes on", node.span)
     near = suggest(node.id, scope.names())
-    hint = f"did you mean `{near}`?" if near else f"define it: .param {node.id}=..."
+    hint = (
+        f"did you mean `{near}`?"
+        if near
+        else f"define it: .param {node.id}=... (the voltage of a node is v({node.id}))"
+    )
     return ExprError("E120", f"no parameter is called `{node.id}`", node.span, hint)
 
 

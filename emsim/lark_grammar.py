@@ -37,7 +37,13 @@ def grammar_folder() -> str:
         if os.path.exists(os.path.join(folder, "deck.lark")):
             return folder
     raise OutsideError(
-        Diagnostic("error", "E502", "the grammar files of emsim are missing from its installation")
+        Diagnostic(
+            "error",
+            "E502",
+            "the grammar files of emsim are missing from its installation",
+            None,
+            "install it again",
+        )
     )
 
 

@@ -50,7 +50,8 @@ def _domains(assembly: Assembly, run: Run) -> None:
             first.setdefault(names[index], t)
     for name, t in first.items():
         _, text, span = domains[name]
-        assembly.flat.sink.warning("W402", f"{text}; first at t = {t:.6g} s", span)
+        hint = "keep its argument where it has a value, by max(.., 0) for instance"
+        assembly.flat.sink.warning("W402", f"{text}; first at t = {t:.6g} s", span, hint)
 
 
 def _divided_by_zero(assembly: Assembly, span: Span | None) -> None:
@@ -76,7 +77,8 @@ def _limits(assembly: Assembly, run: Run) -> None:
             said.add(text)
             card = names[index].rpartition(" ")[0]
             where = assembly.machine.span_of(card)
-            assembly.flat.sink.warning("W401", f"{text}, first at t = {t:.6g} s", where)
+            hint = "widen range=, or keep the joint inside of it"
+            assembly.flat.sink.warning("W401", f"{text}, first at t = {t:.6g} s", where, hint)
 
 
 def _imbalances(assembly: Assembly, run: Run) -> None:

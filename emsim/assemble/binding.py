@@ -92,7 +92,12 @@ class Binding:
             self.failed.add(card.name)
             return
         if ends[0][0] == ends[1][0]:
-            self._fail("E237", f"JOINT {card.name} ties {ends[0][0]} to itself", card.span)
+            self._fail(
+                "E237",
+                f"JOINT {card.name} ties {ends[0][0]} to itself",
+                card.span,
+                "a joint ties two bodies, or a body to the ground 0; parts of one body need none",
+            )
             return
         self.joints[card.name] = JointState(card, ends[0], ends[1])
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from ..diagnostics import suggest
 from ..elements import KINDS, LEFTOVERS, MODEL_PARAMETERS, PARAMETERS, has_branch, nodes_read, number
 from ..expr import Binary, Call, Cond, Name, Node, Unary
+from ..syntax import CARD_WORDS
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -44,7 +45,12 @@ def allocate(ctx: Context) -> None:
     for letter, elements in unsupported.items():
         names = ", ".join(f"`{e.name}`" for e in elements[:3]) + (" ..." if len(elements) > 3 else "")
         what = OTHERS.get(letter, f"element {letter}")
-        sink.error("E297", f"{names}: {what} is not supported yet", elements[0].span)
+        word, hint = elements[0].span.text.lower(), None
+        if word in CARD_WORDS:
+            from ..mistakes import missing_mark
+
+            hint = missing_mark(word)
+        sink.error("E297", f"{names}: {what} is not supported yet", elements[0].span, hint)
 
     ctx.metered = {
         name for name in _currents_read(ctx) if name in ctx.elements and _is_diode(ctx.elements[name])
@@ -64,7 +70,12 @@ def _parameters_fit(ctx: Context, e: Element, what: str) -> None:
         known = PARAMETERS[e.letter.upper()].split()
         for name in e.params:
             if name in LEFTOVERS:
-                ctx.sink.warning("W283", f"{name}= of `{e.name}` has no effect, as in ngspice", e.span)
+                ctx.sink.warning(
+                    "W283",
+                    f"{name}= of `{e.name}` has no effect, as in ngspice",
+                    e.span,
+                    "write it as an element of its own",
+                )
             elif name not in known:
                 near = suggest(name, known)
                 ctx.sink.error(

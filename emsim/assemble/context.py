@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from .behaviour import Compiler
 
 GROUND = ("0", "gnd")
+SHOWN = 8  # names that a hint lists
 LEAST_EXCURSION = 1e-9  # below zero: less is rounding and truncation
 
 
@@ -271,8 +272,21 @@ class Context:
     # errors --------------------------------------------------------------------------------------
 
     def unknown(
-        self, code: str, message: str, word: str, candidates: Iterable[str], span: Span | None
+        self,
+        code: str,
+        message: str,
+        word: str,
+        candidates: Iterable[str],
+        span: Span | None,
+        more: str = "",
     ) -> None:
-        """An error about a name, with the nearest one that exists as its hint."""
-        near = suggest(word, candidates)
-        self.sink.error(code, message, span, hint=f"did you mean `{near}`?" if near else None)
+        """An error about a name; the hint is the nearest one that exists, or else `more` and what there is."""
+        known = [name for name in candidates if "#" not in name]
+        near = suggest(word, known)
+        some = ", ".join(f"`{name}`" for name in known[:SHOWN]) + (", ..." if len(known) > SHOWN else "")
+        parts = (
+            [f"did you mean `{near}`?"]
+            if near
+            else [part for part in (more, some and f"there are {some}") if part]
+        )
+        self.sink.error(code, message, span, hint="; ".join(parts) or None)

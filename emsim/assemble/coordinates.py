@@ -79,7 +79,10 @@ def drives_and_gears(m: Machine) -> tuple[list[Drive], list[tuple[Gear, float]]]
             rows_drive.append(drive)
         elif c.drive is not None:
             m.sink.error(
-                "E245", f"joint {joint.name} is driven twice, by {c.drive.name} and {drive.name}", drive.span
+                "E245",
+                f"joint {joint.name} is driven twice, by {c.drive.name} and {drive.name}",
+                drive.span,
+                "leave one out; what pushes beside a DRIVE is a TORQUE or a FORCE",
             )
         else:
             c.drive = drive
@@ -232,6 +235,7 @@ def prescribe(m: Machine) -> None:
                     "E251",
                     f"qd= of DRIVE {drive.name} depends on the motion it prescribes, or on that of another DRIVE",
                     drive.place("qd"),
+                    "what follows the motion is a MOTOR, a SPRING or a DAMPER",
                 )
         else:
             q, u = function_of_time(m, drive)
@@ -256,6 +260,7 @@ def _agree_at_start(m: Machine, c: Coordinate, q: Expr, u: Expr) -> None:
                 "W235",
                 f"the speed in ic= of {c.of} has no effect: DRIVE {drive.name} prescribes it",
                 card.place("ic") if card.given("ic") else drive.span,
+                "give the position alone",
             )
             continue
         value = m.b.eval([e], [], 0.0)[0]

@@ -300,7 +300,12 @@ class Machine(Binding):
         for e, lo, hi, name, warn in self.clamps:
             value = self.b.eval([e], self.found.x, 0.0)[0]
             if not lo <= value <= hi:
-                self.sink.warning("W234", f"{warn} already at the start", self.span_of(name))
+                self.sink.warning(
+                    "W234",
+                    f"{warn} already at the start",
+                    self.span_of(name),
+                    "widen range=, or start the joint inside of it",
+                )
 
     def _locked_note(self) -> None:
         """Joints and gears that leave no motion at all."""

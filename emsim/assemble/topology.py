@@ -296,6 +296,7 @@ def _dc_paths(ctx: Context, edges: list[Edge]) -> None:
                 ctx.sink.error(
                     "E303", f"the current of `{source.name}` has nowhere to go: {shown} no path to ground",
                     source.span, labels=labels,
+                    hint=f"a resistor or a capacitor from node `{members[0]}` to ground gives it a way",
                 )  # fmt: skip
                 continue
             row = ctx.node(members[0])
@@ -304,7 +305,8 @@ def _dc_paths(ctx: Context, edges: list[Edge]) -> None:
                 "W302",
                 f"{shown} no path to ground, so 1 TOhm to ground is assumed",
                 _first(labels),
-                labels=labels[1:],
+                "connect one of them to node 0, unless a name is misspelt",
+                labels[1:],
             )
             continue
         if any(n in ctx.ics for n in members) or not _needs_point(ctx):

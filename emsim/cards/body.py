@@ -10,6 +10,7 @@ Inertia about the centre of mass of the shapes (homogeneous):
 
 from __future__ import annotations
 
+from ..diagnostics import suggest
 from .base import Card, Default, Spec, is_number
 
 TYPE_CHECKING = False
@@ -90,8 +91,13 @@ class Body(Card):
         numbers = [getattr(a, "value", a) for a in args]
         counts = {"rod": (1, 2), "box": (2, 3), "disc": (1, 1)}
         if name not in counts:
+            near = suggest(name, counts) if name else None
             sink.error(
-                "E232", f"shape= of BODY {self.name} is rod(l), box(w,h) or disc(r)", self.place("shape")
+                "E232",
+                f"shape= of BODY {self.name} is rod(l), box(w,h) or disc(r)"
+                + (f", there is no `{name}`" if name else ""),
+                self.place("shape"),
+                f"did you mean {near}(..)?" if near else "of another shape give m=, j= and com=",
             )
             return None
         low, high = counts[name]

@@ -48,7 +48,7 @@ class Gear(Card):
                 sink.error("E254", f"{key}= of GEAR {self.name} is not supported yet", self.place(key))
         names = [ref.name for _, _, ref in self.terminals]
         if len(set(names)) == 1:
-            sink.error("E237", f"GEAR {self.name} couples {names[0]} to itself", self.span)
+            sink.error("E237", f"GEAR {self.name} couples {names[0]} to itself", self.span, "name two joints")
 
     def probes(self, s: Scene) -> Probes:
         return {"torque" if self.first.rotary else "force": lambda: s.reaction(self.name)}

@@ -94,7 +94,12 @@ class Joint(Card):
         x, y, z = (*axis, 0.0)[:3]
         length = (x * x + y * y + z * z) ** 0.5
         if not length > 0.0:
-            sink.error("E232", f"axis= of JOINT {self.name} has no direction", self.place("axis"))
+            sink.error(
+                "E232",
+                f"axis= of JOINT {self.name} has no direction",
+                self.place("axis"),
+                "for example axis=(1,0)",
+            )
             return (0.0, 0.0, 1.0)
         if self.kind == "pinslot" and z != 0.0:
             sink.error(

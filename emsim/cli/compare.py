@@ -94,7 +94,7 @@ def _read(deck: str) -> tuple[str, str]:
     except OSError as error:
         from ..build import cannot_read
 
-        raise OutsideError(Diagnostic("error", "E500", cannot_read(deck, error))) from None
+        raise cannot_read(deck, error) from None
 
 
 def _engine(name: str) -> Callable[[str], Result]:

@@ -34,6 +34,14 @@ def show(diagnostics: Sequence[Diagnostic], quiet: bool = False) -> None:
         print(render_text(kept, colour), end="\n\n", file=sys.stderr)
 
 
+def point(diagnostics: Iterable[Diagnostic]) -> None:
+    """Under the messages of a deck that is wrong or a run that failed: where the first of them is explained. What the
+    outside world lacks (E499 and above) needs no explanation."""
+    code = next((d.code for d in diagnostics if d.severity == "error"), "E499")
+    if code < "E499":
+        print(f"more: emsim explain {code}", file=sys.stderr)
+
+
 def print_lines(lines: Iterable[str]) -> None:
     """Lines to stdout in large pieces; a reader that went away (`| head`) ends it quietly."""
     piece: list[str] = []

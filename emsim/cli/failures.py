@@ -7,7 +7,7 @@ import sys
 
 from ..diagnostics import ConvergenceError, Diagnostic, DiagnosticError, OutsideError
 from .arguments import UsageError
-from .console import CONVERGENCE, DECK, INTERNAL, OUTSIDE, USAGE, print_json, show
+from .console import CONVERGENCE, DECK, INTERNAL, OUTSIDE, USAGE, point, print_json, show
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -25,9 +25,12 @@ def report(error: Exception, args: Sequence[str]) -> int:
             print_json(USAGE, [Diagnostic("error", "E520", str(error))])
         return USAGE
     code, diagnostics = explain(error)
-    show(diagnostics, quiet="--quiet" in args or "-q" in args)
+    quiet = "--quiet" in args or "-q" in args
+    show(diagnostics, quiet)
     if "--json" in args:
         print_json(code, diagnostics)
+    elif not quiet:
+        point(diagnostics)
     if code == INTERNAL and os.environ.get("EMSIM_TRACEBACK"):
         import traceback
 
@@ -47,6 +50,8 @@ def explain(error: Exception) -> tuple[int, list[Diagnostic]]:
         where = f"{error.filename}: " if error.filename else ""
         return OUTSIDE, [Diagnostic("error", "E500", f"{where}{error.strerror or error}")]
     if isinstance(error, MemoryError):
-        return OUTSIDE, [Diagnostic("error", "E509", "out of memory")]
+        return OUTSIDE, [
+            Diagnostic("error", "E509", "out of memory", None, "record less: .save, a larger step on .tran")
+        ]
     message = f"internal error: {type(error).__name__}: {error}"
     return INTERNAL, [Diagnostic("error", "E499", message, None, REPORT + "; EMSIM_TRACEBACK=1 shows where")]

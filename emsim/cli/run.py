@@ -13,7 +13,18 @@ from .. import pipeline
 from ..diagnostics import ConvergenceError, DeckError, Diagnostic, OutsideError
 from ..outputs import raw
 from .arguments import DEFINE, HELP, JSON, QUIET, Arguments, Option, UsageError, defines, parse
-from .console import CONVERGENCE, DECK, INTERRUPTED, OK, Progress, engineering, print_json, print_lines, show
+from .console import (
+    CONVERGENCE,
+    DECK,
+    INTERRUPTED,
+    OK,
+    Progress,
+    engineering,
+    point,
+    print_json,
+    print_lines,
+    show,
+)
 from .pictures import PLOT_OPTIONS, WINDOW_OPTIONS, Plots
 
 TYPE_CHECKING = False
@@ -198,6 +209,7 @@ def _deliver(
         )
     elif result.plots and not given.has("quiet"):
         print(_summary(result, written), file=sys.stderr)
+        point(trouble)
     return code
 
 

@@ -251,6 +251,8 @@ def bind_machine_card(card: MachineCard, level: Level) -> MachineCard:
     for key, value in card.params.items():
         if key == "model" and isinstance(value, Name):
             params[key] = value.id
+        elif key == "shape" and isinstance(value, Call):  # whatever it is called, the card judges it
+            params[key] = Call(value.fn, [Num(_number(a, level.scope), a.at) for a in value.args], value.at)
         else:
             params[key] = bind_value(value, level.scope)
     wave = None if card.wave is None else bind_wave(card.wave, level.scope)
@@ -274,8 +276,6 @@ def bind_value(value: Any, scope: Scope) -> Any:
         return tuple(bind_value(v, scope) for v in value)
     if isinstance(value, Waveform):
         return bind_wave(value, scope)
-    if isinstance(value, Call) and value.fn in ("rod", "box", "disc"):
-        return Call(value.fn, [Num(_number(a, scope), a.at) for a in value.args], value.at)
     if isinstance(value, Node):
         return behaviour(value, scope)
     return value

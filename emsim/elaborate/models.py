@@ -104,17 +104,18 @@ class Models:
             return
         candidates = level.scope.all_models()
         near = suggest(name, candidates)
-        word = e.span.text.lower()
+        word, said = e.span.text.lower(), f"no .model is called `{name}`"
         if word in CARD_WORDS:
             from ..mistakes import missing_mark
 
             hint = missing_mark(word)
+            said = f"this is no {word.upper()} card, and no .model is called `{name}` for a SPICE element"
         elif near:
             hint = f"did you mean `{near}`?"
         else:
             wanted = _TYPES.get(e.letter, ("type",))[0].upper()
             hint = f"add .model {name} {wanted}(...), or the .include that holds it"
-        self.sink.error("E140", f"no .model is called `{name}`", e.model_span or e.span, hint)
+        self.sink.error("E140", said, e.model_span or e.span, hint)
 
     # ---- letters with a varying number of nodes ----
 

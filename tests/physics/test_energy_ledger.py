@@ -37,9 +37,10 @@ def test_circuits_with_diodes_and_switches_balance(deck: str) -> None:
 
 
 DIODES = [
-    "bench/multiplier4", "electrical/boost_converter", "electrical/buck_converter", "electrical/clipper", "electrical/diode_bridge",
-    "electrical/diode_recovery", "electrical/flyback", "electrical/halfwave_rectifier", "electrical/multiplier10",
-    "electrical/peak_detector", "electrical/snubber", "electrical/voltage_doubler", "electrical/zener_regulator",
+    "bench/multiplier4", "electrical/boost_converter", "electrical/buck_converter", "electrical/clipper",
+    "electrical/diode_bridge", "electrical/diode_recovery", "electrical/flyback",
+    "electrical/halfwave_rectifier", "electrical/multiplier10", "electrical/peak_detector",
+    "electrical/snubber", "electrical/voltage_doubler", "electrical/zener_regulator",
 ]  # fmt: skip
 
 

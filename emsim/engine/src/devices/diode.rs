@@ -182,11 +182,11 @@ impl Diode {
         let given = |name: &str| find(instance, INSTANCE, name);
         let positive = |name: &str, value: f64| match value > 0.0 {
             true => Ok(value),
-            false => Err(format!("{name} of a diode must be positive, it is {value}")),
+            false => Err(format!("{name}= of a diode must be positive, it is {value:?}")),
         };
         let not_negative = |name: &str| match get(name) {
             value if value >= 0.0 => Ok(value),
-            value => Err(format!("{name} of a diode must not be negative, it is {value}")),
+            value => Err(format!("{name}= of a diode must not be negative, it is {value:?}")),
         };
         if get("level") != 1.0 {
             return Err(format!("diode level {} is not known, only level 1", get("level")));
