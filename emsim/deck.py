@@ -413,9 +413,12 @@ class Dot:
 
 
 class Deck:
-    """One text, parsed: title and cards in order, `sections` the .lib/.endl parts by name."""
+    """One text, parsed: title and cards in order, `sections` the .lib/.endl parts by name.
 
-    __slots__ = ("body", "defines", "file", "sections", "sink", "title")
+    Flattening fills in, and leaves also where it fails: `params`, the .param of the top level by name, and `named`,
+    the path of every file that is included, found or not."""
+
+    __slots__ = ("body", "defines", "file", "named", "params", "sections", "sink", "title")
 
     def __init__(self, title: str, file: SourceFile, sink: Sink) -> None:
         self.title = title
@@ -424,3 +427,5 @@ class Deck:
         self.body: list[Any] = []
         self.sections: dict[str, list[Any]] = {}
         self.defines: dict[str, float] = {}
+        self.params: dict[str, Param] = {}
+        self.named: list[str] = []

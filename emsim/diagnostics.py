@@ -52,6 +52,14 @@ class Span:
         """The user's own characters under the span."""
         return self.file.text_line(self.line)[self.col - 1 : self.end - 1]
 
+    @property
+    def in_deck(self) -> Span:
+        """The place in the deck itself: for an included file, that of the .include which leads to it."""
+        span = self
+        while span.file.included_from is not None:
+            span = span.file.included_from
+        return span
+
 
 if TYPE_CHECKING:
     Place = Span | tuple[Line, int, int] | None

@@ -95,11 +95,11 @@ def read(source: Any, defines: Mapping[str, Any] | None = None, also: Sequence[s
 
 
 def prepare(
-    flat: FlatDeck, options: Options | None = None, energy: bool = False
+    flat: FlatDeck, options: Options | None = None, energy: bool = False, recording: bool = False
 ) -> tuple[Assembly, list[tuple[Any, Any]]]:
-    """Flat deck -> compiled system, and the analyses with their settings."""
+    """Flat deck -> compiled system, and the analyses with their settings. `recording` notes who contributed what."""
     from .analyses import plan
-    from .assemble import assemble
+    from .assemble import Context, assemble
     from .assemble.options import resolve
     from .source import NoCollection
 
@@ -107,8 +107,11 @@ def prepare(
     settings = resolve(flat, options)
     planned = plan(flat, options.get("tmax"))
     times = next(((s.tstep, s.tstop) for card, s in planned if card.kind == "tran"), (1.0, 1.0))
+    context = Context
+    if recording:
+        from .assemble.recording import Recording as context
     with NoCollection():
-        assembly = assemble(flat, settings, times, energy)
+        assembly = assemble(flat, settings, times, energy, context)
     if not planned:
         flat.sink.note(
             "N283", "the deck asks for no analysis that can run", hint="add .tran tstep tstop, or .op"

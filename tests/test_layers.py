@@ -23,6 +23,7 @@ ROWS = [
     ["docs"],
     ["__main__"],
     ["cli"],
+    ["live"],
     ["editor"],
     ["__init__"],
     ["pipeline"],

@@ -51,9 +51,14 @@ class Assembly:
 
 
 def assemble(
-    flat: FlatDeck, options: dict[str, Any], times: tuple[float, float], energy: bool = False
+    flat: FlatDeck,
+    options: dict[str, Any],
+    times: tuple[float, float],
+    energy: bool = False,
+    context: type[Context] = Context,
 ) -> Assembly:
-    """Circuit and machine in one system. `times` (tstep, tstop) [s] fill in waveform defaults.
+    """Circuit and machine in one system. `times` (tstep, tstop) [s] fill in waveform defaults; `context` is Recording where
+    the deck is to be explained.
 
     Raises DeckError with everything that is wrong with the deck.
     """
@@ -61,7 +66,7 @@ def assemble(
     from . import circuit, topology
     from .scale import scale
 
-    ctx = Context(Builder(), flat, options)
+    ctx = context(Builder(), flat, options)
     ctx.times = times
 
     # unknowns first, so that every expression can name every node and branch

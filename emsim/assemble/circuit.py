@@ -157,7 +157,7 @@ def _calls(ast: Any) -> Iterator[Call]:
 
 def contribute(ctx: Context) -> None:
     """Every element's stamps; then shunts asked for by options, and the forced starting values."""
-    for e in ctx.elements.values():
+    for e in ctx.in_turn(ctx.elements.values()):
         KINDS[e.letter].contribute(ctx, e)
     _couplings_possible(ctx)
     shunt = ctx.options.get("gshunt", 0.0) + (

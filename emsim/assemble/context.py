@@ -18,13 +18,15 @@ from ..diagnostics import suggest
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
-    from typing import Any
+    from typing import Any, TypeVar
 
     from .._engine import Builder, Expr
     from ..deck import Element, FlatDeck
     from ..diagnostics import Sink, Span
     from ..expr import Node
     from .behaviour import Compiler
+
+    T = TypeVar("T")
 
 GROUND = ("0", "gnd")
 SHOWN = 8  # names that a hint lists
@@ -139,6 +141,10 @@ class Context:
             kind, args, dc = of_source(e, self.times, self.sink)
             k = self._waves[e.name] = self.b.wave(kind, args, dc)
         return k
+
+    def in_turn(self, contributors: Iterable[T]) -> Iterable[T]:
+        """The contributors, one after the other; where a deck is explained (recording.py), whose turn it is is noted."""
+        return contributors
 
     # expressions ---------------------------------------------------------------------------------
 

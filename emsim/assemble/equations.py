@@ -53,9 +53,10 @@ def contribute(m: Machine) -> None:
 
     # powers: efforts are held constant by symbols while the sum is differentiated
     flows, efforts = b.const(0.0), []
-    for card in m.active:
+    for card in m.ctx.in_turn(m.active):
         for effort, flow in card.powers(m):
             symbol = b.symbol()
+            m.efforts.append((card, effort, flow))
             efforts.append((symbol, effort))
             flows = flows + symbol * flow
     if efforts:
@@ -101,5 +102,5 @@ def contribute(m: Machine) -> None:
         b.add_f(row.mu_row, rates_and_gaps[count + k])
 
     # the electrical side
-    for card in m.active:
+    for card in m.ctx.in_turn(m.active):
         card.stamp(m)

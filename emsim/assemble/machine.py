@@ -64,6 +64,7 @@ class Machine(Binding):
         # the equations
         self.kinetic: Expr = self.b.const(0.0)
         self.momenta: list[Expr] = []
+        self.efforts: list[tuple[Card, Scalar, Scalar]] = []  # of all powers: effort and flow
         self.momentum: dict[int, tuple[Expr, Expr]] = {}
         self.operations = 0
         # reading

@@ -207,13 +207,21 @@ class Spec:
     """A card's specification: the reference page, validation and help are made from it.
 
     `terminals` lists the forms, such as "joint:joint | p:point q:point": attribute name and kind
-    (node, joint, body, point, kind) of each word after the card's name.
+    (node, joint, body, point, kind) of each word after the card's name. `laws` tell readers what the card brings, as
+    formulas in its parameters: energies T V W and heat P, `i` its electrical side, `q` a constraint.
     """
 
-    __slots__ = ("form", "forms", "mark", "meaning", "params", "word")
+    __slots__ = ("form", "forms", "laws", "mark", "meaning", "params", "word")
 
     def __init__(
-        self, word: str, form: str, terminals: str, mark: tuple[str, ...], meaning: str, **params: Param
+        self,
+        word: str,
+        form: str,
+        terminals: str,
+        mark: tuple[str, ...],
+        meaning: str,
+        laws: dict[str, str] | None = None,
+        **params: Param,
     ) -> None:
         self.word = word
         self.form = form
@@ -223,6 +231,7 @@ class Spec:
         ]
         self.mark = mark
         self.meaning = meaning
+        self.laws = laws or {}
         self.params = params
 
 

@@ -29,6 +29,7 @@ class Body(Card):
         terminals="",
         mark=("m", "shape", "fixed"),
         meaning="a rigid body",
+        laws={"T": "m v^2/2 + J omega^2/2", "V": "-m g.r"},
         m=Default(0.0, "kg", "the mass", least=0.0),
         j=Default(
             None,

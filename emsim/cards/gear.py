@@ -23,6 +23,7 @@ class Gear(Card):
         terminals="first:joint second:joint",
         mark=("ratio", "lead"),
         meaning="a gear, belt or screw between the coordinates of two joints",
+        laws={"q": "q1 = ratio q2, of angle and travel q = lead/(2 pi) angle"},
         ratio=Default(None, "", "q(j1) / q(j2)"),
         lead=Default(None, "m", "travel of the slide for one turn of the pin"),
         backlash=Default(None, "rad or m", "free play", least=0.0),

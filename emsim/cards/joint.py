@@ -43,6 +43,7 @@ class Joint(Card):
         terminals="a:point b:point kind:kind",
         mark=("kind",),
         meaning="a joint between two bodies; kinds: pin slide weld free planar pinslot rod",
+        laws={"P": "damp u^2"},
         axis=Default(None, "", "the axis of a pin, slide or pinslot, in the frames of A and B", "vector"),
         zero=Default((0.0,), "rad or m", "where the coordinate is 0, measured from aligned frames", "vector"),
         ic=Default(None, "rad or m, and per second", "coordinate and speed at the start, held", "vector"),

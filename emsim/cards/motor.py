@@ -26,6 +26,11 @@ class Motor(Card):
         terminals="plus:node minus:node joint:joint",
         mark=("kt", "model"),
         meaning="a direct-current motor, or a voice coil on a slide",
+        laws={
+            "T": "j w^2/2, w = gear u",
+            "P": "r i^2 + b w^2",
+            "i": "l di/dt + r i + ke w = v, torque kt i, w = gear u",
+        },
         kt=Default(
             None, "N m/A (N/A on a slide without radius)", "torque per ampere; equals ke unless given"
         ),

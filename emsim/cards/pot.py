@@ -31,6 +31,10 @@ class Pot(Card):
         terminals="top:node wiper:node bottom:node joint:joint",
         mark=("range",),
         meaning="a potentiometer on a pin or a slide",
+        laws={
+            "P": "v^2/R of both parts",
+            "i": "top to wiper r (1 - a), wiper to bottom r a, a the share of the way",
+        },
         r=Required("Ohm", "resistance from top to bottom", above=0.0),
         range=Required("rad or m", "coordinates where the wiper is at bottom and at top", "vector"),
         taper=Default("lin", "", "how resistance follows the way", "word", words=("lin", "log")),

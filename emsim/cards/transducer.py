@@ -29,6 +29,7 @@ class Transducer(Card):
         terminals="plus:node minus:node joint:joint",
         mark=("c", "l", "k", "w"),
         meaning="a capacitance, inductance or coupling that depends on a joint",
+        laws={"W": "C(q) v^2/2 or L(q) i^2/2 or w"},
         c=Default(None, "F", "capacitance as a function of the coordinate", "value"),
         l=Default(None, "H", "inductance as a function of the coordinate", "value"),
         k=Default(None, "V s/m or N/A", "coupling: v = k u, force k i", "value"),

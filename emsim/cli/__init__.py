@@ -17,7 +17,7 @@ VERBS = {
     "run": "simulate a deck, write its raw file and .print tables",
     "check": "read a deck and say what it is: unknowns, degrees of freedom, loops, what folded away",
     "view": "simulate a deck and open its page: waveforms and the moving machine on one clock",
-    "explain": "explain a message by its code, with a deck that gives it and the remedy",
+    "explain": "the equations of a deck, how a line was read, a card's reference, a message by its code",
     "plot": "draw signals of a raw, CSV, Parquet or NetCDF file: a picture, or text in the terminal",
     "compare": "run ngspice on the same deck, as written and at tight tolerances, and compare",
     "analogue": "write the electrical equivalent circuit of a one-dimensional machine as an ngspice deck",

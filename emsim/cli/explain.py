@@ -1,15 +1,17 @@
 """usage: emsim explain [options] WHAT
 
-Explains a diagnostic by its code, E203, with a deck that gives it, the message, and the deck mended; or an exit code by
-its number."""
+Explains a deck: its equations with the cards that the terms come from, energies, degrees of freedom, index, what folded
+away; as LaTeX with --latex. deck.cir:12 says how that line was read and what it contributes. MOTOR, R, .tran: the reference
+of a card. E203: a diagnostic, with a deck that gives it, the message, and the deck mended; 3: an exit code."""
 
 from __future__ import annotations
 
+from os.path import exists
 from typing import NamedTuple
 
 from ..diagnostics import suggest
-from .arguments import HELP, JSON, Option, UsageError, parse
-from .console import OK, print_json, print_lines
+from .arguments import DEFINE, HELP, JSON, QUIET, Option, UsageError, defines, parse
+from .console import OK, print_json, print_lines, show
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -20,10 +22,16 @@ if TYPE_CHECKING:
     from .arguments import Arguments
 
 OPTIONS: list[Option] = [
+    Option("--latex", "the equations of a deck as a LaTeX document"),
     Option("--list", "all codes with their titles"),
+    DEFINE,
     JSON,
+    QUIET,
     HELP,
 ]
+
+
+DECKS = (".cir", ".sp", ".net", ".ckt", ".spice", ".cki")
 
 
 class Form(NamedTuple):
@@ -180,8 +188,121 @@ def _command(words: list[str]) -> tuple[int, str]:
         os.environ.update(kept)
 
 
+# ---- decks, lines, cards -------------------------------------------------------------------------
+
+
+def is_deck(what: str) -> bool:
+    """A file that is there, or a name that can only be one."""
+    return what == "-" or exists(what) or "/" in what or what.lower().endswith(DECKS)
+
+
+def is_line(what: str) -> bool:
+    """deck.cir:12"""
+    path, colon, number = what.rpartition(":")
+    return bool(colon) and number.isdigit() and is_deck(path) and not exists(what)
+
+
+def is_word(what: str) -> bool:
+    """MOTOR, R, .tran"""
+    from ..editor.words import DOTS
+    from ..reports import words
+
+    return words.is_word(what) or what.lower() in DOTS
+
+
+def tell_deck(what: str, given: Arguments) -> int:
+    """The equations."""
+    from .. import pipeline
+    from ..reports import explained
+    from ..reports.equations import explain
+    from .run import source_of
+
+    flat = pipeline.read(source_of(what), defines(given))
+    assembly, planned = pipeline.prepare(flat, energy=True, recording=True)
+    x = explain(assembly, planned)
+    diagnostics = flat.sink.diagnostics
+    show(diagnostics, given.has("quiet"))
+    if given.has("json"):
+        print_json(OK, diagnostics, equations=explained.data(x))
+    else:
+        print_lines(explained.latex(x) if given.has("latex") else explained.page(x))
+    return OK
+
+
+def tell_line(what: str, given: Arguments) -> int:
+    """How a line was read. Where the deck is wrong, its tree is shown before that is said."""
+    from .. import pipeline
+    from ..diagnostics import DeckError
+    from ..reports import reading
+    from ..reports.equations import Explained
+
+    path, _, number = what.rpartition(":")
+    try:
+        where = reading.place(path, int(number))
+    except ValueError as error:
+        raise UsageError(str(error)) from None
+    lines = [*where.text(), ""]
+    if where.said:
+        lines.append(f"  {where.said}")
+    if where.tree is not None:
+        lines += ["Tree", *reading.tree_lines(where.tree), ""]
+    cards: list[str] = []
+    brought: list[str] = []
+    trouble: DeckError | None = None
+    try:
+        flat = pipeline.read(path, defines(given))
+        assembly, _ = pipeline.prepare(flat, energy=True, recording=True)
+        on = reading.cards_on(where, flat)
+        for card in on:
+            cards += reading.described(card, assembly)
+        if names := reading.names_of(on):
+            brought = list(reading.contributions(Explained(assembly, only=names), names))
+    except DeckError as error:
+        trouble = error
+    lines += ["Card", *(f"  {line}" for line in cards), ""] if cards else []
+    lines += ["Contributes", *brought] if brought else []
+    if given.has("json") and trouble is None:
+        print_json(
+            OK,
+            [],
+            line={
+                "place": what,
+                "said": where.said,
+                "tree": where.tree,
+                "card": cards,
+                "contributes": brought,
+            },
+        )
+    elif not given.has("json"):
+        print_lines(lines if lines[-1] else lines[:-1])
+    if trouble is not None:
+        raise trouble
+    return OK
+
+
+def tell_word(what: str, given: Arguments) -> int:
+    """The reference of a card."""
+    from ..editor.words import DOTS
+    from ..reports import words
+
+    if what.lower() in DOTS:
+        form, meaning = DOTS[what.lower()]
+        data: dict[str, object] = {"word": what.lower(), "form": form, "meaning": meaning}
+        lines = [f"{what.lower()}: {meaning}", "", f"  {form}"]
+    else:
+        data, lines = words.facts(what), list(words.lines(what))
+    if given.has("json"):
+        print_json(OK, [], card=data)
+    else:
+        print_lines(lines)
+    return OK
+
+
 # what may be explained: the first form that fits an argument has it
 FORMS = (
     Form("CODE", is_code, tell_code),
     Form("EXIT CODE", str.isdigit, tell_code),
+    Form("DECK:LINE", is_line, tell_line),
+    Form("CARD", is_word, tell_word),
+    Form("DECK", is_deck, tell_deck),
 )

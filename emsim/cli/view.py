@@ -1,7 +1,10 @@
 """usage: emsim view [options] deck.cir
 
 Simulates a deck, writes one self-contained HTML page and opens it: waveforms with cursors, and the moving machine
-beside them on one clock. Nothing is fetched from anywhere; the page can be sent to others as it is."""
+beside them on one clock. Nothing is fetched from anywhere; the page can be sent to others as it is.
+
+With --live the page stays open while the deck is edited: it shows every saved version, its .param as sliders, its mistakes
+at their lines. It comes from a server on this machine's loopback address; Ctrl-C ends it, with exit code 0."""
 
 from __future__ import annotations
 
@@ -11,7 +14,7 @@ from os.path import abspath, basename, join, splitext
 from .. import pipeline
 from ..diagnostics import ConvergenceError
 from ..outputs import html
-from .arguments import DEFINE, HELP, QUIET, Option, defines, parse
+from .arguments import DEFINE, HELP, QUIET, Option, UsageError, defines, parse
 from .console import CONVERGENCE, INTERRUPTED, OK, Progress, show
 from .run import METHOD_OPTIONS, overrides, source_of, text_of
 
@@ -24,6 +27,8 @@ OPTIONS = [
         "-o --output", "where to write the page; otherwise a folder of its own among temporary files", "FILE"
     ),
     Option("--no-open", "write the page, do not open it"),
+    Option("--live", "watch the deck and its included files: run and show every saved version"),
+    Option("--port", "with --live: the port to listen on; otherwise a free one", "N"),
     *METHOD_OPTIONS,
     DEFINE,
     QUIET,
@@ -33,6 +38,12 @@ OPTIONS = [
 
 def main(args: Sequence[str]) -> int:
     given = parse(args, OPTIONS)
+    if given.has("live"):
+        from .live import serve
+
+        return serve(given)
+    if given.has("port"):
+        raise UsageError("--port is for --live")
     deck = given.deck("view")
     source, code, trouble = source_of(deck), OK, []
     progress = Progress() if Progress.wanted(given.has("quiet")) else None

@@ -20,9 +20,10 @@ MAX_INCLUDES = 50  # files within files
 class Files:
     """Reads included files, each once, relative to the file that names them."""
 
-    def __init__(self, sink: Sink, sources: list[SourceFile]) -> None:
+    def __init__(self, sink: Sink, sources: list[SourceFile], named: list[str] | None = None) -> None:
         self.sink = sink
         self.sources = sources
+        self.named = [] if named is None else named  # every path that was looked for
         self._decks: dict[str, Deck] = {}
 
     def cards(self, card: Include, chain: tuple[str, ...]) -> tuple[list[Any], tuple[str, ...]]:
@@ -30,6 +31,8 @@ class Files:
         including = card.span.file
         base = os.path.dirname(including.path) if including.path else "."
         path = os.path.normpath(os.path.join(base, os.path.expanduser(card.path.replace("\0", ""))))
+        if path not in self.named:
+            self.named.append(path)
         key = os.path.realpath(path)
         link = key if card.section is None else f"{key}\0{card.section}"
         if link in chain or len(chain) >= MAX_INCLUDES:

@@ -31,7 +31,7 @@ from ..diagnostics import OutsideError, suggest
 from ..expr import ExprError, Name, Node, evaluate, fold
 from ..source import NoCollection
 from ..syntax import LineError
-from ..units import spice_number
+from ..units import spice_leftover, spice_number
 from .bind import Level, bind_element, bind_machine_card
 from .models import Models
 from .scope import DeckScope, as_float
@@ -76,6 +76,7 @@ class _Flattener:
     def run(self) -> FlatDeck:
         top = Level("", DeckScope(self.sink), {}, self.globals, self.sink)
         self.define(top.scope)
+        self.deck.params = top.scope.exprs
         # declare, settle conditions, then emit
         path = self.deck.file.path
         cards = self.expand(self.deck.body, top.scope, (os.path.realpath(path),) if path else ())
@@ -94,9 +95,11 @@ class _Flattener:
     def define(self, scope: DeckScope) -> None:
         for key, given in self.deck.defines.items():
             name = key.lower()
-            if isinstance(given, (int, float)) or spice_number(str(given)) is not None:
-                value = float(given) if isinstance(given, (int, float)) else spice_number(given)
-                assert value is not None
+            # 4.7kohm is a number, 2*pi begins as one
+            value = spice_number(str(given)) if not spice_leftover(str(given)) else None
+            if isinstance(given, (int, float)):
+                value = float(given)
+            if value is not None:
                 scope.values[name] = value
                 continue
             try:
@@ -171,7 +174,7 @@ class _Flattener:
         if self.files is None:
             from .files import Files
 
-            self.files = Files(self.sink, self.flat.sources)
+            self.files = Files(self.sink, self.flat.sources, self.deck.named)
         return self.files.cards(card, chain)
 
     def declare_subckt(self, card: Subckt, scope: DeckScope, chain: tuple[str, ...]) -> None:

@@ -44,13 +44,13 @@ def write(path: str, result: Result, deck: str = "", sheets: Iterable[Sheet] = (
         file.write(page(document(result, deck, sheets)))
 
 
-def page(run: dict[str, Any]) -> str:
-    """The whole page around one run."""
+def page(run: dict[str, Any], scripts: Sequence[str] = SCRIPTS, styles: Sequence[str] = STYLES) -> str:
+    """The whole page around one run; scripts and styles by their names in web/."""
     template = _file("page.html")
     parts = {
         "title": escape(run["title"]),
-        "style": "\n".join(_lean(_file(name)) for name in STYLES),
-        "script": "\n".join(_lean(_file(name)) for name in SCRIPTS),
+        "style": "\n".join(_lean(_file(name)) for name in styles),
+        "script": "\n".join(_lean(_file(name)) for name in scripts),
         # a deck may hold "</script>"; inside JSON the slash can be escaped
         "run": dumps(run, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c"),
     }
@@ -70,8 +70,8 @@ def document(result: Result, deck: str = "", sheets: Iterable[Sheet] = ()) -> di
         "rows": len(table) if table.axis and len(table) > 1 else 0,
         "axisName": table.names[0] if table.names else "", "axisUnit": table.units[0] if table.units else "",
         "names": table.signals, "units": table.units[1:],
-        "shown": _shown(result, table),
-        "sheets": [*sheets, _deck_sheet(deck, said), *_messages(said)] if deck or said else [*sheets],
+        "shown": _shown(result, table), "printed": bool(result.prints),
+        "sheets": [*sheets, deck_sheet(deck, said), *_messages(said)] if deck or said else [*sheets],
         "scene": None,
     }  # fmt: skip
     if run["rows"]:
@@ -159,8 +159,9 @@ def _shown(result: Result, table: Table) -> list[str]:
     return sorted(moving, key=rank)[:SHOWN] or table.signals[:SHOWN]
 
 
-def _deck_sheet(deck: str, said: Sequence[Diagnostic]) -> Sheet:
-    bad = {d.span.line for d in said if d.span is not None and d.severity == "error"}
+def deck_sheet(deck: str, said: Sequence[Diagnostic]) -> Sheet:
+    """The deck's text by lines, those with an error marked."""
+    bad = {d.span.in_deck.line for d in said if d.span is not None and d.severity == "error"}
     lines = [
         f'<span id="line-{k}"{" class=bad" if k in bad else ""}>{escape(line)}</span>'
         for k, line in enumerate(deck.splitlines(), 1)

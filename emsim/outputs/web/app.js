@@ -33,45 +33,59 @@ class Clock {
 
 async function columnsOf(packed, rows) { return Promise.all(packed.map((c) => unpack(c, rows, 4))); }
 
-// Every run of the page (one; a live page brings more) goes through here.
+// A run's columns as arrays: its signals, what moves the machine, the energies over time.
+async function unpacked(run) {
+  if (!run.rows) return;
+  const { scene, energy } = run;
+  run.time = await unpack(run.axis, run.rows, 8);
+  const values = await columnsOf(run.packed, run.rows);
+  run.columns = run.names.map((name, k) => ({ name, unit: run.units[k], values: values[k] }));
+  if (scene) {
+    scene.time = await unpack(scene.axis, scene.rows, 8);
+    const moves = await columnsOf(scene.packed, scene.rows);
+    scene.channels.forEach((c, k) => (c.values = moves[k]));
+  }
+  if (energy?.rows) {
+    energy.time = await unpack(energy.axis, energy.rows, 8);
+    energy.columns = await columnsOf(energy.packed, energy.rows);
+  }
+}
+
+// Every run of the page goes through here: one, or in a live page one after the other. Then what the reader has set up
+// stays, and nothing on the page changes before the new run is at hand.
 async function show(run) {
+  await unpacked(run);
+  const old = window.emsim, field = $("expression"), typed = field && { text: field.value, busy: document.activeElement === field };
   $("title").textContent = run.title;
   document.title = run.title;
   $("facts").textContent = run.facts;
   $("error").hidden = !run.error;
   $("error").textContent = run.error || "";
   sheets(run);
-  if (!run.rows) return;
-  run.time = await unpack(run.axis, run.rows, 8);
-  const values = await columnsOf(run.packed, run.rows);
-  run.columns = run.names.map((name, k) => ({ name, unit: run.units[k], values: values[k] }));
-  const old = window.emsim, clock = new Clock(run.time[0], run.time[run.time.length - 1]);
-  const waves = new Waves(run, $("panels"), clock);
-  let machine = null;
+  const playing = old?.clock.playing;
+  if (old) { old.clock.play(false); old.waves.close(); old.machine?.close(); }
+  window.emsim = undefined;
+  $("panels").replaceChildren();
   $("stage").hidden = !run.scene;
-  if (run.scene) {
-    const { scene } = run;
-    scene.time = await unpack(scene.axis, scene.rows, 8);
-    const moves = await columnsOf(scene.packed, scene.rows);
-    scene.channels.forEach((c, k) => (c.values = moves[k]));
-    machine = new Machine(scene, $("machine"), clock);
+  if (!run.rows) return;
+  const clock = new Clock(run.time[0], run.time[run.time.length - 1]), waves = new Waves(run, $("panels"), clock);
+  const { scene } = run, machine = scene ? new Machine(scene, $("machine"), clock) : null;
+  if (machine) {
     options($("trace"), ["", ...scene.points.map((p) => p.name)]);
-    $("trace").value = machine.trace = old?.machine?.trace || scene.view.trace || "";
-  }
-  if (old) {
-    old.clock.play(false);
-    if (same(old.run.names, run.names)) { waves.shown = old.waves.shown; waves.degrees = old.waves.degrees; }
-    clock.t = Math.min(old.clock.t, clock.last);
-    $("panels").replaceChildren();
+    $("trace").value = old?.machine ? old.machine.trace || "" : scene.view.trace || "";
+    machine.trace = $("trace").value || null;
+    machine.arrows = $("arrows").checked;
+    machine.labels = $("labels").checked;
   }
   window.emsim = { run, clock, waves, machine };
   const span = clock.last - clock.first, speeds = [];
   for (let s = 10 ** Math.ceil(Math.log10(span / 100)); s <= span * 2; s *= 10) speeds.push(s, 2 * s, 5 * s);
-  const wanted = Number(run.scene?.view?.speed) || Math.min(1, span / 5 || 1);
+  const wanted = old?.clock.speed || Number(run.scene?.view?.speed) || Math.min(1, span / 5 || 1);
   const nearest = [1, ...speeds].reduce((a, b) => (Math.abs(Math.log(b / wanted)) < Math.abs(Math.log(a / wanted)) ? b : a));
   options($("speed"), [...new Set([1, ...speeds])].sort((a, b) => a - b).map((s) => [s, `${+s.toPrecision(2)} x`]));
   $("speed").value = clock.speed = nearest;
   options($("xaxis"), [["", run.axisName], ...run.names.map((n) => [n, n])]);
+  if (old) carry(old, window.emsim);
   clock.listen(() => {
     $("scrub").value = (clock.t - clock.first) / (span || 1);
     $("clock").textContent = written(clock.t, run.axisUnit, 6);
@@ -79,11 +93,32 @@ async function show(run) {
   });
   waves.build();
   chips(run, waves);
-  await energySheet(run, clock);
+  if (typed) {
+    $("expression").value = typed.text;
+    if (typed.busy) $("expression").focus();
+  }
+  energySheet(run, clock);
   clock.set(clock.t);
+  if (playing) clock.play(true);
 }
 
-const same = (a, b) => a.length === b.length && a.every((v, k) => v === b[k]);
+// The reader's clock, zoom, cursors, signals, expressions, x axis and view, from the run before.
+function carry(old, { run, clock, waves, machine }) {
+  clock.t = Math.max(clock.first, Math.min(old.clock.t, clock.last));
+  for (const c of old.run.columns) if (c.computed) try { run.columns.push(computed(run, c.name)); } catch { /* its signals are gone */ }
+  const names = new Set(run.columns.map((c) => c.name)), kept = [...old.waves.shown].filter((name) => names.has(name));
+  if (kept.length || !old.waves.shown.size) {
+    // an edit of .print counts; without one, what moves is no choice of anybody's
+    const added = run.shown.filter((n) => (run.printed ? !old.run.shown.includes(n) : !old.run.names.includes(n)));
+    const removed = run.printed ? old.run.shown.filter((n) => !run.shown.includes(n)) : [];
+    waves.shown = new Set([...kept.filter((n) => !removed.includes(n)), ...added]);
+  }
+  const { range, full } = old.waves, from = Math.max(clock.first, range[0]), to = Math.min(clock.last, range[1]);
+  if (to > from && (range[0] > full[0] || range[1] < full[1])) waves.range = [from, to];
+  Object.assign(waves, { marks: old.waves.marks, degrees: old.waves.degrees, xname: names.has(old.waves.xname) ? old.waves.xname : null });
+  $("xaxis").value = waves.xname || "";
+  if (machine && old.machine) machine.keep(old.machine);
+}
 
 function options(select, items) {
   select.replaceChildren(...items.map((item) => {
@@ -123,15 +158,20 @@ function chips(run, waves) {
   form.onsubmit = (e) => {
     e.preventDefault();
     try {
-      const text = $("expression").value, found = (name) => run.columns.find((c) => c.name.replace(/\s/g, "") === name)?.values;
-      const f = compileExpression(text, found), values = Float32Array.from({ length: run.rows }, (_, k) => f(k));
-      run.columns.push({ name: text, unit: "", values });
+      const text = $("expression").value;
+      run.columns.push(computed(run, text));
       waves.shown.add(text);
       waves.build();
       chips(run, waves);
     } catch (error) { said.textContent = error.message; }
   };
   box.replaceChildren(...lines, form);
+}
+
+// A column by an expression of others. Throws Error with what is wrong.
+function computed(run, text) {
+  const f = compileExpression(text, (name) => run.columns.find((c) => c.name.replace(/\s/g, "") === name)?.values);
+  return { name: text, unit: "", computed: true, values: Float32Array.from({ length: run.rows }, (_, k) => f(k)) };
 }
 
 // the sheets below: signals, energy, equations, the deck, what was said

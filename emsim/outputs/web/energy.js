@@ -1,7 +1,7 @@
 // Where every joule went: the sums over time, and every owner's account.
 "use strict";
 
-async function energySheet(run, clock) {
+function energySheet(run, clock) {
   const box = document.getElementById("sheet-energy"), { energy } = run;
   if (!box || !energy) return;
   const chart = document.createElement("div"), table = document.createElement("table");
@@ -16,7 +16,7 @@ async function energySheet(run, clock) {
   words.textContent = energy.summary;
   box.replaceChildren(words, chart, table);
   if (!energy.rows) return;
-  const time = await unpack(energy.axis, energy.rows, 8), columns = await Promise.all(energy.packed.map((c) => unpack(c, energy.rows, 4)));
+  const { time, columns } = energy;
   const style = getComputedStyle(document.documentElement), ink = style.getPropertyValue("--soft"), line = style.getPropertyValue("--line");
   const axis = { stroke: ink, grid: { stroke: line, width: 1 }, ticks: { stroke: line, width: 1 } }, names = ["supplied", "dissipated", "stored", "unexplained"];
   const width = () => Math.max(300, Math.min(1100, box.clientWidth || innerWidth - 40));

@@ -9,8 +9,21 @@ class Machine {
     this.measure();
     this.fit();
     clock.listen(() => this.draw());
-    new ResizeObserver(() => { this.fit(); this.draw(); }).observe(canvas.parentElement);
+    this.sizes = new ResizeObserver(() => { if (this.width !== this.room()) { this.fit(); this.draw(); } });
+    this.sizes.observe(canvas.parentElement);
+    this.gone = new AbortController();
     this.mouse();
+  }
+  // another run takes the place
+  close() { this.gone.abort(); this.sizes.disconnect(); }
+  // the view of the run before, where this one's machine fits into it: what grows is seen to grow
+  keep(old) {
+    const [x0, y0, x1, y1] = this.box, [a0, b0, a1, b1] = old.box, slack = 0.05 * old.size;
+    Object.assign(this, { yaw: old.yaw, pitch: old.pitch });
+    if (x0 < a0 - slack || y0 < b0 - slack || x1 > a1 + slack || y1 > b1 + slack || this.size < 0.4 * old.size) return;
+    Object.assign(this, { box: old.box, size: old.size });
+    this.fit();
+    if (old.moved) Object.assign(this, { middle: old.middle, scale: old.scale, moved: true });
   }
   at(ref, t) {
     if (typeof ref !== "string") return ref;
@@ -77,7 +90,7 @@ class Machine {
     this.size = size;
   }
   fit() {
-    const { canvas } = this, width = Math.max(160, canvas.parentElement.clientWidth);
+    const { canvas } = this, width = this.room();
     const [x0, y0, x1, y1] = this.box, margin = 46;
     const w = Math.max(x1 - x0, 0.25 * this.size), h = Math.max(y1 - y0, 0.25 * this.size);
     const height = Math.max(220, Math.min(0.68 * innerHeight, width * Math.max(0.5, Math.min(1.15, h / w)) + 30));
@@ -87,19 +100,21 @@ class Machine {
     this.centre = [width / 2, height / 2];
     this.middle = [(x0 + x1) / 2, (y0 + y1) / 2];
     this.scale = Math.min((width - 2 * margin) / w, (height - 2 * margin) / h) * (Number(this.scene.view.scale) || 1);
-    Object.assign(this, { width, height });
+    Object.assign(this, { width, height, moved: false });
   }
+  room() { return Math.max(160, this.canvas.parentElement.clientWidth); }
   mouse() {
-    const c = this.canvas;
+    const c = this.canvas, { signal } = this.gone;
     c.addEventListener("wheel", (e) => {
       e.preventDefault();
       const f = Math.exp(-0.0015 * e.deltaY), r = c.getBoundingClientRect(), x = e.clientX - r.left - this.centre[0], y = e.clientY - r.top - this.centre[1];
       this.middle[0] += x / this.scale * (1 - 1 / f);
       this.middle[1] -= y / this.scale * (1 - 1 / f);
       this.scale *= f;
+      this.moved = true;
       this.draw();
-    }, { passive: false });
-    c.addEventListener("pointerdown", (e) => c.setPointerCapture(e.pointerId));
+    }, { passive: false, signal });
+    c.addEventListener("pointerdown", (e) => c.setPointerCapture(e.pointerId), { signal });
     c.addEventListener("pointermove", (e) => {
       if (!(e.buttons & 1)) return;
       if (!this.scene.planar && !e.shiftKey) {
@@ -108,9 +123,10 @@ class Machine {
       } else {
         this.middle[0] -= e.movementX / this.scale;
         this.middle[1] += e.movementY / this.scale;
+        this.moved = true;
       }
       this.draw();
-    });
+    }, { signal });
   }
 
   draw() {

@@ -11,8 +11,17 @@ class Waves {
     this.range = [...this.full];
     this.shown = new Set(run.shown);
     clock.listen(() => this.panels.forEach((p) => (p.plot ? p.plot.redraw(false, false) : p.draw())));
-    new ResizeObserver(() => this.resize()).observe(box);
-    box.addEventListener("wheel", (e) => this.wheel(e), { passive: false });
+    this.sizes = new ResizeObserver(() => this.resize());
+    this.sizes.observe(box);
+    this.gone = new AbortController();
+    box.addEventListener("wheel", (e) => this.wheel(e), { passive: false, signal: this.gone.signal });
+  }
+  // another run takes the place
+  close() {
+    this.gone.abort();
+    this.sizes.disconnect();
+    this.panels.forEach((p) => p.plot && p.plot.destroy());
+    this.panels = [];
   }
   unit(c) { return this.degrees ? c.unit.replace("rad", "\u00b0") : c.unit; }
   scaled(c) {
@@ -32,6 +41,7 @@ class Waves {
   build() {
     this.panels.forEach((p) => p.plot && p.plot.destroy());
     this.box.replaceChildren();
+    this.drawn = this.width();
     const groups = this.groups(), style = getComputedStyle(document.documentElement);
     const ink = style.getPropertyValue("--soft"), line = style.getPropertyValue("--line");
     const height = Math.max(130, Math.min(260, (0.62 * innerHeight) / Math.max(1, groups.length)));
@@ -75,6 +85,8 @@ class Waves {
   data(columns) { return visible(this.run.time, columns.map((c) => this.scaled(c)), this.range[0], this.range[1], this.width()); }
   resize() {
     const width = this.width();
+    if (width === this.drawn) return;
+    this.drawn = width;
     for (const p of this.panels) p.plot ? p.plot.setSize({ width, height: p.plot.height }) : p.draw();
   }
   zoom(from, to) {

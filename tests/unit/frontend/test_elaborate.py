@@ -37,6 +37,8 @@ def test_defines_stand_above_the_deck():
     assert values(text, r=5) == {"r1": 5.0, "r2": 10.0}
     assert values(text, R="2k") == {"r1": 2e3, "r2": 4e3}
     assert values(text, r="{1k*3}") == {"r1": 3e3, "r2": 6e3}
+    assert values(text, r="1k*3") == {"r1": 3e3, "r2": 6e3}  # not 1k with letters behind it
+    assert values(text, r="4.7kohm") == {"r1": 4.7e3, "r2": 9.4e3}
     assert [d.code for d in flat(text, q=1).sink.diagnostics] == ["W126"]
 
 

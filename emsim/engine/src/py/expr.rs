@@ -1,5 +1,5 @@
 //! `Expr`: a node of the graph, with Python's operators.
-use crate::graph::{Graph, Id};
+use crate::graph::{Graph, Id, Node};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use std::sync::{Arc, Mutex, MutexGuard};
@@ -37,6 +37,10 @@ impl Expr {
         Expr { graph: self.graph.clone(), id }
     }
 
+    fn operands(&self, node: Node) -> Vec<Expr> {
+        node.operands().map(|id| self.with(id)).collect()
+    }
+
     fn binary(&self, other: &Bound<'_, PyAny>, f: fn(&mut Graph, Id, Id) -> Id, swap: bool) -> PyResult<Expr> {
         let o = Expr::operand(&self.graph, other)?;
         let mut g = lock(&self.graph);
@@ -55,6 +59,32 @@ impl Expr {
     #[getter]
     fn id(&self) -> u32 {
         self.id
+    }
+
+    /// (operation, its number, operands): "const" v, "x" i, "time", "wave" k, "flag" k, "symbol" k, "neg" "add" "sub"
+    /// "mul" "div" "pow" "powi" n "atan2" "select", or the name of a function.
+    #[getter]
+    fn node(&self) -> (String, f64, Vec<Expr>) {
+        let node = lock(&self.graph).node(self.id);
+        let (name, number) = match node {
+            Node::Const(bits) => ("const", f64::from_bits(bits)),
+            Node::Unknown(i) => ("x", f64::from(i)),
+            Node::Time => ("time", 0.0),
+            Node::Wave(k) => ("wave", f64::from(k)),
+            Node::Flag(k) => ("flag", f64::from(k)),
+            Node::Symbol(k) => ("symbol", f64::from(k)),
+            Node::Neg(_) => ("neg", 0.0),
+            Node::Add(..) => ("add", 0.0),
+            Node::Sub(..) => ("sub", 0.0),
+            Node::Mul(..) => ("mul", 0.0),
+            Node::Div(..) => ("div", 0.0),
+            Node::Pow(..) => ("pow", 0.0),
+            Node::Powi(_, n) => ("powi", f64::from(n)),
+            Node::Atan2(..) => ("atan2", 0.0),
+            Node::Select(..) => ("select", 0.0),
+            Node::Call(f, _) => return (format!("{f:?}").to_lowercase(), 0.0, self.operands(node)),
+        };
+        (name.to_string(), number, self.operands(node))
     }
 
     fn __add__(&self, o: &Bound<'_, PyAny>) -> PyResult<Expr> {

@@ -102,6 +102,13 @@ impl System {
         self.inner.diode_names.clone()
     }
 
+    /// Of every flag its name, what raises it above zero, what lowers it below.
+    #[getter]
+    fn flags(&self) -> Vec<(String, Expr, Expr)> {
+        let expr = |id| Expr { graph: self.graph.clone(), id };
+        self.inner.flags.iter().map(|f| (f.name.clone(), expr(f.up), expr(f.down))).collect()
+    }
+
     #[getter]
     fn flag_names(&self) -> Vec<String> {
         self.inner.flags.iter().map(|f| f.name.clone()).collect()

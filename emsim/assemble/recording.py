@@ -1,0 +1,109 @@
+"""A context that remembers who contributed what to equation (1), for `emsim explain`; plain runs know nothing of it."""
+
+from __future__ import annotations
+
+from .._engine import Builder
+from .context import Context
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator
+    from typing import Any
+
+    from .._engine import Expr
+    from ..deck import FlatDeck
+
+
+class Share:
+    """One contribution: who, to which row, of F or (with `rate`) of Q. `quotient`: a conductance, to be read as 1/R."""
+
+    __slots__ = ("expr", "owner", "quotient", "rate", "row")
+
+    def __init__(self, owner: str, row: int, rate: bool, expr: Expr, quotient: bool = False) -> None:
+        self.owner, self.row, self.rate, self.expr, self.quotient = owner, row, rate, expr, quotient
+
+
+class Recorder:
+    """A Builder that writes down what it is given, under the name of the `owner` whose turn it is."""
+
+    def __init__(self) -> None:
+        self._builder = Builder()
+        self.owner = ""
+        self.shares: list[Share] = []
+        self.waves: list[tuple[str, list[float], str]] = []  # kind, arguments, owner
+        self.diodes: list[
+            tuple[str, int, int, dict[str, float], float | None]
+        ] = []  # name, p, n, model, conductance
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._builder, name)
+
+    def _share(self, row: int, rate: bool, expr: Expr, quotient: bool = False) -> None:
+        if row >= 0:
+            self.shares.append(Share(self.owner, row, rate, expr, quotient))
+
+    def _between(self, p: int, n: int) -> Expr:
+        return (self.x(p) if p >= 0 else self.const(0.0)) - (self.x(n) if n >= 0 else 0.0)
+
+    def g(self, row: int, col: int, v: float) -> None:
+        self._builder.g(row, col, v)
+        if col >= 0:
+            self._share(row, False, v * self.x(col))
+
+    def c(self, row: int, col: int, v: float) -> None:
+        self._builder.c(row, col, v)
+        if col >= 0:
+            self._share(row, True, v * self.x(col))
+
+    def conductance(self, p: int, n: int, v: float) -> None:
+        self._builder.conductance(p, n, v)
+        for row, current in ((p, v * self._between(p, n)), (n, v * self._between(n, p))):
+            self._share(row, False, current, True)
+
+    def capacitance(self, p: int, n: int, v: float) -> None:
+        self._builder.capacitance(p, n, v)
+        for row, charge in ((p, v * self._between(p, n)), (n, v * self._between(n, p))):
+            self._share(row, True, charge)
+
+    def f_wave(self, row: int, wave: int, coefficient: float) -> None:
+        self._builder.f_wave(row, wave, coefficient)
+        self._share(row, False, coefficient * self.wave_expr(wave))
+
+    def add_f(self, row: int, e: Any) -> None:
+        self._builder.add_f(row, e)
+        self._share(row, False, self.const(0.0) + e)
+
+    def add_q(self, row: int, e: Any) -> None:
+        self._builder.add_q(row, e)
+        self._share(row, True, self.const(0.0) + e)
+
+    def wave(self, kind: str, args: list[float], dc: float | None = None) -> int:
+        k = self._builder.wave(kind, args, dc)
+        assert k == len(self.waves)
+        self.waves.append((kind, list(args), self.owner))
+        return k
+
+    def diode(
+        self, name: str, p: int, n: int, model: dict[str, float], *more: Any
+    ) -> tuple[int, float] | None:
+        series = self._builder.diode(name, p, n, model, *more)
+        inner = p if series is None else series[0]
+        self.diodes.append((name, inner, n, model, None if series is None else series[1]))
+        if series is not None:
+            self._share(p, False, series[1] * self._between(p, inner), True)
+            self._share(inner, False, series[1] * self._between(inner, p), True)
+        return series
+
+
+class Recording(Context):
+    """The context of a deck that is to be explained."""
+
+    def __init__(self, b: Builder, flat: FlatDeck, options: dict[str, Any]) -> None:
+        self.recorder = Recorder()
+        super().__init__(self.recorder, flat, options)  # type: ignore[arg-type]
+
+    def in_turn(self, contributors: Iterable[Any]) -> Iterator[Any]:
+        for contributor in contributors:
+            self.recorder.owner = contributor.name
+            yield contributor
+        self.recorder.owner = ""

@@ -1,0 +1,218 @@
+"""The live page and its data, for browsers on this machine alone.
+
+    GET  /        the page; it holds nothing of the deck
+    GET  /events  what the page is to know, a line of JSON each, for as long as the reader stays
+    POST /set     {"set": {name: text, or null for the deck's own}, "number": n}
+
+These three are all there is: a request chooses no file. The socket is bound to the loopback address. A request must name
+this server in Host (a foreign name that resolves to this machine is refused) and, where a browser says whose page asks,
+in Origin. Data and changes need the token, which stands behind # in the page's address: browsers do not send that part
+to anybody, and the page's script puts it into a header, which pages of other origins may not do.
+"""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+import hmac
+import json
+import os
+import re
+import secrets
+import socketserver
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from threading import Semaphore
+
+from ..outputs import html
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from typing import Any
+
+    from .session import Board
+
+ADDRESS = "127.0.0.1"
+TOKEN = "X-Emsim-Token"
+MOST_BYTES = 64 * 1024  # of a request's body
+MOST_READERS = 32  # connections at a time
+ALIVE = 10.0  # seconds of silence after which a reader gets an empty line
+TIMEOUT = 30.0  # seconds that a client may take to send or to take something
+_NAME, _TEXT = re.compile(r"[^\s=]{1,100}"), re.compile(r"[^\r\n\0]{1,200}")
+
+
+def page() -> str:
+    """The page of a run with nothing in it yet, and the live script."""
+    nothing: dict[str, Any] = {
+        "title": "emsim", "facts": "", "error": None, "rows": 0, "names": [], "units": [], "shown": [],
+        "axisName": "", "axisUnit": "", "sheets": [], "scene": None,
+    }  # fmt: skip
+    return html.page(nothing, (*html.SCRIPTS, "live.js"), (*html.STYLES, "live.css"))
+
+
+class Server(ThreadingHTTPServer):
+    """`ask(change, number)` is called for every POST /set. `url` is the page's address with the token.
+
+    port 0 takes a free one. Raises OSError where the port is taken."""
+
+    daemon_threads = True
+    # elsewhere it lets a restarted server have its port again at once; on Windows it would share the port with anybody
+    allow_reuse_address = os.name != "nt"
+
+    def __init__(
+        self, board: Board, ask: Callable[[dict[str, str | None], int], object], port: int = 0
+    ) -> None:
+        self.board, self.ask = board, ask
+        self.token = secrets.token_urlsafe(24)
+        self._free = Semaphore(MOST_READERS)
+        super().__init__((ADDRESS, port), Handler)
+        self.port = int(self.server_address[1])
+        hosts = [f"{name}:{self.port}" for name in (ADDRESS, "localhost")]
+        # browsers leave the port of http away
+        self.hosts = frozenset(hosts + ([ADDRESS, "localhost"] if self.port == 80 else []))
+        self.origins = frozenset(f"http://{host}" for host in self.hosts)
+        text = page()
+        self.page = text.encode()
+        self.policy = _policy(text)
+
+    def server_bind(self) -> None:
+        # without asking any name server for the name of this machine
+        socketserver.TCPServer.server_bind(self)
+        self.server_name, self.server_port = ADDRESS, self.server_address[1]
+
+    @property
+    def url(self) -> str:
+        return f"http://{ADDRESS}:{self.port}/#{self.token}"
+
+    def process_request(self, request: Any, client_address: Any) -> None:
+        if self._free.acquire(blocking=False):
+            super().process_request(request, client_address)
+        else:
+            self.shutdown_request(request)
+
+    def process_request_thread(self, request: Any, client_address: Any) -> None:
+        try:
+            super().process_request_thread(request, client_address)
+        finally:
+            self._free.release()
+
+    def handle_error(self, request: Any, client_address: Any) -> None:
+        """A client that goes away is no error."""
+
+
+def _policy(text: str) -> str:
+    """The page's own scripts by their hashes and connections to this server; nothing else, and in no frame."""
+    scripts = re.findall(r"<script>(.*?)</script>", text, re.S)
+    hashes = [base64.b64encode(hashlib.sha256(s.encode()).digest()).decode() for s in scripts]
+    allowed = " ".join(f"'sha256-{h}'" for h in hashes)
+    return (
+        f"default-src 'none'; script-src {allowed}; style-src 'unsafe-inline'; img-src data: blob:; "
+        "connect-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
+    )
+
+
+class Handler(BaseHTTPRequestHandler):
+    server: Server
+    timeout = TIMEOUT
+    server_version, sys_version = "emsim", ""
+
+    def answer(self) -> None:
+        if self.headers.get_all("Host", []) not in [[host] for host in self.server.hosts]:
+            return self.refuse(403, "this server has another name")
+        if any(origin not in self.server.origins for origin in self.headers.get_all("Origin", [])):
+            return self.refuse(403, "a page of another origin asks")
+        if self.path not in ROUTES:
+            return self.refuse(404, "there is nothing here")
+        method, needs_token, act = ROUTES[self.path]
+        if self.command != method:
+            return self.refuse(405, f"only {method}", {"Allow": method})
+        given = self.headers.get(TOKEN, "")
+        if needs_token and not hmac.compare_digest(given.encode(), self.server.token.encode()):
+            return self.refuse(403, "the token is missing or of another run of emsim")
+        act(self)
+
+    do_GET = do_HEAD = do_POST = do_PUT = do_DELETE = do_PATCH = do_OPTIONS = do_TRACE = answer
+
+    # ---- the three things to ask for ----
+
+    def give_page(self) -> None:
+        self.give(200, self.server.page, {"Content-Type": "text/html; charset=utf-8"})
+
+    def give_events(self) -> None:
+        self.start(200, {"Content-Type": "application/x-ndjson; charset=utf-8"})
+        version, board = 0, self.server.board
+        while not board.closed:
+            version, lines = board.after(version, ALIVE)
+            self.wfile.write(b"".join(lines) or b"\n")
+
+    def take_values(self) -> None:
+        if self.headers.get_content_type() != "application/json":
+            return self.refuse(415, "the body is to be JSON")
+        length = self.headers.get("Content-Length", "")
+        if not length.isdecimal():
+            return self.refuse(411, "the length of the body is missing")
+        if len(length) > 9 or int(length) > MOST_BYTES:
+            return self.refuse(413, f"the body may have {MOST_BYTES} bytes")
+        try:
+            change, number = _wish(json.loads(self.rfile.read(int(length))))
+        except (ValueError, RecursionError):
+            return self.refuse(400, 'the body is to be {"set": {name: text or null}, "number": n}')
+        self.server.ask(change, number)
+        self.give(204, b"", {})
+
+    # ---- answers ----
+
+    def start(self, code: int, headers: dict[str, str]) -> None:
+        self.send_response(code)
+        for name, value in {**headers, **ALWAYS, "Content-Security-Policy": self.server.policy}.items():
+            self.send_header(name, value)
+        self.end_headers()
+
+    def give(self, code: int, body: bytes, headers: dict[str, str]) -> None:
+        self.start(code, {**headers, "Content-Length": str(len(body))})
+        if self.command != "HEAD":
+            self.wfile.write(body)
+
+    def refuse(self, code: int, why: str, headers: dict[str, str] | None = None) -> None:
+        body = (why + "\n").encode()
+        self.give(code, body, {"Content-Type": "text/plain; charset=utf-8", **(headers or {})})
+
+    def send_error(self, code: int, message: str | None = None, explain: str | None = None) -> None:
+        """What http.server itself refuses: malformed requests, methods that nobody knows."""
+        if not hasattr(self, "command") or self.command is None:
+            self.command = ""
+        self.refuse(int(code), message or "refused")
+
+    def log_message(self, format: str, *args: Any) -> None:
+        """The terminal is for the deck."""
+
+
+ALWAYS = {
+    "X-Content-Type-Options": "nosniff",
+    "X-Frame-Options": "DENY",
+    "Referrer-Policy": "no-referrer",
+    "Cross-Origin-Opener-Policy": "same-origin",
+    "Cross-Origin-Resource-Policy": "same-origin",
+    "Cache-Control": "no-store",
+}
+# path -> (method, needs the token?, what is done)
+ROUTES: dict[str, tuple[str, bool, Callable[[Handler], None]]] = {
+    "/": ("GET", False, Handler.give_page),
+    "/events": ("GET", True, Handler.give_events),
+    "/set": ("POST", True, Handler.take_values),
+}
+
+
+def _wish(body: Any) -> tuple[dict[str, str | None], int]:
+    """Raises ValueError for anything but the form above."""
+    if not isinstance(body, dict) or set(body) != {"set", "number"}:
+        raise ValueError
+    change, number = body["set"], body["number"]
+    if not isinstance(change, dict) or type(number) is not int:
+        raise ValueError
+    for name, text in change.items():
+        if not _NAME.fullmatch(name) or not (
+            text is None or (isinstance(text, str) and _TEXT.fullmatch(text))
+        ):
+            raise ValueError
+    return change, number

@@ -1,0 +1,179 @@
+"""The process of the runs: jobs come as lines of JSON on stdin, answers go to stdout.
+
+    job      {"deck": path, "defines": {name: text}, "set": {name: [text, text in the deck]}, "options": {...}}
+    answer   any number of {"kind": "progress", "t": s, "stop": s}; then {"kind": "done", "size": n, ...}, see `work`,
+             and n bytes, the run as the page takes it
+
+`set` are the page's own values; one whose .param has another text by now, or is gone, is left out: the deck's last edit
+counts. A run is ended by ending this process: neither the derivation of the equations nor a step can be interrupted.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import sys
+from time import monotonic, perf_counter
+
+from .. import pipeline
+from ..build import read
+from ..diagnostics import MAX_ERRORS_SHOWN, Diagnostic, DiagnosticError, render_text
+from ..elaborate import flatten
+from ..expr import Node, Num, Unary
+from ..outputs import html
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from typing import Any, BinaryIO
+
+    from ..deck import Deck, FlatDeck, Param
+
+    Job = dict[str, Any]
+
+TELL_EVERY = 0.1  # seconds between words of progress
+# what a first run would have to load
+WARM = """warm
+BODY arm shape=rod(1) m=1
+JOINT hinge 0 arm pin
+R1 a 0 1
+V1 a 0 1
+.tran 1m 1m
+"""
+
+
+def main() -> None:
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the session ends this process
+    out = os.fdopen(os.dup(1), "wb")
+    os.dup2(2, 1)
+    work({"deck": WARM, "defines": {}, "set": {}, "options": {}})
+    for line in sys.stdin.buffer:
+        head, document = work(json.loads(line), _Progress(out))
+        _send(out, {"kind": "done", "size": len(document), **head}, document)
+
+
+def work(job: Job, progress: Callable[..., object] | None = None) -> tuple[dict[str, Any], bytes]:
+    """What is said of a run, and the run itself for the page, empty where there is nothing to draw.
+
+    ok       a run reached its end
+    text     all diagnostics as on a coloured terminal;  lines: (line of the deck, message and hint) of the errors
+    sheet    the deck as text for the page, with its wrong lines marked
+    params   the .param of the deck, see `_param`; set: the page's values that counted
+    named    every file that was read or looked for
+    seconds  from the file to here; facts: one line
+    """
+    began = perf_counter()
+    kept = dict(job["set"])
+    while True:
+        deck, flat, error = _read(job["deck"], {**job["defines"], **{k: v for k, (v, _) in kept.items()}})
+        outdated = _outdated(deck, flat, kept)
+        if not outdated:
+            break
+        for name in outdated:
+            del kept[name]
+    result = None
+    if flat is not None:
+        try:
+            assembly, planned = pipeline.prepare(flat, job["options"], True)
+            result = pipeline.deliver(assembly, pipeline.solve(assembly, planned, progress, scene=True))
+        except Exception as failed:
+            error, result = failed, getattr(failed, "partial", None)
+    said = [] if result is None else list(result.diagnostics)
+    said += [d for d in _explained(error) if d not in said]
+    text = "" if deck is None else deck.file.text
+    drawn = result is not None and any(len(table) for table in result.plots)
+    run: dict[str, Any] = {"facts": ""}
+    if result is not None and drawn:
+        result.diagnostics = said
+        run = html.document(result, text)
+    errors = [d for d in said if d.severity == "error"][:MAX_ERRORS_SHOWN]
+    head = {
+        "ok": drawn and error is None,
+        "text": render_text(said, color=True),
+        "lines": [(d.span.in_deck.line, _brief(d)) for d in errors if d.span is not None],
+        "sheet": html.deck_sheet(text, said)[2],
+        "params": [] if deck is None else [_param(p, flat) for p in deck.params.values()],
+        "set": kept,
+        "named": [] if deck is None else deck.named,
+        "facts": run["facts"],
+        "seconds": perf_counter() - began,
+    }
+    return head, json.dumps(run, separators=(",", ":"), allow_nan=False).encode() if drawn else b""
+
+
+def _read(path: str, defines: dict[str, str]) -> tuple[Deck | None, FlatDeck | None, Exception | None]:
+    deck = None
+    try:
+        deck = read(path, defines)
+        return deck, flatten(deck), None
+    except Exception as error:
+        return deck, None, error
+
+
+def _outdated(deck: Deck | None, flat: FlatDeck | None, kept: dict[str, list[str]]) -> list[str]:
+    """Values of the page whose .param was edited since, or is gone from a deck that is right."""
+    if deck is None:
+        return []
+    found = []
+    for name, (_, before) in kept.items():
+        param = deck.params.get(name)
+        if (flat is not None) if param is None else _written(param) != before:
+            found.append(name)
+    return found
+
+
+def _explained(error: Exception | None) -> list[Diagnostic]:
+    if error is None:
+        return []
+    if isinstance(error, DiagnosticError):
+        return error.diagnostics
+    if isinstance(error, MemoryError):
+        return [Diagnostic("error", "E501", "out of memory")]
+    return [Diagnostic("error", "E499", f"internal error: {type(error).__name__}: {error}")]
+
+
+def _brief(d: Diagnostic) -> str:
+    return f"{d.message}\n{d.hint}" if d.hint else d.message
+
+
+def _param(param: Param, flat: FlatDeck | None) -> dict[str, Any]:
+    """text: the value as the deck has it; value: the number it has in this run; literal: whether it is a number in the
+    deck; shown: the name as written; file, line, col, end, source: the place of the text (1-based) and its line."""
+    place = param.value.span
+    literal = isinstance(param.value, Num) or (
+        isinstance(param.value, Unary) and param.value.op in "+-" and isinstance(param.value.a, Num)
+    )
+    return {
+        "name": param.name, "shown": param.span.text, "text": place.text, "literal": literal,
+        "value": _finite(flat.params.get(param.name)) if flat is not None else None,
+        "file": os.path.basename(place.file.name), "line": place.line, "col": place.col, "end": place.end,
+        "source": place.file.text_line(place.line),
+    }  # fmt: skip
+
+
+def _finite(value: float | None) -> float | None:
+    return value if value is not None and abs(value) < float("inf") else None
+
+
+def _written(param: Param) -> str:
+    return param.value.span.text if isinstance(param.value, Node) else str(param.value)
+
+
+class _Progress:
+    def __init__(self, out: BinaryIO) -> None:
+        self.out, self.then = out, monotonic()
+
+    def __call__(self, t: float, stop: float, step: float, steps: int, events: int) -> None:
+        now = monotonic()
+        if now - self.then >= TELL_EVERY:
+            self.then = now
+            _send(self.out, {"kind": "progress", "t": t, "stop": stop})
+
+
+def _send(out: BinaryIO, head: dict[str, Any], more: bytes = b"") -> None:
+    try:
+        out.write(json.dumps(head).encode() + b"\n" + more)
+        out.flush()
+    except OSError:
+        os._exit(0)  # nobody listens any more

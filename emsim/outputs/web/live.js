@@ -1,0 +1,249 @@
+// The live page (emsim view --live): runs as they come, parameters as sliders, what is wrong at its line.
+"use strict";
+
+(() => {
+  const token = location.hash.slice(1);
+  const made = (tag, properties = {}, ...inside) => {
+    const element = Object.assign(document.createElement(tag), properties);
+    element.append(...inside);
+    return element;
+  };
+  const status = made("span", { id: "live", role: "status" }), bar = made("div", { id: "share" });
+  const said = made("section", { id: "said", hidden: true }), knobs = made("section", { id: "knobs", hidden: true });
+  knobs.setAttribute("aria-label", "parameters");
+  // no browser is to ask for an icon
+  document.head.append(made("link", { rel: "icon", href: "data:," }));
+  $("facts").after(status);
+  document.querySelector("header").after(bar, said);
+  document.querySelector("main").before(knobs);
+  document.body.classList.add("empty");
+
+  function tell(kind, text) {
+    status.className = kind;
+    status.textContent = text;
+  }
+
+  // ---- what the server says, a line of JSON each ----
+
+  async function listen() {
+    if (!token) return tell("lost", "open the address that emsim printed, with all that stands behind #");
+    for (;;) {
+      try {
+        const answer = await fetch("/events", { headers: { "X-Emsim-Token": token } });
+        if (answer.status === 403) return tell("lost", "this page is of an emsim that has ended: open the address that the new one printed");
+        const reader = answer.body.pipeThrough(new TextDecoderStream()).getReader();
+        let parts = [];
+        for (;;) {
+          const { value, done } = await reader.read();
+          if (done) break;
+          parts.push(value);
+          if (!value.includes("\n")) continue;
+          const lines = parts.join("").split("\n");
+          parts = [lines.pop()];
+          for (const line of lines) if (line) await take(JSON.parse(line));
+        }
+      } catch (error) {
+        if (!(error instanceof TypeError)) throw error; // that is how fetch says that nobody answers
+      }
+      tell("lost", "emsim has ended; this page waits for it");
+      document.body.classList.add("stale");
+      await new Promise((done) => setTimeout(done, 1000));
+    }
+  }
+
+  async function take(message) {
+    if (message.kind === "run") await show(message.run);
+    else if (message.kind === "state") state(message);
+    else if (message.kind === "busy") {
+      document.body.classList.toggle("busy", message.share !== null);
+      bar.style.width = `${100 * (message.share || 0)}%`;
+    }
+  }
+
+  function state(m) {
+    const { classList } = document.body;
+    classList.toggle("stale", !m.ok && !m.drawn);
+    if (m.drawn) classList.remove("empty");
+    const name = m.deck.split(/[\\/]/).pop(), first = m.lines[0]?.[0];
+    if (m.ok) tell("ok", `live \u00b7 ${name} \u00b7 ${written(m.seconds, "s", 3)}`);
+    else tell("wrong", first ? `${name}, line ${first}` : name);
+    said.hidden = m.ok;
+    if (!m.ok) wrong(m, first);
+    if (document.title === "emsim") document.title = name;
+    parameters(m);
+    patience(m);
+  }
+
+  // the messages as on the terminal; the deck as it is now, with each message below its line
+  function wrong(m, first) {
+    const kept = m.drawn ? "up to where it came" : "the last good run is shown";
+    const text = made("pre", {}, ...m.said.map(([kind, text]) => (kind ? made("span", { className: kind, textContent: text }) : text)));
+    const head = made("p", {}, first ? `line ${first} of the deck` : "the deck", $("panels").children.length ? ` \u00b7 ${kept} ` : " ");
+    if (first) head.append(made("button", { textContent: "show the line", onclick: () => shown(first) }));
+    said.replaceChildren(head, text);
+    if (!$("sheet-deck")) sheets({ sheets: [["deck", "Deck", ""]] });
+    $("sheet-deck").innerHTML = m.sheet;
+    // the last first: several messages of one line stay in their order
+    for (const [line, message] of m.lines.toReversed()) $(`line-${line}`)?.after(made("em", { textContent: message }));
+  }
+
+  function shown(line) {
+    document.querySelector("#tabs [data-sheet=deck]").click();
+    $(`line-${line}`)?.scrollIntoView({ block: "center" });
+  }
+
+  // ---- parameters ----
+
+  const rows = new Map(), wishes = new Map(), sent = new Map();
+  const box = made("div", { className: "knobs" }), text = made("div", { id: "written" });
+  const fold = made("button", { onclick: () => { box.hidden = !box.hidden; opened(); } });
+  const opened = () => { fold.textContent = `${box.hidden ? "\u25b8" : "\u25be"} Parameters`; fold.setAttribute("aria-expanded", !box.hidden); };
+  opened();
+  knobs.append(made("div", { className: "head" }, fold, text), box);
+
+  function parameters(m) {
+    const literal = m.params.filter((p) => p.literal && number(p.text) !== null), others = m.params.filter((p) => !literal.includes(p));
+    if (m.ok || !rows.size) {
+      for (const [name, row] of rows) if (!literal.some((p) => p.name === name && p.text === row.p.text)) rows.delete(name);
+      for (const p of literal) {
+        if (rows.has(p.name)) rows.get(p.name).p = p; else rows.set(p.name, knob(p));
+      }
+      const others_ = others.map((p) => made("div", { className: "computed" }, `${p.shown} = ${p.text} = ${p.value === null ? "?" : +p.value.toPrecision(6)}`));
+      const wanted = [...literal.map((p) => rows.get(p.name).row), ...others_];
+      // a row that stays is not moved: it may be in somebody's hand
+      [...box.children].forEach((child) => wanted.includes(child) || child.remove());
+      wanted.forEach((row, k) => box.children[k] !== row && box.insertBefore(row, box.children[k] || null));
+      knobs.hidden = false;
+      if (!wanted.length) box.replaceChildren(made("p", { className: "computed", textContent: "No .param in this deck. With  .param m=0.2  and  m={m}  on a card, m is a slider here." }));
+    }
+    for (const [name, { p, slider, field, back, row }] of rows) {
+      const own = m.set[name];
+      row.classList.toggle("set", own !== undefined);
+      back.disabled = own === undefined;
+      if (wishes.has(name)) continue;
+      sent.set(name, own ?? null);
+      if (document.activeElement !== field) field.value = own ?? p.text;
+      const value = own === undefined ? number(p.text) : m.ok ? p.value : number(own);
+      if (value !== null && !slider.matches(":active")) place(slider, p, value);
+    }
+    lines(m);
+  }
+
+  function knob(p) {
+    const slider = made("input", { type: "range", step: "any", title: "double click: as in the deck" }), field = made("input", { type: "text", value: p.text, spellcheck: false, size: 8 });
+    const back = made("button", { textContent: "\u21ba", title: `back to ${p.text}, as in the deck`, disabled: true });
+    slider.setAttribute("aria-label", p.shown);
+    field.setAttribute("aria-label", `${p.shown}, as text`);
+    back.setAttribute("aria-label", `${p.shown} as in the deck`);
+    place(slider, p, number(p.text));
+    const row = made("div", { className: "knob" }, made("label", { textContent: p.shown, title: `${p.file}, line ${p.line}` }), slider, field, back);
+    const reset = () => { field.value = p.text; place(slider, p, number(p.text)); wish(p.name, null, true); };
+    slider.oninput = () => {
+      const step = nice((slider.max - slider.min) / 200), value = +(Math.round(slider.value / step) * step).toPrecision(9);
+      field.value = spelled(value, p.text);
+      wish(p.name, field.value, false);
+    };
+    slider.onchange = () => send();
+    slider.ondblclick = reset;
+    field.onchange = () => { const given = field.value.trim(); if (given) wish(p.name, given, true); else reset(); };
+    field.onkeydown = (e) => { if (e.key === "Escape") { field.value = sent.get(p.name) ?? p.text; field.blur(); } };
+    back.onclick = reset;
+    return { p, row, slider, field, back };
+  }
+
+  // from nothing to twice the deck's value, or to what was typed
+  function place(slider, p, value) {
+    const base = number(p.text), ends = [base > 0 ? 0 : base < 0 ? 2 * base : -1, base < 0 ? 0 : base > 0 ? 2 * base : 1];
+    slider.min = Math.min(ends[0], value);
+    slider.max = Math.max(ends[1], value);
+    slider.value = value;
+  }
+
+  // ---- wishes: at most one under way while a slider is moved, the newest at once when it rests ----
+
+  let waiting = null, expiry, rest, seconds = 0.1, chain = Promise.resolve();
+
+  function wish(name, value, now) {
+    wishes.set(name, value);
+    clearTimeout(rest);
+    if (now || waiting === null) send(); else rest = setTimeout(send, 250);
+  }
+
+  function send() {
+    clearTimeout(rest);
+    const set = {};
+    for (const [name, value] of wishes) if ((sent.get(name) ?? null) !== value) set[name] = value;
+    wishes.clear();
+    if (!Object.keys(set).length) return;
+    for (const name in set) sent.set(name, set[name]);
+    const number = (waiting = Math.floor(2 ** 40 * Math.random()));
+    clearTimeout(expiry);
+    expiry = setTimeout(() => { waiting = null; send(); }, 500 + 3000 * seconds);
+    const request = { method: "POST", headers: { "X-Emsim-Token": token, "Content-Type": "application/json" }, body: JSON.stringify({ set, number }) };
+    chain = chain.then(() => fetch("/set", request)).catch(() => {}); // whoever listens learns that nobody answers
+  }
+
+  function patience(m) {
+    if (m.asked !== waiting) return;
+    seconds = m.seconds;
+    waiting = null;
+    clearTimeout(expiry);
+    send();
+  }
+
+  // ---- what to write in the deck ----
+
+  function lines(m) {
+    const places = new Map();
+    for (const { p } of rows.values()) {
+      if (m.set[p.name] === undefined) continue;
+      const key = `${p.file}, line ${p.line}`;
+      if (!places.has(key)) places.set(key, []);
+      places.get(key).push(p);
+    }
+    const found = [...places].map(([where, params]) => {
+      const { source } = params[0], code = made("code");
+      let at = 0;
+      for (const p of params.sort((a, b) => a.col - b.col)) {
+        code.append(source.slice(at, p.col - 1), made("mark", { textContent: m.set[p.name] }));
+        at = p.end - 1;
+      }
+      code.append(source.slice(at));
+      const copy = made("button", { textContent: "copy", onclick: () => navigator.clipboard.writeText(code.textContent).then(() => (copy.textContent = "copied")) });
+      return made("div", {}, made("span", { textContent: `to keep it, ${where}:` }), code, copy);
+    });
+    if (found.length) {
+      const all = made("button", { textContent: "reset all", onclick: () => { for (const { back } of rows.values()) if (!back.disabled) back.click(); } });
+      found.at(-1).append(all);
+    }
+    text.replaceChildren(...found);
+  }
+
+  // ---- numbers as SPICE writes them ----
+
+  const SCALES = { t: 12, g: 9, meg: 6, k: 3, m: -3, u: -6, "\u00b5": -6, "\u03bc": -6, n: -9, p: -12, f: -15, a: -18 };
+  const FORM = /^([-+]?(?:\d+\.?\d*|\.\d+)(?:e[-+]?\d+)?)(meg|mil|[tgkmun\u00b5\u03bcpfa])?(.*)$/i;
+
+  function number(text) {
+    const found = FORM.exec(text.trim());
+    if (!found) return null;
+    const scale = (found[2] || "").toLowerCase();
+    return scale === "mil" ? found[1] * 25.4e-6 : scale ? Number(`${+found[1]}e${SCALES[scale]}`) : Number(found[1]);
+  }
+
+  // with a scale suffix where the deck has one, and with the deck's letters behind it: 4.7kohm -> 5.2kohm
+  function spelled(value, like) {
+    const [, , scale, letters] = FORM.exec(like.trim()), size = Math.abs(value);
+    if (!scale && (size === 0 || (size >= 1e-3 && size < 1e6))) return `${value}${letters}`;
+    const power = size === 0 ? 0 : Math.max(-18, Math.min(12, 3 * Math.floor(Math.log10(size) / 3 + 1e-9)));
+    const suffix = power === 0 ? "" : Object.keys(SCALES).find((key) => SCALES[key] === power);
+    return suffix === undefined ? `${value}` : `${+`${value}e${-power}`}${suffix}${letters}`;
+  }
+
+  function nice(rough) {
+    const ten = 10 ** Math.floor(Math.log10(rough));
+    return ([5, 2, 1].find((m) => m * ten <= rough * 1.000001) || 1) * ten;
+  }
+
+  listen();
+})();
