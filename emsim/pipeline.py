@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from .analyses import Run
     from .assemble import Assembly
     from .deck import FlatDeck, Probe
+    from .reports.equations import Explained
     from .result import Result, Table
     from .system import System
 
@@ -65,6 +66,17 @@ def check(
     from .analyses.facts import facts
 
     return facts(assembly, planned)
+
+
+def explain(
+    source: Any, defines: Mapping[str, Any] | None = None, options: Options | None = None
+) -> Explained:
+    """The deck's equations to be read by people, term by term with the cards that they come from; `reports.explained` writes
+    them. Raises DeckError."""
+    assembly, planned = prepare(read(source, defines), options, energy=True, recording=True)
+    from .reports.equations import explain as explained
+
+    return explained(assembly, planned)
 
 
 def compile(source: Any, defines: Mapping[str, Any] | None = None, options: Options | None = None) -> System:

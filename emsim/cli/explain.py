@@ -214,13 +214,10 @@ def tell_deck(what: str, given: Arguments) -> int:
     """The equations."""
     from .. import pipeline
     from ..reports import explained
-    from ..reports.equations import explain
     from .run import source_of
 
-    flat = pipeline.read(source_of(what), defines(given))
-    assembly, planned = pipeline.prepare(flat, energy=True, recording=True)
-    x = explain(assembly, planned)
-    diagnostics = flat.sink.diagnostics
+    x = pipeline.explain(source_of(what), defines(given))
+    diagnostics = x.ctx.sink.diagnostics
     show(diagnostics, given.has("quiet"))
     if given.has("json"):
         print_json(OK, diagnostics, equations=explained.data(x))

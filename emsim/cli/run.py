@@ -110,6 +110,13 @@ def text_of(source: str) -> str:
         return file.read()
 
 
+def page_sheets(source: str, given: Arguments) -> list[tuple[str, str, str]]:
+    """The sheets of a run's page beside those that the run itself fills: the equations."""
+    from ..reports import explained
+
+    return explained.sheets(pipeline.explain(source, defines(given), overrides(given)))
+
+
 def overrides(given: Arguments) -> dict[str, float | str]:
     """The options of the command line that stand above the deck's own."""
     options: dict[str, float | str] = {}
@@ -169,7 +176,7 @@ def _deliver(
             elif kind == "html":
                 from ..outputs import html
 
-                html.write(path, result, text_of(source))
+                html.write(path, result, text_of(source), page_sheets(source, given))
             else:
                 from ..outputs import csv
 

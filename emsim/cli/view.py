@@ -16,7 +16,7 @@ from ..diagnostics import ConvergenceError
 from ..outputs import html
 from .arguments import DEFINE, HELP, QUIET, Option, UsageError, defines, parse
 from .console import CONVERGENCE, INTERRUPTED, OK, Progress, show
-from .run import METHOD_OPTIONS, overrides, source_of, text_of
+from .run import METHOD_OPTIONS, overrides, page_sheets, source_of, text_of
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -70,7 +70,7 @@ def main(args: Sequence[str]) -> int:
     if not any(len(table) for table in result.plots):
         return code
     path = abspath(given.text("output") or _place(deck))
-    html.write(path, result, text_of(source))
+    html.write(path, result, text_of(source), page_sheets(source, given))
     if not given.has("quiet"):
         print(f"page: {path}", file=sys.stderr)
     if not given.has("no-open"):

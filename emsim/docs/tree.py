@@ -110,10 +110,12 @@ def write_runs(site: Path) -> None:
     from emsim import pipeline
     from emsim.cli.run import source_of, text_of
     from emsim.outputs import html
+    from emsim.reports import explained
 
     for deck in _runs:
         source = source_of(str(NETLISTS / deck))
         target = site / run_address(deck)
         target.parent.mkdir(parents=True, exist_ok=True)
-        html.write(str(target), pipeline.run(source, scene=True, energy=True), text_of(source))
+        result, equations = pipeline.run(source, scene=True, energy=True), pipeline.explain(source)
+        html.write(str(target), result, text_of(source), explained.sheets(equations))
     _runs.clear()

@@ -324,13 +324,13 @@ class Explained:
             spread(flow, us, forces, effort, card, "P")
         drift: list[list[Part]] = [[] for _ in own]
         for row in m.rows:
-            for to, y, unknown, into in (
-                (us, m.rate(row.h), row.row, forces),
-                (qs, row.h, row.mu_row, drift),
+            for to, y, unknown, into, word in (
+                (us, m.rate(row.h), row.row, forces, "reaction of"),
+                (qs, row.h, row.mu_row, drift, "correction for"),
             ):
                 for k, poly in enumerate(map(a.of, m.public_all([b.x(unknown) * d for d in b.grad(y, to)]))):
                     if poly.terms:
-                        into[k].append(Part(row.owner, poly, False, False, f"{row.owner} is kept closed"))
+                        into[k].append(Part(row.owner, poly, False, False, f"{word} {row.owner}"))
         for k, c in enumerate(own):
             turned = [Part(p.owner, a.scale(-1.0, p.poly), False, False, p.note) for p in drift[k]]
             rate = Part(c.of, a.x(c.row), True)

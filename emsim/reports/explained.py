@@ -5,7 +5,7 @@ from __future__ import annotations
 from html import escape
 
 from . import notation
-from .equations import BRANCHES, CIRCUIT, CLOSURE, MOTION, OTHERS, Explained, Part, Row
+from .equations import BRANCHES, CIRCUIT, CLOSURE, MOTION, OTHERS, Energy, Explained, Part, Row
 from .notation import latex_text
 
 TYPE_CHECKING = False
@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
     from typing import Any
 
+    from ..outputs.html import Sheet
     from .algebra import Poly
     from .notation import Tree
 
@@ -82,6 +83,11 @@ def _rate(node: Tree) -> Tree:
     return ("rate", node)
 
 
+def formula(x: Explained, e: Energy) -> Tree:
+    """An energy, or a heat."""
+    return x.layout.tree(e.poly, e.word == "R")
+
+
 def signed(node: Tree) -> tuple[int, Tree]:
     """(sign, rest) of a summand, for a sum that is written one summand a line."""
     if node[0] == "sum" and node[1][0][0] < 0:
@@ -93,7 +99,10 @@ def comparison(x: Explained, up: Poly) -> tuple[Tree, Tree]:
     """What is above zero as (what depends on unknowns, what it is above)."""
     constant = up.terms.get((), 0.0)
     moving = x.algebra.poly({m: c for m, c in up.terms.items() if m})
-    return x.layout.tree(moving), ("num", -constant) if constant <= 0 else ("sum", [(-1, ("num", constant))])
+    return x.layout.tree(moving), ("num", abs(constant)) if constant <= 0 else (
+        "sum",
+        [(-1, ("num", constant))],
+    )
 
 
 def data(x: Explained) -> dict[str, Any]:
@@ -147,7 +156,7 @@ def page(x: Explained) -> Iterator[str]:
             found = [e for e in x.energies if e.kind == letter]
             if found:
                 yield f"  {title} {letter} [{unit}]"
-                yield from _columns([(e.owner, write(x.layout.tree(e.poly)), e.law) for e in found], "    ")
+                yield from _columns([(e.owner, write(formula(x, e)), e.law) for e in found], "    ")
     for title, remark, rows in sections(x):
         yield ""
         yield f"{title}: {remark}"
@@ -298,7 +307,7 @@ def latex(x: Explained) -> Iterator[str]:
     if x.energies:
         yield r"\subsection*{Energies}" + "\n" + r"\begin{align*}"
         lines = [
-            rf"{letter}_{{\mathrm{{{latex_text(e.owner)}}}}} &= \textstyle {write(x.layout.tree(e.poly))} && \text{{{title}}}"
+            rf"{letter}_{{\mathrm{{{latex_text(e.owner)}}}}} &= \textstyle {write(formula(x, e))} && \text{{{title}}}"
             for letter, title, _ in ENERGIES for e in x.energies if e.kind == letter
         ]  # fmt: skip
         yield " \\\\\n".join(lines)
@@ -377,6 +386,13 @@ def _latex_terms(x: Explained, parts: list[Part]) -> Iterator[str]:
 # ---- a sheet of the page --------------------------------------------------------------------------
 
 
+def sheets(x: Explained) -> list[Sheet]:
+    """What `outputs.html.write` takes beside a run."""
+    from ..outputs.html import packed_sheet
+
+    return [packed_sheet("equations", "Equations", sheet(x))]
+
+
 def sheet(x: Explained) -> str:
     """HTML with MathML, without styles and scripts."""
 
@@ -409,7 +425,7 @@ def sheet(x: Explained) -> str:
                     law = f" <code>{escape(e.law)}</code>" if e.law else ""
                     symbol = f"<math><msub><mi>{letter}</mi><mtext>{escape(e.owner)}</mtext></msub></math>"
                     out.append(
-                        f"<tr><td>{symbol}</td><td>=</td><td>{math(x.layout.tree(e.poly))}</td>"
+                        f"<tr><td>{symbol}</td><td>=</td><td>{math(x.layout.tree(e.poly, e.word == 'R'))}</td>"
                         f"<td>{title} [{unit}]{law}</td></tr>"
                     )
         out.append("</table>")

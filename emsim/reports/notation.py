@@ -13,7 +13,7 @@ from html import escape
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Sequence
     from typing import Any
 
     from .algebra import Atom, Monomial, Poly
@@ -119,7 +119,7 @@ class Layout:
         least = min(sizes)
         same = least != 1.0 and max(sizes) - least <= 1e-12 * least
         if not common and not same:
-            return self._sum(terms)
+            return self._sum(terms, quotients)
         factor = tuple(sorted(common.items(), key=lambda pair: pair[0].order))
         rest = {
             tuple((a, q) for a, p in m if (q := p - common.get(a, 0))): (c / least if same else c)
@@ -131,9 +131,9 @@ class Layout:
             inner, sign = ("sum", [(1, node) for _, node in inner[1]]), -1.0
         return self._term(factor, sign * (least if same else 1.0), inner, quotients)
 
-    def _sum(self, terms: dict[Monomial, float]) -> Tree:
+    def _sum(self, terms: dict[Monomial, float], quotients: bool = False) -> Tree:
         """Terms in groups: of the same quotient or function, else of the same unknowns: (a + b cos theta) omega."""
-        if (square := self._square(terms)) is not None:
+        if (square := self._square(terms, quotients)) is not None:
             return square
         heavy = any(_heavy(a) for m in terms for a, _ in m)
         groups: dict[Monomial, dict[Monomial, float]] = {}
@@ -153,20 +153,20 @@ class Layout:
                 found += [(_rank(min(group, key=_rank)), _unsigned(part)) for part in parts]
             else:
                 whole = {rest + inner: c for inner, c in group.items()}
-                found.append(
-                    (
-                        _rank(rest),
-                        self._factored(whole, False)
-                        if heavy
-                        else self._term(rest, 1.0, self._sum(group), False),
-                    )
-                )
+                product = self._factored(whole, False) if heavy else self._times(rest, self._sum(group))
+                found.append((_rank(rest), product))
         signed = [_signed(node) for _, node in sorted(found, key=lambda pair: pair[0])]
         first = next((k for k, (sign, _) in enumerate(signed) if sign > 0), 0)
         signed.insert(0, signed.pop(first))
         return ("sum", signed) if len(signed) > 1 else _unsigned(signed[0])
 
-    def _square(self, terms: dict[Monomial, float]) -> Tree | None:
+    def _times(self, rest: Monomial, inner: Tree) -> Tree:
+        """(-a - b cos theta) omega as -(a + b cos theta) omega"""
+        if inner[0] == "sum" and all(sign < 0 for sign, _ in inner[1]):
+            return self._term(rest, -1.0, negated(inner), False)
+        return self._term(rest, 1.0, inner, False)
+
+    def _square(self, terms: dict[Monomial, float], quotients: bool) -> Tree | None:
         """a^2 - 2 a b + b^2 = (a - b)^2"""
         if len(terms) != 3:
             return None
@@ -180,6 +180,8 @@ class Layout:
             return None
         base = ("sum", [(1, self._atom(a)), (1 if product > 0 else -1, self._atom(b))])
         node = ("pow", base, ("num", 2.0))
+        if quotients:
+            return ("frac", node, ("num", 1.0 / ca))
         return node if ca == 1.0 else ("prod", [("num", ca), node])
 
     def _term(self, monomial: Monomial, c: float, inner: Tree | None, quotients: bool) -> Tree:
@@ -418,7 +420,7 @@ def _joined(parts: list[str], nodes: Sequence[Tree], between_numbers: str, thin:
 # ---- MathML -----------------------------------------------------------------------------------------
 
 
-def mathml(node: Tree, names: Names, digits: int = 5) -> str:
+def mathml(node: Tree, names: Names, digits: int = 6) -> str:
     """Presentation MathML without the <math> around it."""
 
     def go(n: Tree) -> str:
@@ -447,6 +449,8 @@ def mathml(node: Tree, names: Names, digits: int = 5) -> str:
             return row(parts)
         if kind == "frac":
             return f"<mfrac>{one(n[1])}{one(n[2])}</mfrac>"
+        if kind == "pow" and n[1][0] == "sym" and (raised := ml_symbol(*names.parts(n[1][1]), one(n[2]))):
+            return raised
         if kind == "pow":
             low = one(n[1]) if n[1][0] in ("sym", "name") else row([bracketed(n[1])])
             return f"<msup>{low}{one(n[2])}</msup>"
@@ -464,10 +468,10 @@ def mathml(node: Tree, names: Names, digits: int = 5) -> str:
         if kind == "cases":
             when, a, b = map(go, n[1:])
             rows = (
-                f"<mtr><mtd>{a}</mtd><mtd><mtext>if </mtext>{when}</mtd></mtr>"
+                f"<mtr><mtd>{a}</mtd><mtd><mtext>if&#160;</mtext>{when}</mtd></mtr>"
                 f"<mtr><mtd>{b}</mtd><mtd><mtext>otherwise</mtext></mtd></mtr>"
             )
-            return f'<mrow><mo>{{</mo><mtable columnalign="left">{rows}</mtable></mrow>'
+            return f'<mtable class="cases">{rows}</mtable>'
         inside = go(n[1]) if n[1][0] in ("sym", "name") else f"<mo>[</mo>{go(n[1])}<mo>]</mo>"
         return f"<mrow><mfrac><mi>d</mi><mrow><mi>d</mi><mi>t</mi></mrow></mfrac>{inside}</mrow>"
 
@@ -483,7 +487,7 @@ def mathml(node: Tree, names: Names, digits: int = 5) -> str:
     return go(node)
 
 
-def ml_number(value: float, digits: int = 5) -> str:
+def ml_number(value: float, digits: int = 6) -> str:
     head, _, exponent = number(value, digits).partition("e")
     if not exponent:
         return f"<mn>{head}</mn>"
@@ -492,12 +496,17 @@ def ml_number(value: float, digits: int = 5) -> str:
     return power if head == "1" else f"<mrow><mn>{head}</mn><mo>\u22c5</mo>{power}</mrow>"
 
 
-def ml_symbol(letter: str, index: str, dotted: bool) -> str:
+def ml_symbol(letter: str, index: str, dotted: bool, power: str = "") -> str:
+    """A symbol; with a power beside its index, "" where that has no place."""
     if index == "(t)":
-        return f'<mrow><mi mathvariant="normal">{escape(letter)}</mi><mo>(</mo><mi>t</mi><mo>)</mo></mrow>'
+        symbol = f'<mrow><mi mathvariant="normal">{escape(letter)}</mi><mo>(</mo><mi>t</mi><mo>)</mo></mrow>'
+        return "" if power else symbol
     head = f"<mi>{escape(GREEK.get(letter, letter))}</mi>"
     head = f"<mover>{head}<mo>\u02d9</mo></mover>" if dotted else head
+    if power:
+        return (
+            f"<msubsup>{head}<mtext>{escape(index)}</mtext>{power}</msubsup>"
+            if index
+            else f"<msup>{head}{power}</msup>"
+        )
     return f"<msub>{head}<mtext>{escape(index)}</mtext></msub>" if index else head
-
-
-WRITERS: dict[str, Callable[..., str]] = {"text": text, "latex": latex, "mathml": mathml}

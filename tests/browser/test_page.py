@@ -11,6 +11,7 @@ import pytest
 
 from emsim import pipeline
 from emsim.outputs import html
+from emsim.reports import explained
 from emsim.result import Columns, Result, Table
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -25,7 +26,7 @@ def servo(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Result]:
     deck = ROOT / "netlists/coupled/pendulum_servo.cir"
     result = pipeline.run(str(deck), scene=True)
     path = tmp_path_factory.mktemp("page") / "servo.html"
-    html.write(str(path), result, deck.read_text())
+    html.write(str(path), result, deck.read_text(), explained.sheets(pipeline.explain(str(deck))))
     return path, result
 
 
@@ -154,6 +155,22 @@ def test_dark_phone_and_keyboard_only(servo: tuple[Path, Result], visit: Any) ->
     assert page.evaluate("() => document.getElementById('machine').getBoundingClientRect().width") > 300
     page.keyboard.press("?")
     assert page.evaluate("() => document.getElementById('keys').open")
+
+
+@pytest.mark.parametrize(("width", "scheme"), [(1300, "light"), (390, "dark")])
+def test_equations_are_set_in_type(servo: tuple[Path, Result], visit: Any, width: int, scheme: str) -> None:
+    page = visit(servo[0], width, 900, scheme)
+    page.click("button[data-sheet=equations]")
+    page.wait_for_selector("#sheet-equations math")
+    said = page.inner_text("#sheet-equations")
+    assert "weight of arm" in said and "1 degree of freedom" in said and "index 1" in said
+    # drawn as mathematics: a fraction's parts stand one above the other
+    above, below = (
+        page.locator("#sheet-equations mfrac").first.locator(f":scope > :nth-child({k})").bounding_box()
+        for k in (1, 2)
+    )
+    assert above["y"] + above["height"] <= below["y"] + 4
+    assert page.evaluate("() => document.documentElement.scrollWidth") <= width
 
 
 def test_a_million_points_keep_their_extremes(tmp_path: Path, visit: Any) -> None:

@@ -187,7 +187,9 @@ function sheets(run) {
     const button = Object.assign(document.createElement("button"), { textContent: title, onclick: () => pick(name) });
     button.dataset.sheet = name;
     button.role = "tab";
-    const sheet = Object.assign(document.createElement("div"), { id: "sheet-" + name, className: "sheet", innerHTML: html });
+    const packed = html.startsWith("deflate:"), sheet = document.createElement("div");
+    Object.assign(sheet, { id: "sheet-" + name, className: "sheet", innerHTML: packed ? "" : html });
+    if (packed) inflate(html.slice(8)).then((bytes) => (sheet.innerHTML = new TextDecoder().decode(bytes)));
     tabs.append(button);
     box.append(sheet);
   }

@@ -1,11 +1,16 @@
 // The run inside the page: columns unpacked, numbers written, expressions of signals evaluated.
 "use strict";
 
-// Columns are float32 (the first, the axis, float64), bytes of equal significance side by side, deflated, base64.
-async function unpack(text, rows, width) {
+// Base64 of deflated bytes -> the bytes.
+async function inflate(text) {
   const packed = Uint8Array.from(atob(text), (c) => c.charCodeAt(0));
   const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("deflate"));
-  const planes = new Uint8Array(await new Response(stream).arrayBuffer());
+  return new Uint8Array(await new Response(stream).arrayBuffer());
+}
+
+// Columns are float32 (the first, the axis, float64), bytes of equal significance side by side, deflated, base64.
+async function unpack(text, rows, width) {
+  const planes = await inflate(text);
   const bytes = new Uint8Array(rows * width);
   for (let k = 0; k < width; k++) for (let i = 0; i < rows; i++) bytes[i * width + k] = planes[k * rows + i];
   return width === 8 ? new Float64Array(bytes.buffer) : new Float32Array(bytes.buffer);
