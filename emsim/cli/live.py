@@ -72,7 +72,7 @@ def _readable(deck: str) -> None:
         with open(deck, "rb"):
             pass
     except OSError as error:
-        raise OutsideError(Diagnostic("error", "E500", cannot_read(deck, error))) from None
+        raise cannot_read(deck, error) from None
 
 
 class _Teller:

@@ -13,7 +13,18 @@ NETLISTS = ROOT / "netlists"
 _runs: dict[str, None] = {}
 _charts: dict[str, None] = {}
 # of the charts: a ladder of four rungs, each run once, takes a second or two
-CHART = ["--alone", "--rounds", "1", "--budget", "1", "--limit", "1", "--tolerances", "1e-3,1e-5,1e-7,1e-9", "-q"]
+CHART = [
+    "--alone",
+    "--rounds",
+    "1",
+    "--budget",
+    "1",
+    "--limit",
+    "1",
+    "--tolerances",
+    "1e-3,1e-5,1e-7,1e-9",
+    "-q",
+]
 
 
 def pages() -> dict[str, str]:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from ..build import cannot_read, read
 from ..cards import CARDS
 from ..deck import Analysis, Dot, Element, MachineCard, Model, Param, Print, Subckt
-from ..diagnostics import Diagnostic, OutsideError
 from ..elements import KINDS, capacitance, inductance, resistance
 from ..expr import Node, Num
 from ..source import Line, Reading, load
@@ -52,7 +51,7 @@ def place(path: str, number: int) -> Place:
     try:
         file = load(path)
     except OSError as error:
-        raise OutsideError(Diagnostic("error", "E500", cannot_read(path, error))) from None
+        raise cannot_read(path, error) from None
     found, count = Place(file, number), len(file.starts) - file.text.endswith("\n")
     if not 1 <= number <= count:
         raise ValueError(f"{file.name} has {count} lines, there is no line {number}")
