@@ -10,6 +10,7 @@ line in the place of an error, the text (case does not matter) anywhere in the d
 
 from __future__ import annotations
 
+import os
 import re
 import subprocess
 import sys
@@ -79,6 +80,48 @@ def test_bad_deck(name):
         places = re.findall(rf"{re.escape(name)}\.cir:(\d+):\d+", got.out)
         assert str(want.line) in places, f"line {want.line} is not among {places}\n{got.out[-2000:]}"
     assert want.text.lower() in got.out.lower(), got.out[-2000:]
+
+
+# ---- judged: is the message enough? --------------------------------------------------------------
+
+ROW = re.compile(r"^\| (\w+) \| (yes|choice|partly) \| `(.+)` \| (.*)\|$", re.M)
+JUDGED = {
+    deck: (verdict, mending, why)
+    for deck, verdict, mending, why in ROW.findall((BAD / "JUDGEMENT.md").read_text())
+}
+
+
+def mended(name: str) -> str:
+    """The deck with the lines that JUDGEMENT.md puts in the place of others."""
+    lines = [[line] for line in (BAD / f"{name}.cir").read_text().split("\n")]
+    for step in JUDGED[name][1].split(" ;; "):
+        at, how, text = re.fullmatch(r"(\d+)([:+-]) ?(.*)", step).groups()
+        place = lines[int(at) - 1]
+        if how == "+":
+            place.append(text)
+        else:
+            place[:1] = [text] if how == ":" else []
+    return "\n".join(line for place in lines for line in place)
+
+
+def test_every_deck_is_judged():
+    assert sorted(JUDGED) == DECKS
+    assert all(why.strip() for verdict, _, why in JUDGED.values() if verdict != "yes")
+
+
+@pytest.mark.parametrize("name", DECKS)
+def test_what_the_message_says_mends_the_deck(name):
+    """The mending of JUDGEMENT.md leaves no error, and nothing of the code that the deck was blamed for."""
+    import emsim as package
+
+    folder = os.getcwd()
+    os.chdir(BAD)
+    try:
+        found = package.run(mended(name)).diagnostics
+    finally:
+        os.chdir(folder)
+    blamed = set(re.findall(r"^(?:error|warning)\[(\w+)\]|^note\[(N283)\]", outcomes()[name].out, re.M))
+    assert not {d.code for d in found} & {code for pair in blamed for code in pair if code}, found
 
 
 def test_there_are_at_least_sixty_five():
