@@ -1,4 +1,4 @@
-"""The options that draw: plots of signals to files or into the terminal, for `run` and `plot`."""
+"""The options that draw: plots of signals to files or into the terminal, for `run` and `plot`; films of the machine."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from ..deck import Probe
-    from ..result import Result, Table
+    from ..result import Result
 
 FORMATS = (".png", ".svg", ".pdf")
 PLOT_OPTIONS = [
@@ -25,6 +25,18 @@ PLOT_OPTIONS = [
         repeat=True,
     ),
     Option("--plot-file", "draw to .png, .svg or .pdf instead; - is the terminal", "FILE", repeat=True),
+]
+FILM_OPTIONS = [
+    Option("--gif", "film the machine, as a GIF", "FILE"),
+    Option("--frame", "draw the machine as a PNG, at --from or at the start", "FILE"),
+    Option("--speed", "simulated seconds a second of the film, otherwise it lasts 4 to 10 s", "X"),
+    Option("--duration", "seconds that the film lasts, in place of --speed", "SECONDS"),
+    Option("--fps", "frames a second of the film, otherwise 20", "N"),
+    Option(
+        "--trace",
+        "point of a body whose path is drawn: a POINT, or body.com; otherwise that of .view",
+        "NAME",
+    ),
 ]
 WINDOW_OPTIONS = [
     Option("--from", "draw from this time on", "SECONDS"),
@@ -73,8 +85,9 @@ class Plots:
         """Everything that has to be recorded."""
         return [p for items in self.lists for p in items if getattr(p.ast, "id", "") != "vs"]
 
-    def draw(self, result: Result, table: Table) -> None:
+    def draw(self, result: Result) -> None:
         """Files, then the terminal. DeckError where there is nothing to draw."""
+        table = result.main
         from ..build import parse_signals
         from ..outputs import panels, terminal
 
@@ -87,6 +100,56 @@ class Plots:
         if self.terminal:
             look = terminal.Look.of(sys.stdout, self.width)
             print_lines(terminal.lines(found, table.title, look))
+
+
+class Films:
+    """A film and a picture of the machine, by the names of their files."""
+
+    __slots__ = ("_given", "files")
+
+    def __init__(self, given: Arguments) -> None:
+        """Raises UsageError, OutsideError without Pillow."""
+        self._given = given
+        self.files = [path for key in ("gif", "frame") if (path := given.text(key)) is not None]
+        for key, extension in (("gif", ".gif"), ("frame", ".png")):
+            path = given.text(key)
+            if path is not None and not path.lower().endswith(extension):
+                raise UsageError(f"--{key} {path}: the file ends in {extension}")
+        if given.has("speed") and given.has("duration"):
+            raise UsageError("--speed and --duration say the same thing in two ways; give one")
+        for key in ("speed", "duration", "fps"):
+            given.number(key)
+        for path in self.files:
+            folder_of(path)
+        if self.files:
+            from ..outputs import film  # noqa: F401
+
+    def __bool__(self) -> bool:
+        return bool(self.files)
+
+    def draw(self, result: Result) -> None:
+        """Writes them. DeckError where there is no machine, or nothing to draw of it."""
+        table = result.main
+        from ..diagnostics import deck_error
+        from ..outputs import film
+
+        if table.scene is None or len(table) < 2:
+            deck_error("E354", "there is no machine to draw", hint="a film needs a BODY and a .tran")
+        given, start, trace = self._given, value_of(self._given, "from"), self._given.text("trace")
+        width = width_of(given)
+        if (path := given.text("gif")) is not None:
+            timing = film.Timing(
+                table,
+                start,
+                value_of(given, "to"),
+                given.number("fps"),
+                given.number("speed"),
+                given.number("duration"),
+            )
+            film.gif(path, table, timing, width or film.WIDTH, trace)
+        if (path := given.text("frame")) is not None:
+            at = float(table.time[0]) if start is None else start
+            film.png(path, table, at, width or 2 * film.WIDTH, trace)
 
 
 def value_of(given: Arguments, key: str) -> float | None:

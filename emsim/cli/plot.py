@@ -45,7 +45,7 @@ def main(args: Sequence[str]) -> int:
         raise UsageError(f"{source} holds no plot of real numbers")
     if (wanted := given.text("analysis")) is not None:
         result.plots = [chosen(result, wanted, "--analysis")]
-    plots.draw(result, result.main)
+    plots.draw(result)
     if plots.files and not given.has("quiet"):
         print(f"{result.main.kind}: {len(result.main)} points -> {', '.join(plots.files)}", file=sys.stderr)
     return OK

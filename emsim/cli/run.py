@@ -25,7 +25,7 @@ from .console import (
     print_lines,
     show,
 )
-from .pictures import PLOT_OPTIONS, WINDOW_OPTIONS, Plots
+from .pictures import FILM_OPTIONS, PLOT_OPTIONS, WINDOW_OPTIONS, Films, Plots
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -52,6 +52,7 @@ OPTIONS = [
     Option("--csv", "write a CSV file too; - is stdout, in place of the .print tables", "FILE"),
     Option("--html", "write a page too: waveforms and the moving machine, in one file", "FILE"),
     *PLOT_OPTIONS,
+    *FILM_OPTIONS,
     *WINDOW_OPTIONS,
     Option("--energy", "print the energy ledger: supplied, dissipated, stored, by element and card"),
     Option("--no-files", "write no raw file"),
@@ -71,6 +72,7 @@ def main(args: Sequence[str]) -> int:
     deck = given.deck("run")
     files = _targets(given, deck)
     plots = Plots(given, given.all("plot"), given.all("plot-file"), "--plot-file")
+    films = Films(given)
     if plots.terminal and (given.has("json") or given.text("csv") == "-"):
         raise UsageError("--plot without --plot-file draws on stdout, as do --json and --csv -")
     progress = Progress() if Progress.wanted(given.has("quiet")) else None
@@ -81,7 +83,7 @@ def main(args: Sequence[str]) -> int:
             defines=defines(given),
             options=overrides(given),
             progress=progress,
-            scene=given.has("html"),
+            scene=given.has("html") or bool(films),
             energy=True if given.has("energy") or given.has("html") else None,
             also=plots.signals,
         )
@@ -94,7 +96,7 @@ def main(args: Sequence[str]) -> int:
             progress.clear()
     if result.status == "interrupted":
         code = INTERRUPTED
-    return _deliver(given, result, files, plots, source, code, trouble)
+    return _deliver(given, result, files, plots, films, source, code, trouble)
 
 
 def source_of(deck: str) -> str:
@@ -164,6 +166,7 @@ def _deliver(
     result: Result,
     targets: Sequence[Target],
     plots: Plots,
+    films: Films,
     source: str,
     code: int,
     trouble: Sequence[Diagnostic],
@@ -185,11 +188,13 @@ def _deliver(
                 else:
                     csv.write(path, result)
     written = [path for _, path, _ in targets if path != "-"] if computed else []
-    if computed and plots:
+    for drawing in (plots, films):
         try:
-            plots.draw(result, result.main)
-            written += plots.files
+            if computed and drawing:
+                drawing.draw(result)
+                written += drawing.files
         except DeckError as error:
+            # what cannot be drawn is said with the rest
             code, trouble = code or DECK, [*trouble, *error.diagnostics]
     diagnostics = [*result.diagnostics, *(d for d in trouble if d not in result.diagnostics)]
     tables = not given.has("json") and given.text("csv") != "-"

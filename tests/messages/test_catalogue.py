@@ -17,7 +17,6 @@ from pathlib import Path
 
 import pytest
 
-import emsim
 from emsim.cli.explain import blocks, perform, text_of
 from emsim.reports.codes import FOLDER, Entry, catalogue
 
@@ -93,9 +92,6 @@ def refused(*_: object, **__: object) -> object:
     raise NgspiceError("Error: no such function")
 
 
-OP = "point\nV1 in 0 1\nR1 in 0 1k\n.op\n.end\n"
-
-
 def with_ngspice(patch: pytest.MonkeyPatch, run: Callable[..., object]) -> None:
     """As if the program were there, whether it is or not."""
     patch.setattr("emsim.interop.ngspice.find", lambda: "ngspice")
@@ -112,7 +108,6 @@ def without_grammar(patch: pytest.MonkeyPatch) -> None:
 
 # code: (command, what is changed)
 FORCED = {
-    "E349": ("emsim compare --plot out.png op.cir", lambda p: with_ngspice(p, lambda _: emsim.run(OP))),
     "E421": ("emsim chart --alone deck.cir", lambda p: p.setattr("emsim.reports.reference.WORST", 0.0)),
     "E499": (HERE, lambda p: p.setattr("emsim.pipeline.solve", raising(RuntimeError("a bug")))),
     "E502": (WRONG, without_grammar),
@@ -130,7 +125,7 @@ def forced(code: str) -> str:
     command, change = FORCED[code]
     with pytest.MonkeyPatch.context() as patch:
         change(patch)
-        _, said = perform(command, {"deck.cir": RC, "op.cir": OP, "wrong.cir": RC.replace("1k)", "1k")})
+        _, said = perform(command, {"deck.cir": RC, "wrong.cir": RC.replace("1k)", "1k")})
     return "\n\n".join(text for found, text in blocks(said) if found == code)
 
 

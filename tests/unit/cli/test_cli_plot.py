@@ -1,4 +1,4 @@
-"""emsim run --plot and emsim plot: pictures, plots in the terminal, messages."""
+"""emsim run --plot, --gif and emsim plot: pictures, plots in the terminal, films, messages."""
 
 from __future__ import annotations
 
@@ -128,6 +128,48 @@ def test_nothing_to_draw_loses_no_results(decks, capsys):
     assert main(["op.cir", "--plot-file", "a.png"]) == 1
     assert (decks / "op.raw").exists() and not (decks / "a.png").exists()
     assert "-> op.raw\n" in capsys.readouterr().err
+
+
+def test_the_machine_is_filmed(decks, capsys):
+    from PIL import Image
+
+    args = [
+        "arm.cir",
+        "--gif",
+        "a.gif",
+        "--frame",
+        "b.png",
+        "--duration",
+        "2",
+        "--fps",
+        "10",
+        "--width",
+        "300",
+    ]
+    assert main([*args, "--trace", "arm.com", "--to", "0.5"]) == 0
+    assert "-> arm.raw, a.gif, b.png" in capsys.readouterr().err
+    film, frame = Image.open(decks / "a.gif"), Image.open(decks / "b.png")
+    assert (film.n_frames, film.width, frame.width) == (21, 300, 300)
+
+
+@pytest.mark.parametrize(
+    ("args", "code", "said"),
+    [
+        (["arm.cir", "--gif", "a.png"], 2, "the file ends in .gif"),
+        (["arm.cir", "--frame", "a.gif"], 2, "the file ends in .png"),
+        (["arm.cir", "--gif", "a.gif", "--speed", "1", "--duration", "2"], 2, "give one"),
+        (["arm.cir", "--gif", "a.gif", "--fps", "many"], 2, "--fps"),
+        (["arm.cir", "--gif", "no/a.gif"], 5, "there is no folder no"),
+        (["arm.cir", "--gif", "a.gif", "--trace", "tip"], 1, "there are arm.com"),
+        (["arm.cir", "--gif", "a.gif", "--speed", "1u"], 1, "E355"),
+        (["arm.cir", "--frame", "a.png", "--from", "9"], 1, "nothing to draw at 9 s"),
+        (["rc.cir", "--gif", "a.gif"], 1, "there is no machine to draw"),
+        (["rc.cir", "--frame", "a.png"], 1, "E354"),
+    ],
+)
+def test_what_is_wrong_with_a_film_is_said(args, code, said, capsys):
+    assert main(args) == code
+    assert said in capsys.readouterr().err
 
 
 def test_on_a_terminal_in_colour(decks):

@@ -1,0 +1,289 @@
+"""The moving machine as a GIF, one frame of it as PNG: the cards' glyphs, as in the page, by Pillow.
+
+Lines are drawn in twice or three times the size and made small again, writing at its own size. A frame lasts whole
+hundredths of a second, which is what GIF knows, and shows the time that it stands for: `speed` is simulated seconds a
+second. All frames share one palette, so that only what moves costs bytes.
+"""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+from os.path import join
+
+import numpy as np
+
+from ..diagnostics import deck_error
+from . import missing_package
+from .glyphs import COLOURS, GLYPHS, mixed, written
+from .stage import Stage
+
+try:
+    from PIL import Image, ImageDraw, ImageFont
+except ImportError:
+    raise missing_package("a film needs", "Pillow", "plot") from None
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+    from ..result import Table
+    from .stage import Point
+
+FORMATS = (".gif", ".png")
+WIDTH = 480  # [px]
+FPS = 20
+SHORTEST, LONGEST = 4.0, 10.0  # seconds that a film lasts where nobody says
+MOST = 3000  # frames
+REST = 80  # hundredths of a second that the last frame stands longer
+TRACED = 1500  # points of a trace
+THROUGH = 127  # number of the colour that is none
+
+
+class Timing:
+    """The instants of the frames [s], and how long each of them stands [1/100 s]."""
+
+    __slots__ = ("delays", "speed", "times")
+
+    def __init__(
+        self, table: Table, start: float | None = None, stop: float | None = None, fps: float | None = None,
+        speed: float | None = None, duration: float | None = None,
+    ) -> None:  # fmt: skip
+        """`duration` in seconds of the film or `speed`; else .view speed=, else 4 to 10 s. Raises DeckError for
+        an empty stretch and for more than MOST frames."""
+        first, last = float(table.time[0]), float(table.time[-1])
+        begin = first if start is None else max(first, start)
+        end = last if stop is None else min(last, stop)
+        if not begin < end:
+            said = f"there is nothing to draw from {begin:g} to {end:g} s: time goes from {first:g} s to {last:g} s"
+            deck_error("E349", said)
+        span, delay = end - begin, max(2, round(100 / (fps or FPS)))
+        if speed is None:
+            viewed = table.scene.data["view"].get("speed") if table.scene is not None else None
+            wished = duration or min(max(span, SHORTEST), LONGEST)
+            speed = (
+                viewed if isinstance(viewed, (int, float)) and viewed > 0 and not duration else span / wished
+            )
+        self.speed = float(speed)
+        step = self.speed * delay / 100
+        count = math.floor(span / step * (1 + 1e-9)) + 1
+        if count > MOST:
+            hint = "choose a higher --speed, a shorter --duration, or fewer frames a second with --fps"
+            deck_error("E355", f"that film has {count} frames, and {MOST} is the most", hint=hint)
+        self.times = [begin + k * step for k in range(count)]
+        if end - self.times[-1] > 0.01 * step:
+            self.times.append(end)
+        self.delays = [delay] * (len(self.times) - 1) + [delay + REST]
+
+
+def gif(path: str, table: Table, timing: Timing, width: int = WIDTH, trace: str | None = None) -> None:
+    """Writes the film. OSError; DeckError for a trace of no point."""
+    camera = Camera(table, width, 2, trace, timing.times[0])
+    palette = _palette()
+
+    def frames() -> Iterator[Image.Image]:
+        """The first whole, of the others what is new; the rest shines through."""
+        before = None
+        for t in timing.times:
+            frame = camera.frame(t).quantize(palette=palette, dither=Image.Dither.NONE)
+            now = np.asarray(frame)
+            if before is None:
+                yield frame
+            else:
+                new = Image.fromarray(np.where(now == before, THROUGH, now), "P")
+                new.putpalette(palette.getpalette() or [])
+                yield new
+            before = now
+
+    film = frames()
+    next(film).save(
+        path, format="GIF", save_all=True, append_images=film, duration=[10 * d for d in timing.delays], loop=0,
+        optimize=False, disposal=1, transparency=THROUGH, palette=bytes(palette.getpalette() or []),
+    )  # fmt: skip
+
+
+def _palette() -> Image.Image:
+    """The glyphs' colours, and what lies between them and what they are drawn on."""
+    found = list(COLOURS.values())
+    for colour in list(COLOURS)[2:]:
+        found += [mixed(colour, share / 6) for share in (1, 2, 3, 4, 5)]
+        found += [mixed(colour, share / 4, "body") for share in (1, 2, 3)]
+    values = [int(c[k : k + 2], 16) for c in dict.fromkeys(found) for k in (1, 3, 5)]
+    # filled up with colours that nothing has, all different: Pillow tells numbers by their colours
+    values += [v for k in range(len(values) // 3, THROUGH + 1) for v in (0, 255, k)]
+    image = Image.new("P", (1, 1))
+    image.putpalette(values)
+    return image
+
+
+def png(path: str, table: Table, t: float, width: int = 2 * WIDTH, trace: str | None = None) -> None:
+    """Writes the machine at one instant [s]. OSError; DeckError for a trace of no point or another time."""
+    first, last = float(table.time[0]), float(table.time[-1])
+    if not first <= t <= last:
+        deck_error("E349", f"there is nothing to draw at {t:g} s: time goes from {first:g} s to {last:g} s")
+    Camera(table, width, 3, trace, first).frame(t).save(path, format="PNG")
+
+
+class Camera:
+    """Draws frames. Widths are for a picture of WIDTH pixels and grow with it."""
+
+    def __init__(self, table: Table, width: int, fine: int, trace: str | None, begin: float) -> None:
+        from matplotlib import get_data_path
+
+        self.stage = Stage(table, width)
+        self.fine, self.unit = fine, max(width / WIDTH, 0.6)
+        trace = trace or str(self.stage.view.get("trace") or "")
+        if trace and trace not in self.stage.points:
+            hint = f"there are {', '.join(self.stage.points)}" if self.stage.points else None
+            deck_error("E356", f"no point to trace is called `{trace}`", hint=hint)
+        self.traced = self.stage.points.get(trace)
+        self.begin = begin
+        face = join(get_data_path(), "fonts", "ttf", "DejaVuSans.ttf")
+        self.font = ImageFont.truetype(face, round(11 * self.unit))
+
+    def frame(self, t: float) -> Image.Image:
+        """RGB, the machine at t [s]."""
+        stage = self.stage
+        stage.at(t)
+        pen = Pen(self)
+        self._scale_and_gravity(pen)
+        if self.traced is not None and t > self.begin:
+            count = min(TRACED, 2 + sum(1 for v in stage.time if self.begin <= v <= t))
+            times = [self.begin + (t - self.begin) * k / (count - 1) for k in range(count)]
+            pen.line(stage.course(self.traced, times), "accent", 1.2)
+        for layer in (0, 1, 2):
+            for shape in stage.shapes:
+                glyph = GLYPHS.get(shape["kind"])
+                if glyph is not None and glyph.layer == layer:
+                    glyph.draw(stage, pen, shape)
+        said = f"t = {written(t, 's', 4)}"
+        pen.write(stage.width / 2, stage.height - 8 * self.unit, said, "ink", anchor="ms")
+        return pen.picture()
+
+    def _scale_and_gravity(self, pen: Pen) -> None:
+        stage, u = self.stage, self.unit
+        metres = 90 * u / stage.scale
+        ten = 10.0 ** math.floor(math.log10(metres))
+        step = next(m * ten for m in (5, 2, 1) if m * ten <= metres)
+        x, y, end = 12 * u, stage.height - 12 * u, 12 * u + step * stage.scale
+        pen.line([(x, y), (end, y)], "ground", 1.5)
+        for at in (x, end):
+            pen.line([(at, y - 4 * u), (at, y + 4 * u)], "ground", 1.5)
+        pen.write(x + 4 * u, y - 4 * u, written(step, "m"), "ground", anchor="ls")
+        gravity = stage.flat(stage.gravity)
+        size = math.hypot(*gravity)
+        right, top = stage.width - 18 * u, 12 * u
+        if size > 0:
+            dx, dy = 22 * u * gravity[0] / size, -22 * u * gravity[1] / size
+            from_x, from_y = right + min(0.0, -dx), top + max(0.0, -dy)
+            pen.arrow((from_x, from_y), (from_x + dx, from_y + dy), "ground", 1.5, 6)
+            pen.write(from_x - 12 * u, top + 18 * u, "g", "ground", anchor="ls")
+        if not stage.planar:
+            self._axes(pen)
+
+    def _axes(self, pen: Pen) -> None:
+        """The directions of x, y and z: this is a parallel projection of space."""
+        u, stage = self.unit, self.stage
+        origin = (stage.width - 46 * u, stage.height - 40 * u)
+        for k, name in enumerate("xyz"):
+            dx, dy = stage.flat([float(k == i) for i in range(3)])
+            tip = (origin[0] + 24 * u * dx, origin[1] - 24 * u * dy)
+            pen.line([origin, tip], "ground", 1.2)
+            pen.write(tip[0] + 6 * u * dx, tip[1] - 6 * u * dy, name, "ground", anchor="mm")
+
+
+class Pen:
+    """Draws on one frame; lengths in its pixels, widths and heads in those of a picture of WIDTH."""
+
+    def __init__(self, camera: Camera) -> None:
+        self.unit, self._fine, self._font = camera.unit, camera.fine, camera.font
+        self._size = camera.stage.width, camera.stage.height
+        whole = self._size[0] * self._fine, self._size[1] * self._fine
+        self._image = Image.new("RGB", whole, COLOURS["back"])
+        self._draw = ImageDraw.Draw(self._image)
+        self._texts: list[tuple[float, float, str, str, str]] = []
+        self._boxes: list[tuple[float, float, float]] = []
+
+    def _up(self, points: Sequence[Point]) -> list[Point]:
+        return [(x * self._fine, y * self._fine) for x, y in points]
+
+    def line(self, points: Sequence[Point], colour: str, width: float, dash: float = 0.0) -> None:
+        """Through the points, with round ends and corners; `dash` long pieces and gaps."""
+        if dash:
+            for a, b in _dashes(points, dash * self.unit):
+                self.line([a, b], colour, width)
+            return
+        fill, thick = COLOURS.get(colour, colour), max(1, round(width * self.unit * self._fine))
+        points = self._up(points)
+        self._draw.line(points, fill, thick, joint="curve")
+        r = (thick - 1) / 2
+        for x, y in (points[0], points[-1]) if r >= 1 else ():
+            self._draw.ellipse((x - r, y - r, x + r, y + r), fill)
+
+    def polygon(
+        self, points: Sequence[Point], fill: str = "body", edge: str = "edge", width: float = 1.4
+    ) -> None:
+        """A filled shape with its outline."""
+        self._draw.polygon(self._up(points), COLOURS[fill])
+        self.line([*points, points[0]], edge, width)
+
+    def circle(
+        self, at: Point, r: float, fill: str | None = "body", edge: str = "edge", width: float = 1.4
+    ) -> None:
+        x, y, r = at[0] * self._fine, at[1] * self._fine, r * self._fine
+        thick = max(1, round(width * self.unit * self._fine))
+        box = (x - r - thick / 2, y - r - thick / 2, x + r + thick / 2, y + r + thick / 2)
+        self._draw.ellipse(box, COLOURS[fill] if fill else None, COLOURS.get(edge, edge), thick)
+
+    def arc(self, at: Point, r: float, start: float, end: float, colour: str, width: float) -> None:
+        """From angle to angle [rad], counted from x towards the picture's bottom."""
+        n = max(2, math.ceil(abs(end - start) / 0.08))
+        angles = [start + (end - start) * k / n for k in range(n + 1)]
+        self.line([(at[0] + r * math.cos(a), at[1] + r * math.sin(a)) for a in angles], colour, width)
+
+    def arrow(self, start: Point, end: Point, colour: str, width: float, head: float = 9.0) -> None:
+        self.line([start, end], colour, width)
+        self.head(end, math.atan2(end[1] - start[1], end[0] - start[0]), colour, head)
+
+    def head(self, tip: Point, angle: float, colour: str, size: float = 9.0) -> None:
+        """The point of an arrow that flies at this angle."""
+        size *= self.unit
+        wings = [
+            (tip[0] + size * math.cos(angle + side), tip[1] + size * math.sin(angle + side))
+            for side in (2.7, -2.7)
+        ]
+        self._draw.polygon(self._up([tip, *wings]), COLOURS[colour])
+
+    def label(self, at: Point, dx: float, dy: float, text: str, colour: str = "ink") -> None:
+        """A name beside what it names, pushed down where another one lies."""
+        x, y = at[0] + dx * self.unit, at[1] + dy * self.unit
+        width, tall = self._font.getlength(text), 13 * self.unit
+        for _ in range(6):
+            if not any(abs(b[1] - y) < tall and x < b[0] + b[2] and b[0] < x + width for b in self._boxes):
+                break
+            y += tall
+        x = max(4.0, min(x, self._size[0] - width - 4))
+        self._boxes.append((x, y, width))
+        self.write(x, y, text, colour, anchor="ls")
+
+    def write(self, x: float, y: float, text: str, colour: str, anchor: str) -> None:
+        self._texts.append((x, y, text, colour, anchor))
+
+    def picture(self) -> Image.Image:
+        """The frame in its own size, with its writing."""
+        small = self._image.reduce(self._fine)
+        draw = ImageDraw.Draw(small)
+        for x, y, text, colour, anchor in self._texts:
+            at, around = (round(x), round(y)), COLOURS["back"]
+            draw.text(at, text, COLOURS[colour], self._font, anchor, stroke_width=2, stroke_fill=around)
+        return small
+
+
+def _dashes(points: Sequence[Point], length: float) -> Iterator[tuple[Point, Point]]:
+    for (x0, y0), (x1, y1) in pairwise(points):
+        whole = math.hypot(x1 - x0, y1 - y0)
+        at = 0.0
+        while at < whole:
+            f, g = at / whole, min(at + length, whole) / whole
+            yield (x0 + f * (x1 - x0), y0 + f * (y1 - y0)), (x0 + g * (x1 - x0), y0 + g * (y1 - y0))
+            at += 2 * length

@@ -1,0 +1,201 @@
+"""The machine at an instant: where every body is, how large every quantity, and where that lies on a picture.
+
+The scene is that of assemble/drawing.py with its channels recorded beside a table's time; web/machine.js does the same in
+the page. Spatial scenes are seen in parallel projection from the page's first view, `YAW` and `PITCH` from the z axis.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+    from typing import Any
+
+    from ..result import Table
+
+    Place = Sequence[float]  # [body, x, y, z] in that body's axes
+    Point = tuple[float, float]  # pixels, y downwards
+
+YAW, PITCH = -0.6, 0.45  # [rad]
+MARGIN = 46 / 480  # of the width
+SWEPT = 240  # times at which the room is measured that the machine needs
+
+
+class Pose:
+    """Origin [m] and rotation matrix of a body; `angle` about z in a planar scene."""
+
+    __slots__ = ("angle", "origin", "turn")
+
+    def __init__(self, values: Sequence[float], planar: bool) -> None:
+        self.angle = 0.0
+        if planar:
+            x, y, self.angle = values
+            c, s = math.cos(self.angle), math.sin(self.angle)
+            self.origin, self.turn = np.array([x, y, 0.0]), np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]])
+        else:
+            self.origin, self.turn = np.array(values[:3]), np.reshape(values[3:], (3, 3))
+
+
+class Stage:
+    """Shapes and camera. `at(t)` sets the instant; then `value`, `share`, `world` and `place` speak of it.
+
+    shapes, points, view, gravity   as the scene has them
+    width, height                   of the picture [px]; scale [px/m]; size: the larger side of the machine's room [m]
+    """
+
+    def __init__(self, table: Table, width: int) -> None:
+        assert table.scene is not None
+        data: dict[str, Any] = table.scene.data
+        self.shapes: list[dict[str, Any]] = data["shapes"]
+        self.points: dict[str, Place] = {p["name"]: p["at"] for p in data["points"]}
+        self.view: dict[str, Any] = data["view"]
+        self.gravity, self.planar, self._bodies = data["gravity"], data["planar"], data["bodies"]
+        self.time = table.time
+        waves = table.scene.waves
+        self._columns = [np.frombuffer(waves.column(k)) for k in range(waves.columns)]
+        self.largest = [float(np.max(np.abs(c), where=np.isfinite(c), initial=0.0)) for c in self._columns]
+        self.values: list[float] = []
+        self.poses: list[Pose] = []
+        self.at(float(self.time[0]))
+        self.box = self._measure()
+        self.size = max(self.box[2] - self.box[0], self.box[3] - self.box[1]) or 1e-3
+        self._fit(width)
+
+    # the instant -------------------------------------------------------------------------------------
+
+    def at(self, t: float) -> None:
+        values = [float(np.interp(t, self.time, c)) for c in self._columns]
+        # rounding noise is nothing
+        self.values = [0.0 if abs(v) < 1e-9 * top else v for v, top in zip(values, self.largest, strict=True)]
+        self.poses = [Pose([self.value(ref) for ref in body["at"]], self.planar) for body in self._bodies]
+
+    def value(self, ref: str | float) -> float:
+        """A channel "#k", or the number itself."""
+        return self.values[int(ref[1:])] if isinstance(ref, str) else ref
+
+    def share(self, ref: str | float) -> float:
+        """The value in parts of its largest size over the run, -1 .. 1."""
+        if isinstance(ref, str):
+            return self.value(ref) / (self.largest[int(ref[1:])] or 1.0)
+        return math.copysign(1.0, ref) if ref else 0.0
+
+    def top(self, ref: str | float) -> float:
+        return self.largest[int(ref[1:])] if isinstance(ref, str) else abs(ref)
+
+    # from bodies to the picture ----------------------------------------------------------------------
+
+    def world(self, place: Place) -> np.ndarray:
+        """Shape (3,), m."""
+        pose = self.poses[int(place[0])]
+        return np.asarray(pose.origin + pose.turn @ np.asarray(place[1:4], dtype=float))
+
+    def flat(self, p: Sequence[float] | np.ndarray) -> tuple[float, float]:
+        """World metres on the picture's plane, y upwards."""
+        if self.planar:
+            return float(p[0]), float(p[1])
+        x, depth = math.cos(YAW) * p[0] + math.sin(YAW) * p[2], -math.sin(YAW) * p[0] + math.cos(YAW) * p[2]
+        return float(x), float(math.cos(PITCH) * p[1] + math.sin(PITCH) * depth)
+
+    def nearness(self, place: Place) -> float:
+        """How near to the eye a place lies [m]."""
+        p = self.world(place)
+        depth = -math.sin(YAW) * p[0] + math.cos(YAW) * p[2]
+        return float(math.cos(PITCH) * depth - math.sin(PITCH) * p[1])
+
+    def screen(self, p: np.ndarray) -> Point:
+        x, y = self.flat(p)
+        return (
+            self.width / 2 + (x - self.middle[0]) * self.scale,
+            self.height / 2 - (y - self.middle[1]) * self.scale,
+        )
+
+    def place(self, place: Place) -> Point:
+        return self.screen(self.world(place))
+
+    def axis_angle(self, shape: dict[str, Any]) -> float:
+        """Direction of a joint's axis on the picture [rad], y downwards."""
+        origin = self.world(shape["a"])
+        along = self.poses[int(shape["a"][0])].turn @ np.asarray(shape["axis"], dtype=float)
+        (x0, y0), (x1, y1) = self.screen(origin), self.screen(origin + 0.1 * self.size * along)
+        return math.atan2(y1 - y0, x1 - x0)
+
+    def course(self, place: Place, times: Sequence[float]) -> list[Point]:
+        """Where a place is at the times; the instant stays what it was."""
+        body = self._bodies[int(place[0])]["at"]
+        columns = [
+            np.interp(times, self.time, self._columns[int(r[1:])])
+            if isinstance(r, str)
+            else np.full(len(times), r)
+            for r in body
+        ]
+        local = np.asarray(place[1:4], dtype=float)
+        poses = (Pose(values, self.planar) for values in zip(*columns, strict=True))
+        return [self.screen(pose.origin + pose.turn @ local) for pose in poses]
+
+    # the room ----------------------------------------------------------------------------------------
+
+    def _extents(self) -> list[tuple[Place, float]]:
+        """Places that must be seen, with a margin about each [m]."""
+        found: list[tuple[Place, float]] = []
+        for s in self.shapes:
+            sizes: list[float] = s.get("sizes", [])
+            at: Any
+            kind, at = s["kind"], s.get("at", s.get("a"))
+            if kind == "rod":
+                found += [(at, 0.0), (moved(at, sizes[0]), 0.0)]
+            elif kind == "box":
+                w, h = sizes[0], sizes[1] if len(sizes) > 1 else sizes[0]
+                found += [(moved(at, i * w / 2, j * h / 2), 0.0) for i in (-1, 1) for j in (-1, 1)]
+            elif kind == "disc":
+                found.append((at, sizes[0]))
+            else:
+                found += [
+                    (s[key], 0.0) for key in ("at", "a", "b", "p", "q_") if isinstance(s.get(key), list)
+                ]
+            found += [(p, 0.0) for p in s.get("to", ())]
+            if s.get("spin"):
+                found.append((at, 0.6 * s["spin"]))
+            if kind == "pot" and s["joint"] == "slide":
+                found += [(moved(s["a"], *((v + s["zero"]) * e for e in s["axis"])), 0.0) for v in s["range"]]
+        return found
+
+    def _measure(self) -> tuple[float, float, float, float]:
+        """The box that the machine sweeps [m]: left, bottom, right, top."""
+        corners: list[tuple[float, float]] = []
+        extents = self._extents()
+        for t in self.time[:: max(1, len(self.time) // SWEPT)]:
+            self.at(float(t))
+            for place, about in extents:
+                x, y = self.flat(self.world(place))
+                if math.isfinite(x + y):
+                    corners += [(x - about, y - about), (x + about, y + about)]
+        self.at(float(self.time[0]))
+        if not corners:
+            return -1.0, -1.0, 1.0, 1.0
+        xs, ys = zip(*corners, strict=True)
+        # what ties a slide to its wall is drawn from behind the joint
+        far = 0.25 * max(max(xs) - min(xs), max(ys) - min(ys))
+        for s in self.shapes:
+            if s["kind"] in ("spring", "damper") and s.get("joint") == "slide" and far > 0:
+                along = self.poses[int(s["a"][0])].turn @ np.asarray(s["axis"], dtype=float)
+                x, y = self.flat(self.world(s["a"]) - far * along)
+                xs, ys = (*xs, x), (*ys, y)
+        return min(xs), min(ys), max(xs), max(ys)
+
+    def _fit(self, width: int) -> None:
+        left, bottom, right, top = self.box
+        w, h = max(right - left, 0.25 * self.size), max(top - bottom, 0.25 * self.size)
+        self.width, margin = width, MARGIN * width
+        self.height = 2 * round((width * min(max(h / w, 0.45), 1.15) + 0.65 * margin) / 2)
+        self.middle = ((left + right) / 2, (bottom + top) / 2)
+        wanted = float(self.view.get("scale", 1.0)) or 1.0
+        self.scale = min((self.width - 2 * margin) / w, (self.height - 2 * margin) / h) * wanted
+
+
+def moved(place: Place, dx: float, dy: float = 0.0, dz: float = 0.0) -> Place:
+    """A place beside another on the same body."""
+    return [place[0], place[1] + dx, place[2] + dy, place[3] + dz]
