@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
     from typing import Any
 
-LOOK = 0.015  # seconds between looks at the files
+LOOK = 0.01  # seconds between looks at the files
 _PAINT = re.compile("\033\\[([\\d;]*)m")
 CLASSES = {"1;31": "error", "1;33": "warning", "1;36": "note", "1": "strong", "1;34": "rule"}
 

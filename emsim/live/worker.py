@@ -129,7 +129,9 @@ def _explained(error: Exception | None) -> list[Diagnostic]:
     if isinstance(error, DiagnosticError):
         return error.diagnostics
     if isinstance(error, MemoryError):
-        return [Diagnostic("error", "E501", "out of memory")]
+        return [
+            Diagnostic("error", "E509", "out of memory", None, "record less: .save, a larger step on .tran")
+        ]
     return [Diagnostic("error", "E499", f"internal error: {type(error).__name__}: {error}")]
 
 

@@ -14,6 +14,7 @@ from base64 import b64encode
 from bisect import bisect_right
 from html import escape
 from json import dumps
+from math import isfinite
 from os.path import dirname, join
 from zlib import compress
 
@@ -100,6 +101,9 @@ def packed_sheet(name: str, title: str, inner: str) -> Sheet:
 
 def _single(values: array[float]) -> array[float]:
     """float32, with what it cannot hold at its largest."""
+    single = array("f", values)
+    if isfinite(sum(single)):
+        return single
     largest = 3.4e38
     return array("f", (v if -largest < v < largest else (largest if v > 0 else -largest) for v in values))
 

@@ -31,24 +31,18 @@ class Clock {
   }
 }
 
-async function columnsOf(packed, rows) { return Promise.all(packed.map((c) => unpack(c, rows, 4))); }
-
-// A run's columns as arrays: its signals, what moves the machine, the energies over time.
+// A run's columns as arrays: its signals, what moves the machine, the energies over time. All are unpacked at once.
 async function unpacked(run) {
   if (!run.rows) return;
-  const { scene, energy } = run;
-  run.time = await unpack(run.axis, run.rows, 8);
-  const values = await columnsOf(run.packed, run.rows);
-  run.columns = run.names.map((name, k) => ({ name, unit: run.units[k], values: values[k] }));
-  if (scene) {
-    scene.time = await unpack(scene.axis, scene.rows, 8);
-    const moves = await columnsOf(scene.packed, scene.rows);
-    scene.channels.forEach((c, k) => (c.values = moves[k]));
+  const parts = [run, run.scene, run.energy].map((part) => part?.rows && Promise.all([unpack(part.axis, part.rows, 8), ...part.packed.map((c) => unpack(c, part.rows, 4))]));
+  const [own, moves, energies] = await Promise.all(parts);
+  [run.time] = own;
+  run.columns = run.names.map((name, k) => ({ name, unit: run.units[k], values: own[k + 1] }));
+  if (moves) {
+    [run.scene.time] = moves;
+    run.scene.channels.forEach((c, k) => (c.values = moves[k + 1]));
   }
-  if (energy?.rows) {
-    energy.time = await unpack(energy.axis, energy.rows, 8);
-    energy.columns = await columnsOf(energy.packed, energy.rows);
-  }
+  if (energies) Object.assign(run.energy, { time: energies[0], columns: energies.slice(1) });
 }
 
 // Every run of the page goes through here: one, or in a live page one after the other. Then what the reader has set up
