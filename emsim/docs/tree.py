@@ -36,6 +36,7 @@ def pages() -> dict[str, str]:
         "internals/map.md": (ROOT / "emsim" / "README.md").read_text(encoding="utf-8"),
     }
     found = {address: text.replace("README.md)", "index.md)") for address, text in found.items()}
+    found["internals/map.md"] = found["internals/map.md"].replace("(docs/pages/internals/", "(")
     for path in sorted((NETLISTS / "lessons").glob("[0-9]*.md")):
         found[f"decks/lessons/{path.name}"] = lesson(path)
     return found
