@@ -32,7 +32,8 @@ NUMBER = re.compile(r"(?<![\w.])[-+]?(?:\d+\.?\d*|\.\d+)(?:e[-+]?\d+)?(?![\w]*\.
 FREELY = [
     (r"\b\d+ points in [\d.]+ ?[a-z]+", "N points in T"),
     (r"\b\d[\d.]* ?(?:ns|us|ms)\b", "T"),
-    (r"unexplained[^\n]*", "unexplained"),
+    (r"(?:[-+.\de]+ J )?unexplained[^\n]*", "unexplained"),
+    (r"about [\d.e+]+ (?:steps|seconds|minutes|hours)", "about T"),
 ]
 
 
