@@ -175,7 +175,13 @@ class Explained:
             return {"omega": "angular velocity of", "vel": "velocity along"}.get(
                 word, f"velocity {word[1:]} of"
             ) + f" {of}"
-        return "time derivative" if kind == "derivative" else "integral"
+        if kind == "derivative":
+            return (
+                f"{self.names.unknown(i)}, a rate of change that the deck reads"
+                if rest
+                else "a rate of change"
+            )
+        return "an integral over time"
 
     def _closing(self, owner_and_place: str) -> str:
         owner = owner_and_place.rpartition(",")[0]
@@ -525,6 +531,9 @@ def folded(x: Explained) -> list[str]:
     for body in m.bodies.values():
         if body.fixed:
             said.append(f"{body.name} is fixed: part of the ground")
+    for card in m.couplings.values():
+        if not card.supported:
+            said.append(f"{card.spec.word} {card.name}: not supported yet, without effect")
     if m.found.redundant:
         said.append(
             "redundant: "

@@ -58,6 +58,10 @@ def facts(x: Explained) -> Iterator[str]:
         yield f"index {x.index}: {INDEX[x.index]}"
 
 
+def _sentence(words: str) -> str:
+    return words[0].upper() + words[1:]
+
+
 def sections(x: Explained) -> Iterator[tuple[str, str, list[Row]]]:
     """(title, what it says, rows) of all that have rows."""
     for key, title, remark in SECTIONS:
@@ -298,7 +302,7 @@ def latex(x: Explained) -> Iterator[str]:
     """A whole document."""
     write = lambda node: notation.latex(node, x.names)  # noqa: E731
     yield HEAD + rf"\section*{{{latex_text(x.title)}}}"
-    yield ".\n".join(latex_text(fact) for fact in facts(x)) + "."
+    yield ".\n".join(latex_text(_sentence(fact)) for fact in facts(x)) + "."
     yield r"\subsection*{Unknowns}" + "\n" + r"\begin{tabular}{lll}"
     for i, (_, unit, meaning) in enumerate(x.unknowns):
         symbol = write(("sym", next(iter(x.algebra.x(i).atoms()))))
@@ -313,13 +317,13 @@ def latex(x: Explained) -> Iterator[str]:
         yield " \\\\\n".join(lines)
         yield r"\end{align*}"
     for title, remark, rows in sections(x):
-        yield rf"\subsection*{{{title}}}" + "\n" + latex_text(remark[0].upper() + remark[1:]) + "."
+        yield rf"\subsection*{{{title}}}" + "\n" + latex_text(_sentence(remark)) + "."
         yield r"\begin{align*}"
         yield " \\\\[4pt]\n".join(" \\\\\n".join(_latex_row(x, row)) for row in rows)
         yield r"\end{align*}"
     where = [rf"{name[0]}_{{{name[2:]}}} &= {write(x.layout.written(atom))}" for name, atom in x.named]
     where += [
-        rf"{write(('sym', atom))} &= \mathrm{{{latex_text(what)}}}"
+        rf"{write(('sym', atom))} &= \text{{{latex_text(what)}}}"
         for atom, what in zip(_wave_atoms(x), (what for _, what in x.sources), strict=True)
     ]
     if where:
@@ -330,7 +334,7 @@ def latex(x: Explained) -> Iterator[str]:
         for line in diode_text(x, d):
             yield latex_text(line) + r"\\"
     if x.conditions:
-        yield r"\subsection*{Conditions}" + "\n" + latex_text(CONDITIONS[0].upper() + CONDITIONS[1:]) + "."
+        yield r"\subsection*{Conditions}" + "\n" + latex_text(_sentence(CONDITIONS)) + "."
         yield r"\begin{align*}"
         lines = []
         for name, up, down, remark in x.conditions:
@@ -399,7 +403,10 @@ def sheet(x: Explained) -> str:
     def math(node: Tree) -> str:
         return f'<math display="inline"><mstyle displaystyle="true">{notation.mathml(node, x.names)}</mstyle></math>'
 
-    out = ['<div class="equations">', "<p>" + ". ".join(escape(fact) for fact in facts(x)) + ".</p>"]
+    out = [
+        '<div class="equations">',
+        "<p>" + ". ".join(escape(_sentence(fact)) for fact in facts(x)) + ".</p>",
+    ]
     for title, remark, rows in sections(x):
         out.append(f"<h3>{title}</h3><p class=say>{escape(remark)}</p><table>")
         out += [_html_row(x, row, math) for row in rows]

@@ -238,3 +238,26 @@ def test_sheet_is_well_formed() -> None:
     x, _ = read(SWITCHED)
     html = explained.sheet(x).replace("<p class=say>", '<p class="say">')
     ElementTree.fromstring(html)
+
+
+@pytest.mark.parametrize(
+    "deck", ["coupled/pendulum_servo.cir", "mechanical/ref_four_bar.cir", "coupled/ref_comb_drive.cir"]
+)
+def test_a_typesetter_reads_the_latex(deck: str) -> None:
+    """Every line of every align, by Matplotlib's reader of TeX's mathematics."""
+    from matplotlib.mathtext import MathTextParser
+
+    reader = MathTextParser("path")
+    said = "\n".join(explained.latex(read(str(ROOT / "netlists" / deck))[0]))
+    lines = [
+        line.removesuffix(r"\\[4pt]")
+        .removesuffix(r"\\")
+        .replace("&", " ")
+        .replace(r"\quad", r"\;")
+        .replace(r"\textstyle", "")
+        for body in re.findall(r"\\begin\{align\*\}\n(.*?)\n\\end\{align\*\}", said, re.S)
+        for line in (part.strip() for part in body.split("\n"))
+    ]
+    assert len(lines) > 10
+    for line in lines:
+        reader.parse(f"${line}$")
