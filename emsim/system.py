@@ -90,7 +90,7 @@ class System:
                 from .analyses.failure import explain_failure
                 from .diagnostics import ConvergenceError
 
-                raise ConvergenceError(explain_failure(self._assembly, None, failure or {}, 0))
+                raise ConvergenceError(explain_failure(self._assembly, None, failure or {}))
             self._x0 = np.array(x)
         return self._x0.copy()
 

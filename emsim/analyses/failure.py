@@ -32,13 +32,18 @@ def explain(
 ) -> list[Diagnostic]:
     """Diagnostics for the engine's failure report; `names`: what the columns behind the time are called."""
     failure = dict(waves.failure or {})
-    return explain_failure(assembly, analysis, failure, waves.rows, _growth(failure, waves, names))
+    kept = waves.value(waves.rows - 1, 0) if waves.rows else 0.0
+    return explain_failure(assembly, analysis, failure, kept, _growth(failure, waves, names))
 
 
 def explain_failure(
-    assembly: Assembly, analysis: Analysis | None, failure: dict[str, Any], rows: int, growth: str = ""
+    assembly: Assembly,
+    analysis: Analysis | None,
+    failure: dict[str, Any],
+    kept: float = 0.0,
+    growth: str = "",
 ) -> list[Diagnostic]:
-    """The same for a bare report; `rows` points were kept, `growth` says what ran away."""
+    """The same for a bare report; points were kept up to the time `kept`, `growth` says what ran away."""
     kind = failure.get("kind", "no convergence")
     if kind == "unfit":
         return [_unfit(assembly, analysis, str(failure.get("why", "")))]
@@ -59,8 +64,8 @@ def explain_failure(
         other = [w for w in failure["tried"] if not w.startswith("method ")]
         other += [f"method{'s' * (len(methods) > 1)} {', '.join(methods)}"] if methods else []
         hints.append(f"tried: {'; '.join(other)}")
-    if rows and t and not point:
-        hints.append(f"everything up to t = {t:.6g} s is kept")
+    if kept and t and not point:
+        hints.append(f"everything up to t = {kept:.6g} s is kept")
     mechanical, static = _mechanical(assembly, unknown), assembly.machine is not None and _static(analysis)
     if mechanical and static:
         what = f"the machine has no equilibrium, or is free to move, at {where}"
@@ -72,10 +77,11 @@ def explain_failure(
         hints.append(
             "try: ic= or guess= a little aside; where links lie in one line the machine could go two ways"
         )
-    elif mechanical and _driven_loop(assembly):
+    elif mechanical and (drives := _driving(assembly)):
         hints.append(
-            "where links come to lie in one line a mechanism locks, and a DRIVE that goes on has no solution; "
-            "look at the last rows, and at the lengths"
+            f"a mechanism locks where its links come to lie in one line, and {' and '.join(drives)} goes on: no motion "
+            "satisfies both\ntry: other lengths, a drive that turns back before, or a MOTOR or TORQUE in its place; the "
+            "last rows show where it stands"
         )
     else:
         hints.append(growth or "try: " + _advice(assembly, failure, kind, point, unknown))
@@ -163,10 +169,11 @@ def _mechanical(assembly: Assembly, unknown: str) -> bool:
     return assembly.machine is not None and kinds.get(unknown) in ("coordinate", "speed", "lambda", "mu")
 
 
-def _driven_loop(assembly: Assembly) -> bool:
-    """Is there a closed loop of joints that a DRIVE can force?"""
-    loops = assembly.machine is not None and assembly.machine.report().get("loops")
-    return bool(loops) and any(card.kind == "DRIVE" for card in assembly.flat.machine)
+def _driving(assembly: Assembly) -> list[str]:
+    """The DRIVEs of a machine with a closed loop of joints that they can force."""
+    if assembly.machine is None or not assembly.machine.report().get("loops"):
+        return []
+    return [f"DRIVE `{card.name}`" for card in assembly.flat.machine if card.kind == "DRIVE"]
 
 
 def locate(assembly: Assembly, unknown: str) -> tuple[str, list[tuple[Span, str]]]:

@@ -54,7 +54,7 @@ class Net:
         if not found:
             from ..analyses.failure import explain_failure
 
-            raise ConvergenceError(explain_failure(assembly, None, why or {}, 0))
+            raise ConvergenceError(explain_failure(assembly, None, why or {}))
         # what the start's Newton left of a zero is no initial value
         self.x = [0.0 if abs(value) < 1e-15 else value for value in self.x]
         self.lines: list[str] = []
