@@ -84,6 +84,8 @@ def too_long(assembly: Assembly, analysis: Analysis | None, failure: dict[str, A
     message = f"this run would need about {steps:.0e} steps ({duration(seconds)})"
     span = analysis.span if analysis else None
     hint = "something asks for steps that are too short for a run of this length"
+    if assembly.options["method"] in EXPLICIT:
+        hint += "; where that has died out long ago, method=radau steps over it"
     if failure.get("unknown_name"):
         mode = {"unknown": failure["unknown_name"], "period": failure["period"]}
         what, place = oscillator(assembly, mode)

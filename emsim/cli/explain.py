@@ -31,6 +31,7 @@ OPTIONS: list[Option] = [
 ]
 
 
+WIDTH = 100  # of running text
 DECKS = (".cir", ".sp", ".net", ".ckt", ".spice", ".cki")
 
 
@@ -58,11 +59,14 @@ def main(args: Sequence[str]) -> int:
 
 def unknown(what: str) -> NoReturn:
     """An argument of no form, or of a form but without an entry."""
+    from ..cards import CARDS
     from ..reports.codes import catalogue
 
     known = catalogue()
     # the beginning of a code says more than a code that is off by a digit
-    near = ", ".join(code for code in known if code.startswith(what.upper())) or suggest(what, known)
+    near = ", ".join(code for code in known if code.startswith(what.upper())) or suggest(
+        what, [*known, *CARDS]
+    )
     shapes = ", ".join(form.shape for form in FORMS)
     hint = f"did you mean {near}?" if near else f"emsim explain takes {shapes}; emsim explain --list"
     raise UsageError(f"there is nothing to explain of the name {what}; {hint}")
@@ -72,7 +76,7 @@ def unknown(what: str) -> NoReturn:
 
 
 def is_code(what: str) -> bool:
-    """E203, w402, e203]: a letter and three digits."""
+    """E203, w402: a letter and three digits."""
     return len(what) == 4 and what[0] in "EWNewn" and what[1:].isdigit()
 
 
@@ -111,16 +115,33 @@ def text_of(entry: Entry, said: str) -> Iterator[str]:
     """An entry for the terminal."""
     yield f"{entry.code}: {entry.title}"
     yield ""
-    yield entry.meaning
+    yield from _wrapped(entry.meaning)
     if entry.command:
         yield from _files(entry.example)
         yield ""
         yield from (f"    $ {line}" for line in entry.command.splitlines())
         for line in said.split("\n"):
             yield "    " + line if line else ""
-    if entry.remedy:
-        yield from ("", entry.remedy)
+    yield ""
+    yield from _wrapped(entry.remedy)
     yield from _files(entry.fixed, ", mended")
+    if entry.fixed_command != entry.command:
+        yield ""
+        yield from (f"    $ {line}" for line in entry.fixed_command.splitlines())
+
+
+def _wrapped(text: str) -> Iterator[str]:
+    """Paragraphs and lists in lines of one width."""
+    import re
+    import textwrap
+
+    for k, part in enumerate(text.split("\n\n")):
+        if k:
+            yield ""
+        for item in re.split(r"\n(?=- )", part):
+            yield from textwrap.wrap(
+                " ".join(item.split()), WIDTH, subsequent_indent="  " if item.startswith("- ") else ""
+            )
 
 
 def _files(files: dict[str, str], more: str = "") -> Iterator[str]:

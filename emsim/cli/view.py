@@ -15,7 +15,7 @@ from .. import pipeline
 from ..diagnostics import ConvergenceError
 from ..outputs import html
 from .arguments import DEFINE, HELP, QUIET, Option, UsageError, defines, parse
-from .console import CONVERGENCE, INTERRUPTED, OK, Progress, show
+from .console import CONVERGENCE, INTERRUPTED, OK, Progress, point, show
 from .run import METHOD_OPTIONS, overrides, page_sheets, source_of, text_of
 
 TYPE_CHECKING = False
@@ -67,6 +67,8 @@ def main(args: Sequence[str]) -> int:
         code = INTERRUPTED
     result.diagnostics += [d for d in trouble if d not in result.diagnostics]
     show(result.diagnostics, given.has("quiet"))
+    if not given.has("quiet"):
+        point(trouble)
     if not any(len(table) for table in result.plots):
         return code
     path = abspath(given.text("output") or _place(deck))

@@ -19,11 +19,12 @@ Exit codes have entries too, `## exit 3 ...`. No message is written here: it is 
 from __future__ import annotations
 
 import re
-from os import listdir
 from os.path import abspath, dirname, join
 from typing import NamedTuple
 
 FOLDER = join(dirname(dirname(abspath(__file__))), "messages")
+# the files, in the order in which a deck meets them
+FAMILIES = ("reading", "names", "machine", "circuit", "running", "outside", "exit_codes")
 COMMAND = "emsim deck.cir"
 _HEAD = re.compile(r"## ([EWN]\d{3}|exit \d+) (.+)")
 _FENCE = re.compile(r"```(\w*) *(.*)")
@@ -47,13 +48,12 @@ class Entry(NamedTuple):
 def catalogue() -> dict[str, Entry]:
     """All entries by code (`E203`, `exit 3`), in the order of the files. Raises ValueError for a file out of form."""
     found: dict[str, Entry] = {}
-    for name in sorted(listdir(FOLDER)):
-        if name.endswith(".md"):
-            with open(join(FOLDER, name), encoding="utf-8") as file:
-                for entry in entries(file.read()):
-                    if entry.code in found:
-                        raise ValueError(f"{name}: {entry.code} has two entries")
-                    found[entry.code] = entry
+    for name in FAMILIES:
+        with open(join(FOLDER, name + ".md"), encoding="utf-8") as file:
+            for entry in entries(file.read()):
+                if entry.code in found:
+                    raise ValueError(f"{name}: {entry.code} has two entries")
+                found[entry.code] = entry
     return found
 
 

@@ -18,7 +18,7 @@ from pathlib import Path
 import pytest
 
 from emsim.cli.explain import blocks, perform, text_of
-from emsim.reports.codes import FOLDER, Entry, catalogue
+from emsim.reports.codes import FAMILIES, FOLDER, Entry, catalogue
 
 ROOT = Path(__file__).resolve().parent.parent.parent
 GOLDEN = Path(__file__).resolve().parent / "golden"
@@ -47,6 +47,10 @@ def test_every_code_has_an_entry_and_every_entry_a_code():
 def test_the_engine_writes_no_code():
     for path in (ROOT / "emsim" / "engine" / "src").rglob("*.rs"):
         assert not re.search(r'"[EWN]\d{3}', path.read_text(encoding="utf-8")), path
+
+
+def test_every_file_is_read():
+    assert sorted(path.stem for path in Path(FOLDER).glob("*.md")) == sorted(FAMILIES)
 
 
 @cache
@@ -112,6 +116,12 @@ FORCED = {
     "E499": (HERE, lambda p: p.setattr("emsim.pipeline.solve", raising(RuntimeError("a bug")))),
     "E502": (WRONG, without_grammar),
     "E505": ("emsim chart --suite", lambda p: p.setattr("pathlib.Path.is_file", lambda path: False)),
+    "E508": (
+        "emsim view --live --no-open --port 8123 deck.cir",
+        lambda p: p.setattr(
+            "emsim.live.server.Server.__init__", raising(OSError(98, "Address already in use"))
+        ),
+    ),
     "E509": (HERE, lambda p: p.setattr("emsim.pipeline.solve", raising(MemoryError()))),
     "E511": (COMPARE, lambda p: with_ngspice(p, refused)),
     "E512": (SHARED, lambda p: p.setitem(sys.modules, "PySpice.Spice.NgSpice.Shared", None)),
@@ -172,8 +182,8 @@ def test_the_message_reads_as_it_was_looked_at(code):
     assert message(code) == golden().get(code), "python tests/messages/test_catalogue.py --write"
 
 
-def test_no_message_is_left_over():
-    assert set(golden()) == {*CODES_WITH_DECK, *FORCED}
+def test_every_code_has_its_message():
+    assert set(golden()) == {code for code in ENTRIES if CODE.fullmatch(code)} == {*CODES_WITH_DECK, *FORCED}
 
 
 @pytest.mark.parametrize("code", ENTRIES)

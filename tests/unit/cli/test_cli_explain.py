@@ -31,6 +31,11 @@ def test_all_codes_are_listed(capsys):
     assert "  E140     " in capsys.readouterr().out
 
 
+def test_a_card_word_that_is_misspelt_is_suggested(capsys):
+    assert main(["explain", "MTOR"]) == 2
+    assert "did you mean MOTOR?" in capsys.readouterr().err
+
+
 @pytest.mark.parametrize("word", ["E999", "E14", "77", "nothing"])
 def test_what_nobody_knows_is_refused(word, capsys):
     assert main(["explain", word]) == 2
