@@ -15,12 +15,15 @@ if TYPE_CHECKING:
 
 
 class Share:
-    """One contribution: who, to which row, of F or (with `rate`) of Q. `quotient`: a conductance, to be read as 1/R."""
+    """One contribution: who, to which row, of F or (with `rate`) of Q: an expression, or a sum of (factor, unknown).
+    `quotient`: a conductance, to be read as 1/R."""
 
-    __slots__ = ("expr", "owner", "quotient", "rate", "row")
+    __slots__ = ("owner", "quotient", "rate", "row", "what")
 
-    def __init__(self, owner: str, row: int, rate: bool, expr: Expr, quotient: bool = False) -> None:
-        self.owner, self.row, self.rate, self.expr, self.quotient = owner, row, rate, expr, quotient
+    def __init__(
+        self, owner: str, row: int, rate: bool, what: Expr | list[tuple[float, int]], quotient: bool = False
+    ) -> None:
+        self.owner, self.row, self.rate, self.what, self.quotient = owner, row, rate, what, quotient
 
 
 class Recorder:
@@ -38,32 +41,34 @@ class Recorder:
     def __getattr__(self, name: str) -> Any:
         return getattr(self._builder, name)
 
-    def _share(self, row: int, rate: bool, expr: Expr, quotient: bool = False) -> None:
+    def _share(
+        self, row: int, rate: bool, what: Expr | list[tuple[float, int]], quotient: bool = False
+    ) -> None:
         if row >= 0:
-            self.shares.append(Share(self.owner, row, rate, expr, quotient))
+            self.shares.append(Share(self.owner, row, rate, what, quotient))
 
-    def _between(self, p: int, n: int) -> Expr:
-        return (self.x(p) if p >= 0 else self.const(0.0)) - (self.x(n) if n >= 0 else 0.0)
+    def _between(self, p: int, n: int, rate: bool, v: float, quotient: bool) -> None:
+        """v times the difference of two nodes, into one row and out of the other."""
+        for row, other in ((p, n), (n, p)):
+            self._share(row, rate, [(v, row), (-v, other)] if other >= 0 else [(v, row)], quotient)
 
     def g(self, row: int, col: int, v: float) -> None:
         self._builder.g(row, col, v)
         if col >= 0:
-            self._share(row, False, v * self.x(col))
+            self._share(row, False, [(v, col)])
 
     def c(self, row: int, col: int, v: float) -> None:
         self._builder.c(row, col, v)
         if col >= 0:
-            self._share(row, True, v * self.x(col))
+            self._share(row, True, [(v, col)])
 
     def conductance(self, p: int, n: int, v: float) -> None:
         self._builder.conductance(p, n, v)
-        for row, current in ((p, v * self._between(p, n)), (n, v * self._between(n, p))):
-            self._share(row, False, current, True)
+        self._between(p, n, False, v, True)
 
     def capacitance(self, p: int, n: int, v: float) -> None:
         self._builder.capacitance(p, n, v)
-        for row, charge in ((p, v * self._between(p, n)), (n, v * self._between(n, p))):
-            self._share(row, True, charge)
+        self._between(p, n, True, v, False)
 
     def f_wave(self, row: int, wave: int, coefficient: float) -> None:
         self._builder.f_wave(row, wave, coefficient)
@@ -90,8 +95,7 @@ class Recorder:
         inner = p if series is None else series[0]
         self.diodes.append((name, inner, n, model, None if series is None else series[1]))
         if series is not None:
-            self._share(p, False, series[1] * self._between(p, inner), True)
-            self._share(inner, False, series[1] * self._between(inner, p), True)
+            self._between(p, inner, False, series[1], True)
         return series
 
 

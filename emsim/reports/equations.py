@@ -80,9 +80,11 @@ class Energy:
 
 def explain(assembly: Assembly, planned: list[tuple[Any, Any]]) -> Explained:
     """The equations of a deck that was prepared with `recording`; the index at its starting point."""
-    from .dae_index import index_of
+    from .dae_index import MOST, index_of
 
     found = Explained(assembly)
+    if assembly.system.n > MOST:
+        return found
     transient = next((s for card, s in planned if card.kind == "tran"), None)
     uic, tstep = (transient.uic, transient.tstep) if transient is not None else (False, 1e-6)
     started, x, _ = assembly.system.start(assembly.options, uic, tstep)
@@ -206,15 +208,18 @@ class Explained:
             found.setdefault((share.row, share.rate), []).append(share)
         return found
 
+    def _poly(self, share: Share) -> Poly:
+        if isinstance(share.what, list):
+            return self.algebra.sum((factor, self.algebra.x(k)) for factor, k in share.what)
+        return self.algebra.of(share.what)
+
     def _parts(self, shares: Iterable[Share], rate: bool = False) -> list[Part]:
         """Summands by owner: the contributions of each are one sum."""
         by_owner: dict[str, list[Share]] = {}
         for share in shares:
             by_owner.setdefault(share.owner, []).append(share)
         return [
-            Part(
-                owner, self.algebra.sum((1.0, self.algebra.of(s.expr)) for s in mine), rate, mine[0].quotient
-            )
+            Part(owner, self.algebra.sum((1.0, self._poly(s)) for s in mine), rate, mine[0].quotient)
             for owner, mine in by_owner.items()
         ]
 

@@ -163,7 +163,7 @@ def test_equations_are_set_in_type(servo: tuple[Path, Result], visit: Any, width
     page.click("button[data-sheet=equations]")
     page.wait_for_selector("#sheet-equations math")
     said = page.inner_text("#sheet-equations")
-    assert "weight of arm" in said and "1 degree of freedom" in said and "index 1" in said
+    assert "weight of arm" in said and "1 degree of freedom" in said and "Index 1" in said
     # drawn as mathematics: a fraction's parts stand one above the other
     above, below = (
         page.locator("#sheet-equations mfrac").first.locator(f":scope > :nth-child({k})").bounding_box()
