@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from typing import Any
 
 LOOK = 0.01  # seconds between looks at the files
+QUIET = 0.3  # seconds after a good run in which nothing is asked: then its equations are written
 _PAINT = re.compile("\033\\[([\\d;]*)m")
 CLASSES = {"1;31": "error", "1;33": "warning", "1;36": "note", "1": "strong", "1;34": "rule"}
 
@@ -80,6 +81,8 @@ class Session:
         self._asked = 0  # the last wish that the run at hand knows
         self._started = 0  # of the run at hand, by the clock of files [ns]
         self._by_file = True
+        self._run = 0  # its number; a higher one is that of its equations
+        self._explain: float | None = None  # when the equations are due
 
     # ---- from other threads ----
 
@@ -119,6 +122,9 @@ class Session:
             self._launch(True)
         elif wishes:
             self._launch(False)
+        elif self._explain is not None and time.monotonic() >= self._explain:
+            self._explain = None
+            self.runs.start({**self._job(), "explain": True})
         elif self.runs.busy:
             self.runs.prepare()
 
@@ -131,15 +137,22 @@ class Session:
                 self._set.pop(name, None)
 
     def _launch(self, by_file: bool) -> None:
-        self._started, self._by_file = time.time_ns(), by_file
-        number = self.runs.start(
-            {"deck": self.deck, "defines": self.defines, "set": self._set, "options": self.options}
-        )
+        self._started, self._by_file, self._explain = time.time_ns(), by_file, None
+        number = self.runs.start(self._job())
+        self._run = number
         self.board.put(busy=_line(kind="busy", number=number, share=0.0))
+
+    def _job(self) -> dict[str, Any]:
+        return {"deck": self.deck, "defines": self.defines, "set": self._set, "options": self.options}
 
     def _answer(self, number: int, head: dict[str, Any], document: bytes) -> None:
         if number != self.runs.number:
             return  # of a run that a newer one ended
+        if number != self._run:
+            # the equations of the last run; if their process died, the page does without them
+            if "sheets" in head:
+                self.board.put(sheets=_line(kind="sheets", number=self._run, sheets=head["sheets"]))
+            return
         if head["kind"] == "progress":
             share = head["t"] / head["stop"] if head["stop"] else 0.0
             self.board.put(busy=_line(kind="busy", number=number, share=share))
@@ -162,6 +175,7 @@ class Session:
         if document:
             run = b'{"kind":"run","number":%d,"run":%b}\n' % (number, document)
             self.board.put(run=run, state=state, busy=busy)
+            self._explain = time.monotonic() + QUIET if head["ok"] else None
         else:
             self.board.put(state=state, busy=busy)
 

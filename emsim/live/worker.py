@@ -3,6 +3,8 @@
     job      {"deck": path, "defines": {name: text}, "set": {name: [text, text in the deck]}, "options": {...}}
     answer   any number of {"kind": "progress", "t": s, "stop": s}; then {"kind": "done", "size": n, ...}, see `work`,
              and n bytes, the run as the page takes it
+    job      the same with "explain": true, for a deck that has run: the sheet of its equations
+    answer   {"kind": "done", "size": 0, "sheets": [[name, title, HTML]]}
 
 `set` are the page's own values; one whose .param has another text by now, or is gone, is left out: the deck's last edit
 counts. A run is ended by ending this process: neither the derivation of the equations nor a step can be interrupted.
@@ -14,6 +16,7 @@ import json
 import os
 import signal
 import sys
+from html import escape
 from time import monotonic, perf_counter
 
 from .. import pipeline
@@ -49,7 +52,8 @@ def main() -> None:
     os.dup2(2, 1)
     work({"deck": WARM, "defines": {}, "set": {}, "options": {}})
     for line in sys.stdin.buffer:
-        head, document = work(json.loads(line), _Progress(out))
+        job = json.loads(line)
+        head, document = (explain(job), b"") if "explain" in job else work(job, _Progress(out))
         _send(out, {"kind": "done", "size": len(document), **head}, document)
 
 
@@ -66,7 +70,7 @@ def work(job: Job, progress: Callable[..., object] | None = None) -> tuple[dict[
     began = perf_counter()
     kept = dict(job["set"])
     while True:
-        deck, flat, error = _read(job["deck"], {**job["defines"], **{k: v for k, (v, _) in kept.items()}})
+        deck, flat, error = _read(job["deck"], _defines(job["defines"], kept))
         outdated = _outdated(deck, flat, kept)
         if not outdated:
             break
@@ -93,13 +97,29 @@ def work(job: Job, progress: Callable[..., object] | None = None) -> tuple[dict[
         "text": render_text(said, color=True),
         "lines": [(d.span.in_deck.line, _brief(d)) for d in errors if d.span is not None],
         "sheet": html.deck_sheet(text, said)[2],
-        "params": [] if deck is None else [_param(p, flat) for p in deck.params.values()],
+        "params": [] if deck is None else [_param(p, flat, job["defines"]) for p in deck.params.values()],
         "set": kept,
         "named": [] if deck is None else deck.named,
         "facts": run["facts"],
         "seconds": perf_counter() - began,
     }
     return head, json.dumps(run, separators=(",", ":"), allow_nan=False).encode() if drawn else b""
+
+
+def explain(job: Job) -> dict[str, Any]:
+    """The sheet of the deck's equations."""
+    from ..reports import explained
+
+    try:
+        found = pipeline.explain(job["deck"], _defines(job["defines"], job["set"]), job["options"])
+        return {"sheets": explained.sheets(found)}
+    except Exception as error:  # the deck may have become wrong since it ran
+        why = "".join(f"<pre>{escape(render_text([d]))}</pre>" for d in _explained(error))
+        return {"sheets": [("equations", "Equations", why)]}
+
+
+def _defines(given: dict[str, str], kept: dict[str, list[str]]) -> dict[str, str]:
+    return {**given, **{name: text for name, (text, _) in kept.items()}}
 
 
 def _read(path: str, defines: dict[str, str]) -> tuple[Deck | None, FlatDeck | None, Exception | None]:
@@ -139,16 +159,17 @@ def _brief(d: Diagnostic) -> str:
     return f"{d.message}\n{d.hint}" if d.hint else d.message
 
 
-def _param(param: Param, flat: FlatDeck | None) -> dict[str, Any]:
-    """text: the value as the deck has it; value: the number it has in this run; literal: whether it is a number in the
-    deck; shown: the name as written; file, line, col, end, source: the place of the text (1-based) and its line."""
+def _param(param: Param, flat: FlatDeck | None, defines: dict[str, str]) -> dict[str, Any]:
+    """shown: the name as written; text: the value as the deck has it; given: as the command line has it, or None;
+    literal: whether the deck has a number; value: that of this run; file, line, col, end, source: the place of the text
+    (1-based) and its line."""
     place = param.value.span
     literal = isinstance(param.value, Num) or (
         isinstance(param.value, Unary) and param.value.op in "+-" and isinstance(param.value.a, Num)
     )
     return {
         "name": param.name, "shown": param.span.text, "text": place.text, "literal": literal,
-        "value": _finite(flat.params.get(param.name)) if flat is not None else None,
+        "given": defines.get(param.name), "value": _finite(flat.params.get(param.name)) if flat is not None else None,
         "file": os.path.basename(place.file.name), "line": place.line, "col": place.col, "end": place.end,
         "source": place.file.text_line(place.line),
     }  # fmt: skip

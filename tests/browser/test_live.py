@@ -219,6 +219,21 @@ def test_a_slider_changes_the_run(edited: Any, watch: Any) -> None:
     until(page, "() => !document.querySelector('#written code')")
 
 
+def test_equations_follow_the_slider(edited: Any, watch: Any) -> None:
+    _, url, _ = edited
+    page = watch(url)
+    until(page, SHOWN)
+    tab, sheet = page.locator("#tabs [data-sheet=equations]"), page.locator("#sheet-equations")
+    tab.click()
+    page.locator("#sheet-equations math").first.wait_for()
+    # m g l / 2 of a rod of 0.3 m
+    assert "0.2943" in sheet.text_content()
+    page.locator(".knob input[type=range]").first.evaluate(DRAG, 0.75)
+    until(page, "() => document.getElementById('sheet-equations').textContent.includes('0.44145')")
+    assert tab.get_attribute("aria-selected") == "true"
+    assert "before" not in sheet.get_attribute("class")
+
+
 def test_a_slider_that_is_dragged_ends_where_it_was_left(edited: Any, watch: Any) -> None:
     _, url, _ = edited
     page = watch(url)

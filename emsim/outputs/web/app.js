@@ -168,6 +168,10 @@ function computed(run, text) {
   return { name: text, unit: "", computed: true, values: Float32Array.from({ length: run.rows }, (_, k) => f(k)) };
 }
 
+// A sheet's HTML may travel deflated.
+const PACKED = "deflate:";
+async function unpackedSheet(html) { return html.startsWith(PACKED) ? new TextDecoder().decode(await inflate(html.slice(PACKED.length))) : html; }
+
 // the sheets below: signals, energy, equations, the deck, what was said
 function sheets(run) {
   const made = [["signals", "Signals", ""], ...run.sheets], tabs = $("tabs"), box = $("sheets"), kept = tabs.querySelector("[aria-selected=true]")?.dataset.sheet;
@@ -181,9 +185,9 @@ function sheets(run) {
     const button = Object.assign(document.createElement("button"), { textContent: title, onclick: () => pick(name) });
     button.dataset.sheet = name;
     button.role = "tab";
-    const packed = html.startsWith("deflate:"), sheet = document.createElement("div");
+    const packed = html.startsWith(PACKED), sheet = document.createElement("div");
     Object.assign(sheet, { id: "sheet-" + name, className: "sheet", innerHTML: packed ? "" : html });
-    if (packed) inflate(html.slice(8)).then((bytes) => (sheet.innerHTML = new TextDecoder().decode(bytes)));
+    if (packed) unpackedSheet(html).then((text) => (sheet.innerHTML = text));
     tabs.append(button);
     box.append(sheet);
   }

@@ -52,11 +52,28 @@
   }
 
   async function take(message) {
-    if (message.kind === "run") await show(message.run);
+    if (message.kind === "run") {
+      // the equations come later: until then those of the run before keep their place
+      message.run.sheets.splice(message.run.sheets[0]?.[0] === "energy" ? 1 : 0, 0, ...explained);
+      await show(message.run);
+      for (const [name] of explained) $("sheet-" + name).classList.add("before");
+    } else if (message.kind === "sheets") await equations(message.sheets);
     else if (message.kind === "state") state(message);
     else if (message.kind === "busy") {
       document.body.classList.toggle("busy", message.share !== null);
       bar.style.width = `${100 * (message.share || 0)}%`;
+    }
+  }
+
+  // what comes after its run
+  let explained = [["equations", "Equations", "<p>The equations are being written.</p>"]];
+
+  async function equations(fresh) {
+    explained = await Promise.all(fresh.map(async ([name, title, html]) => [name, title, await unpackedSheet(html)]));
+    for (const [name, , html] of explained) {
+      const sheet = $("sheet-" + name);
+      if (sheet) sheet.innerHTML = html;
+      sheet?.classList.remove("before");
     }
   }
 
@@ -95,11 +112,13 @@
   // ---- parameters ----
 
   const rows = new Map(), wishes = new Map(), sent = new Map();
-  const box = made("div", { className: "knobs" }), text = made("div", { id: "written" });
+  const box = made("div", { className: "knobs" }), kept = made("div", { id: "written" });
+  // without the page's own value: the command line's (-D), else the deck's
+  const text = (p) => (p.given !== null && number(p.given) !== null ? p.given : p.text);
   const fold = made("button", { onclick: () => { box.hidden = !box.hidden; opened(); } });
   const opened = () => { fold.textContent = `${box.hidden ? "\u25b8" : "\u25be"} Parameters`; fold.setAttribute("aria-expanded", !box.hidden); };
   opened();
-  knobs.append(made("div", { className: "head" }, fold, text), box);
+  knobs.append(made("div", { className: "head" }, fold, kept), box);
 
   function parameters(m) {
     const literal = m.params.filter((p) => p.literal && number(p.text) !== null), others = m.params.filter((p) => !literal.includes(p));
@@ -122,38 +141,38 @@
       back.disabled = own === undefined;
       if (wishes.has(name)) continue;
       sent.set(name, own ?? null);
-      if (document.activeElement !== field) field.value = own ?? p.text;
-      const value = own === undefined ? number(p.text) : m.ok ? p.value : number(own);
+      if (document.activeElement !== field) field.value = own ?? text(p);
+      const value = own === undefined ? number(text(p)) : m.ok ? p.value : number(own);
       if (value !== null && !slider.matches(":active")) place(slider, p, value);
     }
     lines(m);
   }
 
   function knob(p) {
-    const slider = made("input", { type: "range", step: "any", title: "double click: as in the deck" }), field = made("input", { type: "text", value: p.text, spellcheck: false, size: 8 });
-    const back = made("button", { textContent: "\u21ba", title: `back to ${p.text}, as in the deck`, disabled: true });
+    const slider = made("input", { type: "range", step: "any", title: "double click: as it was" }), field = made("input", { type: "text", value: text(p), spellcheck: false, size: 8 });
+    const back = made("button", { textContent: "\u21ba", title: `back to ${text(p)}`, disabled: true });
     slider.setAttribute("aria-label", p.shown);
     field.setAttribute("aria-label", `${p.shown}, as text`);
     back.setAttribute("aria-label", `${p.shown} as in the deck`);
-    place(slider, p, number(p.text));
+    place(slider, p, number(text(p)));
     const row = made("div", { className: "knob" }, made("label", { textContent: p.shown, title: `${p.file}, line ${p.line}` }), slider, field, back);
-    const reset = () => { field.value = p.text; place(slider, p, number(p.text)); wish(p.name, null, true); };
+    const reset = () => { field.value = text(p); place(slider, p, number(text(p))); wish(p.name, null, true); };
     slider.oninput = () => {
       const step = nice((slider.max - slider.min) / 200), value = +(Math.round(slider.value / step) * step).toPrecision(9);
-      field.value = spelled(value, p.text);
+      field.value = spelled(value, text(p));
       wish(p.name, field.value, false);
     };
     slider.onchange = () => send();
     slider.ondblclick = reset;
     field.onchange = () => { const given = field.value.trim(); if (given) wish(p.name, given, true); else reset(); };
-    field.onkeydown = (e) => { if (e.key === "Escape") { field.value = sent.get(p.name) ?? p.text; field.blur(); } };
+    field.onkeydown = (e) => { if (e.key === "Escape") { field.value = sent.get(p.name) ?? text(p); field.blur(); } };
     back.onclick = reset;
     return { p, row, slider, field, back };
   }
 
   // from nothing to twice the deck's value, or to what was typed
   function place(slider, p, value) {
-    const base = number(p.text), ends = [base > 0 ? 0 : base < 0 ? 2 * base : -1, base < 0 ? 0 : base > 0 ? 2 * base : 1];
+    const base = number(text(p)), ends = [base > 0 ? 0 : base < 0 ? 2 * base : -1, base < 0 ? 0 : base > 0 ? 2 * base : 1];
     slider.min = Math.min(ends[0], value);
     slider.max = Math.max(ends[1], value);
     slider.value = value;
@@ -216,7 +235,7 @@
       const all = made("button", { textContent: "reset all", onclick: () => { for (const { back } of rows.values()) if (!back.disabled) back.click(); } });
       found.at(-1).append(all);
     }
-    text.replaceChildren(...found);
+    kept.replaceChildren(...found);
   }
 
   // ---- numbers as SPICE writes them ----

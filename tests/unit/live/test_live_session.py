@@ -14,7 +14,7 @@ from typing import Any
 import pytest
 
 from emsim.live.session import Session, pieces
-from emsim.live.worker import work
+from emsim.live.worker import explain, work
 
 DECK = """divider
 .param top=10 r=1k
@@ -203,6 +203,45 @@ def test_options_and_definitions_of_the_command_line(live: Callable[..., Live]):
     state = found.state(lambda s: s["ok"])
     assert found.value("top") == 5
     assert "radau" in state["facts"]
+
+
+def test_the_page_knows_what_the_command_line_sets(live: Callable[..., Live]):
+    found = live(DECK, defines={"top": "5"})
+    state = found.state(lambda s: s["ok"])
+    assert [(p["name"], p["text"], p["given"], p["value"]) for p in state["params"]] == [
+        ("top", "10", "5", 5.0), ("r", "1k", None, 1000.0),
+    ]  # fmt: skip
+    found.session.ask({"top": "6"}, 1)
+    found.state(lambda s: s["asked"] == 1)
+    assert found.value("top") == 6
+    found.session.ask({"top": None}, 2)
+    found.state(lambda s: s["asked"] == 2)
+    assert found.value("top") == 5
+
+
+def test_equations_follow_when_it_is_quiet(live: Callable[..., Live]):
+    found = live(DECK)
+    until(lambda: "sheets" in found.messages())
+    first = found.messages()["sheets"]
+    assert [name for name, _, _ in first["sheets"]] == ["equations"]
+    assert first["number"] == found.messages()["state"]["number"]
+    found.session.ask({"r": "7k"}, 1)
+    found.state(lambda s: s["asked"] == 1)
+    until(lambda: found.messages()["sheets"]["number"] == found.messages()["state"]["number"])
+    assert found.messages()["sheets"]["sheets"] != first["sheets"]
+    # what is wrong has none, and what was written of it stays
+    kept = found.messages()["sheets"]
+    found.deck.write_text(DECK.replace("{top}", "{tip}"))
+    found.state(lambda s: not s["ok"])
+    assert found.messages()["sheets"] == kept
+
+
+def test_equations_of_a_deck_that_became_wrong(tmp_path: Path):
+    deck = tmp_path / "deck.cir"
+    deck.write_text(DECK.replace("{top}", "{<b>}"))
+    ((name, title, text),) = explain({"deck": str(deck), "defines": {}, "set": {}, "options": {}})["sheets"]
+    assert (name, title) == ("equations", "Equations")
+    assert "error[E" in text and "<b>" not in text
 
 
 def test_included_files_are_watched(live: Callable[..., Live], tmp_path: Path):
