@@ -45,6 +45,8 @@ pub struct Options {
     pub maxsteps: f64,
     /// energy accounts are kept: what a method knows of the inside of its steps is wanted
     pub accounts: bool,
+    /// length of the run [s]; 0 where it is not known
+    pub span: f64,
 }
 
 impl Default for Options {
@@ -62,6 +64,7 @@ impl Default for Options {
             projection: true,
             maxsteps: 1e8,
             accounts: false,
+            span: 0.0,
         }
     }
 }

@@ -9,7 +9,8 @@
 //!     twice as rare.
 //!  4. A run begins implicitly where the fastest eigenvalue, by a few power iterations, is `FAST` times faster than the
 //!     shortest time that its sources and its print grid speak of, `FAST_DAMPED` times where it is damped: order is lost on
-//!     what follows such a mode long before stability is.
+//!     what follows such a mode long before stability is. Also where it is damped and `LASTING` times faster than
+//!     the run is long: it will have died, and stability will want all those steps.
 //!  5. Where a method gives up for good, the others that can do it go on from the last good point, and hand back later.
 //!
 //! Nothing is measured with a clock: equal decks take equal steps.
@@ -43,6 +44,7 @@ const TRIAL: u32 = 40;
 const SHORTER: f64 = 1.0 / 4.0;
 const FAST: f64 = 30.0;
 const FAST_DAMPED: f64 = 12.0;
+const LASTING: f64 = 2000.0;
 /// Closure rows: beyond one planar loop, bringing every stage's accelerations onto them costs more than implicit steps.
 const LOOPS: usize = 2;
 const POWER: usize = 6;
@@ -189,7 +191,9 @@ impl<'a> Auto<'a> {
         let begins = !std::mem::replace(&mut self.begun, true);
         if self.explicitly() {
             // the first step is a hundredth of the shortest time
-            let fast = |(l, damped): (f64, bool)| l * 100.0 * h > if damped { FAST_DAMPED } else { FAST };
+            let fast = |(l, damped): (f64, bool)| {
+                l * 100.0 * h > if damped { FAST_DAMPED } else { FAST } || (damped && l * self.o.span > LASTING)
+            };
             if begins && self.fastest(w, tol).is_none_or(fast) {
                 self.go_implicit(w, "stiff from the start")?;
                 // with a loop to close in every stage, the way back has never paid
