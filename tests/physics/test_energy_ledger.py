@@ -56,6 +56,14 @@ def test_diodes_balance_at_loose_tolerances_under_every_method(deck: str, method
     assert not [d for d in found.diagnostics if d.code == "W415"]
 
 
+def test_diodes_of_an_h_bridge_balance_under_gear() -> None:
+    path = str(ROOT / "netlists/coupled/slider_crank_hbridge.cir")
+    flat = pipeline.read(path)
+    assembly, planned = pipeline.prepare(flat, {"method": "gear", "reltol": 1e-3}, True)
+    planned[-1][1].tstop = 0.05
+    assert pipeline.deliver(assembly, pipeline.solve(assembly, planned)).energy.share < 1e-3
+
+
 @pytest.mark.parametrize(("method", "share"), [("radau", 1e-7), ("esdirk", 1e-6), ("gear", 1e-6)])
 def test_the_residual_of_a_rectifier_falls_with_the_tolerance(method: str, share: float) -> None:
     path = str(ROOT / "netlists/electrical/peak_detector.cir")

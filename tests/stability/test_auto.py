@@ -47,6 +47,14 @@ def test_stiff_from_the_start_is_implicit():
     assert methods(result)[0] == "radau" and result.stats["steps"] < 2000
 
 
+@pytest.mark.parametrize("name", ["bench/cart_pole", "coupled/pendulum_servo", "bench/two_link_arm"])
+def test_a_mode_that_dies_long_before_the_end_is_implicit(name):
+    """A winding settles 2000 to 15 000 times within the run: explicit steps would be cut by it to the end."""
+    found = run(deck(name), "method=auto reltol=1e-6")
+    assert methods(found) == ["radau"]
+    assert found.stats["steps"] < 0.3 * run(deck(name), "method=dop853 reltol=1e-6").stats["steps"]
+
+
 def test_from_explicit_to_implicit():
     """Stiffness that comes with the solution: a Van der Pol oscillator's slow branch."""
     text = "vdp\nC1 x 0 1 IC=2\nC2 y 0 1 IC=0\nB1 0 x I={v(y)}\nB2 0 y I={mu(time)*((1-v(x)^2)*v(y)-v(x))}\n"

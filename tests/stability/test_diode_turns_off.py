@@ -58,3 +58,13 @@ def test_stages_that_explode_do_not_count_as_solved(method):
     for node in "v(a)", "v(b)":
         assert max(abs(result[node])) < 16.0  # the supply and two drops
     assert max(abs(result["i(m1)"])) < 13.0  # 12 V over 1 ohm
+
+
+@pytest.mark.parametrize("reltol", [1e-3, 1e-5])
+def test_an_h_bridge_with_diodes_gets_through(reltol):
+    """Four diodes without capacitance take over a winding's current in each of 2000 periods."""
+    result = run(deck("coupled/slider_crank_hbridge"), f"method=radau reltol={reltol:g}")
+    # -54.8847 by gear, esdirk and radau at 1e-5 and below
+    assert result.status == "ok"
+    assert result["omega(shaft)"][-1] == pytest.approx(-54.8847, rel=1e-4)
+    assert result.energy.share < 1e-4

@@ -12,7 +12,10 @@
 //!
 //! First guess: the polynomial through the last k+1 points, which is k+1-th order accurate as the solution is (its distance
 //! from the solution is what the error is estimated by). Dense output: the polynomial through the k+1 points of the formula.
+//! Accounts of energy integrate the polynomial through the powers at the newest k points, of the formula's order too: the
+//! points solve the equations, between them a diode's exponential is far from any polynomial of its voltage.
 use super::{interpolate, response, Attempt, History, Method};
+use crate::ledger::Stages;
 use crate::newton::{Failure, Newton, Options, Tolerances};
 use crate::sparse::Complex;
 use crate::system::{System, Work};
@@ -42,6 +45,7 @@ pub struct Gear {
     itl4: usize,
     next_order: usize,
     used: usize,                      // order of the candidate's step
+    accounts: Option<Vec<Vec<f64>>>,  // weights of the newest points in the integral over the accepted step
     starter: Option<Box<dyn Method>>, // fixed steps: supplies the first maxord - 1 points
 }
 
@@ -69,6 +73,7 @@ impl Gear {
             itl4: o.itl4,
             next_order: 1,
             used: 1,
+            accounts: o.accounts.then(|| vec![Vec::new()]),
             starter,
         })
     }
@@ -154,6 +159,17 @@ impl Gear {
         }
         worst / self.trtol
     }
+}
+
+/// Integral over the step from t0 to ts[0] of Lagrange's polynomials through ts, in units of the step: Gauss-Legendre's rule
+/// of order 6, the polynomials are of degree 5 at most.
+fn over_step(ts: &[f64], t0: f64) -> Vec<f64> {
+    const GAUSS: [(f64, f64); 3] =
+        [(0.112_701_665_379_258_31, 5.0 / 18.0), (0.5, 8.0 / 18.0), (0.887_298_334_620_741_7, 5.0 / 18.0)];
+    let l = |j: usize, t: f64| -> f64 {
+        (0..ts.len()).filter(|&k| k != j).map(|k| (t - ts[k]) / (ts[j] - ts[k])).product()
+    };
+    (0..ts.len()).map(|j| GAUSS.iter().map(|(c, b)| b * l(j, t0 + c * (ts[0] - t0))).sum()).collect()
 }
 
 fn factor(error: f64, k: usize) -> f64 {
@@ -266,6 +282,10 @@ impl Method for Gear {
     fn accept(&mut self, t1: f64) {
         self.t1 = t1;
         self.past.push(self.t1, &self.x1);
+        let (ts, _, len) = self.points(self.used);
+        if let Some(weights) = &mut self.accounts {
+            weights[0] = over_step(&ts[..len.min(self.used)], self.past.t[1]);
+        }
         self.charges.rotate_right(1);
         self.charges[0].copy_from_slice(&self.q1);
         if self.next_order == self.order {
@@ -302,6 +322,12 @@ impl Method for Gear {
             worst = worst.max(error.abs() / tol.weight(i, xs[0][i], xs[1][i]));
         }
         worst
+    }
+
+    fn stages(&self) -> Stages<'_> {
+        let Some(weights) = &self.accounts else { return Stages::default() };
+        let (ts, xs, _) = self.points(self.used);
+        Stages { at: ts.into_iter().zip(xs).take(weights[0].len()).collect(), weights }
     }
 
     fn wants_dense_record(&self) -> bool {
