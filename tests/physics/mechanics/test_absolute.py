@@ -24,7 +24,7 @@ SPECIAL = {
     "coupled/slider_crank_hbridge": (1e-6, "20u 4m"),  # thousands of switchings
     "coupled/pendulum_servo": (1e-7, "1m 0.2"),
     "coupled/cart_pole": (1e-9, "1m 3.5"),
-    "coupled/comb_drive": (1e-8, "1u 1m"),
+    "coupled/comb_drive": (3e-9, "1u 1m"),
     "coupled/ref_comb_drive": (1e-9, "50u 1m"),
     # one pace for both: two paces of their own know the motion to the tolerance, forces at a row only without its ripple
     "coupled/chain50_converter": (1e-8, "0.2m 4m UIC"),

@@ -12,7 +12,7 @@
 use super::dense;
 use super::tables::{Scheme, MOST, SCHEMES};
 use crate::sparse::Lu;
-use crate::system::System;
+use crate::system::{Kind, System};
 
 /// The order changes only for a gain of so much. (A change costs a Jacobian and its factorisations and loses the step control
 /// its memory: with 0.85 and a rest of 3 steps the variable order took 1.18 times the time of the best single one in the
@@ -56,7 +56,9 @@ pub struct Taken {
 pub struct Orders {
     least: usize,
     most: usize,
-    start: usize, // order 9 where no exponential asks for the full Newton method: the way up takes as long as a short run
+    /// order 9 where no exponential asks for the full Newton method and no loop for short steps beside its change points:
+    /// the way up takes as long as a short run
+    start: usize,
     wait: u32,
     rest: u32,
     costs: Costs,
@@ -96,7 +98,8 @@ impl Orders {
             }
             sum
         });
-        let start = if most > least && sys.diodes() == 0 { 1 } else { least };
+        let closed = sys.unknowns.iter().any(|u| u.kind == Kind::Lambda);
+        let start = if most > least && sys.diodes() == 0 && !closed { 1 } else { least };
         Orders { least, most, start, wait: 0, rest: 0, costs, lower }
     }
 
