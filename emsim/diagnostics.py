@@ -125,6 +125,23 @@ class DiagnosticError(Exception):
     def __reduce__(self) -> tuple[Any, ...]:
         return type(self), (self.diagnostics,), self.__dict__
 
+    def _render_traceback_(self) -> list[str]:
+        """What IPython shows of an error that nobody caught: the line that called emsim, then the messages. The
+        frames within emsim say nothing about a deck; `%debug` still finds them."""
+        import os
+        from traceback import extract_tb
+
+        inside = os.path.dirname(os.path.abspath(__file__)) + os.sep
+        calls = [f for f in extract_tb(self.__traceback__) if not f.filename.startswith(inside)]
+        head = [f"{type(self).__name__} in line {calls[-1].lineno}: {calls[-1].line}", ""] if calls else []
+        return head + render_text(self.diagnostics, not os.environ.get("NO_COLOR")).split("\n")
+
+    def _repr_html_(self) -> str:
+        """For notebooks, where the error is looked at as a value."""
+        from html import escape
+
+        return f"<pre>{escape(render_text(self.diagnostics))}</pre>"
+
 
 class DeckError(DiagnosticError):
     """The deck is wrong: syntax, names, values, an impossible circuit or machine. Exit code 1."""

@@ -29,7 +29,7 @@ def run(
     tmax: float | None = None,
     progress: Progress | None = None,
     options: Options | None = None,
-    scene: bool = False,
+    scene: bool | None = None,
     energy: bool | None = None,
     also: Sequence[str | Probe] = (),
 ) -> Result:
@@ -40,7 +40,7 @@ def run(
                else "auto", which chooses
     reltol     relative tolerance; tmax: largest time step [s]
     options    any of these three, and further .options, by name
-    scene      record what moves the drawing of the machine, for pages and films (`Result.scene`)
+    scene      record what moves the drawing of the machine, for pages and films; left out: in a notebook
     energy     keep energy accounts (`Result.energy`); left out: where the deck has a machine
     also       further columns: expressions as .print takes them, such as "fx(pin) x(arm(0.3,0))"
     progress   called now and then with (t, tstop, step [s], steps, events); a true return value stops the run
@@ -52,9 +52,16 @@ def run(
     # flat deck to equations
     assembly, planned = prepare(flat, options, flat.machine != [] if energy is None else energy)
     # equations to solutions
-    runs = solve(assembly, planned, progress, scene)
+    runs = solve(assembly, planned, progress, in_notebook() if scene is None else scene)
     # solutions to a result
     return deliver(assembly, runs)
+
+
+def in_notebook() -> bool:
+    """Whether a notebook's kernel runs this: results are then shown with the moving machine."""
+    import sys
+
+    return "ipykernel" in sys.modules
 
 
 def check(

@@ -139,6 +139,12 @@ class System:
         indices, indptr = self._pattern
         return csc_array((np.array(values), indices.copy(), indptr.copy()), shape=(self.n, self.n))
 
+    def _repr_html_(self) -> str:
+        """For notebooks: every unknown and its row."""
+        from .outputs import notebook
+
+        return notebook.unknowns(self.names, self.kinds, self.units, self.algebraic)
+
     def __repr__(self) -> str:
         lines = [f"System of {self.n} unknowns"]
         lines += [

@@ -90,8 +90,9 @@ class Plots:
         table = result.main
         from ..build import parse_signals
         from ..outputs import panels, terminal
+        from ..outputs.html import shown
 
-        lists = self.lists or [parse_signals(" ".join(panels.choice(result)))]
+        lists = self.lists or [parse_signals(" ".join(shown(result, table)))]
         found = panels.panels(table, lists, panels.writes_degrees(result.deck), self.start, self.stop)
         for path in self.files:
             from ..outputs import picture

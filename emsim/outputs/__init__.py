@@ -13,8 +13,15 @@ if TYPE_CHECKING:
     from ..diagnostics import OutsideError
     from ..result import Result
 
-FORMATS = {".raw": "raw", ".csv": "csv", ".txt": "text", ".parquet": "parquet", ".nc": "netcdf"}
-READERS = {extension: name for extension, name in FORMATS.items() if name != "text"}
+FORMATS = {
+    ".raw": "raw",
+    ".csv": "csv",
+    ".txt": "text",
+    ".parquet": "parquet",
+    ".nc": "netcdf",
+    ".html": "html",
+}
+READERS = {extension: name for extension, name in FORMATS.items() if name not in ("text", "html")}
 
 
 def save(result: Result, path: str | PathLike[str], **options: Any) -> None:

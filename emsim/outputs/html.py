@@ -43,7 +43,7 @@ def write(path: str, result: Result, deck: str = "", sheets: Iterable[Sheet] = (
     if not result.plots:
         raise ValueError("no analysis ran, so there is nothing to show")
     with open(path, "w", encoding="utf-8") as file:
-        file.write(page(document(result, deck, sheets)))
+        file.write(page(document(result, deck or result.deck, sheets)))
 
 
 def page(run: dict[str, Any], scripts: Sequence[str] = SCRIPTS, styles: Sequence[str] = STYLES) -> str:
@@ -72,7 +72,7 @@ def document(result: Result, deck: str = "", sheets: Iterable[Sheet] = ()) -> di
         "rows": len(table) if table.axis and len(table) > 1 else 0,
         "axisName": table.names[0] if table.names else "", "axisUnit": table.units[0] if table.units else "",
         "names": table.signals, "units": table.units[1:],
-        "shown": _shown(result, table), "printed": bool(result.prints),
+        "shown": shown(result, table), "printed": bool(result.prints),
         "sheets": [*sheets, deck_sheet(deck, said), *_messages(said)] if deck or said else [*sheets],
         "scene": None,
     }  # fmt: skip
@@ -155,7 +155,7 @@ def _facts(table: Table) -> str:
     return " \u00b7 ".join(parts)
 
 
-def _shown(result: Result, table: Table) -> list[str]:
+def shown(result: Result, table: Table) -> list[str]:
     """What .print asks for; else the machine's coordinates and forces and the voltages that move."""
     printed = [n for kind, names in result.prints if kind == table.kind for n in names if n in table.signals]
     if printed:

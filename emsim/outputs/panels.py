@@ -26,10 +26,9 @@ if TYPE_CHECKING:
 
     from ..deck import Probe
     from ..expr import Node
-    from ..result import Result, Table
+    from ..result import Table
 
 FINE = 1500  # points that a curve has at least: between computed points it is not straight
-SHOWN = 8  # signals drawn where nobody says which
 PREFIXES = {-15: "f", -12: "p", -9: "n", -6: "u", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}
 UNSCALED = ("", "rad", "deg", "rpm", "C")
 QUANTITIES = {**{unit: word.replace("_", " ") for unit, word in TYPES.items() if unit}, "deg": "angle"}
@@ -104,21 +103,6 @@ def _window(
         ends = f"{first:g} {unit} to {last:g} {unit}"
         deck_error("E349", f"there is nothing to draw {wanted} {unit}: {name} goes from {ends}")
     return window
-
-
-def choice(result: Result) -> list[str]:
-    """The signals drawn where nobody says which: what .print asks for, or the ones that say most."""
-    table = result.main
-    printed = [n for kind, names in result.prints if kind == table.kind for n in names if n in table.signals]
-    if printed:
-        return list(dict.fromkeys(printed))
-    moving = [n for n in table.names[1:] if (c := table[n]).size and c.max() > c.min()]
-    order = ("angle(", "pos(", "x(", "y(", "v(", "torque(", "force(", "i(", "omega(", "vel(")
-
-    def rank(name: str) -> int:
-        return next((k for k, word in enumerate(order) if name.startswith(word)), len(order))
-
-    return sorted(moving, key=rank)[:SHOWN] or table.signals[:SHOWN]
 
 
 def writes_degrees(deck: str) -> bool:
