@@ -1,9 +1,12 @@
-"""Shared by all tests: a scratch directory as the working directory."""
+"""Shared by all tests: a scratch directory as the working directory, headless Chromium."""
 
 from __future__ import annotations
 
 import os
+import shutil
+from collections.abc import Iterator
 from ctypes.util import find_library
+from typing import Any
 
 import pytest
 
@@ -19,3 +22,20 @@ def scratch(tmp_path, monkeypatch):
     """An empty working directory, for whatever writes its files beside the caller."""
     monkeypatch.chdir(tmp_path)
     return tmp_path
+
+
+CHROMIUM = next(
+    (p for n in ("chromium", "chromium-browser", "google-chrome", "chrome") if (p := shutil.which(n))), None
+)
+
+
+@pytest.fixture(scope="session")
+def chromium() -> Iterator[Any]:
+    """The browser, one for all tests. Where none is installed they are skipped; .ci/run installs one."""
+    if CHROMIUM is None:
+        pytest.skip("no Chromium on this machine")
+    sync_api = pytest.importorskip("playwright.sync_api")
+    with sync_api.sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
+        yield browser
+        browser.close()

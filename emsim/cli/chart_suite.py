@@ -31,9 +31,6 @@ def run_suite(given: Arguments) -> int:
     for option in ("signals", "define", "times"):
         if given.has(option):
             raise UsageError(f"--{option} goes with one deck, not with --suite")
-    from ..reports.source_tree import root as source_tree
-
-    root = str(source_tree())
     entries = _chosen(given)
     folder = given.text("output") or "chart"
     tell = Tell(given.has("quiet"))
@@ -42,10 +39,10 @@ def run_suite(given: Arguments) -> int:
         charts = _read(path)
     else:
         try:
-            charts = _measured(entries, root, given, tell, trouble)
+            charts = _measured(entries, given, tell, trouble)
         finally:
             tell.clear()
-    files = _written(charts, folder, given, root)
+    files = _written(charts, folder, given)
     code = CONVERGENCE if trouble else OK
     if given.has("json"):
         print_json(code, trouble, charts=[chart.as_dict() for chart in charts], files=files)
@@ -75,8 +72,11 @@ def _lines(charts: Sequence[Chart]) -> list[str]:
 
 
 def _measured(
-    entries: Sequence[Entry], root: str, given: Arguments, tell: Tell, trouble: list[Diagnostic]
+    entries: Sequence[Entry], given: Arguments, tell: Tell, trouble: list[Diagnostic]
 ) -> list[Chart]:
+    from ..reports.source_tree import root
+
+    tree = root()
     charts = []
     for entry in entries:
         chosen = settings(given)
@@ -91,7 +91,7 @@ def _measured(
             chosen.ngspice = (
                 dict(rounds=1, reltols=(1e-4,), parts=(1, 25), limit=1.0) if chosen.ngspice else None
             )
-        deck = join(root, "netlists", entry.deck + ".cir")
+        deck = str(tree / "netlists" / (entry.deck + ".cir"))
         try:
             chart = measured(deck, entry.name, chosen, partial(_named, tell, entry.name))
         except DiagnosticError as error:
@@ -112,7 +112,7 @@ def _named(tell: Tell, name: str, text: str) -> None:
     tell(f"{name}: {text}")
 
 
-def _written(charts: Sequence[Chart], folder: str, given: Arguments, root: str) -> list[str]:
+def _written(charts: Sequence[Chart], folder: str, given: Arguments) -> list[str]:
     """suite.json, suite.csv, the pictures; with --readme the README and its picture."""
     import json
 
@@ -140,10 +140,12 @@ def _written(charts: Sequence[Chart], folder: str, given: Arguments, root: str) 
         draw_suite.summary(path, charts, suite.ERRORS)
         files.append(path)
     if given.has("readme"):
-        picture = join(root, PICTURE)
+        from ..reports.source_tree import root
+
+        picture = str(root() / PICTURE)
         if charts:
             draw_suite.summary(picture, charts, suite.ERRORS, dpi=80)
-        readme = join(root, "README.md")
+        readme = str(root() / "README.md")
         with open(readme, encoding="utf-8") as file:
             text = file.read()
         try:

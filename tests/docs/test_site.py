@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
 import subprocess
 import sys
 from types import SimpleNamespace
@@ -14,7 +13,6 @@ from emsim.assemble import waves
 from emsim.cards import CARDS
 
 DOCS = ROOT / "emsim" / "docs"
-CHROMIUM = next((path for name in ("chromium", "chromium-browser") if (path := shutil.which(name))), None)
 
 
 @pytest.fixture(scope="module")
@@ -101,37 +99,30 @@ def test_broken_links_are_found(links, tmp_path):
     assert checker.sources(tmp_path) == ["README.md: no heading #b", "README.md: no no.md"]
 
 
-@pytest.mark.skipif(CHROMIUM is None, reason="needs chromium")
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 @pytest.mark.parametrize("width", [1280, 390])
-def test_pages_open_from_disk_without_an_error_or_a_request(site, scheme, width):
-    from playwright.sync_api import sync_playwright
-
+def test_pages_open_from_disk_without_an_error_or_a_request(site, chromium, scheme, width):
     asked, said = [], []
-    with sync_playwright() as play:
-        browser = play.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox", "--disable-gpu"])
-        page = browser.new_page(viewport={"width": width, "height": 800}, color_scheme=scheme)
-        page.on("request", lambda r: asked.append(r.url) if r.url.startswith("http") else None)
-        page.on("console", lambda m: said.append(m.text) if m.type == "error" else None)
-        page.on("pageerror", lambda e: said.append(str(e)))
-        for name in (
-            "index.html",
-            "decks/lessons/04_motor.html",
-            "reference/cards.html",
-            "decks/hard/index.html",
-        ):
-            page.goto((site / name).as_uri())
-            page.wait_for_load_state("load")
-            # nothing is wider than the window but what scrolls by itself
-            assert page.evaluate("document.documentElement.scrollWidth <= innerWidth"), name
-            dark = page.evaluate("document.body.dataset.mdColorScheme === 'slate'")
-            assert dark is (scheme == "dark")
-        if width > 1000:
-            page.click("input.md-search__input")
-            page.wait_for_selector(".md-search-result__meta:has-text('Type to start')")
-            page.keyboard.type("transducer")
-            page.wait_for_selector(
-                ".md-search-result__item a[href*='reference/cards.html']", state="attached"
-            )
-        browser.close()
+    page = chromium.new_page(viewport={"width": width, "height": 800}, color_scheme=scheme)
+    page.on("request", lambda r: asked.append(r.url) if r.url.startswith("http") else None)
+    page.on("console", lambda m: said.append(m.text) if m.type == "error" else None)
+    page.on("pageerror", lambda e: said.append(str(e)))
+    for name in (
+        "index.html",
+        "decks/lessons/04_motor.html",
+        "reference/cards.html",
+        "decks/hard/index.html",
+    ):
+        page.goto((site / name).as_uri())
+        page.wait_for_load_state("load")
+        # nothing is wider than the window but what scrolls by itself
+        assert page.evaluate("document.documentElement.scrollWidth <= innerWidth"), name
+        dark = page.evaluate("document.body.dataset.mdColorScheme === 'slate'")
+        assert dark is (scheme == "dark")
+    if width > 1000:
+        page.click("input.md-search__input")
+        page.wait_for_selector(".md-search-result__meta:has-text('Type to start')")
+        page.keyboard.type("transducer")
+        page.wait_for_selector(".md-search-result__item a[href*='reference/cards.html']", state="attached")
+    page.close()
     assert (asked, said) == ([], [])
