@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 from .._engine import Builder
 from .context import Context
 
@@ -26,6 +28,18 @@ class Share:
         self.owner, self.row, self.rate, self.what, self.quotient = owner, row, rate, what, quotient
 
 
+class Junction(NamedTuple):
+    """A diode between two unknowns (-1 ground), inside of its series resistance; temperatures in C."""
+
+    name: str
+    p: int
+    n: int
+    model: dict[str, float]
+    instance: dict[str, float]
+    temp: float
+    tnom: float
+
+
 class Recorder:
     """A Builder that writes down what it is given, under the name of the `owner` whose turn it is."""
 
@@ -34,9 +48,7 @@ class Recorder:
         self.owner = ""
         self.shares: list[Share] = []
         self.waves: list[tuple[str, list[float], str]] = []  # kind, arguments, owner
-        self.diodes: list[
-            tuple[str, int, int, dict[str, float], float | None]
-        ] = []  # name, p, n, model, conductance
+        self.diodes: list[Junction] = []
 
     def __getattr__(self, name: str) -> Any:
         return getattr(self._builder, name)
@@ -89,11 +101,18 @@ class Recorder:
         return k
 
     def diode(
-        self, name: str, p: int, n: int, model: dict[str, float], *more: Any
+        self,
+        name: str,
+        p: int,
+        n: int,
+        model: dict[str, float],
+        instance: dict[str, float],
+        temp: float,
+        tnom: float,
     ) -> tuple[int, float] | None:
-        series = self._builder.diode(name, p, n, model, *more)
+        series = self._builder.diode(name, p, n, model, instance, temp, tnom)
         inner = p if series is None else series[0]
-        self.diodes.append((name, inner, n, model, None if series is None else series[1]))
+        self.diodes.append(Junction(name, inner, n, model, instance, temp, tnom))
         if series is not None:
             self._between(p, inner, False, series[1], True)
         return series

@@ -26,7 +26,6 @@ CANCELS = 1e-13  # a sum that is smaller than this share of its parts is roundin
 QUARTER = 1e-12  # a phase this near to a multiple of a right angle is one
 GUARD = 1e-30
 ODD = ("tan", "asin", "atan", "sinh", "tanh", "asinh", "atanh")
-EVEN = ("cosh", "abs")
 
 
 class Atom:
@@ -148,7 +147,18 @@ class Algebra:
                 waves.append(atom)
             else:
                 powers[atom] = powers.get(atom, 0) + power
+        roots = self.one
+        for atom, power in powers.items():
+            if atom.kind in ("sqrt", "abs") and abs(power) >= 2:
+                even = 2 * int(power / 2)
+                powers[atom] = power - even
+                exponent = even if atom.kind == "abs" else even // 2
+                roots = self.mul(roots, self.power(atom.args[0], exponent))
         rest = tuple(sorted(((a, p) for a, p in powers.items() if p), key=lambda pair: pair[0].order))
+        if roots is not self.one:
+            whole = tuple(sorted((*rest, *((w, 1) for w in waves[:1])), key=lambda pair: pair[0].order))
+            product = self.mul(roots, self.poly({whole: 1.0}))
+            return self.mul(product, self.poly({((waves[1], 1),): 1.0})) if waves[1:] else product
         if len(waves) < 2:
             if waves:
                 rest = tuple(sorted((*rest, (waves[0], 1)), key=lambda pair: pair[0].order))
@@ -223,10 +233,12 @@ class Algebra:
     def call(self, name: str, a: Poly) -> Poly:
         if name in ("sin", "cos"):
             return self._wave(a, name == "cos")
+        if name == "abs":
+            return self.absolute(a)
         if a.terms and self.leading(a) < 0 and all(c <= 0 for c in a.terms.values()):
             if name in ODD:
                 return self.scale(-1.0, self.atom(name, 0, (self.scale(-1.0, a),)))
-            if name in EVEN:
+            if name == "cosh":
                 a = self.scale(-1.0, a)
         return self.atom(name, 0, (a,))
 
@@ -240,7 +252,7 @@ class Algebra:
             r = self.ratio(up, difference)
             if r is not None:
                 if self.add(a, b).value == 0.0:
-                    return self.scale(1.0 if r > 0 else -1.0, self.atom("abs", 0, (self._positive(a),)))
+                    return self.scale(1.0 if r > 0 else -1.0, self.absolute(a))
                 return self.extreme("max" if r > 0 else "min", a, b)
             # a > hi: hi, else max(lo, a)
             inner = self._single(b, "max")
@@ -255,6 +267,9 @@ class Algebra:
         if b.value is not None and a.value is None:
             a, b = b, a
         return self.atom(kind, 0, (a, b))
+
+    def absolute(self, a: Poly) -> Poly:
+        return a if self._single(a, "abs") is not None else self.atom("abs", 0, (self._positive(a),))
 
     def _positive(self, a: Poly) -> Poly:
         return a if self.leading(a) > 0 else self.scale(-1.0, a)
@@ -325,13 +340,19 @@ class Algebra:
         return self.call(name, args[0])
 
     def _root(self, a: Poly) -> Poly | None:
-        """sqrt(c^2 x^2) of one square is c |x|."""
-        if len(a.terms) != 1:
+        """sqrt(c^2 (x + b)^2) is c |x + b|, of one atom x; None of what is no square."""
+        squares = [(m[0][0], c) for m, c in a.terms.items() if len(m) == 1 and m[0][1] == 2]
+        if len(squares) != 1 or squares[0][1] <= 0:
             return None
-        ((monomial, c),) = a.terms.items()
-        if len(monomial) == 1 and monomial[0][1] == 2 and c > 0:
-            return self.scale(c**0.5, self.atom("abs", 0, (self.poly({((monomial[0][0], 1),): 1.0}),)))
-        return None
+        x, c = squares[0]
+        linear, constant = a.terms.get(((x, 1),), 0.0), a.terms.get((), 0.0)
+        if (
+            len(a.terms) != 1 + bool(linear) + bool(constant)
+            or abs(linear**2 - 4 * c * constant) > 1e-13 * linear**2
+        ):
+            return None
+        root = self.sum(((1.0, self.poly({((x, 1),): 1.0})), (1.0, self.number(linear / (2 * c)))))
+        return self.scale(c**0.5, self.absolute(root))
 
 
 def _endless(p: Poly) -> bool:

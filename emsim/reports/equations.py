@@ -97,6 +97,7 @@ CIRCUIT, BRANCHES, MOTION, CLOSURE, OTHERS = "circuit", "branches", "motion", "c
 
 
 SHORTER = (1 << 20, 48, 16, 6)  # terms of a formula that are written, by how much there is to write
+CHARGED = {"cjo", "cj0", "cj", "tt", "cjp", "cjsw"}  # of a diode's model: it stores charge
 LONG = 16  # symbols and numbers of a summand; what repeats in longer ones gets a name
 
 
@@ -156,7 +157,7 @@ class Explained:
         return found
 
     def _meaning(self, i: int) -> str:
-        name, kind = self.system.names[i], self.system.kinds[i]
+        name, kind = self.names.names[i], self.names.kinds[i]
         if kind == "node":
             return (
                 f"voltage of node {name}"
@@ -235,9 +236,7 @@ class Explained:
         wanted: Iterable[int] = range(self.size)
         if self.only is not None:
             touched = {row for (row, _), mine in shares.items() if any(s.owner in self.only for s in mine)}
-            touched |= {
-                k for name, p, n, _, _ in self.recorder.diodes if name in self.only for k in (p, n) if k >= 0
-            }
+            touched |= {k for d in self.recorder.diodes if d.name in self.only for k in (d.p, d.n) if k >= 0}
             touched |= {i for i, row in special.items() if row.owners & self.only}
             wanted = sorted(touched)
         for i in wanted:
@@ -248,7 +247,7 @@ class Explained:
                 continue
             charges = self._parts(shares.get((i, True), ()), True)
             flows = self._parts(shares.get((i, False), ()))
-            kind = self.system.kinds[i]
+            kind = self.names.kinds[i]
             if kind == "node":
                 found.append(self._node(i, charges, flows))
             elif kind == "branch":
@@ -264,18 +263,18 @@ class Explained:
 
     def _node(self, i: int, charges: list[Part], flows: list[Part]) -> Row:
         """The currents that leave a node add up to zero."""
-        for name, p, n, _, _ in self.recorder.diodes:
-            if i in (p, n):
-                a, sign = self.algebra, 1.0 if i == p else -1.0
-                flows.append(Part(name, a.scale(sign, a.atom("diode", 0, (), f"i_{name}"))))
-                charges.append(
-                    Part(name, a.scale(sign, a.atom("diode", 0, (), f"q_{name}")), True)
-                ) if _stores(self, name) else None
-        return Row(i, CIRCUIT, f"node {self.system.names[i]}", [*flows, *charges], [])
+        a = self.algebra
+        for d in self.recorder.diodes:
+            if i in (d.p, d.n):
+                sign = 1.0 if i == d.p else -1.0
+                flows.append(Part(d.name, a.scale(sign, a.atom("diode", 0, (), f"i_{d.name}"))))
+                if d.model.keys() & CHARGED:
+                    charges.append(Part(d.name, a.scale(sign, a.atom("diode", 0, (), f"q_{d.name}")), True))
+        return Row(i, CIRCUIT, f"node {self.names.names[i]}", [*flows, *charges], [])
 
     def _branch(self, i: int, charges: list[Part], flows: list[Part]) -> Row:
         """v+ - v- = value for what holds a voltage; otherwise flux and drops on the left, node voltages on the right."""
-        name, a = self.system.names[i], self.algebra
+        name, a = self.names.names[i], self.algebra
         element = self.ctx.elements.get(name)
         title = self.what(name)
         if element is not None and element.letter.upper() in "VEHB" and not charges:
@@ -298,7 +297,7 @@ class Explained:
         return Row(i, BRANCHES, title, left, right)
 
     def _is_node(self, atom: Any) -> bool:
-        return atom.kind == "x" and self.system.kinds[atom.number] == "node"
+        return atom.kind == "x" and self.names.kinds[atom.number] == "node"
 
     def _motion(self) -> Iterable[Row]:
         """d/dt dL/du = dL/dq + what power brings + what loops hold; and d/dt q = u."""
@@ -486,11 +485,6 @@ class Explained:
             more = " .." if not words and len(args) > 24 else ""
             found.append((f"{self.names.waves[k]}(t)", f"{kind.upper()}({' '.join(shown)}{more})"))
         return found
-
-
-def _stores(x: Explained, name: str) -> bool:
-    model = next(model for n, _, _, model, _ in x.recorder.diodes if n == name)
-    return any(model.get(key) for key in ("cjo", "cj0", "cj", "tt", "cjp", "cjsw"))
 
 
 def _merged(a: Algebra, parts: list[Part]) -> list[Part]:

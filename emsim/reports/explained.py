@@ -5,7 +5,7 @@ from __future__ import annotations
 from html import escape
 
 from . import notation
-from .equations import BRANCHES, CIRCUIT, CLOSURE, MOTION, OTHERS, Energy, Explained, Part, Row
+from .equations import BRANCHES, CHARGED, CIRCUIT, CLOSURE, MOTION, OTHERS, Energy, Explained, Part, Row
 from .notation import latex_text
 
 TYPE_CHECKING = False
@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
     from typing import Any
 
+    from ..assemble.recording import Junction
     from ..outputs.html import Sheet
     from .algebra import Poly
     from .notation import Tree
@@ -266,20 +267,27 @@ def _broken(line: str, margin: str, hang: str = "  ", width: int = 116) -> Itera
     yield head + line
 
 
-def diode_text(x: Explained, diode: tuple[Any, ...]) -> Iterator[str]:
-    """What i_d1 is."""
-    name, p, n, model, _series = diode
-    volts = x.layout.tree(_drop(x, p, n))
-    u = notation.text(volts, x.names)
-    saturation, slope = model.get("is", model.get("js", 1e-14)), model.get("n", 1.0)
-    vt = 8.617333262e-5 * (x.ctx.temp + 273.15)
-    extra = ", and breakdown" if model.get("bv") else ""
-    yield (
-        f"i_{name} = {saturation:g}*(exp(({u})/{slope * vt:.4g}) - 1), the junction of {name}"
-        f"{extra}, as SPICE computes it at {x.ctx.temp:g} C"
+def diode_text(x: Explained, d: Junction) -> Iterator[str]:
+    """What i_d1 is: the law of its junction, as far as a line can say it."""
+    u = notation.text(_bracketed(x.layout.tree(_drop(x, d.p, d.n))), x.names)
+    saturation, slope = d.model.get("is", d.model.get("js", 1e-14)), d.model.get("n", 1.0)
+    saturation *= d.instance.get("area", 1.0) * d.instance.get("m", 1.0)
+    vt = 8.617333262e-5 * (d.temp + 273.15)
+    warm = (
+        f", is = {saturation:g} A at {d.tnom:g} C as SPICE carries it to {d.temp:g} C"
+        if d.temp != d.tnom
+        else ""
     )
-    if any(f"q_{name}" == a.text for row in x.rows for part in row.left for a in part.poly.atoms()):
-        yield f"q_{name} = the junction's charge at {u}"
+    yield (
+        f"i_{d.name} = {'is' if warm else f'{saturation:g}'}*(exp({u}/{slope * vt:.4g}) - 1): the junction of {d.name}{warm}"
+        + (", with its breakdown" if d.model.get("bv") else "")
+    )
+    if d.model.keys() & CHARGED:
+        yield f"q_{d.name} = the charge of that junction"
+
+
+def _bracketed(node: Tree) -> Tree:
+    return ("prod", [node]) if node[0] == "sum" else node
 
 
 def _drop(x: Explained, p: int, n: int) -> Poly:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 from ..build import cannot_read, read
 from ..cards import CARDS
 from ..deck import Analysis, Dot, Element, MachineCard, Model, Param, Print, Subckt
@@ -274,7 +276,12 @@ def _sum(x: Explained, parts: list[Part]) -> str:
 
 def contributions(x: Explained, names: set[str]) -> Iterator[str]:
     """What the cards of these names bring to the equations."""
-    rows: list[tuple[str, str]] = []
+    unknowns = [
+        f"{name} [{unit or '-'}]"
+        for name, unit, _ in x.unknowns
+        if name.rstrip(")").partition("(")[2] in names
+    ]
+    rows = [("unknowns", ", ".join(unknowns))] if unknowns else []
     for letter, title, unit in ENERGIES:
         for e in x.energies:
             if e.kind == letter and e.owner in names:
@@ -297,6 +304,7 @@ def contributions(x: Explained, names: set[str]) -> Iterator[str]:
                     else (".. = ", " + ..")
                 )
                 rows.append((row.title, f"{before}{_sum(x, mine)}{behind}"))
+    rows += [("folded away", line) for line in x.folded if names & set(re.split(r"[\s,:()]+", line))]
     width = max((len(title) for title, _ in rows), default=0)
     for title, formula in rows:
         yield f"  {title:<{width}}  {formula}"

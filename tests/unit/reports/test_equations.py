@@ -169,6 +169,16 @@ def test_a_pendulum_reads_as_in_a_textbook() -> None:
     assert (x.freedom, x.index) == (1, 0)
 
 
+def test_roots_and_magnitudes_of_squares_are_seen_through() -> None:
+    """A spring along a line: its length is |x + 5|, whose square is (x + 5)^2."""
+    x = check(
+        "a slide\nBODY c m=1\nJOINT s 0 c slide axis=(0,1)\nSPRING b c(0,0) 0(0,5) k=100 l0=1\n.tran 1m 1\n.end\n"
+    )
+    (spring,) = (e for e in x.energies if e.kind == "V")
+    written = notation.text(x.layout.tree(spring.poly), x.names)
+    assert written == "50*pos(s)^2 - 500*pos(s) + 1300 - 100*abs(pos(s) - 5)"
+
+
 def test_double_pendulum_has_its_mass_matrix_and_coriolis_terms() -> None:
     x = check(str(ROOT / "netlists/mechanical/ref_double_pendulum.cir"))
     said = "\n".join(explained.page(x))
