@@ -16,12 +16,13 @@ __all__ = ["DeckLexer", "EditLexer"]
 
 
 class DeckLexer(RegexLexer):
-    """Lines as emsim reads them; the first line of a deck is no different from others, for most blocks are parts."""
+    """Lines as emsim reads them. What ends with .end is a whole deck, whose first line is its title."""
 
     name = "Deck"
     flags = re.MULTILINE | re.IGNORECASE
     tokens: ClassVar = {
         "root": [
+            (r"\A.*$(?=[\s\S]*^\.end\s*$)", Generic.Subheading),
             (r"^\s*\*.*$", Comment.Single),
             (r"^\s*\.[a-z]+", Keyword),
             # a card is one where it carries its mark

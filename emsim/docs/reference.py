@@ -18,6 +18,7 @@ from emsim.cli.help import EXIT_CODES, verb_help
 from emsim.editor import words
 from emsim.mistakes import FORMS
 from emsim.reports.codes import catalogue
+from emsim.reports.words import BRINGS, LAWS, MEANINGS, default, meaning
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -85,42 +86,22 @@ def one_card(card: type[Card]) -> str:
     parts.append(f"Mark: {mark}." + (f" Terminals: {forms}." if forms else "") + "\n")
     if spec.params:
         rows = [
-            [code(key), param.unit, default(param), param.meaning + limits(param)]
+            [code(key), param.unit, default(param), meaning(param) + varies(param)]
             for key, param in spec.params.items()
         ]
         parts.append(table(["parameter", "unit", "default", "meaning"], rows))
     if spec.word == "JOINT":
         parts.append(kinds())
+    if spec.laws:
+        parts.append(table(["brings", ""], ([BRINGS[kind], code(law)] for kind, law in spec.laws.items())))
     module = sys.modules[card.__module__]
     parts.append("**How it works**, from the head of its file:\n")
     parts.append("```text\n" + (inspect.getdoc(module) or "") + "\n```\n")
     return "\n".join(parts)
 
 
-def default(param: Param) -> str:
-    if param.required:
-        return "required"
-    value = param.default
-    if value is None:
-        return "-"
-    if isinstance(value, bool):
-        return "yes" if value else "no"
-    if isinstance(value, tuple):
-        return f"{value[0]:g}" if len(value) == 1 else "(" + ",".join(f"{v:g}" for v in value) + ")"
-    return f"{value:g}" if isinstance(value, (int, float)) else str(value)
-
-
-def limits(param: Param) -> str:
-    said = []
-    if param.least is not None:
-        said.append(f"at least {param.least:g}")
-    if param.above is not None:
-        said.append(f"greater than {param.above:g}")
-    if param.words:
-        said.append("one of " + ", ".join(map(code, param.words)))
-    if param.kind == "value":
-        said.append("a number, an expression in braces, or a waveform")
-    return "; " + "; ".join(said) if said else ""
+def varies(param: Param) -> str:
+    return "; a number, an expression in braces, or a waveform" if param.kind == "value" else ""
 
 
 def kinds() -> str:
@@ -162,17 +143,11 @@ def all_elements() -> str:
     ]
     for letter, kind in elements.TABLE.items():
         parts.append(
-            f"\n## {letter}\n\n{kind.what[0].upper()}{kind.what[1:]}.\n\n```spice\n{FORMS[letter.lower()]}\n```\n"
+            f"\n## {letter}, {kind.what} {{ #{letter.lower()} }}\n\n```spice\n{FORMS[letter.lower()]}\n```\n"
         )
-        said = inspect.getdoc(kind.contribute)
-        if said:
-            parts.append(
-                f"In the equations: {said[0].lower() if said[1:2].islower() else said[0]}{said[1:]}\n"
-            )
-        if letter in elements.PARAMETERS:
-            parts.append(
-                "Parameters on the line: " + " ".join(map(code, elements.PARAMETERS[letter].split())) + ".\n"
-            )
+        parts.append(f"Law: {code(LAWS[letter])}.\n")
+        known = elements.PARAMETERS.get(letter, "").split()
+        parts.append(parameters("parameter on the line", known))
         if kind.models:
             parts.append(f"Model types: {' '.join(map(code, kind.models))}." + model_words(letter) + "\n")
         if letter == "D":
@@ -185,8 +160,16 @@ def kind_of(letter: str) -> str:
 
 
 def model_words(letter: str) -> str:
-    known = elements.MODEL_PARAMETERS.get(letter, "")
-    return f" Their parameters: {' '.join(map(code, known.split()))}." if known else ""
+    known = elements.MODEL_PARAMETERS.get(letter, "").split()
+    return "\n\n" + parameters("parameter of the model", known) if known else ""
+
+
+def parameters(head: str, names: list[str]) -> str:
+    """A table of those that mean something; the others are accepted as ngspice has them."""
+    rows = [[code(name), MEANINGS[name]] for name in names if name in MEANINGS]
+    rest = [code(name) for name in names if name not in MEANINGS]
+    said = table([head, "meaning"], rows) if rows else ""
+    return said + (f"\nAccepted as in ngspice: {' '.join(rest)}.\n" if rest else "")
 
 
 def diode() -> str:
@@ -251,12 +234,12 @@ def waveforms() -> str:
         "values are then N, N m, rad or m). `tstep` and `tstop` are those of `.tran`. Where the default is marked *or 0*, "
         "a written 0 counts as left out, as in ngspice. Corners of PULSE and PWL are stepped onto exactly.\n"
     ]
-    for word, (meaning, arguments) in WAVES.items():
+    for word, (what, arguments) in WAVES.items():
         rows = [argument.split() for argument in arguments.split(",")]
         names = [row[0] for row in rows]
         form = f"{word}({' '.join(names)}{' [td=] [r=]' if word == 'PWL' else ''})"
         cells = [[code(name), unit, left_out(value)] for name, unit, value in rows if name not in ("-", "..")]
-        parts.append(f"## {word}\n\n{meaning[0].upper()}{meaning[1:]}.\n\n```spice\n{form}\n```\n")
+        parts.append(f"## {word}\n\n{what[0].upper()}{what[1:]}.\n\n```spice\n{form}\n```\n")
         parts.append(table(["argument", "unit", "if left out"], cells))
     return "\n".join(parts)
 

@@ -35,6 +35,11 @@ MEANINGS = {
     "narrow": "etched off the width [m]", "short": "etched off the length [m]", "ind": "inductance [H]",
 }  # fmt: skip
 
+# what a card's laws are about
+BRINGS = {
+    "T": "kinetic energy", "V": "potential energy", "W": "co-energy", "P": "heat", "i": "electrical side", "q": "constraint",
+}  # fmt: skip
+
 
 def is_word(what: str) -> bool:
     """MOTOR, r, a letter with a card."""
@@ -51,8 +56,8 @@ def facts(what: str) -> dict[str, object]:
     """The same as plain data."""
     word = what.upper()
     if word not in CARDS:
-        meaning = "subcircuit" if word == "X" else KINDS[word].what
-        return {"word": word, "meaning": meaning, "form": FORMS[word.lower()], "laws": {"": LAWS[word]}}
+        what = "subcircuit" if word == "X" else KINDS[word].what
+        return {"word": word, "meaning": what, "form": FORMS[word.lower()], "laws": {"": LAWS[word]}}
     spec = CARDS[word].spec
     params = {
         key: {
@@ -77,22 +82,15 @@ def _card(word: str) -> Iterator[str]:
         yield f"  A line that begins with {spec.word} is this card where it has {marks}; otherwise it is SPICE."
     if spec.params:
         yield ""
-        yield from _table([(key, p.unit or "-", _default(p), _meaning(p)) for key, p in spec.params.items()])
+        yield from _table([(key, p.unit or "-", default(p), meaning(p)) for key, p in spec.params.items()])
     if spec.laws:
         yield ""
-        titles = {
-            "T": "kinetic energy",
-            "V": "potential energy",
-            "W": "co-energy",
-            "P": "heat",
-            "i": "electrical side",
-            "q": "constraint",
-        }
         for kind, law in spec.laws.items():
-            yield f"  {titles[kind]:<17} {law}"
+            yield f"  {BRINGS[kind]:<17} {law}"
 
 
-def _meaning(p: Param) -> str:
+def meaning(p: Param) -> str:
+    """What a parameter is, with its limits."""
     limits = []
     if p.least is not None:
         limits.append(f"at least {p.least:g}")
@@ -103,7 +101,8 @@ def _meaning(p: Param) -> str:
     return p.meaning + (f" ({', '.join(limits)})" if limits else "")
 
 
-def _default(p: Param) -> str:
+def default(p: Param) -> str:
+    """What stands for a parameter that is left out."""
     if p.required:
         return "required"
     if isinstance(p.default, bool):
@@ -130,8 +129,8 @@ def _element(word: str) -> Iterator[str]:
         yield "  .model name d(..)"
         yield from _table(
             [
-                (names[0], unit or "-", "-" if default != default else f"{default:g}", meaning)
-                for names, unit, default, meaning in diode_parameters()
+                (names[0], unit or "-", "-" if value != value else f"{value:g}", said)
+                for names, unit, value, said in diode_parameters()
             ]
         )
     elif word in MODEL_PARAMETERS:

@@ -50,7 +50,7 @@ class Steps:
         return done.stdout
 
     def table(self) -> str:
-        rows = [f"| {what} | {seconds:.2g} s |" for what, seconds in self.steps]
+        rows = [f"| {what} | {seconds:.{0 if seconds >= 10 else 2}f} s |" for what, seconds in self.steps]
         return "\n".join(["| step | time |", "|---|---|", *rows])
 
 

@@ -22,6 +22,8 @@ def test_messages_alone_mend_the_deck(tmp_path):
     steps = newcomer.Steps(tmp_path)
     newcomer.edit(steps, program(tmp_path), tmp_path)
     assert len(steps.steps) == 4 and steps.table().count("\n") == 5
+    told = (newcomer.ROOT / "README.md").read_text(encoding="utf-8")
+    assert all(f"| {what} | " in told for what, _ in steps.steps)
     assert "hinge 0 arm pin" in (tmp_path / "arm.cir").read_text()
 
 
