@@ -5,8 +5,8 @@ Of a page of emsim/docs/pages, in an empty folder with the tree's netlists/ in i
 
     ```spice title="NAME"   is a file; without a title it is a part of a deck, whose words the parser must know
     ```python               is run, every block of a page in one namespace
-    ```console              `$ ` is typed, and what follows is what it prints: numbers within a percent, times and counts of
-                            points freely; `...` stands for any text, on a line of its own for any lines
+    ```console              `$ ` is typed, and what follows is what it prints: numbers within a percent, times, counts of
+                            points and the methods of auto freely; `...` stands for any text, on a line of its own for any lines
     ```sh                   is not run: long, or for other machines; its verbs, options and files must exist
 
 A command may fail only where the page goes on with `$ echo $?`.
@@ -30,6 +30,7 @@ PAGES = ROOT / "emsim" / "docs" / "pages"
 FENCE = re.compile(r"^(?P<indent> *)```+(?P<head>[^\n`]*)\n(?P<body>.*?)^(?P=indent)```+$", re.M | re.S)
 NUMBER = re.compile(r"(?<![\w.])[-+]?(?:\d+\.?\d*|\.\d+)(?:e[-+]?\d+)?(?![\w]*\.\w)", re.I)
 FREELY = [
+    (r", auto: [^\n]*?(?= ->|\n|$)", ", auto: M"),
     (r"\b\d+ points in [\d.]+ ?[a-z]+", "N points in T"),
     (r"\b\d[\d.]* ?(?:ns|us|ms)\b", "T"),
     (r"(?:[-+.\de]+ J )?unexplained[^\n]*", "unexplained"),
