@@ -84,11 +84,14 @@ def _unknown(m: Machine, fn: str, name: str, span: Span | None) -> Expr | None:
         fits = "a joint" if fn in reactions.REACTIONS or fn in MOTIONS else "a coupling or element"
         return _error(m, "E249", f"{fn}() reads {fits}; {name} is a {kind}", span, _other_way(m, fn, name))
     close = suggest(name, [*m.joints, *m.bodies, *m.couplings, *m.points])
-    hint = (
-        f"did you mean {fn}({close})?"
-        if close
-        else f"the machine has: {', '.join(m.all_names()) or 'nothing'}"
-    )
+    head, dot, _ = name.partition(".")
+    body = head if head in m.bodies else suggest(head, m.bodies) if dot else None
+    if close:
+        hint = f"did you mean {fn}({close})?"
+    elif body is not None:
+        hint = f"body {body} has points by POINT {body}.name x y, and {fn}({body}(x,y)) without one"
+    else:
+        hint = f"the machine has: {', '.join(m.all_names()) or 'nothing'}"
     return _error(m, "E250", f"nothing mechanical is named {name}", span, hint)
 
 

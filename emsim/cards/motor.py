@@ -9,6 +9,7 @@ watts appear from nowhere, and `imbalance` says how many.
 
 from __future__ import annotations
 
+from ..diagnostics import suggest
 from .base import Card, Default, Spec, is_number
 
 TYPE_CHECKING = False
@@ -95,11 +96,23 @@ class Motor(Card):
             what = (
                 "no .model" if model is None else f".model {self.model} is of type {model.type}; no dcmotor"
             )
-            s.sink.error("E253", f"MOTOR {self.name}: {what} named {self.model}", self.place("model"))
+            near = suggest(self.model or "", [name for name, m in s.models.items() if m.type in MODEL_TYPES])
+            s.sink.error(
+                "E253",
+                f"MOTOR {self.name}: {what} named {self.model}",
+                self.place("model"),
+                f"did you mean {near}?" if near else f".model {self.model} dcmotor kt=.. r=.. makes it",
+            )
             return False
         for key, value in model.params.items():
             if key not in self.spec.params or key == "model":
-                s.sink.error("E231", f".model {model.name} dcmotor does not take {key}=", model.span)
+                near = suggest(key, self.spec.params)
+                s.sink.error(
+                    "E231",
+                    f".model {model.name} dcmotor does not take {key}=",
+                    model.span,
+                    f"did you mean {near}=?" if near else f"the form is: {self.spec.form}",
+                )
             elif not is_number(value):
                 s.sink.error("E232", f"{key}= of .model {model.name} is not a number", model.span)
             elif not self.given(key):

@@ -10,7 +10,7 @@ from itertools import pairwise
 from os.path import abspath, basename, dirname, isdir, splitext
 
 from .. import pipeline
-from ..diagnostics import ConvergenceError, DeckError, Diagnostic, OutsideError
+from ..diagnostics import ConvergenceError, DeckError, Diagnostic, OutsideError, suggest
 from ..outputs import raw
 from .arguments import DEFINE, HELP, JSON, QUIET, Arguments, Option, UsageError, defines, parse
 from .console import (
@@ -126,7 +126,9 @@ def overrides(given: Arguments) -> dict[str, float | str]:
         from ..assemble.options import METHODS, SPECIAL, SPELLINGS
 
         if method.lower() not in SPELLINGS:
-            raise UsageError(f"there is no method {method!r}, there are {', '.join(METHODS + SPECIAL)}")
+            near = suggest(method, METHODS + SPECIAL)
+            hint = f"did you mean {near}?" if near else f"there are {', '.join(METHODS + SPECIAL)}"
+            raise UsageError(f"there is no method {method!r}, {hint}")
         options["method"] = method.lower()
     for key in ("reltol", "tmax"):
         if (value := given.number(key)) is not None:

@@ -109,6 +109,11 @@ class Models:
             from ..mistakes import missing_mark
 
             hint = missing_mark(word)
+            if word == "joint":
+                from ..cards.joint import KINDS
+
+                kind = suggest(name, KINDS)
+                hint = f"did you mean `{kind}`? {hint}" if kind else hint
             said = f"this is no {word.upper()} card, and no .model is called `{name}` for a SPICE element"
         elif near:
             hint = f"did you mean `{near}`?"

@@ -49,6 +49,17 @@ def test_the_engine_writes_no_code():
         assert not re.search(r'"[EWN]\d{3}', path.read_text(encoding="utf-8")), path
 
 
+# one defect in two worlds: a voltage or a motion prescribed twice, or around a ring; something undetermined; a current or a
+# force that nothing takes up
+TWO_WORLDS = [("E301", "E245"), ("E301", "E242"), ("W302", "E243"), ("E303", "E243"), ("E303", "E410")]
+
+
+@pytest.mark.parametrize(("circuit", "machine"), TWO_WORLDS)
+def test_what_is_one_defect_in_two_worlds_is_told_in_both(circuit, machine):
+    assert re.search("same|nowhere", ENTRIES[circuit].meaning) and machine in ENTRIES[circuit].meaning
+    assert circuit in ENTRIES[machine].meaning
+
+
 def test_every_file_is_read():
     assert sorted(path.stem for path in Path(FOLDER).glob("*.md")) == sorted(FAMILIES)
 
