@@ -351,7 +351,8 @@ def controls(ctx: Ctx, e: Element) -> list[list[tuple[int, float]]]:
                 )  # fmt: skip
             else:
                 ctx.sink.error(
-                    "E285", f"`{e.name}` reads the current of `{name}`, which does not measure it", e.span,
+                    "E285", f"`{e.name}` reads the current of `{name}`, and only voltage sources and inductors tell theirs",
+                    e.span,
                     hint=f"put a voltage source of 0 V in series with `{known.name}` and name that one",
                 )  # fmt: skip
             branch = -1

@@ -55,7 +55,12 @@ class Binding:
                 self.failed.add(card.name)
             taken[card.name] = card  # the front end has seen that names are unique
             if card.name in (GROUND, "gnd"):
-                self._fail("E234", f"{raw.kind} {card.name}: {card.name} is the ground", card.span)
+                self._fail(
+                    "E234",
+                    f"{raw.kind} {card.name}: {card.name} is the ground",
+                    card.span,
+                    "give it another name",
+                )
             elif not card.ok:
                 continue
             elif not card.supported:

@@ -82,7 +82,7 @@ def _parameters_fit(ctx: Context, e: Element, what: str) -> None:
                     "E307",
                     f"a {what} takes no {name}=",
                     e.span,
-                    hint=f"did you mean {near}=?" if near else None,
+                    hint=f"did you mean {near}=?" if near else f"it takes: {', '.join(known)}",
                 )
     words = MODEL_PARAMETERS.get(e.letter.upper())
     if words is not None and e.model is not None:
@@ -190,7 +190,7 @@ def _couplings_possible(ctx: Context) -> None:
             coils = ", ".join(f"`{name[row]}`" for row in order[:6]) + (" ..." if len(order) > 6 else "")
             ctx.sink.warning(
                 "W285",
-                f"the couplings of {coils} are not positive definite: some currents in them have negative energy",
+                f"the couplings of {coils} contradict each other: some currents in them would have a negative energy",
                 ctx.elements[name[order[0]]].span,
                 hint="three coils that are coupled by 0.9, 0.9 and -0.9 cannot exist; "
                 "check signs and sizes of the coefficients",

@@ -46,7 +46,12 @@ class Gear(Card):
                 )
         for key in ("backlash", "k"):
             if self.given(key):
-                sink.error("E254", f"{key}= of GEAR {self.name} is not supported yet", self.place(key))
+                sink.error(
+                    "E254",
+                    f"{key}= of GEAR {self.name} is not supported yet",
+                    self.place(key),
+                    "leave it out",
+                )
         names = [ref.name for _, _, ref in self.terminals]
         if len(set(names)) == 1:
             sink.error("E237", f"GEAR {self.name} couples {names[0]} to itself", self.span, "name two joints")
