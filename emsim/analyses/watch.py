@@ -89,21 +89,19 @@ def too_long(assembly: Assembly, analysis: Analysis | None, failure: dict[str, A
     if failure.get("unknown_name"):
         mode = {"unknown": failure["unknown_name"], "period": failure["period"]}
         what, place = oscillator(assembly, mode)
+        hint = "give it a loss that lets it die, leave it out, or shorten the run"
+        source = next((e for e in assembly.ctx.elements.values() if _drives(e, mode["period"])), None)
+        if source is not None:
+            what, place = f"`{source.name}` oscillates", source.span
+            hint = (
+                f"lower the frequency of `{source.name}`, shorten the run, or put what it stands for (a mean, an "
+                "envelope) in its place"
+            )
         message += (
             f": {what} at {hertz(mode['period'])} and does not die away, at {failure['steps_per_period']:.0f} "
             "steps a period"
         )
         span = place or span
-        source = next((e for e in assembly.ctx.elements.values() if _drives(e, mode["period"])), None)
-        if source is not None:
-            message += f"; `{source.name}` keeps it up"
-            span = source.span
-            hint = (
-                f"lower the frequency of `{source.name}`, shorten the run, or put what it stands for (a mean, an "
-                "envelope) in its place"
-            )
-        else:
-            hint = "give it a loss that lets it die, leave it out, or shorten the run"
     allow = 10.0 ** len(f"{steps:.0f}")
     hint += f"; to run it all the same: .options maxsteps={allow:.0e}"
     return Diagnostic("error", "E414", message, span, hint)
