@@ -162,14 +162,15 @@ class Session:
         else:
             self.watch.follow([self.deck, *head["named"]], self._started - 20_000_000)
             self._set = head["set"]
-            if head["ok"] or not self._params:
+            if head["read"] or not self._params:
                 self._params = {p["name"]: p for p in head["params"]}
         if self._by_file:
             self.say(head)
         state = _line(
-            kind="state", number=number, asked=self._asked, deck=self.deck, ok=head["ok"], drawn=bool(document),
-            facts=head["facts"], seconds=head["seconds"], said=pieces(head["text"]), lines=head["lines"],
-            sheet=head["sheet"], params=list(self._params.values()), set={k: v for k, (v, _) in self._set.items()},
+            kind="state", number=number, asked=self._asked, deck=self.deck, ok=head["ok"], read=head["read"],
+            drawn=bool(document), facts=head["facts"], seconds=head["seconds"], said=pieces(head["text"]),
+            lines=head["lines"], sheet=head["sheet"], params=list(self._params.values()),
+            set={k: v for k, (v, _) in self._set.items()},
         )  # fmt: skip
         busy = _line(kind="busy", number=number, share=None)
         if document:
@@ -187,7 +188,7 @@ def _line(**message: Any) -> bytes:
 def _died(code: int) -> dict[str, Any]:
     why = f"by signal {-code}" if code < 0 else f"with exit code {code}"
     text = f"error[E499]: the process of the run ended {why}; save the deck to run it again"
-    return {"ok": False, "text": text, "lines": [], "sheet": "", "facts": "", "seconds": 0.0}
+    return {"ok": False, "read": False, "text": text, "lines": [], "sheet": "", "facts": "", "seconds": 0.0}
 
 
 def pieces(text: str) -> list[tuple[str, str]]:

@@ -60,7 +60,7 @@ def main() -> None:
 def work(job: Job, progress: Callable[..., object] | None = None) -> tuple[dict[str, Any], bytes]:
     """What is said of a run, and the run itself for the page, empty where there is nothing to draw.
 
-    ok       a run reached its end
+    ok       a run reached its end;  read: the deck itself is right
     text     all diagnostics as on a coloured terminal;  lines: (line of the deck, message and hint) of the errors
     sheet    the deck as text for the page, with its wrong lines marked
     params   the .param of the deck, see `_param`; set: the page's values that counted
@@ -94,6 +94,7 @@ def work(job: Job, progress: Callable[..., object] | None = None) -> tuple[dict[
     errors = [d for d in said if d.severity == "error"][:MAX_ERRORS_SHOWN]
     head = {
         "ok": drawn and error is None,
+        "read": flat is not None,
         "text": render_text(said, color=True),
         "lines": [(d.span.in_deck.line, _brief(d)) for d in errors if d.span is not None],
         "sheet": html.deck_sheet(text, said)[2],

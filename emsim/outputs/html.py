@@ -71,11 +71,14 @@ def document(result: Result, deck: str = "", sheets: Iterable[Sheet] = ()) -> di
         "error": None if table.status == "ok" else f"This run is {table.status}: it ends before its time.",
         "rows": len(table) if table.axis and len(table) > 1 else 0,
         "axisName": table.names[0] if table.names else "", "axisUnit": table.units[0] if table.units else "",
-        "names": table.signals, "units": table.units[1:],
+        "names": table.signals, "units": table.units[1:] if table.axis else table.units,
         "shown": shown(result, table), "printed": bool(result.prints),
         "sheets": [*sheets, deck_sheet(deck, said), *_messages(said)] if deck or said else [*sheets],
         "scene": None,
     }  # fmt: skip
+    if not run["rows"] and len(table):
+        # an operating point
+        run["point"] = [_number(table.floats(name)[-1]) for name in table.signals]
     if run["rows"]:
         run["axis"] = pack(table.floats(0))
         run["packed"] = [pack(_single(table.floats(k + 1))) for k in range(len(table.signals))]
@@ -97,6 +100,10 @@ def pack(values: array[float]) -> str:
 def packed_sheet(name: str, title: str, inner: str) -> Sheet:
     """A sheet whose HTML travels deflated, as columns do; web/app.js unpacks it."""
     return name, title, PACKED + b64encode(compress(inner.encode(), 9)).decode("ascii")
+
+
+def _number(value: float) -> float | None:
+    return value if isfinite(value) else None
 
 
 def _single(values: array[float]) -> array[float]:

@@ -250,6 +250,44 @@ def test_a_slider_that_is_dragged_ends_where_it_was_left(edited: Any, watch: Any
     until(page, ARM, wanted)
 
 
+def test_an_operating_point_is_a_table(edited: Any, watch: Any) -> None:
+    deck, url, _ = edited
+    page = watch(url)
+    until(page, SHOWN)
+    deck.write_text("divider\n.param r=1k\nV1 a 0 10\nR1 a b {r}\nR2 b 0 1k\n.op\n.end\n")
+    cells = (
+        "() => [...document.querySelectorAll('#sheet-signals td')].map((c) => c.textContent).join(' ') === "
+    )
+    until(page, cells + "'v(a) 10 V v(b) 5 V i(v1) -5 mA'")
+    assert page.locator("main").is_hidden()
+    page.locator(".knob input[type=text]").fill("4k")
+    page.locator(".knob input[type=text]").press("Enter")
+    until(page, cells + "'v(a) 10 V v(b) 2 V i(v1) -2 mA'")
+    deck.write_text(DECK)
+    until(page, SHOWN)
+    assert page.locator("main").is_visible()
+
+
+def test_a_run_that_stops_is_shown_with_its_reason_and_its_parameters(edited: Any, watch: Any) -> None:
+    deck, url, _ = edited
+    page = watch(url)
+    until(page, SHOWN)
+    # v(b)^2 + v(b) + v(a) = 0 has no real solution once v(a) is above 1/4
+    deck.write_text(
+        "stuck\n.param up=1\nV1 a 0 PULSE(0 {up} 1m 1m 1m 1 2)\nR1 a 0 1\nB1 b 0 I={v(a)+v(b)*v(b)}\nR2 b 0 1\n"
+        ".tran 10u 5m\n.end\n"
+    )
+    page.locator("#said pre").wait_for()
+    assert "E410" in page.text_content("#said pre")
+    assert page.title() == "stuck"
+    assert page.evaluate("() => getComputedStyle(document.querySelector('main')).filter") == "none"
+    assert page.locator(".knob label").all_text_contents() == ["up"]
+    page.locator(".knob input[type=text]").fill("0.2")
+    page.locator(".knob input[type=text]").press("Enter")
+    page.locator("#said").wait_for(state="hidden")
+    assert page.evaluate("() => window.emsim.clock.last") == 5e-3
+
+
 def test_two_pages_show_the_same(edited: Any, watch: Any) -> None:
     _, url, _ = edited
     one, two = watch(url), watch(url, 390, 800, "dark")

@@ -61,7 +61,8 @@ async function show(run) {
   window.emsim = undefined;
   $("panels").replaceChildren();
   $("stage").hidden = !run.scene;
-  if (!run.rows) return;
+  document.body.classList.toggle("still", !run.rows);
+  if (!run.rows) return point(run);
   const clock = new Clock(run.time[0], run.time[run.time.length - 1]), waves = new Waves(run, $("panels"), clock);
   const { scene } = run, machine = scene ? new Machine(scene, $("machine"), clock) : null;
   if (machine) {
@@ -119,6 +120,18 @@ function options(select, items) {
     const [value, text] = Array.isArray(item) ? item : [item, item || "none"];
     return new Option(text, value);
   }));
+}
+
+// an operating point: a table of its values
+function point(run) {
+  const table = document.createElement("table");
+  table.className = "numbers";
+  run.names.forEach((name, k) => {
+    const row = table.insertRow();
+    row.insertCell().textContent = name;
+    row.insertCell().textContent = run.point?.[k] == null ? "" : written(run.point[k], run.units[k], 6);
+  });
+  $("sheet-signals").replaceChildren(table);
 }
 
 // which signals are drawn, and new ones by expression

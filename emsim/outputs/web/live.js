@@ -93,7 +93,7 @@
 
   // the messages as on the terminal; the deck as it is now, with each message below its line
   function wrong(m, first) {
-    const kept = m.drawn ? "up to where it came" : "the last good run is shown";
+    const kept = m.drawn ? "the run is shown up to where it came" : "the last good run is shown";
     const text = made("pre", {}, ...m.said.map(([kind, text]) => (kind ? made("span", { className: kind, textContent: text }) : text)));
     const head = made("p", {}, first ? `line ${first} of the deck` : "the deck", $("panels").children.length ? ` \u00b7 ${kept} ` : " ");
     if (first) head.append(made("button", { textContent: "show the line", onclick: () => shown(first) }));
@@ -122,7 +122,7 @@
 
   function parameters(m) {
     const literal = m.params.filter((p) => p.literal && number(p.text) !== null), others = m.params.filter((p) => !literal.includes(p));
-    if (m.ok || !rows.size) {
+    if (m.read || !rows.size) {
       for (const [name, row] of rows) if (!literal.some((p) => p.name === name && p.text === row.p.text)) rows.delete(name);
       for (const p of literal) {
         if (rows.has(p.name)) rows.get(p.name).p = p; else rows.set(p.name, knob(p));
@@ -142,7 +142,7 @@
       if (wishes.has(name)) continue;
       sent.set(name, own ?? null);
       if (document.activeElement !== field) field.value = own ?? text(p);
-      const value = own === undefined ? number(text(p)) : m.ok ? p.value : number(own);
+      const value = own === undefined ? number(text(p)) : m.read ? p.value : number(own);
       if (value !== null && !slider.matches(":active")) place(slider, p, value);
     }
     lines(m);
