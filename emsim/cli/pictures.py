@@ -59,6 +59,8 @@ class Plots:
         self.start, self.stop = value_of(given, "from"), value_of(given, "to")
         self.width = width_of(given)
         for text in lists:
+            if not text.strip(" ,"):
+                raise UsageError('no signals: write them as in "v(out) i(v1)"')
             if splitext(text)[1].lower() in FORMATS:
                 raise UsageError(
                     f"{text} is a file, and what is asked for are signals; the file goes to {option}"

@@ -121,6 +121,11 @@ def prefixed(unit: str, largest: float) -> tuple[float, str]:
     return 10.0**-power, PREFIXES[power] + unit
 
 
+def is_flat(low: float, high: float) -> bool:
+    """Whether what lies between is rounding and tolerance alone: it is drawn as a straight line."""
+    return not high - low > 1e-6 * max(abs(low), abs(high))
+
+
 # ---- signals ------------------------------------------------------------------------------------
 
 
@@ -243,6 +248,8 @@ def _course(
     ends = slice(first, last)
 
     def course(values: np.ndarray) -> np.ndarray:
+        if not len(more):
+            return values[ends]
         between = cubic_many(axis, values, more) if smooth else np.interp(more, axis, values)
         return np.insert(values[ends], places, between)
 

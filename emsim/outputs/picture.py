@@ -10,7 +10,7 @@ from itertools import cycle
 import numpy as np
 
 from . import missing_package
-from .panels import prefixed, thinned
+from .panels import is_flat, prefixed, thinned
 
 try:
     from matplotlib import rc_context
@@ -53,7 +53,7 @@ def picture(panels: Sequence[Panel], title: str = "", width: int = WIDTH) -> Pic
     """The panels one above the other. `width` in pixels of a PNG."""
     with rc_context(STYLE):
         across = width / DPI
-        tall = 0.75 + len(panels) * min(max(0.26 * across, 1.5), 4.2 if len(panels) == 1 else 2.2)
+        tall = 0.75 + (0.38 * across if len(panels) == 1 else len(panels) * min(max(0.26 * across, 1.5), 2.2))
         figure = Picture(figsize=(across, tall), dpi=DPI, layout="constrained")
         axes = figure.subplots(len(panels), 1, squeeze=False)[:, 0]
         for k, (axis, panel) in enumerate(zip(axes, panels, strict=True)):
@@ -80,7 +80,8 @@ def write(path: str, panels: Sequence[Panel], title: str = "", width: int = WIDT
 def _draw(axis: Any, panel: Panel, width: int) -> None:
     largest = _largest([c.y for c in panel.curves])
     factor, unit = prefixed(panel.unit, largest)
-    xfactor, xunit = prefixed(panel.xunit, _largest([c.x for c in panel.curves]))
+    xlargest = largest if panel.xunit == panel.unit else _largest([c.x for c in panel.curves])
+    xfactor, xunit = prefixed(panel.xunit, xlargest)
     looks = cycle([(colour, line) for line in LINES for colour in COLOURS])
     for curve, (colour, line) in zip(panel.curves, looks, strict=False):
         x, y = thinned(curve.x, curve.y, width)
@@ -88,6 +89,13 @@ def _draw(axis: Any, panel: Panel, width: int) -> None:
     axis.set_ylabel(_with(panel.label, unit))
     axis.set_xlabel(_with(panel.x, xunit))
     axis.margins(x=0.01, y=0.08)
+    if panel.unit == panel.xunit == "m":
+        # a path in the plane keeps its shape
+        axis.set_aspect("equal", adjustable="datalim")
+    low, high = (float(v) for v in axis.dataLim.intervaly)
+    if is_flat(low, high):
+        pad = abs(high) * 0.1 or 1.0
+        axis.set_ylim(low - pad, high + pad)
     axis.yaxis.set_major_locator(MaxNLocator(6, steps=[1, 2, 2.5, 5, 10], min_n_ticks=3))
     if panel.log:
         axis.set_xscale("log")

@@ -19,7 +19,7 @@ from itertools import groupby
 
 import numpy as np
 
-from .panels import prefixed, thinned
+from .panels import is_flat, prefixed, thinned
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -205,7 +205,7 @@ def _range(columns: Sequence[np.ndarray], margin: float) -> tuple[float, float]:
     if not kept:
         return 0.0, 1.0
     low, high = min(float(c.min()) for c in kept), max(float(c.max()) for c in kept)
-    if not high - low > 1e-12 * max(abs(low), abs(high)):
+    if is_flat(low, high):
         pad = abs(high) * 0.1 or 1.0
         return low - pad, high + pad
     return low - margin * (high - low), high + margin * (high - low)

@@ -95,6 +95,7 @@ def test_a_raw_file_is_drawn(decks, capsys):
         (["rc.cir", "--plot", "v(out"], 2, "never closed"),
         (["rc.cir", "--plot", "v(out) vs"], 2, "omega(hinge) vs angle(hinge)"),
         (["rc.cir", "--plot", "out.png"], 2, "the file goes to --plot-file"),
+        (["rc.cir", "--plot", " "], 2, "no signals"),
         (["rc.cir", "--plot-file", "out.gif"], 2, "a picture is one of .png, .svg, .pdf"),
         (["rc.cir", "--plot-file", "no/out.png"], 5, "there is no folder no"),
         (["rc.cir", "--plot", "v(out)", "--csv", "-"], 2, "draws on stdout"),

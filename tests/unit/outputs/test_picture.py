@@ -98,6 +98,23 @@ def test_curves_are_where_the_numbers_are(tmp_path):
     assert np.corrcoef(xs, ys)[0, 1] < -0.99
 
 
+def test_rounding_is_not_blown_up():
+    flat = Table("tran", ["time", "v(a)"], ["s", "V"], Columns([[0.0, 1.0], [5.0, 5.000001]]))
+    low, high = picture.picture(panels(flat, ["v(a)"])).axes[0].get_ylim()
+    assert low < 4.6 and high > 5.4
+
+
+def test_a_path_keeps_its_shape(tmp_path):
+    turn = np.linspace(0, 2 * np.pi, 300)
+    columns = Columns([turn, 0.02 * np.cos(turn), 0.02 * np.sin(turn)])
+    circle = Table("tran", ["time", "x(a)", "y(a)"], ["s", "m", "m"], columns)
+    figure = picture.picture(panels(circle, ["y(a) vs x(a)"]))
+    figure.savefig(tmp_path / "a.png")
+    (axis,) = figure.axes
+    across, up = np.diff(axis.transData.transform([(-20, -20), (20, 20)]), axis=0)[0]
+    assert across == pytest.approx(up, rel=1e-3) and axis.get_xlabel() == "x(a) [mm]"
+
+
 def test_without_matplotlib_it_is_said_what_to_install():
     code = (
         "import sys; sys.modules['matplotlib'] = None\n"

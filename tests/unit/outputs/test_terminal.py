@@ -130,6 +130,15 @@ def test_flat_and_missing_values_are_drawn(y):
     assert len(list(lines([panel(y)], look=Look(60)))) == 20
 
 
+def test_rounding_is_not_blown_up():
+    text = list(lines([panel([629.44072, 629.44076], unit="")], look=Look(60)))
+    rows = cells(text)
+    assert sum(bool(row.strip()) for row in rows) == 1 and rows.index(next(r for r in rows if r.strip())) in (
+        7,
+        8,
+    )
+
+
 def test_round_numbers():
     assert ticks(-0.1, 1.1, 5) == [0.0, 0.5, 1.0]
     assert ticks(0, 1.5, 7) == pytest.approx([0, 0.5, 1.0, 1.5])
