@@ -440,9 +440,9 @@ class Explained:
                 for e in items
             ]
             for most in SHORTER:
+                self.layout.most = min(self.layout.most, most)
                 if sum(min(n, 2 * most) for mine in sizes for n in mine) <= self.MOST_WEIGHT:
                     break
-                self.layout.most = min(self.layout.most, most)
             total = 0
             for k, mine in enumerate(sizes):
                 total += sum(min(n, 2 * self.layout.most) for n in mine)

@@ -25,6 +25,7 @@ LETTERS = {
     "angle": "theta", "omega": "omega", "lambda": "lambda", "mu": "mu", "pos": "x", "vel": "x", "vx": "x", "vy": "y", "vz": "z",
 }  # fmt: skip
 GREEK = {"theta": "\u03b8", "omega": "\u03c9", "lambda": "\u03bb", "mu": "\u03bc"}
+FEW = 6  # terms that every sum shows
 DOTTED = ("vel", "vx", "vy", "vz")
 PLAIN_FUNCTIONS = (
     "sin", "cos", "tan", "sinh", "cosh", "tanh", "exp", "log", "min", "max", "arcsin", "arccos", "arctan",
@@ -75,7 +76,7 @@ class Names:
 
 class Layout:
     """Poly -> tree. `quotients`: a coefficient c is written as a division by 1/c, as of a resistance. A sum shows `most`
-    terms and says how many more there are; deep inside of a formula that has shown as many already it shows one."""
+    terms and says how many more there are; deep inside of a formula that has shown as many already it shows a few."""
 
     def __init__(self, names: Names, most: int = 48) -> None:
         self.names, self.most = names, most
@@ -94,7 +95,7 @@ class Layout:
 
     def _tree(self, p: Poly, quotients: bool) -> Tree:
         self._shown += len(p.terms)
-        room = self.most if self._shown <= self.most or self._depth == 1 else 1
+        room = self.most if self._shown <= self.most or self._depth == 1 else FEW
         if len(p.terms) > room:
             first = sorted(p.terms, key=_rank)[:room]
             node = self._sum({m: p.terms[m] for m in first})

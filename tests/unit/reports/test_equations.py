@@ -271,3 +271,13 @@ def test_a_typesetter_reads_the_latex(deck: str) -> None:
     assert len(lines) > 10
     for line in lines:
         reader.parse(f"${line}$")
+
+
+def test_a_long_formula_ends_with_how_much_more_there_is() -> None:
+    """Of a machine in space: every row is shown, long ones in part, and the argument of a sine whole."""
+    x, system = read(str(ROOT / "netlists/mechanical/bricard.cir"))
+    assert len(x.rows) == system.n and not x.left_out
+    said = "\n".join(explained.page(x))
+    assert re.search(r"\.\.\. \d+ more", said)
+    assert not re.search(r"(sin|cos)\((\w+\(\w+\)|[^().])*\.\.\.", said)
+    assert len(said) < 250_000
