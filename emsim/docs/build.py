@@ -22,6 +22,8 @@ def build(folder: Path) -> list[str]:
     """Writes the site; what is wrong with it, one line each."""
     # the theme's advertisement; mkdocs 1 and this theme are pinned in pyproject.toml
     os.environ["NO_MKDOCS_2_WARNING"] = "1"
+    # its first run on a machine says that it looks for fonts
+    logging.getLogger("matplotlib").setLevel(logging.ERROR)
     from mkdocs.commands.build import build as write
     from mkdocs.config import load_config
     from mkdocs.exceptions import Abort

@@ -42,13 +42,13 @@ class DeckLexer(RegexLexer):
 
 
 class EditLexer(RegexLexer):
-    """Lines to take out (-) and to put in (+) of a deck, as the lessons show edits."""
+    """Lines to take out (-) and to put in (+) of a deck, as the lessons show edits; -D is an option."""
 
     name = "Edit"
     tokens: ClassVar = {
         "root": [
-            (r"^\+.*\n?", Generic.Inserted),
-            (r"^-.*\n?", Generic.Deleted),
+            (r"^\+ .*\n?", Generic.Inserted),
+            (r"^- .*\n?", Generic.Deleted),
             (r".*\n", Text),
             (r".+", Text),
         ]
