@@ -24,7 +24,9 @@ from pathlib import Path
 import pytest
 from support import ROOT
 
-from emsim.cli import VERBS
+from emsim.assemble import options
+from emsim.cli import VERBS, console
+from emsim.editor import words
 
 PAGES = ROOT / "emsim" / "docs" / "pages"
 FENCE = re.compile(r"^(?P<indent> *)```+(?P<head>[^\n`]*)\n(?P<body>.*?)^(?P=indent)```+$", re.M | re.S)
@@ -185,3 +187,26 @@ def test_a_page_that_is_wrong_is_found():
         known("emsim deck.cir --no-such")
     with pytest.raises(AssertionError):
         known("python tests/bench/none.py")
+
+
+def first_cells(name: str, heading: str = "") -> list[str]:
+    """Words in code of the first column of a page's tables, behind a heading."""
+    text = (PAGES / name).read_text(encoding="utf-8").partition(heading)[2] if heading else ""
+    text = text or (PAGES / name).read_text(encoding="utf-8")
+    cells = re.findall(r"^\| ([^|]*`[^|]*) \|", text, re.M)
+    return [word for cell in cells for word in re.findall(r"`([^`]+)`", cell)]
+
+
+def test_every_method_is_told():
+    assert set(first_cells("numerics/index.md", "## The methods")) == {*options.METHODS, *options.SPECIAL}
+
+
+def test_options_that_pages_name_exist():
+    for name, heading in (("guide/tolerances.md", ""), ("guide/ngspice.md", "## Options")):
+        found = set(first_cells(name, heading))
+        assert len(found) > 8 and found <= {*words.OPTIONS, *options.SILENT}, name
+
+
+def test_exit_codes_are_the_programs():
+    text = (PAGES / "guide" / "messages.md").read_text(encoding="utf-8")
+    assert {int(code) for code in re.findall(r"^\| (\d+) \|", text, re.M)} == set(console.STATUS)
