@@ -3,16 +3,18 @@
  1. Loops of voltage-defined branches have no solution or too many: an error. A loop that an inductor
     closes has none at DC only: the inductor gets 1 pOhm, the dual of gmin, which a transient does not notice.
  2. Nodes that elements only read: nothing determines them, an error.
- 3. Parts without a DC path to ground. Capacitors to the rest determine them in a transient, so the operating
+ 3. A motor or transducer with a node of its own carries no current: a warning.
+ 4. Parts without a DC path to ground. Capacitors to the rest determine them in a transient, so the operating
     point takes them as 0 V, with a warning (ngspice ends there too, after gmin and source stepping). Without
     capacitors they get 1 TOhm to ground with a warning, unless an independent current source drives them: an
     error.
 
-With UIC in every transient there is no operating point and 3 stays silent where capacitors exist.
+With UIC in every transient there is no operating point and 4 stays silent where capacitors exist.
 """
 
 from __future__ import annotations
 
+from ..diagnostics import suggest
 from ..elements import KINDS, dc_role, nodes_read
 from ..expr import Binary, Call, Cond, Name, Node, Unary
 
@@ -78,6 +80,7 @@ def check(ctx: Context) -> None:
     edges = [*_circuit_edges(ctx), *_machine_edges(ctx)]
     _voltage_loops(ctx, edges)
     _undriven(ctx, edges)
+    _unwired(ctx, edges)
     _dc_paths(ctx, edges)
 
 
@@ -237,7 +240,7 @@ def _path(tree: dict[str, list[Edge]], start: str, goal: str) -> list[Edge]:
     return path
 
 
-# ---- 2. and 3. nodes without a path ------------------------------------------------------------
+# ---- 2. to 4. nodes without a path ------------------------------------------------------------
 
 
 def _undriven(ctx: Context, edges: list[Edge]) -> None:
@@ -249,6 +252,28 @@ def _undriven(ctx: Context, edges: list[Edge]) -> None:
                 ctx.unknown(
                     "E302", f"`{e.name}` reads node `{node}`, which nothing drives", node, carrying, e.span
                 )
+
+
+def _unwired(ctx: Context, edges: list[Edge]) -> None:
+    """Motors and transducers with a node to which nothing else is connected: no current can flow."""
+    ends: dict[str, int] = {}
+    for e in edges:
+        for node in (e.a, e.b):
+            ends[node] = ends.get(node, 0) + 1
+    for e in edges:
+        kind = getattr(e.of, "kind", "")
+        if kind not in ("MOTOR", "TRANSDUCER"):
+            continue
+        for node in (e.a, e.b):
+            if ends[node] == 1 and node != GROUND:
+                # the other half of a misspelt name stands alone as well
+                alone = [n for n, count in ends.items() if count == 1 and n not in (node, GROUND)]
+                near = suggest(node, [n for n in ends if n != node])
+                likely = " or ".join(f"`{n}`" for n in ([near] if near else alone[:3]))
+                ctx.sink.warning(
+                    "W304", f"nothing but {kind} {e.name} is connected to node `{node}`: no current can flow", e.span,
+                    f"did you mean {likely}?" if likely else "a source or a load belongs there",
+                )  # fmt: skip
 
 
 def _needs_point(ctx: Context) -> bool:

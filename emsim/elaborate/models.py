@@ -35,6 +35,9 @@ _TYPES: dict[str, tuple[str, ...]] = {
 _FIRST_MODEL_WORD = {"m": 3, "q": 3, "j": 3, "z": 3, "u": 3, "o": 4}
 
 
+UNITS = ("ohm", "ohms", "farad", "farads", "henry", "henries", "f", "h", "volt", "volts", "v", "a")
+
+
 class Models:
     """Finds and evaluates models; every one that is found stands in `flat.models` under its flat name."""
 
@@ -117,6 +120,8 @@ class Models:
             said = f"this is no {word.upper()} card, and no .model is called `{name}` for a SPICE element"
         elif near:
             hint = f"did you mean `{near}`?"
+        elif name in UNITS:
+            hint = f"SPICE values carry no unit apart: leave `{name}` out"
         else:
             wanted = _TYPES.get(e.letter, ("type",))[0].upper()
             hint = f"add .model {name} {wanted}(...), or the .include that holds it"
