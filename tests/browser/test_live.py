@@ -98,6 +98,11 @@ def test_a_saved_deck_moves_anew_and_the_page_stays_as_it_was(edited: Any, watch
     page = watch(url)
     until(page, SHOWN)
     assert page.title() == "Swinging arm"
+    # the first run is drawn for the page's width
+    assert page.evaluate("() => window.emsim.waves.width()") > 600
+    assert page.evaluate("() => window.emsim.waves.drawn") == page.evaluate(
+        "() => window.emsim.waves.width()"
+    )
     picture = page.evaluate("() => document.getElementById('machine').toDataURL()")
     # what a reader has set up
     page.evaluate(

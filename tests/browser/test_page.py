@@ -106,6 +106,24 @@ def test_play_pause_step_and_speed(servo: tuple[Path, Result], visit: Any) -> No
     assert page.evaluate("() => window.emsim.clock.t") == 1.5
 
 
+def test_the_clock_moves_a_line_and_draws_no_curve(servo: tuple[Path, Result], visit: Any) -> None:
+    page = visit(servo[0])
+    page.evaluate(
+        """() => { window.drawn = 0;
+            for (const p of window.emsim.waves.panels) p.plot.hooks.draw.push(() => window.drawn++); }"""
+    )
+    share = """() => { const { plot } = window.emsim.waves.panels[0], now = plot.over.querySelector('.now');
+        const a = plot.over.getBoundingClientRect(), b = now.getBoundingClientRect();
+        return now.hidden ? null : (b.left + b.width / 2 - a.left) / a.width; }"""
+    set_clock(page, 0.6)
+    assert page.evaluate(share) == pytest.approx(0.4, abs=0.003)
+    assert page.evaluate("() => window.drawn") == 0
+    page.evaluate("() => window.emsim.waves.zoom(0.5, 0.7)")
+    assert page.evaluate(share) == pytest.approx(0.5, abs=0.003)
+    set_clock(page, 1.2)
+    assert page.evaluate(share) is None
+
+
 def test_drag_zooms_and_double_click_shows_all(servo: tuple[Path, Result], visit: Any) -> None:
     page = visit(servo[0])
     box = page.locator("#panels .u-over").first.bounding_box()

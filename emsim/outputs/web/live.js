@@ -55,6 +55,7 @@
     if (message.kind === "run") {
       // the equations come later: until then those of the run before keep their place
       message.run.sheets.splice(message.run.sheets[0]?.[0] === "energy" ? 1 : 0, 0, ...explained);
+      document.body.classList.remove("empty"); // what is hidden has no width to draw for
       await show(message.run);
       for (const [name] of explained) $("sheet-" + name).classList.add("before");
     } else if (message.kind === "sheets") await equations(message.sheets);
@@ -80,7 +81,6 @@
   function state(m) {
     const { classList } = document.body;
     classList.toggle("stale", !m.ok && !m.drawn);
-    if (m.drawn) classList.remove("empty");
     const name = m.deck.split(/[\\/]/).pop(), first = m.lines[0]?.[0];
     if (m.ok) tell("ok", `live \u00b7 ${name} \u00b7 ${written(m.seconds, "s", 3)}`);
     else tell("wrong", first ? `${name}, line ${first}` : name);

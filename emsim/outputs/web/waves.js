@@ -10,7 +10,7 @@ class Waves {
     this.full = [run.time[0], run.time[run.time.length - 1]];
     this.range = [...this.full];
     this.shown = new Set(run.shown);
-    clock.listen(() => this.panels.forEach((p) => (p.plot ? p.plot.redraw(false, false) : p.draw())));
+    clock.listen(() => this.panels.forEach((p) => (p.plot ? this.place(p.plot) : p.draw())));
     this.sizes = new ResizeObserver(() => this.resize());
     this.sizes.observe(box);
     this.gone = new AbortController();
@@ -74,6 +74,8 @@ class Waves {
           setCursor: [(u) => this.hovered(u)],
         },
       }, this.data(columns), holder);
+      plot.over.append(Object.assign(document.createElement("div"), { className: "now" }));
+      this.place(plot);
       plot.over.addEventListener("click", (e) => this.clicked(plot, e));
       plot.over.addEventListener("dblclick", () => this.zoom(...this.full));
       holder.append(legend);
@@ -87,7 +89,11 @@ class Waves {
     const width = this.width();
     if (width === this.drawn) return;
     this.drawn = width;
-    for (const p of this.panels) p.plot ? p.plot.setSize({ width, height: p.plot.height }) : p.draw();
+    for (const p of this.panels) {
+      if (!p.plot) { p.draw(); continue; }
+      p.plot.setSize({ width, height: p.plot.height });
+      p.plot.setData(this.data(p.columns));
+    }
   }
   zoom(from, to) {
     const [first, last] = this.full, least = 1e-9 * (last - first);
@@ -125,8 +131,16 @@ class Waves {
     this.panels.forEach((p) => (p.plot ? p.plot.redraw(false, false) : p.draw()));
     this.readout();
   }
+  // the clock's line lies above the canvas: a film needs no curve drawn anew
+  place(u) {
+    const now = u.over.querySelector(".now"), { t } = this.clock;
+    if (!now) return; // its panel is being made
+    now.hidden = t < this.range[0] || t > this.range[1];
+    now.style.transform = `translateX(${u.valToPos(t, "x")}px)`;
+  }
   marksOn(u) {
-    const lines = [[this.clock.t, "--force", ""], [this.marks.a, "--accent", "A"], [this.marks.b, "--wiper", "B"]];
+    this.place(u);
+    const lines = [[this.marks.a, "--accent", "A"], [this.marks.b, "--wiper", "B"]];
     const style = getComputedStyle(document.documentElement), { ctx, bbox } = u;
     ctx.save();
     for (const [t, colour, name] of lines) {
