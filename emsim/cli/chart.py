@@ -18,12 +18,13 @@ from __future__ import annotations
 
 import os
 import sys
-from os.path import abspath, basename, dirname, isdir, splitext
+from os.path import abspath, basename, dirname, splitext
 
 from .. import pipeline
-from ..diagnostics import Diagnostic, OutsideError
+from ..diagnostics import OutsideError
 from .arguments import DEFINE, HELP, JSON, QUIET, Arguments, Option, UsageError, defines, number, parse
-from .console import OK, print_json, print_lines
+from .console import OK, check_folder, print_json, print_lines
+from .pictures import FORMATS
 from .run import source_of
 
 TYPE_CHECKING = False
@@ -34,7 +35,6 @@ if TYPE_CHECKING:
     from ..reports.ladder import Judge, Problem
     from ..reports.work_precision import Chart
 
-PICTURES = (".png", ".svg", ".pdf")
 SUITE_ONLY = ("only", "quick", "peers", "readme", "from")
 OPTIONS = [
     Option("-o --output", "picture to write, .png .svg or .pdf; none without it", "FILE"),
@@ -237,14 +237,14 @@ def deliver(charts: Sequence[Chart], given: Arguments) -> list[str]:
 def _targets(given: Arguments) -> None:
     """Refuses files that cannot be written, before minutes go into what they should hold."""
     if path := given.text("output"):
-        if splitext(path)[1].lower() not in PICTURES:
-            raise UsageError(f"-o {path}: pictures are {', '.join(PICTURES)}")
+        if splitext(path)[1].lower() not in FORMATS:
+            raise UsageError(f"-o {path}: pictures are {', '.join(FORMATS)}")
         from ..reports.draw import pyplot
 
         pyplot()
-        _folder(path)
+        check_folder(path)
     if (path := given.text("csv")) and path != "-":
-        _folder(path)
+        check_folder(path)
 
 
 def known_methods() -> list[str]:
@@ -296,11 +296,6 @@ def _count(given: Arguments, key: str) -> int:
     if value != int(value) or value > 10_000:
         raise UsageError(f"--{key}: {given.text(key)!r} is not a whole number up to 10000")
     return int(value)
-
-
-def _folder(path: str) -> None:
-    if not isdir(dirname(abspath(path))):
-        raise OutsideError(Diagnostic("error", "E503", f"there is no folder {dirname(path)} for {path}"))
 
 
 class Tell:

@@ -8,6 +8,7 @@ from functools import partial
 from os.path import join
 
 from ..diagnostics import DeckError, Diagnostic, DiagnosticError, OutsideError
+from ..reports.source_tree import root
 from .arguments import Arguments, UsageError
 from .chart import Tell, deliver, measured, settings
 from .console import CONVERGENCE, OK, print_json, print_lines
@@ -74,8 +75,6 @@ def _lines(charts: Sequence[Chart]) -> list[str]:
 def _measured(
     entries: Sequence[Entry], given: Arguments, tell: Tell, trouble: list[Diagnostic]
 ) -> list[Chart]:
-    from ..reports.source_tree import root
-
     tree = root()
     charts = []
     for entry in entries:
@@ -140,8 +139,6 @@ def _written(charts: Sequence[Chart], folder: str, given: Arguments) -> list[str
         draw_suite.summary(path, charts, suite.ERRORS)
         files.append(path)
     if given.has("readme"):
-        from ..reports.source_tree import root
-
         picture = str(root() / PICTURE)
         if charts:
             draw_suite.summary(picture, charts, suite.ERRORS, dpi=80)

@@ -9,9 +9,10 @@ from __future__ import annotations
 
 import os
 import sys
+from os.path import abspath, dirname, isdir
 from time import monotonic
 
-from ..diagnostics import Diagnostic, render_text, to_json
+from ..diagnostics import Diagnostic, OutsideError, render_text, to_json
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -24,6 +25,12 @@ STATUS = {
     TOLERANCE: "over tolerance", OUTSIDE: "outside error", INTERNAL: "internal error",
     INTERRUPTED: "interrupted",
 }  # fmt: skip
+
+
+def check_folder(path: str) -> None:
+    """OutsideError where a file to write has no folder: a long run should not find out at its end."""
+    if not isdir(dirname(abspath(path))):
+        raise OutsideError(Diagnostic("error", "E503", f"there is no folder {dirname(path)} for {path}"))
 
 
 def show(diagnostics: Sequence[Diagnostic], quiet: bool = False) -> None:

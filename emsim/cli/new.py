@@ -7,11 +7,11 @@ spring (a mass on a spring). A file that exists is left alone."""
 from __future__ import annotations
 
 from os import listdir
-from os.path import abspath, basename, dirname, isdir, join
+from os.path import abspath, basename, dirname, join
 
 from ..diagnostics import Diagnostic, OutsideError, suggest
 from .arguments import HELP, QUIET, Option, UsageError, parse
-from .console import OK
+from .console import OK, check_folder
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -39,9 +39,7 @@ def main(args: Sequence[str]) -> int:
     path = given.words[0] if "." in basename(given.words[0]) else given.words[0] + ".cir"
     with open(join(FOLDER, chosen + ".cir"), encoding="utf-8") as file:
         text = file.read()
-    folder = dirname(abspath(path))
-    if not isdir(folder):
-        raise OutsideError(Diagnostic("error", "E503", f"there is no folder {folder} for {path}"))
+    check_folder(path)
     title = basename(path).rpartition(".")[0] or basename(path)
     try:
         with open(path, "x", encoding="utf-8") as file:

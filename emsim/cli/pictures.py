@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import sys
-from os.path import abspath, dirname, isdir, splitext
+from os.path import splitext
 
-from ..diagnostics import Diagnostic, OutsideError
 from .arguments import Arguments, Option, UsageError, number
-from .console import print_lines
+from .console import check_folder, print_lines
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -68,8 +67,7 @@ class Plots:
         for path in self.files:
             if splitext(path)[1].lower() not in FORMATS:
                 raise UsageError(f"{path}: a picture is one of {', '.join(FORMATS)}")
-            # a long run should not find out at its end
-            folder_of(path)
+            check_folder(path)
         if self.files:
             from ..outputs import picture  # noqa: F401
         for text in lists:
@@ -123,7 +121,7 @@ class Films:
         for key in ("speed", "duration", "fps"):
             given.number(key)
         for path in self.files:
-            folder_of(path)
+            check_folder(path)
         if self.files:
             from ..outputs import film  # noqa: F401
 
@@ -171,9 +169,3 @@ def width_of(given: Arguments) -> int | None:
     if not text.isdecimal() or not 20 <= int(text) <= 10_000:
         raise UsageError(f"--width: {text!r} is not a whole number from 20 to 10000")
     return int(text)
-
-
-def folder_of(path: str) -> None:
-    """OutsideError where the folder of a file to write does not exist."""
-    if not isdir(dirname(abspath(path))):
-        raise OutsideError(Diagnostic("error", "E503", f"there is no folder {dirname(path)} for {path}"))

@@ -7,10 +7,10 @@ from __future__ import annotations
 
 import sys
 from itertools import pairwise
-from os.path import abspath, basename, dirname, isdir, splitext
+from os.path import abspath, basename, splitext
 
 from .. import pipeline
-from ..diagnostics import ConvergenceError, DeckError, Diagnostic, OutsideError, suggest
+from ..diagnostics import ConvergenceError, DeckError, Diagnostic, suggest
 from ..outputs import raw
 from .arguments import DEFINE, HELP, JSON, QUIET, Arguments, Option, UsageError, defines, parse
 from .console import (
@@ -19,6 +19,7 @@ from .console import (
     INTERRUPTED,
     OK,
     Progress,
+    check_folder,
     engineering,
     point,
     print_json,
@@ -157,9 +158,7 @@ def _targets(given: Arguments, deck: str) -> list[Target]:
             continue
         if deck != "-" and abspath(path) == abspath(deck):
             raise UsageError(f"{path} is the deck; choose another file with -o")
-        # a long run should not find out at its end
-        if not isdir(dirname(abspath(path))):
-            raise OutsideError(Diagnostic("error", "E503", f"there is no folder {dirname(path)} for {path}"))
+        check_folder(path)
     return targets
 
 

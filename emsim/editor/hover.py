@@ -7,6 +7,8 @@ from ..cards import CARDS
 from ..deck import Element, Func, Instance, MachineCard, Model, Param, Ref, Subckt
 from ..elements import KINDS
 from ..expr import Node, Num
+from ..reports.words import default as says_default
+from ..reports.words import limits
 from ..units import machine_number, spice_number
 from . import words
 from .place import Place
@@ -101,7 +103,7 @@ def card_text(word: str) -> str:
     """The reference of a machine card, from its spec."""
     spec = CARDS[word.upper()].spec
     rows = "\n".join(
-        f"| `{key}` | {param.unit or '-'} | {_default(param)} | {param.meaning} |"
+        f"| `{key}` | {param.unit or '-'} | {says_default(param)} | {param.meaning} |"
         for key, param in spec.params.items()
     )
     head = "| parameter | unit | default | meaning |\n|---|---|---|---|\n"
@@ -121,29 +123,16 @@ def element_text(letter: str) -> str | None:
     return f"**{letter.upper()}** — {what}" + (f"\n\n    {form}" if form else "") if what else None
 
 
-def _default(param: CardParam) -> str:
-    if param.required:
-        return "required"
-    if param.default is None:
-        return "-"
-    if isinstance(param.default, bool):
-        return "yes" if param.default else "no"
-    return f"{param.default:g}" if isinstance(param.default, (int, float)) else str(param.default)
-
-
 def _param(spec: Spec, key: str, param: CardParam) -> str:
     unit = f" [{param.unit}]" if param.unit else ""
-    limits = []
-    if param.least is not None:
-        limits.append(f"at least {param.least:g}")
-    if param.above is not None:
-        limits.append(f"greater than {param.above:g}")
-    if param.words:
-        limits.append("one of: " + ", ".join(param.words))
     default = (
-        "required" if param.required else f"default {_default(param)}" if param.default is not None else ""
+        "required"
+        if param.required
+        else f"default {says_default(param)}"
+        if param.default is not None
+        else ""
     )
-    facts = "; ".join(filter(None, [default, *limits]))
+    facts = "; ".join(filter(None, [default, *limits(param)]))
     return f"**{spec.word} {key}=**{unit} — {param.meaning}" + (f"\n\n{facts}" if facts else "")
 
 

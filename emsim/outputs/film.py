@@ -30,7 +30,6 @@ if TYPE_CHECKING:
     from ..result import Table
     from .stage import Point
 
-FORMATS = (".gif", ".png")
 WIDTH = 480  # [px]
 FPS = 20
 SHORTEST, LONGEST = 4.0, 10.0  # seconds that a film lasts where nobody says

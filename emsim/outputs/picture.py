@@ -28,7 +28,6 @@ if TYPE_CHECKING:
 
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
 LINES = ("-", "--", ":", "-.")
-FORMATS = (".png", ".svg", ".pdf")
 DPI = 120
 WIDTH = 1080  # [px]
 STYLE: Any = {

@@ -110,6 +110,12 @@ def comparison(x: Explained, up: Poly) -> tuple[Tree, Tree]:
     )
 
 
+def conditions(x: Explained) -> Iterator[tuple[str, tuple[Tree, Tree], tuple[Tree, Tree] | None, str]]:
+    """Name, what is above what, what is below what at its end, remark."""
+    for name, up, down, remark in x.conditions:
+        yield name, comparison(x, up), None if down is None else comparison(x, down), remark
+
+
 def data(x: Explained) -> dict[str, Any]:
     """Everything as plain data, formulas as text."""
     write = lambda poly: notation.text(x.layout.tree(poly), x.names)  # noqa: E731
@@ -182,12 +188,10 @@ def page(x: Explained) -> Iterator[str]:
         yield ""
         yield f"Conditions: {CONDITIONS}"
         rows_ = []
-        for name, up, down, remark in x.conditions:
-            left, right = comparison(x, up)
+        for name, (left, right), end, remark in conditions(x):
             said = f"{write(left)} > {write(right)}"
-            if down is not None:
-                left, right = comparison(x, down)
-                said += f", until {write(left)} < {write(right)}"
+            if end is not None:
+                said += f", until {write(end[0])} < {write(end[1])}"
             rows_.append((name, said, remark))
         yield from _columns(rows_)
     if x.folded:
@@ -345,12 +349,10 @@ def latex(x: Explained) -> Iterator[str]:
         yield r"\subsection*{Conditions}" + "\n" + latex_text(_sentence(CONDITIONS)) + "."
         yield r"\begin{align*}"
         lines = []
-        for name, up, down, remark in x.conditions:
-            left, right = comparison(x, up)
+        for name, (left, right), end, remark in conditions(x):
             said = rf"c_{{{name[1:]}}}\colon\quad & {write(left)} > {write(right)}"
-            if down is not None:
-                left, right = comparison(x, down)
-                said += rf"\text{{, until }} {write(left)} < {write(right)}"
+            if end is not None:
+                said += rf"\text{{, until }} {write(end[0])} < {write(end[1])}"
             lines.append(said + rf" && \text{{{latex_text(remark)}}}")
         yield " \\\\\n".join(lines)
         yield r"\end{align*}"
@@ -446,14 +448,11 @@ def sheet(x: Explained) -> str:
         out.append("</table>")
     if x.conditions:
         out.append(f"<h3>Conditions</h3><p class=say>{escape(CONDITIONS)}</p><table>")
-        for name, up, down, remark in x.conditions:
-            (a, b), end = comparison(x, up), ""
-            if down is not None:
-                c, d = comparison(x, down)
-                end = f" until {math(c)} &lt; {math(d)}"
+        for name, (a, b), end, remark in conditions(x):
+            until = "" if end is None else f" until {math(end[0])} &lt; {math(end[1])}"
             symbol = f"<math><msub><mi>c</mi><mn>{name[1:]}</mn></msub></math>"
             out.append(
-                f"<tr><td>{symbol}</td><td></td><td>{math(a)} &gt; {math(b)}{end}</td><td>{escape(remark)}</td></tr>"
+                f"<tr><td>{symbol}</td><td></td><td>{math(a)} &gt; {math(b)}{until}</td><td>{escape(remark)}</td></tr>"
             )
         out.append("</table>")
     out.append("<h3>Unknowns</h3><table>")

@@ -341,11 +341,8 @@ def latex(node: Tree, names: Names, digits: int = 6) -> str:
         if kind == "sym":
             return latex_symbol(*names.parts(n[1]))
         if kind == "name":
-            return (
-                "_".join(str(n[1]).split("_", 1))
-                if "_" not in str(n[1])
-                else "{}_{{{}}}".format(*str(n[1]).split("_", 1))
-            )
+            head, _, tail = str(n[1]).partition("_")
+            return f"{head}_{{{tail}}}" if tail else head
         if kind == "sum":
             return "".join(
                 ("-" if s < 0 else "" if k == 0 else "+") + (" " if k else "") + (bracketed(m) if m[0] == "sum" else go(m)) + " "

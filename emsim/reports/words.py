@@ -91,14 +91,20 @@ def _card(word: str) -> Iterator[str]:
 
 def meaning(p: Param) -> str:
     """What a parameter is, with its limits."""
-    limits = []
+    said = limits(p)
+    return p.meaning + (f" ({', '.join(said)})" if said else "")
+
+
+def limits(p: Param) -> list[str]:
+    """What its value may be."""
+    said = []
     if p.least is not None:
-        limits.append(f"at least {p.least:g}")
+        said.append(f"at least {p.least:g}")
     if p.above is not None:
-        limits.append(f"greater than {p.above:g}")
+        said.append(f"greater than {p.above:g}")
     if p.words:
-        limits.append(" or ".join(p.words))
-    return p.meaning + (f" ({', '.join(limits)})" if limits else "")
+        said.append(" or ".join(p.words))
+    return said
 
 
 def default(p: Param) -> str:
