@@ -49,15 +49,20 @@ VN n 0 -3
 """
 
 
-@pytest.mark.parametrize("method", ["trbdf2", "esdirk"])
-@pytest.mark.parametrize("reltol, limit", [(1e-4, 5e-4), (1e-6, 1e-5)])
-def test_rows_between_steps_follow_corners(method, reltol, limit):
-    """The error estimate damps a node of 4 ns: what rows show of it inside steps of 50 us is judged by itself."""
-    exact = run(CLIPPER, "method=radau reltol=1e-9")
+@pytest.fixture(scope="module")
+def clipped():
+    return run(CLIPPER, "method=gear reltol=1e-10")
+
+
+@pytest.mark.parametrize("method", ["trbdf2", "esdirk", "radau", "radau5", "radau9", "radau13"])
+@pytest.mark.parametrize("reltol, limit", [(1e-4, 2e-4), (1e-6, 1e-5), (1e-8, 5e-7)])
+def test_rows_follow_corners(method, reltol, limit, clipped):
+    """A node of 4 ns in steps of 50 us: the capacitive current of a diode that turns off in a step is wrong at the step's
+    end by 1e-5 of the range, and the curve up to there, whatever the tolerance, where no estimate sees it."""
     found = run(CLIPPER, f"method={method} reltol={reltol!r}")
     times = 5e-6 * np.arange(1, 600)
-    apart = [abs(found.at("v(out)", float(t)) - exact.at("v(out)", float(t))) for t in times]
-    assert max(apart) <= 4 * limit, (max(apart), times[int(np.argmax(apart))])
+    apart = [abs(found.at("v(out)", float(t)) - clipped.at("v(out)", float(t))) for t in times]
+    assert max(apart) <= limit, (max(apart), times[int(np.argmax(apart))])
 
 
 def test_a_jump_of_a_fast_mode_is_stepped_over():

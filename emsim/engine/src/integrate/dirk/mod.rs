@@ -29,7 +29,7 @@ use super::{response, Attempt, Method};
 use crate::ledger::Stages;
 use crate::newton::{Failure, Newton, Options, Tolerances};
 use crate::sparse::Complex;
-use crate::system::{System, Work};
+use crate::system::{Kind, System, Work};
 
 /// Nodes nearer than this share of the step are one node to the prediction.
 const APART: f64 = 1e-3;
@@ -41,6 +41,9 @@ const TRANSIENT: f64 = 10.0;
 const BACK: f64 = 0.2;
 /// Longest step that is tried to get over a fast mode, in units of the one refused.
 const LEAP: f64 = 8.0;
+
+/// An estimate that stays as it is at this share of the step does not fall with it.
+const STAYS: f64 = 0.02;
 
 /// Coefficients; stage 0 is explicit.
 pub struct Tableau {
@@ -78,10 +81,11 @@ pub struct Dirk {
     started: bool,    // q0 and f[0] hold
     now: Step,
     last: Step,
-    solved: bool,                // `now` holds stage values of a step from its t
-    follows: bool,               // `last` ends where `now` begins, with nothing in between
-    accepted: bool,              // `last` is the step that dense output is asked of
-    refused: Option<(f64, f64)>, // length and error of the last attempt from here
+    solved: bool,                 // `now` holds stage values of a step from its t
+    follows: bool,                // `last` ends where `now` begins, with nothing in between
+    accepted: bool,               // `last` is the step that dense output is asked of
+    refused: Option<(f64, f64)>,  // length and error of the last attempt from here
+    at_first: Option<(f64, f64)>, // ... of the first one
     leapt: bool,
     guess: Vec<Vec<f64>>,
     r: Vec<f64>,
@@ -113,6 +117,7 @@ impl Dirk {
             follows: false,
             accepted: false,
             refused: None,
+            at_first: None,
             leapt: false,
             guess: vec![v(); s],
             r: v(),
@@ -249,8 +254,8 @@ impl Dirk {
         }
         self.newton.solve_held(w, &mut self.e);
         let mut worst = tol.largest_error(&self.e, self.candidate(), &self.now.x[0]) / self.k.local;
-        let stays = |(old_h, old)| h < 0.7 * old_h && worst > 0.9 * old;
-        if worst > 1.0 && (!self.follows || self.refused.is_some_and(stays)) {
+        let stays = |(first_h, first)| h < STAYS * first_h && worst > 0.5 * first;
+        if worst > 1.0 && (!self.follows || self.at_first.is_some_and(stays)) {
             self.newton.filter(sys, w, scale / h, &mut self.e);
             worst = tol.largest_error(&self.e, self.candidate(), &self.now.x[0]) / self.k.local;
         }
@@ -271,6 +276,7 @@ impl Method for Dirk {
         self.follows = false;
         self.accepted = false;
         self.refused = None;
+        self.at_first = None;
         self.leapt = false;
         self.newton.forget();
     }
@@ -303,6 +309,7 @@ impl Method for Dirk {
                 return Attempt::TooLarge { next: (1.5 * old).min(LEAP) * old_h };
             }
             self.refused = Some((h, error));
+            self.at_first = self.at_first.or(self.refused);
             return Attempt::TooLarge { next: factor.clamp(0.1, 0.9) * h };
         }
         if self.accounts && !self.follows && self.in_transient(h) {
@@ -326,6 +333,7 @@ impl Method for Dirk {
         self.follows = true;
         self.accepted = true;
         self.refused = None;
+        self.at_first = None;
     }
 
     fn candidate(&self) -> &[f64] {
@@ -341,10 +349,11 @@ impl Method for Dirk {
         self.polynomial(step, (t - step.t) / step.h, out);
     }
 
-    /// The error estimate damps what is stiff and does not see what is algebraic: their values at the end are right, but the
-    /// curve to them may have a corner. Carried back a little, the polynomial parts from that of the last step by what it
-    /// lacks, in the proportion of the two places' products of distances from its nodes. (Carried back over all of that
-    /// step, the proportion is so small that corners were missed.)
+    /// The error estimate does not see what is algebraic: its values at the end are right, but the curve to them may have
+    /// a corner. Carried back a little, the polynomial parts from that of the last step. A corner in the step makes it part
+    /// there by a quarter to four times as much as it is wrong inside, wherever the corner lies; a smooth curve by more,
+    /// in the proportion of the two places' products of distances from the nodes: what has a mass is as smooth as that.
+    /// (Carried back over all of that step, either proportion is so small that corners were missed.)
     fn interior(&self, sys: &System, tol: &Tolerances) -> f64 {
         if !self.follows {
             return f64::INFINITY;
@@ -357,10 +366,12 @@ impl Method for Dirk {
         // as if through m equidistant nodes; their product is largest in the first interval
         let m = self.k.dense[0].len();
         let product = |x: f64| (0..m).map(|j| x - j as f64 / (m - 1) as f64).product::<f64>();
-        let lacking = (product(0.4 / (m - 1) as f64) / product(theta)).abs().min(1.0);
+        let smooth = (product(0.4 / (m - 1) as f64) / product(theta)).abs().min(1.0);
+        let corner = BACK / -theta;
         let mut worst = 0.0_f64;
         for i in sys.interpolated() {
             let value = |w: &[f64], of: &Step| w.iter().zip(&of.x).map(|(w, x)| w * x[i]).sum::<f64>();
+            let lacking = if matches!(sys.unknowns[i].kind, Kind::Coordinate | Kind::Speed) { smooth } else { corner };
             let error = (lacking * (value(&here, &self.now) - value(&there, &self.last))).abs();
             worst = worst.max(error / tol.weight(i, self.now.x[0][i], self.now.x[s - 1][i]));
         }

@@ -124,3 +124,21 @@ fn conditions_of_dense_output() {
         }
     }
 }
+
+/// h lambda to infinity: Q is what the sources make it, F_i is its derivative as the stages give it. The estimate is the error
+/// of the last one.
+#[test]
+fn esdirk_sees_what_follows_at_once() {
+    let (k, f) = (esdirk::tableau(), full(&esdirk::tableau()));
+    let gamma = f.a[1][1];
+    for p in 1..=3 {
+        let mut slopes = vec![if p == 1 { 1.0 } else { 0.0 }];
+        for i in 1..f.c.len() {
+            let known = dot(&f.a[i][..i], &slopes);
+            slopes.push((f.c[i].powi(p) - known) / gamma);
+        }
+        let wrong = slopes[f.c.len() - 1] - f64::from(p);
+        assert_eq!(p == 3, wrong.abs() > 0.1);
+        assert!((dot(&k.d, &slopes) / gamma + wrong).abs() < 1e-8, "{p}: {wrong}");
+    }
+}
