@@ -463,6 +463,8 @@ def undefined(node: Name, scope: Scope) -> ExprError:
 
 def unknown_function(node: Call) -> ExprError:
     near = suggest(node.fn, [*_MATH, *_BRANCHING, *PROBES, *_DYNAMIC])
+    if near in PROBES:
+        near = to_text(Call(near, node.args))
     return ExprError(
         "E122", f"there is no function `{node.fn}`", node.span, f"did you mean `{near}`?" if near else None
     )
@@ -528,6 +530,8 @@ def _fold_call(node: Call, scope: Scope, bound: dict[str, Node], depth: int) -> 
         args = [_fold_place(a, scope, bound, depth) for a in node.args]
         changed = any(a is not b for a, b in zip(args, node.args, strict=True))
         return scope.probe(Call(node.fn, args, node.at) if changed else node)
+    if node.fn not in _BRANCHING and node.fn not in SOURCE_MATH and node.fn not in _DYNAMIC:
+        raise unknown_function(node)  # before its arguments: they may be what a probe that was meant takes
     args = [_fold(a, scope, bound, depth) for a in node.args]
     if node.fn in _BRANCHING:
         _check_count(node, 3, 3)
@@ -540,9 +544,7 @@ def _fold_call(node: Call, scope: Scope, bound: dict[str, Node], depth: int) -> 
         call = Call(node.fn, args, node.at)
         numbers = [a.value for a in args if isinstance(a, Num)]
         return _constant(function, numbers, call) if len(numbers) == len(args) else call
-    if node.fn in _DYNAMIC:
-        return Call(node.fn, args, node.at)
-    raise unknown_function(node)
+    return Call(node.fn, args, node.at)
 
 
 def _is_run_time(node: Name) -> bool:

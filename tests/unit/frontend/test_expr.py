@@ -74,6 +74,14 @@ def test_what_has_no_value_says_why_and_where(text, code, under):
     assert (caught.value.code, caught.value.span.text) == (code, under)
 
 
+def test_a_misspelt_probe_is_told_before_what_it_takes():
+    """`hinge` is no parameter, and nobody meant one."""
+    with pytest.raises(ExprError) as caught:
+        fold(parse_expression("2*angel(hinge)"), Scope())
+    assert (caught.value.code, caught.value.span.text) == ("E122", "angel(hinge)")
+    assert caught.value.hint == "did you mean `angle(hinge)`?"
+
+
 def test_a_condition_shields_its_other_branch():
     assert value("a>0 ? 1/a : 0", a=0.0) == 0 and value("a!=0 && 1/a>1", a=0.0) == 0
 
