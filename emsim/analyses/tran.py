@@ -1,7 +1,8 @@
 """`.tran tstep tstop [tstart [tmax]] [uic]`: the time course from the operating point or from initial values.
 
 tstep is the print grid and the default of waveform times. The largest internal step is tmax or, as in
-ngspice, the smaller of tstep and (tstop - tstart)/50, for methods that have no dense output of their own.
+ngspice, the smaller of tstep and (tstop - tstart)/50, for methods that have no dense output of their own;
+for the others (tstop - tstart)/10 and, where the equations are not linear, an eighth of a source's period.
 """
 
 from __future__ import annotations

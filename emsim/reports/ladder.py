@@ -10,9 +10,8 @@ Error of a run: largest |difference from the reference| over signals and common 
 range over the reference (at least 1e-3 of its size and 1e-6 of the largest of its unit). Signals: unless named, what stands
 under d/dt among the deck's columns, as the rest follows from it.
 
-Absolute tolerances that the deck gives are left out: they follow the ladder. The largest step of every method is the
-deck's tmax or a fiftieth of the run, so that the tolerance decides and not the print grid, which trap and gear heed in
-other runs as ngspice does.
+Absolute tolerances that the deck gives are left out: they follow the ladder. The largest step is the deck's tmax or, as in
+any run, the method's own: trap and gear heed the print grid, which is a fiftieth of the run here.
 
 Time is thread CPU time of the engine's transient, operating point included, compiling not; the median of rounds in
 which the runs of all methods take turns. A run that takes longer than its limit is stopped by the progress callback
@@ -142,9 +141,8 @@ class Problem:
         def over(*_: object) -> bool:
             return thread_time() - began > limit
 
-        tmax = t.tmax or (t.tstop - t.tstart) / 50
         waves = assembly.system.tran(
-            self.spacing, t.tstop, t.tstart, tmax, t.uic, [outputs[n].expr for n in names], options, over
+            self.spacing, t.tstop, t.tstart, t.tmax, t.uic, [outputs[n].expr for n in names], options, over
         )
         stats = dict(waves.stats)
         if waves.status == "ok":

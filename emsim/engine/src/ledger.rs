@@ -125,27 +125,24 @@ impl Ledger {
         if whole <= 0.0 {
             return;
         }
-        let before: Vec<Sum> = self.sums.iter().chain(&self.heat).copied().collect();
         let stages = (inside.stages)();
         if stages.at.is_empty() {
             let h = whole / inside.parts as f64;
             for part in 0..inside.parts {
+                let before = self.accounts();
                 let start = t0 + part as f64 * h;
                 for (c, weight) in NODES.into_iter().zip(WEIGHTS) {
                     let mut x = self.look(sys, w, start + c * h, inside);
                     self.flow(sys, w, start + c * h, &x, |sum, power| sum.add(h * weight * power));
                     std::mem::swap(&mut self.inside, &mut x);
                 }
+                self.count(&before);
                 if part + 1 < inside.parts {
                     self.pause(sys, w, start + h, inside);
                 }
             }
         } else {
-            self.by_stages(sys, w, (t0, whole), &stages, &before, inside);
-        }
-        let after = self.sums.iter().chain(&self.heat);
-        for (moved, (after, before)) in self.moved.iter_mut().zip(after.zip(&before)) {
-            *moved += (after.value - before.value).abs();
+            self.by_stages(sys, w, (t0, whole), &stages, inside);
         }
         self.leap(t1, x1);
         self.note(sys, w);
@@ -158,29 +155,34 @@ impl Ledger {
         }
     }
 
-    fn by_stages(
-        &mut self,
-        sys: &System,
-        w: &mut Work,
-        (t0, h): (f64, f64),
-        stages: &Stages,
-        before: &[Sum],
-        inside: &Inside,
-    ) {
+    fn accounts(&self) -> Vec<Sum> {
+        self.sums.iter().chain(&self.heat).copied().collect()
+    }
+
+    /// What has moved since, without its sign.
+    fn count(&mut self, before: &[Sum]) {
+        let after = self.sums.iter().chain(&self.heat);
+        for (moved, (after, before)) in self.moved.iter_mut().zip(after.zip(before)) {
+            *moved += (after.value - before.value).abs();
+        }
+    }
+
+    /// A long step may hold a whole swing: what has moved is counted part by part.
+    fn by_stages(&mut self, sys: &System, w: &mut Work, (t0, h): (f64, f64), stages: &Stages, inside: &Inside) {
         let mut flows = Vec::new();
         for (t, x) in &stages.at {
             self.flow(sys, w, *t, x, |_, power| flows.push(power));
         }
         let accounts = self.sums.len() + self.heat.len();
         let parts = stages.weights.len();
+        let before = self.accounts();
         for (part, weights) in stages.weights.iter().enumerate() {
-            if self.trace.is_none() && part + 1 < parts {
-                continue;
-            }
-            for (k, (sum, before)) in self.sums.iter_mut().chain(&mut self.heat).zip(before).enumerate() {
+            let until_here = self.accounts();
+            for (k, (sum, before)) in self.sums.iter_mut().chain(&mut self.heat).zip(&before).enumerate() {
                 *sum = *before;
                 sum.add(h * weights.iter().enumerate().map(|(j, b)| b * flows[j * accounts + k]).sum::<f64>());
             }
+            self.count(&until_here);
             if part + 1 < parts {
                 self.pause(sys, w, t0 + (part + 1) as f64 * h / parts as f64, inside);
             }

@@ -2,7 +2,9 @@
 //!
 //! Rules, each justified by the work-precision charts of the benchmark decks (`python tests/bench/auto.py`):
 //!
-//!  1. Explicit where the equations reduce to an ODE (`System::reduced`) and nothing is stiff: rk45 at loose tolerances, dop853 below. Never with diodes: an exponential is stiff whenever it conducts.
+//!  1. Explicit where the equations reduce to an ODE (`System::reduced`) and nothing is stiff: rk45 at loose tolerances, dop853
+//!     below. Never with diodes: an exponential is stiff whenever it conducts. Not where the equations are linear and sources have
+//!     few corners either: a step of radau at order 13 is one solution there, with a factorisation that is kept.
 //!  2. Otherwise implicit, see `implicit`.
 //!  3. From explicit to implicit when stability has limited `STIFF` steps, when the step collapses, or when a stage cannot be solved. Back after `TRIAL` implicit steps, on probation: the first explicit step must
 //!     have room to spare and must not be shorter than `SHORTER` of the implicit one. Each regretted return makes the next one
@@ -28,6 +30,21 @@ fn loose(sys: &System) -> f64 {
         true => 2e-3,
         false => 5e-4,
     }
+}
+
+/// Corners that steps of order 13 still reach over.
+const CORNERS: usize = 20;
+
+fn few_corners(sys: &System, span: f64) -> bool {
+    let next = |t: f64| sys.waves.iter().fold(f64::INFINITY, |next, w| next.min(w.next_breakpoint(t)));
+    let mut t = 0.0;
+    for _ in 0..CORNERS {
+        t = next(t);
+        if t >= span {
+            return true;
+        }
+    }
+    false
 }
 
 fn mechanical(sys: &System) -> bool {
@@ -71,6 +88,7 @@ pub struct Auto<'a> {
     explicit: Option<&'static str>, // rule 1; None: it cannot be
     implicit: &'static str,         // rule 2
     begun: bool,
+    feature: f64, // shortest time that sources and print grid speak of
     t: f64,
     x: Vec<f64>,              // the present point
     tried: Vec<&'static str>, // methods that gave up at it
@@ -90,15 +108,18 @@ pub fn reduces(sys: &System, o: &Options) -> bool {
     o.fixed_step.is_none() && sys.diodes() == 0 && sys.n <= SMALL
 }
 
-/// Rule 2: where no diode bends it, or a machine hangs on it, radau. Diodes turn gently to corners, and what is cheapest
-/// there is a step of one stage: trap, and gear's orders where the tolerance is tight. Switches throw gear back to order 1.
+/// Rule 2: radau where no diode bends it. Diodes turn gently to corners, and what is cheapest there are few stages, all
+/// L-stable: trbdf2, and gear's orders where the tolerance is tight. Switches throw gear back to order 1 and want short
+/// restarts, machines want a higher order: esdirk. Trap's steps are the cheapest of all and its errors ten times what is asked
+/// where the first diode conducts (netlists/electrical, reltol 1e-3: clipper, doubler, half-wave rectifier 0.8 to 1 %).
 fn implicit(sys: &System, o: &Options) -> &'static str {
-    let switches = !sys.flags.is_empty();
+    let few_restarts = sys.flags.is_empty() && !mechanical(sys);
     match o.reltol {
-        _ if sys.diodes() == 0 || mechanical(sys) => "radau",
-        tol if tol >= if switches { 2e-7 } else { 5e-5 } => "trap",
-        _ if switches => "radau",
-        _ => "gear",
+        _ if sys.diodes() == 0 => "radau",
+        tol if few_restarts && tol >= 5e-5 => "trbdf2",
+        _ if few_restarts => "gear",
+        tol if tol >= 5e-7 => "esdirk",
+        _ => "radau",
     }
 }
 
@@ -109,6 +130,7 @@ impl<'a> Auto<'a> {
     pub fn new(sys: &'a System, o: &Options) -> Result<Auto<'a>, Failure> {
         let (explicit, why) = match sys.reduced() {
             _ if sys.diodes() > 0 => (None, "diodes".to_string()),
+            Ok(_) if sys.pure_linear && few_corners(sys, o.span) => (None, "linear equations".to_string()),
             Ok(r) if r.largest_block() > BLOCK => (None, "large dense blocks".to_string()),
             Ok(r) if r.constraints() > LOOPS => (None, "several closed loops".to_string()),
             Ok(r) if r.iterates() => (None, "stages that want iterations".to_string()),
@@ -126,6 +148,7 @@ impl<'a> Auto<'a> {
             explicit,
             implicit,
             begun: false,
+            feature: 0.0,
             t: 0.0,
             x: vec![0.0; sys.n],
             tried: Vec::new(),
@@ -191,10 +214,10 @@ impl<'a> Auto<'a> {
         let begins = !std::mem::replace(&mut self.begun, true);
         if self.explicitly() {
             // the first step is a hundredth of the shortest time
-            let fast = |(l, damped): (f64, bool)| {
-                l * 100.0 * h > if damped { FAST_DAMPED } else { FAST } || (damped && l * self.o.span > LASTING)
-            };
-            if begins && self.fastest(w, tol).is_none_or(fast) {
+            if begins {
+                self.feature = 100.0 * h;
+            }
+            if begins && self.fastest(w, tol).is_none_or(|f| self.fast(f)) {
                 self.go_implicit(w, "stiff from the start")?;
                 // with a loop to close in every stage, the way back has never paid
                 if self.sys.reduced().is_ok_and(|r| r.has_constraints()) {
@@ -219,7 +242,7 @@ impl<'a> Auto<'a> {
         }
         // the way back
         if let Some(name) = self.explicit {
-            if self.fastest(w, tol).is_none_or(|(l, _)| l * h * SHORTER > SILENT) {
+            if self.fastest(w, tol).is_none_or(|f| f.0 * h * SHORTER > SILENT || self.fast(f)) {
                 self.patience = (2 * self.patience).min(RAREST);
                 return Ok(());
             }
@@ -232,6 +255,11 @@ impl<'a> Auto<'a> {
             self.tell("once more");
         }
         Ok(())
+    }
+
+    /// Rule 4.
+    fn fast(&self, (l, damped): (f64, bool)) -> bool {
+        l * self.feature > if damped { FAST_DAMPED } else { FAST } || (damped && l * self.o.span > LASTING)
     }
 
     /// What the explicit method did on probation: kept, continued, or taken back.

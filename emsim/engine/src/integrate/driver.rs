@@ -63,6 +63,11 @@ const PATIENCE: u64 = 200_000;
 const LEAST: f64 = 2e-9;
 /// No quantity of a deck is larger; a solution on its way to infinity ends here, before it is NaN.
 const LARGEST: f64 = 1e100;
+/// SPICE takes at least so many steps, none longer than TSTEP. Methods with dense output of their own order need only see
+/// every part of the run (`Method::fewest_steps`): the error bounds a step, and rows lie where they are asked for.
+const SPICE: f64 = 50.0;
+/// What conducts at the crest of a source's swing alone could lie between the stages of one long step.
+const IN_A_PERIOD: f64 = 8.0;
 /// A jump takes this part of the next stretch.
 const JUMP: f64 = 1e-9;
 /// ... or ten times as much, so often, where that cannot be solved.
@@ -183,9 +188,13 @@ impl<'a, S: Sink> Run<'a, S> {
         let mut tol = Tolerances::new(sys, o);
         tol.observe(&x);
         let dense = method.wants_dense_record();
-        // SPICE bounds the step by TSTEP; methods with dense output of their own order need only see every part of the span
-        let fiftieth = (a.tstop - a.tstart) / 50.0;
-        let tmax = a.tmax.unwrap_or(if dense { fiftieth } else { a.tstep.min(fiftieth) });
+        let span = a.tstop - a.tstart;
+        let (fewest, of_spice) = (span / method.fewest_steps(), span / SPICE);
+        let tmax = a.tmax.unwrap_or(match dense {
+            true if sys.pure_linear => fewest,
+            true => fewest.min((sys.shortest_period() / IN_A_PERIOD).max(of_spice)),
+            false => a.tstep.min(of_spice),
+        });
         Ok(Run {
             sys,
             w,
@@ -233,6 +242,7 @@ impl<'a, S: Sink> Run<'a, S> {
         if self.stop <= 0.0 {
             self.jump(feature);
         }
+        self.grid.bent(0.0, self.stop);
         self.restart(method);
     }
 

@@ -69,6 +69,10 @@ pub trait Method {
     fn wants_dense_record(&self) -> bool {
         false
     }
+    /// No step is longer than the run over so many, where the deck does not say.
+    fn fewest_steps(&self) -> f64 {
+        10.0
+    }
     /// A step may reach from one corner of a source to the next (the error estimate needs no second step behind it).
     fn starts_at_full_length(&self) -> bool {
         false

@@ -110,6 +110,11 @@ impl System {
         })
     }
 
+    /// Shortest period of a source.
+    pub fn shortest_period(&self) -> f64 {
+        self.loud().filter_map(|w| w.frequency()).fold(f64::INFINITY, |least, f| least.min(1.0 / f))
+    }
+
     pub fn shortest_feature(&self) -> f64 {
         self.loud().map(|w| w.shortest()).fold(f64::INFINITY, f64::min)
     }

@@ -577,6 +577,11 @@ impl Method for Gauss {
         true
     }
 
+    /// All steps are as long as the first that serves: a run that begins at rest must not begin with too long a one.
+    fn fewest_steps(&self) -> f64 {
+        50.0
+    }
+
     fn wants_dense_record(&self) -> bool {
         true
     }

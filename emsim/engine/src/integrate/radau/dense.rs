@@ -7,14 +7,60 @@
 use super::tables::{Scheme, MOST};
 use std::sync::OnceLock;
 
+/// What a scheme's polynomials are made from.
+struct Basis {
+    nodes: [f64; MOST + 1],       // 0, c_1 .. c_s
+    barycentric: [f64; MOST + 1], // 1 / prod_k (node_j - node_k), over all of them
+    stages: [f64; MOST],          // the same over c_1 .. c_s
+    correction: [f64; MOST + 1],  // coefficients of phi / phi'(0), ascending from theta
+    weakest: f64,                 // where `nodal` is largest
+}
+
+fn basis(scheme: &Scheme) -> &'static Basis {
+    static KNOWN: [OnceLock<Basis>; 3] = [const { OnceLock::new() }; 3];
+    KNOWN[scheme.rank()].get_or_init(|| {
+        let m = scheme.s + 1;
+        let mut nodes = [0.0; MOST + 1];
+        nodes[1..m].copy_from_slice(scheme.c);
+        let over = |nodes: &[f64], j: usize| -> f64 {
+            (0..nodes.len()).filter(|&k| k != j).map(|k| nodes[j] - nodes[k]).product::<f64>().recip()
+        };
+        let barycentric = std::array::from_fn(|j| if j < m { over(&nodes[..m], j) } else { 0.0 });
+        let stages = std::array::from_fn(|j| if j < scheme.s { over(scheme.c, j) } else { 0.0 });
+        // phi'(t) / phi'(0) = product of (1 - t / c_i)
+        let mut p = [0.0; MOST + 1];
+        p[0] = 1.0;
+        for (k, c) in scheme.c.iter().enumerate() {
+            for m in (0..=k).rev() {
+                p[m + 1] -= p[m] / c;
+            }
+        }
+        let correction = std::array::from_fn(|k| p[k] / (k + 1) as f64);
+        let size = |k: &usize| nodal(scheme, *k as f64 / 200.0).abs();
+        let weakest = (0..200).max_by(|a, b| size(a).total_cmp(&size(b))).unwrap_or(0) as f64 / 200.0;
+        Basis { nodes, barycentric, stages, correction, weakest }
+    })
+}
+
+/// l_j = w_j prod_{k != j} (theta - node_k), with w the barycentric weights of the nodes.
+fn lagrange(nodes: &[f64], w: &[f64], theta: f64, l: &mut [f64]) {
+    let mut product = 1.0;
+    for ((l, w), node) in l.iter_mut().zip(w).zip(nodes) {
+        *l = w * product;
+        product *= theta - node;
+    }
+    product = 1.0;
+    for (l, node) in l.iter_mut().zip(nodes).rev() {
+        *l *= product;
+        product *= theta - node;
+    }
+}
+
 /// Lagrange's weights at theta of the values at 0, c_1 .. c_s.
 pub fn weights(scheme: &Scheme, theta: f64) -> [f64; MOST + 1] {
-    let m = scheme.s + 1;
-    let node = |j: usize| if j == 0 { 0.0 } else { scheme.c[j - 1] };
+    let (b, m) = (basis(scheme), scheme.s + 1);
     let mut l = [0.0; MOST + 1];
-    for (j, l) in l.iter_mut().enumerate().take(m) {
-        *l = (0..m).filter(|&k| k != j).map(|k| (theta - node(k)) / (node(j) - node(k))).product();
-    }
+    lagrange(&b.nodes[..m], &b.barycentric[..m], theta, &mut l[..m]);
     l
 }
 
@@ -35,11 +81,8 @@ pub fn polynomial(scheme: &Scheme, theta: f64, x0: &[f64], stage: &[Vec<f64>], o
 /// stages alone, since what a multiplier has at the start of a step belongs to another polynomial and to another order.
 pub fn extrapolate(scheme: &Scheme, theta: f64, x0: &[f64], stage: &[Vec<f64>], moves: &[bool], out: &mut [f64]) {
     polynomial(scheme, theta, x0, stage, out);
-    let c = scheme.c;
     let mut l = [0.0; MOST];
-    for (j, l) in l.iter_mut().enumerate().take(scheme.s) {
-        *l = (0..scheme.s).filter(|&k| k != j).map(|k| (theta - c[k]) / (c[j] - c[k])).product();
-    }
+    lagrange(scheme.c, &basis(scheme).stages[..scheme.s], theta, &mut l[..scheme.s]);
     for (i, o) in out.iter_mut().enumerate() {
         if !moves[i] {
             *o = l.iter().zip(stage).map(|(l, x)| l * x[i]).sum();
@@ -49,15 +92,7 @@ pub fn extrapolate(scheme: &Scheme, theta: f64, x0: &[f64], stage: &[Vec<f64>], 
 
 /// phi(theta) / phi'(0).
 pub fn correction(scheme: &Scheme, theta: f64) -> f64 {
-    // coefficients of phi'(t) / phi'(0) = product of (1 - t / c_i), ascending
-    let mut p = [0.0; MOST + 1];
-    p[0] = 1.0;
-    for (k, c) in scheme.c.iter().enumerate() {
-        for m in (0..=k).rev() {
-            p[m + 1] -= p[m] / c;
-        }
-    }
-    (0..=scheme.s).rev().fold(0.0, |sum, k| sum * theta + p[k] / (k + 1) as f64) * theta
+    basis(scheme).correction[..=scheme.s].iter().rev().fold(0.0, |sum, p| sum * theta + p) * theta
 }
 
 /// Integrals from 0 to 1/4, 1/2, 3/4, 1 of the polynomials l_j of degree s - 1 through the nodes; the last ones are b.
@@ -88,8 +123,7 @@ pub fn nodal(scheme: &Scheme, theta: f64) -> f64 {
 
 /// Where in the step that is largest.
 pub fn weakest(scheme: &Scheme) -> f64 {
-    let size = |k: &usize| nodal(scheme, *k as f64 / 200.0).abs();
-    (0..200).max_by(|a, b| size(a).total_cmp(&size(b))).unwrap_or(0) as f64 / 200.0
+    basis(scheme).weakest
 }
 
 #[cfg(test)]

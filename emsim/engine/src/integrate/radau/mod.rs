@@ -73,7 +73,8 @@ pub struct Radau {
     x0: Vec<f64>,
     q0: Vec<f64>,
     f0: Vec<f64>,
-    started: bool, // f0, q0 hold
+    still: Vec<f64>, // f0 without the sources, of linear equations
+    started: bool,   // f0, q0, still hold
     stage: Vec<Vec<f64>>,
     d: Vec<Vec<f64>>,
     f: Vec<Vec<f64>>,
@@ -100,7 +101,6 @@ pub struct Radau {
     proposed_next: f64,
     first: bool,
     fixed: bool,
-    weakest: [f64; 3],             // point of each scheme's dense output
     uncorrected: Vec<bool>,        // by the error estimate, in dense output
     full: Option<Box<FullNewton>>, // made when first needed
     full_steps: u32,               // so many steps more begin with it
@@ -155,6 +155,7 @@ impl Radau {
             x0: v(),
             q0: v(),
             f0: v(),
+            still: v(),
             started: false,
             stage: stages(),
             d: stages(),
@@ -181,7 +182,6 @@ impl Radau {
             proposed_next: 0.0,
             first: true,
             fixed: o.fixed_step.is_some(),
-            weakest: std::array::from_fn(|k| dense::weakest(tables::SCHEMES[k])),
             uncorrected,
             full: None,
             full_steps: 0,
@@ -381,6 +381,8 @@ impl Method for Radau {
             sys.eval(w, &self.x0, self.t0);
             self.q0.copy_from_slice(&w.q);
             self.f0.copy_from_slice(&w.f);
+            self.still.copy_from_slice(&w.f);
+            sys.subtract_waves(w, &mut self.still);
             self.started = true;
             let largest = |of: fn(Kind) -> bool| {
                 let q = self.q0.iter().zip(&sys.unknowns).filter(|(_, u)| of(u.kind));
@@ -400,8 +402,12 @@ impl Method for Radau {
             }
             let mut solved = Err((0, true));
             if self.full_steps == 0 {
-                self.predict(sys, h);
-                solved = self.stages(sys, w, h, tol);
+                solved = if sys.pure_linear {
+                    self.linear_stages(sys, w, h)
+                } else {
+                    self.predict(sys, h);
+                    self.stages(sys, w, h, tol)
+                };
             }
             let lowest = self.scheme.s == 3;
             // frozen derivatives cannot follow an exponential: the stages together, each with its own
@@ -510,7 +516,7 @@ impl Method for Radau {
         let scheme = self.scheme;
         let before = (start - self.t0) / self.h;
         let l = dense::weights(scheme, before);
-        let theta = self.weakest[scheme.rank()];
+        let theta = dense::weakest(scheme);
         let corner = if sys.diodes() > 0 { CORNER } else { 1.0 };
         let lacking = corner * dense::nodal(scheme, theta) / dense::nodal(scheme, before);
         let correction = scheme.gamma * dense::correction(scheme, theta);

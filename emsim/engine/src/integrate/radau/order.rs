@@ -31,6 +31,9 @@ pub fn contracting(contraction: f64) -> f64 {
     (CONTRACTION / contraction.max(1e-9)).powf(1.0 / POWER).max(0.5)
 }
 
+/// Evaluations of every stage that a step of linear equations is worth (stages.rs).
+const LINEAR_PASSES: f64 = 0.5;
+
 /// Operations of one evaluation, one Jacobian, one real factorisation, one real solution.
 struct Costs {
     evaluation: f64,
@@ -77,7 +80,10 @@ impl Orders {
             "radau5" => (0, 0),
             "radau9" => (1, 1),
             "radau13" => (2, 2),
-            _ => (0, if fixed { 0 } else { 2 }),
+            _ if fixed => (0, 0),
+            // one solution a step, its factorisation kept: the longest steps win at every tolerance
+            _ if sys.pure_linear => (2, 2),
+            _ => (0, 2),
         };
         let (values, derivatives) = sys.operations();
         let (entries, diodes) = (sys.pattern.nnz() as f64, 30.0 * sys.diodes() as f64);
@@ -139,7 +145,7 @@ impl Orders {
         let c = &self.costs;
         let pairs = (s - 1.0) / 2.0;
         let systems = 1.0 + 4.0 * pairs;
-        let passes = if taken.linear { 2.0 } else { iterations };
+        let passes = if taken.linear { LINEAR_PASSES } else { iterations };
         let mut work = (passes * s + 1.0) * c.evaluation;
         work += iterations * (systems * c.solve + 3.0 * s * s * c.unknowns);
         if !taken.linear {
