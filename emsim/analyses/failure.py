@@ -164,9 +164,13 @@ def _static(analysis: Analysis | None) -> bool:
 
 
 def _mechanical(assembly: Assembly, unknown: str) -> bool:
-    """Is the unknown one of the machine's?"""
+    """Is the unknown one of the machine's, or what a DRIVE gives it?"""
+    if assembly.machine is None:
+        return False
     kinds = dict(zip(assembly.system.names, assembly.system.kinds, strict=True))
-    return assembly.machine is not None and kinds.get(unknown) in ("coordinate", "speed", "lambda", "mu")
+    drives = [card.name for card in assembly.flat.machine if card.kind == "DRIVE"]
+    given = any(unknown in (f"torque({name})", f"force({name})") for name in drives)
+    return given or kinds.get(unknown) in ("coordinate", "speed", "lambda", "mu")
 
 
 def _driving(assembly: Assembly) -> list[str]:

@@ -20,6 +20,7 @@ use std::sync::OnceLock;
 
 mod guests;
 mod junctions;
+mod linear;
 mod reduce;
 mod split;
 
@@ -551,26 +552,6 @@ impl System {
         for (d, e) in self.diodes.iter().zip(&w.expansions) {
             add_pair(out, d.p, d.n, -e.current(a, e.v));
         }
-    }
-
-    #[inline]
-    pub fn subtract_waves(&self, w: &Work, out: &mut [f64]) {
-        for &(row, k, coefficient) in &self.f_wave {
-            out[row] -= coefficient * w.waves[k];
-        }
-    }
-
-    #[inline]
-    pub fn add_waves(&self, w: &Work, out: &mut [f64]) {
-        for &(row, k, coefficient) in &self.f_wave {
-            out[row] += coefficient * w.waves[k];
-        }
-    }
-
-    /// q = C x of the constant part of C: all of Q where the equations are linear.
-    pub fn charges_of(&self, x: &[f64], q: &mut [f64]) {
-        assert!(q.len() == self.n);
-        self.c_rows.times(&self.c_rows.value, x, |row, v| q[row] = v);
     }
 
     /// Sources of the stamps (see `stamps`) of what was expanded.

@@ -21,7 +21,7 @@ SPECIAL = {
     # nothing is left to integrate: how good the forces are is a matter of the step alone
     "mechanical/driven_slider_crank": (1e-9, "5m 0.5 0 0.5m"),
     "mechanical/scotch_yoke": (1e-9, "2m 0.4 0 0.5m"),
-    "coupled/slider_crank_hbridge": (1e-6, "20u 4m"),  # thousands of switchings
+    "coupled/slider_crank_hbridge": (4e-7, "20u 4m"),  # thousands of switchings
     "coupled/pendulum_servo": (1e-7, "1m 0.2"),
     "coupled/cart_pole": (1e-9, "1m 3.5"),
     "coupled/comb_drive": (3e-9, "1u 1m"),

@@ -242,7 +242,9 @@ impl<'a, S: Sink> Run<'a, S> {
         if self.stop <= 0.0 {
             self.jump(feature);
         }
-        self.grid.bent(0.0, self.stop);
+        if self.sys.starts_bending() {
+            self.grid.bent(0.0, self.stop);
+        }
         self.restart(method);
     }
 

@@ -110,6 +110,12 @@ impl System {
         })
     }
 
+    /// Does a ramp begin at t = 0?
+    pub fn starts_bending(&self) -> bool {
+        let within = |w: &Wave| 0.5 * w.shortest().min(f64::MAX);
+        self.loud().any(|w| w.is_piecewise_linear() && w.value(within(w)) != w.value(0.0))
+    }
+
     /// Shortest period of a source.
     pub fn shortest_period(&self) -> f64 {
         self.loud().filter_map(|w| w.frequency()).fold(f64::INFINITY, |least, f| least.min(1.0 / f))
