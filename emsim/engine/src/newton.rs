@@ -58,6 +58,11 @@ impl Failure {
     }
 }
 
+/// Of a charge, times what the differences of error estimates make of it.
+const ROUNDING: f64 = 4e-15;
+/// An iteration that has not converged after so many may have met the rounding of charges.
+const STALLS: usize = 8;
+
 /// Iterates that are good but for the currents of diodes: more than so many are not waited for.
 const PATIENCE: u32 = 6;
 
@@ -69,6 +74,7 @@ pub struct Newton {
     base: Vec<f64>,
     sources: Vec<f64>,
     step: Vec<f64>,
+    noise: Vec<f64>,
     /// Q at the solution, and F as the stage equation gives it
     pub q: Vec<f64>,
     pub f: Vec<f64>,
@@ -87,6 +93,7 @@ impl Newton {
             base: Vec::new(),
             sources: Vec::new(),
             step: vec![0.0; sys.n],
+            noise: vec![0.0; sys.n],
             q: vec![0.0; sys.n],
             f: vec![0.0; sys.n],
         })
@@ -147,7 +154,8 @@ impl Newton {
                 self.finish(sys, a, r);
                 return Ok(iteration);
             }
-            if sys.stage_expand_and_judge(w, x, t, a, (tol.reltol, tol.vntol)) {
+            let judged = sys.stage_expand_and_judge(w, x, t, a, (tol.reltol, tol.vntol));
+            if judged || (iteration >= STALLS && !w.limited && self.within_rounding(sys, w, a, x, tol)) {
                 sys.stage_charges(w, x, None, &mut self.q);
                 self.finish(sys, a, r);
                 return Ok(iteration);
@@ -228,6 +236,30 @@ impl Newton {
     pub fn solve_held(&mut self, w: &mut Work, b: &mut [f64]) {
         self.lu.solve(b);
         w.counters.solves += 1;
+    }
+
+    /// noise <- what the rounding of the charges in self.q does to the unknowns when it is divided by the step: a shorter step
+    /// has more of it. A volt on a capacitor is known to 1e-16; a picosecond's current is not, and what two floating
+    /// capacitors have in common hangs on that.
+    fn round(&mut self, w: &mut Work, a: f64) {
+        for (b, q) in self.noise.iter_mut().zip(&self.q) {
+            *b = ROUNDING * a * q.abs();
+        }
+        self.lu.solve(&mut self.noise);
+        w.counters.solves += 1;
+    }
+
+    /// The same as error estimates see it, in units of the tolerance.
+    pub fn noise(&mut self, w: &mut Work, a: f64, x1: &[f64], x0: &[f64], tol: &Tolerances) -> f64 {
+        self.round(w, a);
+        tol.largest_error(&self.noise, x1, x0)
+    }
+
+    /// Is the last update no more than that, where it is more than the tolerance? No iteration gets nearer.
+    fn within_rounding(&mut self, sys: &System, w: &mut Work, a: f64, x: &[f64], tol: &Tolerances) -> bool {
+        sys.stage_charges(w, x, None, &mut self.q);
+        self.round(w, a);
+        (0..x.len()).all(|i| !tol.in_norm[i] || self.step[i].abs() <= tol.weight(i, x[i], x[i]) + self.noise[i].abs())
     }
 
     /// F from the stage equation, so that charge is conserved.

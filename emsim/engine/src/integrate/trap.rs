@@ -174,6 +174,9 @@ impl Trap {
             self.ringing = plain > filtered.max(DAMP_FROM);
             error = filtered.max(plain);
         }
+        if error > 1.0 {
+            error /= (self.newton.noise(w, a, &self.x1, &self.past.x[0], tol) / self.trtol).max(1.0);
+        }
         (error, order)
     }
 }

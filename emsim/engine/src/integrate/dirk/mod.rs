@@ -259,6 +259,10 @@ impl Dirk {
             self.newton.filter(sys, w, scale / h, &mut self.e);
             worst = tol.largest_error(&self.e, self.candidate(), &self.now.x[0]) / self.k.local;
         }
+        if worst > 1.0 && worst.is_finite() {
+            let (x1, x0) = (&self.now.x[self.k.c.len() - 1], &self.now.x[0]);
+            worst /= (self.newton.noise(w, scale / h, x1, x0, tol) / self.k.local).max(1.0);
+        }
         if worst.is_finite() {
             worst.max(1e-10)
         } else {
