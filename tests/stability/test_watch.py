@@ -40,6 +40,18 @@ def test_gear_takes_the_amplitude_it_says(reltol):
     assert number(r"with (\d+) steps a period", text) == pytest.approx(steps, rel=0.1)
 
 
+@pytest.mark.parametrize("f, cap", [(1e5, 10e-9), (4e5, 10e-9), (7e8, 1e-12)])
+@pytest.mark.parametrize("method", ["gear", "gear maxord=2"])
+def test_gear_says_the_same_at_every_frequency(f, cap, method):
+    """The same steps but for rounding: a loss that is told at 100 kHz is there at 700 MHz."""
+    text = deck("paper/tank").replace("f=100k cap=10n", f"f={f!r} cap={cap!r}")
+    result = run(text, f"method={method}")
+    z = 1 / (2 * np.pi * f * cap)
+    left = float(np.hypot(result["v(a)"][-1], z * result["i(l1)"][-1]))
+    told = number(r"about (\S+) % of its amplitude", said(result)["W410"]) / 100
+    assert told == pytest.approx(1 - left, rel=0.2)
+
+
 @pytest.mark.parametrize("part", [20, 40])
 def test_trap_is_late_by_what_it_says(part):
     """(w h)^2/12 of each period: with 100 periods and h = T/20, 0.82 periods, a quarter of it with half the step."""

@@ -25,8 +25,6 @@ const MOST: usize = 6;
 const HIGHEST: usize = 5;
 /// The local tolerance against the asked one, where trtol does not say: keeps the global error near what was asked.
 const LOCAL: f64 = 0.1;
-/// Of a charge, times what the differences of the error estimate make of it.
-const ROUNDING: f64 = 4e-15;
 
 pub struct Gear {
     newton: Newton,
@@ -144,20 +142,8 @@ impl Gear {
         Some(worst / self.trtol)
     }
 
-    /// What the rounding of charges does to the unknowns when it is divided by the step, as differences see it, in units of
-    /// the tolerance: a shorter step has more of it. A volt on a capacitor is known to 1e-16, a picosecond's current is not.
     fn noise(&mut self, w: &mut Work, a: f64, tol: &Tolerances) -> f64 {
-        for (b, q) in self.r.iter_mut().zip(&self.q1) {
-            *b = ROUNDING * a * q.abs();
-        }
-        self.newton.solve_held(w, &mut self.r);
-        let mut worst = 0.0_f64;
-        for (i, b) in self.r.iter().enumerate() {
-            if tol.in_error[i] {
-                worst = worst.max(b.abs() / tol.weight(i, self.x1[i], self.past.x[0][i]));
-            }
-        }
-        worst / self.trtol
+        self.newton.noise(w, a, &self.x1, &self.past.x[0], tol) / self.trtol
     }
 }
 
@@ -340,6 +326,10 @@ impl Method for Gear {
 
     fn response(&self, order: usize, y: f64) -> Option<Complex> {
         Some(response::bdf(order, y))
+    }
+
+    fn drift(&self, order: usize, times: &[f64], w: f64) -> Option<(f64, f64)> {
+        response::bdf_drift(times.get(..=order)?, w)
     }
 
     fn candidate(&self) -> &[f64] {

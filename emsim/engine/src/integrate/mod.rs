@@ -100,6 +100,11 @@ pub trait Method {
     fn response(&self, _formula: usize, _y: f64) -> Option<Complex> {
         None
     }
+    /// The same a second, of a formula whose points lie where the last steps put them, times newest first, on exp(j w t): what it
+    /// takes of the amplitude (ln) and how late it makes it (radians).
+    fn drift(&self, _formula: usize, _times: &[f64], _w: f64) -> Option<(f64, f64)> {
+        None
+    }
     /// The driver would give up at the present point: the length of the step to try instead, where another way is left.
     fn fallback(&mut self, _w: &mut Work) -> Option<f64> {
         None

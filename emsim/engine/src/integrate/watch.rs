@@ -32,6 +32,8 @@ const PAUSE: (u64, u64) = (128, 2048);
 const MOST: usize = 400;
 /// An amplitude below this part of the largest value is not worth a word.
 const WORTH: f64 = 1e-3;
+/// What a burst must lose, ln, to be told from the error of its fit.
+const FITTED: f64 = 1e-3;
 /// ... and ringing below this.
 const RINGS: f64 = 0.01;
 /// Steps that a run may be on its way to `maxsteps` before it is stopped, and how often that is looked at.
@@ -95,9 +97,10 @@ pub struct Watch {
     taken: u64,
     m: usize,
     times: Vec<f64>,
-    formulas: Vec<usize>, // of the steps that ended there
-    samples: Vec<f64>,    // by unknown, then time
-    halved: bool,         // with the middles of the steps
+    formulas: Vec<usize>,     // of the steps that ended there
+    samples: Vec<f64>,        // by unknown, then time
+    steps: Vec<(f64, usize)>, // ends and formulas of all steps of the burst, sampled or not
+    halved: bool,             // with the middles of the steps
     inside: Vec<f64>,
     weights: Vec<(f64, f64)>,
     tracks: Vec<Track>,
@@ -130,6 +133,7 @@ impl Watch {
             times: vec![0.0; BURST],
             formulas: vec![0; BURST],
             samples: vec![0.0; BURST * watched.len()],
+            steps: Vec::new(),
             halved: false,
             inside: Vec::new(),
             weights: vec![(0.0, 0.0); BURST],
@@ -153,6 +157,9 @@ impl Watch {
     /// An accepted step ended at (t, x).
     #[inline]
     pub fn step(&mut self, t: f64, x: &[f64], method: &dyn Method, tol: &Tolerances) {
+        if self.m > 0 {
+            self.steps.push((t, method.formula()));
+        }
         if self.idle > 0 {
             self.idle -= 1;
         } else {
@@ -162,6 +169,10 @@ impl Watch {
 
     fn sample(&mut self, t: f64, x: &[f64], method: &dyn Method, tol: &Tolerances) {
         self.halved = self.stride == 1 && method.wants_dense_record();
+        if self.m == 0 {
+            self.steps.clear();
+            self.steps.push((t, method.formula()));
+        }
         if self.halved && self.m > 0 {
             // a long step hides half a period: its middle too
             let middle = 0.5 * (self.times[self.m - 1] + t);
@@ -252,9 +263,32 @@ impl Watch {
         }
     }
 
-    /// Loss and lateness of this burst's steps, a second: each formula at the mean length of its steps, times what unequal
+    /// Loss and lateness of this burst's steps, a second, by the steps themselves where the method can tell; of many steps,
+    /// every so many.
+    fn drift(&self, w: f64, method: &dyn Method) -> Option<(f64, f64)> {
+        let (mut loss, mut late, mut span) = (0.0, 0.0, 0.0);
+        let mut times = [0.0; 8];
+        for k in (1..self.steps.len()).step_by((self.steps.len() / MOST).max(1)) {
+            let (t, formula) = self.steps[k];
+            if k < formula || formula >= times.len() {
+                continue;
+            }
+            for (at, (t, _)) in times.iter_mut().zip(self.steps[..=k].iter().rev()) {
+                *at = *t;
+            }
+            let own = method.drift(formula, &times[..=formula], w)?;
+            let h = t - self.steps[k - 1].0;
+            (loss, late, span) = (loss + h * own.0, late + h * own.1, span + h);
+        }
+        (span > 0.0).then(|| (loss / span, late / (std::f64::consts::TAU * span)))
+    }
+
+    /// The same of methods of one step: each formula at the mean length of its steps, times what unequal
     /// ones make of a figure that grows as h^p, the mean of (h_j/h)^p, with p from its values at y and 1.1 y.
     fn rates(&self, w: f64, method: &dyn Method) -> Option<(f64, f64)> {
+        if let Some(rates) = self.drift(w, method) {
+            return Some(rates);
+        }
         let m = self.m;
         let mut rates = (0.0, 0.0);
         let mut done: [usize; 16] = [usize::MAX; 16];
@@ -337,7 +371,7 @@ impl Watch {
         (track.w, track.rates, track.stride) = (seen.w, rates, self.stride);
         track.coarsest = track.coarsest.min(period / h);
         let predicted = 0.5 * rates.0 * (stop - start);
-        track.seen |= predicted > 0.05 && alike(seen.fell, predicted);
+        track.seen |= predicted > FITTED && alike(seen.fell, predicted);
     }
 
     /// The mode of an unknown is gone, or another: what was added up is reported if it is the most so far.
@@ -361,7 +395,8 @@ impl Watch {
         // in the long run it must have fallen as a whole; the first bursts can be all there is
         let whole = track.bursts > 1 && track.loss > 0.005 && alike(fell, track.loss);
         let seen = whole || (track.seen && track.bursts < 4);
-        let scale = if track.bursts > 1 { (fell / track.loss.max(1e-12)).clamp(1.0, 4.0) } else { 1.0 };
+        // the steps between the bursts may have been others: what was seen is what counts
+        let scale = if track.bursts > 1 { fell / track.loss.max(1e-12) } else { 1.0 };
         let loss = if seen { scale * (track.loss + track.rates.0 * rest) } else { 0.0 };
         // an oscillation that dies by itself takes its lateness with it
         let left = (track.last.1 / track.first.1).min(1.0);
@@ -370,7 +405,7 @@ impl Watch {
             period,
             share: track.share,
             steps: track.coarsest,
-            loss: 1.0 - (-loss.max(if track.seen { 0.05 } else { 0.0 })).exp(),
+            loss: 1.0 - (-loss).exp(),
             late: left * (track.late + track.rates.1 * rest),
             cycles: track.cycles + rest / period,
         };
@@ -463,7 +498,8 @@ impl Watch {
     }
 }
 
-/// Does an amplitude fall as predicted? Changing steps take up to three times what equal ones do.
+/// Does an amplitude fall as predicted? What a tank loses to its method alone is predicted to a percent; where half and more
+/// of what it loses is not the method's, the method is not what is to be told.
 fn alike(fell: f64, predicted: f64) -> bool {
-    fell > 0.5 * predicted && fell < 4.0 * predicted
+    fell > 0.5 * predicted && fell < 2.0 * predicted
 }
