@@ -32,6 +32,8 @@ const PAUSE: (u64, u64) = (128, 2048);
 const MOST: usize = 400;
 /// An amplitude below this part of the largest value is not worth a word.
 const WORTH: f64 = 1e-3;
+/// A loss of so many times what is predicted is not the method's.
+const MOST_ALIKE: f64 = 2.0;
 /// What a burst must lose, ln, to be told from the error of its fit.
 const FITTED: f64 = 1e-3;
 /// ... and ringing below this.
@@ -81,13 +83,14 @@ struct Track {
     loss: f64, // predicted between first and last
     late: f64,
     cycles: f64,
-    rates: (f64, f64), // of loss and lateness, a second
-    coarsest: f64,     // least steps a period
-    seen: bool,        // fell within one burst as predicted
-    quick: f64,        // a period seen with stride 1: longer strides would see its alias
-    stride: u32,       // of the burst that saw it last
-    edge: f64,         // half of the first burst
-    share: f64,        // of the amplitude at first in the unknown's largest value
+    rates: (f64, f64),  // of loss and lateness, a second
+    coarsest: f64,      // least steps a period
+    seen: bool,         // fell within one burst as predicted
+    within: (f64, f64), // what it fell by within its bursts, and was to
+    quick: f64,         // a period seen with stride 1: longer strides would see its alias
+    stride: u32,        // of the burst that saw it last
+    edge: f64,          // half of the first burst
+    share: f64,         // of the amplitude at first in the unknown's largest value
 }
 
 pub struct Watch {
@@ -371,6 +374,7 @@ impl Watch {
         (track.w, track.rates, track.stride) = (seen.w, rates, self.stride);
         track.coarsest = track.coarsest.min(period / h);
         let predicted = 0.5 * rates.0 * (stop - start);
+        track.within = (track.within.0 + seen.fell, track.within.1 + predicted + FITTED);
         track.seen |= predicted > FITTED && alike(seen.fell, predicted);
     }
 
@@ -393,7 +397,9 @@ impl Watch {
         let fell = (track.first.1 / track.last.1).ln();
         let rest = rest + track.edge;
         // in the long run it must have fallen as a whole; the first bursts can be all there is
-        let whole = track.bursts > 1 && track.loss > 0.005 && alike(fell, track.loss);
+        // what falls faster within the bursts is excited anew between them, and falls by itself
+        let own = track.within.0 > MOST_ALIKE * track.within.1;
+        let whole = track.bursts > 1 && track.loss > 0.005 && alike(fell, track.loss) && !own;
         let seen = whole || (track.seen && track.bursts < 4);
         // the steps between the bursts may have been others: what was seen is what counts
         let scale = if track.bursts > 1 { fell / track.loss.max(1e-12) } else { 1.0 };
@@ -501,5 +507,5 @@ impl Watch {
 /// Does an amplitude fall as predicted? What a tank loses to its method alone is predicted to a percent; where half and more
 /// of what it loses is not the method's, the method is not what is to be told.
 fn alike(fell: f64, predicted: f64) -> bool {
-    fell > 0.5 * predicted && fell < 2.0 * predicted
+    fell > 0.5 * predicted && fell < MOST_ALIKE * predicted
 }
