@@ -260,6 +260,16 @@ pub fn operating_point(
     statics: bool,
     x: &mut Vec<f64>,
 ) -> Result<(), NoPoint> {
+    if !statics && sys.unknowns.iter().all(|u| u.kind.mechanical()) {
+        // all of it is held where it is
+        for _ in 0..CHATTER {
+            if !sys.update_flags(w, x, 0.0) {
+                break;
+            }
+        }
+        w.gmin = o.gmin;
+        return Ok(());
+    }
     let singular = |why| NoPoint { why, tried: vec![] };
     let mut dc = Dc::new(sys, !statics, x).map_err(singular)?;
     let gmin = o.gmin;
@@ -492,6 +502,11 @@ fn polish(dc: &mut Dc, w: &mut Work, x: &mut [f64], tol: &Tolerances, o: &Option
         }
     }
     Ok(())
+}
+
+/// Does `consistent` with `refine` leave everything as it is?
+pub fn is_all_state(sys: &System) -> bool {
+    sys.diodes() == 0 && sys.differential.iter().all(|&d| d)
 }
 
 /// Consistent values at t after a discontinuity, or at the start: one backward Euler step so short that charges,

@@ -10,6 +10,8 @@ mod native;
 mod trig;
 
 use native::Native;
+pub use native::{Move, To};
+pub use trig::vectors;
 
 /// What the leaves read.
 #[derive(Clone, Copy)]
@@ -73,6 +75,7 @@ pub struct Tape {
     ends: Vec<(usize, usize)>,     // of each part: end of its code, end of its outputs
     limits: (usize, usize, usize), // highest index + 1 of unknowns, waves, flags: checked once per call
     native: Vec<Option<Native>>,   // of each part
+    into: bool,                    // results are wanted in a row, see `native_into`
 }
 
 impl Tape {
@@ -151,7 +154,7 @@ impl Tape {
                 slot.remove(&id);
             }
         }
-        Tape { constants, code, functions, outputs, ends, limits, native: Vec::new() }
+        Tape { constants, code, functions, outputs, ends, limits, native: Vec::new(), into: false }
     }
 
     /// The same as machine code, as far as there is any for this machine. For programs that run often.
@@ -159,12 +162,13 @@ impl Tape {
         let base = self.constants.len();
         // slots that outputs read, or another part
         let mut wanted = vec![false; base + self.code.len()];
-        for &slot in &self.outputs {
+        for &slot in self.outputs.iter().filter(|_| !self.into) {
             wanted[slot as usize] = true;
         }
         let mut from = 0;
-        for &(to, _) in &self.ends {
-            for slot in self.code[from..to].iter().flat_map(Instr::operands) {
+        for (part, &(to, _)) in self.ends.iter().enumerate() {
+            let results = self.part_slots(part).iter().copied();
+            for slot in self.code[from..to].iter().flat_map(Instr::operands).chain(results) {
                 if (slot as usize) < base + from {
                     wanted[slot as usize] = true;
                 }
@@ -175,11 +179,19 @@ impl Tape {
         for &(to, _) in &self.ends {
             let wanted = |slot: u32| wanted[slot as usize];
             let (code, sign) = (&self.code[from..to], base as u32 - 2);
-            let part = native::Part { code, first: base + from, wanted: &wanted, functions: &self.functions, sign };
+            let results = if self.into { self.part_slots(self.native.len()) } else { &[] };
+            let part =
+                native::Part { code, first: base + from, wanted: &wanted, functions: &self.functions, sign, results };
             self.native.push(Native::new(&part));
             from = to;
         }
         self
+    }
+
+    /// Machine code that leaves the results of a part one after the other, for `run_into`; not in slots.
+    pub fn native_into(mut self) -> Tape {
+        self.into = true;
+        self.native()
     }
 
     pub fn is_empty(&self) -> bool {
@@ -214,9 +226,68 @@ impl Tape {
     pub fn run_part(&self, part: usize, inp: &Inputs, w: &mut [f64]) {
         if let Some(Some(native)) = self.native.get(part) {
             self.check(inp, w);
-            // SAFETY: checked
-            return unsafe { native.run(inp, w) };
+            // SAFETY: checked; there are no results beside the slots
+            assert!(!self.into);
+            return unsafe { native.run(inp, w, std::ptr::null_mut()) };
         }
+        self.interpret(part, inp, w);
+    }
+
+    /// Runs one part of a `native_into` and leaves its results in `out`.
+    #[inline]
+    pub fn run_into(&self, part: usize, inp: &Inputs, w: &mut [f64], out: &mut [f64]) {
+        let slots = self.part_slots(part);
+        if let Some(Some(native)) = self.native.get(part).filter(|_| self.into) {
+            self.check(inp, w);
+            assert!(out.len() >= slots.len());
+            // SAFETY: checked
+            return unsafe { native.run(inp, w, out.as_mut_ptr()) };
+        }
+        self.interpret(part, inp, w);
+        for (o, &slot) in out.iter_mut().zip(slots) {
+            *o = w[slot as usize];
+        }
+    }
+
+    /// The machine code of the only part of a `native_into`, to be run on these leaves again and again; None where there is
+    /// none.
+    pub fn again<'a>(
+        &'a self,
+        x: &'a mut [f64],
+        waves: &'a [f64],
+        flags: &'a [f64],
+        slots: &'a mut [f64],
+    ) -> Option<Again<'a>> {
+        let native = self.native.first()?.as_ref().filter(|_| self.into && self.native.len() == 1)?;
+        self.check(&Inputs { x, t: 0.0, waves, flags }, slots);
+        Some(Again { native, x, waves, flags, slots, results: self.outputs.len() })
+    }
+
+    /// The only part of a `native_into` as the stages of a method: `moves` over a table of rows of `width`, whose element `h`
+    /// is the length of the step and where the times of the runs stand from `times` on; the state is at leaf `y`.
+    pub fn sequence(&self, moves: &[Move], width: usize, y: usize, h: usize, times: usize) -> Option<Sequence> {
+        let wanted = |_: u32| false;
+        let part = native::Part {
+            code: &self.code,
+            first: self.constants.len(),
+            wanted: &wanted,
+            functions: &self.functions,
+            sign: self.constants.len() as u32 - 2,
+            results: &self.outputs,
+        };
+        let results = self.outputs.len();
+        assert!(width % 4 == 0 && results <= width && self.ends.len() == 1 && self.into);
+        let rows = moves.iter().flat_map(|m| {
+            let to = m.to.iter().filter_map(|to| if let To::Row(row) = to { Some(*row) } else { None });
+            m.row.iter().map(|c| c.0).chain(m.from).chain(m.run).chain(to)
+        });
+        let runs = moves.iter().filter(|m| m.run.is_some()).count();
+        let length = rows.map(|row| (row + 1) * width).chain([h + 1, times + runs]).max().unwrap_or(0);
+        let native = Native::sequence(&part, moves, width, y, h)?;
+        Some(Sequence { native, length, times, leaves: y + width })
+    }
+
+    fn interpret(&self, part: usize, inp: &Inputs, w: &mut [f64]) {
         let from = if part > 0 { self.ends[part - 1].0 } else { 0 };
         self.run_code(from, self.ends[part].0, inp, w);
     }
@@ -293,6 +364,51 @@ impl Tape {
         let mut w = self.workspace();
         self.run(inp, &mut w);
         (0..self.outputs.len()).map(|k| self.output(&w, k)).collect()
+    }
+}
+
+/// A program and what it runs on, looked up and checked once.
+pub struct Again<'a> {
+    native: &'a Native,
+    x: &'a mut [f64],
+    waves: &'a [f64],
+    flags: &'a [f64],
+    slots: &'a mut [f64],
+    results: usize,
+}
+
+/// What `Tape::sequence` makes.
+pub struct Sequence {
+    native: Native,
+    length: usize,
+    times: usize,
+    leaves: usize,
+}
+
+impl Again<'_> {
+    #[inline]
+    pub fn run_sequence(&mut self, sequence: &Sequence, table: &mut [f64]) {
+        assert!(table.len() >= sequence.length && self.x.len() >= sequence.leaves);
+        let inputs = Inputs { x: &[], t: 0.0, waves: self.waves, flags: self.flags };
+        let rows = table.as_mut_ptr();
+        // SAFETY: checked by who made it and by who made the sequence of the same program, lengths above
+        unsafe {
+            let times = rows.add(sequence.times);
+            sequence.native.run_sequence(self.x.as_mut_ptr(), &inputs, self.slots, times, rows);
+        }
+    }
+
+    #[inline]
+    pub fn x(&mut self) -> &mut [f64] {
+        self.x
+    }
+
+    #[inline]
+    pub fn run(&mut self, t: f64, out: &mut [f64]) {
+        assert!(out.len() >= self.results);
+        let inputs = Inputs { x: self.x, t, waves: self.waves, flags: self.flags };
+        // SAFETY: checked by who made it, and no length has changed
+        unsafe { self.native.run(&inputs, self.slots, out.as_mut_ptr()) };
     }
 }
 
@@ -404,15 +520,23 @@ mod tests {
             let parts: [(&[Id], bool); 3] = [(&outs[..4], true), (&outs[4..8], false), (&outs[8..], true)];
             let slow = Tape::in_parts(&g, &parts);
             let fast = Tape::in_parts(&g, &parts).native();
+            let row = Tape::in_parts(&g, &parts).native_into();
             assert!(cfg!(not(target_arch = "x86_64")) || fast.native.iter().any(Option::is_some));
-            for flag in [0.0, 1.0] {
-                let inp = Inputs { x: &[0.3, -1.2, 2.1, 0.05], t: 0.4, waves: &[3.3], flags: &[flag] };
-                let (mut a, mut b) = (slow.workspace(), fast.workspace());
+            // (the second argument is beyond what the code's own sines take)
+            for (flag, x) in [(0.0, [0.3, -1.2, 2.1, 0.05]), (1.0, [-7.3, 1e7, 2.1, 40.0])] {
+                let inp = Inputs { x: &x, t: 0.4, waves: &[3.3], flags: &[flag] };
+                let (mut a, mut b, mut c) = (slow.workspace(), fast.workspace(), row.workspace());
                 slow.run(&inp, &mut a);
                 fast.run(&inp, &mut b);
+                let mut results = [0.0; 12];
+                for part in 0..3 {
+                    row.run_into(part, &inp, &mut c, &mut results[4 * part..]);
+                }
                 for k in 0..outs.len() {
-                    let (x, y) = (slow.output(&a, k), fast.output(&b, k));
-                    assert!(x.to_bits() == y.to_bits() || (x.is_nan() && y.is_nan()), "{round} {k}: {x} {y}");
+                    let x = slow.output(&a, k);
+                    for y in [fast.output(&b, k), results[k]] {
+                        assert!(x.to_bits() == y.to_bits() || (x.is_nan() && y.is_nan()), "{round} {k}: {x} {y}");
+                    }
                 }
             }
         }

@@ -87,7 +87,7 @@ pub(super) struct Run<'a, S: Sink> {
     o: &'a Options,
     pub record: &'a mut S,
     tol: Tolerances,
-    newton: Newton, // for values after a jump: its symbolic analysis is done once
+    newton: Option<Newton>, // for values after a jump: its symbolic analysis is done once, when it is needed
     detector: Detector,
     grid: Grid,
     memory: Memory,
@@ -202,7 +202,7 @@ impl<'a, S: Sink> Run<'a, S> {
             o,
             record,
             tol,
-            newton: Newton::new(sys)?,
+            newton: None,
             detector: Detector::new(sys),
             grid: Grid::new(sys, a, dense),
             memory: Memory::default(),
@@ -226,13 +226,15 @@ impl<'a, S: Sink> Run<'a, S> {
 
     pub(super) fn start(&mut self, method: &mut dyn Method) {
         let feature = self.sys.shortest_feature().min(self.a.tstep).min(self.tmax);
-        op::consistent(self.sys, &mut self.newton, self.w, &mut self.x, 0.0, 1e-5 * feature, &self.tol, true);
+        if !op::is_all_state(self.sys) {
+            self.settle(0.0, 1e-5 * feature, true);
+        }
         for _ in 0..CASCADE {
             // flags may hang on algebraic unknowns that other flags move: settle them together
             if !self.sys.update_flags(self.w, &self.x, 0.0) {
                 break;
             }
-            op::consistent(self.sys, &mut self.newton, self.w, &mut self.x, 0.0, 1e-9 * feature, &self.tol, false);
+            self.settle(0.0, 1e-9 * feature, false);
         }
         if self.a.tstart <= 0.0 {
             self.record.row(self.sys, self.w, 0.0, &self.x);
@@ -246,6 +248,12 @@ impl<'a, S: Sink> Run<'a, S> {
             self.grid.bent(0.0, self.stop);
         }
         self.restart(method);
+    }
+
+    /// Values that fit the charges at t + h.
+    fn settle(&mut self, t: f64, h: f64, refine: bool) -> bool {
+        newton(self.sys, &mut self.newton)
+            .is_some_and(|n| op::consistent(self.sys, n, self.w, &mut self.x, t, h, &self.tol, refine))
     }
 
     fn restart(&mut self, method: &mut dyn Method) {
@@ -427,7 +435,9 @@ impl<'a, S: Sink> Run<'a, S> {
         let (t, mut h) = (self.t, if again { 10.0 * self.crept.1 } else { JUMP * width }.max(least));
         let tol = self.tol.at_least(1e-5);
         while h <= least.max(LEAP * width) {
-            if op::consistent(self.sys, &mut self.newton, self.w, &mut self.x, t, h, &tol, false) {
+            if newton(self.sys, &mut self.newton)
+                .is_some_and(|n| op::consistent(self.sys, n, self.w, &mut self.x, t, h, &tol, false))
+            {
                 self.crept = (t, h);
                 (self.t, self.late) = (t + h, 0.0);
                 self.jump(self.tmax);
@@ -501,7 +511,7 @@ impl<'a, S: Sink> Run<'a, S> {
             let mut h = (JUMP * width.min(self.stop - t)).max(64.0 * f64::EPSILON * t).max(1e-18 * self.a.tstop);
             // rounding may keep so short a step from converging: a flux of so much over h is no voltage
             for _ in 0..LONGER {
-                if op::consistent(self.sys, &mut self.newton, self.w, &mut self.x, t, h, &self.tol, false) {
+                if self.settle(t, h, false) {
                     break;
                 }
                 h *= 10.0;
@@ -606,6 +616,13 @@ enum Event {
     Refused(f64),
     /// the run stands behind the event; the length of the next step
     Passed(f64),
+}
+
+fn newton<'n>(sys: &System, made: &'n mut Option<Newton>) -> Option<&'n mut Newton> {
+    if made.is_none() {
+        *made = Newton::new(sys).ok();
+    }
+    made.as_mut()
 }
 
 fn lost() -> Failure {

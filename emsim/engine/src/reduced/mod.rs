@@ -18,6 +18,7 @@ mod order;
 mod plan;
 mod rows;
 mod saddle;
+mod whole;
 
 pub use dense::Columns;
 pub use plan::{Layout, Source};
@@ -28,6 +29,7 @@ use crate::graph::{Graph, Id};
 use crate::tape::{Inputs, Tape};
 use crate::waves::Wave;
 use dense::{backward_symmetric, factor_general, factor_symmetric, forward_symmetric, solve_general};
+use whole::{Slots, Whole};
 
 const MOST_ITERATIONS: usize = 50;
 /// Newton's method converges quadratically: an update so small leaves its square.
@@ -90,7 +92,7 @@ pub struct Reduced {
     steps: Vec<Step>,
     stage_steps: usize,
     f_part: usize,
-    whole: Option<Tape>, // the rates at once, for stages that nobody looks at
+    whole: Option<Whole>,
     x_part: usize,
     direct: Vec<(usize, usize, f64)>, // unknown, state, d unknown / d state
     diodes: Vec<Diode>,
@@ -114,7 +116,7 @@ struct Held {
 pub struct Point {
     v: Vec<f64>, // leaves
     slots: Vec<f64>,
-    whole: Vec<f64>, // slots of the stage at once
+    whole: Slots,
     pub waves: Vec<f64>,
     pub flags: Vec<f64>,
     time: f64,
@@ -276,7 +278,7 @@ impl Reduced {
         Point {
             v: vec![0.0; self.at.leaves()],
             slots: self.tape.workspace(),
-            whole: self.whole.as_ref().map(Tape::workspace).unwrap_or_default(),
+            whole: self.whole.as_ref().map(Whole::slots).unwrap_or_default(),
             waves: vec![0.0; 2 * self.waves],
             flags: flags.to_vec(),
             time: f64::NAN,
@@ -306,6 +308,11 @@ impl Reduced {
         p.time = f64::NAN;
     }
 
+    /// Length of a state with room for whole vectors of four.
+    pub fn width(&self) -> usize {
+        self.at.width()
+    }
+
     /// The state, to be written before `rates`.
     #[inline]
     pub fn y<'a>(&self, p: &'a mut Point) -> &'a mut [f64] {
@@ -313,10 +320,16 @@ impl Reduced {
         &mut p.v[from..from + self.states.len()]
     }
 
+    #[inline]
     fn set_time(&self, p: &mut Point, waves: &[Wave], t: f64, before: bool) {
-        if p.time == t && p.side == before {
-            return;
+        if waves.is_empty() {
+            p.time = t;
+        } else if p.time != t || p.side != before {
+            self.set_waves(p, waves, t, before);
         }
+    }
+
+    fn set_waves(&self, p: &mut Point, waves: &[Wave], t: f64, before: bool) {
         (p.time, p.side) = (t, before);
         for (v, wave) in p.waves.iter_mut().zip(waves) {
             *v = if before { wave.value_before(t) } else { wave.value(t) };
@@ -328,44 +341,78 @@ impl Reduced {
         }
     }
 
-    /// f(y, t) into `out`, with the y that was written into the point, which is then known in full. Sources that jump at t
-    /// have the value before or after.
+    /// f(y, t) into `out`, with the y that was written into the point. Sources that jump at t have the value before or after.
+    #[inline]
     pub fn rates(&self, p: &mut Point, waves: &[Wave], t: f64, before: bool, out: &mut [f64]) -> Result<(), Trouble> {
+        self.set_time(p, waves, t, before);
+        if self.whole_rates(p, out) {
+            self.finite(out)
+        } else {
+            self.rates_by_blocks(p, waves, t, before, out)
+        }
+    }
+
+    fn rates_by_blocks(
+        &self,
+        p: &mut Point,
+        waves: &[Wave],
+        t: f64,
+        before: bool,
+        out: &mut [f64],
+    ) -> Result<(), Trouble> {
         self.solve(p, waves, t, before)?;
         p.evaluations += 1;
         self.run(self.f_part, p);
-        self.read(self.tape.part_slots(self.f_part), &p.slots, out)
+        for (o, &slot) in out.iter_mut().zip(self.tape.part_slots(self.f_part)) {
+            *o = p.slots[slot as usize];
+        }
+        self.finite(out)
     }
 
-    /// The same where nothing but the rates is asked for.
+    /// An error where a rate is not; rates of one point, or of several in rows of `width`.
     #[inline]
-    pub fn stage(&self, p: &mut Point, waves: &[Wave], t: f64, before: bool, out: &mut [f64]) -> Result<(), Trouble> {
-        let Some(whole) = self.whole.as_ref().filter(|_| p.checked) else {
-            return self.rates(p, waves, t, before, out);
-        };
+    pub fn finite(&self, rates: &[f64]) -> Result<(), Trouble> {
+        let mut sums = [0.0; 4];
+        let fours = rates.chunks_exact(4);
+        sums[..fours.remainder().len()].copy_from_slice(fours.remainder());
+        for four in fours {
+            for (sum, v) in sums.iter_mut().zip(four) {
+                *sum += v * 0.0;
+            }
+        }
+        if sums.iter().all(|v| v.is_finite()) {
+            return Ok(());
+        }
+        let k = rates.iter().position(|v| !v.is_finite()).unwrap_or(0);
+        Err(Trouble::NotFinite { unknown: self.states.get(k % self.width()).copied().unwrap_or(0) })
+    }
+
+    /// The point in full: every unknown, and f(y, t) where it is asked for.
+    pub fn arrive(
+        &self,
+        p: &mut Point,
+        waves: &[Wave],
+        t: f64,
+        before: bool,
+        rates: Option<&mut [f64]>,
+        x: &mut [f64],
+    ) -> Result<(), Trouble> {
         self.set_time(p, waves, t, before);
-        p.evaluations += 1;
-        whole.run(&Inputs { x: &p.v, t: p.time, waves: &p.waves, flags: &p.flags }, &mut p.whole);
-        self.read(whole.part_slots(0), &p.whole, out)
-    }
-
-    #[inline]
-    fn read(&self, outputs: &[u32], slots: &[f64], out: &mut [f64]) -> Result<(), Trouble> {
-        let mut sum = 0.0;
-        for (o, &slot) in out.iter_mut().zip(outputs) {
-            *o = slots[slot as usize];
-            sum += *o * 0.0;
+        let mut rates = rates;
+        if let Some(done) = self.whole_point(p, rates.as_deref_mut(), x) {
+            return done;
         }
-        if sum != 0.0 {
-            let k = out.iter().position(|v| !v.is_finite()).unwrap_or(0);
-            return Err(Trouble::NotFinite { unknown: self.states[k] });
+        match rates {
+            Some(rates) => self.rates_by_blocks(p, waves, t, before, rates)?,
+            None => self.solve(p, waves, t, before)?,
         }
-        Ok(())
+        self.unknowns(p, x)
     }
 
     /// What a stage must solve for, without the rates.
     pub fn solve(&self, p: &mut Point, waves: &[Wave], t: f64, before: bool) -> Result<(), Trouble> {
         self.set_time(p, waves, t, before);
+        p.depart();
         for k in 0..self.stage_steps {
             self.step(k, p)?;
         }
@@ -373,8 +420,8 @@ impl Reduced {
         Ok(())
     }
 
-    /// Every unknown at the point where `rates` or `solve` was run last.
-    pub fn unknowns(&self, p: &mut Point, x: &mut [f64]) -> Result<(), Trouble> {
+    /// Every unknown at the point where `solve` was run last.
+    fn unknowns(&self, p: &mut Point, x: &mut [f64]) -> Result<(), Trouble> {
         for k in self.stage_steps..self.steps.len() {
             self.step(k, p)?;
         }
@@ -525,6 +572,9 @@ impl Reduced {
     /// A small change of the state as a change of the unknowns that it determines, by the factors of the last stage.
     /// (What a change of one block means for later ones is left out: it has the same relative size there.)
     pub fn changes(&self, p: &mut Point, e: &[f64], out: &mut [f64]) {
+        if self.whole_changes(p, e, out) {
+            return;
+        }
         out.fill(0.0);
         for &(unknown, s, r) in &self.direct {
             out[unknown] = r * e[s];

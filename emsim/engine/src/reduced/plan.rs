@@ -15,8 +15,9 @@
 //! Capacitors that float between nodes leave one combination of their rows without charge: the sum over such an island is
 //! algebraic and takes the place of one of its rows.
 use super::order::{augment, strong_components};
+use super::whole::Whole;
 use super::{Reduced, Step};
-use crate::derive::{substitute, tangent};
+use crate::derive::tangent;
 use crate::devices::diode::Diode;
 use crate::graph::{Graph, Id, Node};
 use crate::model::{Kind, Unknown};
@@ -37,6 +38,7 @@ pub struct Source<'a> {
 }
 
 /// Numbers of the leaves: x, z, y, changes of y, then four of each diode: current, conductance, charge, capacitance.
+/// Behind y is room for whole vectors of four.
 #[derive(Clone, Copy)]
 pub struct Layout {
     pub n: usize,
@@ -51,11 +53,15 @@ impl Layout {
     pub fn y(&self, s: usize) -> usize {
         2 * self.n + s
     }
+    /// States, to the next four.
+    pub fn width(&self) -> usize {
+        self.states.next_multiple_of(4).max(4)
+    }
     pub fn change(&self, s: usize) -> usize {
-        2 * self.n + self.states + s
+        self.y(self.width()) + s
     }
     pub fn diode(&self, k: usize) -> usize {
-        2 * self.n + 2 * self.states + 4 * k
+        self.change(self.states) + 4 * k
     }
     pub fn leaves(&self) -> usize {
         self.diode(self.diodes)
@@ -88,7 +94,7 @@ pub(super) struct Plan<'a> {
     /// what direct steps solve for, as expressions of the state
     pub known: Vec<(Id, Id)>,
     pub f_part: usize,
-    pub whole: Option<Tape>,
+    pub whole: Option<Whole>,
 }
 
 pub(super) fn compile(g: &mut Graph, source: &Source) -> Result<Reduced, String> {
@@ -167,6 +173,8 @@ impl Plan<'_> {
         let xs: Vec<Id> = (0..n).map(|j| self.leaf(j)).collect();
         let xs: Vec<Id> = xs.into_iter().map(|x| self.image(x)).collect();
         self.parts.push((xs, true));
+        let rates = self.parts[self.f_part].0.clone();
+        self.whole_arrival(&rates, &self.parts[self.parts.len() - 1].0.clone());
         let parts: Vec<(&[Id], bool)> = self.parts.iter().map(|(ids, kept)| (ids.as_slice(), *kept)).collect();
         let tape = Tape::in_parts(self.g, &parts).native();
         if tape.has_free_symbols() {
@@ -467,11 +475,7 @@ impl Plan<'_> {
             let f = self.image(self.f[row]);
             rates.push(self.g.neg(f));
         }
-        // nothing to solve but what is known in symbols: a stage is one program
-        if self.steps.iter().all(|s| matches!(s, Step::Direct(_))) {
-            let rates = substitute(self.g, &rates, &self.known);
-            self.whole = Some(Tape::new(self.g, &rates).native());
-        }
+        self.whole_stage(&rates);
         self.f_part = self.parts.len();
         // private: what it computes does not hold where a point is only solved for
         self.parts.push((rates, false));

@@ -4,10 +4,17 @@
 //! rounding (no fused multiply-add), so both ways give the same numbers to the bit. Registers are given out in one pass:
 //! an operand that is needed again stays in a register, and where none is free the one whose next use is furthest away
 //! goes to its slot (Belady 1966). Functions of the mathematical library are calls, before which everything that is
-//! still needed goes to its slot. Sine and cosine of one argument are one call.
+//! still needed goes to its slot. Sines and cosines stand in the code itself, those of up to four arguments side by side
+//! (`sines.rs`).
 //!
-//!   registers:  rbx slots   rbp unknowns   r13 waves   r14 flags   r15 time   xmm0-13 values   xmm14, 15 scratch
+//!   registers:  rbx slots   rbp unknowns   r12 results   r13 waves   r14 flags   r15 time
+//!               xmm0-13 values   xmm14, 15 scratch
 use super::{Inputs, Instr, Op};
+
+#[cfg(all(target_arch = "x86_64", unix))]
+mod sequence;
+#[cfg(all(target_arch = "x86_64", unix))]
+mod sines;
 
 /// Shorter programs are interpreted: calling them would cost what they do.
 #[cfg(all(target_arch = "x86_64", unix))]
@@ -21,6 +28,23 @@ pub struct Part<'a> {
     pub wanted: &'a dyn Fn(u32) -> bool,
     pub functions: &'a [crate::graph::Fun],
     pub sign: u32, // slot of two -0.0
+    /// slots whose values go to the results, in their order
+    pub results: &'a [u32],
+}
+
+/// One sum of a Runge-Kutta method, over rows of a table:  [row `from` +] h sum a_j row_j, to the state or to another row.
+pub struct Move<'a> {
+    pub row: &'a [(usize, f64)],
+    pub from: Option<usize>,
+    pub to: &'a [To],
+    /// the program is run on the state, its results go to this row
+    pub run: Option<usize>,
+}
+
+#[derive(Clone, Copy)]
+pub enum To {
+    State,
+    Row(usize),
 }
 
 #[cfg(not(all(target_arch = "x86_64", unix)))]
@@ -32,9 +56,17 @@ impl Native {
         None
     }
 
+    pub fn sequence(_: &Part, _: &[Move], _: usize, _: usize, _: usize) -> Option<Native> {
+        None
+    }
+
     /// # Safety
     /// Never called: there is no `Native`.
-    pub unsafe fn run(&self, _: &Inputs, _: &mut [f64]) {}
+    pub unsafe fn run(&self, _: &Inputs, _: &mut [f64], _: *mut f64) {}
+
+    /// # Safety
+    /// Never called: there is no `Native`.
+    pub unsafe fn run_sequence(&self, _: *mut f64, _: &Inputs, _: &mut [f64], _: *const f64, _: *mut f64) {}
 }
 
 #[cfg(all(target_arch = "x86_64", unix))]
@@ -42,11 +74,10 @@ pub use self::x86::Native;
 
 #[cfg(all(target_arch = "x86_64", unix))]
 mod x86 {
-    use super::super::trig::{self, sin_cos};
     use super::*;
     use crate::graph::Fun;
 
-    type Entry = unsafe extern "sysv64" fn(*mut f64, *const f64, *const f64, *const f64, *const f64);
+    type Entry = unsafe extern "sysv64" fn(*mut f64, *const f64, *const f64, *const f64, *const f64, *mut f64);
 
     /// Executable memory of one part.
     pub struct Native {
@@ -55,7 +86,7 @@ mod x86 {
         length: usize,
         // the code holds their addresses
         _functions: Box<[Fun]>,
-        _lists: Vec<Box<[[u32; 3]]>>,
+        _coefficients: Box<[f64]>,
     }
 
     // SAFETY: the memory is never written after it was made, and belongs to this value alone
@@ -63,13 +94,28 @@ mod x86 {
     unsafe impl Sync for Native {}
 
     impl Native {
-        /// None where the processor lacks AVX, the system forbids executable memory, or the program is too short.
+        /// None where the processor lacks AVX2 or FMA, the system forbids executable memory, or the program is too short.
         pub fn new(part: &Part) -> Option<Native> {
-            if part.code.len() < LEAST || !std::arch::is_x86_feature_detected!("avx") {
+            if part.code.len() < LEAST || !super::super::trig::vectors() {
                 return None;
             }
             let functions: Box<[Fun]> = part.functions.into();
-            let (code, lists) = Writer::new(part, &functions).write()?;
+            let code = Writer::new(part, &functions).write()?;
+            Native::of(&code, functions, Box::default())
+        }
+
+        /// The program as the stages of a Runge-Kutta method, see `Sequence`.
+        pub fn sequence(part: &Part, moves: &[Move], width: usize, y: usize, h: usize) -> Option<Native> {
+            if !super::super::trig::vectors() {
+                return None;
+            }
+            let functions: Box<[Fun]> = part.functions.into();
+            let coefficients: Box<[f64]> = moves.iter().flat_map(|m| m.row).map(|c| c.1).collect();
+            let code = Writer::new(part, &functions).sequence(moves, &coefficients, width, y, h)?;
+            Native::of(&code, functions, coefficients)
+        }
+
+        fn of(code: &[u8], functions: Box<[Fun]>, coefficients: Box<[f64]>) -> Option<Native> {
             // SAFETY: a fresh private mapping, written before it becomes executable and read-only
             unsafe {
                 let (length, none) = (code.len(), std::ptr::null_mut());
@@ -84,16 +130,24 @@ mod x86 {
                     return None;
                 }
                 let entry = std::mem::transmute::<*mut libc::c_void, Entry>(memory);
-                Some(Native { entry, memory, length, _functions: functions, _lists: lists })
+                Some(Native { entry, memory, length, _functions: functions, _coefficients: coefficients })
             }
         }
 
         /// # Safety
-        /// `w` is a workspace of the tape, and the inputs reach as far as the tape reads.
+        /// `w` is a workspace of the tape, the inputs reach as far as the tape reads, and there is room for the results.
         #[inline]
-        pub unsafe fn run(&self, inp: &Inputs, w: &mut [f64]) {
+        pub unsafe fn run(&self, inp: &Inputs, w: &mut [f64], results: *mut f64) {
             let (x, waves, flags) = (inp.x.as_ptr(), inp.waves.as_ptr(), inp.flags.as_ptr());
-            (self.entry)(w.as_mut_ptr(), x, waves, flags, &inp.t);
+            (self.entry)(w.as_mut_ptr(), x, waves, flags, &inp.t, results);
+        }
+
+        /// # Safety
+        /// As `run`; every time of the sequence at `times`, all its rows at `rows`, and room for whole vectors behind the
+        /// state in `inp.x`, which is written.
+        #[inline]
+        pub unsafe fn run_sequence(&self, x: *mut f64, inp: &Inputs, w: &mut [f64], times: *const f64, rows: *mut f64) {
+            (self.entry)(w.as_mut_ptr(), x, inp.waves.as_ptr(), inp.flags.as_ptr(), times, rows);
         }
     }
 
@@ -104,16 +158,6 @@ mod x86 {
         }
     }
 
-    extern "sysv64" fn sine(a: f64) -> f64 {
-        sin_cos(a).0
-    }
-    extern "sysv64" fn cosine(a: f64) -> f64 {
-        sin_cos(a).1
-    }
-    extern "sysv64" fn sines_cosines(w: *mut f64, list: *const [u32; 3], count: usize) {
-        // SAFETY: the code passes its workspace, slots inside it, and their number
-        unsafe { trig::sines_cosines(w, std::slice::from_raw_parts(list, count)) };
-    }
     extern "sysv64" fn exponential(a: f64) -> f64 {
         a.exp()
     }
@@ -132,33 +176,44 @@ mod x86 {
     }
 
     /// Base registers of memory operands.
+    pub const TABLE: u8 = 0;
+    pub const STACK: u8 = 4;
+    pub const RESULTS: u8 = 12;
     const SLOTS: u8 = 3;
-    const UNKNOWNS: u8 = 5;
+    pub const UNKNOWNS: u8 = 5;
     const WAVES: u8 = 13;
     const FLAGS: u8 = 14;
     const TIME: u8 = 15;
     const VALUES: usize = 14;
-    const MASK: u8 = 14;
-    const ZERO: u8 = 15;
+    pub const MASK: u8 = 14;
+    pub const ZERO: u8 = 15;
     const NEVER: u32 = u32::MAX;
 
     #[derive(Clone, Copy)]
-    enum Place {
+    pub enum Place {
         Register(u8),
         Memory { base: u8, index: u32 },
     }
 
-    struct Writer<'a> {
+    pub struct Writer<'a> {
         part: &'a Part<'a>,
         functions: &'a [Fun],
-        out: Vec<u8>,
+        pub out: Vec<u8>,
         holds: [Option<u32>; VALUES], // slot that a register holds
         register: Vec<u8>,            // of each own instruction; VALUES: none
         stored: Vec<bool>,            // the slot in memory is up to date
         uses: Vec<Vec<u32>>,          // of each own instruction, latest first
         partner: Vec<u32>,            // of a sine its cosine and the other way round
-        called: Vec<bool>,            // sines and cosines that a call has written
-        lists: Vec<Box<[[u32; 3]]>>,
+        called: Vec<bool>,            // sines and cosines that are there already
+        results: Vec<bool>,           // that have been written
+        pub aside: Vec<Aside>,
+    }
+
+    /// What lies behind the program: for arguments of sines out of range, jumped to and back from.
+    pub struct Aside {
+        pub jump: usize,
+        pub back: usize,
+        pub lanes: u32,
     }
 
     impl<'a> Writer<'a> {
@@ -193,8 +248,14 @@ mod x86 {
                 uses,
                 partner,
                 called: vec![false; n],
-                lists: Vec::new(),
+                results: vec![false; part.results.len()],
+                aside: Vec::new(),
             }
+        }
+
+        /// Number of results.
+        pub fn count(&self) -> usize {
+            self.results.len()
         }
 
         fn own(&self, slot: u32) -> Option<usize> {
@@ -297,8 +358,15 @@ mod x86 {
 
         /// The result is in its register: to its slot as well if others want it.
         fn done(&mut self, k: usize) {
-            if (self.part.wanted)((self.part.first + k) as u32) {
+            let slot = (self.part.first + k) as u32;
+            if (self.part.wanted)(slot) {
                 self.store(k);
+            }
+            for i in 0..self.results.len() {
+                if self.part.results[i] == slot {
+                    self.vex(0x11, F2, 1, self.register[k], 0, Place::Memory { base: RESULTS, index: i as u32 });
+                    self.results[i] = true;
+                }
             }
             if self.uses[k].is_empty() {
                 self.holds[self.register[k] as usize] = None;
@@ -306,19 +374,42 @@ mod x86 {
             }
         }
 
-        fn write(mut self) -> Option<(Vec<u8>, Vec<Box<[[u32; 3]]>>)> {
-            // push rbx rbp r13 r14 r15: with the return address the stack stands at a multiple of 16
-            self.out.extend([0x53, 0x55, 0x41, 0x55, 0x41, 0x56, 0x41, 0x57]);
+        fn write(mut self) -> Option<Vec<u8>> {
+            self.enter();
+            self.program()?;
+            self.leave();
+            self.asides();
+            Some(self.out)
+        }
+
+        pub fn enter(&mut self) {
+            // push rbx rbp r12 r13 r14 r15, sub rsp 8: with the return address the stack stands at a multiple of 16
+            self.out.extend([0x53, 0x55, 0x41, 0x54, 0x41, 0x55, 0x41, 0x56, 0x41, 0x57, 0x48, 0x83, 0xec, 8]);
             self.out.extend([0x48, 0x89, 0xfb]); // mov rbx, rdi
             self.out.extend([0x48, 0x89, 0xf5]); // mov rbp, rsi
             self.out.extend([0x49, 0x89, 0xd5]); // mov r13, rdx
             self.out.extend([0x49, 0x89, 0xce]); // mov r14, rcx
             self.out.extend([0x4d, 0x89, 0xc7]); // mov r15, r8
+            self.out.extend([0x4d, 0x89, 0xcc]); // mov r12, r9
+        }
+
+        pub fn leave(&mut self) {
+            self.out.extend([0x48, 0x83, 0xc4, 8, 0x41, 0x5f, 0x41, 0x5e, 0x41, 0x5d, 0x41, 0x5c, 0x5d, 0x5b, 0xc3]);
+        }
+
+        pub fn program(&mut self) -> Option<()> {
             for k in 0..self.part.code.len() {
                 self.instruction(k)?;
             }
-            self.out.extend([0x41, 0x5f, 0x41, 0x5e, 0x41, 0x5d, 0x5d, 0x5b, 0xc3]);
-            Some((self.out, self.lists))
+            // results that no instruction computes last: constants, leaves, what went to its slot
+            for i in 0..self.results.len() {
+                if !self.results[i] {
+                    let from = self.place(self.part.results[i]);
+                    self.copy(ZERO, from);
+                    self.vex(0x11, F2, 1, ZERO, 0, Place::Memory { base: RESULTS, index: i as u32 });
+                }
+            }
+            Some(())
         }
 
         fn instruction(&mut self, k: usize) -> Option<()> {
@@ -406,9 +497,7 @@ mod x86 {
                     self.done(k);
                 }
                 Op::Sin | Op::Cos if self.called[k] => self.release(k),
-                Op::Sin | Op::Cos if self.partner[k] != NEVER => self.sines_cosines(k),
-                Op::Sin => self.one(k, i.a, sine as *const () as u64),
-                Op::Cos => self.one(k, i.a, cosine as *const () as u64),
+                Op::Sin | Op::Cos => self.sines_cosines(k),
                 Op::Exp => self.one(k, i.a, exponential as *const () as u64),
                 Op::Call => {
                     self.call_prepare(k, i.a, None);
@@ -446,54 +535,54 @@ mod x86 {
             self.result(k, held)
         }
 
-        /// Sines and cosines that can be computed by now, in one call: k's and those that follow it at once.
+        /// Sines and cosines that can be computed by now, of up to four arguments: k's and those that follow it at once.
         fn sines_cosines(&mut self, k: usize) {
-            let mut list = Vec::new();
+            let mut list: Vec<(Place, [Option<usize>; 2])> = Vec::new();
             for j in k..self.part.code.len() {
                 let i = self.part.code[j];
-                if !matches!(i.op, Op::Sin | Op::Cos) || self.own(i.a).is_some_and(|a| a >= k) {
+                if list.len() == 4 || !matches!(i.op, Op::Sin | Op::Cos) || self.own(i.a).is_some_and(|a| a >= k) {
                     break;
                 }
-                let other = self.partner[j] as usize;
-                if self.partner[j] == NEVER || self.called[j] {
+                if self.called[j] {
                     continue;
                 }
-                (self.called[j], self.called[other]) = (true, true);
-                let (sin, cos) = if matches!(i.op, Op::Sin) { (j, other) } else { (other, j) };
-                let slot = |j: usize| (self.part.first + j) as u32;
-                list.push([i.a, slot(sin), slot(cos)]);
-                self.argument(i.a);
+                let other = Some(self.partner[j] as usize).filter(|&o| o != NEVER as usize);
+                for j in [Some(j), other].into_iter().flatten() {
+                    self.called[j] = true;
+                }
+                let pair = if matches!(i.op, Op::Sin) { [Some(j), other] } else { [other, Some(j)] };
+                list.push((self.place(i.a), pair));
             }
+            let places: Vec<Place> = list.iter().map(|l| l.0).collect();
+            self.gather(&places);
             self.release(k);
-            self.save_all();
-            for &[_, sin, cos] in &list {
-                for slot in [sin, cos] {
-                    self.stored[slot as usize - self.part.first] = true;
+            for r in 0..sines::TAKEN {
+                self.evict(r);
+            }
+            self.compute(list.len());
+            for (lane, &(_, pair)) in list.iter().enumerate() {
+                if lane == 2 {
+                    self.upper();
+                }
+                for (value, j) in pair.into_iter().enumerate() {
+                    let Some(j) = j else { continue };
+                    if list.len() > 2 {
+                        let index = (self.part.first + j) as u32;
+                        self.scatter(lane, value, Place::Memory { base: SLOTS, index });
+                        self.stored[j] = true;
+                    } else {
+                        let r = self.spread(lane, value);
+                        self.holds[r as usize] = Some((self.part.first + j) as u32);
+                        self.register[j] = r;
+                    }
                 }
             }
-            self.out.extend([0x48, 0x89, 0xdf]); // mov rdi, rbx
-            self.out.extend([0x48, 0xbe]); // mov rsi, list
-            let list: Box<[[u32; 3]]> = list.into();
-            self.out.extend((list.as_ptr() as u64).to_le_bytes());
-            self.out.push(0xba); // mov edx, count
-            self.out.extend((list.len() as u32).to_le_bytes());
-            self.lists.push(list);
-            self.call(sines_cosines as *const () as u64);
-        }
-
-        /// A value to its slot, for a function that reads it there.
-        fn argument(&mut self, slot: u32) {
-            let Some(k) = self.own(slot) else { return };
-            if self.stored[k] {
-                return;
-            }
-            if (self.register[k] as usize) < VALUES {
-                self.store(k);
+            if list.len() > 2 {
+                self.out.extend([0xc5, 0xf8, 0x77]); // vzeroupper
             } else {
-                let from = self.place(slot);
-                self.copy(ZERO, from);
-                self.vex(0x11, F2, 1, ZERO, 0, Place::Memory { base: SLOTS, index: slot });
-                self.stored[k] = true;
+                for j in list.iter().flat_map(|l| l.1).flatten() {
+                    self.done(j);
+                }
             }
         }
 
@@ -531,14 +620,14 @@ mod x86 {
             self.copy(0, Place::Register(ZERO));
         }
 
-        fn copy(&mut self, to: u8, from: Place) {
+        pub fn copy(&mut self, to: u8, from: Place) {
             match from {
                 Place::Register(_) => self.vex(0x28, P66, 1, to, 0, from),
                 memory => self.vex(0x10, F2, 1, to, 0, memory),
             }
         }
 
-        fn call(&mut self, function: u64) {
+        pub fn call(&mut self, function: u64) {
             self.out.extend([0x48, 0xb8]); // mov rax, function
             self.out.extend(function.to_le_bytes());
             self.out.extend([0xff, 0xd0]); // call rax
@@ -552,7 +641,7 @@ mod x86 {
         }
 
         /// One VEX instruction:  reg <- op(second, rm).
-        fn vex(&mut self, opcode: u8, prefix: u8, map: u8, reg: u8, second: u8, rm: Place) {
+        pub fn vex(&mut self, opcode: u8, prefix: u8, map: u8, reg: u8, second: u8, rm: Place) {
             let base = match rm {
                 Place::Register(r) => r,
                 Place::Memory { base, .. } => base,
@@ -566,13 +655,18 @@ mod x86 {
                 Place::Register(r) => self.out.push(0xc0 | (reg & 7) << 3 | (r & 7)),
                 Place::Memory { base, index } => {
                     self.out.push(0x80 | (reg & 7) << 3 | (base & 7));
-                    self.out.extend((8 * index).to_le_bytes());
+                    if base & 7 == 4 {
+                        self.out.push(0x24);
+                    }
+                    self.out.extend(index.wrapping_mul(8).to_le_bytes());
                 }
             }
         }
     }
 
-    /// Mandatory prefixes in VEX.
-    const P66: u8 = 1;
-    const F2: u8 = 3;
+    /// Mandatory prefixes in VEX; lanes of 256 bits, and the bit W.
+    pub const P66: u8 = 1;
+    pub const F2: u8 = 3;
+    pub const WIDE: u8 = 4;
+    pub const DOUBLE: u8 = 0x80;
 }

@@ -28,8 +28,9 @@ use crate::newton::{Failure, Options, Tolerances};
 use crate::reduced::{Point, Reduced, Trouble};
 use crate::sparse::Complex;
 use crate::system::{Kind, System, Work};
+use crate::tape::Sequence;
 use std::cell::RefCell;
-use tableau::{add, combine, Tableau};
+use tableau::{combine, scaled, Tableau};
 
 /// The local tolerance against the asked one keeps the global error of ordinary problems near what was asked. The long
 /// steps that order 8 takes at loose tolerances are judged worse than they know.
@@ -59,6 +60,8 @@ pub struct Explicit<'a> {
     fixed: bool,
     projects: bool,
     point: Point,
+    m: usize,     // states
+    width: usize, // of rows of states: whole vectors of four, zeros behind the states
     // the step: from (t0, y0, x0) to (t0 + h, y1, x1); slopes by stages, at y1, extra ones
     t0: f64,
     h: f64,
@@ -66,7 +69,9 @@ pub struct Explicit<'a> {
     y1: Vec<f64>,
     x0: Vec<f64>,
     x1: Vec<f64>,
-    k: Vec<f64>,
+    k: Vec<f64>, // the table of the tableau, whose first rows these are
+    sequence: Option<&'a Sequence>,
+    summed: bool, // it has summed what the stages say of the error, too
     last_stage: Vec<f64>,
     started: bool,
     careful: bool,         // every stage is taken onto the constraints
@@ -80,25 +85,24 @@ pub struct Explicit<'a> {
     error_old: f64,
     rejected: bool,
     stiffness: f64,
-    inside: RefCell<Inside>,
+    inside: RefCell<Inside<'a>>,
 }
 
 /// Dense output: made when first asked for.
-struct Inside {
+struct Inside<'a> {
     point: Point,
-    r: Vec<Vec<f64>>,
-    k: Vec<f64>,
+    k: Vec<f64>, // the table of the tableau
+    sequence: Option<&'a Sequence>,
     ready: bool,
 }
 
 impl<'a> Explicit<'a> {
     pub fn new(sys: &'a System, o: &Options, method: &'static Tableau) -> Result<Explicit<'a>, Failure> {
         let reduced = sys.reduced().map_err(|why| Failure::Unfit { why: why.to_string() })?;
-        let m = reduced.states.len();
+        let (m, width) = (reduced.states.len(), reduced.width());
         let floor = Tolerances::new(sys, o).atol;
         let flags: Vec<f64> = sys.flags.iter().map(|f| f64::from(f.initial.max(0))).collect();
         let point = || reduced.point(&flags, o.gmin, floor.clone());
-        let rows = method.stages + 1;
         Ok(Explicit {
             sys,
             reduced,
@@ -106,19 +110,23 @@ impl<'a> Explicit<'a> {
             fixed: o.fixed_step.is_some(),
             projects: o.projection && reduced.has_constraints(),
             point: point(),
+            m,
+            width,
             t0: 0.0,
             h: 0.0,
-            y0: vec![0.0; m],
-            y1: vec![0.0; m],
+            y0: vec![0.0; width],
+            y1: vec![0.0; width],
             x0: vec![0.0; sys.n],
             x1: vec![0.0; sys.n],
-            k: vec![0.0; rows * m],
-            last_stage: vec![0.0; m],
+            k: vec![0.0; method.size(width)],
+            sequence: method.step(reduced),
+            summed: false,
+            last_stage: vec![0.0; width],
             started: false,
             careful: false,
             weakest: 1.0,
             accepted: None,
-            e: vec![0.0; m],
+            e: vec![0.0; width],
             ex: vec![0.0; sys.n],
             difference: vec![0.0; sys.n],
             error_old: 1e-4,
@@ -126,8 +134,8 @@ impl<'a> Explicit<'a> {
             stiffness: 0.0,
             inside: RefCell::new(Inside {
                 point: point(),
-                r: vec![vec![0.0; m]; 3 + method.dense.len()],
-                k: vec![0.0; (rows + method.extra.len()) * m],
+                k: vec![0.0; method.size(width)],
+                sequence: method.inside(reduced),
                 ready: false,
             }),
         })
@@ -135,72 +143,107 @@ impl<'a> Explicit<'a> {
 
     /// The stages, y1, its slope and its unknowns.
     fn stages(&mut self, h: f64) -> Result<(), Trouble> {
-        let (m, method) = (self.y0.len(), self.method);
-        for i in 1..method.stages {
-            let y = self.reduced.y(&mut self.point);
-            combine(y, &self.y0, h, method.a[i], &self.k);
-            if i + 1 == method.stages {
-                self.last_stage.copy_from_slice(y);
-            }
-            let c = method.c[i];
-            if self.careful {
-                self.settle(self.t0 + c * h, c == 1.0)?;
-            }
-            let (_, k) = self.k.split_at_mut(i * m);
-            self.reduced.stage(&mut self.point, &self.sys.waves, self.t0 + c * h, c == 1.0, &mut k[..m])?;
-            if self.projects {
-                self.weakest = self.weakest.min(self.reduced.weakest(&self.point));
-            }
+        self.summed = self.at_once(h)?;
+        if !self.summed {
+            self.slopes(h)?;
+            combine(&mut self.y1, &self.y0, h, self.method.b, &self.k);
         }
-        combine(&mut self.y1, &self.y0, h, method.b, &self.k);
         if self.careful {
-            self.reduced.y(&mut self.point).copy_from_slice(&self.y1);
+            self.reduced.y(&mut self.point).copy_from_slice(&self.y1[..self.m]);
             self.settle(self.t0 + h, true)?;
             self.y1.copy_from_slice(&self.e);
         } else if self.projects {
             // positions first: they need the factors of the last stage alone, which lies next to the new point
             let rounding = self.rounding();
-            self.reduced.close(&mut self.point, &mut self.y1, rounding);
+            self.reduced.close(&mut self.point, &mut self.y1[..self.m], rounding);
         }
         self.arrive(h)
+    }
+
+    /// Stages, y1 and the errors by one program; false where there is none.
+    fn at_once(&mut self, h: f64) -> Result<bool, Trouble> {
+        let (width, method) = (self.width, self.method);
+        let Some(sequence) = self.sequence else { return Ok(false) };
+        let Some(mut stages) = self.reduced.stages(&mut self.point, method.stages - 1) else { return Ok(false) };
+        let row = |r: usize| r * width..(r + 1) * width;
+        self.k[row(method.y0())].copy_from_slice(&self.y0);
+        let from = method.h(width);
+        self.k[from] = h;
+        for (t, c) in self.k[from + 1..].iter_mut().zip(&method.c[1..method.stages]) {
+            *t = self.t0 + c * h;
+        }
+        stages.run_sequence(sequence, &mut self.k);
+        self.y1.copy_from_slice(&self.k[row(method.y0() + Tableau::Y1)]);
+        self.last_stage.copy_from_slice(&self.k[row(method.y0() + Tableau::LAST)]);
+        self.reduced.finite(&self.k[..method.stages * width])?;
+        Ok(true)
+    }
+
+    fn slopes(&mut self, h: f64) -> Result<(), Trouble> {
+        let (m, width, method) = (self.m, self.width, self.method);
+        if let Some(mut stages) = self.reduced.stages(&mut self.point, method.stages - 1) {
+            for i in 1..method.stages {
+                let (done, k) = self.k.split_at_mut(i * width);
+                combine(stages.y(), &self.y0, h, method.a[i], done);
+                stages.run(self.t0 + method.c[i] * h, k);
+            }
+            self.last_stage.copy_from_slice(stages.y());
+            return self.reduced.finite(&self.k[..method.stages * width]);
+        }
+        for i in 1..method.stages {
+            combine(&mut self.last_stage, &self.y0, h, method.a[i], &self.k);
+            self.reduced.y(&mut self.point).copy_from_slice(&self.last_stage[..m]);
+            let c = method.c[i];
+            if self.careful {
+                self.settle(self.t0 + c * h, c == 1.0)?;
+            }
+            let k = &mut self.k[i * width..][..m];
+            self.reduced.rates(&mut self.point, &self.sys.waves, self.t0 + c * h, c == 1.0, k)?;
+            if self.projects {
+                self.weakest = self.weakest.min(self.reduced.weakest(&self.point));
+            }
+        }
+        Ok(())
     }
 
     /// The stage itself is taken onto the constraints, with factors of its own.
     fn settle(&mut self, t: f64, before: bool) -> Result<(), Trouble> {
         let rounding = self.rounding();
         let waves = &self.sys.waves;
-        self.e.copy_from_slice(self.reduced.y(&mut self.point));
+        let e = &mut self.e[..self.m];
+        e.copy_from_slice(self.reduced.y(&mut self.point));
         self.reduced.solve(&mut self.point, waves, t, before)?;
-        self.reduced.close(&mut self.point, &mut self.e, rounding);
-        self.reduced.y(&mut self.point).copy_from_slice(&self.e);
+        self.reduced.close(&mut self.point, e, rounding);
+        self.reduced.y(&mut self.point).copy_from_slice(e);
         self.reduced.solve(&mut self.point, waves, t, before)?;
-        self.reduced.calm(&mut self.point, &mut self.e);
-        self.reduced.y(&mut self.point).copy_from_slice(&self.e);
+        self.reduced.calm(&mut self.point, e);
+        self.reduced.y(&mut self.point).copy_from_slice(e);
         Ok(())
     }
 
     /// Slope and unknowns at y1.
     fn arrive(&mut self, h: f64) -> Result<(), Trouble> {
-        let m = self.y0.len();
-        self.reduced.y(&mut self.point).copy_from_slice(&self.y1);
-        let new = &mut self.k[self.method.stages * m..];
-        self.reduced.rates(&mut self.point, &self.sys.waves, self.t0 + h, true, new)?;
-        self.reduced.unknowns(&mut self.point, &mut self.x1)
+        self.reduced.y(&mut self.point).copy_from_slice(&self.y1[..self.m]);
+        let new = &mut self.k[self.method.stages * self.width..][..self.m];
+        self.reduced.arrive(&mut self.point, &self.sys.waves, self.t0 + h, true, Some(new), &mut self.x1)
     }
 
     /// Error in units of the tolerance.
     fn error(&mut self, h: f64, tol: &Tolerances) -> f64 {
-        let mut of = |row: &[(usize, f64)]| {
-            self.e.fill(0.0);
-            add(&mut self.e, h, row, &self.k);
-            self.reduced.changes(&mut self.point, &self.e, &mut self.ex);
-            tol.largest_error(&self.ex, &self.x1, &self.x0) / local(self.method, tol.reltol)
-        };
-        let fine = of(self.method.error);
-        if self.method.coarse.is_empty() {
-            return fine;
+        let (method, mut errors) = (self.method, [0.0; 2]);
+        let rows = [(method.error, Tableau::FINE), (method.coarse, Tableau::COARSE)];
+        for ((row, place), error) in rows.into_iter().zip(&mut errors) {
+            if self.summed && method.known(row) {
+                self.e.copy_from_slice(&self.k[(method.y0() + place) * self.width..][..self.width]);
+            } else {
+                scaled(&mut self.e, h, row, &self.k);
+            }
+            if !row.is_empty() {
+                self.reduced.changes(&mut self.point, &self.e[..self.m], &mut self.ex);
+                *error = tol.largest_error(&self.ex, &self.x1, &self.x0) / local(method, tol.reltol);
+            }
         }
-        let coarse = of(self.method.coarse);
+        let [fine, coarse] = errors;
         let both = (fine * fine + 0.01 * coarse * coarse).sqrt();
         if both > 0.0 {
             fine * fine / both
@@ -211,16 +254,15 @@ impl<'a> Explicit<'a> {
 
     /// h |lambda| over the bound of stability.
     fn estimate_stiffness(&mut self, h: f64, tol: &Tolerances) {
-        let (m, s) = (self.y0.len(), self.method.stages);
+        let (m, last) = (self.m, (self.method.stages - 1) * self.width);
         for i in 0..m {
             self.e[i] = self.y1[i] - self.last_stage[i];
         }
-        self.reduced.changes(&mut self.point, &self.e, &mut self.difference);
-        let last = (s - 1) * m;
+        self.reduced.changes(&mut self.point, &self.e[..m], &mut self.difference);
         for i in 0..m {
-            self.e[i] = self.k[s * m + i] - self.k[last + i];
+            self.e[i] = self.k[last + self.width + i] - self.k[last + i];
         }
-        self.reduced.changes(&mut self.point, &self.e, &mut self.ex);
+        self.reduced.changes(&mut self.point, &self.e[..m], &mut self.ex);
         let (mut slopes, mut places, mut rounding) = (0.0, 0.0, 0.0);
         for i in 0..self.x1.len() {
             if tol.in_error[i] {
@@ -247,9 +289,9 @@ impl<'a> Explicit<'a> {
         let rounding = self.rounding();
         let mut before = f64::INFINITY;
         for _ in 0..PROJECTIONS {
-            let gap = self.reduced.calm(&mut self.point, &mut self.y1);
+            let gap = self.reduced.calm(&mut self.point, &mut self.y1[..self.m]);
             self.arrive(h)?;
-            let open = self.reduced.close(&mut self.point, &mut self.y1, rounding);
+            let open = self.reduced.close(&mut self.point, &mut self.y1[..self.m], rounding);
             if open <= 64.0 * rounding || open > 0.25 * before {
                 return Ok(());
             }
@@ -276,32 +318,50 @@ impl<'a> Explicit<'a> {
         }
     }
 
-    /// (t0, h) of the step that dense output is asked about.
+    /// Stages and coefficients of the dense output of this step.
     fn prepare_dense(&self, inside: &mut Inside) -> Result<(), Trouble> {
-        let (m, s, h, method) = (self.y0.len(), self.method.stages, self.h, self.method);
-        inside.point.flags.copy_from_slice(&self.point.flags);
-        inside.point.gmin = self.point.gmin;
-        inside.k[..(s + 1) * m].copy_from_slice(&self.k);
-        for (i, row) in method.extra.iter().enumerate() {
-            let y = self.reduced.y(&mut inside.point);
-            combine(y, &self.y0, h, row, &inside.k);
-            let at = (s + 1 + i) * m;
-            let c = method.c[s + 1 + i];
-            let (_, k) = inside.k.split_at_mut(at);
-            self.reduced.stage(&mut inside.point, &self.sys.waves, self.t0 + c * h, false, &mut k[..m])?;
+        let (m, width, s, h, method) = (self.m, self.width, self.method.stages, self.h, self.method);
+        let Inside { point, k, sequence, ready } = inside;
+        point.flags.copy_from_slice(&self.point.flags);
+        point.gmin = self.point.gmin;
+        let (known, y0) = ((s + 1) * width, method.y0() * width);
+        let times = |i: usize| self.t0 + method.c[s + 1 + i] * h;
+        k[..known].copy_from_slice(&self.k[..known]);
+        let mut done = false;
+        if let Some(sequence) = sequence {
+            if let Some(mut stages) = self.reduced.stages(point, method.extra.len()) {
+                k[y0..y0 + width].copy_from_slice(&self.y0);
+                let from = method.h(width);
+                k[from] = h;
+                for i in 0..method.extra.len() {
+                    k[from + 1 + i] = times(i);
+                }
+                stages.run_sequence(sequence, k);
+                self.reduced.finite(&k[known..y0])?;
+                done = true;
+            }
         }
-        for i in 0..m {
+        let (k, r) = k.split_at_mut(y0 + Tableau::DENSE * width);
+        if !done {
+            for (i, row) in method.extra.iter().enumerate() {
+                let y = &mut r[..width];
+                combine(y, &self.y0, h, row, k);
+                self.reduced.y(point).copy_from_slice(&y[..m]);
+                let k = &mut k[known + i * width..][..m];
+                self.reduced.rates(point, &self.sys.waves, times(i), false, k)?;
+            }
+            for (row, r) in method.dense.iter().zip(r[3 * width..].chunks_exact_mut(width)) {
+                scaled(r, h, row, k);
+            }
+        }
+        for i in 0..width {
             let dy = self.y1[i] - self.y0[i];
-            let (f0, f1) = (inside.k[i], inside.k[s * m + i]);
-            inside.r[0][i] = dy;
-            inside.r[1][i] = h * f0 - dy;
-            inside.r[2][i] = 2.0 * dy - h * (f0 + f1);
+            let (f0, f1) = (k[i], k[s * width + i]);
+            r[i] = dy;
+            r[width + i] = h * f0 - dy;
+            r[2 * width + i] = 2.0 * dy - h * (f0 + f1);
         }
-        for (row, r) in method.dense.iter().zip(&mut inside.r[3..]) {
-            r.fill(0.0);
-            add(r, h, row, &inside.k);
-        }
-        inside.ready = true;
+        *ready = true;
         Ok(())
     }
 
@@ -313,16 +373,19 @@ impl<'a> Explicit<'a> {
             self.prepare_dense(inside)?;
         }
         let theta = (t - self.t0) / self.h;
+        let terms = &inside.k[(self.method.y0() + Tableau::DENSE) * self.width..];
         let y = self.reduced.y(&mut inside.point);
-        for (i, y) in y.iter_mut().enumerate() {
-            let mut sum = 0.0;
-            for (k, r) in inside.r.iter().enumerate().rev() {
-                sum = (sum + r[i]) * if k % 2 == 0 { theta } else { 1.0 - theta };
+        y.fill(0.0);
+        for k in (0..self.method.terms()).rev() {
+            let factor = if k % 2 == 0 { theta } else { 1.0 - theta };
+            for (y, r) in y.iter_mut().zip(&terms[k * self.width..]) {
+                *y = (*y + r) * factor;
             }
-            *y = self.y0[i] + sum;
         }
-        self.reduced.solve(&mut inside.point, &self.sys.waves, t, false)?;
-        self.reduced.unknowns(&mut inside.point, out)
+        for (y, y0) in y.iter_mut().zip(&self.y0) {
+            *y += y0;
+        }
+        self.reduced.arrive(&mut inside.point, &self.sys.waves, t, false, None, out)
     }
 }
 
@@ -339,12 +402,12 @@ impl Method for Explicit<'_> {
 
     fn attempt(&mut self, sys: &System, w: &mut Work, h: f64, tol: &Tolerances) -> Attempt {
         let before = self.point.evaluations;
-        let m = self.y0.len();
+        let (m, width) = (self.m, self.width);
         if let Some(t1) = self.accepted.take() {
             self.t0 = t1;
             std::mem::swap(&mut self.y0, &mut self.y1);
             std::mem::swap(&mut self.x0, &mut self.x1);
-            self.k.copy_within(self.method.stages * m.., 0);
+            self.k.copy_within(self.method.stages * width..(self.method.stages + 1) * width, 0);
         }
         self.inside.get_mut().ready = false;
         self.h = h;
@@ -354,7 +417,7 @@ impl Method for Explicit<'_> {
             self.point.flags.copy_from_slice(&w.flags);
             self.point.gmin = w.gmin;
             self.reduced.start(&mut self.point, &w.q, &self.x0);
-            self.y0.copy_from_slice(self.reduced.y(&mut self.point));
+            self.y0[..m].copy_from_slice(self.reduced.y(&mut self.point));
             done = self.reduced.rates(&mut self.point, &sys.waves, self.t0, false, &mut self.k[..m]);
             self.started = done.is_ok();
         }
@@ -445,11 +508,18 @@ impl Method for Explicit<'_> {
                 return f64::INFINITY;
             }
         }
-        let Some(last) = inside.r.last() else { return 0.0 };
-        // largest where theta = 1/2
-        let most = 0.5_f64.powi(inside.r.len() as i32);
-        let e: Vec<f64> = last.iter().map(|r| most * r).collect();
+        // what the state means to the unknowns is that of the new point
         let mut change = vec![0.0; self.x1.len()];
+        self.reduced.y(&mut inside.point).copy_from_slice(&self.y1[..self.m]);
+        let (point, waves, t1) = (&mut inside.point, &self.sys.waves, self.t0 + self.h);
+        if self.reduced.arrive(point, waves, t1, true, None, &mut change).is_err() {
+            return f64::INFINITY;
+        }
+        // largest where theta = 1/2
+        let terms = self.method.terms();
+        let most = 0.5_f64.powi(terms as i32);
+        let last = &inside.k[(self.method.y0() + Tableau::DENSE + terms - 1) * self.width..][..self.m];
+        let e: Vec<f64> = last.iter().map(|r| most * r).collect();
         self.reduced.changes(&mut inside.point, &e, &mut change);
         tol.largest_error(&change, &self.x1, &self.x0)
     }

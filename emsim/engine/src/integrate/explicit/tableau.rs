@@ -1,5 +1,8 @@
 //! What tells one explicit Runge-Kutta method from another. Rows are lists of (stage, coefficient), zeros left out.
 
+use crate::reduced::Reduced;
+use crate::tape::{Move, Sequence, To};
+
 pub type Row = &'static [(usize, f64)];
 
 pub struct Tableau {
@@ -24,6 +27,75 @@ pub struct Tableau {
     pub dense: &'static [Row],
 }
 
+/// A table of rows: slopes of the stages, at y1, extra ones; then y0 and what follows from the slopes; behind the rows the length
+/// of the step and the times of the stages.
+impl Tableau {
+    pub const LAST: usize = 1; // rows after that of y0
+    pub const Y1: usize = 2;
+    pub const FINE: usize = 3;
+    pub const COARSE: usize = 4;
+    /// Coefficients of dense output from here on.
+    pub const DENSE: usize = 1;
+
+    pub fn y0(&self) -> usize {
+        self.stages + 1 + self.extra.len()
+    }
+
+    /// Place of the length of the step; times follow.
+    pub fn h(&self, width: usize) -> usize {
+        (self.y0() + (1 + Tableau::COARSE).max(Tableau::DENSE + self.terms())) * width
+    }
+
+    pub fn size(&self, width: usize) -> usize {
+        self.h(width) + 1 + self.stages
+    }
+
+    /// Terms of dense output.
+    pub fn terms(&self) -> usize {
+        3 + self.dense.len()
+    }
+
+    /// All of a step up to y1 and its errors.
+    pub fn step<'a>(&self, reduced: &'a Reduced) -> Option<&'a Sequence> {
+        let (y0, from) = (self.y0(), Some(self.y0()));
+        let last = [To::State, To::Row(y0 + Tableau::LAST)];
+        let stage = |i: usize| {
+            let to = if i + 1 < self.stages { &last[..1] } else { &last };
+            Move { row: self.a[i], from, to, run: Some(i) }
+        };
+        let rest = [
+            (self.b, from, [To::Row(y0 + Tableau::Y1)]),
+            (self.error, None, [To::Row(y0 + Tableau::FINE)]),
+            (self.coarse, None, [To::Row(y0 + Tableau::COARSE)]),
+        ];
+        let wanted = rest.iter().filter(|r| !r.0.is_empty() && self.known(r.0));
+        let sums = wanted.map(|(row, from, to)| Move { row, from: *from, to, run: None });
+        let moves: Vec<Move> = (1..self.stages).map(stage).chain(sums).collect();
+        self.sequence(reduced, 0, &moves)
+    }
+
+    /// Does a row read the stages alone, not the slope at y1?
+    pub fn known(&self, row: Row) -> bool {
+        row.iter().all(|&(j, _)| j < self.stages)
+    }
+
+    /// The extra stages, and the terms of dense output that are sums.
+    pub fn inside<'a>(&self, reduced: &'a Reduced) -> Option<&'a Sequence> {
+        let (y0, state) = (self.y0(), [To::State]);
+        let terms: Vec<[To; 1]> = (0..self.dense.len()).map(|i| [To::Row(y0 + Tableau::DENSE + 3 + i)]).collect();
+        let extra = self.extra.iter().enumerate();
+        let extra = extra.map(|(i, row)| Move { row, from: Some(y0), to: &state, run: Some(self.stages + 1 + i) });
+        let sums = self.dense.iter().zip(&terms).map(|(row, to)| Move { row, from: None, to, run: None });
+        let moves: Vec<Move> = extra.chain(sums).collect();
+        self.sequence(reduced, 1, &moves)
+    }
+
+    fn sequence<'a>(&self, reduced: &'a Reduced, purpose: usize, moves: &[Move]) -> Option<&'a Sequence> {
+        let h = self.h(reduced.width());
+        reduced.sequence(2 * usize::from(self.order == 8) + purpose, moves, h, h + 1)
+    }
+}
+
 /// Components that are summed side by side.
 const LANES: usize = 4;
 
@@ -35,17 +107,16 @@ pub fn combine(out: &mut [f64], y: &[f64], h: f64, row: Row, k: &[f64]) {
     sums(n, row, k, |i, sum| out[i] = y[i] + h * sum);
 }
 
-/// out += h sum of a_j k_j.
+/// out = h sum of a_j k_j.
 #[inline]
-pub fn add(out: &mut [f64], h: f64, row: &[(usize, f64)], k: &[f64]) {
-    sums(out.len(), row, k, |i, sum| out[i] += h * sum);
+pub fn scaled(out: &mut [f64], h: f64, row: Row, k: &[f64]) {
+    sums(out.len(), row, k, |i, sum| out[i] = h * sum);
 }
 
-/// Every component's sum is finished in registers before the next ones begin.
+/// Every component's sum is finished in registers before the next ones begin; rows are of whole vectors.
 #[inline(always)]
-fn sums(n: usize, row: &[(usize, f64)], k: &[f64], mut take: impl FnMut(usize, f64)) {
-    let mut i = 0;
-    while i + LANES <= n {
+fn sums(n: usize, row: Row, k: &[f64], mut take: impl FnMut(usize, f64)) {
+    for i in (0..n).step_by(LANES) {
         let mut sum = [0.0; LANES];
         for &(j, a) in row {
             let kj: &[f64; LANES] = k[j * n + i..][..LANES].try_into().expect("so many");
@@ -56,10 +127,5 @@ fn sums(n: usize, row: &[(usize, f64)], k: &[f64], mut take: impl FnMut(usize, f
         for (l, &s) in sum.iter().enumerate() {
             take(i + l, s);
         }
-        i += LANES;
-    }
-    while i < n {
-        take(i, row.iter().map(|&(j, a)| a * k[j * n + i]).sum());
-        i += 1;
     }
 }
