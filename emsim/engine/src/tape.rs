@@ -11,7 +11,6 @@ mod trig;
 
 use native::Native;
 pub use native::{Move, To};
-pub use trig::vectors;
 
 /// What the leaves read.
 #[derive(Clone, Copy)]

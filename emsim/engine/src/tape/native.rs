@@ -3,14 +3,16 @@
 //! Every instruction of the tape becomes one machine instruction on scalar doubles, in the tape's order and with its
 //! rounding (no fused multiply-add), so both ways give the same numbers to the bit. Registers are given out in one pass:
 //! an operand that is needed again stays in a register, and where none is free the one whose next use is furthest away
-//! goes to its slot (Belady 1966). Functions of the mathematical library are calls, before which everything that is
-//! still needed goes to its slot. Sines and cosines stand in the code itself, those of up to four arguments side by side
+//! goes to its slot (Belady 1966). Functions of the mathematical library are calls (`calls.rs`), before which everything
+//! that is still needed goes to its slot. Sines and cosines stand in the code itself, those of up to four arguments side by side
 //! (`sines.rs`).
 //!
 //!   registers:  rbx slots   rbp unknowns   r12 results   r13 waves   r14 flags   r15 time
 //!               xmm0-13 values   xmm14, 15 scratch
 use super::{Inputs, Instr, Op};
 
+#[cfg(all(target_arch = "x86_64", unix))]
+mod calls;
 #[cfg(all(target_arch = "x86_64", unix))]
 mod sequence;
 #[cfg(all(target_arch = "x86_64", unix))]
@@ -158,23 +160,6 @@ mod x86 {
         }
     }
 
-    extern "sysv64" fn exponential(a: f64) -> f64 {
-        a.exp()
-    }
-    extern "sysv64" fn power(a: f64, b: f64) -> f64 {
-        a.powf(b)
-    }
-    extern "sysv64" fn integer_power(a: f64, n: i32) -> f64 {
-        a.powi(n)
-    }
-    extern "sysv64" fn arctangent(a: f64, b: f64) -> f64 {
-        a.atan2(b)
-    }
-    extern "sysv64" fn apply(f: *const Fun, a: f64) -> f64 {
-        // SAFETY: `Native` keeps the functions that its code names
-        unsafe { (*f).apply(a) }
-    }
-
     /// Base registers of memory operands.
     pub const TABLE: u8 = 0;
     pub const STACK: u8 = 4;
@@ -196,8 +181,8 @@ mod x86 {
     }
 
     pub struct Writer<'a> {
-        part: &'a Part<'a>,
-        functions: &'a [Fun],
+        pub part: &'a Part<'a>,
+        pub functions: &'a [Fun],
         pub out: Vec<u8>,
         holds: [Option<u32>; VALUES], // slot that a register holds
         register: Vec<u8>,            // of each own instruction; VALUES: none
@@ -263,7 +248,7 @@ mod x86 {
         }
 
         /// Where a value can be read.
-        fn place(&self, slot: u32) -> Place {
+        pub fn place(&self, slot: u32) -> Place {
             if let Some(k) = self.own(slot) {
                 if (self.register[k] as usize) < VALUES {
                     return Place::Register(self.register[k]);
@@ -334,7 +319,7 @@ mod x86 {
         }
 
         /// An operand has been read by instruction k: registers whose value nobody needs become free.
-        fn release(&mut self, k: usize) {
+        pub fn release(&mut self, k: usize) {
             for slot in self.part.code[k].operands() {
                 if let Some(j) = self.own(slot) {
                     while self.uses[j].last().is_some_and(|&u| u <= k as u32) {
@@ -498,28 +483,7 @@ mod x86 {
                 }
                 Op::Sin | Op::Cos if self.called[k] => self.release(k),
                 Op::Sin | Op::Cos => self.sines_cosines(k),
-                Op::Exp => self.one(k, i.a, exponential as *const () as u64),
-                Op::Call => {
-                    self.call_prepare(k, i.a, None);
-                    self.out.extend([0x48, 0xbf]); // mov rdi, function
-                    let address = &self.functions[i.b as usize] as *const Fun as u64;
-                    self.out.extend(address.to_le_bytes());
-                    self.call(apply as *const () as u64);
-                    self.returned(k);
-                }
-                Op::Powi => {
-                    self.call_prepare(k, i.a, None);
-                    self.out.push(0xbf); // mov edi, n
-                    self.out.extend(i.b.to_le_bytes());
-                    self.call(integer_power as *const () as u64);
-                    self.returned(k);
-                }
-                Op::Pow | Op::Atan2 => {
-                    self.call_prepare(k, i.a, Some(i.b));
-                    let f = if matches!(i.op, Op::Pow) { power as *const () } else { arctangent as *const () };
-                    self.call(f as u64);
-                    self.returned(k);
-                }
+                Op::Exp | Op::Call | Op::Powi | Op::Pow | Op::Atan2 => self.function(k),
                 Op::Free => return None,
             }
             Some(())
@@ -587,7 +551,7 @@ mod x86 {
         }
 
         /// Everything that is needed later to its slot; all registers are free then.
-        fn save_all(&mut self) {
+        pub fn save_all(&mut self) {
             for r in 0..VALUES {
                 if let Some(j) = self.holds[r].and_then(|slot| self.own(slot)) {
                     self.save(j);
@@ -598,26 +562,6 @@ mod x86 {
                     self.register[j] = VALUES as u8;
                 }
             }
-        }
-
-        fn one(&mut self, k: usize, a: u32, function: u64) {
-            self.call_prepare(k, a, None);
-            self.call(function);
-            self.returned(k);
-        }
-
-        /// Arguments into xmm0 and xmm1; everything that is needed later to its slot.
-        fn call_prepare(&mut self, k: usize, a: u32, b: Option<u32>) {
-            let (pa, pb) = (self.place(a), b.map(|b| self.place(b)));
-            self.release(k);
-            self.save_all();
-            // by way of the scratch registers, since xmm0 may hold the second argument
-            self.copy(ZERO, pa);
-            if let Some(pb) = pb {
-                self.copy(MASK, pb);
-                self.copy(1, Place::Register(MASK));
-            }
-            self.copy(0, Place::Register(ZERO));
         }
 
         pub fn copy(&mut self, to: u8, from: Place) {
@@ -634,7 +578,7 @@ mod x86 {
         }
 
         /// A function's result in xmm0 is that of instruction k.
-        fn returned(&mut self, k: usize) {
+        pub fn returned(&mut self, k: usize) {
             self.holds[0] = Some((self.part.first + k) as u32);
             self.register[k] = 0;
             self.done(k);
