@@ -63,11 +63,8 @@ const PATIENCE: u64 = 200_000;
 const LEAST: f64 = 2e-9;
 /// No quantity of a deck is larger; a solution on its way to infinity ends here, before it is NaN.
 const LARGEST: f64 = 1e100;
-/// SPICE takes at least so many steps, none longer than TSTEP. Methods with dense output of their own order need only see
-/// every part of the run (`Method::fewest_steps`): the error bounds a step, and rows lie where they are asked for.
-const SPICE: f64 = 50.0;
-/// What conducts at the crest of a source's swing alone could lie between the stages of one long step.
-const IN_A_PERIOD: f64 = 8.0;
+/// Steps into what is too large are shortened to this part of the run.
+const RUNAWAY: f64 = 1e-6;
 /// A jump takes this part of the next stretch.
 const JUMP: f64 = 1e-9;
 /// ... or ten times as much, so often, where that cannot be solved.
@@ -188,13 +185,7 @@ impl<'a, S: Sink> Run<'a, S> {
         let mut tol = Tolerances::new(sys, o);
         tol.observe(&x);
         let dense = method.wants_dense_record();
-        let span = a.tstop - a.tstart;
-        let (fewest, of_spice) = (span / method.fewest_steps(), span / SPICE);
-        let tmax = a.tmax.unwrap_or(match dense {
-            true if sys.pure_linear => fewest,
-            true => fewest.min((sys.shortest_period() / IN_A_PERIOD).max(of_spice)),
-            false => a.tstep.min(of_spice),
-        });
+        let tmax = a.tmax.unwrap_or_else(|| memory::longest(sys, &a, method));
         Ok(Run {
             sys,
             w,
@@ -355,6 +346,14 @@ impl<'a, S: Sink> Run<'a, S> {
                     method.accept(self.t);
                     h = 2.0 * smallest;
                 }
+                // so that what is kept ends where the solution runs away
+                Attempt::Good { .. }
+                    if !fixed && step > RUNAWAY * span && self.runs_away(method.candidate()).is_some() =>
+                {
+                    self.w.counters.rejected += 1;
+                    h = 0.1 * step;
+                    continue;
+                }
                 Attempt::Good { next } => {
                     let t1 = if lands { self.stop } else { t + (step + self.late) };
                     let inside = asked < t1 - 1e-7 * a.tstep;
@@ -390,8 +389,10 @@ impl<'a, S: Sink> Run<'a, S> {
                 }
             }
             self.x.copy_from_slice(method.candidate());
-            if let Some(unknown) = self.x.iter().position(|v| v.abs() > LARGEST) {
-                return self.fail(step, Failure::NotFinite { unknown }, vec![]);
+            if let Some(unknown) = self.runs_away(&self.x) {
+                let tried = format!("shorter steps, down to {step:.2e} s");
+                let by = method.used().last().map_or(self.o.method.clone(), |u| u.method.clone());
+                return self.fail(step, Failure::NotFinite { unknown }, vec![tried, format!("method {by}")]);
             }
             self.keep(method);
             self.detector.accept(sys, self.w, &self.x, self.t);
@@ -446,6 +447,10 @@ impl<'a, S: Sink> Run<'a, S> {
             h *= 10.0;
         }
         None
+    }
+
+    fn runs_away(&self, x: &[f64]) -> Option<usize> {
+        x.iter().position(|v| v.abs() > LARGEST)
     }
 
     fn fail(&mut self, h: f64, why: Failure, tried: Vec<String>) {

@@ -1,6 +1,25 @@
-//! Lengths of steps that come again and again: between the edges of a pulse train the second period can know what the
+//! How long steps may be, and lengths that come again and again: between the edges of a pulse train the second period can know what the
 //! first had to find out, and an equal length keeps its factorisation.
+use super::{Method, Transient};
+use crate::system::System;
 use std::collections::HashMap;
+
+/// SPICE takes at least so many steps, none longer than TSTEP. Methods with dense output of their own order need only see
+/// every part of the run (`Method::fewest_steps`): the error bounds a step, and rows lie where they are asked for.
+const SPICE: f64 = 50.0;
+/// What conducts at the crest of a source's swing alone could lie between the stages of one long step.
+const IN_A_PERIOD: f64 = 8.0;
+
+/// The longest step where the deck does not say.
+pub fn longest(sys: &System, a: &Transient, method: &dyn Method) -> f64 {
+    let span = a.tstop - a.tstart;
+    let (fewest, of_spice) = (span / method.fewest_steps(), span / SPICE);
+    match method.wants_dense_record() {
+        true if sys.pure_linear => fewest,
+        true => fewest.min((sys.shortest_period() / IN_A_PERIOD).max(of_spice)),
+        false => a.tstep.min(of_spice),
+    }
+}
 
 #[derive(Default)]
 pub struct Memory {
