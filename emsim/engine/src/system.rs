@@ -571,8 +571,7 @@ impl System {
 
     /// Q(x) to first order about the point x - step that was expanded; about x itself where `step` is None.
     pub fn stage_charges(&self, w: &Work, x: &[f64], step: Option<&[f64]>, q: &mut [f64]) {
-        assert!(q.len() == self.n);
-        self.c_rows.times(&self.c_rows.value, x, |row, v| q[row] = v);
+        self.charges_of(x, q);
         let first = self.f_rows.len();
         for (k, &row) in self.q_rows.iter().enumerate() {
             q[row] += self.jacobian.output(&w.jacobian, first + k);
@@ -587,8 +586,7 @@ impl System {
 
     /// y = C x with the C of what was expanded last.
     pub fn c_times(&self, w: &Work, x: &[f64], y: &mut [f64]) {
-        assert!(y.len() == self.n);
-        self.c_rows.times(&self.c_rows.value, x, |row, v| y[row] = v);
+        self.charges_of(x, y);
         self.add_expression_c(w, x, y);
         for (d, e) in self.diodes.iter().zip(&w.expansions) {
             add_pair(y, d.p, d.n, e.o.c * across(x, d.p, d.n));

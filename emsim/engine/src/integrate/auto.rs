@@ -35,18 +35,6 @@ fn loose(sys: &System) -> f64 {
 /// Corners that steps of order 13 still reach over.
 const CORNERS: usize = 20;
 
-fn few_corners(sys: &System, span: f64) -> bool {
-    let next = |t: f64| sys.waves.iter().fold(f64::INFINITY, |next, w| next.min(w.next_breakpoint(t)));
-    let mut t = 0.0;
-    for _ in 0..CORNERS {
-        t = next(t);
-        if t >= span {
-            return true;
-        }
-    }
-    false
-}
-
 fn mechanical(sys: &System) -> bool {
     sys.unknowns.iter().any(|u| u.kind.mechanical())
 }
@@ -130,7 +118,9 @@ impl<'a> Auto<'a> {
     pub fn new(sys: &'a System, o: &Options) -> Result<Auto<'a>, Failure> {
         let (explicit, why) = match sys.reduced() {
             _ if sys.diodes() > 0 => (None, "diodes".to_string()),
-            Ok(_) if sys.pure_linear && few_corners(sys, o.span) => (None, "linear equations".to_string()),
+            Ok(_) if sys.pure_linear && sys.has_fewer_corners(CORNERS, o.span) => {
+                (None, "linear equations".to_string())
+            }
             Ok(r) if r.largest_block() > BLOCK => (None, "large dense blocks".to_string()),
             Ok(r) if r.constraints() > LOOPS => (None, "several closed loops".to_string()),
             Ok(r) if r.iterates() => (None, "stages that want iterations".to_string()),
@@ -213,8 +203,8 @@ impl<'a> Auto<'a> {
     fn choose(&mut self, w: &mut Work, h: f64, tol: &Tolerances) -> Result<(), Failure> {
         let begins = !std::mem::replace(&mut self.begun, true);
         if self.explicitly() {
-            // the first step is a hundredth of the shortest time
             if begins {
+                // the first step is a hundredth of it
                 self.feature = 100.0 * h;
             }
             if begins && self.fastest(w, tol).is_none_or(|f| self.fast(f)) {

@@ -17,6 +17,7 @@ impl System {
     }
 
     /// q = C x of the constant part of C: all of Q where the equations are linear.
+    #[inline]
     pub fn charges_of(&self, x: &[f64], q: &mut [f64]) {
         assert!(q.len() == self.n);
         self.c_rows.times(&self.c_rows.value, x, |row, v| q[row] = v);

@@ -65,7 +65,7 @@ impl System {
 
     /// Where the integration stops next: a corner of a source that matters, an edge before it, or `tstop`.
     pub fn next_stop(&self, w: &mut Work, t: f64, tstop: f64) -> f64 {
-        let corner = self.loud().map(|v| v.next_breakpoint(t)).fold(tstop, f64::min);
+        let corner = self.next_corner(t).min(tstop);
         self.edges.next(&mut w.edges, &self.waves, &w.flags, t, corner).map_or(corner, |e| e.t)
     }
 
@@ -97,9 +97,22 @@ impl System {
         self.waves.iter().zip(&self.edges.silent).filter(|(_, &silent)| !silent).map(|(wave, _)| wave)
     }
 
+    fn next_corner(&self, t: f64) -> f64 {
+        self.loud().map(|w| w.next_breakpoint(t)).fold(f64::INFINITY, f64::min)
+    }
+
     /// Has a source corners that must be stepped onto?
     pub fn has_corners(&self) -> bool {
-        self.loud().any(|w| w.next_breakpoint(0.0).is_finite())
+        self.next_corner(0.0).is_finite()
+    }
+
+    /// Have sources fewer corners than so many before `until`?
+    pub fn has_fewer_corners(&self, many: usize, until: f64) -> bool {
+        let mut t = 0.0;
+        (0..many).any(|_| {
+            t = self.next_corner(t);
+            t >= until
+        })
     }
 
     /// Does a source jump (rather than bend) at t?

@@ -381,8 +381,10 @@ impl Method for Radau {
             sys.eval(w, &self.x0, self.t0);
             self.q0.copy_from_slice(&w.q);
             self.f0.copy_from_slice(&w.f);
-            self.still.copy_from_slice(&w.f);
-            sys.subtract_waves(w, &mut self.still);
+            if sys.pure_linear {
+                self.still.copy_from_slice(&w.f);
+                sys.subtract_waves(w, &mut self.still);
+            }
             self.started = true;
             let largest = |of: fn(Kind) -> bool| {
                 let q = self.q0.iter().zip(&sys.unknowns).filter(|(_, u)| of(u.kind));
