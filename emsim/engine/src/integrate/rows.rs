@@ -1,16 +1,16 @@
 //! The rows of a record: the print grid between the steps, and the forces in each row.
 //!
 //! In a stiffly accurate collocation method multipliers and derivatives that are only shown are of order s where the
-//! coordinates are of order 2s - 1 (Hairer and Wanner 1996, table VII.4.1), and what the dense output gives of them is
-//! worse. But they are functions of the state: where a row shows them they are computed anew, at index 1. The state is
-//! brought onto its constraints (Newton's method with what stands under d/dt held), and three implicit Euler steps of
-//! nearly no length, h, 2h and 4h, are extrapolated to none.
+//! coordinates are of order 2s - 1 (Hairer and Wanner 1996, table VII.4.1), in a diagonally implicit one of the stages' order,
+//! 2, and what the dense output gives of them is worse. But they are functions of the state: where a row shows them they
+//! are computed anew, at index 1. The state is brought onto its constraints (Newton's method with what stands under d/dt
+//! held), and three implicit Euler steps of nearly no length, h, 2h and 4h, are extrapolated to none.
 use super::driver::Transient;
 use super::Method;
 use crate::ledger::Inside;
-use crate::model::Kind;
 use crate::newton::{Newton, Tolerances};
 use crate::record::Record;
+use crate::reduced::augment;
 use crate::system::{System, Work};
 
 /// Length of those steps in units of the method's step: the error goes with its third power, rounding with its inverse.
@@ -65,22 +65,49 @@ impl Sink for Record {
     }
 }
 
+/// Unknowns that stand neither under d/dt nor are given, as index 1, by the rows without it: a maximum matching of these rows
+/// leaves them over, or could (the underdetermined part of Dulmage and Mendelsohn's decomposition). They are multipliers,
+/// derivatives, the current of a capacitor across a source, and what follows from them; the current that a motor of
+/// no inductance takes, r i = v - k omega, is none.
+fn undetermined(sys: &System) -> Vec<bool> {
+    let mut reads = vec![Vec::new(); sys.n];
+    for k in (0..sys.n).filter(|&k| !sys.differential[k]) {
+        for &r in sys.pattern.column(k).iter().filter(|&&r| !sys.has_q[r]) {
+            reads[r].push(k);
+        }
+    }
+    let (mut by, mut of) = (vec![None; sys.n], vec![None; sys.n]);
+    for r in (0..sys.n).filter(|r| reads[*r].contains(r)) {
+        (by[r], of[r]) = (Some(r), Some(r));
+    }
+    for r in 0..sys.n {
+        if of[r].is_none() && !reads[r].is_empty() {
+            augment(r, &|r| reads[r].clone(), &mut by, &mut of);
+        }
+    }
+    let mut left: Vec<usize> = (0..sys.n).filter(|&k| !sys.differential[k] && by[k].is_none()).collect();
+    let mut found = vec![false; sys.n];
+    while let Some(k) = left.pop() {
+        if !std::mem::replace(&mut found[k], true) {
+            left.extend(sys.pattern.column(k).iter().filter_map(|&r| of[r]));
+        }
+    }
+    found
+}
+
 /// What computes the forces of rows.
 pub struct Forces {
     newton: Newton,
 }
 
 impl Forces {
-    /// None where no row shows a multiplier, a derivative, or a current that is one.
+    /// None where no row shows an unknown of higher index.
     pub fn new(sys: &System, reads: &[u32]) -> Option<Forces> {
-        let p = &sys.pattern;
-        // a branch without capacitance of its own whose node has some: the current may be that of a capacitor
-        let charges = |k: usize| p.column(k).iter().any(|&r| r != k && sys.has_q[r]);
-        let lags = |k: usize| {
-            let u = &sys.unknowns[k];
-            !sys.differential[k] && (u.kind.enters_linearly() || (u.kind == Kind::Branch && charges(k)))
-        };
-        if !reads.iter().any(|&k| lags(k as usize)) {
+        if reads.iter().all(|&k| sys.differential[k as usize]) {
+            return None;
+        }
+        let lags = undetermined(sys);
+        if !reads.iter().any(|&k| lags[k as usize]) {
             return None;
         }
         Some(Forces { newton: Newton::new(sys).ok()? })

@@ -21,6 +21,7 @@ mod saddle;
 mod whole;
 
 pub use dense::Columns;
+pub use order::augment;
 pub use plan::{Layout, Source};
 use saddle::Saddle;
 

@@ -395,6 +395,11 @@ impl Method for Dirk {
         true
     }
 
+    /// They are of the stages' order, 2. What is of that order itself has nothing to gain.
+    fn multipliers_lag(&self) -> bool {
+        !self.fixed && self.k.falls > 3.0
+    }
+
     fn restarts_at_corners(&self) -> bool {
         false
     }
