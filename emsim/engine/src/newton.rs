@@ -238,6 +238,11 @@ impl Newton {
         w.counters.solves += 1;
     }
 
+    /// Sign of the last matrix's determinant, to be compared with another one's of the same equations.
+    pub fn negative(&self) -> bool {
+        self.lu.negative()
+    }
+
     /// noise <- what the rounding of the charges in self.q does to the unknowns when it is divided by the step: a shorter step
     /// has more of it. A volt on a capacitor is known to 1e-16; a picosecond's current is not, and what two floating
     /// capacitors have in common hangs on that.

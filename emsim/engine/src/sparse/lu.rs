@@ -106,6 +106,7 @@ pub struct Lu<T: Scalar> {
     ready: bool,
     operations: usize,
     counters: Counters,
+    odd: bool, // the permutation of rows
 }
 
 impl<T: Scalar> Lu<T> {
@@ -154,6 +155,7 @@ impl<T: Scalar> Lu<T> {
             ready: false,
             operations: 0,
             counters: Counters::default(),
+            odd: false,
         }
     }
 
@@ -408,6 +410,7 @@ impl<T: Scalar> Lu<T> {
         let a = &self.matrix;
         self.pivot_rows.clone_from(&pivots.row);
         self.input_rows = pivots.row.iter().map(|&row| self.symbolic.rows[row as usize]).collect();
+        self.odd = odd(&self.input_rows);
 
         // columns of the layout: F, U ascending, diagonal, L ascending
         self.columns.clear();
@@ -592,4 +595,24 @@ impl<T: Scalar> Lu<T> {
         }
         Ok(())
     }
+}
+
+impl Lu<f64> {
+    /// Is the determinant of what was factored last negative, the columns being in the order of elimination?
+    pub fn negative(&self) -> bool {
+        self.columns.iter().fold(self.odd, |odd, c| odd ^ (self.lu[c.diagonal as usize] < 0.0))
+    }
+}
+
+/// Is it an odd permutation?
+fn odd(rows: &[u32]) -> bool {
+    let (mut odd, mut seen) = (false, vec![false; rows.len()]);
+    for start in 0..rows.len() {
+        let mut at = start;
+        while !std::mem::replace(&mut seen[at], true) {
+            at = rows[at] as usize;
+            odd ^= at != start;
+        }
+    }
+    odd
 }

@@ -583,3 +583,29 @@ fn timing() {
         );
     }
 }
+
+/// By cofactors.
+fn determinant(a: &[Vec<f64>]) -> f64 {
+    if a.is_empty() {
+        return 1.0;
+    }
+    let minor = |i: usize| -> Vec<Vec<f64>> { (0..a.len()).filter(|&r| r != i).map(|r| a[r][1..].to_vec()).collect() };
+    (0..a.len()).map(|i| if i % 2 == 0 { a[i][0] } else { -a[i][0] } * determinant(&minor(i))).sum()
+}
+
+/// Whatever rows are pivots, signs of two determinants differ where the determinants' do.
+#[test]
+fn sign_of_the_determinant() {
+    let mut random = Random(7);
+    for n in [1, 2, 3, 5, 6] {
+        let pattern = random_pattern(n, 3, &mut random);
+        let mut lu = Lu::new(&pattern, &Symbolic::analyse(&pattern).unwrap());
+        let mut apart = Vec::new();
+        for _ in 0..40 {
+            let values: Vec<f64> = (0..pattern.nnz()).map(|_| f64::draw(&mut random)).collect();
+            lu.factor_or_refactor(&values).unwrap();
+            apart.push(lu.negative() == (determinant(&dense(&pattern, &values)) < 0.0));
+        }
+        assert!(apart.iter().all(|&a| a == apart[0]), "n {n}");
+    }
+}

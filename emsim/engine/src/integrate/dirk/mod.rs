@@ -18,6 +18,12 @@
 //! (a switch has closed on a junction's capacitance) has it in the explicit stage and, with changing sign, in those after
 //! it; only its end is free of it. There one implicit Euler step to h/3 and the end make up a rule of order 3.
 //!
+//! The right root: a nonlinear stage may have several solutions. The one that begins at the step's start, h = 0, is lost where
+//! G + a C turns singular on the way: an eigenvalue of growth, lambda > a, whose step is far too long, or a root on the other
+//! side of such a place. One that passes it alone changes the sign of the determinant (Robertson's kinetics, where a
+//! concentration below the tolerance came out negative, and ran away). Such a step is tried again, shorter, and from then on every
+//! stage is solved once more: roots that lie within the tolerance of each other want more than the tolerance.
+//!
 //! Dense output: sum_j w_j(theta) X_j, weights that are polynomials in theta = (t - t0)/h with the method's own order.
 //! In stage values rather than slopes it serves every unknown, algebraic ones too.
 mod esdirk;
@@ -44,6 +50,10 @@ const LEAP: f64 = 8.0;
 
 /// An estimate that stays as it is at this share of the step does not fall with it.
 const STAYS: f64 = 0.02;
+
+/// A step that has changed the determinant's sign is shortened so often, by four; then the sign counts as that of the equations:
+/// what they give without d/dt may have several solutions of its own.
+const TURNS: u32 = 3;
 
 /// Coefficients; stage 0 is explicit.
 pub struct Tableau {
@@ -94,6 +104,9 @@ pub struct Dirk {
     fixed: bool,
     t1: f64,
     accounts: bool,
+    negative: Option<bool>,      // determinant of the stages since the last restart
+    turned: u32,                 // steps from here that changed its sign
+    several: bool,               // such a step was met: stages may have more than one solution
     transient: bool,             // the attempted step begins with one that it does not follow
     calm: [(f64, Vec<f64>); 2],  // times and states in such a step that know nothing of it
     weights: [Vec<Vec<f64>>; 2], // of the stages, of those
@@ -126,6 +139,9 @@ impl Dirk {
             fixed: o.fixed_step.is_some(),
             t1: 0.0,
             accounts: o.accounts,
+            negative: None,
+            turned: 0,
+            several: false,
             transient: false,
             calm: [(0.0, v()), (0.0, v())],
             weights,
@@ -206,6 +222,12 @@ impl Dirk {
                 now[0].copy_from_slice(&before[i - 1]);
                 result = self.newton.solve(sys, w, a, &self.r, &mut now[0], t, tol, self.most).map(|_| ());
             }
+            if result.is_ok() && self.several {
+                result = self.newton.solve(sys, w, a, &self.r, &mut self.now.x[i], t, tol, self.most).map(|_| ());
+            }
+            if result.is_ok() && !sys.linear && self.turns() {
+                result = Err(Failure::Diverged { unknown: 0, row: 0 });
+            }
             if result.is_err() {
                 break;
             }
@@ -214,6 +236,19 @@ impl Dirk {
         self.guess = guess;
         self.solved = result.is_ok();
         result
+    }
+
+    /// Has the determinant another sign than in the steps before? After `TURNS` such steps it is taken for the equations' own.
+    fn turns(&mut self) -> bool {
+        let negative = self.newton.negative();
+        let turns = self.negative.is_some_and(|before| before != negative) && self.turned < TURNS;
+        if turns {
+            self.turned += 1;
+            self.several = true;
+        } else {
+            self.negative = Some(negative);
+        }
+        turns
     }
 
     /// Did the attempted step begin with a current that would have moved far more charge than has moved?
@@ -276,6 +311,8 @@ impl Method for Dirk {
         self.now.t = t;
         self.now.x[0].copy_from_slice(x);
         self.started = false;
+        self.negative = None;
+        self.turned = 0;
         self.solved = false;
         self.follows = false;
         self.accepted = false;
@@ -338,6 +375,7 @@ impl Method for Dirk {
         self.accepted = true;
         self.refused = None;
         self.at_first = None;
+        self.turned = 0;
     }
 
     fn candidate(&self) -> &[f64] {
