@@ -275,20 +275,25 @@ impl Tolerances {
 
     /// Largest |e_i| over the weight of x1_i, x0_i, in the local error norm.
     pub fn largest_error(&self, e: &[f64], x1: &[f64], x0: &[f64]) -> f64 {
+        let e = &e[..self.atol.len()];
+        self.largest_errors(x1, x0, |i| [e[i]])[0]
+    }
+
+    /// The same of several errors of each unknown.
+    #[inline(always)]
+    pub fn largest_errors<const M: usize>(&self, x1: &[f64], x0: &[f64], e: impl Fn(usize) -> [f64; M]) -> [f64; M] {
         let n = self.atol.len();
-        let (e, x1, x0) = (&e[..n], &x1[..n], &x0[..n]);
+        let (x1, x0, floor) = (&x1[..n], &x0[..n], &self.floor[..n]);
         let (peak, mask) = (&self.peak[..n], &self.error_mask[..n]);
-        // four maxima side by side, so that the divisions run in parallel
-        let mut worst = [0.0_f64; 4];
-        let ratio = |i: usize| mask[i] * e[i].abs() / self.weight_with(peak[i], self.floor[i], x1[i], x0[i]);
-        let whole = n - n % 4;
-        for i in (0..whole).step_by(4) {
-            for (k, worst) in worst.iter_mut().enumerate() {
-                let v = ratio(i + k);
+        let mut worst = [0.0_f64; M];
+        for i in 0..n {
+            let weight = self.weight_with(peak[i], floor[i], x1[i], x0[i]);
+            for (worst, e) in worst.iter_mut().zip(e(i)) {
+                let v = mask[i] * e.abs() / weight;
                 *worst = if v > *worst { v } else { *worst };
             }
         }
-        (whole..n).map(ratio).chain(worst).fold(0.0, f64::max)
+        worst
     }
 
     #[inline(always)]

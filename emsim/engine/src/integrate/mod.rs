@@ -190,21 +190,24 @@ impl History {
     }
 }
 
+/// out = sum of rows, with a weight each.
+pub fn combine<'a>(terms: impl IntoIterator<Item = (f64, &'a [f64])>, out: &mut [f64]) {
+    out.fill(0.0);
+    for (weight, row) in terms {
+        for (o, v) in out.iter_mut().zip(row) {
+            *o += weight * v;
+        }
+    }
+}
+
 /// The polynomial through (t_k, x_k), evaluated at t by Lagrange's weights, for dense output.
 pub fn interpolate(ts: &[f64], xs: &[&[f64]], t: f64, out: &mut [f64]) {
-    let m = ts.len();
-    // Lagrange weights are shared by all components
-    let mut weight = [0.0; 8];
-    for j in 0..m {
-        let mut l = 1.0;
-        for k in 0..m {
-            if k != j {
-                l *= (t - ts[k]) / (ts[j] - ts[k]);
-            }
-        }
-        weight[j] = l;
-    }
-    for (i, o) in out.iter_mut().enumerate() {
-        *o = (0..m).map(|j| weight[j] * xs[j][i]).sum();
-    }
+    let weight = |j: usize| {
+        // products may be as small as the seventh power of a step; one division each
+        let others = ts.iter().enumerate().filter(|&(k, _)| k != j);
+        let (above, below) =
+            others.fold((1.0, 1.0), |(above, below), (_, tk)| (above * (t - tk), below * (ts[j] - tk)));
+        above / below
+    };
+    combine(xs.iter().enumerate().map(|(j, x)| (weight(j), *x)), out);
 }

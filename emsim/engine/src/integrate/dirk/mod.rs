@@ -31,7 +31,7 @@ mod esdirk;
 mod tests;
 mod trbdf2;
 
-use super::{response, Attempt, Method};
+use super::{combine, response, Attempt, Method};
 use crate::ledger::Stages;
 use crate::newton::{Failure, Newton, Options, Tolerances};
 use crate::sparse::Complex;
@@ -85,6 +85,7 @@ struct Step {
 
 pub struct Dirk {
     k: Tableau,
+    ahead: Vec<Vec<(usize, f64)>>, // of each stage: those that its first guess is made of, and their weights
     newton: Newton,
     q0: Vec<f64>,
     f: Vec<Vec<f64>>, // of every stage
@@ -112,14 +113,28 @@ pub struct Dirk {
     weights: [Vec<Vec<f64>>; 2], // of the stages, of those
 }
 
+/// The polynomial through the last three stages before stage i that lie apart, at its node: those stages and their weights.
+fn points_behind(c: &[f64], i: usize) -> Vec<(usize, f64)> {
+    let mut nodes: Vec<usize> = Vec::new();
+    for j in (0..i).rev() {
+        if nodes.len() < 3 && nodes.iter().all(|&n| (c[n] - c[j]).abs() > APART) {
+            nodes.push(j);
+        }
+    }
+    let weight = |j: usize| nodes.iter().filter(|&&n| n != j).map(|&n| (c[i] - c[n]) / (c[j] - c[n])).product();
+    nodes.iter().map(|&j| (j, weight(j))).collect()
+}
+
 impl Dirk {
     fn new(sys: &System, o: &Options, k: Tableau) -> Result<Dirk, Failure> {
         let v = || vec![0.0; sys.n];
         let s = k.c.len();
+        let ahead = (0..s).map(|i| points_behind(&k.c, i)).collect();
         let step = || Step { t: 0.0, h: 0.0, x: vec![v(); s] };
         let weights = [k.a[k.a.len() - 1..].to_vec(), vec![vec![0.75, 0.25]]];
         Ok(Dirk {
             k,
+            ahead,
             newton: Newton::new(sys)?,
             q0: v(),
             f: vec![v(); s],
@@ -150,13 +165,8 @@ impl Dirk {
 
     /// sum_j w_j(theta) X_j
     fn polynomial(&self, of: &Step, theta: f64, out: &mut [f64]) {
-        out.fill(0.0);
-        for (coefficients, x) in self.k.dense.iter().zip(&of.x) {
-            let w = coefficients.iter().rev().fold(0.0, |sum, c| sum * theta + c);
-            for (o, x) in out.iter_mut().zip(x) {
-                *o += w * x;
-            }
-        }
+        let weight = |c: &[f64]| c.iter().rev().fold(0.0, |sum, c| sum * theta + c);
+        combine(self.k.dense.iter().zip(&of.x).map(|(c, x)| (weight(c), x.as_slice())), out);
     }
 
     /// First guess of stage i: the line or parabola through the stages found so far in this step, that follows a jump at
@@ -172,23 +182,7 @@ impl Dirk {
             }
             return;
         }
-        let c = &self.k.c;
-        let mut nodes = [0; 3];
-        let mut m = 0;
-        for j in (0..i).rev() {
-            if m < 3 && nodes[..m].iter().all(|&n: &usize| (c[n] - c[j]).abs() > APART) {
-                nodes[m] = j;
-                m += 1;
-            }
-        }
-        guess.fill(0.0);
-        for &j in &nodes[..m] {
-            let others = nodes[..m].iter().filter(|&&n| n != j);
-            let l: f64 = others.map(|&n| (c[i] - c[n]) / (c[j] - c[n])).product();
-            for (g, x) in guess.iter_mut().zip(&self.now.x[j]) {
-                *g += l * x;
-            }
-        }
+        combine(self.ahead[i].iter().map(|&(j, l)| (l, self.now.x[j].as_slice())), guess);
     }
 
     fn stages(&mut self, sys: &System, w: &mut Work, h: f64, tol: &Tolerances) -> Result<(), Failure> {
@@ -206,9 +200,10 @@ impl Dirk {
         let mut result = Ok(());
         for (i, g) in guess.iter_mut().enumerate().skip(1) {
             let row = &self.k.a[i - 1];
-            for k in (0..sys.n).filter(|&k| sys.has_q[k]) {
-                let sum: f64 = row[..i].iter().zip(&self.f).map(|(a, f)| a * f[k]).sum();
-                self.r[k] = -a * (self.q0[k] - h * sum);
+            // rows without d/dt have neither Q nor F here
+            combine(row[..i].iter().zip(&self.f).map(|(&a, f)| (a, f.as_slice())), &mut self.r);
+            for (r, q0) in self.r.iter_mut().zip(&self.q0) {
+                *r = -a * (q0 - h * *r);
             }
             if !known && !sys.pure_linear {
                 self.predict(i, h, g);
@@ -284,9 +279,8 @@ impl Dirk {
     fn error(&mut self, sys: &System, w: &mut Work, h: f64, tol: &Tolerances) -> f64 {
         // a h = 1/gamma
         let scale = 1.0 / self.k.a[0][1];
-        for (k, e) in self.e.iter_mut().enumerate() {
-            *e = scale * self.k.d.iter().zip(&self.f).map(|(d, f)| d * f[k]).sum::<f64>();
-        }
+        combine(self.k.d.iter().zip(&self.f).map(|(&d, f)| (d, f.as_slice())), &mut self.e);
+        self.e.iter_mut().for_each(|e| *e *= scale);
         self.newton.solve_held(w, &mut self.e);
         let mut worst = tol.largest_error(&self.e, self.candidate(), &self.now.x[0]) / self.k.local;
         let stays = |(first_h, first)| h < STAYS * first_h && worst > 0.5 * first;

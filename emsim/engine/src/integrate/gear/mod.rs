@@ -1,0 +1,350 @@
+//! Backward differentiation formulas, orders 1 to 6, variable step and order ("Gear"). Without maxord the orders are 1 to 5
+//! (6 is hardly stable); with maxord 2 or less everything is as SPICE's users expect: rows are steps, no longer than TSTEP.
+//!
+//! dQ/dt at t1 is the slope of the polynomial through the last k+1 charges (Lagrange form on the true, unequal points):
+//!
+//!   sum_j alpha_j Q_j + F(x1, t1) = 0,   alpha_j = l_j'(t1)
+//!
+//! so that  a = alpha_0  and  r = sum_{j>=1} alpha_j Q_j; by differences (differences.rs)
+//!
+//!   a = sum_{i<=k} 1 / (t1 - t_{1-i}),    r = - sum_{m<=k} beta_m phi_m sum_{m<=i<=k} 1 / (t1 - t_{1-i})
+//!
+//! Error constants are those of the variable-step formula: with the (k+1)-th divided difference dd of x over k+2 points,
+//! lte = h / (t1 - t_{-k}) * prod_{j=0..k} (t1 - t_{-j}) * dd (Brenan, Campbell and Petzold 1996, section 5.2).  The order
+//! moves by at most one a step, to whichever of k-1, k, k+1 allows the longest next step.
+//!
+//! First guess: the polynomial through the last k+1 points, which is k+1-th order accurate as the solution is (its distance
+//! from the solution is the product in the error estimate). Dense output: the polynomial through the k+1 points of the formula.
+//! Accounts of energy integrate the polynomial through the powers at the newest k points, of the formula's order too: the
+//! points solve the equations, between them a diode's exponential is far from any polynomial of its voltage.
+mod differences;
+
+use self::differences::{towards, Differences, ROWS};
+use super::{response, Attempt, History, Method};
+use crate::ledger::Stages;
+use crate::newton::{Failure, Newton, Options, Tolerances};
+use crate::sparse::Complex;
+use crate::system::{System, Work};
+
+const MOST: usize = 6;
+/// ... without being asked for more.
+const HIGHEST: usize = 5;
+/// The local tolerance against the asked one, where trtol does not say: keeps the global error near what was asked.
+const LOCAL: f64 = 0.1;
+/// ln 0.85, of the step that an error estimate allows.
+const SAFETY: f64 = -0.162_518_929_497_774_9;
+/// Another order's step must be longer by 5 %: ln 1.05.
+const WORTH_IT: f64 = 0.048_790_164_169_432_06;
+
+pub struct Gear {
+    newton: Newton,
+    times: [f64; MOST + 2], // of past points, newest first
+    len: usize,             // how many there are
+    states: Differences,
+    charges: Differences,
+    x0: Vec<f64>,
+    t1: f64,
+    x1: Vec<f64>,
+    reached: (f64, [f64; ROWS]), // t1 and the betas towards it
+    r: Vec<f64>,
+    missed: Vec<f64>, // x1 less what the polynomial through the points of the formula and one more says
+    order: usize,
+    maxord: usize,
+    spice: bool, // maxord asks for what SPICE has
+    since_change: usize,
+    trtol: f64,
+    fixed: bool,
+    itl4: usize,
+    next_order: usize,
+    used: usize, // order of the candidate's step
+    accounts: Option<Accounts>,
+    starter: Option<Box<dyn Method>>, // fixed steps: supplies the first maxord - 1 points
+}
+
+/// The newest points, and their weights in the integral over the accepted step.
+struct Accounts {
+    points: History,
+    weights: Vec<Vec<f64>>,
+}
+
+impl Gear {
+    pub fn new(sys: &System, o: &Options) -> Result<Gear, Failure> {
+        let fixed = o.fixed_step.is_some();
+        let maxord = o.maxord.unwrap_or(if fixed { 2 } else { HIGHEST }).clamp(1, MOST);
+        let spice = o.maxord.is_some_and(|m| m <= 2);
+        let starter: Option<Box<dyn Method>> =
+            if fixed && maxord > 1 { Some(Box::new(super::radau::Radau::new(sys, o)?)) } else { None };
+        Ok(Gear {
+            newton: Newton::new(sys)?,
+            times: [0.0; MOST + 2],
+            len: 0,
+            states: Differences::new(sys.n),
+            charges: Differences::new(sys.n),
+            x0: vec![0.0; sys.n],
+            t1: 0.0,
+            x1: vec![0.0; sys.n],
+            reached: (f64::NAN, [0.0; ROWS]),
+            r: vec![0.0; sys.n],
+            missed: vec![0.0; sys.n],
+            order: 1,
+            maxord,
+            spice,
+            since_change: 0,
+            trtol: if o.trtol.is_finite() { o.trtol } else { [LOCAL, 1.0][usize::from(spice)] },
+            fixed,
+            itl4: o.itl4,
+            next_order: 1,
+            used: 1,
+            accounts: o.accounts.then(|| Accounts { points: History::new(sys.n, MOST), weights: vec![Vec::new()] }),
+            starter,
+        })
+    }
+
+    fn past(&self) -> &[f64] {
+        &self.times[..self.len]
+    }
+
+    /// The betas towards t1.
+    fn reach(&mut self, t1: f64) -> [f64; ROWS] {
+        if self.reached.0 != t1 {
+            self.reached = (t1, towards(t1, self.past()));
+        }
+        self.reached.1
+    }
+
+    /// Writes r of the formula of order k, returns its a.
+    fn slope(&mut self, k: usize, beta: &[f64; ROWS]) -> f64 {
+        let (mut a, mut weights) = (0.0, [0.0; ROWS]);
+        for m in (0..k).rev() {
+            a += 1.0 / (self.t1 - self.times[m]);
+            weights[m] = -a * beta[m];
+        }
+        self.charges.sum(&weights[..k], &mut self.r);
+        a
+    }
+
+    /// Points that the polynomial reads which `missed` is counted from.
+    fn foreseen(&self) -> usize {
+        (self.used + 1).min(self.len)
+    }
+
+    /// Largest lte over tolerance of the orders below, at and above that of the step; None where too few points stand behind.
+    fn errors(&self, h: f64, tol: &Tolerances) -> [Option<f64>; 3] {
+        let (k, n, beta) = (self.used, self.x1.len(), &self.reached.1);
+        if self.len < k + 1 {
+            return [None; 3];
+        }
+        let above = if self.len > k + 1 && k < MOST { k + 1 } else { k };
+        let missed = &self.missed[..n];
+        let worst = tol.largest_errors(&self.x1, &self.x0, |i| {
+            let (e, row) = (missed[i], self.states.of(i));
+            [e + beta[k] * row(k), e, e - beta[above] * row(above)]
+        });
+        let of = |k: usize, worst: f64| Some(h / (self.t1 - self.times[k]) * worst / self.trtol);
+        let below = if k > 1 { of(k - 1, worst[0]) } else { None };
+        [below, of(k, worst[1]), if above > k { of(above, worst[2]) } else { None }]
+    }
+
+    /// `missed` holds what was foreseen, and then what that lacks.
+    fn compare(&mut self) {
+        for (missed, x1) in self.missed.iter_mut().zip(&self.x1) {
+            *missed = x1 - *missed;
+        }
+    }
+
+    fn noise(&mut self, w: &mut Work, a: f64, tol: &Tolerances) -> f64 {
+        self.newton.noise(w, a, &self.x1, &self.x0, tol) / self.trtol
+    }
+}
+
+/// Integral over the step from t0 to ts[0] of Lagrange's polynomials through ts, in units of the step: Gauss-Legendre's rule
+/// of order 6, the polynomials are of degree 5 at most.
+fn over_step(ts: &[f64], t0: f64) -> Vec<f64> {
+    const GAUSS: [(f64, f64); 3] =
+        [(0.112_701_665_379_258_31, 5.0 / 18.0), (0.5, 8.0 / 18.0), (0.887_298_334_620_741_7, 5.0 / 18.0)];
+    let l = |j: usize, t: f64| -> f64 {
+        (0..ts.len()).filter(|&k| k != j).map(|k| (t - ts[k]) / (ts[j] - ts[k])).product()
+    };
+    (0..ts.len()).map(|j| GAUSS.iter().map(|(c, b)| b * l(j, t0 + c * (ts[0] - t0))).sum()).collect()
+}
+
+/// ln of the factor to the next step that an error of order k allows.
+fn growth(error: f64, k: usize) -> f64 {
+    if error < 1e-12 {
+        std::f64::consts::LN_2
+    } else {
+        SAFETY - error.ln() / (k as f64 + 1.0)
+    }
+}
+
+impl Method for Gear {
+    fn restart(&mut self, sys: &System, w: &mut Work, t: f64, x: &[f64]) {
+        (self.times[0], self.len) = (t, 1);
+        sys.eval(w, x, t);
+        self.states.start(x);
+        self.charges.start(&w.q);
+        self.x0.copy_from_slice(x);
+        if let Some(accounts) = &mut self.accounts {
+            accounts.points.clear();
+            accounts.points.push(t, x);
+        }
+        self.reached.0 = f64::NAN;
+        self.order = 1;
+        self.next_order = 1;
+        self.since_change = 0;
+        self.x1.copy_from_slice(x);
+        self.t1 = t;
+        self.newton.forget();
+        if let Some(s) = &mut self.starter {
+            s.restart(sys, w, t, x);
+        }
+    }
+
+    fn attempt(&mut self, sys: &System, w: &mut Work, h: f64, tol: &Tolerances) -> Attempt {
+        self.t1 = self.times[0] + h;
+        let beta = self.reach(self.t1);
+        if self.fixed && self.len < self.maxord {
+            // fixed order k wants k starting points of at least its own order
+            if let Some(s) = &mut self.starter {
+                let attempt = s.attempt(sys, w, h, tol);
+                self.used = self.maxord;
+                self.x1.copy_from_slice(s.candidate());
+                sys.eval(w, &self.x1, self.t1);
+                self.newton.q.copy_from_slice(&w.q);
+                self.states.sum(&beta[..self.foreseen()], &mut self.missed);
+                self.compare();
+                return attempt;
+            }
+        }
+        let k = if self.fixed { self.maxord } else { self.order.min(self.len) };
+        self.used = k;
+        let a = self.slope(k, &beta);
+        self.states.sum(&beta[..self.foreseen()], &mut self.missed);
+        if self.fixed {
+            self.states.sum(&beta[..k.min(2)], &mut self.x1);
+        } else {
+            self.x1.copy_from_slice(&self.missed);
+        }
+        if let Err(why) = self.newton.solve(sys, w, a, &self.r, &mut self.x1, self.t1, tol, self.itl4) {
+            self.order = 1;
+            return Attempt::Stuck { next: h / 8.0, why };
+        }
+        self.compare();
+        if self.fixed {
+            return Attempt::Good { next: h };
+        }
+        let [below, error, above] = self.errors(h, tol);
+        // the first step after a start has no difference to judge by: a tenth of the tolerance's worth of movement
+        let Some(error) = error else {
+            let worst = 0.05 * tol.largest_error(&self.missed, &self.x1, &self.x0) / self.trtol;
+            let worst = if worst > 1.0 { worst / self.noise(w, a, tol).max(1.0) } else { worst };
+            return if worst > 1.0 {
+                Attempt::TooLarge { next: h * (0.9 / worst).max(0.1) }
+            } else {
+                self.next_order = k;
+                Attempt::Good { next: h }
+            };
+        };
+        let error = if error > 1.0 { error / self.noise(w, a, tol).max(1.0) } else { error };
+        if error > 1.0 {
+            let next = h * growth(error, k).exp().clamp(0.1, 0.8);
+            if below.is_some_and(|e| e < error) {
+                self.order = k - 1;
+            }
+            return Attempt::TooLarge { next };
+        }
+        let mut best = (growth(error, k), k);
+        if self.since_change > k {
+            for (other, error) in [(k - 1, below), (k + 1, above)] {
+                let longer = error.filter(|_| other <= self.maxord).map_or(f64::NEG_INFINITY, |e| growth(e, other));
+                if longer > best.0 + WORTH_IT {
+                    best = (longer, other);
+                }
+            }
+        }
+        self.next_order = best.1;
+        let f = best.0.exp().clamp(0.5, 2.0);
+        Attempt::Good { next: if (0.9..1.2).contains(&f) { h } else { f * h } }
+    }
+
+    fn accept(&mut self, t1: f64) {
+        self.t1 = t1;
+        let beta = self.reach(t1);
+        let behind = self.foreseen();
+        self.states.push(&beta[..behind], &self.x1);
+        self.charges.push(&beta[..behind], &self.newton.q);
+        self.x0.copy_from_slice(&self.x1);
+        self.times.copy_within(..MOST + 1, 1);
+        self.times[0] = t1;
+        self.len = (self.len + 1).min(self.times.len());
+        if let Some(accounts) = &mut self.accounts {
+            accounts.points.push(t1, &self.x1);
+            let newest = &self.times[..self.len.min(self.used)];
+            accounts.weights[0] = over_step(newest, self.times[1]);
+        }
+        if self.next_order == self.order {
+            self.since_change += 1;
+        } else {
+            self.order = self.next_order;
+            self.since_change = 0;
+        }
+        if let Some(s) = &mut self.starter {
+            if self.len <= self.maxord {
+                s.accept(t1);
+            }
+        }
+    }
+
+    /// What the polynomial lacks in the middle of the step, by one point more. The error estimate sees nothing of algebraic
+    /// unknowns, which may have corners.
+    fn interior(&self, sys: &System, tol: &Tolerances) -> f64 {
+        let m = self.used + 1;
+        let Some(past) = self.past().get(..m) else { return f64::INFINITY };
+        let t = 0.5 * (self.t1 + past[0]);
+        let there: f64 = (t - self.t1) * past[..m - 1].iter().map(|tj| t - tj).product::<f64>();
+        let share = there / past.iter().map(|tj| self.t1 - tj).product::<f64>();
+        let (x1, x0, missed) = (&self.x1, &self.x0, &self.missed);
+        let worst = sys.interpolated().map(|i| missed[i].abs() / tol.weight(i, x1[i], x0[i])).fold(0.0, f64::max);
+        share.abs() * worst
+    }
+
+    fn stages(&self) -> Stages<'_> {
+        let Some(Accounts { points, weights }) = &self.accounts else { return Stages::default() };
+        let at = points.t.iter().zip(&points.x).take(weights[0].len());
+        Stages { at: at.map(|(&t, x)| (t, x.as_slice())).collect(), weights }
+    }
+
+    fn wants_dense_record(&self) -> bool {
+        !self.spice
+    }
+
+    fn formula(&self) -> usize {
+        self.used
+    }
+
+    fn response(&self, order: usize, y: f64) -> Option<Complex> {
+        Some(response::bdf(order, y))
+    }
+
+    fn drift(&self, order: usize, times: &[f64], w: f64) -> Option<(f64, f64)> {
+        response::bdf_drift(times.get(..=order)?, w)
+    }
+
+    fn candidate(&self) -> &[f64] {
+        &self.x1
+    }
+
+    fn dense(&self, t: f64, out: &mut [f64]) {
+        let beta = towards(t, self.past());
+        self.states.sum(&beta[..self.foreseen()], out);
+        if self.times[0] == self.t1 {
+            return;
+        }
+        // the candidate is a point as well
+        let behind = &self.past()[..self.used.min(self.len)];
+        let share: f64 = behind.iter().map(|tj| (t - tj) / (self.t1 - tj)).product();
+        for (x, missed) in out.iter_mut().zip(&self.missed) {
+            *x += share * missed;
+        }
+    }
+}
