@@ -133,10 +133,14 @@ impl Newton {
         for iteration in 1..=max_iterations {
             w.counters.iterations += 1;
             sys.stage_residual(w, a, &self.rows, r, x, &mut self.step);
-            if !(sys.linear && self.key == a) {
-                self.factor(sys, w, a)?;
+            if sys.linear && self.key == a {
+                self.lu.solve(&mut self.step);
+            } else {
+                sys.stage_sources(w, a, &mut self.sources);
+                self.lu.factor_and_solve(&self.sources, &mut self.step).map_err(Failure::Singular)?;
+                w.counters.factorisations += 1;
+                self.key = if sys.linear { a } else { f64::NAN };
             }
-            self.lu.solve(&mut self.step);
             w.counters.solves += 1;
             let converged = self.advance(x, tol)?;
             if fit {

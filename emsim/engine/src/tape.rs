@@ -8,9 +8,11 @@ use std::collections::HashMap;
 
 mod native;
 mod trig;
+mod written;
 
 use native::Native;
 pub use native::{Move, To};
+pub use written::{Leaf, Value, Written};
 
 /// What the leaves read.
 #[derive(Clone, Copy)]

@@ -11,11 +11,18 @@
 //! where the targets were written down beforehand, one 4-byte number each ("grouped multiply-subtract list"): no search, no
 //! dense work vector. Beyond `LIST_LIMIT` operations the list leaves the cache and a dense work vector is faster.
 //!
+//! What recurs often enough with the same pivots is turned into straight-line code (program.rs).
+//!
 //! A refactorisation keeps the pivots of the last `factor`. It refuses when a pivot has become small in its column (a weighted
 //! multiplier above `MULTIPLIER_LIMIT`), has shrunk against what it was by `SHRINK_LIMIT`, or is not a number. Then the caller
 //! chooses anew by `factor`, or lets `factor_or_refactor` do it.
 
+mod stamped;
+
+pub use self::stamped::Stamp;
+use self::stamped::Stamped;
 use super::pivots::{eliminate, Columns, Pivots};
+use super::program::{Layout, Program, Recurring, LARGEST};
 use super::{Pattern, Scalar, Singular, Symbolic};
 
 /// Refactor refuses a weighted multiplier above this (a pivot below 1e-6 of its column). With switches over 12 decades 1e8 let
@@ -49,39 +56,20 @@ pub struct Counters {
 /// Ranges of column k in `lu`: F from `first`, U from `upper`, the diagonal at `diagonal`, L up to `end`;
 /// its groups end at `group_end`.
 #[derive(Clone, Copy, Debug, Default)]
-struct Column {
-    first: u32,
-    upper: u32,
-    diagonal: u32,
-    end: u32,
-    group_end: u32,
+pub(super) struct Column {
+    pub first: u32,
+    pub upper: u32,
+    pub diagonal: u32,
+    pub end: u32,
+    pub group_end: u32,
 }
 
 /// One entry of U at `u` and the column of L, `len` entries from `l`, that it multiplies.
 #[derive(Clone, Copy, Debug)]
-struct Group {
-    u: u32,
-    l: u32,
-    len: u32,
-}
-
-/// `sign` times source number `source` is added to value number `slot` of the matrix.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Stamp {
-    pub slot: u32,
-    pub source: u32,
-    pub sign: f64,
-}
-
-/// A matrix that is a constant base plus stamps: the base lies ready in the layout of the factors, so that a new
-/// matrix costs one copy and one addition a stamp.
-struct Stamped<T> {
-    values: Vec<T>, // the base as the caller gave it
-    base: Vec<T>,   // the same in the layout
-    finite: bool,
-    stamps: Vec<Stamp>,
-    places: Vec<(u32, u32, f64)>, // in the layout, source, sign
-    sources: usize,               // highest source + 1
+pub(super) struct Group {
+    pub u: u32,
+    pub l: u32,
+    pub len: u32,
 }
 
 pub struct Lu<T: Scalar> {
@@ -96,10 +84,9 @@ pub struct Lu<T: Scalar> {
     groups: Vec<Group>,
     targets: Vec<u32>, // empty when the dense work vector is used
     dense: bool,
-    // limits for refactor: per entry of L, in order, and per pivot
-    multiplier_limit: Vec<f64>,
-    pivot_limit: Vec<f64>,
-    // numbers
+    // limits for refactor, of every entry of `lu`: multipliers, inverses of pivots; of the rest infinity
+    limits: Vec<f64>,
+    // numbers: the factors, and room for a solution behind them
     lu: Vec<T>,
     work: Vec<T>,
     stamped: Stamped<T>,
@@ -107,6 +94,8 @@ pub struct Lu<T: Scalar> {
     operations: usize,
     counters: Counters,
     odd: bool, // the permutation of rows
+    factor_and_solve: Recurring,
+    solve_alone: Recurring,
 }
 
 impl<T: Scalar> Lu<T> {
@@ -140,8 +129,7 @@ impl<T: Scalar> Lu<T> {
             groups: Vec::new(),
             targets: Vec::new(),
             dense: false,
-            multiplier_limit: Vec::new(),
-            pivot_limit: vec![0.0; n],
+            limits: Vec::new(),
             lu: Vec::new(),
             work: vec![T::ZERO; n],
             stamped: Stamped {
@@ -156,6 +144,8 @@ impl<T: Scalar> Lu<T> {
             operations: 0,
             counters: Counters::default(),
             odd: false,
+            factor_and_solve: Recurring::default(),
+            solve_alone: Recurring::default(),
         }
     }
 
@@ -165,7 +155,7 @@ impl<T: Scalar> Lu<T> {
 
     /// Entries of the factors, off-diagonal blocks included; 0 before the first factorisation.
     pub fn nnz(&self) -> usize {
-        self.lu.len()
+        self.rows.len()
     }
 
     /// Multiply-subtract operations of one refactorisation.
@@ -212,7 +202,8 @@ impl<T: Scalar> Lu<T> {
 
     /// Factors new values with the pivots of the last `factor`. After an error the old factors are gone.
     pub fn refactor(&mut self, values: &[T]) -> Result<(), RefactorError> {
-        if self.columns.len() != self.n() || values.len() != self.place.len() || (self.n() > 0 && self.lu.is_empty()) {
+        if self.columns.len() != self.n() || values.len() != self.place.len() || (self.n() > 0 && self.rows.is_empty())
+        {
             self.ready = false;
             return Err(RefactorError::NotFactored);
         }
@@ -248,64 +239,19 @@ impl<T: Scalar> Lu<T> {
         }
     }
 
-    /// Announces the stamps of `factor_stamped`; slots are places on the pattern.
-    pub fn set_stamps(&mut self, stamps: &[Stamp]) {
-        self.stamped.stamps = stamps.to_vec();
-        self.stamped.sources = stamps.iter().map(|s| s.source as usize + 1).max().unwrap_or(0);
-        assert!(stamps.iter().all(|s| (s.slot as usize) < self.place.len()));
-        self.place_stamps();
-    }
-
-    /// The constant part of the next matrices, in the order of the pattern.
-    pub fn set_base(&mut self, values: &[T]) {
-        self.stamped.values.copy_from_slice(values);
-        self.place_base();
-    }
-
-    /// Factors base + stamps, with the old pivots where they serve.
-    pub fn factor_stamped(&mut self, sources: &[T]) -> Result<(), Singular> {
-        assert!(sources.len() >= self.stamped.sources);
-        if self.columns.len() == self.n() && self.n() > 0 && self.stamped.base.len() == self.lu.len() {
-            self.ready = false;
-            self.lu.copy_from_slice(&self.stamped.base);
-            for &(place, source, sign) in &self.stamped.places {
-                // SAFETY: `place_stamps` took places from 0..lu.len(), sources are below `sources` as asserted
-                unsafe {
-                    *self.lu.get_unchecked_mut(place as usize) +=
-                        *sources.get_unchecked(source as usize) * T::from_real(sign);
-                }
-            }
-            if self.stamped.finite && sources.iter().all(|v| v.magnitude() < f64::INFINITY) && self.eliminate().is_ok()
-            {
-                return Ok(());
-            }
+    /// What the programs are written from.
+    fn layout<'a>(&'a self, filled: &'a [bool]) -> Layout<'a> {
+        Layout {
+            columns: &self.columns,
+            rows: &self.rows,
+            groups: &self.groups,
+            targets: &self.targets,
+            blocks: &self.symbolic.blocks,
+            input_rows: &self.input_rows,
+            cols: &self.symbolic.cols,
+            stamps: &self.stamped.places,
+            filled,
         }
-        let mut values = self.stamped.values.clone();
-        for s in &self.stamped.stamps {
-            values[s.slot as usize] += sources[s.source as usize] * T::from_real(s.sign);
-        }
-        self.factor(&values)
-    }
-
-    fn place_base(&mut self) {
-        let s = &mut self.stamped;
-        s.base.clear();
-        s.base.resize(self.lu.len(), T::ZERO);
-        s.finite = true;
-        if s.base.is_empty() {
-            return;
-        }
-        for (&place, &value) in self.place.iter().zip(&s.values) {
-            // SAFETY: `arrange` took `place` from 0..lu.len()
-            unsafe { *s.base.get_unchecked_mut(place as usize) = value };
-            s.finite &= value.magnitude() < f64::INFINITY;
-        }
-    }
-
-    fn place_stamps(&mut self) {
-        let place = &self.place;
-        let places = self.stamped.stamps.iter().map(|s| (place[s.slot as usize], s.source, s.sign));
-        self.stamped.places = places.collect();
     }
 
     /// b <- A^-1 b. Without valid factors b becomes NaN, lest it pass for a solution.
@@ -316,6 +262,14 @@ impl<T: Scalar> Lu<T> {
             return;
         }
         self.counters.solves += 1;
+        if T::PROGRAMS && self.operations <= LARGEST && self.solve_alone.is_due(self.counters.solves) {
+            self.solve_alone.program = Program::solve(&self.layout(&[]));
+        }
+        if let Some(program) = &mut self.solve_alone.program {
+            T::solve_by(program, &self.lu[..self.rows.len()], b, &mut self.work);
+            b.copy_from_slice(&self.work);
+            return;
+        }
         let (w, lu, rows, columns) = (&mut self.work[..], &self.lu[..], &self.rows[..], &self.columns[..]);
         // SAFETY: `arrange` made every index: columns' ranges lie in 0..lu.len() = rows.len(), rows and input_rows and cols in 0..n
         unsafe {
@@ -443,7 +397,9 @@ impl<T: Scalar> Lu<T> {
             }
         }
         self.lu.clear();
-        self.lu.resize(self.rows.len(), T::ZERO);
+        self.lu.resize(self.rows.len() + n, T::ZERO);
+        self.factor_and_solve.start(self.counters.refactors);
+        self.solve_alone.start(self.counters.solves);
 
         self.operations = 0;
         for c in &self.columns {
@@ -486,14 +442,15 @@ impl<T: Scalar> Lu<T> {
     }
 
     fn set_limits(&mut self, pivots: &Pivots) {
-        self.multiplier_limit.clear();
+        self.limits.clear();
+        self.limits.resize(self.rows.len(), f64::INFINITY);
         for (k, c) in self.columns.iter().enumerate() {
             let own = pivots.scale[pivots.row[k] as usize];
-            for &row in &self.rows[c.diagonal as usize + 1..c.end as usize] {
-                let other = pivots.scale[pivots.row[row as usize] as usize];
-                self.multiplier_limit.push(MULTIPLIER_LIMIT * own / other);
+            for e in c.diagonal as usize + 1..c.end as usize {
+                let other = pivots.scale[pivots.row[self.rows[e] as usize] as usize];
+                self.limits[e] = MULTIPLIER_LIMIT * own / other;
             }
-            self.pivot_limit[k] = SHRINK_LIMIT * pivots.size[k];
+            self.limits[c.diagonal as usize] = 1.0 / (SHRINK_LIMIT * pivots.size[k]);
         }
     }
 
@@ -512,7 +469,7 @@ impl<T: Scalar> Lu<T> {
     /// Eliminates along the grouped list. The error is the pivot that failed; `STRICT` enforces the limits.
     fn eliminate_listed<const STRICT: bool>(&mut self) -> Result<(), usize> {
         let lu = &mut self.lu[..];
-        let (mut g, mut t, mut m) = (0usize, 0usize, 0usize);
+        let (mut g, mut t) = (0usize, 0usize);
         for (k, c) in self.columns.iter().enumerate() {
             // SAFETY: `arrange` made groups and targets, all within 0..lu.len(), and one limit for every entry of L and pivot
             unsafe {
@@ -528,22 +485,15 @@ impl<T: Scalar> Lu<T> {
                     g += 1;
                 }
                 let d = c.diagonal as usize;
-                let pivot = *lu.get_unchecked(d);
-                let size = pivot.magnitude();
-                let smallest = if STRICT { *self.pivot_limit.get_unchecked(k) } else { 0.0 };
-                let mut good = (size > smallest) & (size < f64::INFINITY);
-                let inverse = pivot.recip();
+                let limit = |e: usize| if STRICT { *self.limits.get_unchecked(e) } else { f64::MAX };
+                let inverse = lu.get_unchecked(d).recip();
+                let mut good = (inverse.magnitude() <= limit(d)) & (inverse.magnitude() > 0.0);
                 *lu.get_unchecked_mut(d) = inverse;
                 let (mut e, end) = (d + 1, c.end as usize);
                 while e < end {
                     let l = *lu.get_unchecked(e) * inverse;
                     *lu.get_unchecked_mut(e) = l;
-                    if STRICT {
-                        good &= l.magnitude() <= *self.multiplier_limit.get_unchecked(m);
-                        m += 1;
-                    } else {
-                        good &= l.magnitude() <= f64::MAX;
-                    }
+                    good &= l.magnitude() <= limit(e);
                     e += 1;
                 }
                 if !good {
@@ -557,7 +507,7 @@ impl<T: Scalar> Lu<T> {
     /// The same with a dense work vector, for large factors.
     fn eliminate_dense(&mut self, strict: bool) -> Result<(), usize> {
         let (lu, x) = (&mut self.lu[..], &mut self.work[..]);
-        let (mut g, mut m) = (0usize, 0usize);
+        let mut g = 0usize;
         for (k, c) in self.columns.iter().enumerate() {
             // SAFETY: as in `eliminate_listed`; rows are in 0..n
             unsafe {
@@ -575,18 +525,14 @@ impl<T: Scalar> Lu<T> {
                 for e in c.upper as usize..c.diagonal as usize {
                     *lu.get_unchecked_mut(e) = *x.get_unchecked(*self.rows.get_unchecked(e) as usize);
                 }
-                let pivot = *x.get_unchecked(k);
-                let size = pivot.magnitude();
-                let smallest = if strict { *self.pivot_limit.get_unchecked(k) } else { 0.0 };
-                let mut good = (size > smallest) & (size < f64::INFINITY);
-                let inverse = pivot.recip();
+                let limit = |e: usize| if strict { *self.limits.get_unchecked(e) } else { f64::MAX };
+                let inverse = x.get_unchecked(k).recip();
+                let mut good = (inverse.magnitude() <= limit(c.diagonal as usize)) & (inverse.magnitude() > 0.0);
                 *lu.get_unchecked_mut(c.diagonal as usize) = inverse;
                 for e in c.diagonal as usize + 1..c.end as usize {
                     let l = *x.get_unchecked(*self.rows.get_unchecked(e) as usize) * inverse;
                     *lu.get_unchecked_mut(e) = l;
-                    let largest = if strict { *self.multiplier_limit.get_unchecked(m) } else { f64::MAX };
-                    good &= l.magnitude() <= largest;
-                    m += 1;
+                    good &= l.magnitude() <= limit(e);
                 }
                 if !good {
                     return Err(k);

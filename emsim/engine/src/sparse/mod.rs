@@ -20,6 +20,7 @@
 mod lu;
 mod order;
 mod pivots;
+mod program;
 mod rows;
 mod scalar;
 #[cfg(test)]

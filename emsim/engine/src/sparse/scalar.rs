@@ -1,5 +1,6 @@
 //! What the factorisation needs of a number, for real and complex matrices.
 
+use super::program::Program;
 use std::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub, SubAssign};
 
 pub trait Scalar:
@@ -20,6 +21,9 @@ pub trait Scalar:
     fn magnitude(self) -> f64;
     fn recip(self) -> Self;
     fn from_real(re: f64) -> Self;
+    /// Are there programs (program.rs) for numbers of this kind?
+    const PROGRAMS: bool;
+    fn solve_by(_: &mut Program, _lu: &[Self], _b: &[Self], _x: &mut [Self]) {}
 }
 
 impl Scalar for f64 {
@@ -36,6 +40,10 @@ impl Scalar for f64 {
     #[inline(always)]
     fn from_real(re: f64) -> f64 {
         re
+    }
+    const PROGRAMS: bool = true;
+    fn solve_by(program: &mut Program, lu: &[f64], b: &[f64], x: &mut [f64]) {
+        program.run(lu, &[], b, x);
     }
 }
 
@@ -73,6 +81,7 @@ impl From<f64> for Complex {
 }
 
 impl Scalar for Complex {
+    const PROGRAMS: bool = false;
     const ZERO: Complex = Complex::new(0.0, 0.0);
     const ONE: Complex = Complex::new(1.0, 0.0);
     #[inline(always)]

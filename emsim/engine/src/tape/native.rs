@@ -14,6 +14,8 @@ use super::{Inputs, Instr, Op};
 #[cfg(all(target_arch = "x86_64", unix))]
 mod calls;
 #[cfg(all(target_arch = "x86_64", unix))]
+mod memory;
+#[cfg(all(target_arch = "x86_64", unix))]
 mod sequence;
 #[cfg(all(target_arch = "x86_64", unix))]
 mod sines;
@@ -76,24 +78,20 @@ pub use self::x86::Native;
 
 #[cfg(all(target_arch = "x86_64", unix))]
 mod x86 {
+    use super::memory::Code;
     use super::*;
     use crate::graph::Fun;
 
     type Entry = unsafe extern "sysv64" fn(*mut f64, *const f64, *const f64, *const f64, *const f64, *mut f64);
 
-    /// Executable memory of one part.
+    /// The code of one part.
     pub struct Native {
         entry: Entry,
-        memory: *mut libc::c_void,
-        length: usize,
+        _code: Code,
         // the code holds their addresses
         _functions: Box<[Fun]>,
         _coefficients: Box<[f64]>,
     }
-
-    // SAFETY: the memory is never written after it was made, and belongs to this value alone
-    unsafe impl Send for Native {}
-    unsafe impl Sync for Native {}
 
     impl Native {
         /// None where the processor lacks AVX2 or FMA, the system forbids executable memory, or the program is too short.
@@ -118,22 +116,10 @@ mod x86 {
         }
 
         fn of(code: &[u8], functions: Box<[Fun]>, coefficients: Box<[f64]>) -> Option<Native> {
-            // SAFETY: a fresh private mapping, written before it becomes executable and read-only
-            unsafe {
-                let (length, none) = (code.len(), std::ptr::null_mut());
-                let access = libc::PROT_READ | libc::PROT_WRITE;
-                let memory = libc::mmap(none, length, access, libc::MAP_PRIVATE | libc::MAP_ANONYMOUS, -1, 0);
-                if memory == libc::MAP_FAILED {
-                    return None;
-                }
-                std::ptr::copy_nonoverlapping(code.as_ptr(), memory.cast::<u8>(), length);
-                if libc::mprotect(memory, length, libc::PROT_READ | libc::PROT_EXEC) != 0 {
-                    libc::munmap(memory, length);
-                    return None;
-                }
-                let entry = std::mem::transmute::<*mut libc::c_void, Entry>(memory);
-                Some(Native { entry, memory, length, _functions: functions, _coefficients: coefficients })
-            }
+            let code = Code::new(code)?;
+            // SAFETY: the code begins as a function of this kind
+            let entry = unsafe { std::mem::transmute::<*const u8, Entry>(code.start()) };
+            Some(Native { entry, _code: code, _functions: functions, _coefficients: coefficients })
         }
 
         /// # Safety
@@ -150,13 +136,6 @@ mod x86 {
         #[inline]
         pub unsafe fn run_sequence(&self, x: *mut f64, inp: &Inputs, w: &mut [f64], times: *const f64, rows: *mut f64) {
             (self.entry)(w.as_mut_ptr(), x, inp.waves.as_ptr(), inp.flags.as_ptr(), times, rows);
-        }
-    }
-
-    impl Drop for Native {
-        fn drop(&mut self) {
-            // SAFETY: mapped in `new` with this length
-            unsafe { libc::munmap(self.memory, self.length) };
         }
     }
 
@@ -187,10 +166,12 @@ mod x86 {
         holds: [Option<u32>; VALUES], // slot that a register holds
         register: Vec<u8>,            // of each own instruction; VALUES: none
         stored: Vec<bool>,            // the slot in memory is up to date
-        uses: Vec<Vec<u32>>,          // of each own instruction, latest first
+        uses: Vec<u32>,               // of all own instructions, one after the other
+        ahead: Vec<(u32, u32)>,       // of each: which of them are still to come
         partner: Vec<u32>,            // of a sine its cosine and the other way round
         called: Vec<bool>,            // sines and cosines that are there already
         results: Vec<bool>,           // that have been written
+        wanted: Vec<(u32, u32)>,      // slot and number of each result, by slot
         pub aside: Vec<Aside>,
     }
 
@@ -204,14 +185,23 @@ mod x86 {
     impl<'a> Writer<'a> {
         fn new(part: &'a Part<'a>, functions: &'a [Fun]) -> Writer<'a> {
             let n = part.code.len();
-            let mut uses: Vec<Vec<u32>> = vec![Vec::new(); n];
+            let own = |slot: u32| (slot as usize).checked_sub(part.first);
+            let mut ahead = vec![(0, 0); n];
+            for k in part.code.iter().flat_map(Instr::operands).filter_map(own) {
+                ahead[k].1 += 1;
+            }
+            let mut total = 0;
+            for (from, count) in &mut ahead {
+                (*from, total) = (total, total + *count);
+                *count = *from;
+            }
+            let mut uses = vec![0; total as usize];
             let mut partner = vec![NEVER; n];
             let mut seen = std::collections::HashMap::new();
             for (k, i) in part.code.iter().enumerate() {
-                for s in i.operands() {
-                    if s as usize >= part.first {
-                        uses[s as usize - part.first].push(k as u32);
-                    }
+                for j in i.operands().filter_map(own) {
+                    uses[ahead[j].1 as usize] = k as u32;
+                    ahead[j].1 += 1;
                 }
                 if matches!(i.op, Op::Sin | Op::Cos) {
                     if let Some(other) = seen.insert(i.a, k as u32) {
@@ -220,9 +210,8 @@ mod x86 {
                     }
                 }
             }
-            for u in &mut uses {
-                u.reverse();
-            }
+            let mut wanted: Vec<(u32, u32)> = part.results.iter().zip(0..).map(|(&slot, i)| (slot, i)).collect();
+            wanted.sort_unstable();
             Writer {
                 part,
                 functions,
@@ -231,9 +220,11 @@ mod x86 {
                 register: vec![VALUES as u8; n],
                 stored: vec![false; n],
                 uses,
+                ahead,
                 partner,
                 called: vec![false; n],
                 results: vec![false; part.results.len()],
+                wanted,
                 aside: Vec::new(),
             }
         }
@@ -245,6 +236,12 @@ mod x86 {
 
         fn own(&self, slot: u32) -> Option<usize> {
             (slot as usize).checked_sub(self.part.first)
+        }
+
+        /// The instruction that reads the value of own instruction k next.
+        fn next_use(&self, k: usize) -> Option<u32> {
+            let (next, end) = self.ahead[k];
+            (next < end).then(|| self.uses[next as usize])
         }
 
         /// Where a value can be read.
@@ -274,7 +271,7 @@ mod x86 {
             }
             let next = |r: usize| {
                 let slot = self.holds[r].expect("all are taken");
-                self.own(slot).and_then(|k| self.uses[k].last().copied()).unwrap_or(NEVER)
+                self.own(slot).and_then(|k| self.next_use(k)).unwrap_or(NEVER)
             };
             let r = (0..VALUES).filter(|&r| !held.contains(&(r as u8))).max_by_key(|&r| next(r)).unwrap_or(0);
             self.evict(r);
@@ -292,7 +289,7 @@ mod x86 {
         /// To its slot, where it is needed later and not yet there.
         fn save(&mut self, k: usize) {
             let leaf = matches!(self.part.code[k].op, Op::X | Op::Wave | Op::Flag | Op::T);
-            if !self.stored[k] && !leaf && !self.uses[k].is_empty() {
+            if !self.stored[k] && !leaf && self.next_use(k).is_some() {
                 self.store(k);
             }
         }
@@ -322,10 +319,10 @@ mod x86 {
         pub fn release(&mut self, k: usize) {
             for slot in self.part.code[k].operands() {
                 if let Some(j) = self.own(slot) {
-                    while self.uses[j].last().is_some_and(|&u| u <= k as u32) {
-                        self.uses[j].pop();
+                    while self.next_use(j).is_some_and(|u| u <= k as u32) {
+                        self.ahead[j].0 += 1;
                     }
-                    if self.uses[j].is_empty() && (self.register[j] as usize) < VALUES {
+                    if self.next_use(j).is_none() && (self.register[j] as usize) < VALUES {
                         self.holds[self.register[j] as usize] = None;
                         self.register[j] = VALUES as u8;
                     }
@@ -347,13 +344,16 @@ mod x86 {
             if (self.part.wanted)(slot) {
                 self.store(k);
             }
-            for i in 0..self.results.len() {
-                if self.part.results[i] == slot {
-                    self.vex(0x11, F2, 1, self.register[k], 0, Place::Memory { base: RESULTS, index: i as u32 });
-                    self.results[i] = true;
+            let first = self.wanted.partition_point(|w| w.0 < slot);
+            for at in first..self.wanted.len() {
+                let (own, index) = self.wanted[at];
+                if own != slot {
+                    break;
                 }
+                self.vex(0x11, F2, 1, self.register[k], 0, Place::Memory { base: RESULTS, index });
+                self.results[index as usize] = true;
             }
-            if self.uses[k].is_empty() {
+            if self.next_use(k).is_none() {
                 self.holds[self.register[k] as usize] = None;
                 self.register[k] = VALUES as u8;
             }

@@ -1,0 +1,113 @@
+//! Matrices that are a constant base plus stamps, as every Newton iteration of a circuit asks for them.
+
+use super::super::program::{Program, LARGEST};
+use super::super::{Scalar, Singular};
+use super::Lu;
+
+/// `sign` times source number `source` is added to value number `slot` of the matrix.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Stamp {
+    pub slot: u32,
+    pub source: u32,
+    pub sign: f64,
+}
+
+/// A matrix that is a constant base plus stamps: the base lies ready in the layout of the factors, so that a new
+/// matrix costs one copy and one addition a stamp.
+pub(super) struct Stamped<T> {
+    pub values: Vec<T>, // the base as the caller gave it
+    pub base: Vec<T>,   // the same in the layout
+    pub finite: bool,
+    pub stamps: Vec<Stamp>,
+    pub places: Vec<(u32, u32, f64)>, // in the layout, source, sign
+    pub sources: usize,               // highest source + 1
+}
+
+impl<T: Scalar> Lu<T> {
+    /// Announces the stamps of `factor_stamped`; slots are places on the pattern.
+    pub fn set_stamps(&mut self, stamps: &[Stamp]) {
+        self.stamped.stamps = stamps.to_vec();
+        self.stamped.sources = stamps.iter().map(|s| s.source as usize + 1).max().unwrap_or(0);
+        assert!(stamps.iter().all(|s| (s.slot as usize) < self.place.len()));
+        self.place_stamps();
+    }
+
+    /// The constant part of the next matrices, in the order of the pattern.
+    pub fn set_base(&mut self, values: &[T]) {
+        self.stamped.values.copy_from_slice(values);
+        self.place_base();
+    }
+
+    /// Factors base + stamps, with the old pivots where they serve.
+    pub fn factor_stamped(&mut self, sources: &[T]) -> Result<(), Singular> {
+        assert!(sources.len() >= self.stamped.sources);
+        if self.columns.len() == self.n() && self.n() > 0 && self.stamped.base.len() == self.rows.len() {
+            self.ready = false;
+            self.lu[..self.stamped.base.len()].copy_from_slice(&self.stamped.base);
+            for &(place, source, sign) in &self.stamped.places {
+                // SAFETY: `place_stamps` took places from 0..lu.len(), sources are below `sources` as asserted
+                unsafe {
+                    *self.lu.get_unchecked_mut(place as usize) +=
+                        *sources.get_unchecked(source as usize) * T::from_real(sign);
+                }
+            }
+            if self.stamped.finite && sources.iter().all(|v| v.magnitude() < f64::INFINITY) && self.eliminate().is_ok()
+            {
+                return Ok(());
+            }
+        }
+        let mut values = self.stamped.values.clone();
+        for s in &self.stamped.stamps {
+            values[s.slot as usize] += sources[s.source as usize] * T::from_real(s.sign);
+        }
+        self.factor(&values)
+    }
+
+    pub(super) fn place_base(&mut self) {
+        let s = &mut self.stamped;
+        s.base.clear();
+        s.base.resize(self.rows.len(), T::ZERO);
+        s.finite = true;
+        if s.base.is_empty() {
+            return;
+        }
+        for (&place, &value) in self.place.iter().zip(&s.values) {
+            // SAFETY: `arrange` took `place` from 0..lu.len()
+            unsafe { *s.base.get_unchecked_mut(place as usize) = value };
+            s.finite &= value.magnitude() < f64::INFINITY;
+        }
+    }
+
+    pub(super) fn place_stamps(&mut self) {
+        let place = &self.place;
+        let places = self.stamped.stamps.iter().map(|s| (place[s.slot as usize], s.source, s.sign));
+        self.stamped.places = places.collect();
+    }
+}
+
+impl Lu<f64> {
+    /// Factors base + stamps, with the old pivots where they serve, and solves: b <- A^-1 b.
+    pub fn factor_and_solve(&mut self, sources: &[f64], b: &mut [f64]) -> Result<(), Singular> {
+        if self.operations <= LARGEST && self.factor_and_solve.is_due(self.counters.refactors) {
+            let mut filled = vec![false; self.rows.len()];
+            self.place.iter().for_each(|&place| filled[place as usize] = true);
+            self.factor_and_solve.program = Program::factor_and_solve(&self.layout(&filled));
+        }
+        if let Some(program) = self.factor_and_solve.program.as_mut().filter(|_| b.len() == self.symbolic.n()) {
+            assert!(sources.len() >= self.stamped.sources && self.stamped.base.len() == self.rows.len());
+            program.run(&self.stamped.base, sources, b, &mut self.lu);
+            let (lu, x) = self.lu.split_at(self.rows.len());
+            let within = lu.iter().zip(&self.limits).fold(true, |good, (v, limit)| good & (v.abs() <= *limit));
+            if within && self.columns.iter().all(|c| lu[c.diagonal as usize] != 0.0) {
+                b.copy_from_slice(x);
+                self.ready = true;
+                self.counters.refactors += 1;
+                self.counters.solves += 1;
+                return Ok(());
+            }
+        }
+        self.factor_stamped(sources)?;
+        self.solve(b);
+        Ok(())
+    }
+}

@@ -1,0 +1,124 @@
+//! Executable memory. What the system takes to map, write, protect and unmap pages is longer than writing a small program:
+//! 25 us against 8. So programs lie side by side in pages that are mapped twice, writable at one address and executable at
+//! another, where the system has such (Linux); nowhere is a page both.
+//!
+//! Pages are shared with a forked child: what has been written is never written again, a child begins pages of its own, and all
+//! go when the last program in them does.
+use std::sync::Arc;
+
+/// Code that stays where it is.
+pub struct Code {
+    start: *const u8,
+    _pages: Arc<Pages>,
+}
+
+// SAFETY: never written after it was made
+unsafe impl Send for Code {}
+unsafe impl Sync for Code {}
+
+impl Code {
+    /// None where the system forbids executable memory.
+    pub fn new(code: &[u8]) -> Option<Code> {
+        shared(code).or_else(|| own(code))
+    }
+
+    pub fn start(&self) -> *const u8 {
+        self.start
+    }
+}
+
+/// One mapping, or two of the same pages.
+struct Pages {
+    execute: *mut libc::c_void,
+    write: Option<*mut libc::c_void>,
+    length: usize,
+}
+
+// SAFETY: only addresses; what lies there is written once, under the lock below, before anybody executes it
+unsafe impl Send for Pages {}
+unsafe impl Sync for Pages {}
+
+impl Drop for Pages {
+    fn drop(&mut self) {
+        // SAFETY: mapped with this length, and nobody holds code in it any more
+        unsafe {
+            libc::munmap(self.execute, self.length);
+            if let Some(write) = self.write {
+                libc::munmap(write, self.length);
+            }
+        }
+    }
+}
+
+/// Pages of its own.
+fn own(code: &[u8]) -> Option<Code> {
+    // SAFETY: a fresh private mapping, written before it becomes executable and read-only
+    unsafe {
+        let (length, none) = (code.len(), std::ptr::null_mut());
+        let access = libc::PROT_READ | libc::PROT_WRITE;
+        let execute = libc::mmap(none, length, access, libc::MAP_PRIVATE | libc::MAP_ANONYMOUS, -1, 0);
+        if execute == libc::MAP_FAILED {
+            return None;
+        }
+        let pages = Pages { execute, write: None, length };
+        std::ptr::copy_nonoverlapping(code.as_ptr(), execute.cast::<u8>(), length);
+        if libc::mprotect(execute, length, libc::PROT_READ | libc::PROT_EXEC) != 0 {
+            return None;
+        }
+        Some(Code { start: execute.cast(), _pages: Arc::new(pages) })
+    }
+}
+
+#[cfg(not(target_os = "linux"))]
+fn shared(_: &[u8]) -> Option<Code> {
+    None
+}
+
+/// Behind the programs that were written last.
+#[cfg(target_os = "linux")]
+fn shared(code: &[u8]) -> Option<Code> {
+    struct Current {
+        pages: Arc<Pages>,
+        used: usize,
+        process: u32,
+    }
+    static CURRENT: std::sync::Mutex<Option<Current>> = std::sync::Mutex::new(None);
+    const LENGTH: usize = 1 << 18;
+    const LINE: usize = 64;
+
+    let mut current = CURRENT.lock().ok()?;
+    let process = std::process::id();
+    if current.as_ref().is_none_or(|c| c.process != process || c.used + code.len() > c.pages.length) {
+        let pages = Arc::new(twice(LENGTH.max(code.len()))?);
+        *current = Some(Current { pages, used: 0, process });
+    }
+    let current = current.as_mut()?;
+    let (at, write) = (current.used, current.pages.write?);
+    // SAFETY: within the pages, and nothing stands there yet
+    unsafe {
+        std::ptr::copy_nonoverlapping(code.as_ptr(), write.cast::<u8>().add(at), code.len());
+        // x86 keeps its caches of instructions coherent; what was never executed cannot be held in the pipeline either
+        current.used = (at + code.len()).next_multiple_of(LINE);
+        Some(Code { start: current.pages.execute.cast::<u8>().add(at), _pages: current.pages.clone() })
+    }
+}
+
+#[cfg(target_os = "linux")]
+fn twice(length: usize) -> Option<Pages> {
+    // SAFETY: a fresh file that nobody else knows, closed when it is mapped
+    unsafe {
+        let file = libc::memfd_create(c"emsim".as_ptr(), libc::MFD_CLOEXEC);
+        if file < 0 {
+            return None;
+        }
+        let map = |access: i32| {
+            let at = libc::mmap(std::ptr::null_mut(), length, access, libc::MAP_SHARED, file, 0);
+            (at != libc::MAP_FAILED).then_some(at)
+        };
+        let sized = libc::ftruncate(file, length as libc::off_t) == 0;
+        let execute = if sized { map(libc::PROT_READ | libc::PROT_EXEC) } else { None };
+        let pages = execute.map(|execute| Pages { execute, write: map(libc::PROT_READ | libc::PROT_WRITE), length });
+        libc::close(file);
+        pages.filter(|p| p.write.is_some())
+    }
+}

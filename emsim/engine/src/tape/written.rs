@@ -1,0 +1,82 @@
+//! A program that is written instruction by instruction, where no expression stands behind it.
+use super::{Instr, Op, Tape};
+
+/// Where a leaf is read from: the four inputs of a program.
+#[derive(Clone, Copy)]
+pub enum Leaf {
+    X(usize),
+    Wave(usize),
+    Flag(usize),
+}
+
+/// A value of the program.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Value(u32);
+
+pub struct Written {
+    constants: Vec<f64>,
+    code: Vec<Instr>,
+    limits: (usize, usize, usize),
+}
+
+impl Written {
+    /// A program that knows these constants; their values come with it, in their order.
+    pub fn new<const N: usize>(constants: [f64; N]) -> (Written, [Value; N]) {
+        let mut k = 0;
+        let values = constants.map(|_| {
+            k += 1;
+            Value(k - 1)
+        });
+        let constants = constants.into_iter().chain([-0.0; 2]).collect();
+        (Written { constants, code: Vec::new(), limits: (0, 0, 0) }, values)
+    }
+
+    fn push(&mut self, op: Op, a: u32, b: u32) -> Value {
+        self.code.push(Instr { op, a, b, c: 0 });
+        Value((self.constants.len() + self.code.len() - 1) as u32)
+    }
+
+    pub fn leaf(&mut self, leaf: Leaf) -> Value {
+        let (op, k, limit) = match leaf {
+            Leaf::X(k) => (Op::X, k, &mut self.limits.0),
+            Leaf::Wave(k) => (Op::Wave, k, &mut self.limits.1),
+            Leaf::Flag(k) => (Op::Flag, k, &mut self.limits.2),
+        };
+        *limit = (*limit).max(k + 1);
+        self.push(op, k as u32, 0)
+    }
+
+    pub fn add(&mut self, a: Value, b: Value) -> Value {
+        self.push(Op::Add, a.0, b.0)
+    }
+
+    pub fn sub(&mut self, a: Value, b: Value) -> Value {
+        self.push(Op::Sub, a.0, b.0)
+    }
+
+    pub fn mul(&mut self, a: Value, b: Value) -> Value {
+        self.push(Op::Mul, a.0, b.0)
+    }
+
+    pub fn div(&mut self, a: Value, b: Value) -> Value {
+        self.push(Op::Div, a.0, b.0)
+    }
+
+    /// As machine code that leaves `results` in a row (`Tape::run_into`); None where there is no machine code.
+    pub fn native(self, results: &[Value]) -> Option<Tape> {
+        let outputs: Vec<u32> = results.iter().map(|v| v.0).collect();
+        let ends = vec![(self.code.len(), outputs.len())];
+        let tape = Tape {
+            constants: self.constants,
+            code: self.code,
+            functions: Vec::new(),
+            outputs,
+            ends,
+            limits: self.limits,
+            native: Vec::new(),
+            into: false,
+        };
+        let tape = tape.native_into();
+        tape.native[0].is_some().then_some(tape)
+    }
+}
