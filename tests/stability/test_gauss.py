@@ -120,7 +120,8 @@ def test_others_lose_it(method):
     [
         ("capacitor across a source\nV1 a 0 SIN(0 1 1)\nC1 a 0 1\n.tran 0.1 1\n.end\n", "gauss"),
         (CRANK, "gauss6"),
-        (deck("electrical/diode_bridge"), "gauss"),
+        # (a diode bridge it refuses at some tolerances and gets through at others, rightly, in 60 000 steps for gear's 1000)
+        (deck("hard/stiff_van_der_pol"), "gauss"),
     ],
     ids=["index-2 circuit", "three stages on a loop", "what decays at once"],
 )
