@@ -1,5 +1,15 @@
 //! The error estimate of a step:  e = (gamma/h C + G)^-1 ( -F(x0) + 1/h sum_i d_i D_i ), measured on what stands under d/dt; filtered
 //! once more where it is of something stiff, whatever the step; and told from rounding.
+//!
+//! At the end of a step in which a diode turned, another one beside it. Of the corner that the diode makes in Q that estimate
+//! is a difference over the step, which vanishes for some places of the corner, while dQ/dt at the end is wrong by as much
+//! as it bends. What follows at once there has  C x'' + G x' + F_t = 0,  M = gamma/h C + G, and with the slope x_p' of the
+//! collocation polynomial, and its Q_p'' from the stages' F, is wrong by
+//!
+//!   e = M^-1 C (x' - x_p'),   x' - x_p' = M^-1 ( -d/dt F(x_p, t) - Q_p'' ),
+//!
+//! which is O(h^(s+1)) where nothing bends. It is the error itself and held to the tolerance, not to a share of it.
+use super::tables::Scheme;
 use super::{Radau, MOST_RELAXED};
 use crate::newton::Tolerances;
 use crate::system::{System, Work};
@@ -9,6 +19,9 @@ use crate::system::{System, Work};
 const NOT_STIFF: f64 = 0.6;
 /// An estimate that is still there at this share of the step does not fall with it.
 const STAYS: f64 = 0.1;
+
+/// Over so much of the step is F differentiated along the polynomial.
+const ALONG: f64 = 1e-4;
 
 /// Error estimate that a step may have, in units of the asked tolerance. The estimate is O(h^(s+1)), what the user sees
 /// at least O(h^(s+2)): the tighter the tolerance, the more it overrates. The power and the share at 1e-3 keep the global
@@ -86,6 +99,30 @@ impl Radau {
             self.unfiltered = error;
         }
         error
+    }
+
+    /// Error at the end of a step in which a diode turned, in units of the tolerance; the derivatives are those of the end.
+    pub(super) fn end_error(&mut self, sys: &System, w: &mut Work, h: f64, tol: &Tolerances) -> f64 {
+        let Scheme { s, c, inverse_a, .. } = *self.scheme;
+        let last = s - 1;
+        let slopes = &inverse_a[last * s..];
+        for i in 0..sys.n {
+            let moved = slopes.iter().zip(&self.stage).map(|(a, x)| a * (x[i] - self.x0[i]));
+            self.scratch[i] = self.stage[last][i] + ALONG * moved.sum::<f64>();
+        }
+        sys.eval(w, &self.scratch, self.t0 + h + ALONG * h);
+        // slope at 1 of the polynomial through the stages' F
+        let nodal = |j: usize| (0..s).filter(|&k| k != j).map(|k| c[j] - c[k]).product::<f64>();
+        for i in 0..sys.n {
+            let end = self.f[last][i];
+            let bends = (0..last).map(|j| nodal(last) / nodal(j) / (1.0 - c[j]) * (self.f[j][i] - end));
+            self.scratch[i] = (bends.sum::<f64>() - (w.f[i] - end) / ALONG) / h;
+        }
+        self.real.solve(&mut self.scratch);
+        sys.c_times(w, &self.scratch, &mut self.b);
+        self.real.solve(&mut self.b);
+        w.counters.solves += 2;
+        norm(&self.b, &self.x0, &self.stage[last], tol)
     }
 
     /// What the estimate of the next lower order would have been.

@@ -297,9 +297,13 @@ impl Radau {
         result
     }
 
-    /// Judges a step whose stages are solved.
+    /// Judges a step whose stages are solved; the full Newton method leaves the derivatives of its end where there are diodes.
     fn judge(&mut self, sys: &System, w: &mut Work, h: f64, tol: &Tolerances, iterations: usize) -> Attempt {
-        let estimate = self.error(sys, w, h, tol);
+        let turned = sys.diodes() > 0 && self.jacobian_at.is_nan();
+        let mut estimate = self.error(sys, w, h, tol);
+        if turned {
+            estimate = estimate.max(share(tol.reltol) * self.end_error(sys, w, h, tol));
+        }
         let raw = (estimate / share(tol.reltol)).max(1e-10);
         self.next_scheme = self.scheme;
         if self.fixed {
