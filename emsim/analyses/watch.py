@@ -30,16 +30,18 @@ def teach(assembly: Assembly, watch: dict[str, Any]) -> None:
     """Adds at most one warning of each kind to the deck's sink."""
     sink, method = assembly.flat.sink, assembly.options["method"]
     damped, late = watch.get("damped"), watch.get("late")
-    if damped and min(damped["loss"], damped["share"] * damped["loss"] / SMALL) >= WORTH:
+    if damped and damped["left"] * damped["loss"] * min(1.0, damped["share"] / SMALL) >= WORTH:
         what, span = oscillator(assembly, damped)
+        # of what dies by itself, until when its loss weighs most
+        time = "this run" if damped["left"] > 0.9 else f"{damped['cycles']:.0f} periods"
         sink.warning(
             "W410",
             f"{what} at {hertz(damped['period'])} with {damped['steps']:.0f} steps a period; {method} takes about "
-            f"{percent(damped['loss'])} of its amplitude over this run",
+            f"{percent(damped['loss'])} of its amplitude over {time}",
             span,
             "a numerical loss, not one of the deck: " + instead(assembly.options, damped, damped["loss"]),
         )
-    elif late and abs(late["late"]) * min(1.0, 6.3 * late["share"]) >= WORTH:
+    elif late and late["left"] * abs(late["late"]) * min(1.0, 6.3 * late["share"]) >= WORTH:
         what, span = oscillator(assembly, late)
         off = f"{abs(late['late']):.2g} of a period {'late' if late['late'] > 0 else 'early'}"
         sink.warning(

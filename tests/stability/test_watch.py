@@ -178,7 +178,6 @@ def test_who_asks_for_short_steps_gets_them():
 DESERVED = {
     "hard/gear_damps": {"W410"},
     "lessons/09_drift": {"W411"},
-    "lessons/10_constraint": {"W411"},
 }
 LONG = ("coupled/chain50_converter",)
 EXAMPLES = [

@@ -1,6 +1,6 @@
 //! Is a stretch of samples an oscillation, and which?
 //!
-//! It oscillates where its second differences change sign at regular times; these give w. Least squares over all samples
+//! It oscillates where its second differences, or else what it is above its middle, change sign at regular times; these give w. Least squares over all samples
 //!
 //!   x = a + b tau + (c + c' tau) cos w(t - tm) + (s + s' tau) sin w(t - tm),    tau = -1..1 over the stretch,
 //!
@@ -37,17 +37,27 @@ pub fn oscillation(t: &[f64], weights: &[(f64, f64)], x: &[f64]) -> Option<Oscil
 }
 
 fn frequency(t: &[f64], weights: &[(f64, f64)], x: &[f64]) -> Option<f64> {
-    let d = |j: usize| {
+    let curved = |j: usize| {
         let (a, b) = weights[j];
         b * (x[j + 1] - x[j]) - a * (x[j] - x[j - 1])
     };
+    // on unequal steps it is the second derivative of the mean of the three times
+    let centre = |j: usize| (t[j - 1] + t[j] + t[j + 1]) / 3.0;
+    turns((1..t.len() - 1).map(|j| (centre(j), curved(j)))).or_else(|| {
+        // few and very unequal steps leave more error than curvature: crossings of the middle between the extremes
+        let (low, high) = x.iter().fold((f64::MAX, f64::MIN), |(l, h), &v| (l.min(v), h.max(v)));
+        turns(t.iter().zip(x).map(|(&t, &x)| (t, x - 0.5 * (low + high))))
+    })
+}
+
+/// The frequency of regular changes of sign.
+fn turns(mut points: impl Iterator<Item = (f64, f64)>) -> Option<f64> {
     let (mut first, mut last, mut n) = ((0.0, 0), (0.0, 0), 0u32);
     let (mut shortest, mut longest) = (f64::MAX, 0.0_f64);
-    let mut before = d(1);
-    for j in 2..t.len() - 1 {
-        let now = d(j);
-        if (now > 0.0) != (before > 0.0) {
-            let at = t[j - 1] + (t[j] - t[j - 1]) * before / (before - now);
+    let mut before = points.next()?;
+    for (j, now) in points.enumerate() {
+        if (now.1 > 0.0) != (before.1 > 0.0) {
+            let at = before.0 + (now.0 - before.0) * before.1 / (before.1 - now.1);
             if n == 0 {
                 first = (at, j);
             } else {

@@ -6,8 +6,11 @@
 //! method's response at y = w h (response.rs) gives loss and lateness of a step. A track follows one unknown's mode from
 //! burst to burst and adds them up. Methods with long steps are sampled in the middle of each step too.
 //!
-//! Not every oscillation is the method's to damp: a driven one is held up by its source, and a lossy one loses more to its
-//! resistor. So a loss counts only where the amplitude is seen to fall about as predicted. Lateness cannot be seen; it counts for modes that no source of about that frequency (or a harmonic) drives.
+//! Not every oscillation is the method's to damp: a driven one is held up by its source. So a loss counts only where the
+//! amplitude is seen to fall: about as predicted, or faster and as evenly within the bursts as from one to the next, which is a mode that decays by
+//! itself; of that one the method takes what is predicted. Lateness cannot be seen. It counts, as the loss of a mode that decays, where no source of
+//! about that frequency (or a harmonic) drives. What a mode that decays has lost or is late by weighs as much as is left of it, so its
+//! figures are those of the time when that product was largest.
 //!
 //! Ringing: a method with |R(infinity)| = 1 keeps errors of algebraic unknowns and fast modes as +a, -a, +a ...
 //!
@@ -34,6 +37,10 @@ const MOST: usize = 400;
 const WORTH: f64 = 1e-3;
 /// A loss of so many times what is predicted is not the method's.
 const MOST_ALIKE: f64 = 2.0;
+/// What a changed frequency may add up to, in periods, before the lateness of a step says nothing of that of the run.
+const UNSTEADY: f64 = 0.01;
+/// What falls by so many times what is predicted within its bursts decays by itself.
+const OWN: f64 = 1.25;
 /// What a burst must lose, ln, to be told from the error of its fit.
 const FITTED: f64 = 1e-3;
 /// ... and ringing below this.
@@ -54,7 +61,10 @@ pub struct Mode {
     pub share: f64,  // amplitude at first, of the unknown's largest value
     pub loss: f64,   // share of the amplitude over the run; 0 where it was not seen to fall by it
     pub late: f64,   // periods over the run
-    pub cycles: f64, // periods followed
+    pub cycles: f64, // periods followed, until when the figure holds
+    pub left: f64,   // share of the amplitude at first that the mode itself has then
+    pub from: f64,   // [s]
+    pub until: f64,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -74,6 +84,26 @@ pub struct Report {
     pub stiff: f64,                 // share of the steps that stability limited
 }
 
+/// What a track has added up at some time.
+#[derive(Clone, Copy, Default)]
+struct Sum {
+    loss: f64, // ln
+    late: f64,
+    cycles: f64,
+    left: f64,
+    until: f64,
+}
+
+impl Sum {
+    fn damped(&self) -> f64 {
+        self.left * (1.0 - (-self.loss).exp())
+    }
+
+    fn delayed(&self) -> f64 {
+        self.left * self.late.abs()
+    }
+}
+
 #[derive(Clone, Copy, Default)]
 struct Track {
     bursts: u32,
@@ -86,7 +116,13 @@ struct Track {
     rates: (f64, f64),  // of loss and lateness, a second
     coarsest: f64,      // least steps a period
     seen: bool,         // fell within one burst as predicted
-    within: (f64, f64), // what it fell by within its bursts, and was to
+    within: (f64, f64), // what it fell by within the halves of its bursts, and was to
+    halves: f64,        // their time
+    lately: (f64, f64), // what it fell by, and the time, in the half of the last long burst
+    shift: f64,         // periods gained since its frequency was the first
+    began: f64,         // that frequency
+    damped: Sum,        // when most was lost
+    delayed: Sum,       // and when it was latest, of what the mode itself had left
     quick: f64,         // a period seen with stride 1: longer strides would see its alias
     stride: u32,        // of the burst that saw it last
     edge: f64,          // half of the first burst
@@ -243,7 +279,9 @@ impl Watch {
         self.taken += burst + pause;
         self.idle = pause;
         let turn = STRIDES.iter().position(|&s| s == self.stride).unwrap_or(0);
-        self.stride = STRIDES[(turn + 1) % STRIDES.len()];
+        // a long burst in a short run would be all of it
+        let next = STRIDES[(turn + 1) % STRIDES.len()];
+        self.stride = if u64::from(next) * BURST as u64 > self.taken { STRIDES[0] } else { next };
         self.m = 0;
     }
 
@@ -361,6 +399,7 @@ impl Watch {
                 quick,
                 edge,
                 share: seen.amplitude / peak,
+                began: seen.w,
                 ..Track::default()
             };
         } else {
@@ -368,13 +407,26 @@ impl Watch {
             track.loss += 0.5 * (track.rates.0 + rates.0) * dt;
             track.late += 0.5 * (track.rates.1 + rates.1) * dt;
             track.cycles += dt / period;
+            track.shift += (0.5 * (track.w + seen.w) - track.began) * dt / std::f64::consts::TAU;
             track.last = (now, seen.amplitude);
+            let sum = track.sum(0.0);
+            if sum.damped() > track.damped.damped() {
+                track.damped = sum;
+            }
+            if sum.delayed() > track.delayed.delayed() {
+                track.delayed = sum;
+            }
         }
         track.bursts += 1;
         (track.w, track.rates, track.stride) = (seen.w, rates, self.stride);
         track.coarsest = track.coarsest.min(period / h);
-        let predicted = 0.5 * rates.0 * (stop - start);
+        let half = 0.5 * (stop - start);
+        let predicted = rates.0 * half;
         track.within = (track.within.0 + seen.fell, track.within.1 + predicted + FITTED);
+        track.halves += half;
+        if half > 0.5 * track.lately.1 {
+            track.lately = (seen.fell, half);
+        }
         track.seen |= predicted > FITTED && alike(seen.fell, predicted);
     }
 
@@ -396,33 +448,48 @@ impl Watch {
         let rest = (until - track.last.0).min(unseen);
         let fell = (track.first.1 / track.last.1).ln();
         let rest = rest + track.edge;
+        let end = track.sum(rest);
+        let driven = self.rates.iter().any(|&f| {
+            let ratio = 1.0 / (f * period);
+            ratio > 0.5 && ratio < 20.5 && (ratio - ratio.round()).abs() < 0.02 * ratio.min(1.0)
+        });
+        let decays = track.decays();
         // in the long run it must have fallen as a whole; the first bursts can be all there is
         // what falls faster within the bursts is excited anew between them, and falls by itself
         let own = track.within.0 > MOST_ALIKE * track.within.1;
         let whole = track.bursts > 1 && track.loss > 0.005 && alike(fell, track.loss) && !own;
         let seen = whole || (track.seen && track.bursts < 4);
-        // the steps between the bursts may have been others: what was seen is what counts
-        let scale = if track.bursts > 1 { fell / track.loss.max(1e-12) } else { 1.0 };
-        let loss = if seen { scale * (track.loss + track.rates.0 * rest) } else { 0.0 };
-        // an oscillation that dies by itself takes its lateness with it
-        let left = (track.last.1 / track.first.1).min(1.0);
+        let damped = if decays && !driven {
+            [track.damped, end].into_iter().max_by(|a, b| a.damped().total_cmp(&b.damped())).unwrap_or(end)
+        } else if seen && !decays {
+            // the steps between the bursts may have been others: what was seen is what counts
+            let scale = if track.bursts > 1 { fell / track.loss.max(1e-12) } else { 1.0 };
+            Sum { loss: scale * end.loss, left: 1.0, ..end }
+        } else {
+            Sum::default()
+        };
         let mode = Mode {
             unknown,
             period,
             share: track.share,
             steps: track.coarsest,
-            loss: 1.0 - (-loss).exp(),
-            late: left * (track.late + track.rates.1 * rest),
-            cycles: track.cycles + rest / period,
+            loss: 1.0 - (-damped.loss).exp(),
+            late: damped.late,
+            cycles: damped.cycles,
+            left: damped.left,
+            from: track.first.0 - track.edge,
+            until: damped.until,
         };
-        if mode.share * mode.loss > self.report.damped.map_or(0.0, |m| m.share * m.loss) {
+        if mode.left * mode.share * mode.loss > self.report.damped.map_or(0.0, |m| m.left * m.share * m.loss) {
             self.report.damped = Some(mode);
         }
-        let driven = self.rates.iter().any(|&f| {
-            let ratio = 1.0 / (f * period);
-            ratio > 0.5 && ratio < 20.5 && (ratio - ratio.round()).abs() < 0.02 * ratio.min(1.0)
-        });
-        if !driven && (mode.share * mode.late).abs() > self.report.late.map_or(0.0, |m| (m.share * m.late).abs()) {
+        // an oscillation that dies by itself takes its lateness with it
+        let late = if track.delayed.delayed() > end.delayed() { track.delayed } else { end };
+        let mode = Mode { loss: 0.0, late: late.late, cycles: late.cycles, left: late.left, until: late.until, ..mode };
+        let worth = |m: &Mode| (m.left * m.share * m.late).abs();
+        // a period that changes with the amplitude makes up for it, or for much more
+        let steady = track.shift.abs() < (0.5 * track.late.abs()).max(UNSTEADY);
+        if !driven && steady && worth(&mode) > self.report.late.as_ref().map_or(0.0, worth) {
             self.report.late = Some(mode);
         }
     }
@@ -501,6 +568,33 @@ impl Watch {
         }
         let seconds = self.began.elapsed().as_secs_f64() / count as f64 * steps;
         Some(Failure::TooLong { steps, seconds, mode })
+    }
+}
+
+impl Track {
+    /// What is added up `rest` seconds after the last burst.
+    fn sum(&self, rest: f64) -> Sum {
+        let span = self.last.0 - self.first.0;
+        let own = match self.bursts {
+            1 => (self.within.0 - self.within.1) / self.halves,
+            _ => ((self.first.1 / self.last.1).ln() - self.loss) / span,
+        };
+        Sum {
+            loss: self.loss + self.rates.0 * rest,
+            late: self.late + self.rates.1 * rest,
+            cycles: self.cycles + rest * self.w / std::f64::consts::TAU,
+            left: (-own.max(0.0) * (span + rest)).exp(),
+            until: self.last.0 + rest,
+        }
+    }
+
+    /// Does the mode decay by itself? It falls by more than predicted within the bursts, and as fast from one to the
+    /// next: what is excited anew between them does not; and to the last: what settles to an amplitude of its own does not.
+    fn decays(&self) -> bool {
+        let within = self.within.0 / self.halves;
+        let (span, fell) = (self.last.0 - self.first.0, (self.first.1 / self.last.1).ln());
+        let evenly = self.bursts == 1 || (fell > 0.5 * within * span && fell < 2.0 * within * span);
+        self.within.0 > OWN * self.within.1 && evenly && self.lately.0 > 0.3 * within * self.lately.1
     }
 }
 

@@ -439,6 +439,9 @@ fn watch_dict(py: Python<'_>, sys: &crate::system::System, r: &integrate::Report
             ("loss", m.loss),
             ("late", m.late),
             ("cycles", m.cycles),
+            ("left", m.left),
+            ("from", m.from),
+            ("until", m.until),
         ] {
             e.set_item(key, v)?;
         }
