@@ -8,12 +8,14 @@ import pytest
 import watch
 
 # What is told wrong, see the numerics chapter: a large swing's period follows its amplitude, and what steps that follow
-# the swing take of it is not foreseen; 760 steps show a third of themselves; a quality of 15 leaves five periods to judge by.
+# the swing take of it is not foreseen; 760 steps show a third of themselves; at a quality
+# of 10 or 15 a few coarse periods are all there is.
 KNOWN = {
     ("pendulum 90 deg", "trap", 1e-4): "silence",
     ("pendulum 90 deg", "gear", 1e-4): "silence",
     ("pendulum 90 deg", "trbdf2", 1e-3): "factor",
     ("tank, 20 periods", "trbdf2", 1e-2): "silence",
+    ("tank after a step", "gear 2", 1e-2): "factor",
     ("filter after a ramp", "gear 2", 1e-2): "factor",
 }
 
@@ -36,7 +38,7 @@ def test_measured_against_the_closed_form():
     result = case.run({"method": "trap", "fixed_step": case.period / 20}, 20)
     truth = watch.lost(index, result)
     want = 100 * (2 * math.pi / 20) ** 2 / 12
-    assert truth.between(0.0, case.stop)[1] == pytest.approx(
+    assert truth.between(0.0, case.stop, case.stop)[1] == pytest.approx(
         want, rel=0.03
     )  # the next term is -y^4/80 of a period, 0.9 %
     # half a window drifts by d = 0.13 rad, of which the fit with its linear terms takes d^2/6 for a loss

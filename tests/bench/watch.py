@@ -202,10 +202,16 @@ class Truth:
     late: np.ndarray
     left: np.ndarray
 
-    def between(self, a: float, b: float) -> tuple[float, float]:
-        """Loss and lateness from a to b [s]."""
-        kept = [1 - np.interp(t, self.t, self.loss) for t in (a, b)]
-        return float(1 - kept[1] / kept[0]), float(np.diff(np.interp([a, b], self.t, self.late))[0])
+    def between(self, a: float, b: float, least: float) -> tuple[float, float]:
+        """Loss and lateness from a to b [s]; of what is shorter than `least`, which the windows do not resolve, in proportion."""
+        a, b = max(a, self.t[0]), min(b, self.t[-1])
+        start = max(min(a, self.t[-1] - least), self.t[0])
+        stop = min(max(b, start + least), self.t[-1])
+        kept, late = (
+            np.interp([start, stop], self.t, v) for v in (np.log(np.maximum(1 - self.loss, 1e-12)), self.late)
+        )
+        part = (b - a) / (stop - start)
+        return float(-np.expm1(part * (kept[1] - kept[0]))), float(part * (late[1] - late[0]))
 
     def worst(self) -> tuple[float, float]:
         """Largest loss and lateness, as much as is left of the oscillation."""
@@ -273,22 +279,21 @@ def lost(index: int, result: emsim.Result) -> Truth:
             times.append(0.5 * (at[0] + at[-1]))
             own.append(phasor(at, x[inside], TAU / period))
             ideal.append(phasor(at, exact(at), TAU / period))
-    ratio = np.concatenate([[1.0], np.array(own) / np.array(ideal)])
+    times, left = np.array(times), np.abs(ideal) / abs(ideal[0])
+    log = np.log(np.maximum(np.abs(np.array(own) / np.array(ideal)), 1e-12))
+    late = -np.unwrap(np.angle([1.0, *(np.array(own) / np.array(ideal))]))[1:] / TAU
     if case.start > 0:  # what the first edge excited is not the oscillation's to lose
-        ratio[1:] /= ratio[1]
-    left = np.abs(np.array([ideal[0], *ideal]) / ideal[0])
-    late = -np.unwrap(np.angle(ratio)) / TAU
+        log, late = log - log[0], late - late[0]
+    else:
+        times, left, log, late = (
+            np.append(first, v) for first, v in zip((0, 1, 0, 0), (times, left, log, late), strict=True)
+        )
     # to the end of the last window
-    ratio, left = np.maximum(np.abs(ratio), 1e-300) * np.exp(1j * np.angle(ratio)), np.maximum(left, 1e-300)
-    t = np.array([case.start, *times, case.stop])
-    more = (t[-1] - t[-2]) / (t[-2] - t[-3])
-    grown = [v[-1] + more * (v[-1] - v[-2]) for v in (np.log(np.abs(ratio)), late, np.log(left))]
-    return Truth(
-        t,
-        1 - np.append(np.abs(ratio), math.exp(grown[0])),
-        np.append(late, grown[1]),
-        np.append(left, math.exp(grown[2])),
+    more = (case.stop - times[-1]) / (times[-1] - times[-2])
+    log, late, left = (
+        np.append(v, v[-1] + more * (v[-1] - v[-2])) for v in (log, late, np.log(np.maximum(left, 1e-12)))
     )
+    return Truth(np.append(times, case.stop), -np.expm1(log), late, np.exp(left))
 
 
 def compare(index: int, method: str, reltol: float) -> Row:
@@ -310,7 +315,11 @@ def compare(index: int, method: str, reltol: float) -> Row:
     for k, (mode, figure) in enumerate((("damped", "loss"), ("late", "late"))):
         if mode in found and 0.8 < found[mode]["period"] / period < 1.25:
             span = found[mode]["from"], found[mode]["until"]
-            told[k], true[k], mine[k] = found[mode][figure], truth.between(*span)[k], True
+            told[k], true[k], mine[k] = (
+                found[mode][figure],
+                truth.between(*span, 2 * WINDOW * period)[k],
+                True,
+            )
     codes = sorted(d.code for d in result.diagnostics if d.code in ("W410", "W411", "W415"))
     said = codes[0] if codes else ""
     if said in ("W410", "W411") and not mine[said == "W411"]:

@@ -7,10 +7,11 @@
 //! burst to burst and adds them up. Methods with long steps are sampled in the middle of each step too.
 //!
 //! Not every oscillation is the method's to damp: a driven one is held up by its source. So a loss counts only where the
-//! amplitude is seen to fall: about as predicted, or faster and as evenly within the bursts as from one to the next, which is a mode that decays by
-//! itself; of that one the method takes what is predicted. Lateness cannot be seen. It counts, as the loss of a mode that decays, where no source of
-//! about that frequency (or a harmonic) drives. What a mode that decays has lost or is late by weighs as much as is left of it, so its
-//! figures are those of the time when that product was largest.
+//! amplitude is seen to fall: about as predicted, or faster and as evenly within the bursts as from one to the next, which
+//! is a mode that decays by itself; of that one the method takes what is predicted. Lateness cannot be seen. It counts, as
+//! the loss of a mode that decays, where no source of about that frequency (or a harmonic) drives. What a mode that decays
+//! has lost or is late by weighs as much as is left of it, so its figures are those of the time when that product was
+//! largest. Told beside true: tests/bench/watch.py.
 //!
 //! Ringing: a method with |R(infinity)| = 1 keeps errors of algebraic unknowns and fast modes as +a, -a, +a ...
 //!
@@ -39,6 +40,11 @@ const WORTH: f64 = 1e-3;
 const MOST_ALIKE: f64 = 2.0;
 /// What a changed frequency may add up to, in periods, before the lateness of a step says nothing of that of the run.
 const UNSTEADY: f64 = 0.01;
+/// By so much, as a share and as a logarithm, an amplitude falls less between two bursts than within them before it is another's.
+const UNEVEN: f64 = 0.25;
+const EXCITED: f64 = 0.1;
+/// Where it would have fallen by so much, ln, between two bursts, nobody knows what happened there.
+const GONE: f64 = 1.0;
 /// What falls by so many times what is predicted within its bursts decays by itself.
 const OWN: f64 = 1.25;
 /// What a burst must lose, ln, to be told from the error of its fit.
@@ -118,7 +124,8 @@ struct Track {
     seen: bool,         // fell within one burst as predicted
     within: (f64, f64), // what it fell by within the halves of its bursts, and was to
     halves: f64,        // their time
-    lately: (f64, f64), // what it fell by, and the time, in the half of the last long burst
+    burst: (f64, f64),  // what it fell by, and the time, in the half of the last burst
+    lately: (f64, f64), // ... of the last long burst
     shift: f64,         // periods gained since its frequency was the first
     began: f64,         // that frequency
     damped: Sum,        // when most was lost
@@ -278,8 +285,8 @@ impl Watch {
         let pause = (self.taken / 4).clamp(PAUSE.0, PAUSE.1);
         self.taken += burst + pause;
         self.idle = pause;
-        let turn = STRIDES.iter().position(|&s| s == self.stride).unwrap_or(0);
         // a long burst in a short run would be all of it
+        let turn = STRIDES.iter().position(|&s| s == self.stride).unwrap_or(0);
         let next = STRIDES[(turn + 1) % STRIDES.len()];
         self.stride = if u64::from(next) * BURST as u64 > self.taken { STRIDES[0] } else { next };
         self.m = 0;
@@ -385,13 +392,18 @@ impl Watch {
         let now = 0.5 * (start + stop);
         // another mode, or the same but newly excited
         let track = &self.tracks[k];
-        if track.bursts > 0 && ((track.w / seen.w - 1.0).abs() > 0.15 || seen.amplitude > 1.15 * track.last.1) {
+        let half = 0.5 * (stop - start);
+        if track.bursts > 0
+            && ((track.w / seen.w - 1.0).abs() > 0.15
+                || seen.amplitude > 1.15 * track.last.1
+                || track.excited(now, seen.amplitude, (seen.fell, half)))
+        {
             self.end(k);
         }
         let track = &mut self.tracks[k];
         if track.bursts == 0 {
             let quick = track.quick;
-            let (first, edge) = ((now, seen.amplitude), 0.5 * (stop - start));
+            let (first, edge) = ((now, seen.amplitude), half);
             *track = Track {
                 first,
                 last: first,
@@ -420,7 +432,7 @@ impl Watch {
         track.bursts += 1;
         (track.w, track.rates, track.stride) = (seen.w, rates, self.stride);
         track.coarsest = track.coarsest.min(period / h);
-        let half = 0.5 * (stop - start);
+        track.burst = (seen.fell, half);
         let predicted = rates.0 * half;
         track.within = (track.within.0 + seen.fell, track.within.1 + predicted + FITTED);
         track.halves += half;
@@ -456,7 +468,7 @@ impl Watch {
         let decays = track.decays();
         // in the long run it must have fallen as a whole; the first bursts can be all there is
         // what falls faster within the bursts is excited anew between them, and falls by itself
-        let own = track.within.0 > MOST_ALIKE * track.within.1;
+        let own = track.within.0 > OWN * track.within.1;
         let whole = track.bursts > 1 && track.loss > 0.005 && alike(fell, track.loss) && !own;
         let seen = whole || (track.seen && track.bursts < 4);
         let damped = if decays && !driven {
@@ -586,6 +598,14 @@ impl Track {
             left: (-own.max(0.0) * (span + rest)).exp(),
             until: self.last.0 + rest,
         }
+    }
+
+    /// Was it excited anew before the burst that begins with this amplitude? It has fallen by less than within the bursts at both ends. A
+    /// ring modulator's coils ring at 5 MHz from every turn of its diodes for 50 us: three bursts.
+    fn excited(&self, t: f64, amplitude: f64, burst: (f64, f64)) -> bool {
+        let rate = (self.burst.0 + burst.0) / (self.burst.1 + burst.1);
+        let falls = rate * (t - self.last.0);
+        falls > GONE || (self.last.1 / amplitude).ln() < (1.0 - UNEVEN) * falls - EXCITED
     }
 
     /// Does the mode decay by itself? It falls by more than predicted within the bursts, and as fast from one to the
