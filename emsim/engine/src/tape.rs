@@ -203,6 +203,11 @@ impl Tape {
         self.code.len()
     }
 
+    /// The value of a slot that is a constant.
+    pub fn constant(&self, slot: u32) -> Option<f64> {
+        self.constants.get(slot as usize).copied()
+    }
+
     /// Free symbols left in the program make it meaningless.
     pub fn has_free_symbols(&self) -> bool {
         self.code.iter().any(|i| matches!(i.op, Op::Free))

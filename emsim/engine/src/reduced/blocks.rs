@@ -305,14 +305,19 @@ impl Plan<'_> {
         if lambdas.iter().any(|&l| self.source.unknowns.get(l + 1).map(|u| u.kind) != Some(Kind::Mu)) {
             return Err("a constraint on speeds has none on positions".into());
         }
+        let unit = |l: usize| self.source.unknowns.get(l).map(|u| &u.unit);
+        let kinds =
+            (lambdas.iter()).map(|&l| lambdas.iter().position(|&other| unit(other) == unit(l)).unwrap_or(0)).collect();
         self.steps.push(Step::Saddle(Box::new(Saddle {
             rates,
+            kinds,
             mass,
             momenta: speeds.iter().map(|&j| state_of(j)).collect(),
             coordinates,
             rows: lambdas,
             drift_part: usize::MAX,
             gaps: Tape::new(self.g, &[]),
+            quick: None,
         })));
         Ok(true)
     }

@@ -135,16 +135,19 @@ pub struct Columns {
     order: Vec<usize>,
     scale: Vec<f64>,
     work: Vec<f64>,
+    kinds: Vec<usize>, // of the columns: lengths of one kind, in one unit, can be compared
     pub rank: usize,
-    /// How near to a loss of rank: the least of lengths and pivots that count, against the largest.
+    /// How near to a loss of rank: the least of pivots against the first, and of lengths against the largest of their kind.
     pub weakest: f64,
 }
 
 impl Columns {
-    pub fn new(k: usize, m: usize) -> Columns {
+    pub fn new(k: usize, kinds: &[usize]) -> Columns {
+        let m = kinds.len();
         Columns {
             k,
             m,
+            kinds: kinds.to_vec(),
             z: vec![0.0; k * m],
             q: vec![0.0; k * m],
             r: vec![0.0; m * m],
@@ -160,15 +163,14 @@ impl Columns {
     /// then below `tolerance` of the first pivot counts as dependent.
     pub fn factor(&mut self, tolerance: f64) {
         let (k, m) = (self.k, self.m);
-        let mut longest = 0.0_f64;
         for j in 0..m {
             let c = &self.z[j * k..(j + 1) * k];
-            self.scale[j] = dot(c, c).sqrt();
-            longest = longest.max(self.scale[j]);
+            self.work[j] = dot(c, c).sqrt();
             self.order[j] = j;
         }
         for j in 0..m {
-            let s = if longest > 0.0 { 1.0 / self.scale[j].max(1e-4 * longest) } else { 1.0 };
+            let longest = self.longest(j);
+            let s = if longest > 0.0 { 1.0 / self.work[j].max(1e-4 * longest) } else { 1.0 };
             self.scale[j] = s;
             for (q, z) in self.q[j * k..(j + 1) * k].iter_mut().zip(&self.z[j * k..(j + 1) * k]) {
                 *q = s * z;
@@ -217,10 +219,27 @@ impl Columns {
                 }
             }
             self.rank = j + 1;
-            // (the scale is 1/length)
-            let relative = 1.0 / (longest * self.scale[self.order[j]]);
+            let own = self.order[j];
+            let relative = self.work[own] / self.longest(own);
             self.weakest = self.weakest.min(length / first).min(relative);
         }
+    }
+
+    /// Of the lengths in `work`, the largest of column j's kind.
+    fn longest(&self, j: usize) -> f64 {
+        let same = self.kinds.iter().zip(&self.work).filter(|(&kind, _)| kind == self.kinds[j]);
+        same.fold(0.0, |longest, (_, &length)| longest.max(length))
+    }
+
+    /// How near to a loss of rank columns of these squared lengths are, whose Gram matrix has these pivots.
+    pub fn nearness(&self, squares: &[f64], pivots: &[f64]) -> f64 {
+        let least = |j: usize| {
+            let same = self.kinds.iter().zip(squares).filter(|(&kind, _)| kind == self.kinds[j]);
+            let largest = same.fold(0.0, |largest: f64, (_, &square)| largest.max(square));
+            (pivots[j] / squares[j]).min(squares[j] / largest)
+        };
+        // (not a number stays one)
+        (0..self.m).map(least).fold(1.0, |n: f64, own| if own > n { n } else { own }).sqrt()
     }
 
     /// b <- S^+ b, S = Z^T Z on the leading rank; 0 in the dependent columns.
@@ -291,7 +310,7 @@ mod tests {
     #[test]
     fn dependent_constraints_share_one_multiplier() {
         // columns 0 and 2 are one and the same, of very different length from column 1
-        let mut c = Columns::new(3, 3);
+        let mut c = Columns::new(3, &[0; 3]);
         c.z.copy_from_slice(&[1.0, 2.0, 0.0, 0.0, 1e-3, 1e-3, 1.0, 2.0, 0.0]);
         c.factor(1e-9);
         assert_eq!(c.rank, 2);

@@ -16,6 +16,7 @@ mod dense;
 mod eliminate;
 mod order;
 mod plan;
+mod quick;
 mod rows;
 mod saddle;
 mod whole;
@@ -23,6 +24,7 @@ mod whole;
 pub use dense::Columns;
 pub use order::augment;
 pub use plan::{Layout, Source};
+use quick::Quick;
 use saddle::Saddle;
 
 use crate::devices::diode::Diode;
@@ -111,6 +113,8 @@ struct Held {
     columns: Option<Columns>,
     lambda: Vec<f64>,
     slots: Vec<f64>, // of the gaps
+    quick: (Vec<f64>, Vec<f64>),
+    stale: bool, // the factors are those of an earlier stage
 }
 
 /// Where a stage is, and its scratch.
@@ -270,9 +274,10 @@ impl Reduced {
                 let (k, m) = (s.mass.unknowns.len(), s.rows.len());
                 let mut held = Held::of(&s.mass);
                 held.pull = vec![0.0; k * m];
-                held.columns = Some(Columns::new(k, m));
+                held.columns = Some(Columns::new(k, &s.kinds));
                 held.lambda = vec![0.0; m];
                 held.slots = s.gaps.workspace();
+                held.quick = s.quick.as_ref().map(Quick::scratch).unwrap_or_default();
                 held
             }
         });

@@ -177,6 +177,11 @@ impl Plan<'_> {
         self.whole_arrival(&rates, &self.parts[self.parts.len() - 1].0.clone());
         let parts: Vec<(&[Id], bool)> = self.parts.iter().map(|(ids, kept)| (ids.as_slice(), *kept)).collect();
         let tape = Tape::in_parts(self.g, &parts).native();
+        for step in &mut self.steps {
+            if let Step::Saddle(saddle) = step {
+                saddle.quick = saddle.quick(&tape);
+            }
+        }
         if tape.has_free_symbols() {
             return Err("an expression holds a symbol without a value".into());
         }

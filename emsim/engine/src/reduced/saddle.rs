@@ -6,6 +6,7 @@
 //! pseudo-inverse at threshold `RANK` then shares the forces. The same factors give the least change in the metric of the masses
 //! that closes a gap, of positions or of speeds.
 use super::dense::{dot, forward_symmetric};
+use super::quick::Quick;
 use super::{Block, Held, Point, Reduced, Step, Trouble};
 use crate::tape::{Inputs, Tape};
 
@@ -19,9 +20,11 @@ pub struct Saddle {
     pub(super) momenta: Vec<Option<usize>>,     // state of each momentum
     pub(super) coordinates: Vec<Option<usize>>, // and of its coordinate
     pub(super) rows: Vec<usize>,                // multipliers
+    pub(super) kinds: Vec<usize>,               // of these, by their units
     pub(super) rates: bool,                     // the accelerations are read
     pub(super) gaps: Tape,                      // h, on its own: it is looked at where nothing else is
     pub(super) drift_part: usize,               // dh/dt
+    pub(super) quick: Option<Quick>,
 }
 
 impl Saddle {
@@ -50,31 +53,19 @@ impl Saddle {
 impl Reduced {
     pub(super) fn saddle(&self, s: &Saddle, step: usize, p: &mut Point) -> Result<(), Trouble> {
         self.run(s.mass.part, p);
+        if self.quickly(s, step, p) {
+            return Ok(());
+        }
+        self.look(s, step, p)?;
         let outputs = self.tape.part_slots(s.mass.part);
         let (k, m) = (s.mass.unknowns.len(), s.rows.len());
         let value = |i: usize| p.slots[outputs[i] as usize];
         let held = &mut p.held[step];
-        s.mass.refactor(&outputs[k + m..], &p.slots, held)?;
-        let first = k + m + s.mass.varying.len();
-        for i in 0..k * m {
-            held.pull[i] = value(first + i);
-        }
         let Some(columns) = held.columns.as_mut() else { return Ok(()) };
-        let half = |b: &mut [f64]| {
-            forward_symmetric(&held.matrix, k, &held.inverse, b);
-            for (b, r) in b.iter_mut().zip(&held.inverse) {
-                *b *= r.sqrt();
-            }
-        };
-        columns.z.copy_from_slice(&held.pull);
-        for column in columns.z.chunks_exact_mut(k) {
-            half(column);
-        }
-        columns.factor(RANK);
         for i in 0..k {
             held.rhs[i] = value(i);
         }
-        half(&mut held.rhs);
+        half(&held.matrix, &held.inverse, &mut held.rhs);
         for j in 0..m {
             held.lambda[j] = dot(&columns.z[j * k..(j + 1) * k], &held.rhs) - value(k + j);
         }
@@ -97,6 +88,34 @@ impl Reduced {
         Ok(())
     }
 
+    /// The masses and the columns of Z, factored, of the last stage.
+    fn look(&self, s: &Saddle, step: usize, p: &mut Point) -> Result<(), Trouble> {
+        let outputs = self.tape.part_slots(s.mass.part);
+        let (k, m) = (s.mass.unknowns.len(), s.rows.len());
+        let held = &mut p.held[step];
+        held.stale = false;
+        s.mass.refactor(&outputs[k + m..], &p.slots, held)?;
+        let first = k + m + s.mass.varying.len();
+        for (pull, &slot) in held.pull.iter_mut().zip(&outputs[first..]) {
+            *pull = p.slots[slot as usize];
+        }
+        let Some(columns) = held.columns.as_mut() else { return Ok(()) };
+        columns.z.copy_from_slice(&held.pull);
+        for column in columns.z.chunks_exact_mut(k) {
+            half(&held.matrix, &held.inverse, column);
+        }
+        columns.factor(RANK);
+        Ok(())
+    }
+
+    /// The same where that stage went quickly.
+    fn renew(&self, s: &Saddle, step: usize, p: &mut Point) {
+        if p.held[step].stale {
+            // the masses have been found sound
+            let _ = self.look(s, step, p);
+        }
+    }
+
     /// Closes loops: moves the coordinates in `y` by the least change in the metric of the masses,
     ///   dq = -M^-1 W^T S^+ h,
     /// with the factors of the last stage, which is near. Returns the largest gap |h| that it met first.
@@ -104,6 +123,7 @@ impl Reduced {
         let mut met = 0.0_f64;
         for k in 0..self.stage_steps {
             let Step::Saddle(s) = &self.steps[k] else { continue };
+            self.renew(s, k, p);
             for round in 0..CLOSINGS {
                 self.y(p).copy_from_slice(y);
                 let held = &mut p.held[k];
@@ -138,6 +158,7 @@ impl Reduced {
         let mut met = 0.0_f64;
         for k in 0..self.stage_steps {
             let Step::Saddle(s) = &self.steps[k] else { continue };
+            self.renew(s, k, p);
             self.run(s.drift_part, p);
             let held = &mut p.held[k];
             for (l, &slot) in held.lambda.iter_mut().zip(self.tape.part_slots(s.drift_part)) {
@@ -148,6 +169,21 @@ impl Reduced {
             s.subtract(&s.momenta, &held.rhs, y);
         }
         met
+    }
+}
+
+impl Point {
+    /// What loops are closed with will do for the next point, which is near.
+    pub fn keep_factors(&mut self) {
+        self.held.iter_mut().for_each(|h| h.stale = false);
+    }
+}
+
+/// b <- D^-1/2 U^-T b
+fn half(u: &[f64], inverse: &[f64], b: &mut [f64]) {
+    forward_symmetric(u, b.len(), inverse, b);
+    for (b, r) in b.iter_mut().zip(inverse) {
+        *b *= r.sqrt();
     }
 }
 

@@ -167,6 +167,12 @@ impl<T: Scalar> Lu<T> {
         self.counters
     }
 
+    /// Has either operation become straight-line code?
+    #[cfg(test)]
+    pub fn has_programs(&self) -> bool {
+        self.factor_and_solve.program.is_some() && self.solve_alone.program.is_some()
+    }
+
     /// True when `solve` may be called.
     pub fn is_ready(&self) -> bool {
         self.ready

@@ -21,13 +21,9 @@ pub struct Written {
 
 impl Written {
     /// A program that knows these constants; their values come with it, in their order.
-    pub fn new<const N: usize>(constants: [f64; N]) -> (Written, [Value; N]) {
-        let mut k = 0;
-        let values = constants.map(|_| {
-            k += 1;
-            Value(k - 1)
-        });
-        let constants = constants.into_iter().chain([-0.0; 2]).collect();
+    pub fn new(constants: &[f64]) -> (Written, Vec<Value>) {
+        let values = (0..constants.len() as u32).map(Value).collect();
+        let constants = constants.iter().copied().chain([-0.0; 2]).collect();
         (Written { constants, code: Vec::new(), limits: (0, 0, 0) }, values)
     }
 

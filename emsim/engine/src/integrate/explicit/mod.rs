@@ -371,6 +371,8 @@ impl<'a> Explicit<'a> {
         if !inside.ready {
             self.reduced.start_from(&mut inside.point, &self.x1);
             self.prepare_dense(inside)?;
+        } else {
+            inside.point.keep_factors();
         }
         let theta = (t - self.t0) / self.h;
         let terms = &inside.k[(self.method.y0() + Tableau::DENSE) * self.width..];
@@ -384,6 +386,13 @@ impl<'a> Explicit<'a> {
         }
         for (y, y0) in y.iter_mut().zip(&self.y0) {
             *y += y0;
+        }
+        // the polynomial of high order opens loops by ten times what the ends of steps are wrong by: closed with the factors of
+        // the first row, which is in the same step
+        if self.projects && !self.method.extra.is_empty() {
+            let mut closed = y.to_vec();
+            self.reduced.close(&mut inside.point, &mut closed, self.rounding());
+            self.reduced.y(&mut inside.point).copy_from_slice(&closed);
         }
         self.reduced.arrive(&mut inside.point, &self.sys.waves, t, false, None, out)
     }
