@@ -221,7 +221,8 @@ impl Dirk {
                 result = self.newton.solve(sys, w, a, &self.r, &mut self.now.x[i], t, tol, self.most).map(|_| ());
             }
             if result.is_ok() && !sys.linear && self.turns() {
-                result = Err(Failure::Diverged { unknown: 0, row: 0 });
+                let unknown = self.farthest(i, tol);
+                result = Err(Failure::Diverged { unknown, row: unknown });
             }
             if result.is_err() {
                 break;
@@ -244,6 +245,13 @@ impl Dirk {
             self.negative = Some(negative);
         }
         turns
+    }
+
+    /// What has gone farthest from the step's start to stage i.
+    fn farthest(&self, i: usize, tol: &Tolerances) -> usize {
+        let (x, x0) = (&self.now.x[i], &self.now.x[0]);
+        let way = |k: usize| tol.norm_mask[k] * (x[k] - x0[k]).abs() / tol.weight(k, x[k], x0[k]);
+        (0..x.len()).max_by(|&k, &l| way(k).total_cmp(&way(l))).unwrap_or(0)
     }
 
     /// Did the attempted step begin with a current that would have moved far more charge than has moved?
