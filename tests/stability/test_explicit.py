@@ -85,3 +85,20 @@ def test_what_is_no_ode_is_refused_in_words(method, text, why):
         run(text, f"method={method}")
     message = str(caught.value)
     assert "E413" in message and why in message and "radau" in message, message
+
+
+@pytest.mark.parametrize("reltol, limit", [(1e-2, 0.05), (1e-3, 2e-3)])
+def test_rows_inside_long_steps_stay_on_the_true_branch(reltol, limit):
+    """Rows are closed as well, where that is safe: at a change point it may lead to where one window has folded the other way."""
+    text = deck("mechanical/ref_n_four_bar").replace(".print tran", ".print tran angle(p1) angle(p2)")
+    result = run(text, f"method=dop853 reltol={reltol:g}")
+    upright = np.asarray(result["angle(p0)"])
+    assert len(upright) > 2 * result.stats["steps"] and np.ptp(upright) > 20
+    for other in ("angle(p1)", "angle(p2)"):
+        assert np.abs(np.asarray(result[other]) - upright).max() <= limit
+
+
+def test_rows_between_steps_are_closed():
+    """dop853 has stages of its own for its dense output, and with them the factors to close its rows with."""
+    _, between = gaps("method=dop853 reltol=1e-5")
+    assert between.max() <= 1e-8

@@ -26,6 +26,7 @@ pub use order::augment;
 pub use plan::{Layout, Source};
 use quick::Quick;
 use saddle::Saddle;
+pub use saddle::SINGULAR;
 
 use crate::devices::diode::Diode;
 use crate::graph::{Graph, Id};

@@ -1,12 +1,10 @@
 //! Multipliers and accelerations of closed loops far from their singular positions, as straight-line code: the masses by
 //! Cholesky's factors, S = Z^T Z as it stands and by its own. That loses the square of how near S is to a loss of rank, which is
 //! nothing where it is far from one. Near one, and where a loop is to be closed, the columns of Z are looked at (saddle.rs).
-use super::saddle::Saddle;
+use super::saddle::{Saddle, SINGULAR};
 use super::{dense, Held, Point, Reduced};
 use crate::tape::{Inputs, Leaf, Tape, Value, Written};
 
-/// Where the explicit methods begin to be careful.
-const NEAR: f64 = 0.1;
 /// Operations of a longer program would not stay in the processor's cache.
 const LARGEST: usize = 1500;
 
@@ -204,7 +202,7 @@ impl Reduced {
         let nearness = columns.nearness(sizes, pivots);
         let (ends, begins) = masses.split_at(quick.masses);
         let sound = ends.iter().zip(begins).all(|(end, begin)| *end > dense::SINGULAR * begin);
-        if !(nearness > NEAR && sound) {
+        if !(nearness > SINGULAR && sound) {
             return false;
         }
         columns.weakest = nearness;

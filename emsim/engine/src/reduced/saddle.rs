@@ -14,6 +14,11 @@ use crate::tape::{Inputs, Tape};
 const RANK: f64 = 1e-9;
 /// Corrections of positions with one factorisation.
 const CLOSINGS: usize = 4;
+/// Gaps that are closed from afar shrink so much at once, or are left.
+const SHRINKS: f64 = 0.25;
+/// Constraints so near to a loss of rank (a change point, where links lie on one line) magnify what a stage is off them: there
+/// the explicit methods project stages too. That is the method applied to f(P(y)), so its order stays.
+pub const SINGULAR: f64 = 0.1;
 
 pub struct Saddle {
     pub(super) mass: Block,
@@ -39,6 +44,13 @@ impl Saddle {
                 *r += w * l;
             }
         }
+    }
+
+    /// Takes the gaps in `lambda` out of y.
+    fn correct(&self, held: &mut Held, y: &mut [f64]) {
+        self.push(held);
+        self.mass.solve(held);
+        self.subtract(&self.coordinates, &held.rhs, y);
     }
 
     fn subtract(&self, places: &[Option<usize>], d: &[f64], y: &mut [f64]) {
@@ -125,26 +137,54 @@ impl Reduced {
             let Step::Saddle(s) = &self.steps[k] else { continue };
             self.renew(s, k, p);
             for round in 0..CLOSINGS {
-                self.y(p).copy_from_slice(y);
-                let held = &mut p.held[k];
-                let inputs = Inputs { x: &p.v, t: p.time, waves: &p.waves, flags: &p.flags };
-                s.gaps.run(&inputs, &mut held.slots);
-                for (j, l) in held.lambda.iter_mut().enumerate() {
-                    *l = s.gaps.output(&held.slots, j);
-                }
-                let gap = largest(&held.lambda);
+                let gap = self.gap(s, k, p, y);
                 if round == 0 {
                     met = met.max(gap);
                 }
                 if !(gap > rounding) {
                     break;
                 }
-                s.push(held);
-                s.mass.solve(held);
-                s.subtract(&s.coordinates, &held.rhs, y);
+                s.correct(&mut p.held[k], y);
             }
         }
         met
+    }
+
+    /// The same where the factors may be those of another place: loops are left as they are near a loss of rank, and where the
+    /// gap does not shrink at once. A row that was off by 1e-2 beside a change point would end in another branch.
+    pub fn close_gently(&self, p: &mut Point, y: &mut [f64], rounding: f64) {
+        for k in 0..self.stage_steps {
+            let Step::Saddle(s) = &self.steps[k] else { continue };
+            self.renew(s, k, p);
+            if p.held[k].columns.as_ref().is_none_or(|c| c.weakest < SINGULAR) {
+                continue;
+            }
+            let (before, mut last) = (y.to_vec(), f64::INFINITY);
+            for _ in 0..CLOSINGS {
+                let gap = self.gap(s, k, p, y);
+                if !(gap > rounding) {
+                    break;
+                }
+                if gap > SHRINKS * last {
+                    y.copy_from_slice(&before);
+                    break;
+                }
+                last = gap;
+                s.correct(&mut p.held[k], y);
+            }
+        }
+    }
+
+    /// How far the loop of step k is open at y, row by row into its `lambda`; the largest.
+    fn gap(&self, s: &Saddle, k: usize, p: &mut Point, y: &[f64]) -> f64 {
+        self.y(p).copy_from_slice(y);
+        let held = &mut p.held[k];
+        let inputs = Inputs { x: &p.v, t: p.time, waves: &p.waves, flags: &p.flags };
+        s.gaps.run(&inputs, &mut held.slots);
+        for (j, l) in held.lambda.iter_mut().enumerate() {
+            *l = s.gaps.output(&held.slots, j);
+        }
+        largest(&held.lambda)
     }
 
     /// How near the constraints were to a loss of rank in the last stage: 1 is far away.

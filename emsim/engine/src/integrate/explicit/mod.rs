@@ -25,7 +25,7 @@ pub use rk45::RK45;
 
 use super::{response, Attempt, Method};
 use crate::newton::{Failure, Options, Tolerances};
-use crate::reduced::{Point, Reduced, Trouble};
+use crate::reduced::{Point, Reduced, Trouble, SINGULAR};
 use crate::sparse::Complex;
 use crate::system::{Kind, System, Work};
 use crate::tape::Sequence;
@@ -46,9 +46,6 @@ fn local(method: &Tableau, reltol: f64) -> f64 {
 const SAFE: f64 = 0.7;
 /// Corrections of one projection. The first leaves the square of the drift.
 const PROJECTIONS: usize = 4;
-/// Constraints so near to a loss of rank (a change point, where links lie on one line) magnify what a stage is off them:
-/// there stages are projected too. That is the method applied to f(P(y)), so its order stays.
-const SINGULAR: f64 = 0.1;
 
 /// h |lambda| over the bound of stability from which the inside of a step is looked at.
 const SHARP: f64 = 0.1;
@@ -391,7 +388,7 @@ impl<'a> Explicit<'a> {
         // the first row, which is in the same step
         if self.projects && !self.method.extra.is_empty() {
             let mut closed = y.to_vec();
-            self.reduced.close(&mut inside.point, &mut closed, self.rounding());
+            self.reduced.close_gently(&mut inside.point, &mut closed, self.rounding());
             self.reduced.y(&mut inside.point).copy_from_slice(&closed);
         }
         self.reduced.arrive(&mut inside.point, &self.sys.waves, t, false, None, out)
