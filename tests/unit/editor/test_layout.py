@@ -91,6 +91,12 @@ def test_any_text(text, head):
     holds(head + text)
 
 
+@pytest.mark.parametrize("line", ["a;\xe9", "R1 a 0 1k;\xe9", "q1;x\xe9 a b"])
+def test_a_comment_that_follows_without_a_blank(line):
+    """Whatever its letters are, it is laid out as one."""
+    assert "  ;" in holds(f"t\n{line}\n")
+
+
 def test_how_it_looks():
     text = """ the title   stays
 BODY arm shape = rod(0.3)   m=0.2 ; a  rod

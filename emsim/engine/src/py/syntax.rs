@@ -347,7 +347,8 @@ fn start_of(line: &str) -> &'static str {
     match line.as_bytes().first() {
         Some(b'.') => "dot",
         Some(first) if first.is_ascii_alphabetic() => {
-            let word = line.split(lines::space).next().unwrap_or("");
+            // a comment may follow without a blank
+            let word = line.split(|c| c == ';' || lines::space(c)).next().unwrap_or("");
             if !word.is_ascii() {
                 ""
             } else if table().cards.iter().any(|card| word.eq_ignore_ascii_case(card)) {
