@@ -133,15 +133,10 @@ impl Newton {
         for iteration in 1..=max_iterations {
             w.counters.iterations += 1;
             sys.stage_residual(w, a, &self.rows, r, x, &mut self.step);
-            if sys.linear && self.key == a {
-                self.lu.solve(&mut self.step);
-            } else {
-                sys.stage_sources(w, a, &mut self.sources);
-                self.lu.factor_and_solve(&self.sources, &mut self.step).map_err(Failure::Singular)?;
-                w.counters.factorisations += 1;
-                self.key = if sys.linear { a } else { f64::NAN };
-            }
-            w.counters.solves += 1;
+            let mut step = std::mem::take(&mut self.step);
+            let solved = self.solution(sys, w, a, &mut step);
+            self.step = step;
+            solved?;
             let converged = self.advance(x, tol)?;
             if fit {
                 good += u32::from(converged && !w.limited);
@@ -178,11 +173,17 @@ impl Newton {
         Err(Failure::Diverged { unknown, row })
     }
 
-    fn factor(&mut self, sys: &System, w: &mut Work, a: f64) -> Result<(), Failure> {
-        sys.stage_sources(w, a, &mut self.sources);
-        self.lu.factor_stamped(&self.sources).map_err(Failure::Singular)?;
-        w.counters.factorisations += 1;
-        self.key = if sys.linear { a } else { f64::NAN };
+    /// b <- (G + a C)^-1 b, with the held factors where they are still those.
+    fn solution(&mut self, sys: &System, w: &mut Work, a: f64, b: &mut [f64]) -> Result<(), Failure> {
+        if sys.linear && self.key == a {
+            self.lu.solve(b);
+        } else {
+            sys.stage_sources(w, a, &mut self.sources);
+            self.lu.factor_and_solve(&self.sources, b).map_err(Failure::Singular)?;
+            w.counters.factorisations += 1;
+            self.key = if sys.linear { a } else { f64::NAN };
+        }
+        w.counters.solves += 1;
         Ok(())
     }
 
@@ -190,15 +191,11 @@ impl Newton {
     fn solve_linear(&mut self, sys: &System, w: &mut Work, a: f64, r: &[f64], x: &mut [f64]) -> Result<usize, Failure> {
         w.counters.evaluations += 1;
         w.counters.iterations += 1;
-        if self.key != a {
-            self.factor(sys, w, a)?;
-        }
         for (b, r) in x.iter_mut().zip(r) {
             *b = -r;
         }
         sys.subtract_waves(w, x);
-        self.lu.solve(x);
-        w.counters.solves += 1;
+        self.solution(sys, w, a, x)?;
         if x.iter().fold(false, |bad, v| bad | !v.is_finite()) {
             return Err(not_finite(x));
         }

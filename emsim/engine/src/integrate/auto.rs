@@ -6,13 +6,13 @@
 //!     below. Never with diodes: an exponential is stiff whenever it conducts. Not where the equations are linear and sources have
 //!     few corners either: a step of radau at order 13 is one solution there, with a factorisation that is kept.
 //!  2. Otherwise implicit, see `implicit`.
-//!  3. From explicit to implicit when stability has limited `STIFF` steps, when the step collapses, or when a stage cannot be solved. Back after `TRIAL` implicit steps, on probation: the first explicit step must
-//!     have room to spare and must not be shorter than `SHORTER` of the implicit one. Each regretted return makes the next one
-//!     twice as rare.
+//!  3. From explicit to implicit when stability has limited `STIFF` steps, when the step collapses, or when a stage cannot be
+//!     solved. Back after `TRIAL` implicit steps, on probation: the first explicit step must have room to spare and must not be
+//!     shorter than `SHORTER` of the implicit one. Each regretted return makes the next one twice as rare.
 //!  4. A run begins implicitly where the fastest eigenvalue, by a few power iterations, is `FAST` times faster than the
-//!     shortest time that its sources and its print grid speak of, `FAST_DAMPED` times where it is damped (`FAST_IN_LOOPS`): order is lost on
-//!     what follows such a mode long before stability is. Also where it is damped and `LASTING` times faster than
-//!     the run is long: it will have died, and stability will want all those steps.
+//!     shortest time that its sources and its print grid speak of, `FAST_DAMPED` times where it is damped (with loops
+//!     to close `FAST_IN_LOOPS`): order is lost on what follows such a mode long before stability is. Also where it is damped and
+//!     `LASTING` times faster than the run is long: it will have died, and stability will want all those steps.
 //!  5. Where a method gives up for good, the others that can do it go on from the last good point, and hand back later.
 //!
 //! Nothing is measured with a clock: equal decks take equal steps.

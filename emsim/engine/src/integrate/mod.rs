@@ -191,7 +191,7 @@ impl History {
 }
 
 /// out = sum of rows, with a weight each.
-pub fn combine<'a>(terms: impl IntoIterator<Item = (f64, &'a [f64])>, out: &mut [f64]) {
+pub fn weighted_sum<'a>(terms: impl IntoIterator<Item = (f64, &'a [f64])>, out: &mut [f64]) {
     out.fill(0.0);
     for (weight, row) in terms {
         for (o, v) in out.iter_mut().zip(row) {
@@ -209,5 +209,5 @@ pub fn interpolate(ts: &[f64], xs: &[&[f64]], t: f64, out: &mut [f64]) {
             others.fold((1.0, 1.0), |(above, below), (_, tk)| (above * (t - tk), below * (ts[j] - tk)));
         above / below
     };
-    combine(xs.iter().enumerate().map(|(j, x)| (weight(j), *x)), out);
+    weighted_sum(xs.iter().enumerate().map(|(j, x)| (weight(j), *x)), out);
 }

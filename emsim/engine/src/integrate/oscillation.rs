@@ -1,6 +1,7 @@
 //! Is a stretch of samples an oscillation, and which?
 //!
-//! It oscillates where its second differences, or else what it is above its middle, change sign at regular times; these give w. Least squares over all samples
+//! It oscillates where its second differences, or else what it is above its middle, change sign at regular times; these
+//! give w. Least squares over all samples
 //!
 //!   x = a + b tau + (c + c' tau) cos w(t - tm) + (s + s' tau) sin w(t - tm),    tau = -1..1 over the stretch,
 //!

@@ -169,7 +169,7 @@ impl Columns {
             self.order[j] = j;
         }
         for j in 0..m {
-            let longest = self.longest(j);
+            let longest = self.largest(&self.work, j);
             let s = if longest > 0.0 { 1.0 / self.work[j].max(1e-4 * longest) } else { 1.0 };
             self.scale[j] = s;
             for (q, z) in self.q[j * k..(j + 1) * k].iter_mut().zip(&self.z[j * k..(j + 1) * k]) {
@@ -220,24 +220,20 @@ impl Columns {
             }
             self.rank = j + 1;
             let own = self.order[j];
-            let relative = self.work[own] / self.longest(own);
+            let relative = self.work[own] / self.largest(&self.work, own);
             self.weakest = self.weakest.min(length / first).min(relative);
         }
     }
 
-    /// Of the lengths in `work`, the largest of column j's kind.
-    fn longest(&self, j: usize) -> f64 {
-        let same = self.kinds.iter().zip(&self.work).filter(|(&kind, _)| kind == self.kinds[j]);
-        same.fold(0.0, |longest, (_, &length)| longest.max(length))
+    /// Of sizes of columns, the largest of column j's kind.
+    fn largest(&self, sizes: &[f64], j: usize) -> f64 {
+        let same = self.kinds.iter().zip(sizes).filter(|(&kind, _)| kind == self.kinds[j]);
+        same.fold(0.0, |largest, (_, &size)| largest.max(size))
     }
 
     /// How near to a loss of rank columns of these squared lengths are, whose Gram matrix has these pivots.
     pub fn nearness(&self, squares: &[f64], pivots: &[f64]) -> f64 {
-        let least = |j: usize| {
-            let same = self.kinds.iter().zip(squares).filter(|(&kind, _)| kind == self.kinds[j]);
-            let largest = same.fold(0.0, |largest: f64, (_, &square)| largest.max(square));
-            (pivots[j] / squares[j]).min(squares[j] / largest)
-        };
+        let least = |j: usize| (pivots[j] / squares[j]).min(squares[j] / self.largest(squares, j));
         // (not a number stays one)
         (0..self.m).map(least).fold(1.0, |n: f64, own| if own > n { n } else { own }).sqrt()
     }

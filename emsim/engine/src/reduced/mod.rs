@@ -26,7 +26,7 @@ pub use order::augment;
 pub use plan::{Layout, Source};
 use quick::Quick;
 use saddle::Saddle;
-pub use saddle::SINGULAR;
+pub use saddle::NEAR;
 
 use crate::devices::diode::Diode;
 use crate::graph::{Graph, Id};

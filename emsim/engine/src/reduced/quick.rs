@@ -1,7 +1,7 @@
 //! Multipliers and accelerations of closed loops far from their singular positions, as straight-line code: the masses by
 //! Cholesky's factors, S = Z^T Z as it stands and by its own. That loses the square of how near S is to a loss of rank, which is
 //! nothing where it is far from one. Near one, and where a loop is to be closed, the columns of Z are looked at (saddle.rs).
-use super::saddle::{Saddle, SINGULAR};
+use super::saddle::{Saddle, NEAR};
 use super::{dense, Held, Point, Reduced};
 use crate::tape::{Inputs, Leaf, Tape, Value, Written};
 
@@ -202,7 +202,7 @@ impl Reduced {
         let nearness = columns.nearness(sizes, pivots);
         let (ends, begins) = masses.split_at(quick.masses);
         let sound = ends.iter().zip(begins).all(|(end, begin)| *end > dense::SINGULAR * begin);
-        if !(nearness > SINGULAR && sound) {
+        if !(nearness > NEAR && sound) {
             return false;
         }
         columns.weakest = nearness;

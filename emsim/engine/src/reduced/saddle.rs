@@ -18,7 +18,7 @@ const CLOSINGS: usize = 4;
 const SHRINKS: f64 = 0.25;
 /// Constraints so near to a loss of rank (a change point, where links lie on one line) magnify what a stage is off them: there
 /// the explicit methods project stages too. That is the method applied to f(P(y)), so its order stays.
-pub const SINGULAR: f64 = 0.1;
+pub const NEAR: f64 = 0.1;
 
 pub struct Saddle {
     pub(super) mass: Block,
@@ -156,7 +156,7 @@ impl Reduced {
         for k in 0..self.stage_steps {
             let Step::Saddle(s) = &self.steps[k] else { continue };
             self.renew(s, k, p);
-            if p.held[k].columns.as_ref().is_none_or(|c| c.weakest < SINGULAR) {
+            if p.held[k].columns.as_ref().is_none_or(|c| c.weakest < NEAR) {
                 continue;
             }
             let (before, mut last) = (y.to_vec(), f64::INFINITY);

@@ -31,7 +31,7 @@ mod esdirk;
 mod tests;
 mod trbdf2;
 
-use super::{combine, response, Attempt, Method};
+use super::{response, weighted_sum, Attempt, Method};
 use crate::ledger::Stages;
 use crate::newton::{Failure, Newton, Options, Tolerances};
 use crate::sparse::Complex;
@@ -166,7 +166,7 @@ impl Dirk {
     /// sum_j w_j(theta) X_j
     fn polynomial(&self, of: &Step, theta: f64, out: &mut [f64]) {
         let weight = |c: &[f64]| c.iter().rev().fold(0.0, |sum, c| sum * theta + c);
-        combine(self.k.dense.iter().zip(&of.x).map(|(c, x)| (weight(c), x.as_slice())), out);
+        weighted_sum(self.k.dense.iter().zip(&of.x).map(|(c, x)| (weight(c), x.as_slice())), out);
     }
 
     /// First guess of stage i: the line or parabola through the stages found so far in this step, that follows a jump at
@@ -182,7 +182,7 @@ impl Dirk {
             }
             return;
         }
-        combine(self.ahead[i].iter().map(|&(j, l)| (l, self.now.x[j].as_slice())), guess);
+        weighted_sum(self.ahead[i].iter().map(|&(j, l)| (l, self.now.x[j].as_slice())), guess);
     }
 
     fn stages(&mut self, sys: &System, w: &mut Work, h: f64, tol: &Tolerances) -> Result<(), Failure> {
@@ -201,7 +201,7 @@ impl Dirk {
         for (i, g) in guess.iter_mut().enumerate().skip(1) {
             let row = &self.k.a[i - 1];
             // rows without d/dt have neither Q nor F here
-            combine(row[..i].iter().zip(&self.f).map(|(&a, f)| (a, f.as_slice())), &mut self.r);
+            weighted_sum(row[..i].iter().zip(&self.f).map(|(&a, f)| (a, f.as_slice())), &mut self.r);
             for (r, q0) in self.r.iter_mut().zip(&self.q0) {
                 *r = -a * (q0 - h * *r);
             }
@@ -287,7 +287,7 @@ impl Dirk {
     fn error(&mut self, sys: &System, w: &mut Work, h: f64, tol: &Tolerances) -> f64 {
         // a h = 1/gamma
         let scale = 1.0 / self.k.a[0][1];
-        combine(self.k.d.iter().zip(&self.f).map(|(&d, f)| (d, f.as_slice())), &mut self.e);
+        weighted_sum(self.k.d.iter().zip(&self.f).map(|(&d, f)| (d, f.as_slice())), &mut self.e);
         self.e.iter_mut().for_each(|e| *e *= scale);
         self.newton.solve_held(w, &mut self.e);
         let mut worst = tol.largest_error(&self.e, self.candidate(), &self.now.x[0]) / self.k.local;

@@ -25,7 +25,7 @@ pub use rk45::RK45;
 
 use super::{response, Attempt, Method};
 use crate::newton::{Failure, Options, Tolerances};
-use crate::reduced::{Point, Reduced, Trouble, SINGULAR};
+use crate::reduced::{Point, Reduced, Trouble, NEAR};
 use crate::sparse::Complex;
 use crate::system::{Kind, System, Work};
 use crate::tape::Sequence;
@@ -429,11 +429,11 @@ impl Method for Explicit<'_> {
         }
         self.weakest = 1.0;
         let mut result = done.and_then(|()| self.stages(h));
-        if self.weakest < SINGULAR && !self.careful {
+        if self.weakest < NEAR && !self.careful {
             self.careful = true;
             self.weakest = 1.0;
             result = result.and_then(|()| self.stages(h));
-        } else if self.weakest > 2.0 * SINGULAR {
+        } else if self.weakest > 2.0 * NEAR {
             self.careful = false;
         }
         w.counters.evaluations += self.point.evaluations - before;
