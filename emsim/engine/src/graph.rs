@@ -486,6 +486,17 @@ impl Graph {
         found
     }
 
+    /// Does any of them read an unknown through an exponential?
+    pub fn has_exponentials(&self, outs: &[Id]) -> bool {
+        let mut reads: HashMap<Id, bool> = HashMap::new(); // an unknown
+        self.reachable(outs).into_iter().any(|id| {
+            let node = self.node(id);
+            let moves = matches!(node, Node::Unknown(_)) || node.operands().any(|a| reads[&a]);
+            reads.insert(id, moves);
+            moves && matches!(node, Node::Call(Fun::Exp | Fun::Sinh | Fun::Cosh, _))
+        })
+    }
+
     /// Number of operations (leaves are free).
     pub fn count(&self, outs: &[Id]) -> usize {
         self.reachable(outs).iter().filter(|&&id| !self.node(id).is_leaf()).count()

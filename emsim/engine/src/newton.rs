@@ -63,6 +63,12 @@ const ROUNDING: f64 = 4e-15;
 /// An iteration that has not converged after so many may have met the rounding of charges.
 const STALLS: usize = 8;
 
+/// An exponential in an expression that has come to more than so many times what it was at the last solution is looked at once more,
+/// and one that then falls by as much has not been solved.
+const LEAP: f64 = 2.0;
+/// ... if it is so much of the largest.
+const COUNTS: f64 = 1e-3;
+
 /// Iterates that are good but for the currents of diodes: more than so many are not waited for.
 const PATIENCE: u32 = 6;
 
@@ -73,6 +79,7 @@ pub struct Newton {
     rows: Vec<f64>,
     base: Vec<f64>,
     sources: Vec<f64>,
+    settled: Vec<f64>, // the sources of the last solution, where exponentials are to be watched
     step: Vec<f64>,
     noise: Vec<f64>,
     /// Q at the solution, and F as the stage equation gives it
@@ -92,6 +99,7 @@ impl Newton {
             rows: Vec::new(),
             base: Vec::new(),
             sources: Vec::new(),
+            settled: Vec::new(),
             step: vec![0.0; sys.n],
             noise: vec![0.0; sys.n],
             q: vec![0.0; sys.n],
@@ -148,7 +156,17 @@ impl Newton {
                 }
                 continue;
             }
+            if converged && sys.bends() && self.leaps() {
+                sys.stage_expand(w, x, t);
+                if !self.falls(sys, w, a) {
+                    sys.stage_charges(w, x, None, &mut self.q);
+                    self.finish(sys, a, r);
+                    return Ok(iteration);
+                }
+                continue;
+            }
             if sys.linear || (converged && !w.limited) {
+                self.settled.clone_from(&self.sources);
                 sys.stage_charges(w, x, Some(&self.step), &mut self.q);
                 self.finish(sys, a, r);
                 return Ok(iteration);
@@ -171,6 +189,27 @@ impl Newton {
         sys.eval(w, x, t);
         let row = (0..sys.n).max_by(|&i, &j| w.f[i].abs().total_cmp(&w.f[j].abs())).unwrap_or(0);
         Err(Failure::Diverged { unknown, row })
+    }
+
+    /// Have derivatives grown by far since the last solution? Up an exponential that was guessed too far every update is its own
+    /// scale, 26 mV of a junction, and within the tolerance of 300 V.
+    fn leaps(&self) -> bool {
+        let largest = self.sources.iter().fold(0.0, |m: f64, s| m.max(s.abs()));
+        let leapt = |(s, before): (&f64, &f64)| s.abs() > LEAP * before.abs() && s.abs() > COUNTS * largest;
+        self.settled.len() != self.sources.len() || self.sources.iter().zip(&self.settled).any(leapt)
+    }
+
+    /// Does the iterate that has just been expanded show derivatives that have fallen by far? Holds them as the last ones.
+    fn falls(&mut self, sys: &System, w: &Work, a: f64) -> bool {
+        let before = std::mem::take(&mut self.sources);
+        sys.stage_sources(w, a, &mut self.sources);
+        let largest = before.iter().fold(0.0, |m: f64, s| m.max(s.abs()));
+        let fallen = |(s, before): (&f64, &f64)| LEAP * s.abs() < before.abs() && before.abs() > COUNTS * largest;
+        let falls = self.sources.iter().zip(&before).any(fallen);
+        if !falls {
+            self.settled.clone_from(&self.sources);
+        }
+        falls
     }
 
     /// b <- (G + a C)^-1 b, with the held factors where they are still those.

@@ -87,6 +87,7 @@ pub struct System {
     pub linear: bool,            // C, G constant: one factorisation per step size, one solve per point
     pub pure_linear: bool,       // F = G x + waves, no expression at all
     pub passive: bool,           // nothing but diodes in a passive network (see passive.rs)
+    bending: Vec<usize>,         // own entries of rows whose expressions have exponentials of unknowns
     rows: [Vec<(usize, Id)>; 2], // F and Q of rows that are expressions, for `reduce`
     reduced: OnceLock<Result<Reduced, String>>,
     parts: OnceLock<Result<Box<Parts>, String>>,
@@ -232,6 +233,7 @@ impl System {
         let f_rows: Vec<usize> = model.f.keys().copied().collect();
         let q_rows: Vec<usize> = model.q.keys().copied().collect();
         let mut outs: Vec<Id> = model.f.values().chain(model.q.values()).copied().collect();
+        let exponential = g.has_exponentials(&outs);
         let values = Tape::new(g, &outs).native();
         let (mut g_slots, mut c_slots) = (Vec::new(), Vec::new());
         for (jac, linear, slots) in [(&f_jac, &mut g_linear, &mut g_slots), (&q_jac, &mut c_linear, &mut c_slots)] {
@@ -312,6 +314,8 @@ impl System {
         }
         let flagless = model.flags.is_empty();
         let unknowns = model.unknowns;
+        let own = |i: usize| pattern.position(i, i).filter(|k| g_slots.contains(k) || c_slots.contains(k));
+        let bending = if exponential { (0..n).filter_map(own).collect() } else { Vec::new() };
         Ok(System {
             n,
             waves: model.waves,
@@ -320,6 +324,7 @@ impl System {
             forces: model.forces,
             ic_charge: model.ic_charge,
             rows: [&model.f, &model.q].map(|rows| rows.iter().map(|(&row, &id)| (row, id)).collect()),
+            bending,
             reduced: OnceLock::new(),
             parts: OnceLock::new(),
             passive: model.f.is_empty() && model.q.is_empty() && flagless && is_passive(&unknowns, &g_sum, &c_sum),

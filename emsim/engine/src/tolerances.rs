@@ -45,8 +45,9 @@ pub struct Options {
     pub maxsteps: f64,
     /// energy accounts are kept: what a method knows of the inside of its steps is wanted
     pub accounts: bool,
-    /// length of the run [s]; 0 where it is not known
+    /// length of the run and of its print grid [s]; 0 where they are not known
     pub span: f64,
+    pub grid: f64,
 }
 
 impl Default for Options {
@@ -65,6 +66,7 @@ impl Default for Options {
             maxsteps: 1e8,
             accounts: false,
             span: 0.0,
+            grid: 0.0,
         }
     }
 }

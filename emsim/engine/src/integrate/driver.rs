@@ -271,7 +271,9 @@ impl<'a, S: Sink> Run<'a, S> {
         let mut count = 0u64;
         let mut mark = 0.0_f64;
         let mut gave_up: Option<(f64, Failure, Vec<String>)> = None;
-        let mut coarse = false; // dense output would not do for a row between the ends of a step
+        // dense output would not do for a row between the ends of a step; nothing bounds a step where nothing moves by itself
+        let still = !sys.differential.contains(&true);
+        let mut coarse = still;
         while self.until - self.t > self.slack {
             count += 1;
             // so many steps for so little: the run would never end
@@ -358,7 +360,7 @@ impl<'a, S: Sink> Run<'a, S> {
                     let t1 = if lands { self.stop } else { t + (step + self.late) };
                     let inside = asked < t1 - 1e-7 * a.tstep;
                     if self.dense && !fixed && (coarse || inside) {
-                        coarse = method.interior(sys, &self.tol) > 1.0;
+                        coarse = still || method.interior(sys, &self.tol) > 1.0;
                         if coarse && inside {
                             self.w.counters.rejected += 1;
                             continue;

@@ -73,6 +73,10 @@ pub trait Method {
     fn fewest_steps(&self) -> f64 {
         10.0
     }
+    /// Steps without which, in a period of a source, diodes turn unseen between them.
+    fn steps_a_period(&self) -> Option<f64> {
+        None
+    }
     /// A step may reach from one corner of a source to the next (the error estimate needs no second step behind it).
     fn starts_at_full_length(&self) -> bool {
         false

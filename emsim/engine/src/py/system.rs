@@ -303,7 +303,7 @@ impl System {
         }
         let ids = self.ids(&outputs)?;
         let mut o = options(options_)?;
-        (o.accounts, o.span) = (accounts.is_some(), tstop);
+        (o.accounts, o.span, o.grid) = (accounts.is_some(), tstop, tstep);
         let sys = self.inner.clone();
         let mut record = Record::new(&lock(&self.graph), &ids);
         if let Some((powers, energies, traced)) = accounts {

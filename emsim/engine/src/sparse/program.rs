@@ -87,7 +87,6 @@ impl Program {
 impl Layout<'_> {
     /// The solution for the right hand side in the flags, in the caller's order.
     fn solution(&self, p: &mut Written, lu: &[Value]) -> Vec<Value> {
-        let n = self.columns.len();
         let mut w: Vec<Value> = self.input_rows.iter().map(|&row| p.leaf(Leaf::Flag(row as usize))).collect();
         for block in self.blocks.windows(2).rev() {
             let own = block[0] as usize..block[1] as usize;
@@ -101,7 +100,7 @@ impl Layout<'_> {
                 self.subtract(p, lu, &mut w, k, c.first as usize..c.diagonal as usize);
             }
         }
-        let mut x = vec![w[0]; n];
+        let mut x = w.clone();
         for (&col, value) in self.cols.iter().zip(w) {
             x[col as usize] = value;
         }

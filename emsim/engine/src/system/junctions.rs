@@ -4,6 +4,8 @@ use super::{across, Expansion, System, Work};
 /// A diode's current is that of a straight line to so much of itself, or of this [A].
 const FITS: f64 = 1e-3;
 const SMALL_CURRENT: f64 = 1e-9;
+/// A row's own entry alone overrates what is left where others move with it; simplified Newton has to be able to get below it.
+const MOST_BEHIND: f64 = 1e4;
 /// The least that 1 - theta is taken for.
 const NOTHING_LEFT: f64 = 1e-12;
 
@@ -61,5 +63,27 @@ impl System {
             worst = worst.max(theta / ((theirs.min(2.0 * held - theirs) + rest) / (held + rest)).max(NOTHING_LEFT));
         }
         worst
+    }
+
+    /// Do expressions have exponentials of unknowns?
+    pub fn bends(&self) -> bool {
+        !self.bending.is_empty()
+    }
+
+    /// Can a conductance change by more than its own size within a step: are there diodes, or exponentials in expressions?
+    pub fn turns(&self) -> bool {
+        self.diodes() > 0 || self.bends()
+    }
+
+    /// `left_behind` of expressions with exponentials: theta from the rows' own entries, of the matrix (`gv`, `cv`) that the
+    /// iteration solves with and of the derivatives at x. Where they have grown an iteration that is no good shows it by itself.
+    pub fn bent_behind(&self, w: &mut Work, (gv, cv): (&[f64], &[f64]), a: f64, x: &[f64], t: f64) -> f64 {
+        self.eval_jacobian(w, x, t, false);
+        let theta = |&k: &usize| {
+            let held = gv[k] + a * cv[k];
+            (held - (w.gv[k] + a * w.cv[k])) / held
+        };
+        let worst = self.bending.iter().map(theta).fold(0.0, f64::max);
+        (worst / (1.0 - worst).max(NOTHING_LEFT)).min(MOST_BEHIND)
     }
 }

@@ -134,6 +134,12 @@ impl System {
         self.loud().filter_map(|w| w.frequency()).fold(f64::INFINITY, |least, f| least.min(1.0 / f))
     }
 
+    /// Shortest period of a source without corners, whose steps nothing else places.
+    pub fn shortest_swing(&self) -> f64 {
+        let smooth = self.loud().filter(|w| !w.is_piecewise_linear());
+        smooth.filter_map(|w| w.frequency()).fold(f64::INFINITY, |least, f| least.min(1.0 / f))
+    }
+
     pub fn shortest_feature(&self) -> f64 {
         self.loud().map(|w| w.shortest()).fold(f64::INFINITY, f64::min)
     }

@@ -9,15 +9,21 @@ use std::collections::HashMap;
 const SPICE: f64 = 50.0;
 /// What conducts at the crest of a source's swing alone could lie between the stages of one long step.
 const IN_A_PERIOD: f64 = 8.0;
+/// Steps of one length that a source's periods impose are no more than these in a run.
+pub const IMPOSED: f64 = 1e5;
 
 /// The longest step where the deck does not say.
 pub fn longest(sys: &System, a: &Transient, method: &dyn Method) -> f64 {
     let span = a.tstop - a.tstart;
     let (fewest, of_spice) = (span / method.fewest_steps(), span / SPICE);
+    let followed = match method.steps_a_period() {
+        Some(steps) if sys.diodes() > 0 => (sys.shortest_swing() / steps).max(span / IMPOSED),
+        _ => (sys.shortest_period() / IN_A_PERIOD).max(of_spice),
+    };
     match method.wants_dense_record() {
         true if sys.pure_linear => fewest,
-        true => fewest.min((sys.shortest_period() / IN_A_PERIOD).max(of_spice)),
-        false => a.tstep.min(of_spice),
+        true => fewest.min(followed),
+        false => a.tstep.min(of_spice).min(followed),
     }
 }
 

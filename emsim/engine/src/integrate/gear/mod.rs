@@ -36,6 +36,9 @@ const SAFETY: f64 = -0.162_518_929_497_774_9;
 /// Another order's step must be longer by 5 %: ln 1.05.
 const WORTH_IT: f64 = 0.048_790_164_169_432_06;
 
+/// Beside diodes: what conducts at a crest for less than a twentieth of a period lies between longer steps (peak_detector).
+const IN_A_PERIOD: f64 = 40.0;
+
 pub struct Gear {
     newton: Newton,
     times: [f64; MOST + 2], // of past points, newest first
@@ -316,6 +319,10 @@ impl Method for Gear {
 
     fn wants_dense_record(&self) -> bool {
         !self.spice
+    }
+
+    fn steps_a_period(&self) -> Option<f64> {
+        Some(IN_A_PERIOD)
     }
 
     fn formula(&self) -> usize {

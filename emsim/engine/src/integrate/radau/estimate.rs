@@ -81,7 +81,7 @@ impl Radau {
         self.unfiltered = error;
         // an estimate of the corner that a diode makes falls as the step leaves it out: it is not filtered at once
         let diodes = sys.diodes() > 0;
-        let stays = |(first_h, first): (f64, f64)| !diodes || (h < STAYS * first_h && error > 0.5 * first);
+        let stays = |(first_h, first): (f64, f64)| !sys.turns() || (h < STAYS * first_h && error > 0.5 * first);
         let large = error >= share(tol.reltol) && (self.first || self.at_first.is_some_and(stays));
         if (large || (diodes && self.probe.is_some())) && error.is_finite() {
             // filtered once more: right after a start the estimate of a stiff component is far too large

@@ -287,7 +287,7 @@ impl Radau {
             // the error estimate reads the charges of the stages as they are now, and the derivatives at the end: those in the
             // middle may be of a diode that has turned off since, and hold a node that nothing holds any more
             self.evaluate(sys, w, h);
-            if sys.diodes() > 0 {
+            if sys.turns() {
                 sys.eval_jacobian(w, &self.stage[self.scheme.s - 1], self.t0 + h, false);
                 self.keep_derivatives(sys, w);
                 self.jacobian_at = f64::NAN;
@@ -299,7 +299,7 @@ impl Radau {
 
     /// Judges a step whose stages are solved; the full Newton method leaves the derivatives of its end where there are diodes.
     fn judge(&mut self, sys: &System, w: &mut Work, h: f64, tol: &Tolerances, iterations: usize) -> Attempt {
-        let turned = sys.diodes() > 0 && self.jacobian_at.is_nan();
+        let turned = sys.turns() && self.jacobian_at.is_nan();
         let mut estimate = self.error(sys, w, h, tol);
         if turned {
             estimate = estimate.max(share(tol.reltol) * self.end_error(sys, w, h, tol));
@@ -523,7 +523,7 @@ impl Method for Radau {
         let before = (start - self.t0) / self.h;
         let l = dense::weights(scheme, before);
         let theta = dense::weakest(scheme);
-        let corner = if sys.diodes() > 0 { CORNER } else { 1.0 };
+        let corner = if sys.turns() { CORNER } else { 1.0 };
         let lacking = corner * dense::nodal(scheme, theta) / dense::nodal(scheme, before);
         let correction = scheme.gamma * dense::correction(scheme, theta);
         let mut worst = 0.0_f64;

@@ -196,13 +196,21 @@ impl Radau {
 
     /// What diodes that have turned since the Jacobian was made leave of the last update, in units of it. A contraction that
     /// was seen while everything else settled says nothing of them.
-    fn left_behind(&self, sys: &System, w: &Work, h: f64) -> f64 {
-        if self.slopes.is_empty() {
-            return 0.0;
+    fn left_behind(&self, sys: &System, w: &mut Work, h: f64) -> f64 {
+        let (a, s) = (self.scheme.gamma / h, self.scheme.s);
+        let mut worst = 0.0_f64;
+        if sys.diodes() > 0 {
+            let of = |x: &Vec<f64>| sys.left_behind(w, &self.slopes, a, &self.real_matrix, x);
+            worst = self.stage.iter().take(s).map(of).fold(0.0, f64::max);
         }
-        let a = self.scheme.gamma / h;
-        let of = |x: &Vec<f64>| sys.left_behind(w, &self.slopes, a, &self.real_matrix, x);
-        self.stage.iter().take(self.scheme.s).map(of).fold(0.0, f64::max)
+        if sys.bends() {
+            // what has turned off has done so before the step or within it
+            for k in [0, s - 1] {
+                let t = self.t0 + self.scheme.c[k] * h;
+                worst = worst.max(sys.bent_behind(w, (&self.gv, &self.cv), a, &self.stage[k], t));
+            }
+        }
+        worst
     }
 
     /// Right-hand sides: minus T^-1 (F + A^-1 D / h), row by row.
