@@ -598,6 +598,14 @@ impl System {
         }
     }
 
+    /// sizes <- sum_j |g_ij x_j|, constant entries of G: what the terms of each row come to before they cancel.
+    pub fn terms(&self, x: &[f64], sizes: &mut [f64]) {
+        sizes.fill(0.0);
+        for (row, col, g) in self.g_rows.entries() {
+            sizes[row] += (g * x[col]).abs();
+        }
+    }
+
     /// y += C x, the part of C that stems from expressions.
     fn add_expression_c(&self, w: &Work, x: &[f64], y: &mut [f64]) {
         for &(row, col, v) in &self.expression_c {

@@ -515,14 +515,11 @@ impl<'a, S: Sink> Run<'a, S> {
                 self.sys.flip_edges(self.w, t, |k, on| events.push((t, k, on)));
             }
             self.stop = self.sys.next_stop(self.w, t, self.until);
-            let mut h = (JUMP * width.min(self.stop - t)).max(64.0 * f64::EPSILON * t).max(1e-18 * self.a.tstop);
+            let least = (JUMP * width.min(self.stop - t)).max(64.0 * f64::EPSILON * t).max(1e-18 * self.a.tstop);
             // rounding may keep so short a step from converging: a flux of so much over h is no voltage
-            for _ in 0..LONGER {
-                if self.settle(t, h, false) {
-                    break;
-                }
-                h *= 10.0;
-            }
+            let longer = (0..LONGER).map(|k| least * 10f64.powi(k as i32)).find(|&h| self.settle(t, h, false));
+            // where none does, no time has passed
+            let h = longer.unwrap_or(least);
             self.t = t + h;
             self.late = 0.0;
             let before = self.w.flags.clone();

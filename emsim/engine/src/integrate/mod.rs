@@ -96,6 +96,10 @@ pub trait Method {
     fn stiffness(&self) -> f64 {
         0.0
     }
+    /// Did closed loops come near a loss of rank in the attempted step?
+    fn near_singular(&self) -> bool {
+        false
+    }
     /// Which of the method's formulas took the last accepted step: an order, a number of stages.
     fn formula(&self) -> usize {
         0

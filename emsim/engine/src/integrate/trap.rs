@@ -172,16 +172,21 @@ impl Trap {
             }
         };
         self.ringing = false;
+        // the first step damps what it filters
+        let share = if p.len == 1 { 0.0 } else { RINGING };
         let mut error = tol.largest_error(&self.e, &self.x1, &self.past.x[0]) / self.trtol;
         if error > FILTER_FROM {
+            self.r.copy_from_slice(&self.e);
             self.newton.filter(sys, w, a, &mut self.e);
             let filtered = tol.largest_error(&self.e, &self.x1, &self.past.x[0]) / self.trtol;
-            let plain = RINGING * error;
-            self.ringing = plain > filtered.max(DAMP_FROM);
-            error = filtered.max(plain);
+            self.ringing = share * error > filtered.max(DAMP_FROM);
+            error = filtered.max(share * error);
         }
         if error > 1.0 {
-            error /= (self.newton.noise(w, a, &self.x1, &self.past.x[0], tol) / self.trtol).max(1.0);
+            let (e, plain) = (&self.e, &self.r);
+            let error_of = |i: usize| e[i].abs().max(share * plain[i].abs());
+            let points = (self.x1.as_slice(), self.past.x[0].as_slice());
+            error = self.newton.above_noise(sys, w, a, error_of, points, tol, self.trtol);
         }
         (error, order)
     }

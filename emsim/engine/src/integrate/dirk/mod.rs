@@ -300,8 +300,8 @@ impl Dirk {
             worst = tol.largest_error(&self.e, self.candidate(), &self.now.x[0]) / self.k.local;
         }
         if worst > 1.0 && worst.is_finite() {
-            let (x1, x0) = (&self.now.x[self.k.c.len() - 1], &self.now.x[0]);
-            worst /= (self.newton.noise(w, scale / h, x1, x0, tol) / self.k.local).max(1.0);
+            let points = (self.now.x[self.k.c.len() - 1].as_slice(), self.now.x[0].as_slice());
+            worst = self.newton.above_noise(sys, w, scale / h, |i| self.e[i], points, tol, self.k.local);
         }
         if worst.is_finite() {
             worst.max(1e-10)

@@ -538,6 +538,10 @@ impl Method for Explicit<'_> {
         false
     }
 
+    fn near_singular(&self) -> bool {
+        self.careful
+    }
+
     fn response(&self, _formula: usize, y: f64) -> Option<Complex> {
         let rows = self.method.a.iter().chain(std::iter::once(&self.method.b));
         Some(response::stages(rows.map(|row| row.iter().copied()), y))

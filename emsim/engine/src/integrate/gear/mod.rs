@@ -155,8 +155,10 @@ impl Gear {
         }
     }
 
-    fn noise(&mut self, w: &mut Work, a: f64, tol: &Tolerances) -> f64 {
-        self.newton.noise(w, a, &self.x1, &self.x0, tol) / self.trtol
+    /// Largest of `factor` times what was missed, over the tolerance and the rounding of charges and currents.
+    fn above_noise(&mut self, sys: &System, w: &mut Work, a: f64, factor: f64, tol: &Tolerances) -> f64 {
+        let points = (self.x1.as_slice(), self.x0.as_slice());
+        self.newton.above_noise(sys, w, a, |i| factor * self.missed[i], points, tol, self.trtol)
     }
 }
 
@@ -240,7 +242,7 @@ impl Method for Gear {
         // the first step after a start has no difference to judge by: a tenth of the tolerance's worth of movement
         let Some(error) = error else {
             let worst = 0.05 * tol.largest_error(&self.missed, &self.x1, &self.x0) / self.trtol;
-            let worst = if worst > 1.0 { worst / self.noise(w, a, tol).max(1.0) } else { worst };
+            let worst = if worst > 1.0 { self.above_noise(sys, w, a, 0.05, tol) } else { worst };
             return if worst > 1.0 {
                 Attempt::TooLarge { next: h * (0.9 / worst).max(0.1) }
             } else {
@@ -248,7 +250,8 @@ impl Method for Gear {
                 Attempt::Good { next: h }
             };
         };
-        let error = if error > 1.0 { error / self.noise(w, a, tol).max(1.0) } else { error };
+        let share = h / (self.t1 - self.times[k]);
+        let error = if error > 1.0 { self.above_noise(sys, w, a, share, tol) } else { error };
         if error > 1.0 {
             let next = h * growth(error, k).exp().clamp(0.1, 0.8);
             if below.is_some_and(|e| e < error) {
