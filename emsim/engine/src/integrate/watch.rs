@@ -45,6 +45,8 @@ const UNEVEN: f64 = 0.25;
 const EXCITED: f64 = 0.1;
 /// Where it would have fallen by so much, ln, between two bursts, nobody knows what happened there.
 const GONE: f64 = 1.0;
+/// ... and so much of what is predicted may be missing or too much from burst to burst, added up.
+const APART: f64 = 0.8;
 /// What falls by so many times what is predicted within its bursts decays by itself.
 const OWN: f64 = 1.25;
 /// What a burst must lose, ln, to be told from the error of its fit.
@@ -116,7 +118,8 @@ struct Track {
     w: f64,
     first: (f64, f64), // time, amplitude
     last: (f64, f64),
-    loss: f64, // predicted between first and last
+    loss: f64,  // predicted between first and last
+    apart: f64, // what the falls from burst to burst differ from it by
     late: f64,
     cycles: f64,
     rates: (f64, f64),  // of loss and lateness, a second
@@ -416,7 +419,9 @@ impl Watch {
             };
         } else {
             let dt = now - track.last.0;
-            track.loss += 0.5 * (track.rates.0 + rates.0) * dt;
+            let loss = 0.5 * (track.rates.0 + rates.0) * dt;
+            track.loss += loss;
+            track.apart += ((track.last.1 / seen.amplitude).ln() - loss).abs();
             track.late += 0.5 * (track.rates.1 + rates.1) * dt;
             track.cycles += dt / period;
             track.shift += (0.5 * (track.w + seen.w) - track.began) * dt / std::f64::consts::TAU;
@@ -469,8 +474,12 @@ impl Watch {
         // in the long run it must have fallen as a whole; the first bursts can be all there is
         // what falls faster within the bursts is excited anew between them, and falls by itself
         let own = track.within.0 > OWN * track.within.1;
-        let whole = track.bursts > 1 && track.loss > 0.005 && alike(fell, track.loss) && !own;
-        let seen = whole || (track.seen && track.bursts < 4);
+        let whole = track.bursts > 1
+            && track.loss > 0.005
+            && alike(fell, track.loss)
+            && track.apart < APART * track.loss
+            && !own;
+        let seen = whole || (track.seen && track.bursts < 4 && !own);
         let damped = if decays && !driven {
             [track.damped, end].into_iter().max_by(|a, b| a.damped().total_cmp(&b.damped())).unwrap_or(end)
         } else if seen && !decays {
