@@ -127,7 +127,7 @@ fn implicit(sys: &System, o: &Options) -> &'static str {
 /// Periods of a source in which trap's steps follow it (`IMPOSED` of them in a run), and rows in a period that are dearer as steps of
 /// their own than by a longer step's dense output.
 const PERIODS: f64 = 1000.0;
-const FINEST: f64 = 400.0;
+const FINEST: f64 = 1000.0;
 
 /// Rule 5, in this order.
 const OTHERS: [&str; 5] = ["radau", "esdirk", "trbdf2", "trap", "gear"];
