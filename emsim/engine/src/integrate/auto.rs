@@ -442,6 +442,10 @@ impl Method for Auto<'_> {
         self.now * FORMULAS + self.inner().formula()
     }
 
+    fn faithful(&self) -> u64 {
+        self.inner().faithful()
+    }
+
     fn response(&self, formula: usize, y: f64) -> Option<Complex> {
         self.methods[formula / FORMULAS].1.response(formula % FORMULAS, y)
     }

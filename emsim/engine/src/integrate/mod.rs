@@ -104,6 +104,10 @@ pub trait Method {
     fn formula(&self) -> usize {
         0
     }
+    /// So many steps take nothing of an oscillation that is worth a word, whatever their length: they need not be watched.
+    fn faithful(&self) -> u64 {
+        0
+    }
     /// R(j y), what a formula does to an undamped oscillation of y radians a step (response.rs).
     fn response(&self, _formula: usize, _y: f64) -> Option<Complex> {
         None

@@ -141,6 +141,7 @@ struct Track {
 
 pub struct Watch {
     watched: Vec<usize>,
+    unseen: u64, // steps so far that are not worth a look
     idle: u64,
     stride: u32,
     taken: u64,
@@ -175,6 +176,7 @@ impl Watch {
         let loops = (0..sys.n).filter(|&i| sys.unknowns[i].kind.enters_linearly() && !sys.has_q[i]);
         let loops = if o.projection { Vec::new() } else { loops.collect() };
         Watch {
+            unseen: 0,
             idle: 0,
             stride: 1,
             taken: 0,
@@ -208,6 +210,9 @@ impl Watch {
     pub fn step(&mut self, t: f64, x: &[f64], method: &dyn Method, tol: &Tolerances) {
         if self.m > 0 {
             self.steps.push((t, method.formula()));
+        } else if self.unseen < method.faithful() {
+            self.unseen += 1;
+            return;
         }
         if self.idle > 0 {
             self.idle -= 1;

@@ -50,6 +50,9 @@ const PROJECTIONS: usize = 4;
 /// h |lambda| over the bound of stability from which the inside of a step is looked at.
 const SHARP: f64 = 0.1;
 
+/// Steps of high order that need no watching: thirty periods at most.
+const FAITHFUL: u64 = 100;
+
 pub struct Explicit<'a> {
     sys: &'a System,
     reduced: &'a Reduced,
@@ -536,6 +539,15 @@ impl Method for Explicit<'_> {
 
     fn restarts_at_corners(&self) -> bool {
         false
+    }
+
+    /// A lossless tank under dop853, by as few steps as stability lets it take, 3.5 a period, loses 4e-5 of its amplitude a period.
+    fn faithful(&self) -> u64 {
+        if self.method.order >= 8 {
+            FAITHFUL
+        } else {
+            0
+        }
     }
 
     fn near_singular(&self) -> bool {
