@@ -156,9 +156,9 @@ impl Newton {
                 }
                 continue;
             }
-            if converged && sys.bends() && self.leaps() {
+            if converged && !w.limited && sys.bends() && self.leaps() {
                 sys.stage_expand(w, x, t);
-                if !self.falls(sys, w, a) {
+                if !self.falls(sys, w, a) && !w.limited {
                     sys.stage_charges(w, x, None, &mut self.q);
                     self.finish(sys, a, r);
                     return Ok(iteration);

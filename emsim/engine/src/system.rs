@@ -15,7 +15,7 @@ use crate::tape::{Inputs, Tape};
 use crate::waves::Wave;
 pub use guests::{Guests, Polynomial, DEGREE};
 pub use split::{Part, Parts};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashSet};
 use std::sync::OnceLock;
 
 mod guests;
@@ -314,7 +314,8 @@ impl System {
         }
         let flagless = model.flags.is_empty();
         let unknowns = model.unknowns;
-        let own = |i: usize| pattern.position(i, i).filter(|k| g_slots.contains(k) || c_slots.contains(k));
+        let moving: HashSet<usize> = g_slots.iter().chain(&c_slots).copied().collect();
+        let own = |i: usize| pattern.position(i, i).filter(|k| moving.contains(k));
         let bending = if exponential { (0..n).filter_map(own).collect() } else { Vec::new() };
         Ok(System {
             n,

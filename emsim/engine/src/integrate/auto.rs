@@ -26,7 +26,8 @@ use crate::system::{System, Work};
 
 /// Tolerances from which on rk45 does: a circuit's signals have corners of their own, where short steps show more; from
 /// edge to edge of a switch one step is enough, and the shorter tableau the cheaper one. In machines dop853's steps are
-/// cheaper at any error (chain of 20 at 1e-2: 3.1 ms and 1e-5 of the range, rk45 3.9 ms and 2e-4; four-bar 0.9 ms and 4e-2, 0.6 ms and 0.5).
+/// cheaper at any error (chain of 20 at 1e-2: 3.1 ms and 1e-5 of the range, rk45 3.9 ms and 2e-4; four-bar 0.9 ms and 4e-2,
+/// rk45 0.6 ms and half the range).
 fn loose(sys: &System) -> f64 {
     match mechanical(sys) {
         _ if !sys.flags.is_empty() && sys.edges.all_timed() => 1e-6,
