@@ -356,7 +356,8 @@ impl Method for Auto<'_> {
             if self.go_implicit(w, "the explicit method cannot get on").is_ok() {
                 return Attempt::TooLarge { next: self.longest };
             }
-        } else if self.explicitly() && self.inner().near_singular() {
+        } else if self.explicitly() && self.steps > 0 && self.inner().near_singular() {
+            // (a run that begins at such a position has two ways to go on: an implicit step finds neither)
             self.explicit = None;
             if self.go_implicit(w, "a loop comes near a singular position").is_ok() {
                 return Attempt::TooLarge { next: self.longest };
