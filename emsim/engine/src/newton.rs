@@ -156,23 +156,22 @@ impl Newton {
                 }
                 continue;
             }
-            if converged && !w.limited && sys.bends() && self.leaps() {
-                sys.stage_expand(w, x, t);
-                if !self.falls(sys, w, a) && !w.limited {
-                    sys.stage_charges(w, x, None, &mut self.q);
-                    self.finish(sys, a, r);
-                    return Ok(iteration);
-                }
-                continue;
-            }
-            if sys.linear || (converged && !w.limited) {
+            let converged = converged && !w.limited;
+            let doubtful = converged && sys.bends() && leapt(&self.sources, &self.settled);
+            if sys.linear || (converged && !doubtful) {
                 self.settled.clone_from(&self.sources);
                 sys.stage_charges(w, x, Some(&self.step), &mut self.q);
                 self.finish(sys, a, r);
                 return Ok(iteration);
             }
-            let judged = sys.stage_expand_and_judge(w, x, t, a, (tol.reltol, tol.vntol));
-            if judged || (iteration >= STALLS && !w.limited && self.within_rounding(sys, w, a, x, tol)) {
+            let judged = if doubtful {
+                sys.stage_expand(w, x, t);
+                !w.limited && !self.falls(sys, w, a)
+            } else {
+                let judged = sys.stage_expand_and_judge(w, x, t, a, (tol.reltol, tol.vntol));
+                judged || (iteration >= STALLS && !w.limited && self.within_rounding(sys, w, a, x, tol))
+            };
+            if judged {
                 sys.stage_charges(w, x, None, &mut self.q);
                 self.finish(sys, a, r);
                 return Ok(iteration);
@@ -191,21 +190,11 @@ impl Newton {
         Err(Failure::Diverged { unknown, row })
     }
 
-    /// Have derivatives grown by far since the last solution? Up an exponential that was guessed too far every update is its own
-    /// scale, 26 mV of a junction, and within the tolerance of 300 V.
-    fn leaps(&self) -> bool {
-        let largest = self.sources.iter().fold(0.0, |m: f64, s| m.max(s.abs()));
-        let leapt = |(s, before): (&f64, &f64)| s.abs() > LEAP * before.abs() && s.abs() > COUNTS * largest;
-        self.settled.len() != self.sources.len() || self.sources.iter().zip(&self.settled).any(leapt)
-    }
-
     /// Does the iterate that has just been expanded show derivatives that have fallen by far? Holds them as the last ones.
     fn falls(&mut self, sys: &System, w: &Work, a: f64) -> bool {
         let before = std::mem::take(&mut self.sources);
         sys.stage_sources(w, a, &mut self.sources);
-        let largest = before.iter().fold(0.0, |m: f64, s| m.max(s.abs()));
-        let fallen = |(s, before): (&f64, &f64)| LEAP * s.abs() < before.abs() && before.abs() > COUNTS * largest;
-        let falls = self.sources.iter().zip(&before).any(fallen);
+        let falls = leapt(&before, &self.sources);
         if !falls {
             self.settled.clone_from(&self.sources);
         }
@@ -326,6 +315,14 @@ impl Newton {
             *f = if *has_q { -(a * q + r) } else { 0.0 };
         }
     }
+}
+
+/// Are some of these derivatives, none of the small ones, far larger than before? Up an exponential that was guessed too far every
+/// update is its own scale, 26 mV of a junction, and within the tolerance of 300 V.
+fn leapt(now: &[f64], before: &[f64]) -> bool {
+    let largest = now.iter().fold(0.0, |m: f64, s| m.max(s.abs()));
+    let far = |(s, before): (&f64, &f64)| s.abs() > LEAP * before.abs() && s.abs() > COUNTS * largest;
+    now.len() != before.len() || now.iter().zip(before).any(far)
 }
 
 fn not_finite(x: &[f64]) -> Failure {

@@ -17,7 +17,8 @@
 //!  5. Where a method gives up for good, the others that can do it go on from the last good point, and hand back later.
 //!
 //! Nothing is measured with a clock: equal decks take equal steps.
-use super::{make_one, Attempt, Method, Used};
+use super::driver::IMPOSED;
+use super::{make_one, trap, Attempt, Method, Used};
 use crate::ledger::Stages;
 use crate::model::Kind;
 use crate::newton::{Failure, Options, Tolerances};
@@ -111,7 +112,7 @@ pub fn reduces(sys: &System, o: &Options) -> bool {
 /// ring with them (ring modulator at 1e-3: gear loses 1.5 % of it).
 fn implicit(sys: &System, o: &Options) -> &'static str {
     let swing = sys.shortest_swing();
-    let followed = swing.is_finite() && o.span < PERIODS * swing && o.grid * FINEST > swing;
+    let followed = swing.is_finite() && o.span * trap::IN_A_PERIOD < IMPOSED * swing && o.grid * FINEST > swing;
     let few_restarts = sys.flags.is_empty() && !mechanical(sys);
     let coils = (0..sys.n).any(|k| sys.differential[k] && sys.unknowns[k].kind == Kind::Branch);
     match o.reltol {
@@ -125,9 +126,7 @@ fn implicit(sys: &System, o: &Options) -> &'static str {
     }
 }
 
-/// Periods of a source in which trap's steps follow it (`IMPOSED` of them in a run), and rows in a period that are dearer as steps of
-/// their own than by a longer step's dense output.
-const PERIODS: f64 = 1000.0;
+/// Rows in a period that are dearer as steps of their own than by a longer step's dense output.
 const FINEST: f64 = 1000.0;
 
 /// Rule 5, in this order.

@@ -6,6 +6,7 @@ mod memory;
 mod stretch;
 
 use self::memory::Memory;
+pub use self::memory::IMPOSED;
 pub(super) use self::stretch::Mark;
 
 use super::rows::{Forces, Grid, Row, Sink};

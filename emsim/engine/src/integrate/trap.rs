@@ -32,7 +32,7 @@ const INSIDE: f64 = 0.25;
 /// Beside diodes: a step that is no longer than the time in which they turn meets them without being refused, and the errors of equal
 /// steps cancel where those of unequal ones add up (netlists/electrical at reltol 1e-3, without this bound and with it: multiplier10 3e-2,
 /// 6e-4; halfwave_rectifier 1e-2, 5e-4; voltage_doubler 8e-3, 4e-4, for a tenth of iterations more).
-const IN_A_PERIOD: f64 = 100.0;
+pub const IN_A_PERIOD: f64 = 100.0;
 
 pub struct Trap {
     newton: Newton,
@@ -255,11 +255,11 @@ impl Method for Trap {
         if p.len < 3 {
             return f64::INFINITY;
         }
-        let l =
-            |j: usize| -> f64 { (0..3).filter(|&k| k != j).map(|k| (self.t1 - p.t[k]) / (p.t[j] - p.t[k])).product() };
-        let (l, x1) = ([l(0), l(1), l(2)], &self.x1);
-        let missed = |i: usize| x1[i] - (0..3).map(|k| l[k] * p.x[k][i]).sum::<f64>();
-        let worst = sys.interpolated().map(|i| missed(i).abs() / tol.weight(i, x1[i], p.x[0][i])).fold(0.0, f64::max);
+        let (xs, x1) = ([p.x[0].as_slice(), &p.x[1], &p.x[2]], &self.x1);
+        let mut foreseen = vec![0.0; x1.len()];
+        interpolate(&p.t[..3], &xs, self.t1, &mut foreseen);
+        let missed = |i: usize| (x1[i] - foreseen[i]).abs() / tol.weight(i, x1[i], xs[0][i]);
+        let worst = sys.interpolated().map(missed).fold(0.0, f64::max);
         INSIDE * worst
     }
 

@@ -131,13 +131,17 @@ impl System {
 
     /// Shortest period of a source.
     pub fn shortest_period(&self) -> f64 {
-        self.loud().filter_map(|w| w.frequency()).fold(f64::INFINITY, |least, f| least.min(1.0 / f))
+        self.shortest_period_of(|_| true)
     }
 
     /// Shortest period of a source without corners, whose steps nothing else places.
     pub fn shortest_swing(&self) -> f64 {
-        let smooth = self.loud().filter(|w| !w.is_piecewise_linear());
-        smooth.filter_map(|w| w.frequency()).fold(f64::INFINITY, |least, f| least.min(1.0 / f))
+        self.shortest_period_of(|w| !w.is_piecewise_linear())
+    }
+
+    fn shortest_period_of(&self, which: impl Fn(&Wave) -> bool) -> f64 {
+        let periodic = self.loud().filter(|w| which(w)).filter_map(|w| w.frequency());
+        periodic.fold(f64::INFINITY, |least, f| least.min(1.0 / f))
     }
 
     pub fn shortest_feature(&self) -> f64 {
