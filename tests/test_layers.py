@@ -62,6 +62,7 @@ RUST_ROWS = [
     ["passive", "edges", "reduced"],
     ["model"],
     ["devices", "sparse", "waves"],
+    ["twice"],
     ["tape"],
     ["derive"],
     ["graph"],

@@ -22,4 +22,5 @@ pub mod syntax; // deck text to syntax trees, by the grammar's tables
 pub mod system; // equation (1): what was compiled, and the scratch of a run
 pub mod tape; // native evaluation of a set of expressions
 pub mod tolerances; // options of a run, absolute tolerances by kind of quantity, weights
+mod twice; // loops for registers of two numbers and of four
 pub mod waves; // PULSE SIN EXP PWL SFFM AM: values and breakpoints // the Python face

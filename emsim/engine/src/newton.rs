@@ -14,7 +14,7 @@
 //!
 //! In a passive network of diodes (passive.rs) an iterate may be accepted without that: what the straight lines of the
 //! diodes have missed at the new point is measured there, and bounds the next update of every junction's voltage.
-use crate::sparse::{Lu, Singular, Symbolic};
+use crate::sparse::{Lu, Program, Recurring, Singular, Symbolic};
 use crate::system::{System, Work};
 pub use crate::tolerances::{Options, Tolerances};
 
@@ -69,11 +69,16 @@ const LEAP: f64 = 2.0;
 /// ... if it is so much of the largest.
 const COUNTS: f64 = 1e-3;
 
+/// Unknowns of a system above which what follows a solution is not written as a program.
+const LARGEST: usize = 200;
+
 /// Iterates that are good but for the currents of diodes: more than so many are not waited for.
 const PATIENCE: u32 = 6;
 
 pub struct Newton {
     lu: Lu<f64>,
+    /// What the judge allows a junction's voltage, in parts of its tolerance
+    pub junctions: f64,
     key: f64, // the `a` of a factorisation that is still valid (linear systems only)
     a: f64,   // the `a` of `rows` and of the base in `lu`
     rows: Vec<f64>,
@@ -82,9 +87,10 @@ pub struct Newton {
     settled: Vec<f64>, // the sources of the last solution, where exponentials are to be watched
     step: Vec<f64>,
     noise: Vec<f64>,
-    /// Q at the solution, and F as the stage equation gives it
-    pub q: Vec<f64>,
-    pub f: Vec<f64>,
+    leaves: Vec<f64>,   // of the programs of a stage
+    closing: Recurring, // q and f of a solution
+    solutions: u64,
+    charges: Vec<f64>, // Q of the solution, and F
 }
 
 impl Newton {
@@ -94,6 +100,7 @@ impl Newton {
         lu.set_stamps(sys.stamps());
         Ok(Newton {
             lu,
+            junctions: 1.0,
             key: f64::NAN,
             a: f64::NAN,
             rows: Vec::new(),
@@ -102,8 +109,10 @@ impl Newton {
             settled: Vec::new(),
             step: vec![0.0; sys.n],
             noise: vec![0.0; sys.n],
-            q: vec![0.0; sys.n],
-            f: vec![0.0; sys.n],
+            leaves: vec![0.0; sys.stage_leaves()],
+            closing: Recurring::default(),
+            solutions: 0,
+            charges: vec![0.0; 2 * sys.n],
         })
     }
 
@@ -112,8 +121,22 @@ impl Newton {
         self.key = f64::NAN;
     }
 
-    /// Solves the stage from the guess in `x`; leaves Q and F of the solution in self.q, self.f. `r` is 0 in rows
-    /// without d/dt.
+    /// Q of the last solution.
+    pub fn q(&self) -> &[f64] {
+        &self.charges[..self.step.len()]
+    }
+
+    /// Q of a solution that was found elsewhere.
+    pub fn put_q(&mut self, q: &[f64]) {
+        self.charges[..self.step.len()].copy_from_slice(q);
+    }
+
+    /// F of the last solution, as the stage equation gives it.
+    pub fn f(&self) -> &[f64] {
+        &self.charges[self.step.len()..]
+    }
+
+    /// Solves the stage from the guess in `x`; leaves its charges in `q` and `f`. `r` is 0 in rows without d/dt.
     #[allow(clippy::too_many_arguments)]
     pub fn solve(
         &mut self,
@@ -128,11 +151,9 @@ impl Newton {
     ) -> Result<usize, Failure> {
         assert!(x.len() == sys.n && r.len() == sys.n);
         sys.set_time(w, t);
-        if self.a != a {
-            sys.stage_constants(a, &mut self.rows, &mut self.base);
-            self.lu.set_base(&self.base);
-            self.a = a;
-        }
+        let (past, waves) = self.leaves[sys.n..].split_at_mut(sys.n);
+        past.copy_from_slice(r);
+        waves.copy_from_slice(&w.waves);
         if sys.pure_linear {
             return self.solve_linear(sys, w, a, r, x);
         }
@@ -140,18 +161,13 @@ impl Newton {
         let (fit, mut good) = (tol.accounts && a > 0.0 && sys.diodes() > 0, 0);
         for iteration in 1..=max_iterations {
             w.counters.iterations += 1;
-            sys.stage_residual(w, a, &self.rows, r, x, &mut self.step);
-            let mut step = std::mem::take(&mut self.step);
-            let solved = self.solution(sys, w, a, &mut step);
-            self.step = step;
-            solved?;
+            self.update(sys, w, a, r, x)?;
             let converged = self.advance(x, tol)?;
             if fit {
                 good += u32::from(converged && !w.limited);
                 let fits = sys.stage_expand_and_fit(w, x, t, a) && converged;
                 if fits || good > PATIENCE {
-                    sys.stage_charges(w, x, None, &mut self.q);
-                    self.finish(sys, a, r);
+                    self.close(sys, w, a, r, x, false);
                     return Ok(iteration);
                 }
                 continue;
@@ -160,20 +176,18 @@ impl Newton {
             let doubtful = converged && sys.bends() && leapt(&self.sources, &self.settled);
             if sys.linear || (converged && !doubtful) {
                 self.settled.clone_from(&self.sources);
-                sys.stage_charges(w, x, Some(&self.step), &mut self.q);
-                self.finish(sys, a, r);
+                self.close(sys, w, a, r, x, true);
                 return Ok(iteration);
             }
             let judged = if doubtful {
                 sys.stage_expand(w, x, t);
                 !w.limited && !self.falls(sys, w, a)
             } else {
-                let judged = sys.stage_expand_and_judge(w, x, t, a, (tol.reltol, tol.vntol));
+                let judged = sys.stage_expand_and_judge(w, x, t, a, (self.junctions * tol.reltol, tol.vntol));
                 judged || (iteration >= STALLS && !w.limited && self.within_rounding(sys, w, a, x, tol))
             };
             if judged {
-                sys.stage_charges(w, x, None, &mut self.q);
-                self.finish(sys, a, r);
+                self.close(sys, w, a, r, x, false);
                 return Ok(iteration);
             }
         }
@@ -201,6 +215,37 @@ impl Newton {
         falls
     }
 
+    /// step <- -(G + a C)^-1 (F + a Q + r) at x, of what was expanded there.
+    fn update(&mut self, sys: &System, w: &mut Work, a: f64, r: &[f64], x: &[f64]) -> Result<(), Failure> {
+        if !sys.linear {
+            if sys.bends() {
+                sys.stage_sources(w, a, &mut self.sources);
+            }
+            self.leaves[..sys.n].copy_from_slice(x);
+            let inputs = sys.stage_inputs(w, &self.leaves, a);
+            if self.lu.factor_and_solve_by_program(|| sys.stage_equations(), &inputs, &mut self.step) {
+                w.counters.factorisations += 1;
+                w.counters.solves += 1;
+                return Ok(());
+            }
+        }
+        self.set_factor(sys, a);
+        sys.stage_residual(w, a, &self.rows, r, x, &mut self.step);
+        let mut step = std::mem::take(&mut self.step);
+        let solved = self.solution(sys, w, a, &mut step);
+        self.step = step;
+        solved
+    }
+
+    /// Constant parts of matrix and residual with this a.
+    fn set_factor(&mut self, sys: &System, a: f64) {
+        if self.a != a {
+            sys.stage_constants(a, &mut self.rows, &mut self.base);
+            self.lu.set_base(&self.base);
+            self.a = a;
+        }
+    }
+
     /// b <- (G + a C)^-1 b, with the held factors where they are still those.
     fn solution(&mut self, sys: &System, w: &mut Work, a: f64, b: &mut [f64]) -> Result<(), Failure> {
         if sys.linear && self.key == a {
@@ -219,6 +264,7 @@ impl Newton {
     fn solve_linear(&mut self, sys: &System, w: &mut Work, a: f64, r: &[f64], x: &mut [f64]) -> Result<usize, Failure> {
         w.counters.evaluations += 1;
         w.counters.iterations += 1;
+        self.set_factor(sys, a);
         for (b, r) in x.iter_mut().zip(r) {
             *b = -r;
         }
@@ -227,27 +273,16 @@ impl Newton {
         if x.iter().fold(false, |bad, v| bad | !v.is_finite()) {
             return Err(not_finite(x));
         }
-        sys.stage_charges(w, x, None, &mut self.q);
-        self.finish(sys, a, r);
+        self.close(sys, w, a, r, x, false);
         Ok(1)
     }
 
     /// x <- x + step; true when the step was within the tolerance. Dividing is left for the failure's report.
     fn advance(&self, x: &mut [f64], tol: &Tolerances) -> Result<bool, Failure> {
-        let n = x.len();
-        let (step, mask) = (&self.step[..n], &tol.norm_mask[..n]);
-        let (peak, atol) = (&tol.peak[..n], &tol.floor[..n]);
-        let (mut large, mut bad) = (false, false);
-        for i in 0..n {
-            let (old, new) = (x[i], x[i] + step[i]);
-            large |= mask[i] * step[i].abs() > tol.weight_with(peak[i], atol[i], old, new);
-            bad |= !new.is_finite();
-            x[i] = new;
+        match tol.advance(&self.step, x) {
+            (converged, true) => Ok(converged),
+            _ => Err(not_finite(x)),
         }
-        if bad {
-            return Err(not_finite(x));
-        }
-        Ok(!large)
     }
 
     /// e <- (G + a C)^-1 a C e with the last factorisation: what remains of an error where it is not damped at once.
@@ -272,13 +307,13 @@ impl Newton {
         self.lu.negative()
     }
 
-    /// noise <- what the rounding of the charges in self.q does to the unknowns when it is divided by the step, and that of what the
+    /// noise <- what the rounding of the charges does to the unknowns when it is divided by the step, and that of what the
     /// equations add up at x: a shorter step has more of it. A volt on a capacitor is known to 1e-16; a picosecond's current
     /// is not, and what two floating capacitors have in common hangs on that. Nor is the current through 20 mOhm under 12 V, to
     /// 1e-13 A: an inductor behind it makes volts of these in a femtosecond.
     fn round(&mut self, sys: &System, w: &mut Work, a: f64, x: &[f64]) {
         sys.terms(x, &mut self.noise);
-        for (b, q) in self.noise.iter_mut().zip(&self.q) {
+        for (b, q) in self.noise.iter_mut().zip(&self.charges) {
             *b = ROUNDING * (*b + a * q.abs());
         }
         self.lu.solve(&mut self.noise);
@@ -304,14 +339,26 @@ impl Newton {
 
     /// Is the last update no more than that, where it is more than the tolerance? No iteration gets nearer.
     fn within_rounding(&mut self, sys: &System, w: &mut Work, a: f64, x: &[f64], tol: &Tolerances) -> bool {
-        sys.stage_charges(w, x, None, &mut self.q);
+        sys.stage_charges(w, x, None, &mut self.charges[..sys.n]);
         self.round(sys, w, a, x);
         (0..x.len()).all(|i| !tol.in_norm[i] || self.step[i].abs() <= tol.weight(i, x[i], x[i]) + self.noise[i].abs())
     }
 
-    /// F from the stage equation, so that charge is conserved.
-    fn finish(&mut self, sys: &System, a: f64, r: &[f64]) {
-        for ((f, q), (r, has_q)) in self.f.iter_mut().zip(&self.q).zip(r.iter().zip(&sys.has_q)) {
+    /// Q at the solution x, to first order from where it was expanded if the last step led away from there (`moved`), and F from the
+    /// stage equation, so that charge is conserved.
+    fn close(&mut self, sys: &System, w: &Work, a: f64, r: &[f64], x: &[f64], moved: bool) {
+        self.solutions += 1;
+        if sys.n <= LARGEST && self.closing.is_due(self.solutions) {
+            self.closing.program = sys.stage_closing().and_then(|(program, results)| Program::of(program, &results));
+        }
+        if let Some(program) = &mut self.closing.program {
+            self.leaves[..sys.n].copy_from_slice(x);
+            program.run(&sys.stage_inputs(w, &self.leaves, a), &mut self.charges);
+            return;
+        }
+        let (q, f) = self.charges.split_at_mut(sys.n);
+        sys.stage_charges(w, x, moved.then_some(&self.step), q);
+        for ((f, q), (r, has_q)) in f.iter_mut().zip(&*q).zip(r.iter().zip(&sys.has_q)) {
             *f = if *has_q { -(a * q + r) } else { 0.0 };
         }
     }
@@ -328,3 +375,6 @@ fn leapt(now: &[f64], before: &[f64]) -> bool {
 fn not_finite(x: &[f64]) -> Failure {
     Failure::NotFinite { unknown: x.iter().position(|v| !v.is_finite()).unwrap_or(0) }
 }
+
+#[cfg(test)]
+mod tests;

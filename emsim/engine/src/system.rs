@@ -23,7 +23,7 @@ mod junctions;
 mod linear;
 mod reduce;
 mod split;
-
+mod stage;
 mod stops;
 
 struct DiodeSlot {
@@ -35,23 +35,11 @@ struct DiodeSlot {
 
 /// A diode's characteristic as the last evaluation expanded it: about `at`, which is `v` unless limiting moved it.
 #[derive(Clone, Copy, Default)]
+#[repr(C)]
 struct Expansion {
     v: f64,
     at: f64,
     o: DiodeOut,
-}
-
-impl Expansion {
-    /// Current and a times charge of the straight line, at v.
-    #[inline(always)]
-    fn current(&self, a: f64, v: f64) -> f64 {
-        self.o.i + a * self.o.q + self.conductance(a) * (v - self.at)
-    }
-
-    #[inline(always)]
-    fn conductance(&self, a: f64) -> f64 {
-        self.o.g + a * self.o.c
-    }
 }
 
 pub struct System {
@@ -504,92 +492,6 @@ impl System {
         }
     }
 
-    /// Evaluates what is not linear, for one stage  F + a Q + r = 0  at the iterate x.
-    #[inline]
-    pub fn stage_expand(&self, w: &mut Work, x: &[f64], t: f64) {
-        w.counters.evaluations += 1;
-        w.counters.jacobians += 1;
-        self.expand(w, x, t, true);
-    }
-
-    /// The same at the next iterate; true when every diode met the straight line that led there so well, that what was
-    /// missed of its current is worth less than the tolerance of its junction's voltage (in passive networks only).
-    pub fn stage_expand_and_judge(&self, w: &mut Work, x: &[f64], t: f64, a: f64, (reltol, vntol): (f64, f64)) -> bool {
-        if !self.passive {
-            self.stage_expand(w, x, t);
-            return false;
-        }
-        w.counters.evaluations += 1;
-        w.counters.jacobians += 1;
-        w.limited = false;
-        let mut good = true;
-        for ((d, e), junction) in self.diodes.iter().zip(&mut w.expansions).zip(&mut w.junction) {
-            let v = across(x, d.p, d.n);
-            let line = e.current(a, v);
-            let (at, limited) = d.kernel.limit(v, *junction);
-            w.limited |= limited;
-            *junction = at;
-            *e = Expansion { v, at, o: d.kernel.eval(at, w.gmin) };
-            good &= (e.current(a, v) - line).abs() <= e.conductance(a) * (reltol * v.abs() + vntol);
-        }
-        good && !w.limited
-    }
-
-    /// Constant parts of a stage: of its residual in `rows`, of its matrix on the pattern in `base`.
-    pub fn stage_constants(&self, a: f64, rows: &mut Vec<f64>, base: &mut Vec<f64>) {
-        rows.clear();
-        rows.extend(self.stage_rows.value.iter().zip(&self.stage_c).map(|(g, c)| g + a * c));
-        base.clear();
-        base.extend(self.g_linear.iter().zip(&self.c_linear).map(|(g, c)| g + a * c));
-    }
-
-    /// out = -(F + a Q + r) at x, with `rows` of `stage_constants` and what was expanded at x.
-    pub fn stage_residual(&self, w: &Work, a: f64, rows: &[f64], r: &[f64], x: &[f64], out: &mut [f64]) {
-        assert!(out.len() == self.n && r.len() == self.n);
-        self.stage_rows.times(rows, x, |row, v| out[row] = -(v + r[row]));
-        self.subtract_waves(w, out);
-        let nf = self.f_rows.len();
-        for (k, &row) in self.f_rows.iter().enumerate() {
-            out[row] -= self.jacobian.output(&w.jacobian, k);
-        }
-        for (k, &row) in self.q_rows.iter().enumerate() {
-            out[row] -= a * self.jacobian.output(&w.jacobian, nf + k);
-        }
-        for (d, e) in self.diodes.iter().zip(&w.expansions) {
-            add_pair(out, d.p, d.n, -e.current(a, e.v));
-        }
-    }
-
-    /// Sources of the stamps (see `stamps`) of what was expanded.
-    pub fn stage_sources(&self, w: &Work, a: f64, sources: &mut Vec<f64>) {
-        sources.clear();
-        sources.extend(w.expansions.iter().map(|e| e.conductance(a)));
-        let first = self.f_rows.len() + self.q_rows.len();
-        let (ng, nc) = (self.g_slots.len(), self.c_slots.len());
-        sources.extend((first..first + ng).map(|k| self.jacobian.output(&w.jacobian, k)));
-        sources.extend((first + ng..first + ng + nc).map(|k| a * self.jacobian.output(&w.jacobian, k)));
-    }
-
-    /// Which entries of the matrix of a stage change from iterate to iterate.
-    pub fn stamps(&self) -> &[Stamp] {
-        &self.stamps
-    }
-
-    /// Q(x) to first order about the point x - step that was expanded; about x itself where `step` is None.
-    pub fn stage_charges(&self, w: &Work, x: &[f64], step: Option<&[f64]>, q: &mut [f64]) {
-        self.charges_of(x, q);
-        let first = self.f_rows.len();
-        for (k, &row) in self.q_rows.iter().enumerate() {
-            q[row] += self.jacobian.output(&w.jacobian, first + k);
-        }
-        if let Some(step) = step {
-            self.add_expression_c(w, step, q);
-        }
-        for (d, e) in self.diodes.iter().zip(&w.expansions) {
-            add_pair(q, d.p, d.n, e.o.q + e.o.c * (across(x, d.p, d.n) - e.at));
-        }
-    }
-
     /// y = C x with the C of what was expanded last.
     pub fn c_times(&self, w: &Work, x: &[f64], y: &mut [f64]) {
         self.charges_of(x, y);
@@ -601,10 +503,7 @@ impl System {
 
     /// sizes <- sum_j |g_ij x_j|, constant entries of G: what the terms of each row come to before they cancel.
     pub fn terms(&self, x: &[f64], sizes: &mut [f64]) {
-        sizes.fill(0.0);
-        for (row, col, g) in self.g_rows.entries() {
-            sizes[row] += (g * x[col]).abs();
-        }
+        self.g_rows.sizes(x, |row, size| sizes[row] = size);
     }
 
     /// y += C x, the part of C that stems from expressions.

@@ -12,6 +12,7 @@ mod written;
 
 use native::Native;
 pub use native::{Move, To};
+pub use trig::vectors;
 pub use written::{Leaf, Value, Written};
 
 /// What the leaves read.
@@ -359,6 +360,11 @@ impl Tape {
     #[inline]
     pub fn output(&self, w: &[f64], k: usize) -> f64 {
         w[self.outputs[k] as usize]
+    }
+
+    /// Where in the workspace output k lies.
+    pub fn slot(&self, k: usize) -> usize {
+        self.outputs[k] as usize
     }
 
     pub fn outputs(&self) -> usize {

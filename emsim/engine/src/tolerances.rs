@@ -16,9 +16,13 @@
 //! atol(V) = max(vntol, chgtol / C), atol(A) = max(abstol, flxtol / L).
 use crate::model::{Kind, Unknown};
 use crate::system::System;
+use crate::twice::twice;
 
 /// Share of a signal's largest value so far below which relative accuracy is no longer asked for.
 const PEAK_SHARE: f64 = 0.02;
+
+/// Numbers that are divided side by side.
+const LANES: usize = 4;
 
 /// What rounding leaves of an unknown beside neighbours of size 1: a coordinate near zero of a chain of metre-long links
 /// is known to some 1e-14 m, however small its own tolerance. Asking for less made tight runs stop.
@@ -277,25 +281,17 @@ impl Tolerances {
 
     /// Largest |e_i| over the weight of x1_i, x0_i, in the local error norm.
     pub fn largest_error(&self, e: &[f64], x1: &[f64], x0: &[f64]) -> f64 {
-        let e = &e[..self.atol.len()];
-        self.largest_errors(x1, x0, |i| [e[i]])[0]
+        largest_error(self, e, x1, x0)
     }
 
-    /// The same of several errors of each unknown.
-    #[inline(always)]
-    pub fn largest_errors<const M: usize>(&self, x1: &[f64], x0: &[f64], e: impl Fn(usize) -> [f64; M]) -> [f64; M] {
-        let n = self.atol.len();
-        let (x1, x0, floor) = (&x1[..n], &x0[..n], &self.floor[..n]);
-        let (peak, mask) = (&self.peak[..n], &self.error_mask[..n]);
-        let mut worst = [0.0_f64; M];
-        for i in 0..n {
-            let weight = self.weight_with(peak[i], floor[i], x1[i], x0[i]);
-            for (worst, e) in worst.iter_mut().zip(e(i)) {
-                let v = mask[i] * e.abs() / weight;
-                *worst = if v > *worst { v } else { *worst };
-            }
-        }
-        worst
+    /// What errors of the unknowns are divided by, in that norm: their weights, infinite where they do not count.
+    pub fn weights(&self, x1: &[f64], x0: &[f64], out: &mut [f64]) {
+        weights(self, x1, x0, out);
+    }
+
+    /// x <- x + step; whether the step was within the tolerance of Newton's norm, and all is finite still.
+    pub fn advance(&self, step: &[f64], x: &mut [f64]) -> (bool, bool) {
+        advance(self, step, x)
     }
 
     #[inline(always)]
@@ -321,5 +317,55 @@ impl Tolerances {
             }
         }
         self.observed = self.observed.wrapping_add(1);
+    }
+}
+
+twice! {
+    fn largest_error(tol: &Tolerances, e: &[f64], x1: &[f64], x0: &[f64]) -> f64 {
+        let n = tol.atol.len();
+        let (e, x1, x0, floor) = (&e[..n], &x1[..n], &x0[..n], &tol.floor[..n]);
+        let (peak, mask) = (&tol.peak[..n], &tol.error_mask[..n]);
+        let larger = |a: f64, b: f64| if a > b { a } else { b };
+        let mut worst = [0.0; LANES];
+        let whole = n - n % LANES;
+        for first in (0..whole).step_by(LANES) {
+            for lane in 0..LANES {
+                let i = first + lane;
+                let weight = tol.weight_with(peak[i], floor[i], x1[i], x0[i]);
+                worst[lane] = larger(mask[i] * e[i].abs() / weight, worst[lane]);
+            }
+        }
+        for i in whole..n {
+            let weight = tol.weight_with(peak[i], floor[i], x1[i], x0[i]);
+            worst[0] = larger(mask[i] * e[i].abs() / weight, worst[0]);
+        }
+        worst.into_iter().fold(0.0, larger)
+    }
+}
+
+twice! {
+    fn weights(tol: &Tolerances, x1: &[f64], x0: &[f64], out: &mut [f64]) {
+        let n = tol.atol.len();
+        let (out, x1, x0, floor) = (&mut out[..n], &x1[..n], &x0[..n], &tol.floor[..n]);
+        let (peak, mask) = (&tol.peak[..n], &tol.error_mask[..n]);
+        for i in 0..n {
+            out[i] = tol.weight_with(peak[i], floor[i], x1[i], x0[i]) / mask[i];
+        }
+    }
+}
+
+twice! {
+    fn advance(tol: &Tolerances, step: &[f64], x: &mut [f64]) -> (bool, bool) {
+        let n = tol.atol.len();
+        let (step, x, floor) = (&step[..n], &mut x[..n], &tol.floor[..n]);
+        let (peak, mask) = (&tol.peak[..n], &tol.norm_mask[..n]);
+        let (mut large, mut bad) = (0, 0);
+        for i in 0..n {
+            let (old, new) = (x[i], x[i] + step[i]);
+            large += u64::from(mask[i] * step[i].abs() > tol.weight_with(peak[i], floor[i], old, new));
+            bad += u64::from(!new.is_finite());
+            x[i] = new;
+        }
+        (large == 0, bad == 0)
     }
 }

@@ -97,6 +97,7 @@ const PANELS: usize = 4000;
 
 /// Current and charge with their derivatives: g = di/dv, c = dq/dv.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[repr(C)]
 pub struct DiodeOut {
     pub i: f64,
     pub g: f64,
@@ -281,9 +282,10 @@ impl Diode {
             let (e, slope) = self.forward.at(v);
             (e - 1.0, slope)
         } else {
-            let a = self.reverse_scale / v;
+            let inverse = 1.0 / v;
+            let a = self.reverse_scale * inverse;
             let cube = a * a * a;
-            (-(1.0 + cube), 3.0 * cube / v)
+            (-(1.0 + cube), 3.0 * cube * inverse)
         }
     }
 
@@ -348,6 +350,7 @@ impl Diode {
 
     /// Junction voltage to use in place of `vnew` when the last one was `vold`, and whether it differs: a Newton step must
     /// not run far up an exponential, neither the forward one nor, mirrored about -bv, that of breakdown.
+    #[inline]
     pub fn limit(&self, vnew: f64, vold: f64) -> (f64, bool) {
         match &self.breakdown {
             Some(b) if vnew < (-b.voltage + 10.0 * b.vt).min(0.0) => {

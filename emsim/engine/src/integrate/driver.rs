@@ -453,7 +453,10 @@ impl<'a, S: Sink> Run<'a, S> {
     }
 
     fn runs_away(&self, x: &[f64]) -> Option<usize> {
-        x.iter().position(|v| v.abs() > LARGEST)
+        // all at once first: hardly ever is there one
+        let too_large = |v: &f64| v.abs() > LARGEST;
+        let any = x.iter().map(|v| u64::from(too_large(v))).sum::<u64>() > 0;
+        any.then(|| x.iter().position(too_large)).flatten()
     }
 
     fn fail(&mut self, h: f64, why: Failure, tried: Vec<String>) {

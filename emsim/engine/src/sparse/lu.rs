@@ -167,10 +167,10 @@ impl<T: Scalar> Lu<T> {
         self.counters
     }
 
-    /// Has either operation become straight-line code?
+    /// Have factors with their solution become straight-line code?
     #[cfg(test)]
-    pub fn has_programs(&self) -> bool {
-        self.factor_and_solve.program.is_some() && self.solve_alone.program.is_some()
+    pub fn has_program(&self) -> bool {
+        self.factor_and_solve.program.is_some()
     }
 
     /// True when `solve` may be called.
@@ -246,7 +246,7 @@ impl<T: Scalar> Lu<T> {
     }
 
     /// What the programs are written from.
-    fn layout<'a>(&'a self, filled: &'a [bool]) -> Layout<'a> {
+    fn layout(&self) -> Layout<'_> {
         Layout {
             columns: &self.columns,
             rows: &self.rows,
@@ -255,8 +255,7 @@ impl<T: Scalar> Lu<T> {
             blocks: &self.symbolic.blocks,
             input_rows: &self.input_rows,
             cols: &self.symbolic.cols,
-            stamps: &self.stamped.places,
-            filled,
+            place: &self.place,
         }
     }
 
@@ -269,7 +268,7 @@ impl<T: Scalar> Lu<T> {
         }
         self.counters.solves += 1;
         if T::PROGRAMS && self.operations <= LARGEST && self.solve_alone.is_due(self.counters.solves) {
-            self.solve_alone.program = Program::solve(&self.layout(&[]));
+            self.solve_alone.program = Program::solve(&self.layout());
         }
         if let Some(program) = &mut self.solve_alone.program {
             T::solve_by(program, &self.lu[..self.rows.len()], b, &mut self.work);

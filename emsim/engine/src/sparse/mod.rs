@@ -28,6 +28,7 @@ mod tests;
 
 pub use lu::{Counters, Lu, RefactorError, Stamp};
 pub use order::Symbolic;
+pub use program::{Equations, Program, Recurring};
 pub use rows::Rows;
 pub use scalar::{Complex, Scalar};
 

@@ -32,6 +32,16 @@ impl Rows {
         })
     }
 
+    /// Calls `put(i, sum_j |a_ij x_j|)` for every row i.
+    #[inline(always)]
+    pub fn sizes(&self, x: &[f64], mut put: impl FnMut(usize, f64)) {
+        let mut entries = self.col.iter().zip(&self.value);
+        for (row, place) in self.start.windows(2).enumerate() {
+            let own = entries.by_ref().take((place[1] - place[0]) as usize);
+            put(row, own.map(|(&col, a)| (a * x[col as usize]).abs()).sum());
+        }
+    }
+
     /// Calls `put(i, sum_j a_ij x_j)` for every row i, with `a` in place of the own values.
     #[inline(always)]
     pub fn times(&self, a: &[f64], x: &[f64], mut put: impl FnMut(usize, f64)) {

@@ -1,6 +1,7 @@
 //! What the factorisation needs of a number, for real and complex matrices.
 
 use super::program::Program;
+use crate::tape::Inputs;
 use std::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub, SubAssign};
 
 pub trait Scalar:
@@ -43,7 +44,7 @@ impl Scalar for f64 {
     }
     const PROGRAMS: bool = true;
     fn solve_by(program: &mut Program, lu: &[f64], b: &[f64], x: &mut [f64]) {
-        program.run(lu, &[], b, x);
+        program.run(&Inputs { x: lu, t: 0.0, waves: &[], flags: b }, x);
     }
 }
 

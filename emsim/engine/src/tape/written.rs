@@ -1,12 +1,13 @@
 //! A program that is written instruction by instruction, where no expression stands behind it.
 use super::{Instr, Op, Tape};
 
-/// Where a leaf is read from: the four inputs of a program.
+/// Where a leaf is read from: the inputs of a program.
 #[derive(Clone, Copy)]
 pub enum Leaf {
     X(usize),
     Wave(usize),
     Flag(usize),
+    Time,
 }
 
 /// A value of the program.
@@ -33,10 +34,12 @@ impl Written {
     }
 
     pub fn leaf(&mut self, leaf: Leaf) -> Value {
+        let mut none = 0;
         let (op, k, limit) = match leaf {
             Leaf::X(k) => (Op::X, k, &mut self.limits.0),
             Leaf::Wave(k) => (Op::Wave, k, &mut self.limits.1),
             Leaf::Flag(k) => (Op::Flag, k, &mut self.limits.2),
+            Leaf::Time => (Op::T, 0, &mut none),
         };
         *limit = (*limit).max(k + 1);
         self.push(op, k as u32, 0)

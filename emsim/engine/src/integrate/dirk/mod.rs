@@ -231,7 +231,7 @@ impl Dirk {
             if result.is_err() {
                 break;
             }
-            self.f[i].copy_from_slice(&self.newton.f);
+            self.f[i].copy_from_slice(self.newton.f());
         }
         self.guess = guess;
         self.solved = result.is_ok();
@@ -260,7 +260,7 @@ impl Dirk {
 
     /// Did the attempted step begin with a current that would have moved far more charge than has moved?
     fn in_transient(&self, h: f64) -> bool {
-        let moved = self.newton.q.iter().zip(&self.q0).map(|(q1, q0)| (q1 - q0).abs());
+        let moved = self.newton.q().iter().zip(&self.q0).map(|(q1, q0)| (q1 - q0).abs());
         self.f[0].iter().zip(moved).any(|(f, moved)| h * f.abs() > TRANSIENT * moved)
     }
 
@@ -276,12 +276,12 @@ impl Dirk {
         late[0].1.copy_from_slice(end);
         early[0].0 = self.now.t + third;
         early[0].1.copy_from_slice(end);
-        let q = self.newton.q.clone();
+        let q = self.newton.q().to_vec();
         let t = early[0].0;
         if self.newton.solve(sys, w, 1.0 / third, &self.r, &mut early[0].1, t, tol, self.most).is_err() {
             early[0].1.copy_from_slice(end);
         }
-        self.newton.q = q;
+        self.newton.put_q(&q);
     }
 
     /// Largest local error over tolerance. An estimate that does not fall with the step is no error of the step: after a
@@ -375,7 +375,7 @@ impl Method for Dirk {
         self.now.x[0].copy_from_slice(&self.last.x[s - 1]);
         self.now.t = t1;
         self.f.swap(0, s - 1);
-        std::mem::swap(&mut self.q0, &mut self.newton.q);
+        self.q0.copy_from_slice(self.newton.q());
         self.solved = false;
         self.follows = true;
         self.accepted = true;

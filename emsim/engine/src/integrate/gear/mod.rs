@@ -50,7 +50,8 @@ pub struct Gear {
     x1: Vec<f64>,
     reached: (f64, [f64; ROWS]), // t1 and the betas towards it
     r: Vec<f64>,
-    missed: Vec<f64>, // x1 less what the polynomial through the points of the formula and one more says
+    missed: Vec<f64>,  // x1 less what the polynomial through the points of the formula and one more says
+    weights: Vec<f64>, // of errors
     order: usize,
     maxord: usize,
     spice: bool, // maxord asks for what SPICE has
@@ -89,6 +90,7 @@ impl Gear {
             reached: (f64::NAN, [0.0; ROWS]),
             r: vec![0.0; sys.n],
             missed: vec![0.0; sys.n],
+            weights: vec![0.0; sys.n],
             order: 1,
             maxord,
             spice,
@@ -132,17 +134,15 @@ impl Gear {
     }
 
     /// Largest lte over tolerance of the orders below, at and above that of the step; None where too few points stand behind.
-    fn errors(&self, h: f64, tol: &Tolerances) -> [Option<f64>; 3] {
-        let (k, n, beta) = (self.used, self.x1.len(), &self.reached.1);
+    fn errors(&mut self, h: f64, tol: &Tolerances) -> [Option<f64>; 3] {
+        let (k, beta) = (self.used, &self.reached.1);
         if self.len < k + 1 {
             return [None; 3];
         }
         let above = if self.len > k + 1 && k < MOST { k + 1 } else { k };
-        let missed = &self.missed[..n];
-        let worst = tol.largest_errors(&self.x1, &self.x0, |i| {
-            let (e, row) = (missed[i], self.states.of(i));
-            [e + beta[k] * row(k), e, e - beta[above] * row(above)]
-        });
+        tol.weights(&self.x1, &self.x0, &mut self.weights);
+        let of = [(beta[k], k), (0.0, k), (-beta[above], above)];
+        let worst = self.states.largest(&self.missed, &self.weights, of);
         let of = |k: usize, worst: f64| Some(h / (self.t1 - self.times[k]) * worst / self.trtol);
         let below = if k > 1 { of(k - 1, worst[0]) } else { None };
         [below, of(k, worst[1]), if above > k { of(above, worst[2]) } else { None }]
@@ -215,7 +215,7 @@ impl Method for Gear {
                 self.used = self.maxord;
                 self.x1.copy_from_slice(s.candidate());
                 sys.eval(w, &self.x1, self.t1);
-                self.newton.q.copy_from_slice(&w.q);
+                self.newton.put_q(&w.q);
                 self.states.sum(&beta[..self.foreseen()], &mut self.missed);
                 self.compare();
                 return attempt;
@@ -278,7 +278,7 @@ impl Method for Gear {
         let beta = self.reach(t1);
         let behind = self.foreseen();
         self.states.push(&beta[..behind], &self.x1);
-        self.charges.push(&beta[..behind], &self.newton.q);
+        self.charges.push(&beta[..behind], self.newton.q());
         self.x0.copy_from_slice(&self.x1);
         self.times.copy_within(..MOST + 1, 1);
         self.times[0] = t1;

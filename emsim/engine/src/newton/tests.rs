@@ -1,0 +1,83 @@
+//! What recurs as a program against the same, row by row.
+use super::*;
+use crate::devices::diode::Diode;
+use crate::graph::Graph;
+use crate::model::{DiodeAt, Kind, Model, Unknown};
+use crate::waves::Wave;
+use std::collections::{BTreeMap, HashMap};
+
+fn diode(model: &[(&str, f64)]) -> Diode {
+    let model: HashMap<String, f64> = model.iter().map(|&(name, value)| (name.to_string(), value)).collect();
+    Diode::new(&model, &HashMap::new(), 27.0, 27.0).unwrap()
+}
+
+/// Five nodes in a row behind a source: diodes with and without charge, one between nodes, one from ground, a product of two voltages,
+/// a controlled source of constant gain as an expression, and where `stores` a charge that is one.
+fn system(stores: bool) -> System {
+    let mut g = Graph::new();
+    let x: Vec<_> = (0..5).map(|i| g.unknown(i)).collect();
+    let product = g.mul(x[1], x[2]);
+    let gain = g.constant(0.3);
+    let controlled = g.mul(gain, x[4]);
+    let row = g.add(product, controlled);
+    let mut model = Model {
+        unknowns: (0..5)
+            .map(|i| Unknown { name: format!("n{i}"), kind: Kind::Node, unit: "V".into(), initial: 0.0 })
+            .collect(),
+        waves: vec![Wave::new("sin", &[0.1, 2.0, 3.0, 0.0, 0.0, 0.0], None).unwrap()],
+        f_wave: vec![(0, 0, -1.5)],
+        f: BTreeMap::from([(3, row)]),
+        ..Model::default()
+    };
+    for i in 0..5 {
+        model.g.push((i, i, 2.0 + 0.1 * i as f64));
+        if i > 0 {
+            model.g.extend([(i, i - 1, -0.7), (i - 1, i, -0.6)]);
+            model.c.extend([(i, i, 1e-3), (i, i - 1, -2e-4), (i - 1, i, -2e-4)]);
+        }
+    }
+    let mut put = |name: &str, kernel: Diode, p: i32, n: i32| {
+        model.diodes.push(DiodeAt { name: name.into(), kernel, p, n });
+    };
+    put("d1", diode(&[("is", 1e-9), ("cjo", 1e-5), ("tt", 1e-4)]), 1, 2);
+    put("d2", diode(&[("is", 1e-12)]), -1, 3);
+    put("d3", diode(&[("is", 1e-10), ("cjo", 1e-6)]), 0, -1);
+    if stores {
+        let square = g.powi(x[2], 2);
+        let half = g.constant(1e-3);
+        let charge = g.mul(half, square);
+        let line = g.mul(half, x[1]);
+        let charge = g.add(charge, line);
+        model.q.insert(2, charge);
+    }
+    System::compile(model, &mut g).unwrap()
+}
+
+#[test]
+fn a_program_solves_what_rows_solve() {
+    for stores in [false, true] {
+        let sys = system(stores);
+        let tol = Tolerances::new(&sys, &Options { reltol: 1e-9, ..Options::default() });
+        let mut often = Newton::new(&sys).unwrap();
+        let (mut w, mut x) = (sys.work(), vec![0.0; 5]);
+        let mut programs = 0;
+        for k in 0..2000 {
+            let (t, a) = (1e-3 * f64::from(k), 100.0 + f64::from(k % 7));
+            let r: Vec<f64> =
+                (0..5).map(|i| if sys.has_q[i] { 0.1 * f64::from((k + i as i32) % 5) } else { 0.0 }).collect();
+            let (mut other, mut y, held) = (Newton::new(&sys).unwrap(), x.clone(), w.held());
+            let mine = often.solve(&sys, &mut w, a, &r, &mut x, t, &tol, 50).unwrap();
+            w.restore(&held);
+            let theirs = other.solve(&sys, &mut w, a, &r, &mut y, t, &tol, 50).unwrap();
+            assert_eq!(mine, theirs, "round {k}");
+            let of = |newton: &Newton, x: &[f64]| [x, newton.q(), newton.f()].concat();
+            for (mine, theirs) in of(&often, &x).into_iter().zip(of(&other, &y)) {
+                assert!((mine - theirs).abs() <= 1e-13 * (theirs.abs() + 1e-3), "round {k}: {mine:e} {theirs:e}");
+            }
+            programs += usize::from(often.closing.program.is_some());
+        }
+        let machine_code = cfg!(all(target_arch = "x86_64", unix)) && crate::tape::vectors();
+        assert_eq!(programs > 1000, machine_code && !stores);
+        assert_eq!(often.lu.has_program(), machine_code);
+    }
+}

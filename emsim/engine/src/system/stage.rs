@@ -1,0 +1,300 @@
+//! One stage  F + a Q + r = 0  of an implicit method: what its Newton iteration asks of the equations, evaluated row by row or
+//! written as programs without a loop (newton.rs says when).
+use super::{across, add_pair, Expansion, System, Work};
+use crate::sparse::{Equations, Stamp};
+use crate::tape::{Inputs, Leaf, Value, Written};
+
+/// Numbers of an `Expansion`, as the programs read them.
+const NUMBERS: usize = 6;
+const _: () = assert!(std::mem::size_of::<Expansion>() == NUMBERS * std::mem::size_of::<f64>());
+
+impl Expansion {
+    /// Current and a times charge of the straight line, at v.
+    #[inline(always)]
+    pub fn current(&self, a: f64, v: f64) -> f64 {
+        self.o.i + a * self.o.q + self.conductance(a) * (v - self.at)
+    }
+
+    #[inline(always)]
+    pub fn conductance(&self, a: f64) -> f64 {
+        self.o.g + a * self.o.c
+    }
+}
+
+/// The same in a program.
+struct Line {
+    v: Value,
+    at: Value,
+    i: Value,
+    g: Value,
+    charge: Option<[Value; 2]>, // q and c
+}
+
+impl Line {
+    fn of(p: &mut Written, k: usize, charged: bool) -> Line {
+        let mut number = |j: usize| p.leaf(Leaf::Flag(NUMBERS * k + j));
+        let [v, at, i, g] = [0, 1, 2, 3].map(&mut number);
+        Line { v, at, i, g, charge: charged.then(|| [4, 5].map(&mut number)) }
+    }
+
+    fn conductance(&self, p: &mut Written, a: Value) -> Value {
+        let Some([_, c]) = self.charge else { return self.g };
+        let by_charge = p.mul(a, c);
+        p.add(self.g, by_charge)
+    }
+
+    fn current(&self, p: &mut Written, a: Value, conductance: Value) -> Value {
+        let mut current = self.i;
+        if let Some([q, _]) = self.charge {
+            let by_charge = p.mul(a, q);
+            current = p.add(current, by_charge);
+        }
+        let beyond = p.sub(self.v, self.at);
+        let more = p.mul(conductance, beyond);
+        p.add(current, more)
+    }
+}
+
+impl System {
+    /// Evaluates what is not linear, for one stage  F + a Q + r = 0  at the iterate x.
+    #[inline]
+    pub fn stage_expand(&self, w: &mut Work, x: &[f64], t: f64) {
+        w.counters.evaluations += 1;
+        w.counters.jacobians += 1;
+        self.expand(w, x, t, true);
+    }
+
+    /// The same at the next iterate; true when every diode met the straight line that led there so well, that what was
+    /// missed of its current is worth less than the tolerance of its junction's voltage (in passive networks only).
+    pub fn stage_expand_and_judge(&self, w: &mut Work, x: &[f64], t: f64, a: f64, (reltol, vntol): (f64, f64)) -> bool {
+        if !self.passive {
+            self.stage_expand(w, x, t);
+            return false;
+        }
+        w.counters.evaluations += 1;
+        w.counters.jacobians += 1;
+        w.limited = false;
+        let mut good = true;
+        for ((d, e), junction) in self.diodes.iter().zip(&mut w.expansions).zip(&mut w.junction) {
+            let v = across(x, d.p, d.n);
+            let line = e.current(a, v);
+            let (at, limited) = d.kernel.limit(v, *junction);
+            w.limited |= limited;
+            *junction = at;
+            *e = Expansion { v, at, o: d.kernel.eval(at, w.gmin) };
+            good &= (e.current(a, v) - line).abs() <= e.conductance(a) * (reltol * v.abs() + vntol);
+        }
+        good && !w.limited
+    }
+
+    /// Constant parts of a stage: of its residual in `rows`, of its matrix on the pattern in `base`.
+    pub fn stage_constants(&self, a: f64, rows: &mut Vec<f64>, base: &mut Vec<f64>) {
+        rows.clear();
+        rows.extend(self.stage_rows.value.iter().zip(&self.stage_c).map(|(g, c)| g + a * c));
+        base.clear();
+        base.extend(self.g_linear.iter().zip(&self.c_linear).map(|(g, c)| g + a * c));
+    }
+
+    /// out = -(F + a Q + r) at x, with `rows` of `stage_constants` and what was expanded at x.
+    pub fn stage_residual(&self, w: &Work, a: f64, rows: &[f64], r: &[f64], x: &[f64], out: &mut [f64]) {
+        assert!(out.len() == self.n && r.len() == self.n);
+        self.stage_rows.times(rows, x, |row, v| out[row] = -(v + r[row]));
+        self.subtract_waves(w, out);
+        let nf = self.f_rows.len();
+        for (k, &row) in self.f_rows.iter().enumerate() {
+            out[row] -= self.jacobian.output(&w.jacobian, k);
+        }
+        for (k, &row) in self.q_rows.iter().enumerate() {
+            out[row] -= a * self.jacobian.output(&w.jacobian, nf + k);
+        }
+        for (d, e) in self.diodes.iter().zip(&w.expansions) {
+            add_pair(out, d.p, d.n, -e.current(a, e.v));
+        }
+    }
+
+    /// Sources of the stamps (see `stamps`) of what was expanded.
+    pub fn stage_sources(&self, w: &Work, a: f64, sources: &mut Vec<f64>) {
+        sources.clear();
+        sources.extend(w.expansions.iter().map(|e| e.conductance(a)));
+        let first = self.f_rows.len() + self.q_rows.len();
+        let (ng, nc) = (self.g_slots.len(), self.c_slots.len());
+        sources.extend((first..first + ng).map(|k| self.jacobian.output(&w.jacobian, k)));
+        sources.extend((first + ng..first + ng + nc).map(|k| a * self.jacobian.output(&w.jacobian, k)));
+    }
+
+    /// Which entries of the matrix of a stage change from iterate to iterate.
+    pub fn stamps(&self) -> &[Stamp] {
+        &self.stamps
+    }
+
+    /// Q(x) to first order about the point x - step that was expanded; about x itself where `step` is None.
+    pub fn stage_charges(&self, w: &Work, x: &[f64], step: Option<&[f64]>, q: &mut [f64]) {
+        self.charges_of(x, q);
+        let first = self.f_rows.len();
+        for (k, &row) in self.q_rows.iter().enumerate() {
+            q[row] += self.jacobian.output(&w.jacobian, first + k);
+        }
+        if let Some(step) = step {
+            self.add_expression_c(w, step, q);
+        }
+        for (d, e) in self.diodes.iter().zip(&w.expansions) {
+            add_pair(q, d.p, d.n, e.o.q + e.o.c * (across(x, d.p, d.n) - e.at));
+        }
+    }
+
+    /// Numbers that the programs of a stage read beside what was expanded:  x, r, waves.
+    pub fn stage_leaves(&self) -> usize {
+        2 * self.n + self.waves.len()
+    }
+
+    /// What the programs of a stage read: `numbers` and the factor a as the caller has them, and what was expanded.
+    pub fn stage_inputs<'a>(&self, w: &'a Work, numbers: &'a [f64], a: f64) -> Inputs<'a> {
+        let lines: &[Expansion] = &w.expansions;
+        // SAFETY: an expansion is NUMBERS numbers in the order of its fields and nothing else, as asserted above
+        let flags = unsafe { std::slice::from_raw_parts(lines.as_ptr().cast::<f64>(), NUMBERS * lines.len()) };
+        Inputs { x: numbers, t: a, waves: &w.jacobian, flags }
+    }
+
+    /// The linear equations of a Newton update, matrix and right-hand side of  (G + a C) dx = -(F + a Q + r): operation by operation
+    /// what `stage_constants`, `stage_residual` and the stamps come to.
+    pub fn stage_equations(&self) -> Equations {
+        let n = self.n;
+        let coefficients = self.f_wave.iter().map(|f| &f.2);
+        let parts = [&self.g_linear, &self.c_linear, &self.stage_rows.value, &self.stage_c];
+        let constants = [0.0, 1.0].iter().chain(parts.into_iter().flatten()).chain(coefficients);
+        let (mut program, values) = Written::new(&constants.copied().collect::<Vec<_>>());
+        let p = &mut program;
+        let ([zero, one], mut values) = ([values[0], values[1]], &values[2..]);
+        let mut next = |count: usize| {
+            let (these, rest) = values.split_at(count);
+            values = rest;
+            these
+        };
+        let [g, c, own_g, own_c] = parts.map(|part| next(part.len()));
+        let coefficients = next(self.f_wave.len());
+        let a = p.leaf(Leaf::Time);
+        let x: Vec<Value> = (0..n).map(|i| p.leaf(Leaf::X(i))).collect();
+        // g + a c, where it is not zero
+        let sum = |p: &mut Written, (g, g_size): (Value, f64), (c, c_size): (Value, f64)| {
+            if c_size == 0.0 {
+                return (g_size != 0.0).then_some(g);
+            }
+            let stored = p.mul(a, c);
+            Some(if g_size == 0.0 { stored } else { p.add(g, stored) })
+        };
+        // constant derivatives of expressions are in the matrix alone
+        let (mut matrix, mut sums) = (vec![None; g.len()], vec![None; n]);
+        for (k, (row, col, g_size)) in self.stage_rows.entries().enumerate() {
+            let (c_size, place) = (self.stage_c[k], self.pattern.position(row, col).expect("part of the pattern"));
+            let Some(entry) = sum(p, (own_g[k], g_size), (own_c[k], c_size)) else { continue };
+            if (g_size, c_size) == (self.g_linear[place], self.c_linear[place]) {
+                matrix[place] = Some(entry);
+            }
+            let product = p.mul(entry, x[col]);
+            sums[row] = Some(sums[row].map_or(product, |sum| p.add(sum, product)));
+        }
+        let mut matrix: Vec<Value> = (matrix.iter().enumerate())
+            .map(|(k, entry)| {
+                let (g, c) = ((g[k], self.g_linear[k]), (c[k], self.c_linear[k]));
+                entry.or_else(|| sum(p, g, c)).unwrap_or(zero)
+            })
+            .collect();
+        let mut b: Vec<Value> = (sums.iter().enumerate())
+            .map(|(row, sum)| {
+                let r = p.leaf(Leaf::X(n + row));
+                let sum = sum.map_or(r, |sum| p.add(sum, r));
+                p.sub(zero, sum)
+            })
+            .collect();
+        for (&(row, wave, _), &coefficient) in self.f_wave.iter().zip(coefficients) {
+            let value = p.leaf(Leaf::X(2 * n + wave));
+            let product = p.mul(coefficient, value);
+            b[row] = p.sub(b[row], product);
+        }
+        let expression = |p: &mut Written, k: usize| p.leaf(Leaf::Wave(self.jacobian.slot(k)));
+        let by_a = |p: &mut Written, k: usize| {
+            let value = p.leaf(Leaf::Wave(self.jacobian.slot(k)));
+            p.mul(a, value)
+        };
+        let mut numbers = 0..;
+        let mut number = || numbers.next().unwrap_or(0);
+        for (rows, of) in [(&self.f_rows, &expression as &dyn Fn(&mut Written, usize) -> Value), (&self.q_rows, &by_a)]
+        {
+            for &row in rows {
+                let value = of(p, number());
+                b[row] = p.sub(b[row], value);
+            }
+        }
+        let lines: Vec<Line> =
+            self.diodes.iter().enumerate().map(|(k, d)| Line::of(p, k, d.kernel.has_charge())).collect();
+        for (d, line) in self.diodes.iter().zip(&lines) {
+            let conductance = line.conductance(p, a);
+            let current = line.current(p, a, conductance);
+            if let Ok(row) = usize::try_from(d.p) {
+                b[row] = p.sub(b[row], current);
+            }
+            if let Ok(row) = usize::try_from(d.n) {
+                b[row] = p.add(b[row], current);
+            }
+            for (slot, positive) in d.slots.iter().zip([true, false, false, true]) {
+                if let &Some(k) = slot {
+                    matrix[k] = if positive { p.add(matrix[k], conductance) } else { p.sub(matrix[k], conductance) };
+                }
+            }
+        }
+        for (slots, of) in
+            [(&self.g_slots, &expression as &dyn Fn(&mut Written, usize) -> Value), (&self.c_slots, &by_a)]
+        {
+            for &k in slots {
+                let value = of(p, number());
+                matrix[k] = p.add(matrix[k], value);
+            }
+        }
+        Equations { program, zero, one, matrix, b }
+    }
+
+    /// Q at x as `stage_charges` has it, and F by the stage equation; None where expressions store charge.
+    pub fn stage_closing(&self) -> Option<(Written, Vec<Value>)> {
+        if !self.q_rows.is_empty() || !self.expression_c.is_empty() {
+            return None;
+        }
+        let n = self.n;
+        let entries: Vec<(usize, usize, f64)> = self.c_rows.entries().collect();
+        let constants: Vec<f64> = std::iter::once(0.0).chain(entries.iter().map(|e| e.2)).collect();
+        let (mut program, values) = Written::new(&constants);
+        let p = &mut program;
+        let (zero, c) = (values[0], &values[1..]);
+        let a = p.leaf(Leaf::Time);
+        let x: Vec<Value> = (0..n).map(|i| p.leaf(Leaf::X(i))).collect();
+        let mut q: Vec<Option<Value>> = vec![None; n];
+        for (&(row, col, _), &c) in entries.iter().zip(c) {
+            let product = p.mul(c, x[col]);
+            q[row] = Some(q[row].map_or(product, |sum| p.add(sum, product)));
+        }
+        for (k, d) in self.diodes.iter().enumerate().filter(|(_, d)| d.kernel.has_charge()) {
+            let line = Line::of(p, k, true);
+            let Some([charge, c]) = line.charge else { continue };
+            let end = |k: i32| usize::try_from(k).map_or(zero, |k| x[k]);
+            let v = p.sub(end(d.p), end(d.n));
+            let beyond = p.sub(v, line.at);
+            let more = p.mul(c, beyond);
+            let charge = p.add(charge, more);
+            if let Ok(row) = usize::try_from(d.p) {
+                q[row] = Some(q[row].map_or(charge, |sum| p.add(sum, charge)));
+            }
+            if let Ok(row) = usize::try_from(d.n) {
+                let sum = q[row].unwrap_or(zero);
+                q[row] = Some(p.sub(sum, charge));
+            }
+        }
+        let f = (0..n).map(|row| {
+            let Some(q) = q[row] else { return zero };
+            let (by_a, r) = (p.mul(a, q), p.leaf(Leaf::X(n + row)));
+            let sum = p.add(by_a, r);
+            p.sub(zero, sum)
+        });
+        let f: Vec<Value> = f.collect();
+        let results = q.iter().map(|q| q.unwrap_or(zero)).chain(f).collect();
+        Some((program, results))
+    }
+}
