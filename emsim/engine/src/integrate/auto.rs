@@ -25,12 +25,12 @@ use crate::newton::{Failure, Options, Tolerances};
 use crate::sparse::Complex;
 use crate::system::{System, Work};
 
-/// Tolerances from which on rk45 does: a circuit's signals have corners of their own, where short steps show more; from
-/// edge to edge of a switch one step is enough, and the shorter tableau the cheaper one. In machines dop853's steps are
+/// Tolerances from which on rk45 does: a circuit's sources have corners, where short steps show more; from edge to edge of a switch
+/// one step is enough, and the shorter tableau the cheaper one. In machines, and circuits without corners, dop853's steps are
 /// cheaper at any error (chain of 20 at 1e-2: 3.1 ms and 1e-5 of the range, rk45 3.9 ms and 2e-4; four-bar 0.9 ms and 4e-2,
-/// rk45 0.6 ms and half the range).
-fn loose(sys: &System) -> f64 {
-    match mechanical(sys) {
+/// rk45 0.6 ms and half the range; LC oscillator at 1e-3 0.16 ms and 7e-6, rk45 0.21 ms and 3e-4).
+fn loose(sys: &System, span: f64) -> f64 {
+    match mechanical(sys) || sys.has_fewer_corners(1, span) {
         _ if !sys.flags.is_empty() && sys.edges.all_timed() => 1e-6,
         true => f64::INFINITY,
         false => 5e-4,
@@ -62,9 +62,11 @@ const FAST_IN_LOOPS: f64 = 25.0;
 const LOOPS: usize = 6;
 const POWER: usize = 6;
 /// A fast mode that has died down shows in no error, until steps beyond the bound of stability wake it: every so many steps
-/// its eigenvalue is looked at, and h |lambda| above so much is too long a step.
+/// its eigenvalue is looked at, and h |lambda| above so much is too long a step, if it is so for some steps in a row: an oscillation's
+/// own conductance is for one (LC oscillator).
 const LOOK: u32 = 64;
 const SILENT: f64 = 7.0;
+const IN_A_ROW: u32 = 3;
 /// An explicit stretch of fewer steps is a regretted return.
 const WORTH: u32 = 100;
 const RAREST: u32 = 1 << 20;
@@ -93,6 +95,7 @@ pub struct Auto<'a> {
     refused: u32,             // attempts from it that gave nothing
     collapsed: bool,
     limited: u32,                    // explicit steps in a row that stability limited
+    silent: u32,                     // ... beyond its bound
     steps: u32,                      // since the last change
     patience: u32,                   // implicit steps before the next return
     probation: Option<(usize, f64)>, // the method before, and its step
@@ -108,15 +111,15 @@ pub fn reduces(sys: &System, o: &Options) -> bool {
 /// while the tolerance is tight; where it is not, trap, whose steps are the cheapest of all, if they follow a source's swing, and
 /// trbdf2 if there is none to follow: trap by itself is wrong by ten times what is asked there (three_phase_rectifier at reltol 1e-3 5e-3,
 /// trbdf2 7e-4). Switches throw gear back to order 1 and want short restarts, machines want a higher order: esdirk. Junctions written as
-/// expressions are as gentle: gear, one stage a step, beside radau's five (transistor amplifier at 1e-3: 2.9 ms, 5.7 ms), unless coils
-/// ring with them (ring modulator at 1e-3: gear loses 1.5 % of it).
+/// expressions are as gentle: gear, one stage a step, beside radau's five (transistor amplifier to 1e-3: 1.4 ms, 3.5 ms; to 1e-6 3.1 ms,
+/// 6.1 ms; to 1e-8 gear does not come), unless coils ring with them (ring modulator at 1e-3: gear loses 1.5 % of it).
 fn implicit(sys: &System, o: &Options) -> &'static str {
     let swing = sys.shortest_swing();
     let followed = swing.is_finite() && o.span * trap::IN_A_PERIOD < IMPOSED * swing && o.grid * FINEST > swing;
     let few_restarts = sys.flags.is_empty() && !mechanical(sys);
     let coils = (0..sys.n).any(|k| sys.differential[k] && sys.unknowns[k].kind == Kind::Branch);
     match o.reltol {
-        tol if sys.diodes() == 0 && sys.bends() && few_restarts && !coils && tol >= 5e-5 => "gear",
+        tol if sys.diodes() == 0 && sys.bends() && few_restarts && !coils && tol >= 5e-7 => "gear",
         _ if sys.diodes() == 0 => "radau",
         tol if few_restarts && tol >= 5e-4 && followed => "trap",
         tol if few_restarts && tol >= 5e-4 => "trbdf2",
@@ -142,7 +145,7 @@ impl<'a> Auto<'a> {
             Ok(r) if r.largest_block() > BLOCK => (None, "large dense blocks".to_string()),
             Ok(r) if r.constraints() > LOOPS => (None, "several closed loops".to_string()),
             Ok(r) if r.iterates() => (None, "stages that want iterations".to_string()),
-            Ok(_) if o.reltol >= loose(sys) => (Some("rk45"), "nothing stiff".to_string()),
+            Ok(_) if o.reltol >= loose(sys, o.span) => (Some("rk45"), "nothing stiff".to_string()),
             Ok(_) => (Some("dop853"), "nothing stiff".to_string()),
             Err(why) => (None, why.to_string()),
         };
@@ -165,6 +168,7 @@ impl<'a> Auto<'a> {
             refused: 0,
             collapsed: false,
             limited: 0,
+            silent: 0,
             steps: 0,
             patience: TRIAL,
             probation: None,
@@ -193,7 +197,7 @@ impl<'a> Auto<'a> {
                 self.methods.len() - 1
             }
         };
-        (self.limited, self.refused, self.steps) = (0, 0, 0);
+        (self.limited, self.silent, self.refused, self.steps) = (0, 0, 0, 0);
         (self.reach, self.collapsed) = (0.0, false);
         self.methods[self.now].1.restart(self.sys, w, self.t, &self.x);
         Ok(())
@@ -233,9 +237,12 @@ impl<'a> Auto<'a> {
                 }
                 return Ok(());
             }
-            let silent = self.steps % LOOK == LOOK - 1 && self.refused == 0;
-            if silent && self.fastest(w, tol).is_some_and(|(l, _)| l * h > SILENT) {
-                return self.go_implicit(w, "a mode that is silent is stiff");
+            if self.refused == 0 && (self.silent > 0 || self.steps % LOOK == LOOK - 1) {
+                let beyond = self.fastest(w, tol).is_some_and(|(l, _)| l * h > SILENT);
+                self.silent = if beyond { self.silent + 1 } else { 0 };
+                if self.silent == IN_A_ROW {
+                    return self.go_implicit(w, "a mode that is silent is stiff");
+                }
             }
             if self.limited >= STIFF {
                 return self.go_implicit(w, "stability limits the explicit step");
