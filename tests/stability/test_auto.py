@@ -42,6 +42,17 @@ def test_nothing_stiff_is_explicit():
     assert methods(result) == ["dop853"]
 
 
+@pytest.mark.parametrize("spacing", ["10u", "80u", "200u"])
+@pytest.mark.parametrize("reltol", [1e-2, 1e-3, 1e-4, 1e-5, 1e-6])
+def test_an_oscillation_is_not_a_silent_mode(reltol, spacing):
+    """The conductance of a limit cycle is beyond the explicit bound for a step now and then: looked at once in 64 steps, two runs
+    of five went on implicitly, at twice the price. Without corners dop853 is the cheaper explicit method at any tolerance."""
+    found = run(deck("bench/lc_oscillator"), f"reltol={reltol!r}", tran=f"{spacing} 4m uic")
+    assert methods(found) == ["dop853"]
+    other = run(deck("bench/lc_oscillator"), f"method=dop853 reltol={reltol!r}", tran=f"{spacing} 4m uic")
+    assert found.stats["steps"] == other.stats["steps"]
+
+
 def test_stiff_from_the_start_is_implicit():
     result = run(deck("hard/step_collapse"), "method=auto reltol=1e-6")
     assert methods(result)[0] == "radau" and result.stats["steps"] < 2000
