@@ -77,7 +77,7 @@ const PATIENCE: u32 = 6;
 
 pub struct Newton {
     lu: Lu<f64>,
-    /// What the judge allows a junction's voltage, in parts of its tolerance
+    /// What a junction's voltage may miss when straight lines end an iteration, in parts of its tolerance.
     pub junctions: f64,
     key: f64, // the `a` of a factorisation that is still valid (linear systems only)
     a: f64,   // the `a` of `rows` and of the base in `lu`
@@ -175,7 +175,9 @@ impl Newton {
             let converged = converged && !w.limited;
             let doubtful = converged && sys.bends() && leapt(&self.sources, &self.settled);
             if sys.linear || (converged && !doubtful) {
-                self.settled.clone_from(&self.sources);
+                if sys.bends() {
+                    self.settled.clone_from(&self.sources);
+                }
                 self.close(sys, w, a, r, x, true);
                 return Ok(iteration);
             }
@@ -218,18 +220,18 @@ impl Newton {
     /// step <- -(G + a C)^-1 (F + a Q + r) at x, of what was expanded there.
     fn update(&mut self, sys: &System, w: &mut Work, a: f64, r: &[f64], x: &[f64]) -> Result<(), Failure> {
         if !sys.linear {
-            if sys.bends() {
-                sys.stage_sources(w, a, &mut self.sources);
-            }
             self.leaves[..sys.n].copy_from_slice(x);
             let inputs = sys.stage_inputs(w, &self.leaves, a);
             if self.lu.factor_and_solve_by_program(|| sys.stage_equations(), &inputs, &mut self.step) {
+                if sys.bends() {
+                    sys.stage_sources(w, a, &mut self.sources);
+                }
                 w.counters.factorisations += 1;
                 w.counters.solves += 1;
                 return Ok(());
             }
         }
-        self.set_factor(sys, a);
+        self.set_constants(sys, a);
         sys.stage_residual(w, a, &self.rows, r, x, &mut self.step);
         let mut step = std::mem::take(&mut self.step);
         let solved = self.solution(sys, w, a, &mut step);
@@ -238,7 +240,7 @@ impl Newton {
     }
 
     /// Constant parts of matrix and residual with this a.
-    fn set_factor(&mut self, sys: &System, a: f64) {
+    fn set_constants(&mut self, sys: &System, a: f64) {
         if self.a != a {
             sys.stage_constants(a, &mut self.rows, &mut self.base);
             self.lu.set_base(&self.base);
@@ -264,7 +266,7 @@ impl Newton {
     fn solve_linear(&mut self, sys: &System, w: &mut Work, a: f64, r: &[f64], x: &mut [f64]) -> Result<usize, Failure> {
         w.counters.evaluations += 1;
         w.counters.iterations += 1;
-        self.set_factor(sys, a);
+        self.set_constants(sys, a);
         for (b, r) in x.iter_mut().zip(r) {
             *b = -r;
         }

@@ -362,11 +362,6 @@ impl Tape {
         w[self.outputs[k] as usize]
     }
 
-    /// Where in the workspace output k lies.
-    pub fn slot(&self, k: usize) -> usize {
-        self.outputs[k] as usize
-    }
-
     pub fn outputs(&self) -> usize {
         self.outputs.len()
     }

@@ -17,6 +17,7 @@
 //! multiplier above `MULTIPLIER_LIMIT`), has shrunk against what it was by `SHRINK_LIMIT`, or is not a number. Then the caller
 //! chooses anew by `factor`, or lets `factor_or_refactor` do it.
 
+mod programmed;
 mod stamped;
 
 pub use self::stamped::Stamp;

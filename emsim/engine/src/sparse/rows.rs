@@ -32,19 +32,20 @@ impl Rows {
         })
     }
 
-    /// Calls `put(i, sum_j |a_ij x_j|)` for every row i.
-    #[inline(always)]
-    pub fn sizes(&self, x: &[f64], mut put: impl FnMut(usize, f64)) {
-        let mut entries = self.col.iter().zip(&self.value);
-        for (row, place) in self.start.windows(2).enumerate() {
-            let own = entries.by_ref().take((place[1] - place[0]) as usize);
-            put(row, own.map(|(&col, a)| (a * x[col as usize]).abs()).sum());
-        }
-    }
-
     /// Calls `put(i, sum_j a_ij x_j)` for every row i, with `a` in place of the own values.
     #[inline(always)]
-    pub fn times(&self, a: &[f64], x: &[f64], mut put: impl FnMut(usize, f64)) {
+    pub fn times(&self, a: &[f64], x: &[f64], put: impl FnMut(usize, f64)) {
+        self.sums(a, x, |term| term, put);
+    }
+
+    /// Calls `put(i, sum_j |a_ij x_j|)` for every row i.
+    #[inline(always)]
+    pub fn sizes(&self, x: &[f64], put: impl FnMut(usize, f64)) {
+        self.sums(&self.value, x, f64::abs, put);
+    }
+
+    #[inline(always)]
+    fn sums(&self, a: &[f64], x: &[f64], of: impl Fn(f64) -> f64, mut put: impl FnMut(usize, f64)) {
         assert!(x.len() == self.n && a.len() == self.col.len());
         // SAFETY: `new` made start ascending from 0 to col.len() = a.len(), n + 1 of them, and every col < n = x.len()
         unsafe {
@@ -53,7 +54,7 @@ impl Rows {
                 let end = *self.start.get_unchecked(row + 1) as usize;
                 let mut sum = 0.0;
                 while k < end {
-                    sum += a.get_unchecked(k) * x.get_unchecked(*self.col.get_unchecked(k) as usize);
+                    sum += of(a.get_unchecked(k) * x.get_unchecked(*self.col.get_unchecked(k) as usize));
                     k += 1;
                 }
                 put(row, sum);

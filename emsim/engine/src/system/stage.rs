@@ -211,19 +211,19 @@ impl System {
             let product = p.mul(coefficient, value);
             b[row] = p.sub(b[row], product);
         }
-        let expression = |p: &mut Written, k: usize| p.leaf(Leaf::Wave(self.jacobian.slot(k)));
-        let by_a = |p: &mut Written, k: usize| {
-            let value = p.leaf(Leaf::Wave(self.jacobian.slot(k)));
-            p.mul(a, value)
-        };
-        let mut numbers = 0..;
-        let mut number = || numbers.next().unwrap_or(0);
-        for (rows, of) in [(&self.f_rows, &expression as &dyn Fn(&mut Written, usize) -> Value), (&self.q_rows, &by_a)]
-        {
-            for &row in rows {
-                let value = of(p, number());
-                b[row] = p.sub(b[row], value);
+        // outputs of the expressions: F rows, Q rows, then entries of G and of C
+        let mut outputs = self.jacobian.part_slots(0).iter();
+        let mut output = |p: &mut Written, stored: bool| {
+            let value = outputs.next().map_or(zero, |&slot| p.leaf(Leaf::Wave(slot as usize)));
+            if stored {
+                p.mul(a, value)
+            } else {
+                value
             }
+        };
+        for (&row, stored) in with(&self.f_rows, false).chain(with(&self.q_rows, true)) {
+            let value = output(p, stored);
+            b[row] = p.sub(b[row], value);
         }
         let lines: Vec<Line> =
             self.diodes.iter().enumerate().map(|(k, d)| Line::of(p, k, d.kernel.has_charge())).collect();
@@ -242,13 +242,9 @@ impl System {
                 }
             }
         }
-        for (slots, of) in
-            [(&self.g_slots, &expression as &dyn Fn(&mut Written, usize) -> Value), (&self.c_slots, &by_a)]
-        {
-            for &k in slots {
-                let value = of(p, number());
-                matrix[k] = p.add(matrix[k], value);
-            }
+        for (&k, stored) in with(&self.g_slots, false).chain(with(&self.c_slots, true)) {
+            let value = output(p, stored);
+            matrix[k] = p.add(matrix[k], value);
         }
         Equations { program, zero, one, matrix, b }
     }
@@ -297,4 +293,9 @@ impl System {
         let results = q.iter().map(|q| q.unwrap_or(zero)).chain(f).collect();
         Some((program, results))
     }
+}
+
+/// Places, each with a word about it.
+fn with(places: &[usize], stored: bool) -> impl Iterator<Item = (&usize, bool)> {
+    places.iter().map(move |place| (place, stored))
 }

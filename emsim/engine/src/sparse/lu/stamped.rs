@@ -1,10 +1,7 @@
 //! Matrices that are a constant base plus stamps, as every Newton iteration of a circuit asks for them.
 
-use super::super::program::{Equations, Program, LARGEST};
 use super::super::{Scalar, Singular};
-use super::{Column, Lu};
-use crate::tape::Inputs;
-use crate::twice::twice;
+use super::Lu;
 
 /// `sign` times source number `source` is added to value number `slot` of the matrix.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -88,42 +85,10 @@ impl<T: Scalar> Lu<T> {
 }
 
 impl Lu<f64> {
-    /// Factors and solves `equations` as one program, with the pivots of the last `factor`: b <- A^-1 b of what its leaves read.
-    /// False, and b as it was, where no program is due yet, or the pivots do not serve.
-    pub fn factor_and_solve_by_program(
-        &mut self,
-        equations: impl FnOnce() -> Equations,
-        inputs: &Inputs,
-        b: &mut [f64],
-    ) -> bool {
-        if self.operations <= LARGEST && self.factor_and_solve.is_due(self.counters.refactors) {
-            self.factor_and_solve.program = Program::factor_and_solve(&self.layout(), equations());
-        }
-        let Some(program) = &mut self.factor_and_solve.program else { return false };
-        program.run(inputs, &mut self.lu);
-        let (lu, x) = self.lu.split_at(self.rows.len());
-        // SAFETY: `arrange` took every diagonal from 0..rows.len() = lu.len()
-        let endless = |c: &Column| u64::from(unsafe { *lu.get_unchecked(c.diagonal as usize) } == 0.0);
-        self.ready = beyond(lu, &self.limits) + self.columns.iter().map(endless).sum::<u64>() == 0;
-        if self.ready {
-            b.copy_from_slice(x);
-            self.counters.refactors += 1;
-            self.counters.solves += 1;
-        }
-        self.ready
-    }
-
     /// Factors base + stamps, with the old pivots where they serve, and solves: b <- A^-1 b.
     pub fn factor_and_solve(&mut self, sources: &[f64], b: &mut [f64]) -> Result<(), Singular> {
         self.factor_stamped(sources)?;
         self.solve(b);
         Ok(())
-    }
-}
-
-twice! {
-    /// How many values are larger than their limits, or are no numbers?
-    fn beyond(values: &[f64], limits: &[f64]) -> u64 {
-        values.iter().zip(limits).map(|(v, limit)| u64::from(!(v.abs() <= *limit))).sum()
     }
 }

@@ -1,0 +1,38 @@
+//! Factors and solution by a program (program.rs) that begins with the equations themselves.
+
+use super::super::program::{Equations, Program, LARGEST};
+use super::Lu;
+use crate::tape::Inputs;
+use crate::twice::twice;
+
+impl Lu<f64> {
+    /// Factors and solves `equations` as one program, with the pivots of the last `factor`: b <- A^-1 b of what its leaves read.
+    /// False, and b as it was, where no program is due yet, or the pivots do not serve.
+    pub fn factor_and_solve_by_program(
+        &mut self,
+        equations: impl FnOnce() -> Equations,
+        inputs: &Inputs,
+        b: &mut [f64],
+    ) -> bool {
+        if self.operations <= LARGEST && self.factor_and_solve.is_due(self.counters.refactors) {
+            self.factor_and_solve.program = Program::factor_and_solve(&self.layout(), equations());
+        }
+        let Some(program) = &mut self.factor_and_solve.program else { return false };
+        program.run(inputs, &mut self.lu);
+        let (lu, x) = self.lu.split_at(self.rows.len());
+        self.ready = beyond(lu, &self.limits) == 0 && self.columns.iter().all(|c| lu[c.diagonal as usize] != 0.0);
+        if self.ready {
+            b.copy_from_slice(x);
+            self.counters.refactors += 1;
+            self.counters.solves += 1;
+        }
+        self.ready
+    }
+}
+
+twice! {
+    /// How many values are larger than their limits, or are no numbers?
+    fn beyond(values: &[f64], limits: &[f64]) -> u64 {
+        values.iter().zip(limits).map(|(v, limit)| u64::from(!(v.abs() <= *limit))).sum()
+    }
+}
