@@ -2,9 +2,11 @@
 //! state events are located on the method's dense output, stepped onto. Where something jumps, one implicit step of
 //! a billionth of what lies ahead gives the values after it, and the method restarts there. The length that served
 //! after the last jump of the same kind is remembered. What was computed is kept whatever ends the run.
+mod escape;
 mod memory;
 mod stretch;
 
+use self::escape::{gone, Escape};
 use self::memory::Memory;
 pub use self::memory::IMPOSED;
 pub(super) use self::stretch::Mark;
@@ -62,8 +64,6 @@ const TICK: u64 = 64;
 /// A run that advances less than `LEAST` of its span in `PATIENCE` steps is stopped: it would need 1e14 of them.
 const PATIENCE: u64 = 200_000;
 const LEAST: f64 = 2e-9;
-/// No quantity of a deck is larger; a solution on its way to infinity ends here, before it is NaN.
-const LARGEST: f64 = 1e100;
 /// Steps into what is too large are shortened to this part of the run.
 const RUNAWAY: f64 = 1e-6;
 /// A jump takes this part of the next stretch.
@@ -89,6 +89,7 @@ pub(super) struct Run<'a, S: Sink> {
     detector: Detector,
     grid: Grid,
     memory: Memory,
+    escape: Escape,
     pub outcome: Outcome,
     pub x: Vec<f64>,
     t: f64,
@@ -198,6 +199,7 @@ impl<'a, S: Sink> Run<'a, S> {
             detector: Detector::new(sys),
             grid: Grid::new(sys, a, dense),
             memory: Memory::default(),
+            escape: Escape::default(),
             outcome: Outcome::new(),
             x,
             t: 0.0,
@@ -297,10 +299,9 @@ impl<'a, S: Sink> Run<'a, S> {
             let t = self.t;
             let left = (self.stop - t) - self.late;
             let mut step = h.min(if fixed { h } else { tmax });
-            let mut lands = false;
-            if step >= left * (1.0 - 1e-9) {
+            let mut lands = step >= left * (1.0 - 1e-9);
+            if lands {
                 step = self.memory.recurring(left, 8.0 * f64::EPSILON * self.stop);
-                lands = true;
             } else if step > 0.5 * left && !fixed {
                 step = 0.5 * left; // two equal steps instead of a long and a tiny one
             }
@@ -309,25 +310,23 @@ impl<'a, S: Sink> Run<'a, S> {
             if coarse && t + step > asked {
                 (step, lands) = (asked - t, false);
             }
-            if step < smallest && !lands {
-                step = smallest;
-            }
+            step = if lands { step } else { step.max(smallest) };
             match method.attempt(sys, self.w, step, &self.tol) {
                 Attempt::Stuck { next, why } => {
                     self.w.counters.newton_failures += 1;
                     failures += 1;
                     if next <= smallest || failures > 60 || fixed {
-                        if let Some(over) = if fixed { None } else { self.creeps_over(step) } {
+                        let last = fixed || self.escape.unknown().is_some();
+                        if let Some(over) = if last { None } else { self.creeps_over(step) } {
                             self.restart(method);
                             (h, failures) = (over, 0);
                             continue;
                         }
                         // what is told is why the first method gave up, where others were tried after it
-                        let halved = format!("shorter steps, down to {step:.2e} s");
-                        let by = method.used().last().map_or(self.o.method.clone(), |u| u.method.clone());
+                        let [halved, by] = self.tried(step, method);
                         let (step, why, tried) = gave_up.get_or_insert_with(|| (step, why, vec![halved]));
-                        tried.push(format!("method {by}"));
-                        if let Some(next) = method.fallback(self.w).filter(|_| !fixed) {
+                        tried.push(by);
+                        if let Some(next) = if last { None } else { method.fallback(self.w) } {
                             (h, failures) = (next, 0);
                             continue;
                         }
@@ -343,6 +342,9 @@ impl<'a, S: Sink> Run<'a, S> {
                         h = next.max(smallest);
                         continue;
                     }
+                    if let Some(unknown) = self.escape.unknown() {
+                        return self.runs_away(step, unknown, method);
+                    }
                     // the smallest step there is: the solution jumps here, take it as it comes
                     self.t = (t + step).min(self.stop);
                     self.late = 0.0;
@@ -350,9 +352,7 @@ impl<'a, S: Sink> Run<'a, S> {
                     h = 2.0 * smallest;
                 }
                 // so that what is kept ends where the solution runs away
-                Attempt::Good { .. }
-                    if !fixed && step > RUNAWAY * span && self.runs_away(method.candidate()).is_some() =>
-                {
+                Attempt::Good { .. } if !fixed && step > RUNAWAY * span && gone(method.candidate()).is_some() => {
                     self.w.counters.rejected += 1;
                     h = 0.1 * step;
                     continue;
@@ -392,11 +392,10 @@ impl<'a, S: Sink> Run<'a, S> {
                 }
             }
             self.x.copy_from_slice(method.candidate());
-            if let Some(unknown) = self.runs_away(&self.x) {
-                let tried = format!("shorter steps, down to {step:.2e} s");
-                let by = method.used().last().map_or(self.o.method.clone(), |u| u.method.clone());
-                return self.fail(step, Failure::NotFinite { unknown }, vec![tried, format!("method {by}")]);
+            if let Some(unknown) = gone(&self.x) {
+                return self.runs_away(step, unknown, method);
             }
+            self.escape.step(&self.x, &self.tol.peak, step / span);
             self.keep(method);
             self.detector.accept(sys, self.w, &self.x, self.t);
             if !(lands && self.t >= self.stop) {
@@ -452,11 +451,13 @@ impl<'a, S: Sink> Run<'a, S> {
         None
     }
 
-    fn runs_away(&self, x: &[f64]) -> Option<usize> {
-        // all at once first: hardly ever is there one
-        let too_large = |v: &f64| v.abs() > LARGEST;
-        let any = x.iter().map(|v| u64::from(too_large(v))).sum::<u64>() > 0;
-        any.then(|| x.iter().position(too_large)).flatten()
+    fn tried(&self, step: f64, method: &dyn Method) -> [String; 2] {
+        let by = method.used().last().map_or(self.o.method.clone(), |u| u.method.clone());
+        [format!("shorter steps, down to {step:.2e} s"), format!("method {by}")]
+    }
+
+    fn runs_away(&mut self, step: f64, unknown: usize, method: &dyn Method) {
+        self.fail(step, Failure::NotFinite { unknown }, self.tried(step, method).into());
     }
 
     fn fail(&mut self, h: f64, why: Failure, tried: Vec<String>) {
