@@ -161,7 +161,9 @@ def test_stability_limits_an_explicit_method():
 # ---- the cost ------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("method", ["trap", "gear maxord=2", "radau", "trbdf2", "esdirk", "gauss", "dop853"])
+@pytest.mark.parametrize(
+    "method", ["trap", "gear maxord=2", "radau", "radau13", "trbdf2", "esdirk", "gauss", "dop853"]
+)
 def test_a_run_without_end_is_refused_with_an_estimate(method):
     with pytest.raises(ConvergenceError) as caught:
         run(deck("hard/vhf_driven"), f"method={method}")

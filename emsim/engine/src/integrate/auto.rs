@@ -8,7 +8,7 @@
 //!  2. Otherwise implicit, see `implicit`.
 //!  3. From explicit to implicit when stability has limited `STIFF` steps, when the step collapses, or when a stage cannot be
 //!     solved. Back after `TRIAL` implicit steps, on probation: the first explicit step must have room to spare and must not be
-//!     shorter than `SHORTER` of the implicit one. Each regretted return makes the next one twice as rare. For good where a loop
+//!     shorter than a `fraction` of the implicit one. Each regretted return makes the next one twice as rare. For good where a loop
 //!     comes near a position in which its constraints lose rank: what a step is off them is magnified there.
 //!  4. A run begins implicitly where the fastest eigenvalue, by a few power iterations, is `FAST` times faster than the
 //!     shortest time that its sources and its print grid speak of, `FAST_DAMPED` times where it is damped (with loops
@@ -51,7 +51,6 @@ const STIFF: u32 = 6;
 /// A step of so little of the longest has collapsed.
 const COLLAPSE: f64 = 1e-7;
 const TRIAL: u32 = 40;
-const SHORTER: f64 = 1.0 / 4.0;
 const FAST: f64 = 30.0;
 const FAST_DAMPED: f64 = 12.0;
 const LASTING: f64 = 2000.0;
@@ -94,11 +93,11 @@ pub struct Auto<'a> {
     reach: f64,               // longest explicit step since the last restart
     refused: u32,             // attempts from it that gave nothing
     collapsed: bool,
-    limited: u32,                    // explicit steps in a row that stability limited
-    silent: u32,                     // ... beyond its bound
-    steps: u32,                      // since the last change
-    patience: u32,                   // implicit steps before the next return
-    probation: Option<(usize, f64)>, // the method before, and its step
+    limited: u32,                         // explicit steps in a row that stability limited
+    silent: u32,                          // ... beyond its bound
+    steps: u32,                           // since the last change
+    patience: u32,                        // implicit steps before the next return
+    probation: Option<(usize, f64, f64)>, // the method before, its step, the least one that is worth the change
     used: Vec<Used>,
 }
 
@@ -188,6 +187,14 @@ impl<'a> Auto<'a> {
         self.explicit == Some(self.name())
     }
 
+    /// What part of an implicit step an explicit one has to be: with 3, 5, 7 stages to iterate it is worth 4, 6, 8 of those.
+    fn fraction(&self) -> f64 {
+        match self.name() {
+            "radau" => 1.0 / (1.0 + self.inner().formula() as f64),
+            _ => 0.25,
+        }
+    }
+
     /// Another method takes over at the present point.
     fn switch(&mut self, w: &mut Work, name: &'static str) -> Result<(), Failure> {
         self.now = match self.methods.iter().position(|m| m.0 == name) {
@@ -257,13 +264,14 @@ impl<'a> Auto<'a> {
         }
         // the way back
         if let Some(name) = self.explicit {
-            if self.fastest(w, tol).is_none_or(|f| f.0 * h * SHORTER > SILENT || self.fast(f)) {
+            let least = h * self.fraction();
+            if self.fastest(w, tol).is_none_or(|f| f.0 * least > SILENT || self.fast(f)) {
                 self.patience = (2 * self.patience).min(RAREST);
                 return Ok(());
             }
             let before = self.now;
             self.switch(w, name)?;
-            self.probation = Some((before, h));
+            self.probation = Some((before, h, least));
         } else if self.name() != self.implicit {
             self.patience = (2 * self.patience).min(RAREST);
             self.switch(w, self.implicit)?;
@@ -285,14 +293,14 @@ impl<'a> Auto<'a> {
 
     /// What the explicit method did on probation: kept, continued, or taken back.
     fn judge(&mut self, w: &mut Work, h: f64, result: Attempt) -> Attempt {
-        let Some((before, asked)) = self.probation else { return result };
+        let Some((before, asked, least)) = self.probation else { return result };
         match result {
             Attempt::Good { .. } if self.inner().stiffness() < ROOM => {
                 self.probation = None;
                 self.tell("nothing stiff any more");
                 return result;
             }
-            Attempt::TooLarge { next } if next >= SHORTER * asked && self.inner().stiffness() < ROOM => return result,
+            Attempt::TooLarge { next } if next >= least && self.inner().stiffness() < ROOM => return result,
             _ => {}
         }
         self.probation = None;
@@ -420,6 +428,10 @@ impl Method for Auto<'_> {
 
     fn wants_dense_record(&self) -> bool {
         self.inner().wants_dense_record()
+    }
+
+    fn pieces(&self) -> usize {
+        self.inner().pieces()
     }
 
     fn steps_a_period(&self) -> Option<f64> {

@@ -69,6 +69,10 @@ pub trait Method {
     fn wants_dense_record(&self) -> bool {
         false
     }
+    /// Parts of a step, so that the points between them and its end show the fastest oscillation that it follows.
+    fn pieces(&self) -> usize {
+        1 + usize::from(self.wants_dense_record())
+    }
     /// No step is longer than the run over so many, where the deck does not say.
     fn fewest_steps(&self) -> f64 {
         10.0

@@ -4,7 +4,7 @@
 //! Watched are bursts of `BURST` accepted steps (every one, or every 4th or 16th for slower modes) with pauses between
 //! them, so that all of it costs a fraction of a percent. Where an unknown oscillates in a burst (oscillation.rs), the
 //! method's response at y = w h (response.rs) gives loss and lateness of a step. A track follows one unknown's mode from
-//! burst to burst and adds them up. Methods with long steps are sampled in the middle of each step too.
+//! burst to burst and adds them up. Of methods with long steps there are samples inside each step too.
 //!
 //! Not every oscillation is the method's to damp: a driven one is held up by its source. So a loss counts only where the
 //! amplitude is seen to fall: about as predicted, or faster and as evenly within the bursts as from one to the next, which
@@ -150,7 +150,7 @@ pub struct Watch {
     formulas: Vec<usize>,     // of the steps that ended there
     samples: Vec<f64>,        // by unknown, then time
     steps: Vec<(f64, usize)>, // ends and formulas of all steps of the burst, sampled or not
-    halved: bool,             // with the middles of the steps
+    pieces: usize,            // of a step, with a sample at the end of each
     inside: Vec<f64>,
     weights: Vec<(f64, f64)>,
     tracks: Vec<Track>,
@@ -185,7 +185,7 @@ impl Watch {
             formulas: vec![0; BURST],
             samples: vec![0.0; BURST * watched.len()],
             steps: Vec::new(),
-            halved: false,
+            pieces: 1,
             inside: Vec::new(),
             weights: vec![(0.0, 0.0); BURST],
             tracks: vec![Track::default(); watched.len()],
@@ -222,23 +222,25 @@ impl Watch {
     }
 
     fn sample(&mut self, t: f64, x: &[f64], method: &dyn Method, tol: &Tolerances) {
-        self.halved = self.stride == 1 && method.wants_dense_record();
         if self.m == 0 {
             self.steps.clear();
             self.steps.push((t, method.formula()));
-        }
-        if self.halved && self.m > 0 {
-            // a long step hides half a period: its middle too
-            let middle = 0.5 * (self.times[self.m - 1] + t);
+            self.pieces = if self.stride == 1 { method.pieces() } else { 1 };
+        } else if self.pieces > 1 {
+            // a long step hides half a period
+            let start = self.times[self.m - 1];
             self.inside.resize(x.len(), 0.0);
             let mut inside = std::mem::take(&mut self.inside);
-            method.dense(middle, &mut inside);
-            self.put(middle, &inside, method.formula());
+            for k in 1..self.pieces {
+                let at = start + (t - start) * k as f64 / self.pieces as f64;
+                method.dense(at, &mut inside);
+                self.put(at, &inside, method.formula());
+            }
             self.inside = inside;
         }
         self.put(t, x, method.formula());
         self.idle = u64::from(self.stride) - 1;
-        if self.m + 1 >= BURST {
+        if self.m + self.pieces.max(2) > BURST {
             self.finish(method, tol);
         }
     }
@@ -253,11 +255,7 @@ impl Watch {
 
     /// Steps between two samples.
     fn per_sample(&self) -> f64 {
-        if self.halved {
-            0.5
-        } else {
-            f64::from(self.stride)
-        }
+        f64::from(self.stride) / self.pieces as f64
     }
 
     /// The solution jumps or restarts here: what lies behind is one piece.
@@ -284,7 +282,7 @@ impl Watch {
                 self.end(k);
                 continue;
             }
-            if keeps && self.stride == 1 && !self.halved {
+            if keeps && self.stride == 1 && self.pieces == 1 {
                 self.rings(k);
             }
             self.follow(k, method, worth, tol.peak[unknown]);

@@ -548,6 +548,11 @@ impl Method for Radau {
         true
     }
 
+    /// Order 13 takes two steps in a period.
+    fn pieces(&self) -> usize {
+        self.scheme.s.div_ceil(2)
+    }
+
     fn multipliers_lag(&self) -> bool {
         !self.fixed
     }
