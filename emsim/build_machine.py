@@ -7,7 +7,7 @@ from .build_expr import error_at, extent, machine_value, node_name, parts
 from .deck import MachineCard, Ref, Waveform
 from .expr import Node
 from .source import Line
-from .units import split_number
+from .units import UNITS, split_number
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -40,6 +40,7 @@ def machine_card(ch: list[Any], line: Line) -> MachineCard:
             _positional(card, _wave(item, line), item, line)
         elif rule == "call_value":
             point = tuple(machine_value(c, line) for c in parts(item[1][1][1]))
+            _note_units(card, "", item, line)
             card.args.append(Ref(node_name(item[1][0]), point, line.span_at(*extent(item))))
         elif rule == "braced" or (not rule and _is_value(card, item)):
             _positional(card, machine_value(item, line), item, line)
@@ -63,6 +64,7 @@ def _setting(card: MachineCard, item: Any, line: Line) -> None:
     if key in card.param_spans:
         raise error_at("E117", f"`{key}` is given twice", line, key_leaf)
     card.param_spans[key] = line.span_at(*extent(item))
+    _note_units(card, key, value_tree, line)
     if value_tree.__class__ is tuple and value_tree[0] == "call_value" and value_tree[1][0].lower() in WAVES:
         wave = _wave(value_tree, line)
         if key in ("tau", "value") and card.wave is None:
@@ -75,6 +77,7 @@ def _setting(card: MachineCard, item: Any, line: Line) -> None:
 
 def _positional(card: MachineCard, value: Any, item: Any, line: Line) -> None:
     span = line.span_at(*extent(item))
+    _note_units(card, "at" if card.kind == "POINT" else "value", item, line)
     if card.kind == "POINT":
         at = card.params.setdefault("at", ())
         assert isinstance(at, tuple)
@@ -94,6 +97,24 @@ def _positional(card: MachineCard, value: Any, item: Any, line: Line) -> None:
     else:
         card.params["value"] = value
         card.param_spans["value"] = span
+
+
+def _note_units(card: MachineCard, key: str, item: Any, line: Line) -> None:
+    """Keeps which units the numbers of an item carry, for cards/quantities.py. A number inside a calculation says
+    nothing about the unit of the whole."""
+    rule, numbers, wave = (item[0] if item.__class__ is tuple else ""), [item], ""
+    if rule == "tuple":
+        numbers = parts(item[1])
+    elif rule == "call_value":
+        numbers = parts(item[1][1][1])
+        wave = str(item[1][0].lower()) if item[1][0].lower() in WAVES else ""
+    for k, number in enumerate(numbers):
+        while number.__class__ is tuple and number[0] in ("braced", "group", "quoted", "unary"):
+            number = number[1][1]
+        if number.__class__ is tuple or (split := split_number(number)) is None:
+            continue
+        if (unit := split[1].lower()) in UNITS:
+            card.units.append((key, wave, k, unit, line.span(number)))
 
 
 def _point(card: MachineCard, line: Line, name: Any) -> None:

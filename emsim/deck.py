@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
     # A value on a machine card: number (SI), expression, tuple, or word; a shape such as rod(0.3) is a Call.
     Value = float | Node | str | tuple["Value", ...]
+    Written = tuple[str, str, int, str, Span]
 
 
 _new = object.__new__
@@ -203,10 +204,11 @@ class MachineCard:
 
     `kind` is the upper-case card word. A positional number or {expr} is params["value"], a
     positional waveform (or key=SIN(...)) is `wave`. POINT has name "arm.tip" and params["at"] = (x, y[, z]).
-    Numbers are SI: units and scale suffixes are already applied, angles are in radians.
+    Numbers are SI: units and scale suffixes are already applied, angles are in radians. `units` are the units as
+    written: (parameter, or "" for a point's; kind of waveform or ""; which number of it; unit; place).
     """
 
-    __slots__ = ("args", "kind", "line", "name", "param_spans", "params", "span", "wave")
+    __slots__ = ("args", "kind", "line", "name", "param_spans", "params", "span", "units", "wave")
 
     def __init__(
         self,
@@ -218,6 +220,7 @@ class MachineCard:
         span: Span,
         param_spans: dict[str, Span],
         line: Any = None,
+        units: list[Written] | None = None,
     ) -> None:
         self.kind = kind
         self.name = name
@@ -227,6 +230,7 @@ class MachineCard:
         self.span = span
         self.param_spans = param_spans
         self.line = line  # the logical line, for a second reading as SPICE
+        self.units = [] if units is None else units
 
     def __repr__(self) -> str:
         return f"<{self.kind} {self.name} {self.args} {self.params} {self.wave or ''}>"

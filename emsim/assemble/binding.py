@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ..cards import CARDS
+from ..cards import CARDS, quantities
 from ..cards.joint import KINDS
 from ..diagnostics import suggest
 from .scene import JointState
@@ -89,6 +89,20 @@ class Binding:
             self._tie(card)
         for card in self.couplings.values():
             self._check_terminals(card)
+        for card in taken.values():
+            if not quantities.check(card, self._motions(card), self.sink):
+                self.broken = True
+
+    def _motions(self, card: Card) -> list[str]:
+        """What the joint that a card is, or sits on, does in each coordinate: turn or slide."""
+        kind = getattr(card, "kind", "") if card.spec.word == "JOINT" else ""
+        for _, what, ref in card.terminals:
+            if what in ("joint", "turnable") and ref.name in self.joints:
+                kind = self.joints[ref.name].kind
+                break
+        if kind == "weld":  # zero= turns it
+            return ["turn"]
+        return [motion for motion, _ in KINDS.get(kind, ())]
 
     def _tie(self, card: Joint) -> None:
         """The two ends of a joint."""

@@ -370,8 +370,6 @@ def _convert(card: Card, raw: MachineCard, key: str, param: Param, value: Any, s
     value = _with_pi(value)
     if param.kind == "value" or (param.kind == "shape" and not is_number(value)):
         return value
-    if param.kind in ("number", "vector") and param.unit and (unit := strange_unit(where, param.unit)):
-        sink.error("E256", f"{what} is in {param.unit}; {unit} does not fit", where)
     if param.kind in ("word", "flag"):
         word = str(int(value)) if is_number(value) and float(value).is_integer() else word_of(value)
         if param.kind == "flag":
@@ -421,34 +419,6 @@ def _with_pi(value: Any) -> Any:
     if isinstance(value, tuple):
         return tuple(map(_with_pi, value))
     return {"pi": pi, "-pi": -pi}.get(value, value) if isinstance(value, str) else value
-
-
-# what may be written after a number -> units of parameters it fits
-FITS = {
-    "kg": ("kg",),
-    "mm": ("m",),
-    "cm": ("m",),
-    "um": ("m",),
-    "deg": ("rad", "rad/s"),
-    "rad": ("rad", "rad/s"),
-    "rpm": ("rad/s",),
-}
-
-
-def strange_unit(where: Span, unit: str) -> str | None:
-    """A unit in the user's text at `where` that a parameter in `unit` cannot have."""
-    text = where.text.lower()
-    wanted = [u.strip() for u in unit.replace(",", " or ").replace("and per second", "rad/s").split(" or ")]
-    for word, fits in FITS.items():
-        at = text.find(word)
-        while at > 0:
-            after = text[at + len(word) : at + len(word) + 1]
-            if (text[at - 1].isdigit() or text[at - 1] == ".") and not after.isalnum():
-                if not any(u in wanted for u in fits):
-                    return word
-                break
-            at = text.find(word, at + 1)
-    return None
 
 
 def word_of(value: Any) -> str | None:

@@ -256,7 +256,9 @@ def bind_machine_card(card: MachineCard, level: Level) -> MachineCard:
         else:
             params[key] = bind_value(value, level.scope)
     wave = None if card.wave is None else bind_wave(card.wave, level.scope)
-    return MachineCard(card.kind, name, args, params, wave, card.span, card.param_spans, card.line)
+    return MachineCard(
+        card.kind, name, args, params, wave, card.span, card.param_spans, card.line, card.units
+    )
 
 
 def _note_uses(card: MachineCard, level: Level, word_at: int) -> None:

@@ -69,6 +69,62 @@ BAD = {
     "free_in_space": (ARM + "BODY b m=1 j=(1,1,1)\nBODY c m=1\nJOINT k arm b pin axis=(1,0)", "E247", "free"),
 }  # fmt: skip
 
+SLED = "BODY a m=1 j=1\nJOINT j 0 a slide"
+PIN = "BODY a m=1 j=1\nJOINT j 0 a pin"
+DISH = "BODY a m=1 j=1\nJOINT j 0 a planar"
+
+# cards -> the number that does not fit, and the unit that would
+UNITS = {
+    SLED + " ic=30deg": ("30deg", "in m where"),
+    SLED + " zero=30deg": ("30deg", "in m where"),
+    SLED + " guess={-30deg}": ("30deg", "in m where"),
+    SLED + " ic=(1,30rpm)": ("30rpm", "in m/s where"),
+    PIN + " ic=30mm": ("30mm", "in rad where"),
+    PIN + " zero=30mm": ("30mm", "in rad where"),
+    PIN + " ic=(100rpm,\n+ 30deg)": ("100rpm", "in rad where"),
+    PIN + " ic=(10deg,\n+ 30mm)": ("30mm", "in rad/s where"),
+    DISH + " ic=(1mm,2mm,3deg,1mm,2deg,3rpm)": ("2deg", "in m/s where"),
+    DISH + " zero=3mm": ("3mm", "in rad where"),
+    PIN.replace("pin", "pinslot") + " zero=3deg": ("3deg", "in m where"),
+    PIN + "\nPOT p a b 0 j r=1k range=(0,150mm)": ("150mm", "in rad where"),
+    SLED + "\nPOT p a b 0 j r=1k range=(0,150deg)": ("150deg", "in m where"),
+    PIN + "\nSPRING s j k=1 q0=30mm": ("30mm", "in rad where"),
+    PIN + "\nSTOP s j k=1 max=30mm": ("30mm", "in rad where"),
+    SLED + "\nDRIVE d j q=30deg": ("30deg", "in m where"),
+    SLED + "\nDRIVE d j qd=30rpm": ("30rpm", "in m/s where"),
+    PIN + "\nDRIVE d j qd=SIN(0 30mm 1)": ("30mm", "in rad/s where"),
+    PIN + "\nTORQUE t j tau=SIN(0 1 60rpm)": ("60rpm", "Hz"),
+    PIN + "\nTORQUE t j tau=3deg": ("3deg", "in N m;"),
+    PIN + "\nFORCE f a dir=(1,0) PWL(0 0 1 3mm)": ("3mm", "in N;"),
+    "BODY a m=1 j=1\nJOINT j 0 a(1deg,0) pin": ("1deg", "a point of JOINT j is in m;"),
+    PIN + "\nPOINT a.tip 1 3deg": ("3deg", "POINT a.tip is in m;"),
+    "BODY a m=1 shape=rod(3deg)\nJOINT j 0 a pin": ("3deg", "in m;"),
+    PIN + "\nMOTOR m x 0 j kt=1 r=1 gear=3deg": ("3deg", "no unit"),
+}
+
+
+@pytest.mark.parametrize("cards", UNITS)
+def test_a_unit_that_the_joint_does_not_have_is_refused_at_its_number(cards):
+    number, words = UNITS[cards]
+    error = only_error(cards)
+    assert error.code == "E256" and words in error.message and error.span.text == number
+
+
+@pytest.mark.parametrize(
+    "cards",
+    [
+        SLED + " ic=(1mm,30mm) zero=2cm",
+        PIN + " ic=(30deg,100rpm) zero=1rad guess=2deg",
+        DISH + " ic=(1mm,2mm,3deg,1mm,2mm,3rpm)",
+        PIN.replace("pin", "weld") + " zero=30deg",
+        PIN + "\nSPRING s j k={3/30mm} q0=-30deg",
+        PIN + "\nDRIVE d j qd=PWL(0 30rpm 1 2deg)",
+        "BODY a m=1 j=1 vx=30mm omega=3rpm",
+    ],
+)
+def test_units_that_fit_pass(cards):
+    assert not [d for d in problems(cards) if d.severity == "error"]
+
 
 @pytest.mark.parametrize("name", BAD)
 def test_a_bad_card_is_named_with_its_cause(name):
