@@ -186,13 +186,16 @@ def allocate(m: Machine, coordinates: list[Coordinate]) -> None:
 
 
 def _hand_on_start(m: Machine, c: Coordinate) -> None:
-    """ic= of a geared joint is one of its leader."""
+    """ic= of a geared joint is one of its leader, and so is guess=."""
     tie = m.ties.get(id(c))
     if tie is None:
         return
     leader, factor = c, 1.0
     while (tie := m.ties.get(id(leader))) is not None:
         leader, factor = tie.leader, factor * tie.factor
+    guessed = m.joints[c.of].card.given("guess")
+    if guessed and not (c.held or leader.held or m.joints[leader.of].card.given("guess")):
+        leader.start = c.start / factor
     for value, held in (("start", "held"), ("start_speed", "held_speed")):
         if not getattr(c, held):
             continue

@@ -17,7 +17,7 @@ text} are said when such a flag turns 1 during a run. The machine is the scene `
 from __future__ import annotations
 
 from ..cards.coordinate import OnJointOrPoints
-from . import coordinates, equations, loops, probes, reactions, start
+from . import closing, coordinates, equations, loops, probes, reactions, start
 from .binding import Binding
 from .kinematics import constant, dot, is_zero, subtract
 from .loops import Row
@@ -198,11 +198,13 @@ class Machine(Binding):
         for name in self.plan.cut:
             joint = self.joints[name]
             fa, fb = self.frames[joint.a], self.frames[joint.b]
-            if joint.kind == "rod" and joint.length is None:
-                joint.length = self._distance_at_start(joint)
             joint.qs = self._measure(joint)
             joint.us = [self.rate(q) for q in joint.qs]
             rows = loops.closure(self.b, joint, fa, fb)
+            if self.is_unmeasured(name) and (length := constant(rows[0][1])) is not None:
+                joint.length, rows = length, []
+                if length == 0.0:
+                    closing.no_length(self, name)
             stay, folded, gap = loops.sort_out(rows)
             self.folded += folded
             if gap:
@@ -229,18 +231,10 @@ class Machine(Binding):
             j1, j2 = (self.joints[ref.name] for _, _, ref in gear.terminals)
             self.rows.append(Row(gear.name, 0, "gear", j1.q - factor * j2.q, "N m" if j1.rotary else "N"))
 
-    def _distance_at_start(self, joint: JointState) -> float:
-        d = subtract(self.frames[joint.b].point(joint.pb).pos, self.frames[joint.a].point(joint.pa).pos)
-        square = self.public(self.b.const(0.0) + dot(d, d))
-        length = max(self.b.eval([square], self.initial_state(), 0.0)[0], 0.0) ** 0.5
-        if length == 0.0:
-            self._fail(
-                "E242",
-                f"rod {joint.name} has no length at the start",
-                joint.card.span,
-                "give l=, or guess= elsewhere",
-            )
-        return length or 1.0
+    def is_unmeasured(self, owner: str) -> bool:
+        """Is this a rod whose length follows from the start? Its row lacks that length until it is known."""
+        joint = self.joints.get(owner)
+        return joint is not None and joint.kind == "rod" and joint.length is None
 
     def _couple(self) -> None:
         """Terminals of the couplings become nodes, joints, points; branches are allocated."""

@@ -131,6 +131,10 @@ class JointState:
     def u(self) -> Expr:
         return self.us[0]
 
+    def turns(self, k: int) -> bool:
+        """Is its coordinate k an angle?"""
+        return KINDS[self.kind][k][0] == "turn"
+
     def axis_of(self, which: str) -> tuple[float, float, float]:
         return self.card.direction if which == "axis" else AXES[which]
 

@@ -8,13 +8,14 @@ inertia and no constraint cannot be integrated: [M; H] must have full column ran
 
 from __future__ import annotations
 
+from .closing import CLOSE, cannot_close, close_loops, held_at_cuts, loops_of, measure_rods, size, weights_of
+
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from .._engine import Expr
     from .loops import Row
     from .machine import Machine
 
-CLOSE = 1e-9  # a loop is closed when the gap is below this, relative to the scene's size
 RANK = (
     1e-5  # of singular values; an over-determined loop closes only to the root of the projection's accuracy
 )
@@ -40,22 +41,26 @@ def assemble(m: Machine) -> Start:
     result = Start()
     own = m.own
     x = result.x = m.initial_state()
+    rods = [row for row in m.rows if m.is_unmeasured(row.owner)]
+    known = [row for row in m.rows if row not in rods]
     if not own:
+        measure_rods(m, x, rods)
         _write(m, x)
         for row in m.rows:
             if abs(m.b.eval([m.public(row.h)], x, 0.0)[0]) > CLOSE:
-                _cannot_close(m, [row], [m.b.eval([m.public(row.h)], x, 0.0)[0]])
+                cannot_close(m, [row], [m.b.eval([m.public(row.h)], x, 0.0)[0]])
         m.rows.clear()
         return result
 
-    hs = [m.public(row.h) for row in m.rows]
     qs = [m.b.x(c.row) for c in own]
-    if hs:
+    if m.rows:
         mass = mass_matrix(m, x)
         before = list(x)
-        held = [(m.public(q), u) for q, u in _held_at_cuts(m)]
-        if not _close_loops(m, x, hs, [q for q, _ in held], mass):
+        held = [(m.public(q), u) for q, u in held_at_cuts(m)]
+        if not close_loops(m, x, known, [q for q, _ in held], mass):
             return result
+        measure_rods(m, x, rods)
+        hs = [m.public(row.h) for row in m.rows]
         result.moved = [
             (c.q_name, before[c.row], x[c.row])
             for c in own
@@ -68,7 +73,7 @@ def assemble(m: Machine) -> Start:
         if result.singular:
             m.sink.warning(
                 "W233",
-                f"the loop of joints {_loops(m, m.rows)} starts at a change point: it can go on in two ways",
+                f"the loop of joints {loops_of(m, m.rows)} starts at a change point: it can go on in two ways",
                 m.span_of(m.rows[-1].owner),
                 "start it a little aside with ic=, or drive through the point with other joints held",
             )
@@ -119,82 +124,6 @@ def _matrix(m: Machine, rows: list[list[Expr]], x: list[float]) -> list[list[flo
     return [flat[k : k + n] for k in range(0, len(flat), n)]
 
 
-def _weights(mass: list[list[float]]) -> list[list[float]]:
-    """The mass matrix made safe for weighting: a coordinate without inertia gets a small one."""
-    scale = max((row[k] for k, row in enumerate(mass)), default=0.0) or 1.0
-    return [[v + (1e-9 * scale if i == j else 0.0) for j, v in enumerate(row)] for i, row in enumerate(mass)]
-
-
-def _held_at_cuts(m: Machine) -> list[tuple[Expr, float | None]]:
-    """What ic= of cut joints asks for: (expression to be 0, speed or None)."""
-    found = []
-    for name in m.plan.cut:
-        joint = m.joints[name]
-        for q, start, speed in zip(joint.qs, joint.card.start, joint.card.speed, strict=True):
-            if start is not None:
-                found.append((q - start, speed))
-    return found
-
-
-def _close_loops(
-    m: Machine, x: list[float], hs: list[Expr], cuts: list[Expr], mass: list[list[float]]
-) -> bool:
-    """Project x onto h = 0; reports what stands in the way."""
-    own, rows = [c.row for c in m.own], [c.row for c in m.own]
-    held = [c.held for c in m.own]
-    weights = [m.b.const(v) for row in _weights(mass) for v in row]
-    ok, q, residual = m.b.project(own, [*hs, *cuts], weights, x, held, 0.0, 1e-13)
-    if not ok:
-        gap = [abs(v) for v in residual]
-        if max(gap) > CLOSE * size(m, x):
-            if (any(held) or cuts) and m.b.project(own, hs, weights, x, [False] * len(held), 0.0, 1e-13)[0]:
-                _held_in_the_way(m)
-            else:
-                _cannot_close(m, m.rows, residual[: len(hs)])
-            return False
-    for row, value in zip(rows, q, strict=True):
-        x[row] = value
-    return True
-
-
-def size(m: Machine, x: list[float]) -> float:
-    """A length that says how big the scene is: the farthest joint or centre of mass [m]."""
-    points = [m.frames[j.b].point(j.pb).pos for j in m.joints.values() if j.b in m.frames]
-    values = m.b.eval([m.public(m.b.const(0.0) + e) for p in points for e in p], x, 0.0) if points else []
-    return max((abs(v) for v in values), default=1.0) or 1.0
-
-
-def _held_in_the_way(m: Machine) -> None:
-    names = [c.of for c in m.own if c.held]
-    names += [name for name in m.plan.cut if m.joints[name].card.given("ic")]
-    joint = m.joints.get(names[0])
-    span = joint.card.place("ic") if joint is not None else None
-    m.sink.error(
-        "E244",
-        f"the loop {_loops(m, m.rows)} cannot close with ic= held at {', '.join(names)}",
-        span,
-        "guess= lets a coordinate move during assembly, ic= does not",
-    )
-
-
-def _loops(m: Machine, rows: list[Row]) -> str:
-    owners = dict.fromkeys(row.owner for row in rows)
-    return "; ".join(f"{', '.join(m.loop_of(name))}" for name in owners)
-
-
-def _cannot_close(m: Machine, rows: list[Row], residual: list[float]) -> None:
-    worst = max(range(len(rows)), key=lambda k: abs(residual[k]))
-    row = rows[worst]
-    unit = "m" if row.unit == "N" else "rad"
-    m.sink.error(
-        "E242",
-        f"the loop of joints {_loops(m, [row])} cannot close: "
-        f"{abs(residual[worst]):.3g} {unit} are left at {row.owner}",
-        m.span_of(row.owner),
-        "check lengths and points of the bodies, or give guess= nearer to where it closes",
-    )
-
-
 def _independent(
     m: Machine,
     x: list[float],
@@ -211,7 +140,7 @@ def _independent(
     for k, c in enumerate(m.own):
         away[c.row] += (0.02 + 0.013 * (k % 5)) * (1.0 if c.rotary else 0.1 * size(m, x))
     rows = [c.row for c in m.own]
-    weights = [m.b.const(v) for row in _weights(mass) for v in row]
+    weights = [m.b.const(v) for row in weights_of(mass) for v in row]
     ok, q, _ = m.b.project(rows, hs, weights, away, [False] * len(rows), 0.0, 1e-13)
     if not ok:
         return sorted(keep), False
@@ -243,7 +172,7 @@ def _speeds(
         jacobian = jacobian + _matrix(m, [m.b.grad(q, qs) for q, _ in wanted], x)
         drift = drift + [-u for _, u in wanted]
     held = [c.held_speed for c in own]
-    flat = [v for row in _weights(mass) for v in row]
+    flat = [v for row in weights_of(mass) for v in row]
     u = m.b.project_velocity(jacobian, flat, u0, held, [-d for d in drift])
     gap = [
         sum(h * v for h, v in zip(row, u, strict=True)) + d for row, d in zip(jacobian, drift, strict=True)
@@ -256,7 +185,7 @@ def _speeds(
         m.sink.error(
             "E244",
             f"the speeds held by ic= of {', '.join(names) or 'the joints'} break the loop "
-            f"{_loops(m, [m.rows[worst]])}",
+            f"{loops_of(m, [m.rows[worst]])}",
             m.span_of(names[0]) if names else None,
             "hold the speed of one joint per degree of freedom and leave the others free",
         )

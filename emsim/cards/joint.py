@@ -47,10 +47,10 @@ class Joint(Card):
         axis=Default(None, "", "the axis of a pin, slide or pinslot, in the frames of A and B", "vector"),
         zero=Default((0.0,), "rad or m", "where the coordinate is 0, measured from aligned frames", "vector"),
         ic=Default(None, "rad or m, and per second", "coordinate and speed at the start, held", "vector"),
-        guess=Default(None, "rad or m", "where the search for a closed loop starts", "vector"),
+        guess=Default(None, "rad or m", "about where the coordinate is when the loops have closed", "vector"),
         cut=Default(False, "", "this joint is the one cut in its loop", "flag"),
         damp=Default(0.0, "N m s/rad or N s/m", "viscous damping", least=0.0),
-        l=Default(None, "m", "the length of a rod; follows from the start", above=0.0),
+        l=Default(None, "m", "the length of a rod; the distance of its ends at the start", above=0.0),
     )
     axis: tuple[float, ...] | None
     zero: tuple[float, ...]

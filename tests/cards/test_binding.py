@@ -1,7 +1,7 @@
 """A card against its specification: what is missing, unknown, out of range, of the wrong kind."""
 
 import pytest
-from machines import only_error, problems
+from machines import machine, only_error, problems
 
 from emsim.cards import CARDS
 
@@ -174,3 +174,8 @@ def test_every_parameter_says_what_it_is():
         for name, param in card.spec.params.items():
             assert param.meaning, f"{card.spec.word} {name}="
             assert f"{name}=" in card.spec.form or param.kind in ("value", "vector") or not param.required
+
+
+def test_the_guess_of_a_geared_joint_is_one_of_its_leader():
+    m = machine(TWO.replace("a pin", "a pin guess=30deg") + "GEAR g j k ratio=10")
+    assert [(c.q_name, round(c.start, 6)) for c in m.own] == [("angle(k)", 0.05236)]

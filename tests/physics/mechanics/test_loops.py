@@ -1,9 +1,12 @@
 """Closed loops: what is cut, how the start is assembled, what is redundant, what cannot be."""
 
+import itertools
 import math
 
 import pytest
 from machines import machine, only_error, problems, reads, value
+
+import emsim
 
 CRANK, COUPLER, ROCKER, GROUND = 0.10, 0.24, 0.20, 0.22
 BODIES = """.gravity 9.81
@@ -138,6 +141,84 @@ def test_rod_keeps_the_distance_of_the_start():
     assert value(m, row.h, {"pos(x)": 0.5, "pos(y)": 0.0}) == pytest.approx(0.0)
     at = {name: v for name, _, v in m.found.moved}
     assert at["vel(x)"] == pytest.approx(4 / 3)  # x v_x + y v_y = 0
+
+
+# of the four-bar with the crank held at 60 degrees, pins set out from 0: both ways to close it
+PINS = {
+    "a": "JOINT a 0 crank pin ic=60deg",
+    "b": "JOINT b crank(0.10,0) coupler pin",
+    "d": "JOINT d 0(0.22,0) rocker pin",
+    "close": "JOINT close coupler(0.24,0) rocker(0.20,0) pin",
+}
+
+
+def branches():
+    """{joint: coordinate} of both, from the triangle over the diagonal."""
+    px, py = CRANK * math.cos(math.pi / 3), CRANK * math.sin(math.pi / 3)
+    gap, way = math.hypot(GROUND - px, -py), math.atan2(-py, GROUND - px)
+    found = []
+    for sign in (1, -1):
+        turn = sign * math.acos((COUPLER**2 + gap**2 - ROCKER**2) / (2 * COUPLER * gap))
+        coupler = way + turn
+        end = (px + COUPLER * math.cos(coupler) - GROUND, py + COUPLER * math.sin(coupler))
+        rocker = math.atan2(end[1], end[0])
+        found.append({"b": coupler - math.pi / 3, "d": rocker, "close": rocker - coupler})
+    return found
+
+
+@pytest.mark.parametrize(("guessed", "branch"), [*itertools.product(("b", "d", "close"), (0, 1))])
+def test_a_guess_says_the_branch_whichever_joint_is_cut(guessed, branch):
+    """Also where the guessed joint is the cut one, whose guess was once ignored."""
+    expected = branches()[branch]
+    cards = PINS | {guessed: f"{PINS[guessed]} guess={expected[guessed] + 0.05:.2f}"}
+    for order in itertools.permutations(cards.values()):
+        m = machine(BODIES + "\n".join(order))
+        at = {c.q_name: m.found.x[c.row] for c in m.own}
+        for name in ("b", "d", "close"):
+            off = reads(m, "angle", name, at=at) - expected[name]
+            assert math.remainder(off, 2 * math.pi) == pytest.approx(0.0, abs=1e-9), (name, order)
+
+
+def test_the_search_leaves_no_full_turns():
+    """Every free angle starts within half a turn of where it set out."""
+    for order in itertools.permutations(
+        [*list(PINS.values())[:2], PINS["d"] + " guess=-100deg", PINS["close"]]
+    ):
+        m = machine(BODIES + "\n".join(order))
+        if m.plan.cut != ["a"]:  # held at the cut, it counts the turns of the others
+            assert all(abs(m.found.x[c.row] - c.start) < math.pi for c in m.own)
+
+
+PENDULUM = "BODY pend shape=rod(0.30) m=0.1\nJOINT hang 0(0.3,0.4) pend pin ic=-80deg\n"
+TIE = "JOINT tie rocker(0.1,0) pend(0.1,0) rod"
+
+
+@pytest.mark.parametrize("where", [0, 2, 4])
+def test_a_rod_is_measured_once_the_other_loops_have_closed(where):
+    """At the guesses it is another length, with which the held joints could not close."""
+    lines = [*PINS.values()]
+    lines[2] += " guess=100deg"
+    lines.insert(where, TIE)
+    m = machine(BODIES + PENDULUM + "\n".join(lines))
+    rocker, hang = branches()[0]["d"], math.radians(-80)
+    x = 0.22 + 0.1 * math.cos(rocker) - 0.3 - 0.1 * math.cos(hang)
+    y = 0.1 * math.sin(rocker) - 0.4 - 0.1 * math.sin(hang)
+    assert m.joints["tie"].length == pytest.approx(math.hypot(x, y), abs=1e-9)
+    assert m.found.dof == 1
+
+
+@pytest.mark.parametrize("formulation", ["joint", "absolute"])
+def test_a_rod_between_loops_runs(formulation):
+    cards = BODIES + PENDULUM + "\n".join([TIE, *PINS.values()])
+    run = emsim.run(
+        f"t\n{cards}\n.options formulation={formulation}\n.tran 1m 0.1\n.print tran angle(hang)\n.end\n"
+    )
+    assert run["angle(hang)"][0] == pytest.approx(math.radians(-80), abs=1e-9)
+
+
+def test_a_rod_of_no_length_is_named():
+    error = only_error("BODY a m=1 shape=rod(1)\nJOINT h 0 a pin ic=0\nJOINT r 0(1,0) a(1,0) rod")
+    assert error.code == "E242" and "no length" in error.message
 
 
 def test_rod_of_given_length_assembles():
