@@ -1,8 +1,9 @@
 """Numbers and units: SPICE's rule on electrical cards, SI with checked units on machine cards.
 
-SPICE scales by the first letters after a number and ignores the rest: `10kohm` is 1e4, and `5N` is 5 nano. On
-machine cards scale suffixes still scale (`30m` is 0.03), the units of `UNITS` convert, and any other letters are
-an error that shows how SPICE would have read them. Nothing is ever silently wrong by a thousand.
+SPICE scales by the first letters after a number and ignores the rest: `10kohm` is 1e4, and `5N` is 5 nano. `a` is
+no scale: `5A` is five ampere, as in ngspice up to 39 (later releases make 5e-18 of it). On machine cards scale
+suffixes still scale (`30m` is 0.03), the units of `UNITS` convert, and any other letters are an error that shows how
+SPICE would have read them. Nothing is ever silently wrong by a thousand.
 """
 
 from __future__ import annotations
@@ -20,12 +21,11 @@ SCALES = {
     "n": 1e-9,
     "p": 1e-12,
     "f": 1e-15,
-    "a": 1e-18,
 }
 _LONG_SCALES = {"meg": 1e6, "mil": 25.4e-6}
 _SCALE_NAMES = {
     "t": "tera", "g": "giga", "k": "kilo", "m": "milli", "u": "micro", "µ": "micro", "μ": "micro", "n": "nano",
-    "p": "pico", "f": "femto", "a": "atto", "meg": "mega", "mil": "mil (25.4 um)",
+    "p": "pico", "f": "femto", "meg": "mega", "mil": "mil (25.4 um)",
 }  # fmt: skip
 
 # what the letters after a number may say on a machine card, in SI
@@ -118,7 +118,7 @@ def spice_number(text: str) -> float | None:
 
 _EXPONENTS = {
     "t": "e12", "g": "e9", "meg": "e6", "k": "e3", "m": "e-3", "u": "e-6", "µ": "e-6", "μ": "e-6", "n": "e-9",
-    "p": "e-12", "f": "e-15", "a": "e-18",
+    "p": "e-12", "f": "e-15",
 }  # fmt: skip
 
 

@@ -19,7 +19,7 @@ from .support import codes, element, machine, said
         ("1", 1.0), ("-.5", -0.5), ("+3.", 3.0), ("1e3", 1e3), ("1E-3k", 1.0), ("2t", 2e12), ("2G", 2e9),
         ("3meg", 3e6), ("3MEGohm", 3e6), ("4k", 4e3), ("10kohm", 1e4), ("5m", 5e-3), ("1M", 1e-3),
         ("2mil", 50.8e-6), ("1mH", 1e-3), ("1u", 1e-6), ("1µF", 1e-6), ("5N", 5e-9), ("7p", 7e-12), ("1f", 1e-15),
-        ("1F", 1e-15), ("3a", 3e-18), ("30deg", 30.0), ("1kg", 1e3), ("5V", 5.0), ("1.1n", 1.1e-9),
+        ("1F", 1e-15), ("3a", 3.0), ("1A", 1.0), ("2Amp", 2.0), ("30deg", 30.0), ("1kg", 1e3), ("5V", 5.0), ("1.1n", 1.1e-9),
     ],
 )  # fmt: skip
 def test_spice_numbers(text, value):
@@ -56,6 +56,7 @@ def test_machine_numbers(text, value):
         ("3Nm", "SPICE would read `3Nm` as 3 nano", "write `3`"),
         ("2s", "SPICE would read `2s` as 2", "write `2`"),
         ("7furlong", "as 7 femto", "units understood: kg mm cm um deg rad rpm"),
+        ("3A", "SPICE would read `3A` as 3", "write `3`"),
         ("2*pi", "not a number", "{2*pi}"),
     ],
 )

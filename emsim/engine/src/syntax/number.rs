@@ -3,8 +3,8 @@
 //! The value is Python's `spice_number` of emsim/units.py, bit for bit: the suffix goes into the decimal exponent, so
 //! that 1.1n is the double nearest to 1.1e-9. What that rule would warn of or refuse is no number here.
 
-/// The scale suffixes as exponents, longest first.
-const SCALES: [(&str, &str); 10] = [
+/// The scale suffixes as exponents, longest first; `a` is a unit, ampere.
+const SCALES: [(&str, &str); 9] = [
     ("meg", "e6"),
     ("t", "e12"),
     ("g", "e9"),
@@ -14,7 +14,6 @@ const SCALES: [(&str, &str); 10] = [
     ("n", "e-9"),
     ("p", "e-12"),
     ("f", "e-15"),
-    ("a", "e-18"),
 ];
 
 /// The value of digits with an exponent behind them.
