@@ -54,9 +54,15 @@ class Builder:
     def select(self, cond: Expr | float, a: Expr | float, b: Expr | float) -> Expr:
         """cond != 0 ? a : b; a NaN in the branch not taken does not leak, nor does it into derivatives."""
     def flag(
-        self, up: Expr | float, down: Expr | float | None = None, name: str = "", initial: int = -1
+        self,
+        up: Expr | float,
+        down: Expr | float | None = None,
+        name: str = "",
+        initial: int = -1,
+        rest: int = -1,
     ) -> Expr:
-        """0/1, held between events: 1 when `up` rises above 0, 0 when `down` (default `up`) falls below 0."""
+        """0/1, held between events: 1 when `up` rises above 0, 0 when `down` (default `up`) falls below 0. In between
+        it starts as `initial` in a run from given values, as `rest` at the operating point (-1: as it comes)."""
     def grad(self, y: Expr, xs: Sequence[Expr]) -> list[Expr]:
         """dy/dx for each leaf x, by reverse mode."""
     def tangent(self, ys: Sequence[Expr], seed: Sequence[tuple[Expr, Expr | float]]) -> list[Expr]:

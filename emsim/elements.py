@@ -525,7 +525,9 @@ def switch_current(ctx: Ctx, e: Element) -> Expr:
     if e.name not in ctx.flags:
         initial = {"on": 1, "off": 0}.get(e.extra.get("initial") or "", -1 if half == 0 else 0)
         down = control - (at - half) if half else None
-        ctx.flags[e.name] = ctx.b.flag(control - (at + half), down, e.name, initial)
+        # of W's ON the operating point of ngspice knows nothing, only a start by UIC
+        rest = -1 if half == 0 else int(voltage and initial == 1)
+        ctx.flags[e.name] = ctx.b.flag(control - (at + half), down, e.name, initial, rest)
     on, off = 1.0 / (p.get("ron", 1.0) or LEAST_RESISTANCE), 1.0 / (p.get("roff", 0.0) or 1.0 / ctx.gmin)
     return ctx.b.select(ctx.flags[e.name], ctx.b.const(on), ctx.b.const(off)) * between(ctx, e)
 

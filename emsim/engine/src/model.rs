@@ -61,13 +61,15 @@ pub struct Unknown {
     pub initial: f64,
 }
 
-/// 0/1 state held between events: becomes 1 when `up` > 0, 0 when `down` < 0.
+/// 0/1 state held between events: becomes 1 when `up` > 0, 0 when `down` < 0. Between the two it is what it was: at the start
+/// of a run from given values `initial`, at the operating point `rest`; -1 where nothing is said.
 #[derive(Clone, Debug)]
 pub struct FlagSpec {
     pub up: Id,
     pub down: Id,
     pub name: String,
     pub initial: i8,
+    pub rest: i8,
 }
 
 pub struct DiodeAt {

@@ -30,6 +30,7 @@ struct Dc<'a> {
     /// (coordinate, its momentum's row, place of that entry): what a static equilibrium leans on while it is approached
     pairs: Vec<(usize, usize, usize)>,
     lean: Option<(f64, Vec<f64>)>, // 1/s^2, last coordinates
+    resting: bool,                 // switches stay as their cards say
 }
 
 /// A condition that has flipped so often has no state at rest (a relaxation oscillator): the point goes on without it.
@@ -90,6 +91,7 @@ impl<'a> Dc<'a> {
             residual: vec![0.0; n],
             pairs,
             lean: None,
+            resting: false,
         })
     }
 
@@ -159,7 +161,8 @@ impl<'a> Dc<'a> {
             }
             // conditions follow the iterate, until they chatter: then they are left as they are
             let mut settled = true;
-            if flips < CHATTER && sys.update_flags(w, x, 0.0) {
+            let flip = if self.resting { System::update_free_flags } else { System::update_flags };
+            if flips < CHATTER && flip(sys, w, x, 0.0) {
                 flips += 1;
                 settled = flips == CHATTER;
             }
@@ -301,6 +304,18 @@ pub fn operating_point(
         sys.touch_sources(w);
         sys.update_flags(w, x, 0.0);
     };
+    // between its thresholds a switch is what its card says; whether it is between them, a first solution tells
+    if sys.flags.iter().zip(&w.flags).any(|(f, &now)| f.rest > 0 || (f.rest == 0 && now > 0.0)) {
+        for (flag, f) in w.flags.iter_mut().zip(&sys.flags).filter(|(_, f)| f.rest >= 0) {
+            *flag = f64::from(f.rest);
+        }
+        dc.resting = true;
+        match dc.newton(w, x, 0.0, None, tol, o.itl1) {
+            Ok(_) => _ = sys.update_flags(w, x, 0.0),
+            Err(_) => reset(w, x),
+        }
+        dc.resting = false;
+    }
 
     if !dc.pairs.is_empty() {
         // electrical unknowns first, the machine where it is

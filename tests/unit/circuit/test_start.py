@@ -62,3 +62,13 @@ def test_a_node_behind_capacitors_starts_at_zero_with_a_warning() -> None:
     assert [d.code for d in remarks(*lines, ".tran 1m 10m")] == ["W303"]
     assert remarks(*lines, ".tran 1m 10m uic") == []
     assert emsim.run(deck(*lines, ".tran 1m 10m"))["v(b)"][-1] == pytest.approx(0.0, abs=1e-9)
+
+
+@pytest.mark.parametrize("word", ["", "OFF", "ON"])
+@pytest.mark.parametrize(("threshold", "level"), [(0.5, 0.6), (-5.0, -4.9), (0.0, 0.0), (0.5, 0.1)])
+@pytest.mark.parametrize("analysis", [".op", ".tran 1u 10u"])
+def test_a_switch_between_its_thresholds_starts_as_its_card_says(word, threshold, level, analysis) -> None:
+    """0 V, where Newton's method begins, lies outside the band; the operating point does not."""
+    lines = ("V1 1 0 1", "R1 1 a 1k", f"Vc c 0 {level}", f"S1 a 0 c 0 sw {word}")
+    r = emsim.run(deck(*lines, f".model sw sw(vt={threshold} vh=0.2 ron=1 roff=1meg)", analysis))
+    assert (r["v(a)"] < 0.5).all() == (word == "ON" and abs(level - threshold) < 0.2)

@@ -136,14 +136,16 @@ impl Builder {
         Ok(self.expr(id))
     }
 
-    /// 0/1, held between events: 1 when `up` > 0, 0 when `down` < 0.
-    #[pyo3(signature = (up, down=None, name=String::new(), initial=-1))]
+    /// 0/1, held between events: 1 when `up` > 0, 0 when `down` < 0; in between `initial` at the start of a run from given
+    /// values, `rest` at the operating point (-1: as it comes).
+    #[pyo3(signature = (up, down=None, name=String::new(), initial=-1, rest=-1))]
     fn flag(
         &mut self,
         up: &Bound<'_, PyAny>,
         down: Option<&Bound<'_, PyAny>>,
         name: String,
         initial: i8,
+        rest: i8,
     ) -> PyResult<Expr> {
         let up = Expr::operand(&self.graph, up)?;
         let down = down.map_or(Ok(up), |d| Expr::operand(&self.graph, d))?;
@@ -160,7 +162,7 @@ impl Builder {
             }
         }
         let m = self.model()?;
-        m.flags.push(FlagSpec { up, down, name, initial });
+        m.flags.push(FlagSpec { up, down, name, initial, rest });
         let k = m.flags.len() - 1;
         let id = lock(&self.graph).flag(k as u32);
         Ok(self.expr(id))

@@ -37,24 +37,29 @@ impl System {
 
     /// Sets every flag as its roots say at (x, t); true when one changed. A root > 0 asks for a flip (see eval_roots).
     pub fn update_flags(&self, w: &mut Work, x: &[f64], t: f64) -> bool {
-        self.flip_positive(w, x, t, true)
+        self.flip_positive(w, x, t, |_| true)
     }
 
     /// The same for flags that the state decides, during a run: edges flip the others.
     pub fn settle_flags(&self, w: &mut Work, x: &[f64], t: f64) -> bool {
-        self.flip_positive(w, x, t, false)
+        !self.edges.all_timed() && self.flip_positive(w, x, t, |k| !self.edges.timed[k])
     }
 
-    fn flip_positive(&self, w: &mut Work, x: &[f64], t: f64, timed: bool) -> bool {
-        if self.flags.is_empty() || (!timed && self.edges.all_timed()) {
+    /// The same for flags that nothing is said of at the operating point; the others stay as they are.
+    pub fn update_free_flags(&self, w: &mut Work, x: &[f64], t: f64) -> bool {
+        self.flip_positive(w, x, t, |k| self.flags[k].rest < 0)
+    }
+
+    fn flip_positive(&self, w: &mut Work, x: &[f64], t: f64, asked: impl Fn(usize) -> bool) -> bool {
+        if self.flags.is_empty() {
             return false;
         }
         let mut r = std::mem::take(&mut w.asked);
         r.resize(self.flags.len(), 0.0);
         self.all_roots(w, x, t, &mut r);
         let mut changed = false;
-        for ((flag, &root), &by_source) in w.flags.iter_mut().zip(&r).zip(&self.edges.timed) {
-            if root > 0.0 && (timed || !by_source) {
+        for (k, (flag, &root)) in w.flags.iter_mut().zip(&r).enumerate() {
+            if root > 0.0 && asked(k) {
                 *flag = 1.0 - *flag;
                 changed = true;
             }
