@@ -555,6 +555,11 @@ MODEL_PARAMETERS = {
     "W": "it ih ron roff ion ioff",
 }
 
+# parameters of .model D that change a current in ngspice and not here
+MISSING_CURRENTS = {
+    "isr": "a recombination current", "jtun": "a tunnel current", "jtunsw": "a tunnel current of the sidewall",
+}  # fmt: skip
+
 TABLE: dict[str, Kind] = {
     kind.letter: kind
     for kind in (

@@ -3,7 +3,16 @@
 from __future__ import annotations
 
 from ..diagnostics import suggest
-from ..elements import KINDS, LEFTOVERS, MODEL_PARAMETERS, PARAMETERS, has_branch, nodes_read, number
+from ..elements import (
+    KINDS,
+    LEFTOVERS,
+    MISSING_CURRENTS,
+    MODEL_PARAMETERS,
+    PARAMETERS,
+    has_branch,
+    nodes_read,
+    number,
+)
 from ..expr import Binary, Call, Cond, Name, Node, Unary
 from ..syntax import CARD_WORDS
 
@@ -93,6 +102,13 @@ def _parameters_fit(ctx: Context, e: Element, what: str) -> None:
                 ctx.sink.warning(
                     "W284", f".model `{e.model.name}`: a {what} takes no {name}=, it has no effect",
                     e.model.param_spans.get(name, e.model.span), hint=f"did you mean {near}=?" if near else None,
+                )  # fmt: skip
+    if e.letter in "Dd" and e.model is not None:
+        for name in MISSING_CURRENTS:
+            if e.model.params.get(name):
+                ctx.remark(
+                    "W284", f".model `{e.model.name}`: {name}= has no effect here, in ngspice it adds {MISSING_CURRENTS[name]}",
+                    e.model.param_spans.get(name, e.model.span), "take is= and n= from a fit without it",
                 )  # fmt: skip
 
 

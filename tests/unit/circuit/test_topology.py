@@ -88,3 +88,8 @@ def test_parameters_without_effect_are_said() -> None:
     found = remarks(*lines)
     assert [d.code for d in found] == ["W283", "W284"]
     assert "ron=" in (found[1].hint or "")
+
+
+def test_currents_of_diodes_that_only_ngspice_has_are_said() -> None:
+    found = remarks("V1 a 0 0.5", "D1 a 0 d", "D2 a 0 d", ".model d d(is=1e-14 isr=1e-10 jtun=0 kf=1)", ".op")
+    assert [(d.code, "isr=" in d.message) for d in found] == [("W284", True)]

@@ -12,6 +12,10 @@
 //!                  beyond                its parabola, continued with slope and curvature
 //!   diffusion                            q = ... + tt i
 //!
+//! The sidewall, of perimeter pj, is a second junction beside the bottom: jsw and ns stand for is and n in c (which is the sum of
+//! both before the knees; without ns the sidewall has the bottom's curve), cjp php mjsw fcs for cjo vj m fc in q. It breaks down
+//! at the same voltage.
+//!
 //! The joint of forward and reverse is smooth as it stands (value and slope at -3 n vt are equal). Departures from ngspice,
 //! all for continuity: breakdown starts at the value the reverse branch has reached (a shift below is/1000); the knees hold
 //! for every current of their sign, not from 1e-18 A or from v < -3 n vt on; beyond 1e15 A the exponentials go on as straight lines.
@@ -19,7 +23,8 @@
 //! `bv` is moved to where the breakdown exponential passes the current `ibv` at the voltage `bv`, by the iteration of SPICE,
 //! stopped as ngspice does at a relative error of 1e-3 (its default reltol), so that both see the same knee.
 //!
-//! Parameters: the table below. `is`, `cjo`, 1/`rs`, `ikf`, `ikr` go with area * m; `ibv` with m alone (level 1 of ngspice).
+//! Parameters: the table below. `is`, `cjo`, 1/`rs`, `ikf`, `ikr` go with area * m, `jsw`, `cjp` with pj * m; `ibv` with m alone
+//! (level 1 of ngspice).
 
 use std::collections::HashMap;
 
@@ -38,6 +43,8 @@ const fn p(names: &'static [&'static str], unit: &'static str, default: f64, mea
 pub const MODEL: &[Parameter] = &[
     p(&["is", "js"], "A", 1e-14, "saturation current"),
     p(&["n"], "", 1.0, "emission coefficient"),
+    p(&["jsw"], "A", 0.0, "saturation current of the sidewall, for a perimeter of 1"),
+    p(&["ns"], "", f64::NAN, "emission coefficient of the sidewall (default: that of the bottom)"),
     p(&["rs"], "ohm", 0.0, "series resistance"),
     p(&["trs1", "trs"], "1/K", 0.0, "first temperature coefficient of rs"),
     p(&["trs2"], "1/K^2", 0.0, "second temperature coefficient of rs"),
@@ -47,6 +54,10 @@ pub const MODEL: &[Parameter] = &[
     p(&["tm1"], "1/K", 0.0, "first temperature coefficient of m"),
     p(&["tm2"], "1/K^2", 0.0, "second temperature coefficient of m"),
     p(&["fc"], "", 0.5, "part of vj above which the capacitance goes on as a straight line"),
+    p(&["cjp", "cjsw"], "F", 0.0, "capacitance of the sidewall at 0 V, for a perimeter of 1"),
+    p(&["php"], "V", 1.0, "junction potential of the sidewall"),
+    p(&["mjsw"], "", 0.33, "grading coefficient of the sidewall"),
+    p(&["fcs"], "", 0.5, "part of php above which the sidewall's capacitance goes on as a straight line"),
     p(&["tt"], "s", 0.0, "transit time"),
     p(&["ttt1"], "1/K", 0.0, "first temperature coefficient of tt"),
     p(&["ttt2"], "1/K^2", 0.0, "second temperature coefficient of tt"),
@@ -62,13 +73,17 @@ pub const MODEL: &[Parameter] = &[
     p(&["tlevc"], "", 0.0, "1: cjo and vj follow cta and tpb"),
     p(&["cta", "ctc"], "1/K", 0.0, "temperature coefficient of cjo (tlevc = 1)"),
     p(&["tpb", "tvj"], "V/K", 0.0, "temperature coefficient of vj (tlevc = 1)"),
+    p(&["ctp"], "1/K", 0.0, "temperature coefficient of cjp (tlevc = 1)"),
+    p(&["tphp"], "V/K", 0.0, "temperature coefficient of php (tlevc = 1)"),
     p(&["tnom", "tref"], "C", f64::NAN, "temperature at which the parameters were measured (default: option tnom)"),
     p(&["area"], "", 1.0, "area of instances that give none"),
+    p(&["pj"], "", 0.0, "perimeter of instances that give none"),
     p(&["level"], "", 1.0, "only 1 is known"),
 ];
 
 pub const INSTANCE: &[Parameter] = &[
     p(&["area"], "", f64::NAN, "area factor (default: the model's)"),
+    p(&["pj"], "", f64::NAN, "perimeter factor of the sidewall (default: the model's)"),
     p(&["m"], "", 1.0, "number of devices in parallel"),
     p(&["temp"], "C", f64::NAN, "temperature (default: option temp + dtemp)"),
     p(&["dtemp"], "K", 0.0, "temperature above that of the circuit"),
@@ -108,18 +123,31 @@ pub struct DiodeOut {
 /// A diode with all constants at its temperature; nothing changes while it runs.
 #[derive(Clone, Debug)]
 pub struct Diode {
-    saturation: f64,
-    forward: Exponential,
-    reverse_start: f64, // -3 n vt
-    reverse_scale: f64, // 3 n vt / e
-    breakdown: Option<Breakdown>,
-    knee_forward: f64, // 1/ikf, 0 for none
+    bottom: Wall,
+    sidewall: Option<Box<Sidewall>>, // few diodes have one: no room is taken from the others
+    knee_forward: f64,               // 1/ikf, 0 for none
     knee_reverse: f64,
     transit_time: f64,
     junction: Option<Junction>,
     series_conductance: Option<f64>,
     vte: f64,
     vcrit: f64,
+}
+
+/// What carries current by one saturation current and one emission coefficient.
+#[derive(Clone, Copy, Debug)]
+struct Wall {
+    saturation: f64,
+    forward: Exponential,
+    reverse_start: f64, // -3 n vt
+    reverse_scale: f64, // 3 n vt / e
+    breakdown: Option<Breakdown>,
+}
+
+#[derive(Clone, Debug)]
+struct Sidewall {
+    wall: Option<Wall>, // None: its current is in the bottom's
+    junction: Option<Junction>,
 }
 
 /// exp(x / vt), going on as a straight line where is * exp(..) would pass HUGE_CURRENT.
@@ -204,20 +232,27 @@ impl Diode {
         let n = positive("n", get("n"))?;
         let vte = n * vt;
 
-        // saturation current
-        let growth = (temperature / nominal - 1.0) * get("eg") / vte + get("xti") / n * (temperature / nominal).ln();
-        let saturation = scale * positive("is", get("is"))? * growth.exp();
+        // saturation currents
+        let growth = |n: f64| {
+            let vte = n * vt;
+            (temperature / nominal - 1.0) * get("eg") / vte + get("xti") / n * (temperature / nominal).ln()
+        };
+        let saturation = scale * positive("is", get("is"))? * growth(n).exp();
         if !(saturation > 0.0 && saturation.is_finite()) {
             return Err(format!("saturation current of a diode is {saturation} A at {} C", temperature - ZERO_CELSIUS));
         }
+        let perimeter = multiplicity * given("pj").or(get("pj"));
+        if !(perimeter >= 0.0 && perimeter.is_finite()) {
+            return Err(format!("pj= of a diode must not be negative, it is {:?}", given("pj").or(get("pj"))));
+        }
+        let ns = positive("ns", get("ns").or(1.0))?;
+        let of_sidewall = perimeter * not_negative("jsw")? * growth(ns).exp();
+        let merged = saturation + if get("ns").is_nan() { of_sidewall } else { 0.0 };
 
         let (voltage, nbv) = (get("bv"), positive("nbv", get("nbv").or(n))?);
         let mut diode = Diode {
-            saturation,
-            forward: Exponential::new(vte, saturation),
-            reverse_start: -3.0 * vte,
-            reverse_scale: 3.0 * vte / std::f64::consts::E,
-            breakdown: None,
+            bottom: Wall::new(merged, vte),
+            sidewall: None,
             knee_forward: inverse_knee(get("ikf"), scale),
             knee_reverse: inverse_knee(get("ikr"), scale),
             transit_time: not_negative("tt")? * (1.0 + get("ttt1") * rise + get("ttt2") * rise * rise),
@@ -240,6 +275,9 @@ impl Diode {
             diode.junction = Some(Junction::new(c0, vj, m, get("fc"), temperature, nominal, law)?);
         }
 
+        let c0 = not_negative("cjp")? * perimeter;
+        let mut wall = (of_sidewall > 0.0 && !get("ns").is_nan()).then(|| Wall::new(of_sidewall, ns * vt));
+
         if voltage < 0.0 {
             return Err(format!("bv of a diode must not be negative, it is {voltage}"));
         }
@@ -249,13 +287,19 @@ impl Diode {
                 _ => voltage * (1.0 - get("tcv") * rise),
             };
             let knee = fit_breakdown(shifted, positive("ibv", get("ibv"))? * multiplicity, saturation, vt, nbv * vt);
-            let start = diode.plain(-knee).0 + 1.0;
-            diode.breakdown = Some(Breakdown {
-                voltage: knee,
-                vt: nbv * vt,
-                exponential: Exponential::new(nbv * vt, saturation),
-                start,
-            });
+            diode.bottom.breaks_down(knee, nbv * vt);
+            if let Some(wall) = &mut wall {
+                wall.breaks_down(knee, nbv * vt);
+            }
+        }
+        if wall.is_some() || c0 > 0.0 {
+            let law = (get("tlevc") == 1.0).then(|| (get("ctp"), get("tphp")));
+            let php = positive("php", get("php"))?;
+            let junction = match c0 > 0.0 {
+                true => Some(Junction::new(c0, php, get("mjsw"), get("fcs"), temperature, nominal, law)?),
+                false => None,
+            };
+            diode.sidewall = Some(Box::new(Sidewall { wall, junction }));
         }
         Ok(diode)
     }
@@ -272,35 +316,21 @@ impl Diode {
 
     /// Does it store charge?
     pub fn has_charge(&self) -> bool {
-        self.transit_time > 0.0 || self.junction.is_some()
+        self.transit_time > 0.0 || self.junction.is_some() || self.side_junction().is_some()
     }
 
-    /// c / is and its slope, forward and reverse, without breakdown.
-    #[inline(always)]
-    fn plain(&self, v: f64) -> (f64, f64) {
-        if v >= self.reverse_start {
-            let (e, slope) = self.forward.at(v);
-            (e - 1.0, slope)
-        } else {
-            let inverse = 1.0 / v;
-            let a = self.reverse_scale * inverse;
-            let cube = a * a * a;
-            (-(1.0 + cube), 3.0 * cube * inverse)
-        }
+    fn side_junction(&self) -> Option<&Junction> {
+        self.sidewall.as_ref().and_then(|s| s.junction.as_ref())
     }
 
     /// Current, charge and their derivatives at v, for any finite v.
     #[inline(always)]
     pub fn eval(&self, v: f64, gmin: f64) -> DiodeOut {
         let v = v.clamp(-HUGE_VOLTAGE, HUGE_VOLTAGE);
-        let (c, slope) = match &self.breakdown {
-            Some(b) if v < -b.voltage => {
-                let (e, slope) = b.exponential.at(-(b.voltage + v));
-                (b.start - e, slope)
-            }
-            _ => self.plain(v),
-        };
-        let (mut i, mut g) = (self.saturation * c, self.saturation * slope);
+        let (mut i, mut g) = self.bottom.at(v);
+        if let Some(side) = &self.sidewall {
+            side.add_current(v, &mut i, &mut g);
+        }
         let knee = if i > 0.0 { self.knee_forward } else { -self.knee_reverse };
         if knee != 0.0 {
             let root = (i * knee).sqrt();
@@ -316,17 +346,20 @@ impl Diode {
             out.q += q;
             out.c += c;
         }
+        if let Some(side) = &self.sidewall {
+            side.add_charge(v, &mut out);
+        }
         out
     }
 
     /// Energy of the charge at v, the integral of v dq from 0 V [J]: of the depletion charge in closed form, of the diffusion
     /// charge by Gauss-Legendre's rule on intervals over which the current changes by no more than a few times.
     pub fn energy(&self, v: f64, gmin: f64) -> f64 {
-        let depletion = self.junction.as_ref().map_or(0.0, |j| j.energy(v));
+        let depletion: f64 = self.junction.iter().chain(self.side_junction()).map(|j| j.energy(v)).sum();
         if self.transit_time == 0.0 {
             return depletion;
         }
-        let knee = self.breakdown.as_ref().map_or(f64::NEG_INFINITY, |b| -b.voltage);
+        let knee = self.bottom.breakdown.as_ref().map_or(f64::NEG_INFINITY, |b| -b.voltage);
         let (mut sum, mut from, mut width) = (0.0, 0.0_f64, self.vte);
         for _ in 0..PANELS {
             let to = if v >= from {
@@ -334,7 +367,7 @@ impl Diode {
             } else if from > knee {
                 v.max(knee).max(from - width)
             } else {
-                v.max(from - self.breakdown.as_ref().map_or(width, |b| b.vt))
+                v.max(from - self.bottom.breakdown.as_ref().map_or(width, |b| b.vt))
             };
             for (c, weight) in GAUSS {
                 let at = from + c * (to - from);
@@ -352,12 +385,78 @@ impl Diode {
     /// not run far up an exponential, neither the forward one nor, mirrored about -bv, that of breakdown.
     #[inline]
     pub fn limit(&self, vnew: f64, vold: f64) -> (f64, bool) {
-        match &self.breakdown {
+        match &self.bottom.breakdown {
             Some(b) if vnew < (-b.voltage + 10.0 * b.vt).min(0.0) => {
                 let (mirrored, limited) = limit_junction(-(vnew + b.voltage), -(vold + b.voltage), b.vt, self.vcrit);
                 (if limited { -(mirrored + b.voltage) } else { vnew }, limited)
             }
             _ => limit_junction(vnew, vold, self.vte, self.vcrit),
+        }
+    }
+}
+
+impl Wall {
+    fn new(saturation: f64, vte: f64) -> Wall {
+        Wall {
+            saturation,
+            forward: Exponential::new(vte, saturation),
+            reverse_start: -3.0 * vte,
+            reverse_scale: 3.0 * vte / std::f64::consts::E,
+            breakdown: None,
+        }
+    }
+
+    /// From -voltage downwards, from the current that the reverse branch has there.
+    fn breaks_down(&mut self, voltage: f64, vt: f64) {
+        let (start, exponential) = (self.plain(-voltage).0 + 1.0, Exponential::new(vt, self.saturation));
+        self.breakdown = Some(Breakdown { voltage, vt, exponential, start });
+    }
+
+    /// c / is and its slope, forward and reverse, without breakdown.
+    #[inline(always)]
+    fn plain(&self, v: f64) -> (f64, f64) {
+        if v >= self.reverse_start {
+            let (e, slope) = self.forward.at(v);
+            (e - 1.0, slope)
+        } else {
+            let inverse = 1.0 / v;
+            let a = self.reverse_scale * inverse;
+            let cube = a * a * a;
+            (-(1.0 + cube), 3.0 * cube * inverse)
+        }
+    }
+
+    /// Current and its slope.
+    #[inline(always)]
+    fn at(&self, v: f64) -> (f64, f64) {
+        let (c, slope) = match &self.breakdown {
+            Some(b) if v < -b.voltage => {
+                let (e, slope) = b.exponential.at(-(b.voltage + v));
+                (b.start - e, slope)
+            }
+            _ => self.plain(v),
+        };
+        (self.saturation * c, self.saturation * slope)
+    }
+}
+
+/// Out of the line of the diodes that have none.
+impl Sidewall {
+    #[cold]
+    fn add_current(&self, v: f64, i: &mut f64, g: &mut f64) {
+        if let Some(wall) = &self.wall {
+            let (more, slope) = wall.at(v);
+            *i += more;
+            *g += slope;
+        }
+    }
+
+    #[cold]
+    fn add_charge(&self, v: f64, out: &mut DiodeOut) {
+        if let Some(junction) = &self.junction {
+            let (q, c) = junction.at(v);
+            out.q += q;
+            out.c += c;
         }
     }
 }

@@ -127,6 +127,113 @@ fn ngspice_soft_breakdown_with_reverse_knee() {
     );
 }
 
+const SIDE: &[(&str, f64)] = &[
+    ("is", 2e-14),
+    ("n", 1.2),
+    ("cjo", 2e-12),
+    ("vj", 0.8),
+    ("m", 0.4),
+    ("tt", 5e-9),
+    ("jsw", 3e-14),
+    ("ns", 1.5),
+    ("cjp", 1e-12),
+    ("php", 0.7),
+    ("mjsw", 0.3),
+    ("fcs", 0.4),
+];
+
+fn side(more: &[(&str, f64)], instance: &[(&str, f64)]) -> Diode {
+    let instance = [&[("area", 2.0), ("pj", 5.0)], instance].concat();
+    diode(&[SIDE, more].concat(), &instance)
+}
+
+// D6 1 0 DM6 area=2 pj=5    .model DM6 D(is=2e-14 n=1.2 cjo=2p vj=0.8 m=0.4 tt=5n jsw=3e-14 ns=1.5 cjp=1p php=0.7 mjsw=0.3 fcs=0.4)
+// print @d6[id] @d6[gd] @d6[cd]
+#[test]
+fn ngspice_sidewall() {
+    compare(
+        &side(&[], &[]),
+        &[
+            (-20.0, -2.018999999833e-11, 1.000000000251e-12, 2.896726327490e-12),
+            (-1.0, -1.189986616774e-12, 1.000040149677e-12, 6.723388645234e-12),
+            (-0.2, -3.883270967957e-13, 1.025093548064e-12, 8.295329034374e-12),
+            (0.1, 2.887612069166e-12, 8.421081115334e-11, 9.456115356134e-12),
+            (0.25, 2.203109818499e-10, 6.489469201690e-09, 1.035547910792e-11),
+            (0.33, 2.399457907417e-09, 7.252612385692e-08, 1.098488553636e-11),
+            (0.41, 2.765357350135e-08, 8.533946902877e-07, 1.170432495282e-11),
+            (0.6, 1.072311649690e-05, 3.404544766503e-04, 1.519610849492e-11),
+            (0.9, 1.585328175110e-01, 5.096242224543e+00, 2.549753724009e-08),
+        ],
+        2e-10,
+    );
+}
+
+// the same without ns, with bv=20 ibv=1m, with temp=85
+#[test]
+fn ngspice_sidewall_merged_in_breakdown_and_hot() {
+    compare(
+        &side(&[("ns", f64::NAN)], &[]),
+        &[
+            (-1.0, -1.189992363209e-12, 1.000022910374e-12, 6.723388645234e-12),
+            (0.25, 5.982672909003e-10, 1.927444578807e-08, 1.035554303280e-11),
+            (0.9, 7.445721096105e-01, 2.398912619115e+01, 1.199619570731e-07),
+        ],
+        2e-10,
+    );
+    let soft = [("php", 1.0), ("mjsw", 0.33), ("fcs", 0.5), ("bv", 20.0), ("ibv", 1e-3)];
+    compare(
+        &side(&soft, &[]),
+        &[
+            (-20.4, -1.877805289981e+03, 6.050039678138e+04, 3.025019868047e-04),
+            (-20.0, -4.749999878732e-03, 1.530386977287e-01, 7.681108772530e-10),
+            (-10.0, -1.018999998662e-11, 1.000000004015e-12, 3.678562033077e-12),
+        ],
+        2e-10,
+    );
+    compare(
+        &side(&[("fcs", 0.5)], &[("temp", 85.0)]),
+        &[
+            (-1.0, -4.333610411921e-11, 1.012962706638e-12, 6.884260924332e-12),
+            (0.25, 2.222868011815e-08, 5.750679029254e-07, 1.126746215235e-11),
+            (0.9, 7.353550977601e-01, 1.982248081286e+01, 9.913195687667e-08),
+        ],
+        2e-9,
+    );
+}
+
+// model DM6 with ... php=0.7 tlevc=1 cta=1m tpb=1m ctp=2m tphp=1.5m, temp=85;  with jsw=3e-12 ns=1.5 ikf=1m bv=20
+#[test]
+fn ngspice_sidewall_with_own_temperature_laws_and_knee() {
+    let laws =
+        [("mjsw", 0.33), ("fcs", 0.5), ("tlevc", 1.0), ("cta", 1e-3), ("tpb", 1e-3), ("ctp", 2e-3), ("tphp", 1.5e-3)];
+    compare(
+        &side(&laws, &[("temp", 85.0)]),
+        &[
+            (-1.0, -4.333610411921e-11, 1.012962706638e-12, 7.062939031915e-12),
+            (0.6, 2.306298717471e-04, 6.176810229323e-03, 4.707756266906e-11),
+        ],
+        2e-9,
+    );
+    compare(
+        &side(&[("jsw", 3e-12), ("cjp", 0.0), ("ikf", 1e-3), ("ikr", 1e-6), ("bv", 20.0)], &[]),
+        &[
+            (-20.4, -5.452376051200e-01, 8.783448588779e+00, 4.391832129861e-08),
+            (0.41, 5.943770151298e-07, 1.532652638029e-05, 5.407444591424e-12),
+            (0.9, 2.402132948276e-02, 3.706147619569e-01, 1.860990857249e-09),
+        ],
+        2e-10,
+    );
+}
+
+#[test]
+fn a_perimeter_without_sidewall_changes_nothing() {
+    let (with, without) = (diode(TYPICAL, &[("pj", 7.0)]), diode(TYPICAL, &[]));
+    for v in [-20.3, -3.0, 0.1, 0.7, 1.2] {
+        assert_eq!(with.eval(v, 1e-12), without.eval(v, 1e-12));
+    }
+    assert!(Diode::new(&map(SIDE), &map(&[("pj", -1.0)]), 27.0, 27.0).is_err());
+}
+
 fn variety() -> Vec<Diode> {
     vec![
         diode(TYPICAL, &[]),
@@ -135,6 +242,7 @@ fn variety() -> Vec<Diode> {
             &[("is", 1e-9), ("bv", 5.0), ("nbv", 2.0), ("ikr", 1e-6), ("ikf", 1e-3), ("cjo", 1e-9), ("tt", 1e-7)],
             &[],
         ),
+        side(&[("bv", 9.0)], &[]),
         diode(&[("bv", 0.05), ("cjo", 1e-12), ("m", 0.0), ("fc", 0.0)], &[]),
         diode(&[("vj", 3.0), ("fc", 0.6), ("cjo", 1e-12), ("m", 2.0)], &[("temp", 120.0)]),
     ]
@@ -170,10 +278,12 @@ fn derivatives_are_those_of_current_and_charge() {
 #[test]
 fn continuous_at_every_joint() {
     for (k, d) in variety().iter().enumerate() {
-        let mut joints = vec![d.reverse_start, 0.0];
-        joints.extend(d.breakdown.map(|b| -b.voltage));
+        let mut joints = vec![d.bottom.reverse_start, 0.0];
+        joints.extend(d.bottom.breakdown.map(|b| -b.voltage));
         joints.extend(d.junction.map(|j| j.linear_from));
-        joints.push(d.forward.largest * d.vte);
+        joints.extend(d.side_junction().map(|j| j.linear_from));
+        joints.extend(d.sidewall.as_ref().and_then(|s| s.wall).map(|w| w.reverse_start));
+        joints.push(d.bottom.forward.largest * d.vte);
         for v in joints {
             let h = 1e-12;
             let (a, b) = (d.eval(v - h, 0.0), d.eval(v + h, 0.0));
@@ -192,7 +302,8 @@ fn continuous_at_every_joint() {
             );
         }
         // the joint of forward and reverse is smooth
-        let (a, b) = (d.plain(d.reverse_start - 1e-12).1, d.plain(d.reverse_start + 1e-12).1);
+        let (a, b) =
+            (d.bottom.plain(d.bottom.reverse_start - 1e-12).1, d.bottom.plain(d.bottom.reverse_start + 1e-12).1);
         close(a, b, 1e-9, "slope at -3 n vt");
     }
 }
@@ -244,7 +355,7 @@ fn limiting_follows_pnjlim() {
     assert_eq!(d.limit(-9.0, -3.0), (-7.0, true));
     assert_eq!(d.limit(-6.0, -3.0), (-6.0, false));
     // breakdown is the same law mirrored about -bv
-    let knee = d.breakdown.unwrap();
+    let knee = d.bottom.breakdown.unwrap();
     let (v, limited) = d.limit(-30.0, -knee.voltage - 0.7);
     assert!(limited);
     let (mirrored, _) = limit_junction(30.0 - knee.voltage, 0.7, knee.vt, vcrit);
