@@ -133,7 +133,7 @@ def _machine(m: Machine, book: Accounts) -> None:
         p, force = m.momentum[id(c)]
         u = m.public(c.u)
         rate = m.time_derivative(u)
-        if rate is None:
+        if rate is None or c.drive.name in m.jumping:  # the work of an impulse is no integral
             book.open.append(c.drive.name)
             continue
         book.energy(c.drive.name, "DRIVE", SUPPLIED, p * u)

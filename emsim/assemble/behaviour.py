@@ -511,8 +511,11 @@ class Compiler:
             return self.ctx.b.const(float(ROUNDING[fn](a.value)))
         call = self.ctx.b.call
         if fn == "int":
-            return self.ctx.b.select(self.ctx.flag(a), call("floor", a), call("ceil", a))
-        return call("round" if fn == "nint" else fn, a)
+            rounded = self.ctx.b.select(self.ctx.flag(a), call("floor", a), call("ceil", a))
+        else:
+            rounded = call("round" if fn == "nint" else fn, a)
+        self.ctx.rounded.append(rounded)
+        return rounded
 
     def _draw(self, node: Call) -> Expr:
         """gauss(nominal, relative, sigmas), agauss(nominal, absolute, sigmas), unif, aunif, limit."""

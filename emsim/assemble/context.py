@@ -44,6 +44,7 @@ class Context:
     machine   the assembled machine, or None; `scale` its size, for the tolerances
     metered   elements whose current must become an unknown because something reads it
     domains   flag name -> (flag, text, place): functions that may leave their domain during a run
+    rounded   floor, ceil and the like of what is not constant: they jump, and no flag says when
     divisors  quotients in expressions, with what they divide by and its place
     coupled   (branch, branch) of two inductors -> the sum of their coupling coefficients
     """
@@ -57,6 +58,7 @@ class Context:
         self.branches: dict[str, int] = {}
         self.elements: dict[str, Element] = {}
         self.flags: dict[str, Expr] = {}
+        self.rounded: list[Expr] = []
         self.metered: set[str] = set()
         self.series: dict[str, tuple[int, int, float]] = {}  # of diodes: node, inner node, conductance [S]
         self.domains: dict[str, tuple[Expr, str, Span | None]] = {}

@@ -12,7 +12,6 @@ from .scene import Coordinate, Virtual
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from .._engine import Expr
     from ..cards.body import Body
     from ..cards.drive import Drive
     from ..cards.gear import Gear
@@ -223,78 +222,3 @@ def _follow(m: Machine, c: Coordinate) -> None:
         tie.virtual = Virtual(m.b, "gear")
         m.virtuals.append(tie.virtual)
         c.q, c.u = c.q + tie.virtual.s, c.u + tie.virtual.rate
-
-
-def prescribe(m: Machine) -> None:
-    """What the driven coordinates are, once frames exist: pairs (symbol, value) for substitution."""
-    symbols = [e for c in m.given for e in (c.q, c.u)]
-    for c in m.given:
-        drive = c.drive
-        assert drive is not None
-        if drive.qd is not None:
-            q, u = m.b.x(c.row), m.compile(drive.qd, drive.place("qd"))
-            if any(m.b.depends(u, symbols)):
-                m.sink.error(
-                    "E251",
-                    f"qd= of DRIVE {drive.name} depends on the motion it prescribes, or on that of another DRIVE",
-                    drive.place("qd"),
-                    "what follows the motion is a MOTOR, a SPRING or a DAMPER",
-                )
-        else:
-            q, u = function_of_time(m, drive)
-        _agree_at_start(m, c, q, u)
-        m.pairs += [(c.q, q), (c.u, u)]
-    m.pairs += [(e, m.b.const(0.0)) for v in m.virtuals for e in (v.s, v.rate)]
-
-
-def _agree_at_start(m: Machine, c: Coordinate, q: Expr, u: Expr) -> None:
-    """ic= of a driven joint may only repeat what the drive says at t = 0."""
-    drive, card = c.drive, m.joints[c.of].card
-    assert drive is not None
-    for what, e, held, start in (
-        ("coordinate", q, c.held, c.start),
-        ("speed", u, c.held_speed, c.start_speed),
-    ):
-        if not held or (what == "coordinate" and drive.qd is not None):  # the integral starts anywhere
-            continue
-        states = [m.b.x(i) for i in m.unknowns_so_far()]
-        if any(m.b.depends(e, states)):
-            m.sink.warning(
-                "W235",
-                f"the speed in ic= of {c.of} has no effect: DRIVE {drive.name} prescribes it",
-                card.place("ic") if card.given("ic") else drive.span,
-                "give the position alone",
-            )
-            continue
-        value = m.b.eval([e], [], 0.0)[0]
-        if abs(value - start) > AGREE * (1.0 + abs(value)):
-            m.sink.error(
-                "E244",
-                f"ic= and DRIVE {drive.name} disagree: {what} {start:g} and {value:g} of {c.of} at the start",
-                card.place("ic") if card.given("ic") else drive.span,
-                "leave the ic= out: the drive says where the joint is",
-            )
-
-
-def function_of_time(m: Machine, drive: Drive) -> tuple[Expr, Expr]:
-    """q(t) and its derivative."""
-    if hasattr(drive.q, "args") and hasattr(drive.q, "kind"):
-        m.sink.error(
-            "E251",
-            f"q= of DRIVE {drive.name} is an expression of time; a waveform has corners without speed",
-            drive.place("q"),
-            "a waveform can drive the speed: qd=",
-        )
-        return m.b.const(0.0), m.b.const(0.0)
-    q = m.compile(drive.q, drive.place("q"))
-    symbols = [e for c in m.given for e in (c.q, c.u)]
-    states = [m.b.x(i) for i in m.unknowns_so_far()]
-    if any(m.b.depends(q, states + symbols)):
-        m.sink.error(
-            "E251",
-            f"q= of DRIVE {drive.name} depends on more than time, so its speed is not known",
-            drive.place("q"),
-            "prescribe the speed with qd=, or use a MOTOR or a SPRING that follows",
-        )
-        return m.b.const(0.0), m.b.const(0.0)
-    return q, m.b.tangent([q], [(m.b.time(), 1.0)])[0]

@@ -17,7 +17,7 @@ text} are said when such a flag turns 1 during a run. The machine is the scene `
 from __future__ import annotations
 
 from ..cards.coordinate import OnJointOrPoints
-from . import closing, coordinates, equations, loops, probes, reactions, start
+from . import closing, coordinates, equations, loops, prescribed, probes, reactions, start
 from .binding import Binding
 from .kinematics import constant, dot, is_zero, subtract
 from .loops import Row
@@ -54,6 +54,7 @@ class Machine(Binding):
         self.roots: dict[str, list[Coordinate]] = {}
         self.own: list[Coordinate] = []
         self.given: list[Coordinate] = []
+        self.jumping: set[str] = set()  # drives whose speed jumps
         self.ties: dict[int, Tie] = {}
         self.virtuals: list[Virtual] = []
         self.pairs: list[tuple[Expr, Expr]] = []  # symbols and what they stand for
@@ -95,7 +96,7 @@ class Machine(Binding):
             coordinates.allocate(self, self.all_coordinates())
             self.frames = self._place()
             self._last_row = self._newest()
-            coordinates.prescribe(self)
+            prescribed.prescribe(self)
             self._close(*rows_of)
             self._couple()
         if self.broken or self._errors() > errors:
@@ -221,7 +222,7 @@ class Machine(Binding):
         for drive in drives:
             joint = self.joints[drive.terminals[0][2].name]
             if drive.qd is None:
-                q: Expr | None = coordinates.function_of_time(self, drive)[0]
+                q: Expr | None = prescribed.function_of_time(self, drive)[0]
             else:
                 q = self._integral(drive, joint)
             if q is None:

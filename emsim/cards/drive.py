@@ -1,6 +1,7 @@
 """DRIVE: prescribed motion of a joint, q(t) or its speed.
 
-The coordinate is replaced by the given function of time; with qd= the speed is given, of time, of anything
+The coordinate is replaced by the given function of time, which has neither corners nor jumps: an expression, or SIN
+without delay. With qd= the speed is given, of time, of anything
 electrical or of joints that are not driven, and the coordinate is its integral. Prescribed motion is no unknown
 that qd= could read: for feedback from the driven joint itself use a MOTOR or a TORQUE. `torque(drive)` is what
 the drive applies on the joint.
@@ -25,8 +26,13 @@ class Drive(Card):
         terminals="joint:joint",
         mark=("q", "qd"),
         meaning="prescribed motion of a joint",
-        q=Default(None, "rad or m", "the coordinate, an expression of time", "value"),
-        qd=Default(None, "rad/s or m/s", "the speed, an expression that reads no driven motion", "value"),
+        q=Default(None, "rad or m", "the coordinate, a smooth expression of time", "value"),
+        qd=Default(
+            None,
+            "rad/s or m/s",
+            "the speed, corners allowed, an expression that reads no driven motion",
+            "value",
+        ),
     )
     q: Any
     qd: Any

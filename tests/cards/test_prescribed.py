@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from machines import problems
+from machines import only_error, problems
 
 import emsim
 from emsim.diagnostics import DeckError
@@ -31,6 +31,46 @@ def test_accelerations_of_a_driven_joint_are_exact(method):
     assert torque == pytest.approx(a / 3, abs=1e-9)
     assert ax == pytest.approx(-0.5 * (a * np.sin(q) + u * u * np.cos(q)), abs=1e-9)
     assert fx == pytest.approx(ax, abs=1e-9)
+
+
+ROUGH = ["max(0,time-.5)", "time>.5 ? time-.5 : 0", "pwl(time,0,0,1,1,2,0)", "floor(3*time)", "abs(time-.1)", "u(time-.1)",
+         "sgn(time)", "min(time,.1)", "(time>.1)*time", "uramp(time-.1)", "int(time)", "nint(9*time)"]  # fmt: skip
+
+
+@pytest.mark.parametrize("q", ROUGH)
+def test_a_coordinate_with_corners_is_refused(q):
+    """The body would be in two places, or its speed would jump unseen."""
+    error = only_error(ROD + f"DRIVE d h q={{{q}}}")
+    assert error.code == "E251" and "corners or jumps" in error.message and error.span.text == f"q={{{q}}}"
+
+
+def test_a_constant_corner_is_none():
+    assert not [d for d in problems(ROD + "DRIVE d h q={time^3+max(1,2)}") if d.severity == "error"]
+
+
+def test_a_sine_without_delay_is_a_formula():
+    """vo + va e^(-theta t) sin(2 pi f t + phase), and its exact acceleration."""
+    t, (q, alpha) = run(ROD + "DRIVE d h q=SIN(0.1 0.5 3 0 2 90)", "angle(h) alpha(h)", "reltol=1e-2")
+    s = -2 + 6j * np.pi
+    assert q == pytest.approx(0.1 + 0.5 * (1j * np.exp(s * t)).imag, abs=1e-9)
+    assert alpha == pytest.approx(0.5 * (1j * s * s * np.exp(s * t)).imag, abs=1e-9)
+
+
+def test_a_sine_with_delay_says_its_corner():
+    error = only_error(ROD + "DRIVE d h q=SIN(0 1 10 2m)")
+    assert error.code == "E251" and "its delay, 0.002 s" in error.message
+
+
+@pytest.mark.parametrize(
+    ("qd", "jump"),
+    [("time>.05 ? 1 : 0", "t = 0.05 s, from 0 to 1"), ("floor(30*time)", "t = 0.0333333 s, from 0 to 1"),
+     ("max(0,time-.05)", ""), ("u(time-.05)*(time-.05)", ""), ("sin(9*time)", "")],
+)  # fmt: skip
+def test_a_speed_that_jumps_is_said_and_claims_no_balance(qd, jump):
+    result = emsim.run(f"t\n{ROD}DRIVE d h qd={{{qd}}}\n.tran 1m 0.1\n.end\n")
+    said = [d.message for d in result.diagnostics if d.code == "W237"]
+    assert len(said) == bool(jump) and all(jump in text for text in said)
+    assert not [d for d in result.diagnostics if d.code == "W415"]
 
 
 def test_a_flag_of_time_does_not_hide_that_motion_is_known():
