@@ -362,19 +362,19 @@ def evaluate(node: Node, scope: Scope) -> float:
             raise ExprError("E124", f"`{_short(node)}` is {value:g}, not a finite number", node.span)
     except ExprError as error:
         if error.code == "E124" and not error.hint:
-            known = {name: scope.lookup(name) for name in _names(node)}
+            known = {name: scope.lookup(name) for name in names(node)}
             error.hint = ", ".join(f"{k} is {v:g}" for k, v in known.items() if v is not None) or None
         raise
     return value
 
 
-def _names(node: Node) -> Iterator[str]:
+def names(node: Node) -> Iterator[str]:
     """Names that stand in an expression."""
     if isinstance(node, Name):
         yield node.id
     for part in (*getattr(node, "args", ()), *(getattr(node, key, None) for key in "cab")):
         if isinstance(part, Node):
-            yield from _names(part)
+            yield from names(part)
 
 
 def _evaluate(node: Node, scope: Scope, depth: int) -> float:

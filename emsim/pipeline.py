@@ -5,6 +5,8 @@ text -> deck -> flat deck -> equation (1) -> solution -> Result
 
 from __future__ import annotations
 
+from math import isfinite
+
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -143,6 +145,7 @@ def solve(
 ) -> list[Run]:
     """Every analysis in deck order; the first one that fails is the last."""
     from .analyses import runner
+    from .analyses.failure import not_finite
 
     drawing = assembly.drawing() if scene else None
     runs: list[Run] = []
@@ -153,6 +156,7 @@ def solve(
             runs.append(runner(card.kind)(assembly, card, settings, progress))
         if runs[-1].waves.status != "ok":
             break
+        runs[-1].trouble += not_finite(runs[-1], card)
     return runs
 
 
@@ -185,7 +189,9 @@ def _table(assembly: Assembly, r: Run) -> Table:
         from .reports.energy import Ledger, doubt
 
         ledger = Ledger(assembly.accounts, found, assembly.system.diode_names)
-        if r.waves.status == "ok":
+        if not isfinite(ledger.residual):  # a run that ended at a pole has no balance to show
+            ledger = None
+        elif r.waves.status == "ok":
             doubt(ledger, assembly.flat.sink, assembly.options["method"])
 
     stats = dict(r.waves.stats)

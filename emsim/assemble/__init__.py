@@ -84,6 +84,7 @@ def assemble(
     circuit.contribute(ctx)
     if ctx.machine is not None:
         ctx.machine.contribute()
+        ctx.machine.check_poles()
 
     outputs, prints = select(ctx)
     flat.sink.raise_if_errors()

@@ -79,13 +79,20 @@ class Compiler:
         self._truths: set[int] = set()
         self._random: Random | None = None
         self._count = 0
+        self._divisors: list[
+            tuple[Expr, Span | None]
+        ] = []  # of the expression at hand, those that read the machine
 
     def compile(self, ast: Node, where: Span | None) -> Expr:
         before, self._where = self._where, where
+        outer, self._divisors = self._divisors, []
         try:
-            return self._node(ast)
+            whole = self._node(ast)
+            if self._divisors:
+                self.ctx.divided_by_motion(whole, self._divisors)
+            return whole
         finally:
-            self._where = before
+            self._where, self._divisors = before, outer
 
     # tree ----------------------------------------------------------------------------------------
 
@@ -162,6 +169,7 @@ class Compiler:
                 )
             return a / b
         if mechanical:
+            self._divisors.append((b, node.b.span or node.span or self._where))
             return a / b
         quotient = a / (b + TINY)
         self.ctx.divided(quotient, b, node.b.span or node.span or self._where)

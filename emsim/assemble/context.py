@@ -46,6 +46,7 @@ class Context:
     domains   flag name -> (flag, text, place): functions that may leave their domain during a run
     rounded   floor, ceil and the like of what is not constant: they jump, and no flag says when
     divisors  quotients in expressions, with what they divide by and its place
+    poles     expressions with their divisors that read the machine, which knows where it starts
     coupled   (branch, branch) of two inductors -> the sum of their coupling coefficients
     """
 
@@ -63,6 +64,7 @@ class Context:
         self.series: dict[str, tuple[int, int, float]] = {}  # of diodes: node, inner node, conductance [S]
         self.domains: dict[str, tuple[Expr, str, Span | None]] = {}
         self.divisors: dict[int, tuple[Expr, Expr, Span | None]] = {}
+        self.poles: list[tuple[Expr, list[tuple[Expr, Span | None]]]] = []
         self.coupled: dict[tuple[int, int], float] = {}
         self.machine: Any = None
         self.scale: Any = None
@@ -220,6 +222,19 @@ class Context:
         """Remember to say so when `by` is zero at the operating point and the quotient is not."""
         if quotient.value is None and getattr(self.machine, "own_symbols", None) is None:
             self.divisors.setdefault(quotient.id, (quotient, by, where))
+
+    def divided_by_motion(self, whole: Expr, divisors: list[tuple[Expr, Span | None]]) -> None:
+        """Remember an expression that divides by something of the machine; in an energy its own voltage or current is 1."""
+        own = getattr(self.machine, "own_symbols", None)
+        if own is not None:
+            places = [
+                (own.coordinate, self.machine.joints[own.joint].q),
+                (own.voltage, self.b.const(1.0)),
+                (own.current, self.b.const(1.0)),
+            ]
+            es = self.b.substitute([whole, *(e for e, _ in divisors)], places)
+            whole, divisors = es[0], [(e, at) for e, (_, at) in zip(es[1:], divisors, strict=True)]
+        self.poles.append((whole, divisors))
 
     def table(
         self,

@@ -16,7 +16,10 @@ text} are said when such a flag turns 1 during a run. The machine is the scene `
 
 from __future__ import annotations
 
+from math import isfinite
+
 from ..cards.coordinate import OnJointOrPoints
+from ..expr import Node, names
 from . import closing, coordinates, equations, loops, prescribed, probes, reactions, start
 from .binding import Binding
 from .kinematics import constant, dot, is_zero, subtract
@@ -34,7 +37,6 @@ if TYPE_CHECKING:
     from ..cards.drive import Drive
     from ..cards.gear import Gear
     from ..diagnostics import Span
-    from ..expr import Node
     from .context import Context
     from .coordinates import Tie
     from .kinematics import Frame
@@ -303,6 +305,24 @@ class Machine(Binding):
                     "widen range=, or start the joint inside of it",
                 )
 
+    def check_poles(self) -> None:
+        """Divisions by something that is zero where the machine starts, once all expressions are known."""
+        if self.broken:
+            return
+        electrical = [self.b.x(k) for k in (*self.ctx.nodes.values(), *self.ctx.branches.values())]
+        for whole, divisors in self.ctx.poles:
+            if isfinite(self.b.eval([self.public(whole)], self.found.x, 0.0)[0]):
+                continue
+            for e, span in divisors:
+                by = self.public(e)
+                if not any(self.b.depends(by, electrical)) and self.b.eval([by], self.found.x, 0.0)[0] == 0.0:
+                    self._fail(
+                        "E283",
+                        f"division by zero at the start, where `{span.text if span else 'the divisor'}` is 0",
+                        span,
+                        "start the joint elsewhere (ic=), or add to the divisor what is left there, a gap for instance",
+                    )
+
     def _locked_note(self) -> None:
         """Joints and gears that leave no motion at all."""
         if self.own and not self.drives and self.found.dof == 0:
@@ -389,6 +409,17 @@ class Machine(Binding):
             return self.compile(value, span)
         finally:
             self.own_symbols = None
+
+    def beyond_coordinates(self, value: Any, e: Expr) -> str:
+        """Something that an energy depends on and that is no coordinate, in the deck's words; "" where nothing is."""
+        if hasattr(value, "kind") or (isinstance(value, Node) and "time" in names(value)):
+            return "time"
+        speeds = [(c.u_name, c.u) for c in (*self.own, *self.given)]
+        nodes = [(f"v({name})", self.b.x(row)) for name, row in self.ctx.nodes.items()]
+        branches = [(f"i({name})", self.b.x(row)) for name, row in self.ctx.branches.items()]
+        found = [*speeds, *nodes, *branches]
+        reads = self.b.depends(e, [x for _, x in found])
+        return next((name for (name, _), read in zip(found, reads, strict=True) if read), "")
 
     def add_f(self, row: int, e: Scalar) -> None:
         self.b.add_f(row, self.public(e))

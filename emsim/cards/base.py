@@ -83,6 +83,7 @@ if TYPE_CHECKING:
         def frame(self, name: str) -> BodyView: ...
         def compile(self, value: Any, span: Span) -> Expr: ...  # number, expression or Waveform
         def compile_energy(self, value: Any, span: Span, own: Own) -> Expr: ...  # to be differentiated
+        def beyond_coordinates(self, value: Any, e: Expr) -> str: ...  # what else an energy reads
         def speeds(self, joint: str) -> list[Expr]: ...  # all speeds of a joint
         def add_f(self, row: int, e: Scalar) -> None: ...  # to F of a row, of equation (1); -1 is ground
         def add_q(self, row: int, e: Scalar) -> None: ...  # to Q of a row

@@ -5,7 +5,8 @@
     W={w}      W' = w(v(name), q) or w(i(name), q), saturation included
     K={k(q)}   v = k u, power k i u into the machine
 v is the voltage from n+ to n-, i the current into n+. C-like cards add their charge to the node rows, L-like
-ones have a branch row for the flux linkage; the force comes with dL/dq of the whole machine, so the pair
+ones have a branch row for the flux linkage; an energy that changes by itself, with time or another voltage, would be work
+from nowhere, so it is refused (K= stores none, and may); the force comes with dL/dq of the whole machine, so the pair
 cannot be inconsistent.
 """
 
@@ -56,6 +57,16 @@ class Transducer(Card):
         """Compile the energy once, with the card's own voltage, current and coordinate as free symbols."""
         self.own = Own(self.name, self.joint.name, s.b.symbol(), s.b.symbol(), s.b.symbol())
         value = s.compile_energy(getattr(self, self.form), self.place(self.form), self.own)
+        other = "" if self.form == "k" else s.beyond_coordinates(getattr(self, self.form), value)
+        if other:
+            of = {"c": "", "l": "", "w": f" v({self.name}) or i({self.name}) and"}[self.form]
+            s.sink.error(
+                "E252",
+                f"{self.form.upper()}= of TRANSDUCER {self.name} is a function of{of} the coordinate; {other} "
+                "would do work that nothing supplies",
+                self.place(self.form),
+                f"write it in terms of the position of {self.joint.name}, and let a DRIVE or a source move what moves by itself",
+            )
         self.charge_like = self.form == "c"
         if self.form == "w":
             uses_v, uses_i = s.b.depends(value, [self.own.voltage, self.own.current])

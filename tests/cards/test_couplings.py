@@ -3,7 +3,10 @@
 import math
 
 import pytest
-from machines import generalised_force, machine, momentum, problems, reads, state, value
+from machines import generalised_force, machine, momentum, only_error, problems, reads, state, value
+
+import emsim
+from emsim.diagnostics import ConvergenceError, DeckError
 
 ROTOR = "BODY rotor m=1 j=1m\nJOINT shaft 0 rotor pin\n"
 SLED = "BODY sled m=2\nJOINT rail 0 sled slide axis=(1,0)\n"
@@ -301,3 +304,56 @@ def test_drive_moves_what_hangs_on_it():
     at = {"angle(h)": 0.3, "omega(h)": 0.7}
     p = value(m, m.momentum[id(m.own[0])][0], at, t=0.2)
     assert p == pytest.approx(2 * 0.25 * 0.7 + 2 * 0.5 * math.cos(0.3) * 0.4 * math.cos(0.8))
+
+
+COMB = "BODY b m=1m\nJOINT h 0 b slide\nSPRING s h k=10\nV1 a 0 1\nV2 c 0 1\n"
+LAWS = {
+    "C={1p*(1+time)}": "time",
+    "L={1m*(1+(time>1?2:0))}": "time",
+    "W={0.5*i(t)^2*(1+time)}": "time",
+    "C=SIN(1p 1p 1)": "time",
+    "C={1p*(1+vel(h))}": "vel(h)",
+    "C={1p*(1+v(c))}": "v(c)",
+    "W={0.5*v(t)^2*(1+v(c))}": "v(c)",
+}
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_an_energy_that_changes_by_itself_is_refused(law):
+    """Its derivatives are no balance: the ledger blamed the integrator for it."""
+    error = only_error(COMB + f"TRANSDUCER t a 0 h {law}")
+    assert error.code == "E252" and f"the coordinate; {LAWS[law]} would do work" in error.message
+
+
+@pytest.mark.parametrize(
+    "law", ["K={1+time}", "K={1+v(c)}", "C={1p*(1+pos(h))}", "W={1p*v(t)^2*(1+pos(h)^2)}"]
+)
+def test_what_stores_nothing_may_read_anything(law):
+    assert not [d for d in problems(COMB + f"TRANSDUCER t a 0 h {law}") if d.severity == "error"]
+
+
+@pytest.mark.parametrize(
+    ("card", "divisor"),
+    [("TRANSDUCER t a 0 h C={1p/pos(h)}", "pos(h)"), ("TRANSDUCER t a 0 h C={1p/(2*pos(h))}", "2*pos(h)"),
+     ("FORCE f b dir=(1,0) {1/vel(h)}", "vel(h)"), ("B1 d 0 V={v(a)/pos(h)^2+1/pos(h)}\nR1 d 0 1", "pos(h)^2")],
+)  # fmt: skip
+@pytest.mark.parametrize("analysis", [".op", ".tran 1m 1"])
+def test_a_pole_at_the_start_is_shown(card, divisor, analysis):
+    with pytest.raises(DeckError) as trouble:
+        emsim.run(f"t\n{COMB}{card}\n{analysis}\n.end\n")
+    found = [d for d in trouble.value.diagnostics if d.code == "E283"]
+    assert found and found[0].span.text == divisor and "at the start" in found[0].message
+
+
+def test_a_pole_that_a_condition_avoids_is_none():
+    emsim.run(f"t\n{COMB}FORCE f b dir=(1,0) {{pos(h)>1m ? 1u/pos(h) : 0}}\n.tran 1m 10m\n.end\n")
+
+
+@pytest.mark.parametrize("analysis", ["op", "tran"])
+def test_no_infinite_value_is_a_result(analysis):
+    with pytest.raises(ConvergenceError) as trouble:
+        emsim.run(
+            f"t\n{COMB}.{analysis}{' 1m 10m' * (analysis == 'tran')}\n.print {analysis} v(a)/pos(h)\n.end\n"
+        )
+    (found,) = trouble.value.diagnostics
+    assert found.code == "E412" and "v(a)/pos(h) is not finite" in found.message
