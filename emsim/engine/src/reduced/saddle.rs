@@ -9,6 +9,7 @@ use super::dense::{dot, forward_symmetric};
 use super::quick::Quick;
 use super::{Block, Held, Point, Reduced, Step, Trouble};
 use crate::tape::{Inputs, Tape};
+use crate::waves::Wave;
 
 /// Constraints that are dependent to this part count as such: carries mechanisms through their change points.
 const RANK: f64 = 1e-9;
@@ -151,8 +152,10 @@ impl Reduced {
     }
 
     /// The same where the factors may be those of another place: loops are left as they are near a loss of rank, and where the
-    /// gap does not shrink at once. A row that was off by 1e-2 beside a change point would end in another branch.
-    pub fn close_gently(&self, p: &mut Point, y: &mut [f64], rounding: f64) {
+    /// gap does not shrink at once. A row that was off by 1e-2 beside a change point would end in another branch. At the time t,
+    /// on which a driven loop hangs.
+    pub fn close_gently(&self, p: &mut Point, waves: &[Wave], t: f64, y: &mut [f64], rounding: f64) {
+        self.set_time(p, waves, t, false);
         for k in 0..self.stage_steps {
             let Step::Saddle(s) = &self.steps[k] else { continue };
             self.renew(s, k, p);

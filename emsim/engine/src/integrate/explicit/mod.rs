@@ -391,7 +391,7 @@ impl<'a> Explicit<'a> {
         // the first row, which is in the same step
         if self.projects && !self.method.extra.is_empty() {
             let mut closed = y.to_vec();
-            self.reduced.close_gently(&mut inside.point, &mut closed, self.rounding());
+            self.reduced.close_gently(&mut inside.point, &self.sys.waves, t, &mut closed, self.rounding());
             self.reduced.y(&mut inside.point).copy_from_slice(&closed);
         }
         self.reduced.arrive(&mut inside.point, &self.sys.waves, t, false, None, out)
