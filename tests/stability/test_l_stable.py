@@ -86,3 +86,32 @@ def test_a_jump_of_a_fast_mode_is_stepped_over():
         exact = run(text, "method=gear reltol=1e-6", tran="1u 500u")
         apart = abs(result.at("v(out)", 490e-6) - exact.at("v(out)", 490e-6))
         assert apart <= 5e-3 * 12, (method, apart)
+
+
+@pytest.mark.parametrize("method", ["auto", "trap", "gear", "radau", "trbdf2", "esdirk"])
+@pytest.mark.parametrize("reltol", [1e-3, 1e-5])
+def test_slopes_after_a_corner(method, reltol):
+    """The current of a capacitor across a source, and ddt(), jump where a ramp begins: a step that takes its start for a stage (trbdf2,
+    esdirk) has to begin with what is there then. Rows inside the first step were wrong by 1.95 of the jump's height."""
+    text = """a capacitor on ramps, beside a diode
+V1 a 0 PWL(0 0 1m 1 2m 0 3m 0 4m -2)
+C1 a 0 1u
+B1 b 0 V=ddt(v(a))*1m
+R1 b c 1k
+C2 c 0 100n
+D1 a 0 d
+.model d D(is=1e-30)
+.tran 10u 4m
+.end
+"""
+    result = run(text, f"method={method} reltol={reltol!r}")
+    t, slopes = result.time, (1.0, -1.0, 0.0, -2.0)
+    slope, filtered, last = np.empty_like(t), np.empty_like(t), 0.0
+    for k, level in enumerate(slopes):
+        of = (t >= k * 1e-3) & (t <= (k + 1) * 1e-3)
+        slope[of], filtered[of] = level, level + (last - level) * np.exp(-(t[of] - k * 1e-3) / 1e-4)
+        last = level + (last - level) * np.exp(-10)
+    apart = np.min([np.abs(t - k * 1e-3) for k in range(5)], axis=0) > 2e-9
+    assert np.abs(result["v(b)"] - slope)[apart].max() <= 1e-6
+    assert np.abs(-1e3 * result["i(v1)"] - slope)[apart].max() <= 1e-4
+    assert np.abs(result["v(c)"] - filtered).max() <= max(reltol, 2e-4)

@@ -22,6 +22,8 @@
 //! k = floor(s / per), so that the millionth pulse is as exact as the first. Rounding of t itself cannot be avoided; a time
 //! within a few units in the last place of a corner counts as the corner, so that the value there is the corner's own.
 
+mod rate;
+
 use std::f64::consts::TAU;
 
 /// `next_breakpoint(t)` gives nothing nearer than this part of t.

@@ -442,6 +442,10 @@ impl Method for Auto<'_> {
         self.inner().starts_at_full_length()
     }
 
+    fn begins_with_slopes(&self) -> bool {
+        self.inner().begins_with_slopes()
+    }
+
     fn multipliers_lag(&self) -> bool {
         self.inner().multipliers_lag()
     }

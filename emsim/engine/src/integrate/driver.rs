@@ -11,7 +11,7 @@ use self::memory::Memory;
 pub use self::memory::IMPOSED;
 pub(super) use self::stretch::Mark;
 
-use super::rows::{Forces, Grid, Row, Sink};
+use super::rows::{undetermined, Forces, Grid, Row, Sink};
 use super::watch::{Report, Watch};
 use super::{make, Attempt, Method, Used};
 use crate::events::{Candidate, Detector, Located};
@@ -103,6 +103,7 @@ pub(super) struct Run<'a, S: Sink> {
     scratch: Vec<f64>,
     watch: Watch,
     forces: Option<Option<Forces>>, // multipliers of the rows, where they are asked for and the method's own lag behind
+    slopes: Option<bool>,           // unknowns follow from the slopes of others: a corner is a jump to them
     kept: f64,                      // end of the last recorded step
     crept: (f64, f64),              // where a corner was last stepped over, and how often there
 }
@@ -212,6 +213,7 @@ impl<'a, S: Sink> Run<'a, S> {
             dense,
             scratch: vec![0.0; sys.n],
             forces: None,
+            slopes: None,
             kept: 0.0,
             crept: (f64::NEG_INFINITY, 0.0),
             watch: Watch::new(sys, o, a.tstop, tmax),
@@ -406,7 +408,7 @@ impl<'a, S: Sink> Run<'a, S> {
                 break;
             }
             self.w.counters.breakpoints += 1;
-            let jumped = self.land();
+            let jumped = self.land(method);
             let ahead = self.stop - self.t;
             self.grid.bent(self.t, ahead);
             if fixed {
@@ -451,20 +453,6 @@ impl<'a, S: Sink> Run<'a, S> {
         None
     }
 
-    fn tried(&self, step: f64, method: &dyn Method) -> [String; 2] {
-        let by = method.used().last().map_or(self.o.method.clone(), |u| u.method.clone());
-        [format!("shorter steps, down to {step:.2e} s"), format!("method {by}")]
-    }
-
-    fn runs_away(&mut self, step: f64, unknown: usize, method: &dyn Method) {
-        self.fail(step, Failure::NotFinite { unknown }, self.tried(step, method).into());
-    }
-
-    fn fail(&mut self, h: f64, why: Failure, tried: Vec<String>) {
-        self.outcome.status = Status::Failed;
-        self.outcome.failed = Some(Failed { t: self.t, h, during: "transient", why, tried });
-    }
-
     /// Records the accepted step up to its end x at t.
     fn keep(&mut self, method: &dyn Method) {
         let width = self.t - self.kept;
@@ -488,11 +476,11 @@ impl<'a, S: Sink> Run<'a, S> {
 
     /// At a corner or an edge: flags flip, values jump, the next stop is found. True when something jumped. Another one
     /// beside it, to rounding, is of the same time: nothing can be solved in between.
-    fn land(&mut self) -> bool {
+    fn land(&mut self, method: &dyn Method) -> bool {
         let mut jumped = false;
         for _ in 0..CASCADE {
             let before = self.outcome.events.len();
-            let jumps = self.sys.jumps_at(self.t);
+            let jumps = self.sys.jumps_at(self.t) || self.slopes_jump(method);
             let (t, events) = (self.t, &mut self.outcome.events);
             self.sys.flip_edges(self.w, t, |k, on| events.push((t, k, on)));
             let flipped = self.outcome.events.len() > before;
@@ -509,6 +497,11 @@ impl<'a, S: Sink> Run<'a, S> {
             (self.t, self.late) = (self.stop, 0.0);
         }
         jumped
+    }
+
+    /// Is a corner of a source a jump to what the method's next step begins with?
+    fn slopes_jump(&mut self, method: &dyn Method) -> bool {
+        method.begins_with_slopes() && *self.slopes.get_or_insert_with(|| undetermined(self.sys).contains(&true))
     }
 
     /// Something has jumped at t: one implicit step of nearly no length gives the values after it, and their time.

@@ -85,6 +85,10 @@ pub trait Method {
     fn starts_at_full_length(&self) -> bool {
         false
     }
+    /// A step takes the slopes at its start for a stage: what follows from slopes there has to be theirs.
+    fn begins_with_slopes(&self) -> bool {
+        false
+    }
     /// Multipliers and derivatives are of a lower order than the state: rows that show them compute them anew.
     fn multipliers_lag(&self) -> bool {
         false

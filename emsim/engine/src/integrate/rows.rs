@@ -69,7 +69,7 @@ impl Sink for Record {
 /// leaves them over, or could (the underdetermined part of Dulmage and Mendelsohn's decomposition). They are multipliers,
 /// derivatives, the current of a capacitor across a source, and what follows from them; the current that a motor of
 /// no inductance takes, r i = v - k omega, is none.
-fn undetermined(sys: &System) -> Vec<bool> {
+pub fn undetermined(sys: &System) -> Vec<bool> {
     let mut reads = vec![Vec::new(); sys.n];
     for k in (0..sys.n).filter(|&k| !sys.differential[k]) {
         for &r in sys.pattern.column(k).iter().filter(|&&r| !sys.has_q[r]) {

@@ -343,7 +343,7 @@ impl Reduced {
         }
         if self.wave_rates {
             for (v, wave) in p.waves[waves.len()..].iter_mut().zip(waves) {
-                *v = slope(wave, t, before);
+                *v = wave.rate(t, before);
             }
         }
     }
@@ -611,13 +611,4 @@ impl Reduced {
             }
         }
     }
-}
-
-/// dw/dt by differences on the side asked for: waves are smooth between their corners.
-fn slope(w: &Wave, t: f64, before: bool) -> f64 {
-    let h = 1e-3 * w.shortest().min(1.0);
-    let d = if before { -h } else { h.min(0.2 * (w.next_breakpoint(t) - t)) };
-    let at = |k: f64| if k == 0.0 && before { w.value_before(t) } else { w.value(t + k * d) };
-    // five points, one-sided: order 4
-    (-25.0 * at(0.0) + 48.0 * at(1.0) - 36.0 * at(2.0) + 16.0 * at(3.0) - 3.0 * at(4.0)) / (12.0 * d)
 }

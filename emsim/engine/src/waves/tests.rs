@@ -221,3 +221,34 @@ fn bad_waves_are_refused() {
     }
     assert_eq!(Wave::new("dc", &[2.0], Some(3.0)).unwrap().dc_value(), 3.0);
 }
+
+#[test]
+fn rates_are_those_of_the_values() {
+    let waves = [
+        wave("pulse", &[1.0, 3.0, 0.1, 0.2, 0.3, 0.4, 2.0, 0.0]),
+        wave("pulse", &[0.0, 5.0, 0.5, 0.3, 0.0, 0.1, 1.0, 2.0]),
+        wave("sin", &[1.0, 2.0, 0.7, 0.3, 0.2, 40.0]),
+        wave("exp", &[1.0, 3.0, 0.5, 0.3, 1.5, 0.2]),
+        wave("sffm", &[1.0, 2.0, 1.5, 0.8, 0.3, 10.0, 20.0]),
+        wave("am", &[2.0, 1.0, 0.3, 2.0, 0.4, 30.0]),
+        wave("pwl", &[0.2, 1.0, 0.5, 3.0, 0.5, -1.0, 2.0, 4.0]),
+        wave("pwlr", &[0.3, 0.0, 0.0, 1.0, 0.5, 2.0, 0.8, 1.0]),
+    ];
+    for (k, w) in waves.iter().enumerate() {
+        let (h, tight) = (1e-5, 1e-3);
+        for step in 0..4000 {
+            let t = 1e-3 * f64::from(step) + 1.7e-4;
+            if w.next_breakpoint(t - 2.0 * h) > t + 2.0 * h {
+                let centred = (w.value(t + h) - w.value(t - h)) / (2.0 * h);
+                assert!((w.rate(t, false) - centred).abs() < tight, "{k} {t} {} {centred}", w.rate(t, false));
+                assert_eq!(w.rate(t, false), w.rate(t, true));
+            }
+        }
+        for t in breakpoints(w, 4.0) {
+            let after = (w.value(t + h) - w.value(t)) / h;
+            let before = (w.value_before(t) - w.value(t - h)) / h;
+            assert!((w.rate(t, false) - after).abs() < 100.0 * tight, "{k} {t} {} {after}", w.rate(t, false));
+            assert!((w.rate(t, true) - before).abs() < 100.0 * tight, "{k} {t} {} {before}", w.rate(t, true));
+        }
+    }
+}

@@ -461,6 +461,10 @@ impl Method for Dirk {
         true
     }
 
+    fn begins_with_slopes(&self) -> bool {
+        true
+    }
+
     fn inputs_changed(&mut self) {
         self.started = false;
     }

@@ -2,6 +2,11 @@
 //! before, until time has no finer division; what a method or another one finds beyond it is some other solution of its stage
 //! equations, under a tolerance as large as the values have become.
 
+use super::super::rows::Sink;
+use super::super::Method;
+use super::{Failed, Run, Status};
+use crate::newton::Failure;
+
 /// No quantity of a deck is larger; a solution on its way to infinity ends here, before it is NaN.
 const LARGEST: f64 = 1e100;
 /// Steps in a row, each shorter than this part of the run, in which an unknown was larger by so much than it had ever been.
@@ -38,4 +43,20 @@ pub fn gone(x: &[f64]) -> Option<usize> {
     let too_large = |v: &f64| v.abs() > LARGEST;
     let any = x.iter().map(|v| u64::from(too_large(v))).sum::<u64>() > 0;
     any.then(|| x.iter().position(too_large)).flatten()
+}
+
+impl<S: Sink> Run<'_, S> {
+    pub(super) fn tried(&self, step: f64, method: &dyn Method) -> [String; 2] {
+        let by = method.used().last().map_or(self.o.method.clone(), |u| u.method.clone());
+        [format!("shorter steps, down to {step:.2e} s"), format!("method {by}")]
+    }
+
+    pub(super) fn runs_away(&mut self, step: f64, unknown: usize, method: &dyn Method) {
+        self.fail(step, Failure::NotFinite { unknown }, self.tried(step, method).into());
+    }
+
+    pub(super) fn fail(&mut self, h: f64, why: Failure, tried: Vec<String>) {
+        self.outcome.status = Status::Failed;
+        self.outcome.failed = Some(Failed { t: self.t, h, during: "transient", why, tried });
+    }
 }

@@ -32,7 +32,7 @@ impl<S: Sink> Run<'_, S> {
             if corner < until && corner - self.t <= self.slack {
                 self.t = corner;
             }
-            if self.land() {
+            if self.land(method) {
                 self.restart(method);
                 self.next.h = self.memory.length().or(self.next.h.map(|h| 0.1 * h));
             }

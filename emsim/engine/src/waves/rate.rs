@@ -1,0 +1,83 @@
+//! dw/dt of a waveform, exactly: what follows from a source's slope (a current into a capacitor across it, ddt()) is as right as the source.
+use super::{passed, periods, Pulse, Pwl, Shape, Side, Wave, SNAP};
+use std::f64::consts::TAU;
+
+impl Wave {
+    /// dw/dt at t; at a corner the slope before it or after it. Jumps have none.
+    pub fn rate(&self, t: f64, before: bool) -> f64 {
+        let side = if before { Side::Before } else { Side::After };
+        match &self.shape {
+            Shape::Dc(_) | Shape::Guest => 0.0,
+            Shape::Pulse(pulse) => pulse.rate(t, side),
+            Shape::Pwl(pwl) => pwl.rate(t, side),
+            Shape::Sin { amplitude, frequency, delay, damping, phase, .. } => {
+                let s = t - delay;
+                if !passed(s, 0.0, 0.0, side) {
+                    return 0.0;
+                }
+                let (sin, slope) = wave(*frequency, s, *phase);
+                amplitude * (slope - damping * sin) * (-s * damping).exp()
+            }
+            Shape::Exp { low, high, rise_at, rise_tau, fall_at, fall_tau } => {
+                let of = |from: f64, tau: f64| match tau > 0.0 && passed(t, from, 0.0, side) {
+                    true => (-(t - from) / tau).exp() / tau,
+                    false => 0.0,
+                };
+                let falls = if passed(t, *rise_at, 0.0, side) { of(*fall_at, *fall_tau) } else { 0.0 };
+                (high - low) * (of(*rise_at, *rise_tau) - falls)
+            }
+            Shape::Sffm { amplitude, carrier, index, signal, carrier_phase, signal_phase, .. } => {
+                let (sin, slope) = wave(*signal, t, *signal_phase);
+                let angle = TAU * (carrier * t - (carrier * t).floor()) + carrier_phase + index * sin;
+                amplitude * angle.cos() * (TAU * carrier + index * slope)
+            }
+            Shape::Am { amplitude, offset, modulation, carrier, delay, phase } => {
+                let s = t - delay;
+                if !passed(s, 0.0, 0.0, side) {
+                    return 0.0;
+                }
+                let ((low, low_slope), (high, high_slope)) = (wave(*modulation, s, *phase), wave(*carrier, s, *phase));
+                amplitude * (low_slope * high + (offset + low) * high_slope)
+            }
+        }
+    }
+}
+
+/// sin(2 pi f s + phase) and its derivative with respect to s.
+fn wave(f: f64, s: f64, phase: f64) -> (f64, f64) {
+    let cycles = f * s;
+    let (sin, cos) = (TAU * (cycles - cycles.floor()) + phase).sin_cos();
+    (sin, TAU * f * cos)
+}
+
+impl Pulse {
+    fn rate(&self, t: f64, side: Side) -> f64 {
+        let snap = SNAP * t.abs().max(self.delay.abs());
+        let s = t - self.delay;
+        let k = if self.period.is_finite() { periods(s, self.period, snap, side) } else { 0.0 };
+        if !passed(s, 0.0, snap, side) || k >= self.count {
+            return 0.0;
+        }
+        let s = if k > 0.0 { k.mul_add(-self.period, s) } else { s };
+        let [rise, top, fall] = self.corners;
+        if !passed(s, rise, snap, side) {
+            (self.v2 - self.v1) / rise
+        } else if passed(s, top, snap, side) && !passed(s, fall, snap, side) {
+            (self.v1 - self.v2) / (fall - top)
+        } else {
+            0.0
+        }
+    }
+}
+
+impl Pwl {
+    fn rate(&self, t: f64, side: Side) -> f64 {
+        let snap = SNAP * t.abs().max(self.delay.abs());
+        let (_, s) = self.fold(t - self.delay, snap, side);
+        let i = self.times.partition_point(|&time| passed(s, time, snap, side));
+        if i == 0 || i == self.times.len() {
+            return 0.0;
+        }
+        (self.values[i] - self.values[i - 1]) / (self.times[i] - self.times[i - 1])
+    }
+}
