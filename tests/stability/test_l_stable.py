@@ -91,8 +91,8 @@ def test_a_jump_of_a_fast_mode_is_stepped_over():
 @pytest.mark.parametrize("method", ["auto", "trap", "gear", "radau", "trbdf2", "esdirk"])
 @pytest.mark.parametrize("reltol", [1e-3, 1e-5])
 def test_slopes_after_a_corner(method, reltol):
-    """The current of a capacitor across a source, and ddt(), jump where a ramp begins: a step that takes its start for a stage (trbdf2,
-    esdirk) has to begin with what is there then. Rows inside the first step were wrong by 1.95 of the jump's height."""
+    """The current of a capacitor across a source, and ddt(), jump where a ramp begins: a step that takes its start for a
+    stage (trbdf2, esdirk) has to begin with what is there then. Rows inside the first one were wrong by 1.95 of the jump."""
     text = """a capacitor on ramps, beside a diode
 V1 a 0 PWL(0 0 1m 1 2m 0 3m 0 4m -2)
 C1 a 0 1u
@@ -115,3 +115,24 @@ D1 a 0 d
     assert np.abs(result["v(b)"] - slope)[apart].max() <= 1e-6
     assert np.abs(-1e3 * result["i(v1)"] - slope)[apart].max() <= 1e-4
     assert np.abs(result["v(c)"] - filtered).max() <= max(reltol, 2e-4)
+
+
+@pytest.mark.parametrize("method", ["auto", "trap", "gear", "radau", "trbdf2", "esdirk", "dop853", "rk45"])
+@pytest.mark.parametrize("reltol", [1e-3, 1e-6])
+def test_a_step_up_to_a_jump_knows_nothing_of_it(method, reltol):
+    """A source jumps at 4 ms; and at the end of the run at 5 ms, by its period: PULSE(0 5) is a step in SPICE. Implicit steps
+    ended with the value after the jump: the last row was that of the next period, its state off by 0.3 % of the range."""
+    ramp = 1e-5  # an edge of no length is one of TSTEP
+    late = np.expm1(ramp / 1e-3) / (ramp / 1e-3)
+    for wave, end, exact in (
+        ("PWL(0 0 1m 0 1m 5 4m 5 4m 0 5m 0)", 4e-3, 5 * (1 - np.exp(-3.0))),
+        ("PULSE(0 5)", 5e-3, 5 * (1 - late * np.exp(-5.0))),
+    ):
+        result = run(
+            f"a step\nV1 a 0 {wave}\nR1 a b 1k\nC1 b 0 1u\n.tran 10u 5m\n.end\n",
+            f"method={method} reltol={reltol!r}",
+        )
+        k = int(np.flatnonzero(np.abs(result.time - end) < 1e-12)[0])
+        assert result["v(a)"][k] == pytest.approx(5, rel=1e-9)
+        assert abs(result["v(b)"][k] - exact) < 10 * reltol
+        assert result["i(v1)"][k] == pytest.approx(-(5 - exact) / 1e3, abs=0.02 * reltol)

@@ -86,6 +86,7 @@ pub struct Work {
     pub waves: Vec<f64>,
     pub flags: Vec<f64>,
     wave_time: f64,
+    before: f64, // from here on sources have the value before their jump: what lies at a step's end
     /// values that another system gives, in place of the last waves
     pub guests: Guests,
     pub source_factor: f64,
@@ -350,6 +351,7 @@ impl System {
             waves: vec![0.0; self.waves.len()],
             flags: self.flags.iter().map(|f| f64::from(f.initial.max(0))).collect(),
             wave_time: f64::NAN,
+            before: f64::INFINITY,
             guests: Guests::default(),
             source_factor: 1.0,
             dc: false,
@@ -384,7 +386,12 @@ impl System {
             return;
         }
         for (v, wave) in w.waves.iter_mut().zip(&self.waves) {
-            *v = w.source_factor * if w.dc { wave.dc_value() } else { wave.value(t) };
+            *v = w.source_factor
+                * match w.dc {
+                    true => wave.dc_value(),
+                    false if t >= w.before => wave.value_before(t),
+                    false => wave.value(t),
+                };
         }
         w.guests.write(t, &mut w.waves);
         w.wave_time = if w.dc { f64::NAN } else { t };

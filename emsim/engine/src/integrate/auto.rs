@@ -14,7 +14,7 @@
 //!     shortest time that its sources and its print grid speak of, `FAST_DAMPED` times where it is damped (with loops
 //!     to close `FAST_IN_LOOPS`): order is lost on what follows such a mode long before stability is. Also where it is damped and
 //!     `LASTING` times faster than the run is long: it will have died, and stability will want all those steps.
-//!  5. Where a method gives up for good, the others that can do it go on from the last good point, and hand back later.
+//!  5. Where a method gives up for good, or would take too many steps, the others that can do it go on from the last good point, and hand back later.
 //!
 //! Nothing is measured with a clock: equal decks take equal steps.
 use super::driver::IMPOSED;
@@ -123,8 +123,16 @@ fn implicit(sys: &System, o: &Options) -> &'static str {
         tol if few_restarts && tol >= 5e-4 && followed => "trap",
         tol if few_restarts && tol >= 5e-4 => "trbdf2",
         _ if few_restarts => "gear",
-        tol if tol >= 5e-7 => "esdirk",
-        _ => "radau",
+        tol => one_step(tol),
+    }
+}
+
+/// What does with any diode, switch or machine, and never with steps of rounding's size (transit times at 1e-8 leave gear at order 1).
+fn one_step(reltol: f64) -> &'static str {
+    if reltol >= 5e-7 {
+        "esdirk"
+    } else {
+        "radau"
     }
 }
 
@@ -395,6 +403,18 @@ impl Method for Auto<'_> {
                 return Some(self.longest);
             }
         }
+    }
+
+    fn gives_up(&mut self, w: &mut Work) -> Option<f64> {
+        let (slow, next) = (self.name(), one_step(self.o.reltol));
+        if slow == next || self.explicitly() {
+            return None;
+        }
+        self.implicit = next;
+        self.probation = None;
+        self.switch(w, next).ok()?;
+        self.tell(&format!("{slow} would take too long"));
+        Some(self.longest)
     }
 
     fn accept(&mut self, t1: f64) {

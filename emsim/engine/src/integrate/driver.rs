@@ -294,7 +294,10 @@ impl<'a, S: Sink> Run<'a, S> {
             }
             if count % TICK == 0 {
                 if let Some(why) = self.watch.cost(count, self.t, h, &self.tol) {
-                    return self.fail(h, why, vec![]);
+                    match method.gives_up(self.w) {
+                        Some(next) => h = next,
+                        None => return self.fail(h, why, vec![]),
+                    }
                 }
             }
             // how far may this step go

@@ -129,6 +129,10 @@ pub trait Method {
     fn fallback(&mut self, _w: &mut Work) -> Option<f64> {
         None
     }
+    /// The run would take too many steps: the length of the step to try instead, where another way is left.
+    fn gives_up(&mut self, _w: &mut Work) -> Option<f64> {
+        None
+    }
     /// Which methods did the work, from when on and why, where it is a choice.
     fn used(&self) -> Vec<Used> {
         Vec::new()

@@ -116,6 +116,8 @@ impl Forces {
     /// Everything that does not stand under d/dt, from what does. x stays as it is where that fails.
     fn settle(&mut self, sys: &System, w: &mut Work, x: &mut [f64], t: f64, h: f64, tol: &Tolerances) {
         let junction = w.junction.clone();
+        // what follows from slopes before a jump does so from times before it
+        let t = if sys.jumps_at(t) { t - 4.0 * h } else { t };
         let mut solve = |w: &mut Work, h: f64, r: &[f64], mut y: Vec<f64>, t: f64, passes: usize| {
             self.newton.forget();
             for _ in 0..passes {

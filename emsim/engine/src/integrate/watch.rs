@@ -171,7 +171,8 @@ pub struct Watch {
 
 impl Watch {
     pub fn new(sys: &System, o: &Options, span: f64, tmax: f64) -> Watch {
-        let kinds = |i: &usize| !sys.unknowns[*i].kind.enters_linearly();
+        let fixed = sys.alone();
+        let kinds = |i: &usize| !sys.unknowns[*i].kind.enters_linearly() && !fixed[*i];
         let watched: Vec<usize> = (0..sys.n).filter(kinds).take(MOST).collect();
         let loops = (0..sys.n).filter(|&i| sys.unknowns[i].kind.enters_linearly() && !sys.has_q[i]);
         let loops = if o.projection { Vec::new() } else { loops.collect() };

@@ -68,10 +68,14 @@ impl System {
         changed
     }
 
-    /// Where the integration stops next: a corner of a source that matters, an edge before it, or `tstop`.
+    /// Where the integration stops next: a corner of a source that matters, an edge before it, or `tstop`. Until this is asked for again
+    /// a source that jumps there has not jumped yet.
     pub fn next_stop(&self, w: &mut Work, t: f64, tstop: f64) -> f64 {
         let corner = self.next_corner(t).min(tstop);
-        self.edges.next(&mut w.edges, &self.waves, &w.flags, t, corner).map_or(corner, |e| e.t)
+        let stop = self.edges.next(&mut w.edges, &self.waves, &w.flags, t, corner).map_or(corner, |e| e.t);
+        w.before = stop * (1.0 - 8.0 * f64::EPSILON);
+        self.touch_sources(w);
+        stop
     }
 
     /// The next corner of a source that only edges read, for the record.
@@ -96,6 +100,19 @@ impl System {
     /// Unknowns whose rows between steps are read off a polynomial, and that error tolerances hold for.
     pub fn interpolated(&self) -> impl Iterator<Item = usize> + '_ {
         (0..self.n).filter(|&i| !self.unknowns[i].kind.enters_linearly() && !self.edges.pins(i))
+    }
+
+    /// Unknowns that stand alone in a row without d/dt: a source's node has what the source has, whatever the method.
+    pub fn alone(&self) -> Vec<bool> {
+        let mut in_row = vec![Vec::new(); self.n];
+        for k in 0..self.n {
+            self.pattern.column(k).iter().for_each(|&r| in_row[r].push(k));
+        }
+        let mut alone = vec![false; self.n];
+        for (row, of) in in_row.iter().enumerate().filter(|(_, of)| of.len() == 1) {
+            alone[of[0]] |= !self.has_q[row];
+        }
+        alone
     }
 
     fn loud(&self) -> impl Iterator<Item = &Wave> {
