@@ -5,7 +5,7 @@ from __future__ import annotations
 from .build_expr import expression, extent, machine_value, node_name, parts
 from .deck import Element, Instance, Ref, Waveform
 from .diagnostics import Diagnostic, Sink, Span
-from .expr import Num
+from .expr import Bare, Num
 from .source import Line, SourceFile
 from .syntax import LineError
 from .units import spice_leftover, spice_number
@@ -33,6 +33,10 @@ def form(letter: str) -> str:
 def _is_value(item: Any) -> bool:
     """A word or something in braces, not a keyword or a waveform."""
     return item[0] == "braced" if item.__class__ is tuple else item.type == "WORD"
+
+
+def _is_word(item: Any, *words: str) -> bool:
+    return item.__class__ is not tuple and item.lower() in words
 
 
 def _are_numbers(values: list[Any]) -> bool:
@@ -90,13 +94,9 @@ class Cards:
         return self.word(item, line)
 
     def number(self, item: Any, line: Line, what: str) -> Any:
-        """float or AST; a bare word is an error."""
+        """float or AST; a bare word is the name of a parameter."""
         value = self.value(item, line)
-        if isinstance(value, str):
-            raise self.fail(
-                "E110", f"{what} is no number: `{item}`", line, item, f"for a parameter write {{{item}}}"
-            )
-        return value
+        return Bare(value, what, (line, item.start_pos, item.end_pos)) if isinstance(value, str) else value
 
     def params(self, items: list[Any], line: Line, element: Element) -> list[Any]:
         """Takes key=value items into element.params; returns the other items in order."""
@@ -112,14 +112,12 @@ class Cards:
             after_tc = False
             if item.__class__ is tuple and item[0] in ("param", "named"):
                 key = item[1][0].lower()
-                values = [self.value(v, line) for v in item[1][1:]]
+                values = [self.number(v, line, f"{key}=") for v in item[1][1:]]
                 if key == "tc":
                     element.params["tc1"] = values[0]
                     if len(values) > 1:
                         element.params["tc2"] = values[1]
                     after_tc = element.letter in "rcl"
-                elif key == "m" and isinstance(values[0], str):
-                    raise self.fail("E110", "m= is no number", line, item)
                 else:
                     element.params[key] = values[0] if len(values) == 1 else values
             else:
@@ -211,6 +209,10 @@ class ElementCards(Cards):
                     raise self.fail("E102", f"{name} has a second waveform here", line, item)
                 e.wave = self.waveform(item, line)
                 continue
+            if _is_word(item, "r", "td") and e.wave is not None and e.wave.kind == "pwl" and at < len(rest):
+                e.wave.params[item.lower()] = self.number(rest[at], line, f"the value of {item}")
+                at += 1
+                continue
             # AC takes up to two values, DC one; a value alone is DC
             most = {"AC": 2, "DC": 1}.get(kind, 0)
             values = [] if most else [item]
@@ -221,12 +223,11 @@ class ElementCards(Cards):
             numbers = [self.number(v, line, what) for v in values]
             if kind == "AC":
                 e.extra["ac"] = (numbers[0] if numbers else 1.0, numbers[1] if numbers[1:] else 0.0)
-            elif not numbers:
-                raise self.fail("E109", "DC has no value", line, item, form("v"))
-            elif e.extra["dc"] is not None:
+            elif e.extra["dc"] is not None and numbers:
                 raise self.fail("E102", f"{name} has a second DC value here", line, values[0], form("v"))
-            else:
-                e.extra["dc"], e.value_span = numbers[0], line.span_at(*extent(values[0]))
+            else:  # DC alone is 0, as in ngspice
+                e.extra["dc"] = numbers[0] if numbers else e.extra["dc"] or 0.0
+                e.value_span = line.span_at(*extent(values[0] if values else item))
         if e.wave is not None:
             for key in ("r", "td"):
                 if key in e.params:
@@ -242,14 +243,17 @@ class ElementCards(Cards):
 
     def waveform(self, item: Any, line: Line) -> Waveform:
         ch = item[1]
-        kind = ch[0].lower()
+        kind = ch[0].lower().replace("sine", "sin")
         if kind.startswith("tr"):
             raise self.fail("E113", f"{kind.upper()} is not supported yet", line, ch[0], WAVES)
         args, params = [], {}
         what = f"a value of {kind.upper()}"
-        for child in parts(ch[1:]):
+        children = iter(parts(ch[1:]))
+        for child in children:
             if child.__class__ is tuple and child[0] == "param":
                 params[child[1][0].lower()] = self.number(child[1][1], line, f"{child[1][0]}=")
+            elif kind == "pwl" and _is_word(child, "r", "td"):
+                params[child.lower()] = self.number(next(children, child), line, f"the value of {child}")
             else:
                 args.append(self.number(child, line, what))
         if "file" in params:
@@ -285,6 +289,9 @@ class ElementCards(Cards):
 
     def gain(self, e: Element, name: Any, rest: list[Any], line: Line) -> None:
         if not rest:
+            if "gain" in e.params:
+                e.value = e.params.pop("gain")
+                return
             raise self.fail("E109", f"{name} has no gain", line, name, form(e.letter))
         e.value, e.value_span = self.number(rest[0], line, "the gain"), line.span_at(*extent(rest[0]))
         if len(rest) > 1:
@@ -389,13 +396,16 @@ class ElementCards(Cards):
     def on_coupling(self, ch: list[Any], line: Line) -> Element:
         e = self.element("k", ch, 0, line)
         rest = self.params(ch[1:], line, e)
+        if "k" in e.params:
+            rest.append(ch[-1])
         if len(rest) < 3:
             raise self.fail("E109", f"{ch[0]} needs two inductors and a coupling", line, ch[0], form("k"))
         for item in rest[:-1]:
             if not isinstance(item, str):
                 raise self.fail("E109", f"{ch[0]} needs the names of inductors here", line, item, form("k"))
         e.extra["inductors"] = [str(r.lower()) for r in rest[:-1]]
-        e.value, e.value_span = self.number(rest[-1], line, "the coupling"), line.span_at(*extent(rest[-1]))
+        e.value_span = line.span_at(*extent(rest[-1]))
+        e.value = e.params.pop("k") if "k" in e.params else self.number(rest[-1], line, "the coupling")
         return e
 
     def on_instance(self, ch: list[Any], line: Line) -> Instance:

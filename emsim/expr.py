@@ -58,6 +58,16 @@ class Name(Node):
         return (self.id,)
 
 
+class Bare(Name):
+    """A word without braces where a number belongs: the name of a .param, and nothing else. `what` it stands for."""
+
+    __slots__ = ("what",)
+
+    def __init__(self, id: str, what: str, at: Place = None) -> None:
+        super().__init__(id, at)
+        self.what = what
+
+
 class Call(Node):
     __slots__ = ("args", "fn")
 
@@ -382,7 +392,7 @@ def _evaluate(node: Node, scope: Scope, depth: int) -> float:
         return node.value
     if isinstance(node, Name):
         value = scope.lookup(node.id)
-        if value is None:
+        if value is None and node.__class__ is Name:
             value = CONSTANTS.get(node.id)
         if value is None:
             raise undefined(node, scope)
@@ -450,6 +460,10 @@ def _check_count(node: Call, least: int, most: int) -> None:
 
 def undefined(node: Name, scope: Scope) -> ExprError:
     """The error for a name that is no parameter in sight."""
+    if isinstance(node, Bare):
+        near = suggest(node.id, scope.names())
+        hint = f"did you mean `{near}`?" if near else "write a number, or the name of a .param"
+        return ExprError("E110", f"{node.what} is no number: `{node.id}`", node.span, hint)
     if node.id in RUN_TIME_NAMES:
         return ExprError("E125", f"`{node.id}` is known only while the run goes on", node.span)
     near = suggest(node.id, scope.names())
@@ -548,7 +562,7 @@ def _fold_call(node: Call, scope: Scope, bound: dict[str, Node], depth: int) -> 
 
 
 def _is_run_time(node: Name) -> bool:
-    return node.id in RUN_TIME_NAMES or node.id[0] == "@"
+    return node.__class__ is Name and (node.id in RUN_TIME_NAMES or node.id[0] == "@")
 
 
 def _fold_argument(node: Node, scope: Scope, bound: dict[str, Node], depth: int) -> Node:

@@ -216,7 +216,8 @@ def _wanted(accepts: set[str]) -> str:
     if {"NUMBER", "NAME", "V_CALL"} <= accepts:
         return "an expression"
     if "WORD" in accepts:
-        accepts = accepts - {"LBRACE", "QUOTE", "DBLQUOTE"}
+        # a comma is a blank there: nobody misses it
+        accepts = accepts - {"LBRACE", "QUOTE", "DBLQUOTE", "_COMMA"}
     if not accepts or len(accepts) > 20:
         return ""
     operators = accepts & set(_OPERATORS)

@@ -157,7 +157,10 @@ def bind_element(e: Element, level: Level, models: Models) -> Element:
     if level.mult != 1.0 and e.letter in _MULTIPLIED:
         own = flat.params.get("m", 1.0)
         flat.params["m"] = level.mult * (own if isinstance(own, float) else 1.0)
-    if e.model_name is not None:
+    value = models.parameter(e, level)
+    if value is not None:
+        flat.value, flat.value_span, flat.model_name = value, e.model_span, None
+    elif e.model_name is not None:
         flat.model_name = e.model_name
         flat.model = models.of_element(flat, level)
     elif "words" in e.extra:

@@ -81,6 +81,7 @@ class _Flattener:
         path = self.deck.file.path
         cards = self.expand(self.deck.body, top.scope, (os.path.realpath(path),) if path else ())
         self.unknown_defines(top.scope)
+        top.scope.temper = self.temperature(cards, top.scope)
         top.scope.check_all()
         self.flat.params = top.scope.values
         self.emit(cards, top)
@@ -119,6 +120,19 @@ class _Flattener:
                     f"no .param of the deck is called `{key}`",
                     hint=f"did you mean `{near}`?" if near else others,
                 )
+
+    def temperature(self, cards: list[Any], scope: DeckScope) -> float:
+        """What `temper` is in parameters: nothing sweeps the temperature, so it is a constant. Errors are told later."""
+        found: Any = self.flat.temp
+        for card in cards:
+            if card.__class__ is Dot and card.kind == "temp":
+                found = card.items
+            elif card.__class__ is Dot and card.kind == "options":
+                found = next((value for key, value, _ in card.items if key == "temp"), found)
+        try:
+            return as_float(found, scope)
+        except (ExprError, ValueError):
+            return self.flat.temp
 
     # ---- first visit: declarations, includes, conditions ----
 
@@ -219,7 +233,10 @@ class _Flattener:
                     if not (is_top and card.is_plain):
                         card = bind_element(card, level, self.models)
                     elif card.model_name is not None:
-                        card.model = self.models.of_element(card, level)
+                        if self.models.parameter(card, level) is not None:
+                            card = bind_element(card, level, self.models)
+                        else:
+                            card.model = self.models.of_element(card, level)
                     first = names.setdefault(card.name, card)
                     if first is not card:
                         self.twice("element", card.name, first.span, card.span)

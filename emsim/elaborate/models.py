@@ -77,6 +77,12 @@ class Models:
         model.type = base.type
         model.params.update(base.params)
 
+    def parameter(self, e: Element, level: Level) -> float | None:
+        """The value of the .param that stands where R, C, L have a value or a .model. As in ngspice it goes first."""
+        if e.model_name is None or e.value is not None or e.letter not in "rcl":
+            return None
+        return level.scope.lookup(e.model_name)
+
     def of_element(self, e: Element, level: Level) -> Model | None:
         """The model of R C L D S W; problems go to the sink."""
         name = e.model_name
@@ -98,12 +104,14 @@ class Models:
 
     def _missing(self, e: Element, name: str, level: Level) -> None:
         if e.letter in "rcl" and e.value is None:
-            number = level.scope.lookup(name)
-            if number is not None:
-                hint = f"for the parameter write {{{name}}}"
-            else:
-                hint = f"a .model {name} {e.letter.upper()}(...) is missing, or a value"
-            self.sink.error("E140", f"`{name}` is no number and no .model", e.model_span or e.span, hint)
+            near = suggest(name, level.scope.names())
+            hint = f"a .model {name} {e.letter.upper()}(...) is missing, or a value"
+            self.sink.error(
+                "E140",
+                f"`{name}` is no number, no .param and no .model",
+                e.model_span or e.span,
+                f"did you mean `{near}`?" if near else hint,
+            )
             return
         candidates = level.scope.all_models()
         near = suggest(name, candidates)

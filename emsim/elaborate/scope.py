@@ -38,6 +38,7 @@ class DeckScope(Scope):
         self._failed: dict[str, ExprError] = {}  # so that a wrong parameter is reported once
         self.prober: Any = None
         self.prefix = ""
+        self.temper: float | None = None  # of the top level: the circuit's temperature, once it is known
 
     # ---- parameters ----
 
@@ -47,7 +48,9 @@ class DeckScope(Scope):
             return value
         param = self.exprs.get(name)
         if param is None:
-            return self.caller.lookup(name) if self.caller is not None else None
+            if self.caller is not None:
+                return self.caller.lookup(name)
+            return self.temper if name == "temper" else None
         if name in self._failed:
             raise self._failed[name]
         if name in self._open:

@@ -241,3 +241,48 @@ def test_two_temperature_coefficients_in_either_spelling():
         (r,) = deck.body
         assert not deck.sink.diagnostics and r.value == 1000.0
         assert (r.params["tc1"], r.params["tc2"]) == (2e-3, 1e-6)
+
+
+def test_names_of_parameters_stand_for_their_values():
+    cards = ".param rv=2k vv=3 g=5\n"
+    assert element(cards + "R1 a 0 rv").value == 2e3
+    assert (
+        element(cards + "R1 a 0 rv\n.model rv r(r=7)").value == 2e3
+    )  # the parameter goes first, as in ngspice
+    assert element(cards + "R1 a 0 1k tc1=g").params["tc1"] == 5.0
+    assert element(cards + "E1 a 0 b 0 g").value == 5.0
+    assert element(cards + "V1 a 0 vv AC g").extra == {"dc": 3.0, "ac": (5.0, 0.0)}
+    assert element(cards + "V1 a 0 PULSE(0 vv 0 1u 1u g 2)").wave.args == [0, 3, 0, 1e-6, 1e-6, 5, 2]
+    assert (
+        codes(cards + "V1 a 0 ww")
+        == codes(cards + "V1 a 0 time")
+        == codes(cards + "R1 a 0 1 tc1=x")
+        == ["E110"]
+    )
+    assert codes(cards + "R1 a 0 rw") == ["E140"]
+
+
+def test_brackets_and_commas_about_nodes_are_blanks():
+    for card in ("R1 (a b) 1k", "R1 a,b,1k", "R1 (a,b), 1k", "R1 a b 1k, tc=0"):
+        e = element(card)
+        assert (e.nodes, e.value) == (["a", "b"], 1e3)
+    assert element("V1 (s 0) 1").nodes == ["s", "0"]
+    e = element("E1 (a 0) (s,0) 3")
+    assert (e.nodes, e.value) == (["a", "0", "s", "0"], 3.0)
+    # keywords of one element are words to the others
+    assert element("R1 a b ac=2 1k").value == 1e3 and element("V1 r c 1").nodes == ["r", "c"]
+
+
+def test_other_spellings_of_values():
+    assert element("V1 a 0 SINE(0 1 1k)").wave.kind == "sin"
+    assert element("V1 a 0 DC").extra["dc"] == element("V1 a 0 DC SIN(1 2 3)").extra["dc"] == 0.0
+    assert element("E1 a 0 s 0 gain=3").value == element("F1 a 0 vm gain=3").value == 3.0
+    k = element("K1 L1 L2 k=0.5")
+    assert (k.extra["inductors"], k.value, k.params) == (["l1", "l2"], 0.5, {})
+    for card in ("PWL(0 0 1 1) r 0 td 1m", "PWL(0 0 1 1 r=0 td=1m)", "PWL 0 0 1 1 r 0 td 1m"):
+        assert element("V1 a 0 " + card).wave.params == {"r": 0.0, "td": 1e-3}
+
+
+def test_temper_is_a_constant():
+    cards = ".param r={1k*(1+4m*(temper-27))}\n.temp 127\n"
+    assert element(cards + "R1 a 0 {r}").value == element(cards + "R1 a 0 r").value == pytest.approx(1.4e3)
