@@ -29,6 +29,7 @@ from . import loops
 from .kinematics import Frame, Moving, Rotation, add, cross, ground, scale, subtract
 from .loops import Row
 from .machine import Machine
+from .reactions import MOMENTS
 from .scene import AXES, Coordinate
 from .tree import GROUND, Plan
 
@@ -121,12 +122,15 @@ class Absolute(Machine):
         return frames
 
     def _place_planar(self, body: Body, cs: list[Coordinate]) -> Frame:
-        x, y, angle = cs
+        (x, y), angle = cs[:2], cs[2] if len(cs) > 2 else None
         height = _value(self.like, self.like.frames[body.name].point(body.centre).pos[2])
         moving = Moving(ground(self.b), (0.0, 0.0, height))
         moving.slide(AXES["x"], x.q, x.u)
         moving.slide(AXES["y"], y.q, y.u)
-        moving.turn(AXES["z"], angle.q, angle.u)
+        if angle is not None:
+            moving.turn(AXES["z"], angle.q, angle.u)
+        else:
+            moving.turn(AXES["z"], _value(self.like, self.like.frames[body.name].rot.about_z()), 0.0)
         return moving.frame(body.name, body.centre)
 
     def _place_spatial(self, body: Body, cs: list[Coordinate]) -> Frame:
@@ -265,9 +269,20 @@ def _centre(like: Machine, body: Body, axes: str) -> list[Coordinate]:
 
 def _planar(like: Machine, body: Body) -> list[Coordinate]:
     name, frame = body.name, like.frames[body.name]
-    angle, omega = _value(like, frame.rot.about_z()), _value(like, frame.omega[2])
+    about = frame.rot.about_z()
+    assert about is not None  # planar
+    if not body.inertia[2] and like.public(about).value is not None and not _moment_is_read(like, name):
+        # it only slides, and a turn without inertia would be no explicit equation
+        return _centre(like, body, "xy")
+    angle, omega = _value(like, about), _value(like, frame.omega[2])
     turn = _coordinate(name, f"angle({name})", f"omega({name})", "rad", angle, omega)
     return [*_centre(like, body, "xy"), turn]
+
+
+def _moment_is_read(like: Machine, body: str) -> bool:
+    """Does the deck read what keeps the body from turning? That is the multiplier of a row about its angle."""
+    read = {name for fn, name in like.wanted if fn in MOMENTS}
+    return any(joint.name in read and body in (joint.a, joint.b) for joint in like.joints.values())
 
 
 def _spatial(like: Machine, body: Body) -> list[Coordinate]:

@@ -177,3 +177,14 @@ def test_what_is_wrong_is_said_once():
         emsim.check(with_options(text, "formulation=absolute"))
     errors = [d for d in trouble.value.diagnostics if d.severity == "error"]
     assert [d.code for d in errors] == ["E242"] and "b, a, d, close" in errors[0].message
+
+
+@pytest.mark.parametrize("method", ["dop853", "rk45", "radau"])
+def test_a_mass_that_only_slides_needs_no_inertia(method):
+    """Its turn is no coordinate: an explicit method would not know the speed of it."""
+    cards = "BODY b m=1\nJOINT h 0 b slide axis=(1,1) zero=0.2 ic=1\nSPRING s h k=100\n.gravity 0"
+    run = emsim.run(
+        f"t\n{cards}\n.options formulation=absolute method={method} reltol=1e-8\n.tran 1m 0.3\n.print tran pos(h)\n.end\n"
+    )
+    t = np.asarray(run.time)
+    assert np.asarray(run["pos(h)"]) == pytest.approx(np.cos(10 * t), abs=1e-6)
