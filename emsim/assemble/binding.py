@@ -140,6 +140,33 @@ class Binding:
                     )
             elif kind == "point":
                 self._locate_ref(ref, what)
+        self._check_ends(card, what)
+
+    def _check_ends(self, card: Card, what: str) -> None:
+        """Does what acts on bodies act between two, or on one that can move?"""
+        refs = [
+            ref
+            for _, kind, ref in card.terminals
+            if kind in ("point", "turnable") and ref.name not in self.joints
+        ]
+        ends = [self.locate(ref.name, ORIGIN[:2] if ref.point is not None else None) for ref in refs]
+        names = [end[0] for end in ends if end is not None]
+        if not names or len(names) < len(ends):
+            return
+        if len(names) == 2 and names[0] == names[1]:
+            self._fail(
+                "E237",
+                f"{what} ties {names[0]} to itself",
+                card.span,
+                "its points are on one body, so its length never changes; it acts between two bodies, or a body and the ground 0",
+            )
+        elif all(name == GROUND or (name in self.bodies and self.bodies[name].fixed) for name in names):
+            rest = " and ".join(
+                "the ground" if name == GROUND else f"{name}, which is fixed" for name in names
+            )
+            self.sink.warning(
+                "W238", f"{what} has no effect: it acts on {rest}", refs[0].span, "name a body that can move"
+            )
 
     def _locate_ref(self, ref: Ref, what: str) -> tuple[str, tuple[float, ...]] | None:
         """(body, point in its axes) of a word on a card."""

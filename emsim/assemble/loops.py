@@ -122,15 +122,16 @@ def _turned(b: Builder, fa: Frame, fb: Frame, axis: tuple[float, float, float], 
     return near + b.call("atan2", s * cn - c * sn, c * cn + s * sn)
 
 
-def sort_out(rows: list[tuple[str, Scalar, str]]) -> tuple[list[int], int, float]:
-    """(places of rows that stay, number that folded to zero, largest constant that is not zero)."""
-    stay, folded, gap = [], 0, 0.0
-    for k, (_, h, _) in enumerate(rows):
+def sort_out(rows: list[tuple[str, Scalar, str]]) -> tuple[list[int], int, str]:
+    """(places of rows that stay, number that folded to zero, largest constant that is not zero, with its unit)."""
+    stay, folded, gap, text = [], 0, 0.0, ""
+    for k, (_, h, unit) in enumerate(rows):
         value = constant(h)
         if value is None:
             stay.append(k)
         elif abs(value) < CLOSED:
             folded += 1
-        else:
-            gap = max(gap, abs(value))
-    return stay, folded, gap
+        elif abs(value) > gap:
+            gap = abs(value)
+            text = f"{gap:.3g} {'m' if unit == 'N' else 'rad'}"
+    return stay, folded, text

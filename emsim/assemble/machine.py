@@ -134,12 +134,17 @@ class Machine(Binding):
         self.roots = {name: coordinates.of_free_body(self.bodies[name]) for name in self.plan.roots}
         for name, body in self.bodies.items():
             extra = [k for k in ("x", "y", "angle", "vx", "vy", "omega") if body.given(k)]
-            if extra and not body.fixed and name not in self.roots:
+            if body.fixed:
+                extra = [k for k in extra if k in ("vx", "vy", "omega") and getattr(body, k) != 0.0]
+            if extra and name not in self.roots:
+                why = "it is fixed" if body.fixed else "its joints say where it is"
                 self.sink.warning(
                     "W232",
-                    f"{extra[0]}= of BODY {name} has no effect: its joints say where it is",
+                    f"{extra[0]}= of BODY {name} has no effect: {why}",
                     body.place(extra[0]),
-                    hint="ic= or guess= of the joint sets the start",
+                    hint="leave out fixed=yes, and a joint or nothing holds the body"
+                    if body.fixed
+                    else "ic= or guess= of the joint sets the start",
                 )
 
     def _check_space(self) -> None:
@@ -214,7 +219,7 @@ class Machine(Binding):
                 self._fail(
                     "E242",
                     f"the loop of joints {', '.join(self.loop_of(name))} cannot close: "
-                    f"{gap:.3g} are left at {name} whatever moves",
+                    f"{gap} are left at {name} whatever moves",
                     joint.card.span,
                     "check the points and axes of the joints",
                 )

@@ -82,6 +82,7 @@ def _unknown(m: Machine, fn: str, name: str, span: Span | None) -> Expr | None:
     kind = _kind_of(m, name)
     if kind is not None:
         fits = "a joint" if fn in reactions.REACTIONS or fn in MOTIONS else "a coupling or element"
+        fits = "a body" if fn == "ke" else "a point" if fn in PLACES else fits
         return _error(m, "E249", f"{fn}() reads {fits}; {name} is a {kind}", span, _other_way(m, fn, name))
     close = suggest(name, [*m.joints, *m.bodies, *m.couplings, *m.points])
     head, dot, _ = name.partition(".")

@@ -406,12 +406,11 @@ def _convert(card: Card, raw: MachineCard, key: str, param: Param, value: Any, s
     if number != number or number in (float("inf"), float("-inf")):
         sink.error("E232", f"{what} is not a finite number", where)
         return param.default
+    meaning = param.meaning.partition(";")[0]  # what it is, without what follows when it is left out
     if param.least is not None and number < param.least:
-        sink.error("E238", f"{what} is {number:g}; {param.meaning} cannot be below {param.least:g}", where)
+        sink.error("E238", f"{what} is {number:g}; {meaning} cannot be below {param.least:g}", where)
     elif param.above is not None and number <= param.above:
-        sink.error(
-            "E238", f"{what} is {number:g}; {param.meaning} must be greater than {param.above:g}", where
-        )
+        sink.error("E238", f"{what} is {number:g}; {meaning} must be greater than {param.above:g}", where)
     return number
 
 

@@ -41,6 +41,13 @@ BAD = {
     "unknown_joint": (ARM + "SPRING s hnige k=1", "E236", "hnige"),
     "body_for_joint": (ARM + "DAMPER d arm c=1", "E236", "is a body"),
     "same_body_twice": (ARM + "JOINT j arm arm(1,0) pin", "E237", "itself"),
+    "spring_within_a_body": (ARM + "SPRING s arm arm(1,0) k=1", "E237", "SPRING s ties arm to itself"),
+    "damper_within_a_body": (ARM + "POINT arm.tip 1 0\nDAMPER d arm.tip arm c=1", "E237", "itself"),
+    "spring_within_the_ground": (ARM + "SPRING s 0 0(1,0) k=1", "E237", "itself"),
+    "length_below_zero": (ARM + "BODY b m=1\nJOINT j arm b rod l=-1", "E238", "-1; the length of a rod must be"),
+    "energy_of_a_joint": (ARM + "TORQUE t arm tau={ke(hinge)}", "E249", "ke() reads a body; hinge"),
+    "gap_in_metres": ("BODY a m=1 j=1 fixed=yes x=1\nJOINT k 0 a pin", "E242", "1 m are left at k"),
+    "gap_in_radians": ("BODY a m=1 j=1 fixed=yes angle=1\nJOINT k 0 a slide", "E242", "1 rad are left at k"),
     "body_named_as_ground": ("BODY 0 m=1 j=1", "E234", "ground"),
     "point_of_nothing": (ARM + "POINT leg.tip 1 2", "E235", "leg"),
     "no_such_point": (ARM + "SPRING s 0 arm.tpi k=1\nPOINT arm.tip 1 0", "E235", "arm.tpi"),
@@ -179,3 +186,20 @@ def test_every_parameter_says_what_it_is():
 def test_the_guess_of_a_geared_joint_is_one_of_its_leader():
     m = machine(TWO.replace("a pin", "a pin guess=30deg") + "GEAR g j k ratio=10")
     assert [(c.q_name, round(c.start, 6)) for c in m.own] == [("angle(k)", 0.05236)]
+
+
+@pytest.mark.parametrize(
+    ("card", "code", "words"),
+    [
+        ("FORCE f 0(0.1,0) dir=(1,0) 1", "W238", "FORCE f has no effect: it acts on the ground"),
+        ("FORCE f wall fx=1", "W238", "acts on wall, which is fixed"),
+        ("TORQUE t wall tau=1", "W238", "acts on wall, which is fixed"),
+        ("SPRING s 0 wall(1,0) k=1", "W238", "acts on the ground and wall, which is fixed"),
+        ("BODY post m=1 fixed=yes vx=2", "W232", "vx= of BODY post has no effect: it is fixed"),
+        ("BODY post m=1 fixed=yes angle=2", None, ""),
+        ("SPRING s arm(1,0) wall(1,1) k=1", None, ""),
+    ],
+)
+def test_what_acts_on_nothing_that_moves_is_said(card, code, words):
+    found = problems(ARM + ".gravity 9.81\nBODY wall m=1 fixed=yes x=1\n" + card)
+    assert [d.code for d in found] == [code] * (code is not None) and all(words in d.message for d in found)
