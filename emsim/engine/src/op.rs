@@ -3,6 +3,8 @@
 //! `operating_point`: F(x) = 0 with the machine held at its initial coordinates and speeds (or, for a static
 //! equilibrium, let go). Plain Newton, then gmin stepping, source stepping, pseudo-transient.
 //! `initial_conditions`: UIC, from given charges and fluxes. `consistent`: algebraic unknowns that fit the charges.
+mod linear;
+
 use crate::newton::{Failure, Newton, Options, Tolerances};
 use crate::sparse::{Lu, Pattern, Symbolic};
 use crate::system::{Kind, System, Work};
@@ -30,6 +32,7 @@ struct Dc<'a> {
     /// (coordinate, its momentum's row, place of that entry): what a static equilibrium leans on while it is approached
     pairs: Vec<(usize, usize, usize)>,
     lean: Option<(f64, Vec<f64>)>, // 1/s^2, last coordinates
+    unbalanced: bool,              // an update was small where there is no solution (linear.rs)
     resting: bool,                 // switches stay as their cards say
 }
 
@@ -91,6 +94,7 @@ impl<'a> Dc<'a> {
             residual: vec![0.0; n],
             pairs,
             lean: None,
+            unbalanced: false,
             resting: false,
         })
     }
@@ -167,9 +171,10 @@ impl<'a> Dc<'a> {
                 settled = flips == CHATTER;
             }
             if !w.limited && settled && (iteration > 1 || sys.linear) {
-                if largest <= 1.0 {
+                if largest <= 1.0 && (transient.is_some() || self.balances(w, x, shunt)) {
                     return Ok(iteration);
                 }
+                self.unbalanced |= largest <= 1.0;
                 // tolerances below the rounding of the equations: nothing better can be found
                 if iteration > ROUNDED && shunt == 0.0 && transient.is_none() && self.is_rounding(w, x) {
                     return Ok(iteration);
@@ -178,20 +183,6 @@ impl<'a> Dc<'a> {
         }
         let row = (0..n).max_by(|&i, &j| w.f[i].abs().total_cmp(&w.f[j].abs())).unwrap_or(0);
         Err(Failure::Diverged { unknown: worst, row })
-    }
-
-    /// Is the residual of every row what rounding leaves of its terms?
-    fn is_rounding(&self, w: &mut Work, x: &[f64]) -> bool {
-        let sys = self.sys;
-        sys.eval_jacobian(w, x, 0.0, true);
-        let mut terms = vec![0.0; sys.n];
-        for c in 0..sys.n {
-            for k in sys.pattern.colptr[c]..sys.pattern.colptr[c + 1] {
-                terms[sys.pattern.rowidx[k]] += (w.gv[k] * x[c]).abs();
-            }
-        }
-        self.forced.is_empty()
-            && (0..sys.n).all(|i| self.held[i].is_some() || w.f[i].abs() <= 4.0 * f64::EPSILON * terms[i])
     }
 
     /// Rows of held unknowns become x_i = value.
@@ -333,6 +324,13 @@ pub fn operating_point(
         Ok(_) => return polish(&mut dc, w, x, tol, o).map_err(|why| NoPoint { why, tried }),
         Err(e) => e,
     };
+    if dc.unbalanced {
+        tried.push("a start without the expressions".into());
+        reset(w, x);
+        if dc.without_expressions(w, x) && dc.newton(w, x, 0.0, None, tol, o.itl1).is_ok() {
+            return polish(&mut dc, w, x, tol, o).map_err(|why| NoPoint { why, tried });
+        }
+    }
     // a matrix that is singular whatever the shunts are has no point to find
     let hopeless = matches!(&why, Failure::Singular(s) if s.structural);
     if !hopeless {

@@ -412,6 +412,18 @@ impl System {
         }
     }
 
+    /// F of what is linear at (x, t) in w.f, and the constant entries of G on the pattern.
+    pub fn linear_part(&self, w: &mut Work, x: &[f64], t: f64) -> &[f64] {
+        self.set_time(w, t);
+        self.eval_linear(w, x);
+        &self.g_linear
+    }
+
+    /// Rows with an expression in F.
+    pub fn expression_rows(&self) -> &[usize] {
+        &self.f_rows
+    }
+
     /// Q and F at (x, t): w.q, w.f. No limiting.
     pub fn eval(&self, w: &mut Work, x: &[f64], t: f64) {
         assert!(x.len() == self.n);
