@@ -269,14 +269,16 @@ pub fn operating_point(
     let gmin = o.gmin;
     w.gmin = gmin;
     let mut start = x.clone();
-    for f in &sys.forces {
+    // `.ic` is about the start of a run: where sources have their DC values it counts for nothing
+    let forces = || sys.forces.iter().filter(|f| f.release || !w.dc);
+    for f in forces() {
         start[f.row] = f.value; // every attempt begins where the user expects the point
     }
     let mut tried = Vec::new();
 
     // nodesets: a first solution with the nodes held there, then let go
-    let nodesets: Vec<_> = sys.forces.iter().filter(|f| f.release).map(|f| (f.row, f.value)).collect();
-    let ics: Vec<_> = sys.forces.iter().filter(|f| !f.release).map(|f| (f.row, f.value)).collect();
+    let nodesets: Vec<_> = forces().filter(|f| f.release).map(|f| (f.row, f.value)).collect();
+    let ics: Vec<_> = forces().filter(|f| !f.release).map(|f| (f.row, f.value)).collect();
     dc.forced.clone_from(&ics);
     if !nodesets.is_empty() {
         dc.forced.extend(&nodesets);

@@ -72,3 +72,10 @@ def test_a_switch_between_its_thresholds_starts_as_its_card_says(word, threshold
     lines = ("V1 1 0 1", "R1 1 a 1k", f"Vc c 0 {level}", f"S1 a 0 c 0 sw {word}")
     r = emsim.run(deck(*lines, f".model sw sw(vt={threshold} vh=0.2 ron=1 roff=1meg)", analysis))
     assert (r["v(a)"] < 0.5).all() == (word == "ON" and abs(level - threshold) < 0.2)
+
+
+def test_an_operating_point_knows_nothing_of_ic() -> None:
+    """.ic is about the start of .tran, as in ngspice; .nodeset helps both."""
+    lines = ("V1 a 0 5", "R1 a b 1k", "R2 b 0 1k", "C1 b 0 1u", ".ic v(b)=1", ".nodeset v(a)=5")
+    assert emsim.run(deck(*lines, ".op"))["v(b)"][-1] == pytest.approx(2.5)
+    assert emsim.run(deck(*lines, ".tran 10u 1m"))["v(b)"][0] == pytest.approx(1.0)
