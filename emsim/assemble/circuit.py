@@ -61,12 +61,17 @@ def allocate(ctx: Context) -> None:
             hint = missing_mark(word)
         sink.error("E297", f"{names}: {what} is not supported yet", elements[0].span, hint)
 
-    ctx.metered = {
-        name for name in _currents_read(ctx) if name in ctx.elements and _is_diode(ctx.elements[name])
-    }
+    read = set(ctx.elements) if all_currents(ctx) else _currents_read(ctx)
+    ctx.metered = {name for name in read if name in ctx.elements and _is_diode(ctx.elements[name])}
     for e in ctx.elements.values():
         if has_branch(e) or e.name in ctx.metered:
             ctx.new_branch(e.name, number(e, "ic") if e.letter.upper() == "L" else 0.0)
+
+
+def all_currents(ctx: Context) -> bool:
+    """Is the current of every element asked for: `.probe alli`, `.options savecurrents`?"""
+    words = (p.ast.id for p in ctx.flat.probes if isinstance(p.ast, Name))
+    return bool(ctx.flat.options.get("savecurrents")) or any(word in ("all", "alli") for word in words)
 
 
 def _is_diode(e: Element) -> bool:

@@ -1,13 +1,15 @@
 """Which columns a run gives, with their names and units.
 
 Nothing asked for: every node voltage, every branch current, and what the machine offers (joint
-coordinates, coupling forces). `.save` and `.probe` narrow that; `.save all` keeps it. What `.print`
-asks for is always there.
+coordinates, coupling forces). `.save` narrows that; `.save all` keeps it. As in ngspice `.probe` adds: `.probe alli`
+the currents of all elements. `.options savecurrents` adds those that are no unknowns, as `@r1[i]`. What `.print` asks
+for is always there.
 """
 
 from __future__ import annotations
 
 from ..expr import Binary, Call, Cond, Name, Node, Num, Unary
+from .circuit import all_currents
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -42,8 +44,9 @@ class Output:
 def select(ctx: Context) -> tuple[dict[str, list[Output]], list[tuple[str, list[str]]]]:
     """Columns of every analysis kind that runs, and the (kind, names) of each .print."""
     saved: dict[str, Output] = {}
-    asked = [*ctx.flat.saves, *ctx.flat.probes]
-    if not asked or any(isinstance(p.ast, Name) and p.ast.id == "all" for p in asked):
+    saves = ctx.flat.saves
+    asked = [*saves, *ctx.flat.probes]
+    if not saves or any(isinstance(p.ast, Name) and p.ast.id == "all" for p in saves):
         for output in everything(ctx):
             saved.setdefault(output.name, output)
     ignored: list[str] = []
@@ -57,6 +60,10 @@ def select(ctx: Context) -> tuple[dict[str, list[Output]], list[tuple[str, list[
             saved.setdefault(found.name, found)
     if ignored:
         ctx.sink.note("N284", f"device parameters are not recorded: {', '.join(ignored[:8])}")
+
+    if all_currents(ctx):
+        for output in currents(ctx):
+            saved.setdefault(output.name, output)
 
     # power that appears from nowhere in a motor is always on record: the run speaks of it
     for name, power in ctx.machine.imbalances if ctx.machine is not None else ():
@@ -95,6 +102,22 @@ def everything(ctx: Context) -> list[Output]:
             fn, _, of = name.rstrip(")").partition("(")
             ast = Call(fn, [Name(of)])
             found.append(Output(name, unit_of(ast), ctx.compile(ast, ctx.machine.span_of(of))))
+    return found
+
+
+def currents(ctx: Context) -> list[Output]:
+    """Of every element the current into its first terminal: i(r1) for `.probe`, else @r1[i]."""
+    from .behaviour import element_current
+
+    probed = any(isinstance(p.ast, Name) and p.ast.id in ("all", "alli") for p in ctx.flat.probes)
+    found = []
+    for e in ctx.elements.values():
+        letter = e.letter.lower()
+        current = None if letter == "k" else element_current(ctx, e.name)
+        if current is None or (not probed and letter in "veh"):
+            continue
+        parameter = {"d": "id", "i": "current"}.get(letter, "i")
+        found.append(Output(f"i({e.name})" if probed else f"@{e.name}[{parameter}]", "A", current))
     return found
 
 

@@ -20,7 +20,7 @@ DOTS = {
     ".nodeset": (".nodeset v(node)=value ..", "where the search for the operating point starts"),
     ".print": (".print tran v(node) i(Vname) {expression} ..", "a table on stdout"),
     ".save": (".save v(node) angle(joint) .. | all", "what goes to the raw file; otherwise everything"),
-    ".probe": (".probe v(node) angle(joint) ..", "the same as .save"),
+    ".probe": (".probe v(node) angle(joint) ..", "what is recorded besides; alli: the currents of all elements"),
     ".options": (".options name=value ..", "tolerances, method, formulation"),
     ".temp": (".temp value", "temperature [C]"),
     ".if": (".if (condition)", "cards that count where the condition is not 0"),

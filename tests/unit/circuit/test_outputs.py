@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 from circuit_decks import codes, deck, remarks
 
@@ -95,3 +96,29 @@ def test_a_wrong_column_is_shown_in_the_text_that_asks_for_it(text: str, code: s
     (found,) = (d for d in caught.value.diagnostics if d.severity == "error")
     assert found.code == code and found.span is not None
     assert (found.span.file.name, found.span.line, found.span.col) == ("signals", 1, column)
+
+
+ONE_OF_EACH = (
+    "V1 a 0 1", "R1 a b 1k", "L1 b c 1m", "D1 c 0 d", "C1 c 0 1n", "I1 0 c 1m", "E1 e 0 a 0 2", "Re e 0 1k",
+    "L2 e f 1m", "R3 f 0 1", "K1 L1 L2 0.1", ".model d d", ".tran 10u 20u",
+)  # fmt: skip
+
+
+def columns(*lines: str) -> list[str]:
+    return emsim.run(deck(*lines)).names
+
+
+def test_probe_adds_and_save_narrows() -> None:
+    usual = columns(*ONE_OF_EACH)
+    assert columns(*ONE_OF_EACH, ".probe v(b)") == usual
+    assert columns(*ONE_OF_EACH, ".save v(b)", ".probe v(c)") == ["time", "v(b)", "v(c)"]
+    elements = ["v1", "r1", "l1", "d1", "c1", "i1", "e1", "re", "l2", "r3"]
+    for word in ("alli", "all"):
+        assert set(columns(*ONE_OF_EACH, f".probe {word}")) == {*usual, *(f"i({name})" for name in elements)}
+
+
+def test_savecurrents_records_what_ngspice_records() -> None:
+    more = ["@r1[i]", "@l1[i]", "@d1[id]", "@c1[i]", "@i1[current]", "@re[i]", "@l2[i]", "@r3[i]"]
+    assert columns(*ONE_OF_EACH, ".options savecurrents", ".save v(a)") == ["time", "v(a)", *more]
+    r = emsim.run(deck(*ONE_OF_EACH, ".options savecurrents"))
+    np.testing.assert_allclose(r["@d1[id]"] + r["@c1[i]"] - r["@r1[i]"], 1e-3, rtol=1e-6)
