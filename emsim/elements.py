@@ -75,7 +75,9 @@ def temperature_factor(ctx: Ctx, e: Element) -> float:
     def coefficient(key: str, place: int) -> float:
         if key in e.params:
             return number(e, key)
-        return float(pair[place]) if place < len(pair) else float(params.get(key, 0.0))
+        if place < len(pair):
+            return float(pair[place])
+        return float(params.get(key, params.get(key + "r", 0.0)))  # tc1r: of resistors
 
     dt = temperature(ctx, e) - float(params.get("tnom", ctx.tnom))
     if "tce" in e.params or "tce" in params:
@@ -106,8 +108,9 @@ def resistance(ctx: Ctx, e: Element) -> float:
         p: dict[str, Any] = e.model.params if e.model else {}
         if p.get("rsh"):
             # sheet resistance times squares; both ends and both edges are over-etched
-            length = number(e, "l", p.get("l", FILAMENT)) - 2 * p.get("short", 0.0)
-            width = number(e, "w", p.get("w", p.get("defw", FILAMENT))) - 2 * p.get("narrow", 0.0)
+            length = number(e, "l", p.get("l", FILAMENT)) - 2 * p.get("short", p.get("dlr", 0.0))
+            edge = p.get("narrow", p.get("dw", 0.0))
+            width = number(e, "w", p.get("w", p.get("defw", FILAMENT))) - 2 * edge
             return float(p["rsh"] * length / width) if width else None
         return float(p.get("r", p.get("res", 0.0)))
 
@@ -548,7 +551,7 @@ PARAMETERS = {
 }
 LEFTOVERS = frozenset(("rser", "lser", "rpar", "cpar", "rlshunt", "noiseless"))  # of other SPICEs
 MODEL_PARAMETERS = {
-    "R": "r res rsh l w defw defl narrow short tc1 tc2 tce tnom kf af wf lf ef bv_max",
+    "R": "r res rsh l w defw defl narrow dw short dlr tc1 tc2 tc1r tc2r tce tnom kf af wf lf ef bv_max",
     "C": "c cap cj cjsw l w defw defl narrow short tc1 tc2 tnom di thick bv_max",
     "L": "l ind tc1 tc2 tnom csect dia length nt mu",
     "S": "vt vh ron roff von voff",

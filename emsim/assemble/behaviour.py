@@ -225,7 +225,21 @@ class Compiler:
             return self._constant(lambda: math.pow(abs(a.value or 0.0), n), base)
         if n == 0.0:
             return self.ctx.b.const(1.0)
-        if n == round(n) and (mechanical or n % 2 == 0):
+        if mechanical and n == round(n):
+            return a**n
+        if n < 0.0:
+            return self._reciprocal(self._positive_power(a, -n, base), base)
+        return self._positive_power(a, n, base)
+
+    def _reciprocal(self, power: Expr, base: Node) -> Expr:
+        """x^-n by the rule of a division, so that Newton's method may begin at 0 V."""
+        quotient = 1.0 / (power + TINY)
+        self.ctx.divided(quotient, power, base.span or self._where)
+        return quotient
+
+    def _positive_power(self, a: Expr, n: float, base: Node) -> Expr:
+        """|a|^n for a number n > 0."""
+        if n % 2 == 0:
             return a**n
         self._watch_base(a, base)
         if n == 1.0:
@@ -249,7 +263,12 @@ class Compiler:
         if b.value is not None and b.value >= 1.0:
             # x |x|^(y-1) is smooth through 0 where sgn(x) |x|^y would be a flag
             return a * (self.ctx.b.call("pow", size, b - 1.0) if b.value != 2.0 else size)
-        power = self.ctx.b.call("pow", size, b)
+        negative = b.value is not None and b.value < 0.0
+        power = (
+            self._reciprocal(self.ctx.b.call("pow", size, -b), base)
+            if negative
+            else self.ctx.b.call("pow", size, b)
+        )
         return self.ctx.b.select(self.ctx.flag(-a), -power, power)
 
     def _sqrt(self, square: Expr) -> Expr:

@@ -123,3 +123,14 @@ WORDS = {
 def test_words(title):
     body, *names = WORDS[title]
     agree(PARAMETERS + body, *names, within=2e-3 if ".tran" in body else 1e-6)
+
+
+@pytest.mark.parametrize(
+    "more", ["dw=0.2u", "narrow=0.2u", "dlr=0.2u", "short=0.2u", "tc1r=0.2", "tc1r=1m tc2r=10u"]
+)
+def test_resistor_models(more):
+    agree(f"V1 1 0 1\nR1 1 0 m l=10u w=2u\n.model m r(rsh=100 {more})\n.temp 127\n.op", "i(v1)")
+
+
+def test_operating_points_know_nothing_of_ic():
+    agree("V1 a 0 5\nR1 a b 1k\nR2 b 0 1k\nC1 b 0 1u\n.ic v(b)=1\n.op", "v(b)")

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from circuit_decks import codes, deck, problems, remarks
+from circuit_decks import codes, deck, problems, remarks, value
 
 import emsim
 
@@ -215,3 +215,17 @@ def test_a_load_of_constant_power_has_its_point(behind: str) -> None:
     exact = 6 + np.sqrt(36 - 1)
     assert np.abs(result["v(b)"] - exact).max() < 1e-5
     assert [d.code for d in result.diagnostics] == []
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("v(a)^-1", 1 / 3),
+        ("v(a)^-3", 1 / 27),
+        ("pow(v(a),-2)", 1 / 9),
+        ("pwr(-v(a),-0.5)", -(3**-0.5)),
+        ("v(a)**(-1.5)", 3**-1.5),
+    ],
+)
+def test_negative_powers_are_solved_from_zero_volt(text: str, expected: float) -> None:
+    assert value("v(b)", "V1 a 0 3", f"B1 b 0 V={text}", "R1 b 0 1k") == pytest.approx(expected, rel=1e-12)
