@@ -326,10 +326,27 @@ impl Diode {
     /// Current, charge and their derivatives at v, for any finite v.
     #[inline(always)]
     pub fn eval(&self, v: f64, gmin: f64) -> DiodeOut {
+        match &self.sidewall {
+            None => self.with(None, v, gmin),
+            Some(side) => self.with_sidewall(side, v, gmin),
+        }
+    }
+
+    /// Out of the way of the diodes that have none: their values stay in registers.
+    #[cold]
+    #[inline(never)]
+    fn with_sidewall(&self, side: &Sidewall, v: f64, gmin: f64) -> DiodeOut {
+        self.with(Some(side), v, gmin)
+    }
+
+    #[inline(always)]
+    fn with(&self, side: Option<&Sidewall>, v: f64, gmin: f64) -> DiodeOut {
         let v = v.clamp(-HUGE_VOLTAGE, HUGE_VOLTAGE);
         let (mut i, mut g) = self.bottom.at(v);
-        if let Some(side) = &self.sidewall {
-            side.add_current(v, &mut i, &mut g);
+        if let Some(wall) = side.and_then(|s| s.wall.as_ref()) {
+            let (more, slope) = wall.at(v);
+            i += more;
+            g += slope;
         }
         let knee = if i > 0.0 { self.knee_forward } else { -self.knee_reverse };
         if knee != 0.0 {
@@ -346,8 +363,10 @@ impl Diode {
             out.q += q;
             out.c += c;
         }
-        if let Some(side) = &self.sidewall {
-            side.add_charge(v, &mut out);
+        if let Some(junction) = side.and_then(|s| s.junction.as_ref()) {
+            let (q, c) = junction.at(v);
+            out.q += q;
+            out.c += c;
         }
         out
     }
@@ -437,27 +456,6 @@ impl Wall {
             _ => self.plain(v),
         };
         (self.saturation * c, self.saturation * slope)
-    }
-}
-
-/// Out of the line of the diodes that have none.
-impl Sidewall {
-    #[cold]
-    fn add_current(&self, v: f64, i: &mut f64, g: &mut f64) {
-        if let Some(wall) = &self.wall {
-            let (more, slope) = wall.at(v);
-            *i += more;
-            *g += slope;
-        }
-    }
-
-    #[cold]
-    fn add_charge(&self, v: f64, out: &mut DiodeOut) {
-        if let Some(junction) = &self.junction {
-            let (q, c) = junction.at(v);
-            out.q += q;
-            out.c += c;
-        }
     }
 }
 
