@@ -508,9 +508,6 @@ def switch_current(ctx: Ctx, e: Element) -> Expr:
     assert e.model is not None
     voltage = e.letter.upper() == "S"
     p = {key: value for key, value in e.model.params.items() if isinstance(value, (int, float))}
-    for key, word in e.model.params.items():
-        if key not in p and key in ("ron", "roff", "vt", "vh", "it", "ih", "von", "voff", "ion", "ioff"):
-            ctx.sink.error("E299", f".model `{e.model.name}`: {key} is a number, not `{word}`", e.model.span)
     unit = "v" if voltage else "i"
     at, half = p.get(unit + "t", 0.0), abs(p.get(unit + "h", 0.0))
     if unit + "on" in p and unit + "off" in p:  # PSpice's spelling

@@ -98,6 +98,8 @@ def _parameters_fit(ctx: Context, e: Element, what: str) -> None:
                     e.span,
                     hint=f"did you mean {near}=?" if near else f"it takes: {', '.join(known)}",
                 )
+    if e.model is not None:
+        _words_are_numbers(ctx, e)
     words = MODEL_PARAMETERS.get(e.letter.upper())
     if words is not None and e.model is not None:
         known = [*words.split(), "level"]
@@ -115,6 +117,28 @@ def _parameters_fit(ctx: Context, e: Element, what: str) -> None:
                     "W284", f".model `{e.model.name}`: {name}= has no effect here, in ngspice it adds {MISSING_CURRENTS[name]}",
                     e.model.param_spans.get(name, e.model.span), "take is= and n= from a fit without it",
                 )  # fmt: skip
+
+
+def _words_are_numbers(ctx: Context, e: Element) -> None:
+    """A word where a model wants a number is an error; who made the part, mfg=OnSemi, is nobody's business."""
+    assert e.model is not None
+    words = {name: value for name, value in e.model.params.items() if isinstance(value, str)}
+    if not words:
+        return
+    if _is_diode(e):
+        from .._engine import diode_parameters
+
+        known = {name for names, *_ in diode_parameters() for name in names}
+    else:
+        known = set(MODEL_PARAMETERS.get(e.letter.upper(), "").split())
+    for name in sorted(words.keys() & known):
+        ctx.sink.error(
+            "E110",
+            f"{name}= of .model `{e.model.name}` is no number: `{words[name]}`",
+            e.model.param_spans.get(name, e.model.span),
+            "write a number, or the name of a .param",
+        )
+        del e.model.params[name]
 
 
 def _currents_read(ctx: Context) -> set[str]:

@@ -64,7 +64,11 @@ class Models:
             if model.type in types:
                 model.type = types[0]
         for key, value in params.items():
-            model.params[key] = evaluate(value, owner) if isinstance(value, Node) else value
+            if isinstance(value, Node):
+                value = evaluate(value, owner)
+            elif isinstance(value, str) and (named := owner.lookup(value)) is not None:
+                value = named  # a .param's name, without braces as in ngspice
+            model.params[key] = value
         return model
 
     def _inherit(self, model: Model, card: Model, params: dict[str, Any], owner: DeckScope) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 from circuit_decks import codes, deck, problems, remarks
 
@@ -93,3 +94,34 @@ def test_parameters_without_effect_are_said() -> None:
 def test_currents_of_diodes_that_only_ngspice_has_are_said() -> None:
     found = remarks("V1 a 0 0.5", "D1 a 0 d", "D2 a 0 d", ".model d d(is=1e-14 isr=1e-10 jtun=0 kf=1)", ".op")
     assert [(d.code, "isr=" in d.message) for d in found] == [("W284", True)]
+
+
+@pytest.mark.parametrize(
+    "element, model, name",
+    [
+        ("D1 b 0 m", "d(is=word)", "is"),
+        ("S1 b 0 a 0 m", "sw(vt=word)", "vt"),
+        ("R2 b 0 m l=1u", "r(rsh=word w=1u)", "rsh"),
+    ],
+)
+def test_words_of_a_model(element: str, model: str, name: str) -> None:
+    """A word is the name of a .param, as in ngspice, or an error: a diode took its default for it, a resistor stopped inside."""
+    lines = ("V1 a 0 1", "R1 a b 1k", element, f".model m {model}")
+    problem = next(d for d in problems(*lines) if d.code == "E110")
+    assert f"{name}= of .model `m` is no number: `word`" in problem.message
+    given, number = (
+        emsim.run(deck(".param word=0.5", *lines[:-1], f".model m {m}", ".op", ".print op v(b)"))
+        for m in (model, model.replace("word", "0.5"))
+    )
+    assert given["v(b)"][0] == number["v(b)"][0] != 1.0
+    emsim.run(deck("V1 a 0 1", "D1 a 0 m", ".model m d(is=1n mfg=maker type=silicon)", ".op"))
+
+
+@pytest.mark.parametrize("saturation", [1e-9, 1e-3, 0.02, 0.5, 100.0])
+def test_a_diode_of_any_saturation_current(saturation: float) -> None:
+    """Of a few milliamperes on the critical voltage of Newton's limiting was none, and half an ampere had no operating point."""
+    result = emsim.run(
+        deck("V1 a 0 1", "R1 a b 1k", "D1 b 0 m", f".model m d(is={saturation})", ".op", ".print op v(b)")
+    )
+    v, vt = result["v(b)"][0], 1.380649e-23 / 1.602176634e-19 * 300.15
+    assert (1 - v) / 1e3 == pytest.approx(saturation * np.expm1(v / vt), rel=1e-4)

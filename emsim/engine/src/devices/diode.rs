@@ -259,7 +259,8 @@ impl Diode {
             junction: None,
             series_conductance: None,
             vte,
-            vcrit: vte * (vte / (std::f64::consts::SQRT_2 * saturation)).ln(),
+            // (of milliamperes and more it would be no forward voltage, and the logarithm of limiting none of a positive number)
+            vcrit: vte * (vte / (std::f64::consts::SQRT_2 * saturation)).ln().max(2.0 * vte),
         };
 
         let rs = not_negative("rs")? * (1.0 + get("trs1") * rise + get("trs2") * rise * rise);
