@@ -126,6 +126,9 @@ def prepare(
 
     options = dict(options or {})
     settings = resolve(flat, options)
+    for name in ("temp", "tnom"):
+        if options.get(name) is not None:
+            setattr(flat, name, float(options[name]))
     planned = plan(flat, options.get("tmax"))
     times = next(((s.tstep, s.tstop) for card, s in planned if card.kind == "tran"), (1.0, 1.0))
     context = Context

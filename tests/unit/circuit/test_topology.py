@@ -125,3 +125,11 @@ def test_a_diode_of_any_saturation_current(saturation: float) -> None:
     )
     v, vt = result["v(b)"][0], 1.380649e-23 / 1.602176634e-19 * 300.15
     assert (1 - v) / 1e3 == pytest.approx(saturation * np.expm1(v / vt), rel=1e-4)
+
+
+def test_a_temperature_among_the_options_is_that_of_the_circuit() -> None:
+    lines = ("V1 a 0 1", "R1 a b 1k", "D1 b 0 m", ".model m d(is=1n)")
+    tail = (".op", ".print op v(b)")
+    asked = emsim.run(deck(*lines, *tail), options={"temp": 85})
+    written = emsim.run(deck(*lines, ".temp 85", *tail))
+    assert asked["v(b)"][0] == written["v(b)"][0] != emsim.run(deck(*lines, *tail))["v(b)"][0]
