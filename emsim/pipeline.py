@@ -126,9 +126,6 @@ def prepare(
 
     options = dict(options or {})
     settings = resolve(flat, options)
-    for name in ("temp", "tnom"):
-        if options.get(name) is not None:
-            setattr(flat, name, float(options[name]))
     planned = plan(flat, options.get("tmax"))
     times = next(((s.tstep, s.tstop) for card, s in planned if card.kind == "tran"), (1.0, 1.0))
     context = Context
@@ -148,7 +145,6 @@ def solve(
 ) -> list[Run]:
     """Every analysis in deck order; the first one that fails is the last."""
     from .analyses import runner
-    from .analyses.failure import not_finite
 
     drawing = assembly.drawing() if scene else None
     runs: list[Run] = []
@@ -159,7 +155,10 @@ def solve(
             runs.append(runner(card.kind)(assembly, card, settings, progress))
         if runs[-1].waves.status != "ok":
             break
-        runs[-1].trouble += not_finite(runs[-1], card)
+        if gaps := runs[-1].gaps():
+            from .analyses.failure import not_finite
+
+            runs[-1].trouble.append(not_finite(gaps, card))
     return runs
 
 

@@ -8,6 +8,8 @@
 
 from __future__ import annotations
 
+from math import isfinite
+
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -60,6 +62,18 @@ class Run:
         whole = len(names) == waves.columns
         self.store = waves if whole else Part(waves, first, len(names))
         self.channels = Part(waves, first + len(names), waves.columns - len(names) - first)
+
+    def gaps(self) -> list[tuple[str, float, float]]:
+        """(name, value, time) of columns without a finite value at the first or last point: no such value is a result. The
+        engine looks at the unknowns alone, and an expression of finite ones may have none."""
+        waves, found = self.waves, []
+        for k, name in enumerate(self.names[1:] if self.axis else self.names):
+            for row in {0, waves.rows - 1} if waves.rows else ():
+                value = waves.value(row, 1 + k)
+                if not isfinite(value):
+                    found.append((name, value, waves.value(row, 0)))
+                    break
+        return found
 
 
 def plan(flat: FlatDeck, tmax: float | None = None) -> list[tuple[Analysis, Any]]:

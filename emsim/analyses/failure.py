@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from math import isfinite
-
 from ..diagnostics import Diagnostic
 
 TYPE_CHECKING = False
@@ -15,7 +13,6 @@ if TYPE_CHECKING:
     from ..assemble import Assembly
     from ..deck import Analysis
     from ..diagnostics import Span
-    from . import Run
 
 CODES = {
     "no convergence": "E410",
@@ -39,27 +36,15 @@ def explain(
     return explain_failure(assembly, analysis, failure, kept, _growth(failure, waves, names))
 
 
-def not_finite(run: Run, analysis: Analysis) -> list[Diagnostic]:
-    """Columns without a finite value at the first or last point: no such value is a result. The engine looks at the
-    unknowns alone, and an expression of finite ones may have none."""
-    waves, first, found = run.waves, 1, []
-    for k, name in enumerate(run.names[1:] if run.axis else run.names):
-        for row in {0, waves.rows - 1} if waves.rows else ():
-            value = waves.value(row, first + k)
-            if not isfinite(value):
-                found.append((name, value, waves.value(row, 0)))
-                break
-    if not found:
-        return []
+def not_finite(found: list[tuple[str, float, float]], analysis: Analysis) -> Diagnostic:
+    """For what `Run.gaps` found."""
     names = ", ".join(name for name, _, _ in found[:4]) + (", ..." if len(found) > 4 else "")
-    when = f"at t = {found[0][2]:.6g} s" if run.kind == "tran" else "at the operating point"
+    when = f"at t = {found[0][2]:.6g} s" if analysis.kind == "tran" else "at the operating point"
     why = f"not finite {when}: {'without a value' if found[0][1] != found[0][1] else 'infinite'}"
     hint = "limits around what is divided by, rooted or exponentiated there, or a start elsewhere"
-    return [
-        Diagnostic(
-            "error", "E412", f"{names} {'is' if len(found) == 1 else 'are'} {why}", analysis.span, hint
-        )
-    ]
+    return Diagnostic(
+        "error", "E412", f"{names} {'is' if len(found) == 1 else 'are'} {why}", analysis.span, hint
+    )
 
 
 def explain_failure(

@@ -68,6 +68,8 @@ NUMBERS: dict[str, float] = {
     "gshunt": 0.0,  # the same as a conductance [S]
     "cshunt": 0.0,  # from every node to ground [F]
 }
+TEMPERATURES = ("temp", "tnom")  # [C]
+ABSOLUTE_ZERO = -273.15
 # read by the front end, or about ngspice's own printing and matrix code: nothing to say about them
 SILENT_WORDS = """
     tmax temp tnom acct noacct noinit nomod nopage list node opts numdgt post brief fast
@@ -103,6 +105,10 @@ def resolve(flat: FlatDeck, above: dict[str, Any] | None = None) -> dict[str, An
             number = _number(name, value, sink, span)
             if number is not None:
                 out[name] = number
+        elif name in TEMPERATURES and name in (above or {}):
+            number = _number(name, value, sink, span)  # the deck's own are read where .temp is
+            if number is not None:
+                setattr(flat, name, number)
         elif name not in SILENT:
             strange.append(name)
     if strange:
@@ -120,10 +126,9 @@ def _number(name: str, value: object, sink: Sink, span: Span | None) -> float | 
     if isinstance(value, bool) or not isinstance(value, (int, float)):
         sink.error("E293", f"option {name} needs a number", span)
         return None
-    if not NUMBERS[name] <= value < float("inf") or (name == "reltol" and value >= 1.0):
-        sink.error(
-            "E293", f"option {name}={value:g} is out of range", span, hint=f"at least {NUMBERS[name]:g}"
-        )
+    least = NUMBERS.get(name, ABSOLUTE_ZERO)
+    if not least <= value < float("inf") or (name == "reltol" and value >= 1.0):
+        sink.error("E293", f"option {name}={value:g} is out of range", span, hint=f"at least {least:g}")
         return None
     if name == "maxord":
         return min(int(value), 6)

@@ -252,11 +252,7 @@ impl Wave {
     pub fn piece(&self, t: f64) -> usize {
         match &self.shape {
             Shape::Pulse(p) => p.piece(t),
-            Shape::Pwl(p) => {
-                let snap = SNAP * t.abs().max(p.delay.abs());
-                let (_, s) = p.fold(t - p.delay, snap, Side::After);
-                p.times.partition_point(|&time| passed(s, time, snap, Side::After))
-            }
+            Shape::Pwl(p) => p.passed(t, Side::After).0,
             _ => 0,
         }
     }
@@ -301,17 +297,20 @@ impl Wave {
 }
 
 impl Pulse {
-    fn at(&self, t: f64, side: Side) -> f64 {
+    /// t from the start of its period, and what counts as a corner there; None before the first pulse and after the last.
+    #[inline]
+    fn fold(&self, t: f64, side: Side) -> Option<(f64, f64)> {
         let snap = SNAP * t.abs().max(self.delay.abs());
         let s = t - self.delay;
         if !passed(s, 0.0, snap, side) {
-            return self.v1;
+            return None;
         }
         let k = if self.period.is_finite() { periods(s, self.period, snap, side) } else { 0.0 };
-        if k >= self.count {
-            return self.v1;
-        }
-        let s = if k > 0.0 { k.mul_add(-self.period, s) } else { s };
+        (k < self.count).then(|| (if k > 0.0 { k.mul_add(-self.period, s) } else { s }, snap))
+    }
+
+    fn at(&self, t: f64, side: Side) -> f64 {
+        let Some((s, snap)) = self.fold(t, side) else { return self.v1 };
         let [rise, top, fall] = self.corners;
         if !passed(s, rise, snap, side) {
             line(self.v1, self.v2, s, rise, snap)
@@ -325,16 +324,7 @@ impl Pulse {
     }
 
     fn piece(&self, t: f64) -> usize {
-        let snap = SNAP * t.abs().max(self.delay.abs());
-        let s = t - self.delay;
-        if !passed(s, 0.0, snap, Side::After) {
-            return 0;
-        }
-        let k = if self.period.is_finite() { periods(s, self.period, snap, Side::After) } else { 0.0 };
-        if k >= self.count {
-            return 0;
-        }
-        let s = if k > 0.0 { k.mul_add(-self.period, s) } else { s };
+        let Some((s, snap)) = self.fold(t, Side::After) else { return 0 };
         1 + self.corners.iter().filter(|&&c| passed(s, c, snap, Side::After)).count()
     }
 
@@ -398,11 +388,16 @@ impl Pwl {
         }
     }
 
-    fn at(&self, t: f64, side: Side) -> f64 {
+    /// Points that t has passed, the next of which ends its line; t among the listed times, and what counts as one of them.
+    #[inline]
+    fn passed(&self, t: f64, side: Side) -> (usize, f64, f64) {
         let snap = SNAP * t.abs().max(self.delay.abs());
         let (_, s) = self.fold(t - self.delay, snap, side);
-        // the first point not yet passed ends the line on which s lies
-        let i = self.times.partition_point(|&time| passed(s, time, snap, side));
+        (self.times.partition_point(|&time| passed(s, time, snap, side)), s, snap)
+    }
+
+    fn at(&self, t: f64, side: Side) -> f64 {
+        let (i, s, snap) = self.passed(t, side);
         if i == 0 {
             return self.values[0];
         }

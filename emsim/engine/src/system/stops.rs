@@ -104,13 +104,13 @@ impl System {
 
     /// Unknowns that stand alone in a row without d/dt: a source's node has what the source has, whatever the method.
     pub fn alone(&self) -> Vec<bool> {
-        let mut in_row = vec![Vec::new(); self.n];
+        let mut of_row = vec![(0, 0); self.n]; // how many unknowns, and the last one
         for k in 0..self.n {
-            self.pattern.column(k).iter().for_each(|&r| in_row[r].push(k));
+            self.pattern.column(k).iter().for_each(|&r| of_row[r] = (of_row[r].0 + 1, k));
         }
         let mut alone = vec![false; self.n];
-        for (row, of) in in_row.iter().enumerate().filter(|(_, of)| of.len() == 1) {
-            alone[of[0]] |= !self.has_q[row];
+        for (&(count, k), has_q) in of_row.iter().zip(&self.has_q) {
+            alone[k] |= count == 1 && !has_q;
         }
         alone
     }

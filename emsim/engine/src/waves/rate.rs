@@ -1,5 +1,5 @@
 //! dw/dt of a waveform, exactly: what follows from a source's slope (a current into a capacitor across it, ddt()) is as right as the source.
-use super::{passed, periods, Pulse, Pwl, Shape, Side, Wave, SNAP};
+use super::{passed, Pulse, Pwl, Shape, Side, Wave};
 use std::f64::consts::TAU;
 
 impl Wave {
@@ -52,13 +52,7 @@ fn wave(f: f64, s: f64, phase: f64) -> (f64, f64) {
 
 impl Pulse {
     fn rate(&self, t: f64, side: Side) -> f64 {
-        let snap = SNAP * t.abs().max(self.delay.abs());
-        let s = t - self.delay;
-        let k = if self.period.is_finite() { periods(s, self.period, snap, side) } else { 0.0 };
-        if !passed(s, 0.0, snap, side) || k >= self.count {
-            return 0.0;
-        }
-        let s = if k > 0.0 { k.mul_add(-self.period, s) } else { s };
+        let Some((s, snap)) = self.fold(t, side) else { return 0.0 };
         let [rise, top, fall] = self.corners;
         if !passed(s, rise, snap, side) {
             (self.v2 - self.v1) / rise
@@ -72,9 +66,7 @@ impl Pulse {
 
 impl Pwl {
     fn rate(&self, t: f64, side: Side) -> f64 {
-        let snap = SNAP * t.abs().max(self.delay.abs());
-        let (_, s) = self.fold(t - self.delay, snap, side);
-        let i = self.times.partition_point(|&time| passed(s, time, snap, side));
+        let (i, ..) = self.passed(t, side);
         if i == 0 || i == self.times.len() {
             return 0.0;
         }
