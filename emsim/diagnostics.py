@@ -155,6 +155,14 @@ class ConvergenceError(DiagnosticError):
         self.partial = partial
 
 
+class Interrupted(KeyboardInterrupt):
+    """Ctrl-C ended a run. `partial` is the Result up to there. Exit code 130."""
+
+    def __init__(self, partial: Any = None) -> None:
+        super().__init__()
+        self.partial = partial
+
+
 class OutsideError(DiagnosticError):
     """Something outside the deck is missing: a file, the ngspice program. Exit code 5."""
 

@@ -45,8 +45,10 @@ def run(
     scene      record what moves the drawing of the machine, for pages and films; left out: in a notebook
     energy     keep energy accounts (`Result.energy`); left out: where the deck has a machine
     also       further columns: expressions as .print takes them, such as "fx(pin) x(arm(0.3,0))"
-    progress   called now and then with (t, tstop, step [s], steps, events); a true return value stops the run
-    Raises DeckError, ConvergenceError (with the partial Result), OutsideError.
+    progress   called now and then with (t, tstop, step [s], steps, events); a true return value stops the run, whose
+               result then has the status "interrupted"; what it raises is raised here
+    Raises DeckError, ConvergenceError (with the partial Result), OutsideError; after Ctrl-C Interrupted, a
+    KeyboardInterrupt with the partial Result.
     """
     options = _merged(options, method, reltol, tmax)
     # text to flat deck
@@ -54,9 +56,37 @@ def run(
     # flat deck to equations
     assembly, planned = prepare(flat, options, flat.machine != [] if energy is None else energy)
     # equations to solutions
-    runs = solve(assembly, planned, progress, in_notebook() if scene is None else scene)
+    heard = None if progress is None else Heard(progress)
+    runs = solve(assembly, planned, heard, in_notebook() if scene is None else scene)
     # solutions to a result
-    return deliver(assembly, runs)
+    result = deliver(assembly, runs)
+    if result.status == "interrupted" and not (heard and heard.stopped):
+        if heard and heard.error:
+            raise heard.error
+        from .diagnostics import Interrupted
+
+        raise Interrupted(result)
+    return result
+
+
+class Heard:
+    """A progress callback, and how it ended the run: by what it returned, or by what it raised. Ctrl-C is neither."""
+
+    __slots__ = ("call", "error", "stopped")
+
+    def __init__(self, call: Progress) -> None:
+        self.call, self.stopped = call, False
+        self.error: BaseException | None = None
+
+    def __call__(self, t: float, stop: float, step: float, steps: int, events: int) -> bool:
+        try:
+            self.stopped = bool(self.call(t, stop, step, steps, events))
+            return self.stopped
+        except KeyboardInterrupt:
+            return True
+        except BaseException as error:
+            self.error = error
+            return True
 
 
 def in_notebook() -> bool:

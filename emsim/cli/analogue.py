@@ -9,7 +9,7 @@ from __future__ import annotations
 from .. import pipeline
 from ..reports import analogue
 from .arguments import DEFINE, HELP, QUIET, Option, defines, parse
-from .console import OK, print_lines, show
+from .console import OK, check_targets, print_lines, show
 from .run import source_of
 
 TYPE_CHECKING = False
@@ -21,11 +21,14 @@ OPTIONS = [Option("-o --output", "file to write instead of stdout", "FILE"), DEF
 
 def main(args: Sequence[str]) -> int:
     given = parse(args, OPTIONS)
-    flat = pipeline.read(source_of(given.deck("analogue")), defines(given))
+    source, path = given.deck("analogue"), given.text("output")
+    if path is not None and path != "-":
+        check_targets([path], source)
+    flat = pipeline.read(source_of(source), defines(given))
     assembly, planned = pipeline.prepare(flat)
     text = analogue.deck(assembly, planned)
     show(flat.sink.diagnostics, given.has("quiet"))
-    if path := given.text("output"):
+    if path is not None and path != "-":
         with open(path, "w", encoding="utf-8") as file:
             file.write(text)
     else:

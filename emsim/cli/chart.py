@@ -23,7 +23,7 @@ from os.path import abspath, basename, dirname, splitext
 from .. import pipeline
 from ..diagnostics import OutsideError
 from .arguments import DEFINE, HELP, JSON, QUIET, Arguments, Option, UsageError, defines, number, parse
-from .console import OK, check_folder, print_json, print_lines
+from .console import OK, check_targets, print_json, print_lines
 from .pictures import FORMATS
 from .run import source_of
 
@@ -76,7 +76,7 @@ def main(args: Sequence[str]) -> int:
         if given.has(option):
             raise UsageError(f"--{option} goes with --suite")
     deck = given.deck("chart")
-    _targets(given)
+    _targets(given, deck)
     chosen = settings(given)
     tell = Tell(given.has("quiet"))
     try:
@@ -234,17 +234,15 @@ def deliver(charts: Sequence[Chart], given: Arguments) -> list[str]:
     return [path]
 
 
-def _targets(given: Arguments) -> None:
+def _targets(given: Arguments, deck: str) -> None:
     """Refuses files that cannot be written, before minutes go into what they should hold."""
+    check_targets([path for key in ("output", "csv") if (path := given.text(key)) and path != "-"], deck)
     if path := given.text("output"):
         if splitext(path)[1].lower() not in FORMATS:
             raise UsageError(f"-o {path}: pictures are {', '.join(FORMATS)}")
         from ..reports.draw import pyplot
 
         pyplot()
-        check_folder(path)
-    if (path := given.text("csv")) and path != "-":
-        check_folder(path)
 
 
 def known_methods() -> list[str]:

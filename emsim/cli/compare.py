@@ -10,11 +10,13 @@ from __future__ import annotations
 
 import os
 import sys
+from os.path import splitext
 
 from .. import pipeline
-from ..diagnostics import DeckError, Diagnostic, OutsideError
+from ..diagnostics import DeckError, Diagnostic, Interrupted, OutsideError
 from .arguments import HELP, JSON, QUIET, Option, UsageError, parse
-from .console import INTERRUPTED, OK, TOLERANCE, print_json, print_lines, show
+from .console import INTERRUPTED, OK, TOLERANCE, check_targets, print_json, print_lines, show
+from .pictures import FORMATS
 from .run import METHOD_OPTIONS, overrides, source_of
 
 TYPE_CHECKING = False
@@ -42,23 +44,29 @@ def main(args: Sequence[str]) -> int:
 
     given = parse(args, OPTIONS)
     deck = given.deck("compare")
+    if plot := given.text("plot"):
+        _target(plot, deck)
     engine = _engine(given.text("engine") or "process")
     text, folder = _read(deck)
-    ours = pipeline.run(text if deck == "-" else deck, options=overrides(given))
-    show(ours.diagnostics, given.has("quiet"))
-    if ours.status == "interrupted":
+    try:
+        ours = pipeline.run(text if deck == "-" else deck, options=overrides(given))
+    except Interrupted as stop:
         if given.has("json"):
-            print_json(INTERRUPTED, ours.diagnostics)
+            print_json(INTERRUPTED, stop.partial.diagnostics)
         elif not given.has("quiet"):
             print("interrupted; nothing is compared", file=sys.stderr)
         return INTERRUPTED
+    show(ours.diagnostics, given.has("quiet"))
+    if any(table.energy is not None for table in ours.plots):
+        hint = "`emsim analogue` writes a one-dimensional machine as a plain deck: compare that"
+        raise OutsideError(Diagnostic("error", "E511", "ngspice knows no bodies and joints", None, hint))
     written, written_failed = _as_written(engine, text, folder)
     tight, reltol = _tight(engine, text, folder, ours, written)
     tolerance, window = given.number("tol") or 0.005, given.number("window")
     found = compare(ours.plots, tight.plots, written.plots if written else (), tolerance, window)
     code = OK if found.passed else TOLERANCE
-    if path := given.text("plot"):
-        _plot(path, ours, written, tight, [row.name for row in found.rows if row.kind == "tran"])
+    if plot:
+        _plot(plot, ours, written, tight, [row.name for row in found.rows if row.kind == "tran"])
     if given.has("json"):
         print_json(
             code,
@@ -70,7 +78,7 @@ def main(args: Sequence[str]) -> int:
             unmatched=found.unmatched,
             points={"emsim": len(ours), "ngspice": len(written) if written else None, "tight": len(tight)},
             ngspice_failure=written_failed or None,
-            files=[path] if path else [],
+            files=[plot] if plot else [],
         )
         return code
     print_lines(table_lines(found))
@@ -95,6 +103,16 @@ def _read(deck: str) -> tuple[str, str]:
         from ..build import cannot_read
 
         raise cannot_read(deck, error) from None
+
+
+def _target(path: str, deck: str) -> None:
+    """Refuses a picture that cannot be written before ngspice runs for it."""
+    if splitext(path)[1].lower() not in FORMATS:
+        raise UsageError(f"--plot {path}: pictures are {', '.join(FORMATS)}")
+    from ..reports.draw import pyplot
+
+    pyplot()
+    check_targets([path], deck)
 
 
 def _engine(name: str) -> Callable[[str], Result]:
@@ -149,7 +167,4 @@ def _plot(path: str, ours: Result, written: Result | None, tight: Result, names:
     if written:
         runs["ngspice as written"] = written.main
     runs["emsim"] = ours.main
-    try:
-        overlay(path, runs, names[:12], ours.title)
-    except ValueError as error:
-        raise UsageError(f"--plot {path}: {error}") from None
+    overlay(path, runs, names[:12], ours.title)

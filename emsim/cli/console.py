@@ -9,10 +9,11 @@ from __future__ import annotations
 
 import os
 import sys
-from os.path import abspath, dirname, isdir
+from os.path import abspath, dirname, exists, isdir, isfile, samefile
 from time import monotonic
 
 from ..diagnostics import Diagnostic, OutsideError, render_text, to_json
+from .arguments import UsageError
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -31,6 +32,24 @@ def check_folder(path: str) -> None:
     """OutsideError where a file to write has no folder: a long run should not find out at its end."""
     if not isdir(dirname(abspath(path))):
         raise OutsideError(Diagnostic("error", "E503", f"there is no folder {dirname(path)} for {path}"))
+
+
+def check_targets(paths: Sequence[str], deck: str = "-") -> None:
+    """Refuses files to write that have no folder, that are the deck, by whatever name, or one file for two things."""
+    seen: list[str] = []
+    for path in paths:
+        if deck != "-" and same_file(path, deck):
+            raise UsageError(f"{path} is the deck; choose another file")
+        # /dev/null is no file, and takes anything
+        if any(same_file(path, other) for other in seen) and (isfile(path) or not exists(path)):
+            raise UsageError(f"{path} would be written twice")
+        check_folder(path)
+        seen.append(path)
+
+
+def same_file(a: str, b: str) -> bool:
+    """Whether two paths lead to one file, through links too."""
+    return samefile(a, b) if exists(a) and exists(b) else abspath(a) == abspath(b)
 
 
 def show(diagnostics: Sequence[Diagnostic], quiet: bool = False) -> None:

@@ -8,11 +8,10 @@ extra `files`: pip install 'emsim[files]'."""
 from __future__ import annotations
 
 import sys
-from os.path import abspath
 
 from ..outputs import READERS, load, save
 from .arguments import HELP, QUIET, Option, UsageError, parse
-from .console import OK
+from .console import OK, same_file
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -36,7 +35,7 @@ def main(args: Sequence[str]) -> int:
     if len(given.words) != 2:
         raise UsageError("emsim convert takes two files: emsim convert deck.raw out.csv")
     source, target = given.words
-    if abspath(source) == abspath(target):
+    if same_file(source, target):
         raise UsageError(f"{source} would be written over itself")
     options: dict[str, Any] = {}
     for key, extension in ("ascii", ".raw"), ("units", ".csv"):

@@ -7,10 +7,10 @@ from __future__ import annotations
 
 import sys
 from itertools import pairwise
-from os.path import abspath, basename, splitext
+from os.path import basename, splitext
 
 from .. import pipeline
-from ..diagnostics import ConvergenceError, DeckError, Diagnostic, suggest
+from ..diagnostics import ConvergenceError, DeckError, Diagnostic, Interrupted, suggest
 from ..outputs import raw
 from .arguments import DEFINE, HELP, JSON, QUIET, Arguments, Option, UsageError, defines, parse
 from .console import (
@@ -19,7 +19,7 @@ from .console import (
     INTERRUPTED,
     OK,
     Progress,
-    check_folder,
+    check_targets,
     engineering,
     point,
     print_json,
@@ -92,11 +92,11 @@ def main(args: Sequence[str]) -> int:
         if error.partial is None:
             raise
         code, result, trouble = CONVERGENCE, error.partial, error.diagnostics
+    except Interrupted as stop:
+        code, result = INTERRUPTED, stop.partial
     finally:
         if progress:
             progress.clear()
-    if result.status == "interrupted":
-        code = INTERRUPTED
     return _deliver(given, result, files, plots, films, source, code, trouble)
 
 
@@ -142,7 +142,9 @@ def _targets(given: Arguments, deck: str) -> list[Target]:
     targets: list[Target] = []
     if not given.has("no-files"):
         stem = "stdin" if deck == "-" else splitext(basename(deck))[0]
-        targets.append(("raw", given.text("output") or f"{stem}.raw", {"ascii": given.has("ascii")}))
+        if (name := given.text("output") or f"{stem}.raw") == "-":
+            raise UsageError("-o needs the name of a file; --csv - writes to stdout")
+        targets.append(("raw", name, {"ascii": given.has("ascii")}))
     elif given.has("output"):
         raise UsageError("--no-files and -o contradict each other")
     if (path := given.text("csv")) is not None:
@@ -153,12 +155,7 @@ def _targets(given: Arguments, deck: str) -> list[Target]:
         if path == "-":
             raise UsageError("--html needs the name of a file")
         targets.append(("html", path, {}))
-    for _, path, _ in targets:
-        if path == "-":
-            continue
-        if deck != "-" and abspath(path) == abspath(deck):
-            raise UsageError(f"{path} is the deck; choose another file with -o")
-        check_folder(path)
+    check_targets([path for _, path, _ in targets if path != "-"], deck)
     return targets
 
 

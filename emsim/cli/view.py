@@ -12,10 +12,10 @@ import sys
 from os.path import abspath, basename, join, splitext
 
 from .. import pipeline
-from ..diagnostics import ConvergenceError
+from ..diagnostics import ConvergenceError, Interrupted
 from ..outputs import html
 from .arguments import DEFINE, HELP, QUIET, Option, UsageError, defines, parse
-from .console import CONVERGENCE, INTERRUPTED, OK, Progress, point, show
+from .console import CONVERGENCE, INTERRUPTED, OK, Progress, check_targets, point, show
 from .run import METHOD_OPTIONS, overrides, page_sheets, source_of, text_of
 
 TYPE_CHECKING = False
@@ -45,6 +45,10 @@ def main(args: Sequence[str]) -> int:
     if given.has("port"):
         raise UsageError("--port is for --live")
     deck = given.deck("view")
+    if path := given.text("output"):
+        if path == "-":
+            raise UsageError("-o needs the name of a file")
+        check_targets([path], deck)
     source, code, trouble = source_of(deck), OK, []
     progress = Progress() if Progress.wanted(given.has("quiet")) else None
     try:
@@ -60,11 +64,11 @@ def main(args: Sequence[str]) -> int:
         if error.partial is None:
             raise
         code, result, trouble = CONVERGENCE, error.partial, error.diagnostics
+    except Interrupted as stop:
+        code, result = INTERRUPTED, stop.partial
     finally:
         if progress:
             progress.clear()
-    if result.status == "interrupted":
-        code = INTERRUPTED
     result.diagnostics += [d for d in trouble if d not in result.diagnostics]
     show(result.diagnostics, given.has("quiet"))
     if not given.has("quiet"):

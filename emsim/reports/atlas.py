@@ -65,6 +65,16 @@ def methods() -> list[str]:
     return list(METHODS)
 
 
+def called(case: Case, word: str) -> bool:
+    """Whether a word is part of the case's name or of its deck's."""
+    return word.lower() in case.name.lower() or word.lower() in case.deck.lower()
+
+
+def strangers(words: Sequence[str]) -> list[str]:
+    """Words that name neither a method nor a case."""
+    return [w for w in words if w not in METHODS and not any(called(case, w) for case in CASES)]
+
+
 def measure(case: Case, method: str, run: Callable[..., Result]) -> Cell:
     """One cell. `run` is pipeline.run."""
     trial = _trial(case, {**case.own.get(method, case.options), **METHODS[method]}, run)
@@ -103,12 +113,13 @@ def _trial(case: Case, options: dict[str, Any], run: Callable[..., Result]) -> T
 def atlas(
     run: Callable[..., Result], names: Sequence[str] = (), told: Callable[[str], object] | None = None
 ) -> list[list[Cell]]:
-    """Rows of cells, a row a case. names: parts of case names or methods to keep; told(text) before each row."""
+    """Rows of cells, a row a case. names: parts of names of cases or decks, or methods, to keep; told(text) before each
+    row."""
     rows = []
     columns = [m for m in methods() if m in names] or methods()
     wanted = [word for word in names if word not in METHODS]
     for case in CASES:
-        if wanted and not any(word.lower() in case.name.lower() for word in wanted):
+        if wanted and not any(called(case, word) for word in wanted):
             continue
         if told:
             told(case.name)

@@ -141,8 +141,12 @@ class Problem:
         t = self.transient
         began = thread_time()
 
+        late = False
+
         def over(*_: object) -> bool:
-            return thread_time() - began > limit
+            nonlocal late
+            late = thread_time() - began > limit
+            return late
 
         waves = assembly.system.tran(
             self.spacing, t.tstop, t.tstart, t.tmax, t.uic, [outputs[n].expr for n in names], options, over
@@ -152,6 +156,8 @@ class Problem:
             units = [self.units[name] for name in names]
             return Table("tran", ["time", *names], ["s", *units], waves), stats, ""
         if waves.status == "interrupted":
+            if not late:
+                raise KeyboardInterrupt
             return None, stats, f"over {limit:.2g} s"
         failure = dict(waves.failure or {})
         kind, at = str(failure.get("kind", "failed")), float(failure.get("t") or 0.0)

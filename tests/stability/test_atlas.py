@@ -148,4 +148,15 @@ def test_the_verb(tmp_path, monkeypatch, capsys):
     assert main(["chart", "--hard", "gain 1", "auto", "--json"]) == 0
     cells = json.loads(capsys.readouterr().out)["cells"]
     assert {cell["verdict"] for cell in cells} == {"ok"}
-    assert main(["chart", "--hard", "no such case"]) == 2
+    capsys.readouterr()
+    # before minutes are spent on it; the known words are not blamed
+    assert main(["chart", "--hard", "no such case", "trap", "tank"]) == 2
+    said = capsys.readouterr().err
+    assert "is called no such case;" in said and "tank 100 kHz" in said
+    assert main(["chart", "--hard", "-o", "atlas.foo"]) == 2
+
+
+def test_a_case_is_found_by_its_deck():
+    """`hard/ramp_capacitor.cir` is the deck of the case `ringing`."""
+    assert not atlas.strangers(["ramp_capacitor", "trap", "Tank"])
+    assert [case.name for case in CASES if atlas.called(case, "ramp_capacitor")] == ["ringing"]

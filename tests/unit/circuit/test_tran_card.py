@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import os
+import signal
+import threading
+
 import pytest
 from circuit_decks import codes, deck, remarks
 
@@ -65,6 +69,32 @@ def test_progress_is_called_and_can_stop() -> None:
     r = emsim.run(deck("V1 a 0 SIN(0 1 1meg)", "R1 a b 1k", "C1 b 0 1n", ".tran 1n 20m"), progress=stop)
     assert r.status == "interrupted"
     assert len(calls) == 1
+
+
+LONG = deck("V1 a 0 SIN(0 1 1meg)", "R1 a b 1k", "C1 b 0 1n", "D1 b 0 dm", ".model dm d", ".tran 1n 10")
+
+
+def test_what_a_progress_callback_raises_is_raised() -> None:
+    def wrong(*_: object) -> bool:
+        raise ZeroDivisionError("in the callback")
+
+    with pytest.raises(ZeroDivisionError, match="in the callback"):
+        emsim.run(LONG, progress=wrong)
+
+
+@pytest.mark.parametrize("progress", [None, lambda *_: None])
+def test_ctrl_c_ends_a_sweep_and_keeps_what_was_computed(progress) -> None:
+    timer = threading.Timer(0.3, os.kill, (os.getpid(), signal.SIGINT))
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        timer.start()
+        with pytest.raises(KeyboardInterrupt) as stop:
+            emsim.run(LONG, progress=progress)
+    finally:
+        timer.cancel()
+        signal.signal(signal.SIGINT, before)
+    assert isinstance(stop.value, emsim.Interrupted)
+    assert stop.value.partial.status == "interrupted" and 0 < stop.value.partial.time[-1] < 10
 
 
 def test_check_tells_the_facts() -> None:

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import csv
 import json
+import os
+import signal
+import threading
 from itertools import pairwise
 
 import numpy as np
@@ -157,6 +160,19 @@ def test_bad_input(capsys, tank, args, code, word):
 def test_an_unknown_format_is_a_usage_error(capsys, tank):
     assert main(["chart", tank, *QUICK, "-o", "p.xyz"]) == 2
     assert ".svg" in capsys.readouterr().err
+
+
+def test_ctrl_c_is_no_run_over_its_limit():
+    problem = tank_problem("40")
+    timer = threading.Timer(0.3, os.kill, (os.getpid(), signal.SIGINT))
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        timer.start()
+        with pytest.raises(KeyboardInterrupt):
+            problem.run("rk45", 1e-9, 30.0)
+    finally:
+        timer.cancel()
+        signal.signal(signal.SIGINT, before)
 
 
 def test_decks_that_cannot_be_charted(capsys, scratch):

@@ -73,7 +73,8 @@ def test_shared_library_gives_the_same_verdict(capsys):
 @needs_ngspice
 def test_machines_are_beyond_ngspice(capsys):
     assert main(["compare", "-q", str(NETLISTS / "coupled" / "pendulum_servo.cir")]) == 5
-    assert "E511" in capsys.readouterr().err
+    said = capsys.readouterr().err
+    assert "E511" in said and "emsim analogue" in said
 
 
 def test_without_ngspice_exit_5(capsys, monkeypatch):
@@ -84,7 +85,11 @@ def test_without_ngspice_exit_5(capsys, monkeypatch):
 
 @pytest.mark.parametrize(
     ("args", "says"),
-    [(["--engine", "gnucap"], "process or shared"), (["--tol", "-1"], "not a positive number")],
+    [
+        (["--engine", "gnucap"], "process or shared"),
+        (["--tol", "-1"], "not a positive number"),
+        (["--plot", "x.xyz"], ".png, .svg, .pdf"),
+    ],
 )
 def test_wrong_options(args, says, capsys):
     assert main(["compare", *args, STEP]) == 2
@@ -103,10 +108,15 @@ def test_an_interrupt_of_the_own_run_ends_it(monkeypatch, capsys):
     """Without ngspice ever being started."""
     from emsim import pipeline
     from emsim.cli import compare
+    from emsim.diagnostics import Interrupted
     from emsim.result import Columns, Result, Table
 
     cut = Table("tran", ["time"], ["s"], Columns([[0.0, 1.0]]), status="interrupted")
-    monkeypatch.setattr(pipeline, "run", lambda *a, **k: Result("cut", [cut]))
+
+    def ctrl_c(*a, **k):
+        raise Interrupted(Result("cut", [cut]))
+
+    monkeypatch.setattr(pipeline, "run", ctrl_c)
 
     def started(deck):
         raise AssertionError("ngspice was started")

@@ -157,6 +157,8 @@ def test_json_of_a_wrong_deck():
         (["--method", "euler", "rc.cir"], 2, "trap, gear, radau"),
         (["-o", "nowhere/x.raw", "rc.cir"], 5, "nowhere"),
         (["-o", "rc.cir", "rc.cir"], 2, "is the deck"),
+        (["-o", "-", "rc.cir"], 2, "needs the name of a file"),
+        (["-o", "x.raw", "--csv", "./x.raw", "rc.cir"], 2, "written twice"),
         (["--no-files", "-o", "x.raw", "rc.cir"], 2, "contradict"),
         (["help", "rum"], 2, "did you mean run"),
         (["."], 5, "directory"),

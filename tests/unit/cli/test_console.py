@@ -1,13 +1,14 @@
-"""Engineering numbers, JSON without infinities, the progress line."""
+"""Engineering numbers, JSON without infinities, the progress line, files that are not written over."""
 
 from __future__ import annotations
 
 import io
 import json
+import os
 
 import pytest
 
-from emsim.cli import console
+from emsim.cli import console, main
 from emsim.diagnostics import Diagnostic
 
 
@@ -59,3 +60,29 @@ def test_quiet_leaves_notes_out(capsys):
     console.show([Diagnostic("note", "N1", "a note"), Diagnostic("warning", "W1", "a warning")], quiet=True)
     said = capsys.readouterr().err
     assert "a warning" in said and "a note" not in said
+
+
+DECK = "spins\nBODY b m=1 j=1m\nJOINT p 0 b pin ic=(0,1)\n.tran 1m 10m\n.end\n"
+
+
+@pytest.mark.parametrize(
+    "args",
+    [
+        ["run", "--csv"],
+        ["view", "--no-open", "-o"],
+        ["analogue", "-o"],
+        ["chart", "--alone", "--methods", "radau", "--csv"],
+    ],
+)
+@pytest.mark.parametrize("name", ["d.cir", "./d.cir", "link.cir", "hard.cir"])
+def test_no_verb_writes_over_its_deck(args, name, scratch, capsys):
+    deck = scratch / "d.cir"
+    deck.write_text(DECK)
+    os.symlink("d.cir", scratch / "link.cir")
+    os.link(deck, scratch / "hard.cir")
+    assert main([*args, name, "d.cir"]) == 2
+    assert f"{name} is the deck" in capsys.readouterr().err and deck.read_text() == DECK
+
+
+def test_the_same_device_may_be_written_twice(scratch):
+    console.check_targets([os.devnull, os.devnull])
