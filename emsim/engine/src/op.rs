@@ -4,7 +4,9 @@
 //! equilibrium, let go). Plain Newton, then gmin stepping, source stepping, pseudo-transient.
 //! `initial_conditions`: UIC, from given charges and fluxes. `consistent`: algebraic unknowns that fit the charges.
 mod linear;
+mod rest;
 
+use self::rest::{couples, descend};
 use crate::newton::{Failure, Newton, Options, Tolerances};
 use crate::sparse::{Lu, Pattern, Symbolic};
 use crate::system::{Kind, System, Work};
@@ -372,88 +374,6 @@ pub fn operating_point(
         }
     }
     Err(NoPoint { why, tried })
-}
-
-/// Each coordinate with the row of its momentum: the speed that its own row reads.
-fn couples(sys: &System) -> Vec<(usize, usize)> {
-    let mut out = Vec::new();
-    for u in (0..sys.n).filter(|&u| sys.unknowns[u].kind == Kind::Speed) {
-        let rows = &sys.pattern.rowidx[sys.pattern.colptr[u]..sys.pattern.colptr[u + 1]];
-        if let Some(&q) = rows.iter().find(|&&r| sys.unknowns[r].kind == Kind::Coordinate) {
-            out.push((q, u));
-        }
-    }
-    out
-}
-
-/// Static equilibrium, approached downhill: M (q - q_last)/s^2 = force, implicit Euler on the steepest descent of the
-/// potential in the metric of the masses. It comes to the rest that lies downhill from the start, not to whichever root
-/// Newton's method jumps to; steps are short enough not to leap over a pole (the closed gap of a capacitor).
-fn descend(dc: &mut Dc, w: &mut Work, x: &mut [f64], tol: &Tolerances) -> Result<(), Failure> {
-    let start = x.to_vec();
-    let mut square = 1e-12_f64; // s^2
-    let mut last = Failure::Diverged { unknown: dc.pairs.first().map_or(0, |p| p.0), row: 0 };
-    let mut first = true;
-    let mut refused = 0;
-    for _ in 0..2000 {
-        let mut trial = x.to_vec();
-        let (flags, junction) = (w.flags.clone(), w.junction.clone());
-        dc.lean = Some((1.0 / square, x.to_vec()));
-        let solved = dc.newton(w, &mut trial, 0.0, None, tol, 12);
-        dc.lean = None;
-        let mut farthest = (0usize, 0.0_f64);
-        let mut moved = 0.0_f64;
-        for &(q, _, _) in &dc.pairs {
-            let step = (trial[q] - x[q]).abs();
-            let room = if dc.sys.unknowns[q].unit == "m" { 0.3 * (x[q] - start[q]).abs() } else { 0.3 };
-            let room = room.max(tol.weight(q, x[q], trial[q]));
-            if step / room > farthest.1 {
-                farthest = (q, step / room);
-            }
-            moved = moved.max(step / tol.weight(q, x[q], trial[q]));
-        }
-        // a force that is far larger half-way than at both ends: the step leaps over a pole
-        let mut leaps = false;
-        if solved.is_ok() {
-            let mut force = |dc: &Dc, at: &[f64]| -> Vec<f64> {
-                dc.sys.eval(w, at, 0.0);
-                dc.pairs.iter().map(|&(_, u, _)| w.f[u].abs()).collect()
-            };
-            for share in (1..16).map(|k| f64::from(k) / 16.0) {
-                let between: Vec<f64> = x.iter().zip(&trial).map(|(a, b)| a + share * (b - a)).collect();
-                let (here, there, middle) = (force(dc, x), force(dc, &trial), force(dc, &between));
-                leaps |= (0..middle.len()).any(|k| !(middle[k] <= 1.2 * here[k].max(there[k]) + 1e-30));
-            }
-            leaps &= moved > 1.0;
-        }
-        match solved {
-            Ok(_) if !leaps && (first || farthest.1 <= 1.0) => {
-                x.copy_from_slice(&trial);
-                if moved < 1e-3 && square > 1e6 {
-                    return Ok(());
-                }
-                first = false;
-                square *= 3.0;
-                last = Failure::Diverged { unknown: farthest.0, row: farthest.0 };
-                if x.iter().any(|v| v.abs() > 1e30) {
-                    return Err(last);
-                }
-            }
-            outcome => {
-                (w.flags, w.junction) = (flags, junction);
-                if let Err(e) = outcome {
-                    last = e;
-                }
-                square *= 0.3;
-                // again and again: a pole that draws the machine in
-                refused += 1;
-                if refused > 40 || square < 1e-40 {
-                    return Err(last);
-                }
-            }
-        }
-    }
-    Err(last)
 }
 
 /// Implicit Euler from the present point with growing steps, every node loaded by a capacitor: a damped way to rest.
