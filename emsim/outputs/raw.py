@@ -2,9 +2,9 @@
 
 The layout is ngspice's: a text header, then either `Binary:` and little-endian float64 records, one record a
 point, or `Values:` and text; the plots of several analyses follow one another in one file. The `Command:`
-line carries the word ngspice because spicelib recognises the dialect by it. Units have no place in the
-format; the variable's type stands for them (`angle` is rad). Types that a reader does not know are shown
-as plain numbers: ngspice does so with the mechanical ones.
+line carries the word ngspice because spicelib recognises the dialect by it, and is a comment because ngspice
+runs it. Units have no place in the format; the variable's type stands for them (`angle` is rad). Types that
+a reader does not know are shown as plain numbers: ngspice does so with the mechanical ones.
 """
 
 from __future__ import annotations
@@ -64,7 +64,7 @@ def _date() -> str:
 def _command() -> str:
     from .. import __version__
 
-    return f"emsim {__version__} (ngspice raw dialect)"
+    return f"* emsim {__version__} (ngspice raw dialect)"
 
 
 def write_table(file: IO[bytes], table: Table, ascii: bool = False) -> None:

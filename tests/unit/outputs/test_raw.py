@@ -50,7 +50,7 @@ def test_header_is_ngspices_and_names_the_dialect(written):
     assert (
         head[0] == "Title: raw test" and head[2] == "Plotname: Operating Point" and head[3] == "Flags: real"
     )
-    assert head[6].startswith("Command: emsim ") and "ngspice" in head[6]
+    assert head[6].startswith("Command: * emsim ") and "ngspice" in head[6]
 
 
 @needs_ngspice
@@ -68,6 +68,8 @@ def test_ngspice_loads_it(written, tmp_path):
     assert values == pytest.approx([N, table["v(out)"][100], table["angle(hinge)"][100]], rel=1e-9), (
         done.stdout
     )
+    # it runs what stands behind `Command:`
+    assert "no such command" not in done.stdout + done.stderr
 
 
 def test_spicelib_reads_it(written):
