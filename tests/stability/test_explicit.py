@@ -144,3 +144,19 @@ def test_rows_of_a_loop_that_is_driven(text, method):
         scale = np.ptp(exact[name])
         apart = max(abs(found.at(name, t) - exact.at(name, t)) for t in np.arange(0.01, end - 1e-9, 0.01))
         assert apart < 3e-6 * scale, (name, apart, scale)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_an_edge_too_short_for_a_step_of_its_own_is_a_jump(method):
+    """Edges of 1 ps at t = 2 s lie nearer to each other than corners that are stepped onto, and a step over one began with the
+    slope before it: off by 0.03 of a volt. Here i dt is known: up for half of every second, and down by exp(-t)."""
+    r = run(
+        "RC\nI1 0 a PULSE(0 1 0.5 1p 1p 0.5 1)\nC1 a 0 1\nR1 a 0 1\n.tran 0.02 5\n.end\n", f"method={method}"
+    )
+    at, v, exact = 0.0, 0.0, np.zeros(len(r.time))
+    for k in range(10):  # half a second each, from 0 on
+        inside = (r.time >= at) & (r.time <= at + 0.5)
+        target = k % 2
+        exact[inside] = target + (v - target) * np.exp(-(r.time[inside] - at))
+        at, v = at + 0.5, target + (v - target) * np.exp(-0.5)
+    assert np.abs(r["v(a)"] - exact).max() < 1e-4

@@ -316,7 +316,7 @@ impl Newton {
     fn round(&mut self, sys: &System, w: &mut Work, a: f64, x: &[f64]) {
         sys.terms(x, &mut self.noise);
         for (b, q) in self.noise.iter_mut().zip(&self.charges) {
-            *b = ROUNDING * (*b + a * q.abs());
+            *b = ROUNDING * (*b + (a * q).abs());
         }
         self.lu.solve(&mut self.noise);
         w.counters.solves += 1;

@@ -120,6 +120,11 @@ impl Work {
         Held { flags: self.flags.clone(), junction: self.junction.clone(), edges: self.edges.clone() }
     }
 
+    /// Does the stretch between the sources' corners end before t?
+    pub fn ends_before(&self, t: f64) -> bool {
+        t > self.before
+    }
+
     pub fn restore(&mut self, held: &Held) {
         self.flags.copy_from_slice(&held.flags);
         self.junction.copy_from_slice(&held.junction);

@@ -235,16 +235,28 @@ impl Wave {
 
     /// The first corner after t (by more than 1e-12 of t), INFINITY when there is none.
     pub fn next_breakpoint(&self, t: f64) -> f64 {
+        self.corner_after(t, GUARD)
+    }
+
+    /// The last of the corners after t that are too near to it to be a breakpoint.
+    pub fn hidden_corner(&self, t: f64) -> Option<f64> {
+        let next = |t: f64| Some(self.corner_after(t, SNAP)).filter(|&b| b.is_finite());
+        let hidden = |b: &f64| *b <= t + GUARD * b.abs();
+        std::iter::successors(next(t).filter(hidden), |&b| next(b).filter(hidden)).last()
+    }
+
+    /// The first corner after t by more than `part` of t.
+    fn corner_after(&self, t: f64, part: f64) -> f64 {
         let first_of = |times: &[f64]| {
-            let later = times.iter().copied().filter(|&b| b > t + guard(t, b));
+            let later = times.iter().copied().filter(|&b| later(t, b, part));
             later.fold(f64::INFINITY, f64::min)
         };
         match &self.shape {
             Shape::Dc(_) | Shape::Guest | Shape::Sffm { .. } => f64::INFINITY,
-            Shape::Pulse(pulse) => pulse.next_breakpoint(t),
+            Shape::Pulse(pulse) => pulse.corner_after(t, part),
             Shape::Sin { delay, .. } | Shape::Am { delay, .. } => first_of(&[*delay]),
             Shape::Exp { rise_at, fall_at, .. } => first_of(&[*rise_at, *fall_at]),
-            Shape::Pwl(pwl) => pwl.next_breakpoint(t),
+            Shape::Pwl(pwl) => pwl.corner_after(t, part),
         }
     }
 
@@ -328,7 +340,7 @@ impl Pulse {
         1 + self.corners.iter().filter(|&&c| passed(s, c, snap, Side::After)).count()
     }
 
-    fn next_breakpoint(&self, t: f64) -> f64 {
+    fn corner_after(&self, t: f64, part: f64) -> f64 {
         if self.v1 == self.v2 {
             return f64::INFINITY;
         }
@@ -339,12 +351,12 @@ impl Pulse {
             let start = if k > 0.0 { k.mul_add(self.period, self.delay) } else { self.delay };
             if k >= self.count {
                 // nothing starts here, but the last pulse may be cut off
-                let cut = k == self.count && self.corners[2] > self.period && start > t + guard(t, start);
+                let cut = k == self.count && self.corners[2] > self.period && later(t, start, part);
                 return if cut { start } else { f64::INFINITY };
             }
             for corner in [0.0, self.corners[0], self.corners[1], self.corners[2]] {
                 let time = start + corner;
-                if corner < self.period && time.is_finite() && time > t + guard(t, time) {
+                if corner < self.period && time.is_finite() && later(t, time, part) {
                     return time;
                 }
             }
@@ -408,7 +420,7 @@ impl Pwl {
         line(self.values[i - 1], self.values[i], s - start, self.times[i] - start, snap)
     }
 
-    fn next_breakpoint(&self, t: f64) -> f64 {
+    fn corner_after(&self, t: f64, part: f64) -> f64 {
         let s = t - self.delay;
         let (k, _) = self.fold(s, 0.0, Side::After);
         for k in [k, k + 1.0] {
@@ -421,7 +433,7 @@ impl Pwl {
                 Some(from) if k > 0.0 => self.times.partition_point(|&time| time < from),
                 _ => 0,
             };
-            let later = |&time: &f64| time + shift > t + guard(t, time + shift);
+            let later = |&time: &f64| later(t, time + shift, part);
             let i = first + self.times[first..].partition_point(|time| !later(time));
             if let Some(&time) = self.times.get(i) {
                 return time + shift;
@@ -431,9 +443,9 @@ impl Pwl {
     }
 }
 
-/// How much later than t a corner at b must be.
-fn guard(t: f64, b: f64) -> f64 {
-    GUARD * t.abs().max(b.abs())
+/// Is a corner at b later than t by more than `part` of them?
+fn later(t: f64, b: f64, part: f64) -> bool {
+    b > t + part * t.abs().max(b.abs())
 }
 
 /// Has s passed the corner at c?

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import signal
 import threading
@@ -29,6 +30,16 @@ def test_tstart_and_tmax() -> None:
     assert r.time[0] >= 5e-3 - 1e-12
     assert r.time[-1] == pytest.approx(10e-3)
     assert max(r.time[1:] - r.time[:-1]) <= 0.01e-3 * (1 + 1e-9)
+
+
+@pytest.mark.parametrize("method", ["trap", "gear", "radau", "trbdf2", "esdirk", "gauss", "rk45", "dop853"])
+def test_what_is_shown_begins_at_tstart(method: str) -> None:
+    """The first row was the first point after it, and .print wrote this in the place of tstart."""
+    sine = ("V1 a 0 SIN(0 1 1k)", "R1 a b 1k", "C1 b 0 1u", f".options method={method} reltol=1e-6")
+    r = emsim.run(deck(*sine, ".tran 10u 0.2m 53u"))
+    assert r.time[0] == pytest.approx(53e-6, rel=1e-12) and r.time[1] > 53e-6
+    assert r["v(a)"][0] == pytest.approx(math.sin(2 * math.pi * 0.053), abs=1e-4)
+    assert r["v(b)"][0] == pytest.approx(emsim.run(deck(*sine, ".tran 1u 0.2m")).at("v(b)", 53e-6), abs=1e-5)
 
 
 def test_analyses_run_in_order() -> None:

@@ -478,6 +478,10 @@ impl Method for Auto<'_> {
         self.inner().stiffness()
     }
 
+    fn corner(&mut self) {
+        self.methods[self.now].1.corner();
+    }
+
     fn inputs_changed(&mut self) {
         self.methods[self.now].1.inputs_changed();
     }

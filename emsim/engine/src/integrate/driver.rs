@@ -3,15 +3,17 @@
 //! a billionth of what lies ahead gives the values after it, and the method restarts there. The length that served
 //! after the last jump of the same kind is remembered. What was computed is kept whatever ends the run.
 mod escape;
+mod jumps;
 mod memory;
 mod stretch;
 
 use self::escape::{gone, Escape};
+use self::jumps::JUMP;
 use self::memory::Memory;
 pub use self::memory::IMPOSED;
 pub(super) use self::stretch::Mark;
 
-use super::rows::{undetermined, Forces, Grid, Row, Sink};
+use super::rows::{Forces, Grid, Row, Sink};
 use super::watch::{Report, Watch};
 use super::{make, Attempt, Method, Used};
 use crate::events::{Candidate, Detector, Located};
@@ -66,10 +68,6 @@ const PATIENCE: u64 = 200_000;
 const LEAST: f64 = 2e-9;
 /// Steps into what is too large are shortened to this part of the run.
 const RUNAWAY: f64 = 1e-6;
-/// A jump takes this part of the next stretch.
-const JUMP: f64 = 1e-9;
-/// ... or ten times as much, so often, where that cannot be solved.
-const LONGER: usize = 4;
 /// Steps of so little of the longest creep.
 const CREEPS: f64 = 1e-12;
 /// A step over a corner may take this part of the next stretch.
@@ -103,6 +101,7 @@ pub(super) struct Run<'a, S: Sink> {
     scratch: Vec<f64>,
     watch: Watch,
     forces: Option<Option<Forces>>, // multipliers of the rows, where they are asked for and the method's own lag behind
+    begin: Option<Option<Forces>>,  // the same after a jump
     slopes: Option<bool>,           // unknowns follow from the slopes of others: a corner is a jump to them
     kept: f64,                      // end of the last recorded step
     crept: (f64, f64),              // where a corner was last stepped over, and how often there
@@ -213,6 +212,7 @@ impl<'a, S: Sink> Run<'a, S> {
             dense,
             scratch: vec![0.0; sys.n],
             forces: None,
+            begin: None,
             slopes: None,
             kept: 0.0,
             crept: (f64::NEG_INFINITY, 0.0),
@@ -416,13 +416,15 @@ impl<'a, S: Sink> Run<'a, S> {
             self.grid.bent(self.t, ahead);
             if fixed {
                 h = first;
-                if jumped {
-                    self.restart(method);
+                match jumped {
+                    true => self.restart(method),
+                    false => method.corner(),
                 }
             } else if jumped || method.restarts_at_corners() {
                 self.restart(method);
                 h = self.memory.length().unwrap_or(0.1 * ahead.min(normal_h).min(tmax)).max(smallest);
             } else {
+                method.corner();
                 h = h.max(normal_h.min(tmax)).min(if method.starts_at_full_length() { ahead } else { 0.5 * ahead });
             }
         }
@@ -475,70 +477,6 @@ impl<'a, S: Sink> Run<'a, S> {
         self.record.step(self.sys, self.w, self.t, &self.x, &inside);
         self.tol.observe(&self.x);
         self.watch.step(self.t, &self.x, method, &self.tol);
-    }
-
-    /// At a corner or an edge: flags flip, values jump, the next stop is found. True when something jumped. Another one
-    /// beside it, to rounding, is of the same time: nothing can be solved in between.
-    fn land(&mut self, method: &dyn Method) -> bool {
-        let mut jumped = false;
-        for _ in 0..CASCADE {
-            let before = self.outcome.events.len();
-            let jumps = self.sys.jumps_at(self.t) || self.slopes_jump(method);
-            let (t, events) = (self.t, &mut self.outcome.events);
-            self.sys.flip_edges(self.w, t, |k, on| events.push((t, k, on)));
-            let flipped = self.outcome.events.len() > before;
-            self.w.counters.events += u64::from(flipped);
-            self.stop = self.sys.next_stop(self.w, t, self.until);
-            if jumps || flipped {
-                self.jump(self.tmax);
-                jumped = true;
-            }
-            let near = self.stop > self.t && self.stop - self.t <= 64.0 * f64::EPSILON * self.t;
-            if !near || self.stop >= self.until {
-                break;
-            }
-            (self.t, self.late) = (self.stop, 0.0);
-        }
-        jumped
-    }
-
-    /// Is a corner of a source a jump to what the method's next step begins with?
-    fn slopes_jump(&mut self, method: &dyn Method) -> bool {
-        method.begins_with_slopes() && *self.slopes.get_or_insert_with(|| undetermined(self.sys).contains(&true))
-    }
-
-    /// Something has jumped at t: one implicit step of nearly no length gives the values after it, and their time.
-    fn jump(&mut self, width: f64) {
-        for _ in 0..CASCADE {
-            // edges that are due at once
-            let (t, events) = (self.t, &mut self.outcome.events);
-            if self.stop <= t {
-                self.sys.flip_edges(self.w, t, |k, on| events.push((t, k, on)));
-            }
-            self.stop = self.sys.next_stop(self.w, t, self.until);
-            let least = (JUMP * width.min(self.stop - t)).max(64.0 * f64::EPSILON * t).max(1e-18 * self.a.tstop);
-            // rounding may keep so short a step from converging: a flux of so much over h is no voltage
-            let longer = (0..LONGER).map(|k| least * 10f64.powi(k as i32)).find(|&h| self.settle(t, h, false));
-            // where none does, no time has passed
-            let h = longer.unwrap_or(least);
-            self.t = t + h;
-            self.late = 0.0;
-            let before = self.w.flags.clone();
-            let settled = !self.sys.settle_flags(self.w, &self.x, self.t);
-            for (k, (old, new)) in before.iter().zip(&self.w.flags).enumerate() {
-                if old != new {
-                    self.outcome.events.push((self.t, k, *new != 0.0));
-                }
-            }
-            if settled && self.stop > self.t {
-                break;
-            }
-        }
-        if self.t >= self.a.tstart {
-            self.record.row(self.sys, self.w, self.t, &self.x);
-            self.grid.last = self.t;
-        }
-        self.record.leap(self.sys, self.w, self.t, &self.x);
     }
 
     /// A flag that turns inside the attempted step (t, t1]: the step ends there, the flag flips, the method restarts.

@@ -97,6 +97,8 @@ pub trait Method {
     fn restarts_at_corners(&self) -> bool {
         true
     }
+    /// The sources bend at the accepted point, and nothing restarts there.
+    fn corner(&mut self) {}
     /// Functions of time that the equations read have changed since the last attempt, the point has not.
     fn inputs_changed(&mut self) {}
     /// Estimate of h |lambda| over the bound of the method's stability in the last steps, lambda being the fastest

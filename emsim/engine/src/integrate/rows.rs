@@ -15,6 +15,10 @@ use crate::system::{System, Work};
 
 /// Length of those steps in units of the method's step: the error goes with its third power, rounding with its inverse.
 const SHORT: f64 = 1e-4;
+/// After a jump nothing says how fast things move: so much of the stretch that begins, unless rounding, of so much of the run,
+/// asks for more.
+const SHORTER: f64 = 1e-6;
+const ROUNDED: f64 = 1e-10;
 
 /// Where the rows of a run go, and what follows its steps.
 pub trait Sink {
@@ -113,11 +117,25 @@ impl Forces {
         Some(Forces { newton: Newton::new(sys).ok()? })
     }
 
+    /// The same right after a jump, at the beginning of a stretch of this width in a run of length `whole`.
+    pub fn begin(
+        &mut self,
+        sys: &System,
+        w: &mut Work,
+        (t, x): (f64, &mut [f64]),
+        width: f64,
+        whole: f64,
+        tol: &Tolerances,
+    ) {
+        let h = (SHORT * width).min((SHORTER * width).max(ROUNDED * whole));
+        self.settle(sys, w, x, t, h, tol);
+    }
+
     /// Everything that does not stand under d/dt, from what does. x stays as it is where that fails.
     fn settle(&mut self, sys: &System, w: &mut Work, x: &mut [f64], t: f64, h: f64, tol: &Tolerances) {
         let junction = w.junction.clone();
-        // what follows from slopes before a jump does so from times before it
-        let t = if sys.jumps_at(t) { t - 4.0 * h } else { t };
+        // slopes at a corner are those before it
+        let h = if w.ends_before(t + 4.0 * h) { -h } else { h };
         let mut solve = |w: &mut Work, h: f64, r: &[f64], mut y: Vec<f64>, t: f64, passes: usize| {
             self.newton.forget();
             for _ in 0..passes {
@@ -200,14 +218,15 @@ impl Grid {
             start: a.tstart,
             step: a.tstep,
             stop: a.tstop,
-            k: 1.0,
+            // a run begins with a row; one that is shown from later on has its first row between two steps
+            k: if a.tstart > 0.0 { 0.0 } else { 1.0 },
             dense,
             corner,
             bend: 0.0,
             width: a.tstep,
             shown: AFTER.len(),
             bends: 0.0,
-            last: a.tstart,
+            last: if a.tstart > 0.0 { f64::NEG_INFINITY } else { 0.0 },
         }
     }
 
@@ -242,10 +261,11 @@ impl Grid {
     ) {
         let near = 1e-9 * self.step;
         loop {
-            let point = if self.dense { self.start + self.k * self.step } else { f64::INFINITY };
+            let asked = self.dense || self.k == 0.0;
+            let point = if asked { self.start + self.k * self.step } else { f64::INFINITY };
             let extra = AFTER.get(self.shown).map_or(f64::INFINITY, |a| self.bend + a * self.width);
             let t = point.min(self.corner).min(extra);
-            let near = if t < point { 0.0 } else { near };
+            let near = if t < point || self.k == 0.0 { 0.0 } else { near };
             if t > t1 + near || t > self.stop {
                 self.last = t1;
                 return;

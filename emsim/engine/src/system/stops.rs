@@ -145,6 +145,11 @@ impl System {
         })
     }
 
+    /// The end of a ramp that begins at t and is too short to be a step of its own.
+    pub fn hidden_corner(&self, t: f64) -> Option<f64> {
+        self.loud().filter_map(|w| w.hidden_corner(t)).reduce(f64::max)
+    }
+
     /// Does a ramp begin at t = 0?
     pub fn starts_bending(&self) -> bool {
         let within = |w: &Wave| 0.5 * w.shortest().min(f64::MAX);

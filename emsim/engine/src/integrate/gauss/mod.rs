@@ -589,4 +589,9 @@ impl Method for Gauss {
     fn restarts_at_corners(&self) -> bool {
         false
     }
+
+    /// No polynomial goes through points on both sides of a corner.
+    fn corner(&mut self) {
+        self.past.len = 1;
+    }
 }

@@ -1,0 +1,86 @@
+//! At a corner of a source, an edge or an event: what jumps there, and the point from which the run goes on.
+use super::super::rows::{undetermined, Forces, Sink};
+use super::super::Method;
+use super::{Run, CASCADE};
+
+/// A jump takes this part of the next stretch.
+pub(super) const JUMP: f64 = 1e-9;
+/// ... or ten times as much, so often, where that cannot be solved.
+const LONGER: usize = 4;
+
+impl<S: Sink> Run<'_, S> {
+    /// At a corner or an edge: flags flip, values jump, the next stop is found. True when something jumped. Another one
+    /// beside it, to rounding, is of the same time: nothing can be solved in between.
+    pub(super) fn land(&mut self, method: &dyn Method) -> bool {
+        let mut jumped = false;
+        for _ in 0..CASCADE {
+            let before = self.outcome.events.len();
+            let jumps =
+                self.sys.jumps_at(self.t) || self.sys.hidden_corner(self.t).is_some() || self.slopes_jump(method);
+            let (t, events) = (self.t, &mut self.outcome.events);
+            self.sys.flip_edges(self.w, t, |k, on| events.push((t, k, on)));
+            let flipped = self.outcome.events.len() > before;
+            self.w.counters.events += u64::from(flipped);
+            self.stop = self.sys.next_stop(self.w, t, self.until);
+            if jumps || flipped {
+                self.jump(self.tmax);
+                jumped = true;
+            }
+            let near = self.stop > self.t && self.stop - self.t <= 64.0 * f64::EPSILON * self.t;
+            if !near || self.stop >= self.until {
+                break;
+            }
+            (self.t, self.late) = (self.stop, 0.0);
+        }
+        jumped
+    }
+
+    /// Is a corner of a source a jump to what the method's next step begins with?
+    fn slopes_jump(&mut self, method: &dyn Method) -> bool {
+        method.begins_with_slopes() && *self.slopes.get_or_insert_with(|| undetermined(self.sys).contains(&true))
+    }
+
+    /// Something has jumped at t: one implicit step of nearly no length gives the values after it, and their time.
+    pub(super) fn jump(&mut self, width: f64) {
+        for _ in 0..CASCADE {
+            // edges that are due at once
+            let (t, events) = (self.t, &mut self.outcome.events);
+            if self.stop <= t {
+                self.sys.flip_edges(self.w, t, |k, on| events.push((t, k, on)));
+            }
+            self.stop = self.sys.next_stop(self.w, t, self.until);
+            let least = (JUMP * width.min(self.stop - t)).max(64.0 * f64::EPSILON * t).max(1e-18 * self.a.tstop);
+            let least = self.sys.hidden_corner(t).map_or(least, |end| least.max(2.0 * (end - t)));
+            // rounding may keep so short a step from converging: a flux of so much over h is no voltage
+            let longer = (0..LONGER).map(|k| least * 10f64.powi(k as i32)).find(|&h| self.settle(t, h, false));
+            // where none does, no time has passed
+            let h = longer.unwrap_or(least);
+            self.t = t + h;
+            self.late = 0.0;
+            let before = self.w.flags.clone();
+            let settled = !self.sys.settle_flags(self.w, &self.x, self.t);
+            for (k, (old, new)) in before.iter().zip(&self.w.flags).enumerate() {
+                if old != new {
+                    self.outcome.events.push((self.t, k, *new != 0.0));
+                }
+            }
+            if settled && self.stop > self.t {
+                break;
+            }
+        }
+        // over a step of no length slopes are rounding
+        if self.slopes == Some(true) || matches!(self.forces, Some(Some(_))) {
+            let everything = || (0..self.sys.n as u32).collect::<Vec<_>>();
+            let begin = self.begin.get_or_insert_with(|| Forces::new(self.sys, &everything()));
+            if let Some(forces) = begin {
+                let width = width.min(self.stop - self.t);
+                forces.begin(self.sys, self.w, (self.t, &mut self.x), width, self.a.tstop, &self.tol);
+            }
+        }
+        if self.t >= self.a.tstart {
+            self.record.row(self.sys, self.w, self.t, &self.x);
+            self.grid.last = self.t;
+        }
+        self.record.leap(self.sys, self.w, self.t, &self.x);
+    }
+}
