@@ -2,7 +2,7 @@
 
 One deck: error against CPU time, and against evaluations, log-log. A suite: small multiples, one panel a deck, and a
 summary. A tool has one colour and mark everywhere. Left and down is better. Above the dashed line is the lane
-of runs that did not get through, each at the time it had used; the grey floor is what the reference does not resolve.
+of runs that did not get through, each at the time it had used, with the reasons in words below; the grey floor is what the reference does not resolve.
 """
 
 from __future__ import annotations
@@ -29,6 +29,7 @@ LOOKS = {
 OTHERS = ("#d94f8c", "#8c5a3c", "#5b7f95", "#9a9a2e", "#c77cc7", "#50606e", "#b35d00", "#4f8f6f")
 STYLES = {"emsim": "-", "absolute": "-.", "scipy": ":", "ngspice": "-", "engine": "--"}
 LANE = 0.085  # share of a panel's height that the failures get
+LINE, MOST = 0.16, 16  # height of a line under the panels [inch], and how many there are at most
 
 
 def pyplot() -> Any:
@@ -75,8 +76,15 @@ def looks(charts: Iterable[Chart]) -> dict[tuple[str, str], dict[str, Any]]:
 def one(path: str, chart: Chart) -> None:
     """The picture of one deck. ValueError for a format that matplotlib does not write."""
     plt = pyplot()
-    style = looks([chart])
-    figure, axes = plt.subplots(1, 2, sharey=True, figsize=(11, 5.4), layout="constrained")
+    style, why = looks([chart]), reasons(chart)
+    figure = plt.figure(figsize=(11, 5.4 + LINE * len(why)), layout="constrained")
+    grid = figure.add_gridspec(2, 2, height_ratios=(5.0, LINE * len(why) + 0.01))
+    axes = [figure.add_subplot(grid[0, 0])]
+    axes.append(figure.add_subplot(grid[0, 1], sharey=axes[0]))
+    axes[1].tick_params(labelleft=False)
+    under = figure.add_subplot(grid[1, :])
+    under.axis("off")
+    under.text(0, 1, "\n".join(why), fontsize=7.5, color="#555555", va="top", transform=under.transAxes)
     panel(axes[0], chart, style, lambda p: 1e3 * p.seconds if p.seconds > 0 else None)
     panel(axes[1], chart, style, lambda p: float(p.evaluations) if p.evaluations else None)
     axes[0].set_xlabel("CPU time of the solve [ms]")
@@ -86,6 +94,15 @@ def one(path: str, chart: Chart) -> None:
     axes[0].set_title(f"reference: {chart.reference}", fontsize=7.5, loc="left", color="#555555")
     legend(figure, axes[0], style, 7)
     save(figure, path)
+
+
+def reasons(chart: Chart) -> list[str]:
+    """What stands under the panels: why runs failed, tool by tool, and what was left out."""
+    from .chart import failures
+
+    lines = [f"failed: {name}, {settings}: {reason}" for name, settings, reason in failures(chart)]
+    lines += chart.notes
+    return lines if len(lines) <= MOST else [*lines[: MOST - 1], f"and {len(lines) - MOST + 1} more"]
 
 
 def legend(figure: Any, axis: Any, style: dict[tuple[str, str], dict[str, Any]], columns: int) -> None:
@@ -143,6 +160,7 @@ def panel(
         costs += xs
     if costs:
         axis.set_xlim(0.6 * min(costs), 1.7 * max(costs))
+        _narrow(axis, 0.6 * min(costs), 1.7 * max(costs))
     if chart.distance > floor:
         axis.axhspan(floor, min(chart.distance, roof), color="#000000", alpha=0.06, linewidth=0)
     _ticks(axis, floor, roof, top)
@@ -161,6 +179,16 @@ def _ticks(axis: Any, floor: float, roof: float, top: float) -> None:
     labels = [f"$10^{{{k}}}$" for k in shown]
     axis.set_yticks([*(10.0**k for k in shown), (roof * top) ** 0.5], [*labels, "failed"])
     axis.minorticks_off()
+
+
+def _narrow(axis: Any, low: float, high: float) -> None:
+    """Numbers between the powers of ten where there are fewer than two of these."""
+    from math import ceil, floor
+
+    shown = range(floor(_log(low)), ceil(_log(high)))
+    if sum(low <= 10.0**k <= high for k in shown) < 2:
+        ticks = [x for k in shown for m in (1, 2, 5) if low <= (x := m * 10.0**k) <= high]
+        axis.set_xticks(ticks, [f"{x:g}" for x in ticks])
 
 
 def _log(value: float) -> float:

@@ -42,7 +42,10 @@ if TYPE_CHECKING:
 TOLERANCES = (1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9)
 TIMES = 50
 GOLDEN = 0.381966
-FOLLOW = ("abstol", "vntol", "chgtol", "reltol")  # options that the ladder sets
+# options that the ladder sets: every tolerance, electrical or not
+FOLLOW = (
+    "reltol", "vntol", "abstol", "chgtol", "flxtol", "lentol", "angtol", "veltol", "spintol", "forcetol", "torquetol",
+)  # fmt: skip
 FACTOR, FLOOR, LIMIT = (
     60.0,
     0.1,
@@ -135,7 +138,7 @@ class Problem:
     ) -> tuple[Table | None, dict[str, Any], str]:
         """(table, statistics, "") of a run that got through, (None, statistics, reason) of one that did not."""
         assembly = self.ready(method, formulation)
-        options = {k: v for k, v in assembly.options.items() if k not in FOLLOW} | {"reltol": tolerance}
+        options = _at(assembly, tolerance)
         outputs = {o.name: o for o in assembly.outputs["tran"]}
         names = [name for name in self.signals if name in outputs]
         t = self.transient
@@ -165,6 +168,10 @@ class Problem:
             return None, stats, f"unfit: {failure.get('why', '')}".rstrip(": ")
         return None, stats, f"{kind} at {at:.3g} s"
 
+    def tolerances(self, tolerance: float) -> list[float]:
+        """Absolute tolerance of every unknown, as a run at this tolerance takes it."""
+        return self.assembly.system.tolerances(_at(self.assembly, tolerance))
+
     def values(self, table: Table) -> np.ndarray:
         """Shape (signals, common times): recorded rows where they are, else interpolated."""
         import numpy as np
@@ -181,6 +188,11 @@ class Problem:
                 for name in self.signals
             ]
         )
+
+
+def _at(assembly: Assembly, tolerance: float) -> dict[str, Any]:
+    """The deck's options at a tolerance of the ladder."""
+    return {k: v for k, v in assembly.options.items() if k not in FOLLOW} | {"reltol": tolerance}
 
 
 def maximal(problem: Problem) -> list[str]:

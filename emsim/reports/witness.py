@@ -153,7 +153,7 @@ def _run(problem: Problem, judge: Judge, f: Any, method: Any, tolerance: float, 
 
     t, grid, setting = problem.transient, problem.grid, exponent(tolerance)
     # absolute tolerances as the engine takes them at this tolerance, the least of the unknowns that a state moves
-    unit = abs(f.v) / f.system.tolerances(tolerance)[:, None]
+    unit = abs(f.v) / np.array(problem.tolerances(tolerance))[:, None]
     began = thread_time()
     f.end = began + limit
     why = ""

@@ -110,6 +110,24 @@ def test_a_chart_survives_its_dictionary(chart):
     assert again.unresolved == 1
 
 
+def test_the_picture_says_why_runs_failed_and_what_was_left_out(chart, tmp_path):
+    pytest.importorskip("matplotlib")
+    from emsim.reports import draw
+
+    chart.notes.append("no scipy witness: index 2")
+    draw.one(str(tmp_path / "c.svg"), chart)
+    text = (tmp_path / "c.svg").read_text()
+    assert "failed: rk45, 1e-4 .. 1e-5: over 1 s, at once" in text and "rk45, 1e-6: unfit: index 2" in text
+    assert "no scipy witness: index 2" in text
+
+
+def test_a_long_list_of_reasons_is_cut(chart):
+    from emsim.reports import draw
+
+    chart.notes += [f"note {k}" for k in range(40)]
+    assert len(draw.reasons(chart)) == draw.MOST and draw.reasons(chart)[-1] == f"and {43 - draw.MOST} more"
+
+
 def test_numbers_read_well():
     assert [exponent(t) for t in (1e-2, 1e-6, 2.5e-10)] == ["1e-2", "1e-6", "2.5e-10"]
     assert [short(t) for t in (3.4e-5, 1.23e-3, 0.34, 12.3)] == ["0.034 ms", "1.2 ms", "340 ms", "12.3 s"]
