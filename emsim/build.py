@@ -14,7 +14,7 @@ from .build_elements import ElementCards
 from .build_expr import expression
 from .deck import Analysis, Deck, Dot, Element
 from .diagnostics import DeckError, Diagnostic, OutsideError, Sink, Span, suggest
-from .source import Line, NoCollection, Reading, SourceFile, load
+from .source import Line, NoCollection, Reading, SourceFile, decode, load
 from .syntax import LineError, parse_line
 from .units import spice_number
 
@@ -41,9 +41,12 @@ def read(
     `defines` stand above the deck's own .param of the same name; values are numbers or text such as "10k".
     `also` are signals to record beside those that the deck asks for.
     """
-    if isinstance(source, bytes):
-        source = source.decode("utf-8", "replace")
     sink = Sink()
+    if isinstance(source, bytes):
+        decoded = decode(source)
+        if decoded is None:
+            sink.error("E100", "these bytes are no text", hint="a deck is text, one card a line")
+        source = decoded or "\n"
     if isinstance(source, str) and ("\n" in source or "\r" in source or not source):
         text = source.replace("\r\n", "\n").replace("\r", "\n").removeprefix("\ufeff")
         deck = _build(SourceFile("<text>", text), sink, is_main=True)

@@ -202,8 +202,8 @@ def deliver(assembly: Assembly, runs: list[Run]) -> Result:
         remarks(assembly, run)
     tables = [_table(assembly, r) for r in runs]
     deck = flat.sources[0].text if flat.sources else ""
-    result = Result(flat.title, tables, flat.sink.diagnostics, assembly.prints, deck)
     trouble = [d for r in runs for d in r.trouble]
+    result = Result(flat.title, tables, [*flat.sink.diagnostics, *trouble], assembly.prints, deck)
     if trouble:
         from .diagnostics import ConvergenceError
 

@@ -276,7 +276,7 @@ class Result:
     """What `emsim.run` returns.
 
     plots        all tables in the order in which they ran; `table("op")` finds one by its kind
-    diagnostics  warnings and notes, in deck order
+    diagnostics  warnings and notes, in deck order, and what ended a run before its time
     prints       what .print asked for: (kind, column names)
     deck         the text that was run, "" for a result that was read from a file
     Everything a Table offers is offered here too, of the main table: the last transient, else the last.

@@ -40,6 +40,10 @@ def main(argv: Sequence[str] | None = None) -> int:
         return _code(list(argv))
     # collections while it imports and parses cost 5 % of such a process, and free nothing
     gc.disable()
+    # a stream that was closed (`>&-`) is None
+    for name in ("stdout", "stderr"):
+        if getattr(sys, name) is None:
+            setattr(sys, name, open(os.devnull, "w", encoding="utf-8"))  # noqa: SIM115
     code = _code(sys.argv[1:])
     _leave(code)
     return code

@@ -203,20 +203,18 @@ def _ngspice(
     chart: Chart, problem: Problem, judge: Judge, source: str, chosen: Settings, tell: Callable[[str], object]
 ) -> None:
     from ..reports import spice
+    from ..source import load
 
     if chosen.defines:
         chart.notes.append("no ngspice: it does not know -D")
         return
     try:
-        text, folder = (source, os.getcwd()) if "\n" in source else (_text(source), dirname(abspath(source)))
+        text, folder = (
+            (source, os.getcwd()) if "\n" in source else (load(source).text, dirname(abspath(source)))
+        )
         chart.series.append(spice.measure(problem, judge, text, folder, **(chosen.ngspice or {}), said=tell))
     except OutsideError as error:
         chart.notes.append(f"no ngspice: {error.diagnostics[0].message}")
-
-
-def _text(deck: str) -> str:
-    with open(deck, encoding="utf-8", errors="replace") as file:
-        return file.read()
 
 
 def deliver(charts: Sequence[Chart], given: Arguments) -> list[str]:

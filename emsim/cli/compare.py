@@ -96,9 +96,12 @@ def _read(deck: str) -> tuple[str, str]:
     """Text of the deck and the folder where its relative paths start. OutsideError when it cannot be read."""
     if deck == "-":
         return source_of(deck), os.getcwd()
+    from ..source import load
+
     try:
-        with open(deck, encoding="utf-8", errors="replace") as file:
-            return file.read(), os.path.dirname(os.path.abspath(deck))
+        return load(deck).text, os.path.dirname(os.path.abspath(deck))
+    except ValueError:
+        return "", ""  # the own run says that it is no text
     except OSError as error:
         from ..build import cannot_read
 

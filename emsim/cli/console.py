@@ -12,7 +12,7 @@ import sys
 from os.path import abspath, dirname, exists, isdir, isfile, samefile
 from time import monotonic
 
-from ..diagnostics import Diagnostic, OutsideError, render_text, to_json
+from ..diagnostics import Diagnostic, OutsideError, deck_error, render_text, to_json
 from .arguments import UsageError
 
 TYPE_CHECKING = False
@@ -50,6 +50,27 @@ def check_targets(paths: Sequence[str], deck: str = "-") -> None:
 def same_file(a: str, b: str) -> bool:
     """Whether two paths lead to one file, through links too."""
     return samefile(a, b) if exists(a) and exists(b) else abspath(a) == abspath(b)
+
+
+def stdin_text() -> str:
+    """The deck on stdin, decoded as a file is."""
+    from ..source import decode
+
+    if sys.stdin is None:
+        raise OutsideError(
+            Diagnostic("error", "E500", "there is no stdin to read the deck from: it is closed")
+        )
+    stream = getattr(sys.stdin, "buffer", None)
+    text = sys.stdin.read() if stream is None else decode(stream.read())
+    if text is None:
+        deck_error("E100", "what stands on stdin is not text", hint="a deck is text, one card a line")
+    return text
+
+
+def unwritten(path: str, error: OSError) -> Diagnostic:
+    """What to say of a file that could not be written."""
+    said = error.strerror or str(error).removeprefix(f"{path}: ").partition(" (os error")[0]
+    return Diagnostic("error", "E503", f"cannot write {path}: {said}")
 
 
 def show(diagnostics: Sequence[Diagnostic], quiet: bool = False) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
+from contextlib import suppress
 
 from ..diagnostics import ConvergenceError, Diagnostic, DiagnosticError, OutsideError
 from .arguments import UsageError
@@ -18,19 +19,18 @@ REPORT = "please report it with the deck: this is a bug in emsim, not in your de
 
 
 def report(error: Exception, args: Sequence[str]) -> int:
-    """Says what went wrong, on stderr and as JSON where that was asked for; returns the exit code."""
-    if isinstance(error, UsageError):
-        print(f"emsim: {error}\nemsim: `emsim help` lists verbs and options", file=sys.stderr)
-        if "--json" in args:
-            print_json(USAGE, [Diagnostic("error", "E520", str(error))])
-        return USAGE
+    """Says what went wrong, on stderr and as JSON where that was asked for; returns the exit code, also where both
+    streams are full or gone."""
     code, diagnostics = explain(error)
-    quiet = "--quiet" in args or "-q" in args
-    show(diagnostics, quiet)
-    if "--json" in args:
-        print_json(code, diagnostics)
-    elif not quiet:
-        point(diagnostics)
+    with suppress(OSError):
+        if code == USAGE and isinstance(error, UsageError):
+            print(f"emsim: {error}\nemsim: `emsim help` lists verbs and options", file=sys.stderr)
+        else:
+            show(diagnostics, quiet := "--quiet" in args or "-q" in args)
+            if not quiet and "--json" not in args:
+                point(diagnostics)
+        if "--json" in args:
+            print_json(code, diagnostics)
     if code == INTERNAL and os.environ.get("EMSIM_TRACEBACK"):
         import traceback
 
@@ -40,6 +40,8 @@ def report(error: Exception, args: Sequence[str]) -> int:
 
 def explain(error: Exception) -> tuple[int, list[Diagnostic]]:
     """Exit code and diagnostics of an exception. What no stage has explained is E499 internal error."""
+    if isinstance(error, UsageError):
+        return USAGE, [Diagnostic("error", "E520", str(error))]
     if isinstance(error, DiagnosticError):
         codes = {ConvergenceError: CONVERGENCE, OutsideError: OUTSIDE}
         wrong = [d.span for d in error.diagnostics if d.severity == "error"]

@@ -12,7 +12,7 @@ from ..diagnostics import Diagnostic, OutsideError
 from ..editor.layout import formatted, meaning
 from ..source import decode
 from .arguments import HELP, QUIET, Option, UsageError, parse
-from .console import DECK, OK
+from .console import DECK, OK, stdin_text
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -28,7 +28,7 @@ def main(args: Sequence[str]) -> int:
     code = OK
     for path in given.words:
         if path == "-":
-            text = sys.stdin.read().replace("\r\n", "\n")
+            text = stdin_text()
             new = laid_out(text)
             if not given.has("check"):
                 sys.stdout.write(new)

@@ -18,6 +18,7 @@ from .console import (
     DECK,
     INTERRUPTED,
     OK,
+    OUTSIDE,
     Progress,
     check_targets,
     engineering,
@@ -25,6 +26,8 @@ from .console import (
     print_json,
     print_lines,
     show,
+    stdin_text,
+    unwritten,
 )
 from .pictures import FILM_OPTIONS, PLOT_OPTIONS, WINDOW_OPTIONS, Films, Plots
 
@@ -102,15 +105,7 @@ def main(args: Sequence[str]) -> int:
 
 def source_of(deck: str) -> str:
     """What the pipeline takes for a deck argument: its path, or for `-` the text on stdin."""
-    return sys.stdin.read() + "\n" if deck == "-" else deck
-
-
-def text_of(source: str) -> str:
-    """The deck's own text, of what `source_of` gives."""
-    if "\n" in source:
-        return source
-    with open(source, encoding="utf-8", errors="replace") as file:
-        return file.read()
+    return stdin_text() + "\n" if deck == "-" else deck
 
 
 def page_sheets(source: str, given: Arguments) -> list[tuple[str, str, str]]:
@@ -169,23 +164,30 @@ def _deliver(
     code: int,
     trouble: Sequence[Diagnostic],
 ) -> int:
-    """Files first, so that nothing that happens to the terminal can lose them; then tables and messages."""
-    if computed := any(len(table) for table in result.plots):
-        for kind, path, options in targets:
+    """Files first, so that nothing that happens to the terminal can lose them; then tables and messages. A file that
+    cannot be written loses none of the others."""
+    written: list[str] = []
+    computed = any(len(table) for table in result.plots)
+    for kind, path, options in targets if computed else ():
+        if path == "-":
+            from ..outputs import csv
+
+            print_lines(csv.lines(result.main))
+            continue
+        try:
             if kind == "raw":
                 raw.write(path, result, **options)
             elif kind == "html":
                 from ..outputs import html
 
-                html.write(path, result, text_of(source), page_sheets(source, given))
+                html.write(path, result, sheets=page_sheets(source, given))
             else:
                 from ..outputs import csv
 
-                if path == "-":
-                    print_lines(csv.lines(result.main))
-                else:
-                    csv.write(path, result)
-    written = [path for _, path, _ in targets if path != "-"] if computed else []
+                csv.write(path, result)
+            written.append(path)
+        except OSError as error:
+            code, trouble = code or OUTSIDE, [*trouble, unwritten(path, error)]
     for drawing in (plots, films):
         try:
             if computed and drawing:
@@ -194,6 +196,8 @@ def _deliver(
         except DeckError as error:
             # what cannot be drawn is said with the rest
             code, trouble = code or DECK, [*trouble, *error.diagnostics]
+        except OSError as error:
+            code, trouble = code or OUTSIDE, [*trouble, unwritten(", ".join(drawing.files), error)]
     diagnostics = [*result.diagnostics, *(d for d in trouble if d not in result.diagnostics)]
     tables = not given.has("json") and given.text("csv") != "-"
     if result.prints and tables and not plots.terminal:

@@ -16,7 +16,7 @@ from ..diagnostics import ConvergenceError, Interrupted
 from ..outputs import html
 from .arguments import DEFINE, HELP, QUIET, Option, UsageError, defines, parse
 from .console import CONVERGENCE, INTERRUPTED, OK, Progress, check_targets, point, show
-from .run import METHOD_OPTIONS, overrides, page_sheets, source_of, text_of
+from .run import METHOD_OPTIONS, overrides, page_sheets, source_of
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -69,14 +69,13 @@ def main(args: Sequence[str]) -> int:
     finally:
         if progress:
             progress.clear()
-    result.diagnostics += [d for d in trouble if d not in result.diagnostics]
     show(result.diagnostics, given.has("quiet"))
     if not given.has("quiet"):
         point(trouble)
     if not any(len(table) for table in result.plots):
         return code
     path = abspath(given.text("output") or _place(deck))
-    html.write(path, result, text_of(source), page_sheets(source, given))
+    html.write(path, result, sheets=page_sheets(source, given))
     if not given.has("quiet"):
         print(f"page: {path}", file=sys.stderr)
     if not given.has("no-open"):

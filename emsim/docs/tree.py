@@ -120,7 +120,7 @@ def run_address(deck: str) -> str:
 def write_runs(site: Path) -> None:
     """Runs the decks shown and writes their pages."""
     from emsim import pipeline
-    from emsim.cli.run import source_of, text_of
+    from emsim.cli.run import source_of
     from emsim.outputs import html
     from emsim.reports import explained
 
@@ -129,5 +129,5 @@ def write_runs(site: Path) -> None:
         target = site / run_address(deck)
         target.parent.mkdir(parents=True, exist_ok=True)
         result, equations = pipeline.run(source, scene=True, energy=True), pipeline.explain(source)
-        html.write(str(target), result, text_of(source), explained.sheets(equations))
+        html.write(str(target), result, sheets=explained.sheets(equations))
     _runs.clear()

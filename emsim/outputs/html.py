@@ -36,6 +36,7 @@ STYLES = ("vendor/uPlot.min.css", "page.css")
 
 Sheet = tuple[str, str, str]  # name, title, inner HTML
 PACKED = "deflate:"
+ENDS = {"failed": "failed", "interrupted": "was interrupted"}
 
 
 def write(path: str, result: Result, deck: str = "", sheets: Iterable[Sheet] = ()) -> None:
@@ -68,7 +69,7 @@ def document(result: Result, deck: str = "", sheets: Iterable[Sheet] = ()) -> di
     run: dict[str, Any] = {
         "title": result.title or "emsim",
         "facts": _facts(table),
-        "error": None if table.status == "ok" else f"This run is {table.status}: it ends before its time.",
+        "error": None if table.status == "ok" else f"This run {ENDS[table.status]}: it ends before its time.",
         "rows": len(table) if table.axis and len(table) > 1 else 0,
         "axisName": table.names[0] if table.names else "", "axisUnit": table.units[0] if table.units else "",
         "names": table.signals, "units": table.units[1:] if table.axis else table.units,

@@ -2,7 +2,8 @@
 
 One deck: error against CPU time, and against evaluations, log-log. A suite: small multiples, one panel a deck, and a
 summary. A tool has one colour and mark everywhere. Left and down is better. Above the dashed line is the lane
-of runs that did not get through, each at the time it had used, with the reasons in words below; the grey floor is what the reference does not resolve.
+of runs that did not get through, each at the time it had used, their reasons in words below; the grey floor is what the
+reference does not resolve.
 """
 
 from __future__ import annotations

@@ -58,7 +58,7 @@ class Waves {
       }
       const axis = { stroke: ink, grid: { stroke: line, width: 1 }, ticks: { stroke: line, width: 1 } };
       const plot = new uPlot({
-        width: this.width(), height: height + (last ? 26 : 0), padding: [6, 8, 0, 0],
+        width: this.width(), height: height + (last ? 26 : 0), padding: [6, 26, 0, 0],
         pxAlign: 0, // points rounded to pixels make stairs of a straight line
         scales: { x: { time: false, range: () => this.range }, y: { range: padded } },
         series: [{}, ...columns.map((c, i) => ({ label: c.name, stroke: COLOURS[i % COLOURS.length], width: 1.5, points: { show: false } }))],

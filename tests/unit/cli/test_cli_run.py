@@ -268,3 +268,53 @@ def test_a_define_of_a_deck_without_parameters(decks):
     (decks / "plain.cir").write_text("plain\nV1 a 0 1\nR1 a 0 1\n.op\n.end\n")
     said = emsim("--no-files", "-D", "nope=1", "plain.cir").stderr
     assert "W126" in said and "the deck has no .param" in said and "parameters:" not in said
+
+
+def shell(command):
+    """A line of sh, with `emsim` for the program."""
+    line = command.replace("emsim ", f"{sys.executable} -m emsim ")
+    return subprocess.run(["sh", "-c", line], capture_output=True, text=True, timeout=60)
+
+
+@pytest.mark.parametrize(
+    ("command", "code"),
+    [
+        ("emsim print.cir --json > /dev/full", 5),
+        ("emsim wrong.cir --json > /dev/full", 1),
+        ("emsim wrong.cir --jsn --json > /dev/full", 2),
+        ("emsim print.cir >&-", 0),
+        ("emsim print.cir --json >&-", 0),
+        ("emsim wrong.cir 2>&-", 1),
+        ("emsim - <&-", 5),
+        ("emsim fmt - <&-", 5),
+    ],
+)
+def test_streams_that_are_full_or_closed(decks, command, code):
+    (decks / "wrong.cir").write_text("wrong\nR1 a 0\n.end\n")
+    done = shell(command)
+    assert done.returncode == code, done.stderr
+    assert "Traceback" not in done.stderr and "E499" not in done.stderr
+
+
+def test_stdin_is_decoded_as_a_file_is(decks):
+    for encoding in ("utf-16", "latin-1", "utf-8-sig"):
+        (decks / "d.cir").write_bytes(RC.replace("rc\n", "10 \xb5s\n").encode(encoding))
+        assert shell("emsim - --csv - < d.cir").stdout == shell("emsim d.cir --csv - ").stdout != ""
+    (decks / "d.cir").write_bytes(b"\0\1\2\n")
+    for verb in ("run", "fmt"):
+        done = shell(f"emsim {verb} - < d.cir")
+        assert done.returncode == 1 and "E100" in done.stderr
+
+
+def test_a_file_that_cannot_be_written_loses_none_of_the_others(decks):
+    done = emsim("print.cir", "-o", "/dev/full", "--csv", "out.csv", "--html", "page.html")
+    assert done.returncode == 5 and "cannot write /dev/full: No space left on device\n" in done.stderr
+    assert "-> out.csv, page.html" in done.stderr and "Index   time" in done.stdout
+    assert (decks / "out.csv").exists() and (decks / "page.html").exists()
+
+
+def test_the_page_of_a_run_that_failed_says_why(decks):
+    done = emsim("stuck.cir", "--no-files", "--html", "page.html")
+    assert done.returncode == 3 and done.stderr.count("error[") == 1
+    code = done.stderr.split("error[")[1][:4]
+    assert f"error[{code}]" in (decks / "page.html").read_text()
