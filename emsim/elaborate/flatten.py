@@ -64,6 +64,7 @@ class _Flattener:
         self.deck = deck
         self.sink = deck.sink
         self.flat = FlatDeck(deck.title, deck.sink)
+        self.heated = False  # by a .temp
         self.flat.sources.append(deck.file)
         self.files: Files | None = None
         self.models = Models(self.flat)
@@ -123,12 +124,13 @@ class _Flattener:
 
     def temperature(self, cards: list[Any], scope: DeckScope) -> float:
         """What `temper` is in parameters: nothing sweeps the temperature, so it is a constant. Errors are told later."""
+        dots = [card for card in cards if card.__class__ is Dot]
         found: Any = self.flat.temp
-        for card in cards:
-            if card.__class__ is Dot and card.kind == "temp":
-                found = card.items
-            elif card.__class__ is Dot and card.kind == "options":
+        for card in dots:
+            if card.kind == "options":
                 found = next((value for key, value, _ in card.items if key == "temp"), found)
+        # .temp stands above .options temp=, wherever it stands
+        found = next((card.items for card in reversed(dots) if card.kind == "temp"), found)
         try:
             return as_float(found, scope)
         except (ExprError, ValueError):
@@ -360,10 +362,12 @@ class _Flattener:
             for key, value, span in card.items:
                 flat.option_spans[key] = span
                 flat.options[key] = as_float(value, scope) if isinstance(value, Node) else value
-                if key in ("temp", "tnom") and not isinstance(flat.options[key], (str, bool)):
+                above = key == "temp" and self.heated
+                if key in ("temp", "tnom") and not above and not isinstance(flat.options[key], (str, bool)):
                     setattr(flat, key, float(flat.options[key]))
         elif card.kind == "temp":
             flat.temp = as_float(card.items, scope)
+            self.heated = True
         elif card.kind == "gravity":
             g = [as_float(v, scope) for v in card.items]
             if len(g) < 2:

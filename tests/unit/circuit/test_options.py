@@ -58,3 +58,21 @@ def test_errors(text: str, code: str) -> None:
 def test_rshunt_loads_every_node() -> None:
     r = emsim.run(deck("V1 a 0 1", "R1 a b 1k", ".options rshunt=1k", ".op"))
     assert r.table("op")["v(b)"][0] == pytest.approx(0.5)
+
+
+@pytest.mark.parametrize("cards", [(".temp 77", ".options temp=50"), (".options temp=50", ".temp 77")])
+def test_temp_card_stands_above_the_option(cards: tuple[str, str]) -> None:
+    """As in ngspice, in whatever order they stand: 1k at 50 degrees above tnom, and the same in a parameter."""
+    r = emsim.run(
+        deck(
+            "V1 a 0 1",
+            "R1 a b 1k tc1=0.01",
+            "R2 b 0 1k",
+            ".param t={temper}",
+            "V2 c 0 {t}",
+            "R3 c 0 1",
+            *cards,
+            ".op",
+        )
+    )
+    assert r["v(b)"][0] == pytest.approx(0.4) and r["v(c)"][0] == pytest.approx(77)
