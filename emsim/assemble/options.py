@@ -128,7 +128,12 @@ def _number(name: str, value: object, sink: Sink, span: Span | None) -> float | 
         return None
     least = NUMBERS.get(name, ABSOLUTE_ZERO)
     if not least <= value < float("inf") or (name == "reltol" and value >= 1.0):
-        sink.error("E293", f"option {name}={value:g} is out of range", span, hint=f"at least {least:g}")
+        sink.error(
+            "E293",
+            f"option {name}={value:g} is out of range",
+            span,
+            hint=f"at least {least:g}" + (", below 1" if name == "reltol" else ""),
+        )
         return None
     if name == "maxord":
         return min(int(value), 6)

@@ -27,6 +27,14 @@ def test_save_narrows_and_print_is_always_there() -> None:
     assert names(".save all", ".tran 1u 10u") == names(".tran 1u 10u")
 
 
+def test_time_that_is_asked_for_is_the_first_column() -> None:
+    """A second one had no place in xarray and NetCDF."""
+    r = emsim.run(deck(*RLC, ".save time v(out)", ".print tran v(out) time", ".tran 1u 10u", ".op"))
+    assert r.table("tran").names == ["time", "v(out)"] and r.table("op").names == ["time", "v(out)"]
+    assert r.prints == [("tran", ["v(out)", "time"])]
+    assert float(r.to_xarray()["v(out)"].sel(time=r.time[-1])) == r["v(out)"][-1]
+
+
 def test_bare_names_are_nodes() -> None:
     assert names(".save out v1#branch", ".tran 1u 10u") == ["time", "v(out)", "i(v1)"]
 
