@@ -85,7 +85,7 @@ pub trait Method {
     fn starts_at_full_length(&self) -> bool {
         false
     }
-    /// A step takes the slopes at its start for a stage: what follows from slopes there has to be theirs.
+    /// A step goes on from the slopes at its start, as from a stage: what follows from slopes there has to be theirs.
     fn begins_with_slopes(&self) -> bool {
         false
     }

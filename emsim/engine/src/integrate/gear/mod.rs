@@ -52,6 +52,7 @@ pub struct Gear {
     r: Vec<f64>,
     missed: Vec<f64>,  // x1 less what the polynomial through the points of the formula and one more says
     weights: Vec<f64>, // of errors
+    given: Vec<usize>, // unknowns that have what a source has
     order: usize,
     maxord: usize,
     spice: bool, // maxord asks for what SPICE has
@@ -90,6 +91,7 @@ impl Gear {
             reached: (f64::NAN, [0.0; ROWS]),
             r: vec![0.0; sys.n],
             missed: vec![0.0; sys.n],
+            given: sys.alone().iter().enumerate().filter_map(|(i, &alone)| alone.then_some(i)).collect(),
             weights: vec![0.0; sys.n],
             order: 1,
             maxord,
@@ -153,6 +155,17 @@ impl Gear {
         for (missed, x1) in self.missed.iter_mut().zip(&self.x1) {
             *missed = x1 - *missed;
         }
+    }
+
+    /// The first step after a start has no difference to judge by: a tenth of the tolerance's worth of movement, of what is
+    /// not given (a current that a source ramps up from 0 A would ask for less than rounding leaves of a step).
+    fn first_error(&mut self, sys: &System, w: &mut Work, a: f64, tol: &Tolerances) -> f64 {
+        let missed = self.missed.clone();
+        self.given.iter().for_each(|&i| self.missed[i] = 0.0);
+        let worst = 0.05 * tol.largest_error(&self.missed, &self.x1, &self.x0) / self.trtol;
+        let worst = if worst > 1.0 { self.above_noise(sys, w, a, 0.05, tol) } else { worst };
+        self.missed = missed;
+        worst
     }
 
     /// Largest of `factor` times what was missed, over the tolerance and the rounding of charges and currents.
@@ -239,10 +252,8 @@ impl Method for Gear {
             return Attempt::Good { next: h };
         }
         let [below, error, above] = self.errors(h, tol);
-        // the first step after a start has no difference to judge by: a tenth of the tolerance's worth of movement
         let Some(error) = error else {
-            let worst = 0.05 * tol.largest_error(&self.missed, &self.x1, &self.x0) / self.trtol;
-            let worst = if worst > 1.0 { self.above_noise(sys, w, a, 0.05, tol) } else { worst };
+            let worst = self.first_error(sys, w, a, tol);
             return if worst > 1.0 {
                 Attempt::TooLarge { next: h * (0.9 / worst).max(0.1) }
             } else {
@@ -322,6 +333,11 @@ impl Method for Gear {
 
     fn wants_dense_record(&self) -> bool {
         !self.spice
+    }
+
+    /// Its first step is judged by how far it moves from there, and rows in it are on the way from there.
+    fn begins_with_slopes(&self) -> bool {
+        true
     }
 
     fn steps_a_period(&self) -> Option<f64> {
