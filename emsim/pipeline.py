@@ -33,7 +33,7 @@ def run(
     options: Options | None = None,
     scene: bool | None = None,
     energy: bool | None = None,
-    also: Sequence[str | Probe] = (),
+    also: str | Sequence[str | Probe] = (),
 ) -> Result:
     """Simulates a deck: a path, the text itself, or a PySpice Circuit.
 
@@ -44,7 +44,7 @@ def run(
     options    any of these three, and further .options, by name
     scene      record what moves the drawing of the machine, for pages and films; left out: in a notebook
     energy     keep energy accounts (`Result.energy`); left out: where the deck has a machine
-    also       further columns: expressions as .print takes them, such as "fx(pin) x(arm(0.3,0))"
+    also       further columns: expressions as .print takes them, such as "fx(pin) x(arm(0.3,0))", one text or several
     progress   called now and then with (t, tstop, step [s], steps, events); a true return value stops the run, whose
                result then has the status "interrupted"; what it raises is raised here
     Raises DeckError, ConvergenceError (with the partial Result), OutsideError; after Ctrl-C Interrupted, a
@@ -129,7 +129,9 @@ def compile(source: Any, defines: Mapping[str, Any] | None = None, options: Opti
 # ---- the steps ---------------------------------------------------------------------------------
 
 
-def read(source: Any, defines: Mapping[str, Any] | None = None, also: Sequence[str | Probe] = ()) -> FlatDeck:
+def read(
+    source: Any, defines: Mapping[str, Any] | None = None, also: str | Sequence[str | Probe] = ()
+) -> FlatDeck:
     """Text or file -> typed deck -> flat deck: one level, parameters evaluated, models looked up."""
     from .build import parse_signals
     from .build import read as build
@@ -141,6 +143,7 @@ def read(source: Any, defines: Mapping[str, Any] | None = None, also: Sequence[s
 
         source = netlist(source)
     with NoCollection():
+        also = (also,) if isinstance(also, str) else also
         probes = [p for given in also for p in (parse_signals(given) if isinstance(given, str) else (given,))]
         return flatten(build(source, dict(defines or {}), probes))
 
@@ -154,9 +157,9 @@ def prepare(
     from .assemble.options import resolve
     from .source import NoCollection
 
-    options = dict(options or {})
+    options = {key.lower(): value for key, value in (options or {}).items()}
     settings = resolve(flat, options)
-    planned = plan(flat, options.get("tmax"))
+    planned = plan(flat, settings.pop("tmax", None))
     times = next(((s.tstep, s.tstop) for card, s in planned if card.kind == "tran"), (1.0, 1.0))
     context = Context
     if recording:
@@ -239,4 +242,7 @@ def _merged(
     options: Options | None, method: str | None, reltol: float | None, tmax: float | None
 ) -> dict[str, Any]:
     given = {"method": method, "reltol": reltol, "tmax": tmax}
-    return {**(options or {}), **{key: value for key, value in given.items() if value is not None}}
+    return {
+        **{key.lower(): value for key, value in (options or {}).items()},
+        **{key: value for key, value in given.items() if value is not None},
+    }

@@ -157,15 +157,26 @@ class Table:
 
     def doubles(self, name: str | int) -> memoryview[float]:
         """The column's own memory; the module `array` costs a millisecond to import."""
+        if isinstance(name, str) and (pair := self._pair(name)):
+            from array import array
+
+            a, b = map(self.doubles, pair)
+            return memoryview(array("d", (x - y for x, y in zip(a, b, strict=True))))
         k = name if isinstance(name, int) else self.index(name)
         return memoryview(self.waves.column(k)).cast("d")
 
+    def _pair(self, name: str) -> tuple[str, str] | None:
+        """The columns whose difference `v(a,b)` is, where no column has that name."""
+        key = _plain(name)
+        if key in self._index or not key.startswith("v(") or key.count(",") != 1:
+            return None
+        a, b = key[2:-1].split(",")
+        return f"v({a})", f"v({b})"
+
     def __getitem__(self, name: str) -> np.ndarray:
         """A column as float64 array of shape (len(table),); read-only. `v(a,b)` is v(a) - v(b)."""
-        key = _plain(name)
-        if key not in self._index and key.startswith("v(") and key.count(",") == 1:
-            a, b = key[2:-1].split(",")
-            return self[f"v({a})"] - self[f"v({b})"]
+        if pair := self._pair(name):
+            return self[pair[0]] - self[pair[1]]
         k = self.index(name)
         if k not in self._numpy:
             import numpy as np
@@ -179,7 +190,8 @@ class Table:
         return self["time"]
 
     def unit(self, name: str) -> str:
-        return self.units[self.index(name)]
+        pair = self._pair(name)
+        return self.units[self.index(pair[0] if pair else name)]
 
     @property
     def signals(self) -> list[str]:

@@ -172,4 +172,4 @@ def duration(seconds: float) -> str:
     for scale, unit in ((86400.0, "days"), (3600.0, "hours"), (60.0, "minutes")):
         if seconds >= 2 * scale:
             return f"about {seconds / scale:.2g} {unit} at this speed"
-    return f"about {seconds:.2g} s at this speed"
+    return f"about {f'{seconds:.2g}' if seconds < 10 else f'{seconds:.0f}'} s at this speed"

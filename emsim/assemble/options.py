@@ -72,7 +72,7 @@ TEMPERATURES = ("temp", "tnom")  # [C]
 ABSOLUTE_ZERO = -273.15
 # read by the front end, or about ngspice's own printing and matrix code: nothing to say about them
 SILENT_WORDS = """
-    tmax temp tnom acct noacct noinit nomod nopage list node opts numdgt post brief fast
+    temp tnom acct noacct noinit nomod nopage list node opts numdgt post brief fast
     savecurrents interp plotwinsize cptime limpts lvlcod lvltim itl3 itl5 itl6 pivtol pivrel badmos3
     bypass delmin keepopinfo klu sparse noopiter noopac gminsteps srcsteps gminfactor minbreak
     autostop seed seedinfo warn maxwarns scale defl defw defad defas xmu xtrtol nostepsizelimit
@@ -88,7 +88,8 @@ def resolve(flat: FlatDeck, above: dict[str, Any] | None = None) -> dict[str, An
     Without a method, the engine chooses (engine/src/integrate/auto.rs); `trap` and `gear` mean what they mean in ngspice.
     """
     sink = flat.sink
-    given = {**flat.options, **{key.lower(): value for key, value in (above or {}).items()}}
+    above = {key.lower(): value for key, value in (above or {}).items()}
+    given = {**flat.options, **above}
     out: dict[str, Any] = {
         "gmin": GMIN,
         "method": "auto",
@@ -96,16 +97,16 @@ def resolve(flat: FlatDeck, above: dict[str, Any] | None = None) -> dict[str, An
     }
     strange: list[str] = []
     for name, value in given.items():
-        span = None if name in (above or {}) else flat.option_spans.get(name)
+        span = None if name in above else flat.option_spans.get(name)
         if name == "method":
             out["method"] = _method(str(value), sink, span) or out["method"]
         elif name == "formulation":
             out[name] = _formulation(str(value), sink, span)
-        elif name in NUMBERS:
+        elif name in NUMBERS or (name == "tmax" and name in above):  # a deck says that one on .tran
             number = _number(name, value, sink, span)
             if number is not None:
                 out[name] = number
-        elif name in TEMPERATURES and name in (above or {}):
+        elif name in TEMPERATURES and name in above:
             number = _number(name, value, sink, span)  # the deck's own are read where .temp is
             if number is not None:
                 setattr(flat, name, number)
@@ -115,10 +116,10 @@ def resolve(flat: FlatDeck, above: dict[str, Any] | None = None) -> dict[str, An
         known = [*NUMBERS, "method", "formulation", "temp", "tnom"]
         near = {s: suggest(s, known) for s in strange}
         hints = ", ".join(f"`{n}` for `{s}`" for s, n in near.items() if n)
-        sink.note(
-            "N281", f"options without effect here: {', '.join(sorted(strange))}",
-            hint=f"did you mean {hints}?" if hints else None,
-        )  # fmt: skip
+        hint = f"did you mean {hints}?" if hints else None
+        if "tmax" in strange:
+            hint = "the largest step is the fourth number of .tran: .tran tstep tstop tstart tmax"
+        sink.note("N281", f"options without effect here: {', '.join(sorted(strange))}", hint=hint)
     return out
 
 
@@ -126,14 +127,10 @@ def _number(name: str, value: object, sink: Sink, span: Span | None) -> float | 
     if isinstance(value, bool) or not isinstance(value, (int, float)):
         sink.error("E293", f"option {name} needs a number", span)
         return None
-    least = NUMBERS.get(name, ABSOLUTE_ZERO)
+    least = NUMBERS.get(name, 0.0 if name == "tmax" else ABSOLUTE_ZERO)
     if not least <= value < float("inf") or (name == "reltol" and value >= 1.0):
-        sink.error(
-            "E293",
-            f"option {name}={value:g} is out of range",
-            span,
-            hint=f"at least {least:g}" + (", below 1" if name == "reltol" else ""),
-        )
+        hint = f"at least {least:g}" + (", below 1" if name == "reltol" else "")
+        sink.error("E293", f"option {name}={value:g} is out of range", span, hint=hint)
         return None
     if name == "maxord":
         return min(int(value), 6)

@@ -44,6 +44,7 @@ def test_spellings_of_a_current(result):
 def test_difference_of_two_nodes():
     t = Table("tran", ["time", "v(a)", "v(b)"], ["s", "V", "V"], Columns([T, [5.0] * 4, T]))
     assert t["v(a,b)"].tolist() == [5, 4, 3, 2]
+    assert t.at("v(a,b)", 1.5) == t.at("v(a,b)", [1.5])[0] == 3.5 and t.unit("v(a, b)") == "V"
 
 
 def test_unknown_name_suggests_the_nearest(result):

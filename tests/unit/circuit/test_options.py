@@ -76,3 +76,30 @@ def test_temp_card_stands_above_the_option(cards: tuple[str, str]) -> None:
         )
     )
     assert r["v(b)"][0] == pytest.approx(0.4) and r["v(c)"][0] == pytest.approx(77)
+
+
+@pytest.mark.parametrize("options", [{"tmax": 1e-5}, {"Tmax": 1e-5}, {"TMAX": 1e-5}])
+def test_tmax_from_python_in_any_case(options) -> None:
+    r = emsim.run(deck(*RC, ".tran 1m 10m"), options=options)
+    assert max(r.time[1:] - r.time[:-1]) <= 1e-5 * (1 + 1e-9)
+
+
+@pytest.mark.parametrize("value", ["1u", -1e-6, float("nan"), 0])
+def test_a_tmax_that_is_none_is_a_message(value) -> None:
+    with pytest.raises(emsim.DeckError, match=r"E293|E305"):
+        emsim.run(deck(*RC, ".tran 1m 10m"), tmax=value)
+
+
+def test_tmax_among_the_deck_s_options_is_told_to_do_nothing() -> None:
+    (note,) = (d for d in remarks(*RC, ".options tmax=1u", ".tran 1m 10m") if d.code == "N281")
+    assert "tmax" in note.message and ".tran tstep tstop tstart tmax" in note.hint
+
+
+def test_what_was_given_by_name_stands_above_options_of_any_case() -> None:
+    r = emsim.run(deck(*RC, ".tran 1m 10m"), method="trap", options={"Method": "gear"})
+    assert r.stats["method"] == "trap"
+
+
+def test_one_further_column_as_a_text() -> None:
+    r = emsim.run(deck(*RC, ".op"), also="v(a)*2+1")
+    assert "v(a)*2+1" in r.names
