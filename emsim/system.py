@@ -68,8 +68,13 @@ class System:
 
     @property
     def conditions(self) -> list[str]:
-        """Names of the conditions that hold a state between events (switches, comparisons)."""
+        """Names of the conditions (switches, comparisons, clamps), whose sides a run holds between events."""
         return self._engine.flag_names
+
+    @property
+    def latches(self) -> list[str]:
+        """Those of `conditions` that have two thresholds: between these (x, t) does not tell their side."""
+        return [name for name, up, down in self._engine.flags if up.id != down.id]
 
     def tolerances(self, reltol: float) -> np.ndarray:
         """Shape (n,): absolute tolerance of every unknown, in its unit, as a run at this reltol takes it."""

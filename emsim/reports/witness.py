@@ -7,9 +7,11 @@ and right null space, and U, V of their complements,
     x = V y + N' z,      N^T F(V y + N' z, t) = 0  solved for z by Newton's method,
     (U^T C V) y' = -U^T F                                                                        (1)
 
-A closed loop with its multipliers does not reduce (N^T dF/dx N' is singular), and a deck whose conditions hold a state of
-their own (switches) is no ODE. The equations are the engine's; the integrators, their error estimates and their
-interpolants are not. Their CPU time is that of Python calling the engine once an evaluation: evaluations are what compares.
+A closed loop with its multipliers does not reduce (N^T dF/dx N' is singular), and a deck with a condition that has two
+thresholds (a switch with hysteresis) is no ODE. Other conditions, a clamp or a comparison, take the side on which (x, t)
+lies: a corner or a jump of the right-hand side, which the integrators must find by their own step control.
+The equations are the engine's; the integrators, their error estimates and their interpolants are not. Their CPU time is
+that of Python calling the engine once an evaluation: evaluations are what compares.
 """
 
 from __future__ import annotations
@@ -50,8 +52,8 @@ class Reduced:
     def __init__(self, system: System) -> None:
         import numpy as np
 
-        if system.conditions:
-            raise NoOde("its conditions hold a state between events")
+        if latches := system.latches:
+            raise NoOde(f"between its thresholds {latches[0]} holds a state")
         if system.n > LARGEST:
             raise NoOde(f"it has more than {LARGEST} unknowns")
         self.system, self.n = system, system.n

@@ -114,13 +114,24 @@ def test_scipy_reduces_floating_capacitors_and_refuses_what_is_no_ode():
         problem, Judge(problem, problem.values(table)), emsim.compile(text), ["DOP853"], (1e-9,)
     )
     assert found.points[0].error < 1e-7
-    switching = (
-        "s\nV1 a 0 SIN(0 1 1k)\nR1 a b 1k\nC1 b 0 1u\nS1 b 0 a 0 m\n.model m SW(vt=0.5)\n.tran 10u 2m\n.end\n"
-    )
-    with pytest.raises(witness.NoOde, match="conditions"):
+    switching = "s\nV1 a 0 SIN(0 1 1k)\nR1 a b 1k\nC1 b 0 1u\nS1 b 0 a 0 m\n.model m SW(vt=0.5 vh=0.1)\n.tran 10u 2m\n.end\n"
+    with pytest.raises(witness.NoOde, match="thresholds s1 holds a state"):
         witness.Reduced(emsim.compile(switching))
     with pytest.raises(witness.NoOde, match="index 2"):
         witness.Reduced(emsim.compile(NETLISTS / "mechanical" / "ref_four_bar.cir"))
+
+
+def test_scipy_witnesses_a_clamp():
+    """v' = -max(v - 1, 1/2) from 3 on: v = 1 + 2 exp(-t) until v = 3/2 at t = ln 4, from there on a straight line."""
+    text = "clamp\nC1 b 0 1 ic=3\nB1 b 0 I={max(v(b)-1, 0.5)}\n.tran 10m 2 uic\n.end\n"
+    problem = Problem(lambda options: pipeline.prepare(pipeline.read(text), options), ["v(b)"])
+    t = problem.grid
+    exact = np.where(t < np.log(4), 1 + 2 * np.exp(-t), 1.5 - 0.5 * (t - np.log(4)))
+    for method in ("RK45", "LSODA"):
+        system = emsim.compile(text)
+        assert system.conditions and not system.latches
+        (found,) = witness.measure(problem, Judge(problem, exact[None]), system, [method], (1e-9,))
+        assert found.points[0].error < 1e-7
 
 
 def test_a_second_method_that_disagrees_is_outvoted():
