@@ -238,6 +238,7 @@ impl<'a, S: Sink> Run<'a, S> {
         self.record.open(self.sys, self.w, 0.0, &self.x);
         self.stop = self.sys.next_stop(self.w, 0.0, self.until);
         if self.stop <= 0.0 {
+            self.slopes_jump(method);
             self.jump(feature);
         }
         if self.sys.starts_bending() {
@@ -543,6 +544,7 @@ impl<'a, S: Sink> Run<'a, S> {
                 self.outcome.resting.push(k);
             }
         }
+        self.slopes_jump(method);
         self.jump(step.min(self.tmax));
         self.grid.bent(self.t, self.stop - self.t);
         self.restart(method);

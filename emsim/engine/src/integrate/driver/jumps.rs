@@ -15,8 +15,8 @@ impl<S: Sink> Run<'_, S> {
         let mut jumped = false;
         for _ in 0..CASCADE {
             let before = self.outcome.events.len();
-            let jumps =
-                self.sys.jumps_at(self.t) || self.sys.hidden_corner(self.t).is_some() || self.slopes_jump(method);
+            let bends = self.slopes_jump(method);
+            let jumps = bends || self.sys.jumps_at(self.t) || self.sys.hidden_corner(self.t).is_some();
             let (t, events) = (self.t, &mut self.outcome.events);
             self.sys.flip_edges(self.w, t, |k, on| events.push((t, k, on)));
             let flipped = self.outcome.events.len() > before;
@@ -36,7 +36,7 @@ impl<S: Sink> Run<'_, S> {
     }
 
     /// Is a corner of a source a jump to what the method's next step begins with?
-    fn slopes_jump(&mut self, method: &dyn Method) -> bool {
+    pub(super) fn slopes_jump(&mut self, method: &dyn Method) -> bool {
         method.begins_with_slopes() && *self.slopes.get_or_insert_with(|| undetermined(self.sys).contains(&true))
     }
 
