@@ -466,7 +466,7 @@ impl<'a, S: Sink> Run<'a, S> {
             true => self.forces.get_or_insert_with(|| Forces::new(self.sys, self.record.reads())).as_mut(),
             false => None,
         };
-        let mut row = Row { sink: self.record, forces, x: &mut self.scratch, width };
+        let mut row = Row { sink: self.record, forces, x: &mut self.scratch, width, whole: self.a.tstop };
         self.grid.fill(method, self.t, self.sys, self.w, &self.tol, &mut row);
         if self.t >= self.a.tstart {
             row.x().copy_from_slice(&self.x);

@@ -15,10 +15,12 @@ use crate::system::{System, Work};
 
 /// Length of those steps in units of the method's step: the error goes with its third power, rounding with its inverse.
 const SHORT: f64 = 1e-4;
-/// After a jump nothing says how fast things move: so much of the stretch that begins, unless rounding, of so much of the run,
-/// asks for more.
-const SHORTER: f64 = 1e-6;
+/// Rounding, of so much of the run, asks for more where a step is a first one and shorter than anything moves, but for no more of
+/// it than this.
 const ROUNDED: f64 = 1e-10;
+const MOST: f64 = 1e-2;
+/// After a jump nothing says how fast things move: so much of the stretch that begins.
+const SHORTER: f64 = 1e-6;
 
 /// Where the rows of a run go, and what follows its steps.
 pub trait Sink {
@@ -172,6 +174,7 @@ pub struct Row<'a, S: Sink> {
     pub forces: Option<&'a mut Forces>,
     pub x: &'a mut [f64],
     pub width: f64, // of the step it lies in
+    pub whole: f64, // and of the run
 }
 
 impl<S: Sink> Row<'_, S> {
@@ -181,7 +184,8 @@ impl<S: Sink> Row<'_, S> {
 
     pub fn push(&mut self, sys: &System, w: &mut Work, t: f64, tol: &Tolerances) {
         if let Some(forces) = &mut self.forces {
-            forces.settle(sys, w, self.x, t, SHORT * self.width, tol);
+            let h = (SHORT * self.width).max((ROUNDED * self.whole).min(MOST * self.width));
+            forces.settle(sys, w, self.x, t, h, tol);
         }
         self.sink.row(sys, w, t, self.x);
     }
