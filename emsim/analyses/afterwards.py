@@ -18,7 +18,8 @@ def remarks(assembly: Assembly, run: Run) -> None:
     if run.kind == "tran" and run.waves.watch:
         from .watch import teach
 
-        teach(assembly, run.waves.watch)
+        rows = run.waves.rows
+        teach(assembly, run.waves.watch, run.waves.value(rows - 1, 0) if rows else 0.0)
     if assembly.machine is None:
         return
     _limits(assembly, run)

@@ -21,19 +21,22 @@ WORTH = 0.01  # share of an amplitude, of a period, of a signal that deserves a 
 SMALL = 0.1  # an oscillation of less of the signal must lose more
 OPEN = 1e-6  # m, rad: a loop that has come open
 STIFF = 0.5  # share of the steps
+FOLLOWED = 0.85  # share of the run that passes for all of it
 # loss or lateness over a run grows as this power of the step
 POWERS = {"trap": 2, "gear": 3, "trbdf2": 3}
 EXPLICIT = ("rk45", "dop853")
 
 
-def teach(assembly: Assembly, watch: dict[str, Any]) -> None:
-    """Adds at most one warning of each kind to the deck's sink."""
+def teach(assembly: Assembly, watch: dict[str, Any], end: float) -> None:
+    """Adds at most one warning of each kind to the deck's sink. `end`: of the run [s]."""
     sink, method = assembly.flat.sink, assembly.options["method"]
     damped, late = watch.get("damped"), watch.get("late")
     if damped and damped["left"] * damped["loss"] * min(1.0, damped["share"] / SMALL) >= WORTH:
         what, span = oscillator(assembly, damped)
-        # of what dies by itself, until when its loss weighs most
-        time = "this run" if damped["left"] > 0.9 else f"{damped['cycles']:.0f} periods"
+        # of what dies, by itself or by the method, until when its loss weighs most
+        time = (
+            "this run" if damped["left"] > 0.9 and whole(damped, end) else f"{damped['cycles']:.0f} periods"
+        )
         sink.warning(
             "W410",
             f"{what} at {hertz(damped['period'])} with {damped['steps']:.0f} steps a period; {method} takes about "
@@ -47,7 +50,12 @@ def teach(assembly: Assembly, watch: dict[str, Any]) -> None:
         sink.warning(
             "W411",
             f"{what} at {hertz(late['period'])} with {late['steps']:.0f} steps a period; with {method} it is about "
-            f"{off} after the {late['cycles']:.0f} periods of this run",
+            f"{off} after "
+            + (
+                f"the {late['cycles']:.0f} periods of this run"
+                if whole(late, end)
+                else f"{late['cycles']:.0f} periods"
+            ),
             span,
             instead(assembly.options, late, abs(late["late"])),
         )
@@ -78,6 +86,11 @@ def teach(assembly: Assembly, watch: dict[str, Any]) -> None:
             None,
             "something dies out much faster than the run shows; method=radau steps over it",
         )
+
+
+def whole(mode: dict[str, Any], end: float) -> bool:
+    """Whether a mode was followed over about the whole run: only then are its figures those of the run."""
+    return bool(mode["cycles"] * mode["period"] > FOLLOWED * end)
 
 
 def too_long(assembly: Assembly, analysis: Analysis | None, failure: dict[str, Any]) -> Diagnostic:
@@ -142,6 +155,8 @@ def oscillator(assembly: Assembly, mode: dict[str, Any]) -> tuple[str, Span | No
 def instead(options: dict[str, Any], mode: dict[str, Any], off: float) -> str:
     """What to use: a better method where there is one, the step and the tolerance that leave a hundredth."""
     method, reltol = options["method"], float(options.get("reltol", 1e-3))
+    if method == "gear" and float(options.get("maxord", 5)) < 2:
+        return "use method=radau, or leave maxord=1 away"
     power = POWERS.get(method)
     if power is None or (method == "gear" and float(options.get("maxord", 5)) > 2):
         return "use a tighter reltol"

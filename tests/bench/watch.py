@@ -301,9 +301,9 @@ def compare(index: int, method: str, reltol: float) -> Row:
     case, found = CASES[index], {}
     teach = watch.teach
 
-    def listen(assembly, told) -> None:
+    def listen(assembly, told, end) -> None:
         found.update(told)
-        teach(assembly, told)
+        teach(assembly, told, end)
 
     watch.teach = listen
     try:

@@ -52,6 +52,21 @@ def test_gear_says_the_same_at_every_frequency(f, cap, method):
     assert told == pytest.approx(1 - left, rel=0.2)
 
 
+def test_a_loss_is_told_for_the_periods_that_were_followed():
+    """Backward Euler takes 1 - (1 + y^2)^(-n/2), y = w h, over n steps: nearly all of 50 periods. What was seen of them ends
+    earlier, and the figure is that of then, not of the run."""
+    h, n = 1e-6, 50
+    text = f"tank\nL1 a 0 1m ic=0\nC1 a 0 1u ic=1\n.tran 15u {n * 2 * np.pi * 1e-9**0.5!r} uic\n.end\n"
+    result = run(text, f"method=gear maxord=1 fixed_step={h}")
+    message = said(result)["W410"]
+    assert "this run" not in message
+    periods = number(r"over (\d+) periods", message)
+    y = h / np.sqrt(1e-9)
+    loss = 1 - (1 + y * y) ** (-0.5 * periods * 2 * np.pi / y)
+    assert periods < n / 2 and number(r"about (\S+) % of", message) / 100 == pytest.approx(loss, rel=0.05)
+    assert "maxord=1" in next(d.hint for d in result.diagnostics if d.code == "W410")
+
+
 @pytest.mark.parametrize("part", [20, 40])
 def test_trap_is_late_by_what_it_says(part):
     """(w h)^2/12 of each period: with 100 periods and h = T/20, 0.82 periods, a quarter of it with half the step."""
