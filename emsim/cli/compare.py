@@ -57,6 +57,12 @@ def main(args: Sequence[str]) -> int:
             print("interrupted; nothing is compared", file=sys.stderr)
         return INTERRUPTED
     show(ours.diagnostics, given.has("quiet"))
+    if not ours.plots:
+        raise DeckError(
+            Diagnostic(
+                "error", "E350", "there is no analysis to compare", None, "add .tran tstep tstop, or .op"
+            )
+        )
     if any(table.energy is not None for table in ours.plots):
         hint = "`emsim analogue` writes a one-dimensional machine as a plain deck: compare that"
         raise OutsideError(Diagnostic("error", "E511", "ngspice knows no bodies and joints", None, hint))

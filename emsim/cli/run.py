@@ -208,7 +208,8 @@ def _deliver(
         for table in result.plots:
             if table.energy is not None:
                 print_lines(["", *table.energy.table()])
-    show(diagnostics, given.has("quiet"))
+    # where nothing ran the note is all that says why there is no file
+    show(diagnostics, given.has("quiet") and bool(result.plots))
     if given.has("json"):
         print_json(
             code,

@@ -77,6 +77,13 @@ def test_machines_are_beyond_ngspice(capsys):
     assert "E511" in said and "emsim analogue" in said
 
 
+@needs_ngspice
+def test_a_deck_without_an_analysis_is_not_ngspice_s_fault(capsys, scratch):
+    (scratch / "d.cir").write_text("nothing to do\nV1 a 0 1\nR1 a 0 1\n.end\n")
+    assert main(["compare", "d.cir"]) == 1
+    assert "E350" in capsys.readouterr().err
+
+
 def test_without_ngspice_exit_5(capsys, monkeypatch):
     monkeypatch.setenv("PATH", "")
     assert main(["compare", STEP]) == 5

@@ -306,6 +306,12 @@ def test_stdin_is_decoded_as_a_file_is(decks):
         assert done.returncode == 1 and "E100" in done.stderr
 
 
+def test_a_deck_without_an_analysis_says_so_even_where_notes_are_not_wanted(decks):
+    (decks / "d.cir").write_text("nothing to do\nV1 a 0 1\nR1 a 0 1\n.end\n")
+    done = emsim("d.cir", "-q", "--csv", "d.csv")
+    assert not (decks / "d.csv").exists() and "no analysis that can run" in done.stderr
+
+
 def test_a_file_that_cannot_be_written_loses_none_of_the_others(decks):
     done = emsim("print.cir", "-o", "/dev/full", "--csv", "out.csv", "--html", "page.html")
     assert done.returncode == 5 and "cannot write /dev/full: No space left on device\n" in done.stderr
