@@ -36,6 +36,9 @@ const SAFETY: f64 = -0.162_518_929_497_774_9;
 /// Another order's step must be longer by 5 %: ln 1.05.
 const WORTH_IT: f64 = 0.048_790_164_169_432_06;
 
+/// A step of so much of the time is clear of its rounding.
+const CLEAR: f64 = 1e-9;
+
 /// Beside diodes: what conducts at a crest for less than a twentieth of a period lies between longer steps (peak_detector).
 const IN_A_PERIOD: f64 = 40.0;
 
@@ -157,11 +160,13 @@ impl Gear {
         }
     }
 
-    /// The first step after a start has no difference to judge by: a tenth of the tolerance's worth of movement, of what is
-    /// not given (a current that a source ramps up from 0 A would ask for less than rounding leaves of a step).
+    /// The first step after a start has no difference to judge by: a tenth of the tolerance's worth of movement. Of what is given
+    /// no step is asked for that rounding of the time would spoil (a current that a source ramps up from 0 A would).
     fn first_error(&mut self, sys: &System, w: &mut Work, a: f64, tol: &Tolerances) -> f64 {
         let missed = self.missed.clone();
-        self.given.iter().for_each(|&i| self.missed[i] = 0.0);
+        if self.t1 - self.times[0] < CLEAR * self.t1 {
+            self.given.iter().for_each(|&i| self.missed[i] = 0.0);
+        }
         let worst = 0.05 * tol.largest_error(&self.missed, &self.x1, &self.x0) / self.trtol;
         let worst = if worst > 1.0 { self.above_noise(sys, w, a, 0.05, tol) } else { worst };
         self.missed = missed;
