@@ -165,6 +165,12 @@ def measured(source: str, name: str, chosen: Settings, tell: Callable[[str], obj
     found = reference.find(problem, known_methods(), chosen.reference, tell)
     chart = Chart(name, problem.title, problem.signals, len(problem.grid))
     chart.reference, chart.distance, chart.confirmed = found.text, found.distance, found.confirmed
+    if problem.states(problem.assembly).keys().isdisjoint(problem.signals):
+        # what is left says little of a method: sources are right under every one
+        left = ", ".join(problem.signals[:6])
+        chart.notes.append(
+            f"compared is {left}, and none of it stands under d/dt: name states by .save or --signals"
+        )
     chart.series = ladder.measure(problem, found.judge, chosen.methods, **chosen.own, said=tell)
     absolute = ladder.maximal(problem)
     if absolute:

@@ -120,6 +120,9 @@ class Films:
             raise UsageError("--speed and --duration say the same thing in two ways; give one")
         for key in ("speed", "duration", "fps"):
             given.number(key)
+        for key in ("speed", "duration", "fps", "trace"):
+            if given.has(key) and not self.files:
+                raise UsageError(f"--{key} is for a film: --gif FILE, --frame FILE")
         for path in self.files:
             check_folder(path)
         if self.files:

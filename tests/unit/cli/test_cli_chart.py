@@ -121,6 +121,15 @@ def test_scipy_reduces_floating_capacitors_and_refuses_what_is_no_ode():
         witness.Reduced(emsim.compile(NETLISTS / "mechanical" / "ref_four_bar.cir"))
 
 
+def test_a_chart_of_inputs_alone_says_so(capsys, scratch):
+    """A deck that saves its source alone is compared on it, where every method is right to the last digit."""
+    (scratch / "d.cir").write_text(
+        "rc\nV1 a 0 SIN(0 1 1k)\nR1 a b 1k\nC1 b 0 1u\n.save v(a)\n.tran 10u 1m\n.end\n"
+    )
+    assert main(["chart", "d.cir", *QUICK]) == 0
+    assert "v(a), and none of it stands under d/dt" in capsys.readouterr().out
+
+
 def test_scipy_witnesses_a_clamp():
     """v' = -max(v - 1, 1/2) from 3 on: v = 1 + 2 exp(-t) until v = 3/2 at t = ln 4, from there on a straight line."""
     text = "clamp\nC1 b 0 1 ic=3\nB1 b 0 I={max(v(b)-1, 0.5)}\n.tran 10m 2 uic\n.end\n"

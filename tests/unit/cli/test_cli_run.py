@@ -157,6 +157,7 @@ def test_json_of_a_wrong_deck():
         (["--method", "euler", "rc.cir"], 2, "trap, gear, radau"),
         (["-o", "nowhere/x.raw", "rc.cir"], 5, "nowhere"),
         (["-o", "rc.cir", "rc.cir"], 2, "is the deck"),
+        (["--trace", "arm.com", "rc.cir"], 2, "--trace is for a film"),
         (["-o", "-", "rc.cir"], 2, "needs the name of a file"),
         (["-o", "x.raw", "--csv", "./x.raw", "rc.cir"], 2, "written twice"),
         (["--no-files", "-o", "x.raw", "rc.cir"], 2, "contradict"),
