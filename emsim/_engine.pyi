@@ -220,6 +220,12 @@ class Waveforms:
         stiff: share of the steps that stability limited."""
     @property
     def stats(self) -> dict[str, Any]: ...
+    @property
+    def corners(self) -> bytes:
+        """Times of rows at which signals may bend or jump, as the bytes of native float64."""
+    @property
+    def steady(self) -> list[bool]:
+        """Of every column: it is a state that no source fixes, and goes on smoothly where a source has a corner."""
     def column(self, k: int) -> bytes:
         """Column k as the bytes of native float64."""
     def value(self, row: int, column: int) -> float: ...

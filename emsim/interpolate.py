@@ -7,9 +7,11 @@ Between x1 and x2, with the second divided differences a = y[x0,x1,x2] and b = y
 is the cubic through the four points: fourth order where the signal is smooth, third at inflections. At a
 corner of a source one of a, b is large and says nothing about this interval, so |c| is held to three times
 the smaller of the two, and c = 0 where they differ in sign (an inflection, or an edge within one step) or a
-neighbour is missing (the ends, a jump). There is no overshoot beside an edge, and straight edges stay
-straight. At a jump (two points with one x) the later value holds. Limiting divided differences is Harten's
-ENO idea (J. Comput. Phys. 71, 1987, 231).
+neighbour is missing (the ends, a jump). The low of a pulse that one step takes has an edge for each
+neighbour, a parabola to four points: between two `corners`, times at which the run knows that signals may
+bend, |c| is held to |chord'|/(x2 - x1), beyond which y(t) turns back. There is no overshoot beside an edge,
+and straight edges stay straight. At a jump (two points with one x) the later value holds. Limiting divided
+differences is Harten's ENO idea (J. Comput. Phys. 71, 1987, 231).
 
 The rule stands here twice: `cubic` for tables on the command line, which must not wait for numpy, and
 `cubic_many` for arrays. A test holds them together.
@@ -17,7 +19,7 @@ The rule stands here twice: `cubic` for tables on the command line, which must n
 
 from __future__ import annotations
 
-from bisect import bisect_right
+from bisect import bisect_left, bisect_right
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -26,8 +28,8 @@ if TYPE_CHECKING:
     import numpy as np
 
 
-def cubic(x: Sequence[float], y: Sequence[float], t: float) -> float:
-    """Value at t, x[0] <= t <= x[-1]; x ascending, repeated where y jumps."""
+def cubic(x: Sequence[float], y: Sequence[float], t: float, corners: Sequence[float] = ()) -> float:
+    """Value at t, x[0] <= t <= x[-1]; x ascending, repeated where y jumps; corners ascending."""
     last = len(x) - 1
     k = min(bisect_right(x, t) - 1, last - 1)
     if k < 0 or t == x[k + 1]:
@@ -42,11 +44,18 @@ def cubic(x: Sequence[float], y: Sequence[float], t: float) -> float:
     if a * b <= 0:
         return chord
     limit = 3 * min(abs(a), abs(b))
+    if _among(corners, x[k]) and _among(corners, x[k + 1]):
+        limit = min(limit, abs(secant) / width)
     c = a + (b - a) * (t - x[k - 1]) / (x[k + 2] - x[k - 1])
     return chord + max(-limit, min(limit, c)) * (t - x[k]) * (t - x[k + 1])
 
 
-def cubic_many(x: np.ndarray, y: np.ndarray, query: np.ndarray) -> np.ndarray:
+def _among(corners: Sequence[float], t: float) -> bool:
+    k = bisect_left(corners, t)
+    return k < len(corners) and corners[k] == t
+
+
+def cubic_many(x: np.ndarray, y: np.ndarray, query: np.ndarray, corners: Sequence[float] = ()) -> np.ndarray:
     """`cubic` for an array of any shape; every query within x[0] .. x[-1]."""
     import numpy as np
 
@@ -68,5 +77,9 @@ def cubic_many(x: np.ndarray, y: np.ndarray, query: np.ndarray) -> np.ndarray:
     with np.errstate(invalid="ignore", divide="ignore"):
         from_left = query - x[np.maximum(k - 1, 0)]
         c = np.clip(a[k] + third[k] * from_left, -limit[k], limit[k])
+        if len(corners):
+            both = np.isin(x[k], corners) & np.isin(x[k + 1], corners)
+            steady = np.where(both, abs(secant[k]) / width[k], np.inf)
+            c = np.clip(c, -steady, steady)
         value = y[k] + secant[k] * (query - x[k]) + np.nan_to_num(c) * (query - x[k]) * (query - x[k + 1])
     return np.where(inside, value, y[k + 1])

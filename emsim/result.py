@@ -30,6 +30,10 @@ if TYPE_CHECKING:
         def rows(self) -> int: ...
         @property
         def columns(self) -> int: ...
+        @property
+        def corners(self) -> bytes: ...  # times, float64 too
+        @property
+        def steady(self) -> Sequence[bool]: ...  # columns that no corner bends
         def column(self, i: int, /) -> bytes: ...  # float64, native order
 
 
@@ -39,20 +43,22 @@ PLOTNAMES = {"tran": "Transient Analysis", "op": "Operating Point"}
 class Columns:
     """A column store in plain Python: for tables that were read from a file or made by hand."""
 
-    __slots__ = ("_data", "columns", "rows")
+    __slots__ = ("_data", "columns", "corners", "rows", "steady")
 
-    def __init__(self, data: Iterable[bytes | Sequence[float]]) -> None:
+    def __init__(
+        self, data: Iterable[bytes | Sequence[float]], corners: bytes = b"", steady: Sequence[bool] = ()
+    ) -> None:
         from array import array
 
         self._data = [c if isinstance(c, bytes) else array("d", c).tobytes() for c in data]
-        self.columns = len(self._data)
+        self.columns, self.corners, self.steady = len(self._data), corners, steady
         self.rows = len(self._data[0]) // 8 if self._data else 0
 
     def column(self, i: int, /) -> bytes:
         return self._data[i]
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return Columns, (self._data,)
+        return Columns, (self._data, self.corners, self.steady)
 
 
 class Scene:
@@ -115,9 +121,17 @@ class Table:
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickles and copies hold plain bytes, wherever the columns came from."""
-        columns = Columns(self.waves.column(k) for k in range(self.waves.columns))
+        waves = self.waves
+        columns = Columns((waves.column(k) for k in range(waves.columns)), waves.corners, waves.steady)
         given = (self.kind, self.names, self.units, columns, self.title, self.axis, self.grid)
         return _table, (*given, self.stats, self.status, self.plotname, self.scene, self.energy)
+
+    def corners(self, name: str | int | None = None) -> memoryview[float]:
+        """Times of rows at which the run knows that a column may bend or jump, any column without a name; none for a
+        table from a file."""
+        k = self.index(name) if isinstance(name, str) and name in self else name
+        steady = isinstance(k, int) and k < len(self.waves.steady) and self.waves.steady[k]
+        return memoryview(b"" if steady else self.waves.corners).cast("d")
 
     # columns -----------------------------------------------------------------------------------------
 
@@ -211,7 +225,7 @@ class Table:
 
             query = np.asarray(t, dtype=float)
             self._check_range(float(query.min()), float(query.max())) if query.size else None
-            return cubic_many(self[self.names[0]], self[name], query)
+            return cubic_many(self[self.names[0]], self[name], query, self.corners(name))
         return self.sample(name, [t])[0]
 
     def sample(self, name: str | int, times: Sequence[float]) -> array[float]:
@@ -227,7 +241,8 @@ class Table:
         if times:
             self._check_range(min(times), max(times))
         x, y = self.doubles(0), self.doubles(name)
-        return [cubic(x, y, t) for t in times]
+        corners = self.corners(name)
+        return [cubic(x, y, t, corners) for t in times]
 
     def _check_range(self, low: float, high: float) -> None:
         if not self.axis or not len(self):

@@ -32,6 +32,14 @@ class Part:
     def __init__(self, waves: Waveforms, first: int, columns: int) -> None:
         self.waves, self.rows, self.first, self.columns = waves, waves.rows, first, columns
 
+    @property
+    def corners(self) -> bytes:
+        return self.waves.corners
+
+    @property
+    def steady(self) -> list[bool]:
+        return self.waves.steady[self.first : self.first + self.columns]
+
     def column(self, i: int, /) -> bytes:
         return self.waves.column(self.first + i)
 

@@ -82,7 +82,9 @@ def panels(
         log = across is None and xname == "frequency" and axis[0] > 0
         for name, unit, y in _signals(table, wanted, degrees):
             panel = own.setdefault(unit, Panel(unit, xname, xunit, log))
-            panel.curves.append(Curve(name, *_course(axis, x, y, window, table.kind == "tran")))
+            panel.curves.append(
+                Curve(name, *_course(axis, x, y, window, table.kind == "tran", table.corners()))
+            )
         found += own.values()
     return found
 
@@ -230,7 +232,12 @@ OPERATORS: dict[str, Callable[..., np.ndarray]] = {
 
 
 def _course(
-    axis: np.ndarray, x: np.ndarray, y: np.ndarray, window: tuple[float, float] | None, smooth: bool
+    axis: np.ndarray,
+    x: np.ndarray,
+    y: np.ndarray,
+    window: tuple[float, float] | None,
+    smooth: bool,
+    corners: Sequence[float],
 ) -> tuple[np.ndarray, np.ndarray]:
     """The points of a curve within the window of the axis, its ends among them; between few points of a transient
     the ones of interpolate.py."""
@@ -250,7 +257,7 @@ def _course(
     def course(values: np.ndarray) -> np.ndarray:
         if not len(more):
             return values[ends]
-        between = cubic_many(axis, values, more) if smooth else np.interp(more, axis, values)
+        between = cubic_many(axis, values, more, corners) if smooth else np.interp(more, axis, values)
         return np.insert(values[ends], places, between)
 
     across = course(x)

@@ -141,7 +141,7 @@ class Judge:
         if not self.reference.axis:
             off = abs(float(self.run[name][-1] - reference[-1])) / scale
             return off, off, None
-        value = cubic_many(self.run.time, self.run[name], self.time)
+        value = cubic_many(self.run.time, self.run[name], self.time, self.run.corners(name))
         before, after = cubic_many(self.reference.time, reference, self.ends)
         low, high = np.minimum(before, after), np.maximum(before, after)
         padded = np.append(reference, reference[-1])

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import pickle
 from array import array
 
 import numpy as np
 import pytest
 
+import emsim
 from emsim.interpolate import cubic, cubic_many
 
 
@@ -51,6 +53,26 @@ def test_no_overshoot_beside_a_corner():
     x = np.linspace(0, 2, 21)
     query = np.linspace(0, 2, 401)
     np.testing.assert_allclose(both(x, np.maximum(x - 1, 0), query), np.maximum(query - 1, 0), atol=1e-15)
+
+
+def test_the_low_of_a_pulse_that_one_step_takes():
+    # two edges look like a parabola to four points: it went to -4.6 V
+    x, y = np.array([0.0, 1, 9, 10]), np.array([5.0, 0, 0, 5])
+    query = np.linspace(0, 10, 101)
+    np.testing.assert_allclose(cubic_many(x, y, query, [1.0, 9.0]), np.interp(query, x, y), atol=1e-15)
+    assert cubic(x, y, 5.0, [1.0, 9.0]) == 0.0
+    assert cubic(x, y, 5.0, [1.0]) < -1.0  # where nothing is known of corners, it is a parabola
+
+
+@pytest.mark.parametrize("method", ["trap", "gear", "trbdf2", "esdirk", "radau", "auto"])
+def test_pulses_between_the_rows_of_a_run(method):
+    lines = ("V1 a 0 PULSE(0 5 0 6m 6m 85m 121m)", "R1 a 0 1k", "L1 a b 10", "R2 b 0 1", ".tran 35m 2")
+    r = emsim.run("\n".join(["low", *lines, ".end"]), method=method)
+    query = np.linspace(0, 2, 3001)
+    pulses = np.interp(query % 0.121, [0, 6e-3, 91e-3, 97e-3, 0.121], [0, 5, 5, 0, 0])
+    assert abs(r.at("v(a)", query) - pulses).max() < 1e-9
+    kept = pickle.loads(pickle.dumps(r.main))
+    assert abs(np.asarray(kept.sample("v(a)", query.tolist())) - pulses).max() < 1e-9
 
 
 def test_the_later_value_holds_at_a_jump():

@@ -13,6 +13,8 @@ pub struct Record {
     reads: Vec<u32>, // unknowns that any output depends on
     pub columns: usize,
     pub data: Vec<f64>,
+    /// times of rows at which signals may bend or jump
+    pub corners: Vec<f64>,
     /// energy accounts, where they were asked for
     pub ledger: Option<Ledger>,
 }
@@ -33,11 +35,32 @@ impl Record {
         let scratch = tape.workspace();
         let unknown = |&id: &Id| if let Node::Unknown(i) = g.node(id) { Some(i) } else { None };
         let reads = g.reachable(outputs).iter().filter_map(unknown).collect();
-        Record { unknowns, probes, tape, scratch, reads, columns: outputs.len() + 1, data: Vec::new(), ledger: None }
+        Record {
+            unknowns,
+            probes,
+            tape,
+            scratch,
+            reads,
+            columns: outputs.len() + 1,
+            data: Vec::new(),
+            corners: Vec::new(),
+            ledger: None,
+        }
     }
 
     pub fn reads(&self) -> &[u32] {
         &self.reads
+    }
+
+    /// Of every column: is it a state that no source fixes? Such a one goes on smoothly where a source has a corner.
+    pub fn steady(&self, sys: &System) -> Vec<bool> {
+        let alone = sys.alone();
+        let state = |&i: &u32| sys.differential.get(i as usize) == Some(&true) && !alone[i as usize];
+        let mut steady: Vec<bool> = std::iter::once(true).chain(self.unknowns.iter().map(state)).collect();
+        for &(column, _) in &self.probes {
+            steady[column as usize] = false;
+        }
+        steady
     }
 
     pub fn rows(&self) -> usize {

@@ -412,6 +412,7 @@ impl<'a, S: Sink> Run<'a, S> {
                 break;
             }
             self.w.counters.breakpoints += 1;
+            self.record.corner(self.kept);
             let jumped = self.land(method);
             let ahead = self.stop - self.t;
             self.grid.bent(self.t, ahead);

@@ -25,6 +25,8 @@ const SHORTER: f64 = 1e-6;
 /// Where the rows of a run go, and what follows its steps.
 pub trait Sink {
     fn row(&mut self, sys: &System, w: &mut Work, t: f64, x: &[f64]);
+    /// Signals may bend or jump at the row of time t.
+    fn corner(&mut self, _t: f64) {}
     /// Unknowns that the rows show.
     fn reads(&self) -> &[u32];
     /// The run begins at (t, x).
@@ -40,6 +42,12 @@ pub trait Sink {
 impl Sink for Record {
     fn row(&mut self, sys: &System, w: &mut Work, t: f64, x: &[f64]) {
         self.push(sys, w, t, x);
+    }
+
+    fn corner(&mut self, t: f64) {
+        if self.corners.last().is_none_or(|&last| last < t) {
+            self.corners.push(t);
+        }
     }
 
     fn reads(&self) -> &[u32] {
@@ -278,6 +286,7 @@ impl Grid {
                 self.shown += 1;
             }
             if t == self.corner {
+                row.sink.corner(t);
                 self.corner = sys.next_silent_corner(t);
             }
             if t == point {

@@ -276,6 +276,7 @@ impl System {
             chattering: vec![],
             watch: None,
             used: vec![],
+            steady: vec![],
         })
     }
 
@@ -351,8 +352,20 @@ impl System {
         let events = outcome.events.iter().map(|&(t, k, v)| (t, k, u8::from(v))).collect();
         let chattering = outcome.resting;
         let used = outcome.used.into_iter().map(|u| (u.t, u.method, u.why)).collect();
+        let steady = record.steady(&self.inner);
         let watch = Some(watch_dict(py, &self.inner, &outcome.watch)?);
-        Ok(Waveforms { record, counters: w.counters, seconds, status, failure, events, chattering, watch, used })
+        Ok(Waveforms {
+            record,
+            counters: w.counters,
+            seconds,
+            status,
+            failure,
+            events,
+            chattering,
+            watch,
+            used,
+            steady,
+        })
     }
 }
 
@@ -472,6 +485,9 @@ pub struct Waveforms {
     watch: Option<Py<PyDict>>,
     /// (from when on, method, why)
     used: Vec<(f64, String, String)>,
+    /// of every column: it does not bend with a source's corner
+    #[pyo3(get)]
+    steady: Vec<bool>,
 }
 
 #[pymethods]
@@ -527,6 +543,13 @@ impl Waveforms {
             }
             Ok(())
         })
+    }
+
+    /// Times of rows at which signals may bend or jump, as the bytes of native float64.
+    #[getter]
+    fn corners<'py>(&self, py: Python<'py>) -> Bound<'py, PyBytes> {
+        let bytes: Vec<u8> = self.record.corners.iter().flat_map(|t| t.to_ne_bytes()).collect();
+        PyBytes::new(py, &bytes)
     }
 
     /// One value, for callers without numpy.

@@ -79,6 +79,8 @@ impl<S: Sink> Run<'_, S> {
         }
         if self.t >= self.a.tstart {
             self.record.row(self.sys, self.w, self.t, &self.x);
+            self.record.corner(self.kept);
+            self.record.corner(self.t);
             self.grid.last = self.t;
         }
         self.record.leap(self.sys, self.w, self.t, &self.x);
