@@ -216,7 +216,8 @@ class Waveforms:
     def watch(self) -> dict[str, Any]:
         """What the steps of a transient told about it. damped, late: the mode that lost most amplitude by the method, or
         fell behind most, as {unknown, period [s], steps (a period), loss (share of amplitude), late (periods), cycles};
-        ringing: (unknown, t, share of its largest value); open: (closure row, residual) without projection;
+        ringing: (unknown, t, share of its largest value);
+        second: an unknown that is the second derivative of a source; open: (closure row, residual) without projection;
         stiff: share of the steps that stability limited."""
     @property
     def stats(self) -> dict[str, Any]: ...

@@ -69,6 +69,15 @@ def teach(assembly: Assembly, watch: dict[str, Any], end: float) -> None:
             f"{method} keeps for ever what it does not resolve; method=radau or gear damps it at once, and so does "
             "a small resistance where a capacitor or an inductor meets an ideal source",
         )
+    if "second" in watch:
+        where, lines = locate(assembly, watch["second"])
+        sink.warning(
+            "W416",
+            f"{where} follows from the second derivative of a source, which no method computes: its values are errors "
+            "of steps over their lengths",
+            lines[0][0] if lines else None,
+            "write that derivative as an expression of time, or put the resistance there that makes the first one a state",
+        )
     if "open" in watch and watch["open"][1] > OPEN:
         row, gap = watch["open"]
         where, lines = locate(assembly, row)

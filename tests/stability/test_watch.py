@@ -11,7 +11,7 @@ from support import NETLISTS, deck, run, with_options
 import emsim
 from emsim.diagnostics import ConvergenceError
 
-CODES = ("W410", "W411", "W412", "W413", "W414")
+CODES = ("W410", "W411", "W412", "W413", "W414", "W416")
 
 
 def said(result) -> dict[str, str]:
@@ -247,3 +247,36 @@ def test_no_deck_is_warned_without_need(name):
         assert (error.diagnostics[0].code == "E414") == (name == "hard/vhf_driven")
         result = error.partial
     assert set(said(result)) == DESERVED.get(name, set()), said(result)
+
+
+# ---- second derivatives of sources ---------------------------------------------------------------
+
+SECOND = "V1 a 0 SIN(0 1 50)\n{}\n.tran 0.5m 40m\n.end\n"
+
+
+@pytest.mark.parametrize("method", ["auto", "trap", "gear", "radau", "esdirk"])
+@pytest.mark.parametrize(
+    "lines, what",
+    [
+        ("B1 b 0 V={ddt(ddt(v(a)))}\nR1 b 0 1k", "node `b`"),
+        ("B1 b 0 V={ddt(2*v(a))}\nR1 b 0 1k\nB2 c 0 V={ddt(v(b))}\nR2 c 0 1k", "node `c`"),
+        ("C1 a 0 1u\nH1 b 0 V1 -1\nC2 b 0 1u", "`h1`"),
+        ("R1 a b 1k\nR2 b 0 1k\nB1 c 0 V={ddt(ddt(v(b)))}\nR3 c 0 1", "node `c`"),
+    ],
+)
+def test_noise_in_place_of_a_second_derivative_is_told(lines, what, method):
+    found = said(run("second\n" + SECOND.format(lines), f"method={method}"))
+    assert what in found["W416"].lower()
+
+
+@pytest.mark.parametrize(
+    "lines",
+    [
+        "B1 b 0 V={ddt(v(a))}\nR1 b 0 1k",  # the first
+        "R1 a b 1k\nC1 b 0 1u\nB1 c 0 V={ddt(ddt(v(b)))}\nR2 c 0 1k",  # of a state
+        "V2 d 0 3\nB1 b 0 V={ddt(ddt(v(d)))}\nR1 b 0 1k",  # of what never changes
+        "C1 a 0 1u\nL1 a b 1m\nC2 b 0 1u",
+    ],
+)
+def test_first_derivatives_and_states_are_no_noise(lines):
+    assert "W416" not in said(run("first\n" + SECOND.format(lines), "reltol=1e-6"))

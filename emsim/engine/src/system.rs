@@ -22,6 +22,7 @@ mod guests;
 mod junctions;
 mod linear;
 mod reduce;
+mod slopes;
 mod split;
 mod stage;
 mod stops;

@@ -181,6 +181,11 @@ impl Wave {
         self.at(t, Side::After)
     }
 
+    /// Does it never change?
+    pub fn still(&self) -> bool {
+        matches!(self.shape, Shape::Dc(_))
+    }
+
     /// Value at t; at a jump the value before it.
     pub fn value_before(&self, t: f64) -> f64 {
         self.at(t, Side::Before)

@@ -89,6 +89,7 @@ pub struct Report {
     pub late: Option<Mode>,
     pub ringing: Option<Ringing>,
     pub open: Option<(usize, f64)>, // closure row and its residual
+    pub second: Option<usize>,      // unknown that follows from the second derivative of a source
     pub stiff: f64,                 // share of the steps that stability limited
 }
 
@@ -549,6 +550,7 @@ impl Watch {
             let open = self.loops.iter().map(|&i| (i, w.f[i].abs())).max_by(|a, b| a.1.total_cmp(&b.1));
             self.report.open = open.filter(|o| o.1.is_finite());
         }
+        self.report.second = sys.second_slope();
         self.report.stiff = self.looks.1 as f64 / self.looks.0.max(1) as f64;
         self.report
     }

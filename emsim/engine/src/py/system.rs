@@ -466,6 +466,9 @@ fn watch_dict(py: Python<'_>, sys: &crate::system::System, r: &integrate::Report
     if let Some((row, gap)) = r.open {
         d.set_item("open", (name(row), gap))?;
     }
+    if let Some(unknown) = r.second {
+        d.set_item("second", name(unknown))?;
+    }
     d.set_item("stiff", r.stiff)?;
     Ok(d.unbind())
 }
