@@ -91,3 +91,31 @@ def test_what_follows_from_a_slope_is_right_on_both_sides_of_a_corner(name, relt
     exact = 1e-3 * slope + 10 * np.interp(t[clear], corners, values)
     sign = -1 if name == "i(v1)" else 1
     assert np.abs(sign * np.asarray(r[name])[clear] - exact).max() < 1e-3 and clear.sum() > 300
+
+
+def test_short_steps_late_in_a_run_know_their_length():
+    """200 pF behind 20 mOhm, 4 ps, at every edge of a converter: of a step of a femtosecond at 400 us the absolute time knows
+    5 %, which made noise of order and step. At 3e-8 it took 340 000 steps, at 1e-8 it stopped."""
+    text = deck("electrical/buck_converter")
+    exact, steps = run(text, "method=radau reltol=1e-9"), []
+    for reltol in (1e-6, 1e-8):
+        result = run(text, f"method=gear reltol={reltol!r}")
+        steps.append(result.stats["steps"])
+        assert abs(result.at("v(out)", 490e-6) - exact.at("v(out)", 490e-6)) <= 12 * reltol
+    assert steps[1] <= 10 ** (2 / 5) * steps[0], steps
+
+
+def test_a_chosen_order_is_not_held_down_by_noise():
+    """What Newton's method leaves of a diode's current was taken for an error of its own node: one tolerance in five took a third
+    more steps than its neighbours, at orders 1 and 2."""
+    text = deck("bench/multiplier4")
+    steps = [run(text, f"method=gear reltol={r:.9g}").stats["steps"] for r in np.geomspace(1.6e-6, 2e-6, 12)]
+    assert max(steps) <= 1.1 * min(steps), steps
+
+
+def test_rounding_does_not_lower_the_order():
+    """Speeds of a chain's inner links are the small rest of large momenta: known to 1e-11 rad/s, of which a tenth is asked. Steps
+    that shrink have more of it."""
+    text = deck("mechanical/ref_chain20")
+    steps = [run(text, f"method=gear reltol={r!r}").stats["steps"] for r in (1e-6, 5.6e-8)]
+    assert steps[1] <= 4 * steps[0], steps

@@ -106,3 +106,11 @@ def test_an_inductor_behind_rounded_currents(method, reltol):
         i, sn = (rest + vectors @ (start * np.exp(values * (t - on)))).real
         assert abs(result.at("i(l1)", t) - i) <= max(20 * reltol, 1e-8), (t, i)
         assert abs(result.at("v(sn)", t) - sn) <= 24 * max(20 * reltol, 1e-6), (t, sn)
+
+
+def test_a_start_from_charges_knows_its_voltages():
+    """UIC: what two floating capacitors have in common is known to eps Q R/h. Fitted over a picosecond,
+    nodes of 0 V stood at 1 and 4 uV, and steps began at 8 ps to follow them home."""
+    result = run(deck("electrical/ref_transistor_amplifier"), "method=radau reltol=1e-8")
+    assert abs(result["v(8)"][0]) <= 1e-7 and abs(result["v(1)"][0]) <= 1e-7
+    assert result.time[1] > 1e-9

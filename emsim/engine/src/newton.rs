@@ -87,6 +87,7 @@ pub struct Newton {
     settled: Vec<f64>, // the sources of the last solution, where exponentials are to be watched
     step: Vec<f64>,
     noise: Vec<f64>,
+    mixed: Vec<f64>,    // the same, of other signs
     leaves: Vec<f64>,   // of the programs of a stage
     closing: Recurring, // q and f of a solution
     solutions: u64,
@@ -109,6 +110,7 @@ impl Newton {
             settled: Vec::new(),
             step: vec![0.0; sys.n],
             noise: vec![0.0; sys.n],
+            mixed: Vec::new(),
             leaves: vec![0.0; sys.stage_leaves()],
             closing: Recurring::default(),
             solutions: 0,
@@ -313,13 +315,22 @@ impl Newton {
     /// equations add up at x: a shorter step has more of it. A volt on a capacitor is known to 1e-16; a picosecond's current
     /// is not, and what two floating capacitors have in common hangs on that. Nor is the current through 20 mOhm under 12 V, to
     /// 1e-13 A: an inductor behind it makes volts of these in a femtosecond.
-    fn round(&mut self, sys: &System, w: &mut Work, a: f64, x: &[f64]) {
+    pub fn round(&mut self, sys: &System, w: &mut Work, a: f64, x: &[f64]) -> &[f64] {
         sys.terms(x, &mut self.noise);
         for (b, q) in self.noise.iter_mut().zip(&self.charges) {
             *b = ROUNDING * (*b + (a * q).abs());
         }
+        // roundings of either sign: one pattern alone may be what the inverse takes to next to nothing, as momenta to speeds
+        let mixed = self.noise.iter().enumerate().map(|(i, b)| if i.count_ones() % 2 == 0 { *b } else { -b });
+        self.mixed.clear();
+        self.mixed.extend(mixed);
         self.lu.solve(&mut self.noise);
-        w.counters.solves += 1;
+        self.lu.solve(&mut self.mixed);
+        w.counters.solves += 2;
+        for (noise, mixed) in self.noise.iter_mut().zip(&self.mixed) {
+            *noise = noise.abs().max(mixed.abs());
+        }
+        &self.noise
     }
 
     /// The largest of the errors e over `share` of its unknown's tolerance and that noise: no shorter step has less of it.
@@ -335,7 +346,7 @@ impl Newton {
         share: f64,
     ) -> f64 {
         self.round(sys, w, a, x1);
-        let of = |i: usize| e(i).abs() / (share * tol.weight(i, x1[i], x0[i]) + self.noise[i].abs());
+        let of = |i: usize| e(i).abs() / (share * tol.error_weight(i, x1[i], x0[i]) + self.noise[i].abs());
         (0..x1.len()).filter(|&i| tol.in_error[i]).map(of).fold(0.0, f64::max)
     }
 

@@ -510,10 +510,25 @@ pub fn initial_conditions(
     for &(row, dq) in &sys.ic_charge {
         q0[row] += dq;
     }
-    // the shorter, the nearer to t = 0; but what two floating capacitors have in common is known to eps V RC/h only,
-    // and no more is asked of it then (their charges are what counts)
-    let flags = w.flags.clone();
+    // the shorter, the nearer to t = 0; but what two floating capacitors have in common is known to eps V RC/h only
+    let (flags, start) = (w.flags.clone(), x.to_vec());
     let mut found = fit_charges(sys, w, x, &q0, 1e-9 * tstep, tol);
+    for h in [1e-8 * tstep, 1e-7 * tstep, 1e-6 * tstep] {
+        if !matches!(found, Ok(Rounding::Shows)) {
+            break;
+        }
+        let (short, kept, junctions) = (x.to_vec(), w.flags.clone(), w.junction.clone());
+        w.flags.clone_from(&flags);
+        x.copy_from_slice(&start);
+        let longer = fit_charges(sys, w, x, &q0, h, tol);
+        if longer.is_err() {
+            x.copy_from_slice(&short);
+            (w.flags, w.junction) = (kept, junctions);
+            break;
+        }
+        found = longer;
+    }
+    // where it is all that Newton's method sees, no more is asked (their charges are what counts)
     let modest = tol.at_least(1e-6);
     for h in [1e-7 * tstep, 1e-5 * tstep] {
         if found.is_ok() {
@@ -522,11 +537,25 @@ pub fn initial_conditions(
         w.flags.clone_from(&flags);
         found = fit_charges(sys, w, x, &q0, h, &modest);
     }
-    found
+    found.map(|_| ())
+}
+
+/// Is the rounding of charges within the tolerances?
+#[derive(PartialEq)]
+enum Rounding {
+    Shows,
+    Hides,
 }
 
 /// x at t = 0 that has the charges q0, by implicit Euler steps of h and 2 h from them.
-fn fit_charges(sys: &System, w: &mut Work, x: &mut [f64], q0: &[f64], h: f64, tol: &Tolerances) -> Result<(), Failure> {
+fn fit_charges(
+    sys: &System,
+    w: &mut Work,
+    x: &mut [f64],
+    q0: &[f64],
+    h: f64,
+    tol: &Tolerances,
+) -> Result<Rounding, Failure> {
     for round in 0..20 {
         let mut newton = Newton::new(sys)?;
         let r: Vec<f64> = q0.iter().map(|q| -q / h).collect();
@@ -535,6 +564,8 @@ fn fit_charges(sys: &System, w: &mut Work, x: &mut [f64], q0: &[f64], h: f64, to
         let flipped = sys.update_flags(w, &y, 0.0);
         if !flipped || round == 19 {
             // y belongs to t = h; with a second one from twice the step, the values at t = 0 to O(h^2)
+            let noise = newton.round(sys, w, 1.0 / h, &y);
+            let shows = (0..sys.n).any(|i| tol.in_norm[i] && noise[i].abs() > 0.1 * tol.weight(i, y[i], y[i]));
             let twice: Vec<f64> = q0.iter().map(|q| -q / (2.0 * h)).collect();
             let (mut z, junction) = (y.clone(), w.junction.clone());
             let ok = newton.solve(sys, w, 0.5 / h, &twice, &mut z, 2.0 * h, tol, 100).is_ok();
@@ -542,8 +573,8 @@ fn fit_charges(sys: &System, w: &mut Work, x: &mut [f64], q0: &[f64], h: f64, to
             for i in 0..sys.n {
                 x[i] = if ok && sys.differential[i] { 2.0 * y[i] - z[i] } else { y[i] };
             }
-            break;
+            return Ok(if shows { Rounding::Shows } else { Rounding::Hides });
         }
     }
-    Ok(())
+    Ok(Rounding::Hides)
 }

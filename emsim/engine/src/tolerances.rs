@@ -21,6 +21,10 @@ use crate::twice::twice;
 /// Share of a signal's largest value so far below which relative accuracy is no longer asked for.
 const PEAK_SHARE: f64 = 0.02;
 
+/// Volts at a junction: what reltol is a share of in the error of a diode's own node, behind its series resistance. That node stands
+/// off its terminal by a current's drop, microvolts of which would otherwise be held to their own size.
+const JUNCTION: f64 = 1.0;
+
 /// Numbers that are divided side by side.
 const LANES: usize = 4;
 
@@ -204,6 +208,7 @@ pub struct Tolerances {
     pub peak: Vec<f64>,
     /// absolute floor of each weight: `atol`, and the rounding that larger neighbours of the same unit bring
     pub floor: Vec<f64>,
+    own: Vec<f64>,      // what errors are allowed besides, of nodes that are a diode's own
     group: Vec<usize>,  // unknowns of one kind and unit
     largest: [f64; 16], // value of each group so far
     observed: u32,
@@ -241,6 +246,11 @@ impl Tolerances {
             })
             .collect();
         let floor = atol.clone();
+        let mut own = vec![0.0; sys.n];
+        // accounts integrate the currents themselves
+        for node in sys.behind_resistances().filter(|_| !o.accounts) {
+            own[node] = o.reltol * JUNCTION;
+        }
         Tolerances {
             reltol: o.reltol,
             vntol,
@@ -248,6 +258,7 @@ impl Tolerances {
             atol,
             peak,
             floor,
+            own,
             group,
             largest: [0.0; 16],
             observed: 0,
@@ -264,13 +275,19 @@ impl Tolerances {
         let mut t = self.clone();
         t.reltol *= factor;
         t.vntol *= factor;
-        t.atol.iter_mut().chain(&mut t.floor).for_each(|a| *a *= factor);
+        t.atol.iter_mut().chain(&mut t.floor).chain(&mut t.own).for_each(|a| *a *= factor);
         t
     }
 
     #[inline]
     pub fn weight(&self, i: usize, a: f64, b: f64) -> f64 {
         self.reltol * a.abs().max(b.abs()).max(PEAK_SHARE * self.peak[i]) + self.floor[i]
+    }
+
+    /// ... in the local error norm.
+    #[inline]
+    pub fn error_weight(&self, i: usize, a: f64, b: f64) -> f64 {
+        self.weight(i, a, b) + self.own[i]
     }
 
     /// Weight of what is in no norm, a multiplier or an algebraic current: it follows linearly from the rest and is held
@@ -323,7 +340,7 @@ impl Tolerances {
 twice! {
     fn largest_error(tol: &Tolerances, e: &[f64], x1: &[f64], x0: &[f64]) -> f64 {
         let n = tol.atol.len();
-        let (e, x1, x0, floor) = (&e[..n], &x1[..n], &x0[..n], &tol.floor[..n]);
+        let (e, x1, x0, floor, own) = (&e[..n], &x1[..n], &x0[..n], &tol.floor[..n], &tol.own[..n]);
         let (peak, mask) = (&tol.peak[..n], &tol.error_mask[..n]);
         let larger = |a: f64, b: f64| if a > b { a } else { b };
         let mut worst = [0.0; LANES];
@@ -331,12 +348,12 @@ twice! {
         for first in (0..whole).step_by(LANES) {
             for lane in 0..LANES {
                 let i = first + lane;
-                let weight = tol.weight_with(peak[i], floor[i], x1[i], x0[i]);
+                let weight = tol.weight_with(peak[i], floor[i] + own[i], x1[i], x0[i]);
                 worst[lane] = larger(mask[i] * e[i].abs() / weight, worst[lane]);
             }
         }
         for i in whole..n {
-            let weight = tol.weight_with(peak[i], floor[i], x1[i], x0[i]);
+            let weight = tol.weight_with(peak[i], floor[i] + own[i], x1[i], x0[i]);
             worst[0] = larger(mask[i] * e[i].abs() / weight, worst[0]);
         }
         worst.into_iter().fold(0.0, larger)
@@ -346,10 +363,10 @@ twice! {
 twice! {
     fn weights(tol: &Tolerances, x1: &[f64], x0: &[f64], out: &mut [f64]) {
         let n = tol.atol.len();
-        let (out, x1, x0, floor) = (&mut out[..n], &x1[..n], &x0[..n], &tol.floor[..n]);
+        let (out, x1, x0, floor, own) = (&mut out[..n], &x1[..n], &x0[..n], &tol.floor[..n], &tol.own[..n]);
         let (peak, mask) = (&tol.peak[..n], &tol.error_mask[..n]);
         for i in 0..n {
-            out[i] = tol.weight_with(peak[i], floor[i], x1[i], x0[i]) / mask[i];
+            out[i] = tol.weight_with(peak[i], floor[i] + own[i], x1[i], x0[i]) / mask[i];
         }
     }
 }

@@ -23,6 +23,11 @@ impl System {
         self.diodes.iter().map(|d| d.kernel.energy(across(x, d.p, d.n), w.gmin)).collect()
     }
 
+    /// Nodes that diodes have for themselves, behind their series resistances.
+    pub fn behind_resistances(&self) -> impl Iterator<Item = usize> + '_ {
+        self.diodes.iter().filter(|d| d.kernel.series_conductance().is_some()).map(|d| d.p as usize)
+    }
+
     /// Would limiting let every junction go from its voltage at `from` to that at `to`?
     pub fn junctions_within_reach(&self, from: &[f64], to: &[f64]) -> bool {
         self.diodes.iter().all(|d| !d.kernel.limit(across(to, d.p, d.n), across(from, d.p, d.n)).1)

@@ -30,9 +30,22 @@ const MOST: usize = 6;
 /// ... without being asked for more.
 const HIGHEST: usize = 5;
 /// The local tolerance against the asked one, where trtol does not say: keeps the global error near what was asked.
-const LOCAL: f64 = 0.1;
-/// ln 0.85, of the step that an error estimate allows.
-const SAFETY: f64 = -0.162_518_929_497_774_9;
+const LOCAL: f64 = 0.4;
+/// ... where accounts are kept, which integrate currents.
+const ACCOUNTS: f64 = 0.1;
+/// How the next step follows from an error: ln of the share of the step it allows that is taken, and what the growth of its
+/// coefficient over the last step counts besides (Gustafsson 1994 has it count in full).
+#[derive(Clone, Copy)]
+struct Control {
+    safety: f64,
+    trend: f64,
+}
+
+const AHEAD: Control = Control { safety: -0.4, trend: 0.7 };
+/// ln 0.85
+const SPICE: Control = Control { safety: -0.162_518_929_497_774_9, trend: 0.0 };
+/// Of the first step's movement, what is held to the tolerance.
+const FIRST: f64 = 0.2;
 /// Another order's step must be longer by 5 %: ln 1.05.
 const WORTH_IT: f64 = 0.048_790_164_169_432_06;
 
@@ -44,22 +57,26 @@ const IN_A_PERIOD: f64 = 40.0;
 
 pub struct Gear {
     newton: Newton,
-    times: [f64; MOST + 2], // of past points, newest first
+    now: f64,               // of the newest point
+    times: [f64; MOST + 2], // of past points since then, newest first: sums of steps, of which absolute times know too little
     len: usize,             // how many there are
     states: Differences,
     charges: Differences,
     x0: Vec<f64>,
-    t1: f64,
+    t1: f64, // of the candidate, since then as well
     x1: Vec<f64>,
-    reached: (f64, [f64; ROWS]), // t1 and the betas towards it
+    betas: [f64; ROWS], // towards it
     r: Vec<f64>,
     missed: Vec<f64>,  // x1 less what the polynomial through the points of the formula and one more says
     weights: Vec<f64>, // of errors
     given: Vec<usize>, // unknowns that have what a source has
+    noise: Noise,
     order: usize,
     maxord: usize,
     spice: bool, // maxord asks for what SPICE has
+    control: Control,
     since_change: usize,
+    last: (usize, f64, f64), // order, step and error of the step before
     trtol: f64,
     fixed: bool,
     itl4: usize,
@@ -68,6 +85,18 @@ pub struct Gear {
     accounts: Option<Accounts>,
     starter: Option<Box<dyn Method>>, // fixed steps: supplies the first maxord - 1 points
 }
+
+/// When rounding is to be looked at again, in steps, and whether it was worth counting. With nothing but noise before it an error
+/// control takes shorter steps, which have more of it, and lower orders, which look no worse.
+struct Noise {
+    due: usize,
+    counts: bool,
+}
+
+/// Noise that is so much of what an error may be counts.
+const NOISY: f64 = 0.02;
+/// Steps for which what did not count is not looked at.
+const QUIET: usize = 16;
 
 /// The newest points, and their weights in the integral over the accepted step.
 struct Accounts {
@@ -84,6 +113,7 @@ impl Gear {
             if fixed && maxord > 1 { Some(Box::new(super::radau::Radau::new(sys, o)?)) } else { None };
         Ok(Gear {
             newton: Newton::new(sys)?,
+            now: 0.0,
             times: [0.0; MOST + 2],
             len: 0,
             states: Differences::new(sys.n),
@@ -91,16 +121,24 @@ impl Gear {
             x0: vec![0.0; sys.n],
             t1: 0.0,
             x1: vec![0.0; sys.n],
-            reached: (f64::NAN, [0.0; ROWS]),
+            betas: [0.0; ROWS],
             r: vec![0.0; sys.n],
             missed: vec![0.0; sys.n],
             given: sys.alone().iter().enumerate().filter_map(|(i, &alone)| alone.then_some(i)).collect(),
             weights: vec![0.0; sys.n],
+            noise: Noise { due: 0, counts: false },
             order: 1,
             maxord,
             spice,
+            control: if spice { SPICE } else { AHEAD },
             since_change: 0,
-            trtol: if o.trtol.is_finite() { o.trtol } else { [LOCAL, 1.0][usize::from(spice)] },
+            last: (0, 0.0, 0.0),
+            trtol: match (o.trtol.is_finite(), spice, o.accounts) {
+                (true, ..) => o.trtol,
+                (false, true, _) => 1.0,
+                (false, false, true) => ACCOUNTS,
+                (false, false, false) => LOCAL,
+            },
             fixed,
             itl4: o.itl4,
             next_order: 1,
@@ -114,20 +152,12 @@ impl Gear {
         &self.times[..self.len]
     }
 
-    /// The betas towards t1.
-    fn reach(&mut self, t1: f64) -> [f64; ROWS] {
-        if self.reached.0 != t1 {
-            self.reached = (t1, towards(t1, self.past()));
-        }
-        self.reached.1
-    }
-
     /// Writes r of the formula of order k, returns its a.
-    fn slope(&mut self, k: usize, beta: &[f64; ROWS]) -> f64 {
+    fn slope(&mut self, k: usize) -> f64 {
         let (mut a, mut weights) = (0.0, [0.0; ROWS]);
         for m in (0..k).rev() {
             a += 1.0 / (self.t1 - self.times[m]);
-            weights[m] = -a * beta[m];
+            weights[m] = -a * self.betas[m];
         }
         self.charges.sum(&weights[..k], &mut self.r);
         a
@@ -138,14 +168,27 @@ impl Gear {
         (self.used + 1).min(self.len)
     }
 
+    /// What errors are measured by: tolerances, and the rounding of charges and currents where that is not far below.
+    fn weigh(&mut self, sys: &System, w: &mut Work, a: f64, tol: &Tolerances) {
+        tol.weights(&self.x1, &self.x0, &mut self.weights);
+        if self.noise.counts || self.noise.due == 0 {
+            let (noise, trtol) = (self.newton.round(sys, w, a, &self.x1), self.trtol);
+            let counts = |(weight, noise): (&f64, &f64)| noise.abs() > NOISY * trtol * weight;
+            self.noise = Noise { due: QUIET, counts: self.weights.iter().zip(noise).any(counts) };
+            if self.noise.counts {
+                self.weights.iter_mut().zip(noise).for_each(|(weight, noise)| *weight += noise.abs() / trtol);
+            }
+        }
+        self.noise.due -= 1;
+    }
+
     /// Largest lte over tolerance of the orders below, at and above that of the step; None where too few points stand behind.
-    fn errors(&mut self, h: f64, tol: &Tolerances) -> [Option<f64>; 3] {
-        let (k, beta) = (self.used, &self.reached.1);
+    fn errors(&self, h: f64) -> [Option<f64>; 3] {
+        let (k, beta) = (self.used, &self.betas);
         if self.len < k + 1 {
             return [None; 3];
         }
         let above = if self.len > k + 1 && k < MOST { k + 1 } else { k };
-        tol.weights(&self.x1, &self.x0, &mut self.weights);
         let of = [(beta[k], k), (0.0, k), (-beta[above], above)];
         let worst = self.states.largest(&self.missed, &self.weights, of);
         let of = |k: usize, worst: f64| Some(h / (self.t1 - self.times[k]) * worst / self.trtol);
@@ -160,15 +203,15 @@ impl Gear {
         }
     }
 
-    /// The first step after a start has no difference to judge by: a tenth of the tolerance's worth of movement. Of what is given
+    /// The first step after a start has no difference to judge by: its movement counts. Of what is given
     /// no step is asked for that rounding of the time would spoil (a current that a source ramps up from 0 A would).
     fn first_error(&mut self, sys: &System, w: &mut Work, a: f64, tol: &Tolerances) -> f64 {
         let missed = self.missed.clone();
-        if self.t1 - self.times[0] < CLEAR * self.t1 {
+        if self.t1 < CLEAR * (self.now + self.t1) {
             self.given.iter().for_each(|&i| self.missed[i] = 0.0);
         }
-        let worst = 0.05 * tol.largest_error(&self.missed, &self.x1, &self.x0) / self.trtol;
-        let worst = if worst > 1.0 { self.above_noise(sys, w, a, 0.05, tol) } else { worst };
+        let worst = FIRST * tol.largest_error(&self.missed, &self.x1, &self.x0) / self.trtol;
+        let worst = if worst > 1.0 { self.above_noise(sys, w, a, FIRST, tol) } else { worst };
         self.missed = missed;
         worst
     }
@@ -191,18 +234,20 @@ fn over_step(ts: &[f64], t0: f64) -> Vec<f64> {
     (0..ts.len()).map(|j| GAUSS.iter().map(|(c, b)| b * l(j, t0 + c * (ts[0] - t0))).sum()).collect()
 }
 
-/// ln of the factor to the next step that an error of order k allows.
-fn growth(error: f64, k: usize) -> f64 {
-    if error < 1e-12 {
-        std::f64::consts::LN_2
-    } else {
-        SAFETY - error.ln() / (k as f64 + 1.0)
+impl Control {
+    /// ln of the factor to the next step that an error of order k allows.
+    fn growth(self, error: f64, k: usize) -> f64 {
+        if error < 1e-12 {
+            std::f64::consts::LN_2
+        } else {
+            self.safety - error.ln() / (k as f64 + 1.0)
+        }
     }
 }
 
 impl Method for Gear {
     fn restart(&mut self, sys: &System, w: &mut Work, t: f64, x: &[f64]) {
-        (self.times[0], self.len) = (t, 1);
+        (self.now, self.times[0], self.len) = (t, 0.0, 1);
         sys.eval(w, x, t);
         self.states.start(x);
         self.charges.start(&w.q);
@@ -211,12 +256,12 @@ impl Method for Gear {
             accounts.points.clear();
             accounts.points.push(t, x);
         }
-        self.reached.0 = f64::NAN;
         self.order = 1;
         self.next_order = 1;
         self.since_change = 0;
+        self.last.0 = 0;
         self.x1.copy_from_slice(x);
-        self.t1 = t;
+        self.t1 = 0.0;
         self.newton.forget();
         if let Some(s) = &mut self.starter {
             s.restart(sys, w, t, x);
@@ -224,31 +269,32 @@ impl Method for Gear {
     }
 
     fn attempt(&mut self, sys: &System, w: &mut Work, h: f64, tol: &Tolerances) -> Attempt {
-        self.t1 = self.times[0] + h;
-        let beta = self.reach(self.t1);
+        self.t1 = h;
+        self.betas = towards(h, self.past());
+        let t1 = self.now + h;
         if self.fixed && self.len < self.maxord {
             // fixed order k wants k starting points of at least its own order
             if let Some(s) = &mut self.starter {
                 let attempt = s.attempt(sys, w, h, tol);
                 self.used = self.maxord;
                 self.x1.copy_from_slice(s.candidate());
-                sys.eval(w, &self.x1, self.t1);
+                sys.eval(w, &self.x1, t1);
                 self.newton.put_q(&w.q);
-                self.states.sum(&beta[..self.foreseen()], &mut self.missed);
+                self.states.sum(&self.betas[..self.foreseen()], &mut self.missed);
                 self.compare();
                 return attempt;
             }
         }
         let k = if self.fixed { self.maxord } else { self.order.min(self.len) };
         self.used = k;
-        let a = self.slope(k, &beta);
-        self.states.sum(&beta[..self.foreseen()], &mut self.missed);
+        let a = self.slope(k);
+        self.states.sum(&self.betas[..self.foreseen()], &mut self.missed);
         if self.fixed {
-            self.states.sum(&beta[..k.min(2)], &mut self.x1);
+            self.states.sum(&self.betas[..k.min(2)], &mut self.x1);
         } else {
             self.x1.copy_from_slice(&self.missed);
         }
-        if let Err(why) = self.newton.solve(sys, w, a, &self.r, &mut self.x1, self.t1, tol, self.itl4) {
+        if let Err(why) = self.newton.solve(sys, w, a, &self.r, &mut self.x1, t1, tol, self.itl4) {
             self.order = 1;
             return Attempt::Stuck { next: h / 8.0, why };
         }
@@ -256,7 +302,8 @@ impl Method for Gear {
         if self.fixed {
             return Attempt::Good { next: h };
         }
-        let [below, error, above] = self.errors(h, tol);
+        self.weigh(sys, w, a, tol);
+        let [below, error, above] = self.errors(h);
         let Some(error) = error else {
             let worst = self.first_error(sys, w, a, tol);
             return if worst > 1.0 {
@@ -269,35 +316,44 @@ impl Method for Gear {
         let share = h / (self.t1 - self.times[k]);
         let error = if error > 1.0 { self.above_noise(sys, w, a, share, tol) } else { error };
         if error > 1.0 {
-            let next = h * growth(error, k).exp().clamp(0.1, 0.8);
+            let next = h * self.control.growth(error, k).exp().clamp(0.1, 0.8);
             if below.is_some_and(|e| e < error) {
                 self.order = k - 1;
             }
             return Attempt::TooLarge { next };
         }
-        let mut best = (growth(error, k), k);
-        if self.since_change > k {
+        let mut best = (self.control.growth(error, k), k);
+        if self.since_change > if self.spice { k } else { 0 } {
             for (other, error) in [(k - 1, below), (k + 1, above)] {
-                let longer = error.filter(|_| other <= self.maxord).map_or(f64::NEG_INFINITY, |e| growth(e, other));
+                let longer =
+                    error.filter(|_| other <= self.maxord).map_or(f64::NEG_INFINITY, |e| self.control.growth(e, other));
                 if longer > best.0 + WORTH_IT {
                     best = (longer, other);
                 }
             }
         }
         self.next_order = best.1;
-        let f = best.0.exp().clamp(0.5, 2.0);
-        Attempt::Good { next: if (0.9..1.2).contains(&f) { h } else { f * h } }
+        let (order, before, was) = std::mem::replace(&mut self.last, (k, h, error));
+        let trend = if best.1 == k && order == k {
+            (error / was.max(1e-12)).ln() / (k as f64 + 1.0) - (h / before).ln()
+        } else {
+            0.0
+        };
+        let f = (best.0 - self.control.trend * trend.max(0.0)).exp().clamp(0.5, 2.0);
+        // a linear system keeps its factors with its step
+        Attempt::Good { next: if sys.linear && !self.spice && (0.9..1.2).contains(&f) { h } else { f * h } }
     }
 
     fn accept(&mut self, t1: f64) {
-        self.t1 = t1;
-        let beta = self.reach(t1);
         let behind = self.foreseen();
-        self.states.push(&beta[..behind], &self.x1);
-        self.charges.push(&beta[..behind], self.newton.q());
+        self.states.push(&self.betas[..behind], &self.x1);
+        self.charges.push(&self.betas[..behind], self.newton.q());
         self.x0.copy_from_slice(&self.x1);
-        self.times.copy_within(..MOST + 1, 1);
-        self.times[0] = t1;
+        let step = std::mem::take(&mut self.t1);
+        for k in (1..self.times.len()).rev() {
+            self.times[k] = self.times[k - 1] - step;
+        }
+        self.now = t1;
         self.len = (self.len + 1).min(self.times.len());
         if let Some(accounts) = &mut self.accounts {
             accounts.points.push(t1, &self.x1);
@@ -366,9 +422,10 @@ impl Method for Gear {
     }
 
     fn dense(&self, t: f64, out: &mut [f64]) {
+        let t = t - self.now;
         let beta = towards(t, self.past());
         self.states.sum(&beta[..self.foreseen()], out);
-        if self.times[0] == self.t1 {
+        if self.t1 == 0.0 {
             return;
         }
         // the candidate is a point as well
