@@ -2,7 +2,8 @@
 //!
 //! A flag is held during a step, so the equations are smooth in it. After the step its root (see `System::eval_roots`:
 //! positive asks for a flip) is looked at in the middle and at the end; the earliest crossing is bracketed and narrowed by
-//! the Illinois variant of regula falsi. The step is then repeated up to there.
+//! the Illinois variant of regula falsi. The step is then repeated up to there, and once more where its end tells another
+//! place: what lies inside a long step of the trapezoid is known less well than its end.
 use crate::system::{System, Work};
 
 pub struct Located {
@@ -21,6 +22,8 @@ pub struct Detector {
     before: Vec<f64>, // roots at the start of the step
     now: Vec<f64>,
     fired: Vec<usize>,
+    seen: (f64, Vec<f64>),   // roots at the end of a repeated step
+    ahead: Vec<f64>,         // of the fired flags: time until their roots cross
     recent: Vec<(f64, u32)>, // of each flag: when its present run of quick flips began, how many
     quiet_until: Vec<f64>,
 }
@@ -38,6 +41,8 @@ impl Detector {
             before: vec![0.0; n],
             now: vec![0.0; n],
             fired: Vec::new(),
+            seen: (0.0, vec![0.0; n]),
+            ahead: Vec::new(),
             recent: vec![(f64::NEG_INFINITY, 0); n],
             quiet_until: vec![f64::NEG_INFINITY; n],
         }
@@ -143,27 +148,34 @@ impl Detector {
                 self.fired.push(k);
             }
         }
+        self.seen.0 = t0;
+        self.seen.1.copy_from_slice(&self.before);
         Some(Located { at: hi })
     }
 
-    /// How far the fired flags' roots are from having crossed at the end `x` of the repeated step [t0, at]:
-    /// None when one has, else the time to add by linear estimate.
-    pub fn missing(&mut self, sys: &System, w: &mut Work, x: &[f64], t0: f64, at: f64) -> Option<f64> {
+    /// The repeated step ends at (x, at): how long until the first of the fired flags' roots crosses, below 0 where it has.
+    /// By the line from the last end looked at, and at first from the step's start.
+    pub fn due(&mut self, sys: &System, w: &mut Work, x: &[f64], at: f64) -> f64 {
         let mut now = std::mem::take(&mut self.now);
         sys.eval_roots(w, x, at, &mut now);
-        let mut least = f64::INFINITY;
+        let (t0, then) = &mut self.seen;
+        self.ahead.clear();
         for &k in &self.fired {
-            if now[k] > 0.0 {
-                least = 0.0;
-                break;
-            }
-            let slope = (now[k] - self.before[k]) / (at - t0);
-            if slope > 0.0 {
-                least = least.min(-now[k] / slope);
-            }
+            let slope = (now[k] - then[k]) / (at - *t0);
+            let ahead = if slope > 0.0 { -now[k] / slope } else { 0.0 };
+            // what was to flip already has no crossing here, and what rests none before its rest is over
+            self.ahead.push(if self.before[k] > 0.0 { 0.0 } else { ahead.max(self.quiet_until[k] - at) });
         }
+        *t0 = at;
+        then.copy_from_slice(&now);
         self.now = now;
-        (least > 0.0).then_some(least)
+        self.ahead.iter().copied().fold(f64::INFINITY, f64::min)
+    }
+
+    /// Those of the fired flags whose roots cross later than `near` from there do not flip with it.
+    pub fn keep_due(&mut self, near: f64) {
+        let mut ahead = self.ahead.iter();
+        self.fired.retain(|_| ahead.next().is_some_and(|&ahead| ahead <= near));
     }
 
     /// Book-keeping after the flags have been flipped at t: a flag that flips again and again in no time rests a while.

@@ -72,6 +72,10 @@ const RUNAWAY: f64 = 1e-6;
 const CREEPS: f64 = 1e-12;
 /// A step over a corner may take this part of the next stretch.
 const LEAP: f64 = 1e-4;
+/// So often a step is taken anew to end on an event, ...
+const ONTO: usize = 6;
+/// ... until it ends behind it by less than this part of reltol, in parts of itself.
+const LATE: f64 = 0.1;
 /// Flips of flags that set off others, at one time.
 const CASCADE: usize = 20;
 
@@ -500,18 +504,20 @@ impl<'a, S: Sink> Run<'a, S> {
         let located = self.detector.locate(sys, self.w, &candidate, t, t1, &mut self.scratch);
         let Some(Located { mut at }) = located else { return Event::None };
         if at < t1 && at - t > smallest {
-            // step onto the event: the same step, shorter; a little further where dense output was early
+            // step onto the event: the same step, shorter, until its end says that it is there
             let mut again = method.attempt(sys, self.w, at - t, &self.tol);
-            for _ in 0..6 {
+            for _ in 0..ONTO {
                 if !matches!(again, Attempt::Good { .. }) {
                     break;
                 }
-                let Some(more) = self.detector.missing(sys, self.w, method.candidate(), t, at) else { break };
-                let further = at + (2.0 * more).max(1e-12 * step).max(smallest);
-                if further >= t1 {
+                let near = (LATE * self.tol.reltol * (at - t)).max(1e-12 * step).max(smallest);
+                let due = self.detector.due(sys, self.w, method.candidate(), at);
+                let goal = at + due + 0.5 * near;
+                if (-near..=0.0).contains(&due) || goal >= t1 || goal - t <= smallest {
                     break;
                 }
-                at = further;
+                at = goal;
+                self.detector.keep_due(due + near);
                 again = method.attempt(sys, self.w, at - t, &self.tol);
             }
             if let Attempt::TooLarge { next } | Attempt::Stuck { next, .. } = again {
