@@ -106,8 +106,8 @@ def test_short_steps_late_in_a_run_know_their_length():
 
 
 def test_a_chosen_order_is_not_held_down_by_noise():
-    """What Newton's method leaves of a diode's current was taken for an error of its own node: one tolerance in five took a third
-    more steps than its neighbours, at orders 1 and 2."""
+    """What Newton's method leaves of a diode's current was taken for an error of its own node: one tolerance in twelve took a
+    third more steps than its neighbours, at orders 1 and 2."""
     text = deck("bench/multiplier4")
     steps = [run(text, f"method=gear reltol={r:.9g}").stats["steps"] for r in np.geomspace(1.6e-6, 2e-6, 12)]
     assert max(steps) <= 1.1 * min(steps), steps
