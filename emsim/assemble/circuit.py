@@ -18,10 +18,10 @@ from ..syntax import CARD_WORDS
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterable, Iterator
     from typing import Any
 
-    from ..deck import Element
+    from ..deck import Element, Probe
     from .context import Context
 
 # what the other letters are called, for the message that they are not there yet
@@ -68,10 +68,19 @@ def allocate(ctx: Context) -> None:
             ctx.new_branch(e.name, number(e, "ic") if e.letter.upper() == "L" else 0.0)
 
 
+def lists_word(probes: Iterable[Probe], *words: str) -> bool:
+    """Is one of these words, as it stands, among what `.save` or `.probe` lists?"""
+    return any(isinstance(p.ast, Name) and p.ast.id in words for p in probes)
+
+
+def probes_currents(ctx: Context) -> bool:
+    """`.probe alli`?"""
+    return lists_word(ctx.flat.probes, "all", "alli")
+
+
 def all_currents(ctx: Context) -> bool:
-    """Is the current of every element asked for: `.probe alli`, `.options savecurrents`?"""
-    words = (p.ast.id for p in ctx.flat.probes if isinstance(p.ast, Name))
-    return bool(ctx.flat.options.get("savecurrents")) or any(word in ("all", "alli") for word in words)
+    """Is the current of every element asked for, so or by `.options savecurrents`?"""
+    return bool(ctx.flat.options.get("savecurrents")) or probes_currents(ctx)
 
 
 def _is_diode(e: Element) -> bool:

@@ -9,7 +9,7 @@ for is always there.
 from __future__ import annotations
 
 from ..expr import Binary, Call, Cond, Name, Node, Num, Unary
-from .circuit import all_currents
+from .circuit import all_currents, lists_word, probes_currents
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -46,7 +46,7 @@ def select(ctx: Context) -> tuple[dict[str, list[Output]], list[tuple[str, list[
     saved: dict[str, Output] = {}
     saves = ctx.flat.saves
     asked = [*saves, *ctx.flat.probes]
-    if not saves or any(isinstance(p.ast, Name) and p.ast.id == "all" for p in saves):
+    if not saves or lists_word(saves, "all"):
         for output in everything(ctx):
             saved.setdefault(output.name, output)
     ignored: list[str] = []
@@ -111,7 +111,7 @@ def currents(ctx: Context) -> list[Output]:
     """Of every element the current into its first terminal: i(r1) for `.probe`, else @r1[i]."""
     from .behaviour import element_current
 
-    probed = any(isinstance(p.ast, Name) and p.ast.id in ("all", "alli") for p in ctx.flat.probes)
+    probed = probes_currents(ctx)
     found = []
     for e in ctx.elements.values():
         letter = e.letter.lower()

@@ -517,16 +517,14 @@ pub fn initial_conditions(
         if !matches!(found, Ok(Rounding::Shows)) {
             break;
         }
-        let (short, kept, junctions) = (x.to_vec(), w.flags.clone(), w.junction.clone());
+        let (kept, junctions, mut longer) = (w.flags.clone(), w.junction.clone(), start.clone());
         w.flags.clone_from(&flags);
-        x.copy_from_slice(&start);
-        let longer = fit_charges(sys, w, x, &q0, h, tol);
-        if longer.is_err() {
-            x.copy_from_slice(&short);
+        let Ok(rounding) = fit_charges(sys, w, &mut longer, &q0, h, tol) else {
             (w.flags, w.junction) = (kept, junctions);
             break;
-        }
-        found = longer;
+        };
+        x.copy_from_slice(&longer);
+        found = Ok(rounding);
     }
     // where it is all that Newton's method sees, no more is asked (their charges are what counts)
     let modest = tol.at_least(1e-6);
@@ -541,7 +539,6 @@ pub fn initial_conditions(
 }
 
 /// Is the rounding of charges within the tolerances?
-#[derive(PartialEq)]
 enum Rounding {
     Shows,
     Hides,
