@@ -40,11 +40,12 @@ const JUNCTIONS: f64 = 3.0;
 
 pub struct Trap {
     newton: Newton,
-    past: History,
+    now: f64,      // of the newest point
+    past: History, // points, at times since then: sums of steps, of which absolute times know too little
     q0: Vec<f64>,
     f0: Vec<f64>,
     r: Vec<f64>,
-    t1: f64,
+    t1: f64, // of the candidate, since then as well
     x1: Vec<f64>,
     trtol: f64,
     fixed: bool,
@@ -67,6 +68,7 @@ impl Trap {
         newton.junctions = JUNCTIONS;
         Ok(Trap {
             newton,
+            now: 0.0,
             past: History::new(sys.n, 4),
             q0: v(),
             f0: v(),
@@ -91,7 +93,7 @@ impl Trap {
     /// First step after a discontinuity, and the one that damps ringing: two SDIRK stages.
     fn first(&mut self, sys: &System, w: &mut Work, h: f64, tol: &Tolerances) -> Result<(), crate::newton::Failure> {
         let a = 1.0 / (GAMMA * h);
-        let t0 = self.past.t[0];
+        let t0 = self.now;
         for i in 0..sys.n {
             self.r[i] = -a * self.q0[i];
         }
@@ -128,7 +130,7 @@ impl Trap {
                 *x1 = x0 + s * (x0 - xa);
             }
         }
-        self.newton.solve(sys, w, a, &self.r, &mut self.x1, self.past.t[0] + h, tol, self.itl4)?;
+        self.newton.solve(sys, w, a, &self.r, &mut self.x1, self.now + h, tol, self.itl4)?;
         Ok(())
     }
 
@@ -200,18 +202,19 @@ impl Trap {
 
 impl Method for Trap {
     fn restart(&mut self, sys: &System, w: &mut Work, t: f64, x: &[f64]) {
+        self.now = t;
         self.past.clear();
-        self.past.push(t, x);
+        self.past.push(0.0, x);
         (self.ringing, self.damp, self.calm) = (false, false, 0);
         sys.eval(w, x, t);
         self.q0.copy_from_slice(&w.q);
         self.newton.forget();
         self.x1.copy_from_slice(x);
-        self.t1 = t;
+        self.t1 = 0.0;
     }
 
     fn attempt(&mut self, sys: &System, w: &mut Work, h: f64, tol: &Tolerances) -> Attempt {
-        self.t1 = self.past.t[0] + h;
+        self.t1 = h;
         self.two_stages = self.past.len == 1 || self.damp;
         let solved = if self.two_stages { self.first(sys, w, h, tol) } else { self.trapezoid(sys, w, h, tol) };
         if let Err(why) = solved {
@@ -233,7 +236,7 @@ impl Method for Trap {
     }
 
     fn accept(&mut self, t1: f64) {
-        self.t1 = t1;
+        let h = std::mem::take(&mut self.t1);
         self.calm = if self.damp { 0 } else { self.calm + 1 };
         self.damp = self.ringing && self.calm >= CALM;
         // Newton's method left Q and F of the candidate
@@ -241,18 +244,19 @@ impl Method for Trap {
         self.f0.copy_from_slice(self.newton.f());
         // w = dQ/dt of a reaction or an acceleration: the recursion would carry its first error for ever with changing
         // sign; the slope of the parabola through three charges, O(h^2) as well, forgets it
-        let (h, t0) = (self.t1 - self.past.t[0], self.past.t[0]);
         for (row, before) in &mut self.slopes {
             let (q1, q0) = (q1[*row], self.q0[*row]);
             if self.past.len > 1 {
-                let h0 = t0 - self.past.t[1];
+                let h0 = -self.past.t[1];
                 let (d, d0) = ((q1 - q0) / h, (q0 - *before) / h0);
                 self.f0[*row] = -(d + h * (d - d0) / (h + h0));
             }
             *before = q0;
         }
         self.q0.copy_from_slice(q1);
-        self.past.push(self.t1, &self.x1);
+        self.past.t.iter_mut().for_each(|t| *t -= h);
+        self.past.push(0.0, &self.x1);
+        self.now = t1;
     }
 
     /// The parabola through three points parts from the next one by d. Where a diode turns within the step it is wrong there by a third of
@@ -279,13 +283,13 @@ impl Method for Trap {
     }
 
     fn stages(&self) -> Stages<'_> {
-        let (t, x) = (&self.past.t, &self.past.x);
+        let (h, x) = (-self.past.t[1], &self.past.x);
         let first = if self.two_stages {
-            (t[1] + GAMMA * (t[0] - t[1]), self.stage.as_slice())
+            (self.now - h + GAMMA * h, self.stage.as_slice())
         } else {
-            (t[1], x[1].as_slice())
+            (self.now - h, x[1].as_slice())
         };
-        Stages { at: vec![first, (t[0], &x[0])], weights: &self.weights[usize::from(self.two_stages)] }
+        Stages { at: vec![first, (self.now, &x[0])], weights: &self.weights[usize::from(self.two_stages)] }
     }
 
     fn candidate(&self) -> &[f64] {
@@ -294,7 +298,7 @@ impl Method for Trap {
 
     fn dense(&self, t: f64, out: &mut [f64]) {
         // before acceptance the candidate is the newest point; after it, the candidate equals past[0]
-        let skip = usize::from(self.past.t[0] == self.t1 && self.past.len > 1);
+        let skip = usize::from(self.t1 == 0.0 && self.past.len > 1);
         let m = (self.past.len - skip).min(2);
         let mut ts = [self.t1, 0.0, 0.0];
         let mut xs: [&[f64]; 3] = [&self.x1, &self.x1, &self.x1];
@@ -302,6 +306,6 @@ impl Method for Trap {
             ts[k + 1] = self.past.t[k + skip];
             xs[k + 1] = &self.past.x[k + skip];
         }
-        interpolate(&ts[..=m], &xs[..=m], t, out);
+        interpolate(&ts[..=m], &xs[..=m], t - self.now, out);
     }
 }
