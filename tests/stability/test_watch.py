@@ -118,7 +118,7 @@ def test_what_is_excited_anew_is_not_damped_by_the_method():
 
 
 @pytest.mark.parametrize(
-    "reltol, least", [(1.1e-3, 6), (1e-3, 6), (7e-4, 6), (6e-4, 6), (3e-4, 1), (2e-4, 1), (1e-4, 1)]
+    "reltol, least", [(1.15e-3, 6), (1e-3, 6), (7e-4, 6), (6e-4, 6), (3e-4, 1), (2e-4, 1), (1e-4, 1)]
 )
 def test_what_is_excited_anew_is_another_oscillation(reltol, least):
     """The same coils: within the 50 us (250 periods) from turn to turn gear at 1e-3 loses 10 to 17 % beside radau at 1e-8, at

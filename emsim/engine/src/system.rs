@@ -10,7 +10,7 @@ use crate::graph::{Graph, Id, Node};
 pub use crate::model::{DiodeAt, FlagSpec, Force, Kind, Model, Unknown};
 use crate::passive::is_passive;
 use crate::reduced::Reduced;
-use crate::sparse::{Pattern, Rows, Stamp};
+use crate::sparse::{reciprocal, Pattern, Rows, Stamp};
 use crate::tape::{Inputs, Tape};
 use crate::waves::Wave;
 pub use guests::{Guests, Polynomial, DEGREE};
@@ -54,8 +54,8 @@ pub struct System {
     pub pattern: Pattern,
     g_rows: Rows, // constant contributions to F = G x, Q = C x
     c_rows: Rows,
-    stage_rows: Rows,                       // the union of both patterns; its values are those of G,
-    stage_c: Vec<f64>,                      // and these those of C
+    stage_g: Rows, // the same on the union of both patterns
+    stage_c: Rows,
     expression_c: Vec<(usize, usize, f64)>, // constant entries of dQ/dx that expressions have
     c_places: Vec<(usize, usize)>,          // row and column of each of c_slots
     stamps: Vec<Stamp>,                     // diodes, then entries of G, then of C, that are not constant
@@ -308,6 +308,7 @@ impl System {
             stamps.push(Stamp { slot: slot as u32, source: (diodes.len() + k) as u32, sign: 1.0 });
         }
         let flagless = model.flags.is_empty();
+        let pairs = reciprocal(|i| model.unknowns[i].kind == Kind::Node, [&g_sum, &c_sum]);
         let unknowns = model.unknowns;
         let moving: HashSet<usize> = g_slots.iter().chain(&c_slots).copied().collect();
         let own = |i: usize| pattern.position(i, i).filter(|k| moving.contains(k));
@@ -324,10 +325,10 @@ impl System {
             reduced: OnceLock::new(),
             parts: OnceLock::new(),
             passive: model.f.is_empty() && model.q.is_empty() && flagless && is_passive(&unknowns, &g_sum, &c_sum),
-            g_rows: Rows::new(n, &g_sum),
-            c_rows: Rows::new(n, &c_sum),
-            stage_c: stage_c.into_values().collect(),
-            stage_rows: Rows::new(n, &stage_g),
+            g_rows: Rows::new(n, &g_sum, &model.g, &pairs),
+            c_rows: Rows::new(n, &c_sum, &model.c, &pairs),
+            stage_g: Rows::new(n, &stage_g, &model.g, &pairs),
+            stage_c: Rows::new(n, &stage_c, &model.c, &pairs),
             expression_c,
             c_places,
             stamps,
@@ -526,7 +527,7 @@ impl System {
         }
     }
 
-    /// sizes <- sum_j |g_ij x_j|, constant entries of G: what the terms of each row come to before they cancel.
+    /// sizes <- sum of |terms| of G x, of constant entries: what they come to in each row before they cancel.
     pub fn terms(&self, x: &[f64], sizes: &mut [f64]) {
         self.g_rows.sizes(x, |row, size| sizes[row] = size);
     }

@@ -90,7 +90,7 @@ impl System {
     /// Constant parts of a stage: of its residual in `rows`, of its matrix on the pattern in `base`.
     pub fn stage_constants(&self, a: f64, rows: &mut Vec<f64>, base: &mut Vec<f64>) {
         rows.clear();
-        rows.extend(self.stage_rows.value.iter().zip(&self.stage_c).map(|(g, c)| g + a * c));
+        rows.extend(self.stage_g.value.iter().zip(&self.stage_c.value).map(|(g, c)| g + a * c));
         base.clear();
         base.extend(self.g_linear.iter().zip(&self.c_linear).map(|(g, c)| g + a * c));
     }
@@ -98,7 +98,7 @@ impl System {
     /// out = -(F + a Q + r) at x, with `rows` of `stage_constants` and what was expanded at x.
     pub fn stage_residual(&self, w: &Work, a: f64, rows: &[f64], r: &[f64], x: &[f64], out: &mut [f64]) {
         assert!(out.len() == self.n && r.len() == self.n);
-        self.stage_rows.times(rows, x, |row, v| out[row] = -(v + r[row]));
+        self.stage_g.times(rows, x, |row, v| out[row] = -(v + r[row]));
         self.subtract_waves(w, out);
         let nf = self.f_rows.len();
         for (k, &row) in self.f_rows.iter().enumerate() {
@@ -160,7 +160,7 @@ impl System {
     pub fn stage_equations(&self) -> Equations {
         let n = self.n;
         let coefficients = self.f_wave.iter().map(|f| &f.2);
-        let parts = [&self.g_linear, &self.c_linear, &self.stage_rows.value, &self.stage_c];
+        let parts = [&self.g_linear, &self.c_linear, &self.stage_g.value, &self.stage_c.value];
         let constants = [0.0, 1.0].iter().chain(parts.into_iter().flatten()).chain(coefficients);
         let (mut program, values) = Written::new(&constants.copied().collect::<Vec<_>>());
         let p = &mut program;
@@ -184,13 +184,15 @@ impl System {
         };
         // constant derivatives of expressions are in the matrix alone
         let (mut matrix, mut sums) = (vec![None; g.len()], vec![None; n]);
-        for (k, (row, col, g_size)) in self.stage_rows.entries().enumerate() {
-            let (c_size, place) = (self.stage_c[k], self.pattern.position(row, col).expect("part of the pattern"));
+        for (k, (row, col, g_size, differs)) in self.stage_g.terms().enumerate() {
+            let (c_size, place) =
+                (self.stage_c.value[k], self.pattern.position(row, col).expect("part of the pattern"));
             let Some(entry) = sum(p, (own_g[k], g_size), (own_c[k], c_size)) else { continue };
             if (g_size, c_size) == (self.g_linear[place], self.c_linear[place]) {
                 matrix[place] = Some(entry);
             }
-            let product = p.mul(entry, x[col]);
+            let factor = if differs { p.sub(x[col], x[row]) } else { x[col] };
+            let product = p.mul(entry, factor);
             sums[row] = Some(sums[row].map_or(product, |sum| p.add(sum, product)));
         }
         let mut matrix: Vec<Value> = (matrix.iter().enumerate())
@@ -255,7 +257,7 @@ impl System {
             return None;
         }
         let n = self.n;
-        let entries: Vec<(usize, usize, f64)> = self.c_rows.entries().collect();
+        let entries: Vec<(usize, usize, f64, bool)> = self.c_rows.terms().collect();
         let constants: Vec<f64> = std::iter::once(0.0).chain(entries.iter().map(|e| e.2)).collect();
         let (mut program, values) = Written::new(&constants);
         let p = &mut program;
@@ -263,8 +265,9 @@ impl System {
         let a = p.leaf(Leaf::Time);
         let x: Vec<Value> = (0..n).map(|i| p.leaf(Leaf::X(i))).collect();
         let mut q: Vec<Option<Value>> = vec![None; n];
-        for (&(row, col, _), &c) in entries.iter().zip(c) {
-            let product = p.mul(c, x[col]);
+        for (&(row, col, _, differs), &c) in entries.iter().zip(c) {
+            let factor = if differs { p.sub(x[col], x[row]) } else { x[col] };
+            let product = p.mul(c, factor);
             q[row] = Some(q[row].map_or(product, |sum| p.add(sum, product)));
         }
         for (k, d) in self.diodes.iter().enumerate().filter(|(_, d)| d.kernel.has_charge()) {
