@@ -15,7 +15,7 @@ from .build_expr import expression
 from .deck import Analysis, Deck, Dot, Element
 from .diagnostics import DeckError, Diagnostic, OutsideError, Sink, Span, suggest
 from .source import Line, NoCollection, Reading, SourceFile, decode, load
-from .syntax import LineError, parse_line
+from .syntax import CARD_WORDS, LineError, parse_line
 from .units import spice_number
 
 TYPE_CHECKING = False
@@ -188,7 +188,7 @@ class _Builder(ElementCards, DotCards):
         if first not in _LETTERS:
             raise LineError(_not_a_card(line))
         word = syntax.first_word(line.text)
-        if word not in syntax.CARD_WORDS:
+        if word not in CARD_WORDS:
             rule, children = parse_line(line, "element")
             return self.convert(rule, children, line)
         try:
@@ -237,16 +237,27 @@ class _Builder(ElementCards, DotCards):
             "its commands are not supported yet; dot cards are",
         )
 
+    def looks_like_card(self, title: str, words: list[str]) -> bool:
+        """A dot card, a machine card with its mark, or a numbered element with a value or a waveform."""
+        if not words:
+            return False
+        first = words[0].lower()
+        if first[0] == ".":
+            return first in _TITLES_BY_SLIP
+        if first in CARD_WORDS:
+            from .mistakes import is_machine_card
+
+            start = self.file.text.index(title)
+            return is_machine_card(Line(self.file, 1, 1, start, start + len(title)))
+        if len(words) < 4 or first[0] not in "rclvidegfhbs" or not first[-1].isdigit():
+            return False
+        wave = first[0] in "vi" and words[3].lower().startswith(("pulse(", "sin(", "exp(", "pwl("))
+        return wave or (len(words) < 6 and spice_number(words[3]) is not None)
+
     def judge_title(self, reading: Any) -> None:
         """ngspice takes the first line as the title whatever it says; a card there is probably a slip."""
         words = reading.title.split()
-        if len(words) < 3 or reading.title[0] not in "RCLVIDEGFHBSrclvidegfhbs.":
-            return
-        looks = words[0].lower() in (".param", ".include", ".lib", ".model", ".tran", ".options", ".subckt")
-        looks = looks or (
-            len(words) in (4, 5) and spice_number(words[3]) is not None and words[0][-1].isdigit()
-        )
-        if looks:
+        if self.looks_like_card(reading.title, words):
             text_line = self.file.text_line(reading.title_line)
             col = len(text_line) - len(text_line.lstrip()) + 1
             self.sink.warning(
@@ -255,6 +266,13 @@ class _Builder(ElementCards, DotCards):
                 Span(self.file, reading.title_line, col, col + len(reading.title)),
                 "put a title line above it",
             )
+
+
+# the dot cards that a first line may have been meant for
+_TITLES_BY_SLIP = (
+    ".param", ".func", ".include", ".inc", ".lib", ".model", ".subckt", ".global", ".options", ".option", ".temp",
+    ".ic", ".tran", ".op", ".print", ".save", ".gravity",
+)  # fmt: skip
 
 
 def _span_of(owner: Any) -> Span:

@@ -7,6 +7,10 @@ number inside a calculation is not judged: 2/30mm is a fine stiffness.
 
 from __future__ import annotations
 
+from math import pi
+
+from ..deck import Waveform
+
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -58,7 +62,36 @@ def check(card: Card, motions: Sequence[str], sink: Sink) -> bool:
         is_in = f"is in {' or '.join(wanted)}" if wanted else "has no unit"
         sink.error("E256", f"{what} {is_in}{where}; {unit} does not fit", at)
         good = False
+    _degrees(card, motions, sink)
     return good
+
+
+def _degrees(card: Card, motions: Sequence[str], sink: Sink) -> None:
+    """Warns of angles that read like degrees: whole multiples of 5 from 10 on, without a unit."""
+    with_unit = {(key, place) for key, _, place, _, _ in card.raw.units}
+    for key, value in card.raw.params.items():
+        param = card.spec.params.get(key)
+        if param is None or "rad" not in (units := _alternatives(param.unit)):
+            continue
+        values = value if isinstance(value, tuple) else (value,)
+        if isinstance(value, Waveform):
+            values = tuple(value.args if value.kind == "pwl" else value.args[:LEVELS])
+        for place, number in enumerate(values):
+            if isinstance(value, Waveform):
+                motion, is_angle = _motion(card, key, 0, 1, motions), value.kind != "pwl" or place % 2 == 1
+            else:
+                motion = _motion(card, key, place, len(values), motions)
+                is_angle = not (key == "ic" and place >= len(motions))
+            if (motion != "turn" and len(units) > 1) or not is_angle or (key, place) in with_unit:
+                continue
+            if isinstance(number, (int, float)) and abs(number) >= 10 and number % 5 == 0:
+                sink.warning(
+                    "W239",
+                    f"{key}= of {card.spec.word} {card.name} is {number:g} rad, {abs(number) / (2 * pi):.1f} turns",
+                    card.place(key),
+                    f"angles are in radians; degrees are written {number:g}deg",
+                )
+                break
 
 
 def _alternatives(unit: str) -> list[str]:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from ..deck import Element, MachineCard, Ref, Waveform
 from ..diagnostics import Sink
-from ..expr import Call, ExprError, Name, Node, Num, Scope, evaluate, fold, is_constant
+from ..expr import Call, ExprError, Name, Node, Num, Scope, evaluate, fold, is_constant, to_text
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -90,13 +90,14 @@ class Level:
             self.above.use(self.words[name], as_node, card)
 
     def ref(self, ref: Ref) -> Ref:
-        """The flat form of a body, point, joint or node."""
+        """The flat form of a body, point, joint or node. What comes through a terminal stands on the X line."""
         name, point = self.place(ref.name, ref)
+        at = self.ports[ref.name].at if ref.name in self.ports else ref.at
         if ref.point is not None:
             if point is not None:
                 raise ExprError("E136", f"`{ref.name}` is a point already; it has no points", ref.span)
             point = tuple(bind_value(v, self.scope) for v in ref.point)
-        return Ref(name, point, ref.at)
+        return Ref(name, point, at)
 
     def place(self, name: str, where: Placed | MachineCard) -> tuple[str, tuple[Any, ...] | None]:
         """(flat name, point tied to it) of `arm`, `arm.tip`, `0`, a joint."""
@@ -121,15 +122,21 @@ class Level:
                 and call.fn in ("v", "vm", "vp", "vr", "vi", "vdb")
                 and isinstance(arg, Name)
             ):
+                if arg.id in self.ports:
+                    self.use(arg.id, True, to_text(call))
                 args.append(Name(self.node(arg.id, None), arg.at))
             elif call.fn == "i" and isinstance(arg, Name):
                 # ngspice calls the source v1 of x1 v.x1.v1
                 known = arg.id[2:] if arg.id[1:3] == ".x" and arg.id[0] != "x" else arg.id
                 args.append(Name(self.prefix + known, arg.at))
             elif isinstance(arg, Name):
+                if arg.id.partition(".")[0] in self.ports:
+                    self.use(arg.id, False, to_text(call))
                 name, point = self.place(arg.id, arg)
                 args.append(Name(name, arg.at) if point is None else Call(name, _numbers(point), arg.at))
             elif isinstance(arg, Call):
+                if arg.fn in self.ports:
+                    self.use(arg.fn, False, to_text(call))
                 name, point = self.place(arg.fn, arg)
                 if point is not None:
                     raise ExprError("E136", f"`{arg.fn}` is a point already; it has no points", arg.span)
@@ -239,8 +246,18 @@ def bind_wave(wave: Waveform, scope: Scope) -> Waveform:
 # ---- machine cards ----
 
 
-def bind_machine_card(card: MachineCard, level: Level) -> MachineCard:
+def bind_machine_card(card: MachineCard, level: Level, models: Models) -> MachineCard:
     """The machine card at its level. Raises ExprError."""
+    if level.mult != 1.0 and card.kind != "POINT":
+        where = level
+        while where.above is not None and where.above.mult == where.mult:
+            where = where.above
+        raise ExprError(
+            "E138",
+            f"m={level.mult:g} cannot multiply the {card.kind} {level.prefix}{card.name}",
+            None if where.used_at is None else where.used_at.span,
+            "m= counts electrical elements in parallel; write one X line for each machine",
+        )
     word_at = _WORD_ARGS.get(card.kind, -1)
     args = [r if i == word_at else level.ref(r) for i, r in enumerate(card.args)]
     if level.ports:
@@ -252,8 +269,10 @@ def bind_machine_card(card: MachineCard, level: Level) -> MachineCard:
             raise ExprError("E136", f"`{card.name.partition('.')[0]}` is a point, not a body", card.span)
     params: dict[str, Value] = {}
     for key, value in card.params.items():
-        if key == "model" and isinstance(value, Name):
-            params[key] = value.id
+        if key == "model" and isinstance(value, (str, Name)):
+            word = value if isinstance(value, str) else value.id
+            model = models.at(word, level.scope)
+            params[key] = word if model is None else model.name
         elif key == "shape" and isinstance(value, Call):  # whatever it is called, the card judges it
             params[key] = Call(value.fn, [Num(_number(a, level.scope), a.at) for a in value.args], value.at)
         else:

@@ -269,7 +269,7 @@ class _Flattener:
         if element is not None:
             self.emit([element], level)
             return
-        bound = bind_machine_card(card, level)
+        bound = bind_machine_card(card, level, self.models)
         if bound.name in self.machine_names:
             self.twice("mechanical thing", bound.name, self.machine_names[bound.name], bound.span)
             return

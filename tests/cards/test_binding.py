@@ -203,3 +203,39 @@ def test_the_guess_of_a_geared_joint_is_one_of_its_leader():
 def test_what_acts_on_nothing_that_moves_is_said(card, code, words):
     found = problems(ARM + ".gravity 9.81\nBODY wall m=1 fixed=yes x=1\n" + card)
     assert [d.code for d in found] == [code] * (code is not None) and all(words in d.message for d in found)
+
+
+@pytest.mark.parametrize(
+    "cards",
+    [
+        PIN + " zero=-90",
+        PIN + " ic=(45,1)",
+        PIN + "\nPOT p x y 0 j r=1k range=(-150,150)",
+        PIN + "\nDRIVE d j q=PULSE(0 30 1)",
+        PIN + "\nSPRING s j k=1 q0=180",
+        "BODY a m=1 j=1 angle=20",
+    ],
+)
+def test_angles_that_read_like_degrees_are_questioned(cards):
+    assert [d.code for d in problems(cards) if d.code == "W239"] == ["W239"]
+
+
+@pytest.mark.parametrize(
+    "cards",
+    [
+        PIN + " zero=-90deg ic=(1,90)",
+        PIN + " zero=20rad ic=6.5",
+        PIN + "\nDRIVE d j qd=PULSE(0 100 1)",
+        PIN + "\nDRIVE d j q=PWL(0 0 10 1)",
+        SLED + " ic=10",
+        SLED + "\nPOT p x y 0 j r=1k range=(0,20)",
+        "BODY a m=1 j=1 x=20 omega=30",
+    ],
+)
+def test_radians_speeds_and_lengths_are_not(cards):
+    assert "W239" not in {d.code for d in problems(cards)}
+
+
+def test_a_mix_up_is_told_at_the_x_line():
+    error = only_error(PIN + "\nR1 n 0 1\n.subckt s n h\nMOTOR m n 0 h kt=1 r=1\n.ends\nX1 j n s")
+    assert error.code == "E236" and error.span.text == "n" and error.span.line == 8

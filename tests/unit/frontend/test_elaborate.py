@@ -208,3 +208,29 @@ def test_terminals_may_be_bodies_joints_and_points():
 def test_a_point_where_a_node_is_needed():
     (d,) = said(".subckt s a\nR1 a 0 1\n.ends\nBODY arm m=1\nX1 arm(0.1,0) s")
     assert d.code == "E136" and d.span.text == "X1"
+
+
+ROTOR = "BODY r m=1 j=1m\nJOINT shaft 0 r pin\nV1 in 0 3\n"
+
+
+def test_a_motor_finds_the_model_of_its_subcircuit():
+    deck = flat(
+        ROTOR + ".subckt unit n h k=2 f=1\nMOTOR m n 0 h model=d\n.model d dcmotor kt={k} r=1\n.ends\n"
+        ".model d dcmotor kt=7 r=1\nX1 in shaft unit k=5\nX2 in shaft unit\nMOTOR m in 0 shaft model=d"
+    )
+    models = {c.name: deck.models[c.params["model"]].params["kt"] for c in deck.machine if c.kind == "MOTOR"}
+    assert models == {"x1.m": 5, "x2.m": 2, "m": 7}
+
+
+@pytest.mark.parametrize(
+    "around", [".subckt outer n h\nX1 n h unit\n.ends\nX3 in shaft outer m=2", "X3 in shaft unit m=2"]
+)
+def test_machines_are_not_multiplied(around):
+    (d,) = said(ROTOR + ".subckt unit n h\nPOINT r2.tip 1 0\nMOTOR m n 0 h kt=1\n.ends\n" + around)
+    assert d.code == "E138" and d.span.text == "X3" and "MOTOR x3." in d.message
+
+
+@pytest.mark.parametrize("reading", ["omega(j)", "x(j(1,0))", "y(j.tip)"])
+def test_a_terminal_that_is_read_as_a_machine_is_no_node(reading):
+    (d,) = said(ROTOR + f".subckt s j\nB1 o 0 V={{{reading}}}\nR1 o j 1\n.ends\nX1 shaft s")
+    assert d.code == "E136" and d.span.text == "X1" and reading.replace(" ", "") in d.message

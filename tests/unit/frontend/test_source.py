@@ -21,6 +21,20 @@ def test_a_card_as_title_is_warned_of():
     assert [d.code for d in read("V1 a 0 1\nR1 a 0 1\n").sink.diagnostics] == ["W108"]
 
 
+@pytest.mark.parametrize(
+    "line", [".gravity 9.81", ".op", "BODY a shape=rod(1) m=1", "JOINT h 0 a pin", "V1 a 0 PULSE(0 1 2)"]
+)
+def test_cards_of_every_kind_are_known_as_titles(line):
+    assert [d.code for d in read(f"{line}\nR1 a 0 1\n").sink.diagnostics] == ["W108"]
+
+
+@pytest.mark.parametrize(
+    "line", ["Body of a rod", ".38 calibre", "Joint pin of two arms", "V1 and R2 in series", "R1"]
+)
+def test_titles_are_not_taken_for_cards(line):
+    assert not read(f"{line}\nR1 a 0 1\n").sink.diagnostics
+
+
 def test_title_card_replaces_the_first_line():
     assert flat(".title Another one ; said here\nR1 a 0 1").title == "Another one"
 
