@@ -58,6 +58,7 @@ pub struct Trap {
     weights: [Vec<Vec<f64>>; 2], // of the ends of a step, of stage and end
     two_stages: bool,            // the attempted step was by that rule
     calm: u32,                   // steps since one was
+    given: Vec<usize>,           // unknowns that have what a source has
     slopes: Vec<(usize, f64)>,   // rows that only ask for a derivative, with Q one step before the last
 }
 
@@ -65,6 +66,7 @@ impl Trap {
     pub fn new(sys: &System, o: &Options) -> Result<Trap, crate::newton::Failure> {
         let v = || vec![0.0; sys.n];
         let mut newton = Newton::new(sys)?;
+        let alone = sys.alone();
         newton.junctions = JUNCTIONS;
         Ok(Trap {
             newton,
@@ -86,6 +88,7 @@ impl Trap {
             weights: [vec![vec![0.5, 0.5]], vec![vec![1.0 - GAMMA, GAMMA]]],
             two_stages: false,
             calm: 0,
+            given: (0..sys.n).filter(|&i| alone[i]).collect(),
             slopes: (0..sys.n).filter(|&i| sys.unknowns[i].kind == Kind::Derivative).map(|i| (i, 0.0)).collect(),
         })
     }
@@ -187,7 +190,13 @@ impl Trap {
             self.r.copy_from_slice(&self.e);
             self.newton.filter(sys, w, a, &mut self.e);
             let filtered = tol.largest_error(&self.e, &self.x1, &self.past.x[0]) / self.trtol;
-            self.ringing = share * error > filtered.max(DAMP_FROM);
+            self.ringing = share * error > filtered.max(DAMP_FROM) && {
+                // what a source says does not ring
+                let mut own = self.r.clone();
+                self.given.iter().for_each(|&i| own[i] = 0.0);
+                let own = tol.largest_error(&own, &self.x1, &self.past.x[0]) / self.trtol;
+                share * own > filtered.max(DAMP_FROM)
+            };
             error = filtered.max(share * error);
         }
         if error > 1.0 {

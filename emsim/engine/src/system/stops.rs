@@ -102,15 +102,27 @@ impl System {
         (0..self.n).filter(|&i| !self.unknowns[i].kind.enters_linearly() && !self.edges.pins(i))
     }
 
-    /// Unknowns that stand alone in a row without d/dt: a source's node has what the source has, whatever the method.
+    /// Unknowns that stand alone in a row without d/dt, or beside such ones only: a source's node has what the source has, whatever the
+    /// method, and so has that of a source on top of it.
     pub fn alone(&self) -> Vec<bool> {
-        let mut of_row = vec![(0, 0); self.n]; // how many unknowns, and the last one
+        let mut of_row = vec![(0, 0); self.n]; // of unknowns that are not known to be: how many, and the sum of their numbers
         for k in 0..self.n {
-            self.pattern.column(k).iter().for_each(|&r| of_row[r] = (of_row[r].0 + 1, k));
+            self.pattern.column(k).iter().for_each(|&r| of_row[r] = (of_row[r].0 + 1, of_row[r].1 + k));
         }
         let mut alone = vec![false; self.n];
-        for (&(count, k), has_q) in of_row.iter().zip(&self.has_q) {
-            alone[k] |= count == 1 && !has_q;
+        let mut rows: Vec<usize> = (0..self.n).filter(|&r| of_row[r].0 == 1 && !self.has_q[r]).collect();
+        while let Some(row) = rows.pop() {
+            let (count, k) = of_row[row];
+            if count != 1 || alone[k] {
+                continue;
+            }
+            alone[k] = true;
+            for &r in self.pattern.column(k) {
+                of_row[r] = (of_row[r].0 - 1, of_row[r].1 - k);
+                if of_row[r].0 == 1 && !self.has_q[r] {
+                    rows.push(r);
+                }
+            }
         }
         alone
     }

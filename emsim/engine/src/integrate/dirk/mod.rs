@@ -12,7 +12,9 @@
 //! current of a capacitor across a source) reaches neither the new point nor its F, since R(infinity) = 0.
 //!
 //! Error: the charges that the embedded formula gives are h sum_j d_j F_j away, d = b - b^; as unknowns, with what is damped
-//! at once taken out,  e = (G + a C)^-1 a h sum_j d_j F_j  (Hosea and Shampine 1996, section 4), one solution.
+//! at once taken out,  e = (G + a C)^-1 a h sum_j d_j F_j  (Hosea and Shampine 1996, section 4), one solution. The voltage that a source
+//! gives has no error, but the current of a capacitor there does, and rows that do not compute it anew show it: its charges are held
+//! to what they would be worth as voltages.
 //!
 //! Accounts of energy are sums over the stages with the weights b. A step that begins with a transient too fast to be followed
 //! (a switch has closed on a junction's capacitance) has it in the explicit stage and, with changing sign, in those after
@@ -105,6 +107,7 @@ pub struct Dirk {
     guess: Vec<Vec<f64>>,
     r: Vec<f64>,
     e: Vec<f64>,
+    given: Vec<(usize, f64)>, // nodes that have what a source has, and their capacitance
     most: usize,
     fixed: bool,
     t1: f64,
@@ -115,6 +118,17 @@ pub struct Dirk {
     transient: bool,             // the attempted step begins with one that it does not follow
     calm: [(f64, Vec<f64>); 2],  // times and states in such a step that know nothing of it
     weights: [Vec<Vec<f64>>; 2], // of the stages, of those
+}
+
+/// Are derivatives and multipliers of a lower order than the state?
+fn lags(k: &Tableau) -> bool {
+    k.falls > 3.0
+}
+
+fn given(sys: &System) -> Vec<(usize, f64)> {
+    let capacitance = |i: usize| sys.pattern.position(i, i).map_or(0.0, |k| sys.c_linear[k]);
+    let alone = sys.alone().into_iter().enumerate().filter(|&(_, alone)| alone);
+    alone.map(|(i, _)| (i, capacitance(i))).filter(|&(i, c)| c > 0.0 && sys.unknowns[i].kind == Kind::Node).collect()
 }
 
 /// The polynomial through the last three stages before stage i that lie apart, at its node: those stages and their weights.
@@ -137,7 +151,6 @@ impl Dirk {
         let step = || Step { t: 0.0, h: 0.0, x: vec![v(); s] };
         let weights = [k.a[k.a.len() - 1..].to_vec(), vec![vec![0.75, 0.25]]];
         Ok(Dirk {
-            k,
             ahead,
             newton: Newton::new(sys)?,
             q0: v(),
@@ -154,6 +167,7 @@ impl Dirk {
             guess: vec![v(); s],
             r: v(),
             e: v(),
+            given: if lags(&k) { Vec::new() } else { given(sys) },
             most: o.itl4,
             fixed: o.fixed_step.is_some(),
             t1: 0.0,
@@ -164,6 +178,7 @@ impl Dirk {
             transient: false,
             calm: [(0.0, v()), (0.0, v())],
             weights,
+            k,
         })
     }
 
@@ -292,6 +307,11 @@ impl Dirk {
         // a h = 1/gamma
         let scale = 1.0 / self.k.a[0][1];
         weighted_sum(self.k.d.iter().zip(&self.f).map(|(&d, f)| (d, f.as_slice())), &mut self.e);
+        let of_charge = |&(i, c): &(usize, f64)| {
+            let allowed = self.k.local * tol.weight(i, self.now.x[0][i], self.candidate()[i]);
+            h * self.e[i].abs() / (c * allowed)
+        };
+        let given = if self.follows { self.given.iter().map(of_charge).fold(0.0, f64::max) } else { 0.0 };
         self.e.iter_mut().for_each(|e| *e *= scale);
         self.newton.solve_held(w, &mut self.e);
         let mut worst = tol.largest_error(&self.e, self.candidate(), &self.now.x[0]) / self.k.local;
@@ -305,7 +325,7 @@ impl Dirk {
             worst = self.newton.above_noise(sys, w, scale / h, |i| self.e[i], points, tol, self.k.local);
         }
         if worst.is_finite() {
-            worst.max(1e-10)
+            worst.max(given).max(1e-10)
         } else {
             f64::INFINITY
         }
@@ -445,7 +465,7 @@ impl Method for Dirk {
 
     /// They are of the stages' order, 2. What is of that order itself has nothing to gain.
     fn multipliers_lag(&self) -> bool {
-        !self.fixed && self.k.falls > 3.0
+        !self.fixed && lags(&self.k)
     }
 
     fn restarts_at_corners(&self) -> bool {
