@@ -48,7 +48,7 @@ Vm m2 0 0
 .model x {model}"""
 
 
-@pytest.mark.parametrize("analysis", [".op", ".tran 1u 5u"])
+@pytest.mark.parametrize("analysis", [".op", ".tran 1u 5u", ".tran 1u 5u UIC"])
 @pytest.mark.parametrize("letter", ["S", "W"])
 @pytest.mark.parametrize(("threshold", "at"), [(0, 0.5), (5, 3), (5, 4.5), (5, 7), (-5, -4.5), (-5, -3)])
 def test_switches_between_their_thresholds(letter, threshold, at, analysis):

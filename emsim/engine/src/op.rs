@@ -504,7 +504,10 @@ pub fn initial_conditions(
     for f in sys.forces.iter().filter(|f| !f.release) {
         x[f.row] = f.value;
     }
-    sys.update_flags(w, x, 0.0);
+    // what a source's current decides is not known yet: it stays as its card says
+    let unknown = |i: usize| sys.unknowns[i].kind == Kind::Branch && !sys.differential[i];
+    let known: Vec<f64> = x.iter().enumerate().map(|(i, &v)| if unknown(i) { f64::NAN } else { v }).collect();
+    sys.update_flags(w, &known, 0.0);
     sys.eval(w, x, 0.0);
     let mut q0 = w.q.clone();
     for &(row, dq) in &sys.ic_charge {
