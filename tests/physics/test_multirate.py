@@ -173,3 +173,21 @@ def test_a_corner_of_the_machine_beside_an_edge_of_the_circuit(at: str) -> None:
     text = chain(2, BRIDGE, 20e3, 0.02).replace(".end", load)
     truth, found = run(text, "radau", 1e-7), run(text, "multirate", 1e-5)
     assert error(found, truth, times(0.02)) < 1e-5
+
+
+def test_accelerations_and_reactions_follow_the_ripple() -> None:
+    """A motor on 10 kHz, 12 V: what it turns is accelerated by kt i, ripple included. Rows showed the machine's answer to the
+    mean of the current over a macro step, off by 3 % of the range in the median, at 1e-6."""
+    text = """ripple
+.gravity 9.81
+BODY arm shape=rod(0.30) m=0.20
+JOINT hinge 0 arm pin zero=-90deg damp=2m
+MOTOR m1 drive 0 hinge kt=20m r=2 l=1m j=2u gear=30
+V1 drive 0 PULSE(0 12 0 1u 1u 30u 100u)
+.save alpha(hinge) fx(hinge) fy(hinge) i(m1)
+.tran 13u 10m
+.end
+"""
+    truth, found = run(text, "radau", 1e-7), run(text, "multirate", 1e-6)
+    at = 13e-6 * np.arange(1, 750)
+    assert error(found, truth, at, ("i(m1)", "alpha(hinge)", "fx(hinge)", "fy(hinge)")) < 1e-5

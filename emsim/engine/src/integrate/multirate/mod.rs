@@ -19,7 +19,8 @@
 //! agree exactly. Inside the step it moves the machine by A integral (y - P y) dt, which is in what is recorded too.
 //! That is the answer of masses alone; how springs and dampers answer, and how coordinates follow, is added to what is
 //! recorded, A' times the integral of that integral, and A moves from its value at the start of the macro step to that at
-//! its end. The circuit does not see this, nor need it: ripple of its ripple.
+//! its end. The circuit does not see this, nor need it: ripple of its ripple. What is no state, accelerations and reactions, feels
+//! y itself, and is computed anew from the states of both in every row that shows it (rows.rs).
 //!
 //! The coupling is a dynamic iteration (Arnold and Guenther, BIT 41, 2001): it contracts with H, since both ways go
 //! through an integral, the winding's and the masses', the latter twice as A is taken out. So the machine's error bounds H
@@ -34,7 +35,7 @@ mod window;
 use self::response::Response;
 use self::window::Window;
 use super::driver::{self, Failed, Outcome, Run, Status, Tick, Transient};
-use super::rows::Sink;
+use super::rows::{Forces, Row, Sink};
 use super::{make, Attempt, Method};
 use crate::ledger::{Inside, Stages};
 use crate::newton::{Failure, Newton, Options, Tolerances};
@@ -94,7 +95,8 @@ pub fn run(sys: &System, w: &mut Work, a: Transient, o: &Options, record: &mut R
         Err(failed) => return Outcome::failed(*failed),
     };
     let (fit, seen) = (inverse_vandermonde(&nodes()), Seen::default());
-    Multirate { sys, parts, w, a, o, record, x, fit, nodes: nodes(), degree: 1, seen }
+    let (forces, tol) = (Forces::new(sys, record.reads()), Tolerances::new(sys, o));
+    Multirate { sys, parts, w, a, o, record, x, forces, tol, shown: 0.0, fit, nodes: nodes(), degree: 1, seen }
         .run(tick)
         .unwrap_or_else(|why| Outcome::failed(Failed::at_start("transient", why, vec![])))
 }
@@ -108,6 +110,9 @@ struct Multirate<'a> {
     o: &'a Options,
     record: &'a mut Record,
     x: Vec<f64>,
+    forces: Option<Forces>, // of rows
+    tol: Tolerances,        // of circuit and machine together
+    shown: f64,             // time of the last row
     fit: [[f64; NODES]; NODES],
     nodes: [f64; NODES],
     degree: usize, // by which the machine is foreseen
@@ -151,8 +156,17 @@ impl<'a> Multirate<'a> {
 
         // values that fit each other, multipliers too
         let feature = self.sys.shortest_feature().min(a.tstep);
-        let whole = Tolerances::new(self.sys, o);
-        op::consistent(self.sys, &mut Newton::new(self.sys)?, self.w, &mut self.x, 0.0, 1e-5 * feature, &whole, true);
+        self.tol.observe(&self.x);
+        op::consistent(
+            self.sys,
+            &mut Newton::new(self.sys)?,
+            self.w,
+            &mut self.x,
+            0.0,
+            1e-5 * feature,
+            &self.tol,
+            true,
+        );
         self.sys.update_flags(self.w, &self.x, 0.0);
         let pick = |x: &[f64], of: &[usize]| of.iter().map(|&i| x[i]).collect::<Vec<f64>>();
         let (mut y, z) = (pick(&self.x, &fast.of), pick(&self.x, &slow.of));
@@ -243,7 +257,8 @@ impl<'a> Multirate<'a> {
             s.z.copy_from_slice(s.method.candidate());
             s.tol.observe(&s.z);
             ahead.at(&slow.system, &mut s.w, &s.z, end);
-            self.flush(circuit.record, &s.curves, &response, &ahead);
+            let micro = (end - t) / (circuit.w.counters.steps - steps).max(1) as f64;
+            self.flush(circuit.record, &s.curves, &response, &ahead, micro);
             circuit.record.clear();
             std::mem::swap(&mut response, &mut ahead);
             pace.accepted(next, end - t, circuit.w.counters.steps - steps);
@@ -425,8 +440,8 @@ impl<'a> Multirate<'a> {
         worst
     }
 
-    /// Rows and accounts of the macro step, circuit and machine together.
-    fn flush(&mut self, window: &Window, curves: &[[f64; NODES]], response: &Response, ahead: &Response) {
+    /// Rows and accounts of the macro step, circuit and machine together; `micro`: how long the circuit's steps were.
+    fn flush(&mut self, window: &Window, curves: &[[f64; NODES]], response: &Response, ahead: &Response, micro: f64) {
         let (fast, slow) = (&self.parts.fast, &self.parts.slow);
         let projected: Vec<_> = (0..slow.reads.len()).map(|j| window.projected(j)).collect();
         let fill = |x: &mut [f64], t: f64, y: &[f64], integrals: &[f64]| {
@@ -448,7 +463,17 @@ impl<'a> Multirate<'a> {
             let (y, integrals) = window.state(item);
             fill(&mut self.x, item.t, y, integrals);
             match item.kind {
-                window::Kind::Row => self.record.row(self.sys, self.w, item.t, &self.x),
+                window::Kind::Row => {
+                    if self.forces.is_some() {
+                        // of two rows at a corner the first has what comes before it
+                        self.sys.next_stop(self.w, self.shown, self.a.tstop);
+                        self.shown = item.t;
+                    }
+                    self.tol.observe(&self.x);
+                    let (forces, x) = (self.forces.as_mut(), self.x.as_mut_slice());
+                    let mut row = Row { sink: &mut *self.record, forces, x, width: micro, whole: self.a.tstop };
+                    row.push(self.sys, self.w, item.t, &self.tol);
+                }
                 window::Kind::Open => self.record.open(self.sys, self.w, item.t, &self.x),
                 window::Kind::Leap => self.record.leap(self.sys, self.w, item.t, &self.x),
                 window::Kind::Step => {
