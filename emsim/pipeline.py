@@ -52,7 +52,7 @@ def run(
     """
     options = _merged(options, method, reltol, tmax)
     # text to flat deck
-    flat = read(source, defines, also)
+    flat = read(source, defines, also, options)
     # flat deck to equations
     assembly, planned = prepare(flat, options, flat.machine != [] if energy is None else energy)
     # equations to solutions
@@ -101,7 +101,7 @@ def check(
 ) -> dict[str, Any]:
     """The facts of a deck, without running it: unknowns by kind, degrees of freedom, loops, what folded away,
     tolerances, events, diagnostics. Raises DeckError."""
-    assembly, planned = prepare(read(source, defines), options)
+    assembly, planned = prepare(read(source, defines, options=options), options)
     from .analyses.facts import facts
 
     return facts(assembly, planned)
@@ -112,7 +112,7 @@ def explain(
 ) -> Explained:
     """The deck's equations to be read by people, term by term with the cards that they come from; `reports.explained` writes
     them. Raises DeckError."""
-    assembly, planned = prepare(read(source, defines), options, energy=True, recording=True)
+    assembly, planned = prepare(read(source, defines, options=options), options, energy=True, recording=True)
     from .reports.equations import explain as explained
 
     return explained(assembly, planned)
@@ -122,7 +122,7 @@ def compile(source: Any, defines: Mapping[str, Any] | None = None, options: Opti
     """The deck's equations d/dt Q(x, t) + F(x, t) = 0 for anybody's integrator. Raises DeckError."""
     from .system import System
 
-    assembly, planned = prepare(read(source, defines), options)
+    assembly, planned = prepare(read(source, defines, options=options), options)
     return System(assembly, planned)
 
 
@@ -130,9 +130,13 @@ def compile(source: Any, defines: Mapping[str, Any] | None = None, options: Opti
 
 
 def read(
-    source: Any, defines: Mapping[str, Any] | None = None, also: str | Sequence[str | Probe] = ()
+    source: Any,
+    defines: Mapping[str, Any] | None = None,
+    also: str | Sequence[str | Probe] = (),
+    options: Options | None = None,
 ) -> FlatDeck:
-    """Text or file -> typed deck -> flat deck: one level, parameters evaluated, models looked up."""
+    """Text or file -> typed deck -> flat deck: one level, parameters evaluated, models looked up. Of the options it is
+    `temp` that parameters can read."""
     from .build import parse_signals
     from .build import read as build
     from .elaborate import flatten
@@ -145,7 +149,8 @@ def read(
     with NoCollection():
         also = (also,) if isinstance(also, str) else also
         probes = [p for given in also for p in (parse_signals(given) if isinstance(given, str) else (given,))]
-        return flatten(build(source, dict(defines or {}), probes))
+        temp = next((value for key, value in (options or {}).items() if key.lower() == "temp"), None)
+        return flatten(build(source, dict(defines or {}), probes), temp)
 
 
 def prepare(

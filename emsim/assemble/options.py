@@ -106,9 +106,9 @@ def resolve(flat: FlatDeck, above: dict[str, Any] | None = None) -> dict[str, An
             number = _number(name, value, sink, span)
             if number is not None:
                 out[name] = number
-        elif name in TEMPERATURES and name in above:
-            number = _number(name, value, sink, span)  # the deck's own are read where .temp is
-            if number is not None:
+        elif name in TEMPERATURES:
+            number = _number(name, value, sink, span)
+            if number is not None and name in above:  # the deck's own are read where .temp is
                 setattr(flat, name, number)
         elif name not in SILENT:
             strange.append(name)
@@ -125,7 +125,8 @@ def resolve(flat: FlatDeck, above: dict[str, Any] | None = None) -> dict[str, An
 
 def _number(name: str, value: object, sink: Sink, span: Span | None) -> float | int | None:
     if isinstance(value, bool) or not isinstance(value, (int, float)):
-        sink.error("E293", f"option {name} needs a number", span)
+        hint = f"a parameter stands in braces: {name}={{{value}}}" if isinstance(value, str) else None
+        sink.error("E293", f"option {name} needs a number", span, hint)
         return None
     least = NUMBERS.get(name, 0.0 if name == "tmax" else ABSOLUTE_ZERO)
     if not least <= value < float("inf") or (name == "reltol" and value >= 1.0):

@@ -47,11 +47,11 @@ MAX_LEVELS = 60
 STANDARD_GRAVITY = 9.80665
 
 
-def flatten(deck: Deck) -> FlatDeck:
+def flatten(deck: Deck, temp: object = None) -> FlatDeck:
     """The flat deck. Raises DeckError with everything that is wrong in the text, its numbers and its names
-    (OutsideError when nothing but missing files is wrong)."""
+    (OutsideError when nothing but missing files is wrong). `temp` [C] stands above the deck's own, if it is a number."""
     with NoCollection():
-        flat = _Flattener(deck).run()
+        flat = _Flattener(deck, temp).run()
     errors = [d for d in flat.sink.diagnostics if d.severity == "error"]
     if errors and all(d.code.startswith("E5") for d in errors):
         raise OutsideError(flat.sink.diagnostics)
@@ -60,8 +60,9 @@ def flatten(deck: Deck) -> FlatDeck:
 
 
 class _Flattener:
-    def __init__(self, deck: Deck) -> None:
+    def __init__(self, deck: Deck, temp: object = None) -> None:
         self.deck = deck
+        self.temp_above = temp
         self.sink = deck.sink
         self.flat = FlatDeck(deck.title, deck.sink)
         self.heated = False  # by a .temp
@@ -124,6 +125,8 @@ class _Flattener:
 
     def temperature(self, cards: list[Any], scope: DeckScope) -> float:
         """What `temper` is in parameters: nothing sweeps the temperature, so it is a constant. Errors are told later."""
+        if isinstance(self.temp_above, (int, float)):
+            return float(self.temp_above)
         dots = [card for card in cards if card.__class__ is Dot]
         found: Any = self.flat.temp
         for card in dots:

@@ -103,3 +103,18 @@ def test_what_was_given_by_name_stands_above_options_of_any_case() -> None:
 def test_one_further_column_as_a_text() -> None:
     r = emsim.run(deck(*RC, ".op"), also="v(a)*2+1")
     assert "v(a)*2+1" in r.names
+
+
+@pytest.mark.parametrize("cards", [[], [".temp 50"], [".options temp=50"]])
+def test_the_temperature_from_outside_is_temper_everywhere(cards: list[str]) -> None:
+    lines = [".param q={temper}", "V1 a 0 {q}", "R1 a 0 1", "B1 b 0 V=temper", "R2 b 0 1", *cards, ".op"]
+    table = emsim.run(deck(*lines), options={"temp": 80}).table("op")
+    assert (table["v(a)"][0], table["v(b)"][0]) == (80.0, 80.0)
+
+
+def test_a_temperature_that_is_a_word_is_refused() -> None:
+    """ngspice says: bad type given for option temp."""
+    with pytest.raises(emsim.DeckError) as caught:
+        emsim.run(deck(".param hot=80", "V1 a 0 1", "R1 a 0 1", ".options temp=hot", ".op"))
+    (error,) = caught.value.diagnostics
+    assert error.code == "E293" and "{hot}" in (error.hint or "")
