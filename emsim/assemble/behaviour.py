@@ -57,6 +57,7 @@ ROUNDING: dict[str, Callable[[float], int]] = {
     "nint": round,
     "int": math.trunc,
 }
+ALIASES = {"arctan": "atan", "sign": "sgn", "stp": "gt0", "round": "nint", "fmod": "mod"}
 RANDOM = ("gauss", "agauss", "unif", "aunif")
 DEVICE_CURRENTS = ("i", "id", "current")  # of @name[...]
 CONVERSIONS = {"deg": 180.0 / math.pi, "rpm": 30.0 / math.pi}
@@ -287,7 +288,7 @@ class Compiler:
     # calls ---------------------------------------------------------------------------------------
 
     def _call(self, node: Call) -> Expr:
-        fn, args = node.fn, node.args
+        fn, args = ALIASES.get(node.fn, node.fn), node.args
         ctx, b = self.ctx, self.ctx.b
         if fn == "v" and args and self._is_node(args[0]):
             return self._voltage(node)
@@ -370,7 +371,7 @@ class Compiler:
         name = _word(node.args[0]) if node.args else None
         shown = name if name is not None else ", ".join(map(repr, node.args))
         self.ctx.unknown(
-            "E290", f"no element is called `{shown}`", shown, [*self.ctx.elements, *self.ctx.branches],
+            "E290", f"no element is called `{shown}`", shown, dict.fromkeys([*self.ctx.elements, *self.ctx.branches]),
             (node.args[0].span if node.args else None) or node.span or self._where,
         )  # fmt: skip
         return self.ctx.b.const(0.0)
@@ -388,6 +389,9 @@ class Compiler:
     def _not_mechanical(self, node: Call) -> Expr:
         what = ", ".join(map(repr, node.args)) or "nothing"
         hint = "this deck has no machine cards" if self.ctx.machine is None else None
+        if hint is None and len(node.args) > 2 and isinstance(node.args[0], Name):
+            first, *at = map(repr, node.args)
+            hint = f"a point of a body: {node.fn}({first}({', '.join(at)}))"
         return self._error(
             "E291", f"`{node.fn}` reads the machine, and `{what}` is nothing mechanical", node, hint
         )
@@ -430,6 +434,17 @@ class Compiler:
 
     def _fn_pwr(self, node: Call) -> Expr:
         return self._signed_power(*node.args) if self._expects(node, 2) else self.ctx.b.const(0.0)
+
+    def _fn_mod(self, node: Call) -> Expr:
+        """x % y, with the sign of x: x - y int(x / y)."""
+        if not self._expects(node, 2):
+            return self.ctx.b.const(0.0)
+        x, y = node.args
+        whole = Call("int", [Binary("/", x, y, node.at)], node.at)
+        return self._node(Binary("-", x, Binary("*", y, whole, node.at), node.at))
+
+    def _fn_sqr(self, node: Call) -> Expr:
+        return self._node(node.args[0]) ** 2 if self._expects(node, 1) else self.ctx.b.const(0.0)
 
     def _fn_atan2(self, node: Call) -> Expr:
         if not self._expects(node, 2):

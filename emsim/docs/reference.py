@@ -202,7 +202,7 @@ def functions() -> str:
     surprises = (inspect.getdoc(import_module("emsim.assemble.behaviour")) or "").partition("\n\n")[2]
     return (
         "# Functions of expressions\n\nIn braces on any card, in B sources, in `.print`: `{expression}`. Operators: "
-        "`+ - * / ^ **`, `< > <= >= == != && || !`, `c ? a : b`. Names: parameters, `time` [s], `temper` [C], `pi`, `e`. "
+        "`+ - * / % ^ **`, `< > <= >= == != && || !`, `c ? a : b`. Names: parameters, `time` [s], `temper` [C], `pi`, `e`. "
         "What reads nodes and the machine: [probes](probes.md).\n\n"
         + table(["function", "value"], rows)
         + f"\n## Where ngspice's meaning surprises\n\n{surprises}\n"

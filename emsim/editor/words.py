@@ -130,6 +130,8 @@ FUNCTIONS = {
     "ceil": ("ceil(x)", "the next whole number above"),
     "nint": ("nint(x)", "the nearest whole number"),
     "int": ("int(x)", "the whole part, towards zero"),
+    "mod": ("mod(x,y)", "what is left of x after whole multiples of y, as x % y; it has the sign of x"),
+    "sqr": ("sqr(x)", "x^2"),
     "u": ("u(x)", "0 below zero, 1 above, 1/2 at zero"),
     "u2": ("u2(x)", "x kept between 0 and 1"),
     "uramp": ("uramp(x)", "x above zero, else 0"),

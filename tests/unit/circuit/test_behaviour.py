@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 import pytest
@@ -229,3 +230,23 @@ def test_a_load_of_constant_power_has_its_point(behind: str) -> None:
 )
 def test_negative_powers_are_solved_from_zero_volt(text: str, expected: float) -> None:
     assert value("v(b)", "V1 a 0 3", f"B1 b 0 V={text}", "R1 b 0 1k") == pytest.approx(expected, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("text", "exact"),
+    [
+        ("v(a)%3", lambda a, t: np.fmod(a, 3)),
+        ("mod(v(a),v(b))", lambda a, t: np.fmod(a, 0.9)),
+        ("fmod(v(a),-0.7)", lambda a, t: np.fmod(a, -0.7)),
+        ("time%2.5m", lambda a, t: np.fmod(t, 2.5e-3)),
+        ("sqr(v(a))", lambda a, t: a * a),
+        ("round(v(a))", lambda a, t: np.round(a)),
+        ("arctan(v(a))", lambda a, t: np.arctan(a)),
+        ("sign(v(a))", lambda a, t: np.sign(a)),
+        ("stp(v(a))", lambda a, t: (a > 0) * 1.0),
+    ],
+)
+def test_what_parameters_know_sources_know(text: str, exact: Callable[..., np.ndarray]) -> None:
+    r = emsim.run(deck("Va a 0 PWL(0 -3 10m 4.1)", "Vb b 0 0.9", f"B1 o 0 V={{{text}}}", ".tran 0.1m 10m"))
+    wrong = np.abs(r["v(o)"] - exact(np.interp(r.time, [0, 10e-3], [-3, 4.1]), r.time))
+    assert np.sum(wrong > 1e-9) <= 3  # on a jump itself either side is right
