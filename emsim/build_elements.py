@@ -292,7 +292,10 @@ class ElementCards(Cards):
             if "gain" in e.params:
                 e.value = e.params.pop("gain")
                 return
-            raise self.fail("E109", f"{name} has no gain", line, name, form(e.letter))
+            from .mistakes import missing_mark
+
+            hint = missing_mark("gear") if name.lower() == "gear" else form(e.letter)
+            raise self.fail("E109", f"{name} has no gain", line, name, hint)
         e.value, e.value_span = self.number(rest[0], line, "the gain"), line.span_at(*extent(rest[0]))
         if len(rest) > 1:
             raise self.fail("E102", f"`{rest[1]}` does not fit here", line, rest[1], form(e.letter))

@@ -199,9 +199,16 @@ def machine_value(item: Any, line: Line) -> Any:
     for child in parts(ch[1][1]):
         value = machine_value(child, line)
         if not isinstance(value, float | Node):
-            raise error_at("E116", f"`{ch[0]}` takes numbers", line, child)
+            around = child if ch[0].lower() in ("rod", "box", "disc") else item
+            raise error_at("E116", f"`{ch[0]}` takes numbers", line, child, braces_around(around, line))
         args.append(value if isinstance(value, Node) else Num(value, line.span_at(*extent(child))))
     return Call(str(ch[0].lower()), args, line.span_at(*extent(item)))
+
+
+def braces_around(item: Any, line: Line) -> str:
+    """The hint where a name or a calculation stands bare on a machine card."""
+    start, end = extent(item)
+    return f"a parameter or a calculation stands in braces: {{{line.text[start:end]}}}"
 
 
 def error_at(code: str, message: str, line: Line, leaf: Any, hint: str | None = None) -> LineError:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from .build_elements import form
-from .build_expr import error_at, extent, machine_value, node_name, parts
+from .build_expr import braces_around, error_at, extent, machine_value, node_name, parts
 from .deck import MachineCard, Ref, Waveform
 from .expr import Node
 from .source import Line
@@ -24,7 +24,8 @@ def _wave(item: Any, line: Line) -> Waveform:
     args = [machine_value(c, line) for c in children]
     for child, value in zip(children, args, strict=True):
         if not isinstance(value, float | Node):
-            raise error_at("E116", f"`{item[1][0]}` takes numbers", line, child)
+            around = item if child == "time" else child  # a sine of the time, or the level of a waveform
+            raise error_at("E116", f"`{item[1][0]}` takes numbers", line, child, braces_around(around, line))
     return Waveform(str(item[1][0].lower()), args, {}, line.span_at(*extent(item)))
 
 

@@ -434,7 +434,7 @@ def _evaluate_call(node: Call, scope: Scope, depth: int) -> float:
             "E125",
             f"`{_short(node)}` is known only while the run goes on; a number is needed here",
             node.span,
-            "B sources, E/G VALUE= and behavioural R, C, L may read the solution",
+            MAY_READ,
         )
     raise unknown_function(node)
 
@@ -458,6 +458,14 @@ def _check_count(node: Call, least: int, most: int) -> None:
         )
 
 
+MAY_READ = "B sources, E/G VALUE= and behavioural R, C, L may read the solution"
+# what people call the readings of the machine
+SYNONYMS = {
+    "theta": "angle", "phi": "angle", "q": "angle", "w": "omega", "speed": "omega", "velocity": "vel", "position": "pos",
+    "acceleration": "acc", "current": "i", "voltage": "v",
+}  # fmt: skip
+
+
 def undefined(node: Name, scope: Scope) -> ExprError:
     """The error for a name that is no parameter in sight."""
     if isinstance(node, Bare):
@@ -465,18 +473,21 @@ def undefined(node: Name, scope: Scope) -> ExprError:
         hint = f"did you mean `{near}`?" if near else "write a number, or the name of a .param"
         return ExprError("E110", f"{node.what} is no number: `{node.id}`", node.span, hint)
     if node.id in RUN_TIME_NAMES:
-        return ExprError("E125", f"`{node.id}` is known only while the run goes on", node.span)
+        return ExprError("E125", f"`{node.id}` is known only while the run goes on", node.span, MAY_READ)
     near = suggest(node.id, scope.names())
-    hint = (
-        f"did you mean `{near}`?"
-        if near
-        else f"define it: .param {node.id}=... (the voltage of a node is v({node.id}))"
-    )
+    if near:
+        hint = f"did you mean `{near}`?"
+    elif node.id == "t":
+        hint = "the time of the run is called `time`"
+    elif node.id in PROBES and len(node.id) > 2:
+        hint = f"it reads the machine, and has to be told what: {node.id}(name)"
+    else:
+        hint = f"define it: .param {node.id}=... (the voltage of a node is v({node.id}))"
     return ExprError("E120", f"no parameter is called `{node.id}`", node.span, hint)
 
 
 def unknown_function(node: Call) -> ExprError:
-    near = suggest(node.fn, [*_MATH, *_BRANCHING, *PROBES, *_DYNAMIC])
+    near = SYNONYMS.get(node.fn) or suggest(node.fn, [*_MATH, *_BRANCHING, *PROBES, *_DYNAMIC])
     if near in PROBES:
         near = to_text(Call(near, node.args))
     return ExprError(

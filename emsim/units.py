@@ -60,6 +60,8 @@ MISREAD_SUFFIXES = {
     "M": ("milli", "mega", "meg"),
 }
 
+# 5N/m, 20mNm/A, 3N*m: (scale letter, unit)
+_COMPOUND = r"([munk]?)((?:N|Nm|V|A|J|kg|m|rad)[/*](?:m|s|A|rad|deg)[\w/*^]*)"
 _DIGITS = "0123456789"
 
 
@@ -149,6 +151,10 @@ def machine_number_problem(text: str) -> tuple[str, str]:
     parts = split_number(text)
     assert parts is not None
     mantissa, letters = parts
+    import re
+
+    if compound := re.fullmatch(_COMPOUND, letters):
+        return f"`{text}` carries a unit", f"values on machine cards are SI: write `{mantissa}{compound[1]}`"
     if not letters.isalpha():
         return (
             f"`{text}` is not a number",

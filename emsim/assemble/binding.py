@@ -179,7 +179,7 @@ class Binding:
         found = self.locate(ref.name, local)
         if found is None:
             self.broken = True
-            known = [*self.bodies, *self.points]
+            known = ["0 (the ground)", *self.bodies, *self.points]
             if ref.name in self.joints:
                 self._fail("E235", f"{what}: {ref.name} is a joint; a body or point is needed here", ref.span)
             else:

@@ -27,6 +27,7 @@ from __future__ import annotations
 from math import pi
 
 from ..diagnostics import suggest
+from ..units import UNITS
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -314,11 +315,14 @@ def bind(card: Card, raw: MachineCard, sink: Sink) -> bool:
     forms = [f for f in spec.forms if len(f) == len(raw.args)]
     if not forms:
         wanted = " or ".join(str(len(f)) for f in spec.forms)
+        units = [ref for ref in raw.args if ref.name in UNITS]
         sink.error(
             "E233",
             f"{spec.word} {raw.name} has {len(raw.args)} terminal(s) where {wanted} are needed",
-            raw.span,
-            hint=f"the form is: {spec.form}",
+            units[0].span if units else raw.span,
+            hint=f"a unit stands right behind its number, as in 90{units[0].name}"
+            if units
+            else f"the form is: {spec.form}",
         )
     else:
         card.terminals = [(name, kind, ref) for (name, kind), ref in zip(forms[0], raw.args, strict=True)]
@@ -331,6 +335,8 @@ def bind(card: Card, raw: MachineCard, sink: Sink) -> bool:
             close = suggest(key, spec.params)
             hint = f"did you mean {close}=?" if close else f"the form is: {spec.form}"
             what = "a value without a name" if key == "value" else f"parameter {key}="
+            if key == "value" and _after_comma(raw):
+                hint = "a list stands in parentheses, (1,2); decimals have a dot, 0.2"
             sink.error(
                 "E231",
                 f"{spec.word} {raw.name} does not take {what}",
@@ -359,6 +365,28 @@ def bind(card: Card, raw: MachineCard, sink: Sink) -> bool:
             "E231", f"{spec.word} {raw.name} does not take a waveform", raw.span, f"the form is: {spec.form}"
         )
     return sink_errors(sink) == before
+
+
+def _after_comma(raw: MachineCard) -> bool:
+    """Whether the value without a name follows a comma: ic=1,2 or m=0,2."""
+    at, line = raw.param_spans.get("value"), raw.line
+    return (
+        at is not None
+        and line is not None
+        and line.single
+        and line.text[: at.col - line.col].rstrip()[-1:] == ","
+    )
+
+
+def in_braces(value: object) -> str | None:
+    """The hint where a word stands for a number: a calculation, a parameter's name, a dash that is no minus."""
+    word = next((v for v in value if isinstance(v, str)), "") if isinstance(value, tuple) else value
+    if not isinstance(word, str) or not word:
+        return None
+    plain = word.replace("\u2212", "-").replace("\u2013", "-")
+    if plain != word:
+        return f"its dash is no minus sign: write `{plain}`"
+    return f"a parameter or a calculation stands in braces: {{{word}}}"
 
 
 def is_number(value: object) -> bool:
@@ -394,13 +422,15 @@ def _convert(card: Card, raw: MachineCard, key: str, param: Param, value: Any, s
         values = value if isinstance(value, tuple) else (value,)
         if all(is_number(v) for v in values):
             return tuple(float(v) for v in values)
-        sink.error("E232", f"{what} is a list of numbers such as (1,0)", where)
+        sink.error("E232", f"{what} is a list of numbers such as (1,0)", where, in_braces(value))
         return param.default
     if not is_number(value):
         got = "a list" if isinstance(value, tuple) else "an expression that changes while the deck runs"
         if isinstance(value, str):
             got = f"the word {value!r}"
-        sink.error("E232", f"{what} is a number ({param.unit or 'no unit'}), not {got}", where)
+        sink.error(
+            "E232", f"{what} is a number ({param.unit or 'no unit'}), not {got}", where, in_braces(value)
+        )
         return param.default
     number = float(value)
     if number != number or number in (float("inf"), float("-inf")):

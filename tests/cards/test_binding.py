@@ -239,3 +239,30 @@ def test_radians_speeds_and_lengths_are_not(cards):
 def test_a_mix_up_is_told_at_the_x_line():
     error = only_error(PIN + "\nR1 n 0 1\n.subckt s n h\nMOTOR m n 0 h kt=1 r=1\n.ends\nX1 j n s")
     assert error.code == "E236" and error.span.text == "n" and error.span.line == 8
+
+
+HINTS = {
+    PIN + " zero=-pi/2": "stands in braces: {-pi/2}",
+    PIN + " zero=\u221290deg": "write `-90deg`",
+    PIN + " zero=-90 deg": "right behind its number, as in 90deg",
+    PIN + " ic=1,2": "a list stands in parentheses",
+    "BODY a m=0,2 j=1": "decimals have a dot",
+    "BODY a m=big j=1": "stands in braces: {big}",
+    "BODY a m=1 shape=rod(l)": "stands in braces: {l}",
+    PIN + "\nTORQUE t j tau=sin(time)": "stands in braces: {sin(time)}",
+    PIN + "\nTORQUE t j tau=-1m*omega(j)": "stands in braces: {-1m*omega(j)}",
+    PIN + "\nTORQUE t j tau=SIN(0 high 1)": "stands in braces: {high}",
+    PIN + "\nTORQUE t j tau={-omega}": "omega(name)",
+    PIN + "\nTORQUE t j tau={sin(t)}": "called `time`",
+    PIN + "\nTORQUE t j tau={theta(j)}": "angle(j)",
+    PIN + "\nTORQUE t j tau={x(a,1,0)}": "x(a(1, 0))",
+    PIN + "\nSPRING s j k=5N/m": "write `5`",
+    PIN + "\nMOTOR m 0 0 j kt=20mNm/A": "write `20m`",
+    PIN + "\nJOINT k 0 b pin\nBODY b m=1 j=1\nGEAR g j k 2": "needs ratio= or lead=",
+    "BODY a m=1 j=1\nJOINT j world a pin": "0 (the ground)",
+}
+
+
+@pytest.mark.parametrize("cards", HINTS)
+def test_what_to_write_instead_is_said(cards):
+    assert HINTS[cards] in (only_error(cards).hint or "")
