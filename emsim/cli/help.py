@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 EXIT_CODES = """\
 exit codes: 0 ok, 1 deck wrong, 2 command line wrong, 3 no convergence (partial results kept),
-            4 measure failed or comparison over tolerance, 5 outside world (file, ngspice missing),
+            4 comparison over its tolerance, 5 outside world (file, ngspice missing),
             70 an error inside emsim, 130 interrupted (partial results kept)"""
 
 
