@@ -127,6 +127,20 @@ impl Forces {
         Some(Forces { newton: Newton::new(sys).ok()? })
     }
 
+    /// Those at (t, x) in a step of this width, of a run of length `whole`.
+    pub fn within(
+        &mut self,
+        sys: &System,
+        w: &mut Work,
+        (t, x): (f64, &mut [f64]),
+        width: f64,
+        whole: f64,
+        tol: &Tolerances,
+    ) {
+        let h = (SHORT * width).max((ROUNDED * whole).min(MOST * width));
+        self.settle(sys, w, x, t, h, tol);
+    }
+
     /// The same right after a jump, at the beginning of a stretch of this width in a run of length `whole`.
     pub fn begin(
         &mut self,
@@ -192,8 +206,7 @@ impl<S: Sink> Row<'_, S> {
 
     pub fn push(&mut self, sys: &System, w: &mut Work, t: f64, tol: &Tolerances) {
         if let Some(forces) = &mut self.forces {
-            let h = (SHORT * self.width).max((ROUNDED * self.whole).min(MOST * self.width));
-            forces.settle(sys, w, self.x, t, h, tol);
+            forces.within(sys, w, (t, self.x), self.width, self.whole, tol);
         }
         self.sink.row(sys, w, t, self.x);
     }

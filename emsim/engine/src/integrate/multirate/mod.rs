@@ -35,7 +35,7 @@ mod window;
 use self::response::Response;
 use self::window::Window;
 use super::driver::{self, Failed, Outcome, Run, Status, Tick, Transient};
-use super::rows::{Forces, Row, Sink};
+use super::rows::{Forces, Sink};
 use super::{make, Attempt, Method};
 use crate::ledger::{Inside, Stages};
 use crate::newton::{Failure, Newton, Options, Tolerances};
@@ -470,9 +470,14 @@ impl<'a> Multirate<'a> {
                         self.shown = item.t;
                     }
                     self.tol.observe(&self.x);
-                    let (forces, x) = (self.forces.as_mut(), self.x.as_mut_slice());
-                    let mut row = Row { sink: &mut *self.record, forces, x, width: micro, whole: self.a.tstop };
-                    row.push(self.sys, self.w, item.t, &self.tol);
+                    if let Some(forces) = &mut self.forces {
+                        forces.within(self.sys, self.w, (item.t, &mut self.x), micro, self.a.tstop, &self.tol);
+                    }
+                    // the circuit's own come from its steps
+                    for (&i, v) in fast.of.iter().zip(y) {
+                        self.x[i] = *v;
+                    }
+                    self.record.row(self.sys, self.w, item.t, &self.x);
                 }
                 window::Kind::Open => self.record.open(self.sys, self.w, item.t, &self.x),
                 window::Kind::Leap => self.record.leap(self.sys, self.w, item.t, &self.x),
