@@ -156,6 +156,17 @@ class Films:
             film.png(path, table, at, width or 2 * film.WIDTH, trace)
 
 
+def check_window(given: Arguments, plots: Plots, films: Films) -> None:
+    """UsageError for a part of the run, or a width, of nothing that is drawn."""
+    for key in ("from", "to", "width"):
+        # a single picture has but one time
+        if given.has(key) and not (plots or given.has("gif") or (films and key != "to")):
+            raise UsageError(
+                f"--{key} is for what is drawn: --plot SIGNALS, --gif FILE"
+                + (", --frame FILE" if key != "to" else "")
+            )
+
+
 def value_of(given: Arguments, key: str) -> float | None:
     """A number with SPICE's suffixes, of any sign."""
     text = given.text(key)

@@ -29,7 +29,7 @@ from .console import (
     stdin_text,
     unwritten,
 )
-from .pictures import FILM_OPTIONS, PLOT_OPTIONS, WINDOW_OPTIONS, Films, Plots
+from .pictures import FILM_OPTIONS, PLOT_OPTIONS, WINDOW_OPTIONS, Films, Plots, check_window
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -77,6 +77,7 @@ def main(args: Sequence[str]) -> int:
     files = _targets(given, deck)
     plots = Plots(given, given.all("plot"), given.all("plot-file"), "--plot-file")
     films = Films(given)
+    check_window(given, plots, films)
     if plots.terminal and (given.has("json") or given.text("csv") == "-"):
         raise UsageError("--plot without --plot-file draws on stdout, as do --json and --csv -")
     progress = Progress() if Progress.wanted(given.has("quiet")) else None

@@ -102,6 +102,17 @@ def test_a_raw_file_is_drawn(decks, capsys):
         (["rc.cir", "--plot", "v(out)", "--width", "3"], 2, "--width"),
         (["rc.cir", "--plot", "v(out)", "--from", "soon"], 2, "--from: 'soon' is not a number"),
         (["rc.cir", "--plot", "v(out)", "--from", "9"], 1, "time goes from 0 s to 0.005 s"),
+        (
+            ["rc.cir", "--from", "1m"],
+            2,
+            "--from is for what is drawn: --plot SIGNALS, --gif FILE, --frame FILE",
+        ),
+        (["rc.cir", "--width", "80", "--html", "a.html"], 2, "--width is for what is drawn"),
+        (
+            ["arm.cir", "--frame", "a.png", "--to", "1"],
+            2,
+            "--to is for what is drawn: --plot SIGNALS, --gif FILE",
+        ),
         (["op.cir", "--plot", "v(a)"], 1, "E349"),
         (["plot"], 2, "emsim plot needs a result"),
         (["plot", "rc.cir", "v(out)"], 2, 'emsim rc.cir --plot "v(out)"'),
