@@ -37,6 +37,7 @@ if TYPE_CHECKING:
         def column(self, i: int, /) -> bytes: ...  # float64, native order
 
 
+GROUNDED = (",0)", ",gnd)")
 PLOTNAMES = {"tran": "Transient Analysis", "op": "Operating Point"}
 
 
@@ -129,8 +130,10 @@ class Table:
     def corners(self, name: str | int | None = None) -> memoryview[float]:
         """Times of rows at which the run knows that a column may bend or jump, any column without a name; none for a
         table from a file."""
-        k = self.index(name) if isinstance(name, str) and name in self else name
-        steady = isinstance(k, int) and k < len(self.waves.steady) and self.waves.steady[k]
+        steady = False
+        if name is not None and self.waves.steady:
+            names = (self._pair(name) or (name,)) if isinstance(name, str) else (name,)
+            steady = all(self.waves.steady[k if isinstance(k, int) else self.index(k)] for k in names)
         return memoryview(b"" if steady else self.waves.corners).cast("d")
 
     # columns -----------------------------------------------------------------------------------------
@@ -143,16 +146,19 @@ class Table:
 
     def __contains__(self, name: object) -> bool:
         try:
-            self.index(str(name))
+            for column in self._pair(str(name)) or (str(name),):
+                self.index(column)
         except KeyError:
             return False
         return True
 
     def index(self, name: str) -> int:
-        """Column number of a name. Case and blanks do not matter, `out` means `v(out)` as in ngspice, and
+        """Column number of a name. Case and blanks do not matter, `out` and `v(out,0)` mean `v(out)` as in ngspice, and
         `v1#branch` means `i(v1)`. Raises KeyError with the nearest name."""
         key = _plain(name)
         spellings = [key, f"v({key})"]
+        if key.endswith(GROUNDED):
+            spellings.append(key.rpartition(",")[0] + ")")
         if key.endswith("#branch"):
             spellings.append(f"i({key[:-7]})")
         for spelling in spellings:
@@ -160,6 +166,10 @@ class Table:
                 return self._index[spelling]
         near = suggest(key, self.names)
         raise KeyError(f"no column {name!r}" + (f", did you mean {near!r}?" if near else ""))
+
+    def spelled(self, name: str) -> str:
+        """A name as the table writes it."""
+        return _plain(name) if self._pair(name) else self.names[self.index(name)]
 
     def floats(self, name: str | int) -> array[float]:
         """A column as an array of doubles, without numpy."""
@@ -182,7 +192,7 @@ class Table:
     def _pair(self, name: str) -> tuple[str, str] | None:
         """The columns whose difference `v(a,b)` is, where no column has that name."""
         key = _plain(name)
-        if key in self._index or not key.startswith("v(") or key.count(",") != 1:
+        if key in self._index or not key.startswith("v(") or key.count(",") != 1 or key.endswith(GROUNDED):
             return None
         a, b = key[2:-1].split(",")
         return f"v({a})", f"v({b})"
@@ -248,8 +258,10 @@ class Table:
         if not self.axis or not len(self):
             raise ValueError(f"{self.plotname!r} has no points to look between")
         x = self.doubles(0)
-        if not (x[0] <= low and high <= x[-1]):
-            raise ValueError(f"asked for {self.names[0]} outside {x[0]:g} .. {x[-1]:g}")
+        rounding = 1e-12 * (x[-1] - x[0])
+        if not (x[0] - rounding <= low and high <= x[-1] + rounding):
+            asked = high if low >= x[0] - rounding else low
+            raise ValueError(f"asked for {self.names[0]} = {asked:g}, outside {x[0]:g} .. {x[-1]:g}")
 
     # conversions -------------------------------------------------------------------------------------
 
@@ -451,4 +463,6 @@ def _table(
 
 
 def _plain(name: str) -> str:
+    if not isinstance(name, str):
+        raise TypeError(f"columns have names, as in result['v(out)']; {name!r} is none")
     return "".join(name.split()).lower()

@@ -150,7 +150,7 @@ def _signals(table: Table, items: Sequence[Probe], degrees: bool) -> Iterator[tu
         asked = "".join(probe.text.split()).lower().strip("{}'\"")
         for name in table.names[1:] if asked == "all" and asked not in table else [asked]:
             if name in table:
-                name, unit, y = table.names[table.index(name)], table.unit(name), table[name]
+                name, unit, y = table.spelled(name), table.unit(name), table[name]
             else:
                 value, unit = _value(table, probe.ast, probe)
                 y = np.broadcast_to(np.asarray(value, dtype=float), (len(table),))
@@ -191,8 +191,7 @@ def _column(table: Table, node: Node, probe: Probe) -> tuple[np.ndarray, str]:
         said, _, near = str(error.args[0]).replace("'", "`").partition(", did")
         span = node.span or probe.span
         deck_error("E352", f"there is {said} in these results", span, f"did{near}" if near else None)
-    # a difference v(a,b) has no column of its own
-    return y, table.unit(text) if text in table else "V"
+    return y, table.unit(text)
 
 
 def _apply(node: Call, args: list[np.ndarray | float], probe: Probe) -> np.ndarray:

@@ -45,6 +45,15 @@ def test_difference_of_two_nodes():
     t = Table("tran", ["time", "v(a)", "v(b)"], ["s", "V", "V"], Columns([T, [5.0] * 4, T]))
     assert t["v(a,b)"].tolist() == [5, 4, 3, 2]
     assert t.at("v(a,b)", 1.5) == t.at("v(a,b)", [1.5])[0] == 3.5 and t.unit("v(a, b)") == "V"
+    assert "v(a,b)" in t and "V(b, a)" in t and "v(a,c)" not in t and t["v(a, 0)"].tolist() == t["a"].tolist()
+    with pytest.raises(KeyError, match=r"v\(c\)"):
+        t["v(a,c)"]
+
+
+@pytest.mark.parametrize("key", [0, slice(1, 2), None])
+def test_columns_are_asked_for_by_name(result, key):
+    with pytest.raises(TypeError, match="columns have names"):
+        result[key]
 
 
 def test_unknown_name_suggests_the_nearest(result):
@@ -79,6 +88,11 @@ def test_columns_are_read_only(result):
 def test_at_follows_a_parabola(result):
     assert result.at("v(out)", 1.5) == pytest.approx(2.25)
     assert result.at("v(out)", [1.25, 2.0]).tolist() == pytest.approx([1.5625, 4.0])
+
+
+def test_at_the_end_to_rounding(result):
+    assert result.at("v(out)", 3.0000000000000004) == pytest.approx(9)
+    assert result.at("v(out)", [3.0000000000000004, 0.0]).tolist() == pytest.approx([9, 0])
 
 
 @pytest.mark.parametrize("t", [-0.1, 3.1, [0.0, 4.0], float("nan")])
