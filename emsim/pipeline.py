@@ -187,10 +187,12 @@ def solve(
     drawing = assembly.drawing() if scene else None
     runs: list[Run] = []
     for card, settings in planned:
+        own = _timed(assembly, settings) if card.kind == "tran" else assembly
         if drawing is not None and card.kind == "tran":
-            runs.append(runner("tran")(assembly, card, settings, progress, drawing.channels, True))
+            drawn = own.drawing() or drawing
+            runs.append(runner("tran")(own, card, settings, progress, drawn.channels, True))
         else:
-            runs.append(runner(card.kind)(assembly, card, settings, progress))
+            runs.append(runner(card.kind)(own, card, settings, progress))
         if runs[-1].waves.status != "ok":
             break
         if gaps := runs[-1].gaps():
@@ -198,6 +200,16 @@ def solve(
 
             runs[-1].trouble.append(not_finite(gaps, card))
     return runs
+
+
+def _timed(assembly: Assembly, settings: Any) -> Assembly:
+    """The same deck with what waveforms leave out by the times of this transient: a deck may have several."""
+    from .assemble import assemble
+
+    times = (settings.tstep, settings.tstop)
+    if times == assembly.ctx.times:
+        return assembly
+    return assemble(assembly.flat, assembly.options, times, assembly.accounts is not None)
 
 
 def deliver(assembly: Assembly, runs: list[Run]) -> Result:

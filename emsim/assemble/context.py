@@ -68,7 +68,7 @@ class Context:
         self.coupled: dict[tuple[int, int], float] = {}
         self.machine: Any = None
         self.scale: Any = None
-        # (tstep, tstop) that waveform defaults refer to; the first .tran sets it
+        # (tstep, tstop) that waveform defaults refer to: of the first .tran, or of the one that runs
         self.times = (1.0, 1.0)
         self.ics: dict[str, float] = {}
         self._waves: dict[str, int] = {}

@@ -81,3 +81,22 @@ def test_dc_value_is_for_op_and_the_waveform_for_tran() -> None:
     r = emsim.run(deck("V1 a 0 DC 5 SIN(1 2 500)", "R1 a 0 1", ".op", ".tran 1m 10m"))
     assert r.table("op")["v(a)"][0] == 5.0
     assert r.table("tran")["v(a)"][0] == pytest.approx(1.0)
+
+
+def test_each_transient_of_a_deck_gives_its_own_defaults() -> None:
+    """All runs took the edges, width and frequency that the first .tran leaves to a waveform."""
+    sources = ("V1 a 0 SIN(0 1)", "R1 a 0 1k", "V2 b 0 PULSE(0 1 1m)", "R2 b 0 1k")
+    first, second = emsim.run(deck(*sources, ".tran 0.1m 2m", ".tran 1m 10m")).plots
+    assert first.at("v(a)", 0.5e-3) == pytest.approx(1, abs=1e-3)
+    assert second.at("v(a)", 2.5e-3) == pytest.approx(1, abs=1e-3)
+    assert (first.at("v(b)", 1.05e-3), second.at("v(b)", 1.5e-3)) == (pytest.approx(0.5), pytest.approx(0.5))
+    assert second.at("v(b)", 9e-3) == pytest.approx(1)  # the width is TSTOP
+
+
+def test_each_transient_of_a_machine_too() -> None:
+    lines = ("BODY b m=1", "JOINT j 0 b slide", "FORCE f b dir=(1,0) SIN(0 1)", ".tran 0.1 1", ".tran 0.1 2")
+    first, second = emsim.run(deck(*lines), scene=True).plots
+    for run, period in ((first, 1), (second, 2)):
+        w = 2 * np.pi / period
+        assert run["vel(j)"] == pytest.approx((1 - np.cos(w * run.time)) / w, abs=1e-3)
+        assert run.scene is not None and run.scene.waves.rows == len(run)
