@@ -6,7 +6,7 @@ from .build_elements import Cards, form
 from .build_expr import expression, extent, machine_value
 from .deck import Analysis, Conditional, Deck, Dot, Func, Include, Model, Param, Print, Probe, Subckt
 from .diagnostics import Diagnostic
-from .expr import Name, Num
+from .expr import Call, Name, Num
 from .source import Line, SourceFile
 from .syntax import LineError, code_end, first_word
 
@@ -120,7 +120,11 @@ class DotCards(Cards):
             if isinstance(ast, Num):
                 ast = Name(span.text.lower(), span)  # a node whose name is a number
             start, end = extent(item)
-            out.append(Probe(" ".join(line.text[start:end].split()), ast, span))
+            text = " ".join(line.text[start:end].split())
+            if isinstance(ast, Call) and ast.fn == "par" and len(ast.args) == 1:
+                # ngspice's brackets about an expression
+                ast, text = ast.args[0], text[text.index("(") + 1 : -1].strip()
+            out.append(Probe(text, ast, span))
         return out
 
     def on_save(self, ch: list[Any], line: Line) -> Dot:

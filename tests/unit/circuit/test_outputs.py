@@ -39,6 +39,14 @@ def test_bare_names_are_nodes() -> None:
     assert names(".save out v1#branch", ".tran 1u 10u") == ["time", "v(out)", "i(v1)"]
 
 
+def test_par_is_a_bracket_about_an_expression_as_in_ngspice() -> None:
+    """It was refused, with `pwr` as what might be meant."""
+    asked = ".print tran par('v(out)*2') v(out)"
+    r = emsim.run(deck(*RLC, asked, ".save par( 'v(in) - v(out)' )", ".tran 1u 10u"))
+    assert r.prints == [("tran", ["v(out)*2", "v(out)"])]
+    assert (r["v(out)*2"] == 2 * r["v(out)"]).all() and "v(in)-v(out)" in r
+
+
 def test_print_of_another_analysis_is_left_alone() -> None:
     r = emsim.run(deck(*RLC, ".print op v(m)", ".print tran v(out)", ".op", ".tran 1u 10u"))
     assert r.prints == [("op", ["v(m)"]), ("tran", ["v(out)"])]
