@@ -68,6 +68,12 @@ OPTIONS = [
     HELP,
 ]
 
+# what writes files of these names
+OTHERS = {
+    ".csv": "--csv FILE", ".html": "--html FILE", ".gif": "--gif FILE", ".png": "--plot-file FILE", ".svg": "--plot-file FILE",
+    ".pdf": "--plot-file FILE", ".parquet": "emsim convert deck.raw FILE", ".nc": "emsim convert deck.raw FILE",
+}  # fmt: skip
+
 TOLD = 4  # methods of a run that its summary names
 
 
@@ -140,6 +146,8 @@ def _targets(given: Arguments, deck: str) -> list[Target]:
         stem = "stdin" if deck == "-" else splitext(basename(deck))[0]
         if (name := given.text("output") or f"{stem}.raw") == "-":
             raise UsageError("-o needs the name of a file; --csv - writes to stdout")
+        if (other := OTHERS.get(splitext(name)[1].lower())) is not None:
+            raise UsageError(f"-o is the raw file, {name} is not one by its name: {other}")
         targets.append(("raw", name, {"ascii": given.has("ascii")}))
     elif given.has("output"):
         raise UsageError("--no-files and -o contradict each other")

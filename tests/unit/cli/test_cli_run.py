@@ -159,6 +159,7 @@ def test_json_of_a_wrong_deck():
         (["-o", "rc.cir", "rc.cir"], 2, "is the deck"),
         (["--trace", "arm.com", "rc.cir"], 2, "--trace is for a film"),
         (["-o", "-", "rc.cir"], 2, "needs the name of a file"),
+        (["-o", "x.csv", "rc.cir"], 2, "x.csv is not one by its name: --csv FILE"),
         (["-o", "x.raw", "--csv", "./x.raw", "rc.cir"], 2, "written twice"),
         (["--no-files", "-o", "x.raw", "rc.cir"], 2, "contradict"),
         (["help", "rum"], 2, "did you mean run"),
