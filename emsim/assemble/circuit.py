@@ -61,6 +61,7 @@ def allocate(ctx: Context) -> None:
             hint = missing_mark(word)
         sink.error("E297", f"{names}: {what} is not supported yet", elements[0].span, hint)
 
+    _spread(ctx)
     read = set(ctx.elements) if all_currents(ctx) else _currents_read(ctx)
     ctx.metered = {name for name in read if name in ctx.elements and _is_diode(ctx.elements[name])}
     for e in ctx.elements.values():
@@ -74,13 +75,24 @@ def lists_word(probes: Iterable[Probe], *words: str) -> bool:
 
 
 def probes_currents(ctx: Context) -> bool:
-    """`.probe alli`?"""
-    return lists_word(ctx.flat.probes, "all", "alli")
+    """`.probe alli`, `.save alli`?"""
+    return lists_word(ctx.flat.probes, "all", "alli") or lists_word(ctx.flat.saves, "alli")
 
 
 def all_currents(ctx: Context) -> bool:
     """Is the current of every element asked for, so or by `.options savecurrents`?"""
     return bool(ctx.flat.options.get("savecurrents")) or probes_currents(ctx)
+
+
+def _spread(ctx: Context) -> None:
+    """`.probe p(r1)` as in ngspice: what an element takes. p() of a machine's coupling is its own."""
+    for probe in ctx.flat.probes:
+        ast = probe.ast
+        if isinstance(ast, Call) and ast.fn == "p" and len(ast.args) == 1 and isinstance(ast.args[0], Name):
+            e = ctx.elements.get(ctx.element_name(ast.args[0].id))
+            if e is not None and len(e.nodes) >= 2:
+                across = Call("v", [Name(n, ast.span) for n in e.nodes[:2]], ast.span)
+                probe.ast = Binary("*", across, Call("i", ast.args, ast.span), ast.span)
 
 
 def _is_diode(e: Element) -> bool:

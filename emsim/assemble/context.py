@@ -304,7 +304,7 @@ class Context:
         more: str = "",
     ) -> None:
         """An error about a name; the hint is the nearest one that exists, or else `more` and what there is."""
-        known = [name for name in candidates if "#" not in name]
+        known = list(dict.fromkeys(name for name in candidates if "#" not in name))
         near = suggest(word, known)
         some = ", ".join(f"`{name}`" for name in known[:SHOWN]) + (", ..." if len(known) > SHOWN else "")
         parts = (

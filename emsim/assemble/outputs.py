@@ -1,9 +1,9 @@
 """Which columns a run gives, with their names and units.
 
 Nothing asked for: every node voltage, every branch current, and what the machine offers (joint
-coordinates, coupling forces). `.save` narrows that; `.save all` keeps it. As in ngspice `.probe` adds: `.probe alli`
-the currents of all elements. `.options savecurrents` adds those that are no unknowns, as `@r1[i]`. What `.print` asks
-for is always there.
+coordinates, coupling forces). `.save` narrows that; `.save all` keeps it, and `.save allv`, as in ngspice. `.probe` adds:
+`.probe alli` the currents of all elements. `.options savecurrents` adds those that are no unknowns, as `@r1[i]`.
+What `.print` asks for is always there.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ def select(ctx: Context) -> tuple[dict[str, list[Output]], list[tuple[str, list[
     saved: dict[str, Output] = {}
     saves = ctx.flat.saves
     asked = [*saves, *ctx.flat.probes]
-    if not saves or lists_word(saves, "all"):
+    if not saves or lists_word(saves, "all", "allv"):
         for output in everything(ctx):
             saved.setdefault(output.name, output)
     ignored: list[str] = []

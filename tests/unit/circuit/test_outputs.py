@@ -138,3 +138,20 @@ def test_savecurrents_records_what_ngspice_records() -> None:
     assert columns(*ONE_OF_EACH, ".options savecurrents", ".save v(a)") == ["time", "v(a)", *more]
     r = emsim.run(deck(*ONE_OF_EACH, ".options savecurrents"))
     np.testing.assert_allclose(r["@d1[id]"] + r["@c1[i]"] - r["@r1[i]"], 1e-3, rtol=1e-6)
+
+
+def test_words_of_save_as_ngspice_reads_them() -> None:
+    """`.save allv` and `.save alli` left nothing but the time."""
+    usual = columns(*ONE_OF_EACH)
+    assert columns(*ONE_OF_EACH, ".save allv") == usual
+    elements = ["v1", "r1", "l1", "d1", "c1", "i1", "e1", "re", "l2", "r3"]
+    assert set(columns(*ONE_OF_EACH, ".save alli")) == {"time", *(f"i({name})" for name in elements)}
+
+
+def test_power_of_an_element_by_probe_as_in_ngspice() -> None:
+    """It was refused: p() would read a machine."""
+    sub = (".subckt load a b", "Rx a b 1k", ".ends", "X1 c 0 load")
+    r = emsim.run(deck(*ONE_OF_EACH, *sub, ".probe p(r1) p(d1) p(x1.rx) p(V1)"))
+    assert r["p(r1)"] == pytest.approx(1e3 * ((r["v(a)"] - r["v(b)"]) / 1e3) ** 2, abs=1e-12)
+    assert r["p(x1.rx)"] == pytest.approx(r["v(c)"] ** 2 / 1e3) and (r["p(d1)"] >= 0).all()
+    assert r["p(v1)"] == pytest.approx(r["v(a)"] * r["i(v1)"]) and r.units["p(r1)"] == "W"
