@@ -183,10 +183,12 @@ class System:
         options_: dict[str, Any] | None = None,
         progress: Callable[[float, float, int, int], bool | None] | None = None,
         accounts: tuple[Sequence[Expr], Sequence[Expr], bool] | None = None,
+        drawn: bool = True,
     ) -> Waveforms:
         """options: method (trap gear radau trbdf2 esdirk rk45 dop853) reltol abstol vntol trtol gmin
         itl1 itl4 maxord fixed_step projection.
-        progress(t, h, steps, events) is called about 20 times a second; a true value stops the run."""
+        progress(t, h, steps, events) is called about 20 times a second; a true value stops the run.
+        Not drawn: beside the ends of steps only the print grid has rows, however far apart they are."""
 
 @final
 class Waveforms:

@@ -3,6 +3,7 @@
 tstep is the print grid and the default of waveform times. The largest internal step is tmax or, as in
 ngspice, the smaller of tstep and (tstop - tstart)/50, for methods that have no dense output of their own;
 for the others (tstop - tstart)/10 and, where the equations are not linear, an eighth of a source's period.
+Before tstart, a hundred-thousandth of the run where that is longer.
 """
 
 from __future__ import annotations

@@ -152,8 +152,9 @@ class Problem:
             return late
 
         waves = assembly.system.tran(
-            self.spacing, t.tstop, t.tstart, t.tmax, t.uic, [outputs[n].expr for n in names], options, over
-        )
+            self.spacing, t.tstop, t.tstart, t.tmax, t.uic, [outputs[n].expr for n in names], options, over,
+            drawn=False,
+        )  # fmt: skip
         stats = dict(waves.stats)
         if waves.status == "ok":
             units = [self.units[name] for name in names]

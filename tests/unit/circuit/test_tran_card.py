@@ -7,6 +7,7 @@ import os
 import signal
 import threading
 
+import numpy as np
 import pytest
 from circuit_decks import codes, deck, remarks
 
@@ -40,6 +41,37 @@ def test_what_is_shown_begins_at_tstart(method: str) -> None:
     assert r.time[0] == pytest.approx(53e-6, rel=1e-12) and r.time[1] > 53e-6
     assert r["v(a)"][0] == pytest.approx(math.sin(2 * math.pi * 0.053), abs=1e-4)
     assert r["v(b)"][0] == pytest.approx(emsim.run(deck(*sine, ".tran 1u 0.2m")).at("v(b)", 53e-6), abs=1e-5)
+
+
+@pytest.mark.parametrize("span", ["5m", "100m"])
+@pytest.mark.parametrize("method", ["trap", "gear", "radau", "trbdf2", "esdirk", "gauss", "rk45", "dop853"])
+def test_straight_lines_between_the_rows_follow_a_sine_that_the_print_grid_does_not(
+    method: str, span: str
+) -> None:
+    """Steps of a high order are half a period long, the grid a whole one: curves missed half of the amplitude."""
+    r = emsim.run(
+        deck(
+            "V1 a 0 SIN(0 1 1k)", "R1 a b 1k", "C1 b 0 0.1u", f".options method={method}", f".tran 1m {span}"
+        )
+    )
+    w = 2 * math.pi * 1e3
+    answer = 1 / (1 + 1j * w * 1e-4)
+    t = np.linspace(0, r.time[-1], 20001)
+    exact = (answer * np.exp(1j * w * t)).imag - answer.imag * np.exp(-t / 1e-4)
+    assert abs(np.interp(t, r.time, r["v(b)"]) - exact).max() < 0.05
+    # where .print looks there are rows
+    grid = np.arange(1, r.time[-1] / 1e-3) * 1e-3
+    assert method == "trap" or min(abs(r.time - k).min() for k in grid) == 0
+
+
+@pytest.mark.parametrize("method", ["trap", "radau", "auto"])
+def test_the_last_moment_of_a_long_run(method: str) -> None:
+    """Steps a fiftieth of what is shown as long, from the beginning on, were a hundred million."""
+    sine = ("V1 a 0 SIN(0 1 1k)", "R1 a b 1k", "C1 b 0 0.1u", f".options method={method}")
+    r = emsim.run(deck(*sine, ".tran 1m 1 0.9999999"))
+    assert len(r) >= 50 and r.stats["steps"] < 200_000
+    answer = 1 / (1 + 1j * 2 * math.pi * 0.1)
+    assert r["v(b)"] == pytest.approx((answer * np.exp(2j * math.pi * 1e3 * (r.time - 1))).imag, abs=2e-3)
 
 
 def test_analyses_run_in_order() -> None:

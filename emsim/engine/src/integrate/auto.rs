@@ -454,6 +454,10 @@ impl Method for Auto<'_> {
         self.inner().pieces()
     }
 
+    fn shown(&self) -> usize {
+        self.inner().shown()
+    }
+
     fn steps_a_period(&self) -> Option<f64> {
         self.inner().steps_a_period()
     }

@@ -30,6 +30,8 @@ pub struct Transient {
     pub tstart: f64,
     pub tmax: Option<f64>,
     pub uic: bool,
+    /// curves are drawn through the rows: none far apart, whatever tstep says
+    pub drawn: bool,
 }
 
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -308,7 +310,7 @@ impl<'a, S: Sink> Run<'a, S> {
             // how far may this step go
             let t = self.t;
             let left = (self.stop - t) - self.late;
-            let mut step = h.min(if fixed { h } else { tmax });
+            let mut step = h.min(if fixed { h } else { memory::bound(&a, t, tmax) });
             let mut lands = step >= left * (1.0 - 1e-9);
             if lands {
                 step = self.memory.recurring(left, 8.0 * f64::EPSILON * self.stop);
@@ -369,13 +371,16 @@ impl<'a, S: Sink> Run<'a, S> {
                 }
                 Attempt::Good { next } => {
                     let t1 = if lands { self.stop } else { t + (step + self.late) };
-                    let inside = asked < t1 - 1e-7 * a.tstep;
+                    let inside = asked < t1 - 1e-7 * self.grid.step;
                     if self.dense && !fixed && (coarse || inside) {
                         coarse = still || method.interior(sys, &self.tol) > 1.0;
                         if coarse && inside {
                             self.w.counters.rejected += 1;
                             continue;
                         }
+                    }
+                    if !fixed {
+                        self.grid.parted(method, step, next, sys, &self.tol);
                     }
                     match self.event(method, t1, step, next, smallest, &mut failures) {
                         Event::None => {}

@@ -73,6 +73,10 @@ pub trait Method {
     fn pieces(&self) -> usize {
         1 + usize::from(self.wants_dense_record())
     }
+    /// Parts of a step, so that a curve drawn through the points between them follows it.
+    fn shown(&self) -> usize {
+        1
+    }
     /// No step is longer than the run over so many, where the deck does not say.
     fn fewest_steps(&self) -> f64 {
         10.0

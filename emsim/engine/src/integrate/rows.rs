@@ -214,11 +214,16 @@ impl<S: Sink> Row<'_, S> {
 
 /// Rows between internal points, from the method's dense output: the print grid tstart + k tstep for methods whose steps
 /// are long, the corners of sources on which no step ends, and a few rows after whatever bends the signals, for what
-/// follows there is faster than the grid.
+/// follows there is faster than the grid. Where the rows are to be drawn, the grid is parted until it has as many intervals
+/// as SPICE takes steps, and a step that is shorter than them has rows of its own, for it may hold half a period.
 #[derive(Clone)]
 pub struct Grid {
     start: f64,
-    step: f64,
+    print: f64,
+    split: f64, // intervals in one of the print grid
+    pub step: f64,
+    drawn: bool,
+    parts: usize, // of the step that is being kept
     stop: f64,
     k: f64,
     dense: bool,
@@ -235,20 +240,32 @@ const AFTER: [f64; 9] = [0.02, 0.05, 0.1, 0.2, 0.35, 0.5, 0.65, 0.8, 0.9];
 /// So many bends have them, and one more in so many rows of the grid: a train of pulses is not drawn pulse by pulse.
 const BENDS: f64 = 16.0;
 const APART: f64 = 10.0;
+/// A run that is to be drawn has no gap longer than this part of it.
+const INTERVALS: f64 = 50.0;
+/// The curve is hardly bent in a step that could be so much longer.
+const LONGER: f64 = 2.0;
+/// A step's own row that lies next to another one, by less than this part of their distance, is left out.
+const BESIDE: f64 = 0.2;
 
 impl Grid {
     pub fn new(sys: &System, a: Transient, dense: bool) -> Grid {
         let corner = sys.next_silent_corner(a.tstart);
+        let split = if a.drawn { (INTERVALS * a.tstep / (a.tstop - a.tstart) - 1e-6).ceil().max(1.0) } else { 1.0 };
+        let step = a.tstep / split;
         Grid {
             start: a.tstart,
-            step: a.tstep,
+            print: a.tstep,
+            split,
+            step,
+            drawn: dense && a.drawn,
+            parts: 1,
             stop: a.tstop,
             // a run begins with a row; one that is shown from later on has its first row between two steps
             k: if a.tstart > 0.0 { 0.0 } else { 1.0 },
             dense,
             corner,
             bend: 0.0,
-            width: a.tstep,
+            width: step,
             shown: AFTER.len(),
             bends: 0.0,
             last: if a.tstart > 0.0 { f64::NEG_INFINITY } else { 0.0 },
@@ -263,14 +280,32 @@ impl Grid {
         }
     }
 
+    fn point(&self, k: f64) -> f64 {
+        if self.split == 1.0 {
+            return self.start + k * self.step;
+        }
+        let whole = (k / self.split).floor();
+        self.start + whole * self.print + (k - whole * self.split) * self.step
+    }
+
     /// The next row asked for that lies clearly after t.
     pub fn after(&self, t: f64) -> f64 {
-        let point = |k: f64| self.start + k * self.step;
-        let next = if point(self.k) > t + 1e-6 * self.step { point(self.k) } else { point(self.k + 1.0) };
+        let next =
+            if self.point(self.k) > t + 1e-6 * self.step { self.point(self.k) } else { self.point(self.k + 1.0) };
         if self.dense && next < self.stop {
             next
         } else {
             f64::INFINITY
+        }
+    }
+
+    /// Does a step of length h need rows of its own, where it can hardly be longer? They are put where the method says that its
+    /// dense output is good enough.
+    pub fn parted(&mut self, m: &dyn Method, h: f64, next: f64, sys: &System, tol: &Tolerances) {
+        if self.drawn && next < LONGER * h {
+            let parts = m.shown();
+            let needed = parts > 1 && self.step > 1.5 * h / parts as f64;
+            self.parts = if needed && m.interior(sys, tol) <= 1.0 { parts } else { 1 };
         }
     }
 
@@ -285,14 +320,28 @@ impl Grid {
         row: &mut Row<impl Sink>,
     ) {
         let near = 1e-9 * self.step;
+        let begin = t1 - row.width;
+        let part = if self.parts > 1 { row.width / self.parts as f64 } else { f64::INFINITY };
+        let mut newest = self.start.max(self.last);
+        let mut own = begin + part;
         loop {
             let asked = self.dense || self.k == 0.0;
-            let point = if asked { self.start + self.k * self.step } else { f64::INFINITY };
+            let point = if asked { self.point(self.k) } else { f64::INFINITY };
             let extra = AFTER.get(self.shown).map_or(f64::INFINITY, |a| self.bend + a * self.width);
-            let t = point.min(self.corner).min(extra);
+            let others = point.min(self.corner).min(extra);
+            if own < others.min(t1 - BESIDE * part) {
+                // not beside one of the others
+                if own > newest + BESIDE * part && own < others - BESIDE * part {
+                    self.push(m, own, sys, w, tol, row);
+                    newest = own;
+                }
+                own += part;
+                continue;
+            }
+            let t = others;
             let near = if t < point || self.k == 0.0 { 0.0 } else { near };
             if t > t1 + near || t > self.stop {
-                self.last = t1;
+                (self.last, self.parts) = (t1, 1);
                 return;
             }
             if t == extra {
@@ -306,10 +355,15 @@ impl Grid {
                 self.k += 1.0;
             }
             if t < t1 - near && t > self.last {
-                m.dense(t, row.x());
-                sys.pin(w, t, row.x());
-                row.push(sys, w, t, tol);
+                self.push(m, t, sys, w, tol, row);
+                newest = t;
             }
         }
+    }
+
+    fn push(&self, m: &dyn Method, t: f64, sys: &System, w: &mut Work, tol: &Tolerances, row: &mut Row<impl Sink>) {
+        m.dense(t, row.x());
+        sys.pin(w, t, row.x());
+        row.push(sys, w, t, tol);
     }
 }

@@ -281,8 +281,9 @@ impl System {
     }
 
     /// Transient analysis. `progress(t, h, steps, events)` is called now and then; a true return value stops the run.
-    /// `accounts`: (powers to integrate, energies to read at both ends, keep a trace of them).
-    #[pyo3(signature = (tstep, tstop, tstart=0.0, tmax=None, uic=false, outputs=vec![], options_=None, progress=None, accounts=None))]
+    /// `accounts`: (powers to integrate, energies to read at both ends, keep a trace of them). Not `drawn`, the rows beside
+    /// the steps' ends are those of the print grid alone.
+    #[pyo3(signature = (tstep, tstop, tstart=0.0, tmax=None, uic=false, outputs=vec![], options_=None, progress=None, accounts=None, drawn=true))]
     #[allow(clippy::too_many_arguments)]
     fn tran(
         &self,
@@ -296,6 +297,7 @@ impl System {
         options_: Option<&Bound<'_, PyDict>>,
         progress: Option<Py<PyAny>>,
         accounts: Option<(Vec<Bound<'_, PyAny>>, Vec<Bound<'_, PyAny>>, bool)>,
+        drawn: bool,
     ) -> PyResult<Waveforms> {
         let good = |v: f64| v.is_finite() && v > 0.0;
         let ordered = tstart >= 0.0 && tstart < tstop;
@@ -311,7 +313,7 @@ impl System {
             let (powers, energies) = (self.ids(&powers)?, self.ids(&energies)?);
             record.ledger = Some(Ledger::new(&lock(&self.graph), &powers, &energies, traced));
         }
-        let a = Transient { tstep, tstop, tstart, tmax, uic };
+        let a = Transient { tstep, tstop, tstart, tmax, uic, drawn };
         if integrate::reduces(&sys, &o) {
             sys.reduce(&mut lock(&self.graph));
         }

@@ -9,7 +9,7 @@ use std::collections::HashMap;
 const SPICE: f64 = 50.0;
 /// What conducts at the crest of a source's swing alone could lie between the stages of one long step.
 const IN_A_PERIOD: f64 = 8.0;
-/// Steps of one length that a source's periods impose are no more than these in a run.
+/// Steps of one length that a source's periods, or a short piece of the run that is shown, impose are no more than these.
 pub const IMPOSED: f64 = 1e5;
 
 /// The longest step where the deck does not say.
@@ -24,6 +24,14 @@ pub fn longest(sys: &System, a: &Transient, method: &dyn Method) -> f64 {
         true if sys.pure_linear => fewest,
         true => fewest.min(followed),
         false => a.tstep.min(of_spice).min(followed),
+    }
+}
+
+/// How far a step may go from t: what is shown later on asks for short steps only there.
+pub fn bound(a: &Transient, t: f64, tmax: f64) -> f64 {
+    match a.tmax {
+        None if t < a.tstart => tmax.max((a.tstart - t).min(a.tstop / IMPOSED)),
+        _ => tmax,
     }
 }
 

@@ -537,6 +537,10 @@ impl Method for Explicit<'_> {
         true
     }
 
+    fn shown(&self) -> usize {
+        2
+    }
+
     fn restarts_at_corners(&self) -> bool {
         false
     }

@@ -34,7 +34,7 @@ mod window;
 
 use self::response::Response;
 use self::window::Window;
-use super::driver::{self, Failed, Outcome, Run, Status, Tick, Transient};
+use super::driver::{self, Failed, Outcome, Run, Status, Tick, Transient, IMPOSED};
 use super::rows::{Forces, Sink};
 use super::{make, Attempt, Method};
 use crate::ledger::{Inside, Stages};
@@ -213,7 +213,7 @@ impl<'a> Multirate<'a> {
         circuit.record.hold();
 
         let mut outcome = Outcome::new();
-        let longest = a.tmax.unwrap_or((a.tstop - a.tstart) / 50.0);
+        let longest = a.tmax.unwrap_or(((a.tstop - a.tstart) / 50.0).max(a.tstop / IMPOSED));
         let mut pace = Pace { h: (1e-4 * a.tstop).min(longest), ..Pace::default() };
         let (mut t, mut failures) = (0.0_f64, 0u32);
         while t < a.tstop {

@@ -553,6 +553,10 @@ impl Method for Radau {
         self.scheme.s.div_ceil(2)
     }
 
+    fn shown(&self) -> usize {
+        self.scheme.s.saturating_sub(1).max(1)
+    }
+
     fn multipliers_lag(&self) -> bool {
         !self.fixed
     }
