@@ -81,10 +81,20 @@ def test_behavioural_sources():
     assert (e.extra["output"], str(e.value), e.params) == ("i", "(v(b)>1)?v(c):0", {"tc1": 1e-3})
 
 
+def test_brackets_about_the_nodes_of_switches():
+    for card in ("S1 (a b c d) sm on", "S1 (a b) (c,d) sm on", "S1 a b (c d) sm on", "S1 a b c d sm on"):
+        e = element(MODELS + card)
+        assert (e.nodes, e.model.name, e.extra["initial"]) == (["a", "b", "c", "d"], "sm", "on")
+    e = element(MODELS + "W1 (a b) V1 wm off")
+    assert (e.nodes, e.extra["controls"], e.extra["initial"]) == (["a", "b"], ["v1"], "off")
+
+
 def test_controlled_sources():
     e = element("E1 a b c d {2*5}")
     assert (e.nodes, e.value, e.extra["form"]) == (["a", "b", "c", "d"], 10.0, "linear")
     assert element("G1 a b (c,d) 1m").nodes == ["a", "b", "c", "d"]
+    for card in ("E1 (a b c d) 10", "E1 (a, b, c, d) 10", "E1 (a b) c d 10", "E1 (a,b) (c d) 10"):
+        assert (element(card).nodes, element(card).value) == (["a", "b", "c", "d"], 10.0)
     assert element("G1 a b v i 1m").nodes == ["a", "b", "v", "i"]  # nodes may be called like keywords
     assert element("G1 a b c d 1m m=2").params == {"m": 2.0}
     e = element("E1 a b POLY(2) c 0 (d,0) 0 1 2 {3}")
