@@ -554,7 +554,7 @@ impl Method for Radau {
     }
 
     fn shown(&self) -> usize {
-        self.scheme.s.saturating_sub(1).max(1)
+        self.scheme.s
     }
 
     fn multipliers_lag(&self) -> bool {
