@@ -13,7 +13,7 @@ use self::memory::Memory;
 pub use self::memory::IMPOSED;
 pub(super) use self::stretch::Mark;
 
-use super::rows::{Forces, Grid, Row, Sink};
+use super::rows::{undetermined, Forces, Grid, Row, Sink};
 use super::watch::{Report, Watch};
 use super::{make, Attempt, Method, Used};
 use crate::events::{Candidate, Detector, Located};
@@ -228,8 +228,12 @@ impl<'a, S: Sink> Run<'a, S> {
 
     pub(super) fn start(&mut self, method: &mut dyn Method) {
         let feature = self.sys.shortest_feature().min(self.a.tstep).min(self.tmax);
-        if !op::is_all_state(self.sys) {
-            self.settle(0.0, 1e-5 * feature, true);
+        // within so little of the run charges are not known to rounding: what need not be computed from their change is not
+        let (short, rounded) = (1e-5 * feature, 1e-10 * self.a.tstop);
+        let fits = !self.a.uic && self.sys.forces.is_empty();
+        let known = || op::is_all_state(self.sys) || short < rounded && fits && !undetermined(self.sys).contains(&true);
+        if !known() {
+            self.settle(0.0, short.max(rounded.min(1e-3 * feature)), true);
         }
         for _ in 0..CASCADE {
             // flags may hang on algebraic unknowns that other flags move: settle them together
