@@ -302,10 +302,13 @@ impl Grid {
     /// Does a step of length h need rows of its own, where it can hardly be longer? They are put where the method says that its
     /// dense output is good enough.
     pub fn parted(&mut self, m: &dyn Method, h: f64, next: f64, sys: &System, tol: &Tolerances) {
+        self.parts = 1;
         if self.drawn && next < LONGER * h {
             let parts = m.shown();
             let needed = parts > 1 && self.step > 1.5 * h / parts as f64;
-            self.parts = if needed && m.interior(sys, tol) <= 1.0 { parts } else { 1 };
+            if needed && m.interior(sys, tol) <= 1.0 {
+                self.parts = parts;
+            }
         }
     }
 
