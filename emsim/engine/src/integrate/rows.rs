@@ -326,18 +326,20 @@ impl Grid {
         let begin = t1 - row.width;
         let part = if self.parts > 1 { row.width / self.parts as f64 } else { f64::INFINITY };
         let mut newest = self.start.max(self.last);
+        let mut left = self.parts;
         let mut own = begin + part;
         loop {
             let asked = self.dense || self.k == 0.0;
             let point = if asked { self.point(self.k) } else { f64::INFINITY };
             let extra = AFTER.get(self.shown).map_or(f64::INFINITY, |a| self.bend + a * self.width);
             let others = point.min(self.corner).min(extra);
-            if own < others.min(t1 - BESIDE * part) {
+            if left > 1 && own < others {
                 // not beside one of the others
-                if own > newest + BESIDE * part && own < others - BESIDE * part {
+                if own > newest + BESIDE * part && own < (others - BESIDE * part).min(t1) {
                     self.push(m, own, sys, w, tol, row);
                     newest = own;
                 }
+                left -= 1;
                 own += part;
                 continue;
             }
