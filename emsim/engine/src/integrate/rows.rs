@@ -250,7 +250,9 @@ const BESIDE: f64 = 0.2;
 impl Grid {
     pub fn new(sys: &System, a: Transient, dense: bool) -> Grid {
         let corner = sys.next_silent_corner(a.tstart);
-        let split = if a.drawn { (INTERVALS * a.tstep / (a.tstop - a.tstart) - 1e-6).ceil().max(1.0) } else { 1.0 };
+        let intervals = INTERVALS * a.tstep / (a.tstop - a.tstart) - 1e-6;
+        let short = a.tmax.is_some_and(|h| INTERVALS * h <= a.tstop - a.tstart); // the steps are rows enough
+        let split = if a.drawn && !short { intervals.ceil().max(1.0) } else { 1.0 };
         let step = a.tstep / split;
         Grid {
             start: a.tstart,
@@ -300,10 +302,10 @@ impl Grid {
     }
 
     /// Does a step of length h need rows of its own, where it can hardly be longer? They are put where the method says that its
-    /// dense output is good enough.
+    /// dense output is good enough, and where forces can be computed to more than rounding.
     pub fn parted(&mut self, m: &dyn Method, h: f64, next: f64, sys: &System, tol: &Tolerances) {
         self.parts = 1;
-        if self.drawn && next < LONGER * h {
+        if self.drawn && next < LONGER * h && SHORT * h >= ROUNDED * self.stop {
             let parts = m.shown();
             let needed = parts > 1 && self.step > 1.5 * h / parts as f64;
             if needed && m.interior(sys, tol) <= 1.0 {

@@ -538,7 +538,7 @@ impl Method for Explicit<'_> {
     }
 
     fn shown(&self) -> usize {
-        2
+        1 + usize::from(!self.method.extra.is_empty())
     }
 
     fn restarts_at_corners(&self) -> bool {
