@@ -324,7 +324,7 @@ impl Grid {
         tol: &Tolerances,
         row: &mut Row<impl Sink>,
     ) {
-        let near = 1e-9 * self.step;
+        let near = 1e-9 * self.print;
         let begin = t1 - row.width;
         let part = if self.parts > 1 { row.width / self.parts as f64 } else { f64::INFINITY };
         let mut newest = self.start.max(self.last);
