@@ -62,7 +62,7 @@ RUST_ROWS = [
     ["passive", "edges", "reduced"],
     ["model"],
     ["devices", "sparse", "waves"],
-    ["twice"],
+    ["twice", "lanes"],
     ["tape"],
     ["derive"],
     ["graph"],

@@ -68,6 +68,9 @@ const STALLS: usize = 8;
 const LEAP: f64 = 2.0;
 /// ... if it is so much of the largest.
 const COUNTS: f64 = 1e-3;
+/// The same after an update of more than this part of a tolerance that is loose: millivolts of a hundred.
+const FAR: f64 = 0.02;
+const LOOSE: f64 = 2e-5;
 
 /// Unknowns of a system above which what follows a solution is not written as a program.
 const LARGEST: usize = 200;
@@ -175,7 +178,7 @@ impl Newton {
                 continue;
             }
             let converged = converged && !w.limited;
-            let doubtful = converged && sys.bends() && leapt(&self.sources, &self.settled);
+            let doubtful = converged && sys.bends() && (leapt(&self.sources, &self.settled) || self.far(x, tol));
             if sys.linear || (converged && !doubtful) {
                 if sys.bends() {
                     self.settled.clone_from(&self.sources);
@@ -185,7 +188,7 @@ impl Newton {
             }
             let judged = if doubtful {
                 sys.stage_expand(w, x, t);
-                !w.limited && !self.falls(sys, w, a)
+                !w.limited && !self.turns(sys, w, a)
             } else {
                 let judged = sys.stage_expand_and_judge(w, x, t, a, (self.junctions * tol.reltol, tol.vntol));
                 judged || (iteration >= STALLS && !w.limited && self.within_rounding(sys, w, a, x, tol))
@@ -208,15 +211,21 @@ impl Newton {
         Err(Failure::Diverged { unknown, row })
     }
 
-    /// Does the iterate that has just been expanded show derivatives that have fallen by far? Holds them as the last ones.
-    fn falls(&mut self, sys: &System, w: &Work, a: f64) -> bool {
+    /// Does the iterate that has just been expanded show derivatives that have fallen or risen by far? Holds them as the last ones.
+    fn turns(&mut self, sys: &System, w: &Work, a: f64) -> bool {
         let before = std::mem::take(&mut self.sources);
         sys.stage_sources(w, a, &mut self.sources);
-        let falls = leapt(&before, &self.sources);
-        if !falls {
+        let turns = leapt(&before, &self.sources) || leapt(&self.sources, &before);
+        if !turns {
             self.settled.clone_from(&self.sources);
         }
-        falls
+        turns
+    }
+
+    /// Was the last update more than a small part of the tolerance, which may be many times what an exponential is bent on?
+    fn far(&self, x: &[f64], tol: &Tolerances) -> bool {
+        let far = |i: usize| tol.in_norm[i] && self.step[i].abs() > FAR * tol.weight(i, x[i], x[i]);
+        tol.reltol >= LOOSE && (0..x.len()).any(far)
     }
 
     /// step <- -(G + a C)^-1 (F + a Q + r) at x, of what was expanded there.

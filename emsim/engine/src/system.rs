@@ -4,7 +4,7 @@
 //! and the held state (flags, limited junction voltages) of one run.  Row i belongs to unknown i.  C = dQ/dx and
 //! G = dF/dx share one sparse pattern.  The linear part is summed once; expressions run as tapes; devices as kernels.
 use crate::derive::gradient;
-use crate::devices::diode::{Diode, DiodeOut};
+use crate::devices::diode::Diode;
 use crate::edges::{EdgeWork, Edges};
 use crate::graph::{Graph, Id, Node};
 pub use crate::model::{DiodeAt, FlagSpec, Force, Kind, Model, Unknown};
@@ -18,6 +18,9 @@ pub use split::{Part, Parts};
 use std::collections::{BTreeMap, HashSet};
 use std::sync::OnceLock;
 
+mod expand;
+#[cfg(target_arch = "x86_64")]
+mod fours;
 mod guests;
 mod junctions;
 mod linear;
@@ -27,20 +30,13 @@ mod split;
 mod stage;
 mod stops;
 
+use self::expand::{Diodes, Expansion, Fours};
+
 struct DiodeSlot {
     kernel: Diode,
     p: i32,
     n: i32,
     slots: [Option<usize>; 4], // (p,p) (p,n) (n,p) (n,n)
-}
-
-/// A diode's characteristic as the last evaluation expanded it: about `at`, which is `v` unless limiting moved it.
-#[derive(Clone, Copy, Default)]
-#[repr(C)]
-struct Expansion {
-    v: f64,
-    at: f64,
-    o: DiodeOut,
 }
 
 pub struct System {
@@ -71,6 +67,7 @@ pub struct System {
     roots: Tape, // up and down of every flag
     pub edges: Edges,
     diodes: Vec<DiodeSlot>,
+    fours: Fours,                // the same four by four
     pub has_q: Vec<bool>,        // row i has a d/dt term
     pub differential: Vec<bool>, // unknown i appears under d/dt (in derivatives that are only shown it does not count)
     pub linear: bool,            // C, G constant: one factorisation per step size, one solve per point
@@ -103,6 +100,7 @@ pub struct Work {
     pub junction: Vec<f64>,
     edges: EdgeWork,
     asked: Vec<f64>,
+    lines: Vec<f64>, // currents at a new iterate, as the last expansions have them
     expansions: Vec<Expansion>,
     pub limited: bool,
     pub counters: Counters,
@@ -344,6 +342,7 @@ impl System {
             c_slots,
             roots,
             edges,
+            fours: Fours::of(&diodes),
             diodes,
             has_q,
             differential,
@@ -372,6 +371,7 @@ impl System {
             cv: self.c_linear.clone(),
             edges: self.edges.work(self.waves.len()),
             asked: Vec::new(),
+            lines: Vec::new(),
             junction: self.diodes.iter().map(|d| d.kernel.vcrit()).collect(),
             expansions: vec![Expansion::default(); self.diodes.len()],
             limited: false,
@@ -501,21 +501,12 @@ impl System {
     /// Expressions and devices with their derivatives at (x, t), kept in `w` for what follows: `eval_jacobian`,
     /// or the five functions of one implicit stage below it.
     fn expand(&self, w: &mut Work, x: &[f64], t: f64, limit: bool) {
-        w.limited = false;
         if !self.jacobian.is_empty() {
             self.jacobian.run(&Inputs { x, t, waves: &w.waves, flags: &w.flags }, &mut w.jacobian);
         }
-        for ((d, e), junction) in self.diodes.iter().zip(&mut w.expansions).zip(&mut w.junction) {
-            let v = across(x, d.p, d.n);
-            let mut at = v;
-            if limit {
-                let (v_limited, limited) = d.kernel.limit(v, *junction);
-                w.limited |= limited;
-                at = v_limited;
-            }
-            *junction = at;
-            *e = Expansion { v, at, o: d.kernel.eval(at, w.gmin) };
-        }
+        let (slots, fours) = (&self.diodes, &self.fours);
+        let mut diodes = Diodes { slots, fours, held: &mut w.junction, lines: &mut w.expansions };
+        w.limited = diodes.expand(x, w.gmin, limit);
     }
 
     /// y = C x with the C of what was expanded last.

@@ -318,10 +318,7 @@ impl Tolerances {
     }
 
     pub fn observe(&mut self, x: &[f64]) {
-        for (p, v) in self.peak.iter_mut().zip(x) {
-            let v = v.abs();
-            *p = if v > *p { v } else { *p };
-        }
+        raise(&mut self.peak, x);
         // floors move slowly: now and then is enough
         if self.observed % 16 == 0 {
             let largest = &mut self.largest;
@@ -334,6 +331,15 @@ impl Tolerances {
             }
         }
         self.observed = self.observed.wrapping_add(1);
+    }
+}
+
+twice! {
+    fn raise(peak: &mut [f64], x: &[f64]) {
+        for (p, v) in peak.iter_mut().zip(x) {
+            let v = v.abs();
+            *p = if v > *p { v } else { *p };
+        }
     }
 }
 

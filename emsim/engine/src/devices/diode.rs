@@ -26,6 +26,11 @@
 //! Parameters: the table below. `is`, `cjo`, 1/`rs`, `ikf`, `ikr` go with area * m, `jsw`, `cjp` with pj * m; `ibv` with m alone
 //! (level 1 of ngspice).
 
+#[cfg(target_arch = "x86_64")]
+mod four;
+
+#[cfg(target_arch = "x86_64")]
+pub use self::four::{Four, LANES};
 use std::collections::HashMap;
 
 /// A model parameter: names (the first is the one used here), unit, default, meaning.

@@ -412,10 +412,11 @@ impl<'a, S: Sink> Run<'a, S> {
                 }
             }
             self.x.copy_from_slice(method.candidate());
-            if let Some(unknown) = gone(&self.x) {
+            // (that of a longer step has been looked at)
+            if let Some(unknown) = if fixed || step <= RUNAWAY * span { gone(&self.x) } else { None } {
                 return self.runs_away(step, unknown, method);
             }
-            self.escape.step(&self.x, &self.tol.peak, step / span);
+            self.escape.step(&self.x, &self.tol.peak, &sys.differential, step / span);
             self.keep(method);
             self.detector.accept(sys, self.w, &self.x, self.t);
             if !(lands && self.t >= self.stop) {

@@ -17,6 +17,9 @@
 //!
 //! Cost: steps so far and the present rate for the rest, over `maxsteps`, throughout `PATIENT` steps. A mode that is seen
 //! to decay by itself is given the time that it takes to die.
+mod track;
+
+use self::track::{alike, Sum, Track};
 use super::oscillation::{oscillation, weights};
 use super::response;
 use super::Method;
@@ -36,16 +39,13 @@ const PAUSE: (u64, u64) = (128, 2048);
 const MOST: usize = 400;
 /// An amplitude below this part of the largest value is not worth a word.
 const WORTH: f64 = 1e-3;
-/// A loss of so many times what is predicted is not the method's.
-const MOST_ALIKE: f64 = 2.0;
 /// What a changed frequency may add up to, in periods, before the lateness of a step says nothing of that of the run.
 const UNSTEADY: f64 = 0.01;
-/// By so much, as a share and as a logarithm, an amplitude falls less between two bursts than within them before it is another's.
-const UNEVEN: f64 = 0.25;
-const EXCITED: f64 = 0.1;
-/// Where it would have fallen by so much, ln, between two bursts, nobody knows what happened there.
-const GONE: f64 = 1.0;
-/// ... and so much of what is predicted may be missing or too much from burst to burst, added up.
+/// Steps of a burst that are asked what they do to it, or up to twice as many.
+const SAMPLED: usize = 96;
+/// Frequencies that differ by less lose alike: the loss of a formula of order 5 by 1 %.
+const TOGETHER: f64 = 2e-3;
+/// So much of what is predicted may be missing or too much from burst to burst, added up.
 const APART: f64 = 0.8;
 /// What falls by so many times what is predicted within its bursts decays by itself.
 const OWN: f64 = 1.25;
@@ -93,53 +93,6 @@ pub struct Report {
     pub stiff: f64,                 // share of the steps that stability limited
 }
 
-/// What a track has added up at some time.
-#[derive(Clone, Copy, Default)]
-struct Sum {
-    loss: f64, // ln
-    late: f64,
-    cycles: f64,
-    left: f64,
-    until: f64,
-}
-
-impl Sum {
-    fn damped(&self) -> f64 {
-        self.left * (1.0 - (-self.loss).exp())
-    }
-
-    fn delayed(&self) -> f64 {
-        self.left * self.late.abs()
-    }
-}
-
-#[derive(Clone, Copy, Default)]
-struct Track {
-    bursts: u32,
-    w: f64,
-    first: (f64, f64), // time, amplitude
-    last: (f64, f64),
-    loss: f64,  // predicted between first and last
-    apart: f64, // what the falls from burst to burst differ from it by
-    late: f64,
-    cycles: f64,
-    rates: (f64, f64),  // of loss and lateness, a second
-    coarsest: f64,      // least steps a period
-    seen: bool,         // fell within one burst as predicted
-    within: (f64, f64), // what it fell by within the halves of its bursts, and was to
-    halves: f64,        // their time
-    burst: (f64, f64),  // what it fell by, and the time, in the half of the last burst
-    lately: (f64, f64), // ... of the last long burst
-    shift: f64,         // periods gained since its frequency was the first
-    began: f64,         // that frequency
-    damped: Sum,        // when most was lost
-    delayed: Sum,       // and when it was latest, of what the mode itself had left
-    quick: f64,         // a period seen with stride 1: longer strides would see its alias
-    stride: u32,        // of the burst that saw it last
-    edge: f64,          // half of the first burst
-    share: f64,         // of the amplitude at first in the unknown's largest value
-}
-
 pub struct Watch {
     watched: Vec<usize>,
     unseen: u64, // steps so far that are not worth a look
@@ -148,10 +101,11 @@ pub struct Watch {
     taken: u64,
     m: usize,
     times: Vec<f64>,
-    formulas: Vec<usize>,     // of the steps that ended there
-    samples: Vec<f64>,        // by unknown, then time
-    steps: Vec<(f64, usize)>, // ends and formulas of all steps of the burst, sampled or not
-    pieces: usize,            // of a step, with a sample at the end of each
+    formulas: Vec<usize>,           // of the steps that ended there
+    samples: Vec<f64>,              // by unknown, then time
+    steps: Vec<(f64, usize)>,       // ends and formulas of all steps of the burst, sampled or not
+    drifts: Vec<(f64, (f64, f64))>, // frequencies, and what the steps of the burst do to them
+    pieces: usize,                  // of a step, with a sample at the end of each
     inside: Vec<f64>,
     weights: Vec<(f64, f64)>,
     tracks: Vec<Track>,
@@ -187,6 +141,7 @@ impl Watch {
             formulas: vec![0; BURST],
             samples: vec![0.0; BURST * watched.len()],
             steps: Vec::new(),
+            drifts: Vec::new(),
             pieces: 1,
             inside: Vec::new(),
             weights: vec![(0.0, 0.0); BURST],
@@ -273,6 +228,7 @@ impl Watch {
         self.looks.0 += 1;
         self.looks.1 += u64::from(method.stiffness() >= 1.0);
         let m = self.m;
+        self.drifts.clear();
         weights(&self.times[..m], &mut self.weights);
         let keeps = method.response(method.formula(), 1e9).is_some_and(|r| r.abs() > 0.99);
         for k in 0..self.watched.len() {
@@ -320,11 +276,14 @@ impl Watch {
     }
 
     /// Loss and lateness of this burst's steps, a second, by the steps themselves where the method can tell; of many steps,
-    /// every so many.
-    fn drift(&self, w: f64, method: &dyn Method) -> Option<(f64, f64)> {
+    /// every so many. Of unknowns that oscillate together it is asked once.
+    fn drift(&mut self, w: f64, method: &dyn Method) -> Option<(f64, f64)> {
+        if let Some(&(_, rates)) = self.drifts.iter().find(|(known, _)| (known / w - 1.0).abs() < TOGETHER) {
+            return Some(rates);
+        }
         let (mut loss, mut late, mut span) = (0.0, 0.0, 0.0);
         let mut times = [0.0; 8];
-        for k in (1..self.steps.len()).step_by((self.steps.len() / MOST).max(1)) {
+        for k in (1..self.steps.len()).step_by((self.steps.len() / SAMPLED).max(1)) {
             let (t, formula) = self.steps[k];
             if k < formula || formula >= times.len() {
                 continue;
@@ -336,12 +295,14 @@ impl Watch {
             let h = t - self.steps[k - 1].0;
             (loss, late, span) = (loss + h * own.0, late + h * own.1, span + h);
         }
-        (span > 0.0).then(|| (loss / span, late / (std::f64::consts::TAU * span)))
+        let rates = (span > 0.0).then(|| (loss / span, late / (std::f64::consts::TAU * span)))?;
+        self.drifts.push((w, rates));
+        Some(rates)
     }
 
     /// The same of methods of one step: each formula at the mean length of its steps, times what unequal
     /// ones make of a figure that grows as h^p, the mean of (h_j/h)^p, with p from its values at y and 1.1 y.
-    fn rates(&self, w: f64, method: &dyn Method) -> Option<(f64, f64)> {
+    fn rates(&mut self, w: f64, method: &dyn Method) -> Option<(f64, f64)> {
         if let Some(rates) = self.drift(w, method) {
             return Some(rates);
         }
@@ -596,45 +557,4 @@ impl Watch {
         let seconds = self.began.elapsed().as_secs_f64() / count as f64 * steps;
         Some(Failure::TooLong { steps, seconds, mode })
     }
-}
-
-impl Track {
-    /// What is added up `rest` seconds after the last burst.
-    fn sum(&self, rest: f64) -> Sum {
-        let span = self.last.0 - self.first.0;
-        let own = match self.bursts {
-            1 => (self.within.0 - self.within.1) / self.halves,
-            _ => ((self.first.1 / self.last.1).ln() - self.loss) / span,
-        };
-        Sum {
-            loss: self.loss + self.rates.0 * rest,
-            late: self.late + self.rates.1 * rest,
-            cycles: self.cycles + rest * self.w / std::f64::consts::TAU,
-            left: (-own.max(0.0) * (span + rest)).exp(),
-            until: self.last.0 + rest,
-        }
-    }
-
-    /// Was it excited anew before the burst that begins with this amplitude? It has fallen by less than within the bursts at both ends. A
-    /// ring modulator's coils ring at 5 MHz from every turn of its diodes for 50 us: three bursts.
-    fn excited(&self, t: f64, amplitude: f64, burst: (f64, f64)) -> bool {
-        let rate = (self.burst.0 + burst.0) / (self.burst.1 + burst.1);
-        let falls = rate * (t - self.last.0);
-        falls > GONE || (self.last.1 / amplitude).ln() < (1.0 - UNEVEN) * falls - EXCITED
-    }
-
-    /// Does the mode decay by itself? It falls by more than predicted within the bursts, and as fast from one to the
-    /// next: what is excited anew between them does not; and to the last: what settles to an amplitude of its own does not.
-    fn decays(&self) -> bool {
-        let within = self.within.0 / self.halves;
-        let (span, fell) = (self.last.0 - self.first.0, (self.first.1 / self.last.1).ln());
-        let evenly = self.bursts == 1 || (fell > 0.5 * within * span && fell < 2.0 * within * span);
-        self.within.0 > OWN * self.within.1 && evenly && self.lately.0 > 0.3 * within * self.lately.1
-    }
-}
-
-/// Does an amplitude fall as predicted? What a tank loses to its method alone is predicted to a percent; where half and more
-/// of what it loses is not the method's, the method is not what is to be told.
-fn alike(fell: f64, predicted: f64) -> bool {
-    fell > 0.5 * predicted && fell < MOST_ALIKE * predicted
 }

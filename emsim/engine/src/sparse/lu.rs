@@ -87,6 +87,8 @@ pub struct Lu<T: Scalar> {
     dense: bool,
     // limits for refactor, of every entry of `lu`: multipliers, inverses of pivots; of the rest infinity
     limits: Vec<f64>,
+    // and what they must be larger than: an inverse 0, the rest nothing
+    least: Vec<f64>,
     // numbers: the factors, and room for a solution behind them
     lu: Vec<T>,
     work: Vec<T>,
@@ -131,6 +133,7 @@ impl<T: Scalar> Lu<T> {
             targets: Vec::new(),
             dense: false,
             limits: Vec::new(),
+            least: Vec::new(),
             lu: Vec::new(),
             work: vec![T::ZERO; n],
             stamped: Stamped {
@@ -450,6 +453,8 @@ impl<T: Scalar> Lu<T> {
     fn set_limits(&mut self, pivots: &Pivots) {
         self.limits.clear();
         self.limits.resize(self.rows.len(), f64::INFINITY);
+        self.least.clear();
+        self.least.resize(self.rows.len(), -1.0);
         for (k, c) in self.columns.iter().enumerate() {
             let own = pivots.scale[pivots.row[k] as usize];
             for e in c.diagonal as usize + 1..c.end as usize {
@@ -457,6 +462,7 @@ impl<T: Scalar> Lu<T> {
                 self.limits[e] = MULTIPLIER_LIMIT * own / other;
             }
             self.limits[c.diagonal as usize] = 1.0 / (SHRINK_LIMIT * pivots.size[k]);
+            self.least[c.diagonal as usize] = 0.0;
         }
     }
 

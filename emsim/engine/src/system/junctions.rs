@@ -36,14 +36,19 @@ impl System {
     /// `stage_expand` at the next iterate; true when the currents of all diodes are those of the straight lines that led
     /// there.
     pub fn stage_expand_and_fit(&self, w: &mut Work, x: &[f64], t: f64, a: f64) -> bool {
-        let lines: Vec<f64> =
-            self.diodes.iter().zip(&w.expansions).map(|(d, e)| e.current(a, across(x, d.p, d.n))).collect();
+        self.foresee(w, x, a);
         self.stage_expand(w, x, t);
         let fits = |(e, line): (&Expansion, &f64)| {
             let current = e.current(a, e.v);
             (current - line).abs() <= FITS * current.abs().max(SMALL_CURRENT)
         };
-        !w.limited && w.expansions.iter().zip(&lines).all(fits)
+        !w.limited && w.expansions.iter().zip(&w.lines).all(fits)
+    }
+
+    /// w.lines <- the currents, and a times the charges, that the straight lines of all diodes have at x.
+    pub fn foresee(&self, w: &mut Work, x: &[f64], a: f64) {
+        w.lines.clear();
+        w.lines.extend(self.diodes.iter().zip(&w.expansions).map(|(d, e)| e.current(a, across(x, d.p, d.n))));
     }
 
     /// Conductance and capacitance of every diode as the last Jacobian has them.

@@ -1,27 +1,11 @@
 //! One stage  F + a Q + r = 0  of an implicit method: what its Newton iteration asks of the equations, evaluated row by row or
 //! written as programs without a loop (newton.rs says when).
-use super::{across, add_pair, Expansion, System, Work};
+use super::expand::{Expansion, NUMBERS};
+use super::{across, add_pair, System, Work};
 use crate::sparse::{Equations, Stamp};
 use crate::tape::{Inputs, Leaf, Value, Written};
 
-/// Numbers of an `Expansion`, as the programs read them.
-const NUMBERS: usize = 6;
-const _: () = assert!(std::mem::size_of::<Expansion>() == NUMBERS * std::mem::size_of::<f64>());
-
-impl Expansion {
-    /// Current and a times charge of the straight line, at v.
-    #[inline(always)]
-    pub fn current(&self, a: f64, v: f64) -> f64 {
-        self.o.i + a * self.o.q + self.conductance(a) * (v - self.at)
-    }
-
-    #[inline(always)]
-    pub fn conductance(&self, a: f64) -> f64 {
-        self.o.g + a * self.o.c
-    }
-}
-
-/// The same in a program.
+/// A straight line in a program.
 struct Line {
     v: Value,
     at: Value,
@@ -71,20 +55,12 @@ impl System {
             self.stage_expand(w, x, t);
             return false;
         }
-        w.counters.evaluations += 1;
-        w.counters.jacobians += 1;
-        w.limited = false;
-        let mut good = true;
-        for ((d, e), junction) in self.diodes.iter().zip(&mut w.expansions).zip(&mut w.junction) {
-            let v = across(x, d.p, d.n);
-            let line = e.current(a, v);
-            let (at, limited) = d.kernel.limit(v, *junction);
-            w.limited |= limited;
-            *junction = at;
-            *e = Expansion { v, at, o: d.kernel.eval(at, w.gmin) };
-            good &= (e.current(a, v) - line).abs() <= e.conductance(a) * (reltol * v.abs() + vntol);
-        }
-        good && !w.limited
+        self.foresee(w, x, a);
+        self.stage_expand(w, x, t);
+        let fits = |(e, line): (&Expansion, &f64)| {
+            (e.current(a, e.v) - line).abs() <= e.conductance(a) * (reltol * e.v.abs() + vntol)
+        };
+        !w.limited && w.expansions.iter().zip(&w.lines).all(fits)
     }
 
     /// Constant parts of a stage: of its residual in `rows`, of its matrix on the pattern in `base`.

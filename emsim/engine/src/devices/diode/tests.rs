@@ -390,3 +390,71 @@ fn impossible_parameters_are_refused() {
     assert_eq!(model_parameter("cj0").unwrap().names[0], "cjo");
     assert!(model_parameter("iave").is_none());
 }
+
+// Four at a time: as one at a time, to the last places that the exponential and sums that cancel leave.
+#[cfg(target_arch = "x86_64")]
+#[test]
+fn four_are_as_one() {
+    use crate::lanes::V;
+    if !crate::tape::vectors() {
+        return;
+    }
+    let plain: &[(&str, f64)] = &[("is", 1e-9), ("n", 1.5), ("cjo", 2e-12)];
+    let bare: &[(&str, f64)] = &[("is", 1e-14)];
+    let knees: &[(&str, f64)] =
+        &[("is", 1e-12), ("ikf", 1e-3), ("ikr", 1e-6), ("tt", 1e-8), ("bv", 6.0), ("nbv", 2.0), ("ibv", 1e-6)];
+    let huge: &[(&str, f64)] = &[("is", 1e3), ("n", 0.02), ("m", 0.33), ("cjo", 1e-9), ("fc", 0.9)];
+    let all =
+        [diode(TYPICAL, &[]), diode(plain, &[]), diode(bare, &[]), diode(knees, &[]), diode(huge, &[("temp", 30.0)])];
+    for count in 1..=4 {
+        for first in 0..=all.len() - count {
+            let diodes: Vec<&Diode> = all[first..first + count].iter().collect();
+            let four = Four::new(&diodes).unwrap();
+            for k in -2400..1200 {
+                // the ends of every branch, and far beyond
+                let v = 0.01 * f64::from(k) + 1e-4 * f64::from(k % 7) + if k == 1199 { 1e3 } else { 0.0 };
+                // SAFETY: the processor has them
+                let got = unsafe { four.eval(V::all(v), 1e-12) }.map(V::store);
+                for (lane, d) in diodes.iter().enumerate() {
+                    let want = d.eval(v, 1e-12);
+                    let size = want.i.abs() + d.bottom.saturation;
+                    let near = |got: f64, want: f64, size: f64| (got - want).abs() <= 1e-14 * size;
+                    let g = near(got[1][lane], want.g, want.g);
+                    let i = near(got[0][lane], want.i, size);
+                    let q = near(
+                        got[2][lane],
+                        want.q,
+                        want.q.abs() + d.transit_time * size + d.junction.map_or(0.0, |j| j.scale),
+                    );
+                    assert!(
+                        i && g && q && near(got[3][lane], want.c, want.c),
+                        "{count} {first} {lane} {v}: {got:?} {want:?}"
+                    );
+                }
+            }
+        }
+    }
+}
+
+#[cfg(target_arch = "x86_64")]
+#[test]
+fn four_let_no_limiting_pass() {
+    use crate::lanes::V;
+    if !crate::tape::vectors() {
+        return;
+    }
+    let all = [diode(TYPICAL, &[]), diode(&[("is", 1e-9)], &[]), diode(&[("bv", 0.3), ("nbv", 4.0)], &[])];
+    let four = Four::new(&all.iter().collect::<Vec<_>>()).unwrap();
+    let mut passed = 0;
+    for a in -300..60 {
+        for b in -300..60 {
+            let (v, before) = (0.1 * f64::from(a), 0.1 * f64::from(b) + 0.003 * f64::from(a % 5));
+            // SAFETY: the processor has them
+            if unsafe { four.quiet(V::all(v), V::all(before)) } {
+                passed += 1;
+                assert!(all.iter().all(|d| d.limit(v, before) == (v, false)), "{v} {before}");
+            }
+        }
+    }
+    assert!(passed > 1000, "{passed}");
+}

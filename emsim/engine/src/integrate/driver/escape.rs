@@ -6,6 +6,7 @@ use super::super::rows::Sink;
 use super::super::Method;
 use super::{Failed, Run, Status};
 use crate::newton::Failure;
+use crate::twice::twice;
 
 /// No quantity of a deck is larger; a solution on its way to infinity ends here, before it is NaN.
 const LARGEST: f64 = 1e100;
@@ -21,11 +22,12 @@ pub struct Escape {
 }
 
 impl Escape {
-    /// An accepted step ended at x; `part` of the run was its length, `peak` the largest values until then.
+    /// An accepted step ended at x; `part` of the run was its length, `peak` the largest values until then. What does not stand
+    /// under d/dt may jump at a corner: the voltage of an inductor whose current a diode has turned off.
     #[inline]
-    pub fn step(&mut self, x: &[f64], peak: &[f64], part: f64) {
-        let higher = |(v, p): (&f64, &f64)| *p > 0.0 && v.abs() > MORE * p;
-        match (part < SHORT).then(|| x.iter().zip(peak).position(higher)).flatten() {
+    pub fn step(&mut self, x: &[f64], peak: &[f64], under_ddt: &[bool], part: f64) {
+        let higher = |k: usize| under_ddt[k] && peak[k] > 0.0 && x[k].abs() > MORE * peak[k];
+        match (part < SHORT).then(|| (0..x.len()).find(|&k| higher(k))).flatten() {
             Some(unknown) => (self.climbs, self.unknown) = (self.climbs + 1, unknown),
             None => self.climbs = 0,
         }
@@ -40,9 +42,13 @@ impl Escape {
 /// The first value that has gone.
 pub fn gone(x: &[f64]) -> Option<usize> {
     // all at once first: hardly ever is there one
-    let too_large = |v: &f64| v.abs() > LARGEST;
-    let any = x.iter().map(|v| u64::from(too_large(v))).sum::<u64>() > 0;
-    any.then(|| x.iter().position(too_large)).flatten()
+    (beyond(x) > 0).then(|| x.iter().position(|v| v.abs() > LARGEST)).flatten()
+}
+
+twice! {
+    fn beyond(x: &[f64]) -> u64 {
+        x.iter().map(|v| u64::from(v.abs() > LARGEST)).sum()
+    }
 }
 
 impl<S: Sink> Run<'_, S> {

@@ -9,7 +9,7 @@
 //!
 //! so that one division a point is all that unequal steps cost, and what m points miss of the new value is what m + 1 miss
 //! and one difference more: every order's error from the same numbers.
-use super::MOST;
+use super::{MOST, POINTS};
 use crate::twice::twice;
 
 /// The predictor of the highest order reads so many.
@@ -17,13 +17,20 @@ pub const ROWS: usize = MOST + 1;
 /// Quantities that go through the registers together.
 const LANES: usize = 4;
 
-/// beta_1, beta_2, ... towards t, as far as there are points; `times` newest first.
-pub fn towards(t: f64, times: &[f64]) -> [f64; ROWS] {
+/// beta_1, beta_2, ... towards t, as far as there are points: the first `len` of `times`, newest first.
+pub fn towards(t: f64, times: &[f64; POINTS], len: usize) -> [f64; ROWS] {
+    // all quotients at once; those of points that are not there are left out
+    let quotients: [f64; ROWS - 1] = std::array::from_fn(|i| (t - times[i]) / (times[0] - times[i + 1]));
     let mut beta = [1.0; ROWS];
-    for i in 1..ROWS.min(times.len()) {
-        beta[i] = beta[i - 1] * (t - times[i - 1]) / (times[0] - times[i]);
+    for i in 1..ROWS.min(len) {
+        beta[i] = beta[i - 1] * quotients[i - 1];
     }
     beta
+}
+
+/// n quantities and what fills their last block.
+pub fn whole(n: usize) -> usize {
+    n.next_multiple_of(LANES)
 }
 
 /// phi_1, phi_2, ... of n quantities.
@@ -43,7 +50,7 @@ impl Differences {
         self.push(&[], y);
     }
 
-    /// out = sum over differences, with a weight each.
+    /// out = sum over differences, with a weight each; out may have whole blocks.
     pub fn sum(&self, weights: &[f64], out: &mut [f64]) {
         sum(&self.blocks, weights, out);
     }
@@ -53,55 +60,89 @@ impl Differences {
         push(&mut self.blocks, beta, y);
     }
 
-    /// Largest |e + factor phi_{row + 1}| over the weight, of all quantities, for three factors and rows.
-    pub fn largest(&self, e: &[f64], weights: &[f64], of: [(f64, usize); 3]) -> [f64; 3] {
+    /// Largest |e + factor phi_{row + 1}| over the weight, of all quantities, for a first factor and row, for none, and for a second; e
+    /// and weights of whole blocks.
+    pub fn largest(&self, e: &[f64], weights: &[f64], of: [(f64, usize); 2]) -> [f64; 3] {
         largest(&self.blocks, e, weights, of)
     }
 }
 
+/// The same with the number of weights known to the compiler: the loops over them unrolled, the sums in registers.
+macro_rules! counted {
+    ($weights:ident, $with:ident($($arg:expr),*)) => {
+        match $weights.len() {
+            1 => $with::<1>($($arg),*),
+            2 => $with::<2>($($arg),*),
+            3 => $with::<3>($($arg),*),
+            4 => $with::<4>($($arg),*),
+            5 => $with::<5>($($arg),*),
+            6 => $with::<6>($($arg),*),
+            7 => $with::<7>($($arg),*),
+            _ => $with::<0>($($arg),*),
+        }
+    };
+}
+
 twice! {
     fn sum(blocks: &[Block], weights: &[f64], out: &mut [f64]) {
-        for (block, out) in blocks.iter().zip(out.chunks_mut(LANES)) {
-            let mut sum = [0.0; LANES];
-            for (weight, phi) in weights.iter().zip(block) {
-                sum = std::array::from_fn(|k| sum[k] + weight * phi[k]);
-            }
-            match <&mut [f64; LANES]>::try_from(&mut *out) {
-                Ok(out) => *out = sum,
-                Err(_) => out.iter_mut().zip(sum).for_each(|(out, sum)| *out = sum),
-            }
+        counted!(weights, sum_of(blocks, weights, out))
+    }
+}
+
+#[inline(always)]
+fn sum_of<const M: usize>(blocks: &[Block], weights: &[f64], out: &mut [f64]) {
+    let weights: [f64; M] = std::array::from_fn(|m| weights[m]);
+    for (block, out) in blocks.iter().zip(out.chunks_mut(LANES)) {
+        let mut sum = [0.0; LANES];
+        for m in 0..M {
+            sum = std::array::from_fn(|k| sum[k] + weights[m] * block[m][k]);
+        }
+        match <&mut [f64; LANES]>::try_from(&mut *out) {
+            Ok(out) => *out = sum,
+            Err(_) => out.iter_mut().zip(sum).for_each(|(out, sum)| *out = sum),
         }
     }
 }
 
 twice! {
     fn push(blocks: &mut [Block], beta: &[f64], y: &[f64]) {
-        for (block, y) in blocks.iter_mut().zip(y.chunks(LANES)) {
-            let mut carry = lanes(y, 0.0);
-            for (beta, phi) in beta.iter().zip(block.iter_mut()) {
-                let old = std::mem::replace(phi, carry);
-                carry = std::array::from_fn(|k| carry[k] - beta * old[k]);
-            }
-            if let Some(phi) = block.get_mut(beta.len()) {
-                *phi = carry;
-            }
+        counted!(beta, push_behind(blocks, beta, y))
+    }
+}
+
+#[inline(always)]
+fn push_behind<const M: usize>(blocks: &mut [Block], beta: &[f64], y: &[f64]) {
+    let beta: [f64; M] = std::array::from_fn(|m| beta[m]);
+    for (block, y) in blocks.iter_mut().zip(y.chunks(LANES)) {
+        let mut carry = lanes(y, 0.0);
+        for m in 0..M {
+            let old = std::mem::replace(&mut block[m], carry);
+            carry = std::array::from_fn(|k| carry[k] - beta[m] * old[k]);
+        }
+        if let Some(phi) = block.get_mut(M) {
+            *phi = carry;
         }
     }
 }
 
 twice! {
-    fn largest(blocks: &[Block], e: &[f64], weights: &[f64], of: [(f64, usize); 3]) -> [f64; 3] {
+    fn largest(blocks: &[Block], e: &[f64], weights: &[f64], of: [(f64, usize); 2]) -> [f64; 3] {
+        let [below, above] = of;
         let larger = |a: f64, b: f64| if a > b { a } else { b };
-        let of = of.map(|(factor, row)| (factor, row.min(ROWS - 1)));
-        let mut worst = [[0.0; LANES]; 3];
-        for ((block, e), weights) in blocks.iter().zip(e.chunks(LANES)).zip(weights.chunks(LANES)) {
+        let (low, high) = (below.1.min(ROWS - 1), above.1.min(ROWS - 1));
+        // each in its own register
+        let (mut under, mut own, mut over) = ([0.0; LANES], [0.0; LANES], [0.0; LANES]);
+        for ((block, e), weights) in blocks.iter().zip(e.chunks_exact(LANES)).zip(weights.chunks_exact(LANES)) {
             let (e, weights) = (lanes(e, 0.0), lanes(weights, 1.0));
-            for (worst, (factor, row)) in worst.iter_mut().zip(of) {
-                let v: [f64; LANES] = std::array::from_fn(|k| (e[k] + factor * block[row][k]).abs() / weights[k]);
-                *worst = std::array::from_fn(|k| larger(v[k], worst[k]));
-            }
+            let inverse: [f64; LANES] = std::array::from_fn(|k| 1.0 / weights[k]);
+            let held = |worst: [f64; LANES], missed: [f64; LANES]| -> [f64; LANES] {
+                std::array::from_fn(|k| larger(missed[k].abs() * inverse[k], worst[k]))
+            };
+            own = held(own, e);
+            under = held(under, std::array::from_fn(|k| e[k] + below.0 * block[low][k]));
+            over = held(over, std::array::from_fn(|k| e[k] + above.0 * block[high][k]));
         }
-        worst.map(|lanes| lanes.into_iter().fold(0.0, |worst, v| larger(v, worst)))
+        [under, own, over].map(|lanes| larger(larger(lanes[0], lanes[1]), larger(lanes[2], lanes[3])))
     }
 }
 

@@ -19,7 +19,7 @@
 //! points solve the equations, between them a diode's exponential is far from any polynomial of its voltage.
 mod differences;
 
-use self::differences::{towards, Differences, ROWS};
+use self::differences::{towards, whole, Differences, ROWS};
 use super::{response, Attempt, History, Method};
 use crate::ledger::Stages;
 use crate::newton::{Failure, Newton, Options, Tolerances};
@@ -27,6 +27,8 @@ use crate::sparse::Complex;
 use crate::system::{System, Work};
 
 const MOST: usize = 6;
+/// Past points that are kept.
+const POINTS: usize = MOST + 2;
 /// ... without being asked for more.
 const HIGHEST: usize = 5;
 /// The local tolerance against the asked one, where trtol does not say: keeps the global error near what was asked.
@@ -57,9 +59,9 @@ const IN_A_PERIOD: f64 = 40.0;
 
 pub struct Gear {
     newton: Newton,
-    now: f64,               // of the newest point
-    times: [f64; MOST + 2], // of past points since then, newest first: sums of steps, of which absolute times know too little
-    len: usize,             // how many there are
+    now: f64,             // of the newest point
+    times: [f64; POINTS], // of past points since then, newest first: sums of steps, of which absolute times know too little
+    len: usize,           // how many there are
     states: Differences,
     charges: Differences,
     x0: Vec<f64>,
@@ -67,8 +69,8 @@ pub struct Gear {
     x1: Vec<f64>,
     betas: [f64; ROWS], // towards it
     r: Vec<f64>,
-    missed: Vec<f64>,  // x1 less what the polynomial through the points of the formula and one more says
-    weights: Vec<f64>, // of errors
+    missed: Vec<f64>, // x1 less what the polynomial through the points of the formula and one more says; whole blocks
+    weights: Vec<f64>, // of errors; whole blocks
     given: Vec<usize>, // unknowns that have what a source has
     noise: Noise,
     order: usize,
@@ -114,7 +116,7 @@ impl Gear {
         Ok(Gear {
             newton: Newton::new(sys)?,
             now: 0.0,
-            times: [0.0; MOST + 2],
+            times: [0.0; POINTS],
             len: 0,
             states: Differences::new(sys.n),
             charges: Differences::new(sys.n),
@@ -123,9 +125,9 @@ impl Gear {
             x1: vec![0.0; sys.n],
             betas: [0.0; ROWS],
             r: vec![0.0; sys.n],
-            missed: vec![0.0; sys.n],
+            missed: vec![0.0; whole(sys.n)],
             given: sys.alone().iter().enumerate().filter_map(|(i, &alone)| alone.then_some(i)).collect(),
-            weights: vec![0.0; sys.n],
+            weights: vec![1.0; whole(sys.n)],
             noise: Noise { due: 0, counts: false },
             order: 1,
             maxord,
@@ -154,9 +156,10 @@ impl Gear {
 
     /// Writes r of the formula of order k, returns its a.
     fn slope(&mut self, k: usize) -> f64 {
+        let inverse = self.times.map(|t| 1.0 / (self.t1 - t));
         let (mut a, mut weights) = (0.0, [0.0; ROWS]);
         for m in (0..k).rev() {
-            a += 1.0 / (self.t1 - self.times[m]);
+            a += inverse[m];
             weights[m] = -a * self.betas[m];
         }
         self.charges.sum(&weights[..k], &mut self.r);
@@ -170,7 +173,7 @@ impl Gear {
 
     /// What errors are measured by: tolerances, and the rounding of charges and currents where that is not far below.
     fn weigh(&mut self, sys: &System, w: &mut Work, a: f64, tol: &Tolerances) {
-        tol.weights(&self.x1, &self.x0, &mut self.weights);
+        tol.weights(&self.x1, &self.x0, &mut self.weights[..sys.n]);
         if self.noise.counts || self.noise.due == 0 {
             let (noise, trtol) = (self.newton.round(sys, w, a, &self.x1), self.trtol);
             let counts = |(weight, noise): (&f64, &f64)| noise.abs() > NOISY * trtol * weight;
@@ -189,7 +192,7 @@ impl Gear {
             return [None; 3];
         }
         let above = if self.len > k + 1 && k < MOST { k + 1 } else { k };
-        let of = [(beta[k], k), (0.0, k), (-beta[above], above)];
+        let of = [(beta[k], k), (-beta[above], above)];
         let worst = self.states.largest(&self.missed, &self.weights, of);
         let of = |k: usize, worst: f64| Some(h / (self.t1 - self.times[k]) * worst / self.trtol);
         let below = if k > 1 { of(k - 1, worst[0]) } else { None };
@@ -270,7 +273,7 @@ impl Method for Gear {
 
     fn attempt(&mut self, sys: &System, w: &mut Work, h: f64, tol: &Tolerances) -> Attempt {
         self.t1 = h;
-        self.betas = towards(h, self.past());
+        self.betas = towards(h, &self.times, self.len);
         let t1 = self.now + h;
         if self.fixed && self.len < self.maxord {
             // fixed order k wants k starting points of at least its own order
@@ -292,7 +295,7 @@ impl Method for Gear {
         if self.fixed {
             self.states.sum(&self.betas[..k.min(2)], &mut self.x1);
         } else {
-            self.x1.copy_from_slice(&self.missed);
+            self.x1.copy_from_slice(&self.missed[..sys.n]);
         }
         if let Err(why) = self.newton.solve(sys, w, a, &self.r, &mut self.x1, t1, tol, self.itl4) {
             self.order = 1;
@@ -423,7 +426,7 @@ impl Method for Gear {
 
     fn dense(&self, t: f64, out: &mut [f64]) {
         let t = t - self.now;
-        let beta = towards(t, self.past());
+        let beta = towards(t, &self.times, self.len);
         self.states.sum(&beta[..self.foreseen()], out);
         if self.t1 == 0.0 {
             return;

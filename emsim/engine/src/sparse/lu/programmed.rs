@@ -20,7 +20,7 @@ impl Lu<f64> {
         let Some(program) = &mut self.factor_and_solve.program else { return false };
         program.run(inputs, &mut self.lu);
         let (lu, x) = self.lu.split_at(self.rows.len());
-        self.ready = beyond(lu, &self.limits) == 0 && self.columns.iter().all(|c| lu[c.diagonal as usize] != 0.0);
+        self.ready = outside(lu, &self.limits, &self.least) == 0;
         if self.ready {
             b.copy_from_slice(x);
             self.counters.refactors += 1;
@@ -31,8 +31,9 @@ impl Lu<f64> {
 }
 
 twice! {
-    /// How many values are larger than their limits, or are no numbers?
-    fn beyond(values: &[f64], limits: &[f64]) -> u64 {
-        values.iter().zip(limits).map(|(v, limit)| u64::from(!(v.abs() <= *limit))).sum()
+    /// How many values are larger in size than their limits, no larger than their least, or no numbers?
+    fn outside(values: &[f64], limits: &[f64], least: &[f64]) -> u64 {
+        let each = values.iter().zip(limits.iter().zip(least));
+        each.map(|(v, (limit, least))| u64::from(!(v.abs() <= *limit && v.abs() > *least))).sum()
     }
 }

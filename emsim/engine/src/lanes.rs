@@ -1,0 +1,220 @@
+//! Four numbers in one register of a processor that has AVX2 and FMA (`tape::vectors` says so): what is behind `V` is for
+//! functions that are compiled for these, into which all of it goes.
+#![cfg(target_arch = "x86_64")]
+
+use std::arch::x86_64::*;
+use std::ops::{Add, Div, Mul, Neg, Sub};
+
+#[derive(Clone, Copy)]
+pub struct V(__m256d);
+
+/// Where four numbers stand in a vector; a negative place stands for a number that is 0.
+#[derive(Clone, Debug)]
+pub struct Places {
+    at: [i32; 4],
+    there: [f64; 4], // all bits of a lane, or none
+    within: usize,   // vectors of at least this length have them
+}
+
+impl Places {
+    pub fn new(at: [i32; 4]) -> Places {
+        let there = at.map(|k| f64::from_bits(if k < 0 { 0 } else { u64::MAX }));
+        Places { at: at.map(|k| k.max(0)), there, within: at.iter().map(|k| (k + 1) as usize).max().unwrap_or(0) }
+    }
+}
+
+/// All bits of a lane, or none.
+#[derive(Clone, Copy)]
+pub struct Mask(__m256d);
+
+/// Integers as the exponent of a power of two wants them.
+#[derive(Clone, Copy)]
+pub struct Exponent(__m256i);
+
+// SAFETY of all that follows: nobody makes a V but where the processor has its instructions
+impl V {
+    #[inline(always)]
+    pub fn all(v: f64) -> V {
+        V(unsafe { _mm256_set1_pd(v) })
+    }
+
+    #[inline(always)]
+    pub fn load(v: &[f64; 4]) -> V {
+        V(unsafe { _mm256_loadu_pd(v.as_ptr()) })
+    }
+
+    /// The first four numbers, 0 for those that are missing.
+    #[inline(always)]
+    pub fn first(v: &[f64]) -> V {
+        match v.first_chunk() {
+            Some(four) => V::load(four),
+            None => V::load(&std::array::from_fn(|k| v.get(k).copied().unwrap_or(0.0))),
+        }
+    }
+
+    /// Its first numbers, as many as there is room for.
+    #[inline(always)]
+    pub fn put_first(self, room: &mut [f64]) {
+        match room.first_chunk_mut() {
+            Some(four) => *four = self.store(),
+            None => room.iter_mut().zip(self.store()).for_each(|(to, v)| *to = v),
+        }
+    }
+
+    #[inline(always)]
+    pub fn gather(x: &[f64], places: &Places) -> V {
+        assert!(places.within <= x.len());
+        // SAFETY: every place is one of x; no lane is read whose mask is empty
+        unsafe {
+            let at = _mm_loadu_si128(places.at.as_ptr().cast());
+            V(_mm256_mask_i32gather_pd::<8>(_mm256_setzero_pd(), x.as_ptr(), at, V::load(&places.there).0))
+        }
+    }
+
+    #[inline(always)]
+    pub fn store(self) -> [f64; 4] {
+        let mut v = [0.0; 4];
+        unsafe { _mm256_storeu_pd(v.as_mut_ptr(), self.0) };
+        v
+    }
+
+    #[inline(always)]
+    pub fn abs(self) -> V {
+        V(unsafe { _mm256_andnot_pd(_mm256_set1_pd(-0.0), self.0) })
+    }
+
+    #[inline(always)]
+    pub fn sqrt(self) -> V {
+        V(unsafe { _mm256_sqrt_pd(self.0) })
+    }
+
+    /// The smaller, `other` where one is no number.
+    #[inline(always)]
+    pub fn min(self, other: V) -> V {
+        V(unsafe { _mm256_min_pd(self.0, other.0) })
+    }
+
+    /// The larger, `other` where one is no number.
+    #[inline(always)]
+    pub fn max(self, other: V) -> V {
+        V(unsafe { _mm256_max_pd(self.0, other.0) })
+    }
+
+    #[inline(always)]
+    pub fn less(self, than: V) -> Mask {
+        Mask(unsafe { _mm256_cmp_pd::<_CMP_LT_OQ>(self.0, than.0) })
+    }
+
+    /// self + a b, rounded once.
+    #[inline(always)]
+    pub fn more_product(self, a: V, b: V) -> V {
+        V(unsafe { _mm256_fmadd_pd(a.0, b.0, self.0) })
+    }
+
+    /// self - a b, rounded once.
+    #[inline(always)]
+    pub fn less_product(self, a: V, b: V) -> V {
+        V(unsafe { _mm256_fnmadd_pd(a.0, b.0, self.0) })
+    }
+
+    /// The nearest integer, below 2^51 in size, as a number and as an exponent: it stands in the last bits of what it makes of
+    /// 1.5 2^52.
+    #[inline(always)]
+    pub fn to_integer(self) -> (V, Exponent) {
+        let large = V::all(6_755_399_441_055_744.0);
+        let rounded = self + large;
+        (rounded - large, Exponent(unsafe { _mm256_slli_epi64::<52>(_mm256_castpd_si256(rounded.0)) }))
+    }
+
+    /// self 2^k, where that is a normal number.
+    #[inline(always)]
+    pub fn times_two_to(self, k: Exponent) -> V {
+        V(unsafe { _mm256_castsi256_pd(_mm256_add_epi64(_mm256_castpd_si256(self.0), k.0)) })
+    }
+}
+
+/// Six numbers of each of four, or fewer, things, where V has one of each.
+#[inline(always)]
+pub fn put_rows(columns: [V; 6], rows: &mut [[f64; 6]]) {
+    let Some(four) = rows.first_chunk_mut::<4>() else {
+        let columns = columns.map(V::store);
+        rows.iter_mut().enumerate().for_each(|(k, row)| *row = columns.map(|c| c[k]));
+        return;
+    };
+    let [a, b, c, d, e, f] = columns.map(|c| c.0);
+    // SAFETY: two numbers and four more of each row
+    unsafe {
+        let (ab, cd, ef) = (_mm256_unpacklo_pd(a, b), _mm256_unpacklo_pd(c, d), _mm256_unpacklo_pd(e, f));
+        let (ab1, cd1, ef1) = (_mm256_unpackhi_pd(a, b), _mm256_unpackhi_pd(c, d), _mm256_unpackhi_pd(e, f));
+        let heads = [
+            _mm256_permute2f128_pd::<0x20>(ab, cd),
+            _mm256_permute2f128_pd::<0x20>(ab1, cd1),
+            _mm256_permute2f128_pd::<0x31>(ab, cd),
+            _mm256_permute2f128_pd::<0x31>(ab1, cd1),
+        ];
+        let tails = [
+            _mm256_castpd256_pd128(ef),
+            _mm256_castpd256_pd128(ef1),
+            _mm256_extractf128_pd::<1>(ef),
+            _mm256_extractf128_pd::<1>(ef1),
+        ];
+        for (row, (head, tail)) in four.iter_mut().zip(heads.into_iter().zip(tails)) {
+            _mm256_storeu_pd(row.as_mut_ptr(), head);
+            _mm_storeu_pd(row[4..].as_mut_ptr(), tail);
+        }
+    }
+}
+
+impl Mask {
+    #[inline(always)]
+    pub fn any(self) -> bool {
+        unsafe { _mm256_movemask_pd(self.0) != 0 }
+    }
+
+    #[inline(always)]
+    pub fn choose(self, yes: V, no: V) -> V {
+        V(unsafe { _mm256_blendv_pd(no.0, yes.0, self.0) })
+    }
+
+    #[inline(always)]
+    pub fn and(self, other: Mask) -> Mask {
+        Mask(unsafe { _mm256_and_pd(self.0, other.0) })
+    }
+
+    #[inline(always)]
+    pub fn or(self, other: Mask) -> Mask {
+        Mask(unsafe { _mm256_or_pd(self.0, other.0) })
+    }
+
+    #[inline(always)]
+    pub fn and_not(self, other: Mask) -> Mask {
+        Mask(unsafe { _mm256_andnot_pd(other.0, self.0) })
+    }
+}
+
+macro_rules! operator {
+    ($trait:ident, $name:ident, $instruction:ident) => {
+        impl $trait for V {
+            type Output = V;
+
+            #[inline(always)]
+            fn $name(self, other: V) -> V {
+                V(unsafe { $instruction(self.0, other.0) })
+            }
+        }
+    };
+}
+
+operator!(Add, add, _mm256_add_pd);
+operator!(Sub, sub, _mm256_sub_pd);
+operator!(Mul, mul, _mm256_mul_pd);
+operator!(Div, div, _mm256_div_pd);
+
+impl Neg for V {
+    type Output = V;
+
+    #[inline(always)]
+    fn neg(self) -> V {
+        V(unsafe { _mm256_xor_pd(_mm256_set1_pd(-0.0), self.0) })
+    }
+}
