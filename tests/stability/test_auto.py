@@ -58,6 +58,31 @@ def test_stiff_from_the_start_is_implicit():
     assert methods(result)[0] == "radau" and result.stats["steps"] < 2000
 
 
+@pytest.mark.parametrize("reltol", [1e-3, 1e-6, 1e-9])
+def test_linear_machines_are_solved_like_linear_circuits(reltol):
+    """A mass on a spring, pushed: one solution a step, its factorisation kept, of order 13. x'' + 2 d x' + w^2 x = F/m."""
+    text = """a mass on a spring
+BODY   m m=2
+JOINT  x 0 m slide axis=(1,0) damp=0.4
+SPRING k x k=50
+FORCE  push m dir=(1,0) PULSE(0 3 0 1u 1u 100 200)
+.print tran pos(x) vel(x)
+.tran 50m 20
+.end
+"""
+    found = run(text, f"reltol={reltol!r}")
+    assert found.stats["methods"] == [(0.0, "radau", "linear equations")]
+    taken = found.stats["steps"] + found.stats["rejected"]
+    assert found.stats["iterations"] <= taken + 10, found.stats
+    assert found.stats["factorisations"] <= 4 * taken, found.stats
+    other = run(text, f"method=dop853 reltol={reltol!r}")
+    assert found.stats["evaluations"] < 0.5 * other.stats["evaluations"]
+    # the ramp of 1 us is a step half of it later
+    t, d, w = np.asarray(found.time) - 0.5e-6, 0.1, np.sqrt(25 - 0.01)
+    want = 3 / 50 * (1 - np.exp(-d * t) * (np.cos(w * t) + d / w * np.sin(w * t)))
+    assert np.abs(found["pos(x)"] - want)[t > 0].max() <= max(10 * reltol * np.ptp(want), 1e-11)
+
+
 @pytest.mark.parametrize("name", ["bench/cart_pole", "coupled/pendulum_servo", "bench/two_link_arm"])
 def test_a_mode_that_dies_long_before_the_end_is_implicit(name):
     """A winding settles 2000 to 15 000 times within the run: explicit steps would be cut by it to the end."""

@@ -138,3 +138,32 @@ def test_a_step_up_to_a_jump_knows_nothing_of_it(method, reltol):
         assert result["v(a)"][k] == pytest.approx(5, rel=1e-9)
         assert abs(result["v(b)"][k] - exact) < 10 * reltol
         assert result["i(v1)"][k] == pytest.approx(-(5 - exact) / 1e3, abs=0.02 * reltol)
+
+
+@pytest.mark.parametrize("reltol", [1e-3, 1e-6, 1e-9])
+def test_linear_steps_reach_from_corner_to_corner(reltol):
+    """Of a low-pass at pulses every stretch is one curve, which a step or two of order 13 follow, in its rows too: the
+    current, which bends or jumps at the corners, begins anew behind each. (206 steps for these 80 stretches, now 86 to 160.)"""
+    text = deck("bench/rc_pulses").replace(".save v(out)", ".save v(out) i(v1)")
+    result = run(text, f"method=radau reltol={reltol!r}", tran="0.37u 0.5m")
+    assert result.stats["steps"] <= 170 and result.stats["rejected"] <= 5, result.stats
+    corners = sorted({k * 25e-6 + c for k in range(20) for c in (1e-6, 1.1e-6, 11e-6, 11.1e-6)})
+    t = np.arange(1, 1351) * 0.37e-6
+    u, y, tau = np.zeros_like(t), np.zeros_like(t), 1e-5
+    level, held = 0.0, 0.0  # of input and output at the start of each stretch
+    for k, (start, end) in enumerate(zip(corners, [*corners[1:], 0.6e-3], strict=True)):
+        slope = (1e7, 0.0, -1e7, 0.0)[k % 4]
+        of = (t > start) & (t <= end)
+        u[of] = level + slope * (t[of] - start)
+        y[of] = u[of] - slope * tau + (held - level + slope * tau) * np.exp(-(t[of] - start) / tau)
+        level, last = level + slope * (end - start), level
+        held = level - slope * tau + (held - last + slope * tau) * np.exp(-(end - start) / tau)
+    found = {n: np.array([result.at(n, float(v)) for v in t]) for n in ("v(out)", "i(v1)")}
+    assert np.abs(found["v(out)"] - y).max() <= max(10 * reltol, 1e-11)
+    assert np.abs(found["i(v1)"] - (y - u) / 1e3).max() <= max(10 * reltol, 1e-11) / 1e3
+
+
+def test_a_first_step_that_is_far_too_long():
+    """Robertson's rates to 1e11 s: rows stand 2e9 s apart, the first step is 1 s. Eleven attempts on the way down, now six."""
+    result = run(deck("electrical/ref_robertson"), "method=radau reltol=1e-2")
+    assert result.stats["rejected"] + result.stats["newton_failures"] <= 12, result.stats

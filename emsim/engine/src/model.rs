@@ -1,6 +1,6 @@
 //! What the cards contribute to equation (1), before it is compiled: see `system`.
 use crate::devices::diode::Diode;
-use crate::graph::Id;
+use crate::graph::{Graph, Id, Node};
 use crate::waves::Wave;
 use std::collections::BTreeMap;
 
@@ -101,4 +101,74 @@ pub struct Model {
     pub flags: Vec<FlagSpec>,
     pub forces: Vec<Force>,
     pub ic_charge: Vec<(usize, f64)>,
+}
+
+impl Model {
+    /// Expressions that are linear forms of unknowns and sources become constants of G and C, if all of them are: a motor on a
+    /// flywheel, masses on springs, are then solved like a linear circuit.
+    pub fn fold_linear(&mut self, g: &Graph) {
+        if !self.diodes.is_empty() || !self.flags.is_empty() {
+            return;
+        }
+        let forms = |rows: &BTreeMap<usize, Id>| -> Option<Vec<(usize, Form)>> {
+            rows.iter().map(|(&row, &e)| Some((row, linear_form(g, e)?))).collect()
+        };
+        let (Some(f), Some(q)) = (forms(&self.f), forms(&self.q)) else { return };
+        if q.iter().flat_map(|(_, form)| form.keys()).any(|leaf| matches!(leaf, Leaf::Wave(_))) {
+            return;
+        }
+        for (rows, out) in [(f, &mut self.g), (q, &mut self.c)] {
+            for (row, form) in rows {
+                for (leaf, v) in form {
+                    match leaf {
+                        Leaf::Unknown(col) => out.push((row, col, v)),
+                        Leaf::Wave(k) => self.f_wave.push((row, k, v)),
+                    }
+                }
+            }
+        }
+        self.f.clear();
+        self.q.clear();
+    }
+}
+
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum Leaf {
+    Unknown(usize),
+    Wave(usize),
+}
+
+/// Coefficients.
+type Form = BTreeMap<Leaf, f64>;
+
+/// `e` as a linear form; None where it is none, or has a constant term.
+fn linear_form(g: &Graph, e: Id) -> Option<Form> {
+    // factor of each node's value in e, passed down from e to the leaves
+    let mut factors: BTreeMap<Id, f64> = BTreeMap::from([(e, 1.0)]);
+    let mut form = Form::new();
+    while let Some((id, factor)) = factors.pop_last() {
+        let mut pass = |to: Id, factor: f64| *factors.entry(to).or_default() += factor;
+        match g.node(id) {
+            Node::Unknown(i) => *form.entry(Leaf::Unknown(i as usize)).or_default() += factor,
+            Node::Wave(k) => *form.entry(Leaf::Wave(k as usize)).or_default() += factor,
+            Node::Neg(a) => pass(a, -factor),
+            Node::Add(a, b) => {
+                pass(a, factor);
+                pass(b, factor);
+            }
+            Node::Sub(a, b) => {
+                pass(a, factor);
+                pass(b, -factor);
+            }
+            Node::Mul(a, b) => match (g.value(a), g.value(b)) {
+                (Some(v), _) => pass(b, v * factor),
+                (_, Some(v)) => pass(a, v * factor),
+                _ => return None,
+            },
+            Node::Div(a, b) => pass(a, factor / g.value(b)?),
+            _ if g.value(id) == Some(0.0) => {}
+            _ => return None,
+        }
+    }
+    form.values().all(|v| v.is_finite()).then_some(form)
 }

@@ -161,7 +161,8 @@ impl Counters {
 }
 
 impl System {
-    pub fn compile(model: Model, g: &mut Graph) -> Result<System, String> {
+    pub fn compile(mut model: Model, g: &mut Graph) -> Result<System, String> {
+        model.fold_linear(g);
         let n = model.unknowns.len();
         let leaves: Vec<Id> = (0..n).map(|i| g.unknown(i as u32)).collect();
         // derivatives of every row that is an expression, by reverse mode, only for unknowns that the row reads

@@ -3,8 +3,9 @@
 //! Rules, each justified by the work-precision charts of the benchmark decks (`python tests/bench/auto.py`):
 //!
 //!  1. Explicit where the equations reduce to an ODE (`System::reduced`) and nothing is stiff: dop853, in circuits rk45 at loose
-//!     tolerances. Never with diodes: an exponential is stiff whenever it conducts. Not where the equations are linear and sources have
-//!     few corners either: a step of radau at order 13 is one solution there, with a factorisation that is kept.
+//!     tolerances. Never with diodes or exponentials of voltages: those are stiff whenever they conduct. Not where the equations are
+//!     linear either: a step of radau at order 13 is one solution there, with a factorisation that is kept, and reaches from one
+//!     corner of a source to the next.
 //!  2. Otherwise implicit, see `implicit`.
 //!  3. From explicit to implicit when stability has limited `STIFF` steps, when the step collapses, or when a stage cannot be
 //!     solved. Back after `TRIAL` implicit steps, on probation: the first explicit step must have room to spare and must not be
@@ -30,15 +31,12 @@ use crate::system::{System, Work};
 /// cheaper at any error (chain of 20 at 1e-2: 3.1 ms and 1e-5 of the range, rk45 3.9 ms and 2e-4; four-bar 0.9 ms and 4e-2,
 /// rk45 0.6 ms and half the range; LC oscillator at 1e-3 0.16 ms and 7e-6, rk45 0.21 ms and 3e-4).
 fn loose(sys: &System, span: f64) -> f64 {
-    match mechanical(sys) || sys.has_fewer_corners(1, span) {
+    match mechanical(sys) || !sys.has_corner_before(span) {
         _ if !sys.flags.is_empty() && sys.edges.all_timed() => 1e-6,
         true => f64::INFINITY,
         false => 5e-4,
     }
 }
-
-/// Corners that steps of order 13 still reach over.
-const CORNERS: usize = 20;
 
 fn mechanical(sys: &System) -> bool {
     sys.unknowns.iter().any(|u| u.kind.mechanical())
@@ -111,14 +109,14 @@ pub fn reduces(sys: &System, o: &Options) -> bool {
 /// trbdf2 if there is none to follow: trap by itself is wrong by ten times what is asked there (three_phase_rectifier at reltol 1e-3 5e-3,
 /// trbdf2 7e-4). Switches throw gear back to order 1 and want short restarts, machines want a higher order: esdirk. Junctions written as
 /// expressions are as gentle: gear, one stage a step, beside radau's five (transistor amplifier to 1e-3: 1.4 ms, 3.5 ms; to 1e-6 3.1 ms,
-/// 6.1 ms; to 1e-8 gear does not come), unless coils ring with them (ring modulator at 1e-3: gear loses 1.5 % of it).
+/// 6.1 ms; to 1e-8 6 ms, 10 ms), unless coils ring with them (ring modulator at 1e-3: gear loses 2.5 % of its range at the end).
 fn implicit(sys: &System, o: &Options) -> &'static str {
     let swing = sys.shortest_swing();
     let followed = swing.is_finite() && o.span * trap::IN_A_PERIOD < IMPOSED * swing && o.grid * FINEST > swing;
     let few_restarts = sys.flags.is_empty() && !mechanical(sys);
     let coils = (0..sys.n).any(|k| sys.differential[k] && sys.unknowns[k].kind == Kind::Branch);
     match o.reltol {
-        tol if sys.diodes() == 0 && sys.bends() && few_restarts && !coils && tol >= 5e-7 => "gear",
+        tol if sys.diodes() == 0 && sys.bends() && few_restarts && !coils && tol >= 5e-9 => "gear",
         _ if sys.diodes() == 0 => "radau",
         tol if few_restarts && tol >= 5e-4 && followed => "trap",
         tol if few_restarts && tol >= 5e-4 => "trbdf2",
@@ -146,9 +144,8 @@ impl<'a> Auto<'a> {
     pub fn new(sys: &'a System, o: &Options) -> Result<Auto<'a>, Failure> {
         let (explicit, why) = match sys.reduced() {
             _ if sys.diodes() > 0 => (None, "diodes".to_string()),
-            Ok(_) if sys.pure_linear && sys.has_fewer_corners(CORNERS, o.span) => {
-                (None, "linear equations".to_string())
-            }
+            _ if sys.bends() && !mechanical(sys) => (None, "exponentials".to_string()),
+            Ok(_) if sys.pure_linear => (None, "linear equations".to_string()),
             Ok(r) if r.largest_block() > BLOCK => (None, "large dense blocks".to_string()),
             Ok(r) if r.constraints() > LOOPS => (None, "several closed loops".to_string()),
             Ok(r) if r.iterates() => (None, "stages that want iterations".to_string()),

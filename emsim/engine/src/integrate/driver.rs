@@ -442,7 +442,9 @@ impl<'a, S: Sink> Run<'a, S> {
                 h = self.memory.length().unwrap_or(0.1 * ahead.min(normal_h).min(tmax)).max(smallest);
             } else {
                 method.corner();
-                h = h.max(normal_h.min(tmax)).min(if method.starts_at_full_length() { ahead } else { 0.5 * ahead });
+                self.memory.restart(sys.stretch(self.w, self.t));
+                let known = self.memory.length().unwrap_or(normal_h.min(tmax));
+                h = h.max(known).min(if method.starts_at_full_length() { ahead } else { 0.5 * ahead });
             }
         }
         self.next = Next { h: Some(h), normal: normal_h };
@@ -467,6 +469,7 @@ impl<'a, S: Sink> Run<'a, S> {
             {
                 self.crept = (t, h);
                 (self.t, self.late) = (t + h, 0.0);
+                self.stop = self.sys.next_stop(self.w, self.t, self.until);
                 self.jump(self.tmax);
                 return Some(h);
             }
@@ -563,6 +566,7 @@ impl<'a, S: Sink> Run<'a, S> {
             }
         }
         self.slopes_jump(method);
+        self.stop = self.sys.next_stop(self.w, self.t, self.until);
         self.jump(step.min(self.tmax));
         self.grid.bent(self.t, self.stop - self.t);
         self.restart(method);

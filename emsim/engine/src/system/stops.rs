@@ -140,13 +140,9 @@ impl System {
         self.next_corner(0.0).is_finite()
     }
 
-    /// Have sources fewer corners than so many before `until`?
-    pub fn has_fewer_corners(&self, many: usize, until: f64) -> bool {
-        let mut t = 0.0;
-        (0..many).any(|_| {
-            t = self.next_corner(t);
-            t >= until
-        })
+    /// Has a source a corner before `until`?
+    pub fn has_corner_before(&self, until: f64) -> bool {
+        self.next_corner(0.0) < until
     }
 
     /// Does a source jump (rather than bend) at t?

@@ -40,15 +40,19 @@ impl<S: Sink> Run<'_, S> {
         method.begins_with_slopes() && *self.slopes.get_or_insert_with(|| undetermined(self.sys).contains(&true))
     }
 
-    /// Something has jumped at t: one implicit step of nearly no length gives the values after it, and their time.
+    /// Something has jumped at t, from where the next stop is known: one implicit step of nearly no length gives the values after
+    /// it, and their time.
     pub(super) fn jump(&mut self, width: f64) {
-        for _ in 0..CASCADE {
+        for again in 0..CASCADE {
             // edges that are due at once
             let (t, events) = (self.t, &mut self.outcome.events);
-            if self.stop <= t {
+            let due = self.stop <= t;
+            if due {
                 self.sys.flip_edges(self.w, t, |k, on| events.push((t, k, on)));
             }
-            self.stop = self.sys.next_stop(self.w, t, self.until);
+            if due || again > 0 {
+                self.stop = self.sys.next_stop(self.w, t, self.until);
+            }
             let least = (JUMP * width.min(self.stop - t)).max(64.0 * f64::EPSILON * t).max(1e-18 * self.a.tstop);
             let least = self.sys.hidden_corner(t).map_or(least, |end| least.max(2.0 * (end - t)));
             // rounding may keep so short a step from converging: a flux of so much over h is no voltage
