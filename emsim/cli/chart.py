@@ -179,15 +179,19 @@ def measured(source: str, name: str, chosen: Settings, tell: Callable[[str], obj
         )
     if chosen.scipy is not None:
         _scipy(chart, problem, found.judge, source, chosen, tell)
+    turns = ladder.Turns(problem, chart.series)
     if chosen.ngspice is not None and problem.plain:
-        _ngspice(chart, problem, found.judge, source, chosen, tell)
+        _ngspice(chart, problem, found.judge, source, chosen, tell, turns.take)
     if chosen.engines:
         from ..reports import peers
 
         machine = splitext(basename(source))[0]
-        series, notes = peers.measure(problem, found.judge, machine, chosen.engines, said=tell)
+        series, notes = peers.measure(
+            problem, found.judge, machine, chosen.engines, said=tell, turn=lambda: turns.take(5)
+        )
         chart.series += series
         chart.notes += notes
+    turns.settle()
     return chart
 
 
@@ -206,8 +210,9 @@ def _scipy(
 
 
 def _ngspice(
-    chart: Chart, problem: Problem, judge: Judge, source: str, chosen: Settings, tell: Callable[[str], object]
-) -> None:
+    chart: Chart, problem: Problem, judge: Judge, source: str, chosen: Settings, tell: Callable[[str], object],
+    turn: Callable[[], object],
+) -> None:  # fmt: skip
     from ..reports import spice
     from ..source import load
 
@@ -218,7 +223,9 @@ def _ngspice(
         text, folder = (
             (source, os.getcwd()) if "\n" in source else (load(source).text, dirname(abspath(source)))
         )
-        chart.series.append(spice.measure(problem, judge, text, folder, **(chosen.ngspice or {}), said=tell))
+        chart.series.append(
+            spice.measure(problem, judge, text, folder, **(chosen.ngspice or {}), said=tell, turn=turn)
+        )
     except OutsideError as error:
         chart.notes.append(f"no ngspice: {error.diagnostics[0].message}")
 

@@ -16,17 +16,19 @@ any run, the method's own: trap and gear heed the print grid, which is a fiftiet
 Time is thread CPU time of the engine's transient, operating point included, compiling not; the median of rounds in
 which the runs of all methods take turns. A short run is timed after one of the same that is not: who happens to run
 after another method finds the caches full of that one's code, which cost `auto`, the first of every round, up to 1.8
-times. A run that takes longer than its limit is stopped by the progress callback and charted as a failure; tighter
+times. Where other programs are measured beside them, the points that are compared are timed again in turns with those
+(`Turns`). A run that takes longer than its limit is stopped by the progress callback and charted as a failure; tighter
 tolerances of that method are then not tried.
 """
 
 from __future__ import annotations
 
+from math import ceil
 from time import perf_counter, thread_time
 
 from ..diagnostics import DeckError, Diagnostic, DiagnosticError, suggest
 from ..result import Table
-from .work_precision import Point, Series, exponent
+from .work_precision import Point, Series, exponent, front, near
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -51,6 +53,8 @@ FACTOR, FLOOR, LIMIT = (
     0.1,
     5.0,
 )  # limit of a run: so many times the best at its tolerance, within these [s]
+APART = 0.5  # wall seconds between two turns
+WORTH, MOST = 0.02, 8  # a turn of a point repeats it for so long [s], or so often; longer runs have none
 WARMED = 5e-3  # shorter runs [s] are run once before they are timed
 SENSELESS = 5.0  # an error beyond it is no point of a front
 MAXIMAL = ("auto", "radau")  # the first there is shows the price of modelling more than the scene needs
@@ -318,3 +322,41 @@ def _repeat(
     for task in tasks:
         for tolerance, times in task.times.items():
             task.points[tolerance].seconds = median(times)
+
+
+class Turns:
+    """The points of `auto` and those near emsim's front, timed again in turns with another program's: the speed of a machine
+    drifts by a third within minutes, and two figures of different minutes are no ratio."""
+
+    def __init__(self, problem: Problem, series: Sequence[Series]) -> None:
+        self.problem = problem
+        own = [s for s in series if s.group == "emsim"]
+        worth = front((p.error or 0.0, p.seconds) for s in own for p in s.good)
+        self.times: list[tuple[str, Point, list[float]]] = [
+            (s.name, p, [])
+            for s in own
+            for p in s.good
+            if p.seconds < WARMED and (s.name == "auto" or near(p, worth))
+        ]
+        self.last = float("-inf")
+
+    def take(self, count: int = 1) -> None:
+        """One turn, or several; none where the last one is hardly over."""
+        if perf_counter() - self.last < APART:
+            return
+        for _ in range(count):
+            for method, point, times in self.times:
+                # the first does not count, see above; the others as often as ngspice repeats its own
+                for number in range(1 + min(MOST, ceil(WORTH / max(point.seconds, 1e-6)))):
+                    stats = self.problem.run(method, point.tolerance or 0.0)[1]
+                    if number:
+                        times.append(float(stats["solve_time"]))
+        self.last = perf_counter()
+
+    def settle(self) -> None:
+        """The medians take the place of what was measured before."""
+        from statistics import median
+
+        for _, point, times in self.times:
+            if times:
+                point.seconds = median(times)

@@ -10,7 +10,7 @@ from __future__ import annotations
 from ..interop.ngspice import NgspiceError
 from ..interop.ngspice_time import Bench
 from .ladder import SENSELESS
-from .work_precision import Point, Series, exponent, front, time_at
+from .work_precision import Point, Series, exponent, front, near
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -27,9 +27,9 @@ LIMIT = 3.0  # wall seconds a run
 def measure(
     problem: Problem, judge: Judge, text: str, folder: str, rounds: int = 3, limit: float = LIMIT,
     reltols: Sequence[float] = RELTOLS, parts: Sequence[int] = PARTS,
-    said: Callable[[str], object] = lambda text: None,
+    said: Callable[[str], object] = lambda text: None, turn: Callable[[], object] = lambda: None,
 ) -> Series:  # fmt: skip
-    """All points of one deck. OutsideError without ngspice."""
+    """All points of one deck; `turn` is called before each one is timed. OutsideError without ngspice."""
     from statistics import median
 
     t = problem.transient
@@ -75,19 +75,14 @@ def measure(
                     break  # tmax alone decides from here on, and those points are there
                 looser[part] = steps
         worth = front((p.error or 0.0, p.seconds) for p in runs)
-        times: dict[Point, list[float]] = {p: [] for p in runs if _near(p, worth)}
+        times: dict[Point, list[float]] = {p: [] for p in runs if near(p, worth, 1e-3)}
         for _ in range(rounds):
             for point, found in times.items():
                 # a long run is less noisy: one measurement does
                 if point.seconds < 0.3 or not found:
+                    turn()
                     said(f"ngspice {point.setting}, time")
                     found.append(bench.seconds(*runs[point], point.seconds, 10 * limit))
         for point, found in times.items():
             point.seconds = median(found)
     return series
-
-
-def _near(point: Point, worth: list[tuple[float, float]]) -> bool:
-    """Is the point on the front, or so near that a better figure for its time may put it there?"""
-    best = time_at(worth, point.error or 0.0)
-    return best is None or point.seconds < 1.5 * best + 1e-3

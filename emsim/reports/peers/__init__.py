@@ -39,9 +39,10 @@ PATIENCE = 120.0  # wall seconds for one program with all its settings
 
 def measure(
     problem: Problem, judge: Judge, machine: str, programs: Sequence[str], limit: float = LIMIT, rounds: int = ROUNDS,
-    said: Callable[[str], object] = lambda text: None,
+    said: Callable[[str], object] = lambda text: None, turn: Callable[[], object] = lambda: None,
 ) -> tuple[list[Series], list[str]]:  # fmt: skip
-    """(series, notes) of every program on a machine, named as its deck; a program that is not installed is a note."""
+    """(series, notes) of every program on a machine, named as its deck; a program that is not installed is a note. `turn` is
+    called before each and after the last."""
     series: dict[str, Series] = {}
     notes: list[str] = []
     for program in programs:
@@ -49,6 +50,7 @@ def measure(
         if find_spec(module) is None:
             notes.append(f"no {name}: pip install 'emsim[peers]'")
             continue
+        turn()
         said(name)
         asked = {"machine": machine, "times": problem.grid.tolist(), "limit": limit, "rounds": rounds}
         try:
@@ -58,6 +60,7 @@ def measure(
                 one.points.append(_point(problem, judge, found))
         except (subprocess.SubprocessError, ValueError, KeyError) as error:
             notes.append(f"{name} did not get through: {_words(error)}")
+    turn()
     return list(series.values()), notes
 
 

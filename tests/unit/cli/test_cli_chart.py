@@ -18,7 +18,7 @@ from emsim import pipeline
 from emsim.cli import main
 from emsim.interop.ngspice import NgspiceError
 from emsim.interop.ngspice_time import Bench
-from emsim.reports import reference, spice, witness
+from emsim.reports import ladder, reference, spice, witness
 from emsim.reports.ladder import Judge, Problem, measure
 
 PENDULUM = str(NETLISTS / "mechanical" / "ref_double_pendulum.cir")
@@ -260,6 +260,29 @@ def test_what_a_cold_start_costs_is_no_cost_of_the_first_run(monkeypatch):
     with Bench(TANK, ".", ["v(a)"]) as bench, pytest.raises(NgspiceError):
         bench.values((1e-5, 0.0, 1e-3, 2e-5), "reltol=1e-3", 5.0)
     assert order == ["start", "start", "start", "run"] and bench.start_up((0, 0, 0, 0), "") == 0.1
+
+
+def test_points_that_are_compared_are_timed_in_turns(monkeypatch):
+    """Two figures of different minutes are no ratio: before each of the other program's runs emsim's own are timed again, after
+    one of the same that does not count, and their median is what stands in the chart."""
+    problem = tank_problem("1m")
+    series = measure(problem, Known(problem), ["auto", "trap"], (1e-3,), rounds=1)
+    turns = ladder.Turns(problem, series)
+    count = len(turns.times)
+    assert "auto" in [name for name, _, _ in turns.times]
+    asked = []
+
+    def run(method, tolerance):
+        asked.append(method)
+        return None, {"solve_time": float(len(asked))}, ""
+
+    monkeypatch.setattr(problem, "run", run)
+    monkeypatch.setattr(ladder, "MOST", 1)
+    turns.take(3)
+    turns.take()
+    assert len(asked) == 6 * count, "the second turn came at once"
+    turns.settle()
+    assert series[0].points[0].seconds == 2 + 2 * count
 
 
 @pytest.mark.ngspice
