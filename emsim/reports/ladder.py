@@ -336,7 +336,7 @@ class Turns:
             (s.name, p, [])
             for s in own
             for p in s.good
-            if p.seconds < WARMED and (s.name == "auto" or near(p, worth))
+            if p.seconds < WORTH and (s.name == "auto" or near(p, worth))
         ]
         self.last = float("-inf")
 

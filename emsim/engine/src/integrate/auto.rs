@@ -101,7 +101,18 @@ pub struct Auto<'a> {
 
 /// Rule 1: is the explicit form worth making?
 pub fn reduces(sys: &System, o: &Options) -> bool {
-    o.fixed_step.is_none() && sys.diodes() == 0 && sys.n <= SMALL
+    o.fixed_step.is_none() && never_explicit(sys).is_none() && sys.n <= SMALL
+}
+
+/// Rule 1: what no explicit form is asked about.
+fn never_explicit(sys: &System) -> Option<&'static str> {
+    if sys.diodes() > 0 {
+        Some("diodes")
+    } else if sys.bends() && !mechanical(sys) {
+        Some("exponentials")
+    } else {
+        None
+    }
 }
 
 /// Rule 2: radau where no exponential bends it. Diodes turn gently to corners, and what is cheapest there are few stages: gear's orders
@@ -142,9 +153,7 @@ const OTHERS: [&str; 5] = ["radau", "esdirk", "trbdf2", "trap", "gear"];
 
 impl<'a> Auto<'a> {
     pub fn new(sys: &'a System, o: &Options) -> Result<Auto<'a>, Failure> {
-        let (explicit, why) = match sys.reduced() {
-            _ if sys.diodes() > 0 => (None, "diodes".to_string()),
-            _ if sys.bends() && !mechanical(sys) => (None, "exponentials".to_string()),
+        let (explicit, why) = match never_explicit(sys).map_or_else(|| sys.reduced(), Err) {
             Ok(_) if sys.pure_linear => (None, "linear equations".to_string()),
             Ok(r) if r.largest_block() > BLOCK => (None, "large dense blocks".to_string()),
             Ok(r) if r.constraints() > LOOPS => (None, "several closed loops".to_string()),

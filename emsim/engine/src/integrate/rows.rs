@@ -127,36 +127,19 @@ impl Forces {
         Some(Forces { newton: Newton::new(sys).ok()? })
     }
 
-    /// Those at (t, x) in a step of this width, of a run of length `whole`.
-    pub fn within(
-        &mut self,
-        sys: &System,
-        w: &mut Work,
-        (t, x): (f64, &mut [f64]),
-        width: f64,
-        whole: f64,
-        tol: &Tolerances,
-    ) {
-        let h = (SHORT * width).max((ROUNDED * whole).min(MOST * width));
-        self.settle(sys, w, x, t, h, tol);
+    /// Length to settle over within a step of this width, of a run of length `whole`.
+    pub fn inside(width: f64, whole: f64) -> f64 {
+        (SHORT * width).max((ROUNDED * whole).min(MOST * width))
     }
 
-    /// The same right after a jump, at the beginning of a stretch of this width in a run of length `whole`.
-    pub fn begin(
-        &mut self,
-        sys: &System,
-        w: &mut Work,
-        (t, x): (f64, &mut [f64]),
-        width: f64,
-        whole: f64,
-        tol: &Tolerances,
-    ) {
-        let h = (SHORT * width).min((SHORTER * width).max(ROUNDED * whole));
-        self.settle(sys, w, x, t, h, tol);
+    /// The same right after a jump, at the beginning of a stretch of this width.
+    pub fn behind(width: f64, whole: f64) -> f64 {
+        (SHORT * width).min((SHORTER * width).max(ROUNDED * whole))
     }
 
-    /// Everything that does not stand under d/dt, from what does. x stays as it is where that fails.
-    fn settle(&mut self, sys: &System, w: &mut Work, x: &mut [f64], t: f64, h: f64, tol: &Tolerances) {
+    /// Everything that does not stand under d/dt at (t, x), from what does, over a length of `inside` or `behind`. x stays as it is
+    /// where that fails.
+    pub fn settle(&mut self, sys: &System, w: &mut Work, (t, x): (f64, &mut [f64]), h: f64, tol: &Tolerances) {
         let junction = w.junction.clone();
         // slopes at a corner are those before it
         let h = if w.ends_before(t + 4.0 * h) { -h } else { h };
@@ -206,7 +189,7 @@ impl<S: Sink> Row<'_, S> {
 
     pub fn push(&mut self, sys: &System, w: &mut Work, t: f64, tol: &Tolerances) {
         if let Some(forces) = &mut self.forces {
-            forces.within(sys, w, (t, self.x), self.width, self.whole, tol);
+            forces.settle(sys, w, (t, self.x), Forces::inside(self.width, self.whole), tol);
         }
         self.sink.row(sys, w, t, self.x);
     }

@@ -77,8 +77,8 @@ impl<S: Sink> Run<'_, S> {
             let everything = || (0..self.sys.n as u32).collect::<Vec<_>>();
             let begin = self.begin.get_or_insert_with(|| Forces::new(self.sys, &everything()));
             if let Some(forces) = begin {
-                let width = width.min(self.stop - self.t);
-                forces.begin(self.sys, self.w, (self.t, &mut self.x), width, self.a.tstop, &self.tol);
+                let h = Forces::behind(width.min(self.stop - self.t), self.a.tstop);
+                forces.settle(self.sys, self.w, (self.t, &mut self.x), h, &self.tol);
             }
         }
         if self.t >= self.a.tstart {

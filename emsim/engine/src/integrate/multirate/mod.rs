@@ -471,7 +471,8 @@ impl<'a> Multirate<'a> {
                     }
                     self.tol.observe(&self.x);
                     if let Some(forces) = &mut self.forces {
-                        forces.within(self.sys, self.w, (item.t, &mut self.x), micro, self.a.tstop, &self.tol);
+                        let h = Forces::inside(micro, self.a.tstop);
+                        forces.settle(self.sys, self.w, (item.t, &mut self.x), h, &self.tol);
                     }
                     // the circuit's own come from its steps
                     for (&i, v) in fast.of.iter().zip(y) {

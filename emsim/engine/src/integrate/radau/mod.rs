@@ -105,8 +105,8 @@ pub struct Radau {
     first: bool,
     fixed: bool,
     pure_linear: bool,
-    bent: bool, // the sources do at t0
-    last_bent: bool,
+    bent: bool,                    // all is linear, and the sources bend at t0
+    last_bent: bool,               // at the start of the last step
     estimate: f64,                 // of this step's error, in units of the tolerance
     corrected: Vec<bool>,          // by the error estimate, in dense output
     full: Option<Box<FullNewton>>, // made when first needed
@@ -529,7 +529,7 @@ impl Method for Radau {
             _ => (self.t0, self.h, self.scheme, &self.x0, &self.stage, &self.e, self.bent),
         };
         let theta = (t - t0) / h;
-        if bent && self.pure_linear {
+        if bent {
             // what is algebraic at the start of this step belongs to the curve before the corner
             dense::extrapolate(scheme, theta, x0, stage, &self.corrected, out);
         } else {
@@ -549,7 +549,7 @@ impl Method for Radau {
     /// that point is of another curve; where all is linear, the error estimate, of the polynomial's order, says it as well.
     fn interior(&self, sys: &System, tol: &Tolerances) -> f64 {
         let Some((start, ..)) = self.last.filter(|_| !self.accepted) else { return f64::INFINITY };
-        if self.bent && self.pure_linear {
+        if self.bent {
             return self.estimate;
         }
         let scheme = self.scheme;
@@ -604,7 +604,7 @@ impl Method for Radau {
 
     /// What the step control knows of the error's growth was of the other side.
     fn corner(&mut self) {
-        (self.h_old, self.bent) = (0.0, true);
+        (self.h_old, self.bent) = (0.0, self.pure_linear);
     }
 
     fn inputs_changed(&mut self) {
