@@ -115,6 +115,18 @@ def test_wiper_beyond_its_end_at_the_start_is_said():
     assert [d.code for d in found] == ["W234"]
 
 
+def test_a_wiper_that_leaves_its_end_is_solved_for():
+    """At its end it has 100 S, a step later a thousandth of that: with the derivatives of the end every update is nothing."""
+    deck = (
+        SLED + "DRIVE d rail q={15m*sin(2*pi*time)}\nPOT p1 top w 0 rail r=10k range=(-10m,10m)\nRL w 0 5k\n"
+    )
+    r = emsim.run("pot\n" + deck + "V1 top 0 10\n.tran 1m 2\n.end", method="radau")
+    for t, v in zip(r.time, r["v(w)"], strict=True):
+        a = min(max(0.5 + 0.75 * math.sin(2 * math.pi * t), 1e-6), 1 - 1e-6)
+        upper, lower = 1 / (10e3 * (1 - a)), 1 / (10e3 * a) + 1 / 5e3
+        assert v == pytest.approx(10 * upper / (upper + lower), abs=1e-3)
+
+
 # SPRING, DAMPER, FORCE, TORQUE -----------------------------------------------------------------------
 
 

@@ -73,7 +73,8 @@ pub struct System {
     pub linear: bool,            // C, G constant: one factorisation per step size, one solve per point
     pub pure_linear: bool,       // F = G x + waves, no expression at all
     pub passive: bool,           // nothing but diodes in a passive network (see passive.rs)
-    bending: Vec<usize>,         // own entries of rows whose expressions have exponentials of unknowns
+    exponential: bool,           // are there exponentials of unknowns in expressions?
+    yielding: Vec<usize>,        // own entries that may fall by orders of magnitude within a step: see `bent_behind`
     rows: [Vec<(usize, Id)>; 2], // F and Q of rows that are expressions, for `reduce`
     reduced: OnceLock<Result<Reduced, String>>,
     parts: OnceLock<Result<Box<Parts>, String>>,
@@ -310,8 +311,9 @@ impl System {
         let pairs = reciprocal(|i| model.unknowns[i].kind == Kind::Node, [&g_sum, &c_sum]);
         let unknowns = model.unknowns;
         let moving: HashSet<usize> = g_slots.iter().chain(&c_slots).copied().collect();
+        let yields = |i: &usize| exponential || unknowns[*i].kind == Kind::Node;
         let own = |i: usize| pattern.position(i, i).filter(|k| moving.contains(k));
-        let bending = if exponential { (0..n).filter_map(own).collect() } else { Vec::new() };
+        let yielding = (0..n).filter(yields).filter_map(own).collect();
         Ok(System {
             n,
             waves: model.waves,
@@ -320,7 +322,8 @@ impl System {
             forces: model.forces,
             ic_charge: model.ic_charge,
             rows: [&model.f, &model.q].map(|rows| rows.iter().map(|(&row, &id)| (row, id)).collect()),
-            bending,
+            exponential,
+            yielding,
             reduced: OnceLock::new(),
             parts: OnceLock::new(),
             passive: model.f.is_empty() && model.q.is_empty() && flagless && is_passive(&unknowns, &g_sum, &c_sum),

@@ -77,7 +77,7 @@ impl System {
 
     /// Do expressions have exponentials of unknowns?
     pub fn bends(&self) -> bool {
-        !self.bending.is_empty()
+        self.exponential && !self.yielding.is_empty()
     }
 
     /// Can a conductance change by more than its own size within a step: are there diodes, or exponentials in expressions?
@@ -85,7 +85,12 @@ impl System {
         self.diodes() > 0 || self.bends()
     }
 
-    /// `left_behind` of expressions with exponentials: theta from the rows' own entries, of the matrix (`gv`, `cv`) that the
+    /// Can the own conductance of a node, or what else an exponential makes, fall by orders of magnitude?
+    pub fn yields(&self) -> bool {
+        !self.yielding.is_empty()
+    }
+
+    /// `left_behind` of expressions, exponentials of anything or conductances of nodes (a wiper that leaves its end): theta from the rows' own entries, of the matrix (`gv`, `cv`) that the
     /// iteration solves with and of the derivatives at x. Where they have grown an iteration that is no good shows it by itself.
     pub fn bent_behind(&self, w: &mut Work, (gv, cv): (&[f64], &[f64]), a: f64, x: &[f64], t: f64) -> f64 {
         self.eval_jacobian(w, x, t, false);
@@ -93,7 +98,7 @@ impl System {
             let held = gv[k] + a * cv[k];
             (held - (w.gv[k] + a * w.cv[k])) / held
         };
-        let worst = self.bending.iter().map(theta).fold(0.0, f64::max);
+        let worst = self.yielding.iter().map(theta).fold(0.0, f64::max);
         (worst / (1.0 - worst).max(NOTHING_LEFT)).min(MOST_BEHIND)
     }
 }

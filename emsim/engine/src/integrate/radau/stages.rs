@@ -203,7 +203,7 @@ impl Radau {
             let of = |x: &Vec<f64>| sys.left_behind(w, &self.slopes, a, &self.real_matrix, x);
             worst = self.stage.iter().take(s).map(of).fold(0.0, f64::max);
         }
-        if sys.bends() {
+        if sys.yields() {
             // what has turned off has done so before the step or within it
             for k in [0, s - 1] {
                 let t = self.t0 + self.scheme.c[k] * h;
