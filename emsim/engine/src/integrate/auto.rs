@@ -19,6 +19,7 @@
 //!
 //! Nothing is measured with a clock: equal decks take equal steps.
 use super::driver::IMPOSED;
+use super::rows::Lags;
 use super::{make_one, trap, Attempt, Method, Used};
 use crate::ledger::Stages;
 use crate::model::Kind;
@@ -476,8 +477,8 @@ impl Method for Auto<'_> {
         self.inner().begins_with_slopes()
     }
 
-    fn multipliers_lag(&self) -> bool {
-        self.inner().multipliers_lag()
+    fn lags(&self) -> Lags {
+        self.inner().lags()
     }
 
     fn restarts_at_corners(&self) -> bool {

@@ -13,7 +13,7 @@ use self::memory::Memory;
 pub use self::memory::IMPOSED;
 pub(super) use self::stretch::Mark;
 
-use super::rows::{undetermined, Forces, Grid, Row, Sink};
+use super::rows::{undetermined, Forces, Grid, Lags, Row, Sink};
 use super::watch::{Report, Watch};
 use super::{make, Attempt, Method, Used};
 use crate::events::{Candidate, Detector, Located};
@@ -107,6 +107,7 @@ pub(super) struct Run<'a, S: Sink> {
     scratch: Vec<f64>,
     watch: Watch,
     forces: Option<Option<Forces>>, // multipliers of the rows, where they are asked for and the method's own lag behind
+    settles: bool,                  // it is so at present
     begin: Option<Option<Forces>>,  // the same after a jump
     slopes: Option<bool>,           // unknowns follow from the slopes of others: a corner is a jump to them
     kept: f64,                      // end of the last recorded step
@@ -218,6 +219,7 @@ impl<'a, S: Sink> Run<'a, S> {
             dense,
             scratch: vec![0.0; sys.n],
             forces: None,
+            settles: false,
             begin: None,
             slopes: None,
             kept: 0.0,
@@ -481,10 +483,14 @@ impl<'a, S: Sink> Run<'a, S> {
     /// Records the accepted step up to its end x at t.
     fn keep(&mut self, method: &dyn Method) {
         let width = self.t - self.kept;
-        let forces = match method.multipliers_lag() {
-            true => self.forces.get_or_insert_with(|| Forces::new(self.sys, self.record.reads())).as_mut(),
-            false => None,
+        let forces = match method.lags() {
+            Lags::Nothing => None,
+            lags => {
+                let made = self.forces.get_or_insert_with(|| Forces::new(self.sys, self.record.reads()));
+                made.as_mut().filter(|f| lags == Lags::Index || f.of_machine)
+            }
         };
+        self.settles = forces.is_some();
         let mut row = Row { sink: self.record, forces, x: &mut self.scratch, width, whole: self.a.tstop };
         self.grid.fill(method, self.t, self.sys, self.w, &self.tol, &mut row);
         if self.t >= self.a.tstart {

@@ -31,6 +31,7 @@ use crate::newton::{Failure, Options, Tolerances};
 use crate::record::Record;
 use crate::sparse::Complex;
 use crate::system::{System, Work};
+use rows::Lags;
 
 /// What came of one attempted step.
 pub enum Attempt {
@@ -93,9 +94,9 @@ pub trait Method {
     fn begins_with_slopes(&self) -> bool {
         false
     }
-    /// Multipliers and derivatives are of a lower order than the state: rows that show them compute them anew.
-    fn multipliers_lag(&self) -> bool {
-        false
+    /// What is not as good as the state: rows that show it compute it anew.
+    fn lags(&self) -> Lags {
+        Lags::Nothing
     }
     /// Restart at the corners of sources; one-step methods of high order need not.
     fn restarts_at_corners(&self) -> bool {

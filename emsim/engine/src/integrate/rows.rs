@@ -2,7 +2,7 @@
 //!
 //! In a stiffly accurate collocation method multipliers and derivatives that are only shown are of order s where the
 //! coordinates are of order 2s - 1 (Hairer and Wanner 1996, table VII.4.1), in a diagonally implicit one of the stages' order,
-//! 2, and what the dense output gives of them is worse. But they are functions of the state: where a row shows them they
+//! 2, of gear's formulas and the trapezoid's their own, by steps that are none of theirs; what the dense output gives is worse. But they are functions of the state: where a row shows them they
 //! are computed anew, at index 1. The state is brought onto its constraints (Newton's method with what stands under d/dt
 //! held), and three implicit Euler steps of nearly no length, h, 2h and 4h, are extrapolated to none.
 use super::driver::Transient;
@@ -11,7 +11,7 @@ use crate::ledger::Inside;
 use crate::newton::{Newton, Tolerances};
 use crate::record::Record;
 use crate::reduced::augment;
-use crate::system::{System, Work};
+use crate::system::{Kind, System, Work};
 
 /// Length of those steps in units of the method's step: the error goes with its third power, rounding with its inverse.
 const SHORT: f64 = 1e-4;
@@ -109,9 +109,33 @@ pub fn undetermined(sys: &System) -> Vec<bool> {
     found
 }
 
+/// What a method knows less well than the state. Step by step it may be far worse: the error estimate is that of the state, which a
+/// step of any length may have right (a torque that is constant), and a trapezoidal stage lets multipliers swing.
+#[derive(Clone, Copy, PartialEq)]
+pub enum Lags {
+    Nothing,
+    /// multipliers, reactions and accelerations of a machine
+    Forces,
+    /// these, and what else is of higher index
+    Index,
+}
+
+impl Lags {
+    /// Steps of a fixed length show what the method gives.
+    pub fn unless(fixed: bool, lags: Lags) -> Lags {
+        if fixed {
+            Lags::Nothing
+        } else {
+            lags
+        }
+    }
+}
+
 /// What computes the forces of rows.
 pub struct Forces {
     newton: Newton,
+    /// rows show forces of a machine
+    pub of_machine: bool,
 }
 
 impl Forces {
@@ -121,10 +145,10 @@ impl Forces {
             return None;
         }
         let lags = undetermined(sys);
-        if !reads.iter().any(|&k| lags[k as usize]) {
-            return None;
-        }
-        Some(Forces { newton: Newton::new(sys).ok()? })
+        let lagging = || reads.iter().map(|&k| k as usize).filter(|&k| lags[k]);
+        lagging().next()?;
+        let of_machine = lagging().any(|k| matches!(sys.unknowns[k].kind, Kind::Lambda | Kind::Derivative));
+        Some(Forces { newton: Newton::new(sys).ok()?, of_machine })
     }
 
     /// Length to settle over within a step of this width, of a run of length `whole`.

@@ -6,6 +6,7 @@
 //! gamma = 1 - 1/sqrt 2, which needs neither F0 nor consistent algebraic unknowns; SPICE takes backward Euler there.
 //!
 //! Local error  h^3/12 x'''  from the third divided difference of the last four points, on what stands under d/dt.
+use super::rows::Lags;
 use super::{interpolate, response, Attempt, History, Method};
 use crate::ledger::Stages;
 use crate::newton::{Newton, Options, Tolerances};
@@ -285,6 +286,10 @@ impl Method for Trap {
 
     fn steps_a_period(&self) -> Option<f64> {
         Some(IN_A_PERIOD)
+    }
+
+    fn lags(&self) -> Lags {
+        Lags::unless(self.fixed, Lags::Forces)
     }
 
     fn response(&self, _formula: usize, y: f64) -> Option<Complex> {

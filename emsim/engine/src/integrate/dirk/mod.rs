@@ -33,6 +33,7 @@ mod esdirk;
 mod tests;
 mod trbdf2;
 
+use super::rows::Lags;
 use super::{response, weighted_sum, Attempt, Method};
 use crate::ledger::Stages;
 use crate::newton::{Failure, Newton, Options, Tolerances};
@@ -463,9 +464,9 @@ impl Method for Dirk {
         true
     }
 
-    /// They are of the stages' order, 2. What is of that order itself has nothing to gain.
-    fn multipliers_lag(&self) -> bool {
-        !self.fixed && lags(&self.k)
+    /// All of it is of the stages' order, 2, which a circuit solved by a method of that order has no use for.
+    fn lags(&self) -> Lags {
+        Lags::unless(self.fixed, if lags(&self.k) { Lags::Index } else { Lags::Forces })
     }
 
     fn restarts_at_corners(&self) -> bool {

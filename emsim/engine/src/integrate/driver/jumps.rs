@@ -73,7 +73,7 @@ impl<S: Sink> Run<'_, S> {
             }
         }
         // over a step of no length slopes are rounding
-        if self.slopes == Some(true) || matches!(self.forces, Some(Some(_))) {
+        if self.slopes == Some(true) || self.settles {
             let everything = || (0..self.sys.n as u32).collect::<Vec<_>>();
             let begin = self.begin.get_or_insert_with(|| Forces::new(self.sys, &everything()));
             if let Some(forces) = begin {

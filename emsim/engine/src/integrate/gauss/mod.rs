@@ -29,6 +29,7 @@ mod dense;
 mod fit;
 mod table;
 
+use super::rows::Lags;
 use super::{interpolate, Attempt, History, Method};
 use crate::newton::{Failure, Newton, Options, Tolerances};
 use crate::sparse::{Complex, Lu, Symbolic};
@@ -573,8 +574,8 @@ impl Method for Gauss {
         Some(super::response::pade(self.k.s, self.k.s, y))
     }
 
-    fn multipliers_lag(&self) -> bool {
-        true
+    fn lags(&self) -> Lags {
+        Lags::Index
     }
 
     /// All steps are as long as the first that serves: a run that begins at rest must not begin with too long a one.

@@ -20,6 +20,7 @@
 mod differences;
 
 use self::differences::{towards, whole, Differences, ROWS};
+use super::rows::Lags;
 use super::{response, Attempt, History, Method};
 use crate::ledger::Stages;
 use crate::newton::{Failure, Newton, Options, Tolerances};
@@ -387,6 +388,10 @@ impl Method for Gear {
         let (x1, x0, missed) = (&self.x1, &self.x0, &self.missed);
         let worst = sys.interpolated().map(|i| missed[i].abs() / tol.weight(i, x1[i], x0[i])).fold(0.0, f64::max);
         share.abs() * worst
+    }
+
+    fn lags(&self) -> Lags {
+        Lags::unless(self.fixed, Lags::Forces)
     }
 
     fn stages(&self) -> Stages<'_> {

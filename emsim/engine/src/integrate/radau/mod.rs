@@ -24,6 +24,7 @@ use self::estimate::share;
 use self::full::FullNewton;
 use self::order::{contracting, Orders, Taken};
 use self::tables::Scheme;
+use super::rows::Lags;
 use super::{Attempt, Method};
 use crate::ledger::Stages;
 use crate::newton::{Failure, Options, Tolerances};
@@ -590,8 +591,8 @@ impl Method for Radau {
         self.scheme.s
     }
 
-    fn multipliers_lag(&self) -> bool {
-        !self.fixed
+    fn lags(&self) -> Lags {
+        Lags::unless(self.fixed, Lags::Index)
     }
 
     fn restarts_at_corners(&self) -> bool {
