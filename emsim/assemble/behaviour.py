@@ -551,13 +551,13 @@ class Compiler:
     def _round(self, fn: str, a: Expr) -> Expr:
         if a.value is not None:
             return self.ctx.b.const(float(ROUNDING[fn](a.value)))
-        call = self.ctx.b.call
+        ctx = self.ctx
+        if fn == "ceil":
+            return -ctx.floor_(-a)
         if fn == "int":
-            rounded = self.ctx.b.select(self.ctx.flag(a), call("floor", a), call("ceil", a))
-        else:
-            rounded = call("round" if fn == "nint" else fn, a)
-        self.ctx.rounded.append(rounded)
-        return rounded
+            sign = ctx.b.select(ctx.flag(a), ctx.b.const(1.0), ctx.b.const(-1.0))
+            return sign * ctx.floor_(sign * a)
+        return ctx.floor_(a + 0.5, halves_to_even=True) if fn == "nint" else ctx.floor_(a)
 
     def _draw(self, node: Call) -> Expr:
         """gauss(nominal, relative, sigmas), agauss(nominal, absolute, sigmas), unif, aunif, limit."""

@@ -11,6 +11,7 @@ Order of events (assemble/__init__.py):
 
 from __future__ import annotations
 
+import math
 from itertools import pairwise
 
 from ..diagnostics import suggest
@@ -30,6 +31,7 @@ if TYPE_CHECKING:
 
 GROUND = ("0", "gnd")
 SHOWN = 8  # names that a hint lists
+ON_THE_NUMBER = 1e-9  # so little below a whole number is that number: rounding
 LEAST_EXCURSION = 1e-9  # below zero: less is rounding and truncation
 
 
@@ -44,7 +46,6 @@ class Context:
     machine   the assembled machine, or None; `scale` its size, for the tolerances
     metered   elements whose current must become an unknown because something reads it
     domains   flag name -> (flag, text, place): functions that may leave their domain during a run
-    rounded   floor, ceil and the like of what is not constant: they jump, and no flag says when
     divisors  quotients in expressions, with what they divide by and its place
     poles     expressions with their divisors that read the machine, which knows where it starts
     coupled   (branch, branch) of two inductors -> the sum of their coupling coefficients
@@ -59,7 +60,6 @@ class Context:
         self.branches: dict[str, int] = {}
         self.elements: dict[str, Element] = {}
         self.flags: dict[str, Expr] = {}
-        self.rounded: list[Expr] = []
         self.metered: set[str] = set()
         self.series: dict[str, tuple[int, int, float]] = {}  # of diodes: node, inner node, conductance [S]
         self.domains: dict[str, tuple[Expr, str, Span | None]] = {}
@@ -181,6 +181,22 @@ class Context:
         low = self.b.const(lo) if isinstance(lo, (int, float)) else lo
         high = self.b.const(hi) if isinstance(hi, (int, float)) else hi
         return self.min_(self.max_(e, low), high)
+
+    def floor_(self, e: Expr, halves_to_even: bool = False) -> Expr:
+        """The whole number n below e, its jumps held flags; halves_to_even: e is a half above what is rounded.
+
+        Two flags tell n modulo 4, and one of them flips from each whole number to the next. Given this remainder r, the
+        nearest r + 4 k to e - 1/2 stays n while a step runs on past n + 1, until its flag flips at the located event.
+        """
+        b = self.b
+        turn = math.pi / 2
+        angle = turn * (e - 4.0 * b.call("floor", 0.25 * e))
+        past = turn * ON_THE_NUMBER
+        half = self.flag(b.call("sin", angle + past))
+        outer = self.flag(b.call("cos", angle - past if halves_to_even else angle + past))
+        zero, one, two, three = map(b.const, (0.0, 1.0, 2.0, 3.0))
+        r = b.select(half, b.select(outer, zero, one), b.select(outer, three, two))
+        return r + 4.0 * b.call("round", 0.25 * (e - 0.5 - r))
 
     def flag(self, up: Expr, name: str = "") -> Expr:
         """1 while up > 0, else 0; changes only at located events. Constants fold. One flag per expression."""

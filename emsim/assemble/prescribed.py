@@ -91,7 +91,7 @@ def function_of_time(m: Machine, drive: Drive) -> tuple[Expr, Expr]:
             "prescribe the speed with qd=, or use a MOTOR or a SPRING that follows",
         )
         return m.b.const(0.0), m.b.const(0.0)
-    if any(m.b.depends(q, [*m.ctx.flags.values(), *m.ctx.rounded])):
+    if any(m.b.depends(q, list(m.ctx.flags.values()))):
         m.sink.error(
             "E251",
             f"q= of DRIVE {drive.name} has corners or jumps, where its speed is not known",
@@ -127,7 +127,7 @@ def _smooth_wave(m: Machine, drive: Drive, wave: Waveform) -> Expr:
 
 def _jumps(m: Machine, drive: Drive, u: Expr) -> None:
     """A speed that jumps, as far as a look at the times of the run finds it; one of anything but time is not known."""
-    kinks = [*m.ctx.flags.values(), *m.ctx.rounded]
+    kinks = list(m.ctx.flags.values())
     if not any(m.b.depends(u, kinks)) or any(m.b.depends(u, [m.b.x(i) for i in m.unknowns_so_far()])):
         return
 

@@ -54,6 +54,12 @@ impl Detector {
 
     pub fn accept(&mut self, sys: &System, w: &mut Work, x: &[f64], t: f64) {
         sys.eval_roots(w, x, t, &mut self.before);
+        // a root that crosses while its flag rests is still to fire when the rest is over, wherever it then goes
+        for (root, &rest) in self.before.iter_mut().zip(&self.quiet_until) {
+            if rest > t {
+                *root = root.min(0.0);
+            }
+        }
     }
 
     pub fn fired(&self) -> &[usize] {
