@@ -11,6 +11,9 @@
 //!
 //! is the error of the solution itself. Junction diodes keep accounts of their own: heat is the integral of v i(v), the
 //! energy of their charge is a function of the voltage, like that of a capacitor.
+mod timed;
+
+use self::timed::Timed;
 use crate::graph::{Graph, Id};
 use crate::system::{System, Work};
 use crate::tape::{Inputs, Tape};
@@ -21,7 +24,7 @@ const LOOK: u32 = 8;
 const WEIGHTS: [f64; 3] = [5.0 / 18.0, 8.0 / 18.0, 5.0 / 18.0];
 
 #[derive(Clone, Copy, Default)]
-struct Sum {
+pub struct Sum {
     value: f64,
     lost: f64,
 }
@@ -53,6 +56,7 @@ pub struct Stages<'a> {
 
 pub struct Ledger {
     powers: Tape,
+    timed: Timed, // what time alone decides of them
     energies: Tape,
     power_scratch: Vec<f64>,
     energy_scratch: Vec<f64>,
@@ -76,8 +80,10 @@ pub struct Ledger {
 
 impl Ledger {
     pub fn new(g: &Graph, powers: &[Id], energies: &[Id], traced: bool) -> Ledger {
+        let timed = Timed::new(g, powers);
         let (powers, energies) = (Tape::new(g, powers), Tape::new(g, energies));
         Ledger {
+            timed,
             power_scratch: powers.workspace(),
             energy_scratch: energies.workspace(),
             sums: vec![Sum::default(); powers.outputs()],
@@ -115,6 +121,7 @@ impl Ledger {
     /// Something jumped: time and state move on, no power flows.
     pub fn leap(&mut self, t: f64, x: &[f64]) {
         self.at = t;
+        self.timed.leap(t);
         self.x.clear();
         self.x.extend_from_slice(x);
     }
@@ -144,6 +151,7 @@ impl Ledger {
         } else {
             self.by_stages(sys, w, (t0, whole), &stages, inside);
         }
+        self.timed.advance(sys, w, t1, x1);
         self.leap(t1, x1);
         self.note(sys, w);
         self.steps += 1;
@@ -201,6 +209,7 @@ impl Ledger {
     fn pause(&mut self, sys: &System, w: &mut Work, t: f64, inside: &Inside) {
         if self.trace.is_some() {
             let mut x = self.look(sys, w, t, inside);
+            self.timed.advance(sys, w, t, &x);
             self.leap(t, &x);
             std::mem::swap(&mut self.inside, &mut x);
             self.note(sys, w);
@@ -212,8 +221,9 @@ impl Ledger {
         sys.set_time(w, t);
         let at = Inputs { x, t, waves: &w.waves, flags: &w.flags };
         self.powers.run(&at, &mut self.power_scratch);
+        let timed = self.timed.at(&at);
         for (k, sum) in self.sums.iter_mut().enumerate() {
-            take(sum, self.powers.output(&self.power_scratch, k));
+            take(sum, self.powers.output(&self.power_scratch, k) - timed[k]);
         }
         let heat = &mut self.heat;
         sys.each_diode(w, x, |k, v, i| take(&mut heat[k], v * i));
@@ -233,7 +243,7 @@ impl Ledger {
         let energies = self.energies(sys, w);
         let trace = self.trace.as_mut().expect("seen above");
         trace.push(self.at);
-        trace.extend(self.sums.iter().map(|s| s.value));
+        trace.extend(self.sums.iter().zip(&self.timed.sums).map(|(s, timed)| s.value + timed.value));
         let charged = sys.diode_energies(w, &self.x);
         let diodes = self.heat.iter().zip(charged.iter().zip(&self.charged));
         trace.extend(diodes.flat_map(|(heat, (now, first))| [heat.value, now - first]));
@@ -251,13 +261,14 @@ impl Ledger {
 
     /// Energy that went through each power and each diode, back and forth, and the farthest that each energy has been from
     /// its start [J].
-    pub fn turned_over(&self) -> (&[f64], &[f64]) {
-        (&self.moved, &self.swing)
+    pub fn turned_over(&self) -> (Vec<f64>, &[f64]) {
+        let timed = self.timed.moved.iter().copied().chain(std::iter::repeat(0.0));
+        (self.moved.iter().zip(timed).map(|(moved, timed)| moved + timed).collect(), &self.swing)
     }
 
     /// Integrals of the powers [J].
     pub fn powers(&self) -> Vec<f64> {
-        self.sums.iter().map(|s| s.value).collect()
+        self.sums.iter().zip(&self.timed.sums).map(|(s, timed)| s.value + timed.value).collect()
     }
 
     /// Heat and charge energy of every diode [J].
