@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from math import pi
 
+ABSOLUTE_ZERO = -273.15  # [C]
 SCALES = {
     "t": 1e12,
     "g": 1e9,

@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 from ..diagnostics import suggest
+from ..units import ABSOLUTE_ZERO
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -69,7 +70,6 @@ NUMBERS: dict[str, float] = {
     "cshunt": 0.0,  # from every node to ground [F]
 }
 TEMPERATURES = ("temp", "tnom")  # [C]
-ABSOLUTE_ZERO = -273.15
 # read by the front end, or about ngspice's own printing and matrix code: nothing to say about them
 SILENT_WORDS = """
     temp tnom acct noacct noinit nomod nopage list node opts numdgt post brief fast

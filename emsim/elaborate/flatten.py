@@ -31,7 +31,7 @@ from ..diagnostics import OutsideError, suggest
 from ..expr import ExprError, Name, Node, evaluate, fold
 from ..source import NoCollection
 from ..syntax import LineError
-from ..units import spice_leftover, spice_number
+from ..units import ABSOLUTE_ZERO, spice_leftover, spice_number
 from .bind import Level, bind_element, bind_machine_card
 from .models import Models
 from .scope import DeckScope, as_float
@@ -309,9 +309,13 @@ class _Flattener:
                 labels=[(subckt.span, "defined here")],
             )
             return
-        if subckt in self.active or len(self.active) >= MAX_LEVELS:
+        if subckt in self.active:
             ring = " -> ".join([*(s.name for s in self.active), subckt.name])
             self.sink.error("E132", f"the subcircuit `{subckt.name}` contains itself: {ring}", card.span)
+            return
+        if len(self.active) >= MAX_LEVELS:
+            said = f"`{subckt.name}` stands more than {MAX_LEVELS} subcircuits deep"
+            self.sink.error("E132", said, card.span, "no more than that can contain each other")
             return
         scope = self.inner_scope(card, subckt, level, home)
         mult = level.mult
@@ -371,6 +375,9 @@ class _Flattener:
         elif card.kind == "temp":
             flat.temp = as_float(card.items, scope)
             self.heated = True
+            if flat.temp < ABSOLUTE_ZERO:
+                hint = f"temperatures are in Celsius, {ABSOLUTE_ZERO:g} or more"
+                self.sink.error("E293", f".temp {flat.temp:g} is below absolute zero", card.span, hint)
         elif card.kind == "gravity":
             g = [as_float(v, scope) for v in card.items]
             if len(g) < 2:

@@ -18,6 +18,9 @@ if TYPE_CHECKING:
     from ..expr import Call
 
 
+MAX_CHAIN = 150  # parameters that each wait for the next: more are too many calls
+
+
 class DeckScope(Scope):
     """One level: the top, or one use of a subcircuit.
 
@@ -56,6 +59,11 @@ class DeckScope(Scope):
         if name in self._open:
             ring = " -> ".join([*self._open[self._open.index(name) :], name])
             raise ExprError("E121", f"the parameters {ring} need each other", param.span)
+        if len(self._open) >= MAX_CHAIN:
+            said = (
+                f"`{self._open[0]}` needs `{name}` by way of {MAX_CHAIN} parameters that stand further down"
+            )
+            raise ExprError("E121", said, param.span, "write each parameter below those that it needs")
         self._open.append(name)
         try:
             value = param.value if isinstance(param.value, float) else evaluate(param.value, self)

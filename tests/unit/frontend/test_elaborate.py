@@ -180,6 +180,18 @@ def test_deep_recursion_through_others():
     assert codes(".subckt a n\nx1 n b\n.ends\n.subckt b n\nx1 n a\n.ends\nx1 n a") == ["E132"]
 
 
+def test_what_is_nested_too_deep_is_said_in_its_own_words():
+    """Seventy subcircuits, each in the next, were called one that contains itself; 300 parameters, each before the one it
+    needs, stopped the program."""
+    nested = "".join(f".subckt s{k} a\nX1 a s{k + 1}\n.ends\n" for k in range(70))
+    (deep,) = said("X1 n s0\n" + nested + ".subckt s70 a\nR1 a 0 1\n.ends")
+    assert deep.code == "E132" and "60 subcircuits deep" in deep.message
+    backwards = "".join(f".param p{k + 1}={{p{k}+1}}\n" for k in reversed(range(300)))
+    assert set(codes(backwards + ".param p0=1\nR1 a 0 {p300}")) == {"E121"}
+    forwards = "".join(f".param p{k + 1}={{p{k}+1}}\n" for k in range(300))
+    assert codes(".param p0=1\n" + forwards + "R1 a 0 {p300}") == []
+
+
 def test_a_subcircuit_used_many_times_reports_its_error_once():
     assert codes(".subckt s a\nR1 a 0 {nope}\n.ends\n" + "\n".join(f"X{k} n s" for k in range(9))) == ["E120"]
 
