@@ -102,7 +102,7 @@ def _number_or_model(
 
 
 def resistance(ctx: Ctx, e: Element) -> float:
-    """R [ohm] of a constant resistor, `m` included."""
+    """R [ohm] of a constant resistor, one of the `m` that stand in parallel: with m=0 none does."""
 
     def from_model(e: Element) -> float | None:
         p: dict[str, Any] = e.model.params if e.model else {}
@@ -125,7 +125,7 @@ def resistance(ctx: Ctx, e: Element) -> float:
             hint="use a voltage source of 0 V for an ideal connection",
         )  # fmt: skip
         r = LEAST_RESISTANCE
-    return r / number(e, "m", 1.0)
+    return r
 
 
 def capacitance(ctx: Ctx, e: Element) -> float:
@@ -152,7 +152,7 @@ def inductance(ctx: Ctx, e: Element) -> float:
         return None if value is None else float(value)
 
     h = _number_or_model(ctx, e, from_model, "inductance")
-    return h * temperature_factor(ctx, e) * number(e, "scale", 1.0) / number(e, "m", 1.0)
+    return h * temperature_factor(ctx, e) * number(e, "scale", 1.0) / (number(e, "m", 1.0) or 1.0)
 
 
 # ---- shared stamps -----------------------------------------------------------------------------
@@ -190,10 +190,18 @@ def between(ctx: Ctx, e: Element) -> Expr:
 
 
 def expression(ctx: Ctx, e: Element) -> Expr:
-    """A behavioural value, with its tc1, tc2."""
+    """A behavioural value, with its tc1, tc2; reciproctc=1: divided by what they make."""
     value = ctx.compile(e.value, e.value_span or e.span)
     factor = temperature_factor(ctx, e)
+    if factor and number(e, "reciproctc"):
+        factor = 1.0 / factor
     return value if factor == 1.0 else factor * value
+
+
+def multiplier(e: Element) -> float:
+    """m of a behavioural source, 1/m with reciprocm=1."""
+    m = number(e, "m", 1.0)
+    return 1.0 / m if m and number(e, "reciprocm") else m
 
 
 # ---- R, L, C, K --------------------------------------------------------------------------------
@@ -205,13 +213,14 @@ def resistor(ctx: Ctx, e: Element) -> None:
         inject(ctx, e, resistor_current(ctx, e))
         return
     # most elements of a big deck are a number between two nodes
-    r = e.value if e.value and not e.params and e.model is None else resistance(ctx, e)
-    ctx.b.conductance(ctx.node(e.nodes[0]), ctx.node(e.nodes[1]), 1.0 / r)
+    plain = e.value and not e.params and e.model is None
+    g = 1.0 / e.value if plain else number(e, "m", 1.0) / resistance(ctx, e)
+    ctx.b.conductance(ctx.node(e.nodes[0]), ctx.node(e.nodes[1]), g)
 
 
 def resistor_current(ctx: Ctx, e: Element) -> Expr:
     if not isinstance(e.value, Node):
-        return between(ctx, e) * (1.0 / resistance(ctx, e))
+        return between(ctx, e) * (number(e, "m", 1.0) / resistance(ctx, e))
     r = expression(ctx, e)
     if r.value == 0.0:
         ctx.sink.warning(
@@ -271,7 +280,7 @@ def inductor(ctx: Ctx, e: Element) -> None:
         if "flux" in e.params:
             b.add_q(br, expression(ctx, e))
         else:
-            scale = 1.0 / number(e, "m", 1.0)
+            scale = 1.0 / (number(e, "m", 1.0) or 1.0)
             b.add_f(br, scale * expression(ctx, e) * ctx.ddt(b.x(br), f"{e.name}#di"))
         return
     b.c(br, br, inductance(ctx, e))
@@ -303,6 +312,9 @@ def coupling(ctx: Ctx, e: Element) -> None:
             coils.append((ctx.branch(coil.name), inductance(ctx, coil)))
     for i, (row, li) in enumerate(coils):
         for col, lj in coils[i + 1 :]:
+            if col == row:
+                ctx.sink.error("E284", f"`{e.name}` couples a coil with itself", e.span, "name two coils")
+                continue
             if li * lj < 0:
                 ctx.sink.error("E284", f"`{e.name}` couples inductances of opposite sign", e.span)
                 continue
@@ -434,7 +446,9 @@ def controlled_voltage(ctx: Ctx, e: Element) -> None:
     br = join_voltage(ctx, e)
     terms = linear_terms(ctx, e)
     if terms is None:
-        ctx.b.add_f(br, -controlled_value(ctx, e))
+        # m= multiplies the voltage of an expression, as in ngspice
+        m = multiplier(e) if e.extra.get("form") == "expr" else 1.0
+        ctx.b.add_f(br, -m * controlled_value(ctx, e))
         return
     for index, gain in terms:
         ctx.b.g(br, index, -gain)
@@ -453,7 +467,7 @@ def controlled_current(ctx: Ctx, e: Element) -> None:
 
 
 def controlled_current_current(ctx: Ctx, e: Element) -> Expr:
-    return number(e, "m", 1.0) * controlled_value(ctx, e)
+    return multiplier(e) * controlled_value(ctx, e)
 
 
 def behavioural(ctx: Ctx, e: Element) -> None:

@@ -103,6 +103,8 @@ def _parameters_fit(ctx: Context, e: Element, what: str) -> None:
     """Unknown names among the parameters: an error on the line (as in ngspice), a warning in a .model."""
     if e.params:
         known = PARAMETERS[e.letter.upper()].split()
+        if e.letter in "EFGHefgh" and e.extra.get("form", "linear") == "linear":
+            known = ["m"]  # a plain gain knows no temperature, in ngspice neither
         for name in e.params:
             if name in LEFTOVERS:
                 ctx.sink.warning(
@@ -119,6 +121,12 @@ def _parameters_fit(ctx: Context, e: Element, what: str) -> None:
                     e.span,
                     hint=f"did you mean {near}=?" if near else f"it takes: {', '.join(known)}",
                 )
+        if e.letter in "Ll" and "m" in e.params and not number(e, "m"):
+            hint = "m= counts coils in parallel: leave the line out"
+            ctx.sink.error("E281", f"`{e.name}` with m=0 has no inductance", e.span, hint)
+        if e.letter in "Cc" and "ic" in e.params and isinstance(e.value, Node):
+            said = f"ic= of `{e.name}` has no effect, its capacitance or charge is an expression"
+            ctx.sink.warning("W283", said, e.span, "set the voltage of its nodes: .ic v(node)=value")
     if e.model is not None:
         _words_are_numbers(ctx, e)
     words = MODEL_PARAMETERS.get(e.letter.upper())

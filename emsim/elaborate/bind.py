@@ -161,7 +161,7 @@ def bind_element(e: Element, level: Level, models: Models) -> Element:
             level.use(n, True, e.name)
     if not e.is_plain:
         _bind_values(flat, e, level)
-    if level.mult != 1.0 and e.letter in _MULTIPLIED:
+    if level.mult != 1.0 and e.letter in _MULTIPLIED and e.extra.get("output") != "v":
         own = flat.params.get("m", 1.0)
         flat.params["m"] = level.mult * (own if isinstance(own, float) else 1.0)
     value = models.parameter(e, level)

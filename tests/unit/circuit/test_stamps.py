@@ -97,6 +97,7 @@ def test_start_point_satisfies_the_equations() -> None:
     [
         # figures of ngspice 39.3, current of the 5 V source
         (["R1 a 0 10 m=2"], -1.0),
+        (["R1 a 0 10", "R2 a 0 10 m=0"], -0.5),
         (["R1 a 0 10 tc1=0.01 tc2=0.001 dtemp=10 scale=3", ".temp 37"], -0.10416667),
         (["R1 a 0 10 rm", ".model rm r tc1=0.02 r=7", ".temp 37"], -0.4166667),
         (["R1 a 0 rm l=10u w=2u", ".model rm r tc1=0.02 rsh=100 narrow=0.5u short=1u"], -6.25e-3),
@@ -111,6 +112,27 @@ def test_start_point_satisfies_the_equations() -> None:
 def test_resistor_values_as_ngspice(lines: list[str], current: float) -> None:
     table = emsim.run(deck("V1 a 0 5", *lines, ".op")).table("op")
     assert table["i(v1)"][0] == pytest.approx(current, rel=2e-6)
+
+
+@pytest.mark.parametrize(
+    ("source", "voltage"),
+    [
+        # figures of ngspice 39.3: m= multiplies the voltage of an expression, too
+        ("B1 a 0 V=1 m=2", 2.0),
+        ("B1 a 0 V=1 m=2 reciprocm=1", 0.5),
+        ("B1 a 0 V=1 tc1=0.1 reciproctc=1", 0.5),
+        ("B1 a 0 I=1 m=2", -2.0),
+        ("B1 a 0 I=1 m=2 reciprocm=1", -0.5),
+        ("B1 a 0 I=1 tc1=0.1 reciproctc=1", -0.5),
+        ("E1 a 0 vol='1' m=2", 2.0),
+        ("X1 a s m=2\n.subckt s a\nB1 a 0 V=1\n.ends", 1.0),
+        ("X1 a s m=2\n.subckt s a\nB1 a 0 V=1 m=3\n.ends", 3.0),
+        ("X1 a s m=2\n.subckt s a\nB1 a 0 I=1\n.ends", -2.0),
+    ],
+)
+def test_multipliers_of_behavioural_sources_as_ngspice(source: str, voltage: float) -> None:
+    table = emsim.run(deck(source, "R1 a 0 1", ".temp 37", ".op")).table("op")
+    assert table["v(a)"][0] == pytest.approx(voltage)
 
 
 @pytest.mark.parametrize(

@@ -78,6 +78,10 @@ def test_a_conductance_made_of_a_controlled_source_is_a_path() -> None:
         (["F1 b 0 R1 2", "R2 b 0 1"], "E285"),
         (["L1 a c 1m", "K1 L1 L9 0.5", "R2 c 0 1"], "E285"),
         (["L1 a c 1m", "L2 c 0 1m", "K1 L1 L2 1.5"], "E284"),
+        (["L1 a 0 1m", "K1 L1 L1 0.5"], "E284"),  # doubled the inductance
+        (["L1 a 0 1m m=0"], "E281"),  # stopped inside
+        (["E1 b 0 a 0 2 tc1=0.01", "R2 b 0 1"], "E307"),  # had no effect
+        ([".temp -300"], "E293"),
     ],
 )
 def test_errors_of_elements(lines: list[str], code: str) -> None:
@@ -89,6 +93,14 @@ def test_parameters_without_effect_are_said() -> None:
     found = remarks(*lines)
     assert [d.code for d in found] == ["W283", "W284"]
     assert "ron=" in (found[1].hint or "")
+
+
+def test_an_initial_voltage_without_effect_is_said() -> None:
+    """ngspice makes other elements of such a capacitor, and so drops ic= too; .ic holds in both."""
+    lines = ("V1 a 0 0", "R1 a b 1k", "C1 b 0 c='1u+0*v(b)' ic=2", ".tran 10u 1m uic")
+    assert [d.code for d in remarks(*lines)] == ["W283"]
+    r = emsim.run(deck(*lines[:2], "C1 b 0 c='1u+0*v(b)'", ".ic v(b)=2", lines[-1]))
+    assert r.at("v(b)", 1e-3) == pytest.approx(2 * np.exp(-1), rel=2e-3)
 
 
 def test_currents_of_diodes_that_only_ngspice_has_are_said() -> None:
