@@ -229,12 +229,16 @@ class _Builder(ElementCards, DotCards):
                         continue
                     self.body.append(card)
                     mirrored.append(card.kind)
+        # an .end among the commands is the deck's own
+        open_ = any(syntax.first_word(line.text) == ".end" for line in reading.control)
         self.sink.note(
             "N107",
-            "the .control section is skipped"
+            "the .control section"
+            + (" has no .endc, and with it all that follows" if open_ else "")
+            + " is skipped"
             + (f", except for {' and '.join(mirrored)}" if mirrored else ""),
             reading.control_span,
-            "its commands are not supported yet; dot cards are",
+            "close it with .endc" if open_ else "its commands are not supported yet; dot cards are",
         )
 
     def looks_like_card(self, title: str, words: list[str]) -> bool:

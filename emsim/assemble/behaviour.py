@@ -11,8 +11,8 @@ Checked against ngspice 39 (tests/unit/circuit/test_behaviour.py has the figures
 - `limit(x, lo, hi)` is nonsense in ngspice B sources (it reads numbers off the text); here it clamps, with a
   warning. `limit(nominal, deviation)` and the other random functions are drawn once.
 
-Conditions and kinks are flags, held between events that the engine locates; so a comparator switches at its
-threshold and Newton never sees a jump.
+Conditions, kinks and the jumps of floor and its like are flags, held between events that the engine locates; so a
+comparator switches at its threshold and Newton never sees a jump.
 """
 
 from __future__ import annotations

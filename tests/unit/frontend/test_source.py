@@ -124,6 +124,13 @@ def test_control_section_is_skipped_with_one_note():
     assert [d.code for d in deck.sink.diagnostics] == ["N107"]
 
 
+def test_a_control_section_without_end_is_said():
+    """It swallowed the analysis, and nothing told so."""
+    deck = flat("R1 a 0 1\n.control\nrun\n.tran 1u 1m\n.end")
+    (note,) = (d for d in deck.sink.diagnostics if d.code == "N107")
+    assert "has no .endc" in note.message and note.hint == "close it with .endc"
+
+
 def test_analyses_only_in_control_are_run():
     deck = flat("R1 a 0 1\n.control\nop\nrun\ntran 1u 1m uic\nplot v(a)\n.endc")
     assert [(a.kind, a.args, a.flags) for a in deck.analyses] == [
