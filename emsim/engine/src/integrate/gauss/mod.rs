@@ -23,7 +23,7 @@
 //! shown are the stages' extrapolated.
 //!
 //! Length of the step: it grows while the largest of Gauss's own quadrature errors (see `table`) over WINDOW steps leaves room;
-//! afterwards a step only shrinks, where the estimate or Newton's method asks for it, and stays so.
+//! afterwards a step only shrinks, where the estimate or Newton's method asks for it, and stays so until a source has a corner.
 //! Dense output: dense.rs.
 mod dense;
 mod fit;
@@ -410,6 +410,11 @@ impl Gauss {
         Ok(())
     }
 
+    fn grows_anew(&mut self) {
+        self.growing = true;
+        (self.seen, self.worst, self.refused, self.longest, self.length) = (0, 0.0, 0, 0.0, 0.0);
+    }
+
     /// The length of the next steps, after one of length h that was good.
     fn grow(&mut self, h: f64, error: f64, factor: f64, power: f64) {
         if self.before.is_none() || factor > FAR {
@@ -478,9 +483,7 @@ impl Method for Gauss {
         self.before = None;
         self.jacobian = false;
         self.extra.clear();
-        self.growing = true;
-        (self.seen, self.worst, self.refused, self.longest) = (0, 0.0, 0, 0.0);
-        self.length = 0.0;
+        self.grows_anew();
     }
 
     fn attempt(&mut self, sys: &System, w: &mut Work, h: f64, tol: &Tolerances) -> Attempt {
@@ -591,8 +594,10 @@ impl Method for Gauss {
         false
     }
 
-    /// No polynomial goes through points on both sides of a corner.
+    /// No polynomial goes through points on both sides of a corner; steps grow anew, for what was short was an edge.
     fn corner(&mut self) {
         self.past.len = 1;
+        self.before = None;
+        self.grows_anew();
     }
 }
