@@ -166,6 +166,56 @@ def test_expressions_and_any_signal_as_axis(servo: tuple[Path, Result], visit: A
     assert page.locator("#panels canvas").count() >= 5
 
 
+def test_expressions_write_numbers_as_spice_does_and_know_the_time(
+    servo: tuple[Path, Result], visit: Any
+) -> None:
+    page = visit(servo[0])
+    draw = """(text) => { document.getElementById('expression').value = text;
+        document.querySelector('#sheet-signals form').requestSubmit(); }"""
+    last = "() => { const c = window.emsim.run.columns.at(-1); return [c.name, c.values.at(-1)]; }"
+    for text, value in [
+        ("2k*time", 3000.0),
+        ("3Meg", 3e6),
+        ("1mil", 25.4e-6),
+        (".5kOhm", 500.0),
+        ("2e-1m", 2e-4),
+    ]:
+        page.evaluate(draw, text)
+        assert page.evaluate(last) == [text, pytest.approx(value)]
+    page.evaluate(draw, "1.2.3")
+    assert page.evaluate(last)[0] == "2e-1m"
+
+
+def test_an_expression_that_is_a_signal_shows_that_signal(servo: tuple[Path, Result], visit: Any) -> None:
+    page = visit(servo[0])
+    count = "() => [...document.querySelectorAll('.chip')].filter((c) => c.textContent === 'v(drive)').map((c) => c.ariaPressed)"
+    assert page.evaluate(count) == ["false"]
+    page.fill("#expression", "v(drive)")
+    page.keyboard.press("Enter")
+    assert page.evaluate(count) == ["true"]
+
+
+def test_keys_of_the_help_are_its_own(servo: tuple[Path, Result], visit: Any) -> None:
+    page = visit(servo[0])
+    is_open = "() => document.getElementById('keys').open"
+    page.keyboard.press("a")
+    page.keyboard.press("?")
+    assert page.evaluate(is_open)
+    page.keyboard.press("Escape")
+    page.wait_for_function("() => !document.getElementById('keys').open")
+    assert page.evaluate("() => window.emsim.waves.marks.a") is not None
+    page.keyboard.press("Escape")
+    assert page.evaluate("() => window.emsim.waves.marks.a") is None
+
+
+def test_the_key_for_the_whole_machine_without_a_machine(tmp_path: Path, visit: Any) -> None:
+    path, deck = tmp_path / "rc.html", "rc\nV1 a 0 SIN(0 1 1k)\nR1 a b 1k\nC1 b 0 1u\n.tran 10u 1m\n"
+    html.write(str(path), pipeline.run(deck), deck)
+    page = visit(path)
+    page.keyboard.press("f")
+    page.wait_for_timeout(50)
+
+
 def test_dark_phone_and_keyboard_only(servo: tuple[Path, Result], visit: Any) -> None:
     page = visit(servo[0], 390, 800, "dark")
     assert page.evaluate("() => document.documentElement.classList.contains('dark')")

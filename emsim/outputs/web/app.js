@@ -165,8 +165,8 @@ function chips(run, waves) {
   form.onsubmit = (e) => {
     e.preventDefault();
     try {
-      const text = $("expression").value;
-      run.columns.push(computed(run, text));
+      const text = $("expression").value.trim();
+      if (!run.columns.some((c) => c.name === text)) run.columns.push(computed(run, text));
       waves.shown.add(text);
       waves.build();
       chips(run, waves);
@@ -177,7 +177,7 @@ function chips(run, waves) {
 
 // A column by an expression of others. Throws Error with what is wrong.
 function computed(run, text) {
-  const f = compileExpression(text, (name) => run.columns.find((c) => c.name.replace(/\s/g, "") === name)?.values);
+  const f = compileExpression(text, (name) => (name === run.axisName ? run.time : run.columns.find((c) => c.name.replace(/\s/g, "") === name)?.values));
   return { name: text, unit: "", computed: true, values: Float32Array.from({ length: run.rows }, (_, k) => f(k)) };
 }
 
@@ -227,11 +227,12 @@ function wire() {
   $("trace").onchange = (e) => { now().machine.trace = e.target.value; now().machine.draw(); };
   $("arrows").onchange = (e) => { now().machine.arrows = e.target.checked; now().machine.draw(); };
   $("labels").onchange = (e) => { now().machine.labels = e.target.checked; now().machine.draw(); };
-  $("fit").onclick = () => { now().machine.fit(); now().machine.draw(); };
+  $("fit").onclick = () => { now().machine?.fit(); now().machine?.draw(); };
   $("whole").onclick = () => now().waves.zoom(...now().waves.full);
   $("degrees").onchange = (e) => { now().waves.degrees = e.target.checked; now().waves.build(); };
   $("xaxis").onchange = (e) => { now().waves.xname = e.target.value || null; now().waves.build(); };
   document.addEventListener("keydown", (e) => {
+    if ($("keys").open) return; // its keys are its own: Esc closes it
     if (!now() || /INPUT|SELECT|TEXTAREA/.test(e.target.tagName) && e.target.id !== "scrub" || e.ctrlKey || e.metaKey) return;
     const { clock, waves, machine } = now();
     const keys = {

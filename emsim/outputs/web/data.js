@@ -87,6 +87,10 @@ const FUNCTIONS = { abs: Math.abs, sqrt: Math.sqrt, sin: Math.sin, cos: Math.cos
 const DB = (v) => 20 * Math.log10(Math.abs(v)), DEG = (v) => v * 180 / Math.PI, RPM = (v) => v * 30 / Math.PI;
 Object.assign(FUNCTIONS, { db: DB, deg: DEG, rpm: RPM });
 
+// a number as SPICE writes it: letters behind the scale suffix say nothing
+const SUFFIXES = { t: 1e12, g: 1e9, meg: 1e6, k: 1e3, mil: 25.4e-6, m: 1e-3, u: 1e-6, "\u00b5": 1e-6, "\u03bc": 1e-6, n: 1e-9, p: 1e-12, f: 1e-15, a: 1e-18 };
+const NUMBER = /^((?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:e[-+]?[0-9]+)?)(meg|mil|[tgkmun\u00b5\u03bcpfa])?[a-z]*/;
+
 // "v(out) - 2*i(m1)" -> a function of the row; `column(name)` finds signals. Throws Error with what is wrong.
 function compileExpression(text, column) {
   const source = text.toLowerCase().replace(/\s+/g, "");
@@ -117,8 +121,8 @@ function compileExpression(text, column) {
   }
   function atom() {
     if (take("(")) { const a = sum(); if (!take(")")) fail("a ) is missing"); return a; }
-    const number = /^[0-9.]+(e[-+]?[0-9]+)?/.exec(source.slice(at));
-    if (number) { at += number[0].length; const v = Number(number[0]); return () => v; }
+    const number = NUMBER.exec(source.slice(at));
+    if (number) { at += number[0].length; const v = Number(number[1]) * (SUFFIXES[number[2]] ?? 1); return () => v; }
     const word = /^[a-z_][a-z0-9_.#:]*/.exec(source.slice(at));
     if (!word) fail("a signal or number is missing");
     const name = word[0];
