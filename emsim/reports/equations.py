@@ -159,10 +159,12 @@ class Explained:
     def _meaning(self, i: int) -> str:
         name, kind = self.names.names[i], self.names.kinds[i]
         if kind == "node":
+            owner, inner, _ = name.partition("#")
+            # a deck's own node may be called n#1
             return (
-                f"voltage of node {name}"
-                if "#" not in name
-                else f"voltage inside of {name.partition('#')[0]}"
+                f"voltage inside of {owner}"
+                if inner and self.what(owner) != owner
+                else f"voltage of node {name}"
             )
         if kind == "branch":
             return f"current through {self.what(name)}"

@@ -387,16 +387,22 @@ def latex_number(value: float, digits: int = 6) -> str:
 
 def latex_symbol(letter: str, index: str, dotted: bool) -> str:
     if index == "(t)":
-        return rf"\mathrm{{{latex_text(letter)}}}(t)"
+        return rf"\mathrm{{{latex_name(letter)}}}(t)"
     head = (
         rf"\{letter}"
         if letter in GREEK
         else letter
         if len(letter) == 1
-        else rf"\mathrm{{{latex_text(letter)}}}"
+        else rf"\mathrm{{{latex_name(letter)}}}"
     )
     head = rf"\dot{{{head}}}" if dotted else head
-    return head + (rf"_{{\mathrm{{{latex_text(index)}}}}}" if index else "")
+    return head + (rf"_{{\mathrm{{{latex_name(index)}}}}}" if index else "")
+
+
+def latex_name(s: str) -> str:
+    """A name inside of a formula, where the accents that stand for ^ and ~ in text are not allowed."""
+    signs = {"^": r"\wedge ", "~": r"\sim ", "\\": r"\backslash "}
+    return "".join(signs.get(c) or latex_text(c) for c in s)
 
 
 def latex_text(s: str) -> str:

@@ -273,6 +273,21 @@ def test_a_typesetter_reads_the_latex(deck: str) -> None:
         reader.parse(f"${line}$")
 
 
+def test_names_with_signs_of_tex_stay_names() -> None:
+    """Accents are no characters within a formula; and a node of the deck may have a `#` in its name."""
+    x, _ = read(
+        "names\nVa^b p^q~ 0 SIN(0 1 1k)\nR1 p^q~ n#1 1k\nR2 n#1 0 1k\nD1 n#1 0 d\n.model d d rs=1\n.tran 1u 1m\n"
+    )
+    said = "\n".join(explained.latex(x))
+    assert r"$v_{\mathrm{p\wedge q\sim }}$ & V & voltage of node p\^{}q\~{} \\" in said
+    assert r"$v_{\mathrm{n\#1}}$ & V & voltage of node n\#1 \\" in said
+    assert r"$v_{\mathrm{d1\#internal}}$ & V & voltage inside of d1 \\" in said
+    formulas = "\n".join(
+        re.findall(r"\\begin\{align\*\}\n(.*?)\n\\end\{align\*\}", re.sub(r"\\text\{[^}]*\}", "", said), re.S)
+    )
+    assert r"\mathrm{va\wedge b}(t)" in formulas and r"\^" not in formulas and r"\~" not in formulas
+
+
 def test_a_long_formula_ends_with_how_much_more_there_is() -> None:
     """Of a machine in space: every row is shown, long ones in part, and the argument of a sine whole."""
     x, system = read(str(ROOT / "netlists/mechanical/bricard.cir"))
