@@ -181,9 +181,9 @@ class Layout:
             return None
         base = ("sum", [(1, self._atom(a)), (1 if product > 0 else -1, self._atom(b))])
         node = ("pow", base, ("num", 2.0))
-        if quotients:
-            return ("frac", node, ("num", 1.0 / ca))
-        return node if ca == 1.0 else ("prod", [("num", ca), node])
+        if ca == 1.0:
+            return node
+        return ("frac", node, ("num", 1.0 / ca)) if quotients else ("prod", [("num", ca), node])
 
     def _term(self, monomial: Monomial, c: float, inner: Tree | None, quotients: bool) -> Tree:
         """c times powers, times a sum."""

@@ -273,6 +273,12 @@ def test_a_typesetter_reads_the_latex(deck: str) -> None:
         reader.parse(f"${line}$")
 
 
+def test_nothing_is_divided_by_one() -> None:
+    x, _ = read("one ohm\nV1 a 0 1\nR1 a b 1\nR2 b 0 2\n.op\n")
+    said = "\n".join(explained.page(x))
+    assert re.search(r"r1 +\(v\(a\) - v\(b\)\)\^2  ", said) and "/1 " not in said
+
+
 def test_names_with_signs_of_tex_stay_names() -> None:
     """Accents are no characters within a formula; and a node of the deck may have a `#` in its name."""
     x, _ = read(
