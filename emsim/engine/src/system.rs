@@ -31,6 +31,7 @@ mod stage;
 mod stops;
 
 use self::expand::{Diodes, Expansion, Fours};
+use self::linear::Linear;
 
 struct DiodeSlot {
     kernel: Diode,
@@ -101,6 +102,7 @@ pub struct Work {
     pub junction: Vec<f64>,
     edges: EdgeWork,
     asked: Vec<f64>,
+    linear: Linear,
     lines: Vec<f64>, // currents at a new iterate, as the last expansions have them
     expansions: Vec<Expansion>,
     pub limited: bool,
@@ -311,9 +313,13 @@ impl System {
         let pairs = reciprocal(|i| model.unknowns[i].kind == Kind::Node, [&g_sum, &c_sum]);
         let unknowns = model.unknowns;
         let moving: HashSet<usize> = g_slots.iter().chain(&c_slots).copied().collect();
-        let yields = |i: &usize| exponential || unknowns[*i].kind == Kind::Node;
-        let own = |i: usize| pattern.position(i, i).filter(|k| moving.contains(k));
-        let yielding = (0..n).filter(yields).filter_map(own).collect();
+        let conducting: HashSet<usize> = g_slots.iter().copied().collect();
+        let own = |i: usize| {
+            let of = if exponential { &moving } else { &conducting };
+            let yields = exponential || unknowns[i].kind == Kind::Node;
+            pattern.position(i, i).filter(|k| yields && of.contains(k))
+        };
+        let yielding = (0..n).filter_map(own).collect();
         Ok(System {
             n,
             waves: model.waves,
@@ -375,6 +381,7 @@ impl System {
             cv: self.c_linear.clone(),
             edges: self.edges.work(self.waves.len()),
             asked: Vec::new(),
+            linear: Linear::default(),
             lines: Vec::new(),
             junction: self.diodes.iter().map(|d| d.kernel.vcrit()).collect(),
             expansions: vec![Expansion::default(); self.diodes.len()],
@@ -408,19 +415,15 @@ impl System {
         w.wave_time = if w.dc { f64::NAN } else { t };
     }
 
+    /// What `set_time` has found for this time already.
+    pub fn recall_waves(&self, w: &mut Work, t: f64, waves: &[f64]) {
+        w.waves.copy_from_slice(waves);
+        w.wave_time = t;
+    }
+
     /// Sources are to be read anew (the factor or the DC mode changed).
     pub fn touch_sources(&self, w: &mut Work) {
         w.wave_time = f64::NAN;
-    }
-
-    /// The linear part and the waves: w.q, w.f are set, everything else adds to them.
-    #[inline]
-    fn eval_linear(&self, w: &mut Work, x: &[f64]) {
-        self.g_rows.times(&self.g_rows.value, x, |row, v| w.f[row] = v);
-        self.c_rows.times(&self.c_rows.value, x, |row, v| w.q[row] = v);
-        for &(row, k, coefficient) in &self.f_wave {
-            w.f[row] += coefficient * w.waves[k];
-        }
     }
 
     /// F of what is linear at (x, t) in w.f, and the constant entries of G on the pattern.

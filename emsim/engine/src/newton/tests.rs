@@ -81,3 +81,21 @@ fn a_program_solves_what_rows_solve() {
         assert_eq!(often.lu.has_program(), machine_code);
     }
 }
+
+/// Charges and currents after some hundred evaluations are to the last bit those of the first, which go row by row.
+#[test]
+fn a_program_evaluates_what_rows_evaluate() {
+    for stores in [false, true] {
+        let sys = system(stores);
+        let mut recurring = sys.work();
+        for k in 0..400 {
+            let x: Vec<f64> = (0..5).map(|i| 0.3 * ((7 * k + 3 * i) as f64).sin()).collect();
+            let t = 1e-3 * k as f64;
+            sys.eval(&mut recurring, &x, t);
+            let mut first = sys.work();
+            sys.eval(&mut first, &x, t);
+            assert_eq!((&recurring.q, &recurring.f), (&first.q, &first.f), "evaluation {k}");
+        }
+        assert!(recurring.q.iter().any(|q| q.abs() > 1e-6) && recurring.f.iter().all(|f| f.abs() > 1e-6));
+    }
+}

@@ -80,6 +80,7 @@ pub struct Radau {
     still: Vec<f64>, // f0 without the sources, of linear equations
     started: bool,   // f0, q0, still hold
     stage: Vec<Vec<f64>>,
+    waves: Vec<Vec<f64>>, // of sources, at the times of the stages
     d: Vec<Vec<f64>>,
     f: Vec<Vec<f64>>,
     e: Vec<f64>,
@@ -166,6 +167,7 @@ impl Radau {
             still: v(),
             started: false,
             stage: stages(),
+            waves: vec![Vec::new(); most],
             d: stages(),
             f: stages(),
             e: v(),
@@ -298,7 +300,7 @@ impl Radau {
         if result.is_ok() {
             // the error estimate reads the charges of the stages as they are now, and the derivatives at the end: those in the
             // middle may be of a diode that has turned off since, and hold a node that nothing holds any more
-            self.evaluate(sys, w, h);
+            self.evaluate(sys, w, h, false);
             if sys.turns() {
                 sys.eval_jacobian(w, &self.stage[self.scheme.s - 1], self.t0 + h, false);
                 self.keep_derivatives(sys, w);

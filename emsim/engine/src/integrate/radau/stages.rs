@@ -38,10 +38,17 @@ pub fn target(tol: &Tolerances, fixed: bool) -> (f64, f64) {
 }
 
 impl Radau {
-    /// Charges and F of all stages as they are now.
-    pub(super) fn evaluate(&mut self, sys: &System, w: &mut Work, h: f64) {
+    /// Charges and F of all stages as they are now; `again` in the same step, where sources are what they were.
+    pub(super) fn evaluate(&mut self, sys: &System, w: &mut Work, h: f64, again: bool) {
         for (k, c) in self.scheme.c.iter().enumerate() {
-            sys.eval(w, &self.stage[k], self.t0 + c * h);
+            let t = self.t0 + c * h;
+            if again {
+                sys.recall_waves(w, t, &self.waves[k]);
+            }
+            sys.eval(w, &self.stage[k], t);
+            if !again {
+                self.waves[k].clone_from(&w.waves);
+            }
             for ((d, q), q0) in self.d[k].iter_mut().zip(&w.q).zip(&self.q0) {
                 *d = q - q0;
             }
@@ -61,7 +68,7 @@ impl Radau {
         let mut old = 0.0_f64;
         let mut waited = false; // for multipliers
         for iteration in 1..=most {
-            self.evaluate(sys, w, h);
+            self.evaluate(sys, w, h, iteration > 1);
             w.counters.iterations += 1;
             match self.scheme.s {
                 3 => self.transform::<3>(sys, h),
@@ -79,7 +86,7 @@ impl Radau {
             }
             if sys.linear || norm == 0.0 {
                 // one correction is exact: the error estimate needs the charges after it, not those of the guess
-                self.evaluate(sys, w, h);
+                self.evaluate(sys, w, h, true);
                 self.theta = 1e-4;
                 return Ok(iteration);
             }
