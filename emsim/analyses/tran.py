@@ -8,6 +8,8 @@ Before tstart, a hundred-thousandth of the run where that is longer.
 
 from __future__ import annotations
 
+import os
+
 from . import Run, columns
 
 TYPE_CHECKING = False
@@ -68,12 +70,34 @@ def read(analysis: Analysis, sink: Sink, tmax: float | None = None) -> Transient
     return None
 
 
+def check_memory(assembly: Assembly, analysis: Analysis, t: Transient) -> None:
+    """Raises OutsideError (E509) where the rows of the print grid alone are more than the machine's memory."""
+    try:
+        memory = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
+    except (AttributeError, ValueError, OSError):  # not told here
+        return
+    rows, columns = (t.tstop - t.tstart) / t.tstep, 1 + len(assembly.outputs["tran"])
+    if 8.0 * rows * columns < memory:
+        return
+    from ..diagnostics import Diagnostic, OutsideError
+
+    said = (
+        f"{rows:.2g} rows of {columns} columns are {8e-9 * rows * columns:,.0f} GB, "
+        f"there are {1e-9 * memory:,.0f} GB of memory"
+    )
+    hint = f"a larger step, .tran {t.tstop / 1e4:.1g} {t.tstop:g}: steps between rows are as short as they need be"
+    raise OutsideError(
+        [*assembly.flat.sink.diagnostics, Diagnostic("error", "E509", said, analysis.span, hint)]
+    )
+
+
 def run(
     assembly: Assembly, analysis: Analysis, t: Transient, progress: Callable[..., object] | None = None,
     channels: Sequence[Output] = (), traced: bool = False,
 ) -> Run:  # fmt: skip
     """Every accepted point from tstart on; the first column is the time, `channels` are recorded last. Energy
     accounts are kept where the assembly has them, `traced` over time."""
+    check_memory(assembly, analysis, t)
     names, units, exprs = columns(assembly, "tran")
 
     def tick(now: float, step: float, steps: int, events: int) -> bool:

@@ -44,6 +44,7 @@ if TYPE_CHECKING:
     from .files import Files
 
 MAX_LEVELS = 60
+MAX_INSTANCES = 1_000_000
 STANDARD_GRAVITY = 9.80665
 
 
@@ -72,6 +73,7 @@ class _Flattener:
         self.globals: set[str] = {"0"}
         self.chains: dict[int, tuple[str, ...]] = {}  # Subckt -> files open where it is defined
         self.active: list[Subckt] = []
+        self.counts: dict[int, int] = {}  # Subckt -> instances in one of it
         self.names: dict[str, Element | Instance] = {}
         self.machine_names: dict[str, Span] = {}
 
@@ -313,6 +315,10 @@ class _Flattener:
             ring = " -> ".join([*(s.name for s in self.active), subckt.name])
             self.sink.error("E132", f"the subcircuit `{subckt.name}` contains itself: {ring}", card.span)
             return
+        if not self.active and self.count(subckt, home) > MAX_INSTANCES:
+            said = f"`{card.name}` comes to {self.count(subckt, home):.2g} subcircuits, {MAX_INSTANCES:,} are the most"
+            self.sink.error("E132", said, card.span, "every level multiplies what the next one holds")
+            return
         if len(self.active) >= MAX_LEVELS:
             said = f"`{subckt.name}` stands more than {MAX_LEVELS} subcircuits deep"
             self.sink.error("E132", said, card.span, "no more than that can contain each other")
@@ -330,6 +336,17 @@ class _Flattener:
             self.emit(self.expand(subckt.body, scope, self.chains.get(id(subckt), ())), inner)
         finally:
             self.active.pop()
+
+    def count(self, subckt: Subckt, home: DeckScope, level: int = 0) -> int:
+        """Instances that one of a subcircuit comes to at least: what conditions add is not known yet."""
+        known = self.counts.get(id(subckt))
+        if known is None:
+            known = self.counts[id(subckt)] = 1  # in a ring, which is a mistake of its own
+            inner = [home.find_subckt(c.of.name) for c in subckt.body if isinstance(c, Instance)]
+            if level < MAX_LEVELS:
+                known += sum(self.count(*found, level + 1) for found in inner if found is not None)
+            self.counts[id(subckt)] = known
+        return known
 
     def inner_scope(self, card: Instance, subckt: Subckt, level: Level, home: DeckScope) -> DeckScope:
         """Given values are computed where the X line stands, defaults inside."""

@@ -114,7 +114,7 @@ def test_progress_is_called_and_can_stop() -> None:
     assert len(calls) == 1
 
 
-LONG = deck("V1 a 0 SIN(0 1 1meg)", "R1 a b 1k", "C1 b 0 1n", "D1 b 0 dm", ".model dm d", ".tran 1n 10")
+LONG = deck("V1 a 0 SIN(0 1 1meg)", "R1 a b 1k", "C1 b 0 1n", "D1 b 0 dm", ".model dm d", ".tran 1u 10 0 20n")
 
 
 def test_what_a_progress_callback_raises_is_raised() -> None:
@@ -138,6 +138,14 @@ def test_ctrl_c_ends_a_sweep_and_keeps_what_was_computed(progress) -> None:
         signal.signal(signal.SIGINT, before)
     assert isinstance(stop.value, emsim.Interrupted)
     assert stop.value.partial.status == "interrupted" and 0 < stop.value.partial.time[-1] < 10
+
+
+def test_more_rows_than_memory_are_refused_before_the_run() -> None:
+    """A picosecond's rows over a second: the engine took what memory there was and was ended from outside."""
+    with pytest.raises(emsim.OutsideError) as stop:
+        emsim.run(deck(*RC, ".tran 1p 1e3"))
+    (said,) = [d for d in stop.value.diagnostics if d.severity == "error"]
+    assert said.code == "E509" and said.span.line == 5 and "1e+15 rows of 4 columns" in said.message
 
 
 def test_check_tells_the_facts() -> None:

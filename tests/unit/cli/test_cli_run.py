@@ -17,7 +17,7 @@ from emsim.outputs import raw
 
 RC = "rc\nV1 in 0 PULSE(0 1 0 1n 1n 1 2)\nR1 in out {r}\nC1 out 0 1u\n.param r=1k\n.tran 0.1m 5m\n.end\n"
 PRINT = RC.replace(".end", ".print tran v(out) i(v1)\n.end")
-LONG = "long\nV1 in 0 SIN(0 1 1meg)\nR1 in out 1k\nC1 out 0 1n\nD1 out 0 dm\n.model dm D\n.tran 1n 10\n.end\n"
+LONG = "long\nV1 in 0 SIN(0 1 1meg)\nR1 in out 1k\nC1 out 0 1n\nD1 out 0 dm\n.model dm D\n.tran 1u 10 0 20n\n.end\n"
 # v(b)^2 + v(b) + v(a) = 0 has no real solution once v(a) is above 1/4, which is at t = 1.25 ms
 STUCK = (
     "stuck\nV1 a 0 PULSE(0 1 1m 1m 1m 1 2)\nR1 a 0 1\n"

@@ -180,6 +180,15 @@ def test_deep_recursion_through_others():
     assert codes(".subckt a n\nx1 n b\n.ends\n.subckt b n\nx1 n a\n.ends\nx1 n a") == ["E132"]
 
 
+def test_what_multiplies_beyond_a_million_is_refused_before_it_is_built():
+    """Forty levels of two each are 2^40 resistors: the deck of 160 lines filled the memory."""
+    pairs = "".join(f".subckt s{k + 1} a\nX1 a s{k}\nX2 a s{k}\n.ends\n" for k in range(40))
+    leaf = ".subckt s0 a\nR1 a 0 1\n.ends\n"
+    (many,) = said("X1 n s40\n" + pairs + leaf)
+    assert many.code == "E132" and "2.2e+12 subcircuits" in many.message and many.span.line == 2
+    assert len(flat("X1 n s8\n" + pairs + leaf).elements) == 256
+
+
 def test_what_is_nested_too_deep_is_said_in_its_own_words():
     """Seventy subcircuits, each in the next, were called one that contains itself; 300 parameters, each before the one it
     needs, stopped the program."""
