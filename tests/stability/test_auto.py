@@ -31,6 +31,32 @@ B2 0 y I={-v(x) - 2e5*exp(-time)*v(y)}
 .end
 """
 DIODE_AND_COIL = "electrical/flyback"
+RUNG = """a tank that a pulse charges through a diode, and that rings for eighty periods
+V1 in 0 PULSE(0 5 1u 10n 10n 5u 1m)
+D1 in a dm
+L1 a 0 100u
+C1 a 0 1n
+R1 a 0 100k
+.model dm D(is=1e-14 rs=1 cjo=5p)
+.tran 0.1u 200u
+.end
+"""
+LEAKS = """a flyback converter whose leakage inductance rings with the capacitance of its switch
+V1 in 0 12
+L1 in d 100u
+L2 0 s 100u
+K1 L1 L2 0.98
+S1 d 0 g 0 sw
+Vg g 0 PULSE(0 5 0 10n 10n 5u 10u)
+D1 s out dm
+C1 out 0 10u ic=12
+R1 out 0 10
+Cd d 0 200p
+.model sw SW(vt=2.5 vh=0.1 ron=0.05 roff=1meg)
+.model dm D(is=1e-12 rs=0.02 cjo=50p)
+.tran 0.1u 20u uic
+.end
+"""
 
 
 def methods(result: emsim.Result) -> list[str]:
@@ -181,3 +207,39 @@ def test_a_method_whose_steps_shrink_to_nothing_is_left():
     t = 1e-7 * np.arange(1, 500)
     apart = [found.at("v(o)", x) - reference.at("v(o)", x) for x in t]
     assert np.abs(apart).max() < 1e-6
+
+
+def apart(found: emsim.Result, exact: emsim.Result, signal: str, times: np.ndarray) -> float:
+    off = [abs(found.at(signal, t) - exact.at(signal, t)) for t in times.tolist()]
+    return float(max(off) / np.ptp(exact[signal]))
+
+
+@pytest.mark.parametrize("reltol", [1e-2, 1e-3, 1e-4])
+def test_what_rings_behind_a_diode(reltol):
+    """By trbdf2, which no source's swing bounds either, v(a) was late by a twentieth of a period at 1e-3, 1.7 % of its range, in
+    three times the iterations."""
+    exact, found = run(RUNG, "method=radau reltol=1e-9"), run(RUNG, f"reltol={reltol!r}")
+    other = run(RUNG, f"method=trbdf2 reltol={reltol!r}")
+    assert methods(found) == ["gear"] and 2 * found.stats["iterations"] < other.stats["iterations"]
+    assert apart(found, exact, "v(a)", 1.01e-7 * np.arange(1, 1900)) <= 10 * reltol
+
+
+@pytest.mark.parametrize("reltol", [1e-3, 1e-4])
+def test_many_steps_between_restarts_are_gears(reltol):
+    """A thousand steps between edges are no place for five solutions each; six are, where nothing rings."""
+    exact = run(LEAKS, "method=radau reltol=1e-8")
+    found, other = run(LEAKS, f"reltol={reltol!r}"), run(LEAKS, f"method=esdirk reltol={reltol!r}")
+    assert methods(found) == ["esdirk", "gear"] and "restart" in found.stats["methods"][1][2]
+    assert found.stats["iterations"] < 0.5 * other.stats["iterations"]
+    for signal in ("v(out)", "v(d)", "i(l1)"):
+        assert apart(found, exact, signal, 1.01e-8 * np.arange(1, 1980)) <= 10 * reltol
+    assert methods(run(deck("electrical/buck_converter"), f"reltol={reltol!r}")) == ["esdirk"]
+
+
+def test_few_steps_between_restarts_are_esdirks_again():
+    """The same with a resistor that ends the ringing, by a second switch from 10 us on."""
+    text = LEAKS.replace(
+        "Cd d 0 200p", "Cd d 0 200p\nS2 d x h 0 sw\nRx x in 20\nVh h 0 PULSE(0 5 10u 10n 10n 1 2)"
+    )
+    found = run(text.replace(".tran 0.1u 20u", ".tran 0.1u 200u"), "reltol=1e-3")
+    assert methods(found)[:3] == ["esdirk", "gear", "esdirk"], found.stats["methods"]

@@ -66,11 +66,9 @@ def test_auto_takes_trap_where_there_is_a_swing_to_follow():
     }
     assert told == {1e-3: "trap", 1e-4: "gear"}
     fine = run(deck(name), "reltol=1e-3", tran="1u 8m")
-    assert fine.stats["methods"][0][1] == "trbdf2", "a thousand rows a period are no steps of their own"
+    assert fine.stats["methods"][0][1] == "gear", "a thousand rows a period are no steps of their own"
     pulses = run(deck("electrical/clamp"), "reltol=1e-3")
-    assert pulses.stats["methods"][0][1] == "trbdf2", (
-        "between the corners of pulses there is nothing to follow"
-    )
+    assert pulses.stats["methods"][0][1] == "gear", "between the corners of pulses there is nothing to follow"
 
 
 @pytest.mark.parametrize("reltol", [1e-2, 3e-3, 1e-3, 1e-4, 2e-5])

@@ -398,6 +398,11 @@ impl System {
         self.diodes.len()
     }
 
+    /// Are there currents with a flux?
+    pub fn has_coils(&self) -> bool {
+        self.unknowns.iter().zip(&self.differential).any(|(u, &d)| d && u.kind == Kind::Branch)
+    }
+
     #[inline]
     pub fn set_time(&self, w: &mut Work, t: f64) {
         if t == w.wave_time && !w.dc {
