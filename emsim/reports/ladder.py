@@ -304,12 +304,14 @@ def _judged(problem: Problem, judge: Judge, task: Task, tolerance: float, limit:
 def _repeat(
     problem: Problem, tasks: Sequence[Task], rounds: int, budget: float, said: Callable[[str], object]
 ) -> None:
-    """The same runs again, in turns, until there are `rounds` of each or the budget is spent; then medians."""
+    """The same runs again, in turns, until there are `rounds` of each or the budget is spent; then medians. Each round
+    begins with another method: what runs behind a long run finds the machine's caches full of it."""
     from statistics import median
 
     end = perf_counter() + budget
     for number in range(1, rounds):
-        for task in tasks:
+        first = number % len(tasks)
+        for task in (*tasks[first:], *tasks[:first]):
             for tolerance, times in task.times.items():
                 # what is left must do for everybody: long runs are repeated less, they are less noisy too
                 if len(times) > number or times[0] > 0.02 * budget or perf_counter() > end:

@@ -25,6 +25,7 @@ use super::rows::Lags;
 use super::{make_one, trap, Attempt, Method, Used};
 use crate::ledger::Stages;
 use crate::newton::{Failure, Options, Tolerances};
+use crate::reduced::{Point, Reduced};
 use crate::sparse::Complex;
 use crate::system::{System, Work};
 
@@ -89,6 +90,7 @@ pub struct Auto<'a> {
     implicit: &'static str,         // rule 2
     stretches: bool,                // rule 5 applies
     stretch: u32,                   // steps since the last restart
+    probe: Option<Point>,           // where eigenvalues are looked at, since the last restart
     begun: bool,
     feature: f64, // shortest time that sources and print grid speak of
     t: f64,
@@ -117,6 +119,8 @@ fn never_explicit(sys: &System) -> Option<&'static str> {
         Some("diodes")
     } else if sys.bends() && !mechanical(sys) {
         Some("exponentials")
+    } else if sys.pure_linear {
+        Some("linear equations")
     } else {
         None
     }
@@ -158,7 +162,6 @@ const OTHERS: [&str; 5] = ["radau", "esdirk", "trbdf2", "trap", "gear"];
 impl<'a> Auto<'a> {
     pub fn new(sys: &'a System, o: &Options) -> Result<Auto<'a>, Failure> {
         let (explicit, why) = match never_explicit(sys).map_or_else(|| sys.reduced(), Err) {
-            Ok(_) if sys.pure_linear => (None, "linear equations".to_string()),
             Ok(r) if r.largest_block() > BLOCK => (None, "large dense blocks".to_string()),
             Ok(r) if r.constraints() > LOOPS => (None, "several closed loops".to_string()),
             Ok(r) if r.iterates() => (None, "stages that want iterations".to_string()),
@@ -175,8 +178,9 @@ impl<'a> Auto<'a> {
             now: 0,
             explicit,
             implicit,
-            stretches: sys.diodes() > 0 && !mechanical(sys) && implicit == one_step(o.reltol),
+            stretches: sys.diodes() > 0 && !mechanical(sys) && implicit == "esdirk",
             stretch: 0,
+            probe: None,
             begun: false,
             feature: 0.0,
             t: 0.0,
@@ -345,24 +349,37 @@ impl<'a> Auto<'a> {
 
     /// Size of the fastest eigenvalue of the explicit form at the present point, roughly, and whether it is a damped mode's;
     /// None where it cannot be evaluated.
-    fn fastest(&self, w: &mut Work, tol: &Tolerances) -> Option<(f64, bool)> {
+    fn fastest(&mut self, w: &mut Work, tol: &Tolerances) -> Option<(f64, bool)> {
         let reduced = self.sys.reduced().ok()?;
-        let mut p = reduced.point(&w.flags, w.gmin, tol.atol.clone());
+        let known = self.probe.take();
+        let fresh = known.is_none();
+        let mut p = known.unwrap_or_else(|| reduced.point(&w.flags, w.gmin, tol.atol.clone()));
         self.sys.eval(w, &self.x, self.t);
-        reduced.start(&mut p, &w.q, &self.x);
-        let y0 = reduced.y(&mut p).to_vec();
+        if fresh {
+            reduced.start(&mut p, &w.q, &self.x);
+        } else {
+            reduced.go_to(&mut p, &w.q, &self.x);
+        }
+        let found = self.power(reduced, &mut p);
+        self.probe = found.map(|_| p);
+        found
+    }
+
+    /// The same at the start of `p`, by power iterations.
+    fn power(&self, reduced: &Reduced, p: &mut Point) -> Option<(f64, bool)> {
+        let y0 = reduced.y(p).to_vec();
         let (mut f0, mut f1) = (vec![0.0; y0.len()], vec![0.0; y0.len()]);
-        reduced.rates(&mut p, &self.sys.waves, self.t, false, &mut f0).ok()?;
+        reduced.rates(p, &self.sys.waves, self.t, false, &mut f0).ok()?;
         let norm = |v: &[f64]| v.iter().map(|v| v * v).sum::<f64>().sqrt();
         let size = 1e-6 * norm(&y0).max(1e-6 * norm(&f0)).max(1e-12);
         let mut direction: Vec<f64> = (0..y0.len()).map(|i| if i % 2 == 0 { 1.0 } else { -0.7 }).collect();
         let (mut fastest, mut damped) = (0.0, false);
         for _ in 0..POWER {
             let scale = size / norm(&direction).max(1e-300);
-            for ((y, y0), d) in reduced.y(&mut p).iter_mut().zip(&y0).zip(&direction) {
+            for ((y, y0), d) in reduced.y(p).iter_mut().zip(&y0).zip(&direction) {
                 *y = y0 + scale * d;
             }
-            reduced.rates(&mut p, &self.sys.waves, self.t, false, &mut f1).ok()?;
+            reduced.rates(p, &self.sys.waves, self.t, false, &mut f1).ok()?;
             let mut along = 0.0;
             for ((d, f1), f0) in direction.iter_mut().zip(&f1).zip(&f0) {
                 along += scale * *d * (f1 - f0);
@@ -383,10 +400,11 @@ impl Method for Auto<'_> {
         self.t = t;
         self.x.copy_from_slice(x);
         self.tried.clear();
+        self.probe = None;
         (self.longest, self.refused, self.probation) = (0.0, 0, None);
         (self.reach, self.collapsed) = (0.0, false);
         let brief = std::mem::take(&mut self.stretch) < BRIEF;
-        if self.stretches && brief && self.implicit == "gear" && self.go_on_with(w, one_step(self.o.reltol)).is_ok() {
+        if self.stretches && brief && self.implicit == "gear" && self.go_on_with(w, "esdirk").is_ok() {
             return;
         }
         self.methods[self.now].1.restart(sys, w, t, x);

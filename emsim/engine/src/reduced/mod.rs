@@ -301,12 +301,16 @@ impl Reduced {
 
     /// Takes charges of all rows and the values of all unknowns as a starting point: states and Newton's guesses.
     pub fn start(&self, p: &mut Point, q: &[f64], x: &[f64]) {
-        p.v[..x.len()].copy_from_slice(x);
+        self.go_to(p, q, x);
+        p.checked = false;
+    }
+
+    /// The same where the masses have been looked at since a start.
+    pub fn go_to(&self, p: &mut Point, q: &[f64], x: &[f64]) {
         for (s, &row) in self.states.iter().enumerate() {
             p.v[self.at.y(s)] = q[row];
         }
-        p.checked = false;
-        p.time = f64::NAN;
+        self.start_from(p, x);
     }
 
     /// Guesses for Newton's method alone.
