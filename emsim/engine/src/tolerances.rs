@@ -301,6 +301,11 @@ impl Tolerances {
         largest_error(self, e, x1, x0)
     }
 
+    /// Largest e_i over the weight of a_i, b_i, in Newton's norm; e finite and not negative.
+    pub fn largest_move(&self, e: &[f64], a: &[f64], b: &[f64]) -> f64 {
+        largest_move(self, e, a, b)
+    }
+
     /// What errors of the unknowns are divided by, in that norm: their weights, infinite where they do not count.
     pub fn weights(&self, x1: &[f64], x0: &[f64], out: &mut [f64]) {
         weights(self, x1, x0, out);
@@ -343,26 +348,36 @@ twice! {
     }
 }
 
+/// Largest |e_i| over the weight, of what has a 1 in the mask.
+#[inline(always)]
+fn largest(tol: &Tolerances, mask: &[f64], own: impl Fn(usize) -> f64, e: &[f64], a: &[f64], b: &[f64]) -> f64 {
+    let n = tol.atol.len();
+    let (e, a, b, floor, peak, mask) = (&e[..n], &a[..n], &b[..n], &tol.floor[..n], &tol.peak[..n], &mask[..n]);
+    let larger = |a: f64, b: f64| if a > b { a } else { b };
+    let of = |i: usize| mask[i] * e[i].abs() / tol.weight_with(peak[i], floor[i] + own(i), a[i], b[i]);
+    let mut worst = [0.0; LANES];
+    let whole = n - n % LANES;
+    for first in (0..whole).step_by(LANES) {
+        for lane in 0..LANES {
+            worst[lane] = larger(of(first + lane), worst[lane]);
+        }
+    }
+    for i in whole..n {
+        worst[0] = larger(of(i), worst[0]);
+    }
+    worst.into_iter().fold(0.0, larger)
+}
+
 twice! {
     fn largest_error(tol: &Tolerances, e: &[f64], x1: &[f64], x0: &[f64]) -> f64 {
-        let n = tol.atol.len();
-        let (e, x1, x0, floor, own) = (&e[..n], &x1[..n], &x0[..n], &tol.floor[..n], &tol.own[..n]);
-        let (peak, mask) = (&tol.peak[..n], &tol.error_mask[..n]);
-        let larger = |a: f64, b: f64| if a > b { a } else { b };
-        let mut worst = [0.0; LANES];
-        let whole = n - n % LANES;
-        for first in (0..whole).step_by(LANES) {
-            for lane in 0..LANES {
-                let i = first + lane;
-                let weight = tol.weight_with(peak[i], floor[i] + own[i], x1[i], x0[i]);
-                worst[lane] = larger(mask[i] * e[i].abs() / weight, worst[lane]);
-            }
-        }
-        for i in whole..n {
-            let weight = tol.weight_with(peak[i], floor[i] + own[i], x1[i], x0[i]);
-            worst[0] = larger(mask[i] * e[i].abs() / weight, worst[0]);
-        }
-        worst.into_iter().fold(0.0, larger)
+        let own = &tol.own[..tol.atol.len()];
+        largest(tol, &tol.error_mask, |i| own[i], e, x1, x0)
+    }
+}
+
+twice! {
+    fn largest_move(tol: &Tolerances, e: &[f64], a: &[f64], b: &[f64]) -> f64 {
+        largest(tol, &tol.norm_mask, |_| 0.0, e, a, b)
     }
 }
 

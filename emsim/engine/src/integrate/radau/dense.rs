@@ -4,6 +4,7 @@
 //!
 //! which takes the slope at the start from that of the collocation polynomial to that of the solution and leaves the
 //! slopes at the nodes: the error of the interior falls from O(h^(s+1)) to O(h^(s+2)).
+use super::blend;
 use super::tables::{Scheme, MOST};
 use std::sync::OnceLock;
 
@@ -66,28 +67,15 @@ pub fn weights(scheme: &Scheme, theta: f64) -> [f64; MOST + 1] {
 
 /// The polynomial through (0, x0), (c_1, X1) .. (1, Xs) at theta.
 pub fn polynomial(scheme: &Scheme, theta: f64, x0: &[f64], stage: &[Vec<f64>], out: &mut [f64]) {
-    let l = weights(scheme, theta);
-    for (o, x) in out.iter_mut().zip(x0) {
-        *o = l[0] * x;
-    }
-    for (l, stage) in l[1..=scheme.s].iter().zip(stage) {
-        for (o, x) in out.iter_mut().zip(stage) {
-            *o += l * x;
-        }
-    }
+    blend::through(scheme, &weights(scheme, theta), x0, stage, out);
 }
 
 /// The polynomial that foretells: of the unknowns under d/dt the one above, extrapolated; of the others that through the
 /// stages alone, since what a multiplier has at the start of a step belongs to another polynomial and to another order.
 pub fn extrapolate(scheme: &Scheme, theta: f64, x0: &[f64], stage: &[Vec<f64>], moves: &[bool], out: &mut [f64]) {
-    polynomial(scheme, theta, x0, stage, out);
-    let mut l = [0.0; MOST];
-    lagrange(scheme.c, &basis(scheme).stages[..scheme.s], theta, &mut l[..scheme.s]);
-    for (i, o) in out.iter_mut().enumerate() {
-        if !moves[i] {
-            *o = l.iter().zip(stage).map(|(l, x)| l * x[i]).sum();
-        }
-    }
+    let mut inside = [0.0; MOST];
+    lagrange(scheme.c, &basis(scheme).stages[..scheme.s], theta, &mut inside[..scheme.s]);
+    blend::foretold(scheme, (&weights(scheme, theta), &inside), x0, stage, moves, out);
 }
 
 /// phi(theta) / phi'(0).

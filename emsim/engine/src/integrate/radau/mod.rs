@@ -13,6 +13,7 @@
 //! Error estimate:  e = (gamma/h C + G)^-1 ( -F(x0) + 1/h sum_i d_i D_i ), O(h^(s+1)); measured on what stands under
 //! d/dt. The solution at the end of the step is far better than that, O(h^2s), its interior (dense.rs) somewhat. So the
 //! estimate may exceed the asked tolerance where the tolerance is tight: see `share`.
+mod blend;
 mod dense;
 mod estimate;
 mod full;
@@ -87,6 +88,7 @@ pub struct Radau {
     b: Vec<f64>,
     z: Vec<Vec<Complex>>,
     scratch: Vec<f64>,
+    moved: Vec<f64>, // largest part of the last update, of each unknown
     // the accepted step, for prediction and dense output after acceptance
     last: Option<(f64, f64, &'static Scheme)>,
     last_stage: Vec<Vec<f64>>,
@@ -115,7 +117,7 @@ pub struct Radau {
     full_steps: u32,               // so many steps more begin with it
     relax: f64,                    // the error is divided by this where rounding keeps the tolerance out of reach
     noise: f64,                    // what rounding left of the last update of the full Newton method
-    linear: Vec<Option<Stored>>,   // unknowns in no norm that have a scale: what their rounding comes from
+    linear: Vec<(usize, Stored)>,  // unknowns in no norm that have a scale: what their rounding comes from
     stored: [f64; 2],              // largest charge and momentum at x0
     behind: f64,                   // largest last update of such an unknown, in units of its scale
     grown: f64,                    // the last update in units of what was there before it
@@ -137,10 +139,10 @@ impl Radau {
         let corrected = (sys.unknowns.iter().zip(&sys.differential))
             .map(|(u, &moves)| moves && !u.kind.enters_linearly())
             .collect();
-        let linear = (sys.unknowns.iter().zip(&sys.differential))
-            .map(|(u, &moves)| match u.kind {
-                Kind::Lambda => Some(Stored::Momentum),
-                Kind::Branch if !moves => Some(Stored::Charge),
+        let linear = (sys.unknowns.iter().zip(&sys.differential).enumerate())
+            .filter_map(|(i, (u, &moves))| match u.kind {
+                Kind::Lambda => Some((i, Stored::Momentum)),
+                Kind::Branch if !moves => Some((i, Stored::Charge)),
                 _ => None,
             })
             .collect();
@@ -174,6 +176,7 @@ impl Radau {
             b: v(),
             z: vec![vec![Complex::from(0.0); sys.n]; (most - 1) / 2],
             scratch: v(),
+            moved: v(),
             last: None,
             last_stage: stages(),
             last_x0: v(),

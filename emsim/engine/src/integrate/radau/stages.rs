@@ -5,9 +5,8 @@
 //! tolerance. Multipliers and algebraic currents follow linearly from the rest and are in no norm: they are held to their own
 //! scale, above the rounding of momenta and charges over h, and ask for one more iteration at most.
 use super::order::CONTRACTION;
-use super::{Radau, MOST_ITERATIONS};
+use super::{blend, Radau, MOST_ITERATIONS};
 use crate::newton::Tolerances;
-use crate::sparse::Complex;
 use crate::system::{System, Work};
 
 /// What the last update may leave behind at reltol 1e-3, in units of the tolerance, and the power of reltol with which
@@ -70,19 +69,11 @@ impl Radau {
         for iteration in 1..=most {
             self.evaluate(sys, w, h, iteration > 1);
             w.counters.iterations += 1;
-            match self.scheme.s {
-                3 => self.transform::<3>(sys, h),
-                5 => self.transform::<5>(sys, h),
-                _ => self.transform::<7>(sys, h),
-            }
+            blend::split(self.scheme, h, &self.f, &self.d, &mut self.b, &mut self.z);
             self.solve_split(w);
-            let (norm, worst) = match self.scheme.s {
-                3 => self.correct::<3>(tol),
-                5 => self.correct::<5>(tol),
-                _ => self.correct::<7>(tol),
-            };
+            let norm = self.correct(tol);
             if !norm.is_finite() {
-                return Err((worst, false));
+                return Err((self.moved.iter().position(|v| !v.is_finite()).unwrap_or(0), false));
             }
             if sys.linear || norm == 0.0 {
                 // one correction is exact: the error estimate needs the charges after it, not those of the guess
@@ -95,7 +86,7 @@ impl Radau {
                 // at the level of rounding no contraction can be seen any more
                 if theta >= 0.5 && norm <= (100.0 * floor).max(stalled) && iteration > 2 {
                     if self.left_behind(sys, w, h) * norm > BELIEVED {
-                        return Err((worst, true));
+                        return Err((self.farthest(tol), true));
                     }
                     self.theta = 0.1;
                     self.level = self.level.max(norm);
@@ -109,13 +100,13 @@ impl Radau {
                 // the first correction may have gone into the multipliers: the second shows nothing yet unless it explodes
                 let patience = if iteration == 2 { 4.0 } else { 0.99 };
                 if theta >= patience && norm > target {
-                    return Err((worst, true));
+                    return Err((self.farthest(tol), true));
                 }
                 eta = theta / (1.0 - theta).max(1e-3);
                 let left = (most - iteration) as i32;
                 let slow = norm * theta.powi(left) / (1.0 - theta).max(1e-3) > 10.0 * target;
                 if slow && (iteration > 2 || theta < 0.2) && norm > 100.0 * floor {
-                    return Err((worst, true));
+                    return Err((self.farthest(tol), true));
                 }
             } else {
                 first = norm;
@@ -144,27 +135,14 @@ impl Radau {
             f.copy_from_slice(&self.still);
             sys.add_waves(w, f);
         }
-        match self.scheme.s {
-            3 => self.right_hand_sides::<3>(),
-            5 => self.right_hand_sides::<5>(),
-            _ => self.right_hand_sides::<7>(),
-        }
-        let pairs = self.solve_split(w);
+        blend::split_still(self.scheme, &self.f, &mut self.b, &mut self.z);
+        self.solve_split(w);
         self.theta = 1e-4;
         self.contraction = 0.0;
-        let t = self.scheme.t;
         let s = self.scheme.s;
         for k in 0..s {
-            let row = &t[k * s..(k + 1) * s];
             let step = &mut self.scratch;
-            step.copy_from_slice(&self.b);
-            step.iter_mut().for_each(|v| *v *= row[0]);
-            for (m, z) in self.z[..pairs].iter().enumerate() {
-                let (re, im) = (row[2 * m + 1], row[2 * m + 2]);
-                for (v, z) in step.iter_mut().zip(z) {
-                    *v += re * z.re + im * z.im;
-                }
-            }
+            blend::movement(self.scheme, k, &self.b, &self.z, step);
             for ((x, x0), v) in self.stage[k].iter_mut().zip(&self.x0).zip(&*step) {
                 *x = x0 + v;
             }
@@ -176,29 +154,14 @@ impl Radau {
         }
     }
 
-    /// Solves the split systems in `b` and `z`; the number of complex ones.
-    fn solve_split(&mut self, w: &mut Work) -> usize {
+    /// Solves the split systems in `b` and `z`.
+    fn solve_split(&mut self, w: &mut Work) {
         self.real.solve(&mut self.b);
         let pairs = self.scheme.alpha.len();
         for (lu, z) in self.complex.iter_mut().zip(&mut self.z).take(pairs) {
             lu.solve(z);
         }
         w.counters.solves += 1 + pairs as u64;
-        pairs
-    }
-
-    /// Right-hand sides where no charge has moved: minus T^-1 F.
-    fn right_hand_sides<const S: usize>(&mut self) {
-        let n = self.b.len();
-        let ti = &self.scheme.ti[..S * S];
-        let f: [&[f64]; S] = std::array::from_fn(|k| &self.f[k][..n]);
-        for i in 0..n {
-            let r: [f64; S] = std::array::from_fn(|m| (0..S).map(|k| ti[m * S + k] * f[k][i]).sum());
-            self.b[i] = -r[0];
-            for m in 0..(S - 1) / 2 {
-                self.z[m][i] = Complex::new(-r[2 * m + 1], -r[2 * m + 2]);
-            }
-        }
     }
 
     /// What diodes that have turned since the Jacobian was made leave of the last update, in units of it. A contraction that
@@ -220,71 +183,31 @@ impl Radau {
         worst
     }
 
-    /// Right-hand sides: minus T^-1 (F + A^-1 D / h), row by row.
-    fn transform<const S: usize>(&mut self, sys: &System, h: f64) {
-        let n = sys.n;
-        let c = self.scheme;
-        let (ti, alpha, beta) = (&c.ti[..S * S], &c.alpha[..(S - 1) / 2], &c.beta[..(S - 1) / 2]);
-        let f: [&[f64]; S] = std::array::from_fn(|k| &self.f[k][..n]);
-        let d: [&[f64]; S] = std::array::from_fn(|k| &self.d[k][..n]);
-        let b = &mut self.b[..n];
-        let over_h = 1.0 / h;
-        for i in 0..n {
-            let mut r: [f64; S] = std::array::from_fn(|m| (0..S).map(|k| ti[m * S + k] * f[k][i]).sum());
-            if sys.has_q[i] {
-                let td: [f64; S] =
-                    std::array::from_fn(|m| over_h * (0..S).map(|k| ti[m * S + k] * d[k][i]).sum::<f64>());
-                r[0] += c.gamma * td[0];
-                for m in 0..(S - 1) / 2 {
-                    let (x, y) = (td[2 * m + 1], td[2 * m + 2]);
-                    r[2 * m + 1] += alpha[m] * x - beta[m] * y;
-                    r[2 * m + 2] += alpha[m] * y + beta[m] * x;
-                }
-            }
-            b[i] = -r[0];
-            for m in 0..(S - 1) / 2 {
-                self.z[m][i] = Complex::new(-r[2 * m + 1], -r[2 * m + 2]);
-            }
+    /// Adds the solutions to the stages: the largest update in units of the tolerance. `grown` is the same in units of what was
+    /// there before: an iterate that explodes is large itself, and its updates are small beside it.
+    fn correct(&mut self, tol: &Tolerances) -> f64 {
+        let last = self.scheme.s - 1;
+        self.scratch.copy_from_slice(&self.stage[last]);
+        blend::join(self.scheme, &self.b, &self.z, &mut self.stage, &mut self.moved);
+        if !self.moved.iter().all(|v| v.is_finite()) {
+            return f64::INFINITY;
         }
-    }
-
-    /// Adds T w to the stages: the largest update in units of the tolerance, and of which unknown. `grown` is the same in
-    /// units of what was there before: an iterate that explodes is large itself, and its updates are small beside it.
-    fn correct<const S: usize>(&mut self, tol: &Tolerances) -> (f64, usize) {
-        let n = self.b.len();
-        let t = &self.scheme.t[..S * S];
-        let (mut norm, mut worst) = (0.0_f64, 0);
         let relax = 1.0 / self.relax;
+        self.grown = relax * tol.largest_move(&self.moved, &self.x0, &self.scratch);
         let rounding = ROUNDING * self.scheme.gamma / self.h;
         self.behind = 0.0;
-        self.grown = 0.0;
-        for i in 0..n {
-            let mut w = [self.b[i]; S];
-            for m in 0..(S - 1) / 2 {
-                (w[2 * m + 1], w[2 * m + 2]) = (self.z[m][i].re, self.z[m][i].im);
-            }
-            let mut largest = 0.0_f64;
-            let before = self.stage[S - 1][i];
-            for k in 0..S {
-                let dx: f64 = (0..S).map(|m| t[k * S + m] * w[m]).sum();
-                self.stage[k][i] += dx;
-                largest = if dx.abs() <= largest { largest } else { dx.abs() }; // NaN stays
-            }
-            if !largest.is_finite() {
-                return (f64::INFINITY, i);
-            }
-            if tol.in_norm[i] {
-                let ratio = relax * largest / tol.weight(i, self.x0[i], self.stage[S - 1][i]);
-                if ratio > norm {
-                    (norm, worst) = (ratio, i);
-                }
-                self.grown = self.grown.max(relax * largest / tol.weight(i, self.x0[i], before));
-            } else if let Some(stored) = self.linear[i] {
-                let noise = rounding * self.stored[stored as usize];
-                let scale = tol.own_scale(i, self.stage[S - 1][i]) + noise;
-                self.behind = self.behind.max(relax * largest / scale);
-            }
+        for &(i, stored) in &self.linear {
+            let noise = rounding * self.stored[stored as usize];
+            let scale = tol.own_scale(i, self.stage[last][i]) + noise;
+            self.behind = self.behind.max(relax * self.moved[i] / scale);
         }
-        (norm, worst)
+        relax * tol.largest_move(&self.moved, &self.x0, &self.stage[last])
+    }
+
+    /// The unknown of the largest update.
+    fn farthest(&self, tol: &Tolerances) -> usize {
+        let end = &self.stage[self.scheme.s - 1];
+        let of = |i: &usize| self.moved[*i] / tol.weight(*i, self.x0[*i], end[*i]);
+        (0..end.len()).filter(|&i| tol.in_norm[i]).max_by(|i, j| of(i).total_cmp(&of(j))).unwrap_or(0)
     }
 }
