@@ -160,7 +160,7 @@ def _bracketed(node: Node) -> str:
 
 # ---- meaning on constants ----
 
-_LIMIT = 64  # depth of .func calls
+_LIMIT, _MOST_CALLS = 64, 100_000  # .func calls: how deep, and how many in one expression
 
 
 class Scope:
@@ -189,10 +189,9 @@ class Scope:
 class _FuncScope(Scope):
     """A .func body sees its arguments first, then what is in sight where it is used."""
 
-    def __init__(self, outer: Scope, values: dict[str, float], depth: int) -> None:
+    def __init__(self, outer: Scope, values: dict[str, float]) -> None:
         super().__init__(values)
         self.outer = outer
-        self.depth = depth
 
     def lookup(self, name: str) -> float | None:
         value = self.values.get(name)
@@ -203,6 +202,20 @@ class _FuncScope(Scope):
 
     def names(self) -> Iterable[str]:
         return [*self.values, *self.outer.names()]
+
+
+class _Calls:
+    """The .func calls of one expression: how deep they stand in each other, and how many they have been."""
+
+    depth = total = 0
+
+    def enter(self, node: Call) -> None:
+        self.depth, self.total = self.depth + 1, self.total + 1
+        if self.depth > _LIMIT:
+            raise ExprError("E121", f"the function `{node.fn}` calls itself without end", node.span)
+        if self.total > _MOST_CALLS:
+            said = f"an expression by way of `{node.fn}` makes more than {_MOST_CALLS} calls of functions"
+            raise ExprError("E121", said, node.span, "a function that calls another twice doubles the calls")
 
 
 def _sgn(x: float) -> float:
@@ -367,7 +380,7 @@ _ARITHMETIC: dict[str, Callable[[float, float], float]] = {
 def evaluate(node: Node, scope: Scope) -> float:
     """The value of an expression of parameters, constants and .func calls. Raises ExprError with a span."""
     try:
-        value = _evaluate(node, scope, 0)
+        value = _evaluate(node, scope, _Calls())
         if not math.isfinite(value):
             raise ExprError("E124", f"`{_short(node)}` is {value:g}, not a finite number", node.span)
     except ExprError as error:
@@ -387,7 +400,7 @@ def names(node: Node) -> Iterator[str]:
             yield from names(part)
 
 
-def _evaluate(node: Node, scope: Scope, depth: int) -> float:
+def _evaluate(node: Node, scope: Scope, calls: _Calls) -> float:
     if isinstance(node, Num):
         return node.value
     if isinstance(node, Name):
@@ -398,37 +411,38 @@ def _evaluate(node: Node, scope: Scope, depth: int) -> float:
             raise undefined(node, scope)
         return value
     if isinstance(node, Binary):
-        a = _evaluate(node.a, scope, depth)
+        a = _evaluate(node.a, scope, calls)
         if node.op == "&&" and not a:
             return 0.0
         if node.op == "||" and a:
             return 1.0
-        return _apply(_ARITHMETIC[node.op], (a, _evaluate(node.b, scope, depth)), node)
+        return _apply(_ARITHMETIC[node.op], (a, _evaluate(node.b, scope, calls)), node)
     if isinstance(node, Unary):
-        a = _evaluate(node.a, scope, depth)
+        a = _evaluate(node.a, scope, calls)
         return -a if node.op == "-" else a if node.op == "+" else float(not a)
     if isinstance(node, Cond):
-        return _evaluate(node.a if _evaluate(node.c, scope, depth) else node.b, scope, depth)
+        return _evaluate(node.a if _evaluate(node.c, scope, calls) else node.b, scope, calls)
     assert isinstance(node, Call)
-    return _evaluate_call(node, scope, depth)
+    return _evaluate_call(node, scope, calls)
 
 
-def _evaluate_call(node: Call, scope: Scope, depth: int) -> float:
+def _evaluate_call(node: Call, scope: Scope, calls: _Calls) -> float:
     defined = scope.function(node.fn)
     if defined is not None:
         names, body = defined
         _check_count(node, len(names), len(names))
-        if depth >= _LIMIT:
-            raise ExprError("E121", f"the function `{node.fn}` calls itself without end", node.span)
-        values = [_evaluate(a, scope, depth) for a in node.args]
-        return _evaluate(body, _FuncScope(scope, dict(zip(names, values, strict=True)), depth), depth + 1)
+        values = [_evaluate(a, scope, calls) for a in node.args]
+        calls.enter(node)
+        value = _evaluate(body, _FuncScope(scope, dict(zip(names, values, strict=True))), calls)
+        calls.depth -= 1
+        return value
     if node.fn in _BRANCHING:
         _check_count(node, 3, 3)
-        return _evaluate(node.args[1 if _evaluate(node.args[0], scope, depth) else 2], scope, depth)
+        return _evaluate(node.args[1 if _evaluate(node.args[0], scope, calls) else 2], scope, calls)
     if node.fn in _MATH:
         least, most, function = _MATH[node.fn]
         _check_count(node, least, most)
-        return _apply(function, tuple(_evaluate(a, scope, depth) for a in node.args), node)
+        return _apply(function, tuple(_evaluate(a, scope, calls) for a in node.args), node)
     if node.fn in PROBES or node.fn in _DYNAMIC:
         raise ExprError(
             "E125",
@@ -501,10 +515,10 @@ def fold(node: Node, scope: Scope) -> Node:
 
     What only the run knows stays: v() i() time temper ddt() and the machine's calls. Raises ExprError.
     """
-    return _fold(node, scope, {}, 0)
+    return _fold(node, scope, {}, _Calls())
 
 
-def _fold(node: Node, scope: Scope, bound: dict[str, Node], depth: int) -> Node:
+def _fold(node: Node, scope: Scope, bound: dict[str, Node], calls: _Calls) -> Node:
     if isinstance(node, Num):
         return node
     if isinstance(node, Name):
@@ -522,42 +536,43 @@ def _fold(node: Node, scope: Scope, bound: dict[str, Node], depth: int) -> Node:
             raise undefined(node, scope)
         return Num(value, node.at)
     if isinstance(node, Binary):
-        a, b = _fold(node.a, scope, bound, depth), _fold(node.b, scope, bound, depth)
+        a, b = _fold(node.a, scope, bound, calls), _fold(node.b, scope, bound, calls)
         whole = node if a is node.a and b is node.b else Binary(node.op, a, b, node.at)
         if isinstance(a, Num) and isinstance(b, Num):
             return _constant(_ARITHMETIC[node.op], [a.value, b.value], whole)
         return whole
     if isinstance(node, Unary):
-        a = _fold(node.a, scope, bound, depth)
+        a = _fold(node.a, scope, bound, calls)
         if isinstance(a, Num):
             value = -a.value if node.op == "-" else a.value if node.op == "+" else float(not a.value)
             return Num(value, node.at)
         return a if node.op == "+" else Unary(node.op, a, node.at)
     if isinstance(node, Cond):
-        c = _fold(node.c, scope, bound, depth)
+        c = _fold(node.c, scope, bound, calls)
         if isinstance(c, Num):
-            return _fold(node.a if c.value else node.b, scope, bound, depth)
-        return Cond(c, _fold(node.a, scope, bound, depth), _fold(node.b, scope, bound, depth), node.at)
+            return _fold(node.a if c.value else node.b, scope, bound, calls)
+        return Cond(c, _fold(node.a, scope, bound, calls), _fold(node.b, scope, bound, calls), node.at)
     assert isinstance(node, Call)
-    return _fold_call(node, scope, bound, depth)
+    return _fold_call(node, scope, bound, calls)
 
 
-def _fold_call(node: Call, scope: Scope, bound: dict[str, Node], depth: int) -> Node:
+def _fold_call(node: Call, scope: Scope, bound: dict[str, Node], calls: _Calls) -> Node:
     defined = scope.function(node.fn)
     if defined is not None:
         names, body = defined
         _check_count(node, len(names), len(names))
-        if depth >= _LIMIT:
-            raise ExprError("E121", f"the function `{node.fn}` calls itself without end", node.span)
-        args = [_fold_argument(a, scope, bound, depth) for a in node.args]
-        return _fold(body, scope, dict(zip(names, args, strict=True)), depth + 1)
+        args = [_fold_argument(a, scope, bound, calls) for a in node.args]
+        calls.enter(node)
+        folded = _fold(body, scope, dict(zip(names, args, strict=True)), calls)
+        calls.depth -= 1
+        return folded
     if node.fn in PROBES:
-        args = [_fold_place(a, scope, bound, depth) for a in node.args]
+        args = [_fold_place(a, scope, bound, calls) for a in node.args]
         changed = any(a is not b for a, b in zip(args, node.args, strict=True))
         return scope.probe(Call(node.fn, args, node.at) if changed else node)
     if node.fn not in _BRANCHING and node.fn not in SOURCE_MATH and node.fn not in _DYNAMIC:
         raise unknown_function(node)  # before its arguments: they may be what a probe that was meant takes
-    args = [_fold(a, scope, bound, depth) for a in node.args]
+    args = [_fold(a, scope, bound, calls) for a in node.args]
     if node.fn in _BRANCHING:
         _check_count(node, 3, 3)
         if isinstance(args[0], Num):
@@ -576,23 +591,23 @@ def _is_run_time(node: Name) -> bool:
     return node.__class__ is Name and (node.id in RUN_TIME_NAMES or node.id[0] == "@")
 
 
-def _fold_argument(node: Node, scope: Scope, bound: dict[str, Node], depth: int) -> Node:
+def _fold_argument(node: Node, scope: Scope, bound: dict[str, Node], calls: _Calls) -> Node:
     """An argument of a .func: a name that is no parameter may be a node, as in .func twice(n) {2*v(n)}."""
     if isinstance(node, Name) and node.id not in bound and node.id not in CONSTANTS:
         if scope.lookup(node.id) is None:
             return node
     elif isinstance(node, Name) and node.id in bound:
         return bound[node.id]
-    return _fold(node, scope, bound, depth)
+    return _fold(node, scope, bound, calls)
 
 
-def _fold_place(node: Node, scope: Scope, bound: dict[str, Node], depth: int) -> Node:
+def _fold_place(node: Node, scope: Scope, bound: dict[str, Node], calls: _Calls) -> Node:
     """An argument of a probe: a name stays a name, the numbers of a point are folded."""
     if isinstance(node, Name):
         return bound.get(node.id, node)
     if isinstance(node, Call):
-        return Call(node.fn, [_fold(a, scope, bound, depth) for a in node.args], node.at)
-    return _fold(node, scope, bound, depth)
+        return Call(node.fn, [_fold(a, scope, bound, calls) for a in node.args], node.at)
+    return _fold(node, scope, bound, calls)
 
 
 def _constant(function: Callable[..., float], args: list[float], otherwise: Node) -> Node:

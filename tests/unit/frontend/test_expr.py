@@ -218,3 +218,12 @@ def test_errors_inside_expressions_point_at_the_operator():
     assert codes("R1 a 0 {1+*2}") == ["E102"]
     assert codes("R1 a 0 {1 2}") == ["E102"]
     assert codes("R1 a 0 {}") == ["E102"]
+
+
+@pytest.mark.parametrize("call", ["R1 n 0 {f30(1)}", "B1 n 0 V={f30(time)}"])
+def test_functions_that_double_thirty_times_are_refused(call):
+    """A thousand million calls: evaluated they took minutes, folded all memory. Ten times is no more than a long function."""
+    chain = "".join(f".func f{k}(x) {{f{k - 1}(x)+f{k - 1}(x)}}\n" for k in range(1, 31))
+    text = f".func f0(x) {{x}}\n{chain}"
+    assert codes(text + call) == ["E121"]
+    assert codes(text + call.replace("f30", "f10")) == []
