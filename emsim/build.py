@@ -38,7 +38,8 @@ def read(
     """The deck of a path, or of a text (a str with a line end in it). Raises OutsideError, never DeckError:
     what is wrong in the deck is in `deck.sink`, and `elaborate.flatten` raises it.
 
-    `defines` stand above the deck's own .param of the same name; values are numbers or text such as "10k".
+    `defines` stand above the deck's own .param of the same name; values are numbers or text such as "10k", TypeError where one
+    is neither.
     `also` are signals to record beside those that the deck asks for.
     """
     sink = Sink()
@@ -61,6 +62,12 @@ def read(
             return Deck("", SourceFile(path, "", path), sink)
         deck = _build(file, sink, is_main=True)
     deck.defines = dict(defines or {})
+    for name, value in deck.defines.items():
+        if not isinstance(value, (str, float)):
+            from numbers import Real  # numpy's are such too; not wanted on the command line
+
+            if not isinstance(value, Real):
+                raise TypeError(f"the parameter `{name}` is a number or text, not {value!r}")
     if also:
         deck.body.append(Dot("also", list(also), also[0].span))
     return deck

@@ -208,6 +208,17 @@ def test_keys_of_the_help_are_its_own(servo: tuple[Path, Result], visit: Any) ->
     assert page.evaluate("() => window.emsim.waves.marks.a") is None
 
 
+def test_space_presses_the_button_that_has_the_focus(servo: tuple[Path, Result], visit: Any) -> None:
+    """It set the clock running instead: nobody could choose a signal by keys."""
+    page = visit(servo[0])
+    chip = page.locator("button[aria-pressed]").first
+    before = chip.get_attribute("aria-pressed")
+    chip.focus()
+    page.keyboard.press("Space")
+    assert chip.get_attribute("aria-pressed") != before
+    assert not page.evaluate("() => window.emsim.clock.playing")
+
+
 def test_the_key_for_the_whole_machine_without_a_machine(tmp_path: Path, visit: Any) -> None:
     path, deck = tmp_path / "rc.html", "rc\nV1 a 0 SIN(0 1 1k)\nR1 a b 1k\nC1 b 0 1u\n.tran 10u 1m\n"
     html.write(str(path), pipeline.run(deck), deck)

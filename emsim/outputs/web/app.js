@@ -233,7 +233,8 @@ function wire() {
   $("xaxis").onchange = (e) => { now().waves.xname = e.target.value || null; now().waves.build(); };
   document.addEventListener("keydown", (e) => {
     if ($("keys").open) return; // its keys are its own: Esc closes it
-    if (!now() || /INPUT|SELECT|TEXTAREA/.test(e.target.tagName) && e.target.id !== "scrub" || e.ctrlKey || e.metaKey) return;
+    if (!now() || /INPUT|SELECT|TEXTAREA/.test(e.target.tagName) && e.target.id !== "scrub" || e.ctrlKey || e.metaKey || e.altKey) return;
+    if (e.key === " " && /BUTTON|SUMMARY/.test(e.target.tagName)) return; // presses it
     const { clock, waves, machine } = now();
     const keys = {
       " ": () => clock.play(), ArrowLeft: () => step(e.shiftKey ? -10 : -1), ArrowRight: () => step(e.shiftKey ? 10 : 1),

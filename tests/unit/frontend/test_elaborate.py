@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 
 from emsim.build import read
@@ -30,6 +31,14 @@ def test_unused_wrong_parameters_are_told_once():
 def test_suggestion_for_a_misspelt_parameter():
     (d,) = said(".param rload=1\nR1 a 0 {rlaod}")
     assert d.hint == "did you mean `rload`?"
+
+
+@pytest.mark.parametrize("wrong", [1 + 2j, None, [1]])
+def test_defines_are_numbers_or_text(wrong):
+    """(1+2j) was read as 3: its j for a unit."""
+    with pytest.raises(TypeError, match="`r` is a number or text"):
+        flat(".param r=1\nR1 n 0 {r}", r=wrong)
+    assert values(".param r=1\nR1 n 0 {r}", r=np.int64(5)) == {"r1": 5}
 
 
 def test_defines_stand_above_the_deck():
