@@ -5,6 +5,9 @@ point, or `Values:` and text; the plots of several analyses follow one another i
 line carries the word ngspice because spicelib recognises the dialect by it, and is a comment because ngspice
 runs it. Units have no place in the format; the variable's type stands for them (`angle` is rad). Types that
 a reader does not know are shown as plain numbers: ngspice does so with the mechanical ones.
+
+LTspice's files are read as well: text in UTF-16 since version XVII, and unless the flags say `double` all but the first variable
+as float32, point by point or (`fastaccess`) variable by variable. The sign of a time marks points that compression has made.
 """
 
 from __future__ import annotations
@@ -26,7 +29,7 @@ TYPES = {
     "Wb": "flux", "Ohm": "resistance", "F": "capacitance", "H": "inductance",
     "": "notype",
 }  # fmt: skip
-UNITS = {word: unit for unit, word in TYPES.items()}
+UNITS = {word: unit for unit, word in TYPES.items()} | {"device_current": "A", "subckt_current": "A"}
 
 
 def raw_type(unit: str) -> str:
@@ -106,26 +109,34 @@ class RawFileError(ValueError):
 
 
 def read(path: str) -> Result:
-    """Reads a raw file of ngspice or emsim. Complex plots (.ac) are passed over.
+    """Reads a raw file of ngspice, LTspice or emsim. Complex plots (.ac) are passed over.
 
     OSError if the file cannot be opened, RawFileError if it cannot be understood."""
     from ..result import Result
 
     with open(path, "rb") as file:
+        wide = file.read(2) == b"T\0"
+        file.seek(0)
         tables = []
-        while (header := _header(file, path)) is not None:
-            table = _table(file, header, path)
+        while (header := _header(file, wide, path)) is not None:
+            table = _table(file, header, wide, path)
             if table is not None:
                 tables.append(table)
     return Result(tables[0].title if tables else "", tables)
 
 
-def _header(file: IO[bytes], path: str) -> dict[str, list[str]] | None:
+def _line(file: IO[bytes], wide: bool) -> str:
+    """The next line with its end, in UTF-16 where it is `wide`; empty at the end of the file."""
+    line = file.readline(1 << 20)
+    return (line + file.read(1)).decode("utf-16-le", "replace") if wide else line.decode("utf-8", "replace")
+
+
+def _header(file: IO[bytes], wide: bool, path: str) -> dict[str, list[str]] | None:
     """Header fields up to and with `Binary:` or `Values:`, lower-case keys; None at the end of the file."""
     fields: dict[str, list[str]] = {}
     key = ""
-    while line := file.readline(1 << 20):
-        text = line.decode("utf-8", "replace").rstrip("\r\n")
+    while line := _line(file, wide):
+        text = line.rstrip("\r\n")
         if text.startswith("\t") and key == "variables":
             fields[key].append(text)
             continue
@@ -143,7 +154,7 @@ def _header(file: IO[bytes], path: str) -> dict[str, list[str]] | None:
     return None
 
 
-def _table(file: IO[bytes], header: dict[str, list[str]], path: str) -> Table | None:
+def _table(file: IO[bytes], header: dict[str, list[str]], wide: bool, path: str) -> Table | None:
     from array import array
 
     from ..result import Columns, Table
@@ -158,27 +169,63 @@ def _table(file: IO[bytes], header: dict[str, list[str]], path: str) -> Table | 
         raise RawFileError(f"{path}: {count} variables announced, {len(names)} listed")
     flags = header.get("flags", [""])[0].lower().split()
     width = 2 if "complex" in flags else 1
-    if "binary" in header:
-        records = array("d")
-        data = file.read(8 * width * count * points)
-        if len(data) < 8 * width * count * points:
-            raise RawFileError(f"{path}: ends after {len(data) // (8 * width * count)} of {points} points")
-        records.frombytes(data)
-        if sys.byteorder == "big":
-            records.byteswap()
+    foreign = "ltspice" in header.get("command", [""])[0].lower()
+    if "values" in header:
+        records = _values(file, count, points, width, wide, path)
     else:
-        records = _values(file, count, points, width, path)
+        narrow = foreign and width == 1 and "double" not in flags
+        size = 8 + 4 * (count - 1) if narrow else 8 * width * count
+        data = file.read(size * points)
+        if len(data) < size * points:
+            raise RawFileError(f"{path}: ends after {len(data) // size} of {points} points")
+        records = _doubles(data, width * count, points, narrow, "fastaccess" in flags)
     if width == 2:
         return None
     plotname = header.get("plotname", [""])[0]
     kind = {"Transient Analysis": "tran", "Operating Point": "op"}.get(plotname, plotname.lower())
+    if foreign:
+        names = [name.lower() for name in names]
+        if types[:1] == ["time"]:
+            records[::count] = array("d", map(abs, records[::count]))
     columns = Columns(records[k::count].tobytes() for k in range(count))
     units = [UNITS.get(t, "") for t in types]
     axis = types[0] in ("time", "frequency") if types else False
     return Table(kind, names, units, columns, title=header["title"][0], axis=axis, plotname=plotname)
 
 
-def _values(file: IO[bytes], count: int, points: int, width: int, path: str) -> array[float]:
+def _doubles(data: bytes, count: int, points: int, narrow: bool, by_variable: bool) -> array[float]:
+    """Records of float64 from the bytes of a plot; `narrow`: of float32 but for the first variable."""
+    from array import array
+
+    records = array("d")
+    if not narrow and not by_variable:
+        records.frombytes(data)
+        if sys.byteorder == "big":
+            records.byteswap()
+        return records
+    words = array("I")  # halves of a float64, or a float32
+    words.frombytes(data)
+    if sys.byteorder == "big":
+        words.byteswap()
+    each = [2] + [1 if narrow else 2] * (count - 1)
+    whole = sum(each)
+    records.frombytes(bytes(8 * count * points))
+    for k, size in enumerate(each):
+        first = sum(each[:k])
+        if by_variable:
+            parts = [words[first * points + half : (first + size) * points : size] for half in range(size)]
+        else:
+            parts = [words[first + half :: whole] for half in range(size)]
+        column = array("I", bytes(4 * size * points))
+        for half, part in enumerate(reversed(parts) if sys.byteorder == "big" else parts):
+            column[half::size] = part
+        numbers = array("d" if size == 2 else "f")
+        numbers.frombytes(column.tobytes())
+        records[k::count] = array("d", numbers)
+    return records
+
+
+def _values(file: IO[bytes], count: int, points: int, width: int, wide: bool, path: str) -> array[float]:
     """The numbers of an ascii plot: an index, then one number a variable (two, with a comma, if complex)."""
     from array import array
 
@@ -186,10 +233,10 @@ def _values(file: IO[bytes], count: int, points: int, width: int, path: str) -> 
     for _ in range(points):
         words: list[str] = []
         while len(words) < count + 1:
-            line = file.readline()
+            line = _line(file, wide)
             if not line:
                 raise RawFileError(f"{path}: ends after {len(records) // (width * count)} of {points} points")
-            words += line.decode("ascii", "replace").split()
+            words += line.split()
         try:
             for word in words[1:]:
                 records.extend(map(float, word.split(",")))

@@ -109,6 +109,43 @@ def test_reads_what_ngspice_writes(tmp_path, filetype):
     assert result.at("v(out)", 1e-6) == pytest.approx(1 - np.exp(-1), abs=2e-3)
 
 
+@pytest.mark.parametrize("flags", ["real forward", "real forward double", "real forward fastaccess"])
+@pytest.mark.parametrize("encoding", ["utf-16-le", "ascii"])
+def test_reads_what_ltspice_writes(tmp_path, flags, encoding):
+    """By the layout that the manuals of ltspice and spicelib describe: time as float64, the rest as float32 unless told, one
+    record a point unless `fastaccess`, the sign of a time set where compression made the point; a complex plot before it."""
+    variables = ["time\ttime", "V(out)\tvoltage", "I(R1)\tdevice_current"]
+    t = np.linspace(0, 1e-3, 7)
+    columns = [np.where(np.arange(7) % 3 == 2, -t, t), np.sin(3e3 * t), 1e-6 * t]
+    narrow = "double" not in flags
+    fields = [(f"x{k}", "<f4" if narrow and k else "<f8") for k in range(3)]
+    records = np.zeros(7, dtype=fields)
+    for k, column in enumerate(columns):
+        records[f"x{k}"] = column
+    body = records.tobytes()
+    if "fastaccess" in flags:
+        body = b"".join(records[f"x{k}"].tobytes() for k in range(3))
+
+    def plot(name: str, flags: str, body: bytes) -> bytes:
+        listed = "".join(f"\t{k}\t{v}\n" for k, v in enumerate(variables))
+        head = (
+            f"Title: * C:\\rc.asc\nDate: Mon Nov 23 10:00:00 2026\nPlotname: {name}\nFlags: {flags}\nNo. Variables: 3\n"
+            "No. Points:            7\nOffset:   0.0000000000000000e+000\n"
+            f"Command: Linear Technology Corporation LTspice XVII\nVariables:\n{listed}Binary:\n"
+        )
+        return head.encode(encoding) + body
+
+    path = tmp_path / "x.raw"
+    path.write_bytes(
+        plot("AC Analysis", "complex forward", bytes(7 * 48)) + plot("Transient Analysis", flags, body)
+    )
+    result = raw.read(str(path))
+    assert [p.kind for p in result.plots] == ["tran"] and result.names == ["time", "v(out)", "i(r1)"]
+    assert np.array_equal(result.time, t) and result.unit("i(r1)") == "A"
+    for name, exact in zip(result.names[1:], columns[1:], strict=True):
+        np.testing.assert_allclose(result[name], exact, rtol=6e-8 if narrow else 0)
+
+
 HEAD = b"Title: x\nFlags: real\nNo. Variables: %d\nNo. Points: %d\nVariables:\n\t0\ttime\ttime\n"
 
 
