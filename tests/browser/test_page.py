@@ -178,6 +178,18 @@ def test_expressions_write_numbers_as_spice_does_and_know_the_time(
         ("3Meg", 3e6),
         ("1mil", 25.4e-6),
         (".5kOhm", 500.0),
+        # powers and functions as in a deck's sources
+        ("2^3^2", 64.0),
+        ("-2^2", -4.0),
+        ("2^-1", 0.5),
+        ("(-2)^3", 8.0),
+        ("pwr(-2,3)", -8.0),
+        ("sqrt(-4)", 2.0),
+        ("ln(-1)", 0.0),
+        ("max(1,2*3,4)", 6.0),
+        ("nint(2.5)", 2.0),
+        ("limit(7,0,5)", 5.0),
+        ("v(set,set)+atan2(0,1)", 0.0),
         ("2e-1m", 2e-4),
     ]:
         page.evaluate(draw, text)

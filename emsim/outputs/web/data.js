@@ -83,7 +83,14 @@ function visible(time, columns, from, to, pixels) {
   return [axis, ...shown];
 }
 
-const FUNCTIONS = { abs: Math.abs, sqrt: Math.sqrt, sin: Math.sin, cos: Math.cos, tan: Math.tan, exp: Math.exp, log: Math.log, log10: Math.log10, atan: Math.atan };
+// as in decks: roots, logarithms and powers of something negative are those of its size
+const POWER = (a, b) => Math.abs(a) ** b, ROUND = (v) => { const r = Math.round(v); return r - v === 0.5 && r % 2 ? r - 1 : r; };
+const FUNCTIONS = {
+  sqrt: (v) => Math.sqrt(Math.abs(v)), ln: (v) => Math.log(Math.abs(v)), log: (v) => Math.log(Math.abs(v)), log10: (v) => Math.log10(Math.abs(v)),
+  sqr: (v) => v * v, pow: POWER, pwr: (a, b) => Math.sign(a) * Math.abs(a) ** b, int: Math.trunc, nint: ROUND, round: ROUND, sgn: Math.sign,
+  arctan: Math.atan, u: (v) => v > 0 ? 1 : v === 0 ? 0.5 : 0, uramp: (v) => Math.max(v, 0), limit: (v, a, b) => Math.min(Math.max(v, Math.min(a, b)), Math.max(a, b)),
+};
+for (const name of "abs exp sin cos tan asin acos atan atan2 sinh cosh tanh asinh acosh atanh hypot floor ceil min max".split(" ")) FUNCTIONS[name] = Math[name];
 const DB = (v) => 20 * Math.log10(Math.abs(v)), DEG = (v) => v * 180 / Math.PI, RPM = (v) => v * 30 / Math.PI;
 Object.assign(FUNCTIONS, { db: DB, deg: DEG, rpm: RPM });
 
@@ -115,9 +122,9 @@ function compileExpression(text, column) {
   }
   function power() {
     if (take("-")) { const a = power(); return (k) => -a(k); }
-    const a = atom();
-    if (take("^") || take("**")) { const b = power(); return (k) => a(k) ** b(k); }
-    return a;
+    let left = atom();
+    while (take("^") || take("**")) { const a = left, minus = take("-"), b = atom(); left = (k) => POWER(a(k), minus ? -b(k) : b(k)); }
+    return left;
   }
   function atom() {
     if (take("(")) { const a = sum(); if (!take(")")) fail("a ) is missing"); return a; }
@@ -133,11 +140,14 @@ function compileExpression(text, column) {
       do { depth += source[end] === "(" ? 1 : source[end] === ")" ? -1 : 0; end++; } while (depth > 0 && end < source.length);
       const whole = source.slice(at - name.length, end), values = column(whole);
       if (values) { at = end; return (k) => values[k]; }
+      const [, a, b] = /^v\(([^(),]+),([^(),]+)\)$/.exec(whole) ?? [], between = a && [column(`v(${a})`), column(`v(${b})`)];
+      if (between?.[0] && between[1]) { at = end; return (k) => between[0][k] - between[1][k]; }
       if (FUNCTIONS[name]) {
+        const f = FUNCTIONS[name], given = [];
         at++;
-        const inner = sum(), f = FUNCTIONS[name];
+        do given.push(sum()); while (take(","));
         if (!take(")")) fail("a ) is missing");
-        return (k) => f(inner(k));
+        return (k) => f(...given.map((g) => g(k)));
       }
       fail(`no signal ${whole}`);
     }
