@@ -117,7 +117,7 @@ def cubic_many(x: np.ndarray, y: np.ndarray, query: np.ndarray, corners: Sequenc
     span = np.where(
         right, x[behind] - x[k], np.where(left, x[k + 1] - x[np.maximum(k - 2, 0)], x[after] - x[before])
     )
-    with np.errstate(invalid="ignore", divide="ignore"):
+    with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
         c = near + np.where(left, near - other, other - near) * (query - begin) / span
         limit = np.where((near * other > 0) & ~straight, 3 * np.minimum(abs(near), abs(other)), 0.0)
         limit = np.where(few, np.minimum(limit, abs(secant[k]) / width[k]), limit)

@@ -81,6 +81,8 @@ def panels(
         own: dict[str, Panel] = {}
         log = across is None and xname == "frequency" and axis[0] > 0
         for name, unit, y in _signals(table, wanted, degrees):
+            if not np.isfinite(y).any():
+                deck_error("E349", f"there is nothing to draw: {name} is nowhere a finite number")
             panel = own.setdefault(unit, Panel(unit, xname, xunit, log))
             panel.curves.append(
                 Curve(name, *_course(axis, x, y, window, table.kind == "tran", table.corners()))

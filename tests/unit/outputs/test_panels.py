@@ -159,6 +159,13 @@ def test_an_empty_window_is_refused(start, stop):
         drawn("v(out)", start=start, stop=stop)
 
 
+@pytest.mark.parametrize("expression", ["v(in)/0", "v(out) 1e308*(1+v(in))*1e10"])
+def test_what_is_nowhere_a_number_is_refused(expression):
+    """An axis without limits ended in an internal error."""
+    with pytest.raises(DeckError, match="nowhere a finite number"):
+        drawn(expression)
+
+
 def test_a_single_point_is_no_course():
     point = Table("op", ["v(out)"], ["V"], Columns([[5.0]]), axis=False)
     with pytest.raises(DeckError, match="E349"):
