@@ -13,7 +13,7 @@ equation of motion is the reaction.
 from __future__ import annotations
 
 from ..cards.joint import KINDS
-from .kinematics import WORLD_AXES, Frame, Moving, dot, ground, settle, times
+from .kinematics import WORLD_AXES, Frame, Moving, cross, dot, ground, settle, times
 from .tree import GROUND
 
 TYPE_CHECKING = False
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from ..cards.drive import Drive
     from ..cards.gear import Gear
     from ..cards.joint import Joint
-    from .kinematics import Scalar
+    from .kinematics import Scalar, Vector
     from .tree import Plan
 
 AXES = {"x": WORLD_AXES[0], "y": WORLD_AXES[1], "z": WORLD_AXES[2]}
@@ -179,19 +179,25 @@ def _carry(moving: Moving, joint: JointState, sign: float) -> None:
         q: Scalar = sign * (coordinate.q + zero)
         u: Scalar = sign * coordinate.u
         world = times(moving.rot.matrix(), axis)
-        measured.append((coordinate, *_measured(joint, motion, world, coordinate)))
+        measured.append((coordinate, *_measured(joint, motion, world, moving.omega, coordinate)))
         (moving.turn if motion == "turn" else moving.slide)(axis, q, u)
     measured = measured if sign > 0 else measured[::-1]
     joint.qs, joint.us = [m[1] for m in measured], [m[2] for m in measured]
 
 
-def _measured(joint: JointState, motion: str, world: list[Scalar], c: Coordinate) -> tuple[Expr, Expr]:
-    """Coordinate and speed, virtual motion along the axis counted in: a reaction acts across it only."""
+def _measured(
+    joint: JointState, motion: str, world: Vector, omega: Vector, c: Coordinate
+) -> tuple[Expr, Expr]:
+    """Coordinate and speed, virtual motion along the axis counted in: a reaction acts across it only.
+
+    The axis turns with A; without (along s)' whole, a rotor on the coordinate would leave a force across the axis.
+    """
     q, u = c.q, c.u
     for (kind, k), virtual in joint.virtuals.items():
         if (kind == "turn") == (motion == "turn") and kind != "gear":
             along = settle(dot(world, WORLD_AXES[k]))
-            q, u = q + along * virtual.s, u + along * virtual.rate
+            turning = settle(dot(cross(omega, world), WORLD_AXES[k]))
+            q, u = q + along * virtual.s, u + along * virtual.rate + turning * virtual.s
     return q, u
 
 

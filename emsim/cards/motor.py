@@ -38,7 +38,12 @@ class Motor(Card):
         ke=Default(None, "V s/rad (V s/m)", "back-EMF per speed; equals kt unless given"),
         r=Default(0.0, "Ohm", "resistance of the winding", least=0.0),
         l=Default(0.0, "H", "inductance of the winding", least=0.0),
-        j=Default(0.0, "kg m^2 (kg)", "inertia of the rotor, on the motor's side of the gear", least=0.0),
+        j=Default(
+            0.0,
+            "kg m^2 (kg)",
+            "inertia of the rotor along the joint (no gyroscopic moment), on the motor's side of the gear",
+            least=0.0,
+        ),
         b=Default(0.0, "N m s/rad (N s/m)", "viscous friction, on the motor's side", least=0.0),
         tc=Default(0.0, "N m", "Coulomb friction, on the motor's side", least=0.0),
         gear=Default(1.0, "", "motor turns per joint turn"),

@@ -138,3 +138,35 @@ def test_a_driven_slider_crank_shakes_its_pin(method):
     assert np.abs(r["acc(s)"] - 400 * bend).max() < 1e-3 * np.ptp(bend * 400)
     push = 400 * bend + 5 * np.tanh(20 * slope / 10e-3)
     assert np.abs(r["fx(c)"] - push)[np.abs(slope) > 1e-2].max() < 1e-3 * np.ptp(push)
+
+
+@pytest.mark.parametrize("options", ["", " formulation=absolute"])
+@pytest.mark.parametrize(("a", "b"), [("arm", "s"), ("s", "arm")])
+def test_a_rotor_on_a_turning_slide_leaves_no_force_across_it(options, a, b):
+    """Newton for the slider: R across the slide is m a, along it 0, whatever the motor's rotor carries."""
+    r = emsim.run(
+        f"slider with a motor on a turning arm\nBODY arm m=1 j=1\nBODY s m=0.2 j=1m\nJOINT h 0 arm pin\n"
+        f"DRIVE d h q={{5*time}}\nJOINT r {a} {b} slide axis=(1,0) ic=(0.2,1)\n"
+        "MOTOR m a 0 r kt=0.1 r=1 radius=10m j=10u\nR1 a 0 1k\n"
+        f".options reltol=1e-8{options}\n.tran 10m 0.2\n"
+        ".print tran fx(r) fy(r) ax(s) ay(s) angle(h)\n.end\n"
+    )
+    fx, fy, ax, ay, angle = (r[k][-1] for k in ("fx(r)", "fy(r)", "ax(s)", "ay(s)", "angle(h)"))
+    if a == "s":  # the force on B, from the slider
+        fx, fy = -fx, -fy
+    across = -ax * math.sin(angle) + ay * math.cos(angle)
+    assert abs(across) > 15.0  # 2 w v and the arm's own: the Coriolis force is there
+    assert -fx * math.sin(angle) + fy * math.cos(angle) == pytest.approx(0.2 * across, rel=1e-6)
+    assert fx * math.cos(angle) + fy * math.sin(angle) == pytest.approx(0.0, abs=1e-6)
+
+
+@pytest.mark.parametrize("options", ["", " formulation=absolute"])
+def test_gyroscopic_moment_of_a_body_that_a_motor_spins(options):
+    """J w W = 1 g m^2 * 100 rad/s * 5 rad/s; the motor's rotor counts along its axis alone."""
+    r = emsim.run(
+        "spun body on a turning arm\nBODY arm m=1 j=(1,1,1)\nBODY s m=0.2 j=(1m,1m,1m)\n"
+        "JOINT h 0 arm pin axis=(0,0,1)\nDRIVE d h q={5*time}\n"
+        "JOINT r arm s pin axis=(1,0,0) ic=(0,100)\nMOTOR m a 0 r kt=1m r=1 j=100u gear=3\nR1 a 0 1g\n"
+        f".options reltol=1e-8{options}\n.tran 10m 0.2\n.print tran mx(r) my(r)\n.end\n"
+    )
+    assert np.hypot(r["mx(r)"], r["my(r)"])[-1] == pytest.approx(0.5, rel=1e-6)
