@@ -100,7 +100,8 @@ class System:
         return self._x0.copy()
 
     def Q(self, x: Any, t: float = 0.0) -> np.ndarray:
-        """Charges, flux linkages, momenta; shape (n,)."""
+        """Charges, flux linkages, momenta; shape (n,). Of nodes that capacitors tie to each other alone one row is the sum
+        of all of theirs, here and in F, C, G; it stores nothing."""
         import numpy as np
 
         return np.array(self._engine.q(_floats(x), t))

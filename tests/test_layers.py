@@ -60,6 +60,7 @@ RUST_ROWS = [
     ["tolerances"],
     ["system", "assembly"],
     ["passive", "edges", "reduced"],
+    ["islands"],
     ["model"],
     ["devices", "sparse", "waves"],
     ["twice", "lanes"],

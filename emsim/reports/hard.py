@@ -271,6 +271,13 @@ CASES = [
         follows(0.03, ("v(a)", cutset_voltage), settled=1e-4),
         fail(STOPS, by=EXPLICIT),
     ),
+    Case(
+        "floating load", "hard/floating_load.cir",
+        "a charge between two nodes drowns what they have in common: C/h against the leakage of diodes that are off",
+        "v(p), v(n) and the coil's current at 49 ms within ten times the tolerance",
+        ends(1e-5, v_p=-0.535508707927, v_n=-14.248928806111, i_l1=-0.980974170361),
+        fail(STOPS, by=EXPLICIT), reltol=1e-6,
+    ),
     *(
         Case(
             f"gain {label}", "hard/gain_loop.cir",

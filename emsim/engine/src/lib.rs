@@ -9,6 +9,7 @@ pub mod edges; // switching times that sources alone decide
 pub mod events; // state events on dense output
 pub mod graph; // hash-consed expression nodes with folding
 pub mod integrate; // the methods and the driver
+pub mod islands; // sums of the rows of nodes that only capacitors tie together
 mod lanes; // four numbers in one register
 pub mod ledger; // energy accounts: integrals of powers on the dense output
 pub mod model; // contributions, as the cards make them

@@ -77,6 +77,8 @@ pub struct DiodeAt {
     pub kernel: Diode,
     pub p: i32,
     pub n: i32,
+    /// rows beside p's and n's own that hold their currents too (see islands.rs), or -1
+    pub sums: [i32; 2],
 }
 
 /// Node voltages forced at the operating point (`.ic`) or only suggested (`.nodeset`).

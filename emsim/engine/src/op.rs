@@ -127,10 +127,9 @@ impl<'a> Dc<'a> {
                 if let Some((a, q0)) = transient {
                     self.residual[i] -= a * (w.q[i] - q0[i]);
                 }
-                if sys.unknowns[i].kind == Kind::Node && shunt > 0.0 {
-                    self.matrix[self.diagonal[i]] += shunt;
-                    self.residual[i] -= shunt * x[i];
-                }
+            }
+            if shunt > 0.0 {
+                (0..n).filter(|&i| sys.unknowns[i].kind == Kind::Node).for_each(|i| self.lead(i, shunt, -x[i]));
             }
             for &(row, value) in &self.forced {
                 self.matrix[self.diagonal[row]] += FORCE;
@@ -185,6 +184,16 @@ impl<'a> Dc<'a> {
         }
         let row = (0..n).max_by(|&i, &j| w.f[i].abs().total_cmp(&w.f[j].abs())).unwrap_or(0);
         Err(Failure::Diverged { unknown: worst, row })
+    }
+
+    /// A conductance to ground at a node, with so much across it.
+    fn lead(&mut self, node: usize, conductance: f64, across: f64) {
+        self.matrix[self.diagonal[node]] += conductance;
+        self.residual[node] += conductance * across;
+        for s in self.sys.sums.iter().filter(|s| s.node == node) {
+            self.matrix[self.place[s.place]] += conductance;
+            self.residual[s.root] += conductance * across;
+        }
     }
 
     /// Rows of held unknowns become x_i = value.
@@ -466,9 +475,9 @@ pub fn consistent(
         newton.forget();
         let r: Vec<f64> = q0.iter().map(|q| -q / h).collect();
         let mut y = from.to_vec();
-        newton.solve(sys, w, 1.0 / h, &r, &mut y, t + h, tol, 40).ok()?;
+        newton.solve(sys, w, 1.0 / h, &r, &mut y, t + h, tol, 100).ok()?;
         // multipliers live on second differences of positions: a second, linear pass removes Newton's noise
-        newton.solve(sys, w, 1.0 / h, &r, &mut y, t + h, tol, 40).ok()?;
+        newton.solve(sys, w, 1.0 / h, &r, &mut y, t + h, tol, 100).ok()?;
         Some(y)
     };
     let Some(y1) = step(w, h, x) else {
@@ -477,10 +486,9 @@ pub fn consistent(
     };
     if refine {
         if let Some(y2) = step(w, 2.0 * h, &y1) {
-            for i in 0..sys.n {
-                if !sys.differential[i] {
-                    x[i] = 2.0 * y1[i] - y2[i];
-                }
+            let floats = |i: usize| sys.sums.iter().any(|s| s.node == i || s.root == i);
+            for i in (0..sys.n).filter(|&i| !sys.differential[i] || floats(i)) {
+                x[i] = 2.0 * y1[i] - y2[i];
             }
             return true;
         }

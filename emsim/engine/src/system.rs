@@ -7,6 +7,7 @@ use crate::derive::gradient;
 use crate::devices::diode::Diode;
 use crate::edges::{EdgeWork, Edges};
 use crate::graph::{Graph, Id, Node};
+use crate::islands::sum_pairs;
 pub use crate::model::{DiodeAt, FlagSpec, Force, Kind, Model, Unknown};
 use crate::passive::is_passive;
 use crate::reduced::Reduced;
@@ -38,6 +39,36 @@ struct DiodeSlot {
     p: i32,
     n: i32,
     slots: [Option<usize>; 4], // (p,p) (p,n) (n,p) (n,n)
+    sums: [i32; 2],            // rows of islands' roots that hold its current too, p's and n's
+    sum_slots: [Option<usize>; 4],
+}
+
+/// A node whose row is part of its island's root's, and the place of its column there.
+pub struct Summed {
+    pub node: usize,
+    pub root: usize,
+    pub place: usize,
+}
+
+impl DiodeSlot {
+    /// y <- y + v in p's rows, - v in n's.
+    #[inline]
+    fn add(&self, y: &mut [f64], v: f64) {
+        add_pair(y, self.p, self.n, v);
+        add_pair(y, self.sums[0], self.sums[1], v);
+    }
+
+    /// Places of its conductance in the matrix, with their signs.
+    fn stamps(&self) -> impl Iterator<Item = (usize, f64)> + '_ {
+        let signed = self.slots.iter().chain(&self.sum_slots).zip([1.0, -1.0, -1.0, 1.0].into_iter().cycle());
+        signed.filter_map(|(slot, sign)| slot.map(|slot| (slot, sign)))
+    }
+
+    /// Its rows, p's with true.
+    fn rows(&self) -> impl Iterator<Item = (usize, bool)> {
+        let rows = [(self.p, true), (self.n, false), (self.sums[0], true), (self.sums[1], false)];
+        rows.into_iter().filter_map(|(row, of_p)| Some((usize::try_from(row).ok()?, of_p)))
+    }
 }
 
 pub struct System {
@@ -77,6 +108,7 @@ pub struct System {
     exponential: bool,           // are there exponentials of unknowns in expressions?
     yielding: Vec<usize>,        // own entries that may fall by orders of magnitude within a step: see `bent_behind`
     rows: [Vec<(usize, Id)>; 2], // F and Q of rows that are expressions, for `reduce`
+    pub sums: Vec<Summed>,       // nodes whose rows are part of another one's (see islands.rs)
     reduced: OnceLock<Result<Reduced, String>>,
     parts: OnceLock<Result<Box<Parts>, String>>,
 }
@@ -167,6 +199,15 @@ impl System {
     pub fn compile(mut model: Model, g: &mut Graph) -> Result<System, String> {
         model.fold_linear(g);
         let n = model.unknowns.len();
+        let [g_sum, c_sum] = [&model.g, &model.c].map(|entries| summed(entries));
+        let passive = model.f.is_empty()
+            && model.q.is_empty()
+            && model.flags.is_empty()
+            && is_passive(&model.unknowns, &g_sum, &c_sum);
+        let mut pairs = reciprocal(|i| model.unknowns[i].kind == Kind::Node, [&g_sum, &c_sum]);
+        let islands = model.sum_islands(g);
+        sum_pairs(&mut pairs, &g_sum, &islands);
+        let [g_sum, c_sum] = [&model.g, &model.c].map(|entries| summed(entries));
         let leaves: Vec<Id> = (0..n).map(|i| g.unknown(i as u32)).collect();
         // derivatives of every row that is an expression, by reverse mode, only for unknowns that the row reads
         let mut f_jac = Vec::new();
@@ -191,12 +232,15 @@ impl System {
         places.extend(model.g.iter().chain(&model.c).map(|&(r, c, _)| (c, r)));
         places.extend(f_jac.iter().chain(&q_jac).map(|&(r, c, _)| (c, r)));
         for d in &model.diodes {
-            for (r, c) in [(d.p, d.p), (d.p, d.n), (d.n, d.p), (d.n, d.n)] {
-                if r >= 0 && c >= 0 {
-                    places.push((c as usize, r as usize));
+            for r in [d.p, d.n, d.sums[0], d.sums[1]] {
+                for c in [d.p, d.n] {
+                    if r >= 0 && c >= 0 {
+                        places.push((c as usize, r as usize));
+                    }
                 }
             }
         }
+        places.extend(islands.iter().map(|(&node, &root)| (node, root)));
         places.sort_unstable();
         places.dedup();
         let mut colptr = vec![0; n + 1];
@@ -216,15 +260,10 @@ impl System {
         // constants go to the linear part, the rest to the tape
         let mut g_linear = vec![0.0; nnz];
         let mut c_linear = vec![0.0; nnz];
-        let mut g_sum: BTreeMap<(usize, usize), f64> = BTreeMap::new();
-        let mut c_sum: BTreeMap<(usize, usize), f64> = BTreeMap::new();
-        for &(r, c, v) in &model.g {
-            g_linear[at(r, c)] += v;
-            *g_sum.entry((r, c)).or_default() += v;
-        }
-        for &(r, c, v) in &model.c {
-            c_linear[at(r, c)] += v;
-            *c_sum.entry((r, c)).or_default() += v;
+        for (entries, linear) in [(&g_sum, &mut g_linear), (&c_sum, &mut c_linear)] {
+            for (&(r, c), &v) in entries {
+                linear[at(r, c)] = v;
+            }
         }
         let edges = Edges::find(&model, g, &g_sum, &c_sum);
         let f_rows: Vec<usize> = model.f.keys().copied().collect();
@@ -279,10 +318,13 @@ impl System {
                     }
                 }
             }
-            let slots = [place(d.p, d.p), place(d.p, d.n), place(d.n, d.p), place(d.n, d.n)];
+            let of = |[p, n]: [i32; 2]| [place(p, d.p), place(p, d.n), place(n, d.p), place(n, d.n)];
+            let (slots, sum_slots) = (of([d.p, d.n]), of(d.sums));
             diode_names.push(d.name);
-            diodes.push(DiodeSlot { kernel: d.kernel, p: d.p, n: d.n, slots });
+            diodes.push(DiodeSlot { kernel: d.kernel, p: d.p, n: d.n, slots, sums: d.sums, sum_slots });
         }
+        let summed = |(&node, &root): (&usize, &usize)| Summed { node, root, place: at(root, node) };
+        let sums = islands.iter().filter(|(node, root)| node != root).map(summed).collect();
         let linear = diodes.is_empty() && g_slots.is_empty() && c_slots.is_empty() && model.flags.is_empty();
         let mut stage_g = g_sum.clone();
         let mut stage_c = c_sum.clone();
@@ -302,15 +344,11 @@ impl System {
         }
         let mut stamps = Vec::new();
         for (k, d) in diodes.iter().enumerate() {
-            for (slot, sign) in d.slots.iter().zip([1.0, -1.0, -1.0, 1.0]) {
-                stamps.extend(slot.map(|slot| Stamp { slot: slot as u32, source: k as u32, sign }));
-            }
+            stamps.extend(d.stamps().map(|(slot, sign)| Stamp { slot: slot as u32, source: k as u32, sign }));
         }
         for (k, &slot) in g_slots.iter().chain(&c_slots).enumerate() {
             stamps.push(Stamp { slot: slot as u32, source: (diodes.len() + k) as u32, sign: 1.0 });
         }
-        let flagless = model.flags.is_empty();
-        let pairs = reciprocal(|i| model.unknowns[i].kind == Kind::Node, [&g_sum, &c_sum]);
         let unknowns = model.unknowns;
         let moving: HashSet<usize> = g_slots.iter().chain(&c_slots).copied().collect();
         let conducting: HashSet<usize> = g_slots.iter().copied().collect();
@@ -332,7 +370,8 @@ impl System {
             yielding,
             reduced: OnceLock::new(),
             parts: OnceLock::new(),
-            passive: model.f.is_empty() && model.q.is_empty() && flagless && is_passive(&unknowns, &g_sum, &c_sum),
+            passive,
+            sums,
             g_rows: Rows::new(n, &g_sum, &model.g, &pairs),
             c_rows: Rows::new(n, &c_sum, &model.c, &pairs),
             stage_g: Rows::new(n, &stage_g, &model.g, &pairs),
@@ -461,8 +500,8 @@ impl System {
         for d in &self.diodes {
             let v = across(x, d.p, d.n);
             let o = d.kernel.eval(v, w.gmin);
-            add_pair(&mut w.f, d.p, d.n, o.i);
-            add_pair(&mut w.q, d.p, d.n, o.q);
+            d.add(&mut w.f, o.i);
+            d.add(&mut w.q, o.q);
         }
     }
 
@@ -499,13 +538,11 @@ impl System {
             }
         }
         for (d, e) in self.diodes.iter().zip(&w.expansions) {
-            add_pair(&mut w.f, d.p, d.n, e.o.i + e.o.g * (e.v - e.at));
-            add_pair(&mut w.q, d.p, d.n, e.o.q + e.o.c * (e.v - e.at));
-            for (slot, sign) in d.slots.iter().zip([1.0, -1.0, -1.0, 1.0]) {
-                if let Some(s) = *slot {
-                    w.gv[s] += sign * e.o.g;
-                    w.cv[s] += sign * e.o.c;
-                }
+            d.add(&mut w.f, e.o.i + e.o.g * (e.v - e.at));
+            d.add(&mut w.q, e.o.q + e.o.c * (e.v - e.at));
+            for (slot, sign) in d.stamps() {
+                w.gv[slot] += sign * e.o.g;
+                w.cv[slot] += sign * e.o.c;
             }
         }
     }
@@ -526,7 +563,7 @@ impl System {
         self.charges_of(x, y);
         self.add_expression_c(w, x, y);
         for (d, e) in self.diodes.iter().zip(&w.expansions) {
-            add_pair(y, d.p, d.n, e.o.c * across(x, d.p, d.n));
+            d.add(y, e.o.c * across(x, d.p, d.n));
         }
     }
 
@@ -545,6 +582,15 @@ impl System {
             y[row] += self.jacobian.output(&w.jacobian, base + k) * x[col];
         }
     }
+}
+
+/// Entries, those of one place added up.
+fn summed(entries: &[(usize, usize, f64)]) -> BTreeMap<(usize, usize), f64> {
+    let mut sums = BTreeMap::new();
+    for &(r, c, v) in entries {
+        *sums.entry((r, c)).or_default() += v;
+    }
+    sums
 }
 
 #[inline]

@@ -16,10 +16,40 @@ def matrices(*lines: str) -> tuple[list[str], np.ndarray, np.ndarray, emsim.Syst
 
 
 def test_resistor_and_capacitor() -> None:
-    names, c, g, _ = matrices("R1 a b 4", "C1 a b 3u", "R2 b 0 2")
+    names, c, g, _ = matrices("R1 a b 4", "C1 a b 3u", "R2 b 0 2", "C2 a 0 5u")
     assert names == ["a", "b"]
     np.testing.assert_allclose(g, [[0.25, -0.25], [-0.25, 0.75]], atol=1e-11)
-    np.testing.assert_allclose(c, [[3e-6, -3e-6], [-3e-6, 3e-6]])
+    np.testing.assert_allclose(c, [[8e-6, -3e-6], [-3e-6, 3e-6]])
+
+
+@pytest.mark.parametrize("ratio", [1.0, 1e6], ids=["firm", "loose"])
+def test_one_row_of_an_island_is_the_sum_of_its_rows(ratio: float) -> None:
+    """Where resistances do not hold two nodes that a capacitor ties, one of their rows is the sum, and stores nothing."""
+    cards = ("V1 s 0 2", f"R1 s a {4 * ratio:g}", "C1 a b 3u", f"R2 b 0 {2 * ratio:g}", "D1 b s d", "D2 a x d", "R3 x 0 7",
+             "B1 a b I={v(s)*v(a,b)}", ".model d d(is=1n rs=0)")  # fmt: skip
+    names, c, g, s = matrices(*cards)
+    a, b = names.index("a"), names.index("b")
+    # the conductance of the diodes at 0 V: 1 nA over k T/q at 27 C, and gmin
+    d = 1e-9 / (1.380649e-23 * 300.15 / 1.602176634e-19) + 1e-12
+    nodal = {
+        a: {"a": 0.25 / ratio + d, "s": -0.25 / ratio, "x": -d},
+        b: {"b": 0.5 / ratio + d, "s": -d},
+    }
+    row = {k: np.array([nodal[k].get(name, 0.0) for name in names]) for k in (a, b)}
+    total = [k for k in (a, b) if not c[k].any()]
+    assert len(total) == (ratio > 1.0)
+    for k in (a, b):
+        want = row[a] + row[b] if k in total else row[k]
+        np.testing.assert_allclose(g[k], want, rtol=1e-6, atol=1e-18)
+        if k not in total:
+            np.testing.assert_allclose(c[k, [a, b]], [3e-6, -3e-6] if k == a else [-3e-6, 3e-6])
+    # the residual and its derivative belong together
+    x = np.linspace(-0.3, 0.4, s.n)
+    for j in range(s.n):
+        e = np.zeros(s.n)
+        e[j] = 1e-6
+        slope = (s.F(x + e) - s.F(x - e)) / 2e-6
+        np.testing.assert_allclose(slope, s.G(x).toarray()[:, j], rtol=1e-6, atol=1e-9)
 
 
 def test_inductor_and_mutual_inductance() -> None:

@@ -39,7 +39,8 @@ impl Dc<'_> {
         }
         let terms = self.terms(w, x);
         let open = |&row: &usize| {
-            let missing = (w.f[row] + shunt * x[row]).abs();
+            let others = sys.sums.iter().filter(|s| s.root == row).map(|s| x[s.node]);
+            let missing = (w.f[row] + shunt * (x[row] + others.sum::<f64>())).abs();
             let free = sys.unknowns[row].kind == Kind::Node && self.held[row].is_none();
             free && missing > LEAST + SHARE * (terms[row] + shunt * x[row].abs())
         };
@@ -57,10 +58,8 @@ impl Dc<'_> {
         }
         for i in 0..sys.n {
             self.residual[i] = -w.f[i];
-            if sys.unknowns[i].kind == Kind::Node {
-                self.matrix[self.diagonal[i]] += LEAK;
-            }
         }
+        (0..sys.n).filter(|&i| sys.unknowns[i].kind == Kind::Node).for_each(|i| self.lead(i, LEAK, 0.0));
         for &(row, value) in &self.forced {
             self.matrix[self.diagonal[row]] += super::FORCE;
             self.residual[row] += super::FORCE * value;

@@ -78,27 +78,3 @@ pub fn strong_components(next: &[Vec<usize>], roots: &[usize]) -> Vec<Vec<usize>
     }
     out
 }
-
-/// Nodes joined by charges.
-pub struct Islands {
-    parent: Vec<usize>,
-}
-
-impl Islands {
-    pub fn new(n: usize) -> Islands {
-        Islands { parent: (0..n).collect() }
-    }
-
-    pub fn of(&mut self, mut i: usize) -> usize {
-        while self.parent[i] != i {
-            self.parent[i] = self.parent[self.parent[i]];
-            i = self.parent[i];
-        }
-        i
-    }
-
-    pub fn join(&mut self, a: usize, b: usize) {
-        let (a, b) = (self.of(a), self.of(b));
-        self.parent[a] = b;
-    }
-}

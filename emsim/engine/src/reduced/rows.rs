@@ -1,8 +1,8 @@
 //! F and Q of every row as expressions, and which rows keep a state.
-use super::order::Islands;
 use super::plan::Plan;
 use crate::derive::substitute;
 use crate::graph::Id;
+use crate::islands::Islands;
 use crate::model::Kind;
 use std::collections::{HashMap, HashSet};
 
@@ -119,7 +119,8 @@ impl Plan<'_> {
         for (k, (p, n, kernel)) in s.diodes.iter().enumerate() {
             let base = self.at.diode(k);
             let (i, c) = (self.leaf(base), self.leaf(base + 2));
-            for (row, sign) in [(*p, 1.0), (*n, -1.0)] {
+            let [sum_p, sum_n] = s.sums[k];
+            for (row, sign) in [(*p, 1.0), (*n, -1.0), (sum_p, 1.0), (sum_n, -1.0)] {
                 if row >= 0 {
                     let sign = self.g.constant(sign);
                     let term = self.g.mul(sign, i);

@@ -29,7 +29,7 @@ mod tests;
 pub use lu::{Counters, Lu, RefactorError, Stamp};
 pub use order::Symbolic;
 pub use program::{Equations, Program, Recurring};
-pub use rows::{reciprocal, Rows};
+pub use rows::{reciprocal, Pairs, Rows};
 pub use scalar::{Complex, Scalar};
 
 /// Pattern of a square matrix by compressed columns: the rows of column j are `rowidx[colptr[j]..colptr[j + 1]]`,

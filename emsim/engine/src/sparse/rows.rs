@@ -7,10 +7,11 @@
 //! with the sum in brackets, what leads elsewhere, made of the contributions before they were rounded. 30 mOhm at 17 V would
 //! otherwise be known to 1e-13 A, which on the microsiemens that all the nodes of a bridge have in common is 0.1 uV.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
-/// Places (i, j) whose entries are multiplied by x_j - x_i.
-pub type Pairs = BTreeSet<(usize, usize)>;
+/// Places (i, j) whose entries are multiplied by x_j - x_k, with k: in a node's own row it is i, in the sum of several nodes' rows
+/// the node that leads to j.
+pub type Pairs = BTreeMap<(usize, usize), usize>;
 
 pub struct Rows {
     n: usize,
@@ -19,6 +20,7 @@ pub struct Rows {
     whole: Vec<f64>,     // entries of the matrix
     pub value: Vec<f64>, // what is multiplied: the same, on the diagonal what leads elsewhere
     less: Vec<f64>,      // 1 where it is multiplied by a difference, else 0
+    from: Vec<u32>,      // ... from this unknown
 }
 
 impl Rows {
@@ -34,8 +36,9 @@ impl Rows {
         }
         let col = entries.keys().map(|&(_, col)| col as u32).collect();
         let elsewhere = remainders(n, of, pairs);
-        let value = |(&(row, col), &v): (&(usize, usize), &f64)| if row == col { elsewhere[row] } else { v };
-        let less = entries.keys().map(|place| f64::from(pairs.contains(place))).collect();
+        let value = |(place, &v): (&(usize, usize), &f64)| elsewhere.get(place).map_or(v, |(sum, lost)| sum + lost);
+        let less = entries.keys().map(|place| f64::from(pairs.contains_key(place))).collect();
+        let from = entries.keys().map(|place| pairs.get(place).map_or(place.0, |&from| from) as u32).collect();
         Rows {
             n,
             start,
@@ -43,6 +46,7 @@ impl Rows {
             whole: entries.values().copied().collect(),
             value: entries.iter().map(value).collect(),
             less,
+            from,
         }
     }
 
@@ -54,10 +58,11 @@ impl Rows {
         })
     }
 
-    /// (row, column, what is multiplied, and whether by a difference) in the same order.
-    pub fn terms(&self) -> impl Iterator<Item = (usize, usize, f64, bool)> + '_ {
-        let products = self.value.iter().zip(&self.less);
-        self.entries().zip(products).map(|((row, col, _), (&value, &less))| (row, col, value, less != 0.0))
+    /// (row, column, what is multiplied, and from which unknown where it is by a difference) in the same order.
+    pub fn terms(&self) -> impl Iterator<Item = (usize, usize, f64, Option<usize>)> + '_ {
+        let products = self.value.iter().zip(self.less.iter().zip(&self.from));
+        let from = |less: f64, from: u32| (less != 0.0).then_some(from as usize);
+        self.entries().zip(products).map(move |((row, col, _), (&value, (&l, &f)))| (row, col, value, from(l, f)))
     }
 
     /// Calls `put(i, sum_j a_ij x_j)` for every row i, with `a` in place of the own values of its terms.
@@ -74,8 +79,10 @@ impl Rows {
 
     #[inline(always)]
     fn sums(&self, a: &[f64], x: &[f64], of: impl Fn(f64) -> f64, mut put: impl FnMut(usize, f64)) {
-        assert!(x.len() == self.n && a.len() == self.col.len() && self.less.len() == a.len());
-        // SAFETY: `new` made start ascending from 0 to col.len() = a.len(), n + 1 of them, and every col < n = x.len()
+        assert!(
+            x.len() == self.n && a.len() == self.col.len() && self.less.len() == a.len() && self.from.len() == a.len()
+        );
+        // SAFETY: `new` made start ascending from 0 to col.len() = a.len(), n + 1 of them, and every col and from < n = x.len()
         unsafe {
             let mut k = 0;
             for row in 0..self.n {
@@ -83,7 +90,8 @@ impl Rows {
                 let mut sum = 0.0;
                 while k < end {
                     let there = x.get_unchecked(*self.col.get_unchecked(k) as usize);
-                    sum += of(a.get_unchecked(k) * (there - self.less.get_unchecked(k) * x.get_unchecked(row)));
+                    let here = x.get_unchecked(*self.from.get_unchecked(k) as usize);
+                    sum += of(a.get_unchecked(k) * (there - self.less.get_unchecked(k) * here));
                     k += 1;
                 }
                 put(row, sum);
@@ -92,19 +100,21 @@ impl Rows {
     }
 }
 
-/// Of every row the sum of what stands on its diagonal and in its pairs, as if it were summed before it is rounded.
-fn remainders(n: usize, of: &[(usize, usize, f64)], pairs: &Pairs) -> Vec<f64> {
-    let mut sums = vec![(0.0_f64, 0.0_f64); n];
+/// Of what stands at the diagonal and at the unknowns that differences are from the sum with what stands in these pairs, as if it were
+/// summed before it is rounded: a sum and what rounding has taken from it.
+fn remainders(n: usize, of: &[(usize, usize, f64)], pairs: &Pairs) -> BTreeMap<(usize, usize), (f64, f64)> {
+    let ends = pairs.iter().map(|(&(row, _), &from)| (row, from));
+    let mut sums: BTreeMap<_, _> = (0..n).map(|i| (i, i)).chain(ends).map(|place| (place, (0.0, 0.0))).collect();
     for &(row, col, v) in of {
-        if row == col || pairs.contains(&(row, col)) {
-            let (sum, lost) = &mut sums[row];
-            let more = *sum + v;
+        let place = pairs.get(&(row, col)).map_or((row, col), |&from| (row, from));
+        if let Some((sum, lost)) = sums.get_mut(&place) {
+            let more: f64 = *sum + v;
             let part = more - *sum;
             *lost += (*sum - (more - part)) + (v - part);
             *sum = more;
         }
     }
-    sums.iter().map(|(sum, lost)| sum + lost).collect()
+    sums
 }
 
 /// Places of two nodes that have a conductance or a capacitance, or both, in common and nothing else.
@@ -114,5 +124,6 @@ pub fn reciprocal(node: impl Fn(usize) -> bool, parts: [&BTreeMap<(usize, usize)
         None => !m.contains_key(&(j, i)),
     };
     let places = parts.iter().flat_map(|m| m.keys()).copied();
-    places.filter(|&(i, j)| i != j && node(i) && node(j) && parts.iter().all(|m| fits(m, (i, j)))).collect()
+    let both = places.filter(|&(i, j)| i != j && node(i) && node(j) && parts.iter().all(|m| fits(m, (i, j))));
+    both.map(|(i, j)| ((i, j), i)).collect()
 }

@@ -65,8 +65,8 @@ impl System {
             };
         };
         for (part, terms) in parts.iter().enumerate() {
-            for &(row, col, factor, differs) in terms {
-                let value = if differs { p.sub(x[col], x[row]) } else { x[col] };
+            for &(row, col, factor, from) in terms {
+                let value = from.map_or(x[col], |from| p.sub(x[col], x[from]));
                 add(p, part * self.n + row, factor, value);
             }
         }

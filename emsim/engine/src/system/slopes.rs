@@ -19,7 +19,7 @@ impl System {
             slots.iter().for_each(|&k| expression[k][which] = true);
         }
         for d in &self.diodes {
-            for k in d.slots.into_iter().flatten() {
+            for (k, _) in d.stamps() {
                 expression[k][0] = true;
                 expression[k][1] |= d.kernel.has_charge();
             }

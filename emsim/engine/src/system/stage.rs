@@ -1,7 +1,7 @@
 //! One stage  F + a Q + r = 0  of an implicit method: what its Newton iteration asks of the equations, evaluated row by row or
 //! written as programs without a loop (newton.rs says when).
 use super::expand::{Expansion, NUMBERS};
-use super::{across, add_pair, System, Work};
+use super::{across, System, Work};
 use crate::sparse::{Equations, Stamp};
 use crate::tape::{Inputs, Leaf, Value, Written};
 
@@ -84,7 +84,7 @@ impl System {
             out[row] -= a * self.jacobian.output(&w.jacobian, nf + k);
         }
         for (d, e) in self.diodes.iter().zip(&w.expansions) {
-            add_pair(out, d.p, d.n, -e.current(a, e.v));
+            d.add(out, -e.current(a, e.v));
         }
     }
 
@@ -114,7 +114,7 @@ impl System {
             self.add_expression_c(w, step, q);
         }
         for (d, e) in self.diodes.iter().zip(&w.expansions) {
-            add_pair(q, d.p, d.n, e.o.q + e.o.c * (across(x, d.p, d.n) - e.at));
+            d.add(q, e.o.q + e.o.c * (across(x, d.p, d.n) - e.at));
         }
     }
 
@@ -160,14 +160,14 @@ impl System {
         };
         // constant derivatives of expressions are in the matrix alone
         let (mut matrix, mut sums) = (vec![None; g.len()], vec![None; n]);
-        for (k, (row, col, g_size, differs)) in self.stage_g.terms().enumerate() {
+        for (k, (row, col, g_size, from)) in self.stage_g.terms().enumerate() {
             let (c_size, place) =
                 (self.stage_c.value[k], self.pattern.position(row, col).expect("part of the pattern"));
             let Some(entry) = sum(p, (own_g[k], g_size), (own_c[k], c_size)) else { continue };
             if (g_size, c_size) == (self.g_linear[place], self.c_linear[place]) {
                 matrix[place] = Some(entry);
             }
-            let factor = if differs { p.sub(x[col], x[row]) } else { x[col] };
+            let factor = from.map_or(x[col], |from| p.sub(x[col], x[from]));
             let product = p.mul(entry, factor);
             sums[row] = Some(sums[row].map_or(product, |sum| p.add(sum, product)));
         }
@@ -208,16 +208,11 @@ impl System {
         for (d, line) in self.diodes.iter().zip(&lines) {
             let conductance = line.conductance(p, a);
             let current = line.current(p, a, conductance);
-            if let Ok(row) = usize::try_from(d.p) {
-                b[row] = p.sub(b[row], current);
+            for (row, of_p) in d.rows() {
+                b[row] = if of_p { p.sub(b[row], current) } else { p.add(b[row], current) };
             }
-            if let Ok(row) = usize::try_from(d.n) {
-                b[row] = p.add(b[row], current);
-            }
-            for (slot, positive) in d.slots.iter().zip([true, false, false, true]) {
-                if let &Some(k) = slot {
-                    matrix[k] = if positive { p.add(matrix[k], conductance) } else { p.sub(matrix[k], conductance) };
-                }
+            for (k, sign) in d.stamps() {
+                matrix[k] = if sign > 0.0 { p.add(matrix[k], conductance) } else { p.sub(matrix[k], conductance) };
             }
         }
         for (&k, stored) in with(&self.g_slots, false).chain(with(&self.c_slots, true)) {
@@ -233,7 +228,7 @@ impl System {
             return None;
         }
         let n = self.n;
-        let entries: Vec<(usize, usize, f64, bool)> = self.c_rows.terms().collect();
+        let entries: Vec<_> = self.c_rows.terms().collect();
         let constants: Vec<f64> = std::iter::once(0.0).chain(entries.iter().map(|e| e.2)).collect();
         let (mut program, values) = Written::new(&constants);
         let p = &mut program;
@@ -241,8 +236,8 @@ impl System {
         let a = p.leaf(Leaf::Time);
         let x: Vec<Value> = (0..n).map(|i| p.leaf(Leaf::X(i))).collect();
         let mut q: Vec<Option<Value>> = vec![None; n];
-        for (&(row, col, _, differs), &c) in entries.iter().zip(c) {
-            let factor = if differs { p.sub(x[col], x[row]) } else { x[col] };
+        for (&(row, col, _, from), &c) in entries.iter().zip(c) {
+            let factor = from.map_or(x[col], |from| p.sub(x[col], x[from]));
             let product = p.mul(c, factor);
             q[row] = Some(q[row].map_or(product, |sum| p.add(sum, product)));
         }
@@ -254,12 +249,12 @@ impl System {
             let beyond = p.sub(v, line.at);
             let more = p.mul(c, beyond);
             let charge = p.add(charge, more);
-            if let Ok(row) = usize::try_from(d.p) {
-                q[row] = Some(q[row].map_or(charge, |sum| p.add(sum, charge)));
-            }
-            if let Ok(row) = usize::try_from(d.n) {
-                let sum = q[row].unwrap_or(zero);
-                q[row] = Some(p.sub(sum, charge));
+            for (row, of_p) in d.rows() {
+                q[row] = Some(match q[row] {
+                    Some(sum) if of_p => p.add(sum, charge),
+                    None if of_p => charge,
+                    sum => p.sub(sum.unwrap_or(zero), charge),
+                });
             }
         }
         let f = (0..n).map(|row| {

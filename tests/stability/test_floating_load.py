@@ -1,0 +1,98 @@
+"""What capacitors tie together and nothing else holds: the common voltage of a floating load is no rounding of C/h."""
+
+from __future__ import annotations
+
+import pytest
+from support import deck
+
+import emsim
+
+# radau at 1e-11 and 1e-12, confirmed by esdirk at 1e-10
+END = {"v(p)": -0.535508707927, "v(n)": -14.248928806111, "i(l1)": -0.980974170361}
+
+GENERATOR = """generator with a rectifier, its load held to ground by {held}
+BODY rot shape=disc(0.05) m=0.5
+JOINT sh 0 rot pin ic=(0,300) damp=10u
+TRANSDUCER g1 a b sh K={{0.05*cos(4*angle(sh))}}
+R1 a a1 0.5
+L1 a1 a2 1m
+D1 a2 p dd
+D2 n a2 dd
+D3 b p dd
+D4 n b dd
+C1 p n 100u
+RL p n 50
+R0 {held} 0 1k
+.model dd D(is=1n)
+.tran 100u 5m
+.end
+"""
+
+START = """bridge at rest, its load charged
+V1 s 0 SIN(0 15 200)
+R1 s a 1.5
+D1 a p dd
+D2 n a dd
+D3 0 p dd
+D4 n 0 dd
+C1 p n 1u{ic}
+RL p n 5k
+.model dd D(is=1n)
+.tran 10u 5m {uic}
+{more}
+.end
+"""
+
+
+@pytest.mark.parametrize("reltol", [1e-3, 1e-6, 1e-9])
+@pytest.mark.parametrize("method", ["auto", "radau", "esdirk", "gear"])
+def test_a_floating_load_is_followed(method, reltol):
+    """Before its equations had the sum of its rows, radau stopped at 1.5 ms and gear at 1.6 ms, at every tolerance."""
+    r = emsim.run(deck("hard/floating_load"), method=method, reltol=reltol)
+    for name, value in END.items():
+        assert r[name][-1] == pytest.approx(value, rel=10 * reltol, abs=10 * reltol), name
+
+
+@pytest.mark.parametrize("method", ["trap", "trbdf2"])
+def test_of_second_order_too(method):
+    """At a hundredth of the tolerance a tenth of the error at most: the local error's power 2/3 is a twenty-first."""
+    off = [
+        max(abs(r[name][-1] - value) for name, value in END.items())
+        for reltol in (1e-4, 1e-6)
+        for r in [emsim.run(deck("hard/floating_load"), method=method, reltol=reltol)]
+    ]
+    assert off[1] < off[0] / 10 < 1e-3
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("method", ["auto", "radau", "radau9", "esdirk", "gear"])
+@pytest.mark.parametrize("held", ["n", "b"], ids=["load", "generator"])
+def test_a_generator_with_a_rectifier_at_tight_tolerances(held, method):
+    """The same voltages across the load wherever ground is: 0.05 V s/rad of a rotor that turns at 300 rad/s."""
+    want = emsim.run(GENERATOR.format(held="p"), method="esdirk", reltol=1e-9)
+    r = emsim.run(GENERATOR.format(held=held), method=method, reltol=1e-7)
+    for of in (want, r):
+        assert 10.0 < of["v(p)"][-1] - of["v(n)"][-1] < 15.0
+    assert r["v(p)"][-1] - r["v(n)"][-1] == pytest.approx(want["v(p)"][-1] - want["v(n)"][-1], rel=1e-6)
+    assert r["i(l1)"][-1] == pytest.approx(want["i(l1)"][-1], rel=1e-5)
+    assert r["omega(sh)"][-1] == pytest.approx(want["omega(sh)"][-1], rel=1e-6)
+
+
+@pytest.mark.parametrize("method", ["auto", "radau", "gear"])
+@pytest.mark.parametrize(
+    ("ic", "uic", "more"),
+    [
+        (" ic=4", "uic", ""),
+        ("", "uic", ".ic v(p)=4"),
+        ("", "uic", ".ic v(n)=-4"),
+        ("", "", ".ic v(p)=5 v(n)=1"),
+    ],
+    ids=["ic=", ".ic p", ".ic n", ".ic both"],
+)
+def test_a_charged_load_starts_in_the_middle(method, ic, uic, more):
+    """All is symmetric at t = 0: what leaks through the diodes holds a load of 4 V at +-2 V (rounding had 3.2 and -0.8)."""
+    r = emsim.run(START.format(ic=ic, uic=uic, more=more), method=method, reltol=1e-6)
+    # 2 V of reverse voltage on the leakage of both sides; the capacitor lost nothing yet
+    assert r["v(p)"][0] == pytest.approx(2.0, abs=4e-3)
+    assert r["v(n)"][0] == pytest.approx(-2.0, abs=4e-3)
+    assert abs(r["v(p)"][0] + r["v(n)"][0]) < 1e-6
