@@ -15,6 +15,7 @@ use crate::sparse::{reciprocal, Pattern, Rows, Stamp};
 use crate::tape::{Inputs, Tape};
 use crate::waves::Wave;
 pub use guests::{Guests, Polynomial, DEGREE};
+pub use phases::Phase;
 pub use split::{Part, Parts};
 use std::collections::{BTreeMap, HashSet};
 use std::sync::OnceLock;
@@ -25,6 +26,7 @@ mod fours;
 mod guests;
 mod junctions;
 mod linear;
+mod phases;
 mod reduce;
 mod slopes;
 mod split;
@@ -109,6 +111,7 @@ pub struct System {
     yielding: Vec<usize>,        // own entries that may fall by orders of magnitude within a step: see `bent_behind`
     rows: [Vec<(usize, Id)>; 2], // F and Q of rows that are expressions, for `reduce`
     pub sums: Vec<Summed>,       // nodes whose rows are part of another one's (see islands.rs)
+    pub phases: Vec<Phase>,      // of sines and cosines in expressions
     reduced: OnceLock<Result<Reduced, String>>,
     parts: OnceLock<Result<Box<Parts>, String>>,
 }
@@ -365,6 +368,7 @@ impl System {
             diode_names,
             forces: model.forces,
             ic_charge: model.ic_charge,
+            phases: phases::phases(g, &model.f.values().chain(model.q.values()).copied().collect::<Vec<_>>()),
             rows: [&model.f, &model.q].map(|rows| rows.iter().map(|(&row, &id)| (row, id)).collect()),
             exponential,
             yielding,

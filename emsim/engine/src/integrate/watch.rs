@@ -8,24 +8,26 @@
 //!
 //! Not every oscillation is the method's to damp: a driven one is held up by its source. So a loss counts only where the
 //! amplitude is seen to fall: about as predicted, or faster and as evenly within the bursts as from one to the next, which
-//! is a mode that decays by itself; of that one the method takes what is predicted. Lateness cannot be seen. It counts, as
-//! the loss of a mode that decays, where no source of about that frequency (or a harmonic) drives. What a mode that decays
-//! has lost or is late by weighs as much as is left of it, so its figures are those of the time when that product was
-//! largest. Told beside true: tests/bench/watch.py.
+//! is a mode that decays by itself; of that one the method takes what is predicted. What drives (driven.rs) is a source, a
+//! sine of time, a shaft that turns. Of an oscillation of its very frequency the method takes nothing: it falls with what
+//! drives it. Lateness cannot be seen. It counts, as the loss of a mode that decays, where nothing of about that frequency
+//! (or a harmonic) drives. What a mode that decays has lost or is late by weighs as much as is left of it, so its figures
+//! are those of the time when that product was largest. Told beside true: tests/bench/watch.py.
 //!
 //! Ringing: a method with |R(infinity)| = 1 keeps errors of algebraic unknowns and fast modes as +a, -a, +a ...
 //!
 //! Cost: steps so far and the present rate for the rest, over `maxsteps`, throughout `PATIENT` steps. A mode that is seen
 //! to decay by itself is given the time that it takes to die.
+mod driven;
 mod track;
 
+use self::driven::Drives;
 use self::track::{alike, Sum, Track};
 use super::oscillation::{oscillation, weights};
 use super::response;
 use super::Method;
 use crate::newton::{Failure, Options, Tolerances};
 use crate::system::{System, Work};
-use crate::waves::Wave;
 use std::time::Instant;
 
 const BURST: usize = 96;
@@ -111,7 +113,7 @@ pub struct Watch {
     tracks: Vec<Track>,
     rung: Vec<(f64, f64)>, // size and time of ringing
     report: Report,
-    rates: Vec<f64>,   // frequencies of the sources
+    drives: Drives,
     looks: (u64, u64), // bursts, those in which stability limited the steps
     loops: Vec<usize>, // closure rows of a run without projection
     // the cost
@@ -148,7 +150,7 @@ impl Watch {
             tracks: vec![Track::default(); watched.len()],
             rung: vec![(0.0, 0.0); watched.len()],
             report: Report::default(),
-            rates: sys.waves.iter().filter_map(Wave::frequency).collect(),
+            drives: Drives::new(sys),
             looks: (0, 0),
             loops,
             maxsteps: if o.fixed_step.is_some() { f64::INFINITY } else { o.maxsteps },
@@ -203,6 +205,7 @@ impl Watch {
     }
 
     fn put(&mut self, t: f64, x: &[f64], formula: usize) {
+        self.drives.sample(self.m == 0, t, x);
         (self.times[self.m], self.formulas[self.m]) = (t, formula);
         for (k, &i) in self.watched.iter().enumerate() {
             self.samples[k * BURST + self.m] = x[i];
@@ -229,6 +232,7 @@ impl Watch {
         self.looks.1 += u64::from(method.stiffness() >= 1.0);
         let m = self.m;
         self.drifts.clear();
+        self.drives.finish();
         weights(&self.times[..m], &mut self.weights);
         let keeps = method.response(method.formula(), 1e9).is_some_and(|r| r.abs() > 0.99);
         for k in 0..self.watched.len() {
@@ -401,6 +405,9 @@ impl Watch {
             }
         }
         track.bursts += 1;
+        let harmonic = self.drives.harmonic(period);
+        track.driven += u32::from(harmonic.is_some());
+        track.forced += u32::from(harmonic == Some(1));
         (track.w, track.rates, track.stride) = (seen.w, rates, self.stride);
         track.coarsest = track.coarsest.min(period / h);
         track.burst = (seen.fell, half);
@@ -432,10 +439,7 @@ impl Watch {
         let fell = (track.first.1 / track.last.1).ln();
         let rest = rest + track.edge;
         let end = track.sum(rest);
-        let driven = self.rates.iter().any(|&f| {
-            let ratio = 1.0 / (f * period);
-            ratio > 0.5 && ratio < 20.5 && (ratio - ratio.round()).abs() < 0.02 * ratio.min(1.0)
-        });
+        let [driven, forced] = [track.driven, track.forced].map(|n| 2 * n >= track.bursts);
         let decays = track.decays();
         // in the long run it must have fallen as a whole; the first bursts can be all there is
         // what falls faster within the bursts is excited anew between them, and falls by itself
@@ -448,7 +452,7 @@ impl Watch {
         let seen = whole || (track.seen && track.bursts < 4 && !own);
         let damped = if decays && !driven {
             [track.damped, end].into_iter().max_by(|a, b| a.damped().total_cmp(&b.damped())).unwrap_or(end)
-        } else if seen && !decays {
+        } else if seen && !decays && !forced {
             // the steps between the bursts may have been others: what was seen is what counts
             let scale = if track.bursts > 1 { fell / track.loss.max(1e-12) } else { 1.0 };
             Sum { loss: scale * end.loss, left: 1.0, ..end }

@@ -32,6 +32,8 @@ impl Sum {
 #[derive(Clone, Copy, Default)]
 pub struct Track {
     pub bursts: u32,
+    pub driven: u32, // bursts in which something of its frequency, or that part of it, drove
+    pub forced: u32, // ... of its very frequency
     pub w: f64,
     pub first: (f64, f64), // time, amplitude
     pub last: (f64, f64),
