@@ -495,6 +495,10 @@ impl Method for Auto<'_> {
         self.inner().stages()
     }
 
+    fn off_course(&self, i: usize) -> f64 {
+        self.inner().off_course(i)
+    }
+
     fn wants_dense_record(&self) -> bool {
         self.inner().wants_dense_record()
     }

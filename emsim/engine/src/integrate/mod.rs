@@ -62,6 +62,11 @@ pub trait Method {
     fn interior(&self, _sys: &System, _tol: &Tolerances) -> f64 {
         0.0
     }
+    /// How far the attempted step's stages are off a curve that knows less of unknown i, where dense output has nothing but that
+    /// step to go by; 0 where it has.
+    fn off_course(&self, _i: usize) -> f64 {
+        0.0
+    }
     /// The states that the accepted step was computed by; none where dense output knows as much.
     fn stages(&self) -> Stages<'_> {
         Stages::default()

@@ -239,7 +239,8 @@ pub struct Grid {
     width: f64,
     shown: usize, // rows after it
     bends: f64,
-    pub last: f64, // time of the newest row
+    hurried: Vec<(usize, f64)>, // unknowns that are at the end of their first step from its beginning, and that end
+    pub last: f64,              // time of the newest row
 }
 
 /// Rows after a bend, in parts of the print interval or of what lies before the next corner.
@@ -253,6 +254,10 @@ const INTERVALS: f64 = 50.0;
 const LONGER: f64 = 2.0;
 /// A step's own row that lies next to another one, by less than this part of their distance, is left out.
 const BESIDE: f64 = 0.2;
+
+/// A stage of a first step whose error is within the tolerance is off its course by one or two tolerances at most, or by some
+/// hundredths of the way, where the curve is smooth; by more, where it has hurried ahead.
+const AHEAD: (f64, f64) = (10.0, 0.03);
 
 impl Grid {
     pub fn new(sys: &System, a: Transient, dense: bool) -> Grid {
@@ -277,6 +282,7 @@ impl Grid {
             width: step,
             shown: AFTER.len(),
             bends: 0.0,
+            hurried: Vec::new(),
             last: if a.tstart > 0.0 { f64::NEG_INFINITY } else { 0.0 },
         }
     }
@@ -306,6 +312,22 @@ impl Grid {
         } else {
             f64::INFINITY
         }
+    }
+
+    /// Of the attempted step (t, t1] from x0 to x1: what has hurried to its end behind a jump, in picoseconds perhaps, has the value of
+    /// that end at the rows inside, not that of a curve through the start.
+    pub fn hurried(&mut self, m: &dyn Method, t1: f64, (x0, x1): (&[f64], &[f64]), sys: &System, tol: &Tolerances) {
+        self.hurried.clear();
+        let extra = AFTER.get(self.shown).map_or(f64::INFINITY, |a| self.bend + a * self.width);
+        let asked = if self.dense { self.point(self.k) } else { f64::INFINITY };
+        if asked.min(self.corner).min(extra) >= t1 {
+            return;
+        }
+        let ahead = |&i: &usize| {
+            let off = m.off_course(i).abs();
+            off > AHEAD.0 * tol.weight(i, x1[i], x0[i]) && off > AHEAD.1 * (x1[i] - x0[i]).abs()
+        };
+        self.hurried.extend(sys.interpolated().filter(ahead).map(|i| (i, x1[i])));
     }
 
     /// Does a step of length h need rows of its own, where it can hardly be longer? They are put where the method says that its
@@ -377,6 +399,7 @@ impl Grid {
 
     fn push(&self, m: &dyn Method, t: f64, sys: &System, w: &mut Work, tol: &Tolerances, row: &mut Row<impl Sink>) {
         m.dense(t, row.x());
+        self.hurried.iter().for_each(|&(i, end)| row.x()[i] = end);
         sys.pin(w, t, row.x());
         row.push(sys, w, t, tol);
     }

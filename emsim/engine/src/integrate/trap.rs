@@ -284,6 +284,14 @@ impl Method for Trap {
         INSIDE * worst
     }
 
+    fn off_course(&self, i: usize) -> f64 {
+        if self.past.len > 1 {
+            return 0.0;
+        }
+        let (x0, x1) = (self.past.x[0][i], self.x1[i]);
+        self.stage[i] - (x0 + GAMMA * (x1 - x0))
+    }
+
     fn steps_a_period(&self) -> Option<f64> {
         Some(IN_A_PERIOD)
     }

@@ -93,6 +93,7 @@ struct Step {
 pub struct Dirk {
     k: Tableau,
     ahead: Vec<Vec<(usize, f64)>>, // of each stage: those that its first guess is made of, and their weights
+    plainer: Vec<Vec<f64>>, // of each stage but the first and the last: weights of all in a curve that knows less
     newton: Newton,
     q0: Vec<f64>,
     f: Vec<Vec<f64>>, // of every stage
@@ -144,15 +145,28 @@ fn points_behind(c: &[f64], i: usize) -> Vec<(usize, f64)> {
     nodes.iter().map(|&j| (j, weight(j))).collect()
 }
 
+/// Weights of the stages in dense output at theta, or of the ends in the line between them where dense output passes through all stages.
+fn plainer(k: &Tableau, theta: f64) -> Vec<f64> {
+    let s = k.c.len();
+    let line = |j: usize| [1.0 - theta, theta][usize::from(j > 0)] * f64::from(u8::from(j == 0 || j == s - 1));
+    let curve = |d: &Vec<f64>| d.iter().rev().fold(0.0, |sum, d| sum * theta + d);
+    match k.dense[0].len() == s {
+        true => (0..s).map(line).collect(),
+        false => k.dense.iter().map(curve).collect(),
+    }
+}
+
 impl Dirk {
     fn new(sys: &System, o: &Options, k: Tableau) -> Result<Dirk, Failure> {
         let v = || vec![0.0; sys.n];
         let s = k.c.len();
         let ahead = (0..s).map(|i| points_behind(&k.c, i)).collect();
+        let plainer = (1..s - 1).map(|i| plainer(&k, k.c[i])).collect();
         let step = || Step { t: 0.0, h: 0.0, x: vec![v(); s] };
         let weights = [k.a[k.a.len() - 1..].to_vec(), vec![vec![0.75, 0.25]]];
         Ok(Dirk {
             ahead,
+            plainer,
             newton: Newton::new(sys)?,
             q0: v(),
             f: vec![v(); s],
@@ -458,6 +472,18 @@ impl Method for Dirk {
         }
         let nodes = self.k.c.iter().zip(&self.last.x).map(|(c, x)| (self.last.t + c * self.last.h, x.as_slice()));
         Stages { at: nodes.collect(), weights: &self.weights[0] }
+    }
+
+    /// Off the polynomial of dense output, or off the line from end to end where that passes through every stage.
+    fn off_course(&self, i: usize) -> f64 {
+        if self.follows {
+            return 0.0;
+        }
+        let x = &self.now.x;
+        let off = |(plainer, stage): (&Vec<f64>, &Vec<f64>)| {
+            (stage[i] - plainer.iter().zip(x).map(|(w, x)| w * x[i]).sum::<f64>()).abs()
+        };
+        self.plainer.iter().zip(&x[1..]).map(off).fold(0.0, f64::max)
     }
 
     fn wants_dense_record(&self) -> bool {

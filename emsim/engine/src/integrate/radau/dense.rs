@@ -65,6 +65,13 @@ pub fn weights(scheme: &Scheme, theta: f64) -> [f64; MOST + 1] {
     l
 }
 
+/// Lagrange's weights of the stages alone, at the start of the step.
+pub fn back(scheme: &Scheme) -> [f64; MOST] {
+    let mut l = [0.0; MOST];
+    lagrange(scheme.c, &basis(scheme).stages[..scheme.s], 0.0, &mut l[..scheme.s]);
+    l
+}
+
 /// The polynomial through (0, x0), (c_1, X1) .. (1, Xs) at theta.
 pub fn polynomial(scheme: &Scheme, theta: f64, x0: &[f64], stage: &[Vec<f64>], out: &mut [f64]) {
     blend::through(scheme, &weights(scheme, theta), x0, stage, out);

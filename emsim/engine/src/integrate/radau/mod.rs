@@ -583,6 +583,14 @@ impl Method for Radau {
         Stages { at: nodes.collect(), weights: dense::quarters(scheme) }
     }
 
+    fn off_course(&self, i: usize) -> f64 {
+        if self.accepted || self.last.is_some() {
+            return 0.0;
+        }
+        let back = dense::back(self.scheme);
+        self.x0[i] - back.iter().zip(&self.stage).map(|(l, x)| l * x[i]).sum::<f64>()
+    }
+
     fn wants_dense_record(&self) -> bool {
         true
     }
