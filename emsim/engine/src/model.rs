@@ -77,8 +77,8 @@ pub struct DiodeAt {
     pub kernel: Diode,
     pub p: i32,
     pub n: i32,
-    /// rows beside p's and n's own that hold their currents too (see islands.rs), or -1
-    pub sums: [i32; 2],
+    /// rows that hold its current, with the signs + - + -, or -1: p's and n's own, and sums that these are part of (see islands.rs)
+    pub rows: [i32; 4],
 }
 
 /// Node voltages forced at the operating point (`.ic`) or only suggested (`.nodeset`).

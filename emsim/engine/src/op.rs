@@ -333,15 +333,17 @@ pub fn operating_point(
         };
     }
     tried.push(format!("Newton's method ({} iterations)", o.itl1));
-    let mut why = match dc.newton(w, x, 0.0, None, tol, o.itl1) {
-        Ok(_) => return polish(&mut dc, w, x, tol, o).map_err(|why| NoPoint { why, tried }),
-        Err(e) => e,
-    };
+    // a point that another iteration leaves again is none: conditions that were left as they are, for one
+    let found = dc.newton(w, x, 0.0, None, tol, o.itl1).and_then(|_| polish(&mut dc, w, x, tol, o));
+    let Err(mut why) = found else { return Ok(()) };
     if dc.unbalanced {
         tried.push("a start without the expressions".into());
         reset(w, x);
         if dc.without_expressions(w, x) && dc.newton(w, x, 0.0, None, tol, o.itl1).is_ok() {
-            return polish(&mut dc, w, x, tol, o).map_err(|why| NoPoint { why, tried });
+            match polish(&mut dc, w, x, tol, o) {
+                Ok(()) => return Ok(()),
+                Err(e) => why = e,
+            }
         }
     }
     // a matrix that is singular whatever the shunts are has no point to find
@@ -351,12 +353,12 @@ pub fn operating_point(
         reset(w, x);
         let ladder = |s: f64| 1e-2_f64 * (1e-13_f64 / 1e-2).powf(s);
         let walked = dc.walk(w, x, tol, 50, &mut |_, s| if s >= 1.0 { 0.0 } else { ladder(s) });
-        if let Ok(()) = walked {
-            return polish(&mut dc, w, x, tol, o).map_err(|why| NoPoint { why, tried });
+        if walked.and_then(|()| polish(&mut dc, w, x, tol, o)).is_ok() {
+            return Ok(());
         }
         // nodes that hang on capacitors alone: the shunt of gmin gives them a point
         reset(w, x);
-        if dc.walk(w, x, tol, 50, &mut |_, s| ladder(s).max(gmin)).is_ok() {
+        if dc.walk(w, x, tol, 50, &mut |_, s| ladder(s).max(gmin)).is_ok() && !sys.update_flags(w, x, 0.0) {
             w.gmin = gmin;
             return Ok(());
         }
@@ -372,13 +374,13 @@ pub fn operating_point(
         });
         w.source_factor = 1.0;
         sys.touch_sources(w);
-        if walked.is_ok() {
-            return polish(&mut dc, w, x, tol, o).map_err(|why| NoPoint { why, tried });
+        if walked.and_then(|()| polish(&mut dc, w, x, tol, o)).is_ok() {
+            return Ok(());
         }
         tried.push("pseudo-transient".into());
         reset(w, x);
-        match pseudo_transient(&mut dc, w, x, tol) {
-            Ok(()) => return polish(&mut dc, w, x, tol, o).map_err(|why| NoPoint { why, tried }),
+        match pseudo_transient(&mut dc, w, x, tol).and_then(|()| polish(&mut dc, w, x, tol, o)) {
+            Ok(()) => return Ok(()),
             Err(e) => why = e,
         }
     }

@@ -40,9 +40,8 @@ struct DiodeSlot {
     kernel: Diode,
     p: i32,
     n: i32,
-    slots: [Option<usize>; 4], // (p,p) (p,n) (n,p) (n,n)
-    sums: [i32; 2],            // rows of islands' roots that hold its current too, p's and n's
-    sum_slots: [Option<usize>; 4],
+    rows: [i32; 4], // that hold its current, with the signs + - + -: p's, n's, sums that these are part of
+    slots: [Option<usize>; 8], // (row, p) (row, n) of each
 }
 
 /// A node whose row is part of its island's root's, and the place of its column there.
@@ -56,20 +55,20 @@ impl DiodeSlot {
     /// y <- y + v in p's rows, - v in n's.
     #[inline]
     fn add(&self, y: &mut [f64], v: f64) {
-        add_pair(y, self.p, self.n, v);
-        add_pair(y, self.sums[0], self.sums[1], v);
+        add_pair(y, self.rows[0], self.rows[1], v);
+        add_pair(y, self.rows[2], self.rows[3], v);
     }
 
     /// Places of its conductance in the matrix, with their signs.
     fn stamps(&self) -> impl Iterator<Item = (usize, f64)> + '_ {
-        let signed = self.slots.iter().chain(&self.sum_slots).zip([1.0, -1.0, -1.0, 1.0].into_iter().cycle());
+        let signed = self.slots.iter().zip([1.0, -1.0, -1.0, 1.0].into_iter().cycle());
         signed.filter_map(|(slot, sign)| slot.map(|slot| (slot, sign)))
     }
 
     /// Its rows, p's with true.
     fn rows(&self) -> impl Iterator<Item = (usize, bool)> {
-        let rows = [(self.p, true), (self.n, false), (self.sums[0], true), (self.sums[1], false)];
-        rows.into_iter().filter_map(|(row, of_p)| Some((usize::try_from(row).ok()?, of_p)))
+        let rows = self.rows.into_iter().zip([true, false, true, false]);
+        rows.filter_map(|(row, of_p)| Some((usize::try_from(row).ok()?, of_p)))
     }
 }
 
@@ -209,7 +208,7 @@ impl System {
             && is_passive(&model.unknowns, &g_sum, &c_sum);
         let mut pairs = reciprocal(|i| model.unknowns[i].kind == Kind::Node, [&g_sum, &c_sum]);
         let islands = model.sum_islands(g);
-        sum_pairs(&mut pairs, &g_sum, &islands);
+        islands.iter().for_each(|layer| sum_pairs(&mut pairs, &g_sum, layer));
         let [g_sum, c_sum] = [&model.g, &model.c].map(|entries| summed(entries));
         let leaves: Vec<Id> = (0..n).map(|i| g.unknown(i as u32)).collect();
         // derivatives of every row that is an expression, by reverse mode, only for unknowns that the row reads
@@ -235,7 +234,7 @@ impl System {
         places.extend(model.g.iter().chain(&model.c).map(|&(r, c, _)| (c, r)));
         places.extend(f_jac.iter().chain(&q_jac).map(|&(r, c, _)| (c, r)));
         for d in &model.diodes {
-            for r in [d.p, d.n, d.sums[0], d.sums[1]] {
+            for r in d.rows {
                 for c in [d.p, d.n] {
                     if r >= 0 && c >= 0 {
                         places.push((c as usize, r as usize));
@@ -243,7 +242,7 @@ impl System {
                 }
             }
         }
-        places.extend(islands.iter().map(|(&node, &root)| (node, root)));
+        places.extend(islands.iter().flatten().map(|(&node, &root)| (node, root)));
         places.sort_unstable();
         places.dedup();
         let mut colptr = vec![0; n + 1];
@@ -314,20 +313,15 @@ impl System {
         for d in model.diodes {
             let place = |r: i32, c: i32| (r >= 0 && c >= 0).then(|| at(r as usize, c as usize));
             if d.kernel.has_charge() {
-                for k in [d.p, d.n] {
-                    if k >= 0 {
-                        has_q[k as usize] = true;
-                        differential[k as usize] = true;
-                    }
-                }
+                d.rows.iter().filter(|&&k| k >= 0).for_each(|&k| has_q[k as usize] = true);
+                [d.p, d.n].iter().filter(|&&k| k >= 0).for_each(|&k| differential[k as usize] = true);
             }
-            let of = |[p, n]: [i32; 2]| [place(p, d.p), place(p, d.n), place(n, d.p), place(n, d.n)];
-            let (slots, sum_slots) = (of([d.p, d.n]), of(d.sums));
+            let slots = std::array::from_fn(|k| place(d.rows[k / 2], if k % 2 == 0 { d.p } else { d.n }));
             diode_names.push(d.name);
-            diodes.push(DiodeSlot { kernel: d.kernel, p: d.p, n: d.n, slots, sums: d.sums, sum_slots });
+            diodes.push(DiodeSlot { kernel: d.kernel, p: d.p, n: d.n, rows: d.rows, slots });
         }
         let summed = |(&node, &root): (&usize, &usize)| Summed { node, root, place: at(root, node) };
-        let sums = islands.iter().filter(|(node, root)| node != root).map(summed).collect();
+        let sums = islands.iter().flatten().filter(|(node, root)| node != root).map(summed).collect();
         let linear = diodes.is_empty() && g_slots.is_empty() && c_slots.is_empty() && model.flags.is_empty();
         let mut stage_g = g_sum.clone();
         let mut stage_c = c_sum.clone();

@@ -88,3 +88,19 @@ def test_the_first_row_of_a_follower_whose_input_has_short_edges(method: str) ->
     r = emsim.run(deck(*lines, f".options method={method}", ".tran 10u 1m"))
     assert r["v(x)"][0] == pytest.approx(1e6 / (1e6 + 1), rel=1e-9)
     assert abs(r["i(e1)"][0]) < 1e-12
+
+
+def test_a_transistor_of_expressions_finds_its_point() -> None:
+    """From no voltage Newton's method goes to and fro between 2 V at the base, where `min` holds the exponential, and a
+    megavolt below; where it was made to stop, a point was taken for found that the next iteration left."""
+    vt = 0.02585
+    e = f"exp(min((v(b)-v(e))/{vt},40))-1"
+    r = emsim.run(
+        deck("Vcc c 0 12", "R1 c b 47k", "R2 b 0 10k", f"B1 k e I={{1e-14*({e})}}", f"B2 b e I={{1e-16*({e})}}",
+             "Rc c k 4.7k", "Re e 0 1k", ".op")
+    )  # fmt: skip
+    diode = math.exp((r["v(b)"][0] - r["v(e)"][0]) / vt) - 1
+    assert r["v(e)"][0] / 1e3 == pytest.approx(1.01e-14 * diode, rel=1e-3)
+    assert (12 - r["v(k)"][0]) / 4.7e3 == pytest.approx(1e-14 * diode, rel=1e-3)
+    assert (12 - r["v(b)"][0]) / 47e3 - r["v(b)"][0] / 10e3 == pytest.approx(1e-16 * diode, rel=1e-2)
+    assert 0.6 < r["v(b)"][0] - r["v(e)"][0] < 0.75

@@ -37,7 +37,7 @@ fn system(stores: bool) -> System {
         }
     }
     let mut put = |name: &str, kernel: Diode, p: i32, n: i32| {
-        model.diodes.push(DiodeAt { name: name.into(), kernel, p, n, sums: [-1, -1] });
+        model.diodes.push(DiodeAt { name: name.into(), kernel, p, n, rows: [p, n, -1, -1] });
     };
     put("d1", diode(&[("is", 1e-9), ("cjo", 1e-5), ("tt", 1e-4)]), 1, 2);
     put("d2", diode(&[("is", 1e-12)]), -1, 3);

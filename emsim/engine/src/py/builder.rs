@@ -341,7 +341,7 @@ impl Builder {
         }
         let index = |k: Option<usize>| k.map_or(-1, |k| k as i32);
         let series = kernel.series_conductance().zip(inner).map(|(gs, inner)| (inner, gs));
-        m.diodes.push(DiodeAt { name, kernel, p: index(inner), n: index(n), sums: [-1, -1] });
+        m.diodes.push(DiodeAt { name, kernel, p: index(inner), n: index(n), rows: [index(inner), index(n), -1, -1] });
         Ok(series)
     }
 

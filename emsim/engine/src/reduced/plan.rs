@@ -33,8 +33,8 @@ pub struct Source<'a> {
     pub c: Vec<(usize, usize, f64)>,
     pub f_wave: &'a [(usize, usize, f64)],
     pub diodes: Vec<(i32, i32, Diode)>,
-    /// rows that hold the currents of each besides, or -1
-    pub sums: Vec<[i32; 2]>,
+    /// rows that hold the current of each, with the signs + - + -, or -1
+    pub currents: Vec<[i32; 4]>,
     pub waves: usize,
     pub flags: usize,
 }

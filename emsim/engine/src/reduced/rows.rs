@@ -116,11 +116,10 @@ impl Plan<'_> {
         let states: Vec<usize> = (0..n).filter(|&i| keeps(i)).collect();
         self.at.states = states.len();
         // diodes now have their leaves
-        for (k, (p, n, kernel)) in s.diodes.iter().enumerate() {
+        for (k, (.., kernel)) in s.diodes.iter().enumerate() {
             let base = self.at.diode(k);
             let (i, c) = (self.leaf(base), self.leaf(base + 2));
-            let [sum_p, sum_n] = s.sums[k];
-            for (row, sign) in [(*p, 1.0), (*n, -1.0), (sum_p, 1.0), (sum_n, -1.0)] {
+            for (&row, sign) in s.currents[k].iter().zip([1.0, -1.0, 1.0, -1.0]) {
                 if row >= 0 {
                     let sign = self.g.constant(sign);
                     let term = self.g.mul(sign, i);

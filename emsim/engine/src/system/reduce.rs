@@ -16,7 +16,7 @@ impl System {
                 c: self.c_rows.entries().collect(),
                 f_wave: &self.f_wave,
                 diodes: self.diodes.iter().map(|d| (d.p, d.n, d.kernel.clone())).collect(),
-                sums: self.diodes.iter().map(|d| d.sums).collect(),
+                currents: self.diodes.iter().map(|d| d.rows).collect(),
                 waves: self.waves.len(),
                 flags: self.flags.len(),
             };

@@ -225,8 +225,8 @@ impl<'a> Splitter<'a> {
         if !slow {
             for (d, name) in sys.diodes.iter().zip(&sys.diode_names) {
                 let place = |k: i32| if k >= 0 { self.place[k as usize] as i32 } else { k };
-                let ([p, n], sums) = ([d.p, d.n].map(place), d.sums.map(place));
-                model.diodes.push(DiodeAt { name: name.clone(), kernel: d.kernel.clone(), p, n, sums });
+                let ([p, n], rows) = ([d.p, d.n].map(place), d.rows.map(place));
+                model.diodes.push(DiodeAt { name: name.clone(), kernel: d.kernel.clone(), p, n, rows });
             }
             for f in &sys.flags {
                 let roots = substitute(g, &[f.up, f.down], &map);
