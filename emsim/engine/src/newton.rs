@@ -355,8 +355,9 @@ impl Newton {
         share: f64,
     ) -> f64 {
         self.round(sys, w, a, x1);
-        let of = |i: usize| e(i).abs() / (share * tol.error_weight(i, x1[i], x0[i]) + self.noise[i].abs());
-        (0..x1.len()).filter(|&i| tol.in_error[i]).map(of).fold(0.0, f64::max)
+        let over = |e: f64, i: usize| e.abs() / (share * tol.error_weight(i, x1[i], x0[i]) + self.noise[i].abs());
+        let alone = (0..x1.len()).filter(|&i| tol.counts(i)).map(|i| over(e(i), i)).fold(0.0, f64::max);
+        tol.tied.iter().map(|&(node, root)| over(e(node) - e(root), node)).fold(alone, f64::max)
     }
 
     /// Is the last update no more than that, where it is more than the tolerance? No iteration gets nearer.

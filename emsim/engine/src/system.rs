@@ -49,6 +49,7 @@ pub struct Summed {
     pub node: usize,
     pub root: usize,
     pub place: usize,
+    pub tied: bool, // by capacitors alone: of both voltages their difference is a state
 }
 
 impl DiodeSlot {
@@ -320,8 +321,11 @@ impl System {
             diode_names.push(d.name);
             diodes.push(DiodeSlot { kernel: d.kernel, p: d.p, n: d.n, rows: d.rows, slots });
         }
-        let summed = |(&node, &root): (&usize, &usize)| Summed { node, root, place: at(root, node) };
-        let sums = islands.iter().flatten().filter(|(node, root)| node != root).map(summed).collect();
+        let mut sums = Vec::new();
+        for (layer, tied) in islands.iter().zip([true, false]) {
+            let others = layer.iter().filter(|(node, root)| node != root);
+            sums.extend(others.map(|(&node, &root)| Summed { node, root, place: at(root, node), tied }));
+        }
         let linear = diodes.is_empty() && g_slots.is_empty() && c_slots.is_empty() && model.flags.is_empty();
         let mut stage_g = g_sum.clone();
         let mut stage_c = c_sum.clone();

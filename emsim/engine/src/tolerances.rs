@@ -218,6 +218,9 @@ pub struct Tolerances {
     pub in_error: Vec<bool>,
     pub norm_mask: Vec<f64>, // the same as 1 or 0
     pub error_mask: Vec<f64>,
+    /// nodes of an island and its root (see islands.rs): what they have in common is no state, and counts for no error
+    pub tied: Vec<(usize, usize)>,
+    alone: Vec<f64>, // error_mask without these
 }
 
 impl Tolerances {
@@ -232,7 +235,10 @@ impl Tolerances {
             .collect();
         let in_error: Vec<bool> = in_norm.iter().zip(&sys.differential).map(|(&a, &b)| a && b).collect();
         let mask = |of: &[bool]| of.iter().map(|&b| f64::from(b)).collect();
-        let (norm_mask, error_mask) = (mask(&in_norm), mask(&in_error));
+        let (norm_mask, error_mask): (Vec<f64>, Vec<f64>) = (mask(&in_norm), mask(&in_error));
+        let tied: Vec<(usize, usize)> = sys.sums.iter().filter(|s| s.tied).map(|s| (s.node, s.root)).collect();
+        let mut alone = error_mask.clone();
+        tied.iter().flat_map(|&(node, root)| [node, root]).for_each(|i| alone[i] = 0.0);
         let vntol = o.absolute.of(Quantity::Voltage, o.reltol);
         let (atol, peak): (Vec<f64>, Vec<f64>) = (atol.collect(), vec![0.0; sys.n]);
         let mut kinds: Vec<(Kind, &str)> = Vec::new();
@@ -266,6 +272,8 @@ impl Tolerances {
             in_error,
             norm_mask,
             error_mask,
+            tied,
+            alone,
         }
     }
 
@@ -298,7 +306,19 @@ impl Tolerances {
 
     /// Largest |e_i| over the weight of x1_i, x0_i, in the local error norm.
     pub fn largest_error(&self, e: &[f64], x1: &[f64], x0: &[f64]) -> f64 {
-        largest_error(self, e, x1, x0)
+        largest_error(self, e, x1, x0).max(self.largest_tied(|i| e[i], x1, x0))
+    }
+
+    /// ... of what nodes of islands are apart.
+    pub fn largest_tied(&self, e: impl Fn(usize) -> f64, x1: &[f64], x0: &[f64]) -> f64 {
+        let of =
+            |&(node, root): &(usize, usize)| (e(node) - e(root)).abs() / self.error_weight(node, x1[node], x0[node]);
+        self.tied.iter().map(of).fold(0.0, f64::max)
+    }
+
+    /// Does unknown i count by itself in the local error norm?
+    pub fn counts(&self, i: usize) -> bool {
+        self.alone[i] != 0.0
     }
 
     /// Largest e_i over the weight of a_i, b_i, in Newton's norm; e finite and not negative.
@@ -371,7 +391,7 @@ fn largest(tol: &Tolerances, mask: &[f64], own: impl Fn(usize) -> f64, e: &[f64]
 twice! {
     fn largest_error(tol: &Tolerances, e: &[f64], x1: &[f64], x0: &[f64]) -> f64 {
         let own = &tol.own[..tol.atol.len()];
-        largest(tol, &tol.error_mask, |i| own[i], e, x1, x0)
+        largest(tol, &tol.alone, |i| own[i], e, x1, x0)
     }
 }
 
@@ -385,7 +405,7 @@ twice! {
     fn weights(tol: &Tolerances, x1: &[f64], x0: &[f64], out: &mut [f64]) {
         let n = tol.atol.len();
         let (out, x1, x0, floor, own) = (&mut out[..n], &x1[..n], &x0[..n], &tol.floor[..n], &tol.own[..n]);
-        let (peak, mask) = (&tol.peak[..n], &tol.error_mask[..n]);
+        let (peak, mask) = (&tol.peak[..n], &tol.alone[..n]);
         for i in 0..n {
             out[i] = tol.weight_with(peak[i], floor[i] + own[i], x1[i], x0[i]) / mask[i];
         }

@@ -60,6 +60,11 @@ impl Differences {
         push(&mut self.blocks, beta, y);
     }
 
+    /// phi_{row + 1} of quantity i.
+    pub fn phi(&self, row: usize, i: usize) -> f64 {
+        self.blocks[i / LANES][row.min(ROWS - 1)][i % LANES]
+    }
+
     /// Largest |e + factor phi_{row + 1}| over the weight, of all quantities, for a first factor and row, for none, and for a second; e
     /// and weights of whole blocks.
     pub fn largest(&self, e: &[f64], weights: &[f64], of: [(f64, usize); 2]) -> [f64; 3] {

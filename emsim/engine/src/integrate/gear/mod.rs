@@ -65,6 +65,7 @@ pub struct Gear {
     times: [f64; POINTS], // of past points since then, newest first: sums of steps, of which absolute times know too little
     len: usize,           // how many there are
     states: Differences,
+    tied: Vec<(usize, usize, f64)>, // nodes of islands, their roots, what errors of their difference are measured by
     charges: Differences,
     x0: Vec<f64>,
     t1: f64, // of the candidate, since then as well
@@ -121,6 +122,7 @@ impl Gear {
             times: [0.0; POINTS],
             len: 0,
             states: Differences::new(sys.n),
+            tied: Vec::new(),
             charges: Differences::new(sys.n),
             x0: vec![0.0; sys.n],
             t1: 0.0,
@@ -176,6 +178,9 @@ impl Gear {
     /// What errors are measured by: tolerances, and the rounding of charges and currents where that is not far below.
     fn weigh(&mut self, sys: &System, w: &mut Work, a: f64, tol: &Tolerances) {
         tol.weights(&self.x1, &self.x0, &mut self.weights[..sys.n]);
+        self.tied.clear();
+        let weight = |i: usize| tol.error_weight(i, self.x1[i], self.x0[i]);
+        self.tied.extend(tol.tied.iter().map(|&(node, root)| (node, root, weight(node))));
         if self.noise.counts || self.noise.due == 0 {
             let (noise, trtol) = (self.newton.round(sys, w, a, &self.x1), self.trtol);
             let counts = |(weight, noise): (&f64, &f64)| noise.abs() > NOISY * trtol * weight;
@@ -195,7 +200,13 @@ impl Gear {
         }
         let above = if self.len > k + 1 && k < MOST { k + 1 } else { k };
         let of = [(beta[k], k), (-beta[above], above)];
-        let worst = self.states.largest(&self.missed, &self.weights, of);
+        let mut worst = self.states.largest(&self.missed, &self.weights, of);
+        for &(node, root, weight) in &self.tied {
+            let apart = |of: &dyn Fn(usize) -> f64| (of(node) - of(root)).abs() / weight;
+            let beyond = |(factor, row): (f64, usize)| apart(&|i| self.missed[i] + factor * self.states.phi(row, i));
+            let errors = [beyond(of[0]), apart(&|i| self.missed[i]), beyond(of[1])];
+            worst.iter_mut().zip(errors).for_each(|(worst, e)| *worst = worst.max(e));
+        }
         let of = |k: usize, worst: f64| Some(h / (self.t1 - self.times[k]) * worst / self.trtol);
         let below = if k > 1 { of(k - 1, worst[0]) } else { None };
         [below, of(k, worst[1]), if above > k { of(above, worst[2]) } else { None }]

@@ -35,12 +35,17 @@ pub fn share(reltol: f64) -> f64 {
 fn norm(e: &[f64], x0: &[f64], x1: &[f64], tol: &Tolerances) -> f64 {
     let mut worst = 0.0_f64;
     for i in 0..e.len() {
-        if tol.in_error[i] {
+        if tol.counts(i) {
             let r = e[i].abs() / tol.weight(i, x0[i], x1[i]);
             worst = if r.is_finite() { worst.max(r) } else { f64::INFINITY };
         }
     }
-    worst
+    let tied = tol.largest_tied(|i| e[i], x1, x0);
+    if tied.is_finite() {
+        worst.max(tied)
+    } else {
+        f64::INFINITY
+    }
 }
 
 impl Radau {
