@@ -42,6 +42,15 @@ pub enum Failure {
     },
 }
 
+impl From<Singular> for Failure {
+    fn from(s: Singular) -> Failure {
+        match s.col.filter(|_| !s.finite) {
+            Some(unknown) => Failure::NotFinite { unknown },
+            None => Failure::Singular(s),
+        }
+    }
+}
+
 impl Failure {
     /// The same in a system of which this was a part; `of`: where its unknowns are there.
     pub fn renumbered(self, of: &[usize]) -> Failure {
@@ -99,7 +108,7 @@ pub struct Newton {
 
 impl Newton {
     pub fn new(sys: &System) -> Result<Newton, Failure> {
-        let symbolic = Symbolic::analyse(&sys.pattern).map_err(Failure::Singular)?;
+        let symbolic = Symbolic::analyse(&sys.pattern).map_err(Failure::from)?;
         let mut lu = Lu::new(&sys.pattern, &symbolic);
         lu.set_stamps(sys.stamps());
         Ok(Newton {
@@ -265,7 +274,7 @@ impl Newton {
             self.lu.solve(b);
         } else {
             sys.stage_sources(w, a, &mut self.sources);
-            self.lu.factor_and_solve(&self.sources, b).map_err(Failure::Singular)?;
+            self.lu.factor_and_solve(&self.sources, b).map_err(Failure::from)?;
             w.counters.factorisations += 1;
             self.key = if sys.linear { a } else { f64::NAN };
         }

@@ -81,7 +81,7 @@ impl<'a> Dc<'a> {
         }
         let diagonal = (0..n).map(|i| find(i, i).unwrap_or(usize::MAX)).collect();
         let pairs = couples.iter().filter_map(|&(q, u)| Some((q, u, pattern.position(u, q)?))).collect();
-        let symbolic = Symbolic::analyse(&pattern).map_err(Failure::Singular)?;
+        let symbolic = Symbolic::analyse(&pattern).map_err(Failure::from)?;
         let lu = Lu::new(&pattern, &symbolic);
         let matrix = vec![0.0; pattern.rowidx.len()];
         Ok(Dc {
@@ -145,7 +145,7 @@ impl<'a> Dc<'a> {
                 }
             }
             self.hold(x);
-            self.lu.factor_or_refactor(&self.matrix).map_err(Failure::Singular)?;
+            self.lu.factor_or_refactor(&self.matrix).map_err(Failure::from)?;
             w.counters.factorisations += 1;
             self.lu.solve(&mut self.residual);
             w.counters.solves += 1;

@@ -187,7 +187,7 @@ impl<T: Scalar> Lu<T> {
         self.ready = false;
         self.counters.factors += 1;
         if values.len() != self.place.len() {
-            return Err(Singular { row: None, col: None, structural: true });
+            return Err(Singular { row: None, col: None, structural: true, finite: true });
         }
         let pivots = eliminate(&self.symbolic, &self.matrix, values)?;
         if pivots.row != self.pivot_rows {
@@ -206,6 +206,7 @@ impl<T: Scalar> Lu<T> {
                 row: Some(self.input_rows[k] as usize),
                 col: Some(self.symbolic.cols[k] as usize),
                 structural: false,
+                finite: true,
             }),
         }
     }

@@ -78,14 +78,19 @@ impl Pattern {
 pub struct Singular {
     pub row: Option<usize>,
     pub col: Option<usize>,
-    /// True: singular whatever the values are. False: the present values make it so (or are not finite).
+    /// True: singular whatever the values are. False: the present values make it so.
     pub structural: bool,
+    /// False: the entry there is no finite number, and nothing is known of the matrix.
+    pub finite: bool,
 }
 
 impl std::fmt::Display for Singular {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let kind = if self.structural { "structurally" } else { "numerically" };
-        write!(f, "the matrix is {kind} singular")?;
+        match (self.finite, self.structural) {
+            (false, _) => write!(f, "the matrix is not finite")?,
+            (_, true) => write!(f, "the matrix is structurally singular")?,
+            (_, false) => write!(f, "the matrix is numerically singular")?,
+        }
         if let Some(row) = self.row {
             write!(f, ", row {row}")?;
         }

@@ -115,7 +115,12 @@ fn maximum_matching(pattern: &Pattern) -> Result<Vec<u32>, Singular> {
     }
     match failed_col {
         None => Ok(row_of),
-        Some(col) => Err(Singular { row: col_of.iter().position(|&c| c == NONE), col: Some(col), structural: true }),
+        Some(col) => Err(Singular {
+            row: col_of.iter().position(|&c| c == NONE),
+            col: Some(col),
+            structural: true,
+            finite: true,
+        }),
     }
 }
 

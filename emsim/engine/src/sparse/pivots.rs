@@ -56,8 +56,10 @@ pub(super) fn eliminate<T: Scalar>(symbolic: &Symbolic, a: &Columns, values: &[T
         row: Some(symbolic.rows[row as usize] as usize),
         col: Some(symbolic.cols[k] as usize),
         structural: false,
+        finite: true,
     };
-    let scale = row_scales(symbolic, a, values).map_err(|(row, k)| singular(row, k))?;
+    let not_finite = |(row, k): (u32, usize)| Singular { finite: false, ..singular(row, k) };
+    let scale = row_scales(symbolic, a, values).map_err(not_finite)?;
 
     let nnz = a.rows.len();
     let mut out = Pivots {

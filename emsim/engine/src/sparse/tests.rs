@@ -338,6 +338,15 @@ fn numerically_singular_names_row_and_column() {
 }
 
 #[test]
+fn what_is_not_finite_is_not_called_singular() {
+    let (pattern, values) = from_triples(2, &[(0, 0, 1.0), (1, 1, f64::INFINITY), (0, 1, 2.0)]);
+    let symbolic = Symbolic::analyse(&pattern).unwrap();
+    let error = Lu::new(&pattern, &symbolic).factor(&values).unwrap_err();
+    assert!(!error.finite && error.col == Some(1), "{error:?}");
+    assert_eq!(error.to_string(), "the matrix is not finite, row 1, column 1");
+}
+
+#[test]
 fn a_floating_mesh_is_singular_in_spite_of_rounding() {
     let mut random = Random(6);
     for side in [2, 5, 12] {

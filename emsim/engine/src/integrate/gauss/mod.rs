@@ -112,7 +112,7 @@ impl Gauss {
             }
             _ => &THREE,
         };
-        let symbolic = Symbolic::analyse(&sys.pattern).map_err(Failure::Singular)?;
+        let symbolic = Symbolic::analyse(&sys.pattern).map_err(Failure::from)?;
         let nnz = sys.pattern.rowidx.len();
         let v = || vec![0.0; sys.n];
         let stages = || vec![vec![0.0; sys.n]; k.s];
@@ -179,13 +179,13 @@ impl Gauss {
         for (m, (g, c)) in self.complex_matrix.iter_mut().zip(self.gv.iter().zip(&self.cv)) {
             *m = Complex::new(g + z.re * c, z.im * c);
         }
-        self.complex.factor_or_refactor(&self.complex_matrix).map_err(Failure::Singular)?;
+        self.complex.factor_or_refactor(&self.complex_matrix).map_err(Failure::from)?;
         w.counters.factorisations += 1;
         if let Some(gamma) = self.k.gamma {
             for (m, (g, c)) in self.real_matrix.iter_mut().zip(self.gv.iter().zip(&self.cv)) {
                 *m = g + gamma / h * c;
             }
-            self.real.factor_or_refactor(&self.real_matrix).map_err(Failure::Singular)?;
+            self.real.factor_or_refactor(&self.real_matrix).map_err(Failure::from)?;
             w.counters.factorisations += 1;
         }
         self.factored_h = h;

@@ -23,7 +23,7 @@ pub struct Response {
 
 impl Response {
     pub fn new(slow: &System, guests: usize) -> Result<Response, Failure> {
-        let symbolic = Symbolic::analyse(&slow.pattern).map_err(Failure::Singular)?;
+        let symbolic = Symbolic::analyse(&slow.pattern).map_err(Failure::from)?;
         let lu = Lu::new(&slow.pattern, &symbolic);
         let moves = |&i: &usize| matches!(slow.unknowns[i].kind, Kind::Speed | Kind::Coordinate);
         let moving: Vec<usize> = (0..slow.n).filter(moves).collect();

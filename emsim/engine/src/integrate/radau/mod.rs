@@ -128,7 +128,7 @@ pub struct Radau {
 
 impl Radau {
     pub fn new(sys: &System, o: &Options) -> Result<Radau, Failure> {
-        let symbolic = Symbolic::analyse(&sys.pattern).map_err(Failure::Singular)?;
+        let symbolic = Symbolic::analyse(&sys.pattern).map_err(Failure::from)?;
         let nnz = sys.pattern.rowidx.len();
         let real = Lu::new(&sys.pattern, &symbolic);
         let orders = Orders::new(&o.method, o.fixed_step.is_some(), sys, &real);
@@ -259,7 +259,7 @@ impl Radau {
         for ((m, g), c) in self.real_matrix.iter_mut().zip(&self.gv).zip(&self.cv) {
             *m = g + a * c;
         }
-        self.real.factor_or_refactor(&self.real_matrix).map_err(Failure::Singular)?;
+        self.real.factor_or_refactor(&self.real_matrix).map_err(Failure::from)?;
         for (k, (alpha, beta)) in scheme.alpha.iter().zip(scheme.beta).enumerate() {
             if self.complex.len() == k {
                 self.complex.push(Lu::new(&sys.pattern, &self.symbolic));
@@ -268,7 +268,7 @@ impl Radau {
             for ((m, g), c) in self.complex_matrix.iter_mut().zip(&self.gv).zip(&self.cv) {
                 *m = Complex::new(g + z.re * c, z.im * c);
             }
-            self.complex[k].factor_or_refactor(&self.complex_matrix).map_err(Failure::Singular)?;
+            self.complex[k].factor_or_refactor(&self.complex_matrix).map_err(Failure::from)?;
         }
         w.counters.factorisations += 1 + scheme.alpha.len() as u64;
         self.factored = Some((h, scheme.s));
