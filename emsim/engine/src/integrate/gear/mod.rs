@@ -50,6 +50,8 @@ const AHEAD: Control = Control { safety: -0.4, trend: 0.7 };
 const SPICE: Control = Control { safety: -0.162_518_929_497_774_9, trend: 0.0 };
 /// Of the first step's movement, what is held to the tolerance.
 const FIRST: f64 = 0.2;
+/// A first step that would be shorter than this part of the time is judged by what parts it from the trapezoidal rule.
+const SHORTEST: f64 = 1e-11;
 /// Another order's step must be longer by 5 %: ln 1.05.
 const WORTH_IT: f64 = 0.048_790_164_169_432_06;
 
@@ -68,7 +70,8 @@ pub struct Gear {
     tied: Vec<(usize, usize, f64)>, // nodes of islands, their roots, what errors of their difference are measured by
     charges: Differences,
     x0: Vec<f64>,
-    t1: f64, // of the candidate, since then as well
+    f0: Vec<f64>, // F at the start
+    t1: f64,      // of the candidate, since then as well
     x1: Vec<f64>,
     betas: [f64; ROWS], // towards it
     r: Vec<f64>,
@@ -125,6 +128,7 @@ impl Gear {
             tied: Vec::new(),
             charges: Differences::new(sys.n),
             x0: vec![0.0; sys.n],
+            f0: vec![0.0; sys.n],
             t1: 0.0,
             x1: vec![0.0; sys.n],
             betas: [0.0; ROWS],
@@ -219,15 +223,24 @@ impl Gear {
         }
     }
 
-    /// The first step after a start has no difference to judge by: its movement counts. Of what is given
+    /// The first step after a start has no difference to judge by: its movement counts. What that would make so short that charges are
+    /// rounding (a nanofarad that a switch charges by 10 V moves by its microvolt in 1e-16 s) is judged by its slopes. Of what is given
     /// no step is asked for that rounding of the time would spoil (a current that a source ramps up from 0 A would).
     fn first_error(&mut self, sys: &System, w: &mut Work, a: f64, tol: &Tolerances) -> f64 {
         let missed = self.missed.clone();
         if self.t1 < CLEAR * (self.now + self.t1) {
             self.given.iter().for_each(|&i| self.missed[i] = 0.0);
         }
-        let worst = FIRST * tol.largest_error(&self.missed, &self.x1, &self.x0) / self.trtol;
-        let worst = if worst > 1.0 { self.above_noise(sys, w, a, FIRST, tol) } else { worst };
+        let mut worst = FIRST * tol.largest_error(&self.missed, &self.x1, &self.x0) / self.trtol;
+        if worst > 1.0 {
+            worst = self.above_noise(sys, w, a, FIRST, tol);
+        }
+        if worst * SHORTEST * (self.now + self.t1) > self.t1 {
+            let half = |i: usize| if sys.has_q[i] { 0.5 * (self.f0[i] - self.newton.f()[i]) } else { 0.0 };
+            let mut apart: Vec<f64> = (0..sys.n).map(half).collect();
+            self.newton.solve_held(w, &mut apart);
+            worst = worst.min(tol.largest_error(&apart, &self.x1, &self.x0) / self.trtol);
+        }
         self.missed = missed;
         worst
     }
@@ -267,6 +280,7 @@ impl Method for Gear {
         sys.eval(w, x, t);
         self.states.start(x);
         self.charges.start(&w.q);
+        self.f0.copy_from_slice(&w.f);
         self.x0.copy_from_slice(x);
         if let Some(accounts) = &mut self.accounts {
             accounts.points.clear();
