@@ -309,11 +309,11 @@ impl Tolerances {
         largest_error(self, e, x1, x0).max(self.largest_tied(|i| e[i], x1, x0))
     }
 
-    /// ... of what nodes of islands are apart.
+    /// ... of what nodes of islands are apart; infinite where that is no number.
     pub fn largest_tied(&self, e: impl Fn(usize) -> f64, x1: &[f64], x0: &[f64]) -> f64 {
         let of =
             |&(node, root): &(usize, usize)| (e(node) - e(root)).abs() / self.error_weight(node, x1[node], x0[node]);
-        self.tied.iter().map(of).fold(0.0, f64::max)
+        self.tied.iter().map(of).fold(0.0, |worst, r| if r.is_finite() { worst.max(r) } else { f64::INFINITY })
     }
 
     /// Does unknown i count by itself in the local error norm?

@@ -40,12 +40,7 @@ fn norm(e: &[f64], x0: &[f64], x1: &[f64], tol: &Tolerances) -> f64 {
             worst = if r.is_finite() { worst.max(r) } else { f64::INFINITY };
         }
     }
-    let tied = tol.largest_tied(|i| e[i], x1, x0);
-    if tied.is_finite() {
-        worst.max(tied)
-    } else {
-        f64::INFINITY
-    }
+    worst.max(tol.largest_tied(|i| e[i], x1, x0))
 }
 
 impl Radau {
