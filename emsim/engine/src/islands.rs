@@ -143,24 +143,11 @@ impl Model {
             charged.extend([d.p, d.n].into_iter().filter_map(|k| usize::try_from(k).ok()));
         }
         // a charge that does not cancel in the sum leads to ground
-        let mut sums: BTreeMap<(usize, usize), Vec<f64>> = BTreeMap::new();
-        for &(row, col, v) in self.c.iter().filter(|e| node(e.0)) {
-            sums.entry((island.of(row), col)).or_default().push(v);
+        for (of, _, _) in left(self.c.iter().filter(|e| node(e.0)), &mut island) {
+            island.join(of, ground);
         }
-        for ((of, _), mut parts) in sums {
-            cancel(&mut parts);
-            if !parts.is_empty() {
-                island.join(of, ground);
-            }
-        }
-        let mut terms: BTreeMap<usize, BTreeMap<Id, i32>> = BTreeMap::new();
-        for (&row, &e) in self.q.iter().filter(|(&row, _)| node(row)) {
-            add_terms(g, e, terms.entry(island.of(row)).or_default());
-        }
-        for (of, terms) in terms {
-            if terms.values().any(|&count| count != 0) {
-                island.join(of, ground);
-            }
+        for of in with_terms_left(g, self.q.iter().filter(|(&row, _)| node(row)), &mut island) {
+            island.join(of, ground);
         }
         let mut members: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
         for &row in &charged {
@@ -170,17 +157,20 @@ impl Model {
         self.forget_pinned(&mut members, &mut island);
 
         let weight = self.weights();
-        // where `.ic` holds a node, the sum has what comes from there: it is that node's row
-        let forced: BTreeSet<usize> = self.forces.iter().map(|f| f.row).collect();
         let mut roots = Roots::new();
         for nodes in members.values() {
-            let held = nodes.iter().any(|i| forced.contains(i));
-            let fits = |i: &usize| !held || forced.contains(i);
-            if let Some(root) = nodes.iter().copied().filter(fits).max_by_key(|&i| weight[i]) {
+            if let Some(root) = self.eligible(nodes).max_by_key(|&i| weight[i]) {
                 roots.extend(nodes.iter().map(|&i| (i, root)));
             }
         }
         roots
+    }
+
+    /// Nodes whose row may be the sum: where `.ic` holds one, the sum has what comes from there, and it is that node's row.
+    fn eligible<'a>(&self, nodes: &'a [usize]) -> impl Iterator<Item = usize> + 'a {
+        let forced: BTreeSet<usize> = self.forces.iter().map(|f| f.row).collect();
+        let held = nodes.iter().any(|i| forced.contains(i));
+        nodes.iter().copied().filter(move |i| !held || forced.contains(i))
     }
 
     /// The largest capacitance in each set of nodes, of junctions without a voltage.
@@ -214,15 +204,9 @@ impl Model {
         let mut part = Islands::new(n + 1);
         // what flows from node to node: through a conductance, as a branch's current, as a term that both rows have
         let mut met: BTreeMap<usize, usize> = BTreeMap::new();
-        for &(row, col, v) in self.g.iter().chain(&self.c).filter(|e| node(e.0) && e.0 != e.1) {
-            if !node(col) {
-                part.join(row, *met.entry(col).or_insert(row));
-            } else if v.abs() >= LOOSE {
-                part.join(row, col);
-            }
-        }
-        for &(row, col, _) in self.c.iter().filter(|e| node(e.0) && node(e.1)) {
-            part.join(row, col);
+        let currents = self.g.iter().filter(|e| !node(e.1) || e.2.abs() >= LOOSE);
+        for &(row, col, _) in currents.chain(&self.c).filter(|e| node(e.0)) {
+            part.join(row, if node(col) { col } else { *met.entry(col).or_insert(row) });
         }
         let expressions = || self.f.iter().chain(&self.q).filter(|(&row, _)| node(row));
         let mut shared: BTreeMap<Id, usize> = BTreeMap::new();
@@ -233,44 +217,24 @@ impl Model {
         }
         self.diodes.iter().for_each(|d| part.join(end(d.p), end(d.n)));
         // what does not cancel leads to ground, unless it is loose
-        let mut sums: BTreeMap<(usize, usize), Vec<f64>> = BTreeMap::new();
-        for &(row, col, v) in self.g.iter().filter(|e| node(e.0)) {
-            sums.entry((part.of(row), col)).or_default().push(v);
-        }
         let mut leads: BTreeMap<usize, f64> = BTreeMap::new();
-        for ((of, col), mut parts) in sums {
-            cancel(&mut parts);
-            let left: f64 = parts.iter().map(|v| v.abs()).sum();
-            if left >= LOOSE || (left > 0.0 && !node(col)) {
+        for (of, col, size) in left(self.g.iter().filter(|e| node(e.0)), &mut part) {
+            if size >= LOOSE || !node(col) {
                 part.join(of, ground);
             }
-            *leads.entry(of).or_default() += left;
+            *leads.entry(of).or_default() += size;
         }
-        let mut sums: BTreeMap<(usize, usize), Vec<f64>> = BTreeMap::new();
-        for &(row, col, v) in self.c.iter().filter(|e| node(e.0)) {
-            sums.entry((part.of(row), col)).or_default().push(v);
+        for (of, _, _) in left(self.c.iter().filter(|e| node(e.0)), &mut part) {
+            part.join(of, ground);
         }
-        for ((of, _), mut parts) in sums {
-            cancel(&mut parts);
-            if !parts.is_empty() {
-                part.join(of, ground);
-            }
-        }
-        let mut terms: BTreeMap<usize, BTreeMap<Id, i32>> = BTreeMap::new();
-        for (&row, &e) in expressions() {
-            add_terms(g, e, terms.entry(part.of(row)).or_default());
-        }
-        for (of, terms) in terms {
-            if terms.values().any(|&count| count != 0) {
-                part.join(of, ground);
-            }
+        for of in with_terms_left(g, expressions(), &mut part) {
+            part.join(of, ground);
         }
         let stored = self.stored(&mut part);
         let mut members: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
         (0..n).filter(|&i| node(i)).for_each(|i| members.entry(part.of(i)).or_default().push(i));
         members.remove(&part.of(ground));
         let weight = self.weights();
-        let forced: BTreeSet<usize> = self.forces.iter().map(|f| f.row).collect();
         let mut roots = Roots::new();
         for (of, nodes) in members {
             let held = leads.get(&of).copied().unwrap_or(0.0);
@@ -282,12 +246,8 @@ impl Model {
             {
                 continue;
             }
-            let must = nodes.iter().any(|i| forced.contains(i));
-            let fits = |i: &usize| !must || forced.contains(i);
-            let free = nodes.iter().copied().filter(|i| island_of(*i).is_none() && fits(i)).max_by_key(|&i| weight[i]);
-            let Some(root) = free.or_else(|| nodes.iter().copied().filter(fits).max_by_key(|&i| weight[i])) else {
-                continue;
-            };
+            let free = self.eligible(&nodes).filter(|&i| island_of(i).is_none()).max_by_key(|&i| weight[i]);
+            let Some(root) = free.or_else(|| self.eligible(&nodes).max_by_key(|&i| weight[i])) else { continue };
             if let Some(way) = island_of(root) {
                 islands.retain(|_, r| *r != way);
             }
@@ -351,6 +311,34 @@ pub fn sum_pairs(pairs: &mut Pairs, g: &BTreeMap<(usize, usize), f64>, roots: &R
     }
     pairs.retain(|&(row, _), _| roots.get(&row) != Some(&row));
     pairs.extend(best.into_iter().map(|(place, (_, from))| (place, from)));
+}
+
+/// What entries of one column do not cancel to in each set of rows: set, column, sum of the magnitudes that are left.
+fn left<'a>(
+    entries: impl Iterator<Item = &'a (usize, usize, f64)>,
+    set: &mut Islands,
+) -> impl Iterator<Item = (usize, usize, f64)> {
+    let mut sums: BTreeMap<(usize, usize), Vec<f64>> = BTreeMap::new();
+    for &(row, col, v) in entries {
+        sums.entry((set.of(row), col)).or_default().push(v);
+    }
+    sums.into_iter().filter_map(|((of, col), mut parts)| {
+        cancel(&mut parts);
+        (!parts.is_empty()).then(|| (of, col, parts.iter().map(|v| v.abs()).sum()))
+    })
+}
+
+/// The sets of rows in which terms of expressions do not cancel.
+fn with_terms_left<'a>(
+    g: &Graph,
+    rows: impl Iterator<Item = (&'a usize, &'a Id)>,
+    set: &mut Islands,
+) -> impl Iterator<Item = usize> {
+    let mut terms: BTreeMap<usize, BTreeMap<Id, i32>> = BTreeMap::new();
+    for (&row, &e) in rows {
+        add_terms(g, e, terms.entry(set.of(row)).or_default());
+    }
+    terms.into_iter().filter(|(_, terms)| terms.values().any(|&count| count != 0)).map(|(of, _)| of)
 }
 
 /// Leaves out numbers that are each other's opposites.

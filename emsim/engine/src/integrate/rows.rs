@@ -303,6 +303,11 @@ impl Grid {
         self.start + whole * self.print + (k - whole * self.split) * self.step
     }
 
+    /// The next row behind a bend.
+    fn extra(&self) -> f64 {
+        AFTER.get(self.shown).map_or(f64::INFINITY, |a| self.bend + a * self.width)
+    }
+
     /// The next row asked for that lies clearly after t.
     pub fn after(&self, t: f64) -> f64 {
         let next =
@@ -318,9 +323,8 @@ impl Grid {
     /// that end at the rows inside, not that of a curve through the start.
     pub fn hurried(&mut self, m: &dyn Method, t1: f64, (x0, x1): (&[f64], &[f64]), sys: &System, tol: &Tolerances) {
         self.hurried.clear();
-        let extra = AFTER.get(self.shown).map_or(f64::INFINITY, |a| self.bend + a * self.width);
         let asked = if self.dense { self.point(self.k) } else { f64::INFINITY };
-        if asked.min(self.corner).min(extra) >= t1 {
+        if asked.min(self.corner).min(self.extra()) >= t1 {
             return;
         }
         let ahead = |&i: &usize| {
@@ -362,7 +366,7 @@ impl Grid {
         loop {
             let asked = self.dense || self.k == 0.0;
             let point = if asked { self.point(self.k) } else { f64::INFINITY };
-            let extra = AFTER.get(self.shown).map_or(f64::INFINITY, |a| self.bend + a * self.width);
+            let extra = self.extra();
             let others = point.min(self.corner).min(extra);
             if left > 1 && own < others {
                 // not beside one of the others

@@ -13,6 +13,7 @@ struct Basis {
     nodes: [f64; MOST + 1],       // 0, c_1 .. c_s
     barycentric: [f64; MOST + 1], // 1 / prod_k (node_j - node_k), over all of them
     stages: [f64; MOST],          // the same over c_1 .. c_s
+    back: [f64; MOST],            // Lagrange's weights of the stages alone, at the start of the step
     correction: [f64; MOST + 1],  // coefficients of phi / phi'(0), ascending from theta
     weakest: f64,                 // where `nodal` is largest
 }
@@ -27,7 +28,9 @@ fn basis(scheme: &Scheme) -> &'static Basis {
             (0..nodes.len()).filter(|&k| k != j).map(|k| nodes[j] - nodes[k]).product::<f64>().recip()
         };
         let barycentric = std::array::from_fn(|j| if j < m { over(&nodes[..m], j) } else { 0.0 });
-        let stages = std::array::from_fn(|j| if j < scheme.s { over(scheme.c, j) } else { 0.0 });
+        let stages: [f64; MOST] = std::array::from_fn(|j| if j < scheme.s { over(scheme.c, j) } else { 0.0 });
+        let mut back = [0.0; MOST];
+        lagrange(scheme.c, &stages[..scheme.s], 0.0, &mut back[..scheme.s]);
         // phi'(t) / phi'(0) = product of (1 - t / c_i)
         let mut p = [0.0; MOST + 1];
         p[0] = 1.0;
@@ -39,7 +42,7 @@ fn basis(scheme: &Scheme) -> &'static Basis {
         let correction = std::array::from_fn(|k| p[k] / (k + 1) as f64);
         let size = |k: &usize| nodal(scheme, *k as f64 / 200.0).abs();
         let weakest = (0..200).max_by(|a, b| size(a).total_cmp(&size(b))).unwrap_or(0) as f64 / 200.0;
-        Basis { nodes, barycentric, stages, correction, weakest }
+        Basis { nodes, barycentric, stages, back, correction, weakest }
     })
 }
 
@@ -66,10 +69,8 @@ pub fn weights(scheme: &Scheme, theta: f64) -> [f64; MOST + 1] {
 }
 
 /// Lagrange's weights of the stages alone, at the start of the step.
-pub fn back(scheme: &Scheme) -> [f64; MOST] {
-    let mut l = [0.0; MOST];
-    lagrange(scheme.c, &basis(scheme).stages[..scheme.s], 0.0, &mut l[..scheme.s]);
-    l
+pub fn back(scheme: &Scheme) -> &'static [f64] {
+    &basis(scheme).back[..scheme.s]
 }
 
 /// The polynomial through (0, x0), (c_1, X1) .. (1, Xs) at theta.
