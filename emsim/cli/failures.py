@@ -55,5 +55,8 @@ def explain(error: Exception) -> tuple[int, list[Diagnostic]]:
         return OUTSIDE, [
             Diagnostic("error", "E509", "out of memory", None, "record less: .save, a larger step on .tran")
         ]
+    if isinstance(error, ModuleNotFoundError) and error.name and error.name.partition(".")[0] != "emsim":
+        said = f"emsim needs {error.name}, which is not installed"
+        return OUTSIDE, [Diagnostic("error", "E521", said, None, f"pip install {error.name}")]
     message = f"internal error: {type(error).__name__}: {error}"
     return INTERNAL, [Diagnostic("error", "E499", message, None, REPORT + "; EMSIM_TRACEBACK=1 shows where")]

@@ -321,7 +321,7 @@ impl Tolerances {
         self.alone[i] != 0.0
     }
 
-    /// Largest e_i over the weight of a_i, b_i, in Newton's norm; e finite and not negative.
+    /// Largest e_i over the weight of a_i, b_i, in Newton's norm; e not negative.
     pub fn largest_move(&self, e: &[f64], a: &[f64], b: &[f64]) -> f64 {
         largest_move(self, e, a, b)
     }
@@ -368,24 +368,32 @@ twice! {
     }
 }
 
-/// Largest |e_i| over the weight, of what has a 1 in the mask.
+/// Largest |e_i| over the weight, of what has a 1 in the mask; infinite where an e_i is no number.
 #[inline(always)]
 fn largest(tol: &Tolerances, mask: &[f64], own: impl Fn(usize) -> f64, e: &[f64], a: &[f64], b: &[f64]) -> f64 {
     let n = tol.atol.len();
     let (e, a, b, floor, peak, mask) = (&e[..n], &a[..n], &b[..n], &tol.floor[..n], &tol.peak[..n], &mask[..n]);
     let larger = |a: f64, b: f64| if a > b { a } else { b };
     let of = |i: usize| mask[i] * e[i].abs() / tol.weight_with(peak[i], floor[i] + own(i), a[i], b[i]);
-    let mut worst = [0.0; LANES];
+    let (mut worst, mut bad) = ([0.0; LANES], [0u64; LANES]);
+    let mut take = |lane: usize, i: usize| {
+        worst[lane] = larger(of(i), worst[lane]);
+        bad[lane] |= u64::from(e[i].is_nan()) & u64::from(mask[i] != 0.0);
+    };
     let whole = n - n % LANES;
     for first in (0..whole).step_by(LANES) {
         for lane in 0..LANES {
-            worst[lane] = larger(of(first + lane), worst[lane]);
+            take(lane, first + lane);
         }
     }
     for i in whole..n {
-        worst[0] = larger(of(i), worst[0]);
+        take(0, i);
     }
-    worst.into_iter().fold(0.0, larger)
+    if bad == [0; LANES] {
+        worst.into_iter().fold(0.0, larger)
+    } else {
+        f64::INFINITY
+    }
 }
 
 twice! {

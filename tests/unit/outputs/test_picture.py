@@ -5,6 +5,7 @@ from __future__ import annotations
 import struct
 import subprocess
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -124,3 +125,14 @@ def test_without_matplotlib_it_is_said_what_to_install():
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert "E521" in done.stdout and "matplotlib" in done.stdout and "emsim[plot]" in done.stdout
+
+
+def test_without_numpy_a_chart_says_so():
+    code = (
+        "import sys; sys.modules['numpy'] = None\n"
+        "from emsim.cli import main\n"
+        "sys.exit(main(['chart', 'netlists/bench/rc_pulses.cir']))\n"
+    )
+    root = Path(__file__).resolve().parents[3]
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=root)
+    assert done.returncode == 5 and "E521" in done.stderr and "pip install numpy" in done.stderr
