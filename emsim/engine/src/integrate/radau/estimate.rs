@@ -10,7 +10,7 @@
 //!
 //! which is O(h^(s+1)) where nothing bends. It is the error itself and held to the tolerance, not to a share of it.
 use super::tables::Scheme;
-use super::{Radau, MOST_RELAXED};
+use super::{believed, Radau};
 use crate::newton::Tolerances;
 use crate::system::{System, Work};
 
@@ -46,12 +46,12 @@ fn norm(e: &[f64], x0: &[f64], x1: &[f64], tol: &Tolerances) -> f64 {
 impl Radau {
     /// Where steps have become a thirtieth of what they were, a step of a quarter is tried: an estimate that does not
     /// fall with it, and is not of something stiff, is rounding, and the tolerance gives way to it. True: try the quarter.
-    pub(super) fn rounding(&mut self, h: f64, estimate: f64, error: f64) -> bool {
+    pub(super) fn rounding(&mut self, h: f64, estimate: f64, error: f64, tol: &Tolerances) -> bool {
         let whole = self.unfiltered;
         if let Some((before, larger)) = self.probe.take() {
             let stiff = estimate < NOT_STIFF * whole;
             if h < 0.3 * before && whole > 0.3 * larger && !stiff && error.is_finite() {
-                self.relax = (10.0 * error).max(2.0 * self.relax).min(MOST_RELAXED);
+                self.relax = (10.0 * error).max(2.0 * self.relax).min(believed(tol)).max(1.0);
             }
             self.longest = 4.0 * before;
             return false;

@@ -3,15 +3,10 @@
 //! with diodes it took the failed iterations from 212 000 to none and the steps from 188 000 to 66 000.
 use super::stages::{target, Stuck, STALLED};
 use super::tables::Scheme;
-use super::{Radau, MOST_ITERATIONS, MOST_RELAXED};
+use super::{believed, Radau, MOST_ITERATIONS};
 use crate::newton::Tolerances;
 use crate::sparse::{Lu, Pattern, Symbolic};
 use crate::system::{System, Work};
-
-/// A full Newton method that twice no longer contracts has met rounding, not a curve: where constraints are nearly
-/// dependent (change points of a mechanism) it is 1e-8 and more of a signal, and a shorter step, which stays
-/// nearer to such a point, has more of it. More than this share of a signal is not believed to be rounding.
-const ROUNDING: f64 = 1e-6;
 
 /// Matrix and factorisation of the full Newton method.
 pub struct FullNewton {
@@ -81,7 +76,8 @@ impl FullNewton {
         let mut found = Err((0, true));
         let mut old = f64::INFINITY;
         let mut was_flat = false;
-        let rounding = (ROUNDING / tol.reltol).min(MOST_RELAXED);
+        // twice no longer contracting it has met rounding, not a curve; a shorter step, nearer to a change point, has more of it
+        let rounding = believed(tol);
         m.noise = 0.0;
         for iteration in 1..=3 * MOST_ITERATIONS {
             self.matrix.fill(0.0);

@@ -35,6 +35,10 @@ use crate::system::{Kind, System, Work};
 const MOST_ITERATIONS: usize = 10;
 /// At most so far is the tolerance relaxed where rounding forbids it.
 const MOST_RELAXED: f64 = 200.0;
+/// More than this share of a signal is not believed to be rounding. (Where constraints are nearly dependent, at change points of
+/// a mechanism, it is 1e-8 and more.) A diode that turns off under a coil's current looks like it at first: steps collapse, and the
+/// estimate does not fall with them.
+const ROUNDING: f64 = 1e-6;
 /// After a step that needed the full Newton method, so many more begin with it.
 const FULL_STEPS: u32 = 4;
 /// A first step that is refused again and again is too long by orders of magnitude: what its estimate says means nothing.
@@ -124,6 +128,11 @@ pub struct Radau {
     level: f64,                    // where rounding has lately stopped the iteration
     longest: f64,                  // recent step length
     probe: Option<(f64, f64)>,     // step and error that a step of a quarter is compared with
+}
+
+/// What may be rounding, in units of the tolerance.
+fn believed(tol: &Tolerances) -> f64 {
+    (ROUNDING / tol.reltol).min(MOST_RELAXED)
 }
 
 impl Radau {
@@ -327,7 +336,7 @@ impl Radau {
         if self.fixed {
             return Attempt::Good { next: h };
         }
-        if self.rounding(h, estimate, raw) {
+        if self.rounding(h, estimate, raw, tol) {
             return Attempt::TooLarge { next: 0.25 * h };
         }
         let error = raw / self.relax.max(10.0 * std::mem::take(&mut self.noise));
