@@ -178,3 +178,42 @@ def test_a_diode_that_turns_off_is_not_rounding():
     span = np.ptp(reference["v(b)"])
     assert np.quantile(apart, 0.99) <= 0.02 * span, np.quantile(apart, 0.99)
     assert apart.max() <= 0.1 * span, (apart.max(), times[apart.argmax()])
+
+
+LLC = """a half bridge whose capacitor stands in series with coils: the node between them has volts of rounding in a femtosecond
+V1 in 0 100
+S1 in m g1 0 sw
+S2 m 0 g2 0 sw
+D1 m in dd
+D2 0 m dd
+CM m 0 200p
+LR m r 20u
+CR r s 50n
+LM s 0 100u
+LP s 0 400u
+LS sa sb 4u
+K1 LP LS 0.99
+DA sa o dd
+DB 0 sa dd
+DC sb o dd
+DD 0 sb dd
+CO o 0 100u ic=8
+RL o 0 2
+RG sb 0 1Meg
+VG1 g1 0 PULSE(0 5 0 20n 20n 3.7u 8u)
+VG2 g2 0 PULSE(0 5 4u 20n 20n 3.7u 8u)
+.model sw SW(vt=2.5 vh=0.1 ron=0.05 roff=1Meg)
+.model dd D(is=1e-10 n=1.2 rs=5m cjo=100p)
+.tran 1u 9u 0 8u
+.end
+"""
+
+
+@pytest.mark.parametrize("reltol", [1e-6, 1e-7, 1e-8, 1e-9])
+def test_rounding_in_a_femtosecond_is_no_divergence(reltol):
+    found = run(LLC, f"method=radau reltol={reltol!r}")
+    reference = run(LLC, "method=esdirk reltol=1e-9")
+    times = np.linspace(1e-6, 8.9e-6, 64)
+    for name in ("v(s)", "i(lr)"):
+        apart = [abs(found.at(name, float(t)) - reference.at(name, float(t))) for t in times]
+        assert max(apart) <= 1e-4 * np.ptp(reference[name]), (name, max(apart))

@@ -98,12 +98,44 @@ pub struct Newton {
     sources: Vec<f64>,
     settled: Vec<f64>, // the sources of the last solution, where exponentials are to be watched
     step: Vec<f64>,
-    noise: Vec<f64>,
-    mixed: Vec<f64>,    // the same, of other signs
+    noise: Noise,
     leaves: Vec<f64>,   // of the programs of a stage
     closing: Recurring, // q and f of a solution
     solutions: u64,
     charges: Vec<f64>, // Q of the solution, and F
+}
+
+/// What the rounding of the charges does to the unknowns when it is divided by the step, and that of what the equations add up: a
+/// shorter step has more of it. A volt on a capacitor is known to 1e-16; a picosecond's current is not, and what two floating
+/// capacitors have in common hangs on that. Nor is the current through 20 mOhm under 12 V, to 1e-13 A: an inductor behind it
+/// makes volts of these in a femtosecond.
+pub struct Noise {
+    pub of: Vec<f64>,
+    mixed: Vec<f64>, // the same, of other signs
+}
+
+impl Noise {
+    pub fn new(n: usize) -> Noise {
+        Noise { of: vec![0.0; n], mixed: Vec::new() }
+    }
+
+    /// At x with the charges `q` and a = 1/h; `solve` is (G + a C)^-1.
+    pub fn find(&mut self, sys: &System, a: f64, x: &[f64], q: &[f64], mut solve: impl FnMut(&mut [f64])) -> &[f64] {
+        sys.terms(x, &mut self.of);
+        for (b, q) in self.of.iter_mut().zip(q) {
+            *b = ROUNDING * (*b + (a * q).abs());
+        }
+        // roundings of either sign: one pattern alone may be what the inverse takes to next to nothing, as momenta to speeds
+        let mixed = self.of.iter().enumerate().map(|(i, b)| if i.count_ones() % 2 == 0 { *b } else { -b });
+        self.mixed.clear();
+        self.mixed.extend(mixed);
+        solve(&mut self.of);
+        solve(&mut self.mixed);
+        for (noise, mixed) in self.of.iter_mut().zip(&self.mixed) {
+            *noise = noise.abs().max(mixed.abs());
+        }
+        &self.of
+    }
 }
 
 impl Newton {
@@ -121,8 +153,7 @@ impl Newton {
             sources: Vec::new(),
             settled: Vec::new(),
             step: vec![0.0; sys.n],
-            noise: vec![0.0; sys.n],
-            mixed: Vec::new(),
+            noise: Noise::new(sys.n),
             leaves: vec![0.0; sys.stage_leaves()],
             closing: Recurring::default(),
             solutions: 0,
@@ -329,26 +360,10 @@ impl Newton {
         self.lu.negative()
     }
 
-    /// noise <- what the rounding of the charges does to the unknowns when it is divided by the step, and that of what the
-    /// equations add up at x: a shorter step has more of it. A volt on a capacitor is known to 1e-16; a picosecond's current
-    /// is not, and what two floating capacitors have in common hangs on that. Nor is the current through 20 mOhm under 12 V, to
-    /// 1e-13 A: an inductor behind it makes volts of these in a femtosecond.
+    /// What rounding does to the unknowns at x, whose charges are held.
     pub fn round(&mut self, sys: &System, w: &mut Work, a: f64, x: &[f64]) -> &[f64] {
-        sys.terms(x, &mut self.noise);
-        for (b, q) in self.noise.iter_mut().zip(&self.charges) {
-            *b = ROUNDING * (*b + (a * q).abs());
-        }
-        // roundings of either sign: one pattern alone may be what the inverse takes to next to nothing, as momenta to speeds
-        let mixed = self.noise.iter().enumerate().map(|(i, b)| if i.count_ones() % 2 == 0 { *b } else { -b });
-        self.mixed.clear();
-        self.mixed.extend(mixed);
-        self.lu.solve(&mut self.noise);
-        self.lu.solve(&mut self.mixed);
         w.counters.solves += 2;
-        for (noise, mixed) in self.noise.iter_mut().zip(&self.mixed) {
-            *noise = noise.abs().max(mixed.abs());
-        }
-        &self.noise
+        self.noise.find(sys, a, x, &self.charges, |b| self.lu.solve(b))
     }
 
     /// The largest of the errors e over `share` of its unknown's tolerance and that noise: no shorter step has less of it.
@@ -364,7 +379,7 @@ impl Newton {
         share: f64,
     ) -> f64 {
         self.round(sys, w, a, x1);
-        let over = |e: f64, i: usize| e.abs() / (share * tol.error_weight(i, x1[i], x0[i]) + self.noise[i].abs());
+        let over = |e: f64, i: usize| e.abs() / (share * tol.error_weight(i, x1[i], x0[i]) + self.noise.of[i]);
         let alone = (0..x1.len()).filter(|&i| tol.counts(i)).map(|i| over(e(i), i)).fold(0.0, f64::max);
         tol.tied.iter().map(|&(node, root)| over(e(node) - e(root), node)).fold(alone, f64::max)
     }
@@ -373,7 +388,7 @@ impl Newton {
     fn within_rounding(&mut self, sys: &System, w: &mut Work, a: f64, x: &[f64], tol: &Tolerances) -> bool {
         sys.stage_charges(w, x, None, &mut self.charges[..sys.n]);
         self.round(sys, w, a, x);
-        (0..x.len()).all(|i| !tol.in_norm[i] || self.step[i].abs() <= tol.weight(i, x[i], x[i]) + self.noise[i].abs())
+        (0..x.len()).all(|i| !tol.in_norm[i] || self.step[i].abs() <= tol.weight(i, x[i], x[i]) + self.noise.of[i])
     }
 
     /// Q at the solution x, to first order from where it was expanded if the last step led away from there (`moved`), and F from the

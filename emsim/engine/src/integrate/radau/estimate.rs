@@ -9,6 +9,7 @@
 //!   e = M^-1 C (x' - x_p'),   x' - x_p' = M^-1 ( -d/dt F(x_p, t) - Q_p'' ),
 //!
 //! which is O(h^(s+1)) where nothing bends. It is the error itself and held to the tolerance, not to a share of it.
+use super::stages::STALLED;
 use super::tables::Scheme;
 use super::{believed, Radau};
 use crate::newton::Tolerances;
@@ -33,10 +34,15 @@ pub fn share(reltol: f64) -> f64 {
 
 /// Largest |e_i| in units of the tolerance, over what stands under d/dt.
 fn norm(e: &[f64], x0: &[f64], x1: &[f64], tol: &Tolerances) -> f64 {
+    above(e, x0, x1, tol, |_| 0.0)
+}
+
+/// The same where the unknowns' rounding adds to the tolerance.
+fn above(e: &[f64], x0: &[f64], x1: &[f64], tol: &Tolerances, rounding: impl Fn(usize) -> f64) -> f64 {
     let mut worst = 0.0_f64;
     for i in 0..e.len() {
         if tol.counts(i) {
-            let r = e[i].abs() / tol.weight(i, x0[i], x1[i]);
+            let r = e[i].abs() / (tol.weight(i, x0[i], x1[i]) + rounding(i));
             worst = if r.is_finite() { worst.max(r) } else { f64::INFINITY };
         }
     }
@@ -63,6 +69,25 @@ impl Radau {
         probe
     }
 
+    /// What rounding does to the unknowns over a step of h, by the real matrix.
+    pub(super) fn round(&mut self, sys: &System, w: &mut Work, h: f64) {
+        self.rounding.find(sys, self.scheme.gamma / h, &self.x0, &self.q0, |b| self.real.solve(b));
+        w.counters.solves += 2;
+    }
+
+    /// Was the last update of the stages no more than that, where it is more than the tolerance? The derivatives at hand are the last
+    /// stage's. No iteration gets nearer.
+    pub(super) fn within_rounding(&mut self, sys: &System, w: &mut Work, h: f64, tol: &Tolerances) -> bool {
+        self.keep_derivatives(sys, w);
+        if self.factor(sys, w, h).is_err() {
+            return false;
+        }
+        self.round(sys, w, h);
+        let end = &self.stage[self.scheme.s - 1];
+        let within = |i: usize| self.moved[i] <= STALLED * tol.weight(i, self.x0[i], end[i]) + self.rounding.of[i];
+        (0..sys.n).all(|i| !tol.in_norm[i] || within(i))
+    }
+
     /// The error estimate in units of the tolerance.
     pub(super) fn error(&mut self, sys: &System, w: &mut Work, h: f64, tol: &Tolerances) -> f64 {
         let s = self.scheme.s;
@@ -83,7 +108,8 @@ impl Radau {
         let diodes = sys.diodes() > 0;
         let stays = |(first_h, first): (f64, f64)| !sys.turns() || (h < STAYS * first_h && error > 0.5 * first);
         let large = error >= share(tol.reltol) && (self.first || self.at_first.is_some_and(stays));
-        if (large || (diodes && self.probe.is_some())) && error.is_finite() {
+        let twice = (large || (diodes && self.probe.is_some())) && error.is_finite();
+        if twice {
             // filtered once more: right after a start the estimate of a stiff component is far too large
             for i in 0..sys.n {
                 self.scratch[i] = self.x0[i] + self.e[i];
@@ -94,6 +120,13 @@ impl Radau {
             }
             self.real.solve(&mut self.scratch);
             error = norm(&self.scratch, &self.x0, &self.stage[s - 1], tol);
+        }
+        if sys.turns() && error >= share(tol.reltol) && error.is_finite() {
+            // what rounding is, a shorter step has more of: steps of a diode that turns off are femtoseconds
+            self.round(sys, w, h);
+            let rounding = |i: usize| self.rounding.of[i] / share(tol.reltol);
+            let e = if twice { &self.scratch } else { &self.e };
+            error = above(e, &self.x0, &self.stage[s - 1], tol, rounding);
         }
         if !diodes {
             self.unfiltered = error;

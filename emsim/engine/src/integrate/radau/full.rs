@@ -119,10 +119,12 @@ impl FullNewton {
             self.lu.solve(&mut self.b);
             w.counters.solves += 1;
             let mut norm = 0.0_f64;
+            m.moved.fill(0.0);
             for i in 0..s {
                 for r in 0..n {
                     let dx = self.b[i * n + r];
                     m.stage[i][r] += dx;
+                    m.moved[r] = m.moved[r].max(dx.abs());
                     if !dx.is_finite() {
                         w.junction = outer;
                         return Err((r, false));
@@ -136,13 +138,17 @@ impl FullNewton {
             }
             let flat = norm > 0.5 * old;
             let stalled = flat && (norm <= STALLED || (norm <= rounding && was_flat));
-            was_flat = flat;
             if (norm <= target || stalled) && !limited {
                 m.noise = if norm > target { norm } else { 0.0 };
                 m.level = m.level.max(m.noise);
                 found = Ok(iteration);
                 break;
             }
+            if flat && was_flat && !limited && sys.turns() && m.within_rounding(sys, w, h, tol) {
+                found = Ok(iteration);
+                break;
+            }
+            was_flat = flat;
             old = norm;
             found = Err((worst, true));
         }

@@ -28,7 +28,7 @@ use self::tables::Scheme;
 use super::rows::Lags;
 use super::{Attempt, Method};
 use crate::ledger::Stages;
-use crate::newton::{Failure, Options, Tolerances};
+use crate::newton::{Failure, Noise, Options, Tolerances};
 use crate::sparse::{Complex, Lu, Symbolic};
 use crate::system::{Kind, System, Work};
 
@@ -121,6 +121,7 @@ pub struct Radau {
     full_steps: u32,               // so many steps more begin with it
     relax: f64,                    // the error is divided by this where rounding keeps the tolerance out of reach
     noise: f64,                    // what rounding left of the last update of the full Newton method
+    rounding: Noise,               // of every unknown, where it was asked for
     linear: Vec<(usize, Stored)>,  // unknowns in no norm that have a scale: what their rounding comes from
     stored: [f64; 2],              // largest charge and momentum at x0
     behind: f64,                   // largest last update of such an unknown, in units of its scale
@@ -213,6 +214,7 @@ impl Radau {
             full_steps: 0,
             relax: 1.0,
             noise: 0.0,
+            rounding: Noise::new(sys.n),
             linear,
             stored: [0.0; 2],
             behind: 0.0,
