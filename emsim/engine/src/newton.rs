@@ -380,7 +380,7 @@ impl Newton {
     ) -> f64 {
         self.round(sys, w, a, x1);
         let over = |e: f64, i: usize| e.abs() / (share * tol.error_weight(i, x1[i], x0[i]) + self.noise.of[i]);
-        let alone = (0..x1.len()).filter(|&i| tol.counts(i)).map(|i| over(e(i), i)).fold(0.0, f64::max);
+        let alone = (0..x1.len()).filter_map(|i| Some(tol.share(i)? * over(e(i), i))).fold(0.0, f64::max);
         tol.tied.iter().map(|&(node, root)| over(e(node) - e(root), node)).fold(alone, f64::max)
     }
 

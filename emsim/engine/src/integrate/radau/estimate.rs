@@ -41,8 +41,8 @@ fn norm(e: &[f64], x0: &[f64], x1: &[f64], tol: &Tolerances) -> f64 {
 fn above(e: &[f64], x0: &[f64], x1: &[f64], tol: &Tolerances, rounding: impl Fn(usize) -> f64) -> f64 {
     let mut worst = 0.0_f64;
     for i in 0..e.len() {
-        if tol.counts(i) {
-            let r = e[i].abs() / (tol.weight(i, x0[i], x1[i]) + rounding(i));
+        if let Some(share) = tol.share(i) {
+            let r = share * e[i].abs() / (tol.weight(i, x0[i], x1[i]) + rounding(i));
             worst = if r.is_finite() { worst.max(r) } else { f64::INFINITY };
         }
     }
