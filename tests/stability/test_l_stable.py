@@ -204,3 +204,60 @@ def test_rows_inside_the_first_step_behind_a_switch(method):
         assert abs(times[row] - t) < 1e-13
         for node in ("v(a)", "v(b)"):
             assert abs(found[node][row] - exact.at(node, t)) < 2e-3 * 24, (node, t)
+
+
+CONVERTER = """a four-switch converter into a motor: its switches close on the capacitance of junctions
+BODY rot shape=disc(0.02) m=0.2
+JOINT a 0 rot pin damp=50u
+MOTOR m1 o 0 a kt=0.05 r=0.4 l=0.2m
+V1 in 0 12
+S1 in x g 0 sw
+D1 0 x dd
+L1 x y 100u
+S2 y 0 g2 0 sw
+D2 y o dd
+CO o 0 470u
+VG g 0 PULSE(0 5 0 50n 50n 12u 20u)
+VG2 g2 0 PULSE(0 5 0 50n 50n 8u 20u)
+.model sw SW(vt=2.5 vh=0.1 ron=0.02 roff=1Meg)
+.model dd D(is=1e-9 n=1.1 rs=5m cjo=100p)
+.tran 10u 5m
+.end
+"""
+BRIDGE = """a bridge of switches on a motor's winding
+VB bus 0 24
+S1 bus p g1 0 sw
+S2 p 0 g2 0 sw
+S3 bus n g2 0 sw
+S4 n 0 g1 0 sw
+D1 0 p dd
+D2 p bus dd
+D3 0 n dd
+D4 n bus dd
+R1 p m 1
+L1 m n 1m
+VG1 g1 0 PULSE(0 5 0 1u 1u 70u 100u)
+VG2 g2 0 PULSE(5 0 0 1u 1u 72u 100u)
+.model sw SW(vt=2.5 vh=0.1 ron=0.02 roff=1Meg)
+.model dd D(is=1e-12 n=1.2 rs=5m cjo=100p)
+.tran 50u 5m
+.end
+"""
+
+
+@pytest.mark.parametrize("method", ["auto", "radau"])
+@pytest.mark.parametrize("text, name", [(CONVERTER, "i(v1)"), (BRIDGE, "i(vb)")], ids=["converter", "bridge"])
+def test_a_spike_behind_a_switch_has_its_own_width(text, name, method):
+    """Hundreds of amperes for picoseconds: with one row at the spike and the next one at the end of a step of 20 ns, the
+    supply's current was 22.3 A rms for 18.5 A."""
+
+    def averages(result):
+        time, current = np.asarray(result["time"]), np.asarray(result[name])
+        widths = np.diff(time) / np.ptp(time)
+        mean, square = (float(np.sum(widths * (y[1:] + y[:-1]) / 2)) for y in (current, current**2))
+        return mean, square**0.5
+
+    mean, rms = averages(run(text, "method=esdirk reltol=1e-7"))
+    found = averages(run(text, f"method={method}"))
+    assert found[0] == pytest.approx(mean, abs=0.005 * rms)
+    assert found[1] == pytest.approx(rms, rel=0.005)

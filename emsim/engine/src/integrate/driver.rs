@@ -388,7 +388,7 @@ impl<'a, S: Sink> Run<'a, S> {
                     }
                     if !fixed {
                         self.grid.parted(method, step, next, sys, &self.tol);
-                        self.grid.hurried(method, t1, (&self.x, method.candidate()), sys, &self.tol);
+                        self.grid.hurried(method, (t, t1), (&self.x, method.candidate()), sys, self.w, &self.tol);
                     }
                     match self.event(method, t1, step, next, smallest, &mut failures) {
                         Event::None => {}
@@ -556,7 +556,7 @@ impl<'a, S: Sink> Run<'a, S> {
         if at_once {
             self.tol.observe(&self.x);
         } else {
-            self.grid.hurried(method, te, (&self.x, method.candidate()), sys, &self.tol);
+            self.grid.hurried(method, (t, te), (&self.x, method.candidate()), sys, self.w, &self.tol);
             method.accept(te);
             self.w.counters.steps += 1;
             self.x.copy_from_slice(method.candidate());
