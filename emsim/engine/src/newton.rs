@@ -105,8 +105,8 @@ pub struct Newton {
     charges: Vec<f64>, // Q of the solution, and F
 }
 
-/// What the rounding of the charges does to the unknowns when it is divided by the step, and that of what the equations add up: a
-/// shorter step has more of it. A volt on a capacitor is known to 1e-16; a picosecond's current is not, and what two floating
+/// What the rounding of the charges does to the unknowns when it is divided by the step, and that of what the equations add up:
+/// a shorter step has more of it. A volt on a capacitor is known to 1e-16; a picosecond's current is not, and what two floating
 /// capacitors have in common hangs on that. Nor is the current through 20 mOhm under 12 V, to 1e-13 A: an inductor behind it
 /// makes volts of these in a femtosecond.
 pub struct Noise {

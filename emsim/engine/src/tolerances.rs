@@ -197,9 +197,10 @@ impl Quantity {
     }
 }
 
-/// What the nodes of an island have in common is no state: it leaps where a diode turns off, whatever the step, and what coils give it
-/// there is known one order less well than their currents. It is held to a hundredth of its size, or to reltol where that is more. (Not held
-/// at all, the switch of a Cuk converter had -35 V for -16 V; to reltol, a grounded secondary at 1e-7 took 124 501 steps for 787.)
+/// What the nodes of an island have in common is no state: it leaps where a diode turns off, whatever the step, and what coils
+/// give it there is known one order less well than their currents. It is held to a hundredth of its size, or to reltol where that
+/// is more. (Not held at all, the switch of a Cuk converter had -35 V for -16 V; to reltol, a grounded secondary at 1e-7 took
+/// 124 501 steps for 787.)
 const COMMON: f64 = 1e-2;
 
 /// Weights of every unknown, and which of them count where.

@@ -11,7 +11,7 @@
 //! which is O(h^(s+1)) where nothing bends. It is the error itself and held to the tolerance, not to a share of it.
 use super::stages::STALLED;
 use super::tables::Scheme;
-use super::{believed, Radau};
+use super::Radau;
 use crate::newton::Tolerances;
 use crate::system::{System, Work};
 
@@ -20,6 +20,13 @@ use crate::system::{System, Work};
 const NOT_STIFF: f64 = 0.6;
 /// An estimate that is still there at this share of the step does not fall with it.
 const STAYS: f64 = 0.1;
+
+/// At most so far is the tolerance relaxed where rounding forbids it.
+const MOST_RELAXED: f64 = 200.0;
+/// More than this share of a signal is not believed to be rounding. (Where constraints are nearly dependent, at change points of
+/// a mechanism, it is 1e-8 and more.) A diode that turns off under a coil's current looks like it at first: steps collapse, and
+/// the estimate does not fall with them.
+const ROUNDING: f64 = 1e-6;
 
 /// Over so much of the step is F differentiated along the polynomial.
 const ALONG: f64 = 1e-4;
@@ -30,6 +37,11 @@ const ALONG: f64 = 1e-4;
 pub fn share(reltol: f64) -> f64 {
     const AT_1E3: f64 = 0.05;
     AT_1E3 * (reltol / 1e-3).min(1.0).powf(-0.25)
+}
+
+/// What may be rounding, in units of the tolerance.
+pub fn believed(tol: &Tolerances) -> f64 {
+    (ROUNDING / tol.reltol).min(MOST_RELAXED)
 }
 
 /// Largest |e_i| in units of the tolerance, over what stands under d/dt.
@@ -71,12 +83,12 @@ impl Radau {
 
     /// What rounding does to the unknowns over a step of h, by the real matrix.
     pub(super) fn round(&mut self, sys: &System, w: &mut Work, h: f64) {
-        self.rounding.find(sys, self.scheme.gamma / h, &self.x0, &self.q0, |b| self.real.solve(b));
+        self.noises.find(sys, self.scheme.gamma / h, &self.x0, &self.q0, |b| self.real.solve(b));
         w.counters.solves += 2;
     }
 
-    /// Was the last update of the stages no more than that, where it is more than the tolerance? The derivatives at hand are the last
-    /// stage's. No iteration gets nearer.
+    /// Was the last update of the stages no more than that, where it is more than the tolerance? No iteration gets nearer. The
+    /// derivatives at hand are the last stage's.
     pub(super) fn within_rounding(&mut self, sys: &System, w: &mut Work, h: f64, tol: &Tolerances) -> bool {
         self.keep_derivatives(sys, w);
         if self.factor(sys, w, h).is_err() {
@@ -84,7 +96,7 @@ impl Radau {
         }
         self.round(sys, w, h);
         let end = &self.stage[self.scheme.s - 1];
-        let within = |i: usize| self.moved[i] <= STALLED * tol.weight(i, self.x0[i], end[i]) + self.rounding.of[i];
+        let within = |i: usize| self.moved[i] <= STALLED * tol.weight(i, self.x0[i], end[i]) + self.noises.of[i];
         (0..sys.n).all(|i| !tol.in_norm[i] || within(i))
     }
 
@@ -124,7 +136,7 @@ impl Radau {
         if sys.turns() && error >= share(tol.reltol) && error.is_finite() {
             // what rounding is, a shorter step has more of: steps of a diode that turns off are femtoseconds
             self.round(sys, w, h);
-            let rounding = |i: usize| self.rounding.of[i] / share(tol.reltol);
+            let rounding = |i: usize| self.noises.of[i] / share(tol.reltol);
             let e = if twice { &self.scratch } else { &self.e };
             error = above(e, &self.x0, &self.stage[s - 1], tol, rounding);
         }

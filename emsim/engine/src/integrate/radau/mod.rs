@@ -33,12 +33,6 @@ use crate::sparse::{Complex, Lu, Symbolic};
 use crate::system::{Kind, System, Work};
 
 const MOST_ITERATIONS: usize = 10;
-/// At most so far is the tolerance relaxed where rounding forbids it.
-const MOST_RELAXED: f64 = 200.0;
-/// More than this share of a signal is not believed to be rounding. (Where constraints are nearly dependent, at change points of
-/// a mechanism, it is 1e-8 and more.) A diode that turns off under a coil's current looks like it at first: steps collapse, and the
-/// estimate does not fall with them.
-const ROUNDING: f64 = 1e-6;
 /// After a step that needed the full Newton method, so many more begin with it.
 const FULL_STEPS: u32 = 4;
 /// A first step that is refused again and again is too long by orders of magnitude: what its estimate says means nothing.
@@ -121,7 +115,7 @@ pub struct Radau {
     full_steps: u32,               // so many steps more begin with it
     relax: f64,                    // the error is divided by this where rounding keeps the tolerance out of reach
     noise: f64,                    // what rounding left of the last update of the full Newton method
-    rounding: Noise,               // of every unknown, where it was asked for
+    noises: Noise,                 // what rounding does to every unknown, where it was asked for
     linear: Vec<(usize, Stored)>,  // unknowns in no norm that have a scale: what their rounding comes from
     stored: [f64; 2],              // largest charge and momentum at x0
     behind: f64,                   // largest last update of such an unknown, in units of its scale
@@ -129,11 +123,6 @@ pub struct Radau {
     level: f64,                    // where rounding has lately stopped the iteration
     longest: f64,                  // recent step length
     probe: Option<(f64, f64)>,     // step and error that a step of a quarter is compared with
-}
-
-/// What may be rounding, in units of the tolerance.
-fn believed(tol: &Tolerances) -> f64 {
-    (ROUNDING / tol.reltol).min(MOST_RELAXED)
 }
 
 impl Radau {
@@ -214,7 +203,7 @@ impl Radau {
             full_steps: 0,
             relax: 1.0,
             noise: 0.0,
-            rounding: Noise::new(sys.n),
+            noises: Noise::new(sys.n),
             linear,
             stored: [0.0; 2],
             behind: 0.0,
