@@ -50,8 +50,8 @@ impl<T: Scalar> Lu<T> {
                         *sources.get_unchecked(source as usize) * T::from_real(sign);
                 }
             }
-            if self.stamped.finite && sources.iter().all(|v| v.magnitude() < f64::INFINITY) && self.eliminate().is_ok()
-            {
+            let finite = self.stamped.finite && sources.iter().all(|v| v.magnitude() < f64::INFINITY);
+            if finite && self.eliminate().is_ok() && !self.borne_enough() {
                 return Ok(());
             }
         }
