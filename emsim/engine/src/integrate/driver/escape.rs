@@ -10,7 +10,8 @@ use crate::twice::twice;
 
 /// No quantity of a deck is larger; a solution on its way to infinity ends here, before it is NaN.
 const LARGEST: f64 = 1e100;
-/// Steps in a row, each shorter than this part of the run, in which an unknown was larger by so much than it had ever been.
+/// Steps in a row, each shorter than this part of the run, in which an unknown was larger by so much than it had ever been; or by less,
+/// in one step between two of these, which a rounded time may have made too short.
 const CLIMBS: u32 = 8;
 const SHORT: f64 = 1e-9;
 const MORE: f64 = 1.05;
@@ -18,6 +19,7 @@ const MORE: f64 = 1.05;
 #[derive(Default)]
 pub struct Escape {
     climbs: u32,
+    pause: bool,
     unknown: usize,
 }
 
@@ -26,9 +28,11 @@ impl Escape {
     /// under d/dt may jump at a corner: the voltage of an inductor whose current a diode has turned off.
     #[inline]
     pub fn step(&mut self, x: &[f64], peak: &[f64], under_ddt: &[bool], part: f64) {
-        let higher = |k: usize| under_ddt[k] && peak[k] > 0.0 && x[k].abs() > MORE * peak[k];
-        match (part < SHORT).then(|| (0..x.len()).find(|&k| higher(k))).flatten() {
-            Some(unknown) => (self.climbs, self.unknown) = (self.climbs + 1, unknown),
+        let higher = |by: f64| (0..x.len()).find(|&k| under_ddt[k] && peak[k] > 0.0 && x[k].abs() > by * peak[k]);
+        let short = part < SHORT;
+        match short.then(|| higher(MORE)).flatten() {
+            Some(unknown) => (self.climbs, self.pause, self.unknown) = (self.climbs + 1, false, unknown),
+            None if self.climbs > 0 && !self.pause && short && higher(1.0).is_some() => self.pause = true,
             None => self.climbs = 0,
         }
     }
