@@ -174,7 +174,7 @@ fn make_one<'a>(sys: &'a System, o: &Options, name: &str) -> Result<Box<dyn Meth
         "trbdf2" => Box::new(dirk::trbdf2(sys, o)?),
         "gauss" | "gauss4" | "gauss6" => Box::new(gauss::Gauss::new(sys, o)?),
         "esdirk" => Box::new(dirk::esdirk(sys, o)?),
-        "radau" | "radau5" | "radau9" | "radau13" => Box::new(radau::Radau::new(sys, o)?),
+        "radau" | "radau5" | "radau9" | "radau13" => Box::new(radau::Radau::new(sys, o, name)?),
         _ => Box::new(trap::Trap::new(sys, o)?),
     })
 }

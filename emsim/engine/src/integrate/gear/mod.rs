@@ -118,7 +118,7 @@ impl Gear {
         let maxord = o.maxord.unwrap_or(if fixed { 2 } else { HIGHEST }).clamp(1, MOST);
         let spice = o.maxord.is_some_and(|m| m <= 2);
         let starter: Option<Box<dyn Method>> =
-            if fixed && maxord > 1 { Some(Box::new(super::radau::Radau::new(sys, o)?)) } else { None };
+            if fixed && maxord > 1 { Some(Box::new(super::radau::Radau::new(sys, o, "radau")?)) } else { None };
         Ok(Gear {
             newton: Newton::new(sys)?,
             now: 0.0,

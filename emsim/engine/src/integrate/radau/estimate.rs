@@ -170,7 +170,9 @@ impl Radau {
         norm(&self.b, &self.x0, &self.stage[last], tol)
     }
 
-    /// What the estimate of the next lower order would have been.
+    /// What the estimate of the next lower order would have been, with m = s - 2 stages. The derivative at 0 of a polynomial through the
+    /// right values at 0, c_1 .. c_m, read off this order's, misses c_1 .. c_m y^(m+1) h^m / (m+1)!; that of the collocation polynomial,
+    /// whose slopes are right at c_1 .. c_m, misses m + 1 times as much.
     pub(super) fn lower_error(&mut self, sys: &System, w: &mut Work, h: f64, tol: &Tolerances) -> f64 {
         let (weights, scale) = self.orders.lower(self.scheme);
         self.scratch.fill(0.0);
@@ -184,6 +186,7 @@ impl Radau {
         }
         self.real.solve(&mut self.scratch);
         w.counters.solves += 1;
-        norm(&self.scratch, &self.x0, &self.stage[self.scheme.s - 1], tol)
+        let s = self.scheme.s;
+        (s - 1) as f64 * norm(&self.scratch, &self.x0, &self.stage[s - 1], tol)
     }
 }

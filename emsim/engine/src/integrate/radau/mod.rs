@@ -126,11 +126,12 @@ pub struct Radau {
 }
 
 impl Radau {
-    pub fn new(sys: &System, o: &Options) -> Result<Radau, Failure> {
+    /// `name`: radau, radau5, radau9 or radau13.
+    pub fn new(sys: &System, o: &Options, name: &str) -> Result<Radau, Failure> {
         let symbolic = Symbolic::analyse(&sys.pattern).map_err(Failure::from)?;
         let nnz = sys.pattern.rowidx.len();
         let real = Lu::new(&sys.pattern, &symbolic);
-        let orders = Orders::new(&o.method, o.fixed_step.is_some(), sys, &real);
+        let orders = Orders::new(name, o.fixed_step.is_some(), sys);
         let most = orders.most().s;
         let v = || vec![0.0; sys.n];
         let stages = || vec![vec![0.0; sys.n]; most];
@@ -358,7 +359,7 @@ impl Radau {
                     longest: if h < 0.9 * self.proposed { h } else { f64::INFINITY },
                     linear: sys.linear,
                 };
-                let (scheme, step) = self.orders.next(self.scheme, &taken, tol.reltol);
+                let (scheme, step) = self.orders.next(self.scheme, &taken, tol.reltol, &self.real);
                 self.next_scheme = scheme;
                 if let Some(step) = step {
                     self.h_old_next = 0.0;
