@@ -44,7 +44,7 @@ def test_linear_circuits_choose_sensible_radau_steps(reltol):
     """The error estimate read the charges of the guess, not of the solution: every step was refused once and
     a tank took a hundred times too many."""
     r = run("t\nC1 a 0 1u IC=1\nL1 a 0 1m\n.tran 1m 2m UIC\n.end\n", f"method=radau reltol={reltol}")
-    assert r.stats["rejected"] <= 3 and r.stats["steps"] < {"1e-3": 400, "1e-7": 4000}[reltol], r.stats
+    assert r.stats["rejected"] <= 5 and r.stats["steps"] < {"1e-3": 400, "1e-7": 4000}[reltol], r.stats
 
 
 def test_uic_values_belong_to_time_zero():

@@ -518,6 +518,10 @@ impl Method for Auto<'_> {
         self.inner().pieces()
     }
 
+    fn fewest_steps(&self) -> f64 {
+        self.inner().fewest_steps()
+    }
+
     fn shown(&self) -> usize {
         self.inner().shown()
     }

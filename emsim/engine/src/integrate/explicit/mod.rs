@@ -23,7 +23,7 @@ mod tableau;
 pub use dop853::DOP853;
 pub use rk45::RK45;
 
-use super::{response, Attempt, Method};
+use super::{response, Attempt, Method, FEWEST};
 use crate::newton::{Failure, Options, Tolerances};
 use crate::reduced::{Point, Reduced, Trouble, NEAR};
 use crate::sparse::Complex;
@@ -535,6 +535,15 @@ impl Method for Explicit<'_> {
 
     fn wants_dense_record(&self) -> bool {
         true
+    }
+
+    /// The twelve stages of a step see as much of a run.
+    fn fewest_steps(&self) -> f64 {
+        if self.method.extra.is_empty() {
+            10.0
+        } else {
+            FEWEST
+        }
     }
 
     fn shown(&self) -> usize {

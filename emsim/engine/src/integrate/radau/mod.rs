@@ -26,7 +26,7 @@ use self::full::FullNewton;
 use self::order::{contracting, Orders, Taken};
 use self::tables::Scheme;
 use super::rows::Lags;
-use super::{Attempt, Method};
+use super::{Attempt, Method, FEWEST};
 use crate::ledger::Stages;
 use crate::newton::{Failure, Noise, Options, Tolerances};
 use crate::sparse::{Complex, Lu, Symbolic};
@@ -599,6 +599,10 @@ impl Method for Radau {
     /// Order 13 takes two steps in a period.
     fn pieces(&self) -> usize {
         self.scheme.s.div_ceil(2)
+    }
+
+    fn fewest_steps(&self) -> f64 {
+        FEWEST
     }
 
     fn shown(&self) -> usize {
