@@ -14,7 +14,7 @@
 //!
 //! In a passive network of diodes (passive.rs) an iterate may be accepted without that: what the straight lines of the
 //! diodes have missed at the new point is measured there, and bounds the next update of every junction's voltage.
-use crate::sparse::{Lu, Program, Recurring, Singular, Symbolic};
+use crate::sparse::{Lu, Program, Recurring, Singular};
 use crate::system::{System, Work};
 pub use crate::tolerances::{Options, Tolerances};
 
@@ -140,8 +140,8 @@ impl Noise {
 
 impl Newton {
     pub fn new(sys: &System) -> Result<Newton, Failure> {
-        let symbolic = Symbolic::analyse(&sys.pattern).map_err(Failure::from)?;
-        let mut lu = Lu::new(&sys.pattern, &symbolic);
+        let symbolic = sys.symbolic().map_err(Failure::from)?;
+        let mut lu = Lu::new(&sys.pattern, symbolic);
         lu.set_stamps(sys.stamps());
         Ok(Newton {
             lu,

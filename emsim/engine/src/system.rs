@@ -11,7 +11,7 @@ use crate::islands::sum_pairs;
 pub use crate::model::{DiodeAt, FlagSpec, Force, Kind, Model, Unknown};
 use crate::passive::is_passive;
 use crate::reduced::Reduced;
-use crate::sparse::{reciprocal, Pattern, Rows, Stamp};
+use crate::sparse::{reciprocal, Pattern, Rows, Singular, Stamp, Symbolic};
 use crate::tape::{Inputs, Tape};
 use crate::waves::Wave;
 pub use guests::{Guests, Polynomial, DEGREE};
@@ -112,6 +112,7 @@ pub struct System {
     rows: [Vec<(usize, Id)>; 2], // F and Q of rows that are expressions, for `reduce`
     pub sums: Vec<Summed>,       // nodes whose rows are part of another one's (see islands.rs)
     pub phases: Vec<Phase>,      // of sines and cosines in expressions
+    symbolic: OnceLock<Result<Symbolic, Singular>>,
     reduced: OnceLock<Result<Reduced, String>>,
     parts: OnceLock<Result<Box<Parts>, String>>,
 }
@@ -370,6 +371,7 @@ impl System {
             rows: [&model.f, &model.q].map(|rows| rows.iter().map(|(&row, &id)| (row, id)).collect()),
             exponential,
             yielding,
+            symbolic: OnceLock::new(),
             reduced: OnceLock::new(),
             parts: OnceLock::new(),
             passive,
@@ -429,6 +431,11 @@ impl System {
             limited: false,
             counters: Counters::default(),
         }
+    }
+
+    /// How the matrices of steps are permuted, which the pattern alone decides.
+    pub fn symbolic(&self) -> Result<&Symbolic, Singular> {
+        self.symbolic.get_or_init(|| Symbolic::analyse(&self.pattern)).as_ref().map_err(|&e| e)
     }
 
     pub fn operations(&self) -> (usize, usize) {

@@ -32,7 +32,7 @@ mod table;
 use super::rows::Lags;
 use super::{interpolate, Attempt, History, Method};
 use crate::newton::{Failure, Newton, Options, Tolerances};
-use crate::sparse::{Complex, Lu, Symbolic};
+use crate::sparse::{Complex, Lu};
 use crate::system::{Kind, System, Work};
 use table::{difference, first_difference, Table, THREE, TWO};
 
@@ -112,15 +112,15 @@ impl Gauss {
             }
             _ => &THREE,
         };
-        let symbolic = Symbolic::analyse(&sys.pattern).map_err(Failure::from)?;
+        let symbolic = sys.symbolic().map_err(Failure::from)?;
         let nnz = sys.pattern.rowidx.len();
         let v = || vec![0.0; sys.n];
         let stages = || vec![vec![0.0; sys.n]; k.s];
         Ok(Gauss {
             k,
             newton: Newton::new(sys)?,
-            real: Lu::new(&sys.pattern, &symbolic),
-            complex: Lu::new(&sys.pattern, &symbolic),
+            real: Lu::new(&sys.pattern, symbolic),
+            complex: Lu::new(&sys.pattern, symbolic),
             real_matrix: vec![0.0; nnz],
             complex_matrix: vec![Complex::from(0.0); nnz],
             gv: vec![0.0; nnz],

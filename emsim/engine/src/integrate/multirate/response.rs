@@ -2,7 +2,7 @@
 //! time, so it is the answer to a step of next to no length,  (G + C/h) dz = -B/h. How that change changes in turn, by
 //! springs and dampers, and how the coordinates follow:  C dz' = -G dz,  from  (G + C/h) z1 = C/h dz,  dz' = (z1 - dz)/h.
 use crate::newton::Failure;
-use crate::sparse::{Lu, Symbolic};
+use crate::sparse::Lu;
 use crate::system::{Kind, System, Work};
 
 /// The step, in units of the macro step's half.
@@ -23,8 +23,8 @@ pub struct Response {
 
 impl Response {
     pub fn new(slow: &System, guests: usize) -> Result<Response, Failure> {
-        let symbolic = Symbolic::analyse(&slow.pattern).map_err(Failure::from)?;
-        let lu = Lu::new(&slow.pattern, &symbolic);
+        let symbolic = slow.symbolic().map_err(Failure::from)?;
+        let lu = Lu::new(&slow.pattern, symbolic);
         let moves = |&i: &usize| matches!(slow.unknowns[i].kind, Kind::Speed | Kind::Coordinate);
         let moving: Vec<usize> = (0..slow.n).filter(moves).collect();
         Ok(Response {

@@ -29,7 +29,7 @@ use super::rows::Lags;
 use super::{Attempt, Method, FEWEST};
 use crate::ledger::Stages;
 use crate::newton::{Failure, Noise, Options, Tolerances};
-use crate::sparse::{Complex, Lu, Symbolic};
+use crate::sparse::{Complex, Lu};
 use crate::system::{Kind, System, Work};
 
 const MOST_ITERATIONS: usize = 10;
@@ -60,7 +60,6 @@ pub struct Radau {
     scheme: &'static Scheme,
     next_scheme: &'static Scheme,
     orders: Orders,
-    symbolic: Symbolic,
     real: Lu<f64>,
     complex: Vec<Lu<Complex>>, // one for each pair of eigenvalues, made when first needed
     real_matrix: Vec<f64>,
@@ -128,9 +127,8 @@ pub struct Radau {
 impl Radau {
     /// `name`: radau, radau5, radau9 or radau13.
     pub fn new(sys: &System, o: &Options, name: &str) -> Result<Radau, Failure> {
-        let symbolic = Symbolic::analyse(&sys.pattern).map_err(Failure::from)?;
         let nnz = sys.pattern.rowidx.len();
-        let real = Lu::new(&sys.pattern, &symbolic);
+        let real = Lu::new(&sys.pattern, sys.symbolic().map_err(Failure::from)?);
         let orders = Orders::new(name, o.fixed_step.is_some(), sys);
         let most = orders.most().s;
         let v = || vec![0.0; sys.n];
@@ -152,7 +150,6 @@ impl Radau {
             orders,
             real,
             complex: Vec::new(),
-            symbolic,
             real_matrix: vec![0.0; nnz],
             complex_matrix: vec![Complex::from(0.0); nnz],
             factored: None,
@@ -263,7 +260,8 @@ impl Radau {
         self.real.factor_or_refactor(&self.real_matrix).map_err(Failure::from)?;
         for (k, (alpha, beta)) in scheme.alpha.iter().zip(scheme.beta).enumerate() {
             if self.complex.len() == k {
-                self.complex.push(Lu::new(&sys.pattern, &self.symbolic));
+                let symbolic = sys.symbolic().map_err(Failure::from)?;
+                self.complex.push(Lu::new(&sys.pattern, symbolic));
             }
             let z = Complex::new(alpha / h, beta / h);
             for ((m, g), c) in self.complex_matrix.iter_mut().zip(&self.gv).zip(&self.cv) {
