@@ -50,3 +50,27 @@ def test_what_grows_and_stops_growing_is_no_pole(method: str) -> None:
     result = run(text, f"method={method} reltol=1e-4")
     exact = 1 / (1 + 999 * np.exp(-1e9 * result.time))
     assert np.abs(result["v(x)"] - exact).max() < 2e-3
+
+
+@pytest.mark.parametrize("method", ["radau", "radau5"])
+def test_what_starts_from_rest_is_no_pole(method: str) -> None:
+    """Behind a jump at t = 0 the nodes of a rectifier move by nanovolts in 1e-20 s, every step by more than the one before, and
+    no step can be shorter."""
+    text = """a series resonant converter
+V1 a 0 PULSE(-24 24 0 50n 50n 4.95u 10u)
+L1 a b 20u
+C1 b c 100n
+D1 c p dm
+D2 0 p dm
+D3 n c dm
+D4 n 0 dm
+Co p n 47u ic=12
+Rl p n 10
+Rg n 0 1meg
+.model dm D(is=1e-10 n=1.1 rs=10m cjo=150p)
+.tran 0.1u 20u uic
+.end
+"""
+    result, other = run(text, f"method={method} reltol=1e-9"), run(text, "method=gear reltol=1e-6")
+    times = 1e-7 * np.arange(1, 200)
+    assert np.abs(result.at("v(c)", times) - other.at("v(c)", times)).max() < 1e-3 * np.ptp(other["v(c)"])

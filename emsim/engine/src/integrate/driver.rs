@@ -419,7 +419,7 @@ impl<'a, S: Sink> Run<'a, S> {
             if let Some(unknown) = if fixed || step <= RUNAWAY * span { gone(&self.x) } else { None } {
                 return self.runs_away(step, unknown, method);
             }
-            self.escape.step(&self.x, &self.tol.peak, &sys.differential, step / span);
+            self.escape.step(&self.x, &self.tol, &sys.differential, step / span);
             self.keep(method);
             self.detector.accept(sys, self.w, &self.x, self.t);
             if !(lands && self.t >= self.stop) {

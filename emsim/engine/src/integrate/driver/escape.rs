@@ -5,7 +5,7 @@
 use super::super::rows::Sink;
 use super::super::Method;
 use super::{Failed, Run, Status};
-use crate::newton::Failure;
+use crate::newton::{Failure, Tolerances};
 use crate::twice::twice;
 
 /// No quantity of a deck is larger; a solution on its way to infinity ends here, before it is NaN.
@@ -24,11 +24,13 @@ pub struct Escape {
 }
 
 impl Escape {
-    /// An accepted step ended at x; `part` of the run was its length, `peak` the largest values until then. What does not stand
-    /// under d/dt may jump at a corner: the voltage of an inductor whose current a diode has turned off.
+    /// An accepted step ended at x; `part` of the run was its length, tol knows the largest values until then. What does not stand
+    /// under d/dt may jump at a corner: the voltage of an inductor whose current a diode has turned off. What is so small that its
+    /// absolute tolerance decides is on its way from a start at rest (a rectifier's nodes, nanovolts in 1e-20 s).
     #[inline]
-    pub fn step(&mut self, x: &[f64], peak: &[f64], under_ddt: &[bool], part: f64) {
-        let higher = |by: f64| (0..x.len()).find(|&k| under_ddt[k] && peak[k] > 0.0 && x[k].abs() > by * peak[k]);
+    pub fn step(&mut self, x: &[f64], tol: &Tolerances, under_ddt: &[bool], part: f64) {
+        let counts = |k: usize| under_ddt[k] && tol.peak[k] > 0.0 && tol.reltol * x[k].abs() > tol.floor[k];
+        let higher = |by: f64| (0..x.len()).find(|&k| x[k].abs() > by * tol.peak[k] && counts(k));
         let short = part < SHORT;
         match short.then(|| higher(MORE)).flatten() {
             Some(unknown) => (self.climbs, self.pause, self.unknown) = (self.climbs + 1, false, unknown),
