@@ -309,7 +309,12 @@ impl Tolerances {
     /// Weight of what is in no norm, a multiplier or an algebraic current: it follows linearly from the rest and is held
     /// to the largest of its kind and unit, since one force among large ones is known no better than these.
     pub fn own_scale(&self, i: usize, value: f64) -> f64 {
-        self.reltol * value.abs().max(self.largest[self.group[i].min(15)]) + self.atol[i]
+        self.reltol * value.abs().max(self.largest_like(i)) + self.atol[i]
+    }
+
+    /// Largest value so far of what is of the kind and unit of unknown i, now and then renewed.
+    pub fn largest_like(&self, i: usize) -> f64 {
+        self.largest[self.group[i].min(15)]
     }
 
     /// Largest |e_i| over the weight of x1_i, x0_i, in the local error norm.

@@ -25,11 +25,11 @@ pub struct Escape {
 
 impl Escape {
     /// An accepted step ended at x; `part` of the run was its length, tol knows the largest values until then. What does not stand
-    /// under d/dt may jump at a corner: the voltage of an inductor whose current a diode has turned off. What is so small that its
-    /// absolute tolerance decides is on its way from a start at rest (a rectifier's nodes, nanovolts in 1e-20 s).
+    /// under d/dt may jump at a corner: the voltage of an inductor whose current a diode has turned off. What is small
+    /// beside others of its kind is on its way from a start at rest (a rectifier's nodes, millivolts in 1e-20 s).
     #[inline]
     pub fn step(&mut self, x: &[f64], tol: &Tolerances, under_ddt: &[bool], part: f64) {
-        let counts = |k: usize| under_ddt[k] && tol.peak[k] > 0.0 && tol.reltol * x[k].abs() > tol.floor[k];
+        let counts = |k: usize| under_ddt[k] && tol.peak[k] > 0.0 && x[k].abs() >= tol.largest_like(k);
         let higher = |by: f64| (0..x.len()).find(|&k| x[k].abs() > by * tol.peak[k] && counts(k));
         let short = part < SHORT;
         match short.then(|| higher(MORE)).flatten() {
