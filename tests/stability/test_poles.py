@@ -54,7 +54,7 @@ def test_what_grows_and_stops_growing_is_no_pole(method: str) -> None:
 
 @pytest.mark.parametrize("method", ["radau", "radau5"])
 def test_what_starts_from_rest_is_no_pole(method: str) -> None:
-    """Behind a jump at t = 0 the nodes of a rectifier move by nanovolts in 1e-20 s, every step by more than the one before, and
+    """Behind a jump at t = 0 the nodes of a rectifier move by millivolts in 1e-20 s, every step by more than the one before, and
     no step can be shorter."""
     text = """a series resonant converter
 V1 a 0 PULSE(-24 24 0 50n 50n 4.95u 10u)

@@ -263,7 +263,12 @@ impl<T: Scalar> Lu<T> {
     pub fn factor_or_refactor(&mut self, values: &[T]) -> Result<(), Singular> {
         match self.refactor(values) {
             Ok(()) if !self.borne_enough() => Ok(()),
-            _ => self.factor(values),
+            // what no choice of pivots is sure of, the swollen ones may still serve
+            Ok(()) => self.factor(values).or_else(|singular| {
+                self.borne = 0;
+                self.refactor(values).map_err(|_| singular)
+            }),
+            Err(_) => self.factor(values),
         }
     }
 

@@ -51,15 +51,23 @@ impl<T: Scalar> Lu<T> {
                 }
             }
             let finite = self.stamped.finite && sources.iter().all(|v| v.magnitude() < f64::INFINITY);
-            if finite && self.eliminate().is_ok() && !self.borne_enough() {
-                return Ok(());
+            if finite && self.eliminate().is_ok() {
+                if !self.borne_enough() {
+                    return Ok(());
+                }
+                return self.factor_or_refactor(&self.sum(sources));
             }
         }
+        self.factor(&self.sum(sources))
+    }
+
+    /// Base + stamps, in the order of the pattern.
+    fn sum(&self, sources: &[T]) -> Vec<T> {
         let mut values = self.stamped.values.clone();
         for s in &self.stamped.stamps {
             values[s.slot as usize] += sources[s.source as usize] * T::from_real(s.sign);
         }
-        self.factor(&values)
+        values
     }
 
     pub(super) fn place_base(&mut self) {
