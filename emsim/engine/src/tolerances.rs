@@ -16,7 +16,7 @@
 //! atol(V) = max(vntol, chgtol / C), atol(A) = max(abstol, flxtol / L).
 use crate::model::{Kind, Unknown};
 use crate::system::System;
-use crate::twice::twice;
+use crate::twice::{block, blocks, twice, LANES};
 
 /// Share of a signal's largest value so far below which relative accuracy is no longer asked for.
 const PEAK_SHARE: f64 = 0.02;
@@ -24,9 +24,6 @@ const PEAK_SHARE: f64 = 0.02;
 /// Volts at a junction: what reltol is a share of in the error of a diode's own node, behind its series resistance. That node stands
 /// off its terminal by a current's drop, microvolts of which would otherwise be held to their own size.
 const JUNCTION: f64 = 1.0;
-
-/// Numbers that are divided side by side.
-const LANES: usize = 4;
 
 /// What rounding leaves of an unknown beside neighbours of size 1: a coordinate near zero of a chain of metre-long links
 /// is known to some 1e-14 m, however small its own tolerance. Asking for less made tight runs stop.
@@ -339,9 +336,9 @@ impl Tolerances {
         largest_move(self, e, a, b)
     }
 
-    /// What errors of the unknowns are divided by, in that norm: their weights, infinite where they do not count.
-    pub fn weights(&self, x1: &[f64], x0: &[f64], out: &mut [f64]) {
-        weights(self, x1, x0, out);
+    /// What errors of the unknowns are multiplied by, in the local error norm: 1 over their weights, 0 where they do not count.
+    pub fn inverse_weights(&self, x1: &[f64], x0: &[f64], out: &mut [f64]) {
+        inverse_weights(self, x1, x0, out);
     }
 
     /// x <- x + step; whether the step was within the tolerance of Newton's norm, and all is finite still.
@@ -381,54 +378,67 @@ twice! {
     }
 }
 
-/// Largest |e_i| over the weight, of what has a 1 in the mask; infinite where an e_i is no number.
+/// Largest |e_i| over the weight, of what has a 1 in the mask; infinite where an e_i is no number. `own`: further parts of weights.
 #[inline(always)]
-fn largest(tol: &Tolerances, mask: &[f64], own: impl Fn(usize) -> f64, e: &[f64], a: &[f64], b: &[f64]) -> f64 {
+fn largest(tol: &Tolerances, mask: &[f64], own: Option<&[f64]>, e: &[f64], a: &[f64], b: &[f64]) -> f64 {
     let n = tol.atol.len();
     let (e, a, b, floor, peak, mask) = (&e[..n], &a[..n], &b[..n], &tol.floor[..n], &tol.peak[..n], &mask[..n]);
     let larger = |a: f64, b: f64| if a > b { a } else { b };
-    let of = |i: usize| mask[i] * e[i].abs() / tol.weight_with(peak[i], floor[i] + own(i), a[i], b[i]);
-    let (mut worst, mut bad) = ([0.0; LANES], [0u64; LANES]);
-    let mut take = |lane: usize, i: usize| {
-        worst[lane] = larger(of(i), worst[lane]);
-        bad[lane] |= u64::from(e[i].is_nan()) & u64::from(mask[i] != 0.0);
-    };
-    let whole = n - n % LANES;
-    for first in (0..whole).step_by(LANES) {
-        for lane in 0..LANES {
-            take(lane, first + lane);
+    let counted = |mask: f64, e: f64| if mask != 0.0 { mask * e.abs() } else { 0.0 };
+    let (mut worst, mut sum) = ([0.0; LANES], [0.0; LANES]);
+    if n < LANES {
+        for i in 0..n {
+            let (e, floor) = (counted(mask[i], e[i]), floor[i] + own.map_or(0.0, |own| own[i]));
+            worst[0] = larger(e / tol.weight_with(peak[i], floor, a[i], b[i]), worst[0]);
+            sum[0] += e;
+        }
+    } else {
+        for first in blocks(n) {
+            let of = |v: &[f64]| block(v, first);
+            let (e, mask, a, b, peak, floor) = (of(e), of(mask), of(a), of(b), of(peak), of(floor));
+            let own = own.map_or([0.0; LANES], of);
+            let e: [f64; LANES] = std::array::from_fn(|k| counted(mask[k], e[k]));
+            let weight: [f64; LANES] = std::array::from_fn(|k| tol.weight_with(peak[k], floor[k] + own[k], a[k], b[k]));
+            worst = std::array::from_fn(|k| larger(e[k] / weight[k], worst[k]));
+            sum = std::array::from_fn(|k| sum[k] + e[k]);
         }
     }
-    for i in whole..n {
-        take(0, i);
-    }
-    if bad == [0; LANES] {
-        worst.into_iter().fold(0.0, larger)
-    } else {
+    if sum.iter().any(|s| s.is_nan()) {
         f64::INFINITY
+    } else {
+        worst.into_iter().fold(0.0, larger)
     }
 }
 
 twice! {
     fn largest_error(tol: &Tolerances, e: &[f64], x1: &[f64], x0: &[f64]) -> f64 {
-        let own = &tol.own[..tol.atol.len()];
-        largest(tol, &tol.alone, |i| own[i], e, x1, x0)
+        largest(tol, &tol.alone, Some(&tol.own), e, x1, x0)
     }
 }
 
 twice! {
     fn largest_move(tol: &Tolerances, e: &[f64], a: &[f64], b: &[f64]) -> f64 {
-        largest(tol, &tol.norm_mask, |_| 0.0, e, a, b)
+        largest(tol, &tol.norm_mask, None, e, a, b)
     }
 }
 
 twice! {
-    fn weights(tol: &Tolerances, x1: &[f64], x0: &[f64], out: &mut [f64]) {
+    fn inverse_weights(tol: &Tolerances, x1: &[f64], x0: &[f64], out: &mut [f64]) {
         let n = tol.atol.len();
         let (out, x1, x0, floor, own) = (&mut out[..n], &x1[..n], &x0[..n], &tol.floor[..n], &tol.own[..n]);
-        let (peak, mask) = (&tol.peak[..n], &tol.alone[..n]);
-        for i in 0..n {
-            out[i] = tol.weight_with(peak[i], floor[i] + own[i], x1[i], x0[i]) / mask[i];
+        let (peak, share) = (&tol.peak[..n], &tol.alone[..n]);
+        if n < LANES {
+            for i in 0..n {
+                out[i] = share[i] / tol.weight_with(peak[i], floor[i] + own[i], x1[i], x0[i]);
+            }
+            return;
+        }
+        for first in blocks(n) {
+            let of = |v: &[f64]| block(v, first);
+            let (share, x1, x0, peak, floor, own) = (of(share), of(x1), of(x0), of(peak), of(floor), of(own));
+            let inverse: [f64; LANES] =
+                std::array::from_fn(|k| share[k] / tol.weight_with(peak[k], floor[k] + own[k], x1[k], x0[k]));
+            out[first..first + LANES].copy_from_slice(&inverse);
         }
     }
 }
@@ -438,13 +448,32 @@ twice! {
         let n = tol.atol.len();
         let (step, x, floor) = (&step[..n], &mut x[..n], &tol.floor[..n]);
         let (peak, mask) = (&tol.peak[..n], &tol.norm_mask[..n]);
-        let (mut large, mut bad) = (0, 0);
-        for i in 0..n {
-            let (old, new) = (x[i], x[i] + step[i]);
-            large += u64::from(mask[i] * step[i].abs() > tol.weight_with(peak[i], floor[i], old, new));
-            bad += u64::from(!new.is_finite());
-            x[i] = new;
+        let larger = |a: f64, b: f64| if a > b { a } else { b };
+        let excess = |mask: f64, step: f64, weight: f64| mask * step.abs() - weight;
+        // above 0 where a step is larger than its weight; no number where one of the unknowns is none
+        let (mut over, mut finite) = ([0.0; LANES], [0.0; LANES]);
+        if n < LANES {
+            for i in 0..n {
+                let (old, new) = (x[i], x[i] + step[i]);
+                over[0] = larger(excess(mask[i], step[i], tol.weight_with(peak[i], floor[i], old, new)), over[0]);
+                finite[0] += 0.0 * new;
+                x[i] = new;
+            }
+        } else {
+            let last = n - LANES;
+            let end = block(x, last); // the last block reaches back over what has been moved by then
+            for first in blocks(n) {
+                let of = |v: &[f64]| block(v, first);
+                let (step, peak, floor, mask) = (of(step), of(peak), of(floor), of(mask));
+                let old = if first == last { end } else { block(x, first) };
+                let new: [f64; LANES] = std::array::from_fn(|k| old[k] + step[k]);
+                let weight: [f64; LANES] =
+                    std::array::from_fn(|k| tol.weight_with(peak[k], floor[k], old[k], new[k]));
+                over = std::array::from_fn(|k| larger(excess(mask[k], step[k], weight[k]), over[k]));
+                finite = std::array::from_fn(|k| finite[k] + 0.0 * new[k]);
+                x[first..first + LANES].copy_from_slice(&new);
+            }
         }
-        (large == 0, bad == 0)
+        (over == [0.0; LANES], finite == [0.0; LANES])
     }
 }

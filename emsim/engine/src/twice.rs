@@ -26,3 +26,19 @@ macro_rules! twice {
 }
 
 pub(crate) use twice;
+
+/// Numbers that go through the registers together.
+pub const LANES: usize = 4;
+
+/// Where the blocks of `LANES` begin in which n numbers are looked at, n being `LANES` at least: the last one reaches back, and sees
+/// some of them twice.
+#[inline(always)]
+pub fn blocks(n: usize) -> impl Iterator<Item = usize> {
+    (0..n).step_by(LANES).map(move |first| first.min(n - LANES))
+}
+
+/// The block of `v` that begins there.
+#[inline(always)]
+pub fn block(v: &[f64], first: usize) -> [f64; LANES] {
+    v[first..first + LANES].try_into().expect("so many")
+}

@@ -65,13 +65,16 @@ fn turns(mut points: impl Iterator<Item = (f64, f64)>) -> Option<f64> {
                 let gap: f64 = at - last.0;
                 shortest = shortest.min(gap);
                 longest = longest.max(gap);
+                if longest > REGULAR * shortest {
+                    return None;
+                }
             }
             last = (at, j);
             n += 1;
         }
         before = now;
     }
-    if n < CROSSINGS || longest > REGULAR * shortest {
+    if n < CROSSINGS {
         return None;
     }
     let samples = (last.1 - first.1) as f64 / f64::from(n - 1);
@@ -88,8 +91,8 @@ fn fit(t: &[f64], x: &[f64], w: f64) -> Option<Oscillation> {
     };
     // normal equations, the right side as the last column
     let mut m = [[0.0; N + 1]; N];
-    for (&t, &x) in t.iter().zip(x) {
-        let b = basis(t);
+    let rows: Vec<[f64; N]> = t.iter().map(|&t| basis(t)).collect();
+    for (b, &x) in rows.iter().zip(x) {
         for i in 0..N {
             for j in 0..N {
                 m[i][j] += b[i] * b[j];
@@ -99,8 +102,7 @@ fn fit(t: &[f64], x: &[f64], w: f64) -> Option<Oscillation> {
     }
     let p = solve(m)?;
     let (mut left, mut whole) = (0.0, 0.0);
-    for (&t, &x) in t.iter().zip(x) {
-        let b = basis(t);
+    for (b, &x) in rows.iter().zip(x) {
         let wave: f64 = (2..N).map(|i| p[i] * b[i]).sum();
         left += (x - mean - p[0] - p[1] * b[1] - wave).powi(2);
         whole += wave * wave;

@@ -10,13 +10,10 @@
 //! so that one division a point is all that unequal steps cost, and what m points miss of the new value is what m + 1 miss
 //! and one difference more: every order's error from the same numbers.
 use super::{MOST, POINTS};
-use crate::twice::twice;
+use crate::twice::{twice, LANES};
 
 /// The predictor of the highest order reads so many.
 pub const ROWS: usize = MOST + 1;
-/// Quantities that go through the registers together.
-const LANES: usize = 4;
-
 /// beta_1, beta_2, ... towards t, as far as there are points: the first `len` of `times`, newest first.
 pub fn towards(t: f64, times: &[f64; POINTS], len: usize) -> [f64; ROWS] {
     // all quotients at once; those of points that are not there are left out
@@ -65,10 +62,10 @@ impl Differences {
         self.blocks[i / LANES][row.min(ROWS - 1)][i % LANES]
     }
 
-    /// Largest |e + factor phi_{row + 1}| over the weight, of all quantities, for a first factor and row, for none, and for a second; e
-    /// and weights of whole blocks.
-    pub fn largest(&self, e: &[f64], weights: &[f64], of: [(f64, usize); 2]) -> [f64; 3] {
-        largest(&self.blocks, e, weights, of)
+    /// Largest |e + factor phi_{row + 1}| times the scale, of all quantities, for a first factor and row, for none, and for a second; e
+    /// and scales of whole blocks.
+    pub fn largest(&self, e: &[f64], scales: &[f64], of: [(f64, usize); 2]) -> [f64; 3] {
+        largest(&self.blocks, e, scales, of)
     }
 }
 
@@ -119,7 +116,7 @@ twice! {
 fn push_behind<const M: usize>(blocks: &mut [Block], beta: &[f64], y: &[f64]) {
     let beta: [f64; M] = std::array::from_fn(|m| beta[m]);
     for (block, y) in blocks.iter_mut().zip(y.chunks(LANES)) {
-        let mut carry = lanes(y, 0.0);
+        let mut carry = lanes(y);
         for m in 0..M {
             let old = std::mem::replace(&mut block[m], carry);
             carry = std::array::from_fn(|k| carry[k] - beta[m] * old[k]);
@@ -131,17 +128,16 @@ fn push_behind<const M: usize>(blocks: &mut [Block], beta: &[f64], y: &[f64]) {
 }
 
 twice! {
-    fn largest(blocks: &[Block], e: &[f64], weights: &[f64], of: [(f64, usize); 2]) -> [f64; 3] {
+    fn largest(blocks: &[Block], e: &[f64], scales: &[f64], of: [(f64, usize); 2]) -> [f64; 3] {
         let [below, above] = of;
         let larger = |a: f64, b: f64| if a > b { a } else { b };
         let (low, high) = (below.1.min(ROWS - 1), above.1.min(ROWS - 1));
         // each in its own register
         let (mut under, mut own, mut over) = ([0.0; LANES], [0.0; LANES], [0.0; LANES]);
-        for ((block, e), weights) in blocks.iter().zip(e.chunks_exact(LANES)).zip(weights.chunks_exact(LANES)) {
-            let (e, weights) = (lanes(e, 0.0), lanes(weights, 1.0));
-            let inverse: [f64; LANES] = std::array::from_fn(|k| 1.0 / weights[k]);
+        for ((block, e), scales) in blocks.iter().zip(e.chunks_exact(LANES)).zip(scales.chunks_exact(LANES)) {
+            let (e, scales) = (lanes(e), lanes(scales));
             let held = |worst: [f64; LANES], missed: [f64; LANES]| -> [f64; LANES] {
-                std::array::from_fn(|k| larger(missed[k].abs() * inverse[k], worst[k]))
+                std::array::from_fn(|k| larger(missed[k].abs() * scales[k], worst[k]))
             };
             own = held(own, e);
             under = held(under, std::array::from_fn(|k| e[k] + below.0 * block[low][k]));
@@ -151,8 +147,8 @@ twice! {
     }
 }
 
-/// So many numbers of a vector, or what is left of it and `none` for the rest.
+/// So many numbers of a vector, or what is left of it and zeros.
 #[inline(always)]
-fn lanes(y: &[f64], none: f64) -> [f64; LANES] {
-    y.try_into().unwrap_or_else(|_| std::array::from_fn(|k| y.get(k).copied().unwrap_or(none)))
+fn lanes(y: &[f64]) -> [f64; LANES] {
+    y.try_into().unwrap_or_else(|_| std::array::from_fn(|k| y.get(k).copied().unwrap_or(0.0)))
 }

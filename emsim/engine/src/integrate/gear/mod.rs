@@ -76,7 +76,7 @@ pub struct Gear {
     betas: [f64; ROWS], // towards it
     r: Vec<f64>,
     missed: Vec<f64>, // x1 less what the polynomial through the points of the formula and one more says; whole blocks
-    weights: Vec<f64>, // of errors; whole blocks
+    scales: Vec<f64>, // 1 over the weights of errors; whole blocks
     given: Vec<usize>, // unknowns that have what a source has
     noise: Noise,
     order: usize,
@@ -135,7 +135,7 @@ impl Gear {
             r: vec![0.0; sys.n],
             missed: vec![0.0; whole(sys.n)],
             given: sys.alone().iter().enumerate().filter_map(|(i, &alone)| alone.then_some(i)).collect(),
-            weights: vec![1.0; whole(sys.n)],
+            scales: vec![0.0; whole(sys.n)],
             noise: Noise { due: 0, counts: false },
             order: 1,
             maxord,
@@ -181,16 +181,17 @@ impl Gear {
 
     /// What errors are measured by: tolerances, and the rounding of charges and currents where that is not far below.
     fn weigh(&mut self, sys: &System, w: &mut Work, a: f64, tol: &Tolerances) {
-        tol.weights(&self.x1, &self.x0, &mut self.weights[..sys.n]);
+        tol.inverse_weights(&self.x1, &self.x0, &mut self.scales[..sys.n]);
         self.tied.clear();
         let weight = |i: usize| tol.error_weight(i, self.x1[i], self.x0[i]);
         self.tied.extend(tol.tied.iter().map(|&(node, root)| (node, root, weight(node))));
         if self.noise.counts || self.noise.due == 0 {
             let (noise, trtol) = (self.newton.round(sys, w, a, &self.x1), self.trtol);
-            let counts = |(weight, noise): (&f64, &f64)| noise.abs() > NOISY * trtol * weight;
-            self.noise = Noise { due: QUIET, counts: self.weights.iter().zip(noise).any(counts) };
+            let counts = |(scale, noise): (&f64, &f64)| noise.abs() * scale > NOISY * trtol;
+            self.noise = Noise { due: QUIET, counts: self.scales.iter().zip(noise).any(counts) };
             if self.noise.counts {
-                self.weights.iter_mut().zip(noise).for_each(|(weight, noise)| *weight += noise.abs() / trtol);
+                let more = |(scale, noise): (&mut f64, &f64)| *scale /= 1.0 + noise.abs() / trtol * *scale;
+                self.scales.iter_mut().zip(noise).for_each(more);
             }
         }
         self.noise.due -= 1;
@@ -204,7 +205,7 @@ impl Gear {
         }
         let above = if self.len > k + 1 && k < MOST { k + 1 } else { k };
         let of = [(beta[k], k), (-beta[above], above)];
-        let mut worst = self.states.largest(&self.missed, &self.weights, of);
+        let mut worst = self.states.largest(&self.missed, &self.scales, of);
         for &(node, root, weight) in &self.tied {
             let apart = |of: &dyn Fn(usize) -> f64| (of(node) - of(root)).abs() / weight;
             let beyond = |(factor, row): (f64, usize)| apart(&|i| self.missed[i] + factor * self.states.phi(row, i));
