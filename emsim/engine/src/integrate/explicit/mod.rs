@@ -29,6 +29,7 @@ use crate::reduced::{Point, Reduced, Trouble, NEAR};
 use crate::sparse::Complex;
 use crate::system::{Kind, System, Work};
 use crate::tape::Sequence;
+use crate::twice::{block, LANES};
 use std::cell::RefCell;
 use tableau::{combine, scaled, Tableau};
 
@@ -49,6 +50,10 @@ const PROJECTIONS: usize = 4;
 
 /// h |lambda| over the bound of stability from which the inside of a step is looked at.
 const SHARP: f64 = 0.1;
+
+/// Steps without a new estimate of it, which costs up to a twelfth of a step; below this it is taken to grow as the step does.
+const UNSEEN: u32 = 3;
+const CLEAR: f64 = 0.4;
 
 /// Steps of high order that need no watching: thirty periods at most.
 const FAITHFUL: u64 = 100;
@@ -84,7 +89,8 @@ pub struct Explicit<'a> {
     // control
     error_old: f64,
     rejected: bool,
-    stiffness: f64,
+    stiffness: f64, // of the last step, by the last estimate
+    seen: (f64, u32), // length of the step that it is of; steps since that estimate
     inside: RefCell<Inside<'a>>,
 }
 
@@ -94,6 +100,9 @@ struct Inside<'a> {
     k: Vec<f64>, // the table of the tableau
     sequence: Option<&'a Sequence>,
     ready: bool,
+    // scratch
+    e: Vec<f64>,
+    change: Vec<f64>,
 }
 
 impl<'a> Explicit<'a> {
@@ -132,11 +141,14 @@ impl<'a> Explicit<'a> {
             error_old: 1e-4,
             rejected: false,
             stiffness: 0.0,
+            seen: (0.0, 0),
             inside: RefCell::new(Inside {
                 point: point(),
                 k: vec![0.0; method.size(width)],
                 sequence: method.inside(reduced),
                 ready: false,
+                e: vec![0.0; m],
+                change: vec![0.0; sys.n],
             }),
         })
     }
@@ -254,6 +266,12 @@ impl<'a> Explicit<'a> {
 
     /// h |lambda| over the bound of stability.
     fn estimate_stiffness(&mut self, h: f64, tol: &Tolerances) {
+        let (of, unseen) = std::mem::replace(&mut self.seen, (h, 0));
+        self.stiffness *= h / of;
+        if self.stiffness < CLEAR && unseen < UNSEEN {
+            self.seen.1 = unseen + 1;
+            return;
+        }
         let (m, last) = (self.m, (self.method.stages - 1) * self.width);
         for i in 0..m {
             self.e[i] = self.y1[i] - self.last_stage[i];
@@ -273,7 +291,7 @@ impl<'a> Explicit<'a> {
             }
         }
         let now = if places > rounding { h * (slopes / places).sqrt() / self.method.stable } else { 0.0 };
-        let before = if self.stiffness.is_nan() { now } else { self.stiffness };
+        let before = if self.stiffness.is_nan() || unseen > 0 { now } else { self.stiffness };
         self.stiffness = 0.5 * (before + now).min(2e6);
     }
 
@@ -321,7 +339,7 @@ impl<'a> Explicit<'a> {
     /// Stages and coefficients of the dense output of this step.
     fn prepare_dense(&self, inside: &mut Inside) -> Result<(), Trouble> {
         let (m, width, s, h, method) = (self.m, self.width, self.method.stages, self.h, self.method);
-        let Inside { point, k, sequence, ready } = inside;
+        let Inside { point, k, sequence, ready, .. } = inside;
         point.flags.copy_from_slice(&self.point.flags);
         point.gmin = self.point.gmin;
         let (known, y0) = ((s + 1) * width, method.y0() * width);
@@ -376,21 +394,20 @@ impl<'a> Explicit<'a> {
         }
         let theta = (t - self.t0) / self.h;
         let terms = &inside.k[(self.method.y0() + Tableau::DENSE) * self.width..];
-        let y = self.reduced.y(&mut inside.point);
-        y.fill(0.0);
-        for k in (0..self.method.terms()).rev() {
-            let factor = if k % 2 == 0 { theta } else { 1.0 - theta };
-            for (y, r) in y.iter_mut().zip(&terms[k * self.width..]) {
-                *y = (*y + r) * factor;
+        let factors = [theta, 1.0 - theta];
+        for (first, y) in (0..).step_by(LANES).zip(self.reduced.y(&mut inside.point).chunks_mut(LANES)) {
+            let mut sum = [0.0; LANES];
+            for k in (0..self.method.terms()).rev() {
+                let r = block(terms, k * self.width + first);
+                sum = std::array::from_fn(|i| (sum[i] + r[i]) * factors[k % 2]);
             }
-        }
-        for (y, y0) in y.iter_mut().zip(&self.y0) {
-            *y += y0;
+            let y0 = block(&self.y0, first);
+            y.iter_mut().zip(sum.iter().zip(y0)).for_each(|(y, (sum, y0))| *y = sum + y0);
         }
         // the polynomial of high order opens loops by ten times what the ends of steps are wrong by: closed with the factors of
         // the first row, which is in the same step
         if self.projects && !self.method.extra.is_empty() {
-            let mut closed = y.to_vec();
+            let mut closed = self.reduced.y(&mut inside.point).to_vec();
             self.reduced.close_gently(&mut inside.point, &self.sys.waves, t, &mut closed, self.rounding());
             self.reduced.y(&mut inside.point).copy_from_slice(&closed);
         }
@@ -518,19 +535,19 @@ impl Method for Explicit<'_> {
             }
         }
         // what the state means to the unknowns is that of the new point
-        let mut change = vec![0.0; self.x1.len()];
+        let Inside { e, change, .. } = inside;
         self.reduced.y(&mut inside.point).copy_from_slice(&self.y1[..self.m]);
         let (point, waves, t1) = (&mut inside.point, &self.sys.waves, self.t0 + self.h);
-        if self.reduced.arrive(point, waves, t1, true, None, &mut change).is_err() {
+        if self.reduced.arrive(point, waves, t1, true, None, change).is_err() {
             return f64::INFINITY;
         }
         // largest where theta = 1/2
         let terms = self.method.terms();
         let most = 0.5_f64.powi(terms as i32);
         let last = &inside.k[(self.method.y0() + Tableau::DENSE + terms - 1) * self.width..][..self.m];
-        let e: Vec<f64> = last.iter().map(|r| most * r).collect();
-        self.reduced.changes(&mut inside.point, &e, &mut change);
-        tol.largest_error(&change, &self.x1, &self.x0)
+        e.iter_mut().zip(last).for_each(|(e, r)| *e = most * r);
+        self.reduced.changes(&mut inside.point, e, change);
+        tol.largest_error(change, &self.x1, &self.x0)
     }
 
     fn wants_dense_record(&self) -> bool {
