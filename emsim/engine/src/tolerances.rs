@@ -16,7 +16,7 @@
 //! atol(V) = max(vntol, chgtol / C), atol(A) = max(abstol, flxtol / L).
 use crate::model::{Kind, Unknown};
 use crate::system::System;
-use crate::twice::{block, blocks, twice, LANES};
+use crate::twice::{block, blocks, by_lanes, padded, twice, Lanes, LANES};
 
 /// Share of a signal's largest value so far below which relative accuracy is no longer asked for.
 const PEAK_SHARE: f64 = 0.02;
@@ -211,9 +211,10 @@ pub struct Tolerances {
     pub peak: Vec<f64>,
     /// absolute floor of each weight: `atol`, and the rounding that larger neighbours of the same unit bring
     pub floor: Vec<f64>,
-    own: Vec<f64>,      // what errors are allowed besides, of nodes that are a diode's own
-    group: Vec<usize>,  // unknowns of one kind and unit
-    largest: [f64; 16], // value of each group so far
+    own: Vec<f64>,         // what errors are allowed besides, of nodes that are a diode's own
+    error_floor: Vec<f64>, // `floor` and that
+    group: Vec<usize>,     // unknowns of one kind and unit
+    largest: [f64; 16],    // value of each group so far
     observed: u32,
     /// in Newton's norm; multipliers, derivative unknowns and algebraic currents are not
     pub in_norm: Vec<bool>,
@@ -262,6 +263,7 @@ impl Tolerances {
         for node in sys.behind_resistances().filter(|_| !o.accounts) {
             own[node] = o.reltol * JUNCTION;
         }
+        let error_floor = floor.iter().zip(&own).map(|(floor, own)| floor + own).collect();
         Tolerances {
             reltol: o.reltol,
             vntol,
@@ -270,6 +272,7 @@ impl Tolerances {
             peak,
             floor,
             own,
+            error_floor,
             group,
             largest: [0.0; 16],
             observed: 0,
@@ -288,7 +291,8 @@ impl Tolerances {
         let mut t = self.clone();
         t.reltol *= factor;
         t.vntol *= factor;
-        t.atol.iter_mut().chain(&mut t.floor).chain(&mut t.own).for_each(|a| *a *= factor);
+        let absolute = t.atol.iter_mut().chain(&mut t.floor).chain(&mut t.own).chain(&mut t.error_floor);
+        absolute.for_each(|a| *a *= factor);
         t
     }
 
@@ -300,7 +304,7 @@ impl Tolerances {
     /// ... in the local error norm.
     #[inline]
     pub fn error_weight(&self, i: usize, a: f64, b: f64) -> f64 {
-        self.weight(i, a, b) + self.own[i]
+        self.reltol * a.abs().max(b.abs()).max(PEAK_SHARE * self.peak[i]) + self.error_floor[i]
     }
 
     /// Weight of what is in no norm, a multiplier or an algebraic current: it follows linearly from the rest and is held
@@ -316,7 +320,9 @@ impl Tolerances {
 
     /// Largest |e_i| over the weight of x1_i, x0_i, in the local error norm.
     pub fn largest_error(&self, e: &[f64], x1: &[f64], x0: &[f64]) -> f64 {
-        largest_error(self, e, x1, x0).max(self.largest_tied(|i| e[i], x1, x0))
+        let n = self.atol.len();
+        let worst = largest(self.reltol, &self.alone, &e[..n], [&x1[..n], &x0[..n], &self.peak, &self.error_floor]);
+        worst.max(self.largest_tied(|i| e[i], x1, x0))
     }
 
     /// ... of what nodes of islands are apart; infinite where that is no number.
@@ -333,23 +339,17 @@ impl Tolerances {
 
     /// Largest e_i over the weight of a_i, b_i, in Newton's norm; e not negative.
     pub fn largest_move(&self, e: &[f64], a: &[f64], b: &[f64]) -> f64 {
-        largest_move(self, e, a, b)
+        largest(self.reltol, &self.norm_mask, e, [a, b, &self.peak, &self.floor])
     }
 
     /// What errors of the unknowns are multiplied by, in the local error norm: 1 over their weights, 0 where they do not count.
     pub fn inverse_weights(&self, x1: &[f64], x0: &[f64], out: &mut [f64]) {
-        inverse_weights(self, x1, x0, out);
+        inverse_weights(self.reltol, &self.alone, [x1, x0, &self.peak, &self.error_floor], out);
     }
 
     /// x <- x + step; whether the step was within the tolerance of Newton's norm, and all is finite still.
     pub fn advance(&self, step: &[f64], x: &mut [f64]) -> (bool, bool) {
-        advance(self, step, x)
-    }
-
-    #[inline(always)]
-    pub fn weight_with(&self, peak: f64, atol: f64, a: f64, b: f64) -> f64 {
-        let larger = |a: f64, b: f64| if a > b { a } else { b };
-        self.reltol * larger(larger(a.abs(), b.abs()), PEAK_SHARE * peak) + atol
+        advance(self.reltol, &self.norm_mask, step, [&self.peak, &self.floor], x)
     }
 
     pub fn observe(&mut self, x: &[f64]) {
@@ -363,6 +363,9 @@ impl Tolerances {
             }
             for ((f, &a), &g) in self.floor.iter_mut().zip(&self.atol).zip(&self.group) {
                 *f = a + NEIGHBOURS * largest[g.min(15)];
+            }
+            for (all, (floor, own)) in self.error_floor.iter_mut().zip(self.floor.iter().zip(&self.own)) {
+                *all = floor + own;
             }
         }
         self.observed = self.observed.wrapping_add(1);
@@ -378,102 +381,72 @@ twice! {
     }
 }
 
-/// Largest |e_i| over the weight, of what has a 1 in the mask; infinite where an e_i is no number. `own`: further parts of weights.
+/// reltol times the largest of |a|, |b| and the share of the peak, and the floor.
 #[inline(always)]
-fn largest(tol: &Tolerances, mask: &[f64], own: Option<&[f64]>, e: &[f64], a: &[f64], b: &[f64]) -> f64 {
-    let n = tol.atol.len();
-    let (e, a, b, floor, peak, mask) = (&e[..n], &a[..n], &b[..n], &tol.floor[..n], &tol.peak[..n], &mask[..n]);
-    let larger = |a: f64, b: f64| if a > b { a } else { b };
-    let counted = |mask: f64, e: f64| if mask != 0.0 { mask * e.abs() } else { 0.0 };
-    let (mut worst, mut sum) = ([0.0; LANES], [0.0; LANES]);
-    if n < LANES {
-        for i in 0..n {
-            let (e, floor) = (counted(mask[i], e[i]), floor[i] + own.map_or(0.0, |own| own[i]));
-            worst[0] = larger(e / tol.weight_with(peak[i], floor, a[i], b[i]), worst[0]);
-            sum[0] += e;
+fn weight<L: Lanes>(reltol: f64, [a, b, peak, floor]: [L; 4]) -> L {
+    L::all(reltol) * a.abs().larger(b.abs()).larger(L::all(PEAK_SHARE) * peak) + floor
+}
+
+by_lanes! {
+    /// Largest share times |e_i| over the weight of (a, b, peak, floor)_i; infinite where one that has a share is no number.
+    fn largest<L>(reltol: f64, share: &[f64], e: &[f64], of: [&[f64]; 4]) -> f64 {
+        if e.len() < LANES {
+            let ([share, e], of) = ([share, e].map(padded), of.map(padded));
+            return largest(reltol, &share, &e, of.each_ref().map(|v| v.as_slice()));
         }
-    } else {
-        for first in blocks(n) {
-            let of = |v: &[f64]| block(v, first);
-            let (e, mask, a, b, peak, floor) = (of(e), of(mask), of(a), of(b), of(peak), of(floor));
-            let own = own.map_or([0.0; LANES], of);
-            let e: [f64; LANES] = std::array::from_fn(|k| counted(mask[k], e[k]));
-            let weight: [f64; LANES] = std::array::from_fn(|k| tol.weight_with(peak[k], floor[k] + own[k], a[k], b[k]));
-            worst = std::array::from_fn(|k| larger(e[k] / weight[k], worst[k]));
-            sum = std::array::from_fn(|k| sum[k] + e[k]);
+        let [a, b, peak, floor] = of;
+        let (mut worst, mut numbers) = (L::all(0.0), L::all(0.0));
+        for (_, block) in blocks([share, e, a, b, peak, floor]) {
+            let [share, e, a, b, peak, floor] = block.map(L::load);
+            worst = (share * e.abs() / weight(reltol, [a, b, peak, floor])).larger(worst);
+            numbers = numbers + L::all(0.0) * e;
         }
-    }
-    if sum.iter().any(|s| s.is_nan()) {
-        f64::INFINITY
-    } else {
-        worst.into_iter().fold(0.0, larger)
+        let odd = numbers.store() != [0.0; LANES] && e.iter().zip(share).any(|(e, share)| *share != 0.0 && e.is_nan());
+        if odd { f64::INFINITY } else { worst.store().into_iter().fold(0.0, f64::max) }
     }
 }
 
-twice! {
-    fn largest_error(tol: &Tolerances, e: &[f64], x1: &[f64], x0: &[f64]) -> f64 {
-        largest(tol, &tol.alone, Some(&tol.own), e, x1, x0)
-    }
-}
-
-twice! {
-    fn largest_move(tol: &Tolerances, e: &[f64], a: &[f64], b: &[f64]) -> f64 {
-        largest(tol, &tol.norm_mask, None, e, a, b)
-    }
-}
-
-twice! {
-    fn inverse_weights(tol: &Tolerances, x1: &[f64], x0: &[f64], out: &mut [f64]) {
-        let n = tol.atol.len();
-        let (out, x1, x0, floor, own) = (&mut out[..n], &x1[..n], &x0[..n], &tol.floor[..n], &tol.own[..n]);
-        let (peak, share) = (&tol.peak[..n], &tol.alone[..n]);
+by_lanes! {
+    /// share_i / weight of (a, b, peak, floor)_i.
+    fn inverse_weights<L>(reltol: f64, share: &[f64], of: [&[f64]; 4], out: &mut [f64]) {
+        let n = out.len();
         if n < LANES {
-            for i in 0..n {
-                out[i] = share[i] / tol.weight_with(peak[i], floor[i] + own[i], x1[i], x0[i]);
-            }
+            let (share, of, mut all) = (padded(share), of.map(padded), [0.0; LANES]);
+            inverse_weights(reltol, &share, of.each_ref().map(|v| v.as_slice()), &mut all);
+            out.copy_from_slice(&all[..n]);
             return;
         }
-        for first in blocks(n) {
-            let of = |v: &[f64]| block(v, first);
-            let (share, x1, x0, peak, floor, own) = (of(share), of(x1), of(x0), of(peak), of(floor), of(own));
-            let inverse: [f64; LANES] =
-                std::array::from_fn(|k| share[k] / tol.weight_with(peak[k], floor[k] + own[k], x1[k], x0[k]));
-            out[first..first + LANES].copy_from_slice(&inverse);
+        let [a, b, peak, floor] = of;
+        for (first, block) in blocks([share, a, b, peak, floor]) {
+            let [share, a, b, peak, floor] = block.map(L::load);
+            let inverse = share / weight(reltol, [a, b, peak, floor]);
+            out[first..first + LANES].copy_from_slice(&inverse.store());
         }
     }
 }
 
-twice! {
-    fn advance(tol: &Tolerances, step: &[f64], x: &mut [f64]) -> (bool, bool) {
-        let n = tol.atol.len();
-        let (step, x, floor) = (&step[..n], &mut x[..n], &tol.floor[..n]);
-        let (peak, mask) = (&tol.peak[..n], &tol.norm_mask[..n]);
-        let larger = |a: f64, b: f64| if a > b { a } else { b };
-        let excess = |mask: f64, step: f64, weight: f64| mask * step.abs() - weight;
-        // above 0 where a step is larger than its weight; no number where one of the unknowns is none
-        let (mut over, mut finite) = ([0.0; LANES], [0.0; LANES]);
+by_lanes! {
+    /// x <- x + step; whether every step times its share was within the weight of (x, peak, floor), and every x is finite.
+    fn advance<L>(reltol: f64, share: &[f64], step: &[f64], of: [&[f64]; 2], x: &mut [f64]) -> (bool, bool) {
+        let n = x.len();
         if n < LANES {
-            for i in 0..n {
-                let (old, new) = (x[i], x[i] + step[i]);
-                over[0] = larger(excess(mask[i], step[i], tol.weight_with(peak[i], floor[i], old, new)), over[0]);
-                finite[0] += 0.0 * new;
-                x[i] = new;
-            }
-        } else {
-            let last = n - LANES;
-            let end = block(x, last); // the last block reaches back over what has been moved by then
-            for first in blocks(n) {
-                let of = |v: &[f64]| block(v, first);
-                let (step, peak, floor, mask) = (of(step), of(peak), of(floor), of(mask));
-                let old = if first == last { end } else { block(x, first) };
-                let new: [f64; LANES] = std::array::from_fn(|k| old[k] + step[k]);
-                let weight: [f64; LANES] =
-                    std::array::from_fn(|k| tol.weight_with(peak[k], floor[k], old[k], new[k]));
-                over = std::array::from_fn(|k| larger(excess(mask[k], step[k], weight[k]), over[k]));
-                finite = std::array::from_fn(|k| finite[k] + 0.0 * new[k]);
-                x[first..first + LANES].copy_from_slice(&new);
-            }
+            let ([share, step], of, mut all) = ([share, step].map(padded), of.map(padded), padded(x));
+            let result = advance(reltol, &share, &step, of.each_ref().map(|v| v.as_slice()), &mut all);
+            x.copy_from_slice(&all[..n]);
+            return result;
         }
-        (over == [0.0; LANES], finite == [0.0; LANES])
+        let ([peak, floor], last) = (of, n - LANES);
+        let end = L::load(&block(x, last)); // the last block reaches back over what has been moved by then
+        let (mut over, mut numbers) = (L::all(0.0), L::all(0.0));
+        for (first, block) in blocks([share, step, peak, floor]) {
+            let [share, step, peak, floor] = block.map(L::load);
+            let room = &mut x[first..first + LANES];
+            let old = if first == last { end } else { L::load(room.first_chunk().expect("so many")) };
+            let new = old + step;
+            over = (share * step.abs() - weight(reltol, [old, new, peak, floor])).larger(over);
+            numbers = numbers + L::all(0.0) * new;
+            room.copy_from_slice(&new.store());
+        }
+        (over.store() == [0.0; LANES], numbers.store() == [0.0; LANES])
     }
 }

@@ -498,8 +498,8 @@ impl Method for Auto<'_> {
         self.inner().dense(t, out);
     }
 
-    fn interior(&self, sys: &System, tol: &Tolerances) -> f64 {
-        self.inner().interior(sys, tol)
+    fn interior(&mut self, sys: &System, tol: &Tolerances) -> f64 {
+        self.methods[self.now].1.interior(sys, tol)
     }
 
     fn stages(&self) -> Stages<'_> {

@@ -63,7 +63,7 @@ pub trait Method {
     fn dense(&self, t: f64, out: &mut [f64]);
     /// Error of the dense output inside the candidate step, in units of the tolerance. Above 1 the driver ends the step at
     /// a point that is asked for, rather than interpolate it.
-    fn interior(&self, _sys: &System, _tol: &Tolerances) -> f64 {
+    fn interior(&mut self, _sys: &System, _tol: &Tolerances) -> f64 {
         0.0
     }
     /// How far the attempted step's stages are off a curve that knows less of unknown i, where dense output has nothing but that

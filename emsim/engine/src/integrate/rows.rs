@@ -399,7 +399,7 @@ impl Grid {
 
     /// Does a step of length h need rows of its own, where it can hardly be longer? They are put where the method says that its
     /// dense output is good enough, and where forces can be computed to more than rounding.
-    pub fn parted(&mut self, m: &dyn Method, h: f64, next: f64, sys: &System, tol: &Tolerances) {
+    pub fn parted(&mut self, m: &mut dyn Method, h: f64, next: f64, sys: &System, tol: &Tolerances) {
         self.parts = 1;
         if self.drawn && SHORT * h >= ROUNDED * self.stop {
             let all = m.shown();

@@ -271,7 +271,7 @@ impl Method for Trap {
 
     /// The parabola through three points parts from the next one by d. Where a diode turns within the step it is wrong there by a third of
     /// d at most, where all is smooth by a sixteenth.
-    fn interior(&self, sys: &System, tol: &Tolerances) -> f64 {
+    fn interior(&mut self, sys: &System, tol: &Tolerances) -> f64 {
         let p = &self.past;
         if p.len < 3 {
             return f64::INFINITY;

@@ -437,7 +437,7 @@ impl Method for Dirk {
     /// there by a quarter to four times as much as it is wrong inside, wherever the corner lies; a smooth curve by more,
     /// in the proportion of the two places' products of distances from the nodes: what has a mass is as smooth as that.
     /// (Carried back over all of that step, either proportion is so small that corners were missed.)
-    fn interior(&self, sys: &System, tol: &Tolerances) -> f64 {
+    fn interior(&mut self, sys: &System, tol: &Tolerances) -> f64 {
         if !self.follows {
             return f64::INFINITY;
         }

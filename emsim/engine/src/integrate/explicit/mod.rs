@@ -89,7 +89,7 @@ pub struct Explicit<'a> {
     // control
     error_old: f64,
     rejected: bool,
-    stiffness: f64, // of the last step, by the last estimate
+    stiffness: f64,   // of the last step, by the last estimate
     seen: (f64, u32), // length of the step that it is of; steps since that estimate
     inside: RefCell<Inside<'a>>,
 }
@@ -264,14 +264,20 @@ impl<'a> Explicit<'a> {
         }
     }
 
+    /// Stiffness of the accepted step of length h, taken from the one before it where nothing is near.
+    fn follow_stiffness(&mut self, h: f64, tol: &Tolerances) {
+        self.stiffness *= h / self.seen.0;
+        self.seen.0 = h;
+        if self.stiffness < CLEAR && self.seen.1 < UNSEEN {
+            self.seen.1 += 1;
+        } else {
+            self.estimate_stiffness(h, tol);
+        }
+    }
+
     /// h |lambda| over the bound of stability.
     fn estimate_stiffness(&mut self, h: f64, tol: &Tolerances) {
-        let (of, unseen) = std::mem::replace(&mut self.seen, (h, 0));
-        self.stiffness *= h / of;
-        if self.stiffness < CLEAR && unseen < UNSEEN {
-            self.seen.1 = unseen + 1;
-            return;
-        }
+        let unseen = std::mem::take(&mut self.seen.1);
         let (m, last) = (self.m, (self.method.stages - 1) * self.width);
         for i in 0..m {
             self.e[i] = self.y1[i] - self.last_stage[i];
@@ -478,7 +484,7 @@ impl Method for Explicit<'_> {
             return Attempt::TooLarge { next: h * (SAFE * error.powf(-exponent)).max(0.2) };
         }
         if !self.fixed {
-            self.estimate_stiffness(h, tol);
+            self.follow_stiffness(h, tol);
         }
         if self.projects {
             let before = self.point.evaluations;
@@ -522,7 +528,10 @@ impl Method for Explicit<'_> {
     /// Where stability limits the step, a fast component crosses it by an exponential that the polynomial does not follow,
     /// though both ends are right: a motor's current was off by 60 tolerances between them. The polynomial's last term
     /// shows that. (Elsewhere the terms fall fast and the ends tell enough.)
-    fn interior(&self, _sys: &System, tol: &Tolerances) -> f64 {
+    fn interior(&mut self, _sys: &System, tol: &Tolerances) -> f64 {
+        if self.seen.1 > 0 {
+            self.estimate_stiffness(self.h, tol);
+        }
         if self.stiffness.max(0.0) < SHARP {
             return 0.0;
         }

@@ -569,7 +569,7 @@ impl Method for Gauss {
         self.polynomial(t, out);
     }
 
-    fn interior(&self, sys: &System, tol: &Tolerances) -> f64 {
+    fn interior(&mut self, sys: &System, tol: &Tolerances) -> f64 {
         self.lacking(sys, tol)
     }
 

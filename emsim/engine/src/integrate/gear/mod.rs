@@ -406,7 +406,7 @@ impl Method for Gear {
 
     /// What the polynomial lacks in the middle of the step, by one point more. The error estimate sees nothing of algebraic
     /// unknowns, which may have corners.
-    fn interior(&self, sys: &System, tol: &Tolerances) -> f64 {
+    fn interior(&mut self, sys: &System, tol: &Tolerances) -> f64 {
         let m = self.used + 1;
         let Some(past) = self.past().get(..m) else { return f64::INFINITY };
         let t = 0.5 * (self.t1 + past[0]);

@@ -552,7 +552,7 @@ impl Method for Radau {
     /// stiff or algebraic is not seen by the error estimate: its stages are right, but the curve between them may be a
     /// corner that no polynomial follows, and of the corner of a diode that measure tells a tenth. Behind a corner of the sources
     /// that point is of another curve; where all is linear, the error estimate, of the polynomial's order, says it as well.
-    fn interior(&self, sys: &System, tol: &Tolerances) -> f64 {
+    fn interior(&mut self, sys: &System, tol: &Tolerances) -> f64 {
         let Some((start, ..)) = self.last.filter(|_| !self.accepted) else { return f64::INFINITY };
         if self.bent {
             return self.estimate;
