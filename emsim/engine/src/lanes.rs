@@ -78,6 +78,32 @@ impl V {
         v
     }
 
+    /// Of four pairs the first ones and the second ones.
+    #[inline(always)]
+    pub fn apart(pairs: &[f64; 8]) -> [V; 2] {
+        // SAFETY, besides: eight numbers
+        unsafe {
+            let (low, high) = (_mm256_loadu_pd(pairs.as_ptr()), _mm256_loadu_pd(pairs[4..].as_ptr()));
+            // 0 2 | 1 3 of each kind
+            let (first, second) = (_mm256_unpacklo_pd(low, high), _mm256_unpackhi_pd(low, high));
+            let in_order =
+                [_mm256_permute4x64_pd::<0b11_01_10_00>(first), _mm256_permute4x64_pd::<0b11_01_10_00>(second)];
+            [V(in_order[0]), V(in_order[1])]
+        }
+    }
+
+    /// Four pairs, each of one of either.
+    #[inline(always)]
+    pub fn together([a, b]: [V; 2]) -> [f64; 8] {
+        let mut pairs = [0.0; 8];
+        unsafe {
+            let (a, b) = (_mm256_permute4x64_pd::<0b11_01_10_00>(a.0), _mm256_permute4x64_pd::<0b11_01_10_00>(b.0));
+            _mm256_storeu_pd(pairs.as_mut_ptr(), _mm256_unpacklo_pd(a, b));
+            _mm256_storeu_pd(pairs[4..].as_mut_ptr(), _mm256_unpackhi_pd(a, b));
+        }
+        pairs
+    }
+
     #[inline(always)]
     pub fn abs(self) -> V {
         V(unsafe { _mm256_andnot_pd(_mm256_set1_pd(-0.0), self.0) })

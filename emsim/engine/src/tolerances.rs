@@ -16,7 +16,7 @@
 //! atol(V) = max(vntol, chgtol / C), atol(A) = max(abstol, flxtol / L).
 use crate::model::{Kind, Unknown};
 use crate::system::System;
-use crate::twice::{block, blocks, by_lanes, padded, twice, Lanes, LANES};
+use crate::twice::{blocks, by_lanes, padded, twice, Lanes, LANES};
 
 /// Share of a signal's largest value so far below which relative accuracy is no longer asked for.
 const PEAK_SHARE: f64 = 0.02;
@@ -396,13 +396,13 @@ by_lanes! {
         }
         let [a, b, peak, floor] = of;
         let (mut worst, mut numbers) = (L::all(0.0), L::all(0.0));
-        for (_, block) in blocks([share, e, a, b, peak, floor]) {
-            let [share, e, a, b, peak, floor] = block.map(L::load);
+        for k in blocks(e.len()) {
+            let [share, e, a, b, peak, floor] = [share, e, a, b, peak, floor].map(|v| L::at(v, k));
             worst = (share * e.abs() / weight(reltol, [a, b, peak, floor])).larger(worst);
             numbers = numbers + L::all(0.0) * e;
         }
-        let odd = numbers.store() != [0.0; LANES] && e.iter().zip(share).any(|(e, share)| *share != 0.0 && e.is_nan());
-        if odd { f64::INFINITY } else { worst.store().into_iter().fold(0.0, f64::max) }
+        let odd = !is_zero(numbers) && e.iter().zip(share).any(|(e, share)| *share != 0.0 && e.is_nan());
+        if odd { f64::INFINITY } else { each(worst).into_iter().fold(0.0, f64::max) }
     }
 }
 
@@ -417,10 +417,9 @@ by_lanes! {
             return;
         }
         let [a, b, peak, floor] = of;
-        for (first, block) in blocks([share, a, b, peak, floor]) {
-            let [share, a, b, peak, floor] = block.map(L::load);
-            let inverse = share / weight(reltol, [a, b, peak, floor]);
-            out[first..first + LANES].copy_from_slice(&inverse.store());
+        for k in blocks(n) {
+            let [share, a, b, peak, floor] = [share, a, b, peak, floor].map(|v| L::at(v, k));
+            (share / weight(reltol, [a, b, peak, floor])).put(out, k);
         }
     }
 }
@@ -436,17 +435,28 @@ by_lanes! {
             return result;
         }
         let ([peak, floor], last) = (of, n - LANES);
-        let end = L::load(&block(x, last)); // the last block reaches back over what has been moved by then
+        let end = L::at(x, last); // the last block reaches back over what has been moved by then
         let (mut over, mut numbers) = (L::all(0.0), L::all(0.0));
-        for (first, block) in blocks([share, step, peak, floor]) {
-            let [share, step, peak, floor] = block.map(L::load);
-            let room = &mut x[first..first + LANES];
-            let old = if first == last { end } else { L::load(room.first_chunk().expect("so many")) };
+        for k in blocks(n) {
+            let [share, step, peak, floor] = [share, step, peak, floor].map(|v| L::at(v, k));
+            let old = if k == last { end } else { L::at(x, k) };
             let new = old + step;
             over = (share * step.abs() - weight(reltol, [old, new, peak, floor])).larger(over);
             numbers = numbers + L::all(0.0) * new;
-            room.copy_from_slice(&new.store());
+            new.put(x, k);
         }
-        (over.store() == [0.0; LANES], numbers.store() == [0.0; LANES])
+        (is_zero(over), is_zero(numbers))
     }
+}
+
+#[inline(always)]
+fn each<L: Lanes>(v: L) -> [f64; LANES] {
+    let mut each = [0.0; LANES];
+    v.put(&mut each, 0);
+    each
+}
+
+#[inline(always)]
+fn is_zero<L: Lanes>(v: L) -> bool {
+    each(v) == [0.0; LANES]
 }

@@ -1,7 +1,7 @@
 //! Loops over numbers that are compiled twice: for any processor, and for one with registers of four numbers (AVX2), between
 //! which the running one decides. The operations and their order are the same, hence every bit.
 
-use std::ops::{Add, Div, Mul, Sub};
+use std::ops::{Add, Div, Mul, Neg, Sub};
 
 /// Defines a function so.
 macro_rules! twice {
@@ -32,18 +32,29 @@ pub(crate) use twice;
 /// Numbers that go through the registers together.
 pub const LANES: usize = 4;
 
-/// So many numbers: `V` in a register of a processor that has one for them, `Plain` elsewhere.
-pub trait Lanes: Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self> {
+/// Numbers side by side: `V` in a register of a processor that has one for four of them, `Plain` elsewhere, `One` by itself.
+pub trait Lanes:
+    Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self> + Neg<Output = Self>
+{
+    const COUNT: usize;
+
     fn all(v: f64) -> Self;
-    fn load(v: &[f64; LANES]) -> Self;
-    fn store(self) -> [f64; LANES];
     fn abs(self) -> Self;
     /// The larger ones, `other` where one is no number.
     fn larger(self, other: Self) -> Self;
+    /// What stands in `v` from i on.
+    fn at(v: &[f64], i: usize) -> Self;
+    fn put(self, v: &mut [f64], i: usize);
+    /// Of the pairs in `v`, from the one of number i on, the first ones and the second ones.
+    fn pairs_at(v: &[f64], i: usize) -> [Self; 2];
+    fn put_pairs(pairs: [Self; 2], v: &mut [f64], i: usize);
 }
 
 #[derive(Clone, Copy)]
 pub struct Plain([f64; LANES]);
+
+#[derive(Clone, Copy)]
+pub struct One(f64);
 
 /// Defines a function that is generic over `Lanes`, for the processor that runs it.
 macro_rules! by_lanes {
@@ -71,17 +82,10 @@ macro_rules! by_lanes {
 
 pub(crate) use by_lanes;
 
-/// Blocks of vectors of one length, `LANES` at least, and where each begins. The last one reaches back, and has some numbers of the
-/// one before again.
+/// Where blocks of `LANES` of n numbers begin, n being no fewer. The last one reaches back, and has some of the one before again.
 #[inline(always)]
-pub fn blocks<const K: usize>(of: [&[f64]; K]) -> impl Iterator<Item = (usize, [&[f64; LANES]; K])> {
-    let n = of[0].len();
-    assert!(n >= LANES && of.iter().all(|v| v.len() == n));
-    (0..n).step_by(LANES).map(move |first| {
-        let first = first.min(n - LANES);
-        // SAFETY: so many numbers follow there in each
-        (first, of.map(|v| unsafe { &*v.as_ptr().add(first).cast() }))
-    })
+pub fn blocks(n: usize) -> impl Iterator<Item = usize> {
+    (0..n).step_by(LANES).map(move |first| first.min(n - LANES))
 }
 
 /// What there is of fewer numbers, and zeros.
@@ -90,25 +94,13 @@ pub fn padded(v: &[f64]) -> [f64; LANES] {
     std::array::from_fn(|k| v.get(k).copied().unwrap_or(0.0))
 }
 
-/// The block of `v` that begins there.
-#[inline(always)]
-pub fn block(v: &[f64], first: usize) -> [f64; LANES] {
-    v[first..first + LANES].try_into().expect("so many")
-}
-
 #[cfg(target_arch = "x86_64")]
 impl Lanes for crate::lanes::V {
+    const COUNT: usize = LANES;
+
     #[inline(always)]
     fn all(v: f64) -> Self {
         Self::all(v)
-    }
-    #[inline(always)]
-    fn load(v: &[f64; LANES]) -> Self {
-        Self::load(v)
-    }
-    #[inline(always)]
-    fn store(self) -> [f64; LANES] {
-        self.store()
     }
     #[inline(always)]
     fn abs(self) -> Self {
@@ -118,23 +110,82 @@ impl Lanes for crate::lanes::V {
     fn larger(self, other: Self) -> Self {
         self.max(other)
     }
+    #[inline(always)]
+    fn at(v: &[f64], i: usize) -> Self {
+        Self::load(v[i..i + LANES].first_chunk().expect("so many"))
+    }
+    #[inline(always)]
+    fn put(self, v: &mut [f64], i: usize) {
+        v[i..i + LANES].copy_from_slice(&self.store());
+    }
+    #[inline(always)]
+    fn pairs_at(v: &[f64], i: usize) -> [Self; 2] {
+        Self::apart(v[2 * i..2 * (i + LANES)].first_chunk().expect("so many"))
+    }
+    #[inline(always)]
+    fn put_pairs(pairs: [Self; 2], v: &mut [f64], i: usize) {
+        v[2 * i..2 * (i + LANES)].copy_from_slice(&Self::together(pairs));
+    }
 }
 
 impl Lanes for Plain {
+    const COUNT: usize = LANES;
+
     fn all(v: f64) -> Plain {
         Plain([v; LANES])
-    }
-    fn load(v: &[f64; LANES]) -> Plain {
-        Plain(*v)
-    }
-    fn store(self) -> [f64; LANES] {
-        self.0
     }
     fn abs(self) -> Plain {
         Plain(self.0.map(f64::abs))
     }
     fn larger(self, other: Plain) -> Plain {
         Plain(std::array::from_fn(|k| if self.0[k] > other.0[k] { self.0[k] } else { other.0[k] }))
+    }
+    fn at(v: &[f64], i: usize) -> Plain {
+        Plain(v[i..i + LANES].try_into().expect("so many"))
+    }
+    fn put(self, v: &mut [f64], i: usize) {
+        v[i..i + LANES].copy_from_slice(&self.0);
+    }
+    fn pairs_at(v: &[f64], i: usize) -> [Plain; 2] {
+        [0, 1].map(|of| Plain(std::array::from_fn(|k| v[2 * (i + k) + of])))
+    }
+    fn put_pairs([a, b]: [Plain; 2], v: &mut [f64], i: usize) {
+        for k in 0..LANES {
+            (v[2 * (i + k)], v[2 * (i + k) + 1]) = (a.0[k], b.0[k]);
+        }
+    }
+}
+
+impl Lanes for One {
+    const COUNT: usize = 1;
+
+    #[inline(always)]
+    fn all(v: f64) -> One {
+        One(v)
+    }
+    #[inline(always)]
+    fn abs(self) -> One {
+        One(self.0.abs())
+    }
+    #[inline(always)]
+    fn larger(self, other: One) -> One {
+        One(if self.0 > other.0 { self.0 } else { other.0 })
+    }
+    #[inline(always)]
+    fn at(v: &[f64], i: usize) -> One {
+        One(v[i])
+    }
+    #[inline(always)]
+    fn put(self, v: &mut [f64], i: usize) {
+        v[i] = self.0;
+    }
+    #[inline(always)]
+    fn pairs_at(v: &[f64], i: usize) -> [One; 2] {
+        [One(v[2 * i]), One(v[2 * i + 1])]
+    }
+    #[inline(always)]
+    fn put_pairs([a, b]: [One; 2], v: &mut [f64], i: usize) {
+        (v[2 * i], v[2 * i + 1]) = (a.0, b.0);
     }
 }
 
@@ -146,6 +197,14 @@ macro_rules! plain {
                 Plain(std::array::from_fn(|k| self.0[k] $sign other.0[k]))
             }
         }
+
+        impl $trait for One {
+            type Output = One;
+            #[inline(always)]
+            fn $name(self, other: One) -> One {
+                One(self.0 $sign other.0)
+            }
+        }
     };
 }
 
@@ -153,3 +212,18 @@ plain!(Add, add, +);
 plain!(Sub, sub, -);
 plain!(Mul, mul, *);
 plain!(Div, div, /);
+
+impl Neg for Plain {
+    type Output = Plain;
+    fn neg(self) -> Plain {
+        Plain(self.0.map(f64::neg))
+    }
+}
+
+impl Neg for One {
+    type Output = One;
+    #[inline(always)]
+    fn neg(self) -> One {
+        One(-self.0)
+    }
+}

@@ -94,10 +94,15 @@ fn fit(t: &[f64], x: &[f64], w: f64) -> Option<Oscillation> {
     let rows: Vec<[f64; N]> = t.iter().map(|&t| basis(t)).collect();
     for (b, &x) in rows.iter().zip(x) {
         for i in 0..N {
-            for j in 0..N {
+            for j in 0..=i {
                 m[i][j] += b[i] * b[j];
             }
             m[i][N] += b[i] * (x - mean);
+        }
+    }
+    for i in 0..N {
+        for j in 0..i {
+            m[j][i] = m[i][j];
         }
     }
     let p = solve(m)?;

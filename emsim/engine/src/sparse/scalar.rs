@@ -50,9 +50,23 @@ impl Scalar for f64 {
 
 /// re + j im.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[repr(C)]
 pub struct Complex {
     pub re: f64,
     pub im: f64,
+}
+
+impl Complex {
+    /// Real and imaginary parts in turn.
+    pub fn parts(z: &[Complex]) -> &[f64] {
+        // SAFETY: a number is its two parts and nothing else
+        unsafe { std::slice::from_raw_parts(z.as_ptr().cast(), 2 * z.len()) }
+    }
+
+    pub fn parts_mut(z: &mut [Complex]) -> &mut [f64] {
+        // SAFETY: as above
+        unsafe { std::slice::from_raw_parts_mut(z.as_mut_ptr().cast(), 2 * z.len()) }
+    }
 }
 
 impl Complex {

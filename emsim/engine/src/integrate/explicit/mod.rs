@@ -29,7 +29,7 @@ use crate::reduced::{Point, Reduced, Trouble, NEAR};
 use crate::sparse::Complex;
 use crate::system::{Kind, System, Work};
 use crate::tape::Sequence;
-use crate::twice::{block, LANES};
+use crate::twice::LANES;
 use std::cell::RefCell;
 use tableau::{combine, scaled, Tableau};
 
@@ -404,10 +404,10 @@ impl<'a> Explicit<'a> {
         for (first, y) in (0..).step_by(LANES).zip(self.reduced.y(&mut inside.point).chunks_mut(LANES)) {
             let mut sum = [0.0; LANES];
             for k in (0..self.method.terms()).rev() {
-                let r = block(terms, k * self.width + first);
+                let r = &terms[k * self.width + first..][..LANES];
                 sum = std::array::from_fn(|i| (sum[i] + r[i]) * factors[k % 2]);
             }
-            let y0 = block(&self.y0, first);
+            let y0 = &self.y0[first..first + LANES];
             y.iter_mut().zip(sum.iter().zip(y0)).for_each(|(y, (sum, y0))| *y = sum + y0);
         }
         // the polynomial of high order opens loops by ten times what the ends of steps are wrong by: closed with the factors of

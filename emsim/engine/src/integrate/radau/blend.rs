@@ -2,76 +2,80 @@
 //! Each unknown's sums are of the same terms in the same order, whatever stands beside it.
 use super::tables::Scheme;
 use crate::sparse::Complex;
-use crate::twice::twice;
-
-/// Unknowns that go through the registers together.
-const LANES: usize = 4;
+use crate::twice::{by_lanes, Lanes, One, LANES};
 
 /// The same with the number of stages known to the compiler.
 macro_rules! by_stages {
-    ($scheme:expr, $with:ident($($arg:expr),*)) => {
+    ($scheme:expr, $with:ident<$lanes:ident>($($arg:expr),*)) => {
         match $scheme.s {
-            3 => $with::<3>($($arg),*),
-            5 => $with::<5>($($arg),*),
-            _ => $with::<7>($($arg),*),
+            3 => $with::<$lanes, 3>($($arg),*),
+            5 => $with::<$lanes, 5>($($arg),*),
+            _ => $with::<$lanes, 7>($($arg),*),
         }
     };
 }
 
 /// `$one` for every block of unknowns, and one by one for those that are left.
 macro_rules! blocks {
-    ($n:expr, $stages:ident, $one:ident($($arg:expr),*)) => {
-        let whole = $n - $n % LANES;
-        for i in (0..whole).step_by(LANES) {
-            $one::<$stages, LANES>(i, $($arg),*);
+    ($n:expr, $one:ident<$lanes:ident, $stages:ident>($($arg:expr),*)) => {
+        let whole = $n - $n % $lanes::COUNT;
+        for i in (0..whole).step_by($lanes::COUNT) {
+            $one::<$lanes, $stages>(i, $($arg),*);
         }
         for i in whole..$n {
-            $one::<$stages, 1>(i, $($arg),*);
+            $one::<One, $stages>(i, $($arg),*);
         }
     };
 }
 
 /// The same where what is written is not read: the last block may begin within the one before.
 macro_rules! blocks_over {
-    ($n:expr, $stages:ident, $one:ident($($arg:expr),*)) => {
-        if $n >= LANES {
-            for i in (0..$n - LANES).step_by(LANES) {
-                $one::<$stages, LANES>(i, $($arg),*);
+    ($n:expr, $one:ident<$lanes:ident, $stages:ident>($($arg:expr),*)) => {
+        if $n >= $lanes::COUNT {
+            for i in (0..$n - $lanes::COUNT).step_by($lanes::COUNT) {
+                $one::<$lanes, $stages>(i, $($arg),*);
             }
-            $one::<$stages, LANES>($n - LANES, $($arg),*);
+            $one::<$lanes, $stages>($n - $lanes::COUNT, $($arg),*);
         } else {
             for i in 0..$n {
-                $one::<$stages, 1>(i, $($arg),*);
+                $one::<One, $stages>(i, $($arg),*);
             }
         }
     };
 }
 
-#[inline(always)]
-fn lanes<const L: usize>(v: &[f64], i: usize) -> [f64; L] {
-    let v = &v[i..i + L];
-    std::array::from_fn(|l| v[l])
-}
+// Loops and no closures in what follows: what is compiled for a processor's registers does not go into a closure.
 
-/// Sum of weights times what stands at i of each.
+/// Sum of weights times numbers.
 #[inline(always)]
-fn sum<const S: usize, const L: usize>(weights: &[f64], of: &[[f64; L]; S]) -> [f64; L] {
-    let mut sum = of[0].map(|v| weights[0] * v);
+fn sum<L: Lanes, const S: usize>(weights: &[f64], of: &[L; S]) -> L {
+    let weights = &weights[..S];
+    let mut sum = L::all(weights[0]) * of[0];
     for k in 1..S {
-        sum = std::array::from_fn(|l| sum[l] + weights[k] * of[k][l]);
+        sum = sum + L::all(weights[k]) * of[k];
     }
     sum
 }
 
-twice! {
+/// What stands in each at i.
+#[inline(always)]
+fn each<L: Lanes, const S: usize>(of: &[&[f64]; S], i: usize) -> [L; S] {
+    let mut each = [L::all(0.0); S];
+    for k in 0..S {
+        each[k] = L::at(of[k], i);
+    }
+    each
+}
+
+by_lanes! {
     /// Right-hand sides of the split systems: minus T^-1 (F + A^-1 D / h).
-    pub fn split(scheme: &Scheme, h: f64, f: &[Vec<f64>], d: &[Vec<f64>], b: &mut [f64], z: &mut [Vec<Complex>]) {
-        by_stages!(scheme, split_of(scheme, h, f, d, b, z))
+    pub fn split<L>(scheme: &Scheme, h: f64, f: &[Vec<f64>], d: &[Vec<f64>], b: &mut [f64], z: &mut [Vec<Complex>]) {
+        by_stages!(scheme, split_of<L>(scheme, h, f, d, b, z))
     }
 }
 
 #[inline(always)]
-fn split_of<const S: usize>(
+fn split_of<L: Lanes, const S: usize>(
     scheme: &Scheme,
     h: f64,
     f: &[Vec<f64>],
@@ -83,11 +87,11 @@ fn split_of<const S: usize>(
     let f: [&[f64]; S] = std::array::from_fn(|k| &f[k][..n]);
     let d: [&[f64]; S] = std::array::from_fn(|k| &d[k][..n]);
     let over_h = 1.0 / h;
-    blocks_over!(n, S, split_at(scheme, over_h, &f, &d, b, z));
+    blocks_over!(n, split_at < L, S > (scheme, over_h, &f, &d, b, z));
 }
 
 #[inline(always)]
-fn split_at<const S: usize, const L: usize>(
+fn split_at<L: Lanes, const S: usize>(
     i: usize,
     scheme: &Scheme,
     over_h: f64,
@@ -97,38 +101,34 @@ fn split_at<const S: usize, const L: usize>(
     z: &mut [Vec<Complex>],
 ) {
     let ti = &scheme.ti[..S * S];
-    let f: [[f64; L]; S] = std::array::from_fn(|k| lanes(f[k], i));
-    let d: [[f64; L]; S] = std::array::from_fn(|k| lanes(d[k], i));
-    let of_f = |m: usize| sum(&ti[m * S..(m + 1) * S], &f);
-    let of_d = |m: usize| sum(&ti[m * S..(m + 1) * S], &d).map(|v| over_h * v);
-    let (r, x) = (of_f(0), of_d(0));
-    b[i..i + L].iter_mut().enumerate().for_each(|(l, b)| *b = -(r[l] + scheme.gamma * x[l]));
+    let (f, d, over_h) = (each::<L, S>(f, i), each::<L, S>(d, i), L::all(over_h));
+    (-(sum(ti, &f) + L::all(scheme.gamma) * (over_h * sum(ti, &d)))).put(b, i);
     for m in 0..(S - 1) / 2 {
-        let (alpha, beta) = (scheme.alpha[m], scheme.beta[m]);
-        let (re, im) = (of_f(2 * m + 1), of_f(2 * m + 2));
-        let (x, y) = (of_d(2 * m + 1), of_d(2 * m + 2));
-        for (l, z) in z[m][i..i + L].iter_mut().enumerate() {
-            *z = Complex::new(-(re[l] + (alpha * x[l] - beta * y[l])), -(im[l] + (alpha * y[l] + beta * x[l])));
-        }
+        let (alpha, beta) = (L::all(scheme.alpha[m]), L::all(scheme.beta[m]));
+        let (first, second) = (&ti[(2 * m + 1) * S..], &ti[(2 * m + 2) * S..]);
+        let (re, im) = (sum(first, &f), sum(second, &f));
+        let (x, y) = (over_h * sum(first, &d), over_h * sum(second, &d));
+        let pairs = [-(re + (alpha * x - beta * y)), -(im + (alpha * y + beta * x))];
+        L::put_pairs(pairs, Complex::parts_mut(&mut z[m]), i);
     }
 }
 
-twice! {
+by_lanes! {
     /// Right-hand sides where no charge has moved: minus T^-1 F.
-    pub fn split_still(scheme: &Scheme, f: &[Vec<f64>], b: &mut [f64], z: &mut [Vec<Complex>]) {
-        by_stages!(scheme, still_of(scheme, f, b, z))
+    pub fn split_still<L>(scheme: &Scheme, f: &[Vec<f64>], b: &mut [f64], z: &mut [Vec<Complex>]) {
+        by_stages!(scheme, still_of<L>(scheme, f, b, z))
     }
 }
 
 #[inline(always)]
-fn still_of<const S: usize>(scheme: &Scheme, f: &[Vec<f64>], b: &mut [f64], z: &mut [Vec<Complex>]) {
+fn still_of<L: Lanes, const S: usize>(scheme: &Scheme, f: &[Vec<f64>], b: &mut [f64], z: &mut [Vec<Complex>]) {
     let n = b.len();
     let f: [&[f64]; S] = std::array::from_fn(|k| &f[k][..n]);
-    blocks_over!(n, S, still_at(scheme, &f, b, z));
+    blocks_over!(n, still_at < L, S > (scheme, &f, b, z));
 }
 
 #[inline(always)]
-fn still_at<const S: usize, const L: usize>(
+fn still_at<L: Lanes, const S: usize>(
     i: usize,
     scheme: &Scheme,
     f: &[&[f64]; S],
@@ -136,32 +136,36 @@ fn still_at<const S: usize, const L: usize>(
     z: &mut [Vec<Complex>],
 ) {
     let ti = &scheme.ti[..S * S];
-    let f: [[f64; L]; S] = std::array::from_fn(|k| lanes(f[k], i));
-    let of_f = |m: usize| sum(&ti[m * S..(m + 1) * S], &f);
-    let r = of_f(0);
-    b[i..i + L].iter_mut().enumerate().for_each(|(l, b)| *b = -r[l]);
+    let f = each::<L, S>(f, i);
+    (-sum(ti, &f)).put(b, i);
     for m in 0..(S - 1) / 2 {
-        let (re, im) = (of_f(2 * m + 1), of_f(2 * m + 2));
-        z[m][i..i + L].iter_mut().enumerate().for_each(|(l, z)| *z = Complex::new(-re[l], -im[l]));
+        let pair = [-sum(&ti[(2 * m + 1) * S..], &f), -sum(&ti[(2 * m + 2) * S..], &f)];
+        L::put_pairs(pair, Complex::parts_mut(&mut z[m]), i);
     }
 }
 
-twice! {
+by_lanes! {
     /// Adds T w to the stages, w from the solutions of the split systems; `moved`: the largest movement of each unknown, not
     /// a number where one is none.
-    pub fn join(scheme: &Scheme, b: &[f64], z: &[Vec<Complex>], stage: &mut [Vec<f64>], moved: &mut [f64]) {
-        by_stages!(scheme, join_of(scheme, b, z, stage, moved))
+    pub fn join<L>(scheme: &Scheme, b: &[f64], z: &[Vec<Complex>], stage: &mut [Vec<f64>], moved: &mut [f64]) {
+        by_stages!(scheme, join_of<L>(scheme, b, z, stage, moved))
     }
 }
 
 #[inline(always)]
-fn join_of<const S: usize>(scheme: &Scheme, b: &[f64], z: &[Vec<Complex>], stage: &mut [Vec<f64>], moved: &mut [f64]) {
+fn join_of<L: Lanes, const S: usize>(
+    scheme: &Scheme,
+    b: &[f64],
+    z: &[Vec<Complex>],
+    stage: &mut [Vec<f64>],
+    moved: &mut [f64],
+) {
     let n = b.len();
-    blocks!(n, S, join_at(scheme, b, z, stage, moved));
+    blocks!(n, join_at < L, S > (scheme, b, z, stage, moved));
 }
 
 #[inline(always)]
-fn join_at<const S: usize, const L: usize>(
+fn join_at<L: Lanes, const S: usize>(
     i: usize,
     scheme: &Scheme,
     b: &[f64],
@@ -170,76 +174,71 @@ fn join_at<const S: usize, const L: usize>(
     moved: &mut [f64],
 ) {
     let t = &scheme.t[..S * S];
-    let w = solutions::<S, L>(i, b, z);
-    let mut largest = [0.0; L];
-    for (k, stage) in stage[..S].iter_mut().enumerate() {
-        let step = sum(&t[k * S..(k + 1) * S], &w);
-        for (l, x) in stage[i..i + L].iter_mut().enumerate() {
-            *x += step[l];
-            // one that is no number stays
-            largest[l] = if step[l].abs() <= largest[l] { largest[l] } else { step[l].abs() };
-        }
+    let w = solutions::<L, S>(i, b, z);
+    let mut largest = L::all(0.0);
+    for k in 0..S {
+        let stage = &mut stage[k];
+        let step = sum(&t[k * S..], &w);
+        (L::at(stage, i) + step).put(stage, i);
+        largest = largest.larger(step.abs());
     }
-    moved[i..i + L].copy_from_slice(&largest);
+    largest.put(moved, i);
 }
 
 /// Of each split system in turn, real and imaginary parts.
 #[inline(always)]
-fn solutions<const S: usize, const L: usize>(i: usize, b: &[f64], z: &[Vec<Complex>]) -> [[f64; L]; S] {
-    let mut w = [lanes(b, i); S];
+fn solutions<L: Lanes, const S: usize>(i: usize, b: &[f64], z: &[Vec<Complex>]) -> [L; S] {
+    let mut w = [L::at(b, i); S];
     for m in 0..(S - 1) / 2 {
-        let z = &z[m][i..i + L];
-        w[2 * m + 1] = std::array::from_fn(|l| z[l].re);
-        w[2 * m + 2] = std::array::from_fn(|l| z[l].im);
+        [w[2 * m + 1], w[2 * m + 2]] = L::pairs_at(Complex::parts(&z[m]), i);
     }
     w
 }
 
-twice! {
+by_lanes! {
     /// What stage k moves from x0: row k of T times the solutions.
-    pub fn movement(scheme: &Scheme, k: usize, b: &[f64], z: &[Vec<Complex>], step: &mut [f64]) {
-        by_stages!(scheme, movement_of(scheme, k, b, z, step))
+    pub fn movement<L>(scheme: &Scheme, k: usize, b: &[f64], z: &[Vec<Complex>], step: &mut [f64]) {
+        by_stages!(scheme, movement_of<L>(scheme, k, b, z, step))
     }
 }
 
 #[inline(always)]
-fn movement_of<const S: usize>(scheme: &Scheme, k: usize, b: &[f64], z: &[Vec<Complex>], step: &mut [f64]) {
+fn movement_of<L: Lanes, const S: usize>(scheme: &Scheme, k: usize, b: &[f64], z: &[Vec<Complex>], step: &mut [f64]) {
     let n = b.len();
     let row = &scheme.t[k * S..(k + 1) * S];
-    blocks_over!(n, S, movement_at(row, b, z, step));
+    blocks_over!(n, movement_at < L, S > (row, b, z, step));
 }
 
 #[inline(always)]
-fn movement_at<const S: usize, const L: usize>(i: usize, row: &[f64], b: &[f64], z: &[Vec<Complex>], step: &mut [f64]) {
-    step[i..i + L].copy_from_slice(&sum(row, &solutions::<S, L>(i, b, z)));
+fn movement_at<L: Lanes, const S: usize>(i: usize, row: &[f64], b: &[f64], z: &[Vec<Complex>], step: &mut [f64]) {
+    sum(row, &solutions::<L, S>(i, b, z)).put(step, i);
 }
 
-twice! {
+by_lanes! {
     /// A polynomial through values at the start and at the stages, with Lagrange's weights of all of them.
-    pub fn through(scheme: &Scheme, l: &[f64], x0: &[f64], stage: &[Vec<f64>], out: &mut [f64]) {
-        by_stages!(scheme, through_of(l, x0, stage, out))
+    pub fn through<L>(scheme: &Scheme, l: &[f64], x0: &[f64], stage: &[Vec<f64>], out: &mut [f64]) {
+        by_stages!(scheme, through_of<L>(l, x0, stage, out))
     }
 }
 
 #[inline(always)]
-fn through_of<const S: usize>(l: &[f64], x0: &[f64], stage: &[Vec<f64>], out: &mut [f64]) {
+fn through_of<L: Lanes, const S: usize>(l: &[f64], x0: &[f64], stage: &[Vec<f64>], out: &mut [f64]) {
     let n = out.len();
     let stage: [&[f64]; S] = std::array::from_fn(|k| &stage[k][..n]);
-    blocks_over!(n, S, through_at(l, &x0[..n], &stage, out));
+    blocks_over!(n, through_at < L, S > (l, &x0[..n], &stage, out));
 }
 
 #[inline(always)]
-fn through_at<const S: usize, const L: usize>(i: usize, l: &[f64], x0: &[f64], stage: &[&[f64]; S], out: &mut [f64]) {
-    out[i..i + L].copy_from_slice(&from_start::<S, L>(i, l, x0, stage));
+fn through_at<L: Lanes, const S: usize>(i: usize, l: &[f64], x0: &[f64], stage: &[&[f64]; S], out: &mut [f64]) {
+    from_start(l, L::at(x0, i), &each::<L, S>(stage, i)).put(out, i);
 }
 
 #[inline(always)]
-fn from_start<const S: usize, const L: usize>(i: usize, l: &[f64], x0: &[f64], stage: &[&[f64]; S]) -> [f64; L] {
+fn from_start<L: Lanes, const S: usize>(l: &[f64], x0: L, stage: &[L; S]) -> L {
     let l = &l[..S + 1];
-    let mut sum = lanes::<L>(x0, i).map(|v| l[0] * v);
+    let mut sum = L::all(l[0]) * x0;
     for k in 0..S {
-        let x = lanes::<L>(stage[k], i);
-        sum = std::array::from_fn(|m| sum[m] + l[k + 1] * x[m]);
+        sum = sum + L::all(l[k + 1]) * stage[k];
     }
     sum
 }
@@ -247,22 +246,22 @@ fn from_start<const S: usize, const L: usize>(i: usize, l: &[f64], x0: &[f64], s
 /// Lagrange's weights of the start and the stages, and of the stages alone.
 pub type Both<'a> = (&'a [f64], &'a [f64]);
 
-twice! {
+by_lanes! {
     /// The same of what `moves`; of the others that through the stages alone.
-    pub fn foretold(scheme: &Scheme, l: Both, x0: &[f64], stage: &[Vec<f64>], moves: &[bool], out: &mut [f64]) {
-        by_stages!(scheme, foretold_of(l, x0, stage, moves, out))
+    pub fn foretold<L>(scheme: &Scheme, l: Both, x0: &[f64], stage: &[Vec<f64>], moves: &[bool], out: &mut [f64]) {
+        by_stages!(scheme, foretold_of<L>(l, x0, stage, moves, out))
     }
 }
 
 #[inline(always)]
-fn foretold_of<const S: usize>(l: Both, x0: &[f64], stage: &[Vec<f64>], moves: &[bool], out: &mut [f64]) {
+fn foretold_of<L: Lanes, const S: usize>(l: Both, x0: &[f64], stage: &[Vec<f64>], moves: &[bool], out: &mut [f64]) {
     let n = out.len();
     let stage: [&[f64]; S] = std::array::from_fn(|k| &stage[k][..n]);
-    blocks_over!(n, S, foretold_at(l, &x0[..n], &stage, &moves[..n], out));
+    blocks_over!(n, foretold_at < L, S > (l, &x0[..n], &stage, &moves[..n], out));
 }
 
 #[inline(always)]
-fn foretold_at<const S: usize, const L: usize>(
+fn foretold_at<L: Lanes, const S: usize>(
     i: usize,
     l: Both,
     x0: &[f64],
@@ -270,8 +269,17 @@ fn foretold_at<const S: usize, const L: usize>(
     moves: &[bool],
     out: &mut [f64],
 ) {
-    let whole = from_start::<S, L>(i, l.0, x0, stage);
-    let inside = sum::<S, L>(&l.1[..S], &std::array::from_fn(|k| lanes(stage[k], i)));
-    let moves = &moves[i..i + L];
-    out[i..i + L].copy_from_slice(&std::array::from_fn::<f64, L, _>(|m| if moves[m] { whole[m] } else { inside[m] }));
+    let stage = each::<L, S>(stage, i);
+    let moves = &moves[i..i + L::COUNT];
+    let (some, all) = moves.iter().fold((false, true), |(some, all), &m| (some | m, all & m));
+    if !some {
+        return sum(l.1, &stage).put(out, i);
+    }
+    from_start(l.0, L::at(x0, i), &stage).put(out, i);
+    if !all {
+        let mut inside = [0.0; LANES];
+        sum(l.1, &stage).put(&mut inside, 0);
+        let still = out[i..].iter_mut().zip(inside).zip(moves).filter(|(_, &moves)| !moves);
+        still.for_each(|((out, inside), _)| *out = inside);
+    }
 }
