@@ -31,7 +31,7 @@ POLES = {
 
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("pole", POLES)
-@pytest.mark.parametrize("reltol", [1e-2, 1e-3, 1e-5])
+@pytest.mark.parametrize("reltol", [3e-2, 1e-2, 1e-3, 1e-5])
 def test_a_run_ends_at_a_pole(pole: str, method: str, reltol: float) -> None:
     rate, start, end = POLES[pole]
     text = f"{pole}\nC1 x 0 1\nB1 0 x I={{{rate}}}\n.ic v(x)={start}\n.tran 0.01 2\n.end\n"

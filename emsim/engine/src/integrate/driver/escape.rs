@@ -10,8 +10,8 @@ use crate::twice::twice;
 
 /// No quantity of a deck is larger; a solution on its way to infinity ends here, before it is NaN.
 const LARGEST: f64 = 1e100;
-/// Steps in a row, each shorter than this part of the run, in which an unknown was larger by so much than it had ever been; or by less,
-/// in one step between two of these, which a rounded time may have made too short.
+/// Steps, each shorter than this part of the run, in which an unknown was larger by so much than it had ever been; between them only
+/// such in which it was larger by less, which a rounded time may have made too short.
 const CLIMBS: u32 = 8;
 const SHORT: f64 = 1e-9;
 const MORE: f64 = 1.05;
@@ -19,7 +19,6 @@ const MORE: f64 = 1.05;
 #[derive(Default)]
 pub struct Escape {
     climbs: u32,
-    pause: bool,
     unknown: usize,
 }
 
@@ -33,8 +32,8 @@ impl Escape {
         let higher = |by: f64| (0..x.len()).find(|&k| x[k].abs() > by * tol.peak[k] && counts(k));
         let short = part < SHORT;
         match short.then(|| higher(MORE)).flatten() {
-            Some(unknown) => (self.climbs, self.pause, self.unknown) = (self.climbs + 1, false, unknown),
-            None if self.climbs > 0 && !self.pause && short && higher(1.0).is_some() => self.pause = true,
+            Some(unknown) => (self.climbs, self.unknown) = (self.climbs + 1, unknown),
+            None if self.climbs > 0 && short && higher(1.0).is_some() => {}
             None => self.climbs = 0,
         }
     }
