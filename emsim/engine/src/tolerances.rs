@@ -460,3 +460,45 @@ fn each<L: Lanes>(v: L) -> [f64; LANES] {
 fn is_zero<L: Lanes>(v: L) -> bool {
     each(v) == [0.0; LANES]
 }
+
+#[cfg(test)]
+mod tests {
+    use super::{advance, inverse_weights, largest, PEAK_SHARE};
+
+    /// Every length up to three blocks: with a remainder, with a part of one block, whole.
+    #[test]
+    fn norms_are_those_of_every_unknown() {
+        let number = |k: usize| ((k * 37 + 11) % 19) as f64 / 19.0 - 0.4;
+        for n in 1..=12 {
+            let of = |from: usize| -> Vec<f64> { (0..n).map(|i| number(from + 5 * i)).collect() };
+            let (e, a, b, peak) = (of(1), of(2), of(3), of(4));
+            let floor: Vec<f64> = of(5).iter().map(|f| 1e-3 * (1.0 + f)).collect();
+            let share: Vec<f64> = (0..n).map(|i| [1.0, 0.0, 0.5][i % 3]).collect();
+            let weight = |i: usize, a: f64, b: f64| 1e-2 * a.abs().max(b.abs()).max(PEAK_SHARE * peak[i]) + floor[i];
+            let ratio = |i: usize| share[i] * e[i].abs() / weight(i, a[i], b[i]);
+            let norm = |e: &[f64]| largest(1e-2, &share, e, [&a, &b, &peak, &floor]);
+            assert_eq!(norm(&e), (0..n).map(ratio).fold(0.0, f64::max));
+            for i in 0..n {
+                let mut odd = e.clone();
+                odd[i] = f64::NAN;
+                let without = (0..n).filter(|&k| k != i).map(ratio).fold(0.0, f64::max);
+                assert_eq!(norm(&odd), if share[i] > 0.0 { f64::INFINITY } else { without });
+            }
+            let mut inverse = vec![0.0; n];
+            inverse_weights(1e-2, &share, [&a, &b, &peak, &floor], &mut inverse);
+            for i in 0..n {
+                assert_eq!(inverse[i], share[i] / weight(i, a[i], b[i]));
+            }
+            for scale in [1e-4, 1.0] {
+                let step: Vec<f64> = e.iter().map(|e| scale * e).collect();
+                let (mut x, to) = (a.clone(), |i: usize| a[i] + step[i]);
+                let within = (0..n).all(|i| share[i] * step[i].abs() <= weight(i, a[i], to(i)));
+                assert_eq!(advance(1e-2, &share, &step, [&peak, &floor], &mut x), (within, true));
+                assert_eq!(x, (0..n).map(to).collect::<Vec<_>>());
+            }
+            let (mut x, mut step) = (a.clone(), e.clone());
+            step[n - 1] = f64::INFINITY;
+            assert!(!advance(1e-2, &share, &step, [&peak, &floor], &mut x).1);
+        }
+    }
+}

@@ -1,5 +1,8 @@
 //! Loops over numbers that are compiled twice: for any processor, and for one with registers of four numbers (AVX2), between
 //! which the running one decides. The operations and their order are the same, hence every bit.
+//!
+//! `twice!` leaves it to the compiler what goes side by side. `by_lanes!` says it, for loops of which the compiler makes shuffles:
+//! loops, not closures, since what is compiled for those registers does not go into a closure.
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
@@ -225,5 +228,58 @@ impl Neg for One {
     #[inline(always)]
     fn neg(self) -> One {
         One(-self.0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Lanes, One, Plain, LANES};
+
+    /// Every operation on numbers side by side against the same on each.
+    fn agrees<L: Lanes>() {
+        let a = [1.5, -2.25, 0.0, f64::NAN, 7.0, -0.0, 3.0, 0.1];
+        let b = [-0.5, 3.0, 0.0, 2.0, f64::NAN, 4.0, 1e300, 0.3];
+        let same = |x: f64, y: f64| x.to_bits() == y.to_bits() || (x.is_nan() && y.is_nan());
+        for i in 0..=a.len() - L::COUNT {
+            let (va, vb, mut out) = (L::at(&a, i), L::at(&b, i), [0.0; LANES]);
+            let results: [(L, fn(f64, f64) -> f64); 7] = [
+                (va + vb, |a, b| a + b),
+                (va - vb, |a, b| a - b),
+                (va * vb, |a, b| a * b),
+                (va / vb, |a, b| a / b),
+                (-va, |a, _| -a),
+                (va.abs(), |a, _| a.abs()),
+                (va.larger(vb), |a, b| if a > b { a } else { b }),
+            ];
+            for (k, (v, want)) in results.into_iter().enumerate() {
+                v.put(&mut out, 0);
+                for l in 0..L::COUNT {
+                    let want = want(a[i + l], b[i + l]);
+                    assert!(same(out[l], want), "operation {k}: {} and {want}", out[l]);
+                }
+            }
+        }
+        // pairs 2 and on of six
+        let pairs: Vec<f64> = (0..12).map(f64::from).collect();
+        let [first, second] = L::pairs_at(&pairs, 2);
+        let (mut x, mut y, mut back) = ([0.0; LANES], [0.0; LANES], vec![-1.0; 12]);
+        first.put(&mut x, 0);
+        second.put(&mut y, 0);
+        L::put_pairs([first, second], &mut back, 2);
+        for l in 0..L::COUNT {
+            assert_eq!((x[l], y[l]), (pairs[2 * (l + 2)], pairs[2 * (l + 2) + 1]));
+            assert_eq!(back[2 * (l + 2)..2 * (l + 3)], pairs[2 * (l + 2)..2 * (l + 3)]);
+        }
+        assert!(back[..4].iter().chain(&back[4 + 2 * L::COUNT..]).all(|&v| v == -1.0));
+    }
+
+    #[test]
+    fn numbers_side_by_side_are_each_by_itself() {
+        agrees::<One>();
+        agrees::<Plain>();
+        #[cfg(target_arch = "x86_64")]
+        if crate::tape::vectors() {
+            agrees::<crate::lanes::V>();
+        }
     }
 }
