@@ -1,8 +1,11 @@
 //! What a run is asked for: its options, and how small an error is small enough: one relative tolerance, one absolute tolerance per kind of quantity.
 //!
-//!   weight_i = reltol max(|x_i|, 0.02 peak_i) + atol_i + 1e-12 (largest neighbour of the same kind)
+//!   weight_i = reltol max(|x_i|, 0.02 recent_i) + atol_i + 1e-12 (largest neighbour of the same kind)
 //!
-//! peak_i is the largest value that x_i has had: a signal that crosses zero is not asked for relative accuracy of zero.
+//! recent_i is the largest value that x_i has had: a signal that crosses zero is not asked for relative accuracy of zero. When it has
+//! been below 0.02 of that for ten times as long as all before, that is forgotten as time goes on: what dies away through decades of
+//! time is still known. Robertson's first species, 2e-8 of its beginning after 1e11 s, would be on either side of zero within a
+//! tolerance of that beginning, and runs away on the wrong one.
 //! atol decides while a signal has not yet been larger than some 50 atol / reltol, as at a start from rest. It must
 //! therefore be small beside what the deck is about, and above the rounding of what the deck is made of. Volt and ampere
 //! keep SPICE's values. A length has no such custom: a comb drive moves by micrometres, a crane by tens of metres. So
@@ -20,6 +23,8 @@ use crate::twice::{blocks, by_lanes, padded, twice, Lanes, LANES};
 
 /// Share of a signal's largest value so far below which relative accuracy is no longer asked for.
 const PEAK_SHARE: f64 = 0.02;
+/// So many times the time since which a signal is below that share, its largest value begins to be forgotten.
+const KEPT: f64 = 10.0;
 
 /// Volts at a junction: what reltol is a share of in the error of a diode's own node, behind its series resistance. That node stands
 /// off its terminal by a current's drop, microvolts of which would otherwise be held to their own size.
@@ -209,6 +214,8 @@ pub struct Tolerances {
     pub accounts: bool,
     pub atol: Vec<f64>,
     pub peak: Vec<f64>,
+    recent: Vec<f64>, // `peak`, less what lies long behind
+    last: Vec<f64>,   // time at which each was last above its share of that
     /// absolute floor of each weight: `atol`, and the rounding that larger neighbours of the same unit bring
     pub floor: Vec<f64>,
     own: Vec<f64>,         // what errors are allowed besides, of nodes that are a diode's own
@@ -269,6 +276,8 @@ impl Tolerances {
             vntol,
             accounts: o.accounts,
             atol,
+            recent: peak.clone(),
+            last: vec![0.0; sys.n],
             peak,
             floor,
             own,
@@ -298,13 +307,13 @@ impl Tolerances {
 
     #[inline]
     pub fn weight(&self, i: usize, a: f64, b: f64) -> f64 {
-        self.reltol * a.abs().max(b.abs()).max(PEAK_SHARE * self.peak[i]) + self.floor[i]
+        self.reltol * a.abs().max(b.abs()).max(PEAK_SHARE * self.recent[i]) + self.floor[i]
     }
 
     /// ... in the local error norm.
     #[inline]
     pub fn error_weight(&self, i: usize, a: f64, b: f64) -> f64 {
-        self.reltol * a.abs().max(b.abs()).max(PEAK_SHARE * self.peak[i]) + self.error_floor[i]
+        self.reltol * a.abs().max(b.abs()).max(PEAK_SHARE * self.recent[i]) + self.error_floor[i]
     }
 
     /// Weight of what is in no norm, a multiplier or an algebraic current: it follows linearly from the rest and is held
@@ -321,7 +330,7 @@ impl Tolerances {
     /// Largest |e_i| over the weight of x1_i, x0_i, in the local error norm.
     pub fn largest_error(&self, e: &[f64], x1: &[f64], x0: &[f64]) -> f64 {
         let n = self.atol.len();
-        let worst = largest(self.reltol, &self.alone, &e[..n], [&x1[..n], &x0[..n], &self.peak, &self.error_floor]);
+        let worst = largest(self.reltol, &self.alone, &e[..n], [&x1[..n], &x0[..n], &self.recent, &self.error_floor]);
         worst.max(self.largest_tied(|i| e[i], x1, x0))
     }
 
@@ -339,21 +348,22 @@ impl Tolerances {
 
     /// Largest e_i over the weight of a_i, b_i, in Newton's norm; e not negative.
     pub fn largest_move(&self, e: &[f64], a: &[f64], b: &[f64]) -> f64 {
-        largest(self.reltol, &self.norm_mask, e, [a, b, &self.peak, &self.floor])
+        largest(self.reltol, &self.norm_mask, e, [a, b, &self.recent, &self.floor])
     }
 
     /// What errors of the unknowns are multiplied by, in the local error norm: 1 over their weights, 0 where they do not count.
     pub fn inverse_weights(&self, x1: &[f64], x0: &[f64], out: &mut [f64]) {
-        inverse_weights(self.reltol, &self.alone, [x1, x0, &self.peak, &self.error_floor], out);
+        inverse_weights(self.reltol, &self.alone, [x1, x0, &self.recent, &self.error_floor], out);
     }
 
     /// x <- x + step; whether the step was within the tolerance of Newton's norm, and all is finite still.
     pub fn advance(&self, step: &[f64], x: &mut [f64]) -> (bool, bool) {
-        advance(self.reltol, &self.norm_mask, step, [&self.peak, &self.floor], x)
+        advance(self.reltol, &self.norm_mask, step, [&self.recent, &self.floor], x)
     }
 
-    pub fn observe(&mut self, x: &[f64]) {
-        raise(&mut self.peak, x);
+    /// A step ended with x at t.
+    pub fn observe(&mut self, x: &[f64], t: f64) {
+        remember(&mut self.peak, &mut self.recent, &mut self.last, x, t);
         // floors move slowly: now and then is enough
         if self.observed % 16 == 0 {
             let largest = &mut self.largest;
@@ -373,10 +383,16 @@ impl Tolerances {
 }
 
 twice! {
-    fn raise(peak: &mut [f64], x: &[f64]) {
-        for (p, v) in peak.iter_mut().zip(x) {
-            let v = v.abs();
-            *p = if v > *p { v } else { *p };
+    fn remember(peak: &mut [f64], recent: &mut [f64], last: &mut [f64], x: &[f64], t: f64) {
+        let n = x.len();
+        let (peak, recent, last, kept) = (&mut peak[..n], &mut recent[..n], &mut last[..n], KEPT / t);
+        for i in 0..n {
+            let v = x[i].abs();
+            peak[i] = if v > peak[i] { v } else { peak[i] };
+            last[i] = if v >= PEAK_SHARE * peak[i] || last[i] == 0.0 { t } else { last[i] };
+            // (at the start, when there is no time yet, all of it)
+            let left = kept * last[i];
+            recent[i] = if left < 1.0 { left * peak[i] } else { peak[i] };
         }
     }
 }
@@ -463,7 +479,22 @@ fn is_zero<L: Lanes>(v: L) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use super::{advance, inverse_weights, largest, PEAK_SHARE};
+    use super::{advance, inverse_weights, largest, remember, KEPT, PEAK_SHARE};
+
+    #[test]
+    fn what_lies_long_behind_is_forgotten() {
+        let (mut peak, mut recent, mut last) = ([0.0], [0.0], [0.0]);
+        let mut at = |x: f64, t: f64| {
+            remember(&mut peak, &mut recent, &mut last, &[x], t);
+            recent[0]
+        };
+        assert_eq!(at(-2.0, 0.0), 2.0);
+        assert_eq!([at(1.0, 1.0), at(0.03, 2.0), at(0.0, KEPT)], [2.0; 3]);
+        // last above its share at 1 s, after the first step
+        assert_eq!([at(0.01, 2.0 * KEPT), at(0.01, 20.0 * KEPT)], [1.0, 0.1]);
+        assert_eq!(at(3.0, 30.0 * KEPT), 3.0);
+        assert_eq!(at(0.0, 200.0 * KEPT), 3.0);
+    }
 
     /// Every length up to three blocks: with a remainder, with a part of one block, whole.
     #[test]

@@ -192,7 +192,7 @@ impl<'a, S: Sink> Run<'a, S> {
         method: &dyn Method,
     ) -> Result<Run<'a, S>, Failure> {
         let mut tol = Tolerances::new(sys, o);
-        tol.observe(&x);
+        tol.observe(&x, 0.0);
         let dense = method.wants_dense_record();
         let tmax = a.tmax.unwrap_or_else(|| memory::longest(sys, &a, method));
         Ok(Run {
@@ -502,7 +502,7 @@ impl<'a, S: Sink> Run<'a, S> {
         let dense = |t: f64, out: &mut [f64]| method.dense(t, out);
         let inside = Inside { dense: &dense, parts: if self.dense { 4 } else { 1 }, stages: &|| method.stages() };
         self.record.step(self.sys, self.w, self.t, &self.x, &inside);
-        self.tol.observe(&self.x);
+        self.tol.observe(&self.x, self.t);
         self.watch.step(self.t, &self.x, method, &self.tol);
     }
 
@@ -554,7 +554,7 @@ impl<'a, S: Sink> Run<'a, S> {
         self.late = 0.0;
         self.t = te;
         if at_once {
-            self.tol.observe(&self.x);
+            self.tol.observe(&self.x, self.t);
         } else {
             self.grid.hurried(method, (t, te), (&self.x, method.candidate()), sys, self.w, &self.tol);
             method.accept(te);

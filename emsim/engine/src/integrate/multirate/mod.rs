@@ -156,7 +156,7 @@ impl<'a> Multirate<'a> {
 
         // values that fit each other, multipliers too
         let feature = self.sys.shortest_feature().min(a.tstep);
-        self.tol.observe(&self.x);
+        self.tol.observe(&self.x, 0.0);
         op::consistent(
             self.sys,
             &mut Newton::new(self.sys)?,
@@ -186,7 +186,7 @@ impl<'a> Multirate<'a> {
             scratch: vec![0.0; slow.system.n],
             z,
         };
-        s.tol.observe(&s.z);
+        s.tol.observe(&s.z, 0.0);
         s.w.guests = guests(slow.reads.len());
         for (p, &i) in s.w.guests.values.iter_mut().zip(&slow.reads) {
             p.0[0] = y[i];
@@ -255,7 +255,7 @@ impl<'a> Multirate<'a> {
             s.method.accept(end);
             s.w.counters.steps += 1;
             s.z.copy_from_slice(s.method.candidate());
-            s.tol.observe(&s.z);
+            s.tol.observe(&s.z, end);
             ahead.at(&slow.system, &mut s.w, &s.z, end);
             let micro = (end - t) / (circuit.w.counters.steps - steps).max(1) as f64;
             self.flush(circuit.record, &s.curves, &response, &ahead, micro);
@@ -469,7 +469,7 @@ impl<'a> Multirate<'a> {
                         self.sys.next_stop(self.w, self.shown, self.a.tstop);
                         self.shown = item.t;
                     }
-                    self.tol.observe(&self.x);
+                    self.tol.observe(&self.x, item.t);
                     if let Some(forces) = &mut self.forces {
                         let h = Forces::inside(micro, self.a.tstop);
                         forces.settle(self.sys, self.w, (item.t, &mut self.x), h, &self.tol);
