@@ -19,7 +19,7 @@
 //! atol(V) = max(vntol, chgtol / C), atol(A) = max(abstol, flxtol / L).
 use crate::model::{Kind, Unknown};
 use crate::system::System;
-use crate::twice::{blocks, by_lanes, padded, twice, Lanes, LANES};
+use crate::twice::{blocks, by_lanes, twice, Lanes, One, LANES};
 
 /// Share of a signal's largest value so far below which relative accuracy is no longer asked for.
 const PEAK_SHARE: f64 = 0.02;
@@ -307,13 +307,18 @@ impl Tolerances {
 
     #[inline]
     pub fn weight(&self, i: usize, a: f64, b: f64) -> f64 {
-        self.reltol * a.abs().max(b.abs()).max(PEAK_SHARE * self.recent[i]) + self.floor[i]
+        self.relative(i, a, b) + self.floor[i]
+    }
+
+    #[inline]
+    fn relative(&self, i: usize, a: f64, b: f64) -> f64 {
+        self.reltol * a.abs().max(b.abs()).max(PEAK_SHARE * self.recent[i])
     }
 
     /// ... in the local error norm.
     #[inline]
     pub fn error_weight(&self, i: usize, a: f64, b: f64) -> f64 {
-        self.reltol * a.abs().max(b.abs()).max(PEAK_SHARE * self.recent[i]) + self.error_floor[i]
+        self.relative(i, a, b) + self.error_floor[i]
     }
 
     /// Weight of what is in no norm, a multiplier or an algebraic current: it follows linearly from the rest and is held
@@ -404,65 +409,70 @@ fn weight<L: Lanes>(reltol: f64, [a, b, peak, floor]: [L; 4]) -> L {
 }
 
 by_lanes! {
-    /// Largest share times |e_i| over the weight of (a, b, peak, floor)_i; infinite where one that has a share is no number.
     fn largest<L>(reltol: f64, share: &[f64], e: &[f64], of: [&[f64]; 4]) -> f64 {
-        if e.len() < LANES {
-            let ([share, e], of) = ([share, e].map(padded), of.map(padded));
-            return largest(reltol, &share, &e, of.each_ref().map(|v| v.as_slice()));
-        }
-        let [a, b, peak, floor] = of;
-        let (mut worst, mut numbers) = (L::all(0.0), L::all(0.0));
-        for k in blocks(e.len()) {
-            let [share, e, a, b, peak, floor] = [share, e, a, b, peak, floor].map(|v| L::at(v, k));
-            worst = (share * e.abs() / weight(reltol, [a, b, peak, floor])).larger(worst);
-            numbers = numbers + L::all(0.0) * e;
-        }
-        let odd = !is_zero(numbers) && e.iter().zip(share).any(|(e, share)| *share != 0.0 && e.is_nan());
-        if odd { f64::INFINITY } else { each(worst).into_iter().fold(0.0, f64::max) }
+        if e.len() < L::COUNT { largest_of::<One>(reltol, share, e, of) } else { largest_of::<L>(reltol, share, e, of) }
+    }
+}
+
+/// Largest share times |e_i| over the weight of (a, b, peak, floor)_i; infinite where one that has a share is no number.
+#[inline(always)]
+fn largest_of<L: Lanes>(reltol: f64, share: &[f64], e: &[f64], [a, b, peak, floor]: [&[f64]; 4]) -> f64 {
+    let (mut worst, mut numbers) = (L::all(0.0), L::all(0.0));
+    for k in blocks::<L>(e.len()) {
+        let [share, e, a, b, peak, floor] = [share, e, a, b, peak, floor].map(|v| L::at(v, k));
+        worst = (share * e.abs() / weight(reltol, [a, b, peak, floor])).larger(worst);
+        numbers = numbers + L::all(0.0) * e;
+    }
+    let odd = !is_zero(numbers) && e.iter().zip(share).any(|(e, share)| *share != 0.0 && e.is_nan());
+    if odd {
+        f64::INFINITY
+    } else {
+        each(worst).into_iter().fold(0.0, f64::max)
     }
 }
 
 by_lanes! {
-    /// share_i / weight of (a, b, peak, floor)_i.
     fn inverse_weights<L>(reltol: f64, share: &[f64], of: [&[f64]; 4], out: &mut [f64]) {
-        let n = out.len();
-        if n < LANES {
-            let (share, of, mut all) = (padded(share), of.map(padded), [0.0; LANES]);
-            inverse_weights(reltol, &share, of.each_ref().map(|v| v.as_slice()), &mut all);
-            out.copy_from_slice(&all[..n]);
-            return;
-        }
-        let [a, b, peak, floor] = of;
-        for k in blocks(n) {
-            let [share, a, b, peak, floor] = [share, a, b, peak, floor].map(|v| L::at(v, k));
-            (share / weight(reltol, [a, b, peak, floor])).put(out, k);
-        }
+        if out.len() < L::COUNT { inverses_of::<One>(reltol, share, of, out) } else { inverses_of::<L>(reltol, share, of, out) }
+    }
+}
+
+/// share_i / weight of (a, b, peak, floor)_i.
+#[inline(always)]
+fn inverses_of<L: Lanes>(reltol: f64, share: &[f64], [a, b, peak, floor]: [&[f64]; 4], out: &mut [f64]) {
+    for k in blocks::<L>(out.len()) {
+        let [share, a, b, peak, floor] = [share, a, b, peak, floor].map(|v| L::at(v, k));
+        (share / weight(reltol, [a, b, peak, floor])).put(out, k);
     }
 }
 
 by_lanes! {
-    /// x <- x + step; whether every step times its share was within the weight of (x, peak, floor), and every x is finite.
     fn advance<L>(reltol: f64, share: &[f64], step: &[f64], of: [&[f64]; 2], x: &mut [f64]) -> (bool, bool) {
-        let n = x.len();
-        if n < LANES {
-            let ([share, step], of, mut all) = ([share, step].map(padded), of.map(padded), padded(x));
-            let result = advance(reltol, &share, &step, of.each_ref().map(|v| v.as_slice()), &mut all);
-            x.copy_from_slice(&all[..n]);
-            return result;
-        }
-        let ([peak, floor], last) = (of, n - LANES);
-        let end = L::at(x, last); // the last block reaches back over what has been moved by then
-        let (mut over, mut numbers) = (L::all(0.0), L::all(0.0));
-        for k in blocks(n) {
-            let [share, step, peak, floor] = [share, step, peak, floor].map(|v| L::at(v, k));
-            let old = if k == last { end } else { L::at(x, k) };
-            let new = old + step;
-            over = (share * step.abs() - weight(reltol, [old, new, peak, floor])).larger(over);
-            numbers = numbers + L::all(0.0) * new;
-            new.put(x, k);
-        }
-        (is_zero(over), is_zero(numbers))
+        if x.len() < L::COUNT { advance_by::<One>(reltol, share, step, of, x) } else { advance_by::<L>(reltol, share, step, of, x) }
     }
+}
+
+/// x <- x + step; whether every step times its share was within the weight of (x, peak, floor), and every x is finite.
+#[inline(always)]
+fn advance_by<L: Lanes>(
+    reltol: f64,
+    share: &[f64],
+    step: &[f64],
+    [peak, floor]: [&[f64]; 2],
+    x: &mut [f64],
+) -> (bool, bool) {
+    let Some(last) = x.len().checked_sub(L::COUNT) else { return (true, true) };
+    let end = L::at(x, last); // the last block reaches back over what has been moved by then
+    let (mut over, mut numbers) = (L::all(0.0), L::all(0.0));
+    for k in blocks::<L>(x.len()) {
+        let [share, step, peak, floor] = [share, step, peak, floor].map(|v| L::at(v, k));
+        let old = if k == last { end } else { L::at(x, k) };
+        let new = old + step;
+        over = (share * step.abs() - weight(reltol, [old, new, peak, floor])).larger(over);
+        numbers = numbers + L::all(0.0) * new;
+        new.put(x, k);
+    }
+    (is_zero(over), is_zero(numbers))
 }
 
 #[inline(always)]
@@ -499,6 +509,8 @@ mod tests {
     /// Every length up to three blocks: with a remainder, with a part of one block, whole.
     #[test]
     fn norms_are_those_of_every_unknown() {
+        assert_eq!(largest(1e-2, &[], &[], [&[]; 4]), 0.0);
+        assert_eq!(advance(1e-2, &[], &[], [&[]; 2], &mut []), (true, true));
         let number = |k: usize| ((k * 37 + 11) % 19) as f64 / 19.0 - 0.4;
         for n in 1..=12 {
             let of = |from: usize| -> Vec<f64> { (0..n).map(|i| number(from + 5 * i)).collect() };

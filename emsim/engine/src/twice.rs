@@ -85,16 +85,10 @@ macro_rules! by_lanes {
 
 pub(crate) use by_lanes;
 
-/// Where blocks of `LANES` of n numbers begin, n being no fewer. The last one reaches back, and has some of the one before again.
+/// Where blocks of n numbers begin, n being no fewer than one holds. The last one reaches back, and has some of the one before again.
 #[inline(always)]
-pub fn blocks(n: usize) -> impl Iterator<Item = usize> {
-    (0..n).step_by(LANES).map(move |first| first.min(n - LANES))
-}
-
-/// What there is of fewer numbers, and zeros.
-#[inline(always)]
-pub fn padded(v: &[f64]) -> [f64; LANES] {
-    std::array::from_fn(|k| v.get(k).copied().unwrap_or(0.0))
+pub fn blocks<L: Lanes>(n: usize) -> impl Iterator<Item = usize> {
+    (0..n).step_by(L::COUNT).map(move |first| first.min(n - L::COUNT))
 }
 
 #[cfg(target_arch = "x86_64")]

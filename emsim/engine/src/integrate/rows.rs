@@ -389,7 +389,7 @@ impl Grid {
         }
         let ahead = |&i: &usize| {
             let off = m.off_course(i).abs();
-            off > 0.0 && off > AHEAD.0 * tol.weight(i, x1[i], x0[i]) && off > AHEAD.1 * (x1[i] - x0[i]).abs()
+            off > AHEAD.1 * (x1[i] - x0[i]).abs() && off > AHEAD.0 * tol.weight(i, x1[i], x0[i])
         };
         self.hurried.extend(sys.interpolated().filter(ahead).map(|i| (i, x1[i])));
         if self.jumped {

@@ -57,6 +57,8 @@ pub struct Complex {
 }
 
 impl Complex {
+    pub const I: Complex = Complex { re: 0.0, im: 1.0 };
+
     /// Real and imaginary parts in turn.
     pub fn parts(z: &[Complex]) -> &[f64] {
         // SAFETY: a number is its two parts and nothing else
@@ -67,10 +69,6 @@ impl Complex {
         // SAFETY: as above
         unsafe { std::slice::from_raw_parts_mut(z.as_mut_ptr().cast(), 2 * z.len()) }
     }
-}
-
-impl Complex {
-    pub const I: Complex = Complex { re: 0.0, im: 1.0 };
 
     pub const fn new(re: f64, im: f64) -> Complex {
         Complex { re, im }

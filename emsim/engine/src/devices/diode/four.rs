@@ -8,7 +8,7 @@ use super::{Diode, HUGE_VOLTAGE};
 use crate::lanes::V;
 use crate::tape::vectors;
 
-pub const LANES: usize = 4;
+pub use crate::twice::LANES;
 type Lanes = [f64; LANES];
 
 /// Constants of up to four diodes; the last one's stand for those that are missing.

@@ -2,6 +2,7 @@
 
 use crate::reduced::Reduced;
 use crate::tape::{Move, Sequence, To};
+use crate::twice::LANES;
 
 pub type Row = &'static [(usize, f64)];
 
@@ -95,9 +96,6 @@ impl Tableau {
         reduced.sequence(2 * usize::from(self.order == 8) + purpose, moves, h, h + 1)
     }
 }
-
-/// Components that are summed side by side.
-const LANES: usize = 4;
 
 /// out = y + h sum of a_j k_j, k by rows of the length of y.
 #[inline]

@@ -14,6 +14,7 @@ use crate::twice::{twice, LANES};
 
 /// The predictor of the highest order reads so many.
 pub const ROWS: usize = MOST + 1;
+
 /// beta_1, beta_2, ... towards t, as far as there are points: the first `len` of `times`, newest first.
 pub fn towards(t: f64, times: &[f64; POINTS], len: usize) -> [f64; ROWS] {
     // all quotients at once; those of points that are not there are left out

@@ -2,11 +2,11 @@
 //! Each unknown's sums are of the same terms in the same order, whatever stands beside it.
 use super::tables::Scheme;
 use crate::sparse::Complex;
-use crate::twice::{by_lanes, Lanes, One, LANES};
+use crate::twice::{blocks, by_lanes, Lanes, One, LANES};
 
 /// The same with the number of stages known to the compiler.
 macro_rules! by_stages {
-    ($scheme:expr, $with:ident<$lanes:ident>($($arg:expr),*)) => {
+    ($scheme:expr, $lanes:ident, $with:ident($($arg:expr),*)) => {
         match $scheme.s {
             3 => $with::<$lanes, 3>($($arg),*),
             5 => $with::<$lanes, 5>($($arg),*),
@@ -16,8 +16,8 @@ macro_rules! by_stages {
 }
 
 /// `$one` for every block of unknowns, and one by one for those that are left.
-macro_rules! blocks {
-    ($n:expr, $one:ident<$lanes:ident, $stages:ident>($($arg:expr),*)) => {
+macro_rules! blocks_and_rest {
+    ($n:expr, $lanes:ident, $stages:ident, $one:ident($($arg:expr),*)) => {
         let whole = $n - $n % $lanes::COUNT;
         for i in (0..whole).step_by($lanes::COUNT) {
             $one::<$lanes, $stages>(i, $($arg),*);
@@ -30,15 +30,14 @@ macro_rules! blocks {
 
 /// The same where what is written is not read: the last block may begin within the one before.
 macro_rules! blocks_over {
-    ($n:expr, $one:ident<$lanes:ident, $stages:ident>($($arg:expr),*)) => {
-        if $n >= $lanes::COUNT {
-            for i in (0..$n - $lanes::COUNT).step_by($lanes::COUNT) {
-                $one::<$lanes, $stages>(i, $($arg),*);
-            }
-            $one::<$lanes, $stages>($n - $lanes::COUNT, $($arg),*);
-        } else {
+    ($n:expr, $lanes:ident, $stages:ident, $one:ident($($arg:expr),*)) => {
+        if $n < $lanes::COUNT {
             for i in 0..$n {
                 $one::<One, $stages>(i, $($arg),*);
+            }
+        } else {
+            for i in blocks::<$lanes>($n) {
+                $one::<$lanes, $stages>(i, $($arg),*);
             }
         }
     };
@@ -70,7 +69,7 @@ fn each<L: Lanes, const S: usize>(of: &[&[f64]; S], i: usize) -> [L; S] {
 by_lanes! {
     /// Right-hand sides of the split systems: minus T^-1 (F + A^-1 D / h).
     pub fn split<L>(scheme: &Scheme, h: f64, f: &[Vec<f64>], d: &[Vec<f64>], b: &mut [f64], z: &mut [Vec<Complex>]) {
-        by_stages!(scheme, split_of<L>(scheme, h, f, d, b, z))
+        by_stages!(scheme, L, split_of(scheme, h, f, d, b, z))
     }
 }
 
@@ -87,7 +86,7 @@ fn split_of<L: Lanes, const S: usize>(
     let f: [&[f64]; S] = std::array::from_fn(|k| &f[k][..n]);
     let d: [&[f64]; S] = std::array::from_fn(|k| &d[k][..n]);
     let over_h = 1.0 / h;
-    blocks_over!(n, split_at < L, S > (scheme, over_h, &f, &d, b, z));
+    blocks_over!(n, L, S, split_at(scheme, over_h, &f, &d, b, z));
 }
 
 #[inline(always)]
@@ -116,7 +115,7 @@ fn split_at<L: Lanes, const S: usize>(
 by_lanes! {
     /// Right-hand sides where no charge has moved: minus T^-1 F.
     pub fn split_still<L>(scheme: &Scheme, f: &[Vec<f64>], b: &mut [f64], z: &mut [Vec<Complex>]) {
-        by_stages!(scheme, still_of<L>(scheme, f, b, z))
+        by_stages!(scheme, L, still_of(scheme, f, b, z))
     }
 }
 
@@ -124,7 +123,7 @@ by_lanes! {
 fn still_of<L: Lanes, const S: usize>(scheme: &Scheme, f: &[Vec<f64>], b: &mut [f64], z: &mut [Vec<Complex>]) {
     let n = b.len();
     let f: [&[f64]; S] = std::array::from_fn(|k| &f[k][..n]);
-    blocks_over!(n, still_at < L, S > (scheme, &f, b, z));
+    blocks_over!(n, L, S, still_at(scheme, &f, b, z));
 }
 
 #[inline(always)]
@@ -145,10 +144,10 @@ fn still_at<L: Lanes, const S: usize>(
 }
 
 by_lanes! {
-    /// Adds T w to the stages, w from the solutions of the split systems; `moved`: the largest movement of each unknown, not
-    /// a number where one is none.
+    /// Adds T w to the stages, w from the solutions of the split systems; `moved`: the largest movement of each unknown, no
+    /// number where the solutions are none.
     pub fn join<L>(scheme: &Scheme, b: &[f64], z: &[Vec<Complex>], stage: &mut [Vec<f64>], moved: &mut [f64]) {
-        by_stages!(scheme, join_of<L>(scheme, b, z, stage, moved))
+        by_stages!(scheme, L, join_of(scheme, b, z, stage, moved))
     }
 }
 
@@ -161,7 +160,7 @@ fn join_of<L: Lanes, const S: usize>(
     moved: &mut [f64],
 ) {
     let n = b.len();
-    blocks!(n, join_at < L, S > (scheme, b, z, stage, moved));
+    blocks_and_rest!(n, L, S, join_at(scheme, b, z, stage, moved));
 }
 
 #[inline(always)]
@@ -198,7 +197,7 @@ fn solutions<L: Lanes, const S: usize>(i: usize, b: &[f64], z: &[Vec<Complex>]) 
 by_lanes! {
     /// What stage k moves from x0: row k of T times the solutions.
     pub fn movement<L>(scheme: &Scheme, k: usize, b: &[f64], z: &[Vec<Complex>], step: &mut [f64]) {
-        by_stages!(scheme, movement_of<L>(scheme, k, b, z, step))
+        by_stages!(scheme, L, movement_of(scheme, k, b, z, step))
     }
 }
 
@@ -206,7 +205,7 @@ by_lanes! {
 fn movement_of<L: Lanes, const S: usize>(scheme: &Scheme, k: usize, b: &[f64], z: &[Vec<Complex>], step: &mut [f64]) {
     let n = b.len();
     let row = &scheme.t[k * S..(k + 1) * S];
-    blocks_over!(n, movement_at < L, S > (row, b, z, step));
+    blocks_over!(n, L, S, movement_at(row, b, z, step));
 }
 
 #[inline(always)]
@@ -217,7 +216,7 @@ fn movement_at<L: Lanes, const S: usize>(i: usize, row: &[f64], b: &[f64], z: &[
 by_lanes! {
     /// A polynomial through values at the start and at the stages, with Lagrange's weights of all of them.
     pub fn through<L>(scheme: &Scheme, l: &[f64], x0: &[f64], stage: &[Vec<f64>], out: &mut [f64]) {
-        by_stages!(scheme, through_of<L>(l, x0, stage, out))
+        by_stages!(scheme, L, through_of(l, x0, stage, out))
     }
 }
 
@@ -225,7 +224,7 @@ by_lanes! {
 fn through_of<L: Lanes, const S: usize>(l: &[f64], x0: &[f64], stage: &[Vec<f64>], out: &mut [f64]) {
     let n = out.len();
     let stage: [&[f64]; S] = std::array::from_fn(|k| &stage[k][..n]);
-    blocks_over!(n, through_at < L, S > (l, &x0[..n], &stage, out));
+    blocks_over!(n, L, S, through_at(l, &x0[..n], &stage, out));
 }
 
 #[inline(always)]
@@ -249,7 +248,7 @@ pub type Both<'a> = (&'a [f64], &'a [f64]);
 by_lanes! {
     /// The same of what `moves`; of the others that through the stages alone.
     pub fn foretold<L>(scheme: &Scheme, l: Both, x0: &[f64], stage: &[Vec<f64>], moves: &[bool], out: &mut [f64]) {
-        by_stages!(scheme, foretold_of<L>(l, x0, stage, moves, out))
+        by_stages!(scheme, L, foretold_of(l, x0, stage, moves, out))
     }
 }
 
@@ -257,7 +256,7 @@ by_lanes! {
 fn foretold_of<L: Lanes, const S: usize>(l: Both, x0: &[f64], stage: &[Vec<f64>], moves: &[bool], out: &mut [f64]) {
     let n = out.len();
     let stage: [&[f64]; S] = std::array::from_fn(|k| &stage[k][..n]);
-    blocks_over!(n, foretold_at < L, S > (l, &x0[..n], &stage, &moves[..n], out));
+    blocks_over!(n, L, S, foretold_at(l, &x0[..n], &stage, &moves[..n], out));
 }
 
 #[inline(always)]
