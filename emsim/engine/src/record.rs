@@ -5,6 +5,9 @@ use crate::system::{System, Work};
 use crate::tape::{Inputs, Tape};
 use std::io::{self, BufWriter, Write};
 
+/// Room for so many numbers to begin with.
+const FIRST: usize = 512;
+
 pub struct Record {
     unknowns: Vec<u32>,      // index of the unknown of every output; 0 where a probe overwrites it
     probes: Vec<(u32, u32)>, // column of the row, output of the tape
@@ -74,7 +77,7 @@ impl Record {
         }
         let row = self.data.len();
         if self.data.capacity() < row + self.columns {
-            self.data.reserve(self.columns);
+            self.data.reserve(self.columns.max(FIRST));
             prefer_huge_pages(&self.data);
         }
         self.data.push(t);

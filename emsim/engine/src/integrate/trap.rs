@@ -210,6 +210,15 @@ impl Trap {
     }
 }
 
+/// Of an error that goes with this power of the step, 2 or 3.
+fn root(error: f64, order: f64) -> f64 {
+    if order == 2.0 {
+        error.sqrt()
+    } else {
+        error.cbrt()
+    }
+}
+
 impl Method for Trap {
     fn restart(&mut self, sys: &System, w: &mut Work, t: f64, x: &[f64]) {
         self.now = t;
@@ -235,12 +244,12 @@ impl Method for Trap {
         }
         let (error, order) = self.error(sys, w, h, tol);
         if error > 1.0 {
-            let factor = (0.9 * error.powf(-1.0 / order)).clamp(0.1, 0.8);
+            let factor = (0.9 / root(error, order)).clamp(0.1, 0.8);
             return Attempt::TooLarge { next: factor * h };
         }
         // a step that stays as it is keeps its factorisation in a linear circuit
         let grows = error < if order == 2.0 { 0.2 } else { 0.091 }; // 0.45^order: to twice the step, without the power
-        let factor = if grows { 2.0 } else { (0.9 * error.powf(-1.0 / order)).clamp(0.5, 2.0) };
+        let factor = if grows { 2.0 } else { (0.9 / root(error, order)).clamp(0.5, 2.0) };
         let keep = if self.linear { 1.5 } else { 1.1 };
         Attempt::Good { next: if (0.9..keep).contains(&factor) { h } else { factor * h } }
     }

@@ -52,13 +52,16 @@ pub(super) fn eliminate(g: &mut Graph, exprs: &[Id], speeds: &[Id]) -> Option<So
     let mut e = Elimination::new(g, exprs, speeds)?;
     let mut order = Vec::with_capacity(e.rows.len());
     while let Some(v) = e.next() {
+        if let Some(pair) = e.last_pair() {
+            return Some(e.backwards(&order, Some(pair)));
+        }
         e.substitute(v);
         order.push(v);
     }
     if order.len() < e.rows.len() {
         return None;
     }
-    Some(e.backwards(&order))
+    Some(e.backwards(&order, None))
 }
 
 impl Elimination<'_> {
@@ -133,7 +136,11 @@ impl Elimination<'_> {
                 }
             }
         }
-        self.queue.iter().map(|&(_, v)| v).find(|&v| self.eligible(v))
+        let pair = self.left[..self.speeds].iter().filter(|&&left| left).count() == 2;
+        let mut ready = self.queue.iter().map(|&(_, v)| v).filter(|&v| self.eligible(v));
+        let first = ready.next()?;
+        // the last two speeds wait for everything else
+        Some(if pair && first < self.speeds { ready.find(|&v| v >= self.speeds).unwrap_or(first) } else { first })
     }
 
     /// Entries that the elimination of v would make.
@@ -224,10 +231,39 @@ impl Elimination<'_> {
         }
     }
 
+    /// The two speeds that alone are left.
+    fn last_pair(&self) -> Option<[usize; 2]> {
+        let left: Vec<usize> = (0..self.left.len()).filter(|&v| self.left[v]).collect();
+        left.try_into().ok().filter(|pair: &[usize; 2]| pair[1] < self.speeds)
+    }
+
+    /// These two by Cramer's rule: one division, where a pivot after the other takes two that wait for each other.
+    /// The second pivot is the determinant over the first: what it loses to cancellation is the same.
+    fn by_determinant(&mut self, [a, b]: [usize; 2], values: &mut [Id], pivots: &mut [Id]) {
+        let (one, zero) = (self.g.constant(1.0), self.g.constant(0.0));
+        let coefficient = |row: usize, w: usize| self.rows[row].terms.get(&w).copied().unwrap_or(zero);
+        let ([aa, ab, ba, bb], [ra, rb]) = (
+            [coefficient(a, a), coefficient(a, b), coefficient(b, a), coefficient(b, b)],
+            [self.rows[a].rest, self.rows[b].rest],
+        );
+        let (g, mut difference) = (&mut *self.g, [0; 3]);
+        for (d, [p, q, r, s]) in difference.iter_mut().zip([[aa, bb, ab, ba], [ab, rb, bb, ra], [ba, ra, aa, rb]]) {
+            let (left, right) = (g.mul(p, q), g.mul(r, s));
+            *d = g.sub(left, right);
+        }
+        let [determinant, of_a, of_b] = difference;
+        let inverse = g.div(one, determinant);
+        (values[a], values[b]) = (g.mul(of_a, inverse), g.mul(of_b, inverse));
+        (pivots[a], pivots[b]) = (g.div(one, aa), g.mul(aa, inverse));
+    }
+
     /// Values, last eliminated first.
-    fn backwards(mut self, order: &[usize]) -> Solution {
+    fn backwards(mut self, order: &[usize], pair: Option<[usize; 2]>) -> Solution {
         let mut values: Vec<Id> = vec![0; self.rows.len()];
         let mut pivots: Vec<Id> = vec![0; self.speeds];
+        if let Some(pair) = pair {
+            self.by_determinant(pair, &mut values, &mut pivots);
+        }
         for &v in order.iter().rev() {
             let row = std::mem::replace(&mut self.rows[v], Row { terms: BTreeMap::new(), rest: 0, pivot: None });
             let mut sum = row.rest;
@@ -297,6 +333,22 @@ mod tests {
             let left = Tape::new(&g, &exprs).eval(&Inputs { x: &x, t: 0.0, waves: &[], flags: &[] });
             assert!(left.iter().all(|r| r.abs() < 1e-12), "{left:?}");
         }
+    }
+
+    /// A mass matrix of two speeds costs one division, not two of which the second waits for the first; the same numbers.
+    #[test]
+    fn the_last_two_take_one_division() {
+        let mut g = Graph::new();
+        let (exprs, u) = chain(&mut g, 2);
+        let [aa, ab, bb] = [(0, 0), (0, 1), (1, 1)].map(|(i, j)| gradient(&mut g, exprs[i], &[u[j]])[0]);
+        let Solution { speeds, pivots, .. } = eliminate(&mut g, &exprs, &u).expect("linear");
+        let divisions = |ids: &[Id]| g.reachable(ids).iter().filter(|&&id| matches!(g.node(id), Node::Div(..))).count();
+        assert_eq!(divisions(&speeds), 1);
+        let x = [0.4, 1.1, 0.0, 0.0, 0.7, -0.3];
+        let outs = [aa, ab, bb, pivots[0], pivots[1]];
+        let [aa, ab, bb, first, second] =
+            Tape::new(&g, &outs).eval(&Inputs { x: &x, t: 0.0, waves: &[], flags: &[] }).try_into().expect("five");
+        assert!((first * aa - 1.0).abs() < 1e-14 && (second * (bb - ab * ab / aa) - 1.0).abs() < 1e-13);
     }
 
     #[test]

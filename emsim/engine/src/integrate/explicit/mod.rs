@@ -100,9 +100,6 @@ struct Inside<'a> {
     k: Vec<f64>, // the table of the tableau
     sequence: Option<&'a Sequence>,
     ready: bool,
-    // scratch
-    e: Vec<f64>,
-    change: Vec<f64>,
 }
 
 impl<'a> Explicit<'a> {
@@ -147,8 +144,6 @@ impl<'a> Explicit<'a> {
                 k: vec![0.0; method.size(width)],
                 sequence: method.inside(reduced),
                 ready: false,
-                e: vec![0.0; m],
-                change: vec![0.0; sys.n],
             }),
         })
     }
@@ -245,15 +240,17 @@ impl<'a> Explicit<'a> {
         let (method, mut errors) = (self.method, [0.0; 2]);
         let rows = [(method.error, Tableau::FINE), (method.coarse, Tableau::COARSE)];
         for ((row, place), error) in rows.into_iter().zip(&mut errors) {
-            if self.summed && method.known(row) {
-                self.e.copy_from_slice(&self.k[(method.y0() + place) * self.width..][..self.width]);
+            if row.is_empty() {
+                continue;
+            }
+            let e = if self.summed && method.known(row) {
+                &self.k[(method.y0() + place) * self.width..]
             } else {
                 scaled(&mut self.e, h, row, &self.k);
-            }
-            if !row.is_empty() {
-                self.reduced.changes(&mut self.point, &self.e[..self.m], &mut self.ex);
-                *error = tol.largest_error(&self.ex, &self.x1, &self.x0) / local(method, tol.reltol);
-            }
+                &self.e
+            };
+            self.reduced.changes(&mut self.point, &e[..self.m], &mut self.ex);
+            *error = tol.largest_error(&self.ex, &self.x1, &self.x0) / local(method, tol.reltol);
         }
         let [fine, coarse] = errors;
         let both = (fine * fine + 0.01 * coarse * coarse).sqrt();
@@ -478,10 +475,9 @@ impl Method for Explicit<'_> {
             self.rejected = true;
             return Attempt::TooLarge { next: 0.2 * h };
         }
-        let exponent = 1.0 / f64::from(self.method.order) - 0.75 * self.method.beta;
         if error > 1.0 {
             self.rejected = true;
-            return Attempt::TooLarge { next: h * (SAFE * error.powf(-exponent)).max(0.2) };
+            return Attempt::TooLarge { next: h * (SAFE * self.method.allows(error, 1.0)).max(0.2) };
         }
         if !self.fixed {
             self.follow_stiffness(h, tol);
@@ -498,8 +494,7 @@ impl Method for Explicit<'_> {
         if self.fixed {
             return Attempt::Good { next: h };
         }
-        let mut factor = SAFE * error.powf(-exponent) * self.error_old.powf(self.method.beta);
-        factor = factor.clamp(0.2, self.method.growth);
+        let mut factor = (SAFE * self.method.allows(error, self.error_old)).clamp(0.2, self.method.growth);
         if std::mem::take(&mut self.rejected) {
             factor = factor.min(1.0);
         }
@@ -544,19 +539,18 @@ impl Method for Explicit<'_> {
             }
         }
         // what the state means to the unknowns is that of the new point
-        let Inside { e, change, .. } = inside;
         self.reduced.y(&mut inside.point).copy_from_slice(&self.y1[..self.m]);
         let (point, waves, t1) = (&mut inside.point, &self.sys.waves, self.t0 + self.h);
-        if self.reduced.arrive(point, waves, t1, true, None, change).is_err() {
+        if self.reduced.arrive(point, waves, t1, true, None, &mut self.ex).is_err() {
             return f64::INFINITY;
         }
         // largest where theta = 1/2
         let terms = self.method.terms();
         let most = 0.5_f64.powi(terms as i32);
         let last = &inside.k[(self.method.y0() + Tableau::DENSE + terms - 1) * self.width..][..self.m];
-        e.iter_mut().zip(last).for_each(|(e, r)| *e = most * r);
-        self.reduced.changes(&mut inside.point, e, change);
-        tol.largest_error(change, &self.x1, &self.x0)
+        self.e.iter_mut().zip(last).for_each(|(e, r)| *e = most * r);
+        self.reduced.changes(&mut inside.point, &self.e[..self.m], &mut self.ex);
+        tol.largest_error(&self.ex, &self.x1, &self.x0)
     }
 
     fn wants_dense_record(&self) -> bool {

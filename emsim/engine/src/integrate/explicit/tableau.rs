@@ -56,6 +56,14 @@ impl Tableau {
         3 + self.dense.len()
     }
 
+    /// Length of a step in parts of one with such an error, the one before having had another: PI control.
+    pub fn allows(&self, error: f64, before: f64) -> f64 {
+        if self.order == 8 && self.beta == 0.0 {
+            return error.sqrt().sqrt().sqrt().recip();
+        }
+        error.powf(0.75 * self.beta - 1.0 / f64::from(self.order)) * before.powf(self.beta)
+    }
+
     /// All of a step up to y1 and its errors.
     pub fn step<'a>(&self, reduced: &'a Reduced) -> Option<&'a Sequence> {
         let (y0, from) = (self.y0(), Some(self.y0()));

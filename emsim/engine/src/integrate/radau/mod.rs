@@ -21,7 +21,7 @@ mod order;
 mod stages;
 mod tables;
 
-use self::estimate::share;
+use self::estimate::{root, share};
 use self::full::FullNewton;
 use self::order::{contracting, Orders, Taken};
 use self::tables::Scheme;
@@ -330,16 +330,16 @@ impl Radau {
             return Attempt::TooLarge { next: 0.25 * h };
         }
         let error = raw / self.relax.max(10.0 * std::mem::take(&mut self.noise));
-        let power = 1.0 / (self.scheme.s + 1) as f64;
+        let degree = self.scheme.s + 1;
         let most = 2.0 * MOST_ITERATIONS as f64 + 1.0;
         let safe = 0.9 * most / (2.0 * MOST_ITERATIONS as f64 + iterations as f64);
-        let mut factor = (safe * error.powf(-power)).clamp(0.125, 8.0);
+        let mut factor = (safe / root(error, degree)).clamp(0.125, 8.0);
         if error <= 1.0 {
             self.longest = h.max(0.98 * self.longest);
             self.relax = (0.999 * self.relax).max(1.0);
             if self.h_old > 0.0 {
                 // predictive controller (Gustafsson)
-                let g = 0.9 * (h / self.h_old) * (self.error_old / (error * error)).powf(power);
+                let g = 0.9 * (h / self.h_old) * root(self.error_old / (error * error), degree);
                 factor = factor.min(g.clamp(0.125, 8.0));
             }
             if self.contraction > 0.0 && self.full_steps == 0 {
@@ -352,6 +352,7 @@ impl Radau {
                     h,
                     iterations,
                     contraction: self.contraction,
+                    contracts: contracting(self.contraction.clamp(1e-5, 0.5)),
                     error: estimate,
                     lower: self.lower_error(sys, w, h, tol),
                     longest: if h < 0.9 * self.proposed { h } else { f64::INFINITY },

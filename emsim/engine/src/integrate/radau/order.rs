@@ -60,6 +60,7 @@ pub struct Taken {
     pub h: f64,
     pub iterations: usize,
     pub contraction: f64, // 0 where none was seen
+    pub contracts: f64,   // the step that it allows, in units of this one
     /// error estimates of this order and of the next lower one, in units of the tolerance
     pub error: f64,
     pub lower: f64,
@@ -161,12 +162,12 @@ impl Orders {
         let scheme = SCHEMES[rank];
         let s = scheme.s as f64;
         let allowed = super::share(reltol) / error.max(1e-12);
-        let mut h = taken.h * (0.9 * allowed.powf(1.0 / (s + 1.0))).clamp(0.125, 8.0);
+        let mut h = taken.h * (0.9 * super::root(allowed, scheme.s + 1)).clamp(0.125, 8.0);
         h = h.min(taken.longest);
         let mut iterations = taken.iterations as f64;
         if taken.contraction > 0.0 {
             let theta = taken.contraction.clamp(1e-5, 0.5);
-            h = h.min(taken.h * contracting(theta));
+            h = h.min(taken.h * taken.contracts);
             let stretched = (theta * (h / taken.h).powf(POWER)).clamp(1e-5, 0.5);
             iterations = 1.0 + (iterations - 1.0) * theta.ln() / stretched.ln();
         }
