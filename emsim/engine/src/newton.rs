@@ -14,7 +14,7 @@
 //!
 //! In a passive network of diodes (passive.rs) an iterate may be accepted without that: what the straight lines of the
 //! diodes have missed at the new point is measured there, and bounds the next update of every junction's voltage.
-use crate::sparse::{Lu, Program, Recurring, Singular};
+use crate::sparse::{Lu, Recurring, Singular};
 use crate::system::{System, Work};
 pub use crate::tolerances::{Options, Tolerances};
 
@@ -395,10 +395,9 @@ impl Newton {
     /// stage equation, so that charge is conserved.
     fn close(&mut self, sys: &System, w: &Work, a: f64, r: &[f64], x: &[f64], moved: bool) {
         self.solutions += 1;
-        if sys.n <= LARGEST && self.closing.is_due(self.solutions) {
-            self.closing.program = sys.stage_closing().and_then(|(program, results)| Program::of(program, &results));
-        }
-        if let Some(program) = &mut self.closing.program {
+        let write = || sys.stage_closing().and_then(|(program, results)| program.native(&results));
+        let fits = sys.n <= LARGEST;
+        if let Some(program) = fits.then(|| self.closing.shared(self.solutions, &sys.closing, write)).flatten() {
             self.leaves[..sys.n].copy_from_slice(x);
             program.run(&sys.stage_inputs(w, &self.leaves, a), &mut self.charges);
             return;

@@ -8,7 +8,7 @@ mod rest;
 
 use self::rest::{couples, descend};
 use crate::newton::{Failure, Newton, Options, Tolerances};
-use crate::sparse::{Lu, Pattern, Symbolic};
+use crate::sparse::{Lu, Pattern, Singular, Symbolic};
 use crate::system::{Kind, System, Work};
 
 pub struct NoPoint {
@@ -23,7 +23,7 @@ pub fn initial(sys: &System) -> Vec<f64> {
 /// Matrix, factorisation and the choice of rows that stand for the operating point.
 struct Dc<'a> {
     sys: &'a System,
-    pattern: Pattern,
+    pattern: &'a Pattern,
     place: Vec<usize>,    // of each entry of the system's pattern
     diagonal: Vec<usize>, // of each unknown
     lu: Lu<f64>,
@@ -45,15 +45,19 @@ const ROUNDED: usize = 6;
 /// Conductance that holds a forced node (`.ic`, `.nodeset`) at its value.
 const FORCE: f64 = 1e10;
 
+/// The pattern of equations at rest: that of a run, every diagonal but those of branches, and `couples`.
+fn analysed(sys: &System, couples: &[(usize, usize)]) -> Result<(Pattern, Symbolic), Singular> {
+    let own = (0..sys.n).flat_map(|c| sys.pattern.column(c).iter().map(move |&r| (r, c)));
+    let diagonal = (0..sys.n).filter(|&i| sys.unknowns[i].kind != Kind::Branch).map(|i| (i, i));
+    let entries: Vec<_> = own.chain(diagonal).chain(couples.iter().map(|&(q, u)| (u, q))).collect();
+    let pattern = Pattern::from_entries(sys.n, &entries);
+    let symbolic = Symbolic::analyse(&pattern)?;
+    Ok((pattern, symbolic))
+}
+
 impl<'a> Dc<'a> {
     fn new(sys: &'a System, hold: bool, x: &[f64]) -> Result<Dc<'a>, Failure> {
         let n = sys.n;
-        let mut entries: Vec<(usize, usize)> = (0..n)
-            .flat_map(|c| {
-                let p = &sys.pattern;
-                p.rowidx[p.colptr[c]..p.colptr[c + 1]].iter().map(move |&r| (r, c))
-            })
-            .collect();
         let held: Vec<Option<f64>> = sys
             .unknowns
             .iter()
@@ -68,10 +72,9 @@ impl<'a> Dc<'a> {
             .collect();
         // a static equilibrium needs its multipliers
         let held = if hold { held } else { vec![None; n] };
-        entries.extend((0..n).filter(|&i| sys.unknowns[i].kind != Kind::Branch).map(|i| (i, i)));
         let couples: Vec<(usize, usize)> = if hold { Vec::new() } else { couples(sys) };
-        entries.extend(couples.iter().map(|&(q, u)| (u, q)));
-        let pattern = Pattern::from_entries(n, &entries);
+        let analysed = sys.rest[usize::from(hold)].get_or_init(|| analysed(sys, &couples));
+        let (pattern, symbolic) = analysed.as_ref().map_err(|&e| Failure::from(e))?;
         let find = |r: usize, c: usize| pattern.position(r, c);
         let mut place = Vec::with_capacity(sys.pattern.rowidx.len());
         for c in 0..n {
@@ -81,8 +84,7 @@ impl<'a> Dc<'a> {
         }
         let diagonal = (0..n).map(|i| find(i, i).unwrap_or(usize::MAX)).collect();
         let pairs = couples.iter().filter_map(|&(q, u)| Some((q, u, pattern.position(u, q)?))).collect();
-        let symbolic = Symbolic::analyse(&pattern).map_err(Failure::from)?;
-        let lu = Lu::new(&pattern, &symbolic);
+        let lu = Lu::new(pattern, symbolic);
         let matrix = vec![0.0; pattern.rowidx.len()];
         Ok(Dc {
             sys,

@@ -11,7 +11,7 @@ use crate::islands::sum_pairs;
 pub use crate::model::{DiodeAt, FlagSpec, Force, Kind, Model, Unknown};
 use crate::passive::is_passive;
 use crate::reduced::Reduced;
-use crate::sparse::{reciprocal, Pattern, Rows, Singular, Stamp, Symbolic};
+use crate::sparse::{reciprocal, Once, Pattern, Rows, Singular, Stamp, Symbolic};
 use crate::tape::{Inputs, Tape};
 use crate::waves::Wave;
 pub use guests::{Guests, Polynomial, DEGREE};
@@ -113,6 +113,10 @@ pub struct System {
     pub sums: Vec<Summed>,       // nodes whose rows are part of another one's (see islands.rs)
     pub phases: Vec<Phase>,      // of sines and cosines in expressions
     symbolic: OnceLock<Result<Symbolic, Singular>>,
+    /// patterns of the operating point: with a machine that moves to where it rests, and with one that is held (op.rs)
+    pub rest: [OnceLock<Result<(Pattern, Symbolic), Singular>>; 2],
+    pub closing: Once, // charges behind a solution (newton.rs)
+    linear_program: Once,
     reduced: OnceLock<Result<Reduced, String>>,
     parts: OnceLock<Result<Box<Parts>, String>>,
 }
@@ -372,6 +376,9 @@ impl System {
             exponential,
             yielding,
             symbolic: OnceLock::new(),
+            rest: Default::default(),
+            closing: Once::new(),
+            linear_program: Once::new(),
             reduced: OnceLock::new(),
             parts: OnceLock::new(),
             passive,

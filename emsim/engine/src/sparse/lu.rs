@@ -23,7 +23,7 @@ mod stamped;
 pub use self::stamped::Stamp;
 use self::stamped::Stamped;
 use super::pivots::{eliminate, Columns, Pivots};
-use super::program::{Layout, Program, Recurring, LARGEST};
+use super::program::{Layout, Program, Purpose, Recurring, LARGEST};
 use super::{Pattern, Scalar, Singular, Symbolic};
 
 /// Refactor refuses a weighted multiplier above this (a pivot below 1e-6 of its column). With switches over 12 decades 1e8 let
@@ -303,8 +303,12 @@ impl<T: Scalar> Lu<T> {
             return;
         }
         self.counters.solves += 1;
-        if T::PROGRAMS && self.operations <= LARGEST && self.solve_alone.is_due(self.counters.solves) {
-            self.solve_alone.program = Program::solve(&self.layout());
+        if T::PROGRAMS && self.operations <= LARGEST {
+            let (shelf, pivots, purpose) = (&self.symbolic.shelf, &self.pivot_rows, Purpose::Solve);
+            if self.solve_alone.is_due(self.counters.solves, || shelf.find(purpose, pivots)) {
+                self.solve_alone.program = Program::solve(&self.layout());
+                self.shelve(purpose, self.solve_alone.program.as_ref());
+            }
         }
         if let Some(program) = &mut self.solve_alone.program {
             T::solve_by(program, &self.lu[..self.rows.len()], b, &mut self.work);

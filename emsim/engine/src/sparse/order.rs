@@ -10,15 +10,18 @@
 //!
 //! Everything is iterative: a ladder of 100 000 nodes would overflow the stack of a recursive search.
 
+use super::program::Shelf;
 use super::{Pattern, Singular, NONE};
+use std::sync::Arc;
 
 /// The permutations: position k of the permuted matrix holds row `rows[k]` and column `cols[k]`;
 /// block b takes the positions `blocks[b]..blocks[b + 1]`.
-#[derive(Clone, Debug)]
+#[derive(Clone)]
 pub struct Symbolic {
     pub(super) rows: Vec<u32>,
     pub(super) cols: Vec<u32>,
     pub(super) blocks: Vec<u32>,
+    pub(super) shelf: Arc<Shelf>,
 }
 
 impl Symbolic {
@@ -36,7 +39,7 @@ impl Symbolic {
             fill_reducing(pattern, &col_of, block);
         }
         let rows = cols.iter().map(|&col| row_of[col as usize]).collect();
-        Ok(Symbolic { rows, cols, blocks })
+        Ok(Symbolic { rows, cols, blocks, shelf: Arc::default() })
     }
 
     pub fn n(&self) -> usize {

@@ -3,6 +3,7 @@
 //! the instructions. What matrix and right-hand side are made of may stand before them in the same program (`Equations`).
 use super::lu::{Column, Group};
 use crate::tape::{Inputs, Leaf, Tape, Value, Written};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 /// What has recurred so often with the same pivots is written as a program: that takes some 8 us, and pays after about as many (numerics chapter, hot path).
 const WORTH: u64 = 150;
@@ -33,8 +34,37 @@ pub struct Equations {
 
 /// A program and its scratch.
 pub struct Program {
-    tape: Tape,
+    tape: Arc<Tape>,
     slots: Vec<f64>,
+}
+
+/// What has been written for these equations, by its pivots: the next factors that choose them, of another method in the run or in
+/// another run, begin with it. Not for pivots that nobody chooses again.
+#[derive(Default)]
+pub(super) struct Shelf(Mutex<Vec<(Purpose, Vec<u32>, Arc<Tape>)>>);
+
+#[derive(Clone, Copy, PartialEq)]
+pub(super) enum Purpose {
+    FactorAndSolve,
+    Solve,
+}
+
+const KEPT: usize = 32;
+
+impl Shelf {
+    pub fn find(&self, purpose: Purpose, pivots: &[u32]) -> Option<Program> {
+        let kept = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let tape = kept.iter().find(|k| k.0 == purpose && k.1 == pivots)?.2.clone();
+        Some(Program::again(tape))
+    }
+
+    pub fn keep(&self, purpose: Purpose, pivots: &[u32], program: &Program) {
+        let mut kept = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        if kept.len() == KEPT {
+            kept.remove(0);
+        }
+        kept.push((purpose, pivots.to_vec(), program.tape.clone()));
+    }
 }
 
 impl Program {
@@ -76,10 +106,14 @@ impl Program {
         Program::of(p, &x)
     }
 
-    pub fn of(p: Written, results: &[Value]) -> Option<Program> {
-        let tape = p.native(results)?;
+    fn of(p: Written, results: &[Value]) -> Option<Program> {
+        p.native(results).map(|tape| Program::again(Arc::new(tape)))
+    }
+
+    /// With scratch of its own.
+    pub fn again(tape: Arc<Tape>) -> Program {
         let slots = tape.workspace();
-        Some(Program { tape, slots })
+        Program { tape, slots }
     }
 
     pub fn run(&mut self, inputs: &Inputs, out: &mut [f64]) {
@@ -119,31 +153,48 @@ impl Layout<'_> {
     }
 }
 
+/// A program of the equations as they are, once it has been written: for all runs.
+pub type Once = OnceLock<Option<Arc<Tape>>>;
+
 /// A program, and when it pays.
 pub struct Recurring {
     from: u64, // count at which the present pivots were chosen
     worth: u64,
+    asked: bool, // whether it has been written before
     pub program: Option<Program>,
 }
 
 impl Default for Recurring {
     fn default() -> Recurring {
-        Recurring { from: 0, worth: WORTH, program: None }
+        Recurring { from: 0, worth: WORTH, asked: false, program: None }
     }
 }
 
 impl Recurring {
     pub fn start(&mut self, count: u64) {
-        (self.from, self.program) = (count, None);
+        (self.from, self.asked, self.program) = (count, false, None);
     }
 
-    /// Is the program to be written now? The next one has to be worth twice as much: pivots that change often are not followed.
-    pub fn is_due(&mut self, count: u64) -> bool {
+    /// Is the program to be written now? One that was `known` before serves from the start; of new ones the next has to be worth
+    /// twice as much: pivots that change often are not followed.
+    pub fn is_due(&mut self, count: u64, known: impl FnOnce() -> Option<Program>) -> bool {
+        if self.program.is_none() && !std::mem::replace(&mut self.asked, true) {
+            self.program = known();
+        }
         let due = self.program.is_none() && count - self.from >= self.worth;
         if due {
             self.worth *= 2;
         }
         due
+    }
+
+    /// The program that `once` holds, or is to hold.
+    pub fn shared(&mut self, count: u64, once: &Once, write: impl FnOnce() -> Option<Tape>) -> Option<&mut Program> {
+        let again = |tape: &Option<Arc<Tape>>| tape.clone().map(Program::again);
+        if self.is_due(count, || once.get().and_then(again)) {
+            self.program = again(once.get_or_init(|| write().map(Arc::new)));
+        }
+        self.program.as_mut()
     }
 }
 
@@ -160,7 +211,8 @@ mod tests {
         for n in [2, 5, 9, 17] {
             let entries = (0..n).flat_map(|i| [(i, i), (i, (3 * i + 1) % n), ((5 * i + 2) % n, i)]);
             let pattern = Pattern::from_entries(n, &entries.collect::<Vec<_>>());
-            let mut lu: Lu<f64> = Lu::new(&pattern, &Symbolic::analyse(&pattern).unwrap());
+            let symbolic = Symbolic::analyse(&pattern).unwrap();
+            let mut lu: Lu<f64> = Lu::new(&pattern, &symbolic);
             let nnz = pattern.nnz();
             let mut values: Vec<f64> = (0..nnz).map(number).collect();
             let own: Vec<usize> = (0..n).map(|i| pattern.position(i, i).unwrap()).collect();
@@ -187,6 +239,18 @@ mod tests {
                 assert!(!run || (x == y && z == y), "n {n}, round {round}");
             }
             assert_eq!(lu.counters().factors, 1);
+            // the next factors of the same pattern and pivots begin with the program
+            let mut next: Lu<f64> = Lu::new(&pattern, &symbolic);
+            next.factor_or_refactor(&values).unwrap();
+            let (mut x, mut y) = (b.clone(), b.clone());
+            let run = next.factor_and_solve_by_program(
+                equations,
+                &Inputs { x: &values, t: 0.0, waves: &[], flags: &b },
+                &mut x,
+            );
+            next.factor_or_refactor(&values).unwrap();
+            next.solve(&mut y);
+            assert!(run == lu.has_program() && (!run || x == y), "n {n}");
             assert!(cfg!(not(target_arch = "x86_64")) || (runs > 500 && lu.has_program()));
         }
     }

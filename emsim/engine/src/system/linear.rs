@@ -1,7 +1,7 @@
 //! What is constant and what time alone decides, by themselves: row by row, or as a program without a loop once it recurs.
 use super::{System, Work};
-use crate::sparse::{Program, Recurring};
-use crate::tape::{Inputs, Leaf, Value, Written};
+use crate::sparse::Recurring;
+use crate::tape::{Inputs, Leaf, Tape, Value, Written};
 
 /// Entries of both matrices above which a program is not written: its code would not stay in the processor's cache.
 const LARGEST: usize = 1500;
@@ -20,11 +20,8 @@ impl System {
     pub(super) fn eval_linear(&self, w: &mut Work, x: &[f64]) {
         let Linear { evaluations, program, values } = &mut w.linear;
         *evaluations += 1;
-        if program.is_due(*evaluations) {
-            program.program = self.linear_program();
+        if let Some(program) = program.shared(*evaluations, &self.linear_program, || self.written_linear()) {
             values.resize(2 * self.n, 0.0);
-        }
-        if let Some(program) = &mut program.program {
             program.run(&Inputs { x, t: 0.0, waves: &w.waves, flags: &[] }, values);
             let (f, q) = values.split_at(self.n);
             w.f.copy_from_slice(f);
@@ -39,7 +36,7 @@ impl System {
     }
 
     /// What `eval_linear` does row by row, operation by operation the same.
-    fn linear_program(&self) -> Option<Program> {
+    fn written_linear(&self) -> Option<Tape> {
         let parts = [&self.g_rows, &self.c_rows].map(|rows| rows.terms().collect::<Vec<_>>());
         if parts.iter().map(Vec::len).sum::<usize>() > LARGEST {
             return None;
@@ -74,7 +71,7 @@ impl System {
             let wave = p.leaf(Leaf::Wave(k));
             add(p, row, factor, wave);
         }
-        Program::of(program, &results)
+        program.native(&results)
     }
 
     #[inline]

@@ -1,7 +1,7 @@
 //! Factors and solution by a program (program.rs) that begins with the equations themselves.
 
-use super::super::program::{Equations, Program, LARGEST};
-use super::Lu;
+use super::super::program::{Equations, Program, Purpose, LARGEST};
+use super::{Lu, Scalar};
 use crate::tape::Inputs;
 use crate::twice::twice;
 
@@ -14,8 +14,13 @@ impl Lu<f64> {
         inputs: &Inputs,
         b: &mut [f64],
     ) -> bool {
-        if self.operations <= LARGEST && self.factor_and_solve.is_due(self.counters.refactors) {
+        if self.operations > LARGEST {
+            return false;
+        }
+        let (shelf, pivots, purpose) = (&self.symbolic.shelf, &self.pivot_rows, Purpose::FactorAndSolve);
+        if self.factor_and_solve.is_due(self.counters.refactors, || shelf.find(purpose, pivots)) {
             self.factor_and_solve.program = Program::factor_and_solve(&self.layout(), equations());
+            self.shelve(purpose, self.factor_and_solve.program.as_ref());
         }
         let Some(program) = &mut self.factor_and_solve.program else { return false };
         program.run(inputs, &mut self.lu);
@@ -27,6 +32,14 @@ impl Lu<f64> {
             self.counters.solves += 1;
         }
         self.ready
+    }
+}
+
+impl<T: Scalar> Lu<T> {
+    pub(super) fn shelve(&self, purpose: Purpose, program: Option<&Program>) {
+        if let Some(program) = program {
+            self.symbolic.shelf.keep(purpose, &self.pivot_rows, program);
+        }
     }
 }
 
