@@ -12,7 +12,7 @@ mod written;
 
 use native::Native;
 pub use native::{Move, To};
-pub use trig::vectors;
+pub use trig::{sin_cos, vectors};
 pub use written::{Leaf, Value, Written};
 
 /// What the leaves read.

@@ -8,6 +8,9 @@
 //! then give the amplitude A = hypot(c, s) at its middle, what it falls by (from (c c' + s s')/A^2), the rest of w (from
 //! (c s' - s c')/A^2), and what is left over: where that is much, it is not one oscillation.
 
+use crate::tape::sin_cos;
+use crate::twice::twice;
+
 /// Half-periods between crossings may differ by so much.
 const REGULAR: f64 = 1.5;
 /// Crossings, and samples between them, that it takes.
@@ -85,31 +88,16 @@ fn fit(t: &[f64], x: &[f64], w: f64) -> Option<Oscillation> {
     let (start, stop) = (t[0], t[t.len() - 1]);
     let (middle, half) = (0.5 * (start + stop), 0.5 * (stop - start));
     let mean = x.iter().sum::<f64>() / x.len() as f64;
-    let basis = |t: f64| {
-        let (tau, (s, c)) = ((t - middle) / half, (w * (t - middle)).sin_cos());
-        [1.0, tau, c, s, tau * c, tau * s]
+    let row = |(&t, &x): (&f64, &f64)| {
+        let (tau, (s, c)) = ((t - middle) / half, sin_cos(w * (t - middle)));
+        [1.0, tau, c, s, tau * c, tau * s, x - mean, 0.0]
     };
-    // normal equations, the right side as the last column
-    let mut m = [[0.0; N + 1]; N];
-    let rows: Vec<[f64; N]> = t.iter().map(|&t| basis(t)).collect();
-    for (b, &x) in rows.iter().zip(x) {
-        for i in 0..N {
-            for j in 0..=i {
-                m[i][j] += b[i] * b[j];
-            }
-            m[i][N] += b[i] * (x - mean);
-        }
-    }
-    for i in 0..N {
-        for j in 0..i {
-            m[j][i] = m[i][j];
-        }
-    }
-    let p = solve(m)?;
+    let rows: Vec<Row> = t.iter().zip(x).map(row).collect();
+    let p = solve(normal(&rows))?;
     let (mut left, mut whole) = (0.0, 0.0);
-    for (b, &x) in rows.iter().zip(x) {
+    for b in &rows {
         let wave: f64 = (2..N).map(|i| p[i] * b[i]).sum();
-        left += (x - mean - p[0] - p[1] * b[1] - wave).powi(2);
+        left += (b[N] - p[0] - p[1] * b[1] - wave).powi(2);
         whole += wave * wave;
     }
     let (c, s, dc, ds) = (p[2], p[3], p[4], p[5]);
@@ -122,8 +110,26 @@ fn fit(t: &[f64], x: &[f64], w: f64) -> Option<Oscillation> {
     })
 }
 
+/// The basis at a sample and what is to be fitted there, in two whole vectors.
+type Row = [f64; 8];
+
+twice! {
+    /// Normal equations, the right side behind them.
+    fn normal(rows: &[Row]) -> [Row; N] {
+        let mut m = [[0.0; 8]; N];
+        for b in rows {
+            for (m, by) in m.iter_mut().zip(b) {
+                for (m, b) in m.iter_mut().zip(b) {
+                    *m += by * b;
+                }
+            }
+        }
+        m
+    }
+}
+
 /// Elimination of a positive definite system; None where it is not.
-fn solve(mut m: [[f64; N + 1]; N]) -> Option<[f64; N]> {
+fn solve(mut m: [Row; N]) -> Option<[f64; N]> {
     for k in 0..N {
         let pivot = m[k];
         if pivot[k].is_nan() || pivot[k] <= 1e-9 * m[0][0] {

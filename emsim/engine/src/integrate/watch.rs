@@ -279,12 +279,18 @@ impl Watch {
         }
     }
 
-    /// Loss and lateness of this burst's steps, a second, by the steps themselves where the method can tell; of many steps,
-    /// every so many. Of unknowns that oscillate together it is asked once.
-    fn drift(&mut self, w: f64, method: &dyn Method) -> Option<(f64, f64)> {
+    /// Loss and lateness of this burst's steps, a second; asked once of unknowns that oscillate together.
+    fn rates(&mut self, w: f64, method: &dyn Method) -> Option<(f64, f64)> {
         if let Some(&(_, rates)) = self.drifts.iter().find(|(known, _)| (known / w - 1.0).abs() < TOGETHER) {
             return Some(rates);
         }
+        let rates = self.by_steps(w, method).or_else(|| self.by_formulas(w, method))?;
+        self.drifts.push((w, rates));
+        Some(rates)
+    }
+
+    /// By the steps themselves, where the method can tell; of many steps, every so many.
+    fn by_steps(&self, w: f64, method: &dyn Method) -> Option<(f64, f64)> {
         let (mut loss, mut late, mut span) = (0.0, 0.0, 0.0);
         let mut times = [0.0; 8];
         for k in (1..self.steps.len()).step_by((self.steps.len() / SAMPLED).max(1)) {
@@ -295,21 +301,17 @@ impl Watch {
             for (at, (t, _)) in times.iter_mut().zip(self.steps[..=k].iter().rev()) {
                 *at = *t;
             }
-            let own = method.drift(formula, &times[..=formula], w)?;
+            let known = times.len().min(k + 1);
+            let own = method.drift(formula, &times[..known], w)?;
             let h = t - self.steps[k - 1].0;
             (loss, late, span) = (loss + h * own.0, late + h * own.1, span + h);
         }
-        let rates = (span > 0.0).then(|| (loss / span, late / (std::f64::consts::TAU * span)))?;
-        self.drifts.push((w, rates));
-        Some(rates)
+        (span > 0.0).then(|| (loss / span, late / (std::f64::consts::TAU * span)))
     }
 
     /// The same of methods of one step: each formula at the mean length of its steps, times what unequal
     /// ones make of a figure that grows as h^p, the mean of (h_j/h)^p, with p from its values at y and 1.1 y.
-    fn rates(&mut self, w: f64, method: &dyn Method) -> Option<(f64, f64)> {
-        if let Some(rates) = self.drift(w, method) {
-            return Some(rates);
-        }
+    fn by_formulas(&self, w: f64, method: &dyn Method) -> Option<(f64, f64)> {
         let m = self.m;
         let mut rates = (0.0, 0.0);
         let mut done: [usize; 16] = [usize::MAX; 16];
