@@ -23,16 +23,18 @@ pub fn pade(j: usize, k: usize, y: f64) -> Complex {
     half(j, z) / half(k, -z)
 }
 
-/// The principal root of BDF of order k with equal steps:  sum_{m=1..k} u^m/m = z,  u = 1 - 1/R.
-pub fn bdf(k: usize, y: f64) -> Complex {
+/// The principal root of BDF of order k with equal steps, with a share of the next term:
+/// sum_{m=1..k} u^m/m + next u^{k+1}/(k+1) = z,  u = 1 - 1/R.
+pub fn bdf(k: usize, next: f64, y: f64) -> Complex {
     let z = Complex::new(0.0, y);
     let mut u = Complex::ONE - Complex::new(y.cos(), -y.sin());
     for _ in 0..20 {
         let (mut value, mut slope, mut power) = (-z, Complex::ZERO, Complex::ONE);
-        for m in 1..=k {
-            slope += power;
+        for m in 1..=k + 1 {
+            let share = if m > k { next } else { 1.0 };
+            slope += power.scale(share);
             power *= u;
-            value += power.scale(1.0 / m as f64);
+            value += power.scale(share / m as f64);
         }
         let step = value / slope;
         u -= step;
@@ -43,18 +45,24 @@ pub fn bdf(k: usize, y: f64) -> Complex {
     Complex::ONE / (Complex::ONE - u)
 }
 
-/// Of BDF on the points `t`, newest first: D(s), the derivative that it finds of exp(s t) at t_0, is to be j w; by one Newton step
-/// from s = j w, what amplitude (ln) and phase lose a second. With unequal steps and changing orders the mean of that over the steps
-/// holds, where the principal root for equal ones is off by a factor of three.
-pub fn bdf_drift(t: &[f64], w: f64) -> Option<(f64, f64)> {
+/// Of BDF of order k on the points `t`, newest first, with a share of the next order's formula: D(s), the derivative that it finds of
+/// exp(s t) at t_0, is to be j w; by one Newton step from s = j w, what amplitude (ln) and phase lose a second. With unequal steps
+/// and changing orders the mean of that over the steps holds, where the principal root for equal ones is off by a factor of three.
+pub fn bdf_drift(k: usize, next: f64, t: &[f64], w: f64) -> Option<(f64, f64)> {
     let (mut value, mut slope) = (Complex::new(0.0, -w), Complex::ZERO);
-    for j in 1..t.len() {
-        let back = t[j] - t[0];
-        let others = (1..t.len()).filter(|&m| m != j);
-        let l = others.map(|m| (t[0] - t[m]) / (t[j] - t[m])).product::<f64>() / back;
-        let (s, c) = (w * back).sin_cos();
-        value += Complex::new(l * (c - 1.0), l * s);
-        slope += Complex::new(l * back * c, l * back * s);
+    for (order, share) in [(k, 1.0 - next), (k + 1, next)] {
+        if share == 0.0 {
+            continue;
+        }
+        let t = t.get(..=order)?;
+        for j in 1..=order {
+            let back = t[j] - t[0];
+            let others = (1..=order).filter(|&m| m != j);
+            let l = share * others.map(|m| (t[0] - t[m]) / (t[j] - t[m])).product::<f64>() / back;
+            let (s, c) = (w * back).sin_cos();
+            value += Complex::new(l * (c - 1.0), l * s);
+            slope += Complex::new(l * back * c, l * back * s);
+        }
     }
     let off = value / slope;
     Some((off.re, off.im)).filter(|(loss, late)| loss.is_finite() && late.is_finite())
@@ -101,10 +109,10 @@ mod tests {
         let (loss, late) = of(pade(1, 1, y), y);
         assert!(loss.abs() < 1e-15);
         near(late, y.powi(3) / 12.0, 1e-3);
-        let (loss, late) = of(bdf(1, y), y);
+        let (loss, late) = of(bdf(1, 0.0, y), y);
         near(loss, y * y / 2.0, 1e-3);
         near(late, y.powi(3) / 3.0, 1e-3);
-        let (loss, late) = of(bdf(2, y), y);
+        let (loss, late) = of(bdf(2, 0.0, y), y);
         near(loss, y.powi(4) / 4.0, 1e-2);
         near(late, y.powi(3) / 3.0, 1e-2);
         // Radau IIA of 3 stages: order 5, and |R|^2 = 1 - y^6/3600
@@ -115,12 +123,24 @@ mod tests {
     #[test]
     fn bdf_on_equal_steps() {
         let y = 0.05;
-        for k in 1..=5 {
-            let t: Vec<f64> = (0..=k).map(|j| -y * j as f64).collect();
-            let (loss, late) = bdf_drift(&t, 1.0).unwrap();
-            let (want_loss, want_late) = of(bdf(k, y), y);
+        for (k, next) in [(1, 0.0), (2, 0.0), (3, 0.0), (4, 0.0), (5, 0.0), (1, 0.4), (2, 0.5), (3, 0.3)] {
+            let t: Vec<f64> = (0..=k + 1).map(|j| -y * j as f64).collect();
+            let (loss, late) = bdf_drift(k, next, &t, 1.0).unwrap();
+            let (want_loss, want_late) = of(bdf(k, next, y), y);
             near(y * loss, want_loss, 0.1);
             near(y * late, want_late, 0.1);
+        }
+    }
+
+    /// All of the next order's term is the next order.
+    #[test]
+    fn shares_lead_from_one_order_to_the_next() {
+        for k in 1..5 {
+            let t: Vec<f64> = [0.0, 0.1, 0.25, 0.3, 0.5, 0.7, 0.75].iter().map(|t| -t).collect();
+            assert!((bdf(k, 1.0, 0.2) - bdf(k + 1, 0.0, 0.2)).abs() < 1e-14);
+            let (one, other) = (bdf_drift(k, 1.0, &t, 1.0).unwrap(), bdf_drift(k + 1, 0.0, &t, 1.0).unwrap());
+            near(one.0, other.0, 1e-9);
+            near(one.1, other.1, 1e-9);
         }
     }
 
@@ -130,7 +150,7 @@ mod tests {
             // the trapezoid, backward Euler, the classical Runge-Kutta method
             let of = |rows: &[&[(usize, f64)]]| stages(rows.iter().map(|r| r.iter().copied()), y);
             assert!((of(&[&[], &[(0, 0.5), (1, 0.5)]]) - pade(1, 1, y)).abs() < 1e-14);
-            assert!((of(&[&[(0, 1.0)]]) - bdf(1, y)).abs() < 1e-12);
+            assert!((of(&[&[(0, 1.0)]]) - bdf(1, 0.0, y)).abs() < 1e-12);
             let weights = [(0, 1.0 / 6.0), (1, 1.0 / 3.0), (2, 1.0 / 3.0), (3, 1.0 / 6.0)];
             let rk = of(&[&[], &[(0, 0.5)], &[(1, 0.5)], &[(2, 1.0)], &weights]);
             let want = Complex::new(1.0 - y * y / 2.0 + y.powi(4) / 24.0, y - y.powi(3) / 6.0);

@@ -9,6 +9,8 @@
 //!
 //!   a = sum_{i<=k} 1 / (t1 - t_{1-i}),    r = - sum_{m<=k} beta_m phi_m sum_{m<=i<=k} 1 / (t1 - t_{1-i})
 //!
+//! and with a share of the next formula's last term in it (`NEXT`).
+//!
 //! Error constants are those of the variable-step formula: with the (k+1)-th divided difference dd of x over k+2 points,
 //! lte = h / (t1 - t_{-k}) * prod_{j=0..k} (t1 - t_{-j}) * dd (Brenan, Campbell and Petzold 1996, section 5.2).  The order
 //! moves by at most one a step, to whichever of k-1, k, k+1 allows the longest next step.
@@ -37,6 +39,13 @@ const LOCAL: f64 = 0.4;
 /// ... where there are coils beside diodes, which `auto` leaves to gear: what rings adds up its errors over the periods (a flyback
 /// converter's leakage at 1e-4: 40 times reltol with 0.4). And where accounts are kept, which integrate currents.
 const STRICT: f64 = 0.1;
+/// The slope of the formula of order k lacks (Q1 - what the polynomial through the k + 1 points behind says)/(t1 - t_{1-k-1}) of that of
+/// order k + 1. With a share of it the order stays, and the error is so much smaller: the numerical differentiation formulas of
+/// Klopfenstein (1971), on unequal points. Shampine and Reichelt (The MATLAB ODE suite, 1997) take 0.37, 0.5, 0.6 and 0.43; those
+/// of orders 1 and 2 are A-stable still, 0.3 of order 3 to 84 degrees (86 without), and 0.43 of order 4 to 66 (73) is left out, for
+/// what rings. Not where accounts are kept: their integrals are exact for what follows the plain formulas. Steps to errors of 1e-3: multiplier 2950 without, 2440, bridge 590, 470, clipper 340, 280, buck converter 6200, 4900; to
+/// 1e-6 1 to 14 % fewer.
+const NEXT: [f64; MOST + 1] = [0.0, 0.37, 0.5, 0.3, 0.0, 0.0, 0.0];
 /// How the next step follows from an error: ln of the share of the step it allows that is taken, and what the growth of its
 /// coefficient over the last step counts besides (Gustafsson 1994 has it count in full).
 #[derive(Clone, Copy)]
@@ -83,6 +92,7 @@ pub struct Gear {
     maxord: usize,
     spice: bool, // maxord asks for what SPICE has
     control: Control,
+    shares: [f64; MOST + 1], // of the next formula in that of each order
     since_change: usize,
     last: (usize, f64, f64), // order, step and error of the step before
     trtol: f64,
@@ -141,6 +151,7 @@ impl Gear {
             maxord,
             spice,
             control: if spice { SPICE } else { AHEAD },
+            shares: if spice || fixed || o.accounts { [0.0; MOST + 1] } else { NEXT },
             since_change: 0,
             last: (0, 0.0, 0.0),
             trtol: match (o.trtol.is_finite(), spice, o.accounts || (sys.has_coils() && sys.diodes() > 0)) {
@@ -166,12 +177,23 @@ impl Gear {
     fn slope(&mut self, k: usize) -> f64 {
         let inverse = self.times.map(|t| 1.0 / (self.t1 - t));
         let (mut a, mut weights) = (0.0, [0.0; ROWS]);
-        for m in (0..k).rev() {
-            a += inverse[m];
+        let next = self.next(k);
+        let points = if next > 0.0 { k + 1 } else { k };
+        for m in (0..points).rev() {
+            a += if m == k { next * inverse[m] } else { inverse[m] };
             weights[m] = -a * self.betas[m];
         }
-        self.charges.sum(&weights[..k], &mut self.r);
+        self.charges.sum(&weights[..points], &mut self.r);
         a
+    }
+
+    /// Share of the next formula in that of order k, as far as there are points for it.
+    fn next(&self, k: usize) -> f64 {
+        if self.len > k {
+            self.shares[k]
+        } else {
+            0.0
+        }
     }
 
     /// Points that the polynomial reads which `missed` is counted from.
@@ -212,7 +234,7 @@ impl Gear {
             let errors = [beyond(of[0]), apart(&|i| self.missed[i]), beyond(of[1])];
             worst.iter_mut().zip(errors).for_each(|(worst, e)| *worst = worst.max(e));
         }
-        let of = |k: usize, worst: f64| Some(h / (self.t1 - self.times[k]) * worst / self.trtol);
+        let of = |k: usize, worst: f64| Some((1.0 - self.next(k)) * h / (self.t1 - self.times[k]) * worst / self.trtol);
         let below = if k > 1 { of(k - 1, worst[0]) } else { None };
         [below, of(k, worst[1]), if above > k { of(above, worst[2]) } else { None }]
     }
@@ -344,7 +366,7 @@ impl Method for Gear {
                 Attempt::Good { next: h }
             };
         };
-        let share = h / (self.t1 - self.times[k]);
+        let share = (1.0 - self.next(k)) * h / (self.t1 - self.times[k]);
         let error = if error > 1.0 { self.above_noise(sys, w, a, share, tol) } else { error };
         if error > 1.0 {
             let next = h * self.control.growth(error, k).exp().clamp(0.1, 0.8);
@@ -445,11 +467,12 @@ impl Method for Gear {
     }
 
     fn response(&self, order: usize, y: f64) -> Option<Complex> {
-        Some(response::bdf(order, y))
+        Some(response::bdf(order, self.shares[order], y))
     }
 
     fn drift(&self, order: usize, times: &[f64], w: f64) -> Option<(f64, f64)> {
-        response::bdf_drift(times.get(..=order)?, w)
+        let next = if times.len() > order + 1 { self.shares[order] } else { 0.0 };
+        response::bdf_drift(order, next, times, w)
     }
 
     fn candidate(&self) -> &[f64] {
