@@ -24,8 +24,8 @@ def test_order_13_is_not_left_for_an_order_that_promises_too_much(name: str, tra
 @pytest.mark.parametrize("reltol", [1e-4, 1e-6])
 def test_beside_change_points_the_order_stays_low(reltol: float):
     """Forty windows that are flat twice a turn: the iteration of the higher orders fails beside each. It did 17 and 24 times, for
-    3.4e-3 and 3.9e-4 rad/s of error. How often it does, and what an error is left, hangs on the last bits (8 to 15 times about 1e-6, 5e-6 to 3e-4):
-    the mean and the median of five."""
+    3.4e-3 and 3.9e-4 rad/s of error. How often it does, and what an error is left, hangs on the last bits (8 to 15 times about
+    1e-6, 5e-6 to 3e-4): the mean and the median of five."""
     name = "mechanical/ref_n_four_bar_40"
     exact = run(deck(name), "method=radau5 reltol=1e-9")
     t = np.linspace(0.1, exact.time[-1] - 0.1, 200)
