@@ -8,14 +8,12 @@ One line a deck and method: the least and the median CPU time of the transient, 
 from __future__ import annotations
 
 import argparse
-from pathlib import Path
 from statistics import median
-from typing import Any
 
-from emsim import pipeline
-from emsim.reports import ladder
+from auto import problem_of
 
-NETLISTS = Path(__file__).parents[2] / "netlists"
+from emsim.reports.suite import SUITE
+
 RUNS = (
     ("bench/multiplier4", "trap", 3e-3),
     ("bench/multiplier4", "gear", 3e-6),
@@ -26,28 +24,20 @@ RUNS = (
 )
 
 
-def fresh(deck: str) -> ladder.Problem:
-    path = str(NETLISTS / f"{deck}.cir")
-
-    def prepare(options: dict[str, Any]) -> Any:
-        return pipeline.prepare(pipeline.read(path), options)
-
-    return ladder.Problem(prepare)
-
-
-def main() -> None:
+def main(arguments: list[str] | None = None) -> None:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("--rounds", type=int, default=40)
-    rounds = parser.parse_args().rounds
+    rounds = parser.parse_args(arguments).rounds
+    entries = {entry.deck: entry for entry in SUITE}
     print(
         f"{'deck':32}{'method':8}{'reltol':>8}{'first, ms: least':>18}{'median':>9}{'later: least':>15}{'median':>9}"
     )
     for deck, method, reltol in RUNS:
         first, later = [], []
         for _ in range(rounds):
-            problem = fresh(deck)
+            problem = problem_of(entries[deck])
             times = [1e3 * problem.run(method, reltol)[1]["solve_time"] for _ in range(4)]
             first.append(times[0])
             later.append(min(times[1:]))

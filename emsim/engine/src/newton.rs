@@ -403,8 +403,9 @@ impl Newton {
     fn close(&mut self, sys: &System, w: &Work, a: f64, r: &[f64], x: &[f64], moved: bool) {
         self.solutions += 1;
         let write = || sys.stage_closing().and_then(|(program, results)| program.native(&results));
-        let fits = sys.n <= LARGEST;
-        if let Some(program) = fits.then(|| self.closing.shared(self.solutions, &sys.closing, write)).flatten() {
+        let small = sys.n <= LARGEST;
+        let program = if small { self.closing.shared(self.solutions, &sys.closing, write) } else { None };
+        if let Some(program) = program {
             self.leaves[..sys.n].copy_from_slice(x);
             program.run(&sys.stage_inputs(w, &self.leaves, a), &mut self.charges);
             return;

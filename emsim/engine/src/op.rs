@@ -73,7 +73,7 @@ impl<'a> Dc<'a> {
         // a static equilibrium needs its multipliers
         let held = if hold { held } else { vec![None; n] };
         let couples: Vec<(usize, usize)> = if hold { Vec::new() } else { couples(sys) };
-        let analysed = sys.rest[usize::from(hold)].get_or_init(|| analysed(sys, &couples));
+        let analysed = sys.rest_patterns[usize::from(hold)].get_or_init(|| analysed(sys, &couples));
         let (pattern, symbolic) = analysed.as_ref().map_err(|&e| Failure::from(e))?;
         let find = |r: usize, c: usize| pattern.position(r, c);
         let mut place = Vec::with_capacity(sys.pattern.rowidx.len());

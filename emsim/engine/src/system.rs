@@ -114,7 +114,7 @@ pub struct System {
     pub phases: Vec<Phase>,      // of sines and cosines in expressions
     symbolic: OnceLock<Result<Symbolic, Singular>>,
     /// patterns of the operating point: with a machine that moves to where it rests, and with one that is held (op.rs)
-    pub rest: [OnceLock<Result<(Pattern, Symbolic), Singular>>; 2],
+    pub rest_patterns: [OnceLock<Result<(Pattern, Symbolic), Singular>>; 2],
     pub closing: Once, // charges behind a solution (newton.rs)
     linear_program: Once,
     reduced: OnceLock<Result<Reduced, String>>,
@@ -376,7 +376,7 @@ impl System {
             exponential,
             yielding,
             symbolic: OnceLock::new(),
-            rest: Default::default(),
+            rest_patterns: Default::default(),
             closing: Once::new(),
             linear_program: Once::new(),
             reduced: OnceLock::new(),

@@ -230,6 +230,18 @@ impl History {
     }
 }
 
+/// The root of this degree: in a short run a power would cost as much as a stage.
+pub fn root(x: f64, degree: usize) -> f64 {
+    match degree {
+        2 => x.sqrt(),
+        3 => x.cbrt(),
+        4 => x.sqrt().sqrt(),
+        6 => x.sqrt().cbrt(),
+        8 => x.sqrt().sqrt().sqrt(),
+        _ => x.powf(1.0 / degree as f64),
+    }
+}
+
 /// out = sum of rows, with a weight each.
 pub fn weighted_sum<'a>(terms: impl IntoIterator<Item = (f64, &'a [f64])>, out: &mut [f64]) {
     out.fill(0.0);

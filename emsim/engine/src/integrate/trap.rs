@@ -7,7 +7,7 @@
 //!
 //! Local error  h^3/12 x'''  from the third divided difference of the last four points, on what stands under d/dt.
 use super::rows::Lags;
-use super::{interpolate, response, Attempt, History, Method};
+use super::{interpolate, response, root, Attempt, History, Method};
 use crate::ledger::Stages;
 use crate::newton::{Newton, Options, Tolerances};
 use crate::sparse::Complex;
@@ -139,7 +139,7 @@ impl Trap {
     }
 
     /// Largest local error over tolerance, and the order of the estimate.
-    fn error(&mut self, sys: &System, w: &mut Work, h: f64, tol: &Tolerances) -> (f64, f64) {
+    fn error(&mut self, sys: &System, w: &mut Work, h: f64, tol: &Tolerances) -> (f64, usize) {
         let p = &self.past;
         let t1 = self.t1;
         let n = self.x1.len();
@@ -154,7 +154,7 @@ impl Trap {
                     let dd = (self.x1[i] - stage) / ((1.0 - GAMMA) * h) - (stage - x0) / (GAMMA * h);
                     self.e[i] = if tol.in_error[i] { c * dd } else { 0.0 };
                 }
-                (2.0, 1.0 / (GAMMA * h))
+                (2, 1.0 / (GAMMA * h))
             }
             2 => {
                 // no third difference yet: a tenth of the second-order term stands in for it
@@ -164,7 +164,7 @@ impl Trap {
                     let dd = (self.x1[i] - p.x[0][i]) * d0 - (p.x[0][i] - p.x[1][i]) * d1;
                     self.e[i] = if tol.in_error[i] { c * dd } else { 0.0 };
                 }
-                (2.0, a)
+                (2, a)
             }
             m => {
                 let m = m.min(3);
@@ -180,7 +180,7 @@ impl Trap {
                     let dc = (xb[i] - xc[i]) * h2;
                     e[i] = mask[i] * c * ((da - db) * k0 - (db - dc) * k1);
                 }
-                (3.0, a)
+                (3, a)
             }
         };
         self.ringing = false;
@@ -207,15 +207,6 @@ impl Trap {
             error = self.newton.above_noise(sys, w, a, error_of, points, tol, self.trtol);
         }
         (error, order)
-    }
-}
-
-/// Of an error that goes with this power of the step, 2 or 3.
-fn root(error: f64, order: f64) -> f64 {
-    if order == 2.0 {
-        error.sqrt()
-    } else {
-        error.cbrt()
     }
 }
 
@@ -248,7 +239,7 @@ impl Method for Trap {
             return Attempt::TooLarge { next: factor * h };
         }
         // a step that stays as it is keeps its factorisation in a linear circuit
-        let grows = error < if order == 2.0 { 0.2 } else { 0.091 }; // 0.45^order: to twice the step, without the power
+        let grows = error < if order == 2 { 0.2 } else { 0.091 }; // 0.45^order: to twice the step, without the power
         let factor = if grows { 2.0 } else { (0.9 / root(error, order)).clamp(0.5, 2.0) };
         let keep = if self.linear { 1.5 } else { 1.1 };
         Attempt::Good { next: if (0.9..keep).contains(&factor) { h } else { factor * h } }

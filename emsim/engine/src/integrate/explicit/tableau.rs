@@ -1,5 +1,6 @@
 //! What tells one explicit Runge-Kutta method from another. Rows are lists of (stage, coefficient), zeros left out.
 
+use super::super::root;
 use crate::reduced::Reduced;
 use crate::tape::{Move, Sequence, To};
 use crate::twice::LANES;
@@ -58,8 +59,8 @@ impl Tableau {
 
     /// Length of a step in parts of one with such an error, the one before having had another: PI control.
     pub fn allows(&self, error: f64, before: f64) -> f64 {
-        if self.order == 8 && self.beta == 0.0 {
-            return error.sqrt().sqrt().sqrt().recip();
+        if self.beta == 0.0 {
+            return root(error, self.order as usize).recip();
         }
         error.powf(0.75 * self.beta - 1.0 / f64::from(self.order)) * before.powf(self.beta)
     }

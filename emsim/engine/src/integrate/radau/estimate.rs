@@ -9,6 +9,7 @@
 //!   e = M^-1 C (x' - x_p'),   x' - x_p' = M^-1 ( -d/dt F(x_p, t) - Q_p'' ),
 //!
 //! which is O(h^(s+1)) where nothing bends. It is the error itself and held to the tolerance, not to a share of it.
+use super::super::root;
 use super::stages::STALLED;
 use super::tables::Scheme;
 use super::Radau;
@@ -37,16 +38,6 @@ const ALONG: f64 = 1e-4;
 pub fn share(reltol: f64) -> f64 {
     const AT_1E3: f64 = 0.05;
     AT_1E3 / root((reltol / 1e-3).min(1.0), 4)
-}
-
-/// The root of degree 4, 6 or 8: in a short run a power would cost as much as a stage.
-pub fn root(x: f64, degree: usize) -> f64 {
-    match degree {
-        4 => x.sqrt().sqrt(),
-        6 => x.sqrt().cbrt(),
-        8 => x.sqrt().sqrt().sqrt(),
-        _ => x.powf(1.0 / degree as f64),
-    }
 }
 
 /// What may be rounding, in units of the tolerance.

@@ -21,12 +21,12 @@ mod order;
 mod stages;
 mod tables;
 
-use self::estimate::{root, share};
+use self::estimate::share;
 use self::full::FullNewton;
 use self::order::{contracting, Orders, Taken};
 use self::tables::Scheme;
 use super::rows::Lags;
-use super::{Attempt, Method, FEWEST};
+use super::{root, Attempt, Method, FEWEST};
 use crate::ledger::Stages;
 use crate::newton::{Failure, Noise, Options, Tolerances};
 use crate::sparse::{Complex, Lu};

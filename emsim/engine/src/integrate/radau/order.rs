@@ -9,6 +9,7 @@
 //! for points. What a step costs is counted in operations of evaluation, factorisation and solution. Hairer and
 //! Wanner's rule (1999, section 4: up where the contraction is below 0.002, down above 0.8) needed up to twice the time
 //! on mechanisms, whose contraction is never that good.
+use super::super::root;
 use super::dense;
 use super::tables::{Scheme, MOST, SCHEMES};
 use crate::sparse::Lu;
@@ -162,7 +163,7 @@ impl Orders {
         let scheme = SCHEMES[rank];
         let s = scheme.s as f64;
         let allowed = super::share(reltol) / error.max(1e-12);
-        let mut h = taken.h * (0.9 * super::root(allowed, scheme.s + 1)).clamp(0.125, 8.0);
+        let mut h = taken.h * (0.9 * root(allowed, scheme.s + 1)).clamp(0.125, 8.0);
         h = h.min(taken.longest);
         let mut iterations = taken.iterations as f64;
         if taken.contraction > 0.0 {

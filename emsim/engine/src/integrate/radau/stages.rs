@@ -4,7 +4,7 @@
 //! that the iteration's error stays below that of the method at every tolerance: the error must go on falling with the
 //! tolerance. Multipliers and algebraic currents follow linearly from the rest and are in no norm: they are held to their own
 //! scale, above the rounding of momenta and charges over h, and ask for one more iteration at most.
-use super::estimate::root;
+use super::super::root;
 use super::order::CONTRACTION;
 use super::{blend, Radau, MOST_ITERATIONS};
 use crate::newton::Tolerances;
