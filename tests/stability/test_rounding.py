@@ -217,3 +217,13 @@ def test_rounding_in_a_femtosecond_is_no_divergence(reltol):
     for name in ("v(s)", "i(lr)"):
         apart = [abs(found.at(name, float(t)) - reference.at(name, float(t))) for t in times]
         assert max(apart) <= 1e-4 * np.ptp(reference[name]), (name, max(apart))
+
+
+@pytest.mark.parametrize("reltol", [1e-2, 1e-4, 1e-6])
+def test_what_a_source_holds_at_nothing_is_nothing(reltol):
+    # each iteration leaves a rounding error's rounding error: 1e-16, 1e-32, ... down to numbers that are slow to compute with
+    text = deck("bench/rlc_ladder").replace(".save", ".save v(in)")
+    found = run(text, f"method=radau reltol={reltol!r}")
+    for name in ("v(in)", "v(n10)"):
+        size = np.abs(found[name])
+        assert size.max() > 0.1 and not ((size > 0.0) & (size < np.finfo(float).tiny)).any(), name

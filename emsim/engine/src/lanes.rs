@@ -131,6 +131,12 @@ impl V {
         Mask(unsafe { _mm256_cmp_pd::<_CMP_LT_OQ>(self.0, than.0) })
     }
 
+    /// 0 in the lanes of the mask.
+    #[inline(always)]
+    pub fn unless(self, mask: Mask) -> V {
+        V(unsafe { _mm256_andnot_pd(mask.0, self.0) })
+    }
+
     /// self + a b, rounded once.
     #[inline(always)]
     pub fn more_product(self, a: V, b: V) -> V {

@@ -45,6 +45,8 @@ pub trait Lanes:
     fn abs(self) -> Self;
     /// The larger ones, `other` where one is no number.
     fn larger(self, other: Self) -> Self;
+    /// 0 where there is next to nothing (`NOTHING`).
+    fn or_nothing(self) -> Self;
     /// What stands in `v` from i on.
     fn at(v: &[f64], i: usize) -> Self;
     fn put(self, v: &mut [f64], i: usize);
@@ -52,6 +54,9 @@ pub trait Lanes:
     fn pairs_at(v: &[f64], i: usize) -> [Self; 2];
     fn put_pairs(pairs: [Self; 2], v: &mut [f64], i: usize);
 }
+
+/// What is smaller is no quantity of any unit, and on its way to numbers that processors take a hundred times as long over.
+pub const NOTHING: f64 = 1e-200;
 
 #[derive(Clone, Copy)]
 pub struct Plain([f64; LANES]);
@@ -108,6 +113,10 @@ impl Lanes for crate::lanes::V {
         self.max(other)
     }
     #[inline(always)]
+    fn or_nothing(self) -> Self {
+        self.unless(self.abs().less(Self::all(NOTHING)))
+    }
+    #[inline(always)]
     fn at(v: &[f64], i: usize) -> Self {
         Self::load(v[i..i + LANES].first_chunk().expect("so many"))
     }
@@ -136,6 +145,9 @@ impl Lanes for Plain {
     }
     fn larger(self, other: Plain) -> Plain {
         Plain(std::array::from_fn(|k| if self.0[k] > other.0[k] { self.0[k] } else { other.0[k] }))
+    }
+    fn or_nothing(self) -> Plain {
+        Plain(self.0.map(|v| One(v).or_nothing().0))
     }
     fn at(v: &[f64], i: usize) -> Plain {
         Plain(v[i..i + LANES].try_into().expect("so many"))
@@ -167,6 +179,10 @@ impl Lanes for One {
     #[inline(always)]
     fn larger(self, other: One) -> One {
         One(if self.0 > other.0 { self.0 } else { other.0 })
+    }
+    #[inline(always)]
+    fn or_nothing(self) -> One {
+        One(if self.0.abs() < NOTHING { 0.0 } else { self.0 })
     }
     #[inline(always)]
     fn at(v: &[f64], i: usize) -> One {
@@ -236,7 +252,7 @@ mod tests {
         let same = |x: f64, y: f64| x.to_bits() == y.to_bits() || (x.is_nan() && y.is_nan());
         for i in 0..=a.len() - L::COUNT {
             let (va, vb, mut out) = (L::at(&a, i), L::at(&b, i), [0.0; LANES]);
-            let results: [(L, fn(f64, f64) -> f64); 7] = [
+            let results: [(L, fn(f64, f64) -> f64); 8] = [
                 (va + vb, |a, b| a + b),
                 (va - vb, |a, b| a - b),
                 (va * vb, |a, b| a * b),
@@ -244,6 +260,7 @@ mod tests {
                 (-va, |a, _| -a),
                 (va.abs(), |a, _| a.abs()),
                 (va.larger(vb), |a, b| if a > b { a } else { b }),
+                ((va * L::all(1e-200)).or_nothing(), |a, _| if a.abs() < 1.0 { 0.0 } else { a * 1e-200 }),
             ];
             for (k, (v, want)) in results.into_iter().enumerate() {
                 v.put(&mut out, 0);

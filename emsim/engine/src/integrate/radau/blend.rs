@@ -178,7 +178,7 @@ fn join_at<L: Lanes, const S: usize>(
     for k in 0..S {
         let stage = &mut stage[k];
         let step = sum(&t[k * S..], &w);
-        (L::at(stage, i) + step).put(stage, i);
+        (L::at(stage, i) + step).or_nothing().put(stage, i);
         largest = largest.larger(step.abs());
     }
     largest.put(moved, i);
@@ -210,7 +210,7 @@ fn movement_of<L: Lanes, const S: usize>(scheme: &Scheme, k: usize, b: &[f64], z
 
 #[inline(always)]
 fn movement_at<L: Lanes, const S: usize>(i: usize, row: &[f64], b: &[f64], z: &[Vec<Complex>], step: &mut [f64]) {
-    sum(row, &solutions::<L, S>(i, b, z)).put(step, i);
+    sum(row, &solutions::<L, S>(i, b, z)).or_nothing().put(step, i);
 }
 
 by_lanes! {
