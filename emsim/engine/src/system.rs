@@ -117,6 +117,7 @@ pub struct System {
     pub rest_patterns: [OnceLock<Result<(Pattern, Symbolic), Singular>>; 2],
     pub closing: Once, // charges behind a solution (newton.rs)
     linear_program: Once,
+    whole_program: Once, // Q and F
     reduced: OnceLock<Result<Reduced, String>>,
     parts: OnceLock<Result<Box<Parts>, String>>,
 }
@@ -377,8 +378,9 @@ impl System {
             yielding,
             symbolic: OnceLock::new(),
             rest_patterns: Default::default(),
-            closing: Once::new(),
-            linear_program: Once::new(),
+            closing: Once::default(),
+            linear_program: Once::default(),
+            whole_program: Once::default(),
             reduced: OnceLock::new(),
             parts: OnceLock::new(),
             passive,
@@ -513,11 +515,16 @@ impl System {
                 w.q[row] += self.values.output(&w.values, self.f_rows.len() + k);
             }
         }
+        self.add_diodes(x, w.gmin, &mut w.f, &mut w.q);
+    }
+
+    #[inline]
+    fn add_diodes(&self, x: &[f64], gmin: f64, f: &mut [f64], q: &mut [f64]) {
         for d in &self.diodes {
             let v = across(x, d.p, d.n);
-            let o = d.kernel.eval(v, w.gmin);
-            d.add(&mut w.f, o.i);
-            d.add(&mut w.q, o.q);
+            let o = d.kernel.eval(v, gmin);
+            d.add(f, o.i);
+            d.add(q, o.q);
         }
     }
 

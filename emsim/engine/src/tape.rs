@@ -44,6 +44,7 @@ enum Op {
     Sqrt,
     Call,
     Select,
+    NotLess, // all bits, or none: a condition
     Free,
 }
 
@@ -61,7 +62,7 @@ impl Instr {
         let n = match self.op {
             Op::X | Op::T | Op::Wave | Op::Flag | Op::Free => 0,
             Op::Neg | Op::Powi | Op::Sin | Op::Cos | Op::Exp | Op::Sqrt | Op::Call => 1,
-            Op::Add | Op::Sub | Op::Mul | Op::Div | Op::Pow | Op::Atan2 => 2,
+            Op::Add | Op::Sub | Op::Mul | Op::Div | Op::Pow | Op::Atan2 | Op::NotLess => 2,
             Op::Select => 3,
         };
         [self.a, self.b, self.c].into_iter().take(n)
@@ -350,6 +351,7 @@ impl Tape {
                             v(i.c)
                         }
                     }
+                    Op::NotLess => f64::from_bits(if v(i.a) < v(i.b) { 0 } else { u64::MAX }),
                     Op::Free => f64::NAN,
                 };
                 *w.get_unchecked_mut(base + k) = r;

@@ -23,7 +23,7 @@ mod stamped;
 pub use self::stamped::Stamp;
 use self::stamped::Stamped;
 use super::pivots::{eliminate, Columns, Pivots};
-use super::program::{Layout, Program, Purpose, Recurring, LARGEST};
+use super::program::{Layout, Recurring};
 use super::{Pattern, Scalar, Singular, Symbolic};
 
 /// Refactor refuses a weighted multiplier above this (a pivot below 1e-6 of its column). With switches over 12 decades 1e8 let
@@ -91,7 +91,7 @@ pub struct Lu<T: Scalar> {
     groups: Vec<Group>,
     targets: Vec<u32>, // empty when the dense work vector is used
     dense: bool,
-    // limits for refactor, of every entry of `lu`: multipliers, inverses of pivots; of the rest infinity
+    // limits for refactor, of every entry of `lu`: multipliers, inverses of pivots; of the rest the largest number
     limits: Vec<f64>,
     // and what they must be larger than: an inverse 0, the rest nothing
     least: Vec<f64>,
@@ -107,6 +107,7 @@ pub struct Lu<T: Scalar> {
     counters: Counters,
     odd: bool, // the permutation of rows
     factor_and_solve: Recurring,
+    factor_alone: Recurring,
     solve_alone: Recurring,
 }
 
@@ -161,6 +162,7 @@ impl<T: Scalar> Lu<T> {
             counters: Counters::default(),
             odd: false,
             factor_and_solve: Recurring::default(),
+            factor_alone: Recurring::default(),
             solve_alone: Recurring::default(),
         }
     }
@@ -187,6 +189,12 @@ impl<T: Scalar> Lu<T> {
     #[cfg(test)]
     pub fn has_program(&self) -> bool {
         self.factor_and_solve.program.is_some()
+    }
+
+    /// ... by themselves?
+    #[cfg(test)]
+    pub fn factor_alone_has_program(&self) -> bool {
+        self.factor_alone.program.is_some() && self.solve_alone.program.is_some()
     }
 
     /// True when `solve` may be called.
@@ -234,6 +242,10 @@ impl<T: Scalar> Lu<T> {
             self.ready = false;
             return Err(RefactorError::NotFactored);
         }
+        if self.refactor_by_program(values) {
+            self.refactored();
+            return Ok(());
+        }
         self.ready = false;
         if !self.scatter(values) {
             self.counters.refusals += 1;
@@ -247,9 +259,7 @@ impl<T: Scalar> Lu<T> {
         let outcome = if self.dense { self.eliminate_dense(true) } else { self.eliminate_listed::<true>() };
         match outcome {
             Ok(()) => {
-                self.counters.refactors += 1;
-                self.borne += u32::from(self.swollen());
-                self.ready = true;
+                self.refactored();
                 Ok(())
             }
             Err(k) => {
@@ -257,6 +267,12 @@ impl<T: Scalar> Lu<T> {
                 Err(RefactorError::Pivot { col: self.symbolic.cols[k] as usize })
             }
         }
+    }
+
+    fn refactored(&mut self) {
+        self.counters.refactors += 1;
+        self.borne += u32::from(self.swollen());
+        self.ready = true;
     }
 
     /// Refactors where the old pivots serve, else factors.
@@ -303,16 +319,7 @@ impl<T: Scalar> Lu<T> {
             return;
         }
         self.counters.solves += 1;
-        if T::PROGRAMS && self.operations <= LARGEST {
-            let (shelf, pivots, purpose) = (&self.symbolic.shelf, &self.pivot_rows, Purpose::Solve);
-            if self.solve_alone.is_due(self.counters.solves, || shelf.find(purpose, pivots)) {
-                self.solve_alone.program = Program::solve(&self.layout());
-                self.shelve(purpose, self.solve_alone.program.as_ref());
-            }
-        }
-        if let Some(program) = &mut self.solve_alone.program {
-            T::solve_by(program, &self.lu[..self.rows.len()], b, &mut self.work);
-            b.copy_from_slice(&self.work);
+        if self.solve_by_program(b) {
             return;
         }
         let (w, lu, rows, columns) = (&mut self.work[..], &self.lu[..], &self.rows[..], &self.columns[..]);
@@ -444,6 +451,7 @@ impl<T: Scalar> Lu<T> {
         self.lu.clear();
         self.lu.resize(self.rows.len() + n, T::ZERO);
         self.factor_and_solve.start(self.counters.refactors);
+        self.factor_alone.start(self.counters.refactors);
         self.solve_alone.start(self.counters.solves);
 
         self.operations = 0;
@@ -488,7 +496,7 @@ impl<T: Scalar> Lu<T> {
 
     fn set_limits(&mut self, pivots: &Pivots) {
         self.limits.clear();
-        self.limits.resize(self.rows.len(), f64::INFINITY);
+        self.limits.resize(self.rows.len(), f64::MAX);
         self.least.clear();
         self.least.resize(self.rows.len(), -1.0);
         for (k, c) in self.columns.iter().enumerate() {

@@ -2,7 +2,9 @@
 //! rounding, without the lists that say where they take place. A circuit of four diodes is factored and solved in a quarter of
 //! the instructions. What matrix and right-hand side are made of may stand before them in the same program (`Equations`).
 use super::lu::{Column, Group};
+use super::scalar::{Scalar, Term};
 use crate::tape::{Inputs, Leaf, Tape, Value, Written};
+use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 /// What has recurred so often with the same pivots is written as a program: that takes some 8 us, and pays after about as many (numerics chapter, hot path).
@@ -39,31 +41,61 @@ pub struct Program {
 }
 
 /// What has been written for these equations, by its pivots: the next factors that choose them, of another method in the run or in
-/// another run, begin with it. Not for pivots that nobody chooses again.
+/// another run, begin with it. Pivots that are chosen time and again recur too, however short the runs. Not for those that nobody
+/// chooses again.
 #[derive(Default)]
-pub(super) struct Shelf(Mutex<Vec<(Purpose, Vec<u32>, Arc<Tape>)>>);
+pub(super) struct Shelf(Mutex<Vec<Kept>>);
+
+struct Kept {
+    key: Key,
+    pivots: Vec<u32>,
+    chosen: u32,
+    tape: Option<Arc<Tape>>,
+}
+
+/// What a program is for, and of how many parts its numbers are.
+pub type Key = (Purpose, usize);
 
 #[derive(Clone, Copy, PartialEq)]
-pub(super) enum Purpose {
+pub enum Purpose {
     FactorAndSolve,
+    Factor,
     Solve,
 }
 
-const KEPT: usize = 32;
+/// What is known of a program before it is written.
+pub enum Known {
+    Written(Program),
+    Often, // it has been asked for by so many that it pays
+    Not,
+}
+
+const KEPT: usize = 64;
+const OFTEN: u32 = 4;
 
 impl Shelf {
-    pub fn find(&self, purpose: Purpose, pivots: &[u32]) -> Option<Program> {
-        let kept = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        let tape = kept.iter().find(|k| k.0 == purpose && k.1 == pivots)?.2.clone();
-        Some(Program::again(tape))
+    pub fn find(&self, key: Key, pivots: &[u32]) -> Known {
+        let mut kept = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let Some(k) = kept.iter_mut().find(|k| k.key == key && k.pivots == pivots) else {
+            if kept.len() == KEPT {
+                kept.remove(0);
+            }
+            kept.push(Kept { key, pivots: pivots.to_vec(), chosen: 1, tape: None });
+            return Known::Not;
+        };
+        k.chosen = k.chosen.saturating_add(1);
+        match &k.tape {
+            Some(tape) => Known::Written(Program::again(tape.clone())),
+            None if k.chosen >= OFTEN => Known::Often,
+            None => Known::Not,
+        }
     }
 
-    pub fn keep(&self, purpose: Purpose, pivots: &[u32], program: &Program) {
+    pub fn keep(&self, key: Key, pivots: &[u32], program: &Program) {
         let mut kept = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        if kept.len() == KEPT {
-            kept.remove(0);
+        if let Some(k) = kept.iter_mut().find(|k| k.key == key && k.pivots == pivots) {
+            k.tape = Some(program.tape.clone());
         }
-        kept.push((purpose, pivots.to_vec(), program.tape.clone()));
     }
 }
 
@@ -75,39 +107,36 @@ impl Program {
         for (&place, value) in layout.place.iter().zip(matrix) {
             lu[place as usize] = value;
         }
-        let (mut group, mut target) = (0, 0);
-        for c in layout.columns {
-            for g in &layout.groups[group..c.group_end as usize] {
-                for k in 0..g.len as usize {
-                    let product = p.mul(lu[g.l as usize + k], lu[g.u as usize]);
-                    let entry = &mut lu[layout.targets[target + k] as usize];
-                    *entry = p.sub(*entry, product);
-                }
-                target += g.len as usize;
-            }
-            group = c.group_end as usize;
-            let inverse = p.div(one, lu[c.diagonal as usize]);
-            lu[c.diagonal as usize] = inverse;
-            for l in &mut lu[c.diagonal as usize + 1..c.end as usize] {
-                *l = p.mul(*l, inverse);
-            }
-        }
+        layout.factor(&mut p, one, &mut lu);
         let x = layout.solution(&mut p, &lu, &b);
         lu.extend(x);
         Program::of(p, &lu)
     }
 
+    /// Values of the matrix (x) to its factors.
+    pub(super) fn factor<T: Scalar>(layout: &Layout) -> Option<Program> {
+        let (mut p, constants) = Written::new(&[0.0, 1.0]);
+        let zero = T::Term::of(|_| constants[0]);
+        let mut lu = vec![zero; layout.rows.len()];
+        for (k, &place) in layout.place.iter().enumerate() {
+            lu[place as usize] = leaf::<T>(&mut p, Leaf::X, k);
+        }
+        layout.factor(&mut p, constants[1], &mut lu);
+        Program::of(p, &lu)
+    }
+
     /// Factors (x) and right hand side (flags) to the solution.
-    pub(super) fn solve(layout: &Layout) -> Option<Program> {
+    pub(super) fn solve<T: Scalar>(layout: &Layout) -> Option<Program> {
         let (mut p, _) = Written::new(&[]);
-        let lu: Vec<Value> = (0..layout.rows.len()).map(|k| p.leaf(Leaf::X(k))).collect();
-        let b: Vec<Value> = (0..layout.cols.len()).map(|k| p.leaf(Leaf::Flag(k))).collect();
+        let lu: Vec<_> = (0..layout.rows.len()).map(|k| leaf::<T>(&mut p, Leaf::X, k)).collect();
+        let b: Vec<_> = (0..layout.cols.len()).map(|k| leaf::<T>(&mut p, Leaf::Flag, k)).collect();
         let x = layout.solution(&mut p, &lu, &b);
         Program::of(p, &x)
     }
 
-    fn of(p: Written, results: &[Value]) -> Option<Program> {
-        p.native(results).map(|tape| Program::again(Arc::new(tape)))
+    fn of(p: Written, results: &[impl Term]) -> Option<Program> {
+        let parts: Vec<Value> = results.iter().flat_map(|v| v.parts().iter().copied()).collect();
+        p.native(&parts).map(|tape| Program::again(Arc::new(tape)))
     }
 
     /// With scratch of its own.
@@ -121,10 +150,36 @@ impl Program {
     }
 }
 
+/// Number k of a row of them.
+fn leaf<T: Scalar>(p: &mut Written, of: fn(usize) -> Leaf, k: usize) -> T::Term {
+    T::Term::of(|part| p.leaf(of(T::Term::PARTS * k + part)))
+}
+
 impl Layout<'_> {
+    /// The matrix to its factors, in place.
+    fn factor<N: Term>(&self, p: &mut Written, one: Value, lu: &mut [N]) {
+        let (mut group, mut target) = (0, 0);
+        for c in self.columns {
+            for g in &self.groups[group..c.group_end as usize] {
+                for k in 0..g.len as usize {
+                    let product = lu[g.l as usize + k].mul(lu[g.u as usize], p);
+                    let entry = &mut lu[self.targets[target + k] as usize];
+                    *entry = entry.sub(product, p);
+                }
+                target += g.len as usize;
+            }
+            group = c.group_end as usize;
+            let inverse = lu[c.diagonal as usize].recip(one, p);
+            lu[c.diagonal as usize] = inverse;
+            for l in &mut lu[c.diagonal as usize + 1..c.end as usize] {
+                *l = l.mul(inverse, p);
+            }
+        }
+    }
+
     /// The solution for the right-hand side b, in the caller's order.
-    fn solution(&self, p: &mut Written, lu: &[Value], b: &[Value]) -> Vec<Value> {
-        let mut w: Vec<Value> = self.input_rows.iter().map(|&row| b[row as usize]).collect();
+    fn solution<N: Term>(&self, p: &mut Written, lu: &[N], b: &[N]) -> Vec<N> {
+        let mut w: Vec<N> = self.input_rows.iter().map(|&row| b[row as usize]).collect();
         for block in self.blocks.windows(2).rev() {
             let own = block[0] as usize..block[1] as usize;
             for k in own.clone() {
@@ -133,7 +188,7 @@ impl Layout<'_> {
             }
             for k in own.rev() {
                 let c = &self.columns[k];
-                w[k] = p.mul(w[k], lu[c.diagonal as usize]);
+                w[k] = w[k].mul(lu[c.diagonal as usize], p);
                 self.subtract(p, lu, &mut w, k, c.first as usize..c.diagonal as usize);
             }
         }
@@ -144,17 +199,32 @@ impl Layout<'_> {
         x
     }
 
-    fn subtract(&self, p: &mut Written, lu: &[Value], w: &mut [Value], k: usize, entries: std::ops::Range<usize>) {
+    fn subtract<N: Term>(&self, p: &mut Written, lu: &[N], w: &mut [N], k: usize, entries: std::ops::Range<usize>) {
         for e in entries {
-            let product = p.mul(lu[e], w[k]);
+            let product = lu[e].mul(w[k], p);
             let at = &mut w[self.rows[e] as usize];
-            *at = p.sub(*at, product);
+            *at = at.sub(product, p);
         }
     }
 }
 
 /// A program of the equations as they are, once it has been written: for all runs.
-pub type Once = OnceLock<Option<Arc<Tape>>>;
+#[derive(Default)]
+pub struct Once {
+    tape: OnceLock<Option<Arc<Tape>>>,
+    asked: AtomicU32,
+}
+
+impl Once {
+    fn find(&self) -> Known {
+        match self.tape.get() {
+            Some(Some(tape)) => Known::Written(Program::again(tape.clone())),
+            Some(None) => Known::Not,
+            None if self.asked.fetch_add(1, Relaxed) + 1 >= OFTEN => Known::Often,
+            None => Known::Not,
+        }
+    }
+}
 
 /// A program, and when it pays.
 pub struct Recurring {
@@ -177,9 +247,13 @@ impl Recurring {
 
     /// Is the program to be written now? One that was `known` before serves from the start; of new ones the next has to be worth
     /// twice as much: pivots that change often are not followed.
-    pub fn is_due(&mut self, count: u64, known: impl FnOnce() -> Option<Program>) -> bool {
+    pub fn is_due(&mut self, count: u64, known: impl FnOnce() -> Known) -> bool {
         if self.program.is_none() && !std::mem::replace(&mut self.asked, true) {
-            self.program = known();
+            match known() {
+                Known::Written(program) => self.program = Some(program),
+                Known::Often => return true,
+                Known::Not => {}
+            }
         }
         let due = self.program.is_none() && count - self.from >= self.worth;
         if due {
@@ -190,9 +264,9 @@ impl Recurring {
 
     /// The program that `once` holds, or is to hold.
     pub fn shared(&mut self, count: u64, once: &Once, write: impl FnOnce() -> Option<Tape>) -> Option<&mut Program> {
-        let again = |tape: &Option<Arc<Tape>>| tape.clone().map(Program::again);
-        if self.is_due(count, || once.get().and_then(again)) {
-            self.program = again(once.get_or_init(|| write().map(Arc::new)));
+        if self.is_due(count, || once.find()) {
+            let tape = once.tape.get_or_init(|| write().map(Arc::new));
+            self.program = tape.clone().map(Program::again);
         }
         self.program.as_mut()
     }
@@ -200,7 +274,7 @@ impl Recurring {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{Lu, Pattern, Symbolic};
+    use super::super::{Complex, Lu, Pattern, Scalar, Symbolic};
     use super::Equations;
     use crate::tape::{Inputs, Leaf, Written};
 
@@ -252,6 +326,50 @@ mod tests {
             next.solve(&mut y);
             assert!(run == lu.has_program() && (!run || x == y), "n {n}");
             assert!(cfg!(not(target_arch = "x86_64")) || (runs > 500 && lu.has_program()));
+        }
+    }
+
+    /// ... and factors and solutions by themselves, of numbers of any kind.
+    fn keeps_every_bit<T: Scalar>(number: impl Fn(usize) -> T) {
+        for n in [3, 9, 17] {
+            let entries = (0..n).flat_map(|i| [(i, i), (i, (3 * i + 1) % n), ((5 * i + 2) % n, i)]);
+            let pattern = Pattern::from_entries(n, &entries.collect::<Vec<_>>());
+            let (symbolic, fresh) = (Symbolic::analyse(&pattern).unwrap(), Symbolic::analyse(&pattern).unwrap());
+            let own: Vec<usize> = (0..n).map(|i| pattern.position(i, i).unwrap()).collect();
+            let b: Vec<T> = (0..n).map(|i| number(7 * i + 3)).collect();
+            let mut values: Vec<T> = (0..pattern.nnz()).map(&number).collect();
+            let run = |symbolic: &Symbolic, values: &[&Vec<T>]| {
+                let mut lu: Lu<T> = Lu::new(&pattern, symbolic);
+                let each = values.iter().map(|v| {
+                    lu.factor_or_refactor(v).unwrap();
+                    let mut x = b.clone();
+                    lu.solve(&mut x);
+                    x
+                });
+                let solutions: Vec<Vec<T>> = each.collect();
+                (solutions, lu.factor_alone_has_program(), lu.counters().factors)
+            };
+            own.iter().for_each(|&k| values[k] = T::from_real(8.0) * (T::ONE + number(k)));
+            let mut other = values.clone();
+            own.iter().for_each(|&k| other[k] += number(k + 5));
+            let recurring: Vec<&Vec<T>> = (0..400).map(|k| if k % 2 == 0 { &values } else { &other }).collect();
+            let (known, written, chosen) = run(&symbolic, &recurring);
+            assert!(written && chosen == 1 && known.iter().skip(2).zip(&known).all(|(x, y)| x == y));
+            // short runs come to it too
+            let short = &recurring[..2];
+            let runs: Vec<_> = (0..6).map(|_| run(&fresh, short)).collect();
+            assert!(!runs[0].1 && runs[5].1 && runs.iter().all(|r| r.0[..] == known[..2]));
+        }
+    }
+
+    #[test]
+    fn factors_and_solutions_by_themselves() {
+        if cfg!(all(target_arch = "x86_64", unix)) && crate::tape::vectors() {
+            let real = |k: usize| ((k * 37 + 11) % 19) as f64 / 19.0 - 0.4;
+            keeps_every_bit(real);
+            keeps_every_bit(|k| Complex::new(real(k), 0.7 * real(k + 3)));
+            keeps_every_bit(|k| Complex::new(0.3 * real(k), real(k + 3)));
+            keeps_every_bit(|k| Complex::new(0.0, real(k + 3) - 1.0));
         }
     }
 }

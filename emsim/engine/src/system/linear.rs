@@ -1,24 +1,33 @@
-//! What is constant and what time alone decides, by themselves: row by row, or as a program without a loop once it recurs.
+//! What is constant and what time alone decides, by themselves: row by row, or as a program without a loop once it recurs. All of Q and
+//! F by such a program, expressions included.
 use super::{System, Work};
+use crate::graph::Graph;
 use crate::sparse::Recurring;
 use crate::tape::{Inputs, Leaf, Tape, Value, Written};
 
 /// Entries of both matrices above which a program is not written: its code would not stay in the processor's cache.
 const LARGEST: usize = 1500;
 
-/// The program, and how often its values were asked for.
+/// ... with expressions.
+const LARGEST_WHOLE: usize = 3000;
+/// To write that takes as long as so many times what others take.
+const DEARER: u64 = 4;
+
+/// The programs, and how often their values were asked for.
 #[derive(Default)]
 pub struct Linear {
     evaluations: u64,
     program: Recurring,
     values: Vec<f64>, // F, then Q
+    rows: u64,
+    whole: Recurring,
 }
 
 impl System {
     /// The linear part and the waves: w.q, w.f are set, everything else adds to them.
     #[inline]
     pub(super) fn eval_linear(&self, w: &mut Work, x: &[f64]) {
-        let Linear { evaluations, program, values } = &mut w.linear;
+        let Linear { evaluations, program, values, .. } = &mut w.linear;
         *evaluations += 1;
         if let Some(program) = program.shared(*evaluations, &self.linear_program, || self.written_linear()) {
             values.resize(2 * self.n, 0.0);
@@ -35,16 +44,41 @@ impl System {
         }
     }
 
+    /// F and Q at (x, t), one behind the other in `rows`: what `eval` finds, without limiting.
+    #[inline]
+    pub fn eval_rows(&self, w: &mut Work, x: &[f64], t: f64, rows: &mut [f64]) {
+        assert!(x.len() == self.n && rows.len() == 2 * self.n);
+        self.set_time(w, t);
+        let Linear { rows: count, whole, .. } = &mut w.linear;
+        *count += 1;
+        let Some(program) = whole.shared(*count / DEARER, &self.whole_program, || self.written(&self.values)) else {
+            self.eval(w, x, t);
+            rows[..self.n].copy_from_slice(&w.f);
+            rows[self.n..].copy_from_slice(&w.q);
+            return;
+        };
+        w.counters.evaluations += 1;
+        program.run(&Inputs { x, t, waves: &w.waves, flags: &w.flags }, rows);
+        let (f, q) = rows.split_at_mut(self.n);
+        self.add_diodes(x, w.gmin, f, q);
+    }
+
     /// What `eval_linear` does row by row, operation by operation the same.
     fn written_linear(&self) -> Option<Tape> {
+        self.written(&Tape::new(&Graph::new(), &[]))
+    }
+
+    /// The same, and `values` added to the rows of expressions.
+    fn written(&self, values: &Tape) -> Option<Tape> {
         let parts = [&self.g_rows, &self.c_rows].map(|rows| rows.terms().collect::<Vec<_>>());
-        if parts.iter().map(Vec::len).sum::<usize>() > LARGEST {
+        if parts.iter().map(Vec::len).sum::<usize>() > LARGEST || values.len() > LARGEST_WHOLE {
             return None;
         }
         let constants = parts.iter().flatten().map(|term| term.2).chain(self.f_wave.iter().map(|f| f.2));
-        let (mut program, values) = Written::new(&std::iter::once(0.0).chain(constants).collect::<Vec<_>>());
+        let constants: Vec<f64> = std::iter::once(0.0).chain(constants).collect();
+        let (mut program, constants, outputs) = Written::after(values, &constants);
         let p = &mut program;
-        let (zero, mut factors) = (values[0], values[1..].iter());
+        let (zero, mut factors) = (constants[0], constants[1..].iter());
         let x: Vec<Value> = (0..self.n).map(|i| p.leaf(Leaf::X(i))).collect();
         let mut results = vec![zero; 2 * self.n];
         let mut add = |p: &mut Written, at: usize, factor: f64, value: Value| {
@@ -70,6 +104,10 @@ impl System {
         for &(row, k, factor) in &self.f_wave {
             let wave = p.leaf(Leaf::Wave(k));
             add(p, row, factor, wave);
+        }
+        let rows = self.f_rows.iter().copied().chain(self.q_rows.iter().map(|row| self.n + row));
+        for (row, value) in rows.zip(outputs) {
+            results[row] = p.add(results[row], value);
         }
         program.native(&results)
     }

@@ -408,12 +408,13 @@ mod x86 {
                         self.done(k);
                     }
                 }
-                Op::Add | Op::Mul | Op::Sub | Op::Div => {
+                Op::Add | Op::Mul | Op::Sub | Op::Div | Op::NotLess => {
                     let opcode = match i.op {
                         Op::Add => 0x58,
                         Op::Mul => 0x59,
                         Op::Sub => 0x5c,
-                        _ => 0x5e,
+                        Op::Div => 0x5e,
+                        _ => 0xc2,
                     };
                     let (mut a, mut b) = (i.a, i.b);
                     let symmetric = matches!(i.op, Op::Add | Op::Mul);
@@ -426,6 +427,9 @@ mod x86 {
                     let held = if let Place::Register(rb) = pb { [ra, rb] } else { [ra, ra] };
                     let r = self.target(k, ra, &held);
                     self.vex(opcode, F2, 1, r, ra, pb);
+                    if matches!(i.op, Op::NotLess) {
+                        self.out.push(5); // what to compare for
+                    }
                     self.done(k);
                 }
                 Op::Neg => {

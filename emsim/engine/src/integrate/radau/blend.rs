@@ -1,7 +1,7 @@
 //! Sums over stages, four unknowns at a time: T^-1 before the split systems, T behind them, polynomials through the stages.
 //! Each unknown's sums are of the same terms in the same order, whatever stands beside it.
 use super::tables::Scheme;
-use crate::sparse::Complex;
+use crate::sparse::{Complex, Scalar};
 use crate::twice::{blocks, by_lanes, Lanes, One, LANES};
 
 /// The same with the number of stages known to the compiler.

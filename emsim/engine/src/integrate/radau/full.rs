@@ -101,7 +101,7 @@ impl FullNewton {
                 for r in 0..n {
                     m.d[j][r] = w.q[r] - m.q0[r];
                 }
-                m.f[j].copy_from_slice(&w.f);
+                m.f[j][..n].copy_from_slice(&w.f);
             }
             w.counters.iterations += 1;
             for i in 0..s {

@@ -80,7 +80,7 @@ pub struct Radau {
     stage: Vec<Vec<f64>>,
     waves: Vec<Vec<f64>>, // of sources, at the times of the stages
     d: Vec<Vec<f64>>,
-    f: Vec<Vec<f64>>,
+    f: Vec<Vec<f64>>, // F of the stages, and Q behind it
     e: Vec<f64>,
     b: Vec<f64>,
     z: Vec<Vec<Complex>>,
@@ -168,7 +168,7 @@ impl Radau {
             stage: stages(),
             waves: vec![Vec::new(); most],
             d: stages(),
-            f: stages(),
+            f: vec![vec![0.0; 2 * sys.n]; most],
             e: v(),
             b: v(),
             z: vec![vec![Complex::from(0.0); sys.n]; (most - 1) / 2],

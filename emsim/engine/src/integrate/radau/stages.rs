@@ -43,14 +43,16 @@ impl Radau {
             if again {
                 sys.recall_waves(w, t, &self.waves[k]);
             }
-            sys.eval(w, &self.stage[k], t);
+            sys.eval_rows(w, &self.stage[k], t, &mut self.f[k]);
             if !again {
                 self.waves[k].clone_from(&w.waves);
             }
-            for ((d, q), q0) in self.d[k].iter_mut().zip(&w.q).zip(&self.q0) {
+        }
+        // (not stage by stage: what has just been written number by number is not yet there to be read by fours)
+        for (d, rows) in self.d.iter_mut().zip(&self.f).take(self.scheme.s) {
+            for ((d, q), q0) in d.iter_mut().zip(&rows[sys.n..]).zip(&self.q0) {
                 *d = q - q0;
             }
-            self.f[k].copy_from_slice(&w.f);
         }
     }
 
@@ -135,6 +137,7 @@ impl Radau {
         w.counters.evaluations += self.scheme.s as u64;
         for (f, c) in self.f.iter_mut().zip(self.scheme.c) {
             sys.set_time(w, self.t0 + c * h);
+            let f = &mut f[..sys.n];
             f.copy_from_slice(&self.still);
             sys.add_waves(w, f);
         }

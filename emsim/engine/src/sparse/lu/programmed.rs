@@ -1,9 +1,9 @@
-//! Factors and solution by a program (program.rs) that begins with the equations themselves.
+//! Factors and solutions by programs (program.rs), and both by one that begins with the equations themselves.
 
-use super::super::program::{Equations, Program, Purpose, LARGEST};
+use super::super::program::{Equations, Key, Layout, Program, Purpose, Recurring, LARGEST};
+use super::super::scalar::Term;
 use super::{Lu, Scalar};
 use crate::tape::Inputs;
-use crate::twice::twice;
 
 impl Lu<f64> {
     /// Factors and solves `equations` as one program, with the pivots of the last `factor`: b <- A^-1 b of what its leaves read.
@@ -14,18 +14,15 @@ impl Lu<f64> {
         inputs: &Inputs,
         b: &mut [f64],
     ) -> bool {
-        if self.operations > LARGEST {
+        let count = self.counters.refactors;
+        let write = |layout: &Layout| Program::factor_and_solve(layout, equations());
+        if !self.is_written(Purpose::FactorAndSolve, |lu| &mut lu.factor_and_solve, count, write) {
             return false;
-        }
-        let (shelf, pivots, purpose) = (&self.symbolic.shelf, &self.pivot_rows, Purpose::FactorAndSolve);
-        if self.factor_and_solve.is_due(self.counters.refactors, || shelf.find(purpose, pivots)) {
-            self.factor_and_solve.program = Program::factor_and_solve(&self.layout(), equations());
-            self.shelve(purpose, self.factor_and_solve.program.as_ref());
         }
         let Some(program) = &mut self.factor_and_solve.program else { return false };
         program.run(inputs, &mut self.lu);
         let (lu, x) = self.lu.split_at(self.rows.len());
-        self.ready = outside(lu, &self.limits, &self.least) == 0;
+        self.ready = f64::outside(lu, &self.limits, &self.least) == 0;
         if self.ready {
             b.copy_from_slice(x);
             self.counters.refactors += 1;
@@ -36,17 +33,54 @@ impl Lu<f64> {
 }
 
 impl<T: Scalar> Lu<T> {
-    pub(super) fn shelve(&self, purpose: Purpose, program: Option<&Program>) {
-        if let Some(program) = program {
-            self.symbolic.shelf.keep(purpose, &self.pivot_rows, program);
+    /// The same factors by a program. False where none is due yet, or the pivots do not serve.
+    pub(super) fn refactor_by_program(&mut self, values: &[T]) -> bool {
+        if !self.is_written(Purpose::Factor, |lu| &mut lu.factor_alone, self.counters.refactors, Program::factor::<T>) {
+            return false;
         }
+        let Some(program) = &mut self.factor_alone.program else { return false };
+        let lu = &mut self.lu[..self.rows.len()];
+        program.run(&Inputs { x: T::parts(values), t: 0.0, waves: &[], flags: &[] }, T::parts_mut(lu));
+        T::outside(lu, &self.limits, &self.least) == 0
     }
-}
 
-twice! {
-    /// How many values are larger in size than their limits, no larger than their least, or no numbers?
-    fn outside(values: &[f64], limits: &[f64], least: &[f64]) -> u64 {
-        let each = values.iter().zip(limits.iter().zip(least));
-        each.map(|(v, (limit, least))| u64::from(!(v.abs() <= *limit && v.abs() > *least))).sum()
+    /// b <- A^-1 b by a program. False, and b as it was, where none is due yet.
+    pub(super) fn solve_by_program(&mut self, b: &mut [T]) -> bool {
+        if !self.is_written(Purpose::Solve, |lu| &mut lu.solve_alone, self.counters.solves, Program::solve::<T>) {
+            return false;
+        }
+        let Some(program) = &mut self.solve_alone.program else { return false };
+        let lu = T::parts(&self.lu[..self.rows.len()]);
+        program.run(&Inputs { x: lu, t: 0.0, waves: &[], flags: T::parts(b) }, T::parts_mut(&mut self.work));
+        b.copy_from_slice(&self.work);
+        true
+    }
+
+    /// Is there a program, now that it has been asked for?
+    fn is_written(
+        &mut self,
+        purpose: Purpose,
+        mut which: impl FnMut(&mut Self) -> &mut Recurring,
+        count: u64,
+        write: impl FnOnce(&Layout) -> Option<Program>,
+    ) -> bool {
+        if which(self).program.is_some() {
+            return true;
+        }
+        if self.columns.is_empty() || self.operations * T::Term::PARTS * T::Term::PARTS > LARGEST {
+            return false;
+        }
+        let key: Key = (purpose, T::Term::PARTS);
+        let mut recurring = std::mem::take(which(self));
+        let (shelf, pivots) = (&self.symbolic.shelf, &self.pivot_rows);
+        if recurring.is_due(count, || shelf.find(key, pivots)) {
+            recurring.program = write(&self.layout());
+            if let Some(program) = &recurring.program {
+                shelf.keep(key, pivots, program);
+            }
+        }
+        let written = recurring.program.is_some();
+        *which(self) = recurring;
+        written
     }
 }
