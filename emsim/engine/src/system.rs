@@ -19,6 +19,7 @@ pub use phases::Phase;
 pub use split::{Part, Parts};
 use std::collections::{BTreeMap, HashSet};
 use std::sync::OnceLock;
+pub use together::{Together, POINTS};
 
 mod expand;
 #[cfg(target_arch = "x86_64")]
@@ -32,6 +33,7 @@ mod slopes;
 mod split;
 mod stage;
 mod stops;
+mod together;
 
 use self::expand::{Diodes, Expansion, Fours};
 use self::linear::Linear;
@@ -113,6 +115,7 @@ pub struct System {
     pub sums: Vec<Summed>,       // nodes whose rows are part of another one's (see islands.rs)
     pub phases: Vec<Phase>,      // of sines and cosines in expressions
     symbolic: OnceLock<Result<Symbolic, Singular>>,
+    together: OnceLock<Option<Together>>,
     /// patterns of the operating point: with a machine that moves to where it rests, and with one that is held (op.rs)
     pub rest_patterns: [OnceLock<Result<(Pattern, Symbolic), Singular>>; 2],
     pub closing: Once, // charges behind a solution (newton.rs)
@@ -377,6 +380,7 @@ impl System {
             exponential,
             yielding,
             symbolic: OnceLock::new(),
+            together: OnceLock::new(),
             rest_patterns: Default::default(),
             closing: Once::default(),
             linear_program: Once::default(),

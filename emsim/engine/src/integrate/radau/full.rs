@@ -3,59 +3,29 @@
 //! with diodes it took the failed iterations from 212 000 to none and the steps from 188 000 to 66 000.
 use super::estimate::believed;
 use super::stages::{target, Stuck, STALLED};
-use super::tables::Scheme;
 use super::{Radau, MOST_ITERATIONS};
 use crate::newton::Tolerances;
-use crate::sparse::{Lu, Pattern, Symbolic};
-use crate::system::{System, Work};
+use crate::sparse::Lu;
+use crate::system::{System, Together, Work, POINTS};
 
 /// Matrix and factorisation of the full Newton method.
 pub struct FullNewton {
     lu: Lu<f64>,
     matrix: Vec<f64>,
-    /// of block (i, j): place of each entry of the system's pattern, usize::MAX where there is none
-    place: Vec<usize>,
     junction: Vec<Vec<f64>>,
     b: Vec<f64>,
 }
 
 impl FullNewton {
-    pub fn new(sys: &System, scheme: &Scheme) -> Option<FullNewton> {
-        let (n, s) = (sys.n, scheme.s);
-        let p = &sys.pattern;
-        let cells: Vec<(usize, usize)> =
-            (0..n).flat_map(|c| p.rowidx[p.colptr[c]..p.colptr[c + 1]].iter().map(move |&r| (r, c))).collect();
-        let stands = |i: usize, j: usize, r: usize| i == j || sys.has_q[r];
-        let mut entries = Vec::with_capacity(s * s * cells.len());
-        for &(r, c) in &cells {
-            for i in 0..s {
-                for j in (0..s).filter(|&j| stands(i, j, r)) {
-                    entries.push((i * n + r, j * n + c));
-                }
-            }
-        }
-        let pattern = Pattern::from_entries(s * n, &entries);
-        let mut place = vec![usize::MAX; s * s * cells.len()];
-        for (k, &(r, c)) in cells.iter().enumerate() {
-            for i in 0..s {
-                for j in (0..s).filter(|&j| stands(i, j, r)) {
-                    place[(k * s + i) * s + j] = pattern.position(i * n + r, j * n + c)?;
-                }
-            }
-        }
-        let symbolic = Symbolic::analyse(&pattern).ok()?;
-        let matrix = vec![0.0; pattern.rowidx.len()];
+    /// None where no such matrix has an inverse.
+    pub fn new(sys: &System) -> Option<FullNewton> {
+        let Together { pattern, symbolic, .. } = sys.together()?;
         Some(FullNewton {
-            lu: Lu::new(&pattern, &symbolic),
-            matrix,
-            place,
-            junction: vec![Vec::new(); s],
-            b: vec![0.0; s * n],
+            lu: Lu::new(pattern, symbolic),
+            matrix: vec![0.0; pattern.nnz()],
+            junction: vec![Vec::new(); POINTS],
+            b: vec![0.0; pattern.n],
         })
-    }
-
-    pub fn stages(&self) -> usize {
-        self.junction.len()
     }
 
     pub fn solve(
@@ -67,7 +37,8 @@ impl FullNewton {
         tol: &Tolerances,
     ) -> Result<usize, Stuck> {
         let scheme = m.scheme;
-        let (n, s) = (sys.n, scheme.s);
+        let (n, s) = (sys.n, POINTS);
+        let place = &sys.together().ok_or((0, true))?.place;
         let (_, target) = target(tol, m.fixed);
         for j in &mut self.junction {
             j.clone_from(&w.junction);
@@ -88,7 +59,7 @@ impl FullNewton {
                 sys.eval_jacobian(w, &m.stage[j], m.t0 + c * h, true);
                 std::mem::swap(&mut w.junction, &mut self.junction[j]);
                 limited |= w.limited;
-                for (k, place) in self.place.chunks_exact(s * s).enumerate() {
+                for (k, place) in place.chunks_exact(s * s).enumerate() {
                     self.matrix[place[j * s + j]] += w.gv[k];
                     if w.cv[k] != 0.0 {
                         for i in 0..s {

@@ -294,8 +294,8 @@ impl Radau {
     /// Newton's method on the stages together, junction voltages limited stage by stage.
     fn full_newton(&mut self, sys: &System, w: &mut Work, h: f64, tol: &Tolerances) -> Result<usize, (usize, bool)> {
         let mut full = match self.full.take() {
-            Some(f) if f.stages() == self.scheme.s => f,
-            _ => Box::new(FullNewton::new(sys, self.scheme).ok_or((0, true))?),
+            Some(full) => full,
+            None => Box::new(FullNewton::new(sys).ok_or((0, true))?),
         };
         let result = full.solve(self, sys, w, h, tol);
         self.full = Some(full);
@@ -342,9 +342,9 @@ impl Radau {
                 let g = 0.9 * (h / self.h_old) * root(self.error_old / (error * error), degree);
                 factor = factor.min(g.clamp(0.125, 8.0));
             }
-            if self.contraction > 0.0 && self.full_steps == 0 {
-                factor = factor.min(contracting(self.contraction));
-            }
+            let seen = self.contraction > 0.0 && self.full_steps == 0;
+            let contracts = if seen { contracting(self.contraction) } else { f64::INFINITY };
+            factor = factor.min(contracts);
             self.error_old_next = error.max(1e-2);
             self.h_old_next = h;
             if self.orders.variable(self.scheme) && self.full_steps == 0 {
@@ -352,7 +352,7 @@ impl Radau {
                     h,
                     iterations,
                     contraction: self.contraction,
-                    contracts: contracting(self.contraction.clamp(1e-5, 0.5)),
+                    contracts,
                     error: estimate,
                     lower: self.lower_error(sys, w, h, tol),
                     longest: if h < 0.9 * self.proposed { h } else { f64::INFINITY },

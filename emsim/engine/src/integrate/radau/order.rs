@@ -32,8 +32,11 @@ const POWER: f64 = 1.3;
 
 /// The next step in units of this one, where the iteration contracted like this.
 pub fn contracting(contraction: f64) -> f64 {
-    (CONTRACTION / contraction.max(1e-9)).powf(1.0 / POWER).max(0.5)
+    (CONTRACTION / contraction.clamp(BELIEVED.0, BELIEVED.1)).powf(1.0 / POWER).max(0.5)
 }
+
+/// Contractions that are believed.
+const BELIEVED: (f64, f64) = (1e-5, 0.5);
 
 /// Evaluations of every stage that a step of linear equations is worth (stages.rs).
 const LINEAR_PASSES: f64 = 0.5;
@@ -159,7 +162,8 @@ impl Orders {
     }
 
     /// Work per unit of time, and the step, at order `rank`, where the estimate for a step of `taken.h` is `error`.
-    fn rate(&self, rank: usize, taken: &Taken, error: f64, reltol: f64) -> (f64, f64) {
+    /// `theta`: the logarithm of the contraction.
+    fn rate(&self, rank: usize, taken: &Taken, theta: f64, error: f64, reltol: f64) -> (f64, f64) {
         let scheme = SCHEMES[rank];
         let s = scheme.s as f64;
         let allowed = super::share(reltol) / error.max(1e-12);
@@ -167,10 +171,10 @@ impl Orders {
         h = h.min(taken.longest);
         let mut iterations = taken.iterations as f64;
         if taken.contraction > 0.0 {
-            let theta = taken.contraction.clamp(1e-5, 0.5);
             h = h.min(taken.h * taken.contracts);
-            let stretched = (theta * (h / taken.h).powf(POWER)).clamp(1e-5, 0.5);
-            iterations = 1.0 + (iterations - 1.0) * theta.ln() / stretched.ln();
+            let (least, most) = (BELIEVED.0.ln(), BELIEVED.1.ln());
+            let stretched = (theta + POWER * (h / taken.h).ln()).clamp(least, most);
+            iterations = 1.0 + (iterations - 1.0) * theta / stretched;
         }
         let c = &self.costs;
         let pairs = (s - 1.0) / 2.0;
@@ -206,10 +210,11 @@ impl Orders {
         self.costs.solve = FACTORS * (2 * lu.nnz()) as f64;
         let rank = now.rank();
         let below = if rank == 0 { None } else { Some(SCHEMES[rank - 1]) };
-        let (present, step) = self.rate(rank, taken, taken.error, reltol);
+        let theta = taken.contraction.clamp(BELIEVED.0, BELIEVED.1).ln();
+        let (present, step) = self.rate(rank, taken, theta, taken.error, reltol);
         let mut best = (present * GAIN, rank, 0.0);
         let mut consider = |other: usize, error: f64| {
-            let (rate, h) = self.rate(other, taken, error, reltol);
+            let (rate, h) = self.rate(other, taken, theta, error, reltol);
             if rate < best.0 {
                 best = (rate, other, h);
             }
