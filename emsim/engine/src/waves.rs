@@ -350,7 +350,7 @@ impl Pulse {
             return f64::INFINITY;
         }
         let s = t - self.delay;
-        let first = if s > 0.0 && self.period.is_finite() { (s / self.period).floor() } else { 0.0 };
+        let first = if self.period.is_finite() { whole(s / self.period) } else { 0.0 };
         // t may stand within rounding of the end of a period, hence two of them and the start of a third
         for k in [first, first + 1.0, first + 2.0] {
             let start = if k > 0.0 { k.mul_add(self.period, self.delay) } else { self.delay };
@@ -463,11 +463,30 @@ fn passed(s: f64, c: f64, snap: f64, side: Side) -> bool {
 
 /// Number of whole periods gone by at s, at least 0.
 fn periods(s: f64, period: f64, snap: f64, side: Side) -> f64 {
-    let k = match side {
-        Side::After => ((s + snap) / period).floor(),
-        Side::Before => ((s - snap) / period).ceil() - 1.0,
-    };
-    k.max(0.0)
+    match side {
+        Side::After => whole((s + snap) / period),
+        Side::Before => {
+            let gone = ((s - snap) / period).max(0.0);
+            let k = whole(gone);
+            // at the end of a period that one is not yet gone by
+            if k == gone {
+                (k - 1.0).max(0.0)
+            } else {
+                k
+            }
+        }
+    }
+}
+
+/// The largest integer up to v, at least 0. (By way of an integer: the library's is a call.)
+#[inline]
+fn whole(v: f64) -> f64 {
+    const EXACT: f64 = 4_503_599_627_370_496.0; // from here on every number is one
+    if v < EXACT {
+        v.max(0.0) as i64 as f64
+    } else {
+        v
+    }
 }
 
 /// From a at s = 0 to b at s = length, and exactly so at both ends.

@@ -106,6 +106,7 @@ pub struct Reduced {
 #[derive(Default)]
 struct Held {
     matrix: Vec<f64>,
+    factored: Vec<f64>, // varying entries whose factors these are
     inverse: Vec<f64>,
     order: Vec<usize>,
     rhs: Vec<f64>,
@@ -181,17 +182,27 @@ impl Block {
         result.map_err(|k| Trouble::Singular { unknown: self.unknowns[k] })
     }
 
-    /// The matrix from constants and from `slots` at the varying outputs; factored.
+    /// The matrix from constants and from `slots` at the varying outputs; factored, where an entry is another than it was (between
+    /// the edges of a switch none is).
     #[inline]
     fn refactor(&self, outputs: &[u32], slots: &[f64], held: &mut Held) -> Result<(), Trouble> {
         if self.constant.is_some() {
             return Ok(());
         }
-        held.matrix.copy_from_slice(&self.base);
-        for (&(place, _), &slot) in self.varying.iter().zip(outputs) {
-            held.matrix[place] = slots[slot as usize];
+        let mut same = true;
+        for (known, &slot) in held.factored.iter_mut().zip(outputs) {
+            let value = slots[slot as usize];
+            same &= *known == value;
+            *known = value;
         }
-        self.factor(held)
+        if same {
+            return Ok(());
+        }
+        held.matrix.copy_from_slice(&self.base);
+        for (&(place, _), &value) in self.varying.iter().zip(&held.factored) {
+            held.matrix[place] = value;
+        }
+        self.factor(held).inspect_err(|_| held.factored.fill(f64::NAN))
     }
 
     /// held.rhs <- A^-1 held.rhs
@@ -212,6 +223,7 @@ impl Held {
         let n = block.unknowns.len();
         let mut held = Held {
             matrix: vec![0.0; n * n],
+            factored: vec![f64::NAN; block.varying.len()],
             inverse: vec![0.0; n],
             order: vec![0; n],
             rhs: vec![0.0; n],
