@@ -47,7 +47,7 @@ const STEP: f64 = 4000.0;
 /// A step that may grow by so much is on its way up from a start or a kick, where the least order is always the cheapest.
 const GROWING: f64 = 1.5;
 
-/// An entry or operation of factors, which are no straight-line code, in operations of an evaluation, which is.
+/// An entry or operation of factors, which are no straight-line code in a first run, in operations of an evaluation, which is.
 const FACTORS: f64 = 4.0;
 
 /// Operations of one evaluation, one Jacobian, one real factorisation, one real solution: the last two are known once there was one.
