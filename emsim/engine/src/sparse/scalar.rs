@@ -65,7 +65,7 @@ impl Scalar for f64 {
         v
     }
     fn outside(values: &[f64], limits: &[f64], least: &[f64]) -> u64 {
-        outside(values, limits, least)
+        reals_outside(values, limits, least)
     }
 }
 
@@ -120,17 +120,21 @@ impl Term for [Value; 2] {
     }
 }
 
+#[inline(always)]
+fn count_outside<T: Scalar>(values: &[T], limits: &[f64], least: &[f64]) -> u64 {
+    let each = values.iter().zip(limits.iter().zip(least)).map(|(v, limits)| (v.magnitude(), limits));
+    each.map(|(size, (limit, least))| u64::from(!(size <= *limit && size > *least))).sum()
+}
+
 twice! {
-    fn outside(values: &[f64], limits: &[f64], least: &[f64]) -> u64 {
-        let each = values.iter().zip(limits.iter().zip(least));
-        each.map(|(v, (limit, least))| u64::from(!(v.abs() <= *limit && v.abs() > *least))).sum()
+    fn reals_outside(values: &[f64], limits: &[f64], least: &[f64]) -> u64 {
+        count_outside(values, limits, least)
     }
 }
 
 twice! {
     fn pairs_outside(values: &[Complex], limits: &[f64], least: &[f64]) -> u64 {
-        let each = values.iter().zip(limits.iter().zip(least));
-        each.map(|(v, (limit, least))| u64::from(!(v.magnitude() <= *limit && v.magnitude() > *least))).sum()
+        count_outside(values, limits, least)
     }
 }
 

@@ -52,7 +52,11 @@ impl Written {
     }
 
     fn push(&mut self, op: Op, a: u32, b: u32) -> Value {
-        self.code.push(Instr { op, a, b, c: 0 });
+        self.instruction(Instr { op, a, b, c: 0 })
+    }
+
+    fn instruction(&mut self, i: Instr) -> Value {
+        self.code.push(i);
         Value((self.constants.len() + self.code.len() - 1) as u32)
     }
 
@@ -87,8 +91,7 @@ impl Written {
     /// a where `x` is not less than `y`, else b.
     pub fn where_not_less(&mut self, x: Value, y: Value, a: Value, b: Value) -> Value {
         let condition = self.push(Op::NotLess, x.0, y.0);
-        self.code.push(Instr { op: Op::Select, a: condition.0, b: a.0, c: b.0 });
-        Value((self.constants.len() + self.code.len() - 1) as u32)
+        self.instruction(Instr { op: Op::Select, a: condition.0, b: a.0, c: b.0 })
     }
 
     pub fn neg(&mut self, a: Value) -> Value {
