@@ -510,6 +510,10 @@ impl Method for Auto<'_> {
         self.inner().off_course(i)
     }
 
+    fn behind_jump(&self) -> bool {
+        self.inner().behind_jump()
+    }
+
     fn wants_dense_record(&self) -> bool {
         self.inner().wants_dense_record()
     }

@@ -71,6 +71,10 @@ pub trait Method {
     fn off_course(&self, _i: usize) -> f64 {
         0.0
     }
+    /// Is the attempted step's dense output that of what follows a jump at its start, from there on?
+    fn behind_jump(&self) -> bool {
+        false
+    }
     /// The states that the accepted step was computed by; none where dense output knows as much.
     fn stages(&self) -> Stages<'_> {
         Stages::default()

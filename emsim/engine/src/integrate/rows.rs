@@ -370,7 +370,8 @@ impl Grid {
     }
 
     /// Of the attempted step (t, t1] from x0 to x1: what has hurried to its end behind a jump, in picoseconds perhaps, has the
-    /// value of that end at the rows inside, not that of a curve through the start. Where the rows are to be drawn, one more
+    /// value of that end at the rows inside, not that of a curve through the start (a method may have a curve that knows nothing of
+    /// it). Where the rows are to be drawn, one more
     /// tells when it was there.
     pub fn hurried(
         &mut self,
@@ -394,6 +395,9 @@ impl Grid {
         self.hurried.extend(sys.interpolated().filter(ahead).map(|i| (i, x1[i])));
         if self.jumped {
             self.arrived = arrival(sys, w, (t, t1), (x0, x1), &mut self.hurried);
+        }
+        if m.behind_jump() {
+            self.hurried.clear();
         }
     }
 

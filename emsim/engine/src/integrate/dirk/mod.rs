@@ -16,6 +16,11 @@
 //! gives has no error, but the current of a capacitor there does, and rows that do not compute it anew show it: its charges are held
 //! to what they would be worth as voltages.
 //!
+//! A step that begins with a jump is one of a method without an explicit stage, of the same order and gamma (`sdirk`): a switch has
+//! opened, and what stands at the start, 24 V across a junction that the coil's current turns round within a nanosecond, would be
+//! in the sums of the step with the weight b_1, and with changing sign in every stage. Without it all stages are behind the
+//! transient, and the step may be as long as what follows allows; what the others lose by it is estimated, see `leap`.
+//!
 //! Accounts of energy are sums over the stages with the weights b. A step that begins with a transient too fast to be followed
 //! (a switch has closed on a junction's capacitance) has it in the explicit stage and, with changing sign, in those after
 //! it; only its end is free of it. There one implicit Euler step to h/3 and the end make up a rule of order 3.
@@ -29,6 +34,9 @@
 //! Dense output: sum_j w_j(theta) X_j, weights that are polynomials in theta = (t - t0)/h with the method's own order.
 //! In stage values rather than slopes it serves every unknown, algebraic ones too.
 mod esdirk;
+mod formula;
+mod leap;
+mod sdirk;
 #[cfg(test)]
 mod tests;
 mod trbdf2;
@@ -39,9 +47,7 @@ use crate::ledger::Stages;
 use crate::newton::{Failure, Newton, Options, Tolerances};
 use crate::sparse::Complex;
 use crate::system::{Kind, System, Work};
-
-/// Nodes nearer than this share of the step are one node to the prediction.
-const APART: f64 = 1e-3;
+use formula::{Formula, Tableau};
 
 /// A first step whose start alone would have moved so many times the charge that it moved does not follow its start.
 const TRANSIENT: f64 = 10.0;
@@ -58,46 +64,38 @@ const STAYS: f64 = 0.02;
 /// what they give without d/dt may have several solutions of its own.
 const TURNS: u32 = 3;
 
-/// Coefficients; stage 0 is explicit.
-pub struct Tableau {
-    pub c: Vec<f64>,
-    pub a: Vec<Vec<f64>>, // rows of stages 1.., up to the diagonal
-    pub d: Vec<f64>,      // b - b^
-    /// of each stage's value: coefficients of 1, theta, theta^2, ... in dense output
-    pub dense: Vec<Vec<f64>>,
-    /// the error falls as h to this power
-    pub falls: f64,
-    /// local tolerance against the asked one: keeps the global error of ordinary problems near what was asked
-    pub local: f64,
-}
-
 pub fn trbdf2(sys: &System, o: &Options) -> Result<Dirk, Failure> {
-    Dirk::new(sys, o, trbdf2::tableau())
+    Dirk::new(sys, o, trbdf2::tableau(), sdirk::order2())
 }
 
 pub fn esdirk(sys: &System, o: &Options) -> Result<Dirk, Failure> {
-    Dirk::new(sys, o, esdirk::tableau())
+    Dirk::new(sys, o, esdirk::tableau(), sdirk::order4())
 }
 
 /// Beside diodes: the stages see a crest that takes two or three of these steps (zener_regulator under trbdf2 at 1e-5: 1e-4 of the
 /// range without, 3e-6 with them).
 const IN_A_PERIOD: f64 = 24.0;
 
+/// A step that follows another, a step that begins with a jump.
+const NEXT: usize = 0;
+const FIRST: usize = 1;
+
 /// A step's start, length and stage values.
 struct Step {
     t: f64,
     h: f64,
     x: Vec<Vec<f64>>,
+    by: usize, // which formula
 }
 
 pub struct Dirk {
-    k: Tableau,
-    ahead: Vec<Vec<(usize, f64)>>, // of each stage: those that its first guess is made of, and their weights
-    plainer: Vec<Vec<f64>>, // of each stage but the first and the last: weights of all in a curve that knows less
+    k: [Formula; 2], // of steps that follow another, of steps that begin with a jump
     newton: Newton,
     q0: Vec<f64>,
     f: Vec<Vec<f64>>, // of every stage
-    started: bool,    // q0 and f[0] hold
+    begun: bool,
+    jumped: bool,  // something may have, where `now` begins
+    started: bool, // q0 and f[0] hold
     now: Step,
     last: Step,
     solved: bool,                 // `now` holds stage values of a step from its t
@@ -119,7 +117,9 @@ pub struct Dirk {
     several: bool,               // such a step was met: stages may have more than one solution
     transient: bool,             // the attempted step begins with one that it does not follow
     calm: [(f64, Vec<f64>); 2],  // times and states in such a step that know nothing of it
-    weights: [Vec<Vec<f64>>; 2], // of the stages, of those
+    calm_weights: Vec<Vec<f64>>, // of those
+    fast: Vec<f64>,              // per unit of step, charges that the estimate is made of
+    brief: Option<f64>,          // what the attempted step must not leap over [s]
 }
 
 /// Are derivatives and multipliers of a lower order than the state?
@@ -133,43 +133,17 @@ fn given(sys: &System) -> Vec<(usize, f64)> {
     alone.map(|(i, _)| (i, capacitance(i))).filter(|&(i, c)| c > 0.0 && sys.unknowns[i].kind == Kind::Node).collect()
 }
 
-/// The polynomial through the last three stages before stage i that lie apart, at its node: those stages and their weights.
-fn points_behind(c: &[f64], i: usize) -> Vec<(usize, f64)> {
-    let mut nodes: Vec<usize> = Vec::new();
-    for j in (0..i).rev() {
-        if nodes.len() < 3 && nodes.iter().all(|&n| (c[n] - c[j]).abs() > APART) {
-            nodes.push(j);
-        }
-    }
-    let weight = |j: usize| nodes.iter().filter(|&&n| n != j).map(|&n| (c[i] - c[n]) / (c[j] - c[n])).product();
-    nodes.iter().map(|&j| (j, weight(j))).collect()
-}
-
-/// Weights of the stages in dense output at theta, or of the ends in the line between them where dense output passes through all stages.
-fn plainer(k: &Tableau, theta: f64) -> Vec<f64> {
-    let s = k.c.len();
-    let line = |j: usize| [1.0 - theta, theta][usize::from(j > 0)] * f64::from(u8::from(j == 0 || j == s - 1));
-    let curve = |d: &Vec<f64>| d.iter().rev().fold(0.0, |sum, d| sum * theta + d);
-    match k.dense[0].len() == s {
-        true => (0..s).map(line).collect(),
-        false => k.dense.iter().map(curve).collect(),
-    }
-}
-
 impl Dirk {
-    fn new(sys: &System, o: &Options, k: Tableau) -> Result<Dirk, Failure> {
+    fn new(sys: &System, o: &Options, next: Tableau, first: Tableau) -> Result<Dirk, Failure> {
         let v = || vec![0.0; sys.n];
-        let s = k.c.len();
-        let ahead = (0..s).map(|i| points_behind(&k.c, i)).collect();
-        let plainer = (1..s - 1).map(|i| plainer(&k, k.c[i])).collect();
-        let step = || Step { t: 0.0, h: 0.0, x: vec![v(); s] };
-        let weights = [k.a[k.a.len() - 1..].to_vec(), vec![vec![0.75, 0.25]]];
+        let s = next.c.len();
+        let step = || Step { t: 0.0, h: 0.0, x: vec![v(); s], by: NEXT };
         Ok(Dirk {
-            ahead,
-            plainer,
             newton: Newton::new(sys)?,
             q0: v(),
             f: vec![v(); s],
+            begun: false,
+            jumped: false,
             started: false,
             now: step(),
             last: step(),
@@ -182,7 +156,7 @@ impl Dirk {
             guess: vec![v(); s],
             r: v(),
             e: v(),
-            given: if lags(&k) { Vec::new() } else { given(sys) },
+            given: if lags(&next) { Vec::new() } else { given(sys) },
             most: o.itl4,
             fixed: o.fixed_step.is_some(),
             t1: 0.0,
@@ -192,15 +166,21 @@ impl Dirk {
             several: false,
             transient: false,
             calm: [(0.0, v()), (0.0, v())],
-            weights,
-            k,
+            calm_weights: vec![vec![0.75, 0.25]],
+            fast: v(),
+            brief: None,
+            k: [Formula::new(next), Formula::new(first)],
         })
+    }
+
+    /// Coefficients of the attempted step.
+    fn tableau(&self) -> &Tableau {
+        &self.k[self.now.by].k
     }
 
     /// sum_j w_j(theta) X_j
     fn polynomial(&self, of: &Step, theta: f64, out: &mut [f64]) {
-        let weight = |c: &[f64]| c.iter().rev().fold(0.0, |sum, c| sum * theta + c);
-        weighted_sum(self.k.dense.iter().zip(&of.x).map(|(c, x)| (weight(c), x.as_slice())), out);
+        weighted_sum(self.k[of.by].k.weights_at(theta).zip(&of.x).map(|(w, x)| (w, x.as_slice())), out);
     }
 
     /// First guess of stage i: the line or parabola through the stages found so far in this step, that follows a jump at
@@ -210,40 +190,45 @@ impl Dirk {
     fn predict(&self, i: usize, h: f64, guess: &mut [f64]) {
         if i == 1 {
             if self.follows {
-                self.polynomial(&self.last, 1.0 + self.k.c[1] * h / self.last.h, guess);
+                self.polynomial(&self.last, 1.0 + self.tableau().c[1] * h / self.last.h, guess);
             } else {
                 guess.copy_from_slice(&self.now.x[0]);
             }
             return;
         }
-        weighted_sum(self.ahead[i].iter().map(|&(j, l)| (l, self.now.x[j].as_slice())), guess);
+        weighted_sum(self.k[self.now.by].ahead[i].iter().map(|&(j, l)| (l, self.now.x[j].as_slice())), guess);
     }
 
     fn stages(&mut self, sys: &System, w: &mut Work, h: f64, tol: &Tolerances) -> Result<(), Failure> {
-        let a = 1.0 / (self.k.a[0][1] * h);
         // the same step, shorter (an event lies inside, or the error was too large): its stages lie on the one just tried
         let mut guess = std::mem::take(&mut self.guess);
         let known = self.solved && h < self.now.h && !sys.pure_linear;
+        if !known && !self.follows {
+            self.now.by = if self.jumped { FIRST } else { NEXT };
+        }
+        let a = 1.0 / (self.tableau().a[0][1] * h);
         if known {
-            for (c, g) in self.k.c.iter().zip(&mut guess).skip(1) {
+            for (c, g) in self.tableau().c.iter().zip(&mut guess).skip(1) {
                 self.polynomial(&self.now, c * h / self.now.h, g);
             }
         }
         self.now.h = h;
         self.solved = false;
         let mut result = Ok(());
-        for (i, g) in guess.iter_mut().enumerate().skip(1) {
-            let row = &self.k.a[i - 1];
+        let (mut i, mut foreseen) = (1, known || sys.pure_linear);
+        while i < guess.len() {
+            let (g, k) = (&mut guess[i], &self.k[self.now.by].k);
+            let row = &k.a[i - 1];
             // rows without d/dt have neither Q nor F here
             weighted_sum(row[..i].iter().zip(&self.f).map(|(&a, f)| (a, f.as_slice())), &mut self.r);
             for (r, q0) in self.r.iter_mut().zip(&self.q0) {
                 *r = -a * (q0 - h * *r);
             }
-            if !known && !sys.pure_linear {
+            let t = if i + 1 == k.c.len() { self.t1 } else { self.now.t + k.c[i] * h };
+            if !foreseen {
                 self.predict(i, h, g);
             }
             std::mem::swap(&mut self.now.x[i], g);
-            let t = if i + 1 == self.k.c.len() { self.t1 } else { self.now.t + self.k.c[i] * h };
             result = self.newton.solve(sys, w, a, &self.r, &mut self.now.x[i], t, tol, self.most).map(|_| ());
             if result.is_err() {
                 // a jump carried further than an exponential bears: from the stage before it, once more
@@ -261,7 +246,16 @@ impl Dirk {
             if result.is_err() {
                 break;
             }
+            if i == 1 && self.now.by == FIRST && !self.leaps(h, tol) {
+                // nothing jumps here
+                self.now.by = NEXT;
+                self.continue_to_first_stage(&mut guess[1]);
+                foreseen = true;
+                continue;
+            }
+            foreseen = known || sys.pure_linear;
             self.f[i].copy_from_slice(self.newton.f());
+            i += 1;
         }
         self.guess = guess;
         self.solved = result.is_ok();
@@ -300,7 +294,7 @@ impl Dirk {
         for (r, q) in self.r.iter_mut().zip(&self.q0) {
             *r = -q / third;
         }
-        let end = &self.now.x[self.k.c.len() - 1];
+        let end = &self.now.x[self.now.x.len() - 1];
         let (early, late) = self.calm.split_at_mut(1);
         late[0].0 = self.t1;
         late[0].1.copy_from_slice(end);
@@ -320,25 +314,28 @@ impl Dirk {
     /// as 1/z, like R(z), which is the error.
     fn error(&mut self, sys: &System, w: &mut Work, h: f64, tol: &Tolerances) -> f64 {
         // a h = 1/gamma
-        let scale = 1.0 / self.k.a[0][1];
-        weighted_sum(self.k.d.iter().zip(&self.f).map(|(&d, f)| (d, f.as_slice())), &mut self.e);
+        let k = &self.k[self.now.by].k;
+        let (scale, local) = (1.0 / k.a[0][1], k.local);
+        weighted_sum(k.d.iter().zip(&self.f).map(|(&d, f)| (d, f.as_slice())), &mut self.e);
+        self.fast.copy_from_slice(&self.e);
         let of_charge = |&(i, c): &(usize, f64)| {
-            let allowed = self.k.local * tol.weight(i, self.now.x[0][i], self.candidate()[i]);
+            let allowed = local * tol.weight(i, self.now.x[0][i], self.candidate()[i]);
             h * self.e[i].abs() / (c * allowed)
         };
         let given = if self.follows { self.given.iter().map(of_charge).fold(0.0, f64::max) } else { 0.0 };
         self.e.iter_mut().for_each(|e| *e *= scale);
         self.newton.solve_held(w, &mut self.e);
-        let mut worst = tol.largest_error(&self.e, self.candidate(), &self.now.x[0]) / self.k.local;
+        let mut worst = tol.largest_error(&self.e, self.candidate(), &self.now.x[0]) / local;
         let stays = |(first_h, first)| h < STAYS * first_h && worst > 0.5 * first;
         if worst > 1.0 && (!self.follows || self.at_first.is_some_and(stays)) {
             self.newton.filter(sys, w, scale / h, &mut self.e);
-            worst = tol.largest_error(&self.e, self.candidate(), &self.now.x[0]) / self.k.local;
+            worst = tol.largest_error(&self.e, self.candidate(), &self.now.x[0]) / local;
         }
         if worst > 1.0 && worst.is_finite() {
-            let points = (self.now.x[self.k.c.len() - 1].as_slice(), self.now.x[0].as_slice());
-            worst = self.newton.above_noise(sys, w, scale / h, |i| self.e[i], points, tol, self.k.local);
+            let points = (self.now.x[self.now.x.len() - 1].as_slice(), self.now.x[0].as_slice());
+            worst = self.newton.above_noise(sys, w, scale / h, |i| self.e[i], points, tol, local);
         }
+        self.brief = if worst <= 1.0 { self.leap(sys, w, h, tol) } else { None };
         if worst.is_finite() {
             worst.max(given).max(1e-10)
         } else {
@@ -351,6 +348,8 @@ impl Method for Dirk {
     fn restart(&mut self, _sys: &System, _w: &mut Work, t: f64, x: &[f64]) {
         self.now.t = t;
         self.now.x[0].copy_from_slice(x);
+        // a run begins in balance
+        self.jumped = std::mem::replace(&mut self.begun, true);
         self.started = false;
         self.negative = None;
         self.turned = 0;
@@ -382,7 +381,11 @@ impl Method for Dirk {
             return Attempt::Good { next: h };
         }
         let error = self.error(sys, w, h, tol);
-        let factor = 0.9 * error.powf(-1.0 / self.k.falls);
+        if let Some(brief) = self.brief {
+            self.leapt = true;
+            return Attempt::TooLarge { next: brief.min(0.5 * h) };
+        }
+        let factor = 0.9 * error.powf(-1.0 / self.tableau().falls);
         if error > 1.0 {
             let rises = |(old_h, old): (f64, f64)| h < old_h && error > old * (old_h / h).sqrt();
             if let Some((old_h, old)) = self.refused.filter(|&r| !self.follows && !self.leapt && rises(r)) {
@@ -405,10 +408,11 @@ impl Method for Dirk {
     }
 
     fn accept(&mut self, t1: f64) {
-        let s = self.k.c.len();
+        let s = self.now.x.len();
         std::mem::swap(&mut self.now, &mut self.last);
         self.now.x[0].copy_from_slice(&self.last.x[s - 1]);
         self.now.t = t1;
+        (self.now.by, self.jumped) = (NEXT, false);
         self.f.swap(0, s - 1);
         self.q0.copy_from_slice(self.newton.q());
         self.solved = false;
@@ -423,7 +427,7 @@ impl Method for Dirk {
         if self.accepted {
             &self.now.x[0]
         } else {
-            &self.now.x[self.k.c.len() - 1]
+            &self.now.x[self.now.x.len() - 1]
         }
     }
 
@@ -441,13 +445,14 @@ impl Method for Dirk {
         if !self.follows {
             return f64::INFINITY;
         }
-        let s = self.k.c.len();
+        let s = self.now.x.len();
         let ratio = self.last.h / self.now.h;
         let theta = -ratio.min(BACK);
-        let at = |theta: f64| self.k.dense.iter().map(move |d| d.iter().rev().fold(0.0, |sum, c| sum * theta + c));
-        let (here, there): (Vec<f64>, Vec<f64>) = (at(theta).collect(), at(1.0 + theta / ratio).collect());
+        let (now, last) = (&self.k[self.now.by].k, &self.k[self.last.by].k);
+        let (here, there): (Vec<f64>, Vec<f64>) =
+            (now.weights_at(theta).collect(), last.weights_at(1.0 + theta / ratio).collect());
         // as if through m equidistant nodes; their product is largest in the first interval
-        let m = self.k.dense[0].len();
+        let m = now.dense[0].len();
         let product = |x: f64| (0..m).map(|j| x - j as f64 / (m - 1) as f64).product::<f64>();
         let smooth = (product(0.4 / (m - 1) as f64) / product(theta)).abs().min(1.0);
         let corner = BACK / -theta;
@@ -468,10 +473,11 @@ impl Method for Dirk {
     fn stages(&self) -> Stages<'_> {
         if self.transient {
             let at = self.calm.iter().map(|(t, x)| (*t, x.as_slice())).collect();
-            return Stages { at, weights: &self.weights[1] };
+            return Stages { at, weights: &self.calm_weights };
         }
-        let nodes = self.k.c.iter().zip(&self.last.x).map(|(c, x)| (self.last.t + c * self.last.h, x.as_slice()));
-        Stages { at: nodes.collect(), weights: &self.weights[0] }
+        let formula = &self.k[self.last.by];
+        let nodes = formula.k.c.iter().zip(&self.last.x).map(|(c, x)| (self.last.t + c * self.last.h, x.as_slice()));
+        Stages { at: nodes.collect(), weights: &formula.weights }
     }
 
     /// Off the polynomial of dense output, or off the line from end to end where that passes through every stage.
@@ -483,7 +489,11 @@ impl Method for Dirk {
         let off = |(plainer, stage): (&Vec<f64>, &Vec<f64>)| {
             (stage[i] - plainer.iter().zip(x).map(|(w, x)| w * x[i]).sum::<f64>()).abs()
         };
-        self.plainer.iter().zip(&x[1..]).map(off).fold(0.0, f64::max)
+        self.k[self.now.by].plainer.iter().zip(&x[1..]).map(off).fold(0.0, f64::max)
+    }
+
+    fn behind_jump(&self) -> bool {
+        self.now.by == FIRST
     }
 
     fn wants_dense_record(&self) -> bool {
@@ -492,7 +502,7 @@ impl Method for Dirk {
 
     /// All of it is of the stages' order, 2, which a circuit solved by a method of that order has no use for.
     fn lags(&self) -> Lags {
-        Lags::unless(self.fixed, if lags(&self.k) { Lags::Index } else { Lags::Forces })
+        Lags::unless(self.fixed, if lags(&self.k[NEXT].k) { Lags::Index } else { Lags::Forces })
     }
 
     fn restarts_at_corners(&self) -> bool {
@@ -500,7 +510,7 @@ impl Method for Dirk {
     }
 
     fn response(&self, _formula: usize, y: f64) -> Option<Complex> {
-        let rows = std::iter::once(&[][..]).chain(self.k.a.iter().map(Vec::as_slice));
+        let rows = std::iter::once(&[][..]).chain(self.k[NEXT].k.a.iter().map(Vec::as_slice));
         Some(response::stages(rows.map(|row| row.iter().copied().enumerate()), y))
     }
 

@@ -1,5 +1,6 @@
 //! Coefficients: order conditions, stiff accuracy, L-stability, and the conditions of dense output.
-use super::{esdirk, trbdf2, Tableau};
+use super::formula::Formula;
+use super::{esdirk, sdirk, trbdf2, Tableau};
 
 struct Full {
     a: Vec<Vec<f64>>,
@@ -69,6 +70,57 @@ fn orders_of_methods_and_embedded_formulas() {
     }
 }
 
+#[test]
+fn orders_of_steps_that_begin_with_a_jump() {
+    for (k, next, p) in [(sdirk::order2(), trbdf2::tableau(), 2), (sdirk::order4(), esdirk::tableau(), 4)] {
+        let f = full(&k);
+        let s = f.c.len();
+        let b = f.a[s - 1].clone();
+        assert_eq!(order(&f, &b), p);
+        let hat: Vec<f64> = b.iter().zip(&k.d).map(|(b, d)| b - d).collect();
+        assert_eq!(order(&f, &hat), if p == 4 { 3 } else { 1 });
+        // the start stands in no stage; as many stages and the same matrix as in the steps that follow
+        assert!(k.starts_anew() && !next.starts_anew() && f.a.iter().all(|row| row[0] == 0.0) && k.d[0] == 0.0);
+        assert!(s == next.c.len() && (1..s).all(|i| (f.a[i][i] - next.a[0][1]).abs() < 1e-15));
+        for (sum, c) in f.times(&f.power(0)).iter().zip(&f.c) {
+            assert!((sum - c).abs() < 1e-14 && (0.0..=1.0).contains(c));
+        }
+    }
+}
+
+/// dq/dt = -q/tau with h far longer than tau: every stage is behind it, and d leaves `at_once` of the charge that was there.
+#[test]
+fn a_charge_that_moves_at_once_is_in_the_estimate() {
+    for k in [sdirk::order2(), sdirk::order4()] {
+        let f = full(&k);
+        let (s, z) = (f.c.len(), 1e9);
+        let mut rates = vec![z];
+        for i in 1..s {
+            let q = (1.0 - dot(&f.a[i][..i], &rates) + f.a[i][0] * z) / (1.0 + f.a[i][i] * z);
+            rates.push(z * q);
+        }
+        let left = dot(&k.d, &rates).abs();
+        assert!((left - Formula::new(k).at_once).abs() < 1e-6 && left > 0.05, "{left}");
+    }
+}
+
+#[test]
+fn dense_output_behind_a_jump() {
+    for (k, q) in [(sdirk::order2(), 1), (sdirk::order4(), 2)] {
+        let f = full(&k);
+        let s = f.c.len();
+        for step in 0..=20 {
+            let theta = 0.05 * f64::from(step);
+            let w: Vec<f64> = k.weights_at(theta).collect();
+            assert!(w[0] == 0.0 && w.iter().map(|w| w.abs()).sum::<f64>() < 5.0);
+            assert!((w.iter().sum::<f64>() - 1.0).abs() < 1e-13 && (dot(&w, &f.c) - theta).abs() < 1e-13);
+            assert!(q < 2 || (dot(&w, &f.times(&f.c)) - 0.5 * theta * theta).abs() < 1e-13);
+        }
+        let w: Vec<f64> = k.weights_at(1.0).collect();
+        assert!((0..s).all(|j| (w[j] - f64::from(u8::from(j == s - 1))).abs() < 1e-13));
+    }
+}
+
 /// R(z) of the test equation, by the stages themselves.
 fn growth(f: &Full, re: f64, im: f64) -> f64 {
     let mut x: Vec<(f64, f64)> = vec![(1.0, 0.0)];
@@ -90,7 +142,7 @@ fn growth(f: &Full, re: f64, im: f64) -> f64 {
 
 #[test]
 fn l_stable() {
-    for k in [trbdf2::tableau(), esdirk::tableau()] {
+    for k in [trbdf2::tableau(), esdirk::tableau(), sdirk::order2(), sdirk::order4()] {
         let f = full(&k);
         // the imaginary axis bounds the left half plane (maximum principle: no pole in it, gamma > 0)
         for e in -200..=200 {
