@@ -442,7 +442,8 @@ impl<'a, S: Sink> Run<'a, S> {
                 }
             } else if jumped || method.restarts_at_corners() {
                 self.restart(method);
-                h = self.memory.length().unwrap_or(0.1 * ahead.min(normal_h).min(tmax)).max(smallest);
+                let known = self.memory.length().map(|h| method.first_step(h));
+                h = known.unwrap_or(0.1 * ahead.min(normal_h).min(tmax)).max(smallest);
             } else {
                 method.corner();
                 self.memory.restart(sys.stretch(self.w, self.t));
@@ -580,7 +581,8 @@ impl<'a, S: Sink> Run<'a, S> {
         self.restart(method);
         let fraction = if self.dense { 0.25 } else { 0.02 };
         let cautious = (fraction * next.min(self.tmax)).max(0.1 * (te - t).min(next));
-        Event::Passed(self.memory.length().unwrap_or(cautious).max(smallest))
+        let known = self.memory.length().map(|h| method.first_step(h));
+        Event::Passed(known.unwrap_or(cautious).max(smallest))
     }
 }
 

@@ -71,6 +71,10 @@ pub trait Method {
     fn off_course(&self, _i: usize) -> f64 {
         0.0
     }
+    /// Length of the first step after a restart, where one of so much went well the last time.
+    fn first_step(&mut self, known: f64) -> f64 {
+        known
+    }
     /// Is the attempted step's dense output that of what follows a jump at its start, from there on?
     fn behind_jump(&self) -> bool {
         false

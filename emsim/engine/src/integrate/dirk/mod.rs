@@ -48,6 +48,7 @@ use crate::newton::{Failure, Newton, Options, Tolerances};
 use crate::sparse::Complex;
 use crate::system::{Kind, System, Work};
 use formula::{Formula, Tableau};
+use leap::Again;
 
 /// A first step whose start alone would have moved so many times the charge that it moved does not follow its start.
 const TRANSIENT: f64 = 10.0;
@@ -120,6 +121,7 @@ pub struct Dirk {
     calm_weights: Vec<Vec<f64>>, // of those
     fast: Vec<f64>,              // per unit of step, charges that the estimate is made of
     brief: Option<f64>,          // what the attempted step must not leap over [s]
+    again: Again,
 }
 
 /// Are derivatives and multipliers of a lower order than the state?
@@ -169,6 +171,7 @@ impl Dirk {
             calm_weights: vec![vec![0.75, 0.25]],
             fast: v(),
             brief: None,
+            again: Again::default(),
             k: [Formula::new(next), Formula::new(first)],
         })
     }
@@ -383,6 +386,7 @@ impl Method for Dirk {
         let error = self.error(sys, w, h, tol);
         if let Some(brief) = self.brief {
             self.leapt = true;
+            self.again.refused(h);
             return Attempt::TooLarge { next: brief.min(0.5 * h) };
         }
         let factor = 0.9 * error.powf(-1.0 / self.tableau().falls);
@@ -490,6 +494,10 @@ impl Method for Dirk {
             (stage[i] - plainer.iter().zip(x).map(|(w, x)| w * x[i]).sum::<f64>()).abs()
         };
         self.k[self.now.by].plainer.iter().zip(&x[1..]).map(off).fold(0.0, f64::max)
+    }
+
+    fn first_step(&mut self, known: f64) -> f64 {
+        self.again.length(known)
     }
 
     fn behind_jump(&self) -> bool {
