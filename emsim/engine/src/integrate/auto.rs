@@ -70,6 +70,8 @@ const IN_A_ROW: u32 = 3;
 /// An explicit stretch of fewer steps is a regretted return.
 const WORTH: u32 = 100;
 const RAREST: u32 = 1 << 20;
+/// What part of an explicit step an implicit one is, beside a singular position.
+const OF_EXPLICIT: f64 = 0.3;
 /// Larger systems are left to the sparse methods, as are larger dense blocks.
 const SMALL: usize = 400;
 const BLOCK: usize = 60;
@@ -446,7 +448,7 @@ impl Method for Auto<'_> {
             self.explicit = None;
             self.implicit = beside_singular(self.o.reltol);
             if self.go_implicit(w, "a loop comes near a singular position").is_ok() {
-                return Attempt::TooLarge { next: self.longest };
+                return Attempt::TooLarge { next: OF_EXPLICIT * self.longest };
             }
         }
         if let Attempt::TooLarge { next } | Attempt::Stuck { next, .. } = result {

@@ -451,18 +451,17 @@ impl Method for Explicit<'_> {
             self.started = done.is_ok();
         }
         self.weakest = 1.0;
-        let mut result = done.and_then(|()| self.stages(h));
-        if self.weakest < NEAR && !self.careful {
-            self.careful = true;
-            self.weakest = 1.0;
-            result = result.and_then(|()| self.stages(h));
-        } else if self.weakest > 2.0 * NEAR {
-            self.careful = false;
-        }
+        let result = done.and_then(|()| self.stages(h));
+        let careless = self.weakest < NEAR && !self.careful;
+        self.careful = self.careful && self.weakest <= 2.0 * NEAR || careless;
         w.counters.evaluations += self.point.evaluations - before;
         if let Err(t) = result {
             self.rejected = true;
             return Attempt::Stuck { next: h / 4.0, why: self.trouble(t) };
+        }
+        if careless {
+            // once more, with care; or by a method that needs none
+            return Attempt::TooLarge { next: h };
         }
         let mut error = if self.fixed { 0.0 } else { self.error(h, tol).max(1e-10) };
         if self.careful {
