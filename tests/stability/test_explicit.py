@@ -160,3 +160,12 @@ def test_an_edge_too_short_for_a_step_of_its_own_is_a_jump(method):
         exact[inside] = target + (v - target) * np.exp(-(r.time[inside] - at))
         at, v = at + 0.5, target + (v - target) * np.exp(-0.5)
     assert np.abs(r["v(a)"] - exact).max() < 1e-4
+
+
+@pytest.mark.parametrize(
+    "name, reltol", [("trammel", 1e-2), ("trammel", 1e-4), ("bricard", 1e-2), ("bricard", 1e-4)]
+)
+def test_the_first_step_is_as_long_as_slopes_let_it_be(name, reltol):
+    """Not a hundredth of the print grid's spacing, from where it takes three steps more to grow: 11 and 12 steps."""
+    result = run(deck(f"mechanical/{name}"), f"method=dop853 reltol={reltol!r}")
+    assert result.stats["steps"] <= 10 and result.stats["rejected"] == 0

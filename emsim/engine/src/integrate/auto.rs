@@ -280,22 +280,27 @@ impl<'a> Auto<'a> {
         Ok(())
     }
 
-    /// Rules 3 and 4, before an attempt of length h.
+    /// Rule 4, before the first attempt, of length h.
+    fn look(&mut self, w: &mut Work, h: f64, tol: &Tolerances) -> Result<(), Failure> {
+        if std::mem::replace(&mut self.begun, true) || !self.explicitly() {
+            return Ok(());
+        }
+        // the first step is a hundredth of it
+        self.feature = 100.0 * h;
+        if self.fastest(w, tol).is_none_or(|f| self.fast(f)) {
+            self.go_implicit(w, "stiff from the start")?;
+            // with a loop to close in every stage, the way back has never paid
+            if self.sys.reduced().is_ok_and(|r| r.has_constraints()) {
+                self.explicit = None;
+            }
+        }
+        Ok(())
+    }
+
+    /// Rule 3, before an attempt of length h.
     fn choose(&mut self, w: &mut Work, h: f64, tol: &Tolerances) -> Result<(), Failure> {
-        let begins = !std::mem::replace(&mut self.begun, true);
+        self.look(w, h, tol)?;
         if self.explicitly() {
-            if begins {
-                // the first step is a hundredth of it
-                self.feature = 100.0 * h;
-            }
-            if begins && self.fastest(w, tol).is_none_or(|f| self.fast(f)) {
-                self.go_implicit(w, "stiff from the start")?;
-                // with a loop to close in every stage, the way back has never paid
-                if self.sys.reduced().is_ok_and(|r| r.has_constraints()) {
-                    self.explicit = None;
-                }
-                return Ok(());
-            }
             if self.refused == 0 && (self.silent > 0 || self.steps % LOOK == LOOK - 1) {
                 let beyond = self.fastest(w, tol).is_some_and(|(l, _)| l * h > SILENT);
                 self.silent = if beyond { self.silent + 1 } else { 0 };
@@ -427,6 +432,13 @@ impl Method for Auto<'_> {
             return;
         }
         self.methods[self.now].1.restart(sys, w, t, x);
+    }
+
+    fn begin(&mut self, sys: &System, w: &mut Work, first: f64, tol: &Tolerances) -> f64 {
+        match self.look(w, first, tol) {
+            Ok(()) => self.methods[self.now].1.begin(sys, w, first, tol),
+            Err(_) => first,
+        }
     }
 
     fn attempt(&mut self, sys: &System, w: &mut Work, h: f64, tol: &Tolerances) -> Attempt {

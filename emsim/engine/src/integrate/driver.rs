@@ -283,7 +283,11 @@ impl<'a, S: Sink> Run<'a, S> {
             None => (0.01 * feature).min(1e-3 * span),
         };
         let fixed = self.o.fixed_step.is_some();
-        let mut h = self.next.h.unwrap_or(first);
+        let mut h = match self.next.h {
+            Some(h) => h,
+            None if self.o.fixed_step.is_some() => first,
+            None => method.begin(sys, self.w, first, &self.tol),
+        };
         let mut failures = 0u32;
         let mut normal_h = self.next.normal;
         let mut count = 0u64;

@@ -57,6 +57,10 @@ const FEWEST: f64 = 6.0;
 
 pub trait Method {
     fn restart(&mut self, sys: &System, w: &mut Work, t: f64, x: &[f64]);
+    /// Length of the run's first step, for which `first` is said to be short enough.
+    fn begin(&mut self, _sys: &System, _w: &mut Work, first: f64, _tol: &Tolerances) -> f64 {
+        first
+    }
     fn attempt(&mut self, sys: &System, w: &mut Work, h: f64, tol: &Tolerances) -> Attempt;
     fn accept(&mut self, t1: f64);
     fn candidate(&self) -> &[f64];

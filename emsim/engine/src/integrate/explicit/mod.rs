@@ -16,6 +16,7 @@
 //!
 //! Stiffness (Hairer and Wanner, Solving ODEs II, section IV.2): the last two evaluations are at one time and nearly one place,
 //! so |f(y1) - f(y_s)| / |y1 - y_s| estimates the fastest eigenvalue, in the norm of the tolerances.
+mod begin;
 mod dop853;
 mod rk45;
 mod tableau;
@@ -429,9 +430,16 @@ impl Method for Explicit<'_> {
         self.stiffness = f64::NAN;
     }
 
+    fn begin(&mut self, sys: &System, w: &mut Work, first: f64, tol: &Tolerances) -> f64 {
+        let before = self.point.evaluations;
+        let found = self.start(sys, w).and_then(|()| self.first_length(first, tol));
+        w.counters.evaluations += self.point.evaluations - before;
+        found.unwrap_or(first)
+    }
+
     fn attempt(&mut self, sys: &System, w: &mut Work, h: f64, tol: &Tolerances) -> Attempt {
         let before = self.point.evaluations;
-        let (m, width) = (self.m, self.width);
+        let width = self.width;
         if let Some(t1) = self.accepted.take() {
             self.t0 = t1;
             std::mem::swap(&mut self.y0, &mut self.y1);
@@ -440,16 +448,7 @@ impl Method for Explicit<'_> {
         }
         self.inside.get_mut().ready = false;
         self.h = h;
-        let mut done = Ok(());
-        if !self.started {
-            sys.eval(w, &self.x0, self.t0);
-            self.point.flags.copy_from_slice(&w.flags);
-            self.point.gmin = w.gmin;
-            self.reduced.start(&mut self.point, &w.q, &self.x0);
-            self.y0[..m].copy_from_slice(self.reduced.y(&mut self.point));
-            done = self.reduced.rates(&mut self.point, &sys.waves, self.t0, false, &mut self.k[..m]);
-            self.started = done.is_ok();
-        }
+        let done = if self.started { Ok(()) } else { self.start(sys, w) };
         self.weakest = 1.0;
         let result = done.and_then(|()| self.stages(h));
         let careless = self.weakest < NEAR && !self.careful;

@@ -1,0 +1,48 @@
+//! The length of the first step, from the size of slopes and of what they change by.
+//!
+//! As in Hairer, Norsett and Wanner, Solving Ordinary Differential Equations I, II.4: with d1 the slopes at the start and d2 what they
+//! change by over an explicit Euler step of little length, over that length, both in units of the tolerance,
+//! h = (`CHANGE` / max(d1, d2))^(1/p), and no more than a hundred times that little step. Their step is one that changes the solution by a
+//! hundredth of its size, which is unknown for what begins at 0; ours is what the driver takes for short enough.
+use super::{combine, local, Explicit, Tolerances};
+use crate::reduced::Trouble;
+use crate::system::{System, Work};
+
+const CHANGE: f64 = 0.01;
+const AT_MOST: f64 = 100.0;
+
+impl Explicit<'_> {
+    /// The slope at the start.
+    pub(super) fn start(&mut self, sys: &System, w: &mut Work) -> Result<(), Trouble> {
+        sys.eval(w, &self.x0, self.t0);
+        self.point.flags.copy_from_slice(&w.flags);
+        self.point.gmin = w.gmin;
+        self.reduced.start(&mut self.point, &w.q, &self.x0);
+        self.y0[..self.m].copy_from_slice(self.reduced.y(&mut self.point));
+        self.reduced.rates(&mut self.point, &sys.waves, self.t0, false, &mut self.k[..self.m])?;
+        self.started = true;
+        Ok(())
+    }
+
+    /// Longer than `little`, if that can be seen.
+    pub(super) fn first_length(&mut self, little: f64, tol: &Tolerances) -> Result<f64, Trouble> {
+        let (m, width) = (self.m, self.width);
+        let share = local(self.method, tol.reltol);
+        self.reduced.changes(&mut self.point, &self.k[..m], &mut self.ex);
+        let d1 = tol.largest_error(&self.ex, &self.x0, &self.x0) / share;
+        if !(d1 > 0.0 && d1.is_finite()) {
+            return Ok(little);
+        }
+        combine(&mut self.y1, &self.y0, little, &[(0, 1.0)], &self.k);
+        self.reduced.y(&mut self.point).copy_from_slice(&self.y1[..m]);
+        let (start, moved) = self.k.split_at_mut(width);
+        self.reduced.rates(&mut self.point, &self.sys.waves, self.t0 + little, false, &mut moved[..m])?;
+        for ((e, f1), f0) in self.e.iter_mut().zip(&moved[..m]).zip(&*start) {
+            *e = f1 - f0;
+        }
+        self.reduced.changes(&mut self.point, &self.e[..m], &mut self.ex);
+        let d2 = tol.largest_error(&self.ex, &self.x0, &self.x0) / share / little;
+        let h = (CHANGE / d1.max(d2)).powf(1.0 / f64::from(self.method.order));
+        Ok(if h.is_finite() { h.clamp(little, AT_MOST * little) } else { little })
+    }
+}
