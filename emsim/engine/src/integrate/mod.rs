@@ -8,6 +8,7 @@
 //!     each time, and a million equal steps would be late by more than their error).
 //!  4. `dense` evaluates the candidate's (or the accepted) step anywhere inside it, with the method's own polynomial.
 //!  5. `candidate` is the state at the end of the attempted step.
+mod again;
 mod auto;
 mod dirk;
 mod driver;

@@ -24,18 +24,23 @@ pub struct Formula {
     pub plainer: Vec<Vec<f64>>,
     /// of the stages in sums over a step
     pub weights: Vec<Vec<f64>>,
-    /// what d leaves of a charge that moves at once, where the start stands in no stage: |d.A^-1 1|
+    /// A^-1 1, where the start stands in no stage: a charge that moves at once is spread over the stages as currents of so much of it
+    /// over the step
+    pub spread: Vec<f64>,
+    /// what d leaves of it
     pub at_once: f64,
 }
 
 impl Formula {
     pub fn new(k: Tableau) -> Formula {
         let s = k.c.len();
+        let spread = spread(&k);
         Formula {
             ahead: (0..s).map(|i| points_behind(&k, i)).collect(),
             plainer: (1..s - 1).map(|i| plainer(&k, k.c[i])).collect(),
             weights: k.a[s - 2..].to_vec(),
-            at_once: at_once(&k),
+            at_once: k.d.iter().zip(&spread).map(|(d, m)| d * m).sum(),
+            spread,
             k,
         }
     }
@@ -78,11 +83,11 @@ fn plainer(k: &Tableau, theta: f64) -> Vec<f64> {
     }
 }
 
-fn at_once(k: &Tableau) -> f64 {
+fn spread(k: &Tableau) -> Vec<f64> {
     let mut moved = vec![0.0];
     for (i, row) in (1..).zip(&k.a) {
         let before: f64 = row.iter().zip(&moved).map(|(a, m)| a * m).sum();
         moved.push((1.0 - before) / row[i]);
     }
-    k.d.iter().zip(&moved).map(|(d, m)| d * m).sum::<f64>().abs()
+    moved
 }

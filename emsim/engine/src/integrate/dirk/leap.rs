@@ -7,44 +7,14 @@
 //! by 1.4e-4 of its range without this.)
 //!
 //! q is what the error estimate was made of: d annihilates what is smooth, and of a charge that moves at once
-//! it leaves  q d.A^-1 1 / h.
+//! it leaves  q d.k / h,  k = A^-1 (1, .., 1).
+//!
+//! The stages spread q over the step, as currents  k_j q / h,  which shifts what is quick by  k_j u,  u = (G + a C)^-1 q / h: the current of a
+//! supply by half an ampere. The sums of the step need them; what is shown, and the point from which the run goes on, is without.
 use super::{Dirk, FIRST, NEXT, TRANSIENT};
 use crate::integrate::Method;
 use crate::newton::Tolerances;
 use crate::system::{System, Work};
-
-/// Where a leap was refused, first steps are short from then on: one that follows a transient is not asked for longer ones. What was too
-/// much at the start of a run, beside small currents, may be little later: after so many restarts the leap is tried again, after nearly
-/// twice as many where it is refused again. Odd numbers: of edges that alternate both have their turn.
-#[derive(Default)]
-pub struct Again {
-    leap: f64, // length that was refused
-    wait: u32,
-    restarts: u32, // since then
-}
-
-const AT_FIRST: u32 = 3;
-const RAREST: u32 = 65;
-/// A first step of so little of the leap follows the transient.
-const FOLLOWS: f64 = 0.1;
-
-impl Again {
-    pub fn refused(&mut self, leap: f64) {
-        self.wait = if self.wait == 0 { AT_FIRST } else { (2 * self.wait - 1).min(RAREST) };
-        (self.leap, self.restarts) = (leap, 0);
-    }
-
-    /// Length of the next first step.
-    pub fn length(&mut self, known: f64) -> f64 {
-        self.restarts += 1;
-        let due = self.wait > 0 && self.restarts >= self.wait && known < FOLLOWS * self.leap;
-        if due {
-            self.restarts = 0;
-            return self.leap;
-        }
-        known
-    }
-}
 
 impl Dirk {
     /// Has the first stage of a first step leapt over a transient? It is an implicit Euler step: a current at the start that would
@@ -65,8 +35,17 @@ impl Dirk {
         }
     }
 
+    /// Takes from x what a step's charges that moved at once shift it by, where the stages are weighed so.
+    pub(super) fn unspread(&self, weights: impl Iterator<Item = f64>, x: &mut [f64]) {
+        let k: f64 = weights.zip(&self.k[FIRST].spread).map(|(w, k)| w * k).sum();
+        for (x, (shift, quick)) in x.iter_mut().zip(self.shift.iter().zip(&self.quick)) {
+            *x -= if *quick { k * shift } else { 0.0 };
+        }
+    }
+
     /// The time that must not be leapt over, if what is lost by it is more than the tolerance.
     pub(super) fn leap(&mut self, sys: &System, w: &mut Work, h: f64, tol: &Tolerances) -> Option<f64> {
+        self.shift.fill(0.0);
         if self.now.by != FIRST {
             return None;
         }
@@ -78,13 +57,17 @@ impl Dirk {
             let more = self.f[0][i] - self.f[last][i];
             let fast = h * self.f[0][i].abs() > TRANSIENT * (q1[i] - self.q0[i]).abs();
             if fast && (x1[i] - x0[i]).abs() > tol.weight(i, x1[i], x0[i]) {
-                tau = tau.max(h * self.fast[i].abs() / (at_once * more.abs()));
+                tau = tau.max(h * (self.fast[i] / (at_once * more)).abs());
             }
             self.e[i] = if fast { 0.0 } else { more };
+            self.quick[i] = fast || !sys.differential[i];
+            self.shift[i] = if fast { self.fast[i] / at_once } else { 0.0 };
         }
         if tau == 0.0 {
+            self.shift.fill(0.0);
             return None;
         }
+        self.newton.solve_held(w, &mut self.shift);
         let (scale, local) = (tau / (h * k.a[0][1]), k.local);
         self.e.iter_mut().for_each(|e| *e *= scale);
         self.newton.solve_held(w, &mut self.e);

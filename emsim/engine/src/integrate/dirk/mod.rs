@@ -41,6 +41,7 @@ mod sdirk;
 mod tests;
 mod trbdf2;
 
+use super::again::Again;
 use super::rows::Lags;
 use super::{response, weighted_sum, Attempt, Method};
 use crate::ledger::Stages;
@@ -48,7 +49,6 @@ use crate::newton::{Failure, Newton, Options, Tolerances};
 use crate::sparse::Complex;
 use crate::system::{Kind, System, Work};
 use formula::{Formula, Tableau};
-use leap::Again;
 
 /// A first step whose start alone would have moved so many times the charge that it moved does not follow its start.
 const TRANSIENT: f64 = 10.0;
@@ -122,6 +122,9 @@ pub struct Dirk {
     fast: Vec<f64>,              // per unit of step, charges that the estimate is made of
     brief: Option<f64>,          // what the attempted step must not leap over [s]
     again: Again,
+    shift: Vec<f64>,  // of a step over a transient: what its charge does to the unknowns (leap.rs)
+    quick: Vec<bool>, // those that follow it
+    renewed: bool,    // x0 is not what f[0] was computed at
 }
 
 /// Are derivatives and multipliers of a lower order than the state?
@@ -172,6 +175,9 @@ impl Dirk {
             fast: v(),
             brief: None,
             again: Again::default(),
+            shift: v(),
+            quick: vec![false; sys.n],
+            renewed: false,
             k: [Formula::new(next), Formula::new(first)],
         })
     }
@@ -183,7 +189,11 @@ impl Dirk {
 
     /// sum_j w_j(theta) X_j
     fn polynomial(&self, of: &Step, theta: f64, out: &mut [f64]) {
-        weighted_sum(self.k[of.by].k.weights_at(theta).zip(&of.x).map(|(w, x)| (w, x.as_slice())), out);
+        let weights = || self.k[of.by].k.weights_at(theta);
+        weighted_sum(weights().zip(&of.x).map(|(w, x)| (w, x.as_slice())), out);
+        if of.by == FIRST {
+            self.unspread(weights(), out);
+        }
     }
 
     /// First guess of stage i: the line or parabola through the stages found so far in this step, that follows a jump at
@@ -374,6 +384,12 @@ impl Method for Dirk {
             }
             self.started = true;
         }
+        if std::mem::take(&mut self.renewed) {
+            sys.eval(w, &self.now.x[0], self.now.t);
+            for ((f, wf), has_q) in self.f[0].iter_mut().zip(&w.f).zip(&sys.has_q) {
+                *f = if *has_q { *wf } else { 0.0 };
+            }
+        }
         self.accepted = false;
         self.transient = false;
         self.t1 = self.now.t + h;
@@ -414,7 +430,13 @@ impl Method for Dirk {
     fn accept(&mut self, t1: f64) {
         let s = self.now.x.len();
         std::mem::swap(&mut self.now, &mut self.last);
-        self.now.x[0].copy_from_slice(&self.last.x[s - 1]);
+        let mut x0 = std::mem::take(&mut self.now.x[0]);
+        x0.copy_from_slice(&self.last.x[s - 1]);
+        self.renewed = self.last.by == FIRST;
+        if self.renewed {
+            self.unspread((0..s).map(|j| f64::from(u8::from(j == s - 1))), &mut x0);
+        }
+        self.now.x[0] = x0;
         self.now.t = t1;
         (self.now.by, self.jumped) = (NEXT, false);
         self.f.swap(0, s - 1);

@@ -99,8 +99,10 @@ fn a_charge_that_moves_at_once_is_in_the_estimate() {
             let q = (1.0 - dot(&f.a[i][..i], &rates) + f.a[i][0] * z) / (1.0 + f.a[i][i] * z);
             rates.push(z * q);
         }
-        let left = dot(&k.d, &rates).abs();
-        assert!((left - Formula::new(k).at_once).abs() < 1e-6 && left > 0.05, "{left}");
+        let left = dot(&k.d, &rates);
+        let formula = Formula::new(k);
+        assert!((left - formula.at_once).abs() < 1e-6 && left.abs() > 0.05, "{left}");
+        assert!(formula.spread.iter().zip(&rates).skip(1).all(|(k, rate)| (k - rate).abs() < 1e-6));
     }
 }
 

@@ -81,9 +81,14 @@ pub fn polynomial(scheme: &Scheme, theta: f64, x0: &[f64], stage: &[Vec<f64>], o
 /// The polynomial that foretells: of the unknowns under d/dt the one above, extrapolated; of the others that through the
 /// stages alone, since what a multiplier has at the start of a step belongs to another polynomial and to another order.
 pub fn extrapolate(scheme: &Scheme, theta: f64, x0: &[f64], stage: &[Vec<f64>], moves: &[bool], out: &mut [f64]) {
+    blend::foretold(scheme, (&weights(scheme, theta), &inside(scheme, theta)), x0, stage, moves, out);
+}
+
+/// Lagrange's weights of the stages alone.
+pub fn inside(scheme: &Scheme, theta: f64) -> [f64; MOST] {
     let mut inside = [0.0; MOST];
     lagrange(scheme.c, &basis(scheme).stages[..scheme.s], theta, &mut inside[..scheme.s]);
-    blend::foretold(scheme, (&weights(scheme, theta), &inside), x0, stage, moves, out);
+    inside
 }
 
 /// phi(theta) / phi'(0).

@@ -46,7 +46,7 @@ pub fn believed(tol: &Tolerances) -> f64 {
 }
 
 /// Largest |e_i| in units of the tolerance, over what stands under d/dt.
-fn norm(e: &[f64], x0: &[f64], x1: &[f64], tol: &Tolerances) -> f64 {
+pub(super) fn norm(e: &[f64], x0: &[f64], x1: &[f64], tol: &Tolerances) -> f64 {
     above(e, x0, x1, tol, |_| 0.0)
 }
 
@@ -109,6 +109,10 @@ impl Radau {
             for (b, d) in self.b.iter_mut().zip(d) {
                 *b += weight / h * d;
             }
+        }
+        if let Some(error) = self.leap(sys, w, h, tol) {
+            self.unfiltered = error;
+            return error;
         }
         for i in 0..sys.n {
             self.e[i] = if sys.has_q[i] { self.b[i] - self.f0[i] } else { 0.0 };

@@ -16,6 +16,36 @@ pub struct FullNewton {
     b: Vec<f64>,
 }
 
+impl Radau {
+    /// Newton's method on the stages together, junction voltages limited stage by stage.
+    pub(super) fn full_newton(
+        &mut self,
+        sys: &System,
+        w: &mut Work,
+        h: f64,
+        tol: &Tolerances,
+    ) -> Result<usize, (usize, bool)> {
+        let mut full = match self.full.take() {
+            Some(full) => full,
+            None => Box::new(FullNewton::new(sys).ok_or((0, true))?),
+        };
+        let result = full.solve(self, sys, w, h, tol);
+        self.full = Some(full);
+        if result.is_ok() {
+            // the error estimate reads the charges of the stages as they are now, and the derivatives at the end: those in the
+            // middle may be of a diode that has turned off since, and hold a node that nothing holds any more
+            self.evaluate(sys, w, h, false);
+            if sys.turns() {
+                sys.eval_jacobian(w, &self.stage[self.scheme.s - 1], self.t0 + h, false);
+                self.keep_derivatives(sys, w);
+                self.jacobian_at = f64::NAN;
+                self.factor(sys, w, h).map_err(|_| (0, true))?;
+            }
+        }
+        result
+    }
+}
+
 impl FullNewton {
     /// None where no such matrix has an inverse.
     pub fn new(sys: &System) -> Option<FullNewton> {

@@ -17,12 +17,14 @@ mod blend;
 mod dense;
 mod estimate;
 mod full;
+mod leap;
 mod order;
 mod stages;
 mod tables;
 
 use self::estimate::share;
 use self::full::FullNewton;
+use self::leap::Leap;
 use self::order::{contracting, Orders, Taken};
 use self::tables::Scheme;
 use super::rows::Lags;
@@ -121,7 +123,8 @@ pub struct Radau {
     grown: f64,                    // the last update in units of what was there before it
     level: f64,                    // where rounding has lately stopped the iteration
     longest: f64,                  // recent step length
-    probe: Option<(f64, f64)>,     // step and error that a step of a quarter is compared with
+    leap: Leap,
+    probe: Option<(f64, f64)>, // step and error that a step of a quarter is compared with
 }
 
 impl Radau {
@@ -134,9 +137,10 @@ impl Radau {
         let v = || vec![0.0; sys.n];
         let stages = || vec![vec![0.0; sys.n]; most];
         // the estimate means nothing for an algebraic unknown (linearised where the curve may bend sharply)
-        let corrected = (sys.unknowns.iter().zip(&sys.differential))
+        let corrected: Vec<bool> = (sys.unknowns.iter().zip(&sys.differential))
             .map(|(u, &moves)| moves && !u.kind.enters_linearly())
             .collect();
+        let leap = Leap::new(&corrected);
         let linear = (sys.unknowns.iter().zip(&sys.differential).enumerate())
             .filter_map(|(i, (u, &moves))| match u.kind {
                 Kind::Lambda => Some((i, Stored::Momentum)),
@@ -208,6 +212,7 @@ impl Radau {
             grown: 0.0,
             level: 0.0,
             longest: 0.0,
+            leap,
             probe: None,
         })
     }
@@ -274,45 +279,6 @@ impl Radau {
         Ok(())
     }
 
-    /// First guess of the stages: the last step's polynomial, extrapolated.
-    fn predict(&mut self, sys: &System, h: f64) {
-        match self.last {
-            Some((t, last_h, last)) if h < 4.0 * last_h => {
-                for (stage, c) in self.stage.iter_mut().zip(self.scheme.c) {
-                    let theta = (self.t0 + c * h - t) / last_h;
-                    dense::extrapolate(last, theta, &self.last_x0, &self.last_stage, &sys.differential, stage);
-                }
-            }
-            _ => {
-                for stage in &mut self.stage {
-                    stage.copy_from_slice(&self.x0);
-                }
-            }
-        }
-    }
-
-    /// Newton's method on the stages together, junction voltages limited stage by stage.
-    fn full_newton(&mut self, sys: &System, w: &mut Work, h: f64, tol: &Tolerances) -> Result<usize, (usize, bool)> {
-        let mut full = match self.full.take() {
-            Some(full) => full,
-            None => Box::new(FullNewton::new(sys).ok_or((0, true))?),
-        };
-        let result = full.solve(self, sys, w, h, tol);
-        self.full = Some(full);
-        if result.is_ok() {
-            // the error estimate reads the charges of the stages as they are now, and the derivatives at the end: those in the
-            // middle may be of a diode that has turned off since, and hold a node that nothing holds any more
-            self.evaluate(sys, w, h, false);
-            if sys.turns() {
-                sys.eval_jacobian(w, &self.stage[self.scheme.s - 1], self.t0 + h, false);
-                self.keep_derivatives(sys, w);
-                self.jacobian_at = f64::NAN;
-                self.factor(sys, w, h).map_err(|_| (0, true))?;
-            }
-        }
-        result
-    }
-
     /// Judges a step whose stages are solved; the full Newton method leaves the derivatives of its end where there are diodes.
     fn judge(&mut self, sys: &System, w: &mut Work, h: f64, tol: &Tolerances, iterations: usize) -> Attempt {
         let turned = sys.turns() && self.jacobian_at.is_nan();
@@ -325,6 +291,11 @@ impl Radau {
         self.next_scheme = self.scheme;
         if self.fixed {
             return Attempt::Good { next: h };
+        }
+        if let Some(brief) = self.leap.brief {
+            self.leap.again.refused(h);
+            self.jacobian(sys, w, h);
+            return Attempt::TooLarge { next: brief.min(0.5 * h) };
         }
         if self.rounding(h, estimate, raw, tol) {
             return Attempt::TooLarge { next: 0.25 * h };
@@ -346,8 +317,8 @@ impl Radau {
             let contracts = if seen { contracting(self.contraction) } else { f64::INFINITY };
             factor = factor.min(contracts);
             self.error_old_next = error.max(1e-2);
-            self.h_old_next = h;
-            if self.orders.variable(self.scheme) && self.full_steps == 0 {
+            self.h_old_next = if self.leap.taken { 0.0 } else { h };
+            if self.orders.variable(self.scheme) && self.full_steps == 0 && !self.leap.taken {
                 let taken = Taken {
                     h,
                     iterations,
@@ -393,6 +364,7 @@ impl Method for Radau {
         self.factored = None;
         self.last = None;
         self.first = true;
+        self.leap.restart();
         self.at_first = None;
         self.theta = 1.0;
         self.accepted = false;
@@ -498,6 +470,9 @@ impl Method for Radau {
         self.t0 = t1;
         self.last_bent = std::mem::take(&mut self.bent);
         self.x0.copy_from_slice(&self.last_stage[self.scheme.s - 1]);
+        if self.leap.taken {
+            self.leap.unspread(self.scheme, 1.0, &mut self.x0);
+        }
         self.scheme = self.next_scheme;
         self.proposed = self.proposed_next;
         self.h_old = self.h_old_next;
@@ -505,6 +480,7 @@ impl Method for Radau {
         self.started = false;
         self.level *= FORGET;
         self.first = false;
+        self.leap.accept();
         self.at_first = None;
         self.accepted = true;
         self.foresee = true;
@@ -528,16 +504,20 @@ impl Method for Radau {
     }
 
     fn dense(&self, t: f64, out: &mut [f64]) {
-        let (t0, h, scheme, x0, stage, e, bent) = match self.last {
+        let (t0, h, scheme, x0, stage, e, bent, leapt) = match self.last {
             Some((t0, h, scheme)) if self.accepted => {
-                (t0, h, scheme, &self.last_x0, &self.last_stage, &self.last_e, self.last_bent)
+                (t0, h, scheme, &self.last_x0, &self.last_stage, &self.last_e, self.last_bent, self.leap.last)
             }
-            _ => (self.t0, self.h, self.scheme, &self.x0, &self.stage, &self.e, self.bent),
+            _ => (self.t0, self.h, self.scheme, &self.x0, &self.stage, &self.e, self.bent, self.leap.taken),
         };
         let theta = (t - t0) / h;
-        if bent {
-            // what is algebraic at the start of this step belongs to the curve before the corner
-            dense::extrapolate(scheme, theta, x0, stage, &self.corrected, out);
+        if bent || leapt {
+            // what is algebraic at the start of this step, or has jumped, belongs to the curve before the corner
+            let moves = if leapt { &self.leap.smooth } else { &self.corrected };
+            dense::extrapolate(scheme, theta, x0, stage, moves, out);
+            if leapt {
+                self.leap.unspread(scheme, theta, out);
+            }
         } else {
             dense::polynomial(scheme, theta, x0, stage, out);
         }
@@ -566,7 +546,8 @@ impl Method for Radau {
         let lacking = corner * dense::nodal(scheme, theta) / dense::nodal(scheme, before);
         let correction = scheme.gamma * dense::correction(scheme, theta);
         let mut worst = 0.0_f64;
-        for i in (0..sys.n).filter(|&i| !sys.unknowns[i].kind.enters_linearly()) {
+        let jumped = |i: usize| self.leap.last && !self.leap.smooth[i];
+        for i in (0..sys.n).filter(|&i| !sys.unknowns[i].kind.enters_linearly() && !jumped(i)) {
             let inside: f64 = l[1..=scheme.s].iter().zip(&self.stage).map(|(l, x)| l * x[i]).sum();
             let mut error = lacking * (self.last_x0[i] - l[0] * self.x0[i] - inside);
             if self.corrected[i] {
@@ -589,6 +570,14 @@ impl Method for Radau {
         }
         let back = dense::back(self.scheme);
         self.x0[i] - back.iter().zip(&self.stage).map(|(l, x)| l * x[i]).sum::<f64>()
+    }
+
+    fn first_step(&mut self, known: f64) -> f64 {
+        self.leap.again.length(known)
+    }
+
+    fn behind_jump(&self) -> bool {
+        self.leap.taken
     }
 
     fn wants_dense_record(&self) -> bool {

@@ -6,7 +6,7 @@
 //! scale, above the rounding of momenta and charges over h, and ask for one more iteration at most.
 use super::super::root;
 use super::order::CONTRACTION;
-use super::{blend, Radau, MOST_ITERATIONS};
+use super::{blend, dense, Radau, MOST_ITERATIONS};
 use crate::newton::Tolerances;
 use crate::system::{System, Work};
 
@@ -36,6 +36,24 @@ pub fn target(tol: &Tolerances, fixed: bool) -> (f64, f64) {
 }
 
 impl Radau {
+    /// First guess of the stages: the last step's polynomial, extrapolated.
+    pub(super) fn predict(&mut self, sys: &System, h: f64) {
+        match self.last {
+            Some((t, last_h, last)) if h < 4.0 * last_h => {
+                for (stage, c) in self.stage.iter_mut().zip(self.scheme.c) {
+                    let theta = (self.t0 + c * h - t) / last_h;
+                    let moves = if self.leap.last { &self.leap.smooth } else { &sys.differential };
+                    dense::extrapolate(last, theta, &self.last_x0, &self.last_stage, moves, stage);
+                }
+            }
+            _ => {
+                for stage in &mut self.stage {
+                    stage.copy_from_slice(&self.x0);
+                }
+            }
+        }
+    }
+
     /// Charges and F of all stages as they are now; `again` in the same step, where sources are what they were.
     pub(super) fn evaluate(&mut self, sys: &System, w: &mut Work, h: f64, again: bool) {
         for (k, c) in self.scheme.c.iter().enumerate() {
