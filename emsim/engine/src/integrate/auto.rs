@@ -140,18 +140,11 @@ fn implicit(sys: &System, o: &Options) -> &'static str {
     match o.reltol {
         tol if sys.diodes() == 0 && sys.bends() && few_restarts && !sys.has_coils() && tol >= 5e-8 => "gear",
         _ if sys.diodes() == 0 => "radau",
-        tol if few_restarts && followed && tol >= if sys.diodes() < SOME { FEW_LOOSE } else { LOOSE } => "trap",
+        tol if few_restarts && tol >= 5e-4 && followed => "trap",
         _ if few_restarts => "gear",
         tol => one_step(tol),
     }
 }
-
-/// Tolerances from which on trap does beside so many diodes. Gear pays for each turn of each of them with orders; where there are fewer, it
-/// is as cheap at 1e-3, for a tenth of the error (clipper 0.24 ms, trap 0.18, for 5e-5 and 8e-4 of the range; delay line behind a
-/// diode 0.32, 0.44 ms, 4e-4, 1e-2; a diode that recovers 0.08, 0.06 ms, 3e-3, 3e-2).
-const SOME: usize = 4;
-const LOOSE: f64 = 5e-4;
-const FEW_LOOSE: f64 = 2e-3;
 
 /// What does with any diode, switch or machine, and never with steps of rounding's size (transit times at 1e-8 leave gear at order 1).
 fn one_step(reltol: f64) -> &'static str {
