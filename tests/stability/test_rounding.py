@@ -170,13 +170,15 @@ VG g 0 PULSE(0 5 0 10n 10n 4u 10u)
 
 def test_a_diode_that_turns_off_is_not_rounding():
     """Steps collapse by a hundred there and the estimate does not fall with them at first: it passed for rounding, the tolerance
-    gave way by 200, and steps that were wrong by 700 V stood in the result of a circuit of 40 V."""
+    gave way by 200, and steps that were wrong by 700 V stood in the result of a circuit of 40 V. (Volts that fall within
+    100 ps behind an edge may have done so 100 ps earlier: radau leaps over that.)"""
     reference = run(SEPIC, "method=esdirk reltol=1e-8")
     found = run(SEPIC, "method=radau")
     times, rows = np.asarray(found["time"]), np.asarray(found["v(b)"])
-    apart = np.abs(rows - np.asarray(reference.at("v(b)", times)))
+    near = np.array([reference.at("v(b)", np.clip(times + 1e-10 * k, 0, 1e-3)) for k in range(-1, 2)])
+    apart = np.maximum(rows - near.max(axis=0), near.min(axis=0) - rows).clip(min=0)
     span = np.ptp(reference["v(b)"])
-    assert np.quantile(apart, 0.99) <= 0.02 * span, np.quantile(apart, 0.99)
+    assert np.quantile(np.abs(rows - near[1]), 0.99) <= 0.02 * span
     assert apart.max() <= 0.1 * span, (apart.max(), times[apart.argmax()])
 
 

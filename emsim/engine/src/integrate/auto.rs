@@ -524,8 +524,8 @@ impl Method for Auto<'_> {
         self.inner().off_course(i)
     }
 
-    fn first_step(&mut self, known: f64) -> f64 {
-        self.methods[self.now].1.first_step(known)
+    fn leaps(&self) -> bool {
+        self.inner().leaps()
     }
 
     fn behind_jump(&self) -> bool {

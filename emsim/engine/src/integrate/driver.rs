@@ -446,7 +446,7 @@ impl<'a, S: Sink> Run<'a, S> {
                 }
             } else if jumped || method.restarts_at_corners() {
                 self.restart(method);
-                let known = self.memory.length().map(|h| method.first_step(h));
+                let known = self.memory.first(method.leaps());
                 h = known.unwrap_or(0.1 * ahead.min(normal_h).min(tmax)).max(smallest);
             } else {
                 method.corner();
@@ -585,7 +585,7 @@ impl<'a, S: Sink> Run<'a, S> {
         self.restart(method);
         let fraction = if self.dense { 0.25 } else { 0.02 };
         let cautious = (fraction * next.min(self.tmax)).max(0.1 * (te - t).min(next));
-        let known = self.memory.length().map(|h| method.first_step(h));
+        let known = self.memory.first(method.leaps());
         Event::Passed(known.unwrap_or(cautious).max(smallest))
     }
 }

@@ -8,7 +8,6 @@
 //!     each time, and a million equal steps would be late by more than their error).
 //!  4. `dense` evaluates the candidate's (or the accepted) step anywhere inside it, with the method's own polynomial.
 //!  5. `candidate` is the state at the end of the attempted step.
-mod again;
 mod auto;
 mod dirk;
 mod driver;
@@ -76,9 +75,9 @@ pub trait Method {
     fn off_course(&self, _i: usize) -> f64 {
         0.0
     }
-    /// Length of the first step after a restart, where one of so much went well the last time.
-    fn first_step(&mut self, known: f64) -> f64 {
-        known
+    /// May the first step behind a jump leap over a transient?
+    fn leaps(&self) -> bool {
+        false
     }
     /// Is the attempted step's dense output that of what follows a jump at its start, from there on?
     fn behind_jump(&self) -> bool {

@@ -19,7 +19,7 @@ use crate::system::{System, Work};
 impl Dirk {
     /// Has the first stage of a first step leapt over a transient? It is an implicit Euler step: a current at the start that would
     /// have moved far more charge by then than has moved is gone.
-    pub(super) fn leaps(&self, h: f64, tol: &Tolerances) -> bool {
+    pub(super) fn leaps_over(&self, h: f64, tol: &Tolerances) -> bool {
         let (x0, x1, h) = (&self.now.x[0], &self.now.x[1], h * self.k[FIRST].k.c[1]);
         let fast = |(i, (q1, q0)): (usize, (&f64, &f64))| {
             h * self.f[0][i].abs() > TRANSIENT * (q1 - q0).abs() && (x1[i] - x0[i]).abs() > tol.weight(i, x1[i], x0[i])

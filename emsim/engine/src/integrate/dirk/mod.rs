@@ -41,7 +41,6 @@ mod sdirk;
 mod tests;
 mod trbdf2;
 
-use super::again::Again;
 use super::rows::Lags;
 use super::{response, weighted_sum, Attempt, Method};
 use crate::ledger::Stages;
@@ -121,10 +120,9 @@ pub struct Dirk {
     calm_weights: Vec<Vec<f64>>, // of those
     fast: Vec<f64>,              // per unit of step, charges that the estimate is made of
     brief: Option<f64>,          // what the attempted step must not leap over [s]
-    again: Again,
-    shift: Vec<f64>,  // of a step over a transient: what its charge does to the unknowns (leap.rs)
-    quick: Vec<bool>, // those that follow it
-    renewed: bool,    // x0 is not what f[0] was computed at
+    shift: Vec<f64>,             // of a step over a transient: what its charge does to the unknowns (leap.rs)
+    quick: Vec<bool>,            // those that follow it
+    renewed: bool,               // x0 is not what f[0] was computed at
 }
 
 /// Are derivatives and multipliers of a lower order than the state?
@@ -174,7 +172,6 @@ impl Dirk {
             calm_weights: vec![vec![0.75, 0.25]],
             fast: v(),
             brief: None,
-            again: Again::default(),
             shift: v(),
             quick: vec![false; sys.n],
             renewed: false,
@@ -259,7 +256,7 @@ impl Dirk {
             if result.is_err() {
                 break;
             }
-            if i == 1 && self.now.by == FIRST && !self.leaps(h, tol) {
+            if i == 1 && self.now.by == FIRST && !self.leaps_over(h, tol) {
                 // nothing jumps here
                 self.now.by = NEXT;
                 self.continue_to_first_stage(&mut guess[1]);
@@ -402,7 +399,6 @@ impl Method for Dirk {
         let error = self.error(sys, w, h, tol);
         if let Some(brief) = self.brief {
             self.leapt = true;
-            self.again.refused(h);
             return Attempt::TooLarge { next: brief.min(0.5 * h) };
         }
         let factor = 0.9 * error.powf(-1.0 / self.tableau().falls);
@@ -518,8 +514,8 @@ impl Method for Dirk {
         self.k[self.now.by].plainer.iter().zip(&x[1..]).map(off).fold(0.0, f64::max)
     }
 
-    fn first_step(&mut self, known: f64) -> f64 {
-        self.again.length(known)
+    fn leaps(&self) -> bool {
+        true
     }
 
     fn behind_jump(&self) -> bool {

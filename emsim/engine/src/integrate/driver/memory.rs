@@ -37,12 +37,27 @@ pub fn bound(a: &Transient, t: f64, tmax: f64) -> f64 {
 
 #[derive(Default)]
 pub struct Memory {
-    first: HashMap<u64, f64>, // of each kind of stretch: the length that its first step could have had
+    kinds: HashMap<u64, Kind>, // of stretches
     stretch: u64,
+    longest: f64,   // step in the present one
     starting: bool, // the next accepted step is the first of its stretch
     landed: [f64; 8],
     place: usize,
 }
+
+/// What is known of stretches of a kind.
+#[derive(Default)]
+struct Kind {
+    first: f64,   // length that the first step could have had
+    longest: f64, // step
+    wait: u32,    // so many more stretches until a leap is tried
+    pause: u32,   // between two trials
+}
+
+/// A first step of so little of the longest one follows a transient. One that follows it is not asked for longer ones, and what was too much
+/// to be leapt over at the start of a run, beside small currents, may be little later: a leap is tried now and then.
+const FOLLOWS: f64 = 0.1;
+const RAREST: u32 = 64;
 
 /// More kinds of stretches than this are no repetition.
 const KINDS: usize = 4096;
@@ -50,21 +65,41 @@ const ASKING: f64 = 1.3;
 
 impl Memory {
     pub fn restart(&mut self, stretch: u64) {
-        (self.stretch, self.starting) = (stretch, true);
+        if let Some(kind) = self.kinds.get_mut(&self.stretch) {
+            kind.longest = self.longest;
+        }
+        (self.stretch, self.starting, self.longest) = (stretch, true, 0.0);
     }
 
     pub fn length(&self) -> Option<f64> {
-        self.first.get(&self.stretch).copied()
+        self.kinds.get(&self.stretch).map(|kind| kind.first)
+    }
+
+    /// The same behind a jump, or the length of a leap over what follows it, for a method that may take one: in the second such stretch, and
+    /// after twice as many each time that first steps remain short.
+    pub fn first(&mut self, leaps: bool) -> Option<f64> {
+        let kind = self.kinds.get_mut(&self.stretch)?;
+        if !leaps || kind.first >= FOLLOWS * kind.longest {
+            return Some(kind.first);
+        }
+        if kind.wait > 0 {
+            kind.wait -= 1;
+            return Some(kind.first);
+        }
+        kind.pause = (2 * kind.pause).clamp(1, RAREST);
+        kind.wait = kind.pause;
+        Some(kind.longest)
     }
 
     pub fn learn(&mut self, step: f64, next: f64) {
+        self.longest = self.longest.max(step);
         if std::mem::take(&mut self.starting) {
             // a method may know nothing of longer steps after its first: ask it next time
             let next = if next == step { ASKING * next } else { next };
-            if self.first.len() >= KINDS {
-                self.first.clear();
+            if self.kinds.len() >= KINDS {
+                self.kinds.clear();
             }
-            self.first.insert(self.stretch, next);
+            self.kinds.entry(self.stretch).or_default().first = next;
         }
     }
 

@@ -13,7 +13,6 @@
 //!
 //! The stages spread q over the step, as currents  k_j q / h,  k = A^-1 (1, .., 1), which shifts what is quick by  k_j u,  u = M^-1 q / h: a
 //! supply's current by a tenth of an ampere. The step's sums need them; what is shown, and the point from which the run goes on, is without.
-use super::super::again::Again;
 use super::dense;
 use super::estimate::{norm, share};
 use super::tables::Scheme;
@@ -32,7 +31,6 @@ pub struct Leap {
     pub smooth: Vec<bool>,  // what is on one curve with the start of such a step
     pub shift: Vec<f64>,    // u
     pub brief: Option<f64>, // what the attempted step must not leap over [s]
-    pub again: Again,
 }
 
 impl Leap {
@@ -45,7 +43,6 @@ impl Leap {
             smooth: smooth.to_vec(),
             shift: vec![0.0; smooth.len()],
             brief: None,
-            again: Again::default(),
         }
     }
 

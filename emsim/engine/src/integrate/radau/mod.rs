@@ -293,7 +293,6 @@ impl Radau {
             return Attempt::Good { next: h };
         }
         if let Some(brief) = self.leap.brief {
-            self.leap.again.refused(h);
             self.jacobian(sys, w, h);
             return Attempt::TooLarge { next: brief.min(0.5 * h) };
         }
@@ -572,8 +571,8 @@ impl Method for Radau {
         self.x0[i] - back.iter().zip(&self.stage).map(|(l, x)| l * x[i]).sum::<f64>()
     }
 
-    fn first_step(&mut self, known: f64) -> f64 {
-        self.leap.again.length(known)
+    fn leaps(&self) -> bool {
+        true
     }
 
     fn behind_jump(&self) -> bool {
