@@ -15,6 +15,9 @@ if TYPE_CHECKING:
     from .bind import Level
     from .scope import DeckScope
 
+# shorter names are those of elements
+LEAST_WORD = 4
+
 # model types that an element letter accepts; the first is the name that later stages see for R, C, L
 _TYPES: dict[str, tuple[str, ...]] = {
     "r": ("r", "res"),
@@ -132,6 +135,9 @@ class Models:
             said = f"this is no {word.upper()} card, and no .model is called `{name}` for a SPICE element"
         elif near:
             hint = f"did you mean `{near}`?"
+        elif len(word) >= LEAST_WORD and word.isalpha() and (card := suggest(word, CARD_WORDS)):
+            said = f"this is no {card.upper()} card, and no .model is called `{name}` for a SPICE element"
+            hint = f"did you mean `{card.upper()}`?"
         elif name in UNITS:
             hint = f"SPICE values carry no unit apart: leave `{name}` out"
         else:

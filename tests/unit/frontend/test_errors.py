@@ -74,6 +74,13 @@ def test_rendering_shows_line_caret_label_and_hint():
     assert to_json(d)["span"] == {"file": "<text>", "line": 2, "col": 8, "end": 11}
 
 
+def test_a_card_word_mistyped_is_no_element():
+    (d,) = [d for d in said("MOTRO m1 a 0 hinge kt=20m") if d.code == "E140"]
+    assert d.message.startswith("this is no MOTOR card") and d.hint == "did you mean `MOTOR`?"
+    (d,) = [d for d in said("M1 d g 0 0 nmso\n.model nmos1 nmos") if d.code == "E140"]
+    assert d.message == "no .model is called `nmso`"
+
+
 def test_caret_stands_right_behind_tabs():
     (d,) = said("D1\ta\t0\tdmo")
     lines = render_text([d]).splitlines()

@@ -45,7 +45,6 @@ impl Dirk {
 
     /// The time that must not be leapt over, if what is lost by it is more than the tolerance.
     pub(super) fn leap(&mut self, sys: &System, w: &mut Work, h: f64, tol: &Tolerances) -> Option<f64> {
-        self.shift.fill(0.0);
         if self.now.by != FIRST {
             return None;
         }

@@ -345,6 +345,7 @@ impl Dirk {
             let points = (self.now.x[self.now.x.len() - 1].as_slice(), self.now.x[0].as_slice());
             worst = self.newton.above_noise(sys, w, scale / h, |i| self.e[i], points, tol, local);
         }
+        self.shift.fill(0.0);
         self.brief = if worst <= 1.0 { self.leap(sys, w, h, tol) } else { None };
         if worst.is_finite() {
             worst.max(given).max(1e-10)
@@ -373,19 +374,15 @@ impl Method for Dirk {
     }
 
     fn attempt(&mut self, sys: &System, w: &mut Work, h: f64, tol: &Tolerances) -> Attempt {
-        if !self.started {
-            sys.eval(w, &self.now.x[0], self.now.t);
-            self.q0.copy_from_slice(&w.q);
-            for ((f, wf), has_q) in self.f[0].iter_mut().zip(&w.f).zip(&sys.has_q) {
-                *f = if *has_q { *wf } else { 0.0 };
-            }
-            self.started = true;
-        }
-        if std::mem::take(&mut self.renewed) {
+        if !self.started || self.renewed {
             sys.eval(w, &self.now.x[0], self.now.t);
             for ((f, wf), has_q) in self.f[0].iter_mut().zip(&w.f).zip(&sys.has_q) {
                 *f = if *has_q { *wf } else { 0.0 };
             }
+            if !self.started {
+                self.q0.copy_from_slice(&w.q);
+            }
+            (self.started, self.renewed) = (true, false);
         }
         self.accepted = false;
         self.transient = false;
