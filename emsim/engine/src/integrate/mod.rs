@@ -55,6 +55,10 @@ pub fn run(sys: &System, w: &mut Work, a: Transient, o: &Options, record: &mut R
 /// 1e-3 with six instead of ten: trammel under `dop853` 0.8 of the time, stiff motor and cart-pole under `radau` 0.9.)
 const FEWEST: f64 = 6.0;
 
+/// What a leap over a transient may lose at an edge, in parts of the tolerance. Edges of a period lose with opposite signs, so that a mean
+/// is wrong by what they lose of a period's swing; that may be a tenth of the mean.
+const LOST_IN_LEAP: f64 = 0.3;
+
 pub trait Method {
     fn restart(&mut self, sys: &System, w: &mut Work, t: f64, x: &[f64]);
     /// Length of the run's first step, for which `first` is said to be short enough.

@@ -12,7 +12,7 @@
 //! The stages spread q over the step, as currents  k_j q / h,  which shifts what is quick by  k_j u,  u = (G + a C)^-1 q / h: the current of a
 //! supply by half an ampere. The sums of the step need them; what is shown, and the point from which the run goes on, is without.
 use super::{Dirk, FIRST, NEXT, TRANSIENT};
-use crate::integrate::Method;
+use crate::integrate::{Method, LOST_IN_LEAP};
 use crate::newton::Tolerances;
 use crate::system::{System, Work};
 
@@ -67,10 +67,10 @@ impl Dirk {
             return None;
         }
         self.newton.solve_held(w, &mut self.shift);
-        let (scale, local) = (tau / (h * k.a[0][1]), k.local);
+        let scale = tau / (h * k.a[0][1]);
         self.e.iter_mut().for_each(|e| *e *= scale);
         self.newton.solve_held(w, &mut self.e);
-        let lost = tol.largest_error(&self.e, self.candidate(), &self.now.x[0]) / local;
-        (lost > 1.0).then_some(tau)
+        let lost = tol.largest_error(&self.e, self.candidate(), &self.now.x[0]);
+        (lost > LOST_IN_LEAP).then_some(tau)
     }
 }

@@ -13,8 +13,9 @@
 //!
 //! The stages spread q over the step, as currents  k_j q / h,  k = A^-1 (1, .., 1), which shifts what is quick by  k_j u,  u = M^-1 q / h: a
 //! supply's current by a tenth of an ampere. The step's sums need them; what is shown, and the point from which the run goes on, is without.
+use super::super::LOST_IN_LEAP;
 use super::dense;
-use super::estimate::{norm, share};
+use super::estimate::norm;
 use super::tables::Scheme;
 use super::Radau;
 use crate::newton::Tolerances;
@@ -103,7 +104,7 @@ impl Radau {
         self.e.iter_mut().for_each(|e| *e *= tau * gamma / h);
         self.real.solve(&mut self.e);
         let lost = norm(&self.e, &self.x0, &self.stage[last], tol);
-        if lost >= share(tol.reltol) {
+        if lost > LOST_IN_LEAP {
             self.leap.brief = Some(tau);
         }
         // F_x of all stages less that of all but the first, in the charges
@@ -126,6 +127,6 @@ impl Radau {
         w.counters.solves += 4;
         let smooth = norm(&self.scratch, &self.x0, &self.stage[last], tol);
         self.e.fill(0.0);
-        Some(smooth.max(lost))
+        Some(smooth)
     }
 }
