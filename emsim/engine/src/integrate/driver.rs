@@ -285,7 +285,7 @@ impl<'a, S: Sink> Run<'a, S> {
         let fixed = self.o.fixed_step.is_some();
         let mut h = match self.next.h {
             Some(h) => h,
-            None if self.o.fixed_step.is_some() => first,
+            None if fixed => first,
             None => method.begin(sys, self.w, first, &self.tol),
         };
         let mut failures = 0u32;

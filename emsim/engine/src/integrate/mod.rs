@@ -59,6 +59,9 @@ const FEWEST: f64 = 6.0;
 /// is wrong by what they lose of a period's swing; that may be a tenth of the mean.
 const LOST_IN_LEAP: f64 = 0.3;
 
+/// A current at the start of a step that would have moved so many times the charge that moved is over long before the step's end.
+const TRANSIENT: f64 = 10.0;
+
 pub trait Method {
     fn restart(&mut self, sys: &System, w: &mut Work, t: f64, x: &[f64]);
     /// Length of the run's first step, for which `first` is said to be short enough.

@@ -370,9 +370,8 @@ impl Grid {
     }
 
     /// Of the attempted step (t, t1] from x0 to x1: what has hurried to its end behind a jump, in picoseconds perhaps, has the
-    /// value of that end at the rows inside, not that of a curve through the start (a method may have a curve that knows nothing of
-    /// it). Where the rows are to be drawn, one more
-    /// tells when it was there.
+    /// value of that end at the rows inside, not that of a curve through the start, unless the method's own curve knows nothing of
+    /// the start. Where the rows are to be drawn, one more tells when it was there.
     pub fn hurried(
         &mut self,
         m: &dyn Method,

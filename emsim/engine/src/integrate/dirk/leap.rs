@@ -11,8 +11,8 @@
 //!
 //! The stages spread q over the step, as currents  k_j q / h,  which shifts what is quick by  k_j u,  u = (G + a C)^-1 q / h: the current of a
 //! supply by half an ampere. The sums of the step need them; what is shown, and the point from which the run goes on, is without.
-use super::{Dirk, FIRST, NEXT, TRANSIENT};
-use crate::integrate::{Method, LOST_IN_LEAP};
+use super::{Dirk, FIRST, NEXT};
+use crate::integrate::{Method, LOST_IN_LEAP, TRANSIENT};
 use crate::newton::Tolerances;
 use crate::system::{System, Work};
 
@@ -21,10 +21,12 @@ impl Dirk {
     /// have moved far more charge by then than has moved is gone.
     pub(super) fn leaps_over(&self, h: f64, tol: &Tolerances) -> bool {
         let (x0, x1, h) = (&self.now.x[0], &self.now.x[1], h * self.k[FIRST].k.c[1]);
-        let fast = |(i, (q1, q0)): (usize, (&f64, &f64))| {
-            h * self.f[0][i].abs() > TRANSIENT * (q1 - q0).abs() && (x1[i] - x0[i]).abs() > tol.weight(i, x1[i], x0[i])
-        };
-        self.newton.q().iter().zip(&self.q0).enumerate().any(fast)
+        (0..x0.len()).any(|i| self.is_over(i, h) && (x1[i] - x0[i]).abs() > tol.weight(i, x1[i], x0[i]))
+    }
+
+    /// Would the current at the start have moved far more charge of row i in h than has moved, up to the stage just solved?
+    pub(super) fn is_over(&self, i: usize, h: f64) -> bool {
+        h * self.f[0][i].abs() > TRANSIENT * (self.newton.q()[i] - self.q0[i]).abs()
     }
 
     /// First guess of the first stage of a step that knows its start, by the line through the start and that implicit Euler step.
@@ -50,11 +52,11 @@ impl Dirk {
         }
         let last = self.now.x.len() - 1;
         let (k, at_once) = (&self.k[FIRST].k, self.k[FIRST].at_once);
-        let (x1, x0, q1) = (&self.now.x[last], &self.now.x[0], self.newton.q());
+        let (x1, x0) = (&self.now.x[last], &self.now.x[0]);
         let mut tau = 0.0_f64;
         for i in 0..sys.n {
             let more = self.f[0][i] - self.f[last][i];
-            let fast = h * self.f[0][i].abs() > TRANSIENT * (q1[i] - self.q0[i]).abs();
+            let fast = self.is_over(i, h);
             if fast && (x1[i] - x0[i]).abs() > tol.weight(i, x1[i], x0[i]) {
                 tau = tau.max(h * (self.fast[i] / (at_once * more)).abs());
             }

@@ -49,9 +49,6 @@ use crate::sparse::Complex;
 use crate::system::{Kind, System, Work};
 use formula::{Formula, Tableau};
 
-/// A first step whose start alone would have moved so many times the charge that it moved does not follow its start.
-const TRANSIENT: f64 = 10.0;
-
 /// How far the polynomial is carried back to be compared, in steps.
 const BACK: f64 = 0.2;
 /// Longest step that is tried to get over a fast mode, in units of the one refused.
@@ -292,12 +289,6 @@ impl Dirk {
         (0..x.len()).max_by(|&k, &l| way(k).total_cmp(&way(l))).unwrap_or(0)
     }
 
-    /// Did the attempted step begin with a current that would have moved far more charge than has moved?
-    fn in_transient(&self, h: f64) -> bool {
-        let moved = self.newton.q().iter().zip(&self.q0).map(|(q1, q0)| (q1 - q0).abs());
-        self.f[0].iter().zip(moved).any(|(f, moved)| h * f.abs() > TRANSIENT * moved)
-    }
-
     /// The states that accounts of a step with a transient go by; Q of the candidate stays where it is.
     fn calm(&mut self, sys: &System, w: &mut Work, h: f64, tol: &Tolerances) {
         let third = h / 3.0;
@@ -410,7 +401,7 @@ impl Method for Dirk {
             self.at_first = self.at_first.or(self.refused);
             return Attempt::TooLarge { next: factor.clamp(0.1, 0.9) * h };
         }
-        if self.accounts && !self.follows && self.in_transient(h) {
+        if self.accounts && !self.follows && (0..sys.n).any(|i| self.is_over(i, h)) {
             self.transient = true;
             self.calm(sys, w, h, tol);
         }

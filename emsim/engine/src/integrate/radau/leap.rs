@@ -13,16 +13,13 @@
 //!
 //! The stages spread q over the step, as currents  k_j q / h,  k = A^-1 (1, .., 1), which shifts what is quick by  k_j u,  u = M^-1 q / h: a
 //! supply's current by a tenth of an ampere. The step's sums need them; what is shown, and the point from which the run goes on, is without.
-use super::super::LOST_IN_LEAP;
+use super::super::{LOST_IN_LEAP, TRANSIENT};
 use super::dense;
 use super::estimate::norm;
 use super::tables::Scheme;
 use super::Radau;
 use crate::newton::Tolerances;
 use crate::system::{System, Work};
-
-/// A jump that takes more of the step does not leave it free.
-const TRANSIENT: f64 = 10.0;
 
 pub struct Leap {
     begun: bool,
@@ -89,13 +86,13 @@ impl Radau {
             let (x0, x1) = (self.x0[i], self.stage[last][i]);
             let more = if sys.has_q[i] { self.b[i] - self.f0[i] } else { 0.0 };
             self.leap.smooth[i] = self.corrected[i] && (x0 - at_start(&self.stage, i)).abs() <= tol.weight(i, x0, x1);
-            let q = at_start(&self.d, i).abs();
-            let fast = !self.leap.smooth[i] && h * more.abs() > TRANSIENT * q;
+            let moved = at_start(&self.d, i);
+            let fast = !self.leap.smooth[i] && h * more.abs() > TRANSIENT * moved.abs();
             if fast && more != 0.0 {
-                tau = tau.max(q / more.abs());
+                tau = tau.max((moved / more).abs());
             }
             self.e[i] = if fast { 0.0 } else { more };
-            self.leap.shift[i] = if fast { -at_start(&self.d, i) / h } else { 0.0 };
+            self.leap.shift[i] = if fast { -moved / h } else { 0.0 };
         }
         if tau == 0.0 {
             return None;
