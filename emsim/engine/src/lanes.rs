@@ -127,6 +127,16 @@ impl V {
     }
 
     #[inline(always)]
+    pub fn is_zero(self) -> bool {
+        unsafe { _mm256_movemask_pd(_mm256_cmp_pd::<_CMP_NEQ_UQ>(self.0, _mm256_setzero_pd())) == 0 }
+    }
+
+    #[inline(always)]
+    pub fn all_within(self, most: V) -> bool {
+        unsafe { _mm256_movemask_pd(_mm256_cmp_pd::<_CMP_LE_OQ>(self.0, most.0)) == 15 }
+    }
+
+    #[inline(always)]
     pub fn less(self, than: V) -> Mask {
         Mask(unsafe { _mm256_cmp_pd::<_CMP_LT_OQ>(self.0, than.0) })
     }
@@ -194,6 +204,27 @@ pub fn put_rows(columns: [V; 6], rows: &mut [[f64; 6]]) {
             _mm256_storeu_pd(row.as_mut_ptr(), head);
             _mm_storeu_pd(row[4..].as_mut_ptr(), tail);
         }
+    }
+}
+
+/// What `put_rows` has put; 0 for things that are missing.
+#[inline(always)]
+pub fn take_rows(rows: &[[f64; 6]]) -> [V; 6] {
+    let Some(four) = rows.first_chunk::<4>() else {
+        return std::array::from_fn(|c| V::load(&std::array::from_fn(|k| rows.get(k).map_or(0.0, |row| row[c]))));
+    };
+    // SAFETY: two numbers and four more of each row
+    unsafe {
+        let head = |k: usize| _mm256_loadu_pd(four[k].as_ptr());
+        let tail = |k: usize| _mm_loadu_pd(four[k][4..].as_ptr());
+        let half = |low: __m256d, high: __m256d| {
+            (_mm256_permute2f128_pd::<0x20>(low, high), _mm256_permute2f128_pd::<0x31>(low, high))
+        };
+        let ((ab, cd), (ab1, cd1)) = (half(head(0), head(2)), half(head(1), head(3)));
+        let (ef, ef1) = (_mm256_set_m128d(tail(2), tail(0)), _mm256_set_m128d(tail(3), tail(1)));
+        let columns = [(ab, ab1), (cd, cd1), (ef, ef1)];
+        let [[a, b], [c, d], [e, f]] = columns.map(|(x, y)| [_mm256_unpacklo_pd(x, y), _mm256_unpackhi_pd(x, y)]);
+        [a, b, c, d, e, f].map(V)
     }
 }
 

@@ -102,6 +102,8 @@ pub struct Newton {
     leaves: Vec<f64>,   // of the programs of a stage
     closing: Recurring, // q and f of a solution
     solutions: u64,
+    storing: Recurring, // a C e of a filtered error
+    filtered: u64,
     charges: Vec<f64>, // Q of the solution, and F
 }
 
@@ -164,6 +166,8 @@ impl Newton {
             leaves: vec![0.0; sys.stage_leaves()],
             closing: Recurring::default(),
             solutions: 0,
+            storing: Recurring::default(),
+            filtered: 0,
             charges: vec![0.0; 2 * sys.n],
         })
     }
@@ -347,9 +351,16 @@ impl Newton {
 
     /// e <- (G + a C)^-1 a C e with the last factorisation: what remains of an error where it is not damped at once.
     pub fn filter(&mut self, sys: &System, w: &mut Work, a: f64, e: &mut [f64]) {
-        sys.c_times(w, e, &mut self.step);
-        for v in self.step.iter_mut() {
-            *v *= a;
+        self.filtered += 1;
+        let write = || sys.stage_stored().and_then(|(program, results)| program.native(&results));
+        let small = sys.n <= LARGEST;
+        if let Some(program) = if small { self.storing.shared(self.filtered, &sys.storing, write) } else { None } {
+            program.run(&sys.stage_inputs(w, e, a), &mut self.step);
+        } else {
+            sys.c_times(w, e, &mut self.step);
+            for v in self.step.iter_mut() {
+                *v *= a;
+            }
         }
         self.lu.solve(&mut self.step);
         w.counters.solves += 1;

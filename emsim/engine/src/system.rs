@@ -35,7 +35,7 @@ mod stage;
 mod stops;
 mod together;
 
-use self::expand::{Diodes, Expansion, Fours};
+use self::expand::{Diodes, Expansion, Fours, Met, Near};
 use self::linear::Linear;
 
 struct DiodeSlot {
@@ -119,6 +119,7 @@ pub struct System {
     /// patterns of the operating point: with a machine that moves to where it rests, and with one that is held (op.rs)
     pub rest_patterns: [OnceLock<Result<(Pattern, Symbolic), Singular>>; 2],
     pub closing: Once, // charges behind a solution (newton.rs)
+    pub storing: Once, // those of an error
     linear_program: Once,
     whole_program: Once, // Q and F
     reduced: OnceLock<Result<Reduced, String>>,
@@ -147,7 +148,6 @@ pub struct Work {
     edges: EdgeWork,
     asked: Vec<f64>,
     linear: Linear,
-    lines: Vec<f64>, // currents at a new iterate, as the last expansions have them
     expansions: Vec<Expansion>,
     pub limited: bool,
     pub counters: Counters,
@@ -383,6 +383,7 @@ impl System {
             together: OnceLock::new(),
             rest_patterns: Default::default(),
             closing: Once::default(),
+            storing: Once::default(),
             linear_program: Once::default(),
             whole_program: Once::default(),
             reduced: OnceLock::new(),
@@ -438,7 +439,6 @@ impl System {
             edges: self.edges.work(self.waves.len()),
             asked: Vec::new(),
             linear: Linear::default(),
-            lines: Vec::new(),
             junction: self.diodes.iter().map(|d| d.kernel.vcrit()).collect(),
             expansions: vec![Expansion::default(); self.diodes.len()],
             limited: false,
@@ -546,7 +546,7 @@ impl System {
         }
         w.gv.copy_from_slice(&self.g_linear);
         w.cv.copy_from_slice(&self.c_linear);
-        self.expand(w, x, t, limit);
+        self.expand(w, x, t, limit, None);
         if !self.jacobian.is_empty() {
             let (nf, nq) = (self.f_rows.len(), self.q_rows.len());
             let out = |k| self.jacobian.output(&w.jacobian, k);
@@ -576,13 +576,15 @@ impl System {
 
     /// Expressions and devices with their derivatives at (x, t), kept in `w` for what follows: `eval_jacobian`,
     /// or the five functions of one implicit stage below it.
-    fn expand(&self, w: &mut Work, x: &[f64], t: f64, limit: bool) {
+    fn expand(&self, w: &mut Work, x: &[f64], t: f64, limit: bool, near: Option<Near>) -> Met {
         if !self.jacobian.is_empty() {
             self.jacobian.run(&Inputs { x, t, waves: &w.waves, flags: &w.flags }, &mut w.jacobian);
         }
         let (slots, fours) = (&self.diodes, &self.fours);
         let mut diodes = Diodes { slots, fours, held: &mut w.junction, lines: &mut w.expansions };
-        w.limited = diodes.expand(x, w.gmin, limit);
+        let met = diodes.expand(x, w.gmin, limit, near);
+        w.limited = met.moved;
+        met
     }
 
     /// y = C x with the C of what was expanded last.

@@ -13,7 +13,7 @@ mod written;
 use native::Native;
 pub use native::{Move, To};
 pub use trig::{sin_cos, vectors};
-pub use written::{Leaf, Value, Written};
+pub use written::{Leaf, Signed, Value, Written};
 
 /// What the leaves read.
 #[derive(Clone, Copy)]
@@ -57,6 +57,10 @@ struct Instr {
 }
 
 impl Instr {
+    fn same(&self, other: &Instr) -> bool {
+        (self.op, self.a, self.b, self.c) == (other.op, other.a, other.b, other.c)
+    }
+
     /// Slots that it reads.
     fn operands(&self) -> impl Iterator<Item = u32> {
         let n = match self.op {

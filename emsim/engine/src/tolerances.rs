@@ -19,7 +19,7 @@
 //! atol(V) = max(vntol, chgtol / C), atol(A) = max(abstol, flxtol / L).
 use crate::model::{Kind, Unknown};
 use crate::system::System;
-use crate::twice::{blocks, by_lanes, twice, Lanes, One, LANES};
+use crate::twice::{by_lanes, side_by_side, twice, Lanes, One, LANES};
 
 /// Share of a signal's largest value so far below which relative accuracy is no longer asked for.
 const PEAK_SHARE: f64 = 0.02;
@@ -418,12 +418,11 @@ by_lanes! {
 #[inline(always)]
 fn largest_of<L: Lanes>(reltol: f64, share: &[f64], e: &[f64], [a, b, peak, floor]: [&[f64]; 4]) -> f64 {
     let (mut worst, mut numbers) = (L::all(0.0), L::all(0.0));
-    for k in blocks::<L>(e.len()) {
-        let [share, e, a, b, peak, floor] = [share, e, a, b, peak, floor].map(|v| L::at(v, k));
+    for (_, [share, e, a, b, peak, floor]) in side_by_side::<L, 6>(e.len(), [share, e, a, b, peak, floor]) {
         worst = (share * e.abs() / weight(reltol, [a, b, peak, floor])).larger(worst);
         numbers = numbers + L::all(0.0) * e;
     }
-    let odd = !is_zero(numbers) && e.iter().zip(share).any(|(e, share)| *share != 0.0 && e.is_nan());
+    let odd = !numbers.is_zero() && e.iter().zip(share).any(|(e, share)| *share != 0.0 && e.is_nan());
     if odd {
         f64::INFINITY
     } else {
@@ -440,8 +439,7 @@ by_lanes! {
 /// share_i / weight of (a, b, peak, floor)_i.
 #[inline(always)]
 fn inverses_of<L: Lanes>(reltol: f64, share: &[f64], [a, b, peak, floor]: [&[f64]; 4], out: &mut [f64]) {
-    for k in blocks::<L>(out.len()) {
-        let [share, a, b, peak, floor] = [share, a, b, peak, floor].map(|v| L::at(v, k));
+    for (k, [share, a, b, peak, floor]) in side_by_side::<L, 5>(out.len(), [share, a, b, peak, floor]) {
         (share / weight(reltol, [a, b, peak, floor])).put(out, k);
     }
 }
@@ -464,15 +462,14 @@ fn advance_by<L: Lanes>(
     let Some(last) = x.len().checked_sub(L::COUNT) else { return (true, true) };
     let end = L::at(x, last); // the last block reaches back over what has been moved by then
     let (mut over, mut numbers) = (L::all(0.0), L::all(0.0));
-    for k in blocks::<L>(x.len()) {
-        let [share, step, peak, floor] = [share, step, peak, floor].map(|v| L::at(v, k));
+    for (k, [share, step, peak, floor]) in side_by_side::<L, 4>(x.len(), [share, step, peak, floor]) {
         let old = if k == last { end } else { L::at(x, k) };
         let new = old + step;
         over = (share * step.abs() - weight(reltol, [old, new, peak, floor])).larger(over);
         numbers = numbers + L::all(0.0) * new;
         new.put(x, k);
     }
-    (is_zero(over), is_zero(numbers))
+    (over.is_zero(), numbers.is_zero())
 }
 
 #[inline(always)]
@@ -480,11 +477,6 @@ fn each<L: Lanes>(v: L) -> [f64; LANES] {
     let mut each = [0.0; LANES];
     v.put(&mut each, 0);
     each
-}
-
-#[inline(always)]
-fn is_zero<L: Lanes>(v: L) -> bool {
-    each(v) == [0.0; LANES]
 }
 
 #[cfg(test)]

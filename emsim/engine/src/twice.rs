@@ -47,6 +47,8 @@ pub trait Lanes:
     fn larger(self, other: Self) -> Self;
     /// 0 where there is next to nothing (`NOTHING`).
     fn or_nothing(self) -> Self;
+    /// Is all of it 0? What is no number is not.
+    fn is_zero(self) -> bool;
     /// What stands in `v` from i on.
     fn at(v: &[f64], i: usize) -> Self;
     fn put(self, v: &mut [f64], i: usize);
@@ -96,6 +98,17 @@ pub fn blocks<L: Lanes>(n: usize) -> impl Iterator<Item = usize> {
     (0..n).step_by(L::COUNT).map(move |first| first.min(n - L::COUNT))
 }
 
+/// The same blocks of several rows of n numbers side by side, each with where it begins; lengths are looked at once.
+#[inline(always)]
+pub fn side_by_side<'a, L: Lanes + 'a, const M: usize>(
+    n: usize,
+    rows: [&'a [f64]; M],
+) -> impl Iterator<Item = (usize, [L; M])> + 'a {
+    assert!(rows.iter().all(|row| row.len() >= n));
+    // SAFETY: what `blocks` gives and one block more is n at most
+    blocks::<L>(n).map(move |k| (k, rows.map(|row| L::at(unsafe { row.get_unchecked(k..k + L::COUNT) }, 0))))
+}
+
 #[cfg(target_arch = "x86_64")]
 impl Lanes for crate::lanes::V {
     const COUNT: usize = LANES;
@@ -115,6 +128,10 @@ impl Lanes for crate::lanes::V {
     #[inline(always)]
     fn or_nothing(self) -> Self {
         self.unless(self.abs().less(Self::all(NOTHING)))
+    }
+    #[inline(always)]
+    fn is_zero(self) -> bool {
+        self.is_zero()
     }
     #[inline(always)]
     fn at(v: &[f64], i: usize) -> Self {
@@ -148,6 +165,9 @@ impl Lanes for Plain {
     }
     fn or_nothing(self) -> Plain {
         Plain(self.0.map(|v| One(v).or_nothing().0))
+    }
+    fn is_zero(self) -> bool {
+        self.0 == [0.0; LANES]
     }
     fn at(v: &[f64], i: usize) -> Plain {
         Plain(v[i..i + LANES].try_into().expect("so many"))
@@ -183,6 +203,10 @@ impl Lanes for One {
     #[inline(always)]
     fn or_nothing(self) -> One {
         One(if self.0.abs() < NOTHING { 0.0 } else { self.0 })
+    }
+    #[inline(always)]
+    fn is_zero(self) -> bool {
+        self.0 == 0.0
     }
     #[inline(always)]
     fn at(v: &[f64], i: usize) -> One {

@@ -23,7 +23,7 @@ mod track;
 
 use self::driven::Drives;
 use self::track::{alike, Sum, Track};
-use super::oscillation::{oscillation, weights};
+use super::oscillation::{extremes, Stretch};
 use super::response;
 use super::Method;
 use crate::newton::{Failure, Options, Tolerances};
@@ -109,7 +109,7 @@ pub struct Watch {
     drifts: Vec<(f64, (f64, f64))>, // frequencies, and what the steps of the burst do to them
     pieces: usize,                  // of a step, with a sample at the end of each
     inside: Vec<f64>,
-    weights: Vec<(f64, f64)>,
+    stretch: Stretch,
     tracks: Vec<Track>,
     rung: Vec<(f64, f64)>, // size and time of ringing
     report: Report,
@@ -146,7 +146,7 @@ impl Watch {
             drifts: Vec::new(),
             pieces: 1,
             inside: Vec::new(),
-            weights: vec![(0.0, 0.0); BURST],
+            stretch: Stretch::default(),
             tracks: vec![Track::default(); watched.len()],
             rung: vec![(0.0, 0.0); watched.len()],
             report: Report::default(),
@@ -233,13 +233,13 @@ impl Watch {
         let m = self.m;
         self.drifts.clear();
         self.drives.finish();
-        weights(&self.times[..m], &mut self.weights);
+        self.stretch.begin(&self.times[..m]);
         let keeps = method.response(method.formula(), 1e9).is_some_and(|r| r.abs() > 0.99);
         for k in 0..self.watched.len() {
             let unknown = self.watched[k];
             let worth = (WORTH.min(tol.reltol) * tol.peak[unknown]).max(10.0 * tol.atol[unknown]);
             let x = &self.samples[k * BURST..k * BURST + m];
-            let (low, high) = x.iter().fold((f64::MAX, f64::MIN), |(l, h), &v| (l.min(v), h.max(v)));
+            let [low, high] = extremes(x);
             if high - low < worth {
                 self.end(k);
                 continue;
@@ -247,7 +247,7 @@ impl Watch {
             if keeps && self.stride == 1 && self.pieces == 1 {
                 self.rings(k);
             }
-            self.follow(k, method, worth, tol.peak[unknown]);
+            self.follow(k, method, worth, (0.5 * (low + high), tol.peak[unknown]));
         }
         let burst = (m as f64 * self.per_sample()) as u64;
         let pause = (self.taken / 4).clamp(PAUSE.0, PAUSE.1);
@@ -341,11 +341,11 @@ impl Watch {
         Some((rates.0 / span, rates.1 / (std::f64::consts::TAU * span)))
     }
 
-    fn follow(&mut self, k: usize, method: &dyn Method, worth: f64, peak: f64) {
+    fn follow(&mut self, k: usize, method: &dyn Method, worth: f64, (level, peak): (f64, f64)) {
         let m = self.m;
         let (start, stop) = (self.times[0], self.times[m - 1]);
         let x = &self.samples[k * BURST..k * BURST + m];
-        let Some(seen) = oscillation(&self.times[..m], &self.weights, x).filter(|s| s.amplitude > worth) else {
+        let Some(seen) = self.stretch.oscillation(x, level).filter(|s| s.amplitude > worth) else {
             if self.stride == 1 {
                 self.tracks[k].quick = 0.0;
             }

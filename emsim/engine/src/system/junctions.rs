@@ -1,5 +1,6 @@
 //! Junctions: what accounts want of them, and whether an iteration that calls itself solved can be believed.
-use super::{across, Expansion, System, Work};
+use super::expand::Near;
+use super::{across, System, Work};
 
 /// A diode's current is that of a straight line to so much of itself, or of this [A].
 const FITS: f64 = 1e-3;
@@ -36,19 +37,7 @@ impl System {
     /// `stage_expand` at the next iterate; true when the currents of all diodes are those of the straight lines that led
     /// there.
     pub fn stage_expand_and_fit(&self, w: &mut Work, x: &[f64], t: f64, a: f64) -> bool {
-        self.foresee(w, x, a);
-        self.stage_expand(w, x, t);
-        let fits = |(e, line): (&Expansion, &f64)| {
-            let current = e.current(a, e.v);
-            (current - line).abs() <= FITS * current.abs().max(SMALL_CURRENT)
-        };
-        !w.limited && w.expansions.iter().zip(&w.lines).all(fits)
-    }
-
-    /// w.lines <- the currents, and a times the charges, that the straight lines of all diodes have at x.
-    pub fn foresee(&self, w: &mut Work, x: &[f64], a: f64) {
-        w.lines.clear();
-        w.lines.extend(self.diodes.iter().zip(&w.expansions).map(|(d, e)| e.current(a, across(x, d.p, d.n))));
+        self.stage_expand_near(w, x, t, Near { a, reltol: 0.0, vntol: 0.0, share: FITS, least: SMALL_CURRENT })
     }
 
     /// Conductance and capacitance of every diode as the last Jacobian has them.

@@ -3,7 +3,7 @@
 use super::{System, Work};
 use crate::graph::Graph;
 use crate::sparse::Recurring;
-use crate::tape::{Inputs, Leaf, Tape, Value, Written};
+use crate::tape::{Inputs, Leaf, Signed, Tape, Value, Written};
 
 /// Entries of both matrices above which a program is not written: its code would not stay in the processor's cache.
 const LARGEST: usize = 1500;
@@ -80,31 +80,27 @@ impl System {
         let p = &mut program;
         let (zero, mut factors) = (constants[0], constants[1..].iter());
         let x: Vec<Value> = (0..self.n).map(|i| p.leaf(Leaf::X(i))).collect();
-        let mut results = vec![zero; 2 * self.n];
-        let mut add = |p: &mut Written, at: usize, factor: f64, value: Value| {
+        let mut sums: Vec<Option<Signed>> = vec![None; 2 * self.n];
+        let mut add = |p: &mut Written, at: usize, factor: f64, value: Signed| {
             let by = factors.next().copied().unwrap_or(zero);
-            let own = results[at];
-            results[at] = if factor == -1.0 {
-                p.sub(own, value)
-            } else {
-                let product = if factor == 1.0 { value } else { p.mul(by, value) };
-                if own == zero {
-                    product
-                } else {
-                    p.add(own, product)
-                }
+            let product = match factor {
+                1.0 => value,
+                -1.0 => -value,
+                _ => p.times(by, value),
             };
+            sums[at] = Some(p.more(sums[at], product));
         };
         for (part, terms) in parts.iter().enumerate() {
             for &(row, col, factor, from) in terms {
-                let value = from.map_or(x[col], |from| p.sub(x[col], x[from]));
+                let value = p.difference(x[col], from.map(|from| x[from]));
                 add(p, part * self.n + row, factor, value);
             }
         }
         for &(row, k, factor) in &self.f_wave {
             let wave = p.leaf(Leaf::Wave(k));
-            add(p, row, factor, wave);
+            add(p, row, factor, wave.into());
         }
+        let mut results: Vec<Value> = sums.iter().map(|sum| sum.map_or(zero, |sum| p.plain(sum))).collect();
         let rows = self.f_rows.iter().copied().chain(self.q_rows.iter().map(|row| self.n + row));
         for (row, value) in rows.zip(outputs) {
             results[row] = p.add(results[row], value);

@@ -1,9 +1,9 @@
 //! One stage  F + a Q + r = 0  of an implicit method: what its Newton iteration asks of the equations, evaluated row by row or
 //! written as programs without a loop (newton.rs says when).
-use super::expand::{Expansion, NUMBERS};
+use super::expand::{Expansion, Near, NUMBERS};
 use super::{across, System, Work};
 use crate::sparse::{Equations, Stamp};
-use crate::tape::{Inputs, Leaf, Value, Written};
+use crate::tape::{Inputs, Leaf, Signed, Value, Written};
 
 /// A straight line in a program.
 struct Line {
@@ -45,7 +45,7 @@ impl System {
     pub fn stage_expand(&self, w: &mut Work, x: &[f64], t: f64) {
         w.counters.evaluations += 1;
         w.counters.jacobians += 1;
-        self.expand(w, x, t, true);
+        self.expand(w, x, t, true, None);
     }
 
     /// The same at the next iterate; true when every diode met the straight line that led there so well, that what was
@@ -55,12 +55,17 @@ impl System {
             self.stage_expand(w, x, t);
             return false;
         }
-        self.foresee(w, x, a);
-        self.stage_expand(w, x, t);
-        let fits = |(e, line): (&Expansion, &f64)| {
-            (e.current(a, e.v) - line).abs() <= e.conductance(a) * (reltol * e.v.abs() + vntol)
-        };
-        !w.limited && w.expansions.iter().zip(&w.lines).all(fits)
+        self.stage_expand_near(w, x, t, Near { a, reltol, vntol, share: 0.0, least: 0.0 })
+    }
+
+    /// The same at the next iterate; true when no voltage was limited and all currents are so near to those of the straight lines
+    /// that led there.
+    #[inline]
+    pub(super) fn stage_expand_near(&self, w: &mut Work, x: &[f64], t: f64, near: Near) -> bool {
+        w.counters.evaluations += 1;
+        w.counters.jacobians += 1;
+        let met = self.expand(w, x, t, true, Some(near));
+        !met.moved && !met.apart
     }
 
     /// Constant parts of a stage: of its residual in `rows`, of its matrix on the pattern in `base`.
@@ -167,9 +172,9 @@ impl System {
             if (g_size, c_size) == (self.g_linear[place], self.c_linear[place]) {
                 matrix[place] = Some(entry);
             }
-            let factor = from.map_or(x[col], |from| p.sub(x[col], x[from]));
-            let product = p.mul(entry, factor);
-            sums[row] = Some(sums[row].map_or(product, |sum| p.add(sum, product)));
+            let factor = p.difference(x[col], from.map(|from| x[from]));
+            let product = p.times(entry, factor);
+            sums[row] = Some(p.more(sums[row], product));
         }
         let mut matrix: Vec<Value> = (matrix.iter().enumerate())
             .map(|(k, entry)| {
@@ -179,9 +184,9 @@ impl System {
             .collect();
         let mut b: Vec<Value> = (sums.iter().enumerate())
             .map(|(row, sum)| {
-                let r = p.leaf(Leaf::X(n + row));
-                let sum = sum.map_or(r, |sum| p.add(sum, r));
-                p.sub(zero, sum)
+                let r = p.leaf(Leaf::X(n + row)).into();
+                let sum = sum.map_or(r, |sum| p.more(Some(sum), r));
+                p.less(zero, sum)
             })
             .collect();
         for (&(row, wave, _), &coefficient) in self.f_wave.iter().zip(coefficients) {
@@ -224,48 +229,71 @@ impl System {
 
     /// Q at x as `stage_charges` has it, and F by the stage equation; None where expressions store charge.
     pub fn stage_closing(&self) -> Option<(Written, Vec<Value>)> {
+        let (mut program, [zero, a], q) = self.written_charges(|p, [charge, c], v, at| {
+            let beyond = p.sub(v, at);
+            let more = p.mul(c, beyond);
+            p.add(charge, more)
+        })?;
+        let p = &mut program;
+        let f = q.iter().enumerate().map(|(row, q)| {
+            let Some(q) = *q else { return zero };
+            let (by_a, r) = (p.times(a, q), p.leaf(Leaf::X(self.n + row)));
+            let sum = p.more(Some(by_a), r.into());
+            p.less(zero, sum)
+        });
+        let f: Vec<Value> = f.collect();
+        let mut results: Vec<Value> = q.iter().map(|q| q.map_or(zero, |q| p.plain(q))).collect();
+        results.extend(f);
+        Some((program, results))
+    }
+
+    /// a C x with the C of what was expanded last; None where expressions store charge.
+    pub fn stage_stored(&self) -> Option<(Written, Vec<Value>)> {
+        let (mut program, [zero, a], q) = self.written_charges(|p, [_, c], v, _| p.mul(c, v))?;
+        let p = &mut program;
+        let results = q.iter().map(|q| {
+            q.map_or(zero, |q| {
+                let by_a = p.times(a, q);
+                p.plain(by_a)
+            })
+        });
+        let results = results.collect();
+        Some((program, results))
+    }
+
+    /// The sums of what is stored in each row: of constant entries at x, and of each diode what `of` makes of its [q, c], the voltage at x, and
+    /// that of its expansion. With the values of 0 and a.
+    fn written_charges(
+        &self,
+        of: impl Fn(&mut Written, [Value; 2], Value, Value) -> Value,
+    ) -> Option<(Written, [Value; 2], Vec<Option<Signed>>)> {
         if !self.q_rows.is_empty() || !self.expression_c.is_empty() {
             return None;
         }
-        let n = self.n;
         let entries: Vec<_> = self.c_rows.terms().collect();
         let constants: Vec<f64> = std::iter::once(0.0).chain(entries.iter().map(|e| e.2)).collect();
         let (mut program, values) = Written::new(&constants);
         let p = &mut program;
         let (zero, c) = (values[0], &values[1..]);
         let a = p.leaf(Leaf::Time);
-        let x: Vec<Value> = (0..n).map(|i| p.leaf(Leaf::X(i))).collect();
-        let mut q: Vec<Option<Value>> = vec![None; n];
+        let x: Vec<Value> = (0..self.n).map(|i| p.leaf(Leaf::X(i))).collect();
+        let mut q: Vec<Option<Signed>> = vec![None; self.n];
         for (&(row, col, _, from), &c) in entries.iter().zip(c) {
-            let factor = from.map_or(x[col], |from| p.sub(x[col], x[from]));
-            let product = p.mul(c, factor);
-            q[row] = Some(q[row].map_or(product, |sum| p.add(sum, product)));
+            let factor = p.difference(x[col], from.map(|from| x[from]));
+            let product = p.times(c, factor);
+            q[row] = Some(p.more(q[row], product));
         }
         for (k, d) in self.diodes.iter().enumerate().filter(|(_, d)| d.kernel.has_charge()) {
             let line = Line::of(p, k, true);
-            let Some([charge, c]) = line.charge else { continue };
+            let Some(charge) = line.charge else { continue };
             let end = |k: i32| usize::try_from(k).map_or(zero, |k| x[k]);
             let v = p.sub(end(d.p), end(d.n));
-            let beyond = p.sub(v, line.at);
-            let more = p.mul(c, beyond);
-            let charge = p.add(charge, more);
+            let charge = Signed::from(of(p, charge, v, line.at));
             for (row, of_p) in d.rows() {
-                q[row] = Some(match q[row] {
-                    Some(sum) if of_p => p.add(sum, charge),
-                    None if of_p => charge,
-                    sum => p.sub(sum.unwrap_or(zero), charge),
-                });
+                q[row] = Some(p.more(q[row], if of_p { charge } else { -charge }));
             }
         }
-        let f = (0..n).map(|row| {
-            let Some(q) = q[row] else { return zero };
-            let (by_a, r) = (p.mul(a, q), p.leaf(Leaf::X(n + row)));
-            let sum = p.add(by_a, r);
-            p.sub(zero, sum)
-        });
-        let f: Vec<Value> = f.collect();
-        let results = q.iter().map(|q| q.unwrap_or(zero)).chain(f).collect();
-        Some((program, results))
+        Some((program, [zero, a], q))
     }
 }
 
