@@ -88,6 +88,8 @@ pub struct Auto<'a> {
     o: Options,
     methods: Vec<(&'static str, Box<dyn Method + 'a>)>, // made when first needed
     now: usize,
+    explicitly: bool,               // its name is `explicit`
+    at_home: bool,                  // ... `implicit`
     explicit: Option<&'static str>, // rule 1; None: it cannot be
     implicit: &'static str,         // rule 2
     stretches: bool,                // rule 5 applies
@@ -188,6 +190,8 @@ impl<'a> Auto<'a> {
             o: o.clone(),
             methods: vec![(name, make_one(sys, o, name)?)],
             now: 0,
+            explicitly: explicit.is_some(),
+            at_home: explicit.is_none(),
             explicit,
             implicit,
             stretches: sys.diodes() > 0 && !mechanical(sys) && implicit == "esdirk",
@@ -219,16 +223,24 @@ impl<'a> Auto<'a> {
         self.methods[self.now].0
     }
 
-    fn explicitly(&self) -> bool {
-        self.explicit == Some(self.name())
-    }
-
     /// What part of an implicit step an explicit one has to be: with 3, 5, 7 stages to iterate it is worth 4, 6, 8 of those.
     fn fraction(&self) -> f64 {
         match self.name() {
             "radau" | "radau5" => 1.0 / (1.0 + self.inner().formula() as f64),
             _ => 0.25,
         }
+    }
+
+    /// `explicit` or `implicit` has changed, or the method.
+    fn settle(&mut self) {
+        self.explicitly = self.explicit == Some(self.name());
+        self.at_home = self.name() == self.implicit;
+    }
+
+    /// Rule 1 no longer applies.
+    fn never_again_explicitly(&mut self) {
+        self.explicit = None;
+        self.settle();
     }
 
     /// Another method takes over at the present point.
@@ -242,6 +254,7 @@ impl<'a> Auto<'a> {
         };
         (self.limited, self.silent, self.refused, self.steps) = (0, 0, 0, 0);
         (self.reach, self.collapsed) = (0.0, false);
+        self.settle();
         self.methods[self.now].1.restart(self.sys, w, self.t, &self.x);
         Ok(())
     }
@@ -267,6 +280,7 @@ impl<'a> Auto<'a> {
     /// Rule 5.
     fn go_on_with(&mut self, w: &mut Work, name: &'static str) -> Result<(), Failure> {
         self.implicit = name;
+        self.settle();
         self.switch(w, name)?;
         let how_many = if name == "gear" { "many" } else { "few" };
         self.tell(&format!("{how_many} steps from restart to restart"));
@@ -275,7 +289,7 @@ impl<'a> Auto<'a> {
 
     /// Rule 4, before the first attempt, of length h.
     fn look(&mut self, w: &mut Work, h: f64, tol: &Tolerances) -> Result<(), Failure> {
-        if std::mem::replace(&mut self.begun, true) || !self.explicitly() {
+        if std::mem::replace(&mut self.begun, true) || !self.explicitly {
             return Ok(());
         }
         // the first step is a hundredth of it
@@ -284,7 +298,7 @@ impl<'a> Auto<'a> {
             self.go_implicit(w, "stiff from the start")?;
             // with a loop to close in every stage, the way back has never paid
             if self.sys.reduced().is_ok_and(|r| r.has_constraints()) {
-                self.explicit = None;
+                self.never_again_explicitly();
             }
         }
         Ok(())
@@ -293,7 +307,7 @@ impl<'a> Auto<'a> {
     /// Rule 3, before an attempt of length h.
     fn choose(&mut self, w: &mut Work, h: f64, tol: &Tolerances) -> Result<(), Failure> {
         self.look(w, h, tol)?;
-        if self.explicitly() {
+        if self.explicitly {
             if self.refused == 0 && (self.silent > 0 || self.steps % LOOK == LOOK - 1) {
                 let beyond = self.fastest(w, tol).is_some_and(|(l, _)| l * h > SILENT);
                 self.silent = if beyond { self.silent + 1 } else { 0 };
@@ -325,7 +339,7 @@ impl<'a> Auto<'a> {
             let before = self.now;
             self.switch(w, name)?;
             self.probation = Some((before, h, least));
-        } else if self.name() != self.implicit {
+        } else if !self.at_home {
             self.patience = (2 * self.patience).min(RAREST);
             self.switch(w, self.implicit)?;
             self.tell("once more");
@@ -443,15 +457,15 @@ impl Method for Auto<'_> {
         let unfit = matches!(result, Attempt::Stuck { why: Failure::Unfit { .. }, .. });
         if self.probation.is_some() {
             result = self.judge(w, h, result);
-        } else if unfit && self.explicitly() {
-            self.explicit = None;
+        } else if unfit && self.explicitly {
+            self.never_again_explicitly();
             if self.go_implicit(w, "the explicit method cannot get on").is_ok() {
                 return Attempt::TooLarge { next: self.longest };
             }
-        } else if self.explicitly() && self.steps > 0 && self.inner().near_singular() {
+        } else if self.explicitly && self.steps > 0 && self.inner().near_singular() {
             // (a run that begins at such a position has two ways to go on: an implicit step finds neither)
-            self.explicit = None;
             self.implicit = beside_singular(self.o.reltol);
+            self.never_again_explicitly();
             if self.go_implicit(w, "a loop comes near a singular position").is_ok() {
                 return Attempt::TooLarge { next: OF_EXPLICIT * self.longest };
             }
@@ -479,10 +493,11 @@ impl Method for Auto<'_> {
 
     fn gives_up(&mut self, w: &mut Work) -> Option<f64> {
         let (slow, next) = (self.name(), one_step(self.o.reltol));
-        if slow == next || self.explicitly() {
+        if slow == next || self.explicitly {
             return None;
         }
         self.implicit = next;
+        self.settle();
         self.stretches = false;
         self.probation = None;
         self.switch(w, next).ok()?;
@@ -499,7 +514,7 @@ impl Method for Auto<'_> {
         (self.longest, self.refused) = (0.0, 0);
         self.steps = self.steps.saturating_add(1);
         self.stretch = self.stretch.saturating_add(1);
-        if self.explicitly() {
+        if self.explicitly {
             self.limited = if self.inner().stiffness() > LIMIT { self.limited + 1 } else { 0 };
         }
     }
@@ -590,6 +605,10 @@ impl Method for Auto<'_> {
 
     fn response(&self, formula: usize, y: f64) -> Option<Complex> {
         self.methods[formula / FORMULAS].1.response(formula % FORMULAS, y)
+    }
+
+    fn drift(&self, formula: usize, times: &[f64], w: f64) -> Option<(f64, f64)> {
+        self.methods[formula / FORMULAS].1.drift(formula % FORMULAS, times, w)
     }
 
     fn used(&self) -> Vec<Used> {

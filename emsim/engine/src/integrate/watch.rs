@@ -295,14 +295,16 @@ impl Watch {
         let mut times = [0.0; 8];
         for k in (1..self.steps.len()).step_by((self.steps.len() / SAMPLED).max(1)) {
             let (t, formula) = self.steps[k];
-            if k < formula || formula >= times.len() {
-                continue;
-            }
             for (at, (t, _)) in times.iter_mut().zip(self.steps[..=k].iter().rev()) {
                 *at = *t;
             }
             let known = times.len().min(k + 1);
-            let own = method.drift(formula, &times[..known], w)?;
+            let Some(own) = method.drift(formula, &times[..known], w) else {
+                if known == times.len() {
+                    return None;
+                }
+                continue;
+            };
             let h = t - self.steps[k - 1].0;
             (loss, late, span) = (loss + h * own.0, late + h * own.1, span + h);
         }
