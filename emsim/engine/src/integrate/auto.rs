@@ -16,7 +16,8 @@
 //!     to close `FAST_IN_LOOPS`): order is lost on what follows such a mode long before stability is. Also where it is damped and
 //!     `LASTING` times faster than the run is long: it will have died, and stability will want all those steps.
 //!  5. Circuits with diodes and switches that ring for more than `LONG` steps from one restart to the next go on with gear, whose start
-//!     is a small part of those steps then (a flyback converter whose leakage rings: 0.55 of the time to 7e-4), until a shorter stretch.
+//!     is a small part of those steps then (a flyback converter whose leakage rings: 0.55 of the time to 7e-4), until two stretches in
+//!     a row are shorter; twice as many before each further return, since stretches of several kinds follow one another.
 //!  6. Where a method gives up for good, or would take too many steps, the others that can do it go on from the last good point, and hand back later.
 //!
 //! Nothing is measured with a clock: equal decks take equal steps.
@@ -75,9 +76,10 @@ const OF_EXPLICIT: f64 = 0.3;
 /// Larger systems are left to the sparse methods, as are larger dense blocks.
 const SMALL: usize = 400;
 const BLOCK: usize = 60;
-/// Rule 5: a one-step method's steps, and gear's, which are shorter.
+/// Rule 5: a one-step method's steps, and gear's, which are shorter: four and more of these cost what one of those does, and are less
+/// accurate.
 const LONG: u32 = 60;
-const BRIEF: u32 = 120;
+const BRIEF: u32 = 200;
 /// More than a method has.
 const FORMULAS: usize = 100;
 /// So many changes are told one by one.
@@ -94,6 +96,8 @@ pub struct Auto<'a> {
     implicit: &'static str,         // rule 2
     stretches: bool,                // rule 5 applies
     stretch: u32,                   // steps since the last restart
+    brief: u32,                     // stretches in a row that were brief
+    enough: u32,                    // ... from which on esdirk is worth another trial
     probe: Option<Point>,           // where eigenvalues are looked at, since the last restart
     begun: bool,
     feature: f64, // shortest time that sources and print grid speak of
@@ -196,6 +200,8 @@ impl<'a> Auto<'a> {
             implicit,
             stretches: sys.diodes() > 0 && !mechanical(sys) && implicit == "esdirk",
             stretch: 0,
+            brief: 0,
+            enough: 2,
             probe: None,
             begun: false,
             feature: 0.0,
@@ -434,8 +440,10 @@ impl Method for Auto<'_> {
         self.probe = None;
         (self.longest, self.refused, self.probation) = (0.0, 0, None);
         (self.reach, self.collapsed) = (0.0, false);
-        let brief = std::mem::take(&mut self.stretch) < BRIEF;
-        if self.stretches && brief && self.implicit == "gear" && self.go_on_with(w, "esdirk").is_ok() {
+        self.brief = if std::mem::take(&mut self.stretch) < BRIEF { self.brief + 1 } else { 0 };
+        let due = self.stretches && self.implicit == "gear" && self.brief >= self.enough;
+        if due && self.go_on_with(w, "esdirk").is_ok() {
+            self.enough = (2 * self.enough).min(RAREST);
             return;
         }
         self.methods[self.now].1.restart(sys, w, t, x);
