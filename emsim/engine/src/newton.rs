@@ -228,7 +228,7 @@ impl Newton {
                 }
                 continue;
             }
-            let converged = converged && !w.limited;
+            let converged = converged && !w.limited && (sys.passive || !sys.junctions_leave_lines(w, &self.step, x));
             let doubtful = converged && sys.bends() && (leapt(&self.sources, &self.settled) || self.far(x, tol));
             if sys.linear || (converged && !doubtful) {
                 if sys.bends() {

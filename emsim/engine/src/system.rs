@@ -44,6 +44,7 @@ struct DiodeSlot {
     n: i32,
     rows: [i32; 4], // that hold its current, with the signs + - + -: p's, n's, sums that these are part of
     slots: [Option<usize>; 8], // (row, p) (row, n) of each
+    outer: Option<(f64, usize)>, // of a node behind a series resistance: that conductance, and the place of the outer node's own entry
 }
 
 /// A node whose row is part of its island's root's, and the place of its column there.
@@ -115,6 +116,7 @@ pub struct System {
     pub sums: Vec<Summed>,       // nodes whose rows are part of another one's (see islands.rs)
     pub phases: Vec<Phase>,      // of sines and cosines in expressions
     symbolic: OnceLock<Result<Symbolic, Singular>>,
+    second: OnceLock<Option<usize>>,
     together: OnceLock<Option<Together>>,
     /// patterns of the operating point: with a machine that moves to where it rests, and with one that is held (op.rs)
     pub rest_patterns: [OnceLock<Result<(Pattern, Symbolic), Singular>>; 2],
@@ -328,7 +330,12 @@ impl System {
             }
             let slots = std::array::from_fn(|k| place(d.rows[k / 2], if k % 2 == 0 { d.p } else { d.n }));
             diode_names.push(d.name);
-            diodes.push(DiodeSlot { kernel: d.kernel, p: d.p, n: d.n, rows: d.rows, slots });
+            let outer = d.kernel.series_conductance().zip(usize::try_from(d.p).ok()).and_then(|(g, p)| {
+                let mut row = g_sum.range((p, 0)..(p + 1, 0));
+                let (&(_, outer), _) = row.find(|&(&(_, col), v)| col != p && (g + v).abs() < 1e-9 * g)?;
+                Some((g, pattern.position(outer, outer)?))
+            });
+            diodes.push(DiodeSlot { kernel: d.kernel, p: d.p, n: d.n, rows: d.rows, slots, outer });
         }
         let mut sums = Vec::new();
         for (layer, tied) in islands.iter().zip([true, false]) {
@@ -380,6 +387,7 @@ impl System {
             exponential,
             yielding,
             symbolic: OnceLock::new(),
+            second: OnceLock::new(),
             together: OnceLock::new(),
             rest_patterns: Default::default(),
             closing: Once::default(),

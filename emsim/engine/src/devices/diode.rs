@@ -135,7 +135,8 @@ pub struct Diode {
     transit_time: f64,
     junction: Option<Junction>,
     series_conductance: Option<f64>,
-    vte: f64,
+    /// What its current is bent on [V].
+    pub vte: f64,
     vcrit: f64,
 }
 

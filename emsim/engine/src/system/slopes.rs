@@ -12,6 +12,10 @@ impl System {
     /// An unknown that follows from a source's second derivative, row by row: each row in which all is known but one
     /// unknown gives that one, and a row with d/dt gives it from slopes.
     pub fn second_slope(&self) -> Option<usize> {
+        *self.second.get_or_init(|| self.find_second_slope())
+    }
+
+    fn find_second_slope(&self) -> Option<usize> {
         let (mut plain, mut slopes) = (vec![Vec::new(); self.n], vec![Vec::new(); self.n]);
         let mut readers = vec![Vec::new(); self.n];
         let mut expression = vec![[false; 2]; self.pattern.rowidx.len()];

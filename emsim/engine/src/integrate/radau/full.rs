@@ -140,7 +140,7 @@ impl FullNewton {
             }
             let flat = norm > 0.5 * old;
             let stalled = flat && (norm <= STALLED || (norm <= rounding && was_flat));
-            if (norm <= target || stalled) && !limited {
+            if (norm <= target || stalled) && !limited && !m.leaves_lines(sys, w) {
                 m.noise = if norm > target { norm } else { 0.0 };
                 m.level = m.level.max(m.noise);
                 found = Ok(iteration);

@@ -104,7 +104,7 @@ impl Radau {
                 theta = norm / old;
                 // at the level of rounding no contraction can be seen any more
                 if theta >= 0.5 && norm <= (100.0 * floor).max(stalled) && iteration > 2 {
-                    if self.left_behind(sys, w, h) * norm > BELIEVED {
+                    if self.left_behind(sys, w, h) * norm > BELIEVED || self.leaves_lines(sys, w) {
                         return Err((self.farthest(tol), true));
                     }
                     self.theta = 0.1;
@@ -139,7 +139,7 @@ impl Radau {
             let converged = eta * norm.max(self.grown) <= target && (iteration > 1 || norm <= target);
             if converged && behind {
                 waited = true;
-            } else if converged && self.left_behind(sys, w, h) * norm <= BELIEVED {
+            } else if converged && self.left_behind(sys, w, h) * norm <= BELIEVED && !self.leaves_lines(sys, w) {
                 self.theta = if iteration > 1 { theta } else { 1e-3 };
                 return Ok(iteration);
             }
@@ -205,6 +205,11 @@ impl Radau {
             }
         }
         worst
+    }
+
+    /// Has the last update moved a junction off the straight lines that it was solved by? Whatever of the tolerance that is.
+    pub(super) fn leaves_lines(&self, sys: &System, w: &Work) -> bool {
+        sys.junctions_leave_any(w, &self.slopes, &self.moved, self.stage.iter().take(self.scheme.s))
     }
 
     /// Adds the solutions to the stages: the largest update in units of the tolerance. `grown` is the same in units of what was
