@@ -63,18 +63,21 @@ impl System {
         })
     }
 
-    /// The same of several states, in which every unknown has moved by no more than `moved`; `slopes` are those of the straight lines.
+    /// The same of several states, in which every unknown has moved by no more than `moved`, and will move by `further` times that;
+    /// `slopes` are those of the straight lines.
     pub fn junctions_leave_any<'a>(
         &self,
         w: &Work,
         slopes: &[(f64, f64)],
         moved: &[f64],
+        further: f64,
         states: impl Iterator<Item = &'a Vec<f64>> + Clone,
     ) -> bool {
         let by = |k: i32| usize::try_from(k).map_or(0.0, |k| moved[k]);
         self.diodes.iter().enumerate().any(|(k, d)| {
             let held = slopes.get(k).is_some_and(|&(g, _)| d.conducts(w, g));
-            by(d.p) + by(d.n) > STRAIGHT * d.kernel.vte && (held || states.clone().any(|x| d.conducts_at(w, x)))
+            further * (by(d.p) + by(d.n)) > STRAIGHT * d.kernel.vte
+                && (held || states.clone().any(|x| d.conducts_at(w, x)))
         })
     }
 

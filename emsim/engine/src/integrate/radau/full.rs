@@ -140,13 +140,14 @@ impl FullNewton {
             }
             let flat = norm > 0.5 * old;
             let stalled = flat && (norm <= STALLED || (norm <= rounding && was_flat));
-            if (norm <= target || stalled) && !limited && !m.leaves_lines(sys, w) {
+            let settled = !limited && !m.leaves_lines(sys, w, 1.0);
+            if (norm <= target || stalled) && settled {
                 m.noise = if norm > target { norm } else { 0.0 };
                 m.level = m.level.max(m.noise);
                 found = Ok(iteration);
                 break;
             }
-            if flat && was_flat && !limited && sys.turns() && m.within_rounding(sys, w, h, tol) {
+            if flat && was_flat && settled && sys.turns() && m.within_rounding(sys, w, h, tol) {
                 found = Ok(iteration);
                 break;
             }

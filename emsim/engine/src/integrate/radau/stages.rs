@@ -104,7 +104,7 @@ impl Radau {
                 theta = norm / old;
                 // at the level of rounding no contraction can be seen any more
                 if theta >= 0.5 && norm <= (100.0 * floor).max(stalled) && iteration > 2 {
-                    if self.left_behind(sys, w, h) * norm > BELIEVED || self.leaves_lines(sys, w) {
+                    if self.turns_away(sys, w, h, norm) {
                         return Err((self.farthest(tol), true));
                     }
                     self.theta = 0.1;
@@ -139,7 +139,7 @@ impl Radau {
             let converged = eta * norm.max(self.grown) <= target && (iteration > 1 || norm <= target);
             if converged && behind {
                 waited = true;
-            } else if converged && self.left_behind(sys, w, h) * norm <= BELIEVED && !self.leaves_lines(sys, w) {
+            } else if converged && !self.turns_away(sys, w, h, norm) {
                 self.theta = if iteration > 1 { theta } else { 1e-3 };
                 return Ok(iteration);
             }
@@ -207,9 +207,17 @@ impl Radau {
         worst
     }
 
-    /// Has the last update moved a junction off the straight lines that it was solved by? Whatever of the tolerance that is.
-    pub(super) fn leaves_lines(&self, sys: &System, w: &Work) -> bool {
-        sys.junctions_leave_any(w, &self.slopes, &self.moved, self.stage.iter().take(self.scheme.s))
+    /// Is what diodes leave of the last update worth a share of the tolerance, or of what a junction is bent on?
+    fn turns_away(&self, sys: &System, w: &mut Work, h: f64, norm: f64) -> bool {
+        let left = self.left_behind(sys, w, h);
+        left * norm > BELIEVED || self.leaves_lines(sys, w, left)
+    }
+
+    /// Has the last update moved a junction off the straight lines that it was solved by, or does so what is left, in units of it? Whatever
+    /// of the tolerance that is.
+    pub(super) fn leaves_lines(&self, sys: &System, w: &Work, left: f64) -> bool {
+        let states = self.stage.iter().take(self.scheme.s);
+        sys.junctions_leave_any(w, &self.slopes, &self.moved, left.max(1.0), states)
     }
 
     /// Adds the solutions to the stages: the largest update in units of the tolerance. `grown` is the same in units of what was
