@@ -166,3 +166,10 @@ def test_the_work_of_a_drive_is_no_matter_of_steps(method: str) -> None:
     assert energy.balanced
     assert abs(energy.residual) < 1e-8 * energy.dissipated
     assert energy.stored == pytest.approx(0.0, abs=1e-9)
+
+
+@pytest.mark.parametrize("reltol, share", [(1e-3, 3e-4), (1e-5, 1.5e-4), (1e-6, 1e-4)])
+def test_steps_without_an_explicit_stage_are_accounted_by_their_weights(reltol: float, share: float) -> None:
+    path = str(ROOT / "netlists/electrical/buck_converter.cir")
+    found = pipeline.run(path, reltol=reltol, method="esdirk", energy=True).energy
+    assert found.share < share, found.share

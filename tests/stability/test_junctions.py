@@ -43,8 +43,8 @@ Vg g 0 PULSE(0 5 0 20n 20n 3u 10u)
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("series", ["rs=20m", ""])
 def test_a_diode_that_turns_off_carries_nothing_on(series, method, reltol):
-    """Updates of 26 mV, of a junction's line that is followed down the exponential, are within 0.4 V: the coil's current went on through
-    the diode that had turned off, to -60 mA, and its end to -36 kV then (200 V above ground behind a megohm)."""
+    """Updates of 26 mV, of a junction's line that is followed down the exponential, are within 0.4 V: the coil's current
+    went on through the diode that had turned off, to -60 mA, and its end to -36 kV then, behind a megohm."""
     found = run(EMPTY.format(series), f"method={method} reltol={reltol!r}")
     node, current = np.asarray(found["v(d)"]), np.asarray(found["i(l1)"])
     above = np.asarray(found["v(out)"]).max() + 2.0

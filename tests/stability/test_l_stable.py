@@ -339,3 +339,21 @@ def test_leaps_are_tried_again():
     every later one it was 144 iterations an edge."""
     found = run(deck("electrical/buck_converter"), "method=esdirk reltol=1e-3")
     assert found.stats["iterations"] <= 100 * found.stats["events"]
+
+
+@pytest.mark.parametrize("reltol, most", [(1e-2, 2500), (1e-3, 6500)])
+def test_rows_within_a_first_step(reltol, most):
+    """A step behind a jump had no step before it by which its curve could be judged, and ended at its first row: with
+    fifty rows between two edges one step a stretch became six. Its stages judge the curve."""
+    text = deck("electrical/buck_converter").replace(".save v(out) i(l1)", ".save v(out) i(l1) v(sw)")
+    exact = run(text, "method=radau reltol=1e-7")
+    found = run(text, f"method=esdirk reltol={reltol!r}")
+    assert found.stats["iterations"] < most, found.stats["iterations"]
+    time = np.asarray(found.time)
+    # 1 us and 6 us behind the start of every period the switch turns, for 0.1 us each
+    phase = (time - 1e-6) % 5e-6
+    away = (phase > 0.3e-6) & (phase < 4.9e-6)
+    for signal in ("v(out)", "i(l1)", "v(sw)"):
+        want = np.array([exact.at(signal, float(t)) for t in time[away]])
+        off = np.abs(np.asarray(found[signal])[away] - want).max()
+        assert off <= reltol * np.ptp(np.asarray(exact[signal])), (signal, off)

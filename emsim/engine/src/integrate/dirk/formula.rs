@@ -22,6 +22,8 @@ pub struct Formula {
     pub ahead: Vec<Vec<(usize, f64)>>,
     /// of each stage but the first and the last: weights of all in a curve that knows less
     pub plainer: Vec<Vec<f64>>,
+    /// ... in dense output there
+    pub through: Vec<Vec<f64>>,
     /// of the stages in sums over a step
     pub weights: Vec<Vec<f64>>,
     /// A^-1 1, where the start stands in no stage: a charge that moves at once is spread over the stages as currents of so much of it
@@ -38,6 +40,7 @@ impl Formula {
         Formula {
             ahead: (0..s).map(|i| points_behind(&k, i)).collect(),
             plainer: (1..s - 1).map(|i| plainer(&k, k.c[i])).collect(),
+            through: k.c[1..s - 1].iter().map(|&theta| k.weights_at(theta).collect()).collect(),
             weights: k.a[s - 2..].to_vec(),
             at_once: k.d.iter().zip(&spread).map(|(d, m)| d * m).sum(),
             spread,

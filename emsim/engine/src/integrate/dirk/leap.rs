@@ -45,6 +45,28 @@ impl Dirk {
         }
     }
 
+    /// Error of dense output in a first step, for which there is no step before to be compared with: what it is off the stages
+    /// behind the jump, where it is no curve through all of them. (A buck converter with rows every 0.1 us at 1e-2 took 5800 iterations
+    /// when such a step had to end at its first row, 1700 without.)
+    pub(super) fn interior_of_first(&self, sys: &System, tol: &Tolerances) -> f64 {
+        let (of, x) = (&self.k[self.now.by], &self.now.x);
+        if self.now.by != FIRST || of.k.dense[0].len() > of.through.len() {
+            return f64::INFINITY;
+        }
+        let last = x.len() - 1;
+        let mut worst = 0.0_f64;
+        for (j, weights) in (1..).zip(&of.through) {
+            let spread = weights.iter().zip(&of.spread).map(|(w, k)| w * k).sum::<f64>() - of.spread[j];
+            for i in sys.interpolated() {
+                let curve = weights.iter().zip(x).map(|(w, x)| w * x[i]).sum::<f64>();
+                let shift = if self.quick[i] { spread * self.shift[i] } else { 0.0 };
+                let off = (x[j][i] - curve + shift).abs();
+                worst = worst.max(off / tol.weight(i, x[last][i], x[j][i]));
+            }
+        }
+        worst
+    }
+
     /// The time that must not be leapt over, if what is lost by it is more than the tolerance.
     pub(super) fn leap(&mut self, sys: &System, w: &mut Work, h: f64, tol: &Tolerances) -> Option<f64> {
         if self.now.by != FIRST {

@@ -21,9 +21,10 @@
 //! in the sums of the step with the weight b_1, and with changing sign in every stage. Without it all stages are behind the
 //! transient, and the step may be as long as what follows allows; what the others lose by it is estimated, see `leap`.
 //!
-//! Accounts of energy are sums over the stages with the weights b. A step that begins with a transient too fast to be followed
-//! (a switch has closed on a junction's capacitance) has it in the explicit stage and, with changing sign, in those after
-//! it; only its end is free of it. There one implicit Euler step to h/3 and the end make up a rule of order 3.
+//! Accounts of energy are sums over the stages with the weights b. A step with an explicit stage that begins with a transient too
+//! fast to be followed has it there and, with changing sign, in the stages after it; only its end is free of it. One
+//! implicit Euler step to h/3 and the end make up a rule of order 3 then. (Where no stage stands at the start the weights are right: by
+//! that rule 5e-4 of a buck converter's energy was unaccounted at 1e-5, 7e-5 by theirs.)
 //!
 //! The right root: a nonlinear stage may have several solutions. The one that begins at the step's start, h = 0, is lost where
 //! G + a C turns singular on the way: an eigenvalue of growth, lambda > a, whose step is far too long, or a root on the other
@@ -401,7 +402,7 @@ impl Method for Dirk {
             self.at_first = self.at_first.or(self.refused);
             return Attempt::TooLarge { next: factor.clamp(0.1, 0.9) * h };
         }
-        if self.accounts && !self.follows && (0..sys.n).any(|i| self.is_over(i, h)) {
+        if self.accounts && !self.follows && self.now.by == NEXT && (0..sys.n).any(|i| self.is_over(i, h)) {
             self.transient = true;
             self.calm(sys, w, h, tol);
         }
@@ -453,7 +454,7 @@ impl Method for Dirk {
     /// (Carried back over all of that step, either proportion is so small that corners were missed.)
     fn interior(&mut self, sys: &System, tol: &Tolerances) -> f64 {
         if !self.follows {
-            return f64::INFINITY;
+            return self.interior_of_first(sys, tol);
         }
         let s = self.now.x.len();
         let ratio = self.last.h / self.now.h;
