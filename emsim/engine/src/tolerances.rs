@@ -19,7 +19,7 @@
 //! atol(V) = max(vntol, chgtol / C), atol(A) = max(abstol, flxtol / L).
 use crate::model::{Kind, Unknown};
 use crate::system::System;
-use crate::twice::{by_lanes, side_by_side, twice, Lanes, One, LANES};
+use crate::twice::{by_lanes, each, side_by_side, twice, Lanes, One};
 
 /// Share of a signal's largest value so far below which relative accuracy is no longer asked for.
 const PEAK_SHARE: f64 = 0.02;
@@ -470,13 +470,6 @@ fn advance_by<L: Lanes>(
         new.put(x, k);
     }
     (over.is_zero(), numbers.is_zero())
-}
-
-#[inline(always)]
-fn each<L: Lanes>(v: L) -> [f64; LANES] {
-    let mut each = [0.0; LANES];
-    v.put(&mut each, 0);
-    each
 }
 
 #[cfg(test)]

@@ -98,6 +98,14 @@ pub fn blocks<L: Lanes>(n: usize) -> impl Iterator<Item = usize> {
     (0..n).step_by(L::COUNT).map(move |first| first.min(n - L::COUNT))
 }
 
+/// The numbers one by one, 0 behind them where there are fewer.
+#[inline(always)]
+pub fn each<L: Lanes>(v: L) -> [f64; LANES] {
+    let mut each = [0.0; LANES];
+    v.put(&mut each, 0);
+    each
+}
+
 /// The same blocks of several rows of n numbers side by side, each with where it begins; lengths are looked at once.
 #[inline(always)]
 pub fn side_by_side<'a, L: Lanes + 'a, const M: usize>(

@@ -312,7 +312,9 @@ impl<'a> Auto<'a> {
 
     /// Rule 3, before an attempt of length h.
     fn choose(&mut self, w: &mut Work, h: f64, tol: &Tolerances) -> Result<(), Failure> {
-        self.look(w, h, tol)?;
+        if !self.begun {
+            self.look(w, h, tol)?;
+        }
         if self.explicitly {
             if self.refused == 0 && (self.silent > 0 || self.steps % LOOK == LOOK - 1) {
                 let beyond = self.fastest(w, tol).is_some_and(|(l, _)| l * h > SILENT);

@@ -10,7 +10,7 @@
 //! together are fitted by the same cosines and sines.
 
 use crate::tape::sin_cos;
-use crate::twice::{by_lanes, side_by_side, twice, Lanes, LANES};
+use crate::twice::{by_lanes, each, side_by_side, twice, Lanes, LANES};
 
 /// Half-periods between crossings may differ by so much.
 const REGULAR: f64 = 1.5;
@@ -152,15 +152,9 @@ by_lanes! {
         for (_, [x]) in side_by_side::<L, 1>(x.len(), [x]) {
             (low, high) = ((-x).larger(low), x.larger(high));
         }
+        let largest = |v: L| each(v)[..L::COUNT].iter().copied().fold(f64::NEG_INFINITY, f64::max);
         [-largest(low), largest(high)]
     }
-}
-
-#[inline(always)]
-fn largest<L: Lanes>(v: L) -> f64 {
-    let mut each = [f64::NEG_INFINITY; LANES];
-    v.put(&mut each, 0);
-    each.into_iter().fold(f64::NEG_INFINITY, f64::max)
 }
 
 twice! {
@@ -184,7 +178,7 @@ by_lanes! {
                 *sum = *sum + by * x;
             }
         }
-        sums.map(total)
+        sums.map(|sum| each(sum).iter().sum())
     }
 }
 
@@ -201,7 +195,7 @@ by_lanes! {
             left = left + rest * rest;
             whole = whole + wave * wave;
         }
-        (total(left), total(whole))
+        (each(left).iter().sum(), each(whole).iter().sum())
     }
 }
 
@@ -211,13 +205,6 @@ fn fresh<L: Lanes>(k: usize, n: usize) -> L {
     const MASK: [f64; 2 * LANES] = [0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 1.0];
     let again = if k + L::COUNT == n { n.next_multiple_of(L::COUNT) - n } else { 0 };
     L::at(&MASK, LANES - again)
-}
-
-#[inline(always)]
-fn total<L: Lanes>(v: L) -> f64 {
-    let mut each = [0.0; LANES];
-    v.put(&mut each, 0);
-    each.iter().sum()
 }
 
 impl Waves {

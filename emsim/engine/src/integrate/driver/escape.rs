@@ -6,7 +6,7 @@ use super::super::rows::Sink;
 use super::super::Method;
 use super::{Failed, Run, Status};
 use crate::newton::{Failure, Tolerances};
-use crate::twice::twice;
+use crate::twice::{by_lanes, each, side_by_side, Lanes, One};
 
 /// No quantity of a deck is larger; a solution on its way to infinity ends here, before it is NaN.
 const LARGEST: f64 = 1e100;
@@ -47,13 +47,22 @@ impl Escape {
 /// The first value that has gone.
 pub fn gone(x: &[f64]) -> Option<usize> {
     // all at once first: hardly ever is there one
-    (beyond(x) > 0).then(|| x.iter().position(|v| v.abs() > LARGEST)).flatten()
+    (largest(x) > LARGEST).then(|| x.iter().position(|v| v.abs() > LARGEST)).flatten()
 }
 
-twice! {
-    fn beyond(x: &[f64]) -> u64 {
-        x.iter().map(|v| u64::from(v.abs() > LARGEST)).sum()
+by_lanes! {
+    fn largest<L>(x: &[f64]) -> f64 {
+        if x.len() < L::COUNT { largest_of::<One>(x) } else { largest_of::<L>(x) }
     }
+}
+
+#[inline(always)]
+fn largest_of<L: Lanes>(x: &[f64]) -> f64 {
+    let mut worst = L::all(0.0);
+    for (_, [x]) in side_by_side::<L, 1>(x.len(), [x]) {
+        worst = x.abs().larger(worst);
+    }
+    each(worst).into_iter().fold(0.0, f64::max)
 }
 
 impl<S: Sink> Run<'_, S> {
