@@ -91,8 +91,9 @@ pub struct Newton {
     lu: Lu<f64>,
     /// What a junction's voltage may miss when straight lines end an iteration, in parts of its tolerance.
     pub junctions: f64,
-    key: f64, // the `a` of a factorisation that is still valid (linear systems only)
-    a: f64,   // the `a` of `rows` and of the base in `lu`
+    held: bool, // every node is by capacitors and resistances: no current is driven into a junction whatever its voltage
+    key: f64,   // the `a` of a factorisation that is still valid (linear systems only)
+    a: f64,     // the `a` of `rows` and of the base in `lu`
     rows: Vec<f64>,
     base: Vec<f64>,
     sources: Vec<f64>,
@@ -155,6 +156,7 @@ impl Newton {
         Ok(Newton {
             lu,
             junctions: 1.0,
+            held: sys.passive && !sys.has_coils(),
             key: f64::NAN,
             a: f64::NAN,
             rows: Vec::new(),
@@ -228,7 +230,7 @@ impl Newton {
                 }
                 continue;
             }
-            let converged = converged && !w.limited && (sys.passive || !sys.junctions_leave_lines(w, &self.step, x));
+            let converged = converged && !w.limited && (self.held || !sys.junctions_leave_lines(w, &self.step, x));
             let doubtful = converged && sys.bends() && (leapt(&self.sources, &self.settled) || self.far(x, tol));
             if sys.linear || (converged && !doubtful) {
                 if sys.bends() {

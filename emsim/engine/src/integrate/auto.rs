@@ -136,7 +136,8 @@ fn never_explicit(sys: &System) -> Option<&'static str> {
 
 /// Rule 2: radau where no exponential bends it. Diodes turn gently to corners, and what is cheapest there are few stages: gear's orders
 /// and, at loose tolerances, trap, whose steps are the cheapest of all, if they follow a source's swing: by itself it is wrong by ten
-/// times what is asked (three_phase_rectifier at reltol 1e-3 5e-3). Switches throw gear back to order 1 and want short restarts, machines want a higher order: esdirk. Junctions written as
+/// times what is asked (three_phase_rectifier at reltol 1e-3 5e-3). Not beside coils: what one has left as its diode turns off rings on, and a
+/// node that floats then shows it in hundreds of volts (a three-phase rectifier behind line inductances). Switches throw gear back to order 1 and want short restarts, machines want a higher order: esdirk. Junctions written as
 /// expressions are as gentle: gear, one stage a step, beside radau's five (transistor amplifier to 1e-3: 0.8 ms, 2.3 ms; to 1e-6 2.1 ms,
 /// 3.8 ms; to 1e-8 4.6 ms by radau, and 5.6 ms by a gear that misses a tolerance of 1e-8 by twenty), unless coils ring with them (ring modulator at 1e-3: gear loses 2.5 % of its range at the end).
 fn implicit(sys: &System, o: &Options) -> &'static str {
@@ -146,7 +147,7 @@ fn implicit(sys: &System, o: &Options) -> &'static str {
     match o.reltol {
         tol if sys.diodes() == 0 && sys.bends() && few_restarts && !sys.has_coils() && tol >= 5e-8 => "gear",
         _ if sys.diodes() == 0 => "radau",
-        tol if few_restarts && tol >= 5e-4 && followed => "trap",
+        tol if few_restarts && tol >= 5e-4 && followed && !sys.has_coils() => "trap",
         _ if few_restarts => "gear",
         tol => one_step(tol),
     }
