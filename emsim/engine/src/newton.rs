@@ -230,7 +230,8 @@ impl Newton {
                 }
                 continue;
             }
-            let converged = converged && !w.limited && (self.held || !sys.junctions_leave_lines(w, &self.step, x));
+            let straight = !w.limited && (self.held || !sys.junctions_leave_lines(w, &self.step, x));
+            let converged = converged && straight;
             let doubtful = converged && sys.bends() && (leapt(&self.sources, &self.settled) || self.far(x, tol));
             if sys.linear || (converged && !doubtful) {
                 if sys.bends() {
@@ -244,7 +245,7 @@ impl Newton {
                 !w.limited && !self.turns(sys, w, a)
             } else {
                 let judged = sys.stage_expand_and_judge(w, x, t, a, (self.junctions * tol.reltol, tol.vntol));
-                judged || (iteration >= STALLS && !w.limited && self.within_rounding(sys, w, a, x, tol))
+                judged || (iteration >= STALLS && straight && !w.limited && self.within_rounding(sys, w, a, x, tol))
             };
             if judged {
                 self.close(sys, w, a, r, x, false);
