@@ -175,10 +175,18 @@ impl Forces {
             Some(y)
         };
         let mut forces = || {
-            sys.eval(w, x, t);
+            let mut x = x.to_vec();
+            if sys.diodes() > 0 {
+                // a polynomial's voltages may be far up an exponential, whose current would be held
+                sys.eval(w, &x, t);
+                let r: Vec<f64> = w.q.iter().map(|q| -q / h).collect();
+                let near = solve(w, h, &r, x.clone(), t, 1)?;
+                (0..sys.n).filter(|&i| !sys.differential[i]).for_each(|i| x[i] = near[i]);
+            }
+            sys.eval(w, &x, t);
             let held: Vec<f64> = (0..sys.n).map(|i| if sys.has_q[i] { -(w.q[i] / h + w.f[i]) } else { 0.0 }).collect();
             // twice: the second, linear pass takes Newton's noise out of what is divided by h
-            let start = solve(w, h, &held, x.to_vec(), t, 2)?;
+            let start = solve(w, h, &held, x, t, 2)?;
             sys.eval(w, &start, t);
             let q: Vec<f64> = w.q.clone();
             let r = |h: f64| -> Vec<f64> { q.iter().map(|q| -q / h).collect() };
