@@ -76,8 +76,8 @@ const OF_EXPLICIT: f64 = 0.3;
 /// Larger systems are left to the sparse methods, as are larger dense blocks.
 const SMALL: usize = 400;
 const BLOCK: usize = 60;
-/// Rule 5: a one-step method's steps, and gear's, which are shorter: four and more of these cost what one of those does, and are less
-/// accurate.
+/// Rule 5: a one-step method's steps, and gear's, which are shorter: four and more of these cost what one of those
+/// does, and are less accurate.
 const LONG: u32 = 60;
 const BRIEF: u32 = 200;
 /// More than a method has.
@@ -134,12 +134,15 @@ fn never_explicit(sys: &System) -> Option<&'static str> {
     }
 }
 
-/// Rule 2: radau where no exponential bends it. Diodes turn gently to corners, and what is cheapest there are few stages: gear's orders
-/// and, at loose tolerances, trap, whose steps are the cheapest of all, if they follow a source's swing: by itself it is wrong by ten
-/// times what is asked (three_phase_rectifier at reltol 1e-3 5e-3). Not beside coils: what one has left as its diode turns off rings on, and a
-/// node that floats then shows it in hundreds of volts (a three-phase rectifier behind line inductances). Switches throw gear back to order 1 and want short restarts, machines want a higher order: esdirk. Junctions written as
-/// expressions are as gentle: gear, one stage a step, beside radau's five (transistor amplifier to 1e-3: 0.8 ms, 2.3 ms; to 1e-6 2.1 ms,
-/// 3.8 ms; to 1e-8 4.6 ms by radau, and 5.6 ms by a gear that misses a tolerance of 1e-8 by twenty), unless coils ring with them (ring modulator at 1e-3: gear loses 2.5 % of its range at the end).
+/// Rule 2: radau where no exponential bends it. Diodes turn gently to corners, and what is cheapest there are few
+/// stages: gear's orders and, at loose tolerances, trap, whose steps are the cheapest of all, if they follow a source's
+/// swing: by itself it is wrong by ten times what is asked (three_phase_rectifier at reltol 1e-3 5e-3). Not beside
+/// coils: what one has left as its diode turns off rings on, and a node that floats then shows it in hundreds of volts
+/// (a three-phase rectifier behind line inductances). Switches throw gear back to order 1 and want short restarts,
+/// machines want a higher order: esdirk. Junctions written as expressions are as gentle: gear, one stage a step, beside
+/// radau's five (transistor amplifier to 1e-3: 0.8 ms, 2.3 ms; to 1e-6 2.1 ms, 3.8 ms; to 1e-8 4.6 ms by radau, and 5.6
+/// ms by a gear that misses a tolerance of 1e-8 by twenty), unless coils ring with them (ring modulator at 1e-3: gear
+/// loses 2.5 % of its range at the end).
 fn implicit(sys: &System, o: &Options) -> &'static str {
     let swing = sys.shortest_swing();
     let followed = swing.is_finite() && o.span * trap::IN_A_PERIOD < IMPOSED * swing && o.grid * FINEST > swing;

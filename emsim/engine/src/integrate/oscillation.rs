@@ -19,8 +19,8 @@ const CROSSINGS: u32 = 4;
 const SAMPLES: f64 = 2.5;
 /// Mean square that may be left over, as a part of the oscillation's.
 const LEFT: f64 = 0.1;
-/// Oscillations that part by no more than this phase [rad] to the ends of the stretch are fitted by one w; what is left of it is to first
-/// order in the fit.
+/// Oscillations that part by no more than this phase [rad] to the ends of the stretch are fitted by one w; what is left
+/// of it is to first order in the fit.
 const TOGETHER: f64 = 0.03;
 const N: usize = 6;
 

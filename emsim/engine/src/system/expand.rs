@@ -29,8 +29,8 @@ impl Expansion {
     }
 }
 
-/// How near a diode's current, its charge with it, is to be to that of the straight line which led to its voltage: to so much of what the conductance makes
-/// of the voltage's tolerance, and to a share of itself.
+/// How near a diode's current, its charge with it, is to be to that of the straight line which led to its voltage: to
+/// so much of what the conductance makes of the voltage's tolerance, and to a share of itself.
 #[derive(Clone, Copy)]
 pub struct Near {
     pub a: f64,
@@ -78,7 +78,8 @@ pub struct Met {
 }
 
 impl Diodes<'_> {
-    /// Expands every diode at x. With `limit` its voltage moves from the one it was held at by no more than SPICE's limiting allows.
+    /// Expands every diode at x. With `limit` its voltage moves from the one it was held at by no more than SPICE's
+    /// limiting allows.
     pub fn expand(&mut self, x: &[f64], gmin: f64, limit: bool, near: Option<Near>) -> Met {
         let mut met = Met::default();
         #[cfg(target_arch = "x86_64")]

@@ -5,8 +5,8 @@ use super::{across, DiodeSlot, System, Work};
 /// A diode's current is that of a straight line to so much of itself, or of this [A].
 const FITS: f64 = 1e-3;
 const SMALL_CURRENT: f64 = 1e-9;
-/// A junction's straight line is good for so much of what its current is bent on: an eighth of a percent of the current is missed at a
-/// twentieth, 3 % at a quarter.
+/// A junction's straight line is good for so much of what its current is bent on: an eighth of a percent of the current
+/// is missed at a twentieth, 3 % at a quarter.
 const STRAIGHT: f64 = 0.25;
 /// A row's own entry alone overrates what is left where others move with it; simplified Newton has to be able to get below it.
 const MOST_BEHIND: f64 = 1e4;
@@ -54,17 +54,18 @@ impl System {
         self.stage_expand_near(w, x, t, Near { a, reltol: 0.0, vntol: 0.0, share: FITS, least: SMALL_CURRENT })
     }
 
-    /// Has the update `step` to x moved a junction that conducts, there or where it was expanded, by so much of what it is bent on that its
-    /// straight line tells nothing of the next update? Beside a node of 400 V that is far within the tolerance of 0.4 V, and what a coil
-    /// drives into a diode that turns off is an update of 26 mV again and again.
+    /// Has the update `step` to x moved a junction that conducts, there or where it was expanded, by so much of what it
+    /// is bent on that its straight line tells nothing of the next update? Beside a node of 400 V that is far within
+    /// the tolerance of 0.4 V, and what a coil drives into a diode that turns off is an update of 26 mV again and
+    /// again.
     pub fn junctions_leave_lines(&self, w: &Work, step: &[f64], x: &[f64]) -> bool {
         self.diodes.iter().zip(&w.expansions).any(|(d, e)| {
             across(step, d.p, d.n).abs() > STRAIGHT * d.kernel.vte && (d.conducts(w, e.o.g) || d.conducts_at(w, x))
         })
     }
 
-    /// The same of several states, in which every unknown has moved by no more than `moved`, and will move by `further` times that;
-    /// `slopes` are those of the straight lines.
+    /// The same of several states, in which every unknown has moved by no more than `moved`, and will move by `further`
+    /// times that; `slopes` are those of the straight lines.
     pub fn junctions_leave_any<'a>(
         &self,
         w: &Work,
@@ -96,8 +97,8 @@ impl System {
             let held = g + a * c;
             let o = d.kernel.eval(across(x, d.p, d.n), w.gmin);
             let theirs = o.g + a * o.c;
-            // what else stands between the terminals: the two nodes' own conductances in series, that of the outer one behind a series
-            // resistance
+            // what else stands between the terminals: the two nodes' own conductances in series, that of the outer one
+            // behind a series resistance
             let least = 1e-15 * held;
             let rest = |slot: Option<usize>, outer: Option<(f64, usize)>| {
                 let own = slot.map(|k| (matrix[k] - held).max(least));

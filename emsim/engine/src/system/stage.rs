@@ -261,8 +261,8 @@ impl System {
         Some((program, results))
     }
 
-    /// The sums of what is stored in each row: of constant entries at x, and of each diode what `of` makes of its [q, c], the voltage at x, and
-    /// that of its expansion. With the values of 0 and a.
+    /// The sums of what is stored in each row: of constant entries at x, and of each diode what `of` makes of its [q,
+    /// c], the voltage at x, and that of its expansion. With the values of 0 and a.
     fn written_charges(
         &self,
         of: impl Fn(&mut Written, [Value; 2], Value, Value) -> Value,

@@ -45,10 +45,11 @@ impl Dirk {
         }
     }
 
-    /// Error of dense output in a first step, for which there is no step before to be compared with: what it is off the stages
-    /// behind the jump, where it is no curve through all of them. Not where the jump kicks coils, by megavolts that last for
-    /// picoseconds: what each of them has behind that hangs on the way there, and the shorter the step the more it knows of it. (A buck converter with rows every 0.1 us at 1e-2 took 5800 iterations
-    /// when such a step had to end at its first row, 1700 without.)
+    /// Error of dense output in a first step, for which there is no step before to be compared with: what it is off the
+    /// stages behind the jump, where it is no curve through all of them. Not where the jump kicks coils, by megavolts
+    /// that last for picoseconds: what each of them has behind that hangs on the way there, and the shorter the step
+    /// the more it knows of it. (A buck converter with rows every 0.1 us at 1e-2 took 5800 iterations when such a step
+    /// had to end at its first row, 1700 without.)
     pub(super) fn interior_of_first(&self, sys: &System, tol: &Tolerances) -> f64 {
         let (of, x) = (&self.k[self.now.by], &self.now.x);
         let kicked = |i: usize| self.quick[i] && sys.differential[i] && sys.unknowns[i].kind == Kind::Branch;

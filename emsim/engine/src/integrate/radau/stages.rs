@@ -213,8 +213,8 @@ impl Radau {
         left * norm > BELIEVED || self.leaves_lines(sys, w, left)
     }
 
-    /// Has the last update moved a junction off the straight lines that it was solved by, or does so what is left, in units of it? Whatever
-    /// of the tolerance that is.
+    /// Has the last update moved a junction off the straight lines that it was solved by, or does so what is left, in
+    /// units of it? Whatever of the tolerance that is.
     pub(super) fn leaves_lines(&self, sys: &System, w: &Work, left: f64) -> bool {
         let states = self.stage.iter().take(self.scheme.s);
         sys.junctions_leave_any(w, &self.slopes, &self.moved, left.max(1.0), states)
