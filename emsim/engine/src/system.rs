@@ -4,7 +4,6 @@
 //! and the held state (flags, limited junction voltages) of one run.  Row i belongs to unknown i.  C = dQ/dx and
 //! G = dF/dx share one sparse pattern.  The linear part is summed once; expressions run as tapes; devices as kernels.
 use crate::derive::gradient;
-use crate::devices::diode::Diode;
 use crate::edges::{EdgeWork, Edges};
 use crate::graph::{Graph, Id, Node};
 use crate::islands::sum_pairs;
@@ -35,17 +34,8 @@ mod stage;
 mod stops;
 mod together;
 
-use self::expand::{Diodes, Expansion, Fours, Met, Near};
+use self::expand::{DiodeSlot, Diodes, Expansion, Fours, Met, Near};
 use self::linear::Linear;
-
-struct DiodeSlot {
-    kernel: Diode,
-    p: i32,
-    n: i32,
-    rows: [i32; 4], // that hold its current, with the signs + - + -: p's, n's, sums that these are part of
-    slots: [Option<usize>; 8], // (row, p) (row, n) of each
-    outer: Option<(f64, usize)>, // of a node behind a series resistance: that conductance, and the place of the outer node's own entry
-}
 
 /// A node whose row is part of its island's root's, and the place of its column there.
 pub struct Summed {
@@ -53,27 +43,6 @@ pub struct Summed {
     pub root: usize,
     pub place: usize,
     pub tied: bool, // by capacitors alone: of both voltages their difference is a state
-}
-
-impl DiodeSlot {
-    /// y <- y + v in p's rows, - v in n's.
-    #[inline]
-    fn add(&self, y: &mut [f64], v: f64) {
-        add_pair(y, self.rows[0], self.rows[1], v);
-        add_pair(y, self.rows[2], self.rows[3], v);
-    }
-
-    /// Places of its conductance in the matrix, with their signs.
-    fn stamps(&self) -> impl Iterator<Item = (usize, f64)> + '_ {
-        let signed = self.slots.iter().zip([1.0, -1.0, -1.0, 1.0].into_iter().cycle());
-        signed.filter_map(|(slot, sign)| slot.map(|slot| (slot, sign)))
-    }
-
-    /// Its rows, p's with true.
-    fn rows(&self) -> impl Iterator<Item = (usize, bool)> {
-        let rows = self.rows.into_iter().zip([true, false, true, false]);
-        rows.filter_map(|(row, of_p)| Some((usize::try_from(row).ok()?, of_p)))
-    }
 }
 
 pub struct System {

@@ -1,7 +1,38 @@
 //! Diodes as straight lines: about the voltage at which the last evaluation met each.
-use super::{across, DiodeSlot};
-use crate::devices::diode::DiodeOut;
+use super::{across, add_pair};
+use crate::devices::diode::{Diode, DiodeOut};
 use std::ops::Range;
+
+/// A diode in the equations: between which nodes, and where its numbers go.
+pub struct DiodeSlot {
+    pub kernel: Diode,
+    pub p: i32,
+    pub n: i32,
+    pub rows: [i32; 4], // that hold its current, with the signs + - + -: p's, n's, sums that these are part of
+    pub slots: [Option<usize>; 8], // (row, p) (row, n) of each
+    pub outer: Option<(f64, usize)>, // of a node behind a series resistance: that conductance, and the place of the outer node's own entry
+}
+
+impl DiodeSlot {
+    /// y <- y + v in p's rows, - v in n's.
+    #[inline]
+    pub fn add(&self, y: &mut [f64], v: f64) {
+        add_pair(y, self.rows[0], self.rows[1], v);
+        add_pair(y, self.rows[2], self.rows[3], v);
+    }
+
+    /// Places of its conductance in the matrix, with their signs.
+    pub fn stamps(&self) -> impl Iterator<Item = (usize, f64)> + '_ {
+        let signed = self.slots.iter().zip([1.0, -1.0, -1.0, 1.0].into_iter().cycle());
+        signed.filter_map(|(slot, sign)| slot.map(|slot| (slot, sign)))
+    }
+
+    /// Its rows, p's with true.
+    pub fn rows(&self) -> impl Iterator<Item = (usize, bool)> {
+        let rows = self.rows.into_iter().zip([true, false, true, false]);
+        rows.filter_map(|(row, of_p)| Some((usize::try_from(row).ok()?, of_p)))
+    }
+}
 
 /// A diode's characteristic as the last evaluation expanded it: about `at`, which is `v` unless limiting moved it.
 #[derive(Clone, Copy, Default)]

@@ -1,6 +1,5 @@
 //! The expansion of diodes (expand.rs) four at a time.
-use super::expand::{Diodes, Expansion, Met, Near, NUMBERS};
-use super::DiodeSlot;
+use super::expand::{DiodeSlot, Diodes, Expansion, Met, Near, NUMBERS};
 use crate::devices::diode::{Four, LANES};
 use crate::lanes::{put_rows, take_rows, Places, V};
 

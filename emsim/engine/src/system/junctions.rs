@@ -1,6 +1,6 @@
 //! Junctions: what accounts want of them, and whether an iteration that calls itself solved can be believed.
-use super::expand::Near;
-use super::{across, DiodeSlot, System, Work};
+use super::expand::{DiodeSlot, Near};
+use super::{across, System, Work};
 
 /// A diode's current is that of a straight line to so much of itself, or of this [A].
 const FITS: f64 = 1e-3;
