@@ -14,8 +14,9 @@
 //!
 //! In a passive network of diodes (passive.rs) an iterate may be accepted without that: what the straight lines of the
 //! diodes have missed at the new point is measured there, and bounds the next update of every junction's voltage.
-use crate::sparse::{Lu, Recurring, Singular};
+use crate::sparse::{Lu, Once, Program, Recurring, Singular};
 use crate::system::{System, Work};
+use crate::tape::{Value, Written};
 pub use crate::tolerances::{Options, Tolerances};
 
 #[derive(Clone, Debug)]
@@ -84,6 +85,30 @@ const LOOSE: f64 = 2e-5;
 /// Unknowns of a system above which what follows a solution is not written as a program.
 const LARGEST: usize = 200;
 
+/// A program of a stage, and how often what it computes was asked for.
+#[derive(Default)]
+struct Asked {
+    count: u64,
+    program: Recurring,
+}
+
+impl Asked {
+    fn due(
+        &mut self,
+        n: usize,
+        once: &Once,
+        write: impl FnOnce() -> Option<(Written, Vec<Value>)>,
+    ) -> Option<&mut Program> {
+        self.count += 1;
+        let write = || write().and_then(|(program, results)| program.native(&results));
+        if n <= LARGEST {
+            self.program.shared(self.count, once, write)
+        } else {
+            None
+        }
+    }
+}
+
 /// Iterates that are good but for the currents of diodes: more than so many are not waited for.
 const PATIENCE: u32 = 6;
 
@@ -100,11 +125,9 @@ pub struct Newton {
     settled: Vec<f64>, // the sources of the last solution, where exponentials are to be watched
     step: Vec<f64>,
     noise: Noise,
-    leaves: Vec<f64>,   // of the programs of a stage
-    closing: Recurring, // q and f of a solution
-    solutions: u64,
-    storing: Recurring, // a C e of a filtered error
-    filtered: u64,
+    leaves: Vec<f64>,  // of the programs of a stage
+    closing: Asked,    // q and f of a solution
+    storing: Asked,    // a C e of a filtered error
     charges: Vec<f64>, // Q of the solution, and F
 }
 
@@ -166,10 +189,8 @@ impl Newton {
             step: vec![0.0; sys.n],
             noise: Noise::new(sys.n),
             leaves: vec![0.0; sys.stage_leaves()],
-            closing: Recurring::default(),
-            solutions: 0,
-            storing: Recurring::default(),
-            filtered: 0,
+            closing: Asked::default(),
+            storing: Asked::default(),
             charges: vec![0.0; 2 * sys.n],
         })
     }
@@ -230,7 +251,8 @@ impl Newton {
                 }
                 continue;
             }
-            let straight = !w.limited && (self.held || !sys.junctions_leave_lines(w, &self.step, x));
+            let asked = converged || iteration >= STALLS;
+            let straight = asked && !w.limited && (self.held || !sys.junctions_leave_lines(w, &self.step, x));
             let converged = converged && straight;
             let doubtful = converged && sys.bends() && (leapt(&self.sources, &self.settled) || self.far(x, tol));
             if sys.linear || (converged && !doubtful) {
@@ -354,10 +376,7 @@ impl Newton {
 
     /// e <- (G + a C)^-1 a C e with the last factorisation: what remains of an error where it is not damped at once.
     pub fn filter(&mut self, sys: &System, w: &mut Work, a: f64, e: &mut [f64]) {
-        self.filtered += 1;
-        let write = || sys.stage_stored().and_then(|(program, results)| program.native(&results));
-        let small = sys.n <= LARGEST;
-        if let Some(program) = if small { self.storing.shared(self.filtered, &sys.storing, write) } else { None } {
+        if let Some(program) = self.storing.due(sys.n, &sys.storing, || sys.stage_stored()) {
             program.run(&sys.stage_inputs(w, e, a), &mut self.step);
         } else {
             sys.c_times(w, e, &mut self.step);
@@ -415,11 +434,7 @@ impl Newton {
     /// Q at the solution x, to first order from where it was expanded if the last step led away from there (`moved`), and F from the
     /// stage equation, so that charge is conserved.
     fn close(&mut self, sys: &System, w: &Work, a: f64, r: &[f64], x: &[f64], moved: bool) {
-        self.solutions += 1;
-        let write = || sys.stage_closing().and_then(|(program, results)| program.native(&results));
-        let small = sys.n <= LARGEST;
-        let program = if small { self.closing.shared(self.solutions, &sys.closing, write) } else { None };
-        if let Some(program) = program {
+        if let Some(program) = self.closing.due(sys.n, &sys.closing, || sys.stage_closing()) {
             self.leaves[..sys.n].copy_from_slice(x);
             program.run(&sys.stage_inputs(w, &self.leaves, a), &mut self.charges);
             return;

@@ -90,8 +90,6 @@ pub struct Auto<'a> {
     o: Options,
     methods: Vec<(&'static str, Box<dyn Method + 'a>)>, // made when first needed
     now: usize,
-    explicitly: bool,               // its name is `explicit`
-    at_home: bool,                  // ... `implicit`
     explicit: Option<&'static str>, // rule 1; None: it cannot be
     implicit: &'static str,         // rule 2
     stretches: bool,                // rule 5 applies
@@ -198,8 +196,6 @@ impl<'a> Auto<'a> {
             o: o.clone(),
             methods: vec![(name, make_one(sys, o, name)?)],
             now: 0,
-            explicitly: explicit.is_some(),
-            at_home: explicit.is_none(),
             explicit,
             implicit,
             stretches: sys.diodes() > 0 && !mechanical(sys) && implicit == "esdirk",
@@ -233,24 +229,16 @@ impl<'a> Auto<'a> {
         self.methods[self.now].0
     }
 
+    fn explicitly(&self) -> bool {
+        self.explicit == Some(self.name())
+    }
+
     /// What part of an implicit step an explicit one has to be: with 3, 5, 7 stages to iterate it is worth 4, 6, 8 of those.
     fn fraction(&self) -> f64 {
         match self.name() {
             "radau" | "radau5" => 1.0 / (1.0 + self.inner().formula() as f64),
             _ => 0.25,
         }
-    }
-
-    /// `explicit` or `implicit` has changed, or the method.
-    fn settle(&mut self) {
-        self.explicitly = self.explicit == Some(self.name());
-        self.at_home = self.name() == self.implicit;
-    }
-
-    /// Rule 1 no longer applies.
-    fn never_again_explicitly(&mut self) {
-        self.explicit = None;
-        self.settle();
     }
 
     /// Another method takes over at the present point.
@@ -264,7 +252,6 @@ impl<'a> Auto<'a> {
         };
         (self.limited, self.silent, self.refused, self.steps) = (0, 0, 0, 0);
         (self.reach, self.collapsed) = (0.0, false);
-        self.settle();
         self.methods[self.now].1.restart(self.sys, w, self.t, &self.x);
         Ok(())
     }
@@ -290,7 +277,6 @@ impl<'a> Auto<'a> {
     /// Rule 5.
     fn go_on_with(&mut self, w: &mut Work, name: &'static str) -> Result<(), Failure> {
         self.implicit = name;
-        self.settle();
         self.switch(w, name)?;
         let how_many = if name == "gear" { "many" } else { "few" };
         self.tell(&format!("{how_many} steps from restart to restart"));
@@ -299,7 +285,7 @@ impl<'a> Auto<'a> {
 
     /// Rule 4, before the first attempt, of length h.
     fn look(&mut self, w: &mut Work, h: f64, tol: &Tolerances) -> Result<(), Failure> {
-        if std::mem::replace(&mut self.begun, true) || !self.explicitly {
+        if std::mem::replace(&mut self.begun, true) || !self.explicitly() {
             return Ok(());
         }
         // the first step is a hundredth of it
@@ -308,7 +294,7 @@ impl<'a> Auto<'a> {
             self.go_implicit(w, "stiff from the start")?;
             // with a loop to close in every stage, the way back has never paid
             if self.sys.reduced().is_ok_and(|r| r.has_constraints()) {
-                self.never_again_explicitly();
+                self.explicit = None;
             }
         }
         Ok(())
@@ -316,10 +302,8 @@ impl<'a> Auto<'a> {
 
     /// Rule 3, before an attempt of length h.
     fn choose(&mut self, w: &mut Work, h: f64, tol: &Tolerances) -> Result<(), Failure> {
-        if !self.begun {
-            self.look(w, h, tol)?;
-        }
-        if self.explicitly {
+        self.look(w, h, tol)?;
+        if self.explicitly() {
             if self.refused == 0 && (self.silent > 0 || self.steps % LOOK == LOOK - 1) {
                 let beyond = self.fastest(w, tol).is_some_and(|(l, _)| l * h > SILENT);
                 self.silent = if beyond { self.silent + 1 } else { 0 };
@@ -351,7 +335,7 @@ impl<'a> Auto<'a> {
             let before = self.now;
             self.switch(w, name)?;
             self.probation = Some((before, h, least));
-        } else if !self.at_home {
+        } else if self.name() != self.implicit {
             self.patience = (2 * self.patience).min(RAREST);
             self.switch(w, self.implicit)?;
             self.tell("once more");
@@ -471,15 +455,15 @@ impl Method for Auto<'_> {
         let unfit = matches!(result, Attempt::Stuck { why: Failure::Unfit { .. }, .. });
         if self.probation.is_some() {
             result = self.judge(w, h, result);
-        } else if unfit && self.explicitly {
-            self.never_again_explicitly();
+        } else if unfit && self.explicitly() {
+            self.explicit = None;
             if self.go_implicit(w, "the explicit method cannot get on").is_ok() {
                 return Attempt::TooLarge { next: self.longest };
             }
-        } else if self.explicitly && self.steps > 0 && self.inner().near_singular() {
+        } else if self.explicitly() && self.steps > 0 && self.inner().near_singular() {
             // (a run that begins at such a position has two ways to go on: an implicit step finds neither)
+            self.explicit = None;
             self.implicit = beside_singular(self.o.reltol);
-            self.never_again_explicitly();
             if self.go_implicit(w, "a loop comes near a singular position").is_ok() {
                 return Attempt::TooLarge { next: OF_EXPLICIT * self.longest };
             }
@@ -507,11 +491,10 @@ impl Method for Auto<'_> {
 
     fn gives_up(&mut self, w: &mut Work) -> Option<f64> {
         let (slow, next) = (self.name(), one_step(self.o.reltol));
-        if slow == next || self.explicitly {
+        if slow == next || self.explicitly() {
             return None;
         }
         self.implicit = next;
-        self.settle();
         self.stretches = false;
         self.probation = None;
         self.switch(w, next).ok()?;
@@ -528,7 +511,7 @@ impl Method for Auto<'_> {
         (self.longest, self.refused) = (0.0, 0);
         self.steps = self.steps.saturating_add(1);
         self.stretch = self.stretch.saturating_add(1);
-        if self.explicitly {
+        if self.explicitly() {
             self.limited = if self.inner().stiffness() > LIMIT { self.limited + 1 } else { 0 };
         }
     }

@@ -74,7 +74,7 @@ fn a_program_solves_what_rows_solve() {
             for (mine, theirs) in of(&often, &x).into_iter().zip(of(&other, &y)) {
                 assert!((mine - theirs).abs() <= 1e-13 * (theirs.abs() + 1e-3), "round {k}: {mine:e} {theirs:e}");
             }
-            programs += usize::from(often.closing.program.is_some());
+            programs += usize::from(often.closing.program.program.is_some());
         }
         let machine_code = cfg!(all(target_arch = "x86_64", unix)) && crate::tape::vectors();
         assert_eq!(programs > 1000, machine_code && !stores);

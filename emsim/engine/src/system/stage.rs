@@ -1,6 +1,6 @@
 //! One stage  F + a Q + r = 0  of an implicit method: what its Newton iteration asks of the equations, evaluated row by row or
 //! written as programs without a loop (newton.rs says when).
-use super::expand::{Expansion, Near, NUMBERS};
+use super::expand::{Expansion, Met, Near, NUMBERS};
 use super::{across, System, Work};
 use crate::sparse::{Equations, Stamp};
 use crate::tape::{Inputs, Leaf, Signed, Value, Written};
@@ -43,9 +43,14 @@ impl System {
     /// Evaluates what is not linear, for one stage  F + a Q + r = 0  at the iterate x.
     #[inline]
     pub fn stage_expand(&self, w: &mut Work, x: &[f64], t: f64) {
+        self.stage_met(w, x, t, None);
+    }
+
+    #[inline]
+    fn stage_met(&self, w: &mut Work, x: &[f64], t: f64, near: Option<Near>) -> Met {
         w.counters.evaluations += 1;
         w.counters.jacobians += 1;
-        self.expand(w, x, t, true, None);
+        self.expand(w, x, t, true, near)
     }
 
     /// The same at the next iterate; true when every diode met the straight line that led there so well, that what was
@@ -62,9 +67,7 @@ impl System {
     /// that led there.
     #[inline]
     pub(super) fn stage_expand_near(&self, w: &mut Work, x: &[f64], t: f64, near: Near) -> bool {
-        w.counters.evaluations += 1;
-        w.counters.jacobians += 1;
-        let met = self.expand(w, x, t, true, Some(near));
+        let met = self.stage_met(w, x, t, Some(near));
         !met.moved && !met.apart
     }
 

@@ -29,8 +29,8 @@ pub struct Written {
 /// A value, or the negative of one: sums and products of these round as those of the values themselves.
 #[derive(Clone, Copy)]
 pub struct Signed {
-    pub value: Value,
-    pub negative: bool,
+    value: Value,
+    negative: bool,
 }
 
 impl From<Value> for Signed {

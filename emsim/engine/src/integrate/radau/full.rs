@@ -140,7 +140,7 @@ impl FullNewton {
             }
             let flat = norm > 0.5 * old;
             let stalled = flat && (norm <= STALLED || (norm <= rounding && was_flat));
-            let settled = !limited && !m.leaves_lines(sys, w, 1.0);
+            let settled = (norm <= target || flat) && !limited && !m.leaves_lines(sys, w, 1.0);
             if (norm <= target || stalled) && settled {
                 m.noise = if norm > target { norm } else { 0.0 };
                 m.level = m.level.max(m.noise);
