@@ -27,7 +27,7 @@ pub trait Sink {
     fn row(&mut self, sys: &System, w: &mut Work, t: f64, x: &[f64]);
     /// Signals may bend or jump at the row of time t.
     fn corner(&mut self, _t: f64) {}
-    /// Unknowns that the rows show.
+    /// Unknowns that the rows show; none where they are all of use.
     fn reads(&self) -> &[u32];
     /// The run begins at (t, x).
     fn open(&mut self, sys: &System, w: &mut Work, t: f64, x: &[f64]);
@@ -481,7 +481,7 @@ impl Grid {
     }
 
     fn push(&self, m: &dyn Method, t: f64, sys: &System, w: &mut Work, tol: &Tolerances, row: &mut Row<impl Sink>) {
-        m.dense(t, row.x());
+        m.row(t, row.sink.reads(), row.x);
         self.hurried.iter().for_each(|&(i, end)| row.x()[i] = end);
         sys.pin(w, t, row.x());
         row.push(sys, w, t, tol);

@@ -14,6 +14,7 @@
 mod blocks;
 mod dense;
 mod eliminate;
+mod glance;
 mod order;
 mod plan;
 mod quick;
@@ -22,6 +23,7 @@ mod saddle;
 mod whole;
 
 pub use dense::Columns;
+use glance::Glance;
 pub use order::augment;
 pub use plan::{Layout, Source};
 use quick::Quick;
@@ -98,6 +100,7 @@ pub struct Reduced {
     f_part: usize,
     whole: Option<Whole>,
     x_part: usize,
+    glance: Option<Glance>,           // where loops are to be closed
     direct: Vec<(usize, usize, f64)>, // unknown, state, d unknown / d state
     diodes: Vec<Diode>,
 }
