@@ -116,7 +116,7 @@ pub struct Newton {
     lu: Lu<f64>,
     /// What a junction's voltage may miss when straight lines end an iteration, in parts of its tolerance.
     pub junctions: f64,
-    held: bool, // every node is by capacitors and resistances: no current is driven into a junction whatever its voltage
+    held: bool, // every node of a diode is, by a capacitor or a source: no current is driven into a junction whatever its voltage
     key: f64,   // the `a` of a factorisation that is still valid (linear systems only)
     a: f64,     // the `a` of `rows` and of the base in `lu`
     rows: Vec<f64>,
@@ -179,7 +179,7 @@ impl Newton {
         Ok(Newton {
             lu,
             junctions: 1.0,
-            held: sys.passive && !sys.has_coils(),
+            held: sys.passive && !sys.has_coils() && sys.nodes_hold_junctions(),
             key: f64::NAN,
             a: f64::NAN,
             rows: Vec::new(),

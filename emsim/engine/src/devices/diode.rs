@@ -311,6 +311,10 @@ impl Diode {
         Ok(diode)
     }
 
+    pub fn transit_time(&self) -> f64 {
+        self.transit_time
+    }
+
     /// Conductance of `rs`, None without one.
     pub fn series_conductance(&self) -> Option<f64> {
         self.series_conductance

@@ -1,6 +1,6 @@
 //! Junctions: what accounts want of them, and whether an iteration that calls itself solved can be believed.
 use super::expand::{DiodeSlot, Near};
-use super::{across, System, Work};
+use super::{across, Kind, System, Work};
 
 /// A diode's current is that of a straight line to so much of itself, or of this [A].
 const FITS: f64 = 1e-3;
@@ -41,6 +41,56 @@ impl System {
     /// Nodes that diodes have for themselves, behind their series resistances.
     pub fn behind_resistances(&self) -> impl Iterator<Item = usize> + '_ {
         self.diodes.iter().filter(|d| d.kernel.series_conductance().is_some()).map(|d| d.p as usize)
+    }
+
+    /// Nodes that a branch with a voltage of its own leads to.
+    fn nodes_of_sources(&self) -> Vec<bool> {
+        let mut held = vec![false; self.n];
+        for j in (0..self.n).filter(|&j| self.unknowns[j].kind == Kind::Branch) {
+            self.pattern.column(j).iter().for_each(|&row| held[row] = true);
+        }
+        held
+    }
+
+    /// Do capacitors or sources hold the voltage at every terminal of the diodes, whatever these carry? (Three phases behind 0.1
+    /// ohm into a resistor: a diode that was left with 9 A backwards was within the tolerance of 80 mV, and the output was
+    /// off by 1 V.)
+    pub fn nodes_hold_junctions(&self) -> bool {
+        let by_source = self.nodes_of_sources();
+        let holds = |node: usize| {
+            by_source[node] || self.pattern.position(node, node).is_some_and(|own| self.c_linear[own] > 0.0)
+        };
+        self.diodes.iter().all(|d| {
+            let p = match d.kernel.series_conductance() {
+                Some(_) => d.outer.map(|(_, own)| self.pattern.rowidx[own]),
+                None => usize::try_from(d.p).ok(),
+            };
+            [p, usize::try_from(d.n).ok()].into_iter().flatten().all(holds)
+        })
+    }
+
+    /// How long junctions hold their charge where nothing else stores any [s]: their transit times, or what their capacitance takes
+    /// to go through what is joined to their nodes. None where something else stores charge or flux.
+    pub fn memory_of_junctions(&self) -> Option<f64> {
+        if !self.q_rows.is_empty() || self.c_linear.iter().any(|&c| c != 0.0) {
+            return None;
+        }
+        // what leads away from a node, without the series resistances of diodes; a source holds its own nodes
+        let mut leads = self.g_linear.clone();
+        self.diodes.iter().filter_map(|d| d.outer).for_each(|(g, own)| leads[own] -= g);
+        let held = self.nodes_of_sources();
+        let resistance = |node: usize| match self.pattern.position(node, node) {
+            _ if held[node] => 0.0,
+            Some(own) => 1.0 / leads[own].max(0.0),
+            None => f64::INFINITY,
+        };
+        let at = |node: i32| usize::try_from(node).map_or(0.0, resistance);
+        let memory = |d: &DiodeSlot| {
+            let behind = d.outer.map_or(at(d.p), |(g, own)| 1.0 / g + resistance(self.pattern.rowidx[own]));
+            let c = d.kernel.eval(0.0, 0.0).c;
+            d.kernel.transit_time().max(if c > 0.0 { c * (behind + at(d.n)) } else { 0.0 })
+        };
+        Some(self.diodes.iter().map(memory).fold(0.0, f64::max))
     }
 
     /// Would limiting let every junction go from its voltage at `from` to that at `to`?
