@@ -17,6 +17,8 @@ const RANK: f64 = 1e-9;
 const CLOSINGS: usize = 4;
 /// Gaps that are closed from afar shrink so much at once, or are left.
 const SHRINKS: f64 = 0.25;
+/// ... and need be no smaller than this part of what they were, which is within the tolerance: nothing goes on from there.
+const CLOSE: f64 = 1e-4;
 /// Constraints so near to a loss of rank (a change point, where links lie on one line) magnify what a stage is off them: there
 /// the explicit methods project stages too. That is the method applied to f(P(y)), so its order stays.
 pub const NEAR: f64 = 0.1;
@@ -162,11 +164,14 @@ impl Reduced {
             if p.held[k].columns.as_ref().is_none_or(|c| c.weakest < NEAR) {
                 continue;
             }
-            let (before, mut last) = (y.to_vec(), f64::INFINITY);
-            for _ in 0..CLOSINGS {
+            let (before, mut last, mut enough) = (y.to_vec(), f64::INFINITY, rounding);
+            for round in 0..CLOSINGS {
                 let gap = self.gap(s, k, p, y);
-                if !(gap > rounding) {
+                if !(gap > enough) {
                     break;
+                }
+                if round == 0 {
+                    enough = rounding.max(CLOSE * gap);
                 }
                 if gap > SHRINKS * last {
                     y.copy_from_slice(&before);

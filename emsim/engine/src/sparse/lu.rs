@@ -420,7 +420,9 @@ impl<T: Scalar> Lu<T> {
 
         // columns of the layout: F, U ascending, diagonal, L ascending
         self.columns.clear();
+        self.columns.reserve(n);
         self.rows.clear();
+        self.rows.reserve(pivots.upper.len() + pivots.lower.len() + a.rows.len());
         for range in self.symbolic.blocks.windows(2) {
             for k in range[0] as usize..range[1] as usize {
                 let first = self.rows.len() as u32;
@@ -466,6 +468,7 @@ impl<T: Scalar> Lu<T> {
         // places of the caller's values, and the groups with their targets
         let mut at = vec![0u32; n];
         self.groups.clear();
+        self.groups.reserve(pivots.upper.len());
         self.targets.clear();
         self.targets.reserve(if self.dense { 0 } else { self.operations });
         for k in 0..n {

@@ -82,9 +82,9 @@ pub(super) fn eliminate<T: Scalar>(symbolic: &Symbolic, a: &Columns, values: &[T
     let mut x = vec![T::ZERO; n];
     let mut term = vec![0.0f64; n];
     let mut mark = vec![NONE; n];
-    let mut stack: Vec<(u32, u32)> = Vec::new();
-    let mut topological: Vec<u32> = Vec::new(); // columns of L to use, last first
-    let mut candidates: Vec<u32> = Vec::new();
+    let mut stack: Vec<(u32, u32)> = Vec::with_capacity(n);
+    let mut topological: Vec<u32> = Vec::with_capacity(n); // columns of L to use, last first
+    let mut candidates: Vec<u32> = Vec::with_capacity(n);
 
     // the row that counts as diagonal of a column, and back; changes when a pivot is taken elsewhere
     let mut diagonal: Vec<u32> = (0..n as u32).collect();
