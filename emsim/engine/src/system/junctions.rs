@@ -54,7 +54,7 @@ impl System {
 
     /// Do capacitors or sources hold the voltage at every terminal of the diodes, whatever these carry? (Three phases behind 0.1
     /// ohm into a resistor: a diode that was left with 9 A backwards was within the tolerance of 80 mV, and the output was
-    /// off by 1 V.)
+    /// off by 0.4 V.)
     pub fn nodes_hold_junctions(&self) -> bool {
         let by_source = self.nodes_of_sources();
         let holds = |node: usize| {
