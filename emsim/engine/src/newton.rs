@@ -116,7 +116,7 @@ pub struct Newton {
     lu: Lu<f64>,
     /// What a junction's voltage may miss when straight lines end an iteration, in parts of its tolerance.
     pub junctions: f64,
-    held: bool, // every node of a diode is, by a capacitor or a source: no current is driven into a junction whatever its voltage
+    held: bool, // every diode's nodes are, by capacitors or sources: no current is driven into a junction whatever its voltage
     key: f64,   // the `a` of a factorisation that is still valid (linear systems only)
     a: f64,     // the `a` of `rows` and of the base in `lu`
     rows: Vec<f64>,

@@ -178,8 +178,8 @@ fn one_step(reltol: f64) -> &'static str {
 }
 
 /// What does beside positions in which constraints lose rank: there the higher orders' iteration fails, and order 5 has the full
-/// Newton method (two four-bars to 1e-3, 1e-4, 1e-6: 0.74, 0.74, 0.82 ms with `radau`, 0.35, 0.36, 0.57 ms with `radau5`; at 1e-7 both are off by 6e-9 of the range, in
-/// 1.1 and 0.84 ms).
+/// Newton method (two four-bars to 1e-3, 1e-4, 1e-6: 0.74, 0.74, 0.82 ms with `radau`, 0.35, 0.36, 0.57 ms with `radau5`;
+/// at 1e-7 both are off by 6e-9 of the range, in 1.1 and 0.84 ms).
 fn beside_singular(reltol: f64) -> &'static str {
     if reltol >= 5e-8 {
         "radau5"

@@ -8,17 +8,15 @@ use crate::waves::Wave;
 
 pub struct Glance {
     part: usize,
-    steps: usize, // that come first
-    unknowns: Vec<usize>,
-    seen: Vec<bool>, // of all unknowns, these
+    steps: usize,         // that come first
+    unknowns: Vec<usize>, // in ascending order
 }
 
 impl Plan<'_> {
     /// Does a strong component hold multipliers?
     pub fn closes_loops(&self, component: &[usize]) -> bool {
-        let lambda =
-            |e: &&usize| self.source.unknowns.get(self.equations[**e].row).is_some_and(|u| u.kind == Kind::Lambda);
-        component.iter().filter(|&&e| e < self.equations.len()).any(|e| lambda(&e))
+        let mut members = component.iter().filter_map(|&e| self.equations.get(e));
+        members.any(|e| self.source.unknowns[e.row].kind == Kind::Lambda)
     }
 
     /// The part of what these components, which have become steps, have solved for.
@@ -26,13 +24,11 @@ impl Plan<'_> {
         let members = before.iter().flatten().filter_map(|&e| self.equations.get(e));
         let mut unknowns: Vec<usize> = members.map(|e| e.unknown).filter(|&u| u < self.at.n).collect();
         unknowns.sort_unstable();
-        let mut seen = vec![false; self.at.n];
-        unknowns.iter().for_each(|&u| seen[u] = true);
         let xs: Vec<Id> = unknowns.iter().map(|&u| self.leaf(u)).collect();
         let xs: Vec<Id> = xs.into_iter().map(|x| self.image(x)).collect();
         // private: stages do without it
         self.parts.push((xs, false));
-        Glance { part: self.parts.len() - 1, steps: self.steps.len(), unknowns, seen }
+        Glance { part: self.parts.len() - 1, steps: self.steps.len(), unknowns }
     }
 }
 
@@ -48,7 +44,7 @@ impl Reduced {
         x: &mut [f64],
     ) -> Option<Result<(), Trouble>> {
         let glance = self.glance.as_ref()?;
-        if wanted.is_empty() || wanted.iter().any(|&u| !glance.seen[u as usize]) {
+        if wanted.is_empty() || wanted.iter().any(|&u| glance.unknowns.binary_search(&(u as usize)).is_err()) {
             return None;
         }
         self.set_time(p, waves, t, false);

@@ -1,6 +1,6 @@
-//! Junctions: what accounts want of them, and whether an iteration that calls itself solved can be believed.
+//! Junctions: what accounts want of them, whether an iteration that calls itself solved can be believed, how long they remember.
 use super::expand::{DiodeSlot, Near};
-use super::{across, Kind, System, Work};
+use super::{across, System, Work};
 
 /// A diode's current is that of a straight line to so much of itself, or of this [A].
 const FITS: f64 = 1e-3;
@@ -43,30 +43,24 @@ impl System {
         self.diodes.iter().filter(|d| d.kernel.series_conductance().is_some()).map(|d| d.p as usize)
     }
 
-    /// Nodes that a branch with a voltage of its own leads to.
-    fn nodes_of_sources(&self) -> Vec<bool> {
-        let mut held = vec![false; self.n];
-        for j in (0..self.n).filter(|&j| self.unknowns[j].kind == Kind::Branch) {
-            self.pattern.column(j).iter().for_each(|&row| held[row] = true);
-        }
-        held
+    /// The nodes that a diode is joined to, not the one that it has for itself behind its series resistance; None for ground.
+    fn terminals(&self, d: &DiodeSlot) -> [Option<usize>; 2] {
+        let anode = match d.kernel.series_conductance() {
+            Some(_) => d.outer.map(|(_, own)| self.pattern.rowidx[own]),
+            None => usize::try_from(d.p).ok(),
+        };
+        [anode, usize::try_from(d.n).ok()]
     }
 
     /// Do capacitors or sources hold the voltage at every terminal of the diodes, whatever these carry? (Three phases behind 0.1
     /// ohm into a resistor: a diode that was left with 9 A backwards was within the tolerance of 80 mV, and the output was
     /// off by 0.4 V.)
     pub fn nodes_hold_junctions(&self) -> bool {
-        let by_source = self.nodes_of_sources();
+        let by_source = self.alone();
         let holds = |node: usize| {
             by_source[node] || self.pattern.position(node, node).is_some_and(|own| self.c_linear[own] > 0.0)
         };
-        self.diodes.iter().all(|d| {
-            let p = match d.kernel.series_conductance() {
-                Some(_) => d.outer.map(|(_, own)| self.pattern.rowidx[own]),
-                None => usize::try_from(d.p).ok(),
-            };
-            [p, usize::try_from(d.n).ok()].into_iter().flatten().all(holds)
-        })
+        self.diodes.iter().flat_map(|d| self.terminals(d)).flatten().all(holds)
     }
 
     /// How long junctions hold their charge where nothing else stores any [s]: their transit times, or what their capacitance takes
@@ -78,17 +72,17 @@ impl System {
         // what leads away from a node, without the series resistances of diodes; a source holds its own nodes
         let mut leads = self.g_linear.clone();
         self.diodes.iter().filter_map(|d| d.outer).for_each(|(g, own)| leads[own] -= g);
-        let held = self.nodes_of_sources();
+        let by_source = self.alone();
         let resistance = |node: usize| match self.pattern.position(node, node) {
-            _ if held[node] => 0.0,
+            _ if by_source[node] => 0.0,
             Some(own) => 1.0 / leads[own].max(0.0),
             None => f64::INFINITY,
         };
-        let at = |node: i32| usize::try_from(node).map_or(0.0, resistance);
         let memory = |d: &DiodeSlot| {
-            let behind = d.outer.map_or(at(d.p), |(g, own)| 1.0 / g + resistance(self.pattern.rowidx[own]));
+            let series = d.kernel.series_conductance().map_or(0.0, |g| 1.0 / g);
+            let through = self.terminals(d).into_iter().flatten().fold(series, |sum, node| sum + resistance(node));
             let c = d.kernel.eval(0.0, 0.0).c;
-            d.kernel.transit_time().max(if c > 0.0 { c * (behind + at(d.n)) } else { 0.0 })
+            d.kernel.transit_time().max(if c > 0.0 { c * through } else { 0.0 })
         };
         Some(self.diodes.iter().map(memory).fold(0.0, f64::max))
     }

@@ -387,8 +387,8 @@ impl<'a> Explicit<'a> {
         Ok(())
     }
 
-    /// The unknowns that are asked for, at t in the step; all of them where nobody says.
-    fn inside(&self, t: f64, reads: Option<&[u32]>, out: &mut [f64]) -> Result<(), Trouble> {
+    /// The unknowns of `reads` at t in the step; all of them where none is named.
+    fn inside(&self, t: f64, reads: &[u32], out: &mut [f64]) -> Result<(), Trouble> {
         let mut inside = self.inside.borrow_mut();
         let inside = &mut *inside;
         if !inside.ready {
@@ -416,18 +416,10 @@ impl<'a> Explicit<'a> {
             self.reduced.close_gently(&mut inside.point, &self.sys.waves, t, &mut closed, self.rounding());
             self.reduced.y(&mut inside.point).copy_from_slice(&closed);
         }
-        if let Some(done) = reads.and_then(|r| self.reduced.glance(&mut inside.point, &self.sys.waves, t, r, out)) {
+        if let Some(done) = self.reduced.glance(&mut inside.point, &self.sys.waves, t, reads, out) {
             return done;
         }
         self.reduced.arrive(&mut inside.point, &self.sys.waves, t, false, None, out)
-    }
-
-    /// Where nothing inside the step could be solved.
-    fn chord(&self, t: f64, out: &mut [f64]) {
-        let theta = (t - self.t0) / self.h;
-        for (i, o) in out.iter_mut().enumerate() {
-            *o = self.x0[i] + theta * (self.x1[i] - self.x0[i]);
-        }
     }
 }
 
@@ -521,14 +513,16 @@ impl Method for Explicit<'_> {
     }
 
     fn dense(&self, t: f64, out: &mut [f64]) {
-        if self.inside(t, None, out).is_err() {
-            self.chord(t, out);
-        }
+        self.row(t, &[], out);
     }
 
     fn row(&self, t: f64, reads: &[u32], out: &mut [f64]) {
-        if self.inside(t, Some(reads), out).is_err() {
-            self.chord(t, out);
+        if self.inside(t, reads, out).is_err() {
+            // nothing inside the step could be solved: the chord
+            let theta = (t - self.t0) / self.h;
+            for (i, o) in out.iter_mut().enumerate() {
+                *o = self.x0[i] + theta * (self.x1[i] - self.x0[i]);
+            }
         }
     }
 
