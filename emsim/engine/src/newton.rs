@@ -15,9 +15,10 @@
 //! In a passive network of diodes (passive.rs) an iterate may be accepted without that: what the straight lines of the
 //! diodes have missed at the new point is measured there, and bounds the next update of every junction's voltage.
 use crate::sparse::{Lu, Once, Program, Recurring, Singular};
-use crate::system::{System, Work};
+use crate::system::{Stage, System, Work};
 use crate::tape::{Value, Written};
 pub use crate::tolerances::{Options, Tolerances};
+use crate::twice::{whole, LANES};
 
 #[derive(Clone, Debug)]
 pub enum Failure {
@@ -125,10 +126,10 @@ pub struct Newton {
     settled: Vec<f64>, // the sources of the last solution, where exponentials are to be watched
     step: Vec<f64>,
     noise: Noise,
-    leaves: Vec<f64>,  // of the programs of a stage
+    stage: Stage,
     closing: Asked,    // q and f of a solution
     storing: Asked,    // a C e of a filtered error
-    charges: Vec<f64>, // Q of the solution, and F
+    charges: Vec<f64>, // Q of the solution, and F; room for a block more
 }
 
 /// What the rounding of the charges does to the unknowns when it is divided by the step, and that of what the equations add up:
@@ -188,10 +189,10 @@ impl Newton {
             settled: Vec::new(),
             step: vec![0.0; sys.n],
             noise: Noise::new(sys.n),
-            leaves: vec![0.0; sys.stage_leaves()],
+            stage: Stage::new(sys),
             closing: Asked::default(),
             storing: Asked::default(),
-            charges: vec![0.0; 2 * sys.n],
+            charges: vec![0.0; 2 * sys.n + LANES],
         })
     }
 
@@ -212,7 +213,12 @@ impl Newton {
 
     /// F of the last solution, as the stage equation gives it.
     pub fn f(&self) -> &[f64] {
-        &self.charges[self.step.len()..]
+        &self.charges[self.step.len()..][..self.step.len()]
+    }
+
+    /// Q of the last solution in whole blocks, with anything behind it.
+    pub fn q_blocks(&self) -> &[f64] {
+        &self.charges[..whole(self.step.len())]
     }
 
     /// Solves the stage from the guess in `x`; leaves its charges in `q` and `f`. `r` is 0 in rows without d/dt.
@@ -228,25 +234,45 @@ impl Newton {
         tol: &Tolerances,
         max_iterations: usize,
     ) -> Result<usize, Failure> {
-        assert!(x.len() == sys.n && r.len() == sys.n);
-        sys.set_time(w, t);
-        let (past, waves) = self.leaves[sys.n..].split_at_mut(sys.n);
+        let mut stage = std::mem::replace(&mut self.stage, Stage::nothing());
+        let (guess, past) = stage.parts_mut();
+        guess.copy_from_slice(x);
         past.copy_from_slice(r);
-        waves.copy_from_slice(&w.waves);
+        let solved = self.solve_stage(sys, w, a, &mut stage, t, tol, max_iterations);
+        x.copy_from_slice(stage.x());
+        self.stage = stage;
+        solved
+    }
+
+    /// The same of a stage that the caller has.
+    #[allow(clippy::too_many_arguments)]
+    pub fn solve_stage(
+        &mut self,
+        sys: &System,
+        w: &mut Work,
+        a: f64,
+        stage: &mut Stage,
+        t: f64,
+        tol: &Tolerances,
+        max_iterations: usize,
+    ) -> Result<usize, Failure> {
+        sys.set_time(w, t);
+        stage.set_sources(w);
         if sys.pure_linear {
-            return self.solve_linear(sys, w, a, r, x);
+            return self.solve_linear(sys, w, a, stage);
         }
-        sys.stage_expand(w, x, t);
+        sys.stage_expand(w, stage.x(), t);
         let (fit, mut good) = (tol.accounts && a > 0.0 && sys.diodes() > 0, 0);
         for iteration in 1..=max_iterations {
             w.counters.iterations += 1;
-            self.update(sys, w, a, r, x)?;
-            let converged = self.advance(x, tol)?;
+            self.update(sys, w, a, stage)?;
+            let converged = self.advance(stage.x_mut(), tol)?;
+            let x = stage.x();
             if fit {
                 good += u32::from(converged && !w.limited);
                 let fits = sys.stage_expand_and_fit(w, x, t, a) && converged;
                 if fits || good > PATIENCE {
-                    self.close(sys, w, a, r, x, false);
+                    self.close(sys, w, a, stage, false);
                     return Ok(iteration);
                 }
                 continue;
@@ -259,7 +285,7 @@ impl Newton {
                 if sys.bends() {
                     self.settled.clone_from(&self.sources);
                 }
-                self.close(sys, w, a, r, x, true);
+                self.close(sys, w, a, stage, true);
                 return Ok(iteration);
             }
             let judged = if doubtful {
@@ -270,10 +296,11 @@ impl Newton {
                 judged || (iteration >= STALLS && straight && !w.limited && self.within_rounding(sys, w, a, x, tol))
             };
             if judged {
-                self.close(sys, w, a, r, x, false);
+                self.close(sys, w, a, stage, false);
                 return Ok(iteration);
             }
         }
+        let x = stage.x();
         let ratio = |i: usize| {
             if tol.in_norm[i] {
                 self.step[i].abs() / tol.weight(i, x[i], x[i])
@@ -305,10 +332,9 @@ impl Newton {
     }
 
     /// step <- -(G + a C)^-1 (F + a Q + r) at x, of what was expanded there.
-    fn update(&mut self, sys: &System, w: &mut Work, a: f64, r: &[f64], x: &[f64]) -> Result<(), Failure> {
+    fn update(&mut self, sys: &System, w: &mut Work, a: f64, stage: &Stage) -> Result<(), Failure> {
         if !sys.linear {
-            self.leaves[..sys.n].copy_from_slice(x);
-            let inputs = sys.stage_inputs(w, &self.leaves, a);
+            let inputs = sys.stage_inputs(w, stage.numbers(), a);
             if self.lu.factor_and_solve_by_program(|| sys.stage_equations(), &inputs, &mut self.step) {
                 if sys.bends() {
                     sys.stage_sources(w, a, &mut self.sources);
@@ -319,7 +345,7 @@ impl Newton {
             }
         }
         self.set_constants(sys, a);
-        sys.stage_residual(w, a, &self.rows, r, x, &mut self.step);
+        sys.stage_residual(w, a, &self.rows, stage.r(), stage.x(), &mut self.step);
         let mut step = std::mem::take(&mut self.step);
         let solved = self.solution(sys, w, a, &mut step);
         self.step = step;
@@ -350,19 +376,20 @@ impl Newton {
     }
 
     /// One solution is all: F = G x + waves, Q = C x, whatever the guess.
-    fn solve_linear(&mut self, sys: &System, w: &mut Work, a: f64, r: &[f64], x: &mut [f64]) -> Result<usize, Failure> {
+    fn solve_linear(&mut self, sys: &System, w: &mut Work, a: f64, stage: &mut Stage) -> Result<usize, Failure> {
         w.counters.evaluations += 1;
         w.counters.iterations += 1;
         self.set_constants(sys, a);
+        let (x, r) = stage.parts_mut();
         for (b, r) in x.iter_mut().zip(r) {
-            *b = -r;
+            *b = -*r;
         }
         sys.subtract_waves(w, x);
         self.solution(sys, w, a, x)?;
         if x.iter().fold(false, |bad, v| bad | !v.is_finite()) {
             return Err(not_finite(x));
         }
-        self.close(sys, w, a, r, x, false);
+        self.close(sys, w, a, stage, false);
         Ok(1)
     }
 
@@ -433,12 +460,12 @@ impl Newton {
 
     /// Q at the solution x, to first order from where it was expanded if the last step led away from there (`moved`), and F from the
     /// stage equation, so that charge is conserved.
-    fn close(&mut self, sys: &System, w: &Work, a: f64, r: &[f64], x: &[f64], moved: bool) {
+    fn close(&mut self, sys: &System, w: &Work, a: f64, stage: &Stage, moved: bool) {
         if let Some(program) = self.closing.due(sys.n, &sys.closing, || sys.stage_closing()) {
-            self.leaves[..sys.n].copy_from_slice(x);
-            program.run(&sys.stage_inputs(w, &self.leaves, a), &mut self.charges);
+            program.run(&sys.stage_inputs(w, stage.numbers(), a), &mut self.charges);
             return;
         }
+        let (x, r) = (stage.x(), stage.r());
         let (q, f) = self.charges.split_at_mut(sys.n);
         sys.stage_charges(w, x, moved.then_some(&self.step), q);
         for ((f, q), (r, has_q)) in f.iter_mut().zip(&*q).zip(r.iter().zip(&sys.has_q)) {

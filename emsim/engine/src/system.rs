@@ -16,6 +16,7 @@ use crate::waves::Wave;
 pub use guests::{Guests, Polynomial, DEGREE};
 pub use phases::Phase;
 pub use split::{Part, Parts};
+pub use stage::Stage;
 use std::collections::{BTreeMap, HashSet};
 use std::sync::OnceLock;
 pub use together::{Together, POINTS};

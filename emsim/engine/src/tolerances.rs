@@ -19,7 +19,7 @@
 //! atol(V) = max(vntol, chgtol / C), atol(A) = max(abstol, flxtol / L).
 use crate::model::{Kind, Unknown};
 use crate::system::System;
-use crate::twice::{by_lanes, each, side_by_side, twice, Lanes, One};
+use crate::twice::{by_lanes, each, side_by_side, twice, whole, Lanes, One};
 
 /// Share of a signal's largest value so far below which relative accuracy is no longer asked for.
 const PEAK_SHARE: f64 = 0.02;
@@ -234,6 +234,27 @@ pub struct Tolerances {
     alone: Vec<f64>, // error_mask without these, of roots the share that their errors count for
 }
 
+/// What errors are measured by, for those who go through all unknowns block by block: 1 over the weights, 0 where they do not count.
+#[derive(Clone, Copy)]
+pub struct Norm<'a> {
+    reltol: f64,
+    rows: [&'a [f64]; 3], // share, peak, floor
+}
+
+impl<'a> Norm<'a> {
+    /// share, peak and floor of every unknown, in whole blocks.
+    #[inline(always)]
+    pub fn rows(&self) -> [&'a [f64]; 3] {
+        self.rows
+    }
+
+    /// What errors of a block of unknowns are multiplied by, which are a and b, and known to `noise`.
+    #[inline(always)]
+    pub fn inverse<L: Lanes>(&self, [share, peak, floor]: [L; 3], [a, b]: [L; 2], noise: L) -> L {
+        share / (weight(self.reltol, [a, b, peak, floor]) + share * noise)
+    }
+}
+
 impl Tolerances {
     pub fn new(sys: &System, o: &Options) -> Tolerances {
         let storage = |i: usize| sys.pattern.position(i, i).map_or(0.0, |k| sys.c_linear[k].abs());
@@ -270,13 +291,18 @@ impl Tolerances {
         for node in sys.behind_resistances().filter(|_| !o.accounts) {
             own[node] = o.reltol * JUNCTION;
         }
-        let error_floor = floor.iter().zip(&own).map(|(floor, own)| floor + own).collect();
+        let mut error_floor: Vec<f64> = floor.iter().zip(&own).map(|(floor, own)| floor + own).collect();
+        // whole blocks, see `Norm`
+        let mut recent = peak.clone();
+        for (row, filling) in [(&mut recent, 0.0), (&mut alone, 0.0), (&mut error_floor, 1.0)] {
+            row.resize(whole(sys.n), filling);
+        }
         Tolerances {
             reltol: o.reltol,
             vntol,
             accounts: o.accounts,
             atol,
-            recent: peak.clone(),
+            recent,
             last: vec![0.0; sys.n],
             peak,
             floor,
@@ -354,6 +380,11 @@ impl Tolerances {
     /// Largest e_i over the weight of a_i, b_i, in Newton's norm; e not negative.
     pub fn largest_move(&self, e: &[f64], a: &[f64], b: &[f64]) -> f64 {
         largest(self.reltol, &self.norm_mask, e, [a, b, &self.recent, &self.floor])
+    }
+
+    /// The local error norm, of what counts by itself.
+    pub fn norm(&self) -> Norm<'_> {
+        Norm { reltol: self.reltol, rows: [&self.alone, &self.recent, &self.error_floor] }
     }
 
     /// What errors of the unknowns are multiplied by, in the local error norm: 1 over their weights, 0 where they do not count.

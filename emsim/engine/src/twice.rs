@@ -35,6 +35,11 @@ pub(crate) use twice;
 /// Numbers that go through the registers together.
 pub const LANES: usize = 4;
 
+/// n numbers and what fills their last block.
+pub const fn whole(n: usize) -> usize {
+    n.next_multiple_of(LANES)
+}
+
 /// Numbers side by side: `V` in a register of a processor that has one for four of them, `Plain` elsewhere, `One` by itself.
 pub trait Lanes:
     Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self> + Neg<Output = Self>

@@ -4,6 +4,65 @@ use super::expand::{Expansion, Met, Near, NUMBERS};
 use super::{across, System, Work};
 use crate::sparse::{Equations, Stamp};
 use crate::tape::{Inputs, Leaf, Signed, Value, Written};
+use crate::twice::whole;
+
+/// One stage as its programs read it: the iterate x, r, and the sources. x and r fill whole blocks of four, with anything behind them.
+pub struct Stage {
+    numbers: Vec<f64>,
+    n: usize,
+}
+
+impl Stage {
+    pub fn new(sys: &System) -> Stage {
+        Stage { numbers: vec![0.0; 2 * whole(sys.n) + sys.waves.len()], n: sys.n }
+    }
+
+    /// Of no equations.
+    pub const fn nothing() -> Stage {
+        Stage { numbers: Vec::new(), n: 0 }
+    }
+
+    pub fn x(&self) -> &[f64] {
+        &self.numbers[..self.n]
+    }
+
+    pub fn r(&self) -> &[f64] {
+        &self.numbers[whole(self.n)..][..self.n]
+    }
+
+    pub fn x_mut(&mut self) -> &mut [f64] {
+        &mut self.numbers[..self.n]
+    }
+
+    /// x and r.
+    pub fn parts_mut(&mut self) -> (&mut [f64], &mut [f64]) {
+        let (x, rest) = self.numbers.split_at_mut(whole(self.n));
+        (&mut x[..self.n], &mut rest[..self.n])
+    }
+
+    /// x and r in whole blocks.
+    pub fn blocks_mut(&mut self) -> (&mut [f64], &mut [f64]) {
+        let block = whole(self.n);
+        let (x, rest) = self.numbers.split_at_mut(block);
+        (x, &mut rest[..block])
+    }
+
+    pub fn x_blocks(&self) -> &[f64] {
+        &self.numbers[..whole(self.n)]
+    }
+
+    pub fn set_sources(&mut self, w: &Work) {
+        let block = whole(self.n);
+        for (own, wave) in self.numbers[2 * block..].iter_mut().zip(&w.waves) {
+            *own = *wave;
+        }
+    }
+
+    /// What the programs of a stage read besides what was expanded.
+    pub fn numbers(&self) -> &[f64] {
+        &self.numbers
+    }
+}
 
 /// A straight line in a program.
 struct Line {
@@ -126,11 +185,6 @@ impl System {
         }
     }
 
-    /// Numbers that the programs of a stage read beside what was expanded:  x, r, waves.
-    pub fn stage_leaves(&self) -> usize {
-        2 * self.n + self.waves.len()
-    }
-
     /// What the programs of a stage read: `numbers` and the factor a as the caller has them, and what was expanded.
     pub fn stage_inputs<'a>(&self, w: &'a Work, numbers: &'a [f64], a: f64) -> Inputs<'a> {
         let lines: &[Expansion] = &w.expansions;
@@ -142,7 +196,7 @@ impl System {
     /// The linear equations of a Newton update, matrix and right-hand side of  (G + a C) dx = -(F + a Q + r): operation by operation
     /// what `stage_constants`, `stage_residual` and the stamps come to.
     pub fn stage_equations(&self) -> Equations {
-        let n = self.n;
+        let (n, block) = (self.n, whole(self.n));
         let coefficients = self.f_wave.iter().map(|f| &f.2);
         let parts = [&self.g_linear, &self.c_linear, &self.stage_g.value, &self.stage_c.value];
         let constants = [0.0, 1.0].iter().chain(parts.into_iter().flatten()).chain(coefficients);
@@ -187,13 +241,13 @@ impl System {
             .collect();
         let mut b: Vec<Value> = (sums.iter().enumerate())
             .map(|(row, sum)| {
-                let r = p.leaf(Leaf::X(n + row)).into();
+                let r = p.leaf(Leaf::X(block + row)).into();
                 let sum = sum.map_or(r, |sum| p.more(Some(sum), r));
                 p.less(zero, sum)
             })
             .collect();
         for (&(row, wave, _), &coefficient) in self.f_wave.iter().zip(coefficients) {
-            let value = p.leaf(Leaf::X(2 * n + wave));
+            let value = p.leaf(Leaf::X(2 * block + wave));
             let product = p.mul(coefficient, value);
             b[row] = p.sub(b[row], product);
         }
@@ -240,7 +294,7 @@ impl System {
         let p = &mut program;
         let f = q.iter().enumerate().map(|(row, q)| {
             let Some(q) = *q else { return zero };
-            let (by_a, r) = (p.times(a, q), p.leaf(Leaf::X(self.n + row)));
+            let (by_a, r) = (p.times(a, q), p.leaf(Leaf::X(whole(self.n) + row)));
             let sum = p.more(Some(by_a), r.into());
             p.less(zero, sum)
         });

@@ -8,148 +8,266 @@
 //!   beta_i = (t - t_0) ... (t - t_{i-2}) / ((t_0 - t_1) ... (t_0 - t_{i-1}))
 //!
 //! so that one division a point is all that unequal steps cost, and what m points miss of the new value is what m + 1 miss
-//! and one difference more: every order's error from the same numbers.
+//! and one difference more: every order's error from the same numbers. States and charges are gone through together: a step does so
+//! three times, to foresee, to judge, and to remember. Vectors are of whole blocks.
 use super::{MOST, POINTS};
-use crate::twice::{twice, LANES};
+use crate::tolerances::Norm;
+use crate::twice::{by_lanes, each, side_by_side, whole, Lanes, LANES};
 
 /// The predictor of the highest order reads so many.
 pub const ROWS: usize = MOST + 1;
 
-/// beta_1, beta_2, ... towards t, as far as there are points: the first `len` of `times`, newest first.
-pub fn towards(t: f64, times: &[f64; POINTS], len: usize) -> [f64; ROWS] {
-    // all quotients at once; those of points that are not there are left out
-    let quotients: [f64; ROWS - 1] = std::array::from_fn(|i| (t - times[i]) / (times[0] - times[i + 1]));
-    let mut beta = [1.0; ROWS];
+/// What leads from the past points to time t.
+pub struct Towards {
+    /// beta_1, beta_2, ..., as far as there are points
+    pub betas: [f64; ROWS],
+    /// 1 / (t - t_{-i}), newest first
+    pub inverse: [f64; POINTS],
+}
+
+/// The first `len` of `times`, newest first, are those of points.
+pub fn towards(t: f64, times: &[f64; POINTS], len: usize) -> Towards {
+    let (mut inverse, mut quotients) = ([0.0; POINTS], [0.0; POINTS]);
+    divide(t, times, &mut inverse, &mut quotients);
+    // quotients of points that are not there are left out
+    let mut betas = [1.0; ROWS];
     for i in 1..ROWS.min(len) {
-        beta[i] = beta[i - 1] * quotients[i - 1];
+        betas[i] = betas[i - 1] * quotients[i - 1];
     }
-    beta
+    Towards { betas, inverse }
 }
 
-/// n quantities and what fills their last block.
-pub fn whole(n: usize) -> usize {
-    n.next_multiple_of(LANES)
+by_lanes! {
+    fn divide<L>(t: f64, times: &[f64; POINTS], inverse: &mut [f64; POINTS], quotients: &mut [f64; POINTS]) {
+        let (t, newest) = (L::all(t), L::all(times[0]));
+        for k in [0, POINTS - LANES] {
+            (L::all(1.0) / (t - L::at(times, k))).put(inverse, k);
+        }
+        for k in [0, POINTS - LANES - 1] {
+            ((t - L::at(times, k)) / (newest - L::at(times, k + 1))).put(quotients, k);
+        }
+    }
 }
 
-/// phi_1, phi_2, ... of n quantities.
+impl Towards {
+    /// The a of the formula of order k with a share of the next one's last term, and the weights of past charges in its r.
+    pub fn slope(&self, k: usize, next: f64) -> (f64, [f64; ROWS]) {
+        let (mut a, mut weights) = (0.0, [0.0; ROWS]);
+        for m in (0..ROWS).rev() {
+            let share = if m < k { 1.0 } else { next };
+            a += if m <= k { share * self.inverse[m] } else { 0.0 };
+            weights[m] = -a * self.betas[m];
+        }
+        (a, weights)
+    }
+}
+
+/// phi_1, phi_2, ... of states and of charges.
 pub struct Differences {
-    blocks: Vec<Block>,
+    states: Vec<Block>,
+    charges: Vec<Block>,
 }
 
 type Block = [[f64; LANES]; ROWS];
 
 impl Differences {
     pub fn new(n: usize) -> Differences {
-        Differences { blocks: vec![[[0.0; LANES]; ROWS]; n.div_ceil(LANES)] }
+        let blocks = vec![[[0.0; LANES]; ROWS]; whole(n) / LANES];
+        Differences { states: blocks.clone(), charges: blocks }
     }
 
     /// One point, nothing behind it.
-    pub fn start(&mut self, y: &[f64]) {
-        self.push(&[], y);
+    pub fn start(&mut self, [x, q]: [&[f64]; 2]) {
+        for (blocks, values) in [(&mut self.states, x), (&mut self.charges, q)] {
+            for (block, values) in blocks.iter_mut().zip(values.chunks(LANES)) {
+                block[0] = std::array::from_fn(|k| values.get(k).copied().unwrap_or(0.0));
+            }
+        }
     }
 
-    /// out = sum over differences, with a weight each; out may have whole blocks.
+    /// out = sum over differences of states, with a weight each.
     pub fn sum(&self, weights: &[f64], out: &mut [f64]) {
-        sum(&self.blocks, weights, out);
+        sum(&self.states, weights, out);
     }
 
-    /// The point y is the newest: differences over `beta.len()` points behind it are renewed.
-    pub fn push(&mut self, beta: &[f64], y: &[f64]) {
-        push(&mut self.blocks, beta, y);
+    /// The same with `betas` to two places, and of charges with other weights, of which there may be fewer.
+    pub fn foresee(&self, betas: &[f64], weights: &[f64; ROWS], [there, guess, r]: [&mut [f64]; 3]) {
+        foresee(&self.states, &self.charges, betas, weights, there, guess, r);
     }
 
-    /// phi_{row + 1} of quantity i.
+    /// The point x, q is the newest: differences over `beta.len()` points behind it are renewed.
+    pub fn push(&mut self, beta: &[f64], [x, q]: [&[f64]; 2]) {
+        push(&mut self.states, &mut self.charges, beta, x, q);
+    }
+
+    /// phi_{row + 1} of state i.
     pub fn phi(&self, row: usize, i: usize) -> f64 {
-        self.blocks[i / LANES][row.min(ROWS - 1)][i % LANES]
+        self.states[i / LANES][row.min(ROWS - 1)][i % LANES]
     }
 
-    /// Largest |e + factor phi_{row + 1}| times the scale, of all quantities, for a first factor and row, for none, and for a second; e
-    /// and scales of whole blocks.
-    pub fn largest(&self, e: &[f64], scales: &[f64], of: [(f64, usize); 2]) -> [f64; 3] {
-        largest(&self.blocks, e, scales, of)
+    /// What was foreseen becomes what that lacks of x1; of this e the largest |e + factor phi_{row + 1}| over the weights of x1 and x0
+    /// and their noise, for a first factor and row, for none, and for a second.
+    pub fn judge(
+        &self,
+        foreseen: &mut [f64],
+        points: [&[f64]; 2],
+        noise: &[f64],
+        norm: Norm<'_>,
+        of: [(f64, usize); 2],
+    ) -> [f64; 3] {
+        judge(&self.states, foreseen, points, noise, norm, of)
     }
 }
 
-/// The same with the number of weights known to the compiler: the loops over them unrolled, the sums in registers.
+/// With the number of weights known to the compiler: loops over them unrolled, sums in registers.
 macro_rules! counted {
-    ($weights:ident, $with:ident($($arg:expr),*)) => {
+    ($weights:ident, $with:ident::<$lanes:ident>($($arg:expr),*)) => {
         match $weights.len() {
-            1 => $with::<1>($($arg),*),
-            2 => $with::<2>($($arg),*),
-            3 => $with::<3>($($arg),*),
-            4 => $with::<4>($($arg),*),
-            5 => $with::<5>($($arg),*),
-            6 => $with::<6>($($arg),*),
-            7 => $with::<7>($($arg),*),
-            _ => $with::<0>($($arg),*),
+            1 => $with::<$lanes, 1>($($arg),*),
+            2 => $with::<$lanes, 2>($($arg),*),
+            3 => $with::<$lanes, 3>($($arg),*),
+            4 => $with::<$lanes, 4>($($arg),*),
+            5 => $with::<$lanes, 5>($($arg),*),
+            6 => $with::<$lanes, 6>($($arg),*),
+            7 => $with::<$lanes, 7>($($arg),*),
+            _ => $with::<$lanes, 0>($($arg),*),
         }
     };
 }
 
-twice! {
-    fn sum(blocks: &[Block], weights: &[f64], out: &mut [f64]) {
-        counted!(weights, sum_of(blocks, weights, out))
+/// The first M numbers, each throughout a register.
+#[inline(always)]
+fn spread<L: Lanes, const M: usize>(weights: &[f64]) -> [L; M] {
+    let mut spread = [L::all(0.0); M];
+    for m in 0..M {
+        spread[m] = L::all(weights[m]);
+    }
+    spread
+}
+
+#[inline(always)]
+fn weighted<L: Lanes, const M: usize>(block: &Block, weights: &[L; M]) -> L {
+    let mut sum = L::all(0.0);
+    for m in 0..M {
+        sum = sum + weights[m] * L::at(&block[m], 0);
+    }
+    sum
+}
+
+by_lanes! {
+    fn sum<L>(blocks: &[Block], weights: &[f64], out: &mut [f64]) {
+        counted!(weights, sum_of::<L>(blocks, weights, out))
     }
 }
 
 #[inline(always)]
-fn sum_of<const M: usize>(blocks: &[Block], weights: &[f64], out: &mut [f64]) {
-    let weights: [f64; M] = std::array::from_fn(|m| weights[m]);
+fn sum_of<L: Lanes, const M: usize>(blocks: &[Block], weights: &[f64], out: &mut [f64]) {
+    let weights = spread::<L, M>(weights);
     for (block, out) in blocks.iter().zip(out.chunks_mut(LANES)) {
-        let mut sum = [0.0; LANES];
-        for m in 0..M {
-            sum = std::array::from_fn(|k| sum[k] + weights[m] * block[m][k]);
-        }
-        match <&mut [f64; LANES]>::try_from(&mut *out) {
-            Ok(out) => *out = sum,
-            Err(_) => out.iter_mut().zip(sum).for_each(|(out, sum)| *out = sum),
+        let sum = weighted(block, &weights);
+        if out.len() == LANES {
+            sum.put(out, 0);
+        } else {
+            out.copy_from_slice(&each(sum)[..out.len()]);
         }
     }
 }
 
-twice! {
-    fn push(blocks: &mut [Block], beta: &[f64], y: &[f64]) {
-        counted!(beta, push_behind(blocks, beta, y))
+by_lanes! {
+    fn foresee<L>(
+        states: &[Block],
+        charges: &[Block],
+        betas: &[f64],
+        weights: &[f64; ROWS],
+        there: &mut [f64],
+        guess: &mut [f64],
+        r: &mut [f64],
+    ) {
+        counted!(betas, foresee_by::<L>(states, charges, betas, weights, there, guess, r))
     }
 }
 
 #[inline(always)]
-fn push_behind<const M: usize>(blocks: &mut [Block], beta: &[f64], y: &[f64]) {
-    let beta: [f64; M] = std::array::from_fn(|m| beta[m]);
-    for (block, y) in blocks.iter_mut().zip(y.chunks(LANES)) {
-        let mut carry = lanes(y);
-        for m in 0..M {
-            let old = std::mem::replace(&mut block[m], carry);
-            carry = std::array::from_fn(|k| carry[k] - beta[m] * old[k]);
-        }
-        if let Some(phi) = block.get_mut(M) {
-            *phi = carry;
-        }
+fn foresee_by<L: Lanes, const M: usize>(
+    states: &[Block],
+    charges: &[Block],
+    betas: &[f64],
+    weights: &[f64; ROWS],
+    there: &mut [f64],
+    guess: &mut [f64],
+    r: &mut [f64],
+) {
+    let n = LANES * states.len();
+    let (there, guess, r) = (&mut there[..n], &mut guess[..n], &mut r[..n]);
+    let (betas, weights) = (spread::<L, M>(betas), spread::<L, M>(weights));
+    for (k, (state, charge)) in states.iter().zip(charges).enumerate() {
+        let (x, q) = (weighted(state, &betas), weighted(charge, &weights));
+        x.put(there, LANES * k);
+        x.put(guess, LANES * k);
+        q.put(r, LANES * k);
     }
 }
 
-twice! {
-    fn largest(blocks: &[Block], e: &[f64], scales: &[f64], of: [(f64, usize); 2]) -> [f64; 3] {
+by_lanes! {
+    fn push<L>(states: &mut [Block], charges: &mut [Block], beta: &[f64], x: &[f64], q: &[f64]) {
+        counted!(beta, push_both::<L>(states, charges, beta, x, q))
+    }
+}
+
+#[inline(always)]
+fn push_both<L: Lanes, const M: usize>(
+    states: &mut [Block],
+    charges: &mut [Block],
+    beta: &[f64],
+    x: &[f64],
+    q: &[f64],
+) {
+    let beta = spread::<L, M>(beta);
+    let blocks = states.iter_mut().zip(charges).zip(x.chunks_exact(LANES).zip(q.chunks_exact(LANES)));
+    for ((state, charge), (x, q)) in blocks {
+        renew(state, &beta, L::at(x, 0));
+        renew(charge, &beta, L::at(q, 0));
+    }
+}
+
+#[inline(always)]
+fn renew<L: Lanes, const M: usize>(block: &mut Block, beta: &[L; M], newest: L) {
+    let mut carry = newest;
+    for m in 0..M {
+        let old = L::at(&block[m], 0);
+        carry.put(&mut block[m], 0);
+        carry = carry - beta[m] * old;
+    }
+    if M < ROWS {
+        carry.put(&mut block[M], 0);
+    }
+}
+
+by_lanes! {
+    fn judge<L>(
+        states: &[Block],
+        foreseen: &mut [f64],
+        points: [&[f64]; 2],
+        noise: &[f64],
+        norm: Norm<'_>,
+        of: [(f64, usize); 2],
+    ) -> [f64; 3] {
         let [below, above] = of;
-        let larger = |a: f64, b: f64| if a > b { a } else { b };
         let (low, high) = (below.1.min(ROWS - 1), above.1.min(ROWS - 1));
+        let (n, [share, peak, floor]) = (LANES * states.len(), norm.rows());
+        let rows = side_by_side::<L, 6>(n, [points[0], points[1], noise, share, peak, floor]);
         // each in its own register
-        let (mut under, mut own, mut over) = ([0.0; LANES], [0.0; LANES], [0.0; LANES]);
-        for ((block, e), scales) in blocks.iter().zip(e.chunks_exact(LANES)).zip(scales.chunks_exact(LANES)) {
-            let (e, scales) = (lanes(e), lanes(scales));
-            let held = |worst: [f64; LANES], missed: [f64; LANES]| -> [f64; LANES] {
-                std::array::from_fn(|k| larger(missed[k].abs() * scales[k], worst[k]))
-            };
-            own = held(own, e);
-            under = held(under, std::array::from_fn(|k| e[k] + below.0 * block[low][k]));
-            over = held(over, std::array::from_fn(|k| e[k] + above.0 * block[high][k]));
+        let (mut under, mut own, mut over) = (L::all(0.0), L::all(0.0), L::all(0.0));
+        for (((_, [x1, x0, noise, share, peak, floor]), block), foreseen) in
+            rows.zip(states).zip(foreseen.chunks_exact_mut(LANES))
+        {
+            let e = x1 - L::at(foreseen, 0);
+            e.put(foreseen, 0);
+            let scale = norm.inverse([share, peak, floor], [x1, x0], noise);
+            own = (e.abs() * scale).larger(own);
+            under = ((e + L::all(below.0) * L::at(&block[low], 0)).abs() * scale).larger(under);
+            over = ((e + L::all(above.0) * L::at(&block[high], 0)).abs() * scale).larger(over);
         }
-        [under, own, over].map(|lanes| larger(larger(lanes[0], lanes[1]), larger(lanes[2], lanes[3])))
+        [under, own, over].map(|worst| each(worst).into_iter().fold(0.0, f64::max))
     }
-}
-
-/// So many numbers of a vector, or what is left of it and zeros.
-#[inline(always)]
-fn lanes(y: &[f64]) -> [f64; LANES] {
-    y.try_into().unwrap_or_else(|_| std::array::from_fn(|k| y.get(k).copied().unwrap_or(0.0)))
 }

@@ -19,15 +19,18 @@
 //! from the solution is the product in the error estimate). Dense output: the polynomial through the k+1 points of the formula.
 //! Accounts of energy integrate the polynomial through the powers at the newest k points, of the formula's order too: the
 //! points solve the equations, between them a diode's exponential is far from any polynomial of its voltage.
+mod control;
 mod differences;
 
-use self::differences::{towards, whole, Differences, ROWS};
+use self::control::{Control, Pace, Taken, AHEAD, SPICE};
+use self::differences::{towards, Differences, Towards, ROWS};
 use super::rows::Lags;
 use super::{response, Attempt, History, Method};
 use crate::ledger::Stages;
 use crate::newton::{Failure, Newton, Options, Tolerances};
 use crate::sparse::Complex;
-use crate::system::{System, Work};
+use crate::system::{Stage, System, Work};
+use crate::twice::whole;
 
 const MOST: usize = 6;
 /// Past points that are kept.
@@ -39,6 +42,8 @@ const LOCAL: f64 = 0.33;
 /// ... where there are coils beside diodes, which `auto` leaves to gear: what rings adds up its errors over the periods (a flyback
 /// converter's leakage at 1e-4: 40 times reltol with 0.4). And where accounts are kept, which integrate currents.
 const STRICT: f64 = 0.1;
+/// Beside diodes without coils, where long steps are held to less (`control::Pace`), short ones to so many times that.
+const SHORT: f64 = 3.0;
 /// The slope of the formula of order k lacks (Q1 - what the polynomial through the k + 1 points behind says)/(t1 - t_{1-k-1}) of that of
 /// order k + 1. With a share of it the order stays, and the error is so much smaller: the numerical differentiation formulas of
 /// Klopfenstein (1971), on unequal points. Shampine and Reichelt (The MATLAB ODE suite, 1997) take 0.37, 0.5, 0.6 and 0.43 from order 1
@@ -48,24 +53,10 @@ const STRICT: f64 = 0.1;
 const NEXT: [f64; MOST + 1] = [0.0, 0.0, 0.5, 0.3, 0.0, 0.0, 0.0];
 /// So much of what the error falls by is taken in longer steps: estimates of long steps know it less well.
 const TAKEN: f64 = 0.5;
-/// How the next step follows from an error: ln of the share of the step it allows that is taken, and what the growth of its
-/// coefficient over the last step counts besides (Gustafsson 1994 has it count in full).
-#[derive(Clone, Copy)]
-struct Control {
-    safety: f64,
-    trend: f64,
-}
-
-const AHEAD: Control = Control { safety: -0.4, trend: 0.7 };
-/// ln 0.85
-const SPICE: Control = Control { safety: -0.162_518_929_497_774_9, trend: 0.0 };
 /// Of the first step's movement, what is held to the tolerance.
 const FIRST: f64 = 0.2;
 /// A first step that would be shorter than this part of the time is judged by what parts it from the trapezoidal rule.
 const SHORTEST: f64 = 1e-11;
-/// Another order's step must be longer by 5 %: ln 1.05.
-const WORTH_IT: f64 = 0.048_790_164_169_432_06;
-
 /// A step of so much of the time is clear of its rounding.
 const CLEAR: f64 = 1e-9;
 
@@ -77,17 +68,13 @@ pub struct Gear {
     now: f64,             // of the newest point
     times: [f64; POINTS], // of past points since then, newest first: sums of steps, of which absolute times know too little
     len: usize,           // how many there are
-    states: Differences,
-    tied: Vec<(usize, usize, f64)>, // nodes of islands, their roots, what errors of their difference are measured by
-    charges: Differences,
-    x0: Vec<f64>,
+    behind: Differences,
+    x0: Vec<f64>, // whole blocks
     f0: Vec<f64>, // F at the start
     t1: f64,      // of the candidate, since then as well
-    x1: Vec<f64>,
-    betas: [f64; ROWS], // towards it
-    r: Vec<f64>,
-    missed: Vec<f64>, // x1 less what the polynomial through the points of the formula and one more says; whole blocks
-    scales: Vec<f64>, // 1 over the weights of errors; whole blocks
+    stage: Stage,
+    towards: Towards,
+    missed: Vec<f64>, // of the candidate: less what the polynomial through the points of the formula and one more says; whole blocks
     given: Vec<usize>, // unknowns that have what a source has
     noise: Noise,
     order: usize,
@@ -96,7 +83,10 @@ pub struct Gear {
     control: Control,
     shares: [f64; MOST + 1], // of the next formula in that of each order
     since_change: usize,
-    last: (usize, f64, f64), // order, step and error of the step before
+    last: Taken,
+    pace: Pace,
+    allowed: f64, // of the tolerance, to the candidate's error
+    weighs: bool, // errors, by the length of their steps
     trtol: f64,
     fixed: bool,
     itl4: usize,
@@ -111,6 +101,7 @@ pub struct Gear {
 struct Noise {
     due: usize,
     counts: bool,
+    of: Vec<f64>, // what weights of errors are larger by: 0 where it does not count; whole blocks
 }
 
 /// Noise that is so much of what an error may be counts.
@@ -129,6 +120,7 @@ impl Gear {
         let fixed = o.fixed_step.is_some();
         let maxord = o.maxord.unwrap_or(if fixed { 2 } else { HIGHEST }).clamp(1, MOST);
         let spice = o.maxord.is_some_and(|m| m <= 2);
+        let weighs = !spice && sys.diodes() > 0 && !sys.has_coils();
         let starter: Option<Box<dyn Method>> =
             if fixed && maxord > 1 { Some(Box::new(super::radau::Radau::new(sys, o, "radau")?)) } else { None };
         Ok(Gear {
@@ -136,31 +128,32 @@ impl Gear {
             now: 0.0,
             times: [0.0; POINTS],
             len: 0,
-            states: Differences::new(sys.n),
-            tied: Vec::new(),
-            charges: Differences::new(sys.n),
-            x0: vec![0.0; sys.n],
+            behind: Differences::new(sys.n),
+            x0: vec![0.0; whole(sys.n)],
             f0: vec![0.0; sys.n],
             t1: 0.0,
-            x1: vec![0.0; sys.n],
-            betas: [0.0; ROWS],
-            r: vec![0.0; sys.n],
+            stage: Stage::new(sys),
+            towards: Towards { betas: [0.0; ROWS], inverse: [0.0; POINTS] },
             missed: vec![0.0; whole(sys.n)],
             given: sys.alone().iter().enumerate().filter_map(|(i, &alone)| alone.then_some(i)).collect(),
-            scales: vec![0.0; whole(sys.n)],
-            noise: Noise { due: 0, counts: false },
+            noise: Noise { due: 0, counts: false, of: vec![0.0; whole(sys.n)] },
             order: 1,
             maxord,
             spice,
             control: if spice { SPICE } else { AHEAD },
             shares: if spice || fixed || o.accounts { [0.0; MOST + 1] } else { NEXT },
             since_change: 0,
-            last: (0, 0.0, 0.0),
+            last: Taken::default(),
+            pace: Pace::default(),
+            allowed: 1.0,
+            weighs,
             trtol: match (o.trtol.is_finite(), spice, o.accounts || (sys.has_coils() && sys.diodes() > 0)) {
                 (true, ..) => o.trtol,
                 (false, true, _) => 1.0,
-                (false, false, true) => STRICT,
-                (false, false, false) => LOCAL,
+                (false, false, strict) => {
+                    let longer = if weighs { SHORT } else { 1.0 };
+                    longer * if strict { STRICT } else { LOCAL }
+                }
             },
             fixed,
             itl4: o.itl4,
@@ -173,20 +166,6 @@ impl Gear {
 
     fn past(&self) -> &[f64] {
         &self.times[..self.len]
-    }
-
-    /// Writes r of the formula of order k, returns its a.
-    fn slope(&mut self, k: usize) -> f64 {
-        let inverse = self.times.map(|t| 1.0 / (self.t1 - t));
-        let (mut a, mut weights) = (0.0, [0.0; ROWS]);
-        let next = self.next(k);
-        let points = if next > 0.0 { k + 1 } else { k };
-        for m in (0..points).rev() {
-            a += if m == k { next * inverse[m] } else { inverse[m] };
-            weights[m] = -a * self.betas[m];
-        }
-        self.charges.sum(&weights[..points], &mut self.r);
-        a
     }
 
     /// Share of the next formula in that of order k, as far as there are points for it.
@@ -208,47 +187,51 @@ impl Gear {
         (self.used + 1).min(self.len)
     }
 
-    /// What errors are measured by: tolerances, and the rounding of charges and currents where that is not far below.
-    fn weigh(&mut self, sys: &System, w: &mut Work, a: f64, tol: &Tolerances) {
-        tol.inverse_weights(&self.x1, &self.x0, &mut self.scales[..sys.n]);
-        self.tied.clear();
-        let weight = |i: usize| tol.error_weight(i, self.x1[i], self.x0[i]);
-        self.tied.extend(tol.tied.iter().map(|&(node, root)| (node, root, weight(node))));
+    /// The rounding of charges and currents, where that is not far below the tolerances.
+    fn heed_noise(&mut self, sys: &System, w: &mut Work, a: f64, tol: &Tolerances) {
         if self.noise.counts || self.noise.due == 0 {
-            let (noise, trtol) = (self.newton.round(sys, w, a, &self.x1), self.trtol);
-            let counts = |(scale, noise): (&f64, &f64)| noise.abs() * scale > NOISY * trtol;
-            self.noise = Noise { due: QUIET, counts: self.scales.iter().zip(noise).any(counts) };
-            if self.noise.counts {
-                let more = |(scale, noise): (&mut f64, &f64)| *scale /= 1.0 + noise.abs() / trtol * *scale;
-                self.scales.iter_mut().zip(noise).for_each(more);
+            let (x1, x0, allowed) = (self.stage.x(), &self.x0, self.allowed);
+            let noise = self.newton.round(sys, w, a, x1);
+            let counts = |(i, noise): (usize, &f64)| {
+                tol.share(i)
+                    .is_some_and(|share| share * noise.abs() > NOISY * allowed * tol.error_weight(i, x1[i], x0[i]))
+            };
+            let counts = noise.iter().enumerate().any(counts);
+            for (of, noise) in self.noise.of.iter_mut().zip(noise) {
+                *of = if counts { noise.abs() / allowed } else { 0.0 };
             }
+            (self.noise.due, self.noise.counts) = (QUIET, counts);
         }
         self.noise.due -= 1;
     }
 
     /// Largest lte over tolerance of the orders below, at and above that of the step; None where too few points stand behind.
-    fn errors(&self, h: f64) -> [Option<f64>; 3] {
-        let (k, beta) = (self.used, &self.betas);
+    /// `missed` held what was foreseen.
+    fn errors(&mut self, h: f64, tol: &Tolerances) -> [Option<f64>; 3] {
+        let (k, beta) = (self.used, &self.towards.betas);
         if self.len < k + 1 {
+            self.compare();
             return [None; 3];
         }
         let above = if self.len > k + 1 && k < MOST { k + 1 } else { k };
         let of = [(beta[k], k), (-beta[above], above)];
-        let mut worst = self.states.largest(&self.missed, &self.scales, of);
-        for &(node, root, weight) in &self.tied {
+        let points = [self.stage.x_blocks(), &self.x0];
+        let mut worst = self.behind.judge(&mut self.missed, points, &self.noise.of, tol.norm(), of);
+        for &(node, root) in &tol.tied {
+            let weight = tol.error_weight(node, points[0][node], points[1][node]);
             let apart = |of: &dyn Fn(usize) -> f64| (of(node) - of(root)).abs() / weight;
-            let beyond = |(factor, row): (f64, usize)| apart(&|i| self.missed[i] + factor * self.states.phi(row, i));
+            let beyond = |(factor, row): (f64, usize)| apart(&|i| self.missed[i] + factor * self.behind.phi(row, i));
             let errors = [beyond(of[0]), apart(&|i| self.missed[i]), beyond(of[1])];
             worst.iter_mut().zip(errors).for_each(|(worst, e)| *worst = worst.max(e));
         }
-        let of = |k: usize, worst: f64| Some(self.constant(k, h) * worst / self.trtol);
+        let of = |k: usize, worst: f64| Some(self.constant(k, h) * worst / self.allowed);
         let below = if k > 1 { of(k - 1, worst[0]) } else { None };
         [below, of(k, worst[1]), if above > k { of(above, worst[2]) } else { None }]
     }
 
     /// `missed` holds what was foreseen, and then what that lacks.
     fn compare(&mut self) {
-        for (missed, x1) in self.missed.iter_mut().zip(&self.x1) {
+        for (missed, x1) in self.missed.iter_mut().zip(self.stage.x()) {
             *missed = x1 - *missed;
         }
     }
@@ -261,7 +244,7 @@ impl Gear {
         if self.t1 < CLEAR * (self.now + self.t1) {
             self.given.iter().for_each(|&i| self.missed[i] = 0.0);
         }
-        let mut worst = FIRST * tol.largest_error(&self.missed, &self.x1, &self.x0) / self.trtol;
+        let mut worst = FIRST * tol.largest_error(&self.missed, self.stage.x(), &self.x0) / self.allowed;
         if worst > 1.0 {
             worst = self.above_noise(sys, w, a, FIRST, tol);
         }
@@ -269,7 +252,7 @@ impl Gear {
             let half = |i: usize| if sys.has_q[i] { 0.5 * (self.f0[i] - self.newton.f()[i]) } else { 0.0 };
             let mut apart: Vec<f64> = (0..sys.n).map(half).collect();
             self.newton.solve_held(w, &mut apart);
-            worst = worst.min(tol.largest_error(&apart, &self.x1, &self.x0) / self.trtol);
+            worst = worst.min(tol.largest_error(&apart, self.stage.x(), &self.x0) / self.allowed);
         }
         self.missed = missed;
         worst
@@ -277,8 +260,8 @@ impl Gear {
 
     /// Largest of `factor` times what was missed, over the tolerance and the rounding of charges and currents.
     fn above_noise(&mut self, sys: &System, w: &mut Work, a: f64, factor: f64, tol: &Tolerances) -> f64 {
-        let points = (self.x1.as_slice(), self.x0.as_slice());
-        self.newton.above_noise(sys, w, a, |i| factor * self.missed[i], points, tol, self.trtol)
+        let points = (self.stage.x(), self.x0.as_slice());
+        self.newton.above_noise(sys, w, a, |i| factor * self.missed[i], points, tol, self.allowed)
     }
 }
 
@@ -293,25 +276,13 @@ fn over_step(ts: &[f64], t0: f64) -> Vec<f64> {
     (0..ts.len()).map(|j| GAUSS.iter().map(|(c, b)| b * l(j, t0 + c * (ts[0] - t0))).sum()).collect()
 }
 
-impl Control {
-    /// ln of the factor to the next step that an error of order k allows.
-    fn growth(self, error: f64, k: usize) -> f64 {
-        if error < 1e-12 {
-            std::f64::consts::LN_2
-        } else {
-            self.safety - error.ln() / (k as f64 + 1.0)
-        }
-    }
-}
-
 impl Method for Gear {
     fn restart(&mut self, sys: &System, w: &mut Work, t: f64, x: &[f64]) {
         (self.now, self.times[0], self.len) = (t, 0.0, 1);
         sys.eval(w, x, t);
-        self.states.start(x);
-        self.charges.start(&w.q);
+        self.behind.start([x, &w.q]);
         self.f0.copy_from_slice(&w.f);
-        self.x0.copy_from_slice(x);
+        self.x0[..sys.n].copy_from_slice(x);
         if let Some(accounts) = &mut self.accounts {
             accounts.points.clear();
             accounts.points.push(t, x);
@@ -319,8 +290,8 @@ impl Method for Gear {
         self.order = 1;
         self.next_order = 1;
         self.since_change = 0;
-        self.last.0 = 0;
-        self.x1.copy_from_slice(x);
+        self.last.order = 0;
+        self.stage.x_mut().copy_from_slice(x);
         self.t1 = 0.0;
         self.newton.forget();
         if let Some(s) = &mut self.starter {
@@ -330,40 +301,41 @@ impl Method for Gear {
 
     fn attempt(&mut self, sys: &System, w: &mut Work, h: f64, tol: &Tolerances) -> Attempt {
         self.t1 = h;
-        self.betas = towards(h, &self.times, self.len);
+        self.towards = towards(h, &self.times, self.len);
+        self.allowed = self.trtol / if self.weighs { self.pace.weight(h) } else { 1.0 };
         let t1 = self.now + h;
         if self.fixed && self.len < self.maxord {
             // fixed order k wants k starting points of at least its own order
             if let Some(s) = &mut self.starter {
                 let attempt = s.attempt(sys, w, h, tol);
                 self.used = self.maxord;
-                self.x1.copy_from_slice(s.candidate());
-                sys.eval(w, &self.x1, t1);
+                self.stage.x_mut().copy_from_slice(s.candidate());
+                sys.eval(w, self.stage.x(), t1);
                 self.newton.put_q(&w.q);
-                self.states.sum(&self.betas[..self.foreseen()], &mut self.missed);
+                self.behind.sum(&self.towards.betas[..self.foreseen()], &mut self.missed);
                 self.compare();
                 return attempt;
             }
         }
         let k = if self.fixed { self.maxord } else { self.order.min(self.len) };
         self.used = k;
-        let a = self.slope(k);
-        self.states.sum(&self.betas[..self.foreseen()], &mut self.missed);
+        let (a, weights) = self.towards.slope(k, self.next(k));
+        let behind = self.foreseen();
+        let (guess, r) = self.stage.blocks_mut();
+        self.behind.foresee(&self.towards.betas[..behind], &weights, [&mut self.missed, guess, r]);
         if self.fixed {
-            self.states.sum(&self.betas[..k.min(2)], &mut self.x1);
-        } else {
-            self.x1.copy_from_slice(&self.missed[..sys.n]);
+            self.behind.sum(&self.towards.betas[..k.min(2)], self.stage.x_mut());
         }
-        if let Err(why) = self.newton.solve(sys, w, a, &self.r, &mut self.x1, t1, tol, self.itl4) {
+        if let Err(why) = self.newton.solve_stage(sys, w, a, &mut self.stage, t1, tol, self.itl4) {
             self.order = 1;
             return Attempt::Stuck { next: h / 8.0, why };
         }
-        self.compare();
         if self.fixed {
+            self.compare();
             return Attempt::Good { next: h };
         }
-        self.weigh(sys, w, a, tol);
-        let [below, error, above] = self.errors(h);
+        self.heed_noise(sys, w, a, tol);
+        let [below, error, above] = self.errors(h, tol);
         let Some(error) = error else {
             let worst = self.first_error(sys, w, a, tol);
             return if worst > 1.0 {
@@ -376,47 +348,34 @@ impl Method for Gear {
         let share = self.constant(k, h);
         let error = if error > 1.0 { self.above_noise(sys, w, a, share, tol) } else { error };
         if error > 1.0 {
-            let next = h * self.control.growth(error, k).exp().clamp(0.1, 0.8);
             if below.is_some_and(|e| e < error) {
                 self.order = k - 1;
             }
-            return Attempt::TooLarge { next };
+            return Attempt::TooLarge { next: h * self.control.shorter(error, k) };
         }
-        let mut best = (self.control.growth(error, k), k);
-        if self.since_change > if self.spice { k } else { 0 } {
-            for (other, error) in [(k - 1, below), (k + 1, above)] {
-                let longer =
-                    error.filter(|_| other <= self.maxord).map_or(f64::NEG_INFINITY, |e| self.control.growth(e, other));
-                if longer > best.0 + WORTH_IT {
-                    best = (longer, other);
-                }
-            }
-        }
-        self.next_order = best.1;
-        let (order, before, was) = std::mem::replace(&mut self.last, (k, h, error));
-        let trend = if best.1 == k && order == k {
-            (error / was.max(1e-12)).ln() / (k as f64 + 1.0) - (h / before).ln()
-        } else {
-            0.0
-        };
-        let f = (best.0 - self.control.trend * trend.max(0.0)).exp().clamp(0.5, 2.0);
+        let free = self.since_change > if self.spice { k } else { 0 };
+        let others = [below, above.filter(|_| k < self.maxord)].map(|error| error.filter(|_| free));
+        let taken = Taken { order: k, h, error };
+        let (order, f) = self.control.next(taken, others, std::mem::replace(&mut self.last, taken));
+        self.next_order = order;
         // a linear system keeps its factors with its step
         Attempt::Good { next: if sys.linear && !self.spice && (0.9..1.2).contains(&f) { h } else { f * h } }
     }
 
     fn accept(&mut self, t1: f64) {
         let behind = self.foreseen();
-        self.states.push(&self.betas[..behind], &self.x1);
-        self.charges.push(&self.betas[..behind], self.newton.q());
-        self.x0.copy_from_slice(&self.x1);
+        let x1 = self.stage.x_blocks();
+        self.behind.push(&self.towards.betas[..behind], [x1, self.newton.q_blocks()]);
+        self.x0.copy_from_slice(x1);
         let step = std::mem::take(&mut self.t1);
         for k in (1..self.times.len()).rev() {
             self.times[k] = self.times[k - 1] - step;
         }
+        self.pace.count(step);
         self.now = t1;
         self.len = (self.len + 1).min(self.times.len());
         if let Some(accounts) = &mut self.accounts {
-            accounts.points.push(t1, &self.x1);
+            accounts.points.push(t1, self.stage.x());
             let newest = &self.times[..self.len.min(self.used)];
             accounts.weights[0] = over_step(newest, self.times[1]);
         }
@@ -441,7 +400,7 @@ impl Method for Gear {
         let t = 0.5 * (self.t1 + past[0]);
         let there: f64 = (t - self.t1) * past[..m - 1].iter().map(|tj| t - tj).product::<f64>();
         let share = there / past.iter().map(|tj| self.t1 - tj).product::<f64>();
-        let (x1, x0, missed) = (&self.x1, &self.x0, &self.missed);
+        let (x1, x0, missed) = (self.stage.x(), &self.x0, &self.missed);
         let worst = sys.interpolated().map(|i| missed[i].abs() / tol.weight(i, x1[i], x0[i])).fold(0.0, f64::max);
         share.abs() * worst
     }
@@ -483,13 +442,13 @@ impl Method for Gear {
     }
 
     fn candidate(&self) -> &[f64] {
-        &self.x1
+        self.stage.x()
     }
 
     fn dense(&self, t: f64, out: &mut [f64]) {
         let t = t - self.now;
-        let beta = towards(t, &self.times, self.len);
-        self.states.sum(&beta[..self.foreseen()], out);
+        let betas = towards(t, &self.times, self.len).betas;
+        self.behind.sum(&betas[..self.foreseen()], out);
         if self.t1 == 0.0 {
             return;
         }
