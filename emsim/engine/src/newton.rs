@@ -138,6 +138,7 @@ pub struct Newton {
 /// makes volts of these in a femtosecond.
 pub struct Noise {
     pub of: Vec<f64>,
+    uneven: Vec<f64>,
     mixed: Vec<f64>, // the same, of other signs
 }
 
@@ -150,14 +151,14 @@ fn uneven(i: usize) -> f64 {
 
 impl Noise {
     pub fn new(n: usize) -> Noise {
-        Noise { of: vec![0.0; n], mixed: Vec::new() }
+        Noise { of: vec![0.0; n], uneven: (0..n).map(uneven).collect(), mixed: Vec::new() }
     }
 
     /// At x with the charges `q` and a = 1/h; `solve` is (G + a C)^-1.
     pub fn find(&mut self, sys: &System, a: f64, x: &[f64], q: &[f64], mut solve: impl FnMut(&mut [f64])) -> &[f64] {
         sys.terms(x, &mut self.of);
-        for (i, (b, q)) in self.of.iter_mut().zip(q).enumerate() {
-            *b = ROUNDING * uneven(i) * (*b + (a * q).abs());
+        for (b, (q, uneven)) in self.of.iter_mut().zip(q.iter().zip(&self.uneven)) {
+            *b = ROUNDING * uneven * (*b + (a * q).abs());
         }
         // roundings of either sign: one pattern alone may be what the inverse takes to next to nothing, as momenta to speeds
         let mixed = self.of.iter().enumerate().map(|(i, b)| if i.count_ones() % 2 == 0 { *b } else { -b });

@@ -98,16 +98,36 @@ pub struct Gear {
 
 /// When rounding is to be looked at again, in steps, and whether it was worth counting. With nothing but noise before it an error
 /// control takes shorter steps, which have more of it, and lower orders, which look no worse.
+#[derive(Default)]
 struct Noise {
     due: usize,
     counts: bool,
+    silent: f64,  // up to this a it is nothing to speak of
     of: Vec<f64>, // what weights of errors are larger by: 0 where it does not count; whole blocks
 }
 
 /// Noise that is so much of what an error may be counts.
 const NOISY: f64 = 0.02;
-/// Steps for which what did not count is not looked at.
-const QUIET: usize = 16;
+/// Less than so much of that is nothing to speak of, until steps are so much shorter. Beside diodes without coils: where something rings
+/// for long, one last bit makes another run.
+const SILENT: f64 = 0.06;
+const SHORTER: f64 = 8.0;
+/// Steps for which what did not count is not looked at, and what was nothing to speak of.
+const QUIET: (usize, usize) = (16, 64);
+
+impl Noise {
+    fn is_due(&self, a: f64) -> bool {
+        self.counts || self.due == 0 || (self.silent > 0.0 && a > self.silent)
+    }
+
+    /// The largest noise in parts of what an error may be, with this a.
+    fn found(&mut self, largest: f64, a: f64, rings: bool) {
+        self.counts = largest > NOISY;
+        let silent = !rings && largest < SILENT * NOISY;
+        self.silent = if silent { SHORTER * a } else { 0.0 };
+        self.due = if silent { QUIET.1 } else { QUIET.0 };
+    }
+}
 
 /// The newest points, and their weights in the integral over the accepted step.
 struct Accounts {
@@ -136,7 +156,7 @@ impl Gear {
             towards: Towards { betas: [0.0; ROWS], inverse: [0.0; POINTS] },
             missed: vec![0.0; whole(sys.n)],
             given: sys.alone().iter().enumerate().filter_map(|(i, &alone)| alone.then_some(i)).collect(),
-            noise: Noise { due: 0, counts: false, of: vec![0.0; whole(sys.n)] },
+            noise: Noise { of: vec![0.0; whole(sys.n)], ..Noise::default() },
             order: 1,
             maxord,
             spice,
@@ -189,18 +209,15 @@ impl Gear {
 
     /// The rounding of charges and currents, where that is not far below the tolerances.
     fn heed_noise(&mut self, sys: &System, w: &mut Work, a: f64, tol: &Tolerances) {
-        if self.noise.counts || self.noise.due == 0 {
+        if self.noise.is_due(a) {
             let (x1, x0, allowed) = (self.stage.x(), &self.x0, self.allowed);
             let noise = self.newton.round(sys, w, a, x1);
-            let counts = |(i, noise): (usize, &f64)| {
-                tol.share(i)
-                    .is_some_and(|share| share * noise.abs() > NOISY * allowed * tol.error_weight(i, x1[i], x0[i]))
-            };
-            let counts = noise.iter().enumerate().any(counts);
+            let share = |(i, noise): (usize, &f64)| Some(tol.share(i)? * noise / tol.error_weight(i, x1[i], x0[i]));
+            let largest = noise.iter().enumerate().filter_map(share).fold(0.0, f64::max) / allowed;
+            self.noise.found(largest, a, !self.weighs);
             for (of, noise) in self.noise.of.iter_mut().zip(noise) {
-                *of = if counts { noise.abs() / allowed } else { 0.0 };
+                *of = if self.noise.counts { noise / allowed } else { 0.0 };
             }
-            (self.noise.due, self.noise.counts) = (QUIET, counts);
         }
         self.noise.due -= 1;
     }
@@ -346,7 +363,8 @@ impl Method for Gear {
             };
         };
         let share = self.constant(k, h);
-        let error = if error > 1.0 { self.above_noise(sys, w, a, share, tol) } else { error };
+        let noisy = error > 1.0 && a > self.noise.silent;
+        let error = if noisy { self.above_noise(sys, w, a, share, tol) } else { error };
         if error > 1.0 {
             if below.is_some_and(|e| e < error) {
                 self.order = k - 1;
