@@ -235,7 +235,7 @@ impl Newton {
         tol: &Tolerances,
         max_iterations: usize,
     ) -> Result<usize, Failure> {
-        let mut stage = std::mem::replace(&mut self.stage, Stage::nothing());
+        let mut stage = std::mem::take(&mut self.stage);
         let (guess, past) = stage.parts_mut();
         guess.copy_from_slice(x);
         past.copy_from_slice(r);

@@ -387,11 +387,6 @@ impl Tolerances {
         Norm { reltol: self.reltol, rows: [&self.alone, &self.recent, &self.error_floor] }
     }
 
-    /// What errors of the unknowns are multiplied by, in the local error norm: 1 over their weights, 0 where they do not count.
-    pub fn inverse_weights(&self, x1: &[f64], x0: &[f64], out: &mut [f64]) {
-        inverse_weights(self.reltol, &self.alone, [x1, x0, &self.recent, &self.error_floor], out);
-    }
-
     /// x <- x + step; whether the step was within the tolerance of Newton's norm, and all is finite still.
     pub fn advance(&self, step: &[f64], x: &mut [f64]) -> (bool, bool) {
         advance(self.reltol, &self.norm_mask, step, [&self.recent, &self.floor], x)
@@ -462,20 +457,6 @@ fn largest_of<L: Lanes>(reltol: f64, share: &[f64], e: &[f64], [a, b, peak, floo
 }
 
 by_lanes! {
-    fn inverse_weights<L>(reltol: f64, share: &[f64], of: [&[f64]; 4], out: &mut [f64]) {
-        if out.len() < L::COUNT { inverses_of::<One>(reltol, share, of, out) } else { inverses_of::<L>(reltol, share, of, out) }
-    }
-}
-
-/// share_i / weight of (a, b, peak, floor)_i.
-#[inline(always)]
-fn inverses_of<L: Lanes>(reltol: f64, share: &[f64], [a, b, peak, floor]: [&[f64]; 4], out: &mut [f64]) {
-    for (k, [share, a, b, peak, floor]) in side_by_side::<L, 5>(out.len(), [share, a, b, peak, floor]) {
-        (share / weight(reltol, [a, b, peak, floor])).put(out, k);
-    }
-}
-
-by_lanes! {
     fn advance<L>(reltol: f64, share: &[f64], step: &[f64], of: [&[f64]; 2], x: &mut [f64]) -> (bool, bool) {
         if x.len() < L::COUNT { advance_by::<One>(reltol, share, step, of, x) } else { advance_by::<L>(reltol, share, step, of, x) }
     }
@@ -505,7 +486,8 @@ fn advance_by<L: Lanes>(
 
 #[cfg(test)]
 mod tests {
-    use super::{advance, inverse_weights, largest, remember, KEPT, PEAK_SHARE};
+    use super::{advance, largest, remember, Norm, KEPT, PEAK_SHARE};
+    use crate::twice::{each, Lanes, One};
 
     #[test]
     fn what_lies_long_behind_is_forgotten() {
@@ -543,10 +525,11 @@ mod tests {
                 let without = (0..n).filter(|&k| k != i).map(ratio).fold(0.0, f64::max);
                 assert_eq!(norm(&odd), if share[i] > 0.0 { f64::INFINITY } else { without });
             }
-            let mut inverse = vec![0.0; n];
-            inverse_weights(1e-2, &share, [&a, &b, &peak, &floor], &mut inverse);
+            let by_blocks = Norm { reltol: 1e-2, rows: [&share, &peak, &floor] };
             for i in 0..n {
-                assert_eq!(inverse[i], share[i] / weight(i, a[i], b[i]));
+                let of = by_blocks.rows().map(|row| One::at(row, i));
+                let inverse = by_blocks.inverse(of, [One::at(&a, i), One::at(&b, i)], One::all(0.0));
+                assert_eq!(each(inverse)[0], share[i] / weight(i, a[i], b[i]));
             }
             for scale in [1e-4, 1.0] {
                 let step: Vec<f64> = e.iter().map(|e| scale * e).collect();

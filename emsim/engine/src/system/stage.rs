@@ -7,6 +7,7 @@ use crate::tape::{Inputs, Leaf, Signed, Value, Written};
 use crate::twice::whole;
 
 /// One stage as its programs read it: the iterate x, r, and the sources. x and r fill whole blocks of four, with anything behind them.
+#[derive(Default)]
 pub struct Stage {
     numbers: Vec<f64>,
     n: usize,
@@ -15,11 +16,6 @@ pub struct Stage {
 impl Stage {
     pub fn new(sys: &System) -> Stage {
         Stage { numbers: vec![0.0; 2 * whole(sys.n) + sys.waves.len()], n: sys.n }
-    }
-
-    /// Of no equations.
-    pub const fn nothing() -> Stage {
-        Stage { numbers: Vec::new(), n: 0 }
     }
 
     pub fn x(&self) -> &[f64] {
@@ -36,8 +32,9 @@ impl Stage {
 
     /// x and r.
     pub fn parts_mut(&mut self) -> (&mut [f64], &mut [f64]) {
-        let (x, rest) = self.numbers.split_at_mut(whole(self.n));
-        (&mut x[..self.n], &mut rest[..self.n])
+        let n = self.n;
+        let (x, r) = self.blocks_mut();
+        (&mut x[..n], &mut r[..n])
     }
 
     /// x and r in whole blocks.

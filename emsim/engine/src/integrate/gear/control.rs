@@ -19,8 +19,8 @@ const LEAST: f64 = 1e-12;
 
 /// Beside diodes errors of short steps, in which something turns on, mostly go by themselves: it then conducts, and takes everything near
 /// to where it belongs. What is wrong at the end of a long step, in which something turns off, stays. So the errors of steps longer than
-/// this part of the mean step so far are held to less, in proportion, down to a thirtieth. Steps and Newton iterations to an error of
-/// 1e-6: diode multiplier 6560 and 7510, now 5600 and 6540, four-diode bridge 1870 and 1890, now 1640 and 1650.
+/// this part of the mean step so far are held to less, in proportion, down to a thirtieth. Steps and evaluations to an error of 1e-6:
+/// diode multiplier 6340 and 8710, now 5200 and 7300, four-diode bridge 1800 and 2300, now 1610 and 1970.
 const LONG: f64 = 0.1;
 const HELD: f64 = 30.0;
 /// A mean is one of so many steps at least.

@@ -17,48 +17,44 @@ use crate::twice::{by_lanes, each, side_by_side, whole, Lanes, LANES};
 /// The predictor of the highest order reads so many.
 pub const ROWS: usize = MOST + 1;
 
-/// What leads from the past points to time t.
-pub struct Towards {
-    /// beta_1, beta_2, ..., as far as there are points
-    pub betas: [f64; ROWS],
-    /// 1 / (t - t_{-i}), newest first
-    pub inverse: [f64; POINTS],
-}
-
-/// The first `len` of `times`, newest first, are those of points.
-pub fn towards(t: f64, times: &[f64; POINTS], len: usize) -> Towards {
-    let (mut inverse, mut quotients) = ([0.0; POINTS], [0.0; POINTS]);
-    divide(t, times, &mut inverse, &mut quotients);
-    // quotients of points that are not there are left out
+/// beta_1, beta_2, ... towards t, as far as there are points: the first `len` of `times`, newest first.
+pub fn towards(t: f64, times: &[f64; POINTS], len: usize) -> [f64; ROWS] {
+    // all quotients at once; those of points that are not there are left out
+    let mut quotients = [0.0; POINTS];
+    divide(t, times, &mut quotients);
     let mut betas = [1.0; ROWS];
     for i in 1..ROWS.min(len) {
         betas[i] = betas[i - 1] * quotients[i - 1];
     }
-    Towards { betas, inverse }
+    betas
 }
 
 by_lanes! {
-    fn divide<L>(t: f64, times: &[f64; POINTS], inverse: &mut [f64; POINTS], quotients: &mut [f64; POINTS]) {
-        let (t, newest) = (L::all(t), L::all(times[0]));
-        for k in [0, POINTS - LANES] {
-            (L::all(1.0) / (t - L::at(times, k))).put(inverse, k);
-        }
+    fn divide<L>(t: f64, times: &[f64; POINTS], quotients: &mut [f64; POINTS]) {
         for k in [0, POINTS - LANES - 1] {
-            ((t - L::at(times, k)) / (newest - L::at(times, k + 1))).put(quotients, k);
+            ((L::all(t) - L::at(times, k)) / (L::all(times[0]) - L::at(times, k + 1))).put(quotients, k);
         }
     }
 }
 
-impl Towards {
-    /// The a of the formula of order k with a share of the next one's last term, and the weights of past charges in its r.
-    pub fn slope(&self, k: usize, next: f64) -> (f64, [f64; ROWS]) {
-        let (mut a, mut weights) = (0.0, [0.0; ROWS]);
-        for m in (0..ROWS).rev() {
-            let share = if m < k { 1.0 } else { next };
-            a += if m <= k { share * self.inverse[m] } else { 0.0 };
-            weights[m] = -a * self.betas[m];
+/// The a of the formula of order k with a share of the next one's last term, and the weights of past charges in its r.
+pub fn slope(t: f64, times: &[f64; POINTS], betas: &[f64; ROWS], k: usize, next: f64) -> (f64, [f64; ROWS]) {
+    let mut inverse = [0.0; POINTS];
+    invert(t, times, &mut inverse);
+    let (mut a, mut weights) = (0.0, [0.0; ROWS]);
+    for m in (0..ROWS).rev() {
+        let share = if m < k { 1.0 } else { next };
+        a += if m <= k { share * inverse[m] } else { 0.0 };
+        weights[m] = -a * betas[m];
+    }
+    (a, weights)
+}
+
+by_lanes! {
+    fn invert<L>(t: f64, times: &[f64; POINTS], inverse: &mut [f64; POINTS]) {
+        for k in [0, POINTS - LANES] {
+            (L::all(1.0) / (L::all(t) - L::at(times, k))).put(inverse, k);
         }
-        (a, weights)
     }
 }
 
@@ -76,28 +72,19 @@ impl Differences {
         Differences { states: blocks.clone(), charges: blocks }
     }
 
-    /// One point, nothing behind it.
-    pub fn start(&mut self, [x, q]: [&[f64]; 2]) {
-        for (blocks, values) in [(&mut self.states, x), (&mut self.charges, q)] {
-            for (block, values) in blocks.iter_mut().zip(values.chunks(LANES)) {
-                block[0] = std::array::from_fn(|k| values.get(k).copied().unwrap_or(0.0));
-            }
-        }
-    }
-
     /// out = sum over differences of states, with a weight each.
     pub fn sum(&self, weights: &[f64], out: &mut [f64]) {
         sum(&self.states, weights, out);
     }
 
     /// The same with `betas` to two places, and of charges with other weights, of which there may be fewer.
-    pub fn foresee(&self, betas: &[f64], weights: &[f64; ROWS], [there, guess, r]: [&mut [f64]; 3]) {
-        foresee(&self.states, &self.charges, betas, weights, there, guess, r);
+    pub fn foresee(&self, betas: &[f64], weights: &[f64; ROWS], to: [&mut [f64]; 3]) {
+        foresee(self, betas, weights, to);
     }
 
-    /// The point x, q is the newest: differences over `beta.len()` points behind it are renewed.
-    pub fn push(&mut self, beta: &[f64], [x, q]: [&[f64]; 2]) {
-        push(&mut self.states, &mut self.charges, beta, x, q);
+    /// The point x, q is the newest: differences over `betas.len()` points behind it are renewed.
+    pub fn push(&mut self, betas: &[f64], point: [&[f64]; 2]) {
+        push(self, betas, point);
     }
 
     /// phi_{row + 1} of state i.
@@ -174,33 +161,22 @@ fn sum_of<L: Lanes, const M: usize>(blocks: &[Block], weights: &[f64], out: &mut
 }
 
 by_lanes! {
-    fn foresee<L>(
-        states: &[Block],
-        charges: &[Block],
-        betas: &[f64],
-        weights: &[f64; ROWS],
-        there: &mut [f64],
-        guess: &mut [f64],
-        r: &mut [f64],
-    ) {
-        counted!(betas, foresee_by::<L>(states, charges, betas, weights, there, guess, r))
+    fn foresee<L>(behind: &Differences, betas: &[f64], weights: &[f64; ROWS], to: [&mut [f64]; 3]) {
+        counted!(betas, foresee_by::<L>(behind, betas, weights, to))
     }
 }
 
 #[inline(always)]
 fn foresee_by<L: Lanes, const M: usize>(
-    states: &[Block],
-    charges: &[Block],
+    behind: &Differences,
     betas: &[f64],
     weights: &[f64; ROWS],
-    there: &mut [f64],
-    guess: &mut [f64],
-    r: &mut [f64],
+    [there, guess, r]: [&mut [f64]; 3],
 ) {
-    let n = LANES * states.len();
+    let n = LANES * behind.states.len();
     let (there, guess, r) = (&mut there[..n], &mut guess[..n], &mut r[..n]);
     let (betas, weights) = (spread::<L, M>(betas), spread::<L, M>(weights));
-    for (k, (state, charge)) in states.iter().zip(charges).enumerate() {
+    for (k, (state, charge)) in behind.states.iter().zip(&behind.charges).enumerate() {
         let (x, q) = (weighted(state, &betas), weighted(charge, &weights));
         x.put(there, LANES * k);
         x.put(guess, LANES * k);
@@ -209,24 +185,18 @@ fn foresee_by<L: Lanes, const M: usize>(
 }
 
 by_lanes! {
-    fn push<L>(states: &mut [Block], charges: &mut [Block], beta: &[f64], x: &[f64], q: &[f64]) {
-        counted!(beta, push_both::<L>(states, charges, beta, x, q))
+    fn push<L>(behind: &mut Differences, betas: &[f64], point: [&[f64]; 2]) {
+        counted!(betas, push_both::<L>(behind, betas, point))
     }
 }
 
 #[inline(always)]
-fn push_both<L: Lanes, const M: usize>(
-    states: &mut [Block],
-    charges: &mut [Block],
-    beta: &[f64],
-    x: &[f64],
-    q: &[f64],
-) {
-    let beta = spread::<L, M>(beta);
-    let blocks = states.iter_mut().zip(charges).zip(x.chunks_exact(LANES).zip(q.chunks_exact(LANES)));
-    for ((state, charge), (x, q)) in blocks {
-        renew(state, &beta, L::at(x, 0));
-        renew(charge, &beta, L::at(q, 0));
+fn push_both<L: Lanes, const M: usize>(behind: &mut Differences, betas: &[f64], [x, q]: [&[f64]; 2]) {
+    let betas = spread::<L, M>(betas);
+    let blocks = behind.states.iter_mut().zip(&mut behind.charges);
+    for ((state, charge), (x, q)) in blocks.zip(x.chunks_exact(LANES).zip(q.chunks_exact(LANES))) {
+        renew(state, &betas, L::at(x, 0));
+        renew(charge, &betas, L::at(q, 0));
     }
 }
 

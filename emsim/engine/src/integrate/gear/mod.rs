@@ -23,7 +23,7 @@ mod control;
 mod differences;
 
 use self::control::{Control, Pace, Taken, AHEAD, SPICE};
-use self::differences::{towards, Differences, Towards, ROWS};
+use self::differences::{slope, towards, Differences, ROWS};
 use super::rows::Lags;
 use super::{response, Attempt, History, Method};
 use crate::ledger::Stages;
@@ -73,7 +73,7 @@ pub struct Gear {
     f0: Vec<f64>, // F at the start
     t1: f64,      // of the candidate, since then as well
     stage: Stage,
-    towards: Towards,
+    betas: [f64; ROWS], // towards it
     missed: Vec<f64>, // of the candidate: less what the polynomial through the points of the formula and one more says; whole blocks
     given: Vec<usize>, // unknowns that have what a source has
     noise: Noise,
@@ -153,7 +153,7 @@ impl Gear {
             f0: vec![0.0; sys.n],
             t1: 0.0,
             stage: Stage::new(sys),
-            towards: Towards { betas: [0.0; ROWS], inverse: [0.0; POINTS] },
+            betas: [0.0; ROWS],
             missed: vec![0.0; whole(sys.n)],
             given: sys.alone().iter().enumerate().filter_map(|(i, &alone)| alone.then_some(i)).collect(),
             noise: Noise { of: vec![0.0; whole(sys.n)], ..Noise::default() },
@@ -225,7 +225,7 @@ impl Gear {
     /// Largest lte over tolerance of the orders below, at and above that of the step; None where too few points stand behind.
     /// `missed` held what was foreseen.
     fn errors(&mut self, h: f64, tol: &Tolerances) -> [Option<f64>; 3] {
-        let (k, beta) = (self.used, &self.towards.betas);
+        let (k, beta) = (self.used, &self.betas);
         if self.len < k + 1 {
             self.compare();
             return [None; 3];
@@ -297,9 +297,11 @@ impl Method for Gear {
     fn restart(&mut self, sys: &System, w: &mut Work, t: f64, x: &[f64]) {
         (self.now, self.times[0], self.len) = (t, 0.0, 1);
         sys.eval(w, x, t);
-        self.behind.start([x, &w.q]);
+        self.stage.x_mut().copy_from_slice(x);
+        self.newton.put_q(&w.q);
+        self.behind.push(&[], [self.stage.x_blocks(), self.newton.q_blocks()]);
         self.f0.copy_from_slice(&w.f);
-        self.x0[..sys.n].copy_from_slice(x);
+        self.x0.copy_from_slice(self.stage.x_blocks());
         if let Some(accounts) = &mut self.accounts {
             accounts.points.clear();
             accounts.points.push(t, x);
@@ -308,7 +310,6 @@ impl Method for Gear {
         self.next_order = 1;
         self.since_change = 0;
         self.last.order = 0;
-        self.stage.x_mut().copy_from_slice(x);
         self.t1 = 0.0;
         self.newton.forget();
         if let Some(s) = &mut self.starter {
@@ -318,7 +319,7 @@ impl Method for Gear {
 
     fn attempt(&mut self, sys: &System, w: &mut Work, h: f64, tol: &Tolerances) -> Attempt {
         self.t1 = h;
-        self.towards = towards(h, &self.times, self.len);
+        self.betas = towards(h, &self.times, self.len);
         self.allowed = self.trtol / if self.weighs { self.pace.weight(h) } else { 1.0 };
         let t1 = self.now + h;
         if self.fixed && self.len < self.maxord {
@@ -329,19 +330,19 @@ impl Method for Gear {
                 self.stage.x_mut().copy_from_slice(s.candidate());
                 sys.eval(w, self.stage.x(), t1);
                 self.newton.put_q(&w.q);
-                self.behind.sum(&self.towards.betas[..self.foreseen()], &mut self.missed);
+                self.behind.sum(&self.betas[..self.foreseen()], &mut self.missed);
                 self.compare();
                 return attempt;
             }
         }
         let k = if self.fixed { self.maxord } else { self.order.min(self.len) };
         self.used = k;
-        let (a, weights) = self.towards.slope(k, self.next(k));
+        let (a, weights) = slope(h, &self.times, &self.betas, k, self.next(k));
         let behind = self.foreseen();
         let (guess, r) = self.stage.blocks_mut();
-        self.behind.foresee(&self.towards.betas[..behind], &weights, [&mut self.missed, guess, r]);
+        self.behind.foresee(&self.betas[..behind], &weights, [&mut self.missed, guess, r]);
         if self.fixed {
-            self.behind.sum(&self.towards.betas[..k.min(2)], self.stage.x_mut());
+            self.behind.sum(&self.betas[..k.min(2)], self.stage.x_mut());
         }
         if let Err(why) = self.newton.solve_stage(sys, w, a, &mut self.stage, t1, tol, self.itl4) {
             self.order = 1;
@@ -383,7 +384,7 @@ impl Method for Gear {
     fn accept(&mut self, t1: f64) {
         let behind = self.foreseen();
         let x1 = self.stage.x_blocks();
-        self.behind.push(&self.towards.betas[..behind], [x1, self.newton.q_blocks()]);
+        self.behind.push(&self.betas[..behind], [x1, self.newton.q_blocks()]);
         self.x0.copy_from_slice(x1);
         let step = std::mem::take(&mut self.t1);
         for k in (1..self.times.len()).rev() {
@@ -465,7 +466,7 @@ impl Method for Gear {
 
     fn dense(&self, t: f64, out: &mut [f64]) {
         let t = t - self.now;
-        let betas = towards(t, &self.times, self.len).betas;
+        let betas = towards(t, &self.times, self.len);
         self.behind.sum(&betas[..self.foreseen()], out);
         if self.t1 == 0.0 {
             return;
