@@ -255,8 +255,13 @@ impl Tape {
             // SAFETY: checked
             return unsafe { native.run(inp, w, out.as_mut_ptr()) };
         }
+        self.interpret_into(part, inp, w, out);
+    }
+
+    #[inline(never)]
+    fn interpret_into(&self, part: usize, inp: &Inputs, w: &mut [f64], out: &mut [f64]) {
         self.interpret(part, inp, w);
-        for (o, &slot) in out.iter_mut().zip(slots) {
+        for (o, &slot) in out.iter_mut().zip(self.part_slots(part)) {
             *o = w[slot as usize];
         }
     }

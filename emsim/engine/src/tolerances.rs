@@ -382,6 +382,11 @@ impl Tolerances {
         largest(self.reltol, &self.norm_mask, e, [a, b, &self.recent, &self.floor])
     }
 
+    /// Largest |e_i| over Newton's weight of a_i, b_i, of what counts by itself in the local error norm.
+    pub fn largest_alone(&self, e: &[f64], a: &[f64], b: &[f64]) -> f64 {
+        largest(self.reltol, &self.alone, e, [a, b, &self.recent, &self.floor])
+    }
+
     /// The local error norm, of what counts by itself.
     pub fn norm(&self) -> Norm<'_> {
         Norm { reltol: self.reltol, rows: [&self.alone, &self.recent, &self.error_floor] }

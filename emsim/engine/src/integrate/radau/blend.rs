@@ -1,5 +1,6 @@
 //! Sums over stages, four unknowns at a time: T^-1 before the split systems, T behind them, polynomials through the stages.
 //! Each unknown's sums are of the same terms in the same order, whatever stands beside it.
+use super::dense::{Table, WIDTH};
 use super::tables::Scheme;
 use crate::sparse::{Complex, Scalar};
 use crate::twice::{blocks, by_lanes, Lanes, One, LANES};
@@ -66,10 +67,13 @@ fn each<L: Lanes, const S: usize>(of: &[&[f64]; S], i: usize) -> [L; S] {
     each
 }
 
+/// Of every stage F, then Q; and Q at the start of the step.
+pub type Rows<'a> = (&'a [Vec<f64>], &'a [f64]);
+
 by_lanes! {
-    /// Right-hand sides of the split systems: minus T^-1 (F + A^-1 D / h).
-    pub fn split<L>(scheme: &Scheme, h: f64, f: &[Vec<f64>], d: &[Vec<f64>], b: &mut [f64], z: &mut [Vec<Complex>]) {
-        by_stages!(scheme, L, split_of(scheme, h, f, d, b, z))
+    /// What the charges have moved by, D, and the right-hand sides of the split systems: minus T^-1 (F + A^-1 D / h).
+    pub fn split<L>(scheme: &Scheme, h: f64, rows: Rows, d: &mut [Vec<f64>], b: &mut [f64], z: &mut [Vec<Complex>]) {
+        by_stages!(scheme, L, split_of(scheme, h, rows, d, b, z))
     }
 }
 
@@ -77,16 +81,16 @@ by_lanes! {
 fn split_of<L: Lanes, const S: usize>(
     scheme: &Scheme,
     h: f64,
-    f: &[Vec<f64>],
-    d: &[Vec<f64>],
+    (rows, q0): Rows,
+    d: &mut [Vec<f64>],
     b: &mut [f64],
     z: &mut [Vec<Complex>],
 ) {
     let n = b.len();
-    let f: [&[f64]; S] = std::array::from_fn(|k| &f[k][..n]);
-    let d: [&[f64]; S] = std::array::from_fn(|k| &d[k][..n]);
+    let (f, q): ([&[f64]; S], [&[f64]; S]) =
+        (std::array::from_fn(|k| &rows[k][..n]), std::array::from_fn(|k| &rows[k][n..2 * n]));
     let over_h = 1.0 / h;
-    blocks_over!(n, L, S, split_at(scheme, over_h, &f, &d, b, z));
+    blocks_over!(n, L, S, split_at(scheme, over_h, (&f, &q, &q0[..n]), d, b, z));
 }
 
 #[inline(always)]
@@ -94,19 +98,23 @@ fn split_at<L: Lanes, const S: usize>(
     i: usize,
     scheme: &Scheme,
     over_h: f64,
-    f: &[&[f64]; S],
-    d: &[&[f64]; S],
+    (f, q, q0): (&[&[f64]; S], &[&[f64]; S], &[f64]),
+    d: &mut [Vec<f64>],
     b: &mut [f64],
     z: &mut [Vec<Complex>],
 ) {
     let ti = &scheme.ti[..S * S];
-    let (f, d, over_h) = (each::<L, S>(f, i), each::<L, S>(d, i), L::all(over_h));
-    (-(sum(ti, &f) + L::all(scheme.gamma) * (over_h * sum(ti, &d)))).put(b, i);
+    let (f, mut moved, q0, over_h) = (each::<L, S>(f, i), each::<L, S>(q, i), L::at(q0, i), L::all(over_h));
+    for k in 0..S {
+        moved[k] = moved[k] - q0;
+        moved[k].put(&mut d[k], i);
+    }
+    (-(sum(ti, &f) + L::all(scheme.gamma) * (over_h * sum(ti, &moved)))).put(b, i);
     for m in 0..(S - 1) / 2 {
         let (alpha, beta) = (L::all(scheme.alpha[m]), L::all(scheme.beta[m]));
         let (first, second) = (&ti[(2 * m + 1) * S..], &ti[(2 * m + 2) * S..]);
         let (re, im) = (sum(first, &f), sum(second, &f));
-        let (x, y) = (over_h * sum(first, &d), over_h * sum(second, &d));
+        let (x, y) = (over_h * sum(first, &moved), over_h * sum(second, &moved));
         let pairs = [-(re + (alpha * x - beta * y)), -(im + (alpha * y + beta * x))];
         L::put_pairs(pairs, Complex::parts_mut(&mut z[m]), i);
     }
@@ -268,17 +276,95 @@ fn foretold_at<L: Lanes, const S: usize>(
     moves: &[bool],
     out: &mut [f64],
 ) {
-    let stage = each::<L, S>(stage, i);
+    let (start, stage, moving) = (L::at(x0, i), each::<L, S>(stage, i), moving::<L>(moves, i));
+    foretold_by::<L, S>(l, 1, 0, (start, &stage), moving).put(out, i);
+}
+
+/// Which of a block move: some, all, each.
+type Moving<'a> = (bool, bool, &'a [bool]);
+
+#[inline(always)]
+fn moving<L: Lanes>(moves: &[bool], i: usize) -> Moving<'_> {
     let moves = &moves[i..i + L::COUNT];
     let (some, all) = moves.iter().fold((false, true), |(some, all), &m| (some | m, all & m));
-    if !some {
-        return sum(l.1, &stage).put(out, i);
+    (some, all, moves)
+}
+
+/// One block at place k of `width` that there are weights for.
+#[inline(always)]
+fn foretold_by<L: Lanes, const S: usize>(
+    (all, inside): Both,
+    width: usize,
+    k: usize,
+    (start, stage): (L, &[L; S]),
+    (some, every, moves): Moving,
+) -> L {
+    let mut still = L::all(0.0);
+    if !every {
+        still = L::all(inside[k]) * stage[0];
+        for j in 1..S {
+            still = still + L::all(inside[j * width + k]) * stage[j];
+        }
     }
-    from_start(l.0, L::at(x0, i), &stage).put(out, i);
-    if !all {
-        let mut inside = [0.0; LANES];
-        sum(l.1, &stage).put(&mut inside, 0);
-        let still = out[i..].iter_mut().zip(inside).zip(moves).filter(|(_, &moves)| !moves);
-        still.for_each(|((out, inside), _)| *out = inside);
+    if !some {
+        return still;
+    }
+    let mut sum = L::all(all[k]) * start;
+    for j in 0..S {
+        sum = sum + L::all(all[(j + 1) * width + k]) * stage[j];
+    }
+    if every {
+        return sum;
+    }
+    let (mut mixed, mut others) = ([0.0; LANES], [0.0; LANES]);
+    sum.put(&mut mixed, 0);
+    still.put(&mut others, 0);
+    for l in 0..L::COUNT {
+        if !moves[l] {
+            mixed[l] = others[l];
+        }
+    }
+    L::at(&mixed, 0)
+}
+
+by_lanes! {
+    /// The same at as many places as there are rows to be written.
+    pub fn foretold_each<L>(
+        scheme: &Scheme,
+        l: (&Table, &Table),
+        x0: &[f64],
+        stage: &[Vec<f64>],
+        moves: &[bool],
+        out: &mut [Vec<f64>],
+    ) {
+        by_stages!(scheme, L, each_of(l, x0, stage, moves, out))
+    }
+}
+
+#[inline(always)]
+fn each_of<L: Lanes, const S: usize>(
+    l: (&Table, &Table),
+    x0: &[f64],
+    stage: &[Vec<f64>],
+    moves: &[bool],
+    out: &mut [Vec<f64>],
+) {
+    let n = x0.len();
+    let stage: [&[f64]; S] = std::array::from_fn(|k| &stage[k][..n]);
+    blocks_over!(n, L, S, each_at(l, x0, &stage, &moves[..n], out));
+}
+
+#[inline(always)]
+fn each_at<L: Lanes, const S: usize>(
+    i: usize,
+    (all, inside): (&Table, &Table),
+    x0: &[f64],
+    stage: &[&[f64]; S],
+    moves: &[bool],
+    out: &mut [Vec<f64>],
+) {
+    let (start, stage, moving) = (L::at(x0, i), each::<L, S>(stage, i), moving::<L>(moves, i));
+    for (k, out) in out.iter_mut().enumerate().take(WIDTH) {
+        foretold_by::<L, S>((all, inside), WIDTH, k, (start, &stage), moving).put(out, i);
     }
 }

@@ -6,13 +6,14 @@
 //! slopes at the nodes: the error of the interior falls from O(h^(s+1)) to O(h^(s+2)).
 use super::blend;
 use super::tables::{Scheme, MOST};
+use crate::twice::{by_lanes, whole, Lanes, One, LANES};
 use std::sync::OnceLock;
 
 /// What a scheme's polynomials are made from.
 struct Basis {
     nodes: [f64; MOST + 1],       // 0, c_1 .. c_s
     barycentric: [f64; MOST + 1], // 1 / prod_k (node_j - node_k), over all of them
-    stages: [f64; MOST],          // the same over c_1 .. c_s
+    stages: [f64; MOST],          // the same over c_1 .. c_s alone
     back: [f64; MOST],            // Lagrange's weights of the stages alone, at the start of the step
     correction: [f64; MOST + 1],  // coefficients of phi / phi'(0), ascending from theta
     weakest: f64,                 // where `nodal` is largest
@@ -30,7 +31,7 @@ fn basis(scheme: &Scheme) -> &'static Basis {
         let barycentric = std::array::from_fn(|j| if j < m { over(&nodes[..m], j) } else { 0.0 });
         let stages: [f64; MOST] = std::array::from_fn(|j| if j < scheme.s { over(scheme.c, j) } else { 0.0 });
         let mut back = [0.0; MOST];
-        lagrange(scheme.c, &stages[..scheme.s], 0.0, &mut back[..scheme.s]);
+        lagrange(scheme.c, &stages, One::all(0.0), &mut back, 0, 1);
         // phi'(t) / phi'(0) = product of (1 - t / c_i)
         let mut p = [0.0; MOST + 1];
         p[0] = 1.0;
@@ -46,26 +47,42 @@ fn basis(scheme: &Scheme) -> &'static Basis {
     })
 }
 
-/// l_j = w_j prod_{k != j} (theta - node_k), with w the barycentric weights of the nodes.
-fn lagrange(nodes: &[f64], w: &[f64], theta: f64, l: &mut [f64]) {
-    let mut product = 1.0;
-    for ((l, w), node) in l.iter_mut().zip(w).zip(nodes) {
-        *l = w * product;
-        product *= theta - node;
+/// l_j = w_j prod_{k != j} (theta - node_k), with w the barycentric weights of the nodes; the one of node j at j `width` + `at` of `l`.
+#[inline(always)]
+fn lagrange<L: Lanes>(nodes: &[f64], w: &[f64], theta: L, l: &mut [f64], at: usize, width: usize) {
+    let mut product = L::all(1.0);
+    for (j, node) in nodes.iter().enumerate() {
+        (L::all(w[j]) * product).put(l, j * width + at);
+        product = product * (theta - L::all(*node));
     }
-    product = 1.0;
-    for (l, node) in l.iter_mut().zip(nodes).rev() {
-        *l *= product;
-        product *= theta - node;
+    product = L::all(1.0);
+    for (j, node) in nodes.iter().enumerate().rev() {
+        let place = j * width + at;
+        (L::at(l, place) * product).put(l, place);
+        product = product * (theta - L::all(*node));
     }
 }
 
 /// Lagrange's weights at theta of the values at 0, c_1 .. c_s.
 pub fn weights(scheme: &Scheme, theta: f64) -> [f64; MOST + 1] {
-    let (b, m) = (basis(scheme), scheme.s + 1);
+    let b = basis(scheme);
     let mut l = [0.0; MOST + 1];
-    lagrange(&b.nodes[..m], &b.barycentric[..m], theta, &mut l[..m]);
+    lagrange(&b.nodes[..=scheme.s], &b.barycentric, One::all(theta), &mut l, 0, 1);
     l
+}
+
+/// Numbers of all stages side by side.
+pub const WIDTH: usize = whole(MOST);
+/// Weights of the values at 0, c_1 .. c_s in turn, each at so many places at once.
+pub type Table = [f64; (MOST + 1) * WIDTH];
+
+by_lanes! {
+    /// Lagrange's weights of the first `count` of these places.
+    fn weights_at<L>(nodes: &[f64], w: &[f64], theta: &[f64; WIDTH], count: usize, table: &mut Table) {
+        for at in (0..count).step_by(LANES) {
+            lagrange(nodes, w, L::at(theta, at), &mut table[..], at, WIDTH);
+        }
+    }
 }
 
 /// Lagrange's weights of the stages alone, at the start of the step.
@@ -84,10 +101,25 @@ pub fn extrapolate(scheme: &Scheme, theta: f64, x0: &[f64], stage: &[Vec<f64>], 
     blend::foretold(scheme, (&weights(scheme, theta), &inside(scheme, theta)), x0, stage, moves, out);
 }
 
+/// The same at as many of these places as there are rows to be written.
+pub fn extrapolate_each(
+    scheme: &Scheme,
+    theta: &[f64; WIDTH],
+    x0: &[f64],
+    stage: &[Vec<f64>],
+    moves: &[bool],
+    out: &mut [Vec<f64>],
+) {
+    let (b, mut all, mut inside) = (basis(scheme), [0.0; (MOST + 1) * WIDTH], [0.0; (MOST + 1) * WIDTH]);
+    weights_at(&b.nodes[..=scheme.s], &b.barycentric, theta, out.len(), &mut all);
+    weights_at(scheme.c, &b.stages, theta, out.len(), &mut inside);
+    blend::foretold_each(scheme, (&all, &inside), x0, stage, moves, out);
+}
+
 /// Lagrange's weights of the stages alone.
 pub fn inside(scheme: &Scheme, theta: f64) -> [f64; MOST] {
     let mut inside = [0.0; MOST];
-    lagrange(scheme.c, &basis(scheme).stages[..scheme.s], theta, &mut inside[..scheme.s]);
+    lagrange(scheme.c, &basis(scheme).stages, One::all(theta), &mut inside, 0, 1);
     inside
 }
 

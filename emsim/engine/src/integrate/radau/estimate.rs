@@ -47,7 +47,7 @@ pub fn believed(tol: &Tolerances) -> f64 {
 
 /// Largest |e_i| in units of the tolerance, over what stands under d/dt.
 pub(super) fn norm(e: &[f64], x0: &[f64], x1: &[f64], tol: &Tolerances) -> f64 {
-    above(e, x0, x1, tol, |_| 0.0)
+    tol.largest_alone(e, x0, x1).max(tol.largest_tied(|i| e[i], x1, x0))
 }
 
 /// The same where the unknowns' rounding adds to the tolerance.

@@ -35,6 +35,7 @@ impl Radau {
             // the error estimate reads the charges of the stages as they are now, and the derivatives at the end: those in the
             // middle may be of a diode that has turned off since, and hold a node that nothing holds any more
             self.evaluate(sys, w, h, false);
+            self.move_charges(sys);
             if sys.turns() {
                 sys.eval_jacobian(w, &self.stage[self.scheme.s - 1], self.t0 + h, false);
                 self.keep_derivatives(sys, w);

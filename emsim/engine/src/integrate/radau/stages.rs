@@ -40,11 +40,13 @@ impl Radau {
     pub(super) fn predict(&mut self, sys: &System, h: f64) {
         match self.last {
             Some((t, last_h, last)) if h < 4.0 * last_h => {
-                for (stage, c) in self.stage.iter_mut().zip(self.scheme.c) {
-                    let theta = (self.t0 + c * h - t) / last_h;
-                    let moves = if self.leap.last { &self.leap.smooth } else { &sys.differential };
-                    dense::extrapolate(last, theta, &self.last_x0, &self.last_stage, moves, stage);
+                let mut theta = [0.0; dense::WIDTH];
+                for (theta, c) in theta.iter_mut().zip(self.scheme.c) {
+                    *theta = (self.t0 + c * h - t) / last_h;
                 }
+                let moves = if self.leap.last { &self.leap.smooth } else { &sys.differential };
+                let stage = &mut self.stage[..self.scheme.s];
+                dense::extrapolate_each(last, &theta, &self.last_x0, &self.last_stage, moves, stage);
             }
             _ => {
                 for stage in &mut self.stage {
@@ -54,19 +56,20 @@ impl Radau {
         }
     }
 
-    /// Charges and F of all stages as they are now; `again` in the same step, where sources are what they were.
+    /// F and charges of all stages as they are now; `again` in the same step, where sources are what they were.
     pub(super) fn evaluate(&mut self, sys: &System, w: &mut Work, h: f64, again: bool) {
         for (k, c) in self.scheme.c.iter().enumerate() {
             let t = self.t0 + c * h;
-            if again {
-                sys.recall_waves(w, t, &self.waves[k]);
-            }
-            sys.eval_rows(w, &self.stage[k], t, &mut self.f[k]);
             if !again {
+                sys.set_time(w, t);
                 self.waves[k].clone_from(&w.waves);
             }
+            sys.eval_rows(w, &self.stage[k], t, &self.waves[k], &mut self.f[k]);
         }
-        // (not stage by stage: what has just been written number by number is not yet there to be read by fours)
+    }
+
+    /// What the charges have moved by, where no right-hand side is made of it.
+    pub(super) fn move_charges(&mut self, sys: &System) {
         for (d, rows) in self.d.iter_mut().zip(&self.f).take(self.scheme.s) {
             for ((d, q), q0) in d.iter_mut().zip(&rows[sys.n..]).zip(&self.q0) {
                 *d = q - q0;
@@ -88,7 +91,7 @@ impl Radau {
         for iteration in 1..=most {
             self.evaluate(sys, w, h, iteration > 1);
             w.counters.iterations += 1;
-            blend::split(self.scheme, h, &self.f, &self.d, &mut self.b, &mut self.z);
+            blend::split(self.scheme, h, (&self.f, &self.q0), &mut self.d, &mut self.b, &mut self.z);
             self.solve_split(w);
             let norm = self.correct(tol);
             if !norm.is_finite() {
@@ -97,6 +100,7 @@ impl Radau {
             if sys.linear || norm == 0.0 {
                 // one correction is exact: the error estimate needs the charges after it, not those of the guess
                 self.evaluate(sys, w, h, true);
+                self.move_charges(sys);
                 self.theta = 1e-4;
                 return Ok(iteration);
             }
