@@ -75,7 +75,7 @@ impl FullNewton {
             j.clone_from(&w.junction);
         }
         let outer = w.junction.clone();
-        let mut worst = 0;
+        let slopes: [f64; POINTS * POINTS] = std::array::from_fn(|k| scheme.inverse_a[k] / h);
         let mut found = Err((0, true));
         let mut old = f64::INFINITY;
         let mut was_flat = false;
@@ -90,29 +90,25 @@ impl FullNewton {
                 sys.eval_jacobian(w, &m.stage[j], m.t0 + c * h, true);
                 std::mem::swap(&mut w.junction, &mut self.junction[j]);
                 limited |= w.limited;
-                for (k, place) in place.chunks_exact(s * s).enumerate() {
-                    self.matrix[place[j * s + j]] += w.gv[k];
-                    if w.cv[k] != 0.0 {
-                        for i in 0..s {
-                            if place[i * s + j] != usize::MAX {
-                                self.matrix[place[i * s + j]] += scheme.inverse_a[i * s + j] / h * w.cv[k];
-                            }
+                for (place, (g, c)) in place.chunks_exact(s * s).zip(w.gv.iter().zip(&w.cv)) {
+                    self.matrix[place[j * s + j]] += g;
+                    if *c != 0.0 {
+                        for i in (0..s).filter(|i| place[i * s + j] != usize::MAX) {
+                            self.matrix[place[i * s + j]] += slopes[i * s + j] * c;
                         }
                     }
                 }
-                for r in 0..n {
-                    m.d[j][r] = w.q[r] - m.q0[r];
+                for ((d, q), q0) in m.d[j].iter_mut().zip(&w.q).zip(&m.q0) {
+                    *d = q - q0;
                 }
                 m.f[j][..n].copy_from_slice(&w.f);
             }
             w.counters.iterations += 1;
-            for i in 0..s {
-                for r in 0..n {
-                    let mut v = m.f[i][r];
-                    if sys.has_q[r] {
-                        v += (0..s).map(|j| scheme.inverse_a[i * s + j] * m.d[j][r]).sum::<f64>() / h;
-                    }
-                    self.b[i * n + r] = -v;
+            for (i, (b, f)) in self.b.chunks_exact_mut(n).zip(&m.f).enumerate() {
+                let [first, second, third]: [f64; POINTS] = std::array::from_fn(|j| scheme.inverse_a[i * s + j]);
+                let moved = m.d[0].iter().zip(&m.d[1]).zip(&m.d[2]);
+                for ((b, f), ((d0, d1), d2)) in b.iter_mut().zip(f).zip(moved) {
+                    *b = -(f + (first * d0 + second * d1 + third * d2) / h);
                 }
             }
             if self.lu.factor_or_refactor(&self.matrix).is_err() {
@@ -121,23 +117,20 @@ impl FullNewton {
             w.counters.factorisations += 1;
             self.lu.solve(&mut self.b);
             w.counters.solves += 1;
+            if let Some(odd) = self.b.iter().position(|dx| !dx.is_finite()) {
+                w.junction = outer;
+                return Err((odd % n, false));
+            }
             let mut norm = 0.0_f64;
             m.moved.fill(0.0);
-            for i in 0..s {
-                for r in 0..n {
-                    let dx = self.b[i * n + r];
-                    m.stage[i][r] += dx;
-                    m.moved[r] = m.moved[r].max(dx.abs());
-                    if !dx.is_finite() {
-                        w.junction = outer;
-                        return Err((r, false));
-                    }
-                    let ratio = dx.abs() / tol.weight(r, m.x0[r], m.stage[s - 1][r]);
-                    if tol.in_norm[r] && ratio > norm {
-                        norm = ratio;
-                        worst = r;
-                    }
+            for (i, step) in self.b.chunks_exact_mut(n).enumerate() {
+                for ((x, dx), moved) in m.stage[i].iter_mut().zip(&mut *step).zip(&mut m.moved) {
+                    *x += *dx;
+                    *dx = dx.abs();
+                    *moved = moved.max(*dx);
                 }
+                let end = &m.stage[s - 1];
+                norm = norm.max(tol.largest_move(step, &m.x0, end));
             }
             let flat = norm > 0.5 * old;
             let stalled = flat && (norm <= STALLED || (norm <= rounding && was_flat));
@@ -154,7 +147,7 @@ impl FullNewton {
             }
             was_flat = flat;
             old = norm;
-            found = Err((worst, true));
+            found = Err((m.farthest(tol), true));
         }
         w.junction = outer;
         found

@@ -246,7 +246,7 @@ impl Radau {
     }
 
     /// The unknown of the largest update.
-    fn farthest(&self, tol: &Tolerances) -> usize {
+    pub(super) fn farthest(&self, tol: &Tolerances) -> usize {
         let end = &self.stage[self.scheme.s - 1];
         let of = |i: &usize| self.moved[*i] / tol.weight(*i, self.x0[*i], end[*i]);
         (0..end.len()).filter(|&i| tol.in_norm[i]).max_by(|i, j| of(i).total_cmp(&of(j))).unwrap_or(0)
