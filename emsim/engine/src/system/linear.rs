@@ -48,28 +48,29 @@ impl System {
     #[inline]
     pub fn eval_rows(&self, w: &mut Work, x: &[f64], t: f64, waves: &[f64], rows: &mut [f64]) {
         assert!(x.len() == self.n && rows.len() == 2 * self.n);
-        if w.linear.whole.program.is_none() && !self.write_whole(w) {
+        if w.linear.whole.program.is_none() {
+            self.ask_for_whole(w);
+        }
+        let Some(program) = &mut w.linear.whole.program else {
             self.recall_waves(w, t, waves);
             self.eval(w, x, t);
             rows[..self.n].copy_from_slice(&w.f);
             rows[self.n..].copy_from_slice(&w.q);
             return;
-        }
-        if let Some(program) = &mut w.linear.whole.program {
-            w.counters.evaluations += 1;
-            program.run(&Inputs { x, t, waves, flags: &w.flags }, rows);
-        }
+        };
+        w.counters.evaluations += 1;
+        program.run(&Inputs { x, t, waves, flags: &w.flags }, rows);
         if self.diodes() > 0 {
             let (f, q) = rows.split_at_mut(self.n);
             self.add_diodes(x, w.gmin, f, q);
         }
     }
 
-    /// Is there a program of all of Q and F now, having been asked for once more?
-    fn write_whole(&self, w: &mut Work) -> bool {
+    /// Asks once more for a program of all of Q and F, which is written where it pays.
+    fn ask_for_whole(&self, w: &mut Work) {
         let Linear { rows: count, whole, .. } = &mut w.linear;
         *count += 1;
-        whole.shared(*count / DEARER, &self.whole_program, || self.written(&self.values)).is_some()
+        whole.shared(*count / DEARER, &self.whole_program, || self.written(&self.values));
     }
 
     /// What `eval_linear` does row by row, operation by operation the same.

@@ -49,10 +49,18 @@ macro_rules! blocks_over {
 /// Sum of weights times numbers.
 #[inline(always)]
 fn sum<L: Lanes, const S: usize>(weights: &[f64], of: &[L; S]) -> L {
-    let weights = &weights[..S];
-    let mut sum = L::all(weights[0]) * of[0];
+    sum_in((weights, 1, 0), of)
+}
+
+/// Weights of each number in turn: column `at` of a table of so wide rows.
+type Column<'a> = (&'a [f64], usize, usize);
+
+#[inline(always)]
+fn sum_in<L: Lanes, const S: usize>((table, width, at): Column, of: &[L; S]) -> L {
+    let table = &table[..(S - 1) * width + at + 1];
+    let mut sum = L::all(table[at]) * of[0];
     for k in 1..S {
-        sum = sum + L::all(weights[k]) * of[k];
+        sum = sum + L::all(table[k * width + at]) * of[k];
     }
     sum
 }
@@ -237,15 +245,15 @@ fn through_of<L: Lanes, const S: usize>(l: &[f64], x0: &[f64], stage: &[Vec<f64>
 
 #[inline(always)]
 fn through_at<L: Lanes, const S: usize>(i: usize, l: &[f64], x0: &[f64], stage: &[&[f64]; S], out: &mut [f64]) {
-    from_start(l, L::at(x0, i), &each::<L, S>(stage, i)).put(out, i);
+    from_start((l, 1, 0), L::at(x0, i), &each::<L, S>(stage, i)).put(out, i);
 }
 
 #[inline(always)]
-fn from_start<L: Lanes, const S: usize>(l: &[f64], x0: L, stage: &[L; S]) -> L {
-    let l = &l[..S + 1];
-    let mut sum = L::all(l[0]) * x0;
+fn from_start<L: Lanes, const S: usize>((table, width, at): Column, x0: L, stage: &[L; S]) -> L {
+    let table = &table[..S * width + at + 1];
+    let mut sum = L::all(table[at]) * x0;
     for k in 0..S {
-        sum = sum + L::all(l[k + 1]) * stage[k];
+        sum = sum + L::all(table[(k + 1) * width + at]) * stage[k];
     }
     sum
 }
@@ -270,14 +278,14 @@ fn foretold_of<L: Lanes, const S: usize>(l: Both, x0: &[f64], stage: &[Vec<f64>]
 #[inline(always)]
 fn foretold_at<L: Lanes, const S: usize>(
     i: usize,
-    l: Both,
+    (all, inside): Both,
     x0: &[f64],
     stage: &[&[f64]; S],
     moves: &[bool],
     out: &mut [f64],
 ) {
     let (start, stage, moving) = (L::at(x0, i), each::<L, S>(stage, i), moving::<L>(moves, i));
-    foretold_by::<L, S>(l, 1, 0, (start, &stage), moving).put(out, i);
+    foretold_by((all, 1, 0), (inside, 1, 0), start, &stage, moving).put(out, i);
 }
 
 /// Which of a block move: some, all, each.
@@ -290,29 +298,20 @@ fn moving<L: Lanes>(moves: &[bool], i: usize) -> Moving<'_> {
     (some, all, moves)
 }
 
-/// One block at place k of `width` that there are weights for.
+/// One block, by the weights of the start and the stages, and of the stages alone.
 #[inline(always)]
 fn foretold_by<L: Lanes, const S: usize>(
-    (all, inside): Both,
-    width: usize,
-    k: usize,
-    (start, stage): (L, &[L; S]),
+    all: Column,
+    inside: Column,
+    start: L,
+    stage: &[L; S],
     (some, every, moves): Moving,
 ) -> L {
-    let mut still = L::all(0.0);
-    if !every {
-        still = L::all(inside[k]) * stage[0];
-        for j in 1..S {
-            still = still + L::all(inside[j * width + k]) * stage[j];
-        }
-    }
+    let still = if every { start } else { sum_in(inside, stage) };
     if !some {
         return still;
     }
-    let mut sum = L::all(all[k]) * start;
-    for j in 0..S {
-        sum = sum + L::all(all[(j + 1) * width + k]) * stage[j];
-    }
+    let sum = from_start(all, start, stage);
     if every {
         return sum;
     }
@@ -365,6 +364,6 @@ fn each_at<L: Lanes, const S: usize>(
 ) {
     let (start, stage, moving) = (L::at(x0, i), each::<L, S>(stage, i), moving::<L>(moves, i));
     for (k, out) in out.iter_mut().enumerate().take(WIDTH) {
-        foretold_by::<L, S>((all, inside), WIDTH, k, (start, &stage), moving).put(out, i);
+        foretold_by((all, WIDTH, k), (inside, WIDTH, k), start, &stage, moving).put(out, i);
     }
 }

@@ -35,6 +35,13 @@ pub fn target(tol: &Tolerances, fixed: bool) -> (f64, f64) {
     (floor, floor.max(left))
 }
 
+/// D of one stage.
+pub fn moved(q: &[f64], q0: &[f64], d: &mut [f64]) {
+    for ((d, q), q0) in d.iter_mut().zip(q).zip(q0) {
+        *d = q - q0;
+    }
+}
+
 impl Radau {
     /// First guess of the stages: the last step's polynomial, extrapolated.
     pub(super) fn predict(&mut self, sys: &System, h: f64) {
@@ -71,9 +78,7 @@ impl Radau {
     /// What the charges have moved by, where no right-hand side is made of it.
     pub(super) fn move_charges(&mut self, sys: &System) {
         for (d, rows) in self.d.iter_mut().zip(&self.f).take(self.scheme.s) {
-            for ((d, q), q0) in d.iter_mut().zip(&rows[sys.n..]).zip(&self.q0) {
-                *d = q - q0;
-            }
+            moved(&rows[sys.n..], &self.q0, d);
         }
     }
 
