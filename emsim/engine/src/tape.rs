@@ -1,7 +1,7 @@
 //! A set of expressions as one straight scalar program: operands first, every shared subexpression once.
 //!
 //! Slots: constants first (written once, when the workspace is made), two signs for the machine code, then one slot per
-//! instruction in order. `native` turns the program into machine code where it can.
+//! instruction in order. `native` turns the program into machine code where it can; its workspace is shorter.
 //! Calls of the mathematical library are brought together: first all that need no other call, then the next.
 use crate::graph::{Fun, Graph, Id, Node};
 use std::collections::HashMap;
@@ -14,6 +14,9 @@ use native::Native;
 pub use native::{Move, To};
 pub use trig::{sin_cos, vectors};
 pub use written::{Leaf, Signed, Value, Written};
+
+/// Shorter programs are interpreted: calling them would cost what they do.
+const LEAST: usize = 8;
 
 /// What the leaves read.
 #[derive(Clone, Copy)]
@@ -79,9 +82,11 @@ pub struct Tape {
     code: Vec<Instr>,
     functions: Vec<Fun>,
     outputs: Vec<u32>,
+    places: Vec<u32>,              // where in the workspace outputs lie: interpreted, the same
+    length: usize,                 // of the workspace
     ends: Vec<(usize, usize)>,     // of each part: end of its code, end of its outputs
     limits: (usize, usize, usize), // highest index + 1 of unknowns, waves, flags: checked once per call
-    native: Vec<Option<Native>>,   // of each part
+    native: Vec<Native>,           // of each part, or of none
     into: bool,                    // results are wanted in a row, see `native_into`
 }
 
@@ -161,38 +166,74 @@ impl Tape {
                 slot.remove(&id);
             }
         }
-        Tape { constants, code, functions, outputs, ends, limits, native: Vec::new(), into: false }
+        Tape::interpreted(constants, code, functions, outputs, ends, limits)
     }
 
-    /// The same as machine code, as far as there is any for this machine. For programs that run often.
+    fn interpreted(
+        constants: Vec<f64>,
+        code: Vec<Instr>,
+        functions: Vec<Fun>,
+        outputs: Vec<u32>,
+        ends: Vec<(usize, usize)>,
+        limits: (usize, usize, usize),
+    ) -> Tape {
+        let (places, length) = (outputs.clone(), constants.len() + code.len());
+        Tape { constants, code, functions, outputs, places, length, ends, limits, native: Vec::new(), into: false }
+    }
+
+    /// The same as machine code, where there is any for this machine. For programs that run often.
     pub fn native(mut self) -> Tape {
-        let base = self.constants.len();
-        // slots that outputs read, or another part
-        let mut wanted = vec![false; base + self.code.len()];
-        for &slot in self.outputs.iter().filter(|_| !self.into) {
-            wanted[slot as usize] = true;
+        if self.code.len() < LEAST {
+            return self;
         }
-        let mut from = 0;
-        for (part, &(to, _)) in self.ends.iter().enumerate() {
-            let results = self.part_slots(part).iter().copied();
-            for slot in self.code[from..to].iter().flat_map(Instr::operands).chain(results) {
-                if (slot as usize) < base + from {
-                    wanted[slot as usize] = true;
-                }
-            }
-            from = to;
+        let (homes, free) = self.homes();
+        let part = |part| Native::new(&self.part(part, &homes, free));
+        let Some(native) = (0..self.ends.len()).map(part).collect::<Option<Vec<Native>>>() else { return self };
+        self.length = native.iter().map(|n| n.length as usize).max().unwrap_or(0);
+        if !self.into {
+            self.places = self.outputs.iter().map(|&slot| homes[slot as usize]).collect();
         }
-        let mut from = 0;
-        for &(to, _) in &self.ends {
-            let wanted = |slot: u32| wanted[slot as usize];
-            let (code, sign) = (&self.code[from..to], base as u32 - 2);
-            let results = if self.into { self.part_slots(self.native.len()) } else { &[] };
-            let part =
-                native::Part { code, first: base + from, wanted: &wanted, functions: &self.functions, sign, results };
-            self.native.push(Native::new(&part));
-            from = to;
-        }
+        self.native = native;
         self
+    }
+
+    /// What the machine code of a part is made from.
+    fn part<'a>(&'a self, part: usize, homes: &'a [u32], free: u32) -> native::Part<'a> {
+        let (base, from) = (self.constants.len(), self.start(part));
+        native::Part {
+            code: &self.code[from..self.ends[part].0],
+            first: base + from,
+            homes,
+            free,
+            functions: &self.functions,
+            sign: base as u32 - 2,
+            results: if self.into { &self.outputs[self.range(part)] } else { &[] },
+        }
+    }
+
+    /// Where machine code has the values of slots in its workspace: constants at the head, behind them what is read from
+    /// outside the part that computes it, the others nowhere; and from where on the workspace is free.
+    fn homes(&self) -> (Vec<u32>, u32) {
+        let base = self.constants.len();
+        let mut homes: Vec<u32> = (0..base as u32).collect();
+        homes.resize(base + self.code.len(), native::NOWHERE);
+        let mut free = base as u32;
+        let mut settle = |slot: u32| {
+            let home = &mut homes[slot as usize];
+            if *home == native::NOWHERE {
+                (*home, free) = (free, free + 1);
+            }
+        };
+        if !self.into {
+            self.outputs.iter().copied().for_each(&mut settle);
+        }
+        for (part, &(to, _)) in self.ends.iter().enumerate() {
+            let from = self.start(part);
+            let results = self.outputs[self.range(part)].iter().copied();
+            let read = self.code[from..to].iter().flat_map(Instr::operands).chain(results);
+            read.filter(|&slot| (slot as usize) < base + from).for_each(&mut settle);
+        }
+        (homes, free)
     }
 
     /// Machine code that leaves the results of a part one after the other, for `run_into`; not in slots.
@@ -209,9 +250,9 @@ impl Tape {
         self.code.len()
     }
 
-    /// The value of a slot that is a constant.
-    pub fn constant(&self, slot: u32) -> Option<f64> {
-        self.constants.get(slot as usize).copied()
+    /// The value of a place that is a constant.
+    pub fn constant(&self, place: u32) -> Option<f64> {
+        self.constants.get(place as usize).copied()
     }
 
     /// Free symbols left in the program make it meaningless.
@@ -221,7 +262,7 @@ impl Tape {
 
     pub fn workspace(&self) -> Vec<f64> {
         let mut w = self.constants.clone();
-        w.resize(self.constants.len() + self.code.len(), 0.0);
+        w.resize(self.length, 0.0);
         w
     }
 
@@ -236,7 +277,7 @@ impl Tape {
     /// Runs one part; those before it have run, with the same inputs but for what this part is the first to read.
     #[inline]
     pub fn run_part(&self, part: usize, inp: &Inputs, w: &mut [f64]) {
-        if let Some(Some(native)) = self.native.get(part) {
+        if let Some(native) = self.native.get(part) {
             self.check(inp, w);
             // SAFETY: checked; there are no results beside the slots
             assert!(!self.into);
@@ -248,10 +289,10 @@ impl Tape {
     /// Runs one part of a `native_into` and leaves its results in `out`.
     #[inline]
     pub fn run_into(&self, part: usize, inp: &Inputs, w: &mut [f64], out: &mut [f64]) {
-        let slots = self.part_slots(part);
-        if let Some(Some(native)) = self.native.get(part).filter(|_| self.into) {
+        let places = self.part_places(part);
+        if let Some(native) = self.native.get(part).filter(|_| self.into) {
             self.check(inp, w);
-            assert!(out.len() >= slots.len());
+            assert!(out.len() >= places.len());
             // SAFETY: checked
             return unsafe { native.run(inp, w, out.as_mut_ptr()) };
         }
@@ -261,8 +302,8 @@ impl Tape {
     #[inline(never)]
     fn interpret_into(&self, part: usize, inp: &Inputs, w: &mut [f64], out: &mut [f64]) {
         self.interpret(part, inp, w);
-        for (o, &slot) in out.iter_mut().zip(self.part_slots(part)) {
-            *o = w[slot as usize];
+        for (o, &place) in out.iter_mut().zip(self.part_places(part)) {
+            *o = w[place as usize];
         }
     }
 
@@ -275,7 +316,7 @@ impl Tape {
         flags: &'a [f64],
         slots: &'a mut [f64],
     ) -> Option<Again<'a>> {
-        let native = self.native.first()?.as_ref().filter(|_| self.into && self.native.len() == 1)?;
+        let native = self.native.first().filter(|_| self.into && self.native.len() == 1)?;
         self.check(&Inputs { x, t: 0.0, waves, flags }, slots);
         Some(Again { native, x, waves, flags, slots, results: self.outputs.len() })
     }
@@ -283,15 +324,6 @@ impl Tape {
     /// The only part of a `native_into` as the stages of a method: `moves` over a table of rows of `width`, whose element `h`
     /// is the length of the step and where the times of the runs stand from `times` on; the state is at leaf `y`.
     pub fn sequence(&self, moves: &[Move], width: usize, y: usize, h: usize, times: usize) -> Option<Sequence> {
-        let wanted = |_: u32| false;
-        let part = native::Part {
-            code: &self.code,
-            first: self.constants.len(),
-            wanted: &wanted,
-            functions: &self.functions,
-            sign: self.constants.len() as u32 - 2,
-            results: &self.outputs,
-        };
         let results = self.outputs.len();
         assert!(width % 4 == 0 && results <= width && self.ends.len() == 1 && self.into);
         let rows = moves.iter().flat_map(|m| {
@@ -300,13 +332,13 @@ impl Tape {
         });
         let runs = moves.iter().filter(|m| m.run.is_some()).count();
         let length = rows.map(|row| (row + 1) * width).chain([h + 1, times + runs]).max().unwrap_or(0);
-        let native = Native::sequence(&part, moves, width, y, h)?;
-        Some(Sequence { native, length, times, leaves: y + width })
+        let (homes, free) = self.homes();
+        let native = Native::sequence(&self.part(0, &homes, free), moves, width, y, h)?;
+        (native.length as usize <= self.length).then_some(Sequence { native, length, times, leaves: y + width })
     }
 
     fn interpret(&self, part: usize, inp: &Inputs, w: &mut [f64]) {
-        let from = if part > 0 { self.ends[part - 1].0 } else { 0 };
-        self.run_code(from, self.ends[part].0, inp, w);
+        self.run_code(self.start(part), self.ends[part].0, inp, w);
     }
 
     /// Does it read a wave of this number or a higher one?
@@ -316,14 +348,28 @@ impl Tape {
 
     #[inline]
     fn check(&self, inp: &Inputs, w: &[f64]) {
-        assert!(w.len() == self.constants.len() + self.code.len());
+        assert!(w.len() == self.length);
         assert!(inp.x.len() >= self.limits.0 && inp.waves.len() >= self.limits.1 && inp.flags.len() >= self.limits.2);
     }
 
-    /// Slots of the results of one part.
-    pub fn part_slots(&self, part: usize) -> &[u32] {
+    /// Where in the workspace the results of one part lie.
+    pub fn part_places(&self, part: usize) -> &[u32] {
+        &self.places[self.range(part)]
+    }
+
+    /// The outputs of one part.
+    fn range(&self, part: usize) -> std::ops::Range<usize> {
         let from = if part > 0 { self.ends[part - 1].1 } else { 0 };
-        &self.outputs[from..self.ends[part].1]
+        from..self.ends[part].1
+    }
+
+    /// Where the code of a part begins.
+    fn start(&self, part: usize) -> usize {
+        if part > 0 {
+            self.ends[part - 1].0
+        } else {
+            0
+        }
     }
 
     #[inline]
@@ -370,7 +416,7 @@ impl Tape {
 
     #[inline]
     pub fn output(&self, w: &[f64], k: usize) -> f64 {
-        w[self.outputs[k] as usize]
+        w[self.places[k] as usize]
     }
 
     pub fn outputs(&self) -> usize {
@@ -539,7 +585,7 @@ mod tests {
             let slow = Tape::in_parts(&g, &parts);
             let fast = Tape::in_parts(&g, &parts).native();
             let row = Tape::in_parts(&g, &parts).native_into();
-            assert!(cfg!(not(target_arch = "x86_64")) || fast.native.iter().any(Option::is_some));
+            assert!(cfg!(not(target_arch = "x86_64")) || !fast.native.is_empty());
             // (the second argument is beyond what the code's own sines take)
             for (flag, x) in [(0.0, [0.3, -1.2, 2.1, 0.05]), (1.0, [-7.3, 1e7, 2.1, 40.0])] {
                 let inp = Inputs { x: &x, t: 0.4, waves: &[3.3], flags: &[flag] };

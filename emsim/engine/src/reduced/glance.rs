@@ -54,7 +54,7 @@ impl Reduced {
         }
         self.run(glance.part, p);
         let mut sound = Ok(());
-        for (&u, &slot) in glance.unknowns.iter().zip(self.tape.part_slots(glance.part)) {
+        for (&u, &slot) in glance.unknowns.iter().zip(self.tape.part_places(glance.part)) {
             let v = p.slots[slot as usize];
             if !v.is_finite() {
                 sound = Err(Trouble::NotFinite { unknown: u });

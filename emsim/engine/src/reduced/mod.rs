@@ -389,7 +389,7 @@ impl Reduced {
         self.solve(p, waves, t, before)?;
         p.evaluations += 1;
         self.run(self.f_part, p);
-        for (o, &slot) in out.iter_mut().zip(self.tape.part_slots(self.f_part)) {
+        for (o, &slot) in out.iter_mut().zip(self.tape.part_places(self.f_part)) {
             *o = p.slots[slot as usize];
         }
         self.finite(out)
@@ -452,7 +452,7 @@ impl Reduced {
             self.step(k, p)?;
         }
         self.run(self.x_part, p);
-        for (o, &slot) in x.iter_mut().zip(self.tape.part_slots(self.x_part)) {
+        for (o, &slot) in x.iter_mut().zip(self.tape.part_places(self.x_part)) {
             *o = p.slots[slot as usize];
         }
         match x.iter().position(|v| !v.is_finite()) {
@@ -470,7 +470,7 @@ impl Reduced {
         match &self.steps[k] {
             Step::Direct(d) => {
                 self.run(d.part, p);
-                let outputs = self.tape.part_slots(d.part);
+                let outputs = self.tape.part_places(d.part);
                 let (speeds, pivots) = outputs.split_at(d.unknowns.len());
                 if !p.checked {
                     self.check(d, p)?;
@@ -489,7 +489,7 @@ impl Reduced {
             }
             Step::Linear(block) => {
                 self.run(block.part, p);
-                let outputs = self.tape.part_slots(block.part);
+                let outputs = self.tape.part_places(block.part);
                 let held = &mut p.held[k];
                 let n = block.unknowns.len();
                 block.refactor(&outputs[n..], &p.slots, held)?;
@@ -519,7 +519,7 @@ impl Reduced {
         };
         for (k, &unknown) in d.unknowns.iter().enumerate() {
             let diagonal = momentum(p, Some(k), k) - momentum(p, None, k);
-            let inverse = p.slots[self.tape.part_slots(d.part)[d.unknowns.len() + k] as usize];
+            let inverse = p.slots[self.tape.part_places(d.part)[d.unknowns.len() + k] as usize];
             if !(inverse * diagonal * dense::SINGULAR < 1.0) {
                 return Err(Trouble::Singular { unknown });
             }
@@ -534,7 +534,7 @@ impl Reduced {
         }
         self.run(d.part, p);
         let mut limited = false;
-        let slots = self.tape.part_slots(d.part);
+        let slots = self.tape.part_places(d.part);
         for (i, &k) in d.list.iter().enumerate() {
             let v = p.slots[slots[2 * i] as usize] - p.slots[slots[2 * i + 1] as usize];
             let kernel = &self.diodes[k];
@@ -559,7 +559,7 @@ impl Reduced {
         let block = &newton.block;
         let n = block.unknowns.len();
         let part = newton.devices.part + 1;
-        let outputs = self.tape.part_slots(part);
+        let outputs = self.tape.part_places(part);
         self.run(block.part, p);
         let mut worst = block.unknowns[0];
         for _ in 0..MOST_ITERATIONS {
@@ -610,7 +610,7 @@ impl Reduced {
                 let from = self.at.change(0);
                 p.v[from..from + e.len()].copy_from_slice(e);
                 self.run(d.changes_part, p);
-                for (&u, &slot) in d.unknowns.iter().zip(self.tape.part_slots(d.changes_part)) {
+                for (&u, &slot) in d.unknowns.iter().zip(self.tape.part_places(d.changes_part)) {
                     out[u] = p.slots[slot as usize];
                 }
             }

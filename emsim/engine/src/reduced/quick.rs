@@ -110,7 +110,7 @@ impl Saddle {
             Written::new(&[0.0, 1.0].into_iter().chain(inverses).chain(base.iter().copied()).collect::<Vec<_>>());
         let mut s = Sums { p, zero: values[0], one: values[1] };
         let (ready, values) = values[2..].split_at(k);
-        let slots = tape.part_slots(self.mass.part);
+        let slots = tape.part_places(self.mass.part);
         let read = |s: &mut Sums, i: usize| -> Entry {
             (tape.constant(slots[i]) != Some(0.0)).then(|| s.p.leaf(Leaf::X(slots[i] as usize)))
         };
@@ -181,7 +181,7 @@ impl Saddle {
 impl Quick {
     /// Scratch: slots, then results.
     pub fn scratch(&self) -> (Vec<f64>, Vec<f64>) {
-        (self.tape.workspace(), vec![0.0; self.tape.part_slots(0).len()])
+        (self.tape.workspace(), vec![0.0; self.tape.part_places(0).len()])
     }
 }
 

@@ -72,7 +72,7 @@ impl Reduced {
             return Ok(());
         }
         self.look(s, step, p)?;
-        let outputs = self.tape.part_slots(s.mass.part);
+        let outputs = self.tape.part_places(s.mass.part);
         let (k, m) = (s.mass.unknowns.len(), s.rows.len());
         let value = |i: usize| p.slots[outputs[i] as usize];
         let held = &mut p.held[step];
@@ -105,7 +105,7 @@ impl Reduced {
 
     /// The masses and the columns of Z, factored, of the last stage.
     fn look(&self, s: &Saddle, step: usize, p: &mut Point) -> Result<(), Trouble> {
-        let outputs = self.tape.part_slots(s.mass.part);
+        let outputs = self.tape.part_places(s.mass.part);
         let (k, m) = (s.mass.unknowns.len(), s.rows.len());
         let held = &mut p.held[step];
         held.stale = false;
@@ -209,7 +209,7 @@ impl Reduced {
             self.renew(s, k, p);
             self.run(s.drift_part, p);
             let held = &mut p.held[k];
-            for (l, &slot) in held.lambda.iter_mut().zip(self.tape.part_slots(s.drift_part)) {
+            for (l, &slot) in held.lambda.iter_mut().zip(self.tape.part_places(s.drift_part)) {
                 *l = p.slots[slot as usize];
             }
             met = met.max(largest(&held.lambda));

@@ -99,7 +99,7 @@ impl Whole {
         Slots {
             stage: self.stage.workspace(),
             arrival: arrival.map(|a| a.tape.workspace()).unwrap_or_default(),
-            results: arrival.map(|a| vec![0.0; a.tape.part_slots(0).len()]).unwrap_or_default(),
+            results: arrival.map(|a| vec![0.0; a.tape.part_places(0).len()]).unwrap_or_default(),
             arrived: false,
         }
     }

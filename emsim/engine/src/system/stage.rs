@@ -249,7 +249,7 @@ impl System {
             b[row] = p.sub(b[row], product);
         }
         // outputs of the expressions: F rows, Q rows, then entries of G and of C
-        let mut outputs = self.jacobian.part_slots(0).iter();
+        let mut outputs = self.jacobian.part_places(0).iter();
         let mut output = |p: &mut Written, stored: bool| {
             let value = outputs.next().map_or(zero, |&slot| p.leaf(Leaf::Wave(slot as usize)));
             if stored {

@@ -1,35 +1,38 @@
 //! Straight-line machine code for a tape: x86-64 with AVX. Elsewhere the tape is interpreted.
 //!
 //! Every instruction of the tape becomes one machine instruction on scalar doubles, in the tape's order and with its
-//! rounding (no fused multiply-add), so both ways give the same numbers to the bit. Registers are given out in one pass:
-//! an operand that is needed again stays in a register, and where none is free the one whose next use is furthest away
-//! goes to its slot (Belady 1966). Functions of the mathematical library are calls (`calls.rs`), before which everything
-//! that is still needed goes to its slot. Sines and cosines stand in the code itself, those of up to four arguments side by side
-//! (`sines.rs`).
+//! rounding (no fused multiply-add), so both ways give the same numbers to the bit. An operand that is needed again stays in a
+//! register, or waits in the workspace (`values.rs`). Functions of the mathematical library are calls (`calls.rs`), before
+//! which everything that is still needed goes to the workspace. Sines and cosines stand in the code itself, those of up to four
+//! arguments side by side (`sines.rs`). Instructions take as few bytes as will do (`encode.rs`).
 //!
-//!   registers:  rbx slots   rbp unknowns   r12 results   r13 waves   r14 flags   r15 time
+//!   registers:  rbx workspace   rbp unknowns   r12 results   r13 waves   r14 flags   r15 time
 //!               xmm0-13 values   xmm14, 15 scratch
 use super::{Inputs, Instr, Op};
 
 #[cfg(all(target_arch = "x86_64", unix))]
 mod calls;
 #[cfg(all(target_arch = "x86_64", unix))]
+mod encode;
+#[cfg(all(target_arch = "x86_64", unix))]
 mod memory;
 #[cfg(all(target_arch = "x86_64", unix))]
 mod sequence;
 #[cfg(all(target_arch = "x86_64", unix))]
 mod sines;
-
-/// Shorter programs are interpreted: calling them would cost what they do.
 #[cfg(all(target_arch = "x86_64", unix))]
-const LEAST: usize = 8;
+mod values;
+
+/// Not in the workspace.
+pub const NOWHERE: u32 = u32::MAX;
 
 /// What the code of one part is made from.
 pub struct Part<'a> {
     pub code: &'a [Instr],
     pub first: usize, // slot of the first instruction
-    /// slots of this part that outputs or later parts read
-    pub wanted: &'a dyn Fn(u32) -> bool,
+    /// where in the workspace the values of slots lie: constants, what outputs or other parts read; the others NOWHERE
+    pub homes: &'a [u32],
+    pub free: u32, // from here on the workspace is free
     pub functions: &'a [crate::graph::Fun],
     pub sign: u32, // slot of two -0.0
     /// slots whose values go to the results, in their order
@@ -52,7 +55,9 @@ pub enum To {
 }
 
 #[cfg(not(all(target_arch = "x86_64", unix)))]
-pub struct Native;
+pub struct Native {
+    pub length: u32,
+}
 
 #[cfg(not(all(target_arch = "x86_64", unix)))]
 impl Native {
@@ -86,6 +91,7 @@ mod x86 {
 
     /// The code of one part.
     pub struct Native {
+        pub length: u32, // of the workspace that it wants
         entry: Entry,
         _code: Code,
         // the code holds their addresses
@@ -94,14 +100,16 @@ mod x86 {
     }
 
     impl Native {
-        /// None where the processor lacks AVX2 or FMA, the system forbids executable memory, or the program is too short.
+        /// None where the processor lacks AVX2 or FMA, or the system forbids executable memory.
         pub fn new(part: &Part) -> Option<Native> {
-            if part.code.len() < LEAST || !super::super::trig::vectors() {
+            if !super::super::trig::vectors() {
                 return None;
             }
             let functions: Box<[Fun]> = part.functions.into();
-            let code = Writer::new(part, &functions).write()?;
-            Native::of(&code, functions, Box::default())
+            let mut writer = Writer::new(part, &functions);
+            writer.write()?;
+            let (code, length) = (writer.out, writer.length);
+            Native::of(&code, length, functions, Box::default())
         }
 
         /// The program as the stages of a Runge-Kutta method, see `Sequence`.
@@ -111,15 +119,17 @@ mod x86 {
             }
             let functions: Box<[Fun]> = part.functions.into();
             let coefficients: Box<[f64]> = moves.iter().flat_map(|m| m.row).map(|c| c.1).collect();
-            let code = Writer::new(part, &functions).sequence(moves, &coefficients, width, y, h)?;
-            Native::of(&code, functions, coefficients)
+            let mut writer = Writer::new(part, &functions);
+            writer.sequence(moves, &coefficients, width, y, h)?;
+            let (code, length) = (writer.out, writer.length);
+            Native::of(&code, length, functions, coefficients)
         }
 
-        fn of(code: &[u8], functions: Box<[Fun]>, coefficients: Box<[f64]>) -> Option<Native> {
+        fn of(code: &[u8], length: u32, functions: Box<[Fun]>, coefficients: Box<[f64]>) -> Option<Native> {
             let code = Code::new(code)?;
             // SAFETY: the code begins as a function of this kind
             let entry = unsafe { std::mem::transmute::<*const u8, Entry>(code.start()) };
-            Some(Native { entry, _code: code, _functions: functions, _coefficients: coefficients })
+            Some(Native { length, entry, _code: code, _functions: functions, _coefficients: coefficients })
         }
 
         /// # Safety
@@ -143,15 +153,15 @@ mod x86 {
     pub const TABLE: u8 = 0;
     pub const STACK: u8 = 4;
     pub const RESULTS: u8 = 12;
-    const SLOTS: u8 = 3;
+    pub const WORK: u8 = 3;
     pub const UNKNOWNS: u8 = 5;
-    const WAVES: u8 = 13;
-    const FLAGS: u8 = 14;
-    const TIME: u8 = 15;
-    const VALUES: usize = 14;
+    pub const WAVES: u8 = 13;
+    pub const FLAGS: u8 = 14;
+    pub const TIME: u8 = 15;
+    pub const VALUES: usize = 14;
     pub const MASK: u8 = 14;
     pub const ZERO: u8 = 15;
-    const NEVER: u32 = u32::MAX;
+    pub const NEVER: u32 = u32::MAX;
 
     #[derive(Clone, Copy)]
     pub enum Place {
@@ -163,15 +173,18 @@ mod x86 {
         pub part: &'a Part<'a>,
         pub functions: &'a [Fun],
         pub out: Vec<u8>,
-        holds: [Option<u32>; VALUES], // slot that a register holds
-        register: Vec<u8>,            // of each own instruction; VALUES: none
-        stored: Vec<bool>,            // the slot in memory is up to date
-        uses: Vec<u32>,               // of all own instructions, one after the other
-        ahead: Vec<(u32, u32)>,       // of each: which of them are still to come
-        partner: Vec<u32>,            // of a sine its cosine and the other way round
-        called: Vec<bool>,            // sines and cosines that are there already
-        results: Vec<bool>,           // that have been written
-        wanted: Vec<(u32, u32)>,      // slot and number of each result, by slot
+        pub holds: [Option<u32>; VALUES], // slot that a register holds
+        pub register: Vec<u8>,            // of each own instruction; VALUES: none
+        pub at: Vec<u32>,                 // where in the workspace its value lies
+        pub left: Vec<u32>,               // places that are free again
+        pub leaving: Vec<u32>,            // ... once the present instruction is written
+        pub length: u32,                  // of the workspace
+        pub uses: Vec<u32>,               // of all own instructions, one after the other
+        pub ahead: Vec<(u32, u32)>,       // of each: which of them are still to come
+        partner: Vec<u32>,                // of a sine its cosine and the other way round
+        called: Vec<bool>,                // sines and cosines that are there already
+        pub results: Vec<bool>,           // that have been written
+        pub wanted: Vec<(u32, u32)>,      // slot and number of each result, by slot
         pub aside: Vec<Aside>,
     }
 
@@ -218,7 +231,10 @@ mod x86 {
                 out: Vec::with_capacity(16 * n),
                 holds: [None; VALUES],
                 register: vec![VALUES as u8; n],
-                stored: vec![false; n],
+                at: vec![NOWHERE; n],
+                left: Vec::new(),
+                leaving: Vec::new(),
+                length: part.free,
                 uses,
                 ahead,
                 partner,
@@ -234,148 +250,24 @@ mod x86 {
             self.results.len()
         }
 
-        fn own(&self, slot: u32) -> Option<usize> {
-            (slot as usize).checked_sub(self.part.first)
-        }
-
-        /// The instruction that reads the value of own instruction k next.
-        fn next_use(&self, k: usize) -> Option<u32> {
-            let (next, end) = self.ahead[k];
-            (next < end).then(|| self.uses[next as usize])
-        }
-
-        /// Where a value can be read.
-        pub fn place(&self, slot: u32) -> Place {
-            if let Some(k) = self.own(slot) {
-                if (self.register[k] as usize) < VALUES {
-                    return Place::Register(self.register[k]);
-                }
-                if !self.stored[k] {
-                    // a leaf that was never copied
-                    let i = &self.part.code[k];
-                    return match i.op {
-                        Op::X => Place::Memory { base: UNKNOWNS, index: i.a },
-                        Op::Wave => Place::Memory { base: WAVES, index: i.a },
-                        Op::Flag => Place::Memory { base: FLAGS, index: i.a },
-                        _ => Place::Memory { base: TIME, index: 0 },
-                    };
-                }
-            }
-            Place::Memory { base: SLOTS, index: slot }
-        }
-
-        /// A free register, never one of `held`; another value is put to its slot for it if need be.
-        fn free(&mut self, held: &[u8]) -> u8 {
-            if let Some(r) = (0..VALUES).find(|&r| self.holds[r].is_none() && !held.contains(&(r as u8))) {
-                return r as u8;
-            }
-            let next = |r: usize| {
-                let slot = self.holds[r].expect("all are taken");
-                self.own(slot).and_then(|k| self.next_use(k)).unwrap_or(NEVER)
-            };
-            let r = (0..VALUES).filter(|&r| !held.contains(&(r as u8))).max_by_key(|&r| next(r)).unwrap_or(0);
-            self.evict(r);
-            r as u8
-        }
-
-        fn evict(&mut self, r: usize) {
-            let Some(slot) = self.holds[r].take() else { return };
-            if let Some(k) = self.own(slot) {
-                self.save(k);
-                self.register[k] = VALUES as u8;
-            }
-        }
-
-        /// To its slot, where it is needed later and not yet there.
-        fn save(&mut self, k: usize) {
-            let leaf = matches!(self.part.code[k].op, Op::X | Op::Wave | Op::Flag | Op::T);
-            if !self.stored[k] && !leaf && self.next_use(k).is_some() {
-                self.store(k);
-            }
-        }
-
-        fn store(&mut self, k: usize) {
-            let slot = (self.part.first + k) as u32;
-            self.vex(0x11, F2, 1, self.register[k], 0, Place::Memory { base: SLOTS, index: slot });
-            self.stored[k] = true;
-        }
-
-        /// The value in a register: where it is, or loaded.
-        fn load(&mut self, slot: u32, held: &[u8]) -> u8 {
-            let place = self.place(slot);
-            if let Place::Register(r) = place {
-                return r;
-            }
-            let r = self.free(held);
-            self.vex(0x10, F2, 1, r, 0, place);
-            if let Some(k) = self.own(slot) {
-                self.holds[r as usize] = Some(slot);
-                self.register[k] = r;
-            }
-            r
-        }
-
-        /// An operand has been read by instruction k: registers whose value nobody needs become free.
-        pub fn release(&mut self, k: usize) {
-            for slot in self.part.code[k].operands() {
-                if let Some(j) = self.own(slot) {
-                    while self.next_use(j).is_some_and(|u| u <= k as u32) {
-                        self.ahead[j].0 += 1;
-                    }
-                    if self.next_use(j).is_none() && (self.register[j] as usize) < VALUES {
-                        self.holds[self.register[j] as usize] = None;
-                        self.register[j] = VALUES as u8;
-                    }
-                }
-            }
-        }
-
-        /// A register for the result of k.
-        fn result(&mut self, k: usize, held: &[u8]) -> u8 {
-            let r = self.free(held);
-            self.holds[r as usize] = Some((self.part.first + k) as u32);
-            self.register[k] = r;
-            r
-        }
-
-        /// The result is in its register: to its slot as well if others want it.
-        fn done(&mut self, k: usize) {
-            let slot = (self.part.first + k) as u32;
-            if (self.part.wanted)(slot) {
-                self.store(k);
-            }
-            let first = self.wanted.partition_point(|w| w.0 < slot);
-            for at in first..self.wanted.len() {
-                let (own, index) = self.wanted[at];
-                if own != slot {
-                    break;
-                }
-                self.vex(0x11, F2, 1, self.register[k], 0, Place::Memory { base: RESULTS, index });
-                self.results[index as usize] = true;
-            }
-            if self.next_use(k).is_none() {
-                self.holds[self.register[k] as usize] = None;
-                self.register[k] = VALUES as u8;
-            }
-        }
-
-        fn write(mut self) -> Option<Vec<u8>> {
+        fn write(&mut self) -> Option<()> {
             self.enter();
             self.program()?;
             self.leave();
             self.asides();
-            Some(self.out)
+            Some(())
         }
 
         pub fn enter(&mut self) {
             // push rbx rbp r12 r13 r14 r15, sub rsp 8: with the return address the stack stands at a multiple of 16
             self.out.extend([0x53, 0x55, 0x41, 0x54, 0x41, 0x55, 0x41, 0x56, 0x41, 0x57, 0x48, 0x83, 0xec, 8]);
-            self.out.extend([0x48, 0x89, 0xfb]); // mov rbx, rdi
-            self.out.extend([0x48, 0x89, 0xf5]); // mov rbp, rsi
-            self.out.extend([0x49, 0x89, 0xd5]); // mov r13, rdx
-            self.out.extend([0x49, 0x89, 0xce]); // mov r14, rcx
+            let begin = |from: [u8; 3]| from.into_iter().chain(encode::BEGIN.to_le_bytes());
+            self.out.extend(begin([0x48, 0x8d, 0x9f])); // lea rbx, [rdi + BEGIN]
+            self.out.extend(begin([0x48, 0x8d, 0xae])); // lea rbp, [rsi + BEGIN]
+            self.out.extend(begin([0x4c, 0x8d, 0xaa])); // lea r13, [rdx + BEGIN]
+            self.out.extend(begin([0x4c, 0x8d, 0xb1])); // lea r14, [rcx + BEGIN]
+            self.out.extend(begin([0x4d, 0x8d, 0xa1])); // lea r12, [r9 + BEGIN]
             self.out.extend([0x4d, 0x89, 0xc7]); // mov r15, r8
-            self.out.extend([0x4d, 0x89, 0xcc]); // mov r12, r9
         }
 
         pub fn leave(&mut self) {
@@ -385,8 +277,9 @@ mod x86 {
         pub fn program(&mut self) -> Option<()> {
             for k in 0..self.part.code.len() {
                 self.instruction(k)?;
+                self.left.append(&mut self.leaving);
             }
-            // results that no instruction computes last: constants, leaves, what went to its slot
+            // results that no instruction computes last: constants, leaves, what went to the workspace
             for i in 0..self.results.len() {
                 if !self.results[i] {
                     let from = self.place(self.part.results[i]);
@@ -401,7 +294,7 @@ mod x86 {
             let i = self.part.code[k];
             match i.op {
                 Op::X | Op::Wave | Op::Flag | Op::T => {
-                    if (self.part.wanted)((self.part.first + k) as u32) {
+                    if self.part.homes[self.part.first + k] != NOWHERE {
                         let from = self.place((self.part.first + k) as u32);
                         let r = self.result(k, &[]);
                         self.vex(0x10, F2, 1, r, 0, from);
@@ -436,7 +329,7 @@ mod x86 {
                     let ra = self.load(i.a, &[]);
                     self.release(k);
                     let r = self.target(k, ra, &[ra]);
-                    self.vex(0x57, P66, 1, r, ra, Place::Memory { base: SLOTS, index: self.part.sign });
+                    self.vex(0x57, P66, 1, r, ra, self.place(self.part.sign));
                     self.done(k);
                 }
                 Op::Sqrt => {
@@ -493,16 +386,6 @@ mod x86 {
             Some(())
         }
 
-        /// The register of a result: that of operand a, if it is free now, else any but `held`.
-        fn target(&mut self, k: usize, ra: u8, held: &[u8]) -> u8 {
-            if self.holds[ra as usize].is_none() {
-                self.holds[ra as usize] = Some((self.part.first + k) as u32);
-                self.register[k] = ra;
-                return ra;
-            }
-            self.result(k, held)
-        }
-
         /// Sines and cosines that can be computed by now, of up to four arguments: k's and those that follow it at once.
         fn sines_cosines(&mut self, k: usize) {
             let mut list: Vec<(Place, [Option<usize>; 2])> = Vec::new();
@@ -535,9 +418,8 @@ mod x86 {
                 for (value, j) in pair.into_iter().enumerate() {
                     let Some(j) = j else { continue };
                     if list.len() > 2 {
-                        let index = (self.part.first + j) as u32;
-                        self.scatter(lane, value, Place::Memory { base: SLOTS, index });
-                        self.stored[j] = true;
+                        let to = self.settle(j);
+                        self.scatter(lane, value, to);
                     } else {
                         let r = self.spread(lane, value);
                         self.holds[r as usize] = Some((self.part.first + j) as u32);
@@ -550,20 +432,6 @@ mod x86 {
             } else {
                 for j in list.iter().flat_map(|l| l.1).flatten() {
                     self.done(j);
-                }
-            }
-        }
-
-        /// Everything that is needed later to its slot; all registers are free then.
-        pub fn save_all(&mut self) {
-            for r in 0..VALUES {
-                if let Some(j) = self.holds[r].and_then(|slot| self.own(slot)) {
-                    self.save(j);
-                }
-            }
-            for r in 0..VALUES {
-                if let Some(j) = self.holds[r].take().and_then(|slot| self.own(slot)) {
-                    self.register[j] = VALUES as u8;
                 }
             }
         }
@@ -586,29 +454,6 @@ mod x86 {
             self.holds[0] = Some((self.part.first + k) as u32);
             self.register[k] = 0;
             self.done(k);
-        }
-
-        /// One VEX instruction:  reg <- op(second, rm).
-        pub fn vex(&mut self, opcode: u8, prefix: u8, map: u8, reg: u8, second: u8, rm: Place) {
-            let base = match rm {
-                Place::Register(r) => r,
-                Place::Memory { base, .. } => base,
-            };
-            let inverted = |r: u8| u8::from(r < 8);
-            self.out.push(0xc4);
-            self.out.push(inverted(reg) << 7 | 1 << 6 | inverted(base) << 5 | map);
-            self.out.push((!second & 15) << 3 | prefix);
-            self.out.push(opcode);
-            match rm {
-                Place::Register(r) => self.out.push(0xc0 | (reg & 7) << 3 | (r & 7)),
-                Place::Memory { base, index } => {
-                    self.out.push(0x80 | (reg & 7) << 3 | (base & 7));
-                    if base & 7 == 4 {
-                        self.out.push(0x24);
-                    }
-                    self.out.extend(index.wrapping_mul(8).to_le_bytes());
-                }
-            }
         }
     }
 

@@ -174,18 +174,9 @@ impl Written {
     pub fn native(self, results: &[Value]) -> Option<Tape> {
         let outputs: Vec<u32> = results.iter().map(|v| v.0).collect();
         let ends = vec![(self.code.len(), outputs.len())];
-        let tape = Tape {
-            constants: self.constants,
-            code: self.code,
-            functions: self.functions,
-            outputs,
-            ends,
-            limits: self.limits,
-            native: Vec::new(),
-            into: false,
-        };
+        let tape = Tape::interpreted(self.constants, self.code, self.functions, outputs, ends, self.limits);
         let tape = tape.native_into();
-        tape.native[0].is_some().then_some(tape)
+        (!tape.native.is_empty()).then_some(tape)
     }
 }
 

@@ -55,7 +55,7 @@ impl Writer<'_> {
         self.returned(k);
     }
 
-    /// Arguments to their places; everything that is needed later to its slot.
+    /// Arguments to their places; everything that is needed later to the workspace.
     fn arguments(&mut self, k: usize, a: u32, b: Option<u32>) {
         let (pa, pb) = (self.place(a), b.map(|b| self.place(b)));
         self.release(k);

@@ -13,14 +13,7 @@ const DOUBLE: u8 = super::x86::DOUBLE;
 
 impl Writer<'_> {
     /// Rows of `width`, the state at leaf `y`, the length of the step at `h` of the table of rows; times are read in turn.
-    pub fn sequence(
-        mut self,
-        moves: &[Move],
-        coefficients: &[f64],
-        width: usize,
-        y: usize,
-        h: usize,
-    ) -> Option<Vec<u8>> {
+    pub fn sequence(&mut self, moves: &[Move], coefficients: &[f64], width: usize, y: usize, h: usize) -> Option<()> {
         let mut at = 0; // the row that the register of results points at
         let mut first = 0;
         let (mut calls, count) = (Vec::new(), self.count());
@@ -100,7 +93,7 @@ impl Writer<'_> {
         self.program()?;
         self.out.extend([0x48, 0x83, 0xc4, 8, 0xc3]); // add rsp, 8; ret
         self.asides();
-        Some(self.out)
+        Some(())
     }
 
     /// The row that was written last, one by one, as a vector.

@@ -1,6 +1,6 @@
 //! Sine and cosine of up to four arguments in the code of a program: the operations of `trig::x86::lanes` one by one, so that
 //! interpreter and machine code agree to the bit. Up to two arguments take half registers, and their results stay in
-//! registers; those of more go to their slots.
+//! registers; those of more go to the workspace.
 //!
 //!   registers:  xmm14 arguments, then r   xmm0 quadrant   xmm1 z = y^2   xmm2 z^2   xmm3 y   xmm4 sine   xmm5 d
 //!               xmm6, 7, 15 what is at hand;  in the end xmm1 sines, xmm2 cosines
