@@ -6,8 +6,7 @@
 //! which everything that is still needed goes to the workspace. Sines and cosines stand in the code itself, those of up to four
 //! arguments side by side (`sines.rs`). Instructions take as few bytes as will do (`encode.rs`).
 //!
-//!   registers:  rbx workspace   rbp unknowns   r12 results   r13 waves   r14 flags   r15 time
-//!               xmm0-13 values   xmm14, 15 scratch
+//!   registers:  xmm0-13 values   xmm14, 15 scratch   the others in `encode.rs`
 use super::{Inputs, Instr, Op};
 
 #[cfg(all(target_arch = "x86_64", unix))]
@@ -87,7 +86,8 @@ mod x86 {
     use super::*;
     use crate::graph::Fun;
 
-    type Entry = unsafe extern "sysv64" fn(*mut f64, *const f64, *const f64, *const f64, *const f64, *mut f64);
+    /// Workspace, unknowns, waves, results, flags, time.
+    type Entry = unsafe extern "sysv64" fn(*mut f64, *const f64, *const f64, *mut f64, *const f64, *const f64);
 
     /// The code of one part.
     pub struct Native {
@@ -137,7 +137,7 @@ mod x86 {
         #[inline]
         pub unsafe fn run(&self, inp: &Inputs, w: &mut [f64], results: *mut f64) {
             let (x, waves, flags) = (inp.x.as_ptr(), inp.waves.as_ptr(), inp.flags.as_ptr());
-            (self.entry)(w.as_mut_ptr(), x, waves, flags, &inp.t, results);
+            (self.entry)(w.as_mut_ptr(), x, waves, results, flags, &inp.t);
         }
 
         /// # Safety
@@ -145,19 +145,23 @@ mod x86 {
         /// state in `inp.x`, which is written.
         #[inline]
         pub unsafe fn run_sequence(&self, x: *mut f64, inp: &Inputs, w: &mut [f64], times: *const f64, rows: *mut f64) {
-            (self.entry)(w.as_mut_ptr(), x, inp.waves.as_ptr(), inp.flags.as_ptr(), times, rows);
+            (self.entry)(w.as_mut_ptr(), x, inp.waves.as_ptr(), rows, inp.flags.as_ptr(), times);
         }
     }
 
-    /// Base registers of memory operands.
-    pub const TABLE: u8 = 0;
-    pub const STACK: u8 = 4;
-    pub const RESULTS: u8 = 12;
-    pub const WORK: u8 = 3;
-    pub const UNKNOWNS: u8 = 5;
-    pub const WAVES: u8 = 13;
-    pub const FLAGS: u8 = 14;
-    pub const TIME: u8 = 15;
+    /// What memory operands are relative to.
+    #[derive(Clone, Copy, PartialEq)]
+    pub enum Base {
+        Work,
+        Unknowns,
+        Waves,
+        Results,
+        Flags,
+        Time,
+        Table,
+        Stack,
+    }
+
     pub const VALUES: usize = 14;
     pub const MASK: u8 = 14;
     pub const ZERO: u8 = 15;
@@ -166,7 +170,7 @@ mod x86 {
     #[derive(Clone, Copy)]
     pub enum Place {
         Register(u8),
-        Memory { base: u8, index: u32 },
+        Memory { base: Base, index: u32 },
     }
 
     pub struct Writer<'a> {
@@ -186,6 +190,15 @@ mod x86 {
         pub results: Vec<bool>,           // that have been written
         pub wanted: Vec<(u32, u32)>,      // slot and number of each result, by slot
         pub aside: Vec<Aside>,
+        pub calls: bool, // of the library, on the straight way
+    }
+
+    /// Is it a function of the library?
+    fn is_call(i: &Instr) -> bool {
+        match i.op {
+            Op::Powi => !(2..=8).contains(&(i.b as i32)),
+            op => matches!(op, Op::Exp | Op::Call | Op::Pow | Op::Atan2),
+        }
     }
 
     /// What lies behind the program: for arguments of sines out of range, jumped to and back from.
@@ -242,6 +255,7 @@ mod x86 {
                 results: vec![false; part.results.len()],
                 wanted,
                 aside: Vec::new(),
+                calls: part.code.iter().any(is_call),
             }
         }
 
@@ -258,22 +272,6 @@ mod x86 {
             Some(())
         }
 
-        pub fn enter(&mut self) {
-            // push rbx rbp r12 r13 r14 r15, sub rsp 8: with the return address the stack stands at a multiple of 16
-            self.out.extend([0x53, 0x55, 0x41, 0x54, 0x41, 0x55, 0x41, 0x56, 0x41, 0x57, 0x48, 0x83, 0xec, 8]);
-            let begin = |from: [u8; 3]| from.into_iter().chain(encode::BEGIN.to_le_bytes());
-            self.out.extend(begin([0x48, 0x8d, 0x9f])); // lea rbx, [rdi + BEGIN]
-            self.out.extend(begin([0x48, 0x8d, 0xae])); // lea rbp, [rsi + BEGIN]
-            self.out.extend(begin([0x4c, 0x8d, 0xaa])); // lea r13, [rdx + BEGIN]
-            self.out.extend(begin([0x4c, 0x8d, 0xb1])); // lea r14, [rcx + BEGIN]
-            self.out.extend(begin([0x4d, 0x8d, 0xa1])); // lea r12, [r9 + BEGIN]
-            self.out.extend([0x4d, 0x89, 0xc7]); // mov r15, r8
-        }
-
-        pub fn leave(&mut self) {
-            self.out.extend([0x48, 0x83, 0xc4, 8, 0x41, 0x5f, 0x41, 0x5e, 0x41, 0x5d, 0x41, 0x5c, 0x5d, 0x5b, 0xc3]);
-        }
-
         pub fn program(&mut self) -> Option<()> {
             for k in 0..self.part.code.len() {
                 self.instruction(k)?;
@@ -284,7 +282,7 @@ mod x86 {
                 if !self.results[i] {
                     let from = self.place(self.part.results[i]);
                     self.copy(ZERO, from);
-                    self.vex(0x11, F2, 1, ZERO, 0, Place::Memory { base: RESULTS, index: i as u32 });
+                    self.vex(0x11, F2, 1, ZERO, 0, Place::Memory { base: Base::Results, index: i as u32 });
                 }
             }
             Some(())
@@ -353,7 +351,7 @@ mod x86 {
                     self.out.push(MASK << 4);
                     self.done(k);
                 }
-                Op::Powi if (2..=8).contains(&(i.b as i32)) => {
+                Op::Powi if !is_call(&i) => {
                     // square and multiply in the order of the library's powi
                     let ra = self.load(i.a, &[]);
                     self.release(k);

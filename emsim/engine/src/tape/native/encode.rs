@@ -1,20 +1,81 @@
 //! Instructions as bytes, as few as will do: a long program lives as long in the processor's caches as it is short.
-use super::x86::{Place, Writer, DOUBLE, STACK, TABLE};
+//!
+//! Base registers are those that the arguments come in, unless the library is called, which overwrites them:
+//!
+//!   workspace   unknowns   waves   results   flags   time   tables   stack
+//!   rdi         rsi        rdx     rcx       r8      r9     rax      rsp
+//!   rbx         rbp        r13     r12       r14     r15    rax      rsp     with calls
+use super::x86::{Base, Place, Writer, DOUBLE};
 
-/// Where base registers point: so many bytes behind the first number, which leaves twice as many numbers within reach of a
-/// displacement of one byte.
-pub const BEGIN: i32 = 128;
-/// The time is a single number.
-const TIME: u8 = 15;
+/// The first six of them point so many bytes behind the first number: twice as many numbers are within reach of a displacement
+/// of one byte. (The time is a single number.)
+const BEGIN: i32 = 128;
+
+const ARGUMENTS: [u8; 8] = [7, 6, 2, 1, 8, 9, 0, 4];
+const KEPT: [u8; 8] = [3, 5, 13, 12, 14, 15, 0, 4];
+const POINTERS: [Base; 5] = [Base::Work, Base::Unknowns, Base::Waves, Base::Results, Base::Flags];
 
 impl Writer<'_> {
+    fn number(&self, base: Base) -> u8 {
+        (if self.calls { KEPT } else { ARGUMENTS })[base as usize]
+    }
+
+    pub fn enter(&mut self) {
+        if self.calls {
+            // push rbx rbp r12 r13 r14 r15, sub rsp 8: with the return address the stack stands at a multiple of 16
+            self.out.extend([0x53, 0x55, 0x41, 0x54, 0x41, 0x55, 0x41, 0x56, 0x41, 0x57, 0x48, 0x83, 0xec, 8]);
+            for (to, from) in KEPT.into_iter().zip(ARGUMENTS).take(6) {
+                self.out.extend([0x48 | from >> 3 << 2 | to >> 3, 0x89, 0xc0 | (from & 7) << 3 | to & 7]);
+                // mov
+            }
+        }
+        for base in POINTERS {
+            self.advance(base, BEGIN);
+        }
+    }
+
+    pub fn leave(&mut self) {
+        if self.calls {
+            self.out.extend([0x48, 0x83, 0xc4, 8, 0x41, 0x5f, 0x41, 0x5e, 0x41, 0x5d, 0x41, 0x5c, 0x5d, 0x5b]);
+        }
+        self.out.push(0xc3);
+    }
+
+    /// Before the library is called aside: bases that it would overwrite, and the stack to a multiple of 16.
+    pub fn keep_bases(&mut self) {
+        if !self.calls {
+            // push rdi rsi rdx rcx r8 r9; sub rsp, 8
+            self.out.extend([0x57, 0x56, 0x52, 0x51, 0x41, 0x50, 0x41, 0x51, 0x48, 0x83, 0xec, 8]);
+        }
+    }
+
+    pub fn restore_bases(&mut self) {
+        if !self.calls {
+            self.out.extend([0x48, 0x83, 0xc4, 8, 0x41, 0x59, 0x41, 0x58, 0x59, 0x5a, 0x5e, 0x5f]);
+        }
+    }
+
+    /// A base register that points so many bytes further.
+    pub fn advance(&mut self, base: Base, by: i32) {
+        let r = self.number(base);
+        let (first, register) = (0x48 | r >> 3, r & 7);
+        match (i8::try_from(by), i8::try_from(-by)) {
+            (Ok(by), _) => self.out.extend([first, 0x83, 0xc0 | register, by as u8]), // add
+            (_, Ok(less)) => self.out.extend([first, 0x83, 0xe8 | register, less as u8]), // sub
+            _ => {
+                self.out.extend([first, 0x81, 0xc0 | register]);
+                self.out.extend(by.to_le_bytes());
+            }
+        }
+    }
+
     /// One VEX instruction:  reg <- op(second, rm).
     pub fn vex(&mut self, opcode: u8, prefix: u8, map: u8, reg: u8, second: u8, rm: Place) {
         let (base, displacement) = match rm {
             Place::Register(r) => (r, None),
             Place::Memory { base, index } => {
-                let begin = if matches!(base, STACK | TABLE | TIME) { 0 } else { BEGIN };
-                (base, Some((index as i32).wrapping_mul(8).wrapping_sub(begin)))
+                let begin = if POINTERS.contains(&base) { BEGIN } else { 0 };
+                (self.number(base), Some((index as i32).wrapping_mul(8).wrapping_sub(begin)))
             }
         };
         let inverted = |r: u8| u8::from(r < 8);

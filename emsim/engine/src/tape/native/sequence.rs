@@ -1,7 +1,7 @@
 //! The stages of a Runge-Kutta method in one piece of code: sums of rows, four components a register, and between them the
 //! program as a subroutine. What a loop over stages spends on calls, rows of unequal length and checks is several times what
 //! a stage of a pendulum computes.
-use super::x86::{Place, Writer, F2, P66, RESULTS, TABLE, UNKNOWNS, WIDE};
+use super::x86::{Base, Place, Writer, F2, P66, WIDE};
 use super::{Move, To};
 
 /// Registers of a sum; the last one holds its coefficient.
@@ -23,18 +23,18 @@ impl Writer<'_> {
             self.out.extend((coefficients.as_ptr() as u64).to_le_bytes());
             let table = |row: usize, i: usize| {
                 let index = (row * width + i) as i64 - (at * width) as i64;
-                Place::Memory { base: RESULTS, index: index as u32 }
+                Place::Memory { base: Base::Results, index: index as u32 }
             };
             let groups: Vec<usize> = (0..width).step_by(4).collect();
             // what the program has just written is added last, and read as it was written: a wide load of fresh stores
             // waits until they have left for the cache
             let newest = step.row.iter().position(|&(j, _)| j == at && at > 0 && groups.len() == 1);
             let index = h as i64 - (at * width) as i64;
-            let length = Place::Memory { base: RESULTS, index: index as u32 };
+            let length = Place::Memory { base: Base::Results, index: index as u32 };
             for some in groups.chunks(SUMS) {
                 let mut begun = false;
                 for (term, &(j, _)) in step.row.iter().enumerate().filter(|t| Some(t.0) != newest) {
-                    self.spread_factor(Place::Memory { base: TABLE, index: (first + term) as u32 });
+                    self.spread_factor(Place::Memory { base: Base::Table, index: (first + term) as u32 });
                     for (sum, &i) in some.iter().enumerate() {
                         if begun {
                             self.vex(0xb8, P66 | WIDE | DOUBLE, 2, sum as u8, FACTOR, table(j, i));
@@ -55,7 +55,7 @@ impl Writer<'_> {
                     }
                 }
                 if let Some(term) = newest {
-                    let factor = Place::Memory { base: TABLE, index: (first + term) as u32 };
+                    let factor = Place::Memory { base: Base::Table, index: (first + term) as u32 };
                     self.vex(0x19, P66 | WIDE, 2, OTHER, 0, factor);
                     self.vex(0x59, P66 | WIDE, 1, FACTOR, FACTOR, Place::Register(OTHER));
                     self.fresh(count);
@@ -64,7 +64,7 @@ impl Writer<'_> {
                 for (sum, &i) in some.iter().enumerate() {
                     for to in step.to {
                         let to = match *to {
-                            To::State => Place::Memory { base: UNKNOWNS, index: (y + i) as u32 },
+                            To::State => Place::Memory { base: Base::Unknowns, index: (y + i) as u32 },
                             To::Row(row) => table(row, i),
                         };
                         self.vex(0x11, P66 | WIDE, 1, sum as u8, 0, to);
@@ -75,12 +75,11 @@ impl Writer<'_> {
             if let Some(row) = step.run {
                 self.out.extend([0xc5, 0xf8, 0x77]); // vzeroupper
                 let by = 8 * (row as i32 - at as i32) * width as i32;
-                self.out.extend([0x4d, 0x8d, 0xa4, 0x24]); // lea r12, [r12 + by]
-                self.out.extend(by.to_le_bytes());
+                self.advance(Base::Results, by);
                 at = row;
                 self.out.extend([0xe8, 0, 0, 0, 0]); // call the program
                 calls.push(self.out.len());
-                self.out.extend([0x49, 0x83, 0xc7, 8]); // add r15, 8: the next time
+                self.advance(Base::Time, 8); // the next time
             }
         }
         self.out.extend([0xc5, 0xf8, 0x77]);
@@ -98,7 +97,7 @@ impl Writer<'_> {
 
     /// The row that was written last, one by one, as a vector.
     fn fresh(&mut self, count: usize) {
-        let at = |index: u32| Place::Memory { base: RESULTS, index };
+        let at = |index: u32| Place::Memory { base: Base::Results, index };
         for (to, i) in [(FRESH, 0), (OTHER, 2)] {
             if count > i {
                 self.vex(0x10, F2, 1, to, 0, at(i as u32));

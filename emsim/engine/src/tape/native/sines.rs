@@ -5,7 +5,7 @@
 //!   registers:  xmm14 arguments, then r   xmm0 quadrant   xmm1 z = y^2   xmm2 z^2   xmm3 y   xmm4 sine   xmm5 d
 //!               xmm6, 7, 15 what is at hand;  in the end xmm1 sines, xmm2 cosines
 use super::super::trig;
-use super::x86::{Aside, Place, Writer, DOUBLE, F2, MASK, P66, STACK, TABLE, WIDE, ZERO};
+use super::x86::{Aside, Base, Place, Writer, DOUBLE, F2, MASK, P66, WIDE, ZERO};
 use trig::row;
 
 /// Registers 0 to 7 are written.
@@ -27,7 +27,7 @@ extern "sysv64" fn library(at: *mut [[f64; 4]; 3], lanes: usize) {
 }
 
 fn table(row: usize) -> Place {
-    Place::Memory { base: TABLE, index: 4 * row as u32 }
+    Place::Memory { base: Base::Table, index: 4 * row as u32 }
 }
 
 impl Writer<'_> {
@@ -68,8 +68,8 @@ impl Writer<'_> {
         self.vex(0x54, P66 | wide, 1, 0, ARGUMENT, table(row::MAGNITUDE));
         self.vex(0xc2, P66 | wide, 1, 0, 0, table(row::LARGEST));
         self.out.push(0x12); // less or equal, quiet
-        self.vex(0x50, P66 | wide, 1, 1, 0, register(0)); // vmovmskpd ecx
-        self.out.extend([0x83, 0xf9, (1 << lanes) - 1, 0x0f, 0x85, 0, 0, 0, 0]); // cmp ecx, all; jne
+        self.vex(0x50, P66 | wide, 1, 10, 0, register(0)); // vmovmskpd r10d
+        self.out.extend([0x41, 0x83, 0xfa, (1 << lanes) - 1, 0x0f, 0x85, 0, 0, 0, 0]); // cmp r10d, all; jne
         let jump = self.out.len();
 
         let mut op = |opcode: u8, to: u8, a: u8, b: Place| self.vex(opcode, P66 | wide, 1, to, a, b);
@@ -180,8 +180,9 @@ impl Writer<'_> {
             let here = self.out.len();
             self.out[jump - 4..jump].copy_from_slice(&((here - jump) as u32).to_le_bytes());
             let wide = if lanes > 2 { WIDE } else { 0 };
-            let stack = |index: u32| Place::Memory { base: STACK, index };
+            let stack = |index: u32| Place::Memory { base: Base::Stack, index };
             let kept = |r: u8| stack(12 + 2 * u32::from(r - TAKEN as u8));
+            self.keep_bases();
             self.out.extend([0x48, 0x81, 0xec]); // sub rsp
             self.out.extend(FRAME.to_le_bytes());
             self.vex(0x11, P66 | wide, 1, ARGUMENT, 0, stack(0));
@@ -198,6 +199,7 @@ impl Writer<'_> {
             self.vex(0x10, P66 | wide, 1, COSINES, 0, stack(8));
             self.out.extend([0x48, 0x81, 0xc4]); // add rsp
             self.out.extend(FRAME.to_le_bytes());
+            self.restore_bases();
             self.out.push(0xe9); // jmp
             let away = back as i64 - (self.out.len() as i64 + 4);
             self.out.extend((away as i32).to_le_bytes());

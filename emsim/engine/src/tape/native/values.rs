@@ -4,7 +4,7 @@
 //! (Belady 1966), to a place that another value has left: a program of thousands of instructions works in a few lines of the
 //! cache.
 use super::super::Op;
-use super::x86::{Place, Writer, F2, FLAGS, NEVER, RESULTS, TIME, UNKNOWNS, VALUES, WAVES, WORK};
+use super::x86::{Base, Place, Writer, F2, NEVER, VALUES};
 use super::NOWHERE;
 
 impl Writer<'_> {
@@ -28,15 +28,15 @@ impl Writer<'_> {
                 // a leaf that was never copied
                 let i = &self.part.code[k];
                 return match i.op {
-                    Op::X => Place::Memory { base: UNKNOWNS, index: i.a },
-                    Op::Wave => Place::Memory { base: WAVES, index: i.a },
-                    Op::Flag => Place::Memory { base: FLAGS, index: i.a },
-                    _ => Place::Memory { base: TIME, index: 0 },
+                    Op::X => Place::Memory { base: Base::Unknowns, index: i.a },
+                    Op::Wave => Place::Memory { base: Base::Waves, index: i.a },
+                    Op::Flag => Place::Memory { base: Base::Flags, index: i.a },
+                    _ => Place::Memory { base: Base::Time, index: 0 },
                 };
             }
-            return Place::Memory { base: WORK, index: self.at[k] };
+            return Place::Memory { base: Base::Work, index: self.at[k] };
         }
-        Place::Memory { base: WORK, index: self.part.homes[slot as usize] }
+        Place::Memory { base: Base::Work, index: self.part.homes[slot as usize] }
     }
 
     /// A place in memory for the result of k: where others look for it, or any that is free.
@@ -50,7 +50,7 @@ impl Writer<'_> {
                 home => home,
             };
         }
-        Place::Memory { base: WORK, index: self.at[k] }
+        Place::Memory { base: Base::Work, index: self.at[k] }
     }
 
     /// Nobody needs the value of k any more: its place is free, though not before the present instruction is written.
@@ -151,7 +151,7 @@ impl Writer<'_> {
         }
         let results: Vec<usize> = self.results_of(slot).collect();
         for i in results {
-            self.vex(0x11, F2, 1, self.register[k], 0, Place::Memory { base: RESULTS, index: i as u32 });
+            self.vex(0x11, F2, 1, self.register[k], 0, Place::Memory { base: Base::Results, index: i as u32 });
             self.results[i] = true;
         }
         if self.next_use(k).is_none() {
