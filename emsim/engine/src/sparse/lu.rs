@@ -8,8 +8,8 @@
 //!
 //!   lu[target] -= l_ij * u_jk         for the entries l_ij of column j of L
 //!
-//! where the targets were written down beforehand, one 4-byte number each ("grouped multiply-subtract list"): no search, no
-//! dense work vector. Beyond `LIST_LIMIT` operations the list leaves the cache and a dense work vector is faster.
+//! where the targets were written down beforehand (lu/arrangement.rs), one 4-byte number each ("grouped multiply-subtract list"):
+//! no search, no dense work vector. Beyond `LIST_LIMIT` operations the list leaves the cache and a dense work vector is faster.
 //!
 //! What recurs often enough with the same pivots is turned into straight-line code (program.rs).
 //!
@@ -17,22 +17,23 @@
 //! multiplier above `MULTIPLIER_LIMIT`), has shrunk against what it was by `SHRINK_LIMIT`, or is not a number. Then the caller
 //! chooses anew by `factor`, or lets `factor_or_refactor` do it.
 
+mod arrangement;
 mod programmed;
 mod stamped;
 
+pub(super) use self::arrangement::{Arrangement, Column, Group};
 pub use self::stamped::Stamp;
 use self::stamped::Stamped;
 use super::pivots::{eliminate, Columns, Pivots};
 use super::program::{Layout, Recurring};
 use super::{Pattern, Scalar, Singular, Symbolic};
+use std::sync::Arc;
 
 /// Refactor refuses a weighted multiplier above this (a pivot below 1e-6 of its column). With switches over 12 decades 1e8 let
 /// backward errors of 1e-7 pass, 1e6 keeps them at 1e-10 and refuses one refactorisation in 300; 1e4 gains little more.
 const MULTIPLIER_LIMIT: f64 = 1e6;
 /// Refactor refuses a pivot below this part of its size in the last `factor`.
 const SHRINK_LIMIT: f64 = 1e-10;
-/// Multiply-subtract operations above which refactor uses a dense work vector.
-const LIST_LIMIT: usize = 1_500_000;
 
 /// Pivots that values near a singular matrix have asked for may fill the factors: where these take more than so many times the
 /// operations of the leanest ones that there were, pivots are chosen anew after so many refactorisations, and after twice as many
@@ -60,37 +61,10 @@ pub struct Counters {
     pub solves: u64,
 }
 
-/// Ranges of column k in `lu`: F from `first`, U from `upper`, the diagonal at `diagonal`, L up to `end`;
-/// its groups end at `group_end`.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Column {
-    pub first: u32,
-    pub upper: u32,
-    pub diagonal: u32,
-    pub end: u32,
-    pub group_end: u32,
-}
-
-/// One entry of U at `u` and the column of L, `len` entries from `l`, that it multiplies.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Group {
-    pub u: u32,
-    pub l: u32,
-    pub len: u32,
-}
-
 pub struct Lu<T: Scalar> {
     symbolic: Symbolic,
     matrix: Columns,
-    // layout, written by `arrange`; empty before the first factor
-    pivot_rows: Vec<u32>, // row (position before pivoting) of each pivot
-    input_rows: Vec<u32>, // row of the original matrix of each pivot
-    columns: Vec<Column>,
-    rows: Vec<u32>,  // pivot number of the row of each entry of `lu`
-    place: Vec<u32>, // where in `lu` each value of the caller goes
-    groups: Vec<Group>,
-    targets: Vec<u32>, // empty when the dense work vector is used
-    dense: bool,
+    arranged: Arc<Arrangement>, // empty before the first factor
     // limits for refactor, of every entry of `lu`: multipliers, inverses of pivots; of the rest the largest number
     limits: Vec<f64>,
     // and what they must be larger than: an inverse 0, the rest nothing
@@ -100,12 +74,10 @@ pub struct Lu<T: Scalar> {
     work: Vec<T>,
     stamped: Stamped<T>,
     ready: bool,
-    operations: usize,
     leanest: usize, // operations of any choice of pivots so far
     borne: u32,     // refactorisations by swollen factors
     patience: u32,  // with them
     counters: Counters,
-    odd: bool, // the permutation of rows
     factor_and_solve: Recurring,
     factor_alone: Recurring,
     solve_alone: Recurring,
@@ -134,14 +106,7 @@ impl<T: Scalar> Lu<T> {
         Lu {
             symbolic: symbolic.clone(),
             matrix,
-            pivot_rows: Vec::new(),
-            input_rows: Vec::new(),
-            columns: Vec::new(),
-            rows: Vec::new(),
-            place: vec![0; pattern.nnz()],
-            groups: Vec::new(),
-            targets: Vec::new(),
-            dense: false,
+            arranged: Arc::default(),
             limits: Vec::new(),
             least: Vec::new(),
             lu: Vec::new(),
@@ -155,12 +120,10 @@ impl<T: Scalar> Lu<T> {
                 sources: 0,
             },
             ready: false,
-            operations: 0,
             leanest: usize::MAX,
             borne: 0,
             patience: BORNE,
             counters: Counters::default(),
-            odd: false,
             factor_and_solve: Recurring::default(),
             factor_alone: Recurring::default(),
             solve_alone: Recurring::default(),
@@ -173,12 +136,12 @@ impl<T: Scalar> Lu<T> {
 
     /// Entries of the factors, off-diagonal blocks included; 0 before the first factorisation.
     pub fn nnz(&self) -> usize {
-        self.rows.len()
+        self.arranged.rows.len()
     }
 
     /// Multiply-subtract operations of one refactorisation.
     pub fn operations(&self) -> usize {
-        self.operations
+        self.arranged.operations
     }
 
     pub fn counters(&self) -> Counters {
@@ -206,28 +169,28 @@ impl<T: Scalar> Lu<T> {
     pub fn factor(&mut self, values: &[T]) -> Result<(), Singular> {
         self.ready = false;
         self.counters.factors += 1;
-        if values.len() != self.place.len() {
+        if values.len() != self.matrix.source.len() {
             return Err(Singular { row: None, col: None, structural: true, finite: true });
         }
         let pivots = eliminate(&self.symbolic, &self.matrix, values)?;
-        if pivots.row != self.pivot_rows {
+        if pivots.row != self.arranged.pivot_rows {
             self.arrange(&pivots);
         }
-        self.leanest = self.leanest.min(self.operations);
+        self.leanest = self.leanest.min(self.arranged.operations);
         let in_vain = self.borne_enough() && self.swollen();
         self.patience = if in_vain { self.patience.saturating_mul(2) } else { BORNE };
         self.borne = 0;
         self.set_limits(&pivots);
         self.scatter(values);
         // the limits hold by construction, but for sums in another order: only a non-finite or zero pivot is an error now
-        let outcome = if self.dense { self.eliminate_dense(false) } else { self.eliminate_listed::<false>() };
+        let outcome = if self.arranged.dense { self.eliminate_dense(false) } else { self.eliminate_listed::<false>() };
         match outcome {
             Ok(()) => {
                 self.ready = true;
                 Ok(())
             }
             Err(k) => Err(Singular {
-                row: Some(self.input_rows[k] as usize),
+                row: Some(self.arranged.input_rows[k] as usize),
                 col: Some(self.symbolic.cols[k] as usize),
                 structural: false,
                 finite: true,
@@ -237,7 +200,9 @@ impl<T: Scalar> Lu<T> {
 
     /// Factors new values with the pivots of the last `factor`. After an error the old factors are gone.
     pub fn refactor(&mut self, values: &[T]) -> Result<(), RefactorError> {
-        if self.columns.len() != self.n() || values.len() != self.place.len() || (self.n() > 0 && self.rows.is_empty())
+        if self.arranged.columns.len() != self.n()
+            || values.len() != self.arranged.place.len()
+            || (self.n() > 0 && self.arranged.rows.is_empty())
         {
             self.ready = false;
             return Err(RefactorError::NotFactored);
@@ -256,7 +221,7 @@ impl<T: Scalar> Lu<T> {
 
     /// Eliminates what `lu` holds, with the old pivots and their limits.
     fn eliminate(&mut self) -> Result<(), RefactorError> {
-        let outcome = if self.dense { self.eliminate_dense(true) } else { self.eliminate_listed::<true>() };
+        let outcome = if self.arranged.dense { self.eliminate_dense(true) } else { self.eliminate_listed::<true>() };
         match outcome {
             Ok(()) => {
                 self.refactored();
@@ -289,7 +254,7 @@ impl<T: Scalar> Lu<T> {
     }
 
     fn swollen(&self) -> bool {
-        self.operations / SWOLLEN > self.leanest
+        self.arranged.operations / SWOLLEN > self.leanest
     }
 
     /// Have swollen factors served for long enough?
@@ -300,14 +265,14 @@ impl<T: Scalar> Lu<T> {
     /// What the programs are written from.
     fn layout(&self) -> Layout<'_> {
         Layout {
-            columns: &self.columns,
-            rows: &self.rows,
-            groups: &self.groups,
-            targets: &self.targets,
+            columns: &self.arranged.columns,
+            rows: &self.arranged.rows,
+            groups: &self.arranged.groups,
+            targets: &self.arranged.targets,
             blocks: &self.symbolic.blocks,
-            input_rows: &self.input_rows,
+            input_rows: &self.arranged.input_rows,
             cols: &self.symbolic.cols,
-            place: &self.place,
+            place: &self.arranged.place,
         }
     }
 
@@ -322,11 +287,12 @@ impl<T: Scalar> Lu<T> {
         if self.solve_by_program(b) {
             return;
         }
-        let (w, lu, rows, columns) = (&mut self.work[..], &self.lu[..], &self.rows[..], &self.columns[..]);
+        let (w, lu, rows, columns) =
+            (&mut self.work[..], &self.lu[..], &self.arranged.rows[..], &self.arranged.columns[..]);
         // SAFETY: `arrange` made every index: columns' ranges lie in 0..lu.len() = rows.len(), rows and input_rows and cols in 0..n
         unsafe {
             for k in 0..n {
-                *w.get_unchecked_mut(k) = *b.get_unchecked(*self.input_rows.get_unchecked(k) as usize);
+                *w.get_unchecked_mut(k) = *b.get_unchecked(*self.arranged.input_rows.get_unchecked(k) as usize);
             }
             let blocks = &self.symbolic.blocks;
             for block in (0..blocks.len() - 1).rev() {
@@ -389,123 +355,48 @@ impl<T: Scalar> Lu<T> {
         for range in self.symbolic.blocks.windows(2) {
             let (first, last) = (range[0] as usize, range[1] as usize);
             for k in first..last {
-                let c = self.columns[k];
+                let c = self.arranged.columns[k];
                 let mut sum = w[k];
                 for e in c.first as usize..c.diagonal as usize {
-                    sum -= self.lu[e] * w[self.rows[e] as usize];
+                    sum -= self.lu[e] * w[self.arranged.rows[e] as usize];
                 }
                 w[k] = sum * self.lu[c.diagonal as usize];
             }
             for k in (first..last).rev() {
-                let c = self.columns[k];
+                let c = self.arranged.columns[k];
                 let mut sum = w[k];
                 for e in c.diagonal as usize + 1..c.end as usize {
-                    sum -= self.lu[e] * w[self.rows[e] as usize];
+                    sum -= self.lu[e] * w[self.arranged.rows[e] as usize];
                 }
                 w[k] = sum;
             }
         }
         for k in 0..n {
-            b[self.input_rows[k] as usize] = w[k];
+            b[self.arranged.input_rows[k] as usize] = w[k];
         }
     }
 
     /// Lays out the factors for a choice of pivots.
     fn arrange(&mut self, pivots: &Pivots) {
-        let n = self.n();
-        let a = &self.matrix;
-        self.pivot_rows.clone_from(&pivots.row);
-        self.input_rows = pivots.row.iter().map(|&row| self.symbolic.rows[row as usize]).collect();
-        self.odd = odd(&self.input_rows);
-
-        // columns of the layout: F, U ascending, diagonal, L ascending
-        self.columns.clear();
-        self.columns.reserve(n);
-        self.rows.clear();
-        self.rows.reserve(pivots.upper.len() + pivots.lower.len() + a.rows.len());
-        for range in self.symbolic.blocks.windows(2) {
-            for k in range[0] as usize..range[1] as usize {
-                let first = self.rows.len() as u32;
-                for p in a.start[k] as usize..a.start[k + 1] as usize {
-                    if a.rows[p] < range[0] {
-                        self.rows.push(pivots.rank[a.rows[p] as usize]);
-                    }
-                }
-                let upper = self.rows.len();
-                self.rows.extend_from_slice(
-                    &pivots.upper[pivots.upper_start[k] as usize..pivots.upper_start[k + 1] as usize],
-                );
-                self.rows[upper..].sort_unstable();
-                let diagonal = self.rows.len();
-                self.rows.push(k as u32);
-                let lower = &pivots.lower[pivots.lower_start[k] as usize..pivots.lower_start[k + 1] as usize];
-                self.rows.extend(lower.iter().map(|&row| pivots.rank[row as usize]));
-                self.rows[diagonal + 1..].sort_unstable();
-                self.columns.push(Column {
-                    first,
-                    upper: upper as u32,
-                    diagonal: diagonal as u32,
-                    end: self.rows.len() as u32,
-                    group_end: 0,
-                });
-            }
-        }
+        self.arranged = self.symbolic.shelf.arranged(pivots, || Arrangement::new(&self.symbolic, &self.matrix, pivots));
         self.lu.clear();
-        self.lu.resize(self.rows.len() + n, T::ZERO);
+        self.lu.resize(self.arranged.rows.len() + self.n(), T::ZERO);
         self.factor_and_solve.start(self.counters.refactors);
         self.factor_alone.start(self.counters.refactors);
         self.solve_alone.start(self.counters.solves);
-
-        self.operations = 0;
-        for c in &self.columns {
-            for &j in &self.rows[c.upper as usize..c.diagonal as usize] {
-                let from = &self.columns[j as usize];
-                self.operations += (from.end - from.diagonal - 1) as usize;
-            }
-        }
-        self.dense = self.operations > LIST_LIMIT;
-
-        // places of the caller's values, and the groups with their targets
-        let mut at = vec![0u32; n];
-        self.groups.clear();
-        self.groups.reserve(pivots.upper.len());
-        self.targets.clear();
-        self.targets.reserve(if self.dense { 0 } else { self.operations });
-        for k in 0..n {
-            let c = self.columns[k];
-            for e in c.first..c.end {
-                at[self.rows[e as usize] as usize] = e;
-            }
-            for p in a.start[k] as usize..a.start[k + 1] as usize {
-                self.place[a.source[p] as usize] = at[pivots.rank[a.rows[p] as usize] as usize];
-            }
-            for u in c.upper..c.diagonal {
-                let from = self.columns[self.rows[u as usize] as usize];
-                let len = from.end - from.diagonal - 1;
-                if len == 0 {
-                    continue;
-                }
-                self.groups.push(Group { u, l: from.diagonal + 1, len });
-                if !self.dense {
-                    let rows = &self.rows[from.diagonal as usize + 1..from.end as usize];
-                    self.targets.extend(rows.iter().map(|&row| at[row as usize]));
-                }
-            }
-            self.columns[k].group_end = self.groups.len() as u32;
-        }
         self.place_base();
         self.place_stamps();
     }
 
     fn set_limits(&mut self, pivots: &Pivots) {
         self.limits.clear();
-        self.limits.resize(self.rows.len(), f64::MAX);
+        self.limits.resize(self.arranged.rows.len(), f64::MAX);
         self.least.clear();
-        self.least.resize(self.rows.len(), -1.0);
-        for (k, c) in self.columns.iter().enumerate() {
+        self.least.resize(self.arranged.rows.len(), -1.0);
+        for (k, c) in self.arranged.columns.iter().enumerate() {
             let own = pivots.scale[pivots.row[k] as usize];
             for e in c.diagonal as usize + 1..c.end as usize {
-                let other = pivots.scale[pivots.row[self.rows[e] as usize] as usize];
+                let other = pivots.scale[pivots.row[self.arranged.rows[e] as usize] as usize];
                 self.limits[e] = MULTIPLIER_LIMIT * own / other;
             }
             self.limits[c.diagonal as usize] = 1.0 / (SHRINK_LIMIT * pivots.size[k]);
@@ -517,7 +408,7 @@ impl<T: Scalar> Lu<T> {
     fn scatter(&mut self, values: &[T]) -> bool {
         self.lu.fill(T::ZERO);
         let mut finite = true;
-        for (&place, &value) in self.place.iter().zip(values) {
+        for (&place, &value) in self.arranged.place.iter().zip(values) {
             // SAFETY: `arrange` took `place` from 0..lu.len()
             unsafe { *self.lu.get_unchecked_mut(place as usize) = value };
             finite &= value.magnitude() < f64::INFINITY;
@@ -529,14 +420,14 @@ impl<T: Scalar> Lu<T> {
     fn eliminate_listed<const STRICT: bool>(&mut self) -> Result<(), usize> {
         let lu = &mut self.lu[..];
         let (mut g, mut t) = (0usize, 0usize);
-        for (k, c) in self.columns.iter().enumerate() {
+        for (k, c) in self.arranged.columns.iter().enumerate() {
             // SAFETY: `arrange` made groups and targets, all within 0..lu.len(), and one limit for every entry of L and pivot
             unsafe {
                 while g < c.group_end as usize {
-                    let group = *self.groups.get_unchecked(g);
+                    let group = *self.arranged.groups.get_unchecked(g);
                     let u = *lu.get_unchecked(group.u as usize);
                     for i in 0..group.len as usize {
-                        let target = *self.targets.get_unchecked(t + i) as usize;
+                        let target = *self.arranged.targets.get_unchecked(t + i) as usize;
                         let l = *lu.get_unchecked(group.l as usize + i);
                         *lu.get_unchecked_mut(target) -= l * u;
                     }
@@ -567,29 +458,29 @@ impl<T: Scalar> Lu<T> {
     fn eliminate_dense(&mut self, strict: bool) -> Result<(), usize> {
         let (lu, x) = (&mut self.lu[..], &mut self.work[..]);
         let mut g = 0usize;
-        for (k, c) in self.columns.iter().enumerate() {
+        for (k, c) in self.arranged.columns.iter().enumerate() {
             // SAFETY: as in `eliminate_listed`; rows are in 0..n
             unsafe {
                 for e in c.upper as usize..c.end as usize {
-                    *x.get_unchecked_mut(*self.rows.get_unchecked(e) as usize) = *lu.get_unchecked(e);
+                    *x.get_unchecked_mut(*self.arranged.rows.get_unchecked(e) as usize) = *lu.get_unchecked(e);
                 }
                 while g < c.group_end as usize {
-                    let group = *self.groups.get_unchecked(g);
-                    let u = *x.get_unchecked(*self.rows.get_unchecked(group.u as usize) as usize);
+                    let group = *self.arranged.groups.get_unchecked(g);
+                    let u = *x.get_unchecked(*self.arranged.rows.get_unchecked(group.u as usize) as usize);
                     for e in group.l as usize..(group.l + group.len) as usize {
-                        *x.get_unchecked_mut(*self.rows.get_unchecked(e) as usize) -= *lu.get_unchecked(e) * u;
+                        *x.get_unchecked_mut(*self.arranged.rows.get_unchecked(e) as usize) -= *lu.get_unchecked(e) * u;
                     }
                     g += 1;
                 }
                 for e in c.upper as usize..c.diagonal as usize {
-                    *lu.get_unchecked_mut(e) = *x.get_unchecked(*self.rows.get_unchecked(e) as usize);
+                    *lu.get_unchecked_mut(e) = *x.get_unchecked(*self.arranged.rows.get_unchecked(e) as usize);
                 }
                 let limit = |e: usize| if strict { *self.limits.get_unchecked(e) } else { f64::MAX };
                 let inverse = x.get_unchecked(k).recip();
                 let mut good = (inverse.magnitude() <= limit(c.diagonal as usize)) & (inverse.magnitude() > 0.0);
                 *lu.get_unchecked_mut(c.diagonal as usize) = inverse;
                 for e in c.diagonal as usize + 1..c.end as usize {
-                    let l = *x.get_unchecked(*self.rows.get_unchecked(e) as usize) * inverse;
+                    let l = *x.get_unchecked(*self.arranged.rows.get_unchecked(e) as usize) * inverse;
                     *lu.get_unchecked_mut(e) = l;
                     good &= l.magnitude() <= limit(e);
                 }
@@ -605,19 +496,6 @@ impl<T: Scalar> Lu<T> {
 impl Lu<f64> {
     /// Is the determinant of what was factored last negative, the columns being in the order of elimination?
     pub fn negative(&self) -> bool {
-        self.columns.iter().fold(self.odd, |odd, c| odd ^ (self.lu[c.diagonal as usize] < 0.0))
+        self.arranged.columns.iter().fold(self.arranged.odd, |odd, c| odd ^ (self.lu[c.diagonal as usize] < 0.0))
     }
-}
-
-/// Is it an odd permutation?
-fn odd(rows: &[u32]) -> bool {
-    let (mut odd, mut seen) = (false, vec![false; rows.len()]);
-    for start in 0..rows.len() {
-        let mut at = start;
-        while !std::mem::replace(&mut seen[at], true) {
-            at = rows[at] as usize;
-            odd ^= at != start;
-        }
-    }
-    odd
 }

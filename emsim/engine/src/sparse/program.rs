@@ -1,7 +1,8 @@
 //! Factors and solutions of a small matrix as straight-line code: the operations of lu.rs in the same order and with the same
 //! rounding, without the lists that say where they take place. A circuit of four diodes is factored and solved in a quarter of
 //! the instructions. What matrix and right-hand side are made of may stand before them in the same program (`Equations`).
-use super::lu::{Column, Group};
+use super::lu::{Arrangement, Column, Group};
+use super::pivots::Pivots;
 use super::scalar::{Scalar, Term};
 use crate::tape::{Inputs, Leaf, Tape, Value, Written};
 use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
@@ -44,7 +45,10 @@ pub struct Program {
 /// another run, begin with it. Pivots that are chosen time and again recur too, however short the runs. Not for those that nobody
 /// chooses again.
 #[derive(Default)]
-pub(super) struct Shelf(Mutex<Vec<Kept>>);
+pub(super) struct Shelf {
+    programs: Mutex<Vec<Kept>>,
+    arrangements: Mutex<Vec<Arc<Arrangement>>>,
+}
 
 struct Kept {
     key: Key,
@@ -71,11 +75,29 @@ pub enum Known {
 }
 
 const KEPT: usize = 64;
+/// Layouts of more operations are not kept: what it takes to find their pivots is many times what they take.
+const LARGE: usize = 20_000;
 const OFTEN: u32 = 4;
 
 impl Shelf {
+    /// The layout of factors for these pivots, if it has been made before, or a new one.
+    pub fn arranged(&self, pivots: &Pivots, make: impl FnOnce() -> Arrangement) -> Arc<Arrangement> {
+        let mut kept = self.arrangements.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(known) = kept.iter().find(|a| a.pivot_rows == pivots.row) {
+            return known.clone();
+        }
+        let new = Arc::new(make());
+        if new.operations <= LARGE {
+            if kept.len() == KEPT {
+                kept.remove(0);
+            }
+            kept.push(new.clone());
+        }
+        new
+    }
+
     pub fn find(&self, key: Key, pivots: &[u32]) -> Known {
-        let mut kept = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut kept = self.programs.lock().unwrap_or_else(PoisonError::into_inner);
         let Some(k) = kept.iter_mut().find(|k| k.key == key && k.pivots == pivots) else {
             if kept.len() == KEPT {
                 kept.remove(0);
@@ -92,7 +114,7 @@ impl Shelf {
     }
 
     pub fn keep(&self, key: Key, pivots: &[u32], program: &Program) {
-        let mut kept = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut kept = self.programs.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(k) = kept.iter_mut().find(|k| k.key == key && k.pivots == pivots) {
             k.tape = Some(program.tape.clone());
         }

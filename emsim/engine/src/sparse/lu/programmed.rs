@@ -21,7 +21,7 @@ impl Lu<f64> {
         }
         let Some(program) = &mut self.factor_and_solve.program else { return false };
         program.run(inputs, &mut self.lu);
-        let (lu, x) = self.lu.split_at(self.rows.len());
+        let (lu, x) = self.lu.split_at(self.arranged.rows.len());
         self.ready = f64::outside(lu, &self.limits, &self.least) == 0;
         if self.ready {
             b.copy_from_slice(x);
@@ -39,7 +39,7 @@ impl<T: Scalar> Lu<T> {
             return false;
         }
         let Some(program) = &mut self.factor_alone.program else { return false };
-        let lu = &mut self.lu[..self.rows.len()];
+        let lu = &mut self.lu[..self.arranged.rows.len()];
         program.run(&Inputs { x: T::parts(values), t: 0.0, waves: &[], flags: &[] }, T::parts_mut(lu));
         T::outside(lu, &self.limits, &self.least) == 0
     }
@@ -50,7 +50,7 @@ impl<T: Scalar> Lu<T> {
             return false;
         }
         let Some(program) = &mut self.solve_alone.program else { return false };
-        let lu = T::parts(&self.lu[..self.rows.len()]);
+        let lu = T::parts(&self.lu[..self.arranged.rows.len()]);
         program.run(&Inputs { x: lu, t: 0.0, waves: &[], flags: T::parts(b) }, T::parts_mut(&mut self.work));
         b.copy_from_slice(&self.work);
         true
@@ -67,12 +67,12 @@ impl<T: Scalar> Lu<T> {
         if which(self).program.is_some() {
             return true;
         }
-        if self.columns.is_empty() || self.operations * T::Term::PARTS * T::Term::PARTS > LARGEST {
+        if self.arranged.columns.is_empty() || self.arranged.operations * T::Term::PARTS * T::Term::PARTS > LARGEST {
             return false;
         }
         let key: Key = (purpose, T::Term::PARTS);
         let mut recurring = std::mem::take(which(self));
-        let (shelf, pivots) = (&self.symbolic.shelf, &self.pivot_rows);
+        let (shelf, pivots) = (&self.symbolic.shelf, &self.arranged.pivot_rows);
         if recurring.is_due(count, || shelf.find(key, pivots)) {
             recurring.program = write(&self.layout());
             if let Some(program) = &recurring.program {

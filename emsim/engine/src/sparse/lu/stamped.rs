@@ -27,7 +27,7 @@ impl<T: Scalar> Lu<T> {
     pub fn set_stamps(&mut self, stamps: &[Stamp]) {
         self.stamped.stamps = stamps.to_vec();
         self.stamped.sources = stamps.iter().map(|s| s.source as usize + 1).max().unwrap_or(0);
-        assert!(stamps.iter().all(|s| (s.slot as usize) < self.place.len()));
+        assert!(stamps.iter().all(|s| (s.slot as usize) < self.matrix.source.len()));
         self.place_stamps();
     }
 
@@ -40,7 +40,10 @@ impl<T: Scalar> Lu<T> {
     /// Factors base + stamps, with the old pivots where they serve.
     pub fn factor_stamped(&mut self, sources: &[T]) -> Result<(), Singular> {
         assert!(sources.len() >= self.stamped.sources);
-        if self.columns.len() == self.n() && self.n() > 0 && self.stamped.base.len() == self.rows.len() {
+        if self.arranged.columns.len() == self.n()
+            && self.n() > 0
+            && self.stamped.base.len() == self.arranged.rows.len()
+        {
             self.ready = false;
             self.lu[..self.stamped.base.len()].copy_from_slice(&self.stamped.base);
             for &(place, source, sign) in &self.stamped.places {
@@ -73,12 +76,12 @@ impl<T: Scalar> Lu<T> {
     pub(super) fn place_base(&mut self) {
         let s = &mut self.stamped;
         s.base.clear();
-        s.base.resize(self.rows.len(), T::ZERO);
+        s.base.resize(self.arranged.rows.len(), T::ZERO);
         s.finite = true;
         if s.base.is_empty() {
             return;
         }
-        for (&place, &value) in self.place.iter().zip(&s.values) {
+        for (&place, &value) in self.arranged.place.iter().zip(&s.values) {
             // SAFETY: `arrange` took `place` from 0..lu.len()
             unsafe { *s.base.get_unchecked_mut(place as usize) = value };
             s.finite &= value.magnitude() < f64::INFINITY;
@@ -86,9 +89,9 @@ impl<T: Scalar> Lu<T> {
     }
 
     pub(super) fn place_stamps(&mut self) {
-        let place = &self.place;
-        let places = self.stamped.stamps.iter().map(|s| (place[s.slot as usize], s.source, s.sign));
-        self.stamped.places = places.collect();
+        let place = &self.arranged.place;
+        let placed = self.stamped.stamps.iter().filter_map(|s| Some((*place.get(s.slot as usize)?, s.source, s.sign)));
+        self.stamped.places = placed.collect(); // none before the first factorisation
     }
 }
 
