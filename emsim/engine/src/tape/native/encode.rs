@@ -7,8 +7,8 @@
 //!   rbx         rbp        r13     r12       r14     r15    rax      rsp     with calls
 use super::x86::{Base, Place, Writer, DOUBLE};
 
-/// The first six of them point so many bytes behind the first number: twice as many numbers are within reach of a displacement
-/// of one byte. (The time is a single number.)
+/// The first five of them point so many bytes behind the first number: twice as many numbers are within reach of a displacement
+/// of one byte.
 const BEGIN: i32 = 128;
 
 const ARGUMENTS: [u8; 8] = [7, 6, 2, 1, 8, 9, 0, 4];
@@ -25,8 +25,8 @@ impl Writer<'_> {
             // push rbx rbp r12 r13 r14 r15, sub rsp 8: with the return address the stack stands at a multiple of 16
             self.out.extend([0x53, 0x55, 0x41, 0x54, 0x41, 0x55, 0x41, 0x56, 0x41, 0x57, 0x48, 0x83, 0xec, 8]);
             for (to, from) in KEPT.into_iter().zip(ARGUMENTS).take(6) {
+                // mov to, from
                 self.out.extend([0x48 | from >> 3 << 2 | to >> 3, 0x89, 0xc0 | (from & 7) << 3 | to & 7]);
-                // mov
             }
         }
         for base in POINTERS {
