@@ -84,7 +84,8 @@ def settle(
         turns.append(turn)
     whole = [sum(turn) for turn in turns]
     for k, (_, point) in enumerate(points):
-        point.seconds = median(whole) * median(turn[k] / sum(turn) for turn in turns)
+        parts = [turn[k] / time for turn, time in zip(turns, whole, strict=True)]
+        point.seconds = median(whole) * median(parts)
 
 
 def main() -> int:

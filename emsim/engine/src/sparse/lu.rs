@@ -21,7 +21,7 @@ mod arrangement;
 mod programmed;
 mod stamped;
 
-pub(super) use self::arrangement::{Arrangement, Column, Group};
+pub(super) use self::arrangement::Arrangement;
 pub use self::stamped::Stamp;
 use self::stamped::Stamped;
 use super::pivots::{eliminate, Columns, Pivots};
@@ -200,10 +200,7 @@ impl<T: Scalar> Lu<T> {
 
     /// Factors new values with the pivots of the last `factor`. After an error the old factors are gone.
     pub fn refactor(&mut self, values: &[T]) -> Result<(), RefactorError> {
-        if self.arranged.columns.len() != self.n()
-            || values.len() != self.arranged.place.len()
-            || (self.n() > 0 && self.arranged.rows.is_empty())
-        {
+        if self.arranged.columns.len() != self.n() || values.len() != self.arranged.place.len() {
             self.ready = false;
             return Err(RefactorError::NotFactored);
         }
@@ -264,16 +261,7 @@ impl<T: Scalar> Lu<T> {
 
     /// What the programs are written from.
     fn layout(&self) -> Layout<'_> {
-        Layout {
-            columns: &self.arranged.columns,
-            rows: &self.arranged.rows,
-            groups: &self.arranged.groups,
-            targets: &self.arranged.targets,
-            blocks: &self.symbolic.blocks,
-            input_rows: &self.arranged.input_rows,
-            cols: &self.symbolic.cols,
-            place: &self.arranged.place,
-        }
+        Layout { symbolic: &self.symbolic, arranged: &self.arranged }
     }
 
     /// b <- A^-1 b. Without valid factors b becomes NaN, lest it pass for a solution.

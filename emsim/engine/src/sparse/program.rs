@@ -1,9 +1,10 @@
 //! Factors and solutions of a small matrix as straight-line code: the operations of lu.rs in the same order and with the same
 //! rounding, without the lists that say where they take place. A circuit of four diodes is factored and solved in a quarter of
 //! the instructions. What matrix and right-hand side are made of may stand before them in the same program (`Equations`).
-use super::lu::{Arrangement, Column, Group};
+use super::lu::Arrangement;
 use super::pivots::Pivots;
 use super::scalar::{Scalar, Term};
+use super::Symbolic;
 use crate::tape::{Inputs, Leaf, Tape, Value, Written};
 use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
@@ -13,17 +14,10 @@ const WORTH: u64 = 150;
 /// Multiply-subtract operations of a refactorisation above which a program would not stay in the processor's cache.
 pub const LARGEST: usize = 1000;
 
-/// The layout of a factorisation (lu.rs) and the order of its operations.
+/// The layout of a factorisation and the order of its operations.
 pub(super) struct Layout<'a> {
-    pub columns: &'a [Column],
-    pub rows: &'a [u32],
-    pub groups: &'a [Group],
-    pub targets: &'a [u32],
-    pub blocks: &'a [u32],
-    pub input_rows: &'a [u32],
-    pub cols: &'a [u32],
-    /// in the layout, of the matrix' entries
-    pub place: &'a [u32],
+    pub symbolic: &'a Symbolic,
+    pub arranged: &'a Arrangement,
 }
 
 /// Linear equations that a program begins with: the matrix on its pattern and the right-hand side.
@@ -41,9 +35,9 @@ pub struct Program {
     slots: Vec<f64>,
 }
 
-/// What has been written for these equations, by its pivots: the next factors that choose them, of another method in the run or in
-/// another run, begin with it. Pivots that are chosen time and again recur too, however short the runs. Not for those that nobody
-/// chooses again.
+/// Where factors of these equations lie, and what has been written for them, by their pivots: the next factors that choose them,
+/// of another method in the run or in another run, begin with it. Pivots that are chosen time and again recur too, however short
+/// the runs. Not for those that nobody chooses again.
 #[derive(Default)]
 pub(super) struct Shelf {
     programs: Mutex<Vec<Kept>>,
@@ -125,8 +119,8 @@ impl Program {
     /// The equations to their factors, and the solution behind them. None where there is no machine code.
     pub(super) fn factor_and_solve(layout: &Layout, equations: Equations) -> Option<Program> {
         let Equations { program: mut p, zero, one, matrix, b } = equations;
-        let mut lu = vec![zero; layout.rows.len()];
-        for (&place, value) in layout.place.iter().zip(matrix) {
+        let mut lu = vec![zero; layout.arranged.rows.len()];
+        for (&place, value) in layout.arranged.place.iter().zip(matrix) {
             lu[place as usize] = value;
         }
         layout.factor(&mut p, one, &mut lu);
@@ -139,8 +133,8 @@ impl Program {
     pub(super) fn factor<T: Scalar>(layout: &Layout) -> Option<Program> {
         let (mut p, constants) = Written::new(&[0.0, 1.0]);
         let zero = T::Term::of(|_| constants[0]);
-        let mut lu = vec![zero; layout.rows.len()];
-        for (k, &place) in layout.place.iter().enumerate() {
+        let mut lu = vec![zero; layout.arranged.rows.len()];
+        for (k, &place) in layout.arranged.place.iter().enumerate() {
             lu[place as usize] = leaf::<T>(&mut p, Leaf::X, k);
         }
         layout.factor(&mut p, constants[1], &mut lu);
@@ -150,8 +144,8 @@ impl Program {
     /// Factors (x) and right hand side (flags) to the solution.
     pub(super) fn solve<T: Scalar>(layout: &Layout) -> Option<Program> {
         let (mut p, _) = Written::new(&[]);
-        let lu: Vec<_> = (0..layout.rows.len()).map(|k| leaf::<T>(&mut p, Leaf::X, k)).collect();
-        let b: Vec<_> = (0..layout.cols.len()).map(|k| leaf::<T>(&mut p, Leaf::Flag, k)).collect();
+        let lu: Vec<_> = (0..layout.arranged.rows.len()).map(|k| leaf::<T>(&mut p, Leaf::X, k)).collect();
+        let b: Vec<_> = (0..layout.symbolic.cols.len()).map(|k| leaf::<T>(&mut p, Leaf::Flag, k)).collect();
         let x = layout.solution(&mut p, &lu, &b);
         Program::of(p, &x)
     }
@@ -181,11 +175,11 @@ impl Layout<'_> {
     /// The matrix to its factors, in place.
     fn factor<N: Term>(&self, p: &mut Written, one: Value, lu: &mut [N]) {
         let (mut group, mut target) = (0, 0);
-        for c in self.columns {
-            for g in &self.groups[group..c.group_end as usize] {
+        for c in &self.arranged.columns {
+            for g in &self.arranged.groups[group..c.group_end as usize] {
                 for k in 0..g.len as usize {
                     let product = lu[g.l as usize + k].mul(lu[g.u as usize], p);
-                    let entry = &mut lu[self.targets[target + k] as usize];
+                    let entry = &mut lu[self.arranged.targets[target + k] as usize];
                     *entry = entry.sub(product, p);
                 }
                 target += g.len as usize;
@@ -201,21 +195,21 @@ impl Layout<'_> {
 
     /// The solution for the right-hand side b, in the caller's order.
     fn solution<N: Term>(&self, p: &mut Written, lu: &[N], b: &[N]) -> Vec<N> {
-        let mut w: Vec<N> = self.input_rows.iter().map(|&row| b[row as usize]).collect();
-        for block in self.blocks.windows(2).rev() {
+        let mut w: Vec<N> = self.arranged.input_rows.iter().map(|&row| b[row as usize]).collect();
+        for block in self.symbolic.blocks.windows(2).rev() {
             let own = block[0] as usize..block[1] as usize;
             for k in own.clone() {
-                let c = &self.columns[k];
+                let c = &self.arranged.columns[k];
                 self.subtract(p, lu, &mut w, k, c.diagonal as usize + 1..c.end as usize);
             }
             for k in own.rev() {
-                let c = &self.columns[k];
+                let c = &self.arranged.columns[k];
                 w[k] = w[k].mul(lu[c.diagonal as usize], p);
                 self.subtract(p, lu, &mut w, k, c.first as usize..c.diagonal as usize);
             }
         }
         let mut x = w.clone();
-        for (&col, value) in self.cols.iter().zip(w) {
+        for (&col, value) in self.symbolic.cols.iter().zip(w) {
             x[col as usize] = value;
         }
         x
@@ -224,7 +218,7 @@ impl Layout<'_> {
     fn subtract<N: Term>(&self, p: &mut Written, lu: &[N], w: &mut [N], k: usize, entries: std::ops::Range<usize>) {
         for e in entries {
             let product = lu[e].mul(w[k], p);
-            let at = &mut w[self.rows[e] as usize];
+            let at = &mut w[self.arranged.rows[e] as usize];
             *at = at.sub(product, p);
         }
     }
