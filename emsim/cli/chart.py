@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
     from typing import Any
 
-    from ..reports.ladder import Judge, Problem
+    from ..reports.ladder import Judge, Problem, Turns
     from ..reports.work_precision import Chart
 
 SUITE_ONLY = ("only", "quick", "peers", "readme", "from")
@@ -180,14 +180,15 @@ def measured(source: str, name: str, chosen: Settings, tell: Callable[[str], obj
     if chosen.scipy is not None:
         _scipy(chart, problem, found.judge, source, chosen, tell)
     turns = ladder.Turns(problem, chart.series)
+    turns.spend(chosen.own.get("rounds", ladder.ROUNDS), chosen.own.get("budget", ladder.BUDGET))
     if chosen.ngspice is not None and problem.plain:
-        _ngspice(chart, problem, found.judge, source, chosen, tell, turns.take)
+        _ngspice(chart, problem, found.judge, source, chosen, tell, turns)
     if chosen.engines:
         from ..reports import peers
 
         machine = splitext(basename(source))[0]
         series, notes = peers.measure(
-            problem, found.judge, machine, chosen.engines, said=tell, turn=lambda: turns.take(5)
+            problem, found.judge, machine, chosen.engines, said=tell, turn=turns.pace
         )
         chart.series += series
         chart.notes += notes
@@ -211,7 +212,7 @@ def _scipy(
 
 def _ngspice(
     chart: Chart, problem: Problem, judge: Judge, source: str, chosen: Settings, tell: Callable[[str], object],
-    turn: Callable[[], object],
+    turns: Turns,
 ) -> None:  # fmt: skip
     from ..reports import spice
     from ..source import load
@@ -224,7 +225,7 @@ def _ngspice(
             (source, os.getcwd()) if "\n" in source else (load(source).text, dirname(abspath(source)))
         )
         chart.series.append(
-            spice.measure(problem, judge, text, folder, **(chosen.ngspice or {}), said=tell, turn=turn)
+            spice.measure(problem, judge, text, folder, turns, **(chosen.ngspice or {}), said=tell)
         )
     except OutsideError as error:
         chart.notes.append(f"no ngspice: {error.diagnostics[0].message}")

@@ -16,14 +16,16 @@ any run, the method's own: trap and gear heed the print grid, which is a fiftiet
 Time is thread CPU time of the engine's transient, operating point included, compiling not; the median of rounds in
 which the runs of all methods take turns. A short run is timed after one of the same that is not: who happens to run
 after another method finds the caches full of that one's code, which cost `auto`, the first of every round, up to 1.8
-times. Where other programs are measured beside them, the points that are compared are timed again in turns with those
-(`Turns`). A run that takes longer than its limit is stopped by the progress callback and charted as a failure; tighter
-tolerances of that method are then not tried.
+times. The points that are compared are then timed again, with each other and with other programs (`Turns`).
+
+A run that takes longer than its limit is stopped by the progress callback and charted as a failure; tighter tolerances of
+that method are then not tried.
 """
 
 from __future__ import annotations
 
-from math import ceil
+from functools import partial
+from statistics import median
 from time import perf_counter, thread_time
 
 from ..diagnostics import DeckError, Diagnostic, DiagnosticError, suggest
@@ -43,6 +45,7 @@ if TYPE_CHECKING:
 
 TOLERANCES = (1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9)
 TIMES = 50
+ROUNDS, BUDGET = 5, 10.0  # runs of a point, within so many seconds for all
 GOLDEN = 0.381966
 # options that the ladder sets: every tolerance, electrical or not
 FOLLOW = (
@@ -53,8 +56,8 @@ FACTOR, FLOOR, LIMIT = (
     0.1,
     5.0,
 )  # limit of a run: so many times the best at its tolerance, within these [s]
-APART = 0.5  # wall seconds between two turns
-WORTH, MOST = 0.02, 8  # a turn of a point repeats it for so long [s], or so often; longer runs have none
+PACE, APART = 0.06, 0.1  # turns beside a run take so long [s]; those over for less [s] go before the next one
+QUICK, TURNS = 0.01, 10  # runs up to so long [s] make a turn; turns for each round of the ladder
 WARMED = 5e-3  # shorter runs [s] are run once before they are timed
 SENSELESS = 5.0  # an error beyond it is no point of a front
 MAXIMAL = ("auto", "radau")  # the first there is shows the price of modelling more than the scene needs
@@ -254,8 +257,8 @@ def measure(
     tolerances: Sequence[float] = TOLERANCES,
     limit: float | None = None,
     most: float = LIMIT,
-    rounds: int = 5,
-    budget: float = 10.0,
+    rounds: int = ROUNDS,
+    budget: float = BUDGET,
     formulation: str = "",
     group: str = "emsim",
     said: Callable[[str], object] = lambda text: None,
@@ -306,8 +309,6 @@ def _repeat(
 ) -> None:
     """The same runs again, in turns, until there are `rounds` of each or the budget is spent; then medians. Each round
     begins with another method: what runs behind a long run finds the machine's caches full of it."""
-    from statistics import median
-
     end = perf_counter() + budget
     for number in range(1, rounds):
         first = number % len(tasks)
@@ -327,38 +328,71 @@ def _repeat(
 
 
 class Turns:
-    """The points of `auto` and those near emsim's front, timed again in turns with another program's: the speed of a machine
-    drifts by a third within minutes, and two figures of different minutes are no ratio."""
+    """The points of `auto` and those near emsim's front, timed again in turns, and in parts of what a turn takes: neighbours
+    make a shared machine up to 1.7 times slower for seconds at a time, and two figures of different seconds are no ratio.
+    A turn runs the short points, one after the other. What takes longer, and another program, is timed between two turns and
+    in parts of these. Times are medians of parts, times the median of turns."""
 
     def __init__(self, problem: Problem, series: Sequence[Series]) -> None:
         self.problem = problem
         own = [s for s in series if s.group == "emsim"]
         worth = front((p.error or 0.0, p.seconds) for s in own for p in s.good)
-        self.times: list[tuple[str, Point, list[float]]] = [
-            (s.name, p, [])
-            for s in own
-            for p in s.good
-            if p.seconds < WORTH and (s.name == "auto" or near(p, worth))
-        ]
-        self.last = float("-inf")
+        compared = [(s.name, p) for s in own for p in s.good if s.name == "auto" or near(p, worth)]
+        least = min((p.seconds for _, p in compared), default=0.0)
+        self.short = [(m, p) for m, p in compared if p.seconds <= max(QUICK, least)]
+        self.long = [(m, p) for m, p in compared if p.seconds > max(QUICK, least)]
+        self.turns: list[list[float]] = []  # seconds of every short point
+        self.parts: dict[Point, list[float]] = {}  # of the others, in turns
+        self.last = float("-inf"), 0.0  # when the turns before a run were over, and what they said
 
-    def take(self, count: int = 1) -> None:
-        """One turn, or several; none where the last one is hardly over."""
-        if perf_counter() - self.last < APART:
-            return
-        for _ in range(count):
-            for method, point, times in self.times:
-                # the first does not count, see above; the others as often as ngspice repeats its own
-                for number in range(1 + min(MOST, ceil(WORTH / max(point.seconds, 1e-6)))):
-                    stats = self.problem.run(method, point.tolerance or 0.0)[1]
-                    if number:
-                        times.append(float(stats["solve_time"]))
-        self.last = perf_counter()
+    def take(self) -> None:
+        """One turn."""
+        self.turns.append([self._timed(method, point) for method, point in self.short])
+
+    def pace(self) -> float:
+        """Turns for PACE seconds, one at least; what one of them takes."""
+        first, end = len(self.turns), perf_counter() + PACE
+        self.take()
+        while self.short and perf_counter() < end:
+            self.take()
+        return median(_whole(turn) for turn in self.turns[first:])
+
+    def beside(self, point: Point, timed: Callable[[], float]) -> None:
+        """A point that is in no turn: `timed` gives its seconds."""
+        over, before = self.last
+        before = before if perf_counter() - over < APART else self.pace()
+        seconds = timed()
+        after = self.pace()
+        self.last = perf_counter(), after
+        self.parts.setdefault(point, []).append(2 * seconds / (before + after))
+
+    def spend(self, rounds: int, budget: float) -> None:
+        """As many turns as the budget [s] has room for, at most TURNS for each of the ladder's rounds after the first; what
+        is long is timed once for each of these rounds."""
+        end = perf_counter() + budget
+        for number in range(TURNS * (rounds - 1)):
+            if number < rounds or perf_counter() < end:
+                self.take()
+        for _ in range(rounds - 1):
+            for method, point in self.long:
+                self.beside(point, partial(self._timed, method, point))
 
     def settle(self) -> None:
-        """The medians take the place of what was measured before."""
-        from statistics import median
+        """What the turns say takes the place of what was measured before."""
+        if not self.turns:
+            return
+        pace = median(_whole(turn) for turn in self.turns)
+        for k, (_, point) in enumerate(self.short):
+            point.seconds = pace * median(turn[k] / _whole(turn) for turn in self.turns)
+        for point, parts in self.parts.items():
+            point.seconds = pace * median(parts)
 
-        for _, point, times in self.times:
-            if times:
-                point.seconds = median(times)
+    def _timed(self, method: str, point: Point) -> float:
+        if point.seconds < WARMED:
+            self.problem.run(method, point.tolerance or 0.0)
+        return float(self.problem.run(method, point.tolerance or 0.0)[1]["solve_time"])
+
+
+def _whole(turn: Sequence[float]) -> float:
+    """What a turn takes; 1 for one with no runs: parts of it are seconds."""
+    return sum(turn) or 1.0

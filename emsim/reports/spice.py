@@ -7,6 +7,8 @@ steps are read with the interpolation that any result gets here.
 
 from __future__ import annotations
 
+from functools import partial
+
 from ..interop.ngspice import NgspiceError
 from ..interop.ngspice_time import Bench
 from .ladder import SENSELESS
@@ -16,7 +18,7 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from .ladder import Judge, Problem
+    from .ladder import Judge, Problem, Turns
 
 RELTOLS = (1e-3, 1e-4, 1e-5, 1e-6)
 PARTS = (1, 5, 25, 125, 625, 3125)  # tmax: a 50th of the run, divided by these
@@ -25,13 +27,11 @@ LIMIT = 3.0  # wall seconds a run
 
 
 def measure(
-    problem: Problem, judge: Judge, text: str, folder: str, rounds: int = 3, limit: float = LIMIT,
+    problem: Problem, judge: Judge, text: str, folder: str, turns: Turns, rounds: int = 5, limit: float = LIMIT,
     reltols: Sequence[float] = RELTOLS, parts: Sequence[int] = PARTS,
-    said: Callable[[str], object] = lambda text: None, turn: Callable[[], object] = lambda: None,
+    said: Callable[[str], object] = lambda text: None,
 ) -> Series:  # fmt: skip
-    """All points of one deck; `turn` is called before each one is timed. OutsideError without ngspice."""
-    from statistics import median
-
+    """All points of one deck, those that count timed beside emsim's turns. OutsideError without ngspice."""
     t = problem.transient
     fiftieth = (t.tstop - t.tstart) / 50
     series = Series("ngspice", "ngspice")
@@ -75,14 +75,11 @@ def measure(
                     break  # tmax alone decides from here on, and those points are there
                 looser[part] = steps
         worth = front((p.error or 0.0, p.seconds) for p in runs)
-        times: dict[Point, list[float]] = {p: [] for p in runs if near(p, worth, 1e-3)}
-        for _ in range(rounds):
-            for point, found in times.items():
-                # a long run is less noisy: one measurement does
-                if point.seconds < 0.3 or not found:
-                    turn()
-                    said(f"ngspice {point.setting}, time")
-                    found.append(bench.seconds(*runs[point], point.seconds, 10 * limit))
-        for point, found in times.items():
-            point.seconds = median(found)
+        compared = [p for p in runs if near(p, worth, 1e-3)]
+        for number in range(rounds):
+            # a long run is less noisy: one measurement does
+            for point in [p for p in compared if p.seconds < 0.3 or not number]:
+                said(f"ngspice {point.setting}, time")
+                about = point.seconds
+                turns.beside(point, partial(bench.seconds, *runs[point], about, 10 * limit))
     return series

@@ -3,11 +3,9 @@
     python tests/bench/auto.py [--only NAME,NAME] [--errors 1e-3,1e-6] [--rounds 5] [--references FILE.npz]
 
 One line a deck: for each error auto's CPU time in parts of the best single method's, and that method. Errors are largest
-differences from the converged reference in parts of each signal's range, times are medians of rounds in which all methods
-take turns, times at equal error come from the front of each ladder of tolerances (emsim/reports/ladder.py, work_precision.py).
-What comes near to the best is timed again in quick turns, in parts of what each turn takes: a machine whose neighbours make
-it half as slow again for a second says nothing about a ratio. The goal is 1.3 everywhere. `--references` keeps the references
-from one run to the next: they take longer than all else.
+differences from the converged reference in parts of each signal's range, times at equal error come from the front of each
+ladder of tolerances, timed in turns (emsim/reports/ladder.py, work_precision.py). The goal is 1.3 everywhere.
+`--references` keeps the references from one run to the next: they take longer than all else.
 Exit code 1 when a ratio is over the goal.
 """
 
@@ -17,7 +15,6 @@ import argparse
 import sys
 from pathlib import Path
 from statistics import median
-from time import perf_counter
 from typing import Any
 
 import numpy as np
@@ -31,8 +28,6 @@ from emsim.reports.work_precision import Series, best, exponent
 
 NETLISTS = Path(__file__).resolve().parents[2] / "netlists"
 GOAL = 1.3
-NEAR = 1.4  # methods within it of the best may be the best
-TURNS = 25
 
 
 def problem_of(entry: Entry) -> ladder.Problem:
@@ -60,32 +55,6 @@ def ratio(series: list[Series], error: float, floor: float) -> tuple[float, str]
         return None
     time = auto.at(error, floor)
     return (time / first[1] if time is not None else float("inf")), first[0].name
-
-
-def settle(
-    problem: ladder.Problem, series: list[Series], errors: list[float], floor: float, budget: float
-) -> None:
-    """Times of `auto` and of the methods near the best anew, for `budget` [s]: medians of their parts of a turn."""
-    singles = [s for s in series if s.name != "auto"]
-    near = {"auto"}
-    for error in errors:
-        first = best(singles, error, floor)
-        times = [(s.name, s.at(error, floor)) for s in singles]
-        near |= {name for name, t in times if first and t is not None and t < NEAR * first[1]}
-    points = [(s.name, p) for s in series if s.name in near for p in s.good]
-    turns: list[list[float]] = []
-    end = perf_counter() + budget
-    while len(turns) < TURNS and (perf_counter() < end or len(turns) < 3):
-        turn = []
-        for name, point in points:
-            if point.seconds < ladder.WARMED:
-                problem.run(name, point.tolerance or 0.0)
-            turn.append(float(problem.run(name, point.tolerance or 0.0)[1]["solve_time"]))
-        turns.append(turn)
-    whole = [sum(turn) for turn in turns]
-    for k, (_, point) in enumerate(points):
-        parts = [turn[k] / time for turn, time in zip(turns, whole, strict=True)]
-        point.seconds = median(whole) * median(parts)
 
 
 def main() -> int:
@@ -117,7 +86,9 @@ def main() -> int:
         if given.references:
             np.savez(given.references, **kept)
         series = ladder.measure(problem, judge, METHODS, rounds=given.rounds, budget=given.budget, most=1.0)
-        settle(problem, series, errors, floor, given.budget)
+        turns = ladder.Turns(problem, series)
+        turns.spend(given.rounds, given.budget)
+        turns.settle()
         found = [ratio(series, e, floor) for e in errors]
         cells = [f"{r[0]:6.2f} of {r[1]:10s}" if r else "-" for r in found]
         print(f"{entry.name:24s}" + "".join(f"{c:>20s}" for c in cells), flush=True)

@@ -20,6 +20,7 @@ from emsim.interop.ngspice import NgspiceError
 from emsim.interop.ngspice_time import Bench
 from emsim.reports import ladder, reference, spice, witness
 from emsim.reports.ladder import Judge, Problem, measure
+from emsim.reports.work_precision import Point
 
 PENDULUM = str(NETLISTS / "mechanical" / "ref_double_pendulum.cir")
 TANK = """tank
@@ -236,9 +237,11 @@ def test_decks_that_cannot_be_charted(capsys, scratch):
 def test_ngspice_on_the_tank():
     """Its points fall with the largest step, its time is that of the analysis and not of the process."""
     problem = tank_problem("1m")
+    turns = ladder.Turns(problem, ())
     found = spice.measure(
-        problem, Known(problem), TANK, ".", rounds=1, reltols=(1e-3, 1e-5), parts=(5, 100), limit=5.0
+        problem, Known(problem), TANK, ".", turns, rounds=1, reltols=(1e-3, 1e-5), parts=(5, 100), limit=5.0
     )
+    turns.settle()
     good = found.good
     assert len(good) >= 2 and found.group == "ngspice"
     coarse, fine = good[0], min(good, key=lambda p: p.error)
@@ -263,26 +266,59 @@ def test_what_a_cold_start_costs_is_no_cost_of_the_first_run(monkeypatch):
 
 
 def test_points_that_are_compared_are_timed_in_turns(monkeypatch):
-    """Two figures of different minutes are no ratio: before each of the other program's runs emsim's own are timed again, after
-    one of the same that does not count, and their median is what stands in the chart."""
+    """Two figures of different seconds are no ratio: on a machine that is twice as slow in every other turn, and in the run of
+    another program beside it, every time comes out as on one that never changes."""
     problem = tank_problem("1m")
-    series = measure(problem, Known(problem), ["auto", "trap"], (1e-3,), rounds=1)
+    series = measure(problem, Known(problem), ["auto", "trap"], (1e-3, 1e-5), rounds=1)
     turns = ladder.Turns(problem, series)
-    count = len(turns.times)
-    assert "auto" in [name for name, _, _ in turns.times]
-    asked = []
+    assert "auto" in [name for name, _ in turns.short]
+    cost = {(name, p.tolerance): 0.01 * (k + 1) for k, (name, p) in enumerate(turns.short)}
+    slow = [1.0]
 
     def run(method, tolerance):
-        asked.append(method)
-        return None, {"solve_time": float(len(asked))}, ""
+        return None, {"solve_time": slow[0] * cost[method, tolerance]}, ""
+
+    def another():
+        return slow[0] * 0.7
 
     monkeypatch.setattr(problem, "run", run)
-    monkeypatch.setattr(ladder, "MOST", 1)
-    turns.take(3)
-    turns.take()
-    assert len(asked) == 6 * count, "the second turn came at once"
+    other = Point("another", None, 1e-3, 0.0)
+    for number in range(5):
+        slow[0] = 1.0 + number % 2
+        turns.last = float("-inf"), 0.0
+        turns.beside(other, another)
     turns.settle()
-    assert series[0].points[0].seconds == 2 + 2 * count
+    pace = np.median([sum(turn) for turn in turns.turns]) / sum(cost.values())  # 1 or 2
+    for name, point in turns.short:
+        assert point.seconds == pytest.approx(cost[name, point.tolerance] * pace, rel=1e-12)
+    assert other.seconds == pytest.approx(0.7 * pace, rel=1e-12)
+
+
+def test_turns_that_are_hardly_over_go_before_the_next_run(monkeypatch):
+    problem = tank_problem("1m")
+    series = measure(problem, Known(problem), ["auto"], (1e-3,), rounds=1)
+    turns = ladder.Turns(problem, series)
+    other = Point("another", None, 1e-3, 0.0)
+    paces, pace = [], turns.pace
+    monkeypatch.setattr(turns, "pace", lambda: paces.append(pace()) or paces[-1])
+    for _ in range(3):
+        turns.beside(other, lambda: 1.0)
+    assert len(paces) == 4 and len(turns.parts[other]) == 3
+
+
+def test_what_is_too_long_for_a_turn_is_timed_between_two(monkeypatch):
+    problem = tank_problem("1m")
+    series = measure(problem, Known(problem), ["auto"], (1e-3, 1e-5), rounds=1)
+    quick, long = series[0].points
+    quick.seconds, long.seconds = 1e-3, 1.0
+    turns = ladder.Turns(problem, series)
+    assert [p for _, p in turns.short] == [quick] and [p for _, p in turns.long] == [long]
+    monkeypatch.setattr(
+        problem, "run", lambda m, tol: (None, {"solve_time": 2e-3 if tol == 1e-3 else 2.0}, "")
+    )
+    turns.spend(3, 0.0)
+    turns.settle()
+    assert (quick.seconds, long.seconds) == pytest.approx((2e-3, 2.0))
 
 
 @pytest.mark.ngspice
@@ -290,7 +326,8 @@ def test_points_that_are_compared_are_timed_in_turns(monkeypatch):
 def test_ngspice_that_fails_is_a_point_with_its_words():
     text = "no such model\nC1 a 0 1u IC=1\nL1 a 0 1m\nD1 a 0 nosuch\n.tran 10u 1m UIC\n.end\n"
     problem = tank_problem("1m")
-    found = spice.measure(problem, Known(problem), text, ".", rounds=1, reltols=(1e-3,), parts=(1,))
+    turns = ladder.Turns(problem, ())
+    found = spice.measure(problem, Known(problem), text, ".", turns, rounds=1, reltols=(1e-3,), parts=(1,))
     assert not found.good and found.points[0].reason
 
 
