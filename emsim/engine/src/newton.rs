@@ -176,7 +176,7 @@ impl Noise {
 impl Newton {
     pub fn new(sys: &System) -> Result<Newton, Failure> {
         let symbolic = sys.symbolic().map_err(Failure::from)?;
-        let mut lu = Lu::new(&sys.pattern, symbolic);
+        let mut lu = Lu::new(symbolic);
         lu.set_stamps(sys.stamps());
         Ok(Newton {
             lu,

@@ -84,7 +84,7 @@ impl<'a> Dc<'a> {
         }
         let diagonal = (0..n).map(|i| find(i, i).unwrap_or(usize::MAX)).collect();
         let pairs = couples.iter().filter_map(|&(q, u)| Some((q, u, pattern.position(u, q)?))).collect();
-        let lu = Lu::new(pattern, symbolic);
+        let lu = Lu::new(symbolic);
         let matrix = vec![0.0; pattern.rowidx.len()];
         Ok(Dc {
             sys,

@@ -24,9 +24,9 @@ mod stamped;
 pub(super) use self::arrangement::Arrangement;
 pub use self::stamped::Stamp;
 use self::stamped::Stamped;
-use super::pivots::{eliminate, Columns, Pivots};
+use super::pivots::{eliminate, Pivots};
 use super::program::{Layout, Recurring};
-use super::{Pattern, Scalar, Singular, Symbolic};
+use super::{Scalar, Singular, Symbolic};
 use std::sync::Arc;
 
 /// Refactor refuses a weighted multiplier above this (a pivot below 1e-6 of its column). With switches over 12 decades 1e8 let
@@ -63,7 +63,6 @@ pub struct Counters {
 
 pub struct Lu<T: Scalar> {
     symbolic: Symbolic,
-    matrix: Columns,
     arranged: Arc<Arrangement>, // empty before the first factor
     // limits for refactor, of every entry of `lu`: multipliers, inverses of pivots; of the rest the largest number
     limits: Vec<f64>,
@@ -84,35 +83,16 @@ pub struct Lu<T: Scalar> {
 }
 
 impl<T: Scalar> Lu<T> {
-    pub fn new(pattern: &Pattern, symbolic: &Symbolic) -> Lu<T> {
-        let n = pattern.n;
-        let mut position = vec![0u32; n];
-        for (k, &row) in symbolic.rows.iter().enumerate() {
-            position[row as usize] = k as u32;
-        }
-        let mut matrix = Columns {
-            start: Vec::with_capacity(n + 1),
-            rows: Vec::with_capacity(pattern.nnz()),
-            source: Vec::with_capacity(pattern.nnz()),
-        };
-        matrix.start.push(0);
-        for &col in &symbolic.cols {
-            for p in pattern.colptr[col as usize]..pattern.colptr[col as usize + 1] {
-                matrix.rows.push(position[pattern.rowidx[p]]);
-                matrix.source.push(p as u32);
-            }
-            matrix.start.push(matrix.rows.len() as u32);
-        }
+    pub fn new(symbolic: &Symbolic) -> Lu<T> {
         Lu {
             symbolic: symbolic.clone(),
-            matrix,
             arranged: Arc::default(),
             limits: Vec::new(),
             least: Vec::new(),
             lu: Vec::new(),
-            work: vec![T::ZERO; n],
+            work: vec![T::ZERO; symbolic.n()],
             stamped: Stamped {
-                values: vec![T::ZERO; pattern.nnz()],
+                values: vec![T::ZERO; symbolic.matrix.nnz()],
                 base: Vec::new(),
                 finite: true,
                 stamps: Vec::new(),
@@ -169,10 +149,10 @@ impl<T: Scalar> Lu<T> {
     pub fn factor(&mut self, values: &[T]) -> Result<(), Singular> {
         self.ready = false;
         self.counters.factors += 1;
-        if values.len() != self.matrix.source.len() {
+        if values.len() != self.symbolic.matrix.nnz() {
             return Err(Singular { row: None, col: None, structural: true, finite: true });
         }
-        let pivots = eliminate(&self.symbolic, &self.matrix, values)?;
+        let pivots = eliminate(&self.symbolic, values)?;
         if pivots.row != self.arranged.pivot_rows {
             self.arrange(&pivots);
         }
@@ -366,7 +346,7 @@ impl<T: Scalar> Lu<T> {
 
     /// Lays out the factors for a choice of pivots.
     fn arrange(&mut self, pivots: &Pivots) {
-        self.arranged = self.symbolic.shelf.arranged(pivots, || Arrangement::new(&self.symbolic, &self.matrix, pivots));
+        self.arranged = self.symbolic.shelf.arranged(pivots, || Arrangement::new(&self.symbolic, pivots));
         self.lu.clear();
         self.lu.resize(self.arranged.rows.len() + self.n(), T::ZERO);
         self.factor_and_solve.start(self.counters.refactors);

@@ -12,16 +12,78 @@
 
 use super::program::Shelf;
 use super::{Pattern, Singular, NONE};
+use std::ops::{Deref, Range};
 use std::sync::Arc;
+
+/// What the pattern alone says, shared by all factors of it.
+#[derive(Clone)]
+pub struct Symbolic(Arc<Analysis>);
 
 /// The permutations: position k of the permuted matrix holds row `rows[k]` and column `cols[k]`;
 /// block b takes the positions `blocks[b]..blocks[b + 1]`.
-#[derive(Clone)]
-pub struct Symbolic {
+pub struct Analysis {
     pub(super) rows: Vec<u32>,
     pub(super) cols: Vec<u32>,
     pub(super) blocks: Vec<u32>,
-    pub(super) shelf: Arc<Shelf>,
+    pub(super) matrix: Columns,
+    pub(super) shelf: Shelf,
+}
+
+/// The permuted matrix by columns: entry p of position k has its value at `source[p]` of the caller's list and stands in the
+/// row at position `rows[p]` (before pivoting).
+pub(super) struct Columns {
+    start: Vec<u32>,
+    rows: Vec<u32>,
+    source: Vec<u32>,
+}
+
+impl Columns {
+    fn new(pattern: &Pattern, rows: &[u32], cols: &[u32]) -> Columns {
+        let mut position = vec![0u32; pattern.n];
+        for (k, &row) in rows.iter().enumerate() {
+            position[row as usize] = k as u32;
+        }
+        let mut matrix = Columns {
+            start: Vec::with_capacity(pattern.n + 1),
+            rows: Vec::with_capacity(pattern.nnz()),
+            source: Vec::with_capacity(pattern.nnz()),
+        };
+        matrix.start.push(0);
+        for &col in cols {
+            for p in pattern.colptr[col as usize]..pattern.colptr[col as usize + 1] {
+                matrix.rows.push(position[pattern.rowidx[p]]);
+                matrix.source.push(p as u32);
+            }
+            matrix.start.push(matrix.rows.len() as u32);
+        }
+        matrix
+    }
+
+    pub fn nnz(&self) -> usize {
+        self.rows.len()
+    }
+
+    pub fn range(&self, k: usize) -> Range<usize> {
+        self.start[k] as usize..self.start[k + 1] as usize
+    }
+
+    /// Rows of position k.
+    pub fn rows(&self, k: usize) -> &[u32] {
+        &self.rows[self.range(k)]
+    }
+
+    /// (row, place of its value) of position k.
+    pub fn entries(&self, k: usize) -> impl Iterator<Item = (u32, usize)> + '_ {
+        let range = self.range(k);
+        self.rows[range.clone()].iter().copied().zip(self.source[range].iter().map(|&p| p as usize))
+    }
+}
+
+impl Deref for Symbolic {
+    type Target = Analysis;
+    fn deref(&self) -> &Analysis {
+        &self.0
+    }
 }
 
 impl Symbolic {
@@ -38,8 +100,9 @@ impl Symbolic {
             let block = &mut cols[blocks[b] as usize..blocks[b + 1] as usize];
             fill_reducing(pattern, &col_of, block);
         }
-        let rows = cols.iter().map(|&col| row_of[col as usize]).collect();
-        Ok(Symbolic { rows, cols, blocks, shelf: Arc::default() })
+        let rows: Vec<u32> = cols.iter().map(|&col| row_of[col as usize]).collect();
+        let matrix = Columns::new(pattern, &rows, &cols);
+        Ok(Symbolic(Arc::new(Analysis { rows, cols, blocks, matrix, shelf: Shelf::default() })))
     }
 
     pub fn n(&self) -> usize {

@@ -23,14 +23,6 @@ use super::{Scalar, Singular, Symbolic, NONE};
 /// A diagonal entry of at least this part of the largest candidate is preferred.
 const DIAGONAL_THRESHOLD: f64 = 1e-3;
 
-/// The permuted matrix by columns: entry p of position k has its value at `source[p]` of the caller's list and stands in the
-/// row at position `rows[p]` (before pivoting).
-pub(super) struct Columns {
-    pub start: Vec<u32>,
-    pub rows: Vec<u32>,
-    pub source: Vec<u32>,
-}
-
 /// Result of an elimination. Rows and columns are positions before pivoting unless said otherwise.
 pub(super) struct Pivots {
     /// Row taken as pivot k.
@@ -50,8 +42,8 @@ pub(super) struct Pivots {
 }
 
 /// Factors `values`; errors name the row and column that could not be eliminated.
-pub(super) fn eliminate<T: Scalar>(symbolic: &Symbolic, a: &Columns, values: &[T]) -> Result<Pivots, Singular> {
-    let n = symbolic.n();
+pub(super) fn eliminate<T: Scalar>(symbolic: &Symbolic, values: &[T]) -> Result<Pivots, Singular> {
+    let (n, a) = (symbolic.n(), &symbolic.matrix);
     let singular = |row: u32, k: usize| Singular {
         row: Some(symbolic.rows[row as usize] as usize),
         col: Some(symbolic.cols[k] as usize),
@@ -59,9 +51,10 @@ pub(super) fn eliminate<T: Scalar>(symbolic: &Symbolic, a: &Columns, values: &[T
         finite: true,
     };
     let not_finite = |(row, k): (u32, usize)| Singular { finite: false, ..singular(row, k) };
-    let scale = row_scales(symbolic, a, values).map_err(not_finite)?;
+    let sizes: Vec<f64> = values.iter().map(|v| v.magnitude()).collect();
+    let scale = row_scales(symbolic, &sizes).map_err(not_finite)?;
 
-    let nnz = a.rows.len();
+    let nnz = a.nnz();
     let mut out = Pivots {
         row: vec![NONE; n],
         rank: vec![NONE; n],
@@ -98,8 +91,7 @@ pub(super) fn eliminate<T: Scalar>(symbolic: &Symbolic, a: &Columns, values: &[T
             // pattern of column k: everything reachable from its entries
             topological.clear();
             candidates.clear();
-            for p in a.start[kk]..a.start[kk + 1] {
-                let row = a.rows[p as usize];
+            for &row in a.rows(kk) {
                 if row < first || mark[row as usize] == k {
                     continue;
                 }
@@ -141,12 +133,10 @@ pub(super) fn eliminate<T: Scalar>(symbolic: &Symbolic, a: &Columns, values: &[T
             }
 
             // numerical values: x = L^-1 a_k
-            for p in a.start[kk]..a.start[kk + 1] {
-                let row = a.rows[p as usize];
+            for (row, source) in a.entries(kk) {
                 if row >= first {
-                    let value = values[a.source[p as usize] as usize];
-                    x[row as usize] = value;
-                    term[row as usize] = value.magnitude();
+                    x[row as usize] = values[source];
+                    term[row as usize] = sizes[source];
                 }
             }
             for &j in topological.iter().rev() {
@@ -240,29 +230,27 @@ pub(super) fn eliminate<T: Scalar>(symbolic: &Symbolic, a: &Columns, values: &[T
     Ok(out)
 }
 
-/// r_i of the head of this file, over the diagonal blocks. The error gives a value that is not finite, by row and column.
-fn row_scales<T: Scalar>(symbolic: &Symbolic, a: &Columns, values: &[T]) -> Result<Vec<f64>, (u32, usize)> {
-    let n = symbolic.n();
-    let mut largest = vec![0.0f64; n];
-    for b in 0..symbolic.blocks.len() - 1 {
-        let (first, last) = (symbolic.blocks[b], symbolic.blocks[b + 1]);
-        for k in first as usize..last as usize {
-            let range = a.start[k] as usize..a.start[k + 1] as usize;
+/// r_i of the head of this file, over the diagonal blocks, of the magnitudes of values. The error gives a value that is not finite,
+/// by row and column.
+fn row_scales(symbolic: &Symbolic, sizes: &[f64]) -> Result<Vec<f64>, (u32, usize)> {
+    let a = &symbolic.matrix;
+    let mut largest = vec![0.0f64; symbolic.n()];
+    for range in symbolic.blocks.windows(2) {
+        for k in range[0] as usize..range[1] as usize {
             let mut column = 0.0f64;
-            for p in range.clone() {
-                let size = values[a.source[p] as usize].magnitude();
-                if !size.is_finite() {
-                    return Err((a.rows[p], k));
+            for (row, source) in a.entries(k) {
+                if !sizes[source].is_finite() {
+                    return Err((row, k));
                 }
-                if a.rows[p] >= first {
-                    column = column.max(size);
+                if row >= range[0] {
+                    column = column.max(sizes[source]);
                 }
             }
             let inverse = if column > 0.0 { (1.0 / column).min(f64::MAX) } else { 0.0 };
-            for p in range {
-                let row = a.rows[p] as usize;
-                if row >= first as usize {
-                    largest[row] = largest[row].max(values[a.source[p] as usize].magnitude() * inverse);
+            for (row, source) in a.entries(k) {
+                if row >= range[0] {
+                    let largest = &mut largest[row as usize];
+                    *largest = largest.max(sizes[source] * inverse);
                 }
             }
         }

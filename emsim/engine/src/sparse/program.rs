@@ -302,7 +302,7 @@ mod tests {
             let entries = (0..n).flat_map(|i| [(i, i), (i, (3 * i + 1) % n), ((5 * i + 2) % n, i)]);
             let pattern = Pattern::from_entries(n, &entries.collect::<Vec<_>>());
             let symbolic = Symbolic::analyse(&pattern).unwrap();
-            let mut lu: Lu<f64> = Lu::new(&pattern, &symbolic);
+            let mut lu: Lu<f64> = Lu::new(&symbolic);
             let nnz = pattern.nnz();
             let mut values: Vec<f64> = (0..nnz).map(number).collect();
             let own: Vec<usize> = (0..n).map(|i| pattern.position(i, i).unwrap()).collect();
@@ -330,7 +330,7 @@ mod tests {
             }
             assert_eq!(lu.counters().factors, 1);
             // the next factors of the same pattern and pivots begin with the program
-            let mut next: Lu<f64> = Lu::new(&pattern, &symbolic);
+            let mut next: Lu<f64> = Lu::new(&symbolic);
             next.factor_or_refactor(&values).unwrap();
             let (mut x, mut y) = (b.clone(), b.clone());
             let run = next.factor_and_solve_by_program(
@@ -355,7 +355,7 @@ mod tests {
             let b: Vec<T> = (0..n).map(|i| number(7 * i + 3)).collect();
             let mut values: Vec<T> = (0..pattern.nnz()).map(&number).collect();
             let run = |symbolic: &Symbolic, values: &[&Vec<T>]| {
-                let mut lu: Lu<T> = Lu::new(&pattern, symbolic);
+                let mut lu: Lu<T> = Lu::new(symbolic);
                 let each = values.iter().map(|v| {
                     lu.factor_or_refactor(v).unwrap();
                     let mut x = b.clone();

@@ -119,8 +119,8 @@ impl Gauss {
         Ok(Gauss {
             k,
             newton: Newton::new(sys)?,
-            real: Lu::new(&sys.pattern, symbolic),
-            complex: Lu::new(&sys.pattern, symbolic),
+            real: Lu::new(symbolic),
+            complex: Lu::new(symbolic),
             real_matrix: vec![0.0; nnz],
             complex_matrix: vec![Complex::from(0.0); nnz],
             gv: vec![0.0; nnz],

@@ -24,7 +24,7 @@ pub struct Response {
 impl Response {
     pub fn new(slow: &System, guests: usize) -> Result<Response, Failure> {
         let symbolic = slow.symbolic().map_err(Failure::from)?;
-        let lu = Lu::new(&slow.pattern, symbolic);
+        let lu = Lu::new(symbolic);
         let moves = |&i: &usize| matches!(slow.unknowns[i].kind, Kind::Speed | Kind::Coordinate);
         let moving: Vec<usize> = (0..slow.n).filter(moves).collect();
         Ok(Response {

@@ -52,7 +52,7 @@ impl FullNewton {
     pub fn new(sys: &System) -> Option<FullNewton> {
         let Together { pattern, symbolic, .. } = sys.together()?;
         Some(FullNewton {
-            lu: Lu::new(pattern, symbolic),
+            lu: Lu::new(symbolic),
             matrix: vec![0.0; pattern.nnz()],
             junction: vec![Vec::new(); POINTS],
             b: vec![0.0; pattern.n],

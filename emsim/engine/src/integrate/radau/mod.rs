@@ -35,7 +35,7 @@ use crate::sparse::{Complex, Lu};
 use crate::system::{Kind, System, Work};
 
 const MOST_ITERATIONS: usize = 10;
-/// After a step that needed the full Newton method, so many more begin with it.
+/// After a step that needed the full Newton method, so many more begin with it where exponentials turn; elsewhere each is by itself.
 const FULL_STEPS: u32 = 4;
 /// A first step that is refused again and again is too long by orders of magnitude: what its estimate says means nothing.
 /// (Robertson's equations, whose rows are 2e9 s apart and whose first step is 1 s: 4.5 million instructions at 1e-3, 3.3 with this.)
@@ -131,7 +131,7 @@ impl Radau {
     /// `name`: radau, radau5, radau9 or radau13.
     pub fn new(sys: &System, o: &Options, name: &str) -> Result<Radau, Failure> {
         let nnz = sys.pattern.rowidx.len();
-        let real = Lu::new(&sys.pattern, sys.symbolic().map_err(Failure::from)?);
+        let real = Lu::new(sys.symbolic().map_err(Failure::from)?);
         let orders = Orders::new(name, o.fixed_step.is_some(), sys);
         let most = orders.most().s;
         let v = || vec![0.0; sys.n];
@@ -266,7 +266,7 @@ impl Radau {
         for (k, (alpha, beta)) in scheme.alpha.iter().zip(scheme.beta).enumerate() {
             if self.complex.len() == k {
                 let symbolic = sys.symbolic().map_err(Failure::from)?;
-                self.complex.push(Lu::new(&sys.pattern, symbolic));
+                self.complex.push(Lu::new(symbolic));
             }
             let z = Complex::new(alpha / h, beta / h);
             for ((m, g), c) in self.complex_matrix.iter_mut().zip(&self.gv).zip(&self.cv) {
@@ -415,7 +415,10 @@ impl Method for Radau {
                 self.predict(sys, h);
                 solved = self.full_newton(sys, w, h, tol);
                 if solved.is_ok() {
-                    self.full_steps = if self.full_steps > 0 { self.full_steps - 1 } else { FULL_STEPS };
+                    self.full_steps = match self.full_steps {
+                        0 if sys.turns() => FULL_STEPS,
+                        more => more.saturating_sub(1),
+                    };
                     (self.theta, self.contraction) = (1.0, 0.0);
                 } else {
                     self.full_steps = 0;

@@ -1,6 +1,6 @@
 //! Where the factors lie for a choice of pivots, whatever the numbers are.
 
-use super::super::pivots::{Columns, Pivots};
+use super::super::pivots::Pivots;
 use super::super::Symbolic;
 
 /// Multiply-subtract operations above which refactor uses a dense work vector.
@@ -40,21 +40,18 @@ pub struct Arrangement {
 }
 
 impl Arrangement {
-    pub fn new(symbolic: &Symbolic, a: &Columns, pivots: &Pivots) -> Arrangement {
-        let n = symbolic.n();
+    pub fn new(symbolic: &Symbolic, pivots: &Pivots) -> Arrangement {
+        let (n, a) = (symbolic.n(), &symbolic.matrix);
         let input_rows: Vec<u32> = pivots.row.iter().map(|&row| symbolic.rows[row as usize]).collect();
 
         // columns of the layout: F, U ascending, diagonal, L ascending
         let mut columns = Vec::with_capacity(n);
-        let mut rows = Vec::with_capacity(pivots.upper.len() + pivots.lower.len() + a.rows.len());
+        let mut rows = Vec::with_capacity(pivots.upper.len() + pivots.lower.len() + a.nnz());
         for range in symbolic.blocks.windows(2) {
             for k in range[0] as usize..range[1] as usize {
                 let first = rows.len() as u32;
-                for p in a.start[k] as usize..a.start[k + 1] as usize {
-                    if a.rows[p] < range[0] {
-                        rows.push(pivots.rank[a.rows[p] as usize]);
-                    }
-                }
+                let above = a.rows(k).iter().filter(|&&row| row < range[0]);
+                rows.extend(above.map(|&row| pivots.rank[row as usize]));
                 let upper = rows.len();
                 rows.extend_from_slice(
                     &pivots.upper[pivots.upper_start[k] as usize..pivots.upper_start[k + 1] as usize],
@@ -86,7 +83,7 @@ impl Arrangement {
 
         // places of the caller's values, and the groups with their targets
         let mut at = vec![0u32; n];
-        let mut place = vec![0; a.rows.len()];
+        let mut place = vec![0; a.nnz()];
         let mut groups = Vec::with_capacity(pivots.upper.len());
         let mut targets = Vec::with_capacity(if dense { 0 } else { operations });
         for k in 0..n {
@@ -94,8 +91,8 @@ impl Arrangement {
             for e in c.first..c.end {
                 at[rows[e as usize] as usize] = e;
             }
-            for p in a.start[k] as usize..a.start[k + 1] as usize {
-                place[a.source[p] as usize] = at[pivots.rank[a.rows[p] as usize] as usize];
+            for (row, source) in a.entries(k) {
+                place[source] = at[pivots.rank[row as usize] as usize];
             }
             for u in c.upper..c.diagonal {
                 let from = columns[rows[u as usize] as usize];

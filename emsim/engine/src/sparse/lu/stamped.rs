@@ -27,7 +27,7 @@ impl<T: Scalar> Lu<T> {
     pub fn set_stamps(&mut self, stamps: &[Stamp]) {
         self.stamped.stamps = stamps.to_vec();
         self.stamped.sources = stamps.iter().map(|s| s.source as usize + 1).max().unwrap_or(0);
-        assert!(stamps.iter().all(|s| (s.slot as usize) < self.matrix.source.len()));
+        assert!(stamps.iter().all(|s| (s.slot as usize) < self.symbolic.matrix.nnz()));
         self.place_stamps();
     }
 
