@@ -157,9 +157,9 @@ impl Edges {
         // a flag that has just flipped stands on its threshold
         let when = w.when * (1.0 + 1e-12);
         let mut from = t;
+        self.evaluate(w, flags, from, |k| waves[k].value(from), false);
         for _ in 0..CORNERS {
             let corner = self.sources.iter().map(|&k| waves[k].next_breakpoint(from)).fold(limit, f64::min);
-            self.evaluate(w, flags, from, |k| waves[k].value(from), false);
             self.evaluate(w, flags, corner, |k| waves[k].value_before(corner), true);
             let mut first = f64::INFINITY;
             for (m, &k) in self.flags.iter().enumerate() {
@@ -182,13 +182,16 @@ impl Edges {
             if corner >= limit {
                 return None;
             }
-            // a jump at the corner
-            self.evaluate(w, flags, corner, |k| waves[k].value(corner), true);
+            if self.sources.iter().any(|&k| waves[k].value(corner) != w.waves[k]) {
+                // a jump at the corner
+                self.evaluate(w, flags, corner, |k| waves[k].value(corner), true);
+            }
             w.pending.extend(self.flags.iter().zip(&w.late).filter(|(_, &r)| r > 0.0).map(|(&k, _)| k));
             if !w.pending.is_empty() {
                 w.at = corner;
                 return Some(Edge { t: corner, flips: true });
             }
+            std::mem::swap(&mut w.early, &mut w.late);
             from = corner;
         }
         Some(Edge { t: from, flips: false })

@@ -58,7 +58,11 @@ pub fn backward_symmetric(u: &[f64], n: usize, inverse: &[f64], b: &mut [f64]) {
 }
 
 /// The sum in four lanes, which run in parallel.
+#[inline]
 pub fn dot(a: &[f64], b: &[f64]) -> f64 {
+    if a.len() < 4 {
+        return a.iter().zip(b).fold(0.0, |sum, (x, y)| sum + x * y);
+    }
     let mut lanes = [0.0; 4];
     let (ca, cb) = (a.chunks_exact(4), b.chunks_exact(4));
     let rest: f64 = ca.remainder().iter().zip(cb.remainder()).map(|(x, y)| x * y).sum();
