@@ -26,7 +26,7 @@ use super::rows::Lags;
 use super::{make_one, trap, Attempt, Method, Used};
 use crate::ledger::Stages;
 use crate::newton::{Failure, Options, Tolerances};
-use crate::reduced::{Point, Reduced};
+use crate::reduced::Point;
 use crate::sparse::Complex;
 use crate::system::{System, Work};
 
@@ -61,7 +61,6 @@ const FAST_IN_LOOPS: f64 = 25.0;
 /// Closure rows: beyond these, bringing every stage's accelerations onto them costs more than implicit steps. (Six: a squeezer of
 /// seven bodies takes dop853 half of radau's time, Bricard's linkage as much or less.)
 const LOOPS: usize = 6;
-const POWER: usize = 6;
 /// A fast mode that has died down shows in no error, until steps beyond the bound of stability wake it: every so many steps
 /// its eigenvalue is looked at, and h |lambda| above so much is too long a step, if it is so for some steps in a row: an oscillation's
 /// own conductance is for one (LC oscillator).
@@ -92,6 +91,8 @@ pub struct Auto<'a> {
     now: usize,
     explicit: Option<&'static str>, // rule 1; None: it cannot be
     implicit: &'static str,         // rule 2
+    explicitly: bool,               // the present method is the explicit one
+    elsewhere: bool,                // ... is not the implicit one
     stretches: bool,                // rule 5 applies
     stretch: u32,                   // steps since the last restart
     brief: u32,                     // stretches in a row that were brief
@@ -179,12 +180,12 @@ fn one_step(reltol: f64) -> &'static str {
 
 /// What does beside positions in which constraints lose rank: there the higher orders' iteration fails, and order 5 has the full
 /// Newton method (two four-bars to 1e-3, 1e-4, 1e-6: 0.74, 0.74, 0.82 ms with `radau`, 0.35, 0.36, 0.57 ms with `radau5`;
-/// at 1e-7 both are off by 6e-9 of the range, in 1.1 and 0.84 ms).
+/// at 1e-7 all are off by 6e-9 of the range, in 0.9 ms with both of these, in 0.62 ms with `radau9`).
 fn beside_singular(reltol: f64) -> &'static str {
-    if reltol >= 5e-8 {
-        "radau5"
-    } else {
-        "radau"
+    match reltol {
+        tol if tol >= 5e-7 => "radau5",
+        tol if tol >= 5e-8 => "radau9",
+        _ => "radau",
     }
 }
 
@@ -213,6 +214,8 @@ impl<'a> Auto<'a> {
             now: 0,
             explicit,
             implicit,
+            explicitly: explicit.is_some(),
+            elsewhere: explicit.is_some(),
             stretches: sys.diodes() > 0 && !mechanical(sys) && implicit == "esdirk",
             stretch: 0,
             brief: 0,
@@ -244,8 +247,15 @@ impl<'a> Auto<'a> {
         self.methods[self.now].0
     }
 
-    fn explicitly(&self) -> bool {
-        self.explicit == Some(self.name())
+    /// What a step asks of the names: comparing them takes longer than the rest of what is asked.
+    fn name_it(&mut self) {
+        self.explicitly = self.explicit == Some(self.name());
+        self.elsewhere = self.name() != self.implicit;
+    }
+
+    fn never_explicitly(&mut self) {
+        self.explicit = None;
+        self.explicitly = false;
     }
 
     /// What part of an implicit step an explicit one has to be: with 3, 5, 7 stages to iterate it is worth 4, 6, 8 of those.
@@ -267,6 +277,7 @@ impl<'a> Auto<'a> {
         };
         (self.limited, self.silent, self.refused, self.steps) = (0, 0, 0, 0);
         (self.reach, self.collapsed) = (0.0, false);
+        self.name_it();
         self.methods[self.now].1.restart(self.sys, w, self.t, &self.x);
         Ok(())
     }
@@ -300,7 +311,7 @@ impl<'a> Auto<'a> {
 
     /// Rule 4, before the first attempt, of length h.
     fn look(&mut self, w: &mut Work, h: f64, tol: &Tolerances) -> Result<(), Failure> {
-        if std::mem::replace(&mut self.begun, true) || !self.explicitly() {
+        if std::mem::replace(&mut self.begun, true) || !self.explicitly {
             return Ok(());
         }
         // the first step is a hundredth of it
@@ -309,7 +320,7 @@ impl<'a> Auto<'a> {
             self.go_implicit(w, "stiff from the start")?;
             // with a loop to close in every stage, the way back has never paid
             if self.sys.reduced().is_ok_and(|r| r.has_constraints()) {
-                self.explicit = None;
+                self.never_explicitly();
             }
         }
         Ok(())
@@ -317,8 +328,10 @@ impl<'a> Auto<'a> {
 
     /// Rule 3, before an attempt of length h.
     fn choose(&mut self, w: &mut Work, h: f64, tol: &Tolerances) -> Result<(), Failure> {
-        self.look(w, h, tol)?;
-        if self.explicitly() {
+        if !self.begun {
+            self.look(w, h, tol)?;
+        }
+        if self.explicitly {
             if self.refused == 0 && (self.silent > 0 || self.steps % LOOK == LOOK - 1) {
                 let beyond = self.fastest(w, tol).is_some_and(|(l, _)| l * h > SILENT);
                 self.silent = if beyond { self.silent + 1 } else { 0 };
@@ -350,7 +363,7 @@ impl<'a> Auto<'a> {
             let before = self.now;
             self.switch(w, name)?;
             self.probation = Some((before, h, least));
-        } else if self.name() != self.implicit {
+        } else if self.elsewhere {
             self.patience = (2 * self.patience).min(RAREST);
             self.switch(w, self.implicit)?;
             self.tell("once more");
@@ -367,6 +380,30 @@ impl<'a> Auto<'a> {
             false => FAST,
         };
         l * self.feature > most || (damped && l * self.o.span > LASTING)
+    }
+
+    fn attempt_explicitly(&mut self, sys: &System, w: &mut Work, h: f64, tol: &Tolerances) -> Attempt {
+        let mut result = self.methods[self.now].1.attempt(sys, w, h, tol);
+        if self.probation.is_some() {
+            result = self.judge(w, h, result);
+        } else if matches!(result, Attempt::Stuck { why: Failure::Unfit { .. }, .. }) {
+            self.never_explicitly();
+            if self.go_implicit(w, "the explicit method cannot get on").is_ok() {
+                return Attempt::TooLarge { next: self.longest };
+            }
+        } else if self.steps > 0 && self.inner().near_singular() {
+            // (a run that begins at such a position has two ways to go on: an implicit step finds neither)
+            self.never_explicitly();
+            self.implicit = beside_singular(self.o.reltol);
+            if self.go_implicit(w, "a loop comes near a singular position").is_ok() {
+                return Attempt::TooLarge { next: OF_EXPLICIT * self.longest };
+            }
+        }
+        if let Attempt::TooLarge { next } | Attempt::Stuck { next, .. } = result {
+            self.refused += 1;
+            self.collapsed = next < COLLAPSE * self.reach;
+        }
+        result
     }
 
     /// What the explicit method did on probation: kept, continued, or taken back.
@@ -402,38 +439,9 @@ impl<'a> Auto<'a> {
         } else {
             reduced.go_to(&mut p, &w.q, &self.x);
         }
-        let found = self.power(reduced, &mut p);
+        let found = reduced.fastest(&mut p, &self.sys.waves, self.t);
         self.probe = found.map(|_| p);
         found
-    }
-
-    /// The same at the start of `p`, by power iterations.
-    fn power(&self, reduced: &Reduced, p: &mut Point) -> Option<(f64, bool)> {
-        let y0 = reduced.y(p).to_vec();
-        let (mut f0, mut f1) = (vec![0.0; y0.len()], vec![0.0; y0.len()]);
-        reduced.rates(p, &self.sys.waves, self.t, false, &mut f0).ok()?;
-        let norm = |v: &[f64]| v.iter().map(|v| v * v).sum::<f64>().sqrt();
-        let size = 1e-6 * norm(&y0).max(1e-6 * norm(&f0)).max(1e-12);
-        let mut direction: Vec<f64> = (0..y0.len()).map(|i| if i % 2 == 0 { 1.0 } else { -0.7 }).collect();
-        let (mut fastest, mut damped) = (0.0, false);
-        for _ in 0..POWER {
-            let scale = size / norm(&direction).max(1e-300);
-            for ((y, y0), d) in reduced.y(p).iter_mut().zip(&y0).zip(&direction) {
-                *y = y0 + scale * d;
-            }
-            reduced.rates(p, &self.sys.waves, self.t, false, &mut f1).ok()?;
-            let mut along = 0.0;
-            for ((d, f1), f0) in direction.iter_mut().zip(&f1).zip(&f0) {
-                along += scale * *d * (f1 - f0);
-                *d = f1 - f0;
-            }
-            fastest = norm(&direction) / size;
-            damped = along < -0.5 * fastest * size * size;
-            if !fastest.is_finite() {
-                return None;
-            }
-        }
-        Some((fastest, damped))
     }
 }
 
@@ -466,26 +474,12 @@ impl Method for Auto<'_> {
             return Attempt::Stuck { next: 0.0, why };
         }
         self.longest = self.longest.max(h);
-        let mut result = self.methods[self.now].1.attempt(sys, w, h, tol);
-        let unfit = matches!(result, Attempt::Stuck { why: Failure::Unfit { .. }, .. });
-        if self.probation.is_some() {
-            result = self.judge(w, h, result);
-        } else if unfit && self.explicitly() {
-            self.explicit = None;
-            if self.go_implicit(w, "the explicit method cannot get on").is_ok() {
-                return Attempt::TooLarge { next: self.longest };
-            }
-        } else if self.explicitly() && self.steps > 0 && self.inner().near_singular() {
-            // (a run that begins at such a position has two ways to go on: an implicit step finds neither)
-            self.explicit = None;
-            self.implicit = beside_singular(self.o.reltol);
-            if self.go_implicit(w, "a loop comes near a singular position").is_ok() {
-                return Attempt::TooLarge { next: OF_EXPLICIT * self.longest };
-            }
+        if self.explicitly {
+            return self.attempt_explicitly(sys, w, h, tol);
         }
-        if let Attempt::TooLarge { next } | Attempt::Stuck { next, .. } = result {
+        let result = self.methods[self.now].1.attempt(sys, w, h, tol);
+        if !matches!(result, Attempt::Good { .. }) {
             self.refused += 1;
-            self.collapsed = next < COLLAPSE * self.reach;
         }
         result
     }
@@ -506,7 +500,7 @@ impl Method for Auto<'_> {
 
     fn gives_up(&mut self, w: &mut Work) -> Option<f64> {
         let (slow, next) = (self.name(), one_step(self.o.reltol));
-        if slow == next || self.explicitly() {
+        if slow == next || self.explicitly {
             return None;
         }
         self.implicit = next;
@@ -526,7 +520,7 @@ impl Method for Auto<'_> {
         (self.longest, self.refused) = (0.0, 0);
         self.steps = self.steps.saturating_add(1);
         self.stretch = self.stretch.saturating_add(1);
-        if self.explicitly() {
+        if self.explicitly {
             self.limited = if self.inner().stiffness() > LIMIT { self.limited + 1 } else { 0 };
         }
     }

@@ -14,6 +14,7 @@
 mod blocks;
 mod dense;
 mod eliminate;
+mod fastest;
 mod glance;
 mod order;
 mod plan;
@@ -510,15 +511,16 @@ impl Reduced {
     /// Is M positive definite at the start, by the pivots against its diagonal?
     fn check(&self, d: &Direct, p: &mut Point) -> Result<(), Trouble> {
         let mut w = d.momenta.workspace();
-        let mut momentum = |p: &mut Point, moving: Option<usize>, k: usize| {
+        let mut run = |p: &mut Point, moving: Option<usize>| {
             for (j, &u) in d.unknowns.iter().enumerate() {
                 p.v[u] = f64::from(u8::from(moving == Some(j)));
             }
             d.momenta.run(&Inputs { x: &p.v, t: p.time, waves: &p.waves, flags: &p.flags }, &mut w);
-            d.momenta.output(&w, k)
+            (0..d.unknowns.len()).map(|k| d.momenta.output(&w, k)).collect::<Vec<f64>>()
         };
+        let still = run(p, None);
         for (k, &unknown) in d.unknowns.iter().enumerate() {
-            let diagonal = momentum(p, Some(k), k) - momentum(p, None, k);
+            let diagonal = run(p, Some(k))[k] - still[k];
             let inverse = p.slots[self.tape.part_places(d.part)[d.unknowns.len() + k] as usize];
             if !(inverse * diagonal * dense::SINGULAR < 1.0) {
                 return Err(Trouble::Singular { unknown });

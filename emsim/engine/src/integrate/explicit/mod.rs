@@ -154,6 +154,9 @@ impl<'a> Explicit<'a> {
         self.summed = self.at_once(h)?;
         if !self.summed {
             self.slopes(h)?;
+            if self.careless() {
+                return Ok(());
+            }
             combine(&mut self.y1, &self.y0, h, self.method.b, &self.k);
         }
         if self.careful {
@@ -209,9 +212,17 @@ impl<'a> Explicit<'a> {
             self.reduced.rates(&mut self.point, &self.sys.waves, self.t0 + c * h, c == 1.0, k)?;
             if self.projects {
                 self.weakest = self.weakest.min(self.reduced.weakest(&self.point));
+                if self.careless() {
+                    return Ok(()); // the step will be thrown away
+                }
             }
         }
         Ok(())
+    }
+
+    /// Has a step without care come near to a loss of rank?
+    fn careless(&self) -> bool {
+        self.weakest < NEAR && !self.careful
     }
 
     /// The stage itself is taken onto the constraints, with factors of its own.
@@ -455,7 +466,7 @@ impl Method for Explicit<'_> {
         let done = if self.started { Ok(()) } else { self.start(sys, w) };
         self.weakest = 1.0;
         let result = done.and_then(|()| self.stages(h));
-        let careless = self.weakest < NEAR && !self.careful;
+        let careless = self.careless();
         self.careful = self.careful && self.weakest <= 2.0 * NEAR || careless;
         w.counters.evaluations += self.point.evaluations - before;
         if let Err(t) = result {
