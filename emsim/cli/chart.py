@@ -127,7 +127,7 @@ class Settings:
         self.reference = 3.0 if suite else 8.0
         self.own: dict[str, Any] = dict(rounds=3, budget=3.0, most=0.8) if suite else {}
         self.scipy: dict[str, Any] | None = dict(tolerances=(1e-3, 1e-6, 1e-9), limit=0.3) if suite else {}
-        self.ngspice: dict[str, Any] | None = dict(rounds=2, limit=1.5) if suite else {}
+        self.ngspice: dict[str, Any] | None = dict(limit=1.5) if suite else {}
         self.signals: list[str] | None = None
         self.stop: float | None = None
         self.times: int | None = None
@@ -188,7 +188,7 @@ def measured(source: str, name: str, chosen: Settings, tell: Callable[[str], obj
 
         machine = splitext(basename(source))[0]
         series, notes = peers.measure(
-            problem, found.judge, machine, chosen.engines, said=tell, turn=turns.pace
+            problem, found.judge, machine, chosen.engines, said=tell, turn=turns.take
         )
         chart.series += series
         chart.notes += notes

@@ -24,7 +24,6 @@ that method are then not tried.
 
 from __future__ import annotations
 
-from functools import partial
 from statistics import median
 from time import perf_counter, thread_time
 
@@ -56,8 +55,7 @@ FACTOR, FLOOR, LIMIT = (
     0.1,
     5.0,
 )  # limit of a run: so many times the best at its tolerance, within these [s]
-PACE, APART = 0.06, 0.1  # turns beside a run take so long [s]; those over for less [s] go before the next one
-QUICK, TURNS = 0.01, 10  # runs up to so long [s] make a turn; turns for each round of the ladder
+SHORT, TURNS = 0.01, 10  # runs up to so long [s] make a turn; turns for each round of the ladder
 WARMED = 5e-3  # shorter runs [s] are run once before they are timed
 SENSELESS = 5.0  # an error beyond it is no point of a front
 MAXIMAL = ("auto", "radau")  # the first there is shows the price of modelling more than the scene needs
@@ -330,8 +328,9 @@ def _repeat(
 class Turns:
     """The points of `auto` and those near emsim's front, timed again in turns, and in parts of what a turn takes: neighbours
     make a shared machine up to 1.7 times slower for seconds at a time, and two figures of different seconds are no ratio.
-    A turn runs the short points, one after the other. What takes longer, and another program, is timed between two turns and
-    in parts of these. Times are medians of parts, times the median of turns."""
+    A turn runs the short points, one after the other; what takes longer is timed between two turns, in parts of these. Times are
+    medians of parts, times what the shortest turn took. (Another program is not timed in parts: neighbours slow it less, the less
+    its instructions overlap. It runs between turns, and its shortest time counts.)"""
 
     def __init__(self, problem: Problem, series: Sequence[Series]) -> None:
         self.problem = problem
@@ -339,51 +338,37 @@ class Turns:
         worth = front((p.error or 0.0, p.seconds) for s in own for p in s.good)
         compared = [(s.name, p) for s in own for p in s.good if s.name == "auto" or near(p, worth)]
         least = min((p.seconds for _, p in compared), default=0.0)
-        self.short = [(m, p) for m, p in compared if p.seconds <= max(QUICK, least)]
-        self.long = [(m, p) for m, p in compared if p.seconds > max(QUICK, least)]
+        self.short = [(m, p) for m, p in compared if p.seconds <= max(SHORT, least)]
+        self.long = [(m, p) for m, p in compared if p.seconds > max(SHORT, least)]
         self.turns: list[list[float]] = []  # seconds of every short point
-        self.parts: dict[Point, list[float]] = {}  # of the others, in turns
-        self.last = float("-inf"), 0.0  # when the turns before a run were over, and what they said
+        self.parts: dict[Point, list[float]] = {}  # of the long ones, in turns
 
-    def take(self) -> None:
-        """One turn."""
+    def take(self) -> float:
+        """One turn; its seconds."""
         self.turns.append([self._timed(method, point) for method, point in self.short])
-
-    def pace(self) -> float:
-        """Turns for PACE seconds, one at least; what one of them takes."""
-        first, end = len(self.turns), perf_counter() + PACE
-        self.take()
-        while self.short and perf_counter() < end:
-            self.take()
-        return median(_whole(turn) for turn in self.turns[first:])
-
-    def beside(self, point: Point, timed: Callable[[], float]) -> None:
-        """A point that is in no turn: `timed` gives its seconds."""
-        over, before = self.last
-        before = before if perf_counter() - over < APART else self.pace()
-        seconds = timed()
-        after = self.pace()
-        self.last = perf_counter(), after
-        self.parts.setdefault(point, []).append(2 * seconds / (before + after))
+        return sum(self.turns[-1])
 
     def spend(self, rounds: int, budget: float) -> None:
         """As many turns as the budget [s] has room for, at most TURNS for each of the ladder's rounds after the first; what
         is long is timed once for each of these rounds."""
+        if not self.short:
+            return
         end = perf_counter() + budget
         for number in range(TURNS * (rounds - 1)):
             if number < rounds or perf_counter() < end:
                 self.take()
         for _ in range(rounds - 1):
             for method, point in self.long:
-                self.beside(point, partial(self._timed, method, point))
+                before, seconds = sum(self.turns[-1]), self._timed(method, point)
+                self.parts.setdefault(point, []).append(2 * seconds / (before + self.take()))
 
     def settle(self) -> None:
         """What the turns say takes the place of what was measured before."""
-        if not self.turns:
+        if not self.short or not self.turns:
             return
-        pace = median(_whole(turn) for turn in self.turns)
+        pace = min(sum(turn) for turn in self.turns)
         for k, (_, point) in enumerate(self.short):
-            point.seconds = pace * median(turn[k] / _whole(turn) for turn in self.turns)
+            point.seconds = pace * median(turn[k] / sum(turn) for turn in self.turns)
         for point, parts in self.parts.items():
             point.seconds = pace * median(parts)
 
@@ -391,8 +376,3 @@ class Turns:
         if point.seconds < WARMED:
             self.problem.run(method, point.tolerance or 0.0)
         return float(self.problem.run(method, point.tolerance or 0.0)[1]["solve_time"])
-
-
-def _whole(turn: Sequence[float]) -> float:
-    """What a turn takes; 1 for one with no runs: parts of it are seconds."""
-    return sum(turn) or 1.0

@@ -20,7 +20,6 @@ from emsim.interop.ngspice import NgspiceError
 from emsim.interop.ngspice_time import Bench
 from emsim.reports import ladder, reference, spice, witness
 from emsim.reports.ladder import Judge, Problem, measure
-from emsim.reports.work_precision import Point
 
 PENDULUM = str(NETLISTS / "mechanical" / "ref_double_pendulum.cir")
 TANK = """tank
@@ -266,8 +265,8 @@ def test_what_a_cold_start_costs_is_no_cost_of_the_first_run(monkeypatch):
 
 
 def test_points_that_are_compared_are_timed_in_turns(monkeypatch):
-    """Two figures of different seconds are no ratio: on a machine that is twice as slow in every other turn, and in the run of
-    another program beside it, every time comes out as on one that never changes."""
+    """Two figures of different seconds are no ratio: on a machine that is twice as slow in every other turn, every time comes out
+    as on a quiet one."""
     problem = tank_problem("1m")
     series = measure(problem, Known(problem), ["auto", "trap"], (1e-3, 1e-5), rounds=1)
     turns = ladder.Turns(problem, series)
@@ -278,47 +277,33 @@ def test_points_that_are_compared_are_timed_in_turns(monkeypatch):
     def run(method, tolerance):
         return None, {"solve_time": slow[0] * cost[method, tolerance]}, ""
 
-    def another():
-        return slow[0] * 0.7
-
     monkeypatch.setattr(problem, "run", run)
-    other = Point("another", None, 1e-3, 0.0)
-    for number in range(5):
+    for number in range(6):
         slow[0] = 1.0 + number % 2
-        turns.last = float("-inf"), 0.0
-        turns.beside(other, another)
+        turns.take()
     turns.settle()
-    pace = np.median([sum(turn) for turn in turns.turns]) / sum(cost.values())  # 1 or 2
     for name, point in turns.short:
-        assert point.seconds == pytest.approx(cost[name, point.tolerance] * pace, rel=1e-12)
-    assert other.seconds == pytest.approx(0.7 * pace, rel=1e-12)
-
-
-def test_turns_that_are_hardly_over_go_before_the_next_run(monkeypatch):
-    problem = tank_problem("1m")
-    series = measure(problem, Known(problem), ["auto"], (1e-3,), rounds=1)
-    turns = ladder.Turns(problem, series)
-    other = Point("another", None, 1e-3, 0.0)
-    paces, pace = [], turns.pace
-    monkeypatch.setattr(turns, "pace", lambda: paces.append(pace()) or paces[-1])
-    for _ in range(3):
-        turns.beside(other, lambda: 1.0)
-    assert len(paces) == 4 and len(turns.parts[other]) == 3
+        assert point.seconds == pytest.approx(cost[name, point.tolerance], rel=1e-12)
 
 
 def test_what_is_too_long_for_a_turn_is_timed_between_two(monkeypatch):
+    """... in parts of these, so that it comes out right where all of it is slow."""
     problem = tank_problem("1m")
     series = measure(problem, Known(problem), ["auto"], (1e-3, 1e-5), rounds=1)
     quick, long = series[0].points
     quick.seconds, long.seconds = 1e-3, 1.0
     turns = ladder.Turns(problem, series)
     assert [p for _, p in turns.short] == [quick] and [p for _, p in turns.long] == [long]
-    monkeypatch.setattr(
-        problem, "run", lambda m, tol: (None, {"solve_time": 2e-3 if tol == 1e-3 else 2.0}, "")
-    )
-    turns.spend(3, 0.0)
+
+    def run(method, tolerance):
+        slow = 2.0 if turns.parts or len(turns.turns) >= 3 * ladder.TURNS else 1.0
+        return None, {"solve_time": slow * (2e-3 if tolerance == 1e-3 else 2.0)}, ""
+
+    monkeypatch.setattr(problem, "run", run)
+    turns.spend(4, 60.0)
     turns.settle()
-    assert (quick.seconds, long.seconds) == pytest.approx((2e-3, 2.0))
+    assert quick.seconds == pytest.approx(2e-3)
+    assert long.seconds == pytest.approx(2.0)
 
 
 @pytest.mark.ngspice
