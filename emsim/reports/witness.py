@@ -176,7 +176,11 @@ def _run(problem: Problem, judge: Judge, f: Any, method: Any, tolerance: float, 
     if why:
         return Point(setting, tolerance, None, thread_time() - began, f.evaluations, reason=why)
     count, f.end = f.evaluations, float("inf")
-    x = np.array([f.complete(time, y)[0] for time, y in zip(grid, found.y.T, strict=True)])
+    with np.errstate(all="ignore"):
+        x = np.array([f.complete(time, y)[0] for time, y in zip(grid, found.y.T, strict=True)])
+    if not np.isfinite(x).all():
+        why = "its algebraic unknowns are not found from its states"
+        return Point(setting, tolerance, None, seconds, count, reason=why)
     places, nothing = _places(problem, f.system), np.full(len(grid), np.nan)
     values = np.array([x[:, places[name]] if name in places else nothing for name in problem.signals])
     return Point(setting, tolerance, judge.error(values), seconds, count)

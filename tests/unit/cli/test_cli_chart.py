@@ -105,6 +105,20 @@ def test_scipy_meets_the_closed_form():
     assert found.label == "scipy DOP853"
 
 
+def test_a_state_of_scipy_without_its_unknowns_is_no_point(monkeypatch):
+    """What is not a number was left out of the error as a signal that is not there, and the others made a point of it."""
+    problem = tank_problem("1m")
+    complete = witness.Reduced.complete
+
+    def lost(reduced, t, y):
+        x, f, c = complete(reduced, t, y)
+        return (x if reduced.end < float("inf") else x * float("nan")), f, c
+
+    monkeypatch.setattr(witness.Reduced, "complete", lost)
+    (found,) = witness.measure(problem, Known(problem), emsim.compile(TANK), ["DOP853"], (1e-9,))
+    assert not found.good and found.points[0].reason.startswith("its algebraic unknowns")
+
+
 def test_scipy_reduces_floating_capacitors_and_refuses_what_is_no_ode():
     """A capacitor between two nodes has a null space in dQ/dx: v(b) is algebraic in a turned basis."""
     text = "c\nV1 a 0 SIN(0 1 1k)\nR1 a b 1k\nC1 b c 100n\nR2 c 0 1k\n.tran 10u 2m\n.end\n"
