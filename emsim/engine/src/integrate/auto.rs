@@ -91,8 +91,6 @@ pub struct Auto<'a> {
     now: usize,
     explicit: Option<&'static str>, // rule 1; None: it cannot be
     implicit: &'static str,         // rule 2
-    explicitly: bool,               // the present method is the explicit one
-    elsewhere: bool,                // ... is not the implicit one
     stretches: bool,                // rule 5 applies
     stretch: u32,                   // steps since the last restart
     brief: u32,                     // stretches in a row that were brief
@@ -214,8 +212,6 @@ impl<'a> Auto<'a> {
             now: 0,
             explicit,
             implicit,
-            explicitly: explicit.is_some(),
-            elsewhere: explicit.is_some(),
             stretches: sys.diodes() > 0 && !mechanical(sys) && implicit == "esdirk",
             stretch: 0,
             brief: 0,
@@ -247,15 +243,9 @@ impl<'a> Auto<'a> {
         self.methods[self.now].0
     }
 
-    /// What a step asks of the names: comparing them takes longer than the rest of what is asked.
-    fn name_it(&mut self) {
-        self.explicitly = self.explicit == Some(self.name());
-        self.elsewhere = self.name() != self.implicit;
-    }
-
-    fn never_explicitly(&mut self) {
-        self.explicit = None;
-        self.explicitly = false;
+    /// (The explicit method is the first one that is made.)
+    fn explicitly(&self) -> bool {
+        self.explicit.is_some() && self.now == 0
     }
 
     /// What part of an implicit step an explicit one has to be: with 3, 5, 7 stages to iterate it is worth 4, 6, 8 of those.
@@ -277,7 +267,6 @@ impl<'a> Auto<'a> {
         };
         (self.limited, self.silent, self.refused, self.steps) = (0, 0, 0, 0);
         (self.reach, self.collapsed) = (0.0, false);
-        self.name_it();
         self.methods[self.now].1.restart(self.sys, w, self.t, &self.x);
         Ok(())
     }
@@ -311,7 +300,7 @@ impl<'a> Auto<'a> {
 
     /// Rule 4, before the first attempt, of length h.
     fn look(&mut self, w: &mut Work, h: f64, tol: &Tolerances) -> Result<(), Failure> {
-        if std::mem::replace(&mut self.begun, true) || !self.explicitly {
+        if std::mem::replace(&mut self.begun, true) || !self.explicitly() {
             return Ok(());
         }
         // the first step is a hundredth of it
@@ -320,7 +309,7 @@ impl<'a> Auto<'a> {
             self.go_implicit(w, "stiff from the start")?;
             // with a loop to close in every stage, the way back has never paid
             if self.sys.reduced().is_ok_and(|r| r.has_constraints()) {
-                self.never_explicitly();
+                self.explicit = None;
             }
         }
         Ok(())
@@ -328,10 +317,8 @@ impl<'a> Auto<'a> {
 
     /// Rule 3, before an attempt of length h.
     fn choose(&mut self, w: &mut Work, h: f64, tol: &Tolerances) -> Result<(), Failure> {
-        if !self.begun {
-            self.look(w, h, tol)?;
-        }
-        if self.explicitly {
+        self.look(w, h, tol)?;
+        if self.explicitly() {
             if self.refused == 0 && (self.silent > 0 || self.steps % LOOK == LOOK - 1) {
                 let beyond = self.fastest(w, tol).is_some_and(|(l, _)| l * h > SILENT);
                 self.silent = if beyond { self.silent + 1 } else { 0 };
@@ -363,7 +350,7 @@ impl<'a> Auto<'a> {
             let before = self.now;
             self.switch(w, name)?;
             self.probation = Some((before, h, least));
-        } else if self.elsewhere {
+        } else if self.name() != self.implicit {
             self.patience = (2 * self.patience).min(RAREST);
             self.switch(w, self.implicit)?;
             self.tell("once more");
@@ -380,30 +367,6 @@ impl<'a> Auto<'a> {
             false => FAST,
         };
         l * self.feature > most || (damped && l * self.o.span > LASTING)
-    }
-
-    fn attempt_explicitly(&mut self, sys: &System, w: &mut Work, h: f64, tol: &Tolerances) -> Attempt {
-        let mut result = self.methods[self.now].1.attempt(sys, w, h, tol);
-        if self.probation.is_some() {
-            result = self.judge(w, h, result);
-        } else if matches!(result, Attempt::Stuck { why: Failure::Unfit { .. }, .. }) {
-            self.never_explicitly();
-            if self.go_implicit(w, "the explicit method cannot get on").is_ok() {
-                return Attempt::TooLarge { next: self.longest };
-            }
-        } else if self.steps > 0 && self.inner().near_singular() {
-            // (a run that begins at such a position has two ways to go on: an implicit step finds neither)
-            self.never_explicitly();
-            self.implicit = beside_singular(self.o.reltol);
-            if self.go_implicit(w, "a loop comes near a singular position").is_ok() {
-                return Attempt::TooLarge { next: OF_EXPLICIT * self.longest };
-            }
-        }
-        if let Attempt::TooLarge { next } | Attempt::Stuck { next, .. } = result {
-            self.refused += 1;
-            self.collapsed = next < COLLAPSE * self.reach;
-        }
-        result
     }
 
     /// What the explicit method did on probation: kept, continued, or taken back.
@@ -474,12 +437,26 @@ impl Method for Auto<'_> {
             return Attempt::Stuck { next: 0.0, why };
         }
         self.longest = self.longest.max(h);
-        if self.explicitly {
-            return self.attempt_explicitly(sys, w, h, tol);
+        let mut result = self.methods[self.now].1.attempt(sys, w, h, tol);
+        let unfit = matches!(result, Attempt::Stuck { why: Failure::Unfit { .. }, .. });
+        if self.probation.is_some() {
+            result = self.judge(w, h, result);
+        } else if unfit && self.explicitly() {
+            self.explicit = None;
+            if self.go_implicit(w, "the explicit method cannot get on").is_ok() {
+                return Attempt::TooLarge { next: self.longest };
+            }
+        } else if self.explicitly() && self.steps > 0 && self.inner().near_singular() {
+            // (a run that begins at such a position has two ways to go on: an implicit step finds neither)
+            self.explicit = None;
+            self.implicit = beside_singular(self.o.reltol);
+            if self.go_implicit(w, "a loop comes near a singular position").is_ok() {
+                return Attempt::TooLarge { next: OF_EXPLICIT * self.longest };
+            }
         }
-        let result = self.methods[self.now].1.attempt(sys, w, h, tol);
-        if !matches!(result, Attempt::Good { .. }) {
+        if let Attempt::TooLarge { next } | Attempt::Stuck { next, .. } = result {
             self.refused += 1;
+            self.collapsed = next < COLLAPSE * self.reach;
         }
         result
     }
@@ -500,7 +477,7 @@ impl Method for Auto<'_> {
 
     fn gives_up(&mut self, w: &mut Work) -> Option<f64> {
         let (slow, next) = (self.name(), one_step(self.o.reltol));
-        if slow == next || self.explicitly {
+        if slow == next || self.explicitly() {
             return None;
         }
         self.implicit = next;
@@ -520,7 +497,7 @@ impl Method for Auto<'_> {
         (self.longest, self.refused) = (0.0, 0);
         self.steps = self.steps.saturating_add(1);
         self.stretch = self.stretch.saturating_add(1);
-        if self.explicitly {
+        if self.explicitly() {
             self.limited = if self.inner().stiffness() > LIMIT { self.limited + 1 } else { 0 };
         }
     }
