@@ -45,7 +45,7 @@ OPTIONS = [
     Option("--times", "number of common times, 50", "N"),
     Option("--limit", "CPU seconds a run may take, instead of 60 times the best at its tolerance", "SECONDS"),
     Option("--rounds", "runs of each point for the median of its time, 5", "N"),
-    Option("--budget", "seconds to spend on these repetitions, 10", "SECONDS"),
+    Option("--budget", "seconds to spend on these repetitions, and on turns of what is compared, 10", "SECONDS"),
     Option("--alone", "neither scipy nor ngspice"),
     Option("--suite", "the benchmark set: pictures, suite.csv, suite.json, the table; -o is their folder"),
     Option("--only", "of the suite: these entries, by name or deck", "A,B,..."),

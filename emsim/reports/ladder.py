@@ -316,10 +316,7 @@ def _repeat(
                 if len(times) > number or times[0] > 0.02 * budget or perf_counter() > end:
                     continue
                 said(f"{task.name} {exponent(tolerance)}, round {number + 1}")
-                if times[0] < WARMED:
-                    problem.run(task.method, tolerance, 60.0, task.formulation)
-                stats = problem.run(task.method, tolerance, 60.0, task.formulation)[1]
-                times.append(float(stats["solve_time"]))
+                times.append(_timed(problem, task.method, tolerance, times[0], task.formulation))
     for task in tasks:
         for tolerance, times in task.times.items():
             task.points[tolerance].seconds = median(times)
@@ -373,6 +370,11 @@ class Turns:
             point.seconds = pace * median(parts)
 
     def _timed(self, method: str, point: Point) -> float:
-        if point.seconds < WARMED:
-            self.problem.run(method, point.tolerance or 0.0)
-        return float(self.problem.run(method, point.tolerance or 0.0)[1]["solve_time"])
+        return _timed(self.problem, method, point.tolerance or 0.0, point.seconds)
+
+
+def _timed(problem: Problem, method: str, tolerance: float, about: float, formulation: str = "") -> float:
+    """Seconds of a run that takes about so long; a short one behind one of the same that is not timed."""
+    if about < WARMED:
+        problem.run(method, tolerance, formulation=formulation)
+    return float(problem.run(method, tolerance, formulation=formulation)[1]["solve_time"])

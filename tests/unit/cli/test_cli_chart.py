@@ -288,7 +288,7 @@ def test_points_that_are_compared_are_timed_in_turns(monkeypatch):
     cost = {(name, p.tolerance): 0.01 * (k + 1) for k, (name, p) in enumerate(turns.short)}
     slow = [1.0]
 
-    def run(method, tolerance):
+    def run(method, tolerance, formulation):
         return None, {"solve_time": slow[0] * cost[method, tolerance]}, ""
 
     monkeypatch.setattr(problem, "run", run)
@@ -309,7 +309,7 @@ def test_what_is_too_long_for_a_turn_is_timed_between_two(monkeypatch):
     turns = ladder.Turns(problem, series)
     assert [p for _, p in turns.short] == [quick] and [p for _, p in turns.long] == [long]
 
-    def run(method, tolerance):
+    def run(method, tolerance, formulation):
         slow = 2.0 if turns.parts or len(turns.turns) >= 3 * ladder.TURNS else 1.0
         return None, {"solve_time": slow * (2e-3 if tolerance == 1e-3 else 2.0)}, ""
 

@@ -63,7 +63,7 @@ impl Columns {
         self.rows.len()
     }
 
-    pub fn range(&self, k: usize) -> Range<usize> {
+    fn range(&self, k: usize) -> Range<usize> {
         self.start[k] as usize..self.start[k + 1] as usize
     }
 
