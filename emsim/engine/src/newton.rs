@@ -14,6 +14,7 @@
 //!
 //! In a passive network of diodes (passive.rs) an iterate may be accepted without that: what the straight lines of the
 //! diodes have missed at the new point is measured there, and bounds the next update of every junction's voltage.
+use crate::model::Kind;
 use crate::sparse::{Lu, Once, Program, Recurring, Singular};
 use crate::system::{Stage, System, Work};
 use crate::tape::{Value, Written};
@@ -178,6 +179,9 @@ impl Newton {
         let symbolic = sys.symbolic().map_err(Failure::from)?;
         let mut lu = Lu::new(symbolic);
         lu.set_stamps(sys.stamps());
+        if sys.is_dominant() {
+            lu.set_dominant(sys.unknowns.iter().map(|u| u.kind == Kind::Node).collect());
+        }
         Ok(Newton {
             lu,
             junctions: 1.0,
@@ -195,6 +199,13 @@ impl Newton {
             storing: Asked::default(),
             charges: vec![0.0; 2 * sys.n + LANES],
         })
+    }
+
+    /// For a method that hardly ever asks for factors: what it finds solutions by may leave none. They are made when they are asked
+    /// for, and `hold` makes them.
+    pub fn bare(mut self) -> Newton {
+        self.lu.set_bare();
+        self
     }
 
     /// The held factorisation no longer fits (a flag changed, say).
@@ -417,6 +428,16 @@ impl Newton {
         e.copy_from_slice(&self.step);
     }
 
+    /// Makes the factors of what was expanded last where a solution has left none.
+    pub fn hold(&mut self, sys: &System, w: &Work, a: f64) {
+        if !self.lu.is_ready() {
+            self.set_constants(sys, a);
+            sys.stage_sources(w, a, &mut self.sources);
+            // without them solutions are no numbers
+            let _ = self.lu.factor_stamped(&self.sources);
+        }
+    }
+
     /// b <- (G + a C)^-1 b with the last factorisation.
     pub fn solve_held(&mut self, w: &mut Work, b: &mut [f64]) {
         self.lu.solve(b);
@@ -431,6 +452,7 @@ impl Newton {
     /// What rounding does to the unknowns at x, whose charges are held.
     pub fn round(&mut self, sys: &System, w: &mut Work, a: f64, x: &[f64]) -> &[f64] {
         w.counters.solves += 2;
+        self.hold(sys, w, a);
         self.noise.find(sys, a, x, &self.charges, |b| self.lu.solve(b))
     }
 

@@ -442,6 +442,11 @@ impl System {
         self.unknowns.iter().zip(&self.differential).any(|(u, &d)| d && u.kind == Kind::Branch)
     }
 
+    /// Are the matrices of all stages as `Lu::set_dominant` wants them?
+    pub fn is_dominant(&self) -> bool {
+        self.passive && self.sums.is_empty() && !self.has_coils()
+    }
+
     #[inline]
     pub fn set_time(&self, w: &mut Work, t: f64) {
         if t == w.wave_time && !w.dc {

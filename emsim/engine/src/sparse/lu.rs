@@ -73,6 +73,9 @@ pub struct Lu<T: Scalar> {
     work: Vec<T>,
     stamped: Stamped<T>,
     ready: bool,
+    dominant: Vec<bool>, // see `set_dominant`
+    certain: bool,       // the present pivots serve whatever the values
+    bare: bool,          // solutions by programs leave no factors where that is so
     leanest: usize, // operations of any choice of pivots so far
     borne: u32,     // refactorisations by swollen factors
     patience: u32,  // with them
@@ -100,6 +103,9 @@ impl<T: Scalar> Lu<T> {
                 sources: 0,
             },
             ready: false,
+            dominant: Vec::new(),
+            certain: false,
+            bare: false,
             leanest: usize::MAX,
             borne: 0,
             patience: BORNE,
@@ -143,6 +149,19 @@ impl<T: Scalar> Lu<T> {
     /// True when `solve` may be called.
     pub fn is_ready(&self) -> bool {
         self.ready
+    }
+
+    /// All matrices to come are those of a passive network's stages without coils (passive.rs), with these rows and columns its
+    /// nodes': symmetric there, off-diagonal entries no larger than 0, row sums no smaller. What is eliminated by a pivot on their
+    /// diagonal, or by the 1 of a source, leaves such a matrix again, and no entry grows (Wilkinson 1961): where all pivots are of
+    /// these kinds nobody has to look at them.
+    pub fn set_dominant(&mut self, nodes: Vec<bool>) {
+        self.dominant = nodes;
+    }
+
+    /// Solutions by programs leave no factors where no pivot has to be looked at: for those who hardly ever ask for them.
+    pub fn set_bare(&mut self) {
+        self.bare = true;
     }
 
     /// Chooses pivots for `values` (in the order of the pattern) and factors.
@@ -349,6 +368,9 @@ impl<T: Scalar> Lu<T> {
         self.arranged = self.symbolic.shelf.arranged(pivots, || Arrangement::new(&self.symbolic, pivots));
         self.lu.clear();
         self.lu.resize(self.arranged.rows.len() + self.n(), T::ZERO);
+        let rows = self.arranged.input_rows.iter().zip(&self.symbolic.cols);
+        let node = |&k: &u32| self.dominant[k as usize];
+        self.certain = !self.dominant.is_empty() && rows.into_iter().all(|(r, c)| r == c || !(node(r) && node(c)));
         self.factor_and_solve.start(self.counters.refactors);
         self.factor_alone.start(self.counters.refactors);
         self.solve_alone.start(self.counters.solves);

@@ -57,6 +57,7 @@ pub type Key = (Purpose, usize);
 #[derive(Clone, Copy, PartialEq)]
 pub enum Purpose {
     FactorAndSolve,
+    SolveAnew,
     Factor,
     Solve,
 }
@@ -116,8 +117,8 @@ impl Shelf {
 }
 
 impl Program {
-    /// The equations to their factors, and the solution behind them. None where there is no machine code.
-    pub(super) fn factor_and_solve(layout: &Layout, equations: Equations) -> Option<Program> {
+    /// The equations to their factors if those are `kept`, and the solution behind them. None where there is no machine code.
+    pub(super) fn factor_and_solve(layout: &Layout, equations: Equations, kept: bool) -> Option<Program> {
         let Equations { program: mut p, zero, one, matrix, b } = equations;
         let mut lu = vec![zero; layout.arranged.rows.len()];
         for (&place, value) in layout.arranged.place.iter().zip(matrix) {
@@ -125,6 +126,9 @@ impl Program {
         }
         layout.factor(&mut p, one, &mut lu);
         let x = layout.solution(&mut p, &lu, &b);
+        if !kept {
+            return Program::of(p, &x);
+        }
         lu.extend(x);
         Program::of(p, &lu)
     }

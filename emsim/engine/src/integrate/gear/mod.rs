@@ -144,7 +144,7 @@ impl Gear {
         let starter: Option<Box<dyn Method>> =
             if fixed && maxord > 1 { Some(Box::new(super::radau::Radau::new(sys, o, "radau")?)) } else { None };
         Ok(Gear {
-            newton: Newton::new(sys)?,
+            newton: Newton::new(sys)?.bare(),
             now: 0.0,
             times: [0.0; POINTS],
             len: 0,
@@ -268,6 +268,7 @@ impl Gear {
         if worst * SHORTEST * (self.now + self.t1) > self.t1 {
             let half = |i: usize| if sys.has_q[i] { 0.5 * (self.f0[i] - self.newton.f()[i]) } else { 0.0 };
             let mut apart: Vec<f64> = (0..sys.n).map(half).collect();
+            self.newton.hold(sys, w, a);
             self.newton.solve_held(w, &mut apart);
             worst = worst.min(tol.largest_error(&apart, self.stage.x(), &self.x0) / self.allowed);
         }

@@ -14,21 +14,29 @@ impl Lu<f64> {
         inputs: &Inputs,
         b: &mut [f64],
     ) -> bool {
-        let count = self.counters.refactors;
-        let write = |layout: &Layout| Program::factor_and_solve(layout, equations());
-        if !self.is_written(Purpose::FactorAndSolve, |lu| &mut lu.factor_and_solve, count, write) {
+        let (count, bare) = (self.counters.refactors, self.bare && self.certain);
+        let purpose = if bare { Purpose::SolveAnew } else { Purpose::FactorAndSolve };
+        let write = |layout: &Layout| Program::factor_and_solve(layout, equations(), !bare);
+        if !self.is_written(purpose, |lu| &mut lu.factor_and_solve, count, write) {
             return false;
         }
         let Some(program) = &mut self.factor_and_solve.program else { return false };
-        program.run(inputs, &mut self.lu);
-        let (lu, x) = self.lu.split_at(self.arranged.rows.len());
-        self.ready = f64::outside(lu, &self.limits, &self.least) == 0;
-        if self.ready {
-            b.copy_from_slice(x);
-            self.counters.refactors += 1;
-            self.counters.solves += 1;
-        }
-        self.ready
+        let serves = if bare {
+            self.ready = false;
+            program.run(inputs, b);
+            true
+        } else {
+            program.run(inputs, &mut self.lu);
+            let (lu, x) = self.lu.split_at(self.arranged.rows.len());
+            self.ready = self.certain || f64::outside(lu, &self.limits, &self.least) == 0;
+            if self.ready {
+                b.copy_from_slice(x);
+            }
+            self.ready
+        };
+        self.counters.refactors += u64::from(serves);
+        self.counters.solves += u64::from(serves);
+        serves
     }
 }
 
