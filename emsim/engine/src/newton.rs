@@ -19,7 +19,7 @@ use crate::sparse::{Lu, Once, Program, Recurring, Singular};
 use crate::system::{Stage, System, Work};
 use crate::tape::{Value, Written};
 pub use crate::tolerances::{Options, Tolerances};
-use crate::twice::{whole, LANES};
+use crate::twice::whole;
 
 #[derive(Clone, Debug)]
 pub enum Failure {
@@ -128,9 +128,10 @@ pub struct Newton {
     step: Vec<f64>,
     noise: Noise,
     stage: Stage,
-    closing: Asked,    // q and f of a solution
+    closing: Asked,    // q of a solution
     storing: Asked,    // a C e of a filtered error
-    charges: Vec<f64>, // Q of the solution, and F; room for a block more
+    charges: Vec<f64>, // Q of the solution, in whole blocks
+    slopes: Vec<f64>,  // F there; empty for those who do not ask for it
 }
 
 /// What the rounding of the charges does to the unknowns when it is divided by the step, and that of what the equations add up:
@@ -197,14 +198,16 @@ impl Newton {
             stage: Stage::new(sys),
             closing: Asked::default(),
             storing: Asked::default(),
-            charges: vec![0.0; 2 * sys.n + LANES],
+            charges: vec![0.0; whole(sys.n)],
+            slopes: vec![0.0; sys.n],
         })
     }
 
     /// For a method that hardly ever asks for factors: what it finds solutions by may leave none. They are made when they are asked
-    /// for, and `hold` makes them.
+    /// for, by `hold`, and F by `find_f`.
     pub fn bare(mut self) -> Newton {
         self.lu.set_bare();
+        self.slopes.clear();
         self
     }
 
@@ -223,14 +226,21 @@ impl Newton {
         self.charges[..self.step.len()].copy_from_slice(q);
     }
 
-    /// F of the last solution, as the stage equation gives it.
+    /// F of the last solution, as the stage equation gives it: charge is conserved.
     pub fn f(&self) -> &[f64] {
-        &self.charges[self.step.len()..][..self.step.len()]
+        &self.slopes
     }
 
-    /// Q of the last solution in whole blocks, with anything behind it.
+    /// The same from where it was found. `r` is 0 in rows without d/dt.
+    pub fn find_f(&self, a: f64, stage: &Stage, f: &mut [f64]) {
+        for (f, (q, r)) in f.iter_mut().zip(self.charges.iter().zip(stage.r())) {
+            *f = 0.0 - (a * q + r);
+        }
+    }
+
+    /// Q of the last solution in whole blocks.
     pub fn q_blocks(&self) -> &[f64] {
-        &self.charges[..whole(self.step.len())]
+        &self.charges
     }
 
     /// Solves the stage from the guess in `x`; leaves its charges in `q` and `f`. `r` is 0 in rows without d/dt.
@@ -481,19 +491,16 @@ impl Newton {
         (0..x.len()).all(|i| !tol.in_norm[i] || self.step[i].abs() <= tol.weight(i, x[i], x[i]) + self.noise.of[i])
     }
 
-    /// Q at the solution x, to first order from where it was expanded if the last step led away from there (`moved`), and F from the
-    /// stage equation, so that charge is conserved.
+    /// Q at the solution x, to first order from where it was expanded if the last step led away from there (`moved`), and F.
     fn close(&mut self, sys: &System, w: &Work, a: f64, stage: &Stage, moved: bool) {
         if let Some(program) = self.closing.due(sys.n, &sys.closing, || sys.stage_closing()) {
             program.run(&sys.stage_inputs(w, stage.numbers(), a), &mut self.charges);
-            return;
+        } else {
+            sys.stage_charges(w, stage.x(), moved.then_some(&self.step), &mut self.charges[..sys.n]);
         }
-        let (x, r) = (stage.x(), stage.r());
-        let (q, f) = self.charges.split_at_mut(sys.n);
-        sys.stage_charges(w, x, moved.then_some(&self.step), q);
-        for ((f, q), (r, has_q)) in f.iter_mut().zip(&*q).zip(r.iter().zip(&sys.has_q)) {
-            *f = if *has_q { -(a * q + r) } else { 0.0 };
-        }
+        let mut slopes = std::mem::take(&mut self.slopes);
+        self.find_f(a, stage, &mut slopes);
+        self.slopes = slopes;
     }
 }
 

@@ -281,23 +281,14 @@ impl System {
         Equations { program, zero, one, matrix, b }
     }
 
-    /// Q at x as `stage_charges` has it, and F by the stage equation; None where expressions store charge.
+    /// Q at x as `stage_charges` has it; None where expressions store charge.
     pub fn stage_closing(&self) -> Option<(Written, Vec<Value>)> {
-        let (mut program, [zero, a], q) = self.written_charges(|p, [charge, c], v, at| {
+        let (mut program, [zero, _], q) = self.written_charges(|p, [charge, c], v, at| {
             let beyond = p.sub(v, at);
             let more = p.mul(c, beyond);
             p.add(charge, more)
         })?;
-        let p = &mut program;
-        let f = q.iter().enumerate().map(|(row, q)| {
-            let Some(q) = *q else { return zero };
-            let (by_a, r) = (p.times(a, q), p.leaf(Leaf::X(whole(self.n) + row)));
-            let sum = p.more(Some(by_a), r.into());
-            p.less(zero, sum)
-        });
-        let f: Vec<Value> = f.collect();
-        let mut results: Vec<Value> = q.iter().map(|q| q.map_or(zero, |q| p.plain(q))).collect();
-        results.extend(f);
+        let results = q.iter().map(|q| q.map_or(zero, |q| program.plain(q))).collect();
         Some((program, results))
     }
 

@@ -266,8 +266,11 @@ impl Gear {
             worst = self.above_noise(sys, w, a, FIRST, tol);
         }
         if worst * SHORTEST * (self.now + self.t1) > self.t1 {
-            let half = |i: usize| if sys.has_q[i] { 0.5 * (self.f0[i] - self.newton.f()[i]) } else { 0.0 };
-            let mut apart: Vec<f64> = (0..sys.n).map(half).collect();
+            let mut apart = vec![0.0; sys.n];
+            self.newton.find_f(a, &self.stage, &mut apart);
+            for (i, f) in apart.iter_mut().enumerate() {
+                *f = if sys.has_q[i] { 0.5 * (self.f0[i] - *f) } else { 0.0 };
+            }
             self.newton.hold(sys, w, a);
             self.newton.solve_held(w, &mut apart);
             worst = worst.min(tol.largest_error(&apart, self.stage.x(), &self.x0) / self.allowed);
