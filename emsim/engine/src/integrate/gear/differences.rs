@@ -17,11 +17,18 @@ use crate::twice::{by_lanes, each, side_by_side, whole, Lanes, LANES};
 /// The predictor of the highest order reads so many.
 pub const ROWS: usize = MOST + 1;
 
-/// beta_1, beta_2, ... towards t, as far as there are points: the first `len` of `times`, newest first.
-pub fn towards(t: f64, times: &[f64; POINTS], len: usize) -> [f64; ROWS] {
+by_lanes! {
+    /// beta_1, beta_2, ... towards t, as far as there are points: the first `len` of `times`, newest first.
+    pub fn towards<L>(t: f64, times: &[f64; POINTS], len: usize) -> [f64; ROWS] { towards_by::<L>(t, times, len) }
+}
+
+#[inline(always)]
+pub fn towards_by<L: Lanes>(t: f64, times: &[f64; POINTS], len: usize) -> [f64; ROWS] {
     // all quotients at once; those of points that are not there are left out
     let mut quotients = [0.0; POINTS];
-    divide(t, times, &mut quotients);
+    for k in [0, POINTS - LANES - 1] {
+        ((L::all(t) - L::at(times, k)) / (L::all(times[0]) - L::at(times, k + 1))).put(&mut quotients, k);
+    }
     let mut betas = [1.0; ROWS];
     for i in 1..ROWS.min(len) {
         betas[i] = betas[i - 1] * quotients[i - 1];
@@ -29,18 +36,19 @@ pub fn towards(t: f64, times: &[f64; POINTS], len: usize) -> [f64; ROWS] {
     betas
 }
 
-by_lanes! {
-    fn divide<L>(t: f64, times: &[f64; POINTS], quotients: &mut [f64; POINTS]) {
-        for k in [0, POINTS - LANES - 1] {
-            ((L::all(t) - L::at(times, k)) / (L::all(times[0]) - L::at(times, k + 1))).put(quotients, k);
-        }
-    }
-}
-
 /// The a of the formula of order k with a share of the next one's last term, and the weights of past charges in its r.
-pub fn slope(t: f64, times: &[f64; POINTS], betas: &[f64; ROWS], k: usize, next: f64) -> (f64, [f64; ROWS]) {
+#[inline(always)]
+pub fn slope<L: Lanes>(
+    t: f64,
+    times: &[f64; POINTS],
+    betas: &[f64; ROWS],
+    k: usize,
+    next: f64,
+) -> (f64, [f64; ROWS]) {
     let mut inverse = [0.0; POINTS];
-    invert(t, times, &mut inverse);
+    for k in [0, POINTS - LANES] {
+        (L::all(1.0) / (L::all(t) - L::at(times, k))).put(&mut inverse, k);
+    }
     let (mut a, mut weights) = (0.0, [0.0; ROWS]);
     for m in (0..ROWS).rev() {
         let share = if m < k { 1.0 } else { next };
@@ -50,12 +58,20 @@ pub fn slope(t: f64, times: &[f64; POINTS], betas: &[f64; ROWS], k: usize, next:
     (a, weights)
 }
 
-by_lanes! {
-    fn invert<L>(t: f64, times: &[f64; POINTS], inverse: &mut [f64; POINTS]) {
-        for k in [0, POINTS - LANES] {
-            (L::all(1.0) / (L::all(t) - L::at(times, k))).put(inverse, k);
+/// With the number of weights known to the compiler: loops over them unrolled, sums in registers.
+macro_rules! counted {
+    ($weights:ident, $with:ident::<$lanes:ident>($($arg:expr),*)) => {
+        match $weights.len() {
+            1 => $with::<$lanes, 1>($($arg),*),
+            2 => $with::<$lanes, 2>($($arg),*),
+            3 => $with::<$lanes, 3>($($arg),*),
+            4 => $with::<$lanes, 4>($($arg),*),
+            5 => $with::<$lanes, 5>($($arg),*),
+            6 => $with::<$lanes, 6>($($arg),*),
+            7 => $with::<$lanes, 7>($($arg),*),
+            _ => $with::<$lanes, 0>($($arg),*),
         }
-    }
+    };
 }
 
 /// phi_1, phi_2, ... of states and of charges.
@@ -78,8 +94,9 @@ impl Differences {
     }
 
     /// The same with `betas` to two places, and of charges with other weights, of which there may be fewer.
-    pub fn foresee(&self, betas: &[f64], weights: &[f64; ROWS], to: [&mut [f64]; 3]) {
-        foresee(self, betas, weights, to);
+    #[inline(always)]
+    pub fn foresee<L: Lanes>(&self, betas: &[f64], weights: &[f64; ROWS], to: [&mut [f64]; 3]) {
+        counted!(betas, foresee_by::<L>(self, betas, weights, to))
     }
 
     /// The point x, q is the newest: differences over `betas.len()` points behind it are renewed.
@@ -87,39 +104,46 @@ impl Differences {
         push(self, betas, point);
     }
 
+    /// State i of the newest point.
+    pub fn newest(&self, i: usize) -> f64 {
+        self.phi(0, i)
+    }
+
     /// phi_{row + 1} of state i.
     pub fn phi(&self, row: usize, i: usize) -> f64 {
         self.states[i / LANES][row.min(ROWS - 1)][i % LANES]
     }
 
-    /// What was foreseen becomes what that lacks of x1; of this e the largest |e + factor phi_{row + 1}| over the weights of x1 and x0
-    /// and their noise, for a first factor and row, for none, and for a second.
-    pub fn judge(
+    /// What was foreseen becomes what that lacks of x1; of this e the largest |e + factor phi_{row + 1}| over the weights of x1 and the
+    /// newest point, and their noise, for a first factor and row, for none, and for a second.
+    #[inline(always)]
+    pub fn judge<L: Lanes>(
         &self,
         foreseen: &mut [f64],
-        points: [&[f64]; 2],
+        x1: &[f64],
         noise: &[f64],
         norm: Norm<'_>,
         of: [(f64, usize); 2],
     ) -> [f64; 3] {
-        judge(&self.states, foreseen, points, noise, norm, of)
-    }
-}
-
-/// With the number of weights known to the compiler: loops over them unrolled, sums in registers.
-macro_rules! counted {
-    ($weights:ident, $with:ident::<$lanes:ident>($($arg:expr),*)) => {
-        match $weights.len() {
-            1 => $with::<$lanes, 1>($($arg),*),
-            2 => $with::<$lanes, 2>($($arg),*),
-            3 => $with::<$lanes, 3>($($arg),*),
-            4 => $with::<$lanes, 4>($($arg),*),
-            5 => $with::<$lanes, 5>($($arg),*),
-            6 => $with::<$lanes, 6>($($arg),*),
-            7 => $with::<$lanes, 7>($($arg),*),
-            _ => $with::<$lanes, 0>($($arg),*),
+        let states = &self.states;
+        let [below, above] = of;
+        let (low, high) = (below.1.min(ROWS - 1), above.1.min(ROWS - 1));
+        let (n, [share, peak, floor]) = (LANES * states.len(), norm.rows());
+        let rows = side_by_side::<L, 5>(n, [x1, noise, share, peak, floor]);
+        // each in its own register
+        let (mut under, mut own, mut over) = (L::all(0.0), L::all(0.0), L::all(0.0));
+        for (((_, [x1, noise, share, peak, floor]), block), foreseen) in
+            rows.zip(states).zip(foreseen.chunks_exact_mut(LANES))
+        {
+            let e = x1 - L::at(foreseen, 0);
+            e.put(foreseen, 0);
+            let scale = norm.inverse([share, peak, floor], [x1, L::at(&block[0], 0)], noise);
+            own = (e.abs() * scale).larger(own);
+            under = ((e + L::all(below.0) * L::at(&block[low], 0)).abs() * scale).larger(under);
+            over = ((e + L::all(above.0) * L::at(&block[high], 0)).abs() * scale).larger(over);
         }
-    };
+        [under, own, over].map(|worst| each(worst).into_iter().fold(0.0, f64::max))
+    }
 }
 
 /// The first M numbers, each throughout a register.
@@ -157,12 +181,6 @@ fn sum_of<L: Lanes, const M: usize>(blocks: &[Block], weights: &[f64], out: &mut
         } else {
             out.copy_from_slice(&each(sum)[..out.len()]);
         }
-    }
-}
-
-by_lanes! {
-    fn foresee<L>(behind: &Differences, betas: &[f64], weights: &[f64; ROWS], to: [&mut [f64]; 3]) {
-        counted!(betas, foresee_by::<L>(behind, betas, weights, to))
     }
 }
 
@@ -210,34 +228,5 @@ fn renew<L: Lanes, const M: usize>(block: &mut Block, beta: &[L; M], newest: L) 
     }
     if M < ROWS {
         carry.put(&mut block[M], 0);
-    }
-}
-
-by_lanes! {
-    fn judge<L>(
-        states: &[Block],
-        foreseen: &mut [f64],
-        points: [&[f64]; 2],
-        noise: &[f64],
-        norm: Norm<'_>,
-        of: [(f64, usize); 2],
-    ) -> [f64; 3] {
-        let [below, above] = of;
-        let (low, high) = (below.1.min(ROWS - 1), above.1.min(ROWS - 1));
-        let (n, [share, peak, floor]) = (LANES * states.len(), norm.rows());
-        let rows = side_by_side::<L, 6>(n, [points[0], points[1], noise, share, peak, floor]);
-        // each in its own register
-        let (mut under, mut own, mut over) = (L::all(0.0), L::all(0.0), L::all(0.0));
-        for (((_, [x1, x0, noise, share, peak, floor]), block), foreseen) in
-            rows.zip(states).zip(foreseen.chunks_exact_mut(LANES))
-        {
-            let e = x1 - L::at(foreseen, 0);
-            e.put(foreseen, 0);
-            let scale = norm.inverse([share, peak, floor], [x1, x0], noise);
-            own = (e.abs() * scale).larger(own);
-            under = ((e + L::all(below.0) * L::at(&block[low], 0)).abs() * scale).larger(under);
-            over = ((e + L::all(above.0) * L::at(&block[high], 0)).abs() * scale).larger(over);
-        }
-        [under, own, over].map(|worst| each(worst).into_iter().fold(0.0, f64::max))
     }
 }

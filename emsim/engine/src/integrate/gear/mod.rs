@@ -23,14 +23,14 @@ mod control;
 mod differences;
 
 use self::control::{Control, Pace, Taken, AHEAD, SPICE};
-use self::differences::{slope, towards, Differences, ROWS};
+use self::differences::{slope, towards, towards_by, Differences, ROWS};
 use super::rows::Lags;
 use super::{response, Attempt, History, Method};
 use crate::ledger::Stages;
 use crate::newton::{Failure, Newton, Options, Tolerances};
 use crate::sparse::Complex;
 use crate::system::{Stage, System, Work};
-use crate::twice::whole;
+use crate::twice::{by_lanes, whole, Lanes};
 
 const MOST: usize = 6;
 /// Past points that are kept.
@@ -69,7 +69,6 @@ pub struct Gear {
     times: [f64; POINTS], // of past points since then, newest first: sums of steps, of which absolute times know too little
     len: usize,           // how many there are
     behind: Differences,
-    x0: Vec<f64>, // whole blocks
     f0: Vec<f64>, // F at the start
     t1: f64,      // of the candidate, since then as well
     stage: Stage,
@@ -149,7 +148,6 @@ impl Gear {
             times: [0.0; POINTS],
             len: 0,
             behind: Differences::new(sys.n),
-            x0: vec![0.0; whole(sys.n)],
             f0: vec![0.0; sys.n],
             t1: 0.0,
             stage: Stage::new(sys),
@@ -207,148 +205,20 @@ impl Gear {
         (self.used + 1).min(self.len)
     }
 
-    /// The rounding of charges and currents, where that is not far below the tolerances.
-    fn heed_noise(&mut self, sys: &System, w: &mut Work, a: f64, tol: &Tolerances) {
-        if self.noise.is_due(a) {
-            let (x1, x0, allowed) = (self.stage.x(), &self.x0, self.allowed);
-            let noise = self.newton.round(sys, w, a, x1);
-            let share = |(i, noise): (usize, &f64)| Some(tol.share(i)? * noise / tol.error_weight(i, x1[i], x0[i]));
-            let largest = noise.iter().enumerate().filter_map(share).fold(0.0, f64::max) / allowed;
-            self.noise.found(largest, a, !self.weighs);
-            for (of, noise) in self.noise.of.iter_mut().zip(noise) {
-                *of = if self.noise.counts { noise / allowed } else { 0.0 };
-            }
-        }
-        self.noise.due -= 1;
-    }
-
-    /// Largest lte over tolerance of the orders below, at and above that of the step; None where too few points stand behind.
-    /// `missed` held what was foreseen.
-    fn errors(&mut self, h: f64, tol: &Tolerances) -> [Option<f64>; 3] {
-        let (k, beta) = (self.used, &self.betas);
-        if self.len < k + 1 {
-            self.compare();
-            return [None; 3];
-        }
-        let above = if self.len > k + 1 && k < MOST { k + 1 } else { k };
-        let of = [(beta[k], k), (-beta[above], above)];
-        let points = [self.stage.x_blocks(), &self.x0];
-        let mut worst = self.behind.judge(&mut self.missed, points, &self.noise.of, tol.norm(), of);
-        for &(node, root) in &tol.tied {
-            let weight = tol.error_weight(node, points[0][node], points[1][node]);
-            let apart = |of: &dyn Fn(usize) -> f64| (of(node) - of(root)).abs() / weight;
-            let beyond = |(factor, row): (f64, usize)| apart(&|i| self.missed[i] + factor * self.behind.phi(row, i));
-            let errors = [beyond(of[0]), apart(&|i| self.missed[i]), beyond(of[1])];
-            worst.iter_mut().zip(errors).for_each(|(worst, e)| *worst = worst.max(e));
-        }
-        let of = |k: usize, worst: f64| Some(self.constant(k, h) * worst / self.allowed);
-        let below = if k > 1 { of(k - 1, worst[0]) } else { None };
-        [below, of(k, worst[1]), if above > k { of(above, worst[2]) } else { None }]
-    }
-
-    /// `missed` holds what was foreseen, and then what that lacks.
-    fn compare(&mut self) {
-        for (missed, x1) in self.missed.iter_mut().zip(self.stage.x()) {
-            *missed = x1 - *missed;
-        }
-    }
-
-    /// The first step after a start has no difference to judge by: its movement counts. What that would make so short that charges are
-    /// rounding (a nanofarad that a switch charges by 10 V moves by its microvolt in 1e-16 s) is judged by its slopes. Of what is given
-    /// no step is asked for that rounding of the time would spoil (a current that a source ramps up from 0 A would).
-    fn first_error(&mut self, sys: &System, w: &mut Work, a: f64, tol: &Tolerances) -> f64 {
-        let missed = self.missed.clone();
-        if self.t1 < CLEAR * (self.now + self.t1) {
-            self.given.iter().for_each(|&i| self.missed[i] = 0.0);
-        }
-        let mut worst = FIRST * tol.largest_error(&self.missed, self.stage.x(), &self.x0) / self.allowed;
-        if worst > 1.0 {
-            worst = self.above_noise(sys, w, a, FIRST, tol);
-        }
-        if worst * SHORTEST * (self.now + self.t1) > self.t1 {
-            let mut apart = vec![0.0; sys.n];
-            self.newton.find_f(a, &self.stage, &mut apart);
-            for (i, f) in apart.iter_mut().enumerate() {
-                *f = if sys.has_q[i] { 0.5 * (self.f0[i] - *f) } else { 0.0 };
-            }
-            self.newton.hold(sys, w, a);
-            self.newton.solve_held(w, &mut apart);
-            worst = worst.min(tol.largest_error(&apart, self.stage.x(), &self.x0) / self.allowed);
-        }
-        self.missed = missed;
-        worst
-    }
-
-    /// Largest of `factor` times what was missed, over the tolerance and the rounding of charges and currents.
-    fn above_noise(&mut self, sys: &System, w: &mut Work, a: f64, factor: f64, tol: &Tolerances) -> f64 {
-        let points = (self.stage.x(), self.x0.as_slice());
-        self.newton.above_noise(sys, w, a, |i| factor * self.missed[i], points, tol, self.allowed)
-    }
-}
-
-/// Integral over the step from t0 to ts[0] of Lagrange's polynomials through ts, in units of the step: Gauss-Legendre's rule
-/// of order 6, the polynomials are of degree 5 at most.
-fn over_step(ts: &[f64], t0: f64) -> Vec<f64> {
-    const GAUSS: [(f64, f64); 3] =
-        [(0.112_701_665_379_258_31, 5.0 / 18.0), (0.5, 8.0 / 18.0), (0.887_298_334_620_741_7, 5.0 / 18.0)];
-    let l = |j: usize, t: f64| -> f64 {
-        (0..ts.len()).filter(|&k| k != j).map(|k| (t - ts[k]) / (ts[j] - ts[k])).product()
-    };
-    (0..ts.len()).map(|j| GAUSS.iter().map(|(c, b)| b * l(j, t0 + c * (ts[0] - t0))).sum()).collect()
-}
-
-impl Method for Gear {
-    fn restart(&mut self, sys: &System, w: &mut Work, t: f64, x: &[f64]) {
-        (self.now, self.times[0], self.len) = (t, 0.0, 1);
-        sys.eval(w, x, t);
-        self.stage.x_mut().copy_from_slice(x);
-        self.newton.put_q(&w.q);
-        self.behind.push(&[], [self.stage.x_blocks(), self.newton.q_blocks()]);
-        self.f0.copy_from_slice(&w.f);
-        self.x0.copy_from_slice(self.stage.x_blocks());
-        if let Some(accounts) = &mut self.accounts {
-            accounts.points.clear();
-            accounts.points.push(t, x);
-        }
-        self.order = 1;
-        self.next_order = 1;
-        self.since_change = 0;
-        self.last.order = 0;
-        self.t1 = 0.0;
-        self.newton.forget();
-        if let Some(s) = &mut self.starter {
-            s.restart(sys, w, t, x);
-        }
-    }
-
-    fn attempt(&mut self, sys: &System, w: &mut Work, h: f64, tol: &Tolerances) -> Attempt {
-        self.t1 = h;
-        self.betas = towards(h, &self.times, self.len);
-        self.allowed = self.trtol / if self.weighs { self.pace.weight(h) } else { 1.0 };
-        let t1 = self.now + h;
-        if self.fixed && self.len < self.maxord {
-            // fixed order k wants k starting points of at least its own order
-            if let Some(s) = &mut self.starter {
-                let attempt = s.attempt(sys, w, h, tol);
-                self.used = self.maxord;
-                self.stage.x_mut().copy_from_slice(s.candidate());
-                sys.eval(w, self.stage.x(), t1);
-                self.newton.put_q(&w.q);
-                self.behind.sum(&self.betas[..self.foreseen()], &mut self.missed);
-                self.compare();
-                return attempt;
-            }
-        }
+    /// Attempts a step of the length h from the points behind.
+    #[inline(always)]
+    fn step<L: Lanes>(&mut self, sys: &System, w: &mut Work, h: f64, tol: &Tolerances) -> Attempt {
         let k = if self.fixed { self.maxord } else { self.order.min(self.len) };
         self.used = k;
-        let (a, weights) = slope(h, &self.times, &self.betas, k, self.next(k));
+        self.betas = towards_by::<L>(h, &self.times, self.len);
+        let (a, weights) = slope::<L>(h, &self.times, &self.betas, k, self.next(k));
         let behind = self.foreseen();
         let (guess, r) = self.stage.blocks_mut();
-        self.behind.foresee(&self.betas[..behind], &weights, [&mut self.missed, guess, r]);
+        self.behind.foresee::<L>(&self.betas[..behind], &weights, [&mut self.missed, guess, r]);
         if self.fixed {
             self.behind.sum(&self.betas[..k.min(2)], self.stage.x_mut());
         }
-        if let Err(why) = self.newton.solve_stage(sys, w, a, &mut self.stage, t1, tol, self.itl4) {
+        if let Err(why) = self.newton.solve_stage(sys, w, a, &mut self.stage, self.now + h, tol, self.itl4) {
             self.order = 1;
             return Attempt::Stuck { next: h / 8.0, why };
         }
@@ -357,7 +227,7 @@ impl Method for Gear {
             return Attempt::Good { next: h };
         }
         self.heed_noise(sys, w, a, tol);
-        let [below, error, above] = self.errors(h, tol);
+        let [below, error, above] = self.errors::<L>(h, tol);
         let Some(error) = error else {
             let worst = self.first_error(sys, w, a, tol);
             return if worst > 1.0 {
@@ -385,11 +255,152 @@ impl Method for Gear {
         Attempt::Good { next: if sys.linear && !self.spice && (0.9..1.2).contains(&f) { h } else { f * h } }
     }
 
+    /// The rounding of charges and currents, where that is not far below the tolerances.
+    fn heed_noise(&mut self, sys: &System, w: &mut Work, a: f64, tol: &Tolerances) {
+        if self.noise.is_due(a) {
+            let (x1, behind, allowed) = (self.stage.x(), &self.behind, self.allowed);
+            let noise = self.newton.round(sys, w, a, x1);
+            let weight = |i: usize| tol.error_weight(i, x1[i], behind.newest(i));
+            let share = |(i, noise): (usize, &f64)| Some(tol.share(i)? * noise / weight(i));
+            let largest = noise.iter().enumerate().filter_map(share).fold(0.0, f64::max) / allowed;
+            self.noise.found(largest, a, !self.weighs);
+            for (of, noise) in self.noise.of.iter_mut().zip(noise) {
+                *of = if self.noise.counts { noise / allowed } else { 0.0 };
+            }
+        }
+        self.noise.due -= 1;
+    }
+
+    /// Largest lte over tolerance of the orders below, at and above that of the step; None where too few points stand behind.
+    /// `missed` held what was foreseen.
+    #[inline(always)]
+    fn errors<L: Lanes>(&mut self, h: f64, tol: &Tolerances) -> [Option<f64>; 3] {
+        let (k, beta) = (self.used, &self.betas);
+        if self.len < k + 1 {
+            self.compare();
+            return [None; 3];
+        }
+        let above = if self.len > k + 1 && k < MOST { k + 1 } else { k };
+        let of = [(beta[k], k), (-beta[above], above)];
+        let x1 = self.stage.x_blocks();
+        let mut worst = self.behind.judge::<L>(&mut self.missed, x1, &self.noise.of, tol.norm(), of);
+        for &(node, root) in &tol.tied {
+            let weight = tol.error_weight(node, x1[node], self.behind.newest(node));
+            let apart = |of: &dyn Fn(usize) -> f64| (of(node) - of(root)).abs() / weight;
+            let beyond = |(factor, row): (f64, usize)| apart(&|i| self.missed[i] + factor * self.behind.phi(row, i));
+            let errors = [beyond(of[0]), apart(&|i| self.missed[i]), beyond(of[1])];
+            worst.iter_mut().zip(errors).for_each(|(worst, e)| *worst = worst.max(e));
+        }
+        let of = |k: usize, worst: f64| Some(self.constant(k, h) * worst / self.allowed);
+        let below = if k > 1 { of(k - 1, worst[0]) } else { None };
+        [below, of(k, worst[1]), if above > k { of(above, worst[2]) } else { None }]
+    }
+
+    /// `missed` holds what was foreseen, and then what that lacks.
+    fn compare(&mut self) {
+        for (missed, x1) in self.missed.iter_mut().zip(self.stage.x()) {
+            *missed = x1 - *missed;
+        }
+    }
+
+    /// The first step after a start has no difference to judge by: its movement counts. What that would make so short that charges are
+    /// rounding (a nanofarad that a switch charges by 10 V moves by its microvolt in 1e-16 s) is judged by its slopes. Of what is given
+    /// no step is asked for that rounding of the time would spoil (a current that a source ramps up from 0 A would).
+    fn first_error(&mut self, sys: &System, w: &mut Work, a: f64, tol: &Tolerances) -> f64 {
+        let missed = self.missed.clone();
+        if self.t1 < CLEAR * (self.now + self.t1) {
+            self.given.iter().for_each(|&i| self.missed[i] = 0.0);
+        }
+        let x0: Vec<f64> = (0..sys.n).map(|i| self.behind.newest(i)).collect();
+        let mut worst = FIRST * tol.largest_error(&self.missed, self.stage.x(), &x0) / self.allowed;
+        if worst > 1.0 {
+            worst = self.above_noise(sys, w, a, FIRST, tol);
+        }
+        if worst * SHORTEST * (self.now + self.t1) > self.t1 {
+            let mut apart = vec![0.0; sys.n];
+            self.newton.find_f(a, &self.stage, &mut apart);
+            for (i, f) in apart.iter_mut().enumerate() {
+                *f = if sys.has_q[i] { 0.5 * (self.f0[i] - *f) } else { 0.0 };
+            }
+            self.newton.hold(sys, w, a);
+            self.newton.solve_held(w, &mut apart);
+            worst = worst.min(tol.largest_error(&apart, self.stage.x(), &x0) / self.allowed);
+        }
+        self.missed = missed;
+        worst
+    }
+
+    /// Largest of `factor` times what was missed, over the tolerance and the rounding of charges and currents.
+    fn above_noise(&mut self, sys: &System, w: &mut Work, a: f64, factor: f64, tol: &Tolerances) -> f64 {
+        let x0: Vec<f64> = (0..sys.n).map(|i| self.behind.newest(i)).collect();
+        let points = (self.stage.x(), x0.as_slice());
+        self.newton.above_noise(sys, w, a, |i| factor * self.missed[i], points, tol, self.allowed)
+    }
+}
+
+by_lanes! {
+    fn step<L>(gear: &mut Gear, sys: &System, w: &mut Work, h: f64, tol: &Tolerances) -> Attempt { gear.step::<L>(sys, w, h, tol) }
+}
+
+/// Integral over the step from t0 to ts[0] of Lagrange's polynomials through ts, in units of the step: Gauss-Legendre's rule
+/// of order 6, the polynomials are of degree 5 at most.
+fn over_step(ts: &[f64], t0: f64) -> Vec<f64> {
+    const GAUSS: [(f64, f64); 3] =
+        [(0.112_701_665_379_258_31, 5.0 / 18.0), (0.5, 8.0 / 18.0), (0.887_298_334_620_741_7, 5.0 / 18.0)];
+    let l = |j: usize, t: f64| -> f64 {
+        (0..ts.len()).filter(|&k| k != j).map(|k| (t - ts[k]) / (ts[j] - ts[k])).product()
+    };
+    (0..ts.len()).map(|j| GAUSS.iter().map(|(c, b)| b * l(j, t0 + c * (ts[0] - t0))).sum()).collect()
+}
+
+impl Method for Gear {
+    fn restart(&mut self, sys: &System, w: &mut Work, t: f64, x: &[f64]) {
+        (self.now, self.times[0], self.len) = (t, 0.0, 1);
+        sys.eval(w, x, t);
+        self.stage.x_mut().copy_from_slice(x);
+        self.newton.put_q(&w.q);
+        self.behind.push(&[], [self.stage.x_blocks(), self.newton.q_blocks()]);
+        self.f0.copy_from_slice(&w.f);
+        if let Some(accounts) = &mut self.accounts {
+            accounts.points.clear();
+            accounts.points.push(t, x);
+        }
+        self.order = 1;
+        self.next_order = 1;
+        self.since_change = 0;
+        self.last.order = 0;
+        self.t1 = 0.0;
+        self.newton.forget();
+        if let Some(s) = &mut self.starter {
+            s.restart(sys, w, t, x);
+        }
+    }
+
+    fn attempt(&mut self, sys: &System, w: &mut Work, h: f64, tol: &Tolerances) -> Attempt {
+        self.t1 = h;
+        self.allowed = self.trtol / if self.weighs { self.pace.weight(h) } else { 1.0 };
+        let t1 = self.now + h;
+        if self.fixed && self.len < self.maxord {
+            // fixed order k wants k starting points of at least its own order
+            if let Some(s) = &mut self.starter {
+                let attempt = s.attempt(sys, w, h, tol);
+                self.used = self.maxord;
+                self.betas = towards(h, &self.times, self.len);
+                self.stage.x_mut().copy_from_slice(s.candidate());
+                sys.eval(w, self.stage.x(), t1);
+                self.newton.put_q(&w.q);
+                self.behind.sum(&self.betas[..self.foreseen()], &mut self.missed);
+                self.compare();
+                return attempt;
+            }
+        }
+        step(self, sys, w, h, tol)
+    }
+
     fn accept(&mut self, t1: f64) {
         let behind = self.foreseen();
         let x1 = self.stage.x_blocks();
         self.behind.push(&self.betas[..behind], [x1, self.newton.q_blocks()]);
-        self.x0.copy_from_slice(x1);
         let step = std::mem::take(&mut self.t1);
         for k in (1..self.times.len()).rev() {
             self.times[k] = self.times[k - 1] - step;
@@ -423,8 +434,9 @@ impl Method for Gear {
         let t = 0.5 * (self.t1 + past[0]);
         let there: f64 = (t - self.t1) * past[..m - 1].iter().map(|tj| t - tj).product::<f64>();
         let share = there / past.iter().map(|tj| self.t1 - tj).product::<f64>();
-        let (x1, x0, missed) = (self.stage.x(), &self.x0, &self.missed);
-        let worst = sys.interpolated().map(|i| missed[i].abs() / tol.weight(i, x1[i], x0[i])).fold(0.0, f64::max);
+        let (x1, missed) = (self.stage.x(), &self.missed);
+        let weight = |i: usize| tol.weight(i, x1[i], self.behind.newest(i));
+        let worst = sys.interpolated().map(|i| missed[i].abs() / weight(i)).fold(0.0, f64::max);
         share.abs() * worst
     }
 
