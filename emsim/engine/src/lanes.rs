@@ -46,9 +46,14 @@ impl V {
     /// The first four numbers, 0 for those that are missing.
     #[inline(always)]
     pub fn first(v: &[f64]) -> V {
-        match v.first_chunk() {
-            Some(four) => V::load(four),
-            None => V::load(&std::array::from_fn(|k| v.get(k).copied().unwrap_or(0.0))),
+        if let Some(four) = v.first_chunk() {
+            return V::load(four);
+        }
+        const THERE: [i64; 8] = [-1, -1, -1, -1, 0, 0, 0, 0];
+        // SAFETY: fewer than four numbers are read, as many as there are
+        unsafe {
+            let mask = _mm256_loadu_si256(THERE.as_ptr().add(4 - v.len()).cast());
+            V(_mm256_maskload_pd(v.as_ptr(), mask))
         }
     }
 

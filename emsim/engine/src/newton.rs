@@ -19,7 +19,7 @@ use crate::sparse::{Lu, Once, Program, Recurring, Singular};
 use crate::system::{Stage, System, Work};
 use crate::tape::{Value, Written};
 pub use crate::tolerances::{Options, Tolerances};
-use crate::twice::whole;
+use crate::twice::{by_lanes, whole};
 
 #[derive(Clone, Debug)]
 pub enum Failure {
@@ -125,7 +125,8 @@ pub struct Newton {
     base: Vec<f64>,
     sources: Vec<f64>,
     settled: Vec<f64>, // the sources of the last solution, where exponentials are to be watched
-    step: Vec<f64>,
+    n: usize,
+    step: Vec<f64>, // whole blocks
     noise: Noise,
     stage: Stage,
     closing: Asked,    // q of a solution
@@ -193,7 +194,8 @@ impl Newton {
             base: Vec::new(),
             sources: Vec::new(),
             settled: Vec::new(),
-            step: vec![0.0; sys.n],
+            n: sys.n,
+            step: vec![0.0; whole(sys.n)],
             noise: Noise::new(sys.n),
             stage: Stage::new(sys),
             closing: Asked::default(),
@@ -218,12 +220,12 @@ impl Newton {
 
     /// Q of the last solution.
     pub fn q(&self) -> &[f64] {
-        &self.charges[..self.step.len()]
+        &self.charges[..self.n]
     }
 
     /// Q of a solution that was found elsewhere.
     pub fn put_q(&mut self, q: &[f64]) {
-        self.charges[..self.step.len()].copy_from_slice(q);
+        self.charges[..self.n].copy_from_slice(q);
     }
 
     /// F of the last solution, as the stage equation gives it: charge is conserved.
@@ -288,7 +290,7 @@ impl Newton {
         for iteration in 1..=max_iterations {
             w.counters.iterations += 1;
             self.update(sys, w, a, stage)?;
-            let converged = self.advance(stage.x_mut(), tol)?;
+            let converged = self.advance(stage, tol)?;
             let x = stage.x();
             if fit {
                 good += u32::from(converged && !w.limited);
@@ -357,7 +359,7 @@ impl Newton {
     fn update(&mut self, sys: &System, w: &mut Work, a: f64, stage: &Stage) -> Result<(), Failure> {
         if !sys.linear {
             let inputs = sys.stage_inputs(w, stage.numbers(), a);
-            if self.lu.factor_and_solve_by_program(|| sys.stage_equations(), &inputs, &mut self.step) {
+            if self.lu.factor_and_solve_by_program(|| sys.stage_equations(), &inputs, &mut self.step[..self.n]) {
                 if sys.bends() {
                     sys.stage_sources(w, a, &mut self.sources);
                 }
@@ -367,9 +369,9 @@ impl Newton {
             }
         }
         self.set_constants(sys, a);
-        sys.stage_residual(w, a, &self.rows, stage.r(), stage.x(), &mut self.step);
+        sys.stage_residual(w, a, &self.rows, stage.r(), stage.x(), &mut self.step[..self.n]);
         let mut step = std::mem::take(&mut self.step);
-        let solved = self.solution(sys, w, a, &mut step);
+        let solved = self.solution(sys, w, a, &mut step[..self.n]);
         self.step = step;
         solved
     }
@@ -416,26 +418,27 @@ impl Newton {
     }
 
     /// x <- x + step; true when the step was within the tolerance. Dividing is left for the failure's report.
-    fn advance(&self, x: &mut [f64], tol: &Tolerances) -> Result<bool, Failure> {
-        match tol.advance(&self.step, x) {
+    fn advance(&self, stage: &mut Stage, tol: &Tolerances) -> Result<bool, Failure> {
+        match advance(tol, &self.step, stage.blocks_mut().0) {
             (converged, true) => Ok(converged),
-            _ => Err(not_finite(x)),
+            _ => Err(not_finite(stage.x())),
         }
     }
 
     /// e <- (G + a C)^-1 a C e with the last factorisation: what remains of an error where it is not damped at once.
     pub fn filter(&mut self, sys: &System, w: &mut Work, a: f64, e: &mut [f64]) {
+        let step = &mut self.step[..self.n];
         if let Some(program) = self.storing.due(sys.n, &sys.storing, || sys.stage_stored()) {
-            program.run(&sys.stage_inputs(w, e, a), &mut self.step);
+            program.run(&sys.stage_inputs(w, e, a), step);
         } else {
-            sys.c_times(w, e, &mut self.step);
-            for v in self.step.iter_mut() {
+            sys.c_times(w, e, step);
+            for v in step.iter_mut() {
                 *v *= a;
             }
         }
-        self.lu.solve(&mut self.step);
+        self.lu.solve(step);
         w.counters.solves += 1;
-        e.copy_from_slice(&self.step);
+        e.copy_from_slice(step);
     }
 
     /// Makes the factors of what was expanded last where a solution has left none.
@@ -502,6 +505,10 @@ impl Newton {
         self.find_f(a, stage, &mut slopes);
         self.slopes = slopes;
     }
+}
+
+by_lanes! {
+    fn advance<L>(tol: &Tolerances, step: &[f64], x: &mut [f64]) -> (bool, bool) { tol.advance::<L>(step, x) }
 }
 
 /// Are some of these derivatives, none of the small ones, far larger than before? Up an exponential that was guessed too far every

@@ -19,7 +19,7 @@
 //! atol(V) = max(vntol, chgtol / C), atol(A) = max(abstol, flxtol / L).
 use crate::model::{Kind, Unknown};
 use crate::system::System;
-use crate::twice::{by_lanes, each, side_by_side, twice, whole, Lanes, One};
+use crate::twice::{by_lanes, each, in_blocks, in_blocks_mut, side_by_side, whole, Lanes, One, LANES};
 
 /// Share of a signal's largest value so far below which relative accuracy is no longer asked for.
 const PEAK_SHARE: f64 = 0.02;
@@ -294,7 +294,11 @@ impl Tolerances {
         let mut error_floor: Vec<f64> = floor.iter().zip(&own).map(|(floor, own)| floor + own).collect();
         // whole blocks, see `Norm`
         let mut recent = peak.clone();
-        for (row, filling) in [(&mut recent, 0.0), (&mut alone, 0.0), (&mut error_floor, 1.0)] {
+        let (mut peak, mut floor, mut norm_mask) = (peak, floor, norm_mask);
+        for (row, filling) in [(&mut peak, 0.0), (&mut recent, 0.0), (&mut norm_mask, 0.0), (&mut alone, 0.0)]
+            .into_iter()
+            .chain([(&mut floor, 1.0), (&mut error_floor, 1.0)])
+        {
             row.resize(whole(sys.n), filling);
         }
         Tolerances {
@@ -303,7 +307,7 @@ impl Tolerances {
             accounts: o.accounts,
             atol,
             recent,
-            last: vec![0.0; sys.n],
+            last: vec![0.0; whole(sys.n)],
             peak,
             floor,
             own,
@@ -392,9 +396,22 @@ impl Tolerances {
         Norm { reltol: self.reltol, rows: [&self.alone, &self.recent, &self.error_floor] }
     }
 
-    /// x <- x + step; whether the step was within the tolerance of Newton's norm, and all is finite still.
-    pub fn advance(&self, step: &[f64], x: &mut [f64]) -> (bool, bool) {
-        advance(self.reltol, &self.norm_mask, step, [&self.recent, &self.floor], x)
+    /// x <- x + step; whether the step was within the tolerance of Newton's norm, and all is finite still. In whole blocks.
+    #[inline(always)]
+    pub fn advance<L: Lanes>(&self, step: &[f64], x: &mut [f64]) -> (bool, bool) {
+        let x = in_blocks_mut(x);
+        let n = x.len();
+        let [step, share, peak, floor] = [step, &self.norm_mask, &self.recent, &self.floor].map(|v| &in_blocks(v)[..n]);
+        let (mut over, mut numbers) = (L::all(0.0), L::all(0.0));
+        for k in 0..n {
+            let [step, share, peak, floor] = [step, share, peak, floor].map(|v| L::at(&v[k], 0));
+            let old = L::at(&x[k], 0);
+            let new = old + step;
+            over = (share * step.abs() - weight(self.reltol, [old, new, peak, floor])).larger(over);
+            numbers = numbers + L::all(0.0) * new;
+            new.put(&mut x[k], 0);
+        }
+        (over.is_zero(), numbers.is_zero())
     }
 
     /// A step ended with x at t.
@@ -418,17 +435,21 @@ impl Tolerances {
     }
 }
 
-twice! {
-    fn remember(peak: &mut [f64], recent: &mut [f64], last: &mut [f64], x: &[f64], t: f64) {
-        let n = x.len();
-        let (peak, recent, last, kept) = (&mut peak[..n], &mut recent[..n], &mut last[..n], KEPT / t);
-        for i in 0..n {
-            let v = x[i].abs();
-            peak[i] = if v > peak[i] { v } else { peak[i] };
-            last[i] = if v >= PEAK_SHARE * peak[i] || last[i] == 0.0 { t } else { last[i] };
+by_lanes! {
+    fn remember<L>(peak: &mut [f64], recent: &mut [f64], last: &mut [f64], x: &[f64], t: f64) {
+        let (kept, now, share) = (L::all(KEPT / t), L::all(t), L::all(PEAK_SHARE));
+        let [peak, recent, last] = [peak, recent, last].map(in_blocks_mut);
+        let n = peak.len();
+        let (recent, last) = (&mut recent[..n], &mut last[..n]);
+        for k in 0..n {
+            let v = L::first(&x[LANES * k..]).abs();
+            let (top, before) = (v.larger(L::at(&peak[k], 0)), L::at(&last[k], 0));
+            let seen = v.if_less(share * top, L::all(0.0).if_less(before, before, now), now);
             // (at the start, when there is no time yet, all of it)
-            let left = kept * last[i];
-            recent[i] = if left < 1.0 { left * peak[i] } else { peak[i] };
+            let left = kept * seen;
+            left.if_less(L::all(1.0), left * top, top).put(&mut recent[k], 0);
+            top.put(&mut peak[k], 0);
+            seen.put(&mut last[k], 0);
         }
     }
 }
@@ -459,34 +480,6 @@ fn largest_of<L: Lanes>(reltol: f64, share: &[f64], e: &[f64], [a, b, peak, floo
     } else {
         each(worst).into_iter().fold(0.0, f64::max)
     }
-}
-
-by_lanes! {
-    fn advance<L>(reltol: f64, share: &[f64], step: &[f64], of: [&[f64]; 2], x: &mut [f64]) -> (bool, bool) {
-        if x.len() < L::COUNT { advance_by::<One>(reltol, share, step, of, x) } else { advance_by::<L>(reltol, share, step, of, x) }
-    }
-}
-
-/// x <- x + step; whether every step times its share was within the weight of (x, peak, floor), and every x is finite.
-#[inline(always)]
-fn advance_by<L: Lanes>(
-    reltol: f64,
-    share: &[f64],
-    step: &[f64],
-    [peak, floor]: [&[f64]; 2],
-    x: &mut [f64],
-) -> (bool, bool) {
-    let Some(last) = x.len().checked_sub(L::COUNT) else { return (true, true) };
-    let end = L::at(x, last); // the last block reaches back over what has been moved by then
-    let (mut over, mut numbers) = (L::all(0.0), L::all(0.0));
-    for (k, [share, step, peak, floor]) in side_by_side::<L, 4>(x.len(), [share, step, peak, floor]) {
-        let old = if k == last { end } else { L::at(x, k) };
-        let new = old + step;
-        over = (share * step.abs() - weight(reltol, [old, new, peak, floor])).larger(over);
-        numbers = numbers + L::all(0.0) * new;
-        new.put(x, k);
-    }
-    (over.is_zero(), numbers.is_zero())
 }
 
 #[cfg(test)]

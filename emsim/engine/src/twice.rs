@@ -50,12 +50,16 @@ pub trait Lanes:
     fn abs(self) -> Self;
     /// The larger ones, `other` where one is no number.
     fn larger(self, other: Self) -> Self;
+    /// `then` where this is less than `than`, `otherwise` elsewhere.
+    fn if_less(self, than: Self, then: Self, otherwise: Self) -> Self;
     /// 0 where there is next to nothing (`NOTHING`).
     fn or_nothing(self) -> Self;
     /// Is all of it 0? What is no number is not.
     fn is_zero(self) -> bool;
     /// What stands in `v` from i on.
     fn at(v: &[f64], i: usize) -> Self;
+    /// The first numbers of `v`, 0 for those that are missing.
+    fn first(v: &[f64]) -> Self;
     fn put(self, v: &mut [f64], i: usize);
     /// Of the pairs in `v`, from the one of number i on, the first ones and the second ones.
     fn pairs_at(v: &[f64], i: usize) -> [Self; 2];
@@ -111,6 +115,19 @@ pub fn each<L: Lanes>(v: L) -> [f64; LANES] {
     each
 }
 
+/// A row of whole blocks as such; what is behind them is left out.
+#[inline(always)]
+pub fn in_blocks(v: &[f64]) -> &[[f64; LANES]] {
+    // SAFETY: so many times LANES numbers
+    unsafe { std::slice::from_raw_parts(v.as_ptr().cast(), v.len() / LANES) }
+}
+
+#[inline(always)]
+pub fn in_blocks_mut(v: &mut [f64]) -> &mut [[f64; LANES]] {
+    // SAFETY: so many times LANES numbers
+    unsafe { std::slice::from_raw_parts_mut(v.as_mut_ptr().cast(), v.len() / LANES) }
+}
+
 /// The same blocks of several rows of n numbers side by side, each with where it begins; lengths are looked at once.
 #[inline(always)]
 pub fn side_by_side<'a, L: Lanes + 'a, const M: usize>(
@@ -139,6 +156,10 @@ impl Lanes for crate::lanes::V {
         self.max(other)
     }
     #[inline(always)]
+    fn if_less(self, than: Self, then: Self, otherwise: Self) -> Self {
+        self.less(than).choose(then, otherwise)
+    }
+    #[inline(always)]
     fn or_nothing(self) -> Self {
         self.unless(self.abs().less(Self::all(NOTHING)))
     }
@@ -149,6 +170,10 @@ impl Lanes for crate::lanes::V {
     #[inline(always)]
     fn at(v: &[f64], i: usize) -> Self {
         Self::load(v[i..i + LANES].first_chunk().expect("so many"))
+    }
+    #[inline(always)]
+    fn first(v: &[f64]) -> Self {
+        Self::first(v)
     }
     #[inline(always)]
     fn put(self, v: &mut [f64], i: usize) {
@@ -176,6 +201,9 @@ impl Lanes for Plain {
     fn larger(self, other: Plain) -> Plain {
         Plain(std::array::from_fn(|k| if self.0[k] > other.0[k] { self.0[k] } else { other.0[k] }))
     }
+    fn if_less(self, than: Plain, then: Plain, otherwise: Plain) -> Plain {
+        Plain(std::array::from_fn(|k| if self.0[k] < than.0[k] { then.0[k] } else { otherwise.0[k] }))
+    }
     fn or_nothing(self) -> Plain {
         Plain(self.0.map(|v| One(v).or_nothing().0))
     }
@@ -184,6 +212,9 @@ impl Lanes for Plain {
     }
     fn at(v: &[f64], i: usize) -> Plain {
         Plain(v[i..i + LANES].try_into().expect("so many"))
+    }
+    fn first(v: &[f64]) -> Plain {
+        Plain(std::array::from_fn(|k| v.get(k).copied().unwrap_or(0.0)))
     }
     fn put(self, v: &mut [f64], i: usize) {
         v[i..i + LANES].copy_from_slice(&self.0);
@@ -214,6 +245,14 @@ impl Lanes for One {
         One(if self.0 > other.0 { self.0 } else { other.0 })
     }
     #[inline(always)]
+    fn if_less(self, than: One, then: One, otherwise: One) -> One {
+        if self.0 < than.0 {
+            then
+        } else {
+            otherwise
+        }
+    }
+    #[inline(always)]
     fn or_nothing(self) -> One {
         One(if self.0.abs() < NOTHING { 0.0 } else { self.0 })
     }
@@ -224,6 +263,10 @@ impl Lanes for One {
     #[inline(always)]
     fn at(v: &[f64], i: usize) -> One {
         One(v[i])
+    }
+    #[inline(always)]
+    fn first(v: &[f64]) -> One {
+        One(v.first().copied().unwrap_or(0.0))
     }
     #[inline(always)]
     fn put(self, v: &mut [f64], i: usize) {
@@ -289,7 +332,7 @@ mod tests {
         let same = |x: f64, y: f64| x.to_bits() == y.to_bits() || (x.is_nan() && y.is_nan());
         for i in 0..=a.len() - L::COUNT {
             let (va, vb, mut out) = (L::at(&a, i), L::at(&b, i), [0.0; LANES]);
-            let results: [(L, fn(f64, f64) -> f64); 8] = [
+            let results: [(L, fn(f64, f64) -> f64); 9] = [
                 (va + vb, |a, b| a + b),
                 (va - vb, |a, b| a - b),
                 (va * vb, |a, b| a * b),
@@ -297,6 +340,7 @@ mod tests {
                 (-va, |a, _| -a),
                 (va.abs(), |a, _| a.abs()),
                 (va.larger(vb), |a, b| if a > b { a } else { b }),
+                (va.if_less(vb, vb, -va), |a, b| if a < b { b } else { -a }),
                 ((va * L::all(1e-200)).or_nothing(), |a, _| if a.abs() < 1.0 { 0.0 } else { a * 1e-200 }),
             ];
             for (k, (v, want)) in results.into_iter().enumerate() {
@@ -306,6 +350,11 @@ mod tests {
                     assert!(same(out[l], want), "operation {k}: {} and {want}", out[l]);
                 }
             }
+        }
+        for n in 0..LANES {
+            let mut first = [-1.0; LANES];
+            L::first(&a[..n]).put(&mut first, 0);
+            assert!((0..L::COUNT).all(|l| same(first[l], if l < n { a[l] } else { 0.0 })), "first {n}");
         }
         // pairs 2 and on of six
         let pairs: Vec<f64> = (0..12).map(f64::from).collect();

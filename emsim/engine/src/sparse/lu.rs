@@ -76,9 +76,9 @@ pub struct Lu<T: Scalar> {
     dominant: Vec<bool>, // see `set_dominant`
     certain: bool,       // the present pivots serve whatever the values
     bare: bool,          // solutions by programs leave no factors where that is so
-    leanest: usize, // operations of any choice of pivots so far
-    borne: u32,     // refactorisations by swollen factors
-    patience: u32,  // with them
+    leanest: usize,      // operations of any choice of pivots so far
+    borne: u32,          // refactorisations by swollen factors
+    patience: u32,       // with them
     counters: Counters,
     factor_and_solve: Recurring,
     factor_alone: Recurring,

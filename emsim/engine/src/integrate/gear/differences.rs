@@ -12,7 +12,7 @@
 //! three times, to foresee, to judge, and to remember. Vectors are of whole blocks.
 use super::{MOST, POINTS};
 use crate::tolerances::Norm;
-use crate::twice::{by_lanes, each, side_by_side, whole, Lanes, LANES};
+use crate::twice::{by_lanes, each, in_blocks, in_blocks_mut, whole, Lanes, LANES};
 
 /// The predictor of the highest order reads so many.
 pub const ROWS: usize = MOST + 1;
@@ -38,13 +38,7 @@ pub fn towards_by<L: Lanes>(t: f64, times: &[f64; POINTS], len: usize) -> [f64; 
 
 /// The a of the formula of order k with a share of the next one's last term, and the weights of past charges in its r.
 #[inline(always)]
-pub fn slope<L: Lanes>(
-    t: f64,
-    times: &[f64; POINTS],
-    betas: &[f64; ROWS],
-    k: usize,
-    next: f64,
-) -> (f64, [f64; ROWS]) {
+pub fn slope<L: Lanes>(t: f64, times: &[f64; POINTS], betas: &[f64; ROWS], k: usize, next: f64) -> (f64, [f64; ROWS]) {
     let mut inverse = [0.0; POINTS];
     for k in [0, POINTS - LANES] {
         (L::all(1.0) / (L::all(t) - L::at(times, k))).put(&mut inverse, k);
@@ -128,15 +122,16 @@ impl Differences {
         let states = &self.states;
         let [below, above] = of;
         let (low, high) = (below.1.min(ROWS - 1), above.1.min(ROWS - 1));
-        let (n, [share, peak, floor]) = (LANES * states.len(), norm.rows());
-        let rows = side_by_side::<L, 5>(n, [x1, noise, share, peak, floor]);
+        let (n, [share, peak, floor]) = (states.len(), norm.rows());
+        let [x1, noise, share, peak, floor] = [x1, noise, share, peak, floor].map(|v| &in_blocks(v)[..n]);
+        let foreseen = &mut in_blocks_mut(foreseen)[..n];
         // each in its own register
         let (mut under, mut own, mut over) = (L::all(0.0), L::all(0.0), L::all(0.0));
-        for (((_, [x1, noise, share, peak, floor]), block), foreseen) in
-            rows.zip(states).zip(foreseen.chunks_exact_mut(LANES))
-        {
-            let e = x1 - L::at(foreseen, 0);
-            e.put(foreseen, 0);
+        for k in 0..n {
+            let block = &states[k];
+            let [x1, noise, share, peak, floor] = [x1, noise, share, peak, floor].map(|v| L::at(&v[k], 0));
+            let e = x1 - L::at(&foreseen[k], 0);
+            e.put(&mut foreseen[k], 0);
             let scale = norm.inverse([share, peak, floor], [x1, L::at(&block[0], 0)], noise);
             own = (e.abs() * scale).larger(own);
             under = ((e + L::all(below.0) * L::at(&block[low], 0)).abs() * scale).larger(under);
@@ -191,14 +186,15 @@ fn foresee_by<L: Lanes, const M: usize>(
     weights: &[f64; ROWS],
     [there, guess, r]: [&mut [f64]; 3],
 ) {
-    let n = LANES * behind.states.len();
-    let (there, guess, r) = (&mut there[..n], &mut guess[..n], &mut r[..n]);
+    let n = behind.states.len();
+    let (states, charges) = (&behind.states[..], &behind.charges[..n]);
+    let [there, guess, r] = [there, guess, r].map(|v| &mut in_blocks_mut(v)[..n]);
     let (betas, weights) = (spread::<L, M>(betas), spread::<L, M>(weights));
-    for (k, (state, charge)) in behind.states.iter().zip(&behind.charges).enumerate() {
-        let (x, q) = (weighted(state, &betas), weighted(charge, &weights));
-        x.put(there, LANES * k);
-        x.put(guess, LANES * k);
-        q.put(r, LANES * k);
+    for k in 0..n {
+        let (x, q) = (weighted(&states[k], &betas), weighted(&charges[k], &weights));
+        x.put(&mut there[k], 0);
+        x.put(&mut guess[k], 0);
+        q.put(&mut r[k], 0);
     }
 }
 
@@ -211,10 +207,12 @@ by_lanes! {
 #[inline(always)]
 fn push_both<L: Lanes, const M: usize>(behind: &mut Differences, betas: &[f64], [x, q]: [&[f64]; 2]) {
     let betas = spread::<L, M>(betas);
-    let blocks = behind.states.iter_mut().zip(&mut behind.charges);
-    for ((state, charge), (x, q)) in blocks.zip(x.chunks_exact(LANES).zip(q.chunks_exact(LANES))) {
-        renew(state, &betas, L::at(x, 0));
-        renew(charge, &betas, L::at(q, 0));
+    let n = behind.states.len();
+    let (states, charges) = (&mut behind.states[..], &mut behind.charges[..n]);
+    let [x, q] = [x, q].map(|v| &in_blocks(v)[..n]);
+    for k in 0..n {
+        renew(&mut states[k], &betas, L::at(&x[k], 0));
+        renew(&mut charges[k], &betas, L::at(&q[k], 0));
     }
 }
 
