@@ -1,7 +1,8 @@
-//! How the next step, and its order, follow from errors.
-use std::f64::consts::LN_2;
+//! How the next step, and its order, follow from errors. Logarithms here are of base 2 and known to 1e-4, which is a hundredth of
+//! a per cent of a step.
+use crate::rough::{exp2, log2};
 
-/// ln of the share of the step that an error allows which is taken, and what the growth of its coefficient over the last step counts
+/// log2 of the share of the step that an error allows which is taken, and what the growth of its coefficient over the last step counts
 /// besides (Gustafsson 1994 has it count in full).
 #[derive(Clone, Copy)]
 pub struct Control {
@@ -9,11 +10,14 @@ pub struct Control {
     trend: f64,
 }
 
-pub const AHEAD: Control = Control { safety: -0.4, trend: 0.7 };
-/// ln 0.85
-pub const SPICE: Control = Control { safety: -0.162_518_929_497_774_9, trend: 0.0 };
-/// Another order's step must be longer by 5 %: ln 1.05.
-const WORTH_IT: f64 = 0.048_790_164_169_432_06;
+/// exp(-0.4)
+pub const AHEAD: Control = Control { safety: -0.5770780163555854, trend: 0.7 };
+/// 0.85
+pub const SPICE: Control = Control { safety: -0.23446525363702297, trend: 0.0 };
+/// Another order's step must be longer by 5 %: log2 1.05.
+const WORTH_IT: f64 = 0.070389327891398;
+/// 1 over an order and one more.
+const INVERSE: [f64; 8] = [1.0, 0.5, 1.0 / 3.0, 0.25, 0.2, 1.0 / 6.0, 1.0 / 7.0, 0.125];
 /// Errors below it are as good as none.
 const LEAST: f64 = 1e-12;
 
@@ -57,18 +61,18 @@ pub struct Taken {
 }
 
 impl Control {
-    /// ln of the factor to the next step that an error of order k allows.
+    /// log2 of the factor to the next step that an error of order k allows.
     fn growth(self, error: f64, k: usize) -> f64 {
         if error < LEAST {
-            LN_2
+            1.0
         } else {
-            self.safety - error.ln() / (k as f64 + 1.0)
+            self.safety - log2(error) * INVERSE[k]
         }
     }
 
     /// What is left of a step whose error of order k was too large.
     pub fn shorter(self, error: f64, k: usize) -> f64 {
-        self.growth(error, k).exp().clamp(0.1, 0.8)
+        exp2(self.growth(error, k)).clamp(0.1, 0.8)
     }
 
     /// The order of the next step and what it is longer by, after one that was good and the one before it; errors of `others` are those
@@ -85,8 +89,8 @@ impl Control {
         let mut trend = 0.0;
         if self.trend > 0.0 && order == k && before.order == k {
             let ratio = now.error / before.error.max(LEAST);
-            trend = (ratio.ln() / (k as f64 + 1.0) - (now.h / before.h).ln()).max(0.0);
+            trend = (log2(ratio) * INVERSE[k] - log2(now.h / before.h)).max(0.0);
         }
-        (order, (best - self.trend * trend).exp().clamp(0.5, 2.0))
+        (order, exp2(best - self.trend * trend).clamp(0.5, 2.0))
     }
 }
