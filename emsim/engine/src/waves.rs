@@ -24,6 +24,7 @@
 
 mod rate;
 
+use crate::tape::sin_cos;
 use std::f64::consts::TAU;
 
 /// `next_breakpoint(t)` gives nothing nearer than this part of t.
@@ -502,7 +503,17 @@ fn line(a: f64, b: f64, s: f64, length: f64, snap: f64) -> f64 {
 
 /// sin(2 pi cycles + phase), exact after many cycles.
 fn sine(cycles: f64, phase: f64) -> f64 {
-    (TAU * (cycles - cycles.floor()) + phase).sin()
+    sin_cos(TAU * (cycles - nearest(cycles)) + phase).0
+}
+
+/// The integer next to v, v itself beyond 2^51.
+fn nearest(v: f64) -> f64 {
+    const SHIFT: f64 = 6_755_399_441_055_744.0; // 1.5 2^52
+    if v.abs() < 2_251_799_813_685_248.0 {
+        (v + SHIFT) - SHIFT
+    } else {
+        v
+    }
 }
 
 /// 1 - exp(-s / tau), a step for tau = 0.
