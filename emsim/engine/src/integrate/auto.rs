@@ -91,6 +91,7 @@ pub struct Auto<'a> {
     now: usize,
     explicit: Option<&'static str>, // rule 1; None: it cannot be
     implicit: &'static str,         // rule 2
+    away: bool,                     // another method goes on in its place
     stretches: bool,                // rule 5 applies
     stretch: u32,                   // steps since the last restart
     brief: u32,                     // stretches in a row that were brief
@@ -99,7 +100,7 @@ pub struct Auto<'a> {
     begun: bool,
     feature: f64, // shortest time that sources and print grid speak of
     t: f64,
-    x: Vec<f64>,              // the present point
+    x: Vec<f64>,              // the present point, where an attempt may change the method
     tried: Vec<&'static str>, // methods that gave up at it
     longest: f64,             // attempt from it
     reach: f64,               // longest explicit step since the last restart
@@ -212,6 +213,7 @@ impl<'a> Auto<'a> {
             now: 0,
             explicit,
             implicit,
+            away: false,
             stretches: sys.diodes() > 0 && !mechanical(sys) && implicit == "esdirk",
             stretch: 0,
             brief: 0,
@@ -265,6 +267,7 @@ impl<'a> Auto<'a> {
                 self.methods.len() - 1
             }
         };
+        self.away = name != self.implicit;
         (self.limited, self.silent, self.refused, self.steps) = (0, 0, 0, 0);
         (self.reach, self.collapsed) = (0.0, false);
         self.methods[self.now].1.restart(self.sys, w, self.t, &self.x);
@@ -350,7 +353,7 @@ impl<'a> Auto<'a> {
             let before = self.now;
             self.switch(w, name)?;
             self.probation = Some((before, h, least));
-        } else if self.name() != self.implicit {
+        } else if self.away {
             self.patience = (2 * self.patience).min(RAREST);
             self.switch(w, self.implicit)?;
             self.tell("once more");
@@ -385,7 +388,7 @@ impl<'a> Auto<'a> {
         self.patience = (2 * self.patience).min(RAREST);
         match self.switch(w, self.methods[before].0) {
             Ok(()) => Attempt::TooLarge { next: asked },
-            Err(why) => Attempt::Stuck { next: h, why },
+            Err(why) => Attempt::Stuck { next: h, why: why.into() },
         }
     }
 
@@ -406,6 +409,10 @@ impl<'a> Auto<'a> {
         self.probe = found.map(|_| p);
         found
     }
+}
+
+fn unfit(result: &Attempt) -> bool {
+    matches!(result, Attempt::Stuck { why, .. } if matches!(**why, Failure::Unfit { .. }))
 }
 
 impl Method for Auto<'_> {
@@ -434,14 +441,13 @@ impl Method for Auto<'_> {
 
     fn attempt(&mut self, sys: &System, w: &mut Work, h: f64, tol: &Tolerances) -> Attempt {
         if let Err(why) = self.choose(w, h, tol) {
-            return Attempt::Stuck { next: 0.0, why };
+            return Attempt::Stuck { next: 0.0, why: why.into() };
         }
         self.longest = self.longest.max(h);
         let mut result = self.methods[self.now].1.attempt(sys, w, h, tol);
-        let unfit = matches!(result, Attempt::Stuck { why: Failure::Unfit { .. }, .. });
         if self.probation.is_some() {
             result = self.judge(w, h, result);
-        } else if unfit && self.explicitly() {
+        } else if self.explicitly() && unfit(&result) {
             self.explicit = None;
             if self.go_implicit(w, "the explicit method cannot get on").is_ok() {
                 return Attempt::TooLarge { next: self.longest };
@@ -461,7 +467,8 @@ impl Method for Auto<'_> {
         result
     }
 
-    fn fallback(&mut self, w: &mut Work) -> Option<f64> {
+    fn fallback(&mut self, w: &mut Work, x: &[f64]) -> Option<f64> {
+        self.x.copy_from_slice(x);
         loop {
             let given_up = self.name();
             self.tried.push(given_up);
@@ -475,7 +482,8 @@ impl Method for Auto<'_> {
         }
     }
 
-    fn gives_up(&mut self, w: &mut Work) -> Option<f64> {
+    fn gives_up(&mut self, w: &mut Work, x: &[f64]) -> Option<f64> {
+        self.x.copy_from_slice(x);
         let (slow, next) = (self.name(), one_step(self.o.reltol));
         if slow == next || self.explicitly() {
             return None;
@@ -492,7 +500,9 @@ impl Method for Auto<'_> {
         self.methods[self.now].1.accept(t1);
         self.reach = self.reach.max(t1 - self.t);
         self.t = t1;
-        self.x.copy_from_slice(self.methods[self.now].1.candidate());
+        if self.explicit.is_some() || self.stretches || self.away {
+            self.x.copy_from_slice(self.methods[self.now].1.candidate());
+        }
         self.tried.clear();
         (self.longest, self.refused) = (0.0, 0);
         self.steps = self.steps.saturating_add(1);

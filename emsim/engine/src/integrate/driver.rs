@@ -311,7 +311,7 @@ impl<'a, S: Sink> Run<'a, S> {
             }
             if count % TICK == 0 {
                 if let Some(why) = self.watch.cost(count, self.t, h, &self.tol) {
-                    match method.gives_up(self.w) {
+                    match method.gives_up(self.w, &self.x) {
                         Some(next) => h = next,
                         None => return self.fail(h, why, vec![]),
                     }
@@ -347,9 +347,9 @@ impl<'a, S: Sink> Run<'a, S> {
                         }
                         // what is told is why the first method gave up, where others were tried after it
                         let [halved, by] = self.tried(step, method);
-                        let (step, why, tried) = gave_up.get_or_insert_with(|| (step, why, vec![halved]));
+                        let (step, why, tried) = gave_up.get_or_insert_with(|| (step, *why, vec![halved]));
                         tried.push(by);
-                        if let Some(next) = if last { None } else { method.fallback(self.w) } {
+                        if let Some(next) = if last { None } else { method.fallback(self.w, &self.x) } {
                             (h, failures) = (next, 0);
                             continue;
                         }
@@ -397,7 +397,7 @@ impl<'a, S: Sink> Run<'a, S> {
                     match self.event(method, t1, step, next, smallest, &mut failures) {
                         Event::None => {}
                         Event::Refused(_) if failures > 60 => {
-                            if let Some(next) = method.fallback(self.w) {
+                            if let Some(next) = method.fallback(self.w, &self.x) {
                                 (h, failures) = (next, 0);
                                 continue;
                             }

@@ -40,7 +40,7 @@ pub enum Attempt {
     /// error > 1; try this one instead
     TooLarge { next: f64 },
     /// Newton's method gave up
-    Stuck { next: f64, why: Failure },
+    Stuck { next: f64, why: Box<Failure> },
 }
 
 /// The transient analysis.
@@ -164,12 +164,12 @@ pub trait Method {
     fn drift(&self, _formula: usize, _times: &[f64], _w: f64) -> Option<(f64, f64)> {
         None
     }
-    /// The driver would give up at the present point: the length of the step to try instead, where another way is left.
-    fn fallback(&mut self, _w: &mut Work) -> Option<f64> {
+    /// The driver would give up at the present point x: the length of the step to try instead, where another way is left.
+    fn fallback(&mut self, _w: &mut Work, _x: &[f64]) -> Option<f64> {
         None
     }
     /// The run would take too many steps: the length of the step to try instead, where another way is left.
-    fn gives_up(&mut self, _w: &mut Work) -> Option<f64> {
+    fn gives_up(&mut self, _w: &mut Work, _x: &[f64]) -> Option<f64> {
         None
     }
     /// Which methods did the work, from when on and why, where it is a choice.

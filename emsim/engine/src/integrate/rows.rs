@@ -250,6 +250,7 @@ pub struct Grid {
     jumped: bool,               // the next step is the first behind a jump
     hurried: Vec<(usize, f64)>, // unknowns that are at the end of their first step from its beginning, and that end
     arrived: f64,               // when they are there
+    due: f64,                   // the next row that is asked for, at a corner, behind a bend
     pub last: f64,              // time of the newest row
 }
 
@@ -340,6 +341,7 @@ impl Grid {
             jumped: false,
             hurried: Vec::new(),
             arrived: f64::INFINITY,
+            due: f64::NEG_INFINITY,
             last: if a.tstart > 0.0 { f64::NEG_INFINITY } else { 0.0 },
         }
     }
@@ -350,6 +352,7 @@ impl Grid {
         if self.dense && t >= self.start && self.bends < BENDS + self.k / APART {
             self.bends += 1.0;
             (self.bend, self.width, self.shown) = (t, self.step.min(ahead), 0);
+            self.due = f64::NEG_INFINITY;
         }
     }
 
@@ -391,6 +394,9 @@ impl Grid {
     ) {
         self.hurried.clear();
         self.arrived = f64::INFINITY;
+        if !self.jumped && self.due >= t1 {
+            return;
+        }
         let asked = if self.dense { self.point(self.k) } else { f64::INFINITY };
         if !self.jumped && asked.min(self.corner).min(self.extra()) >= t1 {
             return;
@@ -434,6 +440,10 @@ impl Grid {
         row: &mut Row<impl Sink>,
     ) {
         let near = 1e-9 * self.print;
+        if self.parts == 1 && self.due.min(self.arrived) > t1 + near {
+            (self.last, self.jumped) = (t1, false);
+            return;
+        }
         let begin = t1 - row.width;
         let part = if self.parts > 1 { row.width / self.parts as f64 } else { f64::INFINITY };
         let mut newest = self.start.max(self.last);
@@ -458,6 +468,7 @@ impl Grid {
             let near = if t < point || self.k == 0.0 { 0.0 } else { near };
             if t > t1 + near || t > self.stop {
                 (self.last, self.parts, self.jumped) = (t1, 1, false);
+                self.due = point.min(self.corner).min(extra);
                 return;
             }
             if t == self.arrived {

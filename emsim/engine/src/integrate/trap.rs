@@ -228,7 +228,7 @@ impl Method for Trap {
         self.two_stages = self.past.len == 1 || self.damp;
         let solved = if self.two_stages { self.first(sys, w, h, tol) } else { self.trapezoid(sys, w, h, tol) };
         if let Err(why) = solved {
-            return Attempt::Stuck { next: h / 8.0, why };
+            return Attempt::Stuck { next: h / 8.0, why: why.into() };
         }
         if self.fixed {
             return Attempt::Good { next: h };

@@ -380,7 +380,7 @@ impl Method for Dirk {
         self.transient = false;
         self.t1 = self.now.t + h;
         if let Err(why) = self.stages(sys, w, h, tol) {
-            return Attempt::Stuck { next: h / 4.0, why };
+            return Attempt::Stuck { next: h / 4.0, why: why.into() };
         }
         if self.fixed {
             return Attempt::Good { next: h };

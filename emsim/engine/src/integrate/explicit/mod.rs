@@ -471,7 +471,7 @@ impl Method for Explicit<'_> {
         w.counters.evaluations += self.point.evaluations - before;
         if let Err(t) = result {
             self.rejected = true;
-            return Attempt::Stuck { next: h / 4.0, why: self.trouble(t) };
+            return Attempt::Stuck { next: h / 4.0, why: self.trouble(t).into() };
         }
         if careless {
             // once more, with care; or by a method that needs none
@@ -501,7 +501,7 @@ impl Method for Explicit<'_> {
             w.counters.evaluations += self.point.evaluations - before;
             if let Err(t) = projected {
                 self.rejected = true;
-                return Attempt::Stuck { next: h / 4.0, why: self.trouble(t) };
+                return Attempt::Stuck { next: h / 4.0, why: self.trouble(t).into() };
             }
         }
         if self.fixed {

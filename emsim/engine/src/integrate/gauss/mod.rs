@@ -490,9 +490,9 @@ impl Method for Gauss {
         self.longest = self.longest.max(h);
         self.crawled = if h < fit::CRAWLS * self.longest { self.crawled + 1 } else { 0 };
         if self.crawled > fit::PATIENCE && !self.fixed {
-            return Attempt::Stuck { next: 0.0, why: fit::stiff() };
+            return Attempt::Stuck { next: 0.0, why: fit::stiff().into() };
         }
-        let stuck = |why| Attempt::Stuck { next: 0.5 * h, why };
+        let stuck = |why: Failure| Attempt::Stuck { next: 0.5 * h, why: why.into() };
         if !self.started {
             sys.eval(w, &self.x0, self.t0);
             self.f0.copy_from_slice(&w.f);
@@ -502,7 +502,7 @@ impl Method for Gauss {
         self.t1 = self.t0 + h;
         if !self.checked {
             if let Err(why) = self.check(sys, w, h) {
-                return Attempt::Stuck { next: 0.0, why };
+                return Attempt::Stuck { next: 0.0, why: why.into() };
             }
             self.checked = true;
         }

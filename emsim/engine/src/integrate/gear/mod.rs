@@ -220,7 +220,7 @@ impl Gear {
         }
         if let Err(why) = self.newton.solve_stage(sys, w, a, &mut self.stage, self.now + h, tol, self.itl4) {
             self.order = 1;
-            return Attempt::Stuck { next: h / 8.0, why };
+            return Attempt::Stuck { next: h / 8.0, why: why.into() };
         }
         if self.fixed {
             self.compare();

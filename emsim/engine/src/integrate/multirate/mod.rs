@@ -328,7 +328,7 @@ impl<'a> Multirate<'a> {
                 }
                 Attempt::Stuck { next, why } => {
                     s.w.counters.newton_failures += 1;
-                    return Macro::Stuck { next: next.min(0.5 * h), why };
+                    return Macro::Stuck { next: next.min(0.5 * h), why: *why };
                 }
             };
             self.trace(s, t, end);

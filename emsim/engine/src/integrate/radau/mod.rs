@@ -397,7 +397,7 @@ impl Method for Radau {
         }
         loop {
             if let Err(why) = self.factor(sys, w, h) {
-                return Attempt::Stuck { next: h / 4.0, why };
+                return Attempt::Stuck { next: h / 4.0, why: why.into() };
             }
             let mut solved = Err((0, true));
             if self.full_steps == 0 {
@@ -460,7 +460,7 @@ impl Method for Radau {
                 true => h / 4.0,
                 false => h / 2.0,
             };
-            return Attempt::Stuck { next, why };
+            return Attempt::Stuck { next, why: why.into() };
         }
     }
 
