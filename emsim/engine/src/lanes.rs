@@ -131,6 +131,15 @@ impl V {
         V(unsafe { _mm256_max_pd(self.0, other.0) })
     }
 
+    /// The largest of four numbers.
+    #[inline(always)]
+    pub fn largest(self) -> f64 {
+        unsafe {
+            let two = _mm_max_pd(_mm256_castpd256_pd128(self.0), _mm256_extractf128_pd::<1>(self.0));
+            _mm_cvtsd_f64(_mm_max_sd(two, _mm_unpackhi_pd(two, two)))
+        }
+    }
+
     #[inline(always)]
     pub fn is_zero(self) -> bool {
         unsafe { _mm256_movemask_pd(_mm256_cmp_pd::<_CMP_NEQ_UQ>(self.0, _mm256_setzero_pd())) == 0 }

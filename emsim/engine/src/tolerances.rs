@@ -19,7 +19,7 @@
 //! atol(V) = max(vntol, chgtol / C), atol(A) = max(abstol, flxtol / L).
 use crate::model::{Kind, Unknown};
 use crate::system::System;
-use crate::twice::{by_lanes, each, in_blocks, in_blocks_mut, side_by_side, whole, Lanes, One, LANES};
+use crate::twice::{by_lanes, in_blocks, in_blocks_mut, side_by_side, whole, Lanes, One, LANES};
 
 /// Share of a signal's largest value so far below which relative accuracy is no longer asked for.
 const PEAK_SHARE: f64 = 0.02;
@@ -478,7 +478,7 @@ fn largest_of<L: Lanes>(reltol: f64, share: &[f64], e: &[f64], [a, b, peak, floo
     if odd {
         f64::INFINITY
     } else {
-        each(worst).into_iter().fold(0.0, f64::max)
+        worst.largest()
     }
 }
 

@@ -56,6 +56,8 @@ pub trait Lanes:
     fn or_nothing(self) -> Self;
     /// Is all of it 0? What is no number is not.
     fn is_zero(self) -> bool;
+    /// The largest of them and 0, of what is a number.
+    fn largest(self) -> f64;
     /// What stands in `v` from i on.
     fn at(v: &[f64], i: usize) -> Self;
     /// The first numbers of `v`, 0 for those that are missing.
@@ -168,6 +170,10 @@ impl Lanes for crate::lanes::V {
         self.is_zero()
     }
     #[inline(always)]
+    fn largest(self) -> f64 {
+        self.max(Self::all(0.0)).largest()
+    }
+    #[inline(always)]
     fn at(v: &[f64], i: usize) -> Self {
         Self::load(v[i..i + LANES].first_chunk().expect("so many"))
     }
@@ -209,6 +215,9 @@ impl Lanes for Plain {
     }
     fn is_zero(self) -> bool {
         self.0 == [0.0; LANES]
+    }
+    fn largest(self) -> f64 {
+        self.0.into_iter().fold(0.0, f64::max)
     }
     fn at(v: &[f64], i: usize) -> Plain {
         Plain(v[i..i + LANES].try_into().expect("so many"))
@@ -259,6 +268,10 @@ impl Lanes for One {
     #[inline(always)]
     fn is_zero(self) -> bool {
         self.0 == 0.0
+    }
+    #[inline(always)]
+    fn largest(self) -> f64 {
+        self.0.max(0.0)
     }
     #[inline(always)]
     fn at(v: &[f64], i: usize) -> One {
@@ -350,6 +363,12 @@ mod tests {
                     assert!(same(out[l], want), "operation {k}: {} and {want}", out[l]);
                 }
             }
+        }
+        assert_eq!(L::at(&[-3.0, -1.0, f64::NAN, -2.0], 0).largest(), 0.0);
+        for k in 0..L::COUNT {
+            let mut one = [1.0, f64::NAN, -5.0, 0.5];
+            one[k] = 7.0;
+            assert_eq!(L::at(&one, 0).largest(), 7.0);
         }
         for n in 0..LANES {
             let mut first = [-1.0; LANES];

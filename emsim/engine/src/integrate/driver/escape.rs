@@ -6,7 +6,7 @@ use super::super::rows::Sink;
 use super::super::Method;
 use super::{Failed, Run, Status};
 use crate::newton::{Failure, Tolerances};
-use crate::twice::{by_lanes, each, side_by_side, Lanes, One};
+use crate::twice::{by_lanes, side_by_side, Lanes, One};
 
 /// No quantity of a deck is larger; a solution on its way to infinity ends here, before it is NaN.
 const LARGEST: f64 = 1e100;
@@ -62,7 +62,7 @@ fn largest_of<L: Lanes>(x: &[f64]) -> f64 {
     for (_, [x]) in side_by_side::<L, 1>(x.len(), [x]) {
         worst = x.abs().larger(worst);
     }
-    each(worst).into_iter().fold(0.0, f64::max)
+    worst.largest()
 }
 
 impl<S: Sink> Run<'_, S> {

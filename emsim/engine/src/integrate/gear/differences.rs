@@ -137,7 +137,7 @@ impl Differences {
             under = ((e + L::all(below.0) * L::at(&block[low], 0)).abs() * scale).larger(under);
             over = ((e + L::all(above.0) * L::at(&block[high], 0)).abs() * scale).larger(over);
         }
-        [under, own, over].map(|worst| each(worst).into_iter().fold(0.0, f64::max))
+        [under.largest(), own.largest(), over.largest()]
     }
 }
 
