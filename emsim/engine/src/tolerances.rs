@@ -399,19 +399,7 @@ impl Tolerances {
     /// x <- x + step; whether the step was within the tolerance of Newton's norm, and all is finite still. In whole blocks.
     #[inline(always)]
     pub fn advance<L: Lanes>(&self, step: &[f64], x: &mut [f64]) -> (bool, bool) {
-        let x = in_blocks_mut(x);
-        let n = x.len();
-        let [step, share, peak, floor] = [step, &self.norm_mask, &self.recent, &self.floor].map(|v| &in_blocks(v)[..n]);
-        let (mut over, mut numbers) = (L::all(0.0), L::all(0.0));
-        for k in 0..n {
-            let [step, share, peak, floor] = [step, share, peak, floor].map(|v| L::at(&v[k], 0));
-            let old = L::at(&x[k], 0);
-            let new = old + step;
-            over = (share * step.abs() - weight(self.reltol, [old, new, peak, floor])).larger(over);
-            numbers = numbers + L::all(0.0) * new;
-            new.put(&mut x[k], 0);
-        }
-        (over.is_zero(), numbers.is_zero())
+        advance::<L>(self.reltol, [step, &self.norm_mask, &self.recent, &self.floor], x)
     }
 
     /// A step ended with x at t.
@@ -482,16 +470,35 @@ fn largest_of<L: Lanes>(reltol: f64, share: &[f64], e: &[f64], [a, b, peak, floo
     }
 }
 
+/// x <- x + step; whether every step times its share was within the weight of (x, peak, floor), and every x is finite.
+#[inline(always)]
+fn advance<L: Lanes>(reltol: f64, rows: [&[f64]; 4], x: &mut [f64]) -> (bool, bool) {
+    let x = in_blocks_mut(x);
+    let n = x.len();
+    let [step, share, peak, floor] = rows.map(|v| &in_blocks(v)[..n]);
+    let (mut over, mut numbers) = (L::all(0.0), L::all(0.0));
+    for k in 0..n {
+        let [step, share, peak, floor] = [step, share, peak, floor].map(|v| L::at(&v[k], 0));
+        let old = L::at(&x[k], 0);
+        let new = old + step;
+        over = (share * step.abs() - weight(reltol, [old, new, peak, floor])).larger(over);
+        numbers = numbers + L::all(0.0) * new;
+        new.put(&mut x[k], 0);
+    }
+    (over.is_zero(), numbers.is_zero())
+}
+
 #[cfg(test)]
 mod tests {
     use super::{advance, largest, remember, Norm, KEPT, PEAK_SHARE};
-    use crate::twice::{each, Lanes, One};
+    use crate::twice::{each, whole, Lanes, One, Plain, LANES};
 
     #[test]
     fn what_lies_long_behind_is_forgotten() {
-        let (mut peak, mut recent, mut last) = ([0.0], [0.0], [0.0]);
+        let (mut peak, mut recent, mut last) = ([0.0; LANES], [0.0; LANES], [0.0; LANES]);
         let mut at = |x: f64, t: f64| {
-            remember(&mut peak, &mut recent, &mut last, &[x], t);
+            remember(&mut peak, &mut recent, &mut last, &[x, -x], t);
+            assert_eq!(recent, [recent[0], recent[0], 0.0, 0.0]);
             recent[0]
         };
         assert_eq!(at(-2.0, 0.0), 2.0);
@@ -506,7 +513,7 @@ mod tests {
     #[test]
     fn norms_are_those_of_every_unknown() {
         assert_eq!(largest(1e-2, &[], &[], [&[]; 4]), 0.0);
-        assert_eq!(advance(1e-2, &[], &[], [&[]; 2], &mut []), (true, true));
+        assert_eq!(advance::<Plain>(1e-2, [&[]; 4], &mut []), (true, true));
         let number = |k: usize| ((k * 37 + 11) % 19) as f64 / 19.0 - 0.4;
         for n in 1..=12 {
             let of = |from: usize| -> Vec<f64> { (0..n).map(|i| number(from + 5 * i)).collect() };
@@ -529,16 +536,27 @@ mod tests {
                 let inverse = by_blocks.inverse(of, [One::at(&a, i), One::at(&b, i)], One::all(0.0));
                 assert_eq!(each(inverse)[0], share[i] / weight(i, a[i], b[i]));
             }
+            let filled = |v: &[f64], filling: f64| {
+                let mut v = v.to_vec();
+                v.resize(whole(n), filling);
+                v
+            };
+            let moved = |step: &[f64]| {
+                let rows = [filled(step, 0.0), filled(&share, 0.0), filled(&peak, 0.0), filled(&floor, 1.0)];
+                let mut x = filled(&a, 0.0);
+                let outcome = advance::<Plain>(1e-2, rows.each_ref().map(|row| &row[..]), &mut x);
+                x.truncate(n);
+                (outcome, x)
+            };
             for scale in [1e-4, 1.0] {
                 let step: Vec<f64> = e.iter().map(|e| scale * e).collect();
-                let (mut x, to) = (a.clone(), |i: usize| a[i] + step[i]);
+                let to = |i: usize| a[i] + step[i];
                 let within = (0..n).all(|i| share[i] * step[i].abs() <= weight(i, a[i], to(i)));
-                assert_eq!(advance(1e-2, &share, &step, [&peak, &floor], &mut x), (within, true));
-                assert_eq!(x, (0..n).map(to).collect::<Vec<_>>());
+                assert_eq!(moved(&step), ((within, true), (0..n).map(to).collect::<Vec<_>>()));
             }
-            let (mut x, mut step) = (a.clone(), e.clone());
+            let mut step = e.clone();
             step[n - 1] = f64::INFINITY;
-            assert!(!advance(1e-2, &share, &step, [&peak, &floor], &mut x).1);
+            assert!(!moved(&step).0 .1);
         }
     }
 }
