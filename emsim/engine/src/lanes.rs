@@ -189,59 +189,6 @@ impl V {
     }
 }
 
-/// Six numbers of each of four, or fewer, things, where V has one of each.
-#[inline(always)]
-pub fn put_rows(columns: [V; 6], rows: &mut [[f64; 6]]) {
-    let Some(four) = rows.first_chunk_mut::<4>() else {
-        let columns = columns.map(V::store);
-        rows.iter_mut().enumerate().for_each(|(k, row)| *row = columns.map(|c| c[k]));
-        return;
-    };
-    let [a, b, c, d, e, f] = columns.map(|c| c.0);
-    // SAFETY: two numbers and four more of each row
-    unsafe {
-        let (ab, cd, ef) = (_mm256_unpacklo_pd(a, b), _mm256_unpacklo_pd(c, d), _mm256_unpacklo_pd(e, f));
-        let (ab1, cd1, ef1) = (_mm256_unpackhi_pd(a, b), _mm256_unpackhi_pd(c, d), _mm256_unpackhi_pd(e, f));
-        let heads = [
-            _mm256_permute2f128_pd::<0x20>(ab, cd),
-            _mm256_permute2f128_pd::<0x20>(ab1, cd1),
-            _mm256_permute2f128_pd::<0x31>(ab, cd),
-            _mm256_permute2f128_pd::<0x31>(ab1, cd1),
-        ];
-        let tails = [
-            _mm256_castpd256_pd128(ef),
-            _mm256_castpd256_pd128(ef1),
-            _mm256_extractf128_pd::<1>(ef),
-            _mm256_extractf128_pd::<1>(ef1),
-        ];
-        for (row, (head, tail)) in four.iter_mut().zip(heads.into_iter().zip(tails)) {
-            _mm256_storeu_pd(row.as_mut_ptr(), head);
-            _mm_storeu_pd(row[4..].as_mut_ptr(), tail);
-        }
-    }
-}
-
-/// What `put_rows` has put; 0 for things that are missing.
-#[inline(always)]
-pub fn take_rows(rows: &[[f64; 6]]) -> [V; 6] {
-    let Some(four) = rows.first_chunk::<4>() else {
-        return std::array::from_fn(|c| V::load(&std::array::from_fn(|k| rows.get(k).map_or(0.0, |row| row[c]))));
-    };
-    // SAFETY: two numbers and four more of each row
-    unsafe {
-        let head = |k: usize| _mm256_loadu_pd(four[k].as_ptr());
-        let tail = |k: usize| _mm_loadu_pd(four[k][4..].as_ptr());
-        let half = |low: __m256d, high: __m256d| {
-            (_mm256_permute2f128_pd::<0x20>(low, high), _mm256_permute2f128_pd::<0x31>(low, high))
-        };
-        let ((ab, cd), (ab1, cd1)) = (half(head(0), head(2)), half(head(1), head(3)));
-        let (ef, ef1) = (_mm256_set_m128d(tail(2), tail(0)), _mm256_set_m128d(tail(3), tail(1)));
-        let columns = [(ab, ab1), (cd, cd1), (ef, ef1)];
-        let [[a, b], [c, d], [e, f]] = columns.map(|(x, y)| [_mm256_unpacklo_pd(x, y), _mm256_unpackhi_pd(x, y)]);
-        [a, b, c, d, e, f].map(V)
-    }
-}
-
 impl Mask {
     #[inline(always)]
     pub fn any(self) -> bool {

@@ -285,7 +285,7 @@ impl Newton {
         if sys.pure_linear {
             return self.solve_linear(sys, w, a, stage);
         }
-        sys.stage_expand(w, stage.x(), t);
+        sys.stage_expand(w, stage.x(), t, a);
         let (fit, mut good) = (tol.accounts && a > 0.0 && sys.diodes() > 0, 0);
         for iteration in 1..=max_iterations {
             w.counters.iterations += 1;
@@ -313,7 +313,7 @@ impl Newton {
                 return Ok(iteration);
             }
             let judged = if doubtful {
-                sys.stage_expand(w, x, t);
+                sys.stage_expand(w, x, t, a);
                 !w.limited && !self.turns(sys, w, a)
             } else {
                 let judged = sys.stage_expand_and_judge(w, x, t, a, (self.junctions * tol.reltol, tol.vntol));

@@ -35,7 +35,7 @@ mod stage;
 mod stops;
 mod together;
 
-use self::expand::{DiodeSlot, Diodes, Expansion, Fours, Met, Near};
+use self::expand::{DiodeSlot, Diodes, Fours, Lines, Met, Near};
 use self::linear::Linear;
 
 /// A node whose row is part of its island's root's, and the place of its column there.
@@ -120,7 +120,7 @@ pub struct Work {
     edges: EdgeWork,
     asked: Vec<f64>,
     linear: Linear,
-    expansions: Vec<Expansion>,
+    expansions: Lines,
     pub limited: bool,
     pub counters: Counters,
 }
@@ -418,7 +418,7 @@ impl System {
             asked: Vec::new(),
             linear: Linear::default(),
             junction: self.diodes.iter().map(|d| d.kernel.vcrit()).collect(),
-            expansions: vec![Expansion::default(); self.diodes.len()],
+            expansions: Lines::new(self.diodes.len()),
             limited: false,
             counters: Counters::default(),
         }
@@ -529,7 +529,7 @@ impl System {
         }
         w.gv.copy_from_slice(&self.g_linear);
         w.cv.copy_from_slice(&self.c_linear);
-        self.expand(w, x, t, limit, None);
+        self.expand(w, x, t, 0.0, limit, None);
         if !self.jacobian.is_empty() {
             let (nf, nq) = (self.f_rows.len(), self.q_rows.len());
             let out = |k| self.jacobian.output(&w.jacobian, k);
@@ -547,7 +547,7 @@ impl System {
                 w.cv[slot] += out(base + k);
             }
         }
-        for (d, e) in self.diodes.iter().zip(&w.expansions) {
+        for (d, e) in self.diodes.iter().zip(w.expansions.iter()) {
             d.add(&mut w.f, e.o.i + e.o.g * (e.v - e.at));
             d.add(&mut w.q, e.o.q + e.o.c * (e.v - e.at));
             for (slot, sign) in d.stamps() {
@@ -559,13 +559,13 @@ impl System {
 
     /// Expressions and devices with their derivatives at (x, t), kept in `w` for what follows: `eval_jacobian`,
     /// or the five functions of one implicit stage below it.
-    fn expand(&self, w: &mut Work, x: &[f64], t: f64, limit: bool, near: Option<Near>) -> Met {
+    fn expand(&self, w: &mut Work, x: &[f64], t: f64, a: f64, limit: bool, near: Option<Near>) -> Met {
         if !self.jacobian.is_empty() {
             self.jacobian.run(&Inputs { x, t, waves: &w.waves, flags: &w.flags }, &mut w.jacobian);
         }
         let (slots, fours) = (&self.diodes, &self.fours);
         let mut diodes = Diodes { slots, fours, held: &mut w.junction, lines: &mut w.expansions };
-        let met = diodes.expand(x, w.gmin, limit, near);
+        let met = diodes.expand(x, a, w.gmin, limit, near);
         w.limited = met.moved;
         met
     }
@@ -574,7 +574,7 @@ impl System {
     pub fn c_times(&self, w: &Work, x: &[f64], y: &mut [f64]) {
         self.charges_of(x, y);
         self.add_expression_c(w, x, y);
-        for (d, e) in self.diodes.iter().zip(&w.expansions) {
+        for (d, e) in self.diodes.iter().zip(w.expansions.iter()) {
             d.add(y, e.o.c * across(x, d.p, d.n));
         }
     }

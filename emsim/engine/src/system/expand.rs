@@ -1,6 +1,7 @@
 //! Diodes as straight lines: about the voltage at which the last evaluation met each.
 use super::{across, add_pair};
 use crate::devices::diode::{Diode, DiodeOut};
+use crate::twice::LANES;
 use std::ops::Range;
 
 /// A diode in the equations: between which nodes, and where its numbers go.
@@ -36,16 +37,74 @@ impl DiodeSlot {
 
 /// A diode's characteristic as the last evaluation expanded it: about `at`, which is `v` unless limiting moved it.
 #[derive(Clone, Copy, Default)]
-#[repr(C)]
 pub struct Expansion {
     pub v: f64,
     pub at: f64,
     pub o: DiodeOut,
 }
 
-/// Numbers of an expansion, as programs read them.
-pub const NUMBERS: usize = 6;
-const _: () = assert!(std::mem::size_of::<Expansion>() == NUMBERS * std::mem::size_of::<f64>());
+/// Which number of an expansion; the last two with the a of the stage it was asked for.
+#[derive(Clone, Copy)]
+pub enum Number {
+    Voltage,
+    At,
+    Current,
+    Conductance,
+    Charge,
+    Capacitance,
+    StageCurrent,     // i + a q of the straight line, at the voltage
+    StageConductance, // g + a c
+}
+
+pub const NUMBERS: usize = 8;
+
+/// The same numbers of diodes side by side.
+pub type Row = [f64; LANES];
+pub type Rows = [Row; NUMBERS];
+
+/// The expansions of all diodes, by `LANES` of them.
+#[derive(Clone, Default)]
+pub struct Lines {
+    groups: Vec<Rows>,
+    count: usize,
+}
+
+impl Lines {
+    pub fn new(count: usize) -> Lines {
+        Lines { groups: vec![[[0.0; LANES]; NUMBERS]; count.div_ceil(LANES)], count }
+    }
+
+    pub fn get(&self, k: usize) -> Expansion {
+        let of = |number: Number| self.groups[k / LANES][number as usize][k % LANES];
+        let [i, g, q, c] = [Number::Current, Number::Conductance, Number::Charge, Number::Capacitance].map(of);
+        Expansion { v: of(Number::Voltage), at: of(Number::At), o: DiodeOut { i, g, q, c } }
+    }
+
+    pub fn put(&mut self, k: usize, e: &Expansion, a: f64) {
+        let Expansion { v, at, o: DiodeOut { i, g, q, c } } = *e;
+        let numbers = [v, at, i, g, q, c, e.current(a, v), e.conductance(a)];
+        let group = &mut self.groups[k / LANES];
+        group.iter_mut().zip(numbers).for_each(|(row, number)| row[k % LANES] = number);
+    }
+
+    pub fn iter(&self) -> impl Iterator<Item = Expansion> + '_ {
+        (0..self.count).map(|k| self.get(k))
+    }
+
+    pub fn groups(&mut self) -> &mut [Rows] {
+        &mut self.groups
+    }
+
+    /// All numbers, as programs read them, ...
+    pub fn numbers(&self) -> &[f64] {
+        self.groups.as_flattened().as_flattened()
+    }
+
+    /// ... and where one of diode k stands among them.
+    pub fn place(k: usize, number: Number) -> usize {
+        (k / LANES * NUMBERS + number as usize) * LANES + k % LANES
+    }
+}
 
 impl Expansion {
     /// Current and a times charge of the straight line, at v.
@@ -64,7 +123,6 @@ impl Expansion {
 /// so much of what the conductance makes of the voltage's tolerance, and to a share of itself.
 #[derive(Clone, Copy)]
 pub struct Near {
-    pub a: f64,
     pub reltol: f64,
     pub vntol: f64,
     pub share: f64,
@@ -72,9 +130,9 @@ pub struct Near {
 }
 
 impl Near {
-    fn fits(&self, line: f64, e: &Expansion) -> bool {
-        let current = e.current(self.a, e.v);
-        let worth = e.conductance(self.a) * (self.reltol * e.v.abs() + self.vntol);
+    fn fits(&self, line: f64, e: &Expansion, a: f64) -> bool {
+        let current = e.current(a, e.v);
+        let worth = e.conductance(a) * (self.reltol * e.v.abs() + self.vntol);
         (current - line).abs() <= worth + self.share * current.abs().max(self.least)
     }
 }
@@ -98,7 +156,7 @@ pub struct Diodes<'a> {
     pub slots: &'a [DiodeSlot],
     pub fours: &'a Fours,
     pub held: &'a mut [f64],
-    pub lines: &'a mut [Expansion],
+    pub lines: &'a mut Lines,
 }
 
 /// How an expansion met the diodes.
@@ -110,22 +168,24 @@ pub struct Met {
 
 impl Diodes<'_> {
     /// Expands every diode at x. With `limit` its voltage moves from the one it was held at by no more than SPICE's
-    /// limiting allows.
-    pub fn expand(&mut self, x: &[f64], gmin: f64, limit: bool, near: Option<Near>) -> Met {
+    /// limiting allows. `a` is that of the stage.
+    pub fn expand(&mut self, x: &[f64], a: f64, gmin: f64, limit: bool, near: Option<Near>) -> Met {
         let mut met = Met::default();
         #[cfg(target_arch = "x86_64")]
-        if self.expand_fours(x, gmin, limit, near, &mut met) {
+        if self.expand_fours(x, a, gmin, limit, near, &mut met) {
             return met;
         }
-        self.expand_each(0..self.slots.len(), x, gmin, limit, near, &mut met);
+        self.expand_each(0..self.slots.len(), x, a, gmin, limit, near, &mut met);
         met
     }
 
     #[inline(never)]
+    #[allow(clippy::too_many_arguments)]
     pub fn expand_each(
         &mut self,
         which: Range<usize>,
         x: &[f64],
+        a: f64,
         gmin: f64,
         limit: bool,
         near: Option<Near>,
@@ -137,9 +197,9 @@ impl Diodes<'_> {
             let (at, limited) = if limit { d.kernel.limit(v, self.held[k]) } else { (v, false) };
             met.moved |= limited;
             self.held[k] = at;
-            let line = &mut self.lines[k];
-            let before = std::mem::replace(line, Expansion { v, at, o: d.kernel.eval(at, gmin) });
-            met.apart |= near.is_some_and(|near| !near.fits(before.current(near.a, v), line));
+            let (before, line) = (self.lines.get(k), Expansion { v, at, o: d.kernel.eval(at, gmin) });
+            met.apart |= near.is_some_and(|near| !near.fits(before.current(a, v), &line, a));
+            self.lines.put(k, &line, a);
         }
     }
 }

@@ -1,7 +1,7 @@
 //! The expansion of diodes (expand.rs) four at a time.
-use super::expand::{DiodeSlot, Diodes, Expansion, Met, Near, NUMBERS};
+use super::expand::{DiodeSlot, Diodes, Met, Near, Number, Rows};
 use crate::devices::diode::{Four, LANES};
-use crate::lanes::{put_rows, take_rows, Places, V};
+use crate::lanes::{Places, V};
 
 /// Diodes that go together.
 struct Together {
@@ -30,12 +30,7 @@ impl Fours {
     }
 }
 
-fn numbers(lines: &mut [Expansion]) -> &mut [[f64; NUMBERS]] {
-    // SAFETY: an expansion is so many numbers in the order of its fields and nothing else
-    unsafe { std::slice::from_raw_parts_mut(lines.as_mut_ptr().cast(), lines.len()) }
-}
-
-/// Four straight lines of current and a times charge.
+/// Four straight lines of current and a times charge, as an expansion has them.
 struct Line {
     at: V,
     current: V,
@@ -44,16 +39,17 @@ struct Line {
 
 impl Line {
     #[inline(always)]
-    fn of([_, at, i, g, q, c]: [V; NUMBERS], a: f64) -> Line {
-        let a = V::all(a);
-        Line { at, current: i + a * q, conductance: g + a * c }
+    fn of(rows: &Rows) -> Line {
+        let [at, current, conductance] = [Number::Voltage, Number::StageCurrent, Number::StageConductance]
+            .map(|number| V::load(&rows[number as usize]));
+        Line { at, current, conductance }
     }
 
-    /// `Near::fits` at v, where `met` was expanded.
+    /// `Near::fits` where `met` was expanded.
     #[inline(always)]
-    fn is_near(&self, v: V, met: &Line, near: &Near) -> bool {
-        let line = self.current + self.conductance * (v - self.at);
-        let worth = met.conductance * (V::all(near.reltol) * v.abs() + V::all(near.vntol));
+    fn is_near(&self, met: &Line, near: &Near) -> bool {
+        let line = self.current + self.conductance * (met.at - self.at);
+        let worth = met.conductance * (V::all(near.reltol) * met.at.abs() + V::all(near.vntol));
         let share = V::all(near.share) * met.current.abs().max(V::all(near.least));
         (met.current - line).abs().all_within(worth + share)
     }
@@ -62,38 +58,46 @@ impl Line {
 impl Diodes<'_> {
     /// `expand` where there are registers of four numbers.
     #[inline]
-    pub fn expand_fours(&mut self, x: &[f64], gmin: f64, limit: bool, near: Option<Near>, met: &mut Met) -> bool {
+    pub fn expand_fours(
+        &mut self,
+        x: &[f64],
+        a: f64,
+        gmin: f64,
+        limit: bool,
+        near: Option<Near>,
+        met: &mut Met,
+    ) -> bool {
         if self.fours.any {
             // SAFETY: there are none that go together where the processor has not AVX2 and FMA (`Four::new`)
-            unsafe { self.wide(x, gmin, limit, near, met) }
+            unsafe { self.wide(x, a, gmin, limit, near, met) }
         }
         self.fours.any
     }
 
     #[target_feature(enable = "avx2,fma")]
-    unsafe fn wide(&mut self, x: &[f64], gmin: f64, limit: bool, near: Option<Near>, met: &mut Met) {
+    unsafe fn wide(&mut self, x: &[f64], a: f64, gmin: f64, limit: bool, near: Option<Near>, met: &mut Met) {
         let fours = self.fours;
         for (k, together) in fours.groups.iter().enumerate() {
             let first = LANES * k;
             let last = self.slots.len().min(first + LANES);
             let Some(Together { four, p, n }) = together else {
-                self.expand_each(first..last, x, gmin, limit, near, met);
+                self.expand_each(first..last, x, a, gmin, limit, near, met);
                 continue;
             };
             let held = &mut self.held[first..last];
             let v = V::gather(x, p) - V::gather(x, n);
             if limit && !four.quiet(v, V::first(held)) {
-                self.expand_each(first..last, x, gmin, true, near, met);
+                self.expand_each(first..last, x, a, gmin, true, near, met);
                 continue;
             }
             v.put_first(held);
             let [i, g, q, c] = four.eval(v, gmin);
-            let lines = numbers(&mut self.lines[first..last]);
+            let (current, conductance) = (i + V::all(a) * q, g + V::all(a) * c);
+            let rows = &mut self.lines.groups()[k];
             if let Some(near) = near {
-                let before = Line::of(take_rows(lines), near.a);
-                met.apart |= !before.is_near(v, &Line::of([v, v, i, g, q, c], near.a), &near);
+                met.apart |= !Line::of(rows).is_near(&Line { at: v, current, conductance }, &near);
             }
-            put_rows([v, v, i, g, q, c], lines);
+            *rows = [v, v, i, g, q, c, current, conductance].map(V::store);
         }
     }
 }

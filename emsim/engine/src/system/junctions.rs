@@ -95,7 +95,7 @@ impl System {
     /// `stage_expand` at the next iterate; true when the currents of all diodes are those of the straight lines that led
     /// there.
     pub fn stage_expand_and_fit(&self, w: &mut Work, x: &[f64], t: f64, a: f64) -> bool {
-        self.stage_expand_near(w, x, t, Near { a, reltol: 0.0, vntol: 0.0, share: FITS, least: SMALL_CURRENT })
+        self.stage_expand_near(w, x, t, a, Near { reltol: 0.0, vntol: 0.0, share: FITS, least: SMALL_CURRENT })
     }
 
     /// Has the update `step` to x moved a junction that conducts, there or where it was expanded, by so much of what it
@@ -103,7 +103,7 @@ impl System {
     /// the tolerance of 0.4 V, and what a coil drives into a diode that turns off is an update of 26 mV again and
     /// again.
     pub fn junctions_leave_lines(&self, w: &Work, step: &[f64], x: &[f64]) -> bool {
-        self.diodes.iter().zip(&w.expansions).any(|(d, e)| {
+        self.diodes.iter().zip(w.expansions.iter()).any(|(d, e)| {
             across(step, d.p, d.n).abs() > STRAIGHT * d.kernel.vte && (d.conducts(w, e.o.g) || d.conducts_at(w, x))
         })
     }

@@ -1,6 +1,6 @@
 //! One stage  F + a Q + r = 0  of an implicit method: what its Newton iteration asks of the equations, evaluated row by row or
 //! written as programs without a loop (newton.rs says when).
-use super::expand::{Expansion, Met, Near, NUMBERS};
+use super::expand::{Lines, Met, Near, Number};
 use super::{across, System, Work};
 use crate::sparse::{Equations, Stamp};
 use crate::tape::{Inputs, Leaf, Signed, Value, Written};
@@ -61,69 +61,40 @@ impl Stage {
     }
 }
 
-/// A straight line in a program.
-struct Line {
-    v: Value,
-    at: Value,
-    i: Value,
-    g: Value,
-    charge: Option<[Value; 2]>, // q and c
-}
-
-impl Line {
-    fn of(p: &mut Written, k: usize, charged: bool) -> Line {
-        let mut number = |j: usize| p.leaf(Leaf::Flag(NUMBERS * k + j));
-        let [v, at, i, g] = [0, 1, 2, 3].map(&mut number);
-        Line { v, at, i, g, charge: charged.then(|| [4, 5].map(&mut number)) }
-    }
-
-    fn conductance(&self, p: &mut Written, a: Value) -> Value {
-        let Some([_, c]) = self.charge else { return self.g };
-        let by_charge = p.mul(a, c);
-        p.add(self.g, by_charge)
-    }
-
-    fn current(&self, p: &mut Written, a: Value, conductance: Value) -> Value {
-        let mut current = self.i;
-        if let Some([q, _]) = self.charge {
-            let by_charge = p.mul(a, q);
-            current = p.add(current, by_charge);
-        }
-        let beyond = p.sub(self.v, self.at);
-        let more = p.mul(conductance, beyond);
-        p.add(current, more)
-    }
+/// A number of diode k in a program.
+fn number(p: &mut Written, k: usize, number: Number) -> Value {
+    p.leaf(Leaf::Flag(Lines::place(k, number)))
 }
 
 impl System {
     /// Evaluates what is not linear, for one stage  F + a Q + r = 0  at the iterate x.
     #[inline]
-    pub fn stage_expand(&self, w: &mut Work, x: &[f64], t: f64) {
-        self.stage_met(w, x, t, None);
+    pub fn stage_expand(&self, w: &mut Work, x: &[f64], t: f64, a: f64) {
+        self.stage_met(w, x, t, a, None);
     }
 
     #[inline]
-    fn stage_met(&self, w: &mut Work, x: &[f64], t: f64, near: Option<Near>) -> Met {
+    fn stage_met(&self, w: &mut Work, x: &[f64], t: f64, a: f64, near: Option<Near>) -> Met {
         w.counters.evaluations += 1;
         w.counters.jacobians += 1;
-        self.expand(w, x, t, true, near)
+        self.expand(w, x, t, a, true, near)
     }
 
     /// The same at the next iterate; true when every diode met the straight line that led there so well, that what was
     /// missed of its current is worth less than the tolerance of its junction's voltage (in passive networks only).
     pub fn stage_expand_and_judge(&self, w: &mut Work, x: &[f64], t: f64, a: f64, (reltol, vntol): (f64, f64)) -> bool {
         if !self.passive {
-            self.stage_expand(w, x, t);
+            self.stage_expand(w, x, t, a);
             return false;
         }
-        self.stage_expand_near(w, x, t, Near { a, reltol, vntol, share: 0.0, least: 0.0 })
+        self.stage_expand_near(w, x, t, a, Near { reltol, vntol, share: 0.0, least: 0.0 })
     }
 
     /// The same at the next iterate; true when no voltage was limited and all currents are so near to those of the straight lines
     /// that led there.
     #[inline]
-    pub(super) fn stage_expand_near(&self, w: &mut Work, x: &[f64], t: f64, near: Near) -> bool {
-        let met = self.stage_met(w, x, t, Some(near));
+    pub(super) fn stage_expand_near(&self, w: &mut Work, x: &[f64], t: f64, a: f64, near: Near) -> bool {
+        let met = self.stage_met(w, x, t, a, Some(near));
         !met.moved && !met.apart
     }
 
@@ -147,7 +118,7 @@ impl System {
         for (k, &row) in self.q_rows.iter().enumerate() {
             out[row] -= a * self.jacobian.output(&w.jacobian, nf + k);
         }
-        for (d, e) in self.diodes.iter().zip(&w.expansions) {
+        for (d, e) in self.diodes.iter().zip(w.expansions.iter()) {
             d.add(out, -e.current(a, e.v));
         }
     }
@@ -177,17 +148,14 @@ impl System {
         if let Some(step) = step {
             self.add_expression_c(w, step, q);
         }
-        for (d, e) in self.diodes.iter().zip(&w.expansions) {
+        for (d, e) in self.diodes.iter().zip(w.expansions.iter()) {
             d.add(q, e.o.q + e.o.c * (across(x, d.p, d.n) - e.at));
         }
     }
 
     /// What the programs of a stage read: `numbers` and the factor a as the caller has them, and what was expanded.
     pub fn stage_inputs<'a>(&self, w: &'a Work, numbers: &'a [f64], a: f64) -> Inputs<'a> {
-        let lines: &[Expansion] = &w.expansions;
-        // SAFETY: an expansion is NUMBERS numbers in the order of its fields and nothing else, as asserted above
-        let flags = unsafe { std::slice::from_raw_parts(lines.as_ptr().cast::<f64>(), NUMBERS * lines.len()) };
-        Inputs { x: numbers, t: a, waves: &w.jacobian, flags }
+        Inputs { x: numbers, t: a, waves: &w.jacobian, flags: w.expansions.numbers() }
     }
 
     /// The linear equations of a Newton update, matrix and right-hand side of  (G + a C) dx = -(F + a Q + r): operation by operation
@@ -262,11 +230,8 @@ impl System {
             let value = output(p, stored);
             b[row] = p.sub(b[row], value);
         }
-        let lines: Vec<Line> =
-            self.diodes.iter().enumerate().map(|(k, d)| Line::of(p, k, d.kernel.has_charge())).collect();
-        for (d, line) in self.diodes.iter().zip(&lines) {
-            let conductance = line.conductance(p, a);
-            let current = line.current(p, a, conductance);
+        for (k, d) in self.diodes.iter().enumerate() {
+            let [conductance, current] = [Number::StageConductance, Number::StageCurrent].map(|of| number(p, k, of));
             for (row, of_p) in d.rows() {
                 b[row] = if of_p { p.sub(b[row], current) } else { p.add(b[row], current) };
             }
@@ -329,11 +294,11 @@ impl System {
             q[row] = Some(p.more(q[row], product));
         }
         for (k, d) in self.diodes.iter().enumerate().filter(|(_, d)| d.kernel.has_charge()) {
-            let line = Line::of(p, k, true);
-            let Some(charge) = line.charge else { continue };
+            let [charge, capacitance, at] =
+                [Number::Charge, Number::Capacitance, Number::At].map(|of| number(p, k, of));
             let end = |k: i32| usize::try_from(k).map_or(zero, |k| x[k]);
             let v = p.sub(end(d.p), end(d.n));
-            let charge = Signed::from(of(p, charge, v, line.at));
+            let charge = Signed::from(of(p, [charge, capacitance], v, at));
             for (row, of_p) in d.rows() {
                 q[row] = Some(p.more(q[row], if of_p { charge } else { -charge }));
             }
