@@ -65,6 +65,7 @@ RUST_ROWS = [
     ["devices", "sparse", "waves"],
     ["twice"],
     ["lanes"],
+    ["rough"],
     ["tape"],
     ["derive"],
     ["graph"],

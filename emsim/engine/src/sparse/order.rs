@@ -250,7 +250,36 @@ fn strong_components(pattern: &Pattern, col_of: &[u32]) -> (Vec<u32>, Vec<u32>) 
     (cols, blocks)
 }
 
-/// Reorders the columns of one block by approximate minimum degree.
+/// Up to this size a set of unknowns is the bits of a number.
+const SMALL: usize = 64;
+
+/// Minimum degree, and of equal degrees the pivot that waits for the shortest chain of others: straight-line code takes as long as the
+/// longest chain of divisions that wait for each other. (Eight diodes of a multiplier: from both ends of the ladder to its middle.)
+fn short_chains(colptr: &[i64], rowidx: &[i64]) -> Vec<usize> {
+    let size = colptr.len() - 1;
+    let mut beside = vec![0_u64; size];
+    for col in 0..size {
+        for &row in &rowidx[colptr[col] as usize..colptr[col + 1] as usize] {
+            beside[col] |= 1 << row;
+            beside[row as usize] |= 1 << col;
+        }
+    }
+    let (mut left, mut chain, mut order) = (Vec::from_iter(0..size), vec![0; size], Vec::with_capacity(size));
+    while !left.is_empty() {
+        let of = |&k: &usize| (beside[left[k]].count_ones(), chain[left[k]], left[k]);
+        let Some(next) = (0..left.len()).min_by_key(of) else { break };
+        let pivot = left.swap_remove(next);
+        let others = beside[pivot] & !(1 << pivot);
+        for &k in left.iter().filter(|&k| others >> k & 1 == 1) {
+            beside[k] = (beside[k] | others) & !(1 << pivot);
+            chain[k] = chain[k].max(chain[pivot] + 1);
+        }
+        order.push(pivot);
+    }
+    order
+}
+
+/// Reorders the columns of one block: those of a large one by approximate minimum degree.
 fn fill_reducing(pattern: &Pattern, col_of: &[u32], block: &mut [u32]) {
     let size = block.len();
     if size < 3 {
@@ -270,6 +299,13 @@ fn fill_reducing(pattern: &Pattern, col_of: &[u32], block: &mut [u32]) {
         }
         rowidx[first..].sort_unstable();
         colptr.push(rowidx.len() as i64);
+    }
+    if size <= SMALL {
+        let natural = block.to_vec();
+        for (place, local) in block.iter_mut().zip(short_chains(&colptr, &rowidx)) {
+            *place = natural[local];
+        }
+        return;
     }
     // on a refusal (not known to happen) the natural order still gives a correct, if fuller, factorisation
     if let Ok((order, _, _)) = amd::order::<i64>(size as i64, &colptr, &rowidx, &amd::Control::default()) {
