@@ -49,12 +49,9 @@ impl V {
         if let Some(four) = v.first_chunk() {
             return V::load(four);
         }
-        const THERE: [i64; 8] = [-1, -1, -1, -1, 0, 0, 0, 0];
-        // SAFETY: fewer than four numbers are read, as many as there are
-        unsafe {
-            let mask = _mm256_loadu_si256(THERE.as_ptr().add(4 - v.len()).cast());
-            V(_mm256_maskload_pd(v.as_ptr(), mask))
-        }
+        // one by one: what has just been stored is not there for a masked load
+        let at = |k: usize| v.get(k).copied().unwrap_or(0.0);
+        V(unsafe { _mm256_set_pd(0.0, at(2), at(1), at(0)) })
     }
 
     /// Its first numbers, as many as there is room for.
