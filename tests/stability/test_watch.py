@@ -124,7 +124,7 @@ def test_what_is_excited_anew_is_another_oscillation(tolerances, least):
     """The same coils: within the 50 us (250 periods) from turn to turn gear at 1e-3 loses 10 to 17 % beside radau at 1e-8, at
     1e-4 2 to 4 %, at 2e-5 half a percent, which is not told. It was told to be 0.14 of a period early after 901 periods, which no
     oscillation there has; and now and then, by chance of the last bits, 40 or 68 % over the whole run: amplitudes that fell as
-    predicted from the first to the last, up and down between. One trajectory in eight still runs on past one turn, none past two."""
+    predicted from the first to the last, up and down between. One in eight still runs on past one turn."""
     periods, losses = [], []
     for reltol in tolerances:
         text = said(run(deck("electrical/ref_ring_modulator"), f"method=gear reltol={reltol!r}"))
