@@ -5,12 +5,13 @@
 mod escape;
 mod jumps;
 mod memory;
+mod passage;
 mod stretch;
 
 use self::escape::{gone, Escape};
-use self::jumps::JUMP;
 use self::memory::Memory;
 pub use self::memory::IMPOSED;
+use self::passage::{Passage, FAILURES};
 pub(super) use self::stretch::Mark;
 
 use super::rows::{undetermined, Forces, Grid, Lags, Row, Sink};
@@ -65,15 +66,8 @@ pub struct Outcome {
 pub type Tick<'a> = dyn FnMut(f64, f64, u64, u64) -> bool + 'a;
 
 const TICK: u64 = 64;
-/// A run that advances less than `LEAST` of its span in `PATIENCE` steps is stopped: it would need 1e14 of them.
-const PATIENCE: u64 = 200_000;
-const LEAST: f64 = 2e-9;
 /// Steps into what is too large are shortened to this part of the run.
 const RUNAWAY: f64 = 1e-6;
-/// Steps of so little of the longest creep.
-const CREEPS: f64 = 1e-12;
-/// A step over a corner may take this part of the next stretch.
-const LEAP: f64 = 1e-4;
 /// So often a step is taken anew to end on an event, ...
 const ONTO: usize = 6;
 /// ... until it ends behind it by less than this part of reltol, in parts of itself.
@@ -283,44 +277,23 @@ impl<'a, S: Sink> Run<'a, S> {
             None => (0.01 * feature).min(1e-3 * span),
         };
         let fixed = self.o.fixed_step.is_some();
-        let mut h = match self.next.h {
+        let h = match self.next.h {
             Some(h) => h,
             None if fixed => first,
             None => method.begin(sys, self.w, first, &self.tol),
         };
-        let mut failures = 0u32;
-        let mut normal_h = self.next.normal;
-        let mut count = 0u64;
-        let mut mark = 0.0_f64;
-        let mut gave_up: Option<(f64, Failure, Vec<String>)> = None;
         // dense output would not do for a row between the ends of a step; nothing bounds a step where nothing moves by itself
         let still = !sys.differential.contains(&true);
-        let mut coarse = still;
+        let mut s = Passage { h, first, normal: self.next.normal, coarse: still, ..Passage::default() };
         while self.until - self.t > self.slack {
-            count += 1;
-            // so many steps for so little: the run would never end
-            if count % PATIENCE == 0 {
-                if self.t - mark < LEAST * span && !fixed {
-                    return self.fail(h, lost(), vec![format!("{PATIENCE} steps without getting on")]);
-                }
-                mark = self.t;
-            }
-            if count % TICK == 0 && !tick(self.t, h, self.w.counters.steps, self.w.counters.events) {
-                self.outcome.status = Status::Interrupted;
+            s.count += 1;
+            if s.count % TICK == 0 && !self.looks_up(&mut s, method, tick) {
                 return;
-            }
-            if count % TICK == 0 {
-                if let Some(why) = self.watch.cost(count, self.t, h, &self.tol) {
-                    match method.gives_up(self.w, &self.x) {
-                        Some(next) => h = next,
-                        None => return self.fail(h, why, vec![]),
-                    }
-                }
             }
             // how far may this step go
             let t = self.t;
             let left = (self.stop - t) - self.late;
-            let mut step = h.min(if fixed { h } else { memory::bound(&a, t, tmax) });
+            let mut step = s.h.min(if fixed { s.h } else { memory::bound(&a, t, tmax) });
             let mut lands = step >= left * (1.0 - 1e-9);
             if lands {
                 step = self.memory.recurring(left, 8.0 * f64::EPSILON * self.stop);
@@ -330,39 +303,19 @@ impl<'a, S: Sink> Run<'a, S> {
             let smallest = (16.0 * f64::EPSILON * t).max(1e-18 * a.tstop);
             let asked = self.grid.after(t);
             // a row that is asked for at a corner stands at the end of the step onto it
-            if coarse && t + step > asked && asked < self.stop - 1e-9 * a.tstep {
+            if s.coarse && t + step > asked && asked < self.stop - 1e-9 * a.tstep {
                 (step, lands) = (asked - t, false);
             }
             step = if lands { step } else { step.max(smallest) };
             match method.attempt(sys, self.w, step, &self.tol) {
-                Attempt::Stuck { next, why } => {
-                    self.w.counters.newton_failures += 1;
-                    failures += 1;
-                    if next <= smallest || failures > 60 || fixed {
-                        let last = fixed || self.escape.unknown().is_some();
-                        if let Some(over) = if last { None } else { self.creeps_over(step) } {
-                            self.restart(method);
-                            (h, failures) = (over, 0);
-                            continue;
-                        }
-                        // what is told is why the first method gave up, where others were tried after it
-                        let [halved, by] = self.tried(step, method);
-                        let (step, why, tried) = gave_up.get_or_insert_with(|| (step, *why, vec![halved]));
-                        tried.push(by);
-                        if let Some(next) = if last { None } else { method.fallback(self.w, &self.x) } {
-                            (h, failures) = (next, 0);
-                            continue;
-                        }
-                        let (step, why, tried) = (*step, why.clone(), std::mem::take(tried));
-                        return self.fail(step, why, tried);
-                    }
-                    h = next;
-                    continue;
-                }
+                Attempt::Stuck { next, why } => match self.stuck(&mut s, method, (step, smallest), (next, why)) {
+                    true => continue,
+                    false => return,
+                },
                 Attempt::TooLarge { next } => {
                     self.w.counters.rejected += 1;
                     if step > smallest * 1.01 {
-                        h = next.max(smallest);
+                        s.h = next.max(smallest);
                         continue;
                     }
                     if let Some(unknown) = self.escape.unknown() {
@@ -372,20 +325,20 @@ impl<'a, S: Sink> Run<'a, S> {
                     self.t = (t + step).min(self.stop);
                     self.late = 0.0;
                     method.accept(self.t);
-                    h = 2.0 * smallest;
+                    s.h = 2.0 * smallest;
                 }
                 // so that what is kept ends where the solution runs away
                 Attempt::Good { .. } if !fixed && step > RUNAWAY * span && gone(method.candidate()).is_some() => {
                     self.w.counters.rejected += 1;
-                    h = 0.1 * step;
+                    s.h = 0.1 * step;
                     continue;
                 }
                 Attempt::Good { next } => {
                     let t1 = if lands { self.stop } else { t + (step + self.late) };
                     let inside = asked < t1 - 1e-7 * self.grid.step;
-                    if self.dense && !fixed && (coarse || inside) {
-                        coarse = still || method.interior(sys, &self.tol) > 1.0;
-                        if coarse && inside {
+                    if self.dense && !fixed && (s.coarse || inside) {
+                        s.coarse = still || method.interior(sys, &self.tol) > 1.0;
+                        if s.coarse && inside {
                             self.w.counters.rejected += 1;
                             continue;
                         }
@@ -394,28 +347,28 @@ impl<'a, S: Sink> Run<'a, S> {
                         self.grid.parted(method, step, next, sys, &self.tol);
                         self.grid.hurried(method, (t, t1), (&self.x, method.candidate()), sys, self.w, &self.tol);
                     }
-                    match self.event(method, t1, step, next, smallest, &mut failures) {
+                    let event = match sys.edges.all_timed() {
+                        true => Event::None,
+                        false => self.event(method, t1, step, next, smallest, &mut s.failures),
+                    };
+                    match event {
                         Event::None => {}
-                        Event::Refused(_) if failures > 60 => {
-                            if let Some(next) = method.fallback(self.w, &self.x) {
-                                (h, failures) = (next, 0);
-                                continue;
-                            }
-                            let next = smallest;
-                            return self.fail(next, lost(), vec!["locating an event".into()]);
-                        }
+                        Event::Refused(_) if s.failures > FAILURES => match self.lost(&mut s, method, smallest) {
+                            true => continue,
+                            false => return,
+                        },
                         Event::Refused(next) | Event::Passed(next) => {
-                            h = next;
+                            s.h = next;
                             continue;
                         }
                     }
-                    (failures, gave_up) = (0, None);
+                    s.passed();
                     method.accept(t1);
                     self.w.counters.steps += 1;
                     self.memory.learn(step, next);
                     self.late = if lands { 0.0 } else { (step + self.late) - (t1 - t) };
                     self.t = t1;
-                    h = next;
+                    s.h = next;
                 }
             }
             self.x.copy_from_slice(method.candidate());
@@ -427,63 +380,15 @@ impl<'a, S: Sink> Run<'a, S> {
             self.keep(method);
             self.detector.accept(sys, self.w, &self.x, self.t);
             if !(lands && self.t >= self.stop) {
-                normal_h = h;
+                s.normal = s.h;
                 continue;
             }
             if self.t >= self.until {
                 break;
             }
-            self.w.counters.breakpoints += 1;
-            self.record.corner(self.kept);
-            let jumped = self.land(method);
-            let ahead = self.stop - self.t;
-            self.grid.bent(self.t, ahead);
-            if fixed {
-                h = first;
-                match jumped {
-                    true => self.restart(method),
-                    false => method.corner(),
-                }
-            } else if jumped || method.restarts_at_corners() {
-                self.restart(method);
-                let known = self.memory.first(method.leaps());
-                h = known.unwrap_or(0.1 * ahead.min(normal_h).min(tmax)).max(smallest);
-            } else {
-                method.corner();
-                self.memory.restart(sys.stretch(self.w, self.t));
-                let known = self.memory.length().unwrap_or(normal_h.min(tmax));
-                h = h.max(known).min(if method.starts_at_full_length() { ahead } else { 0.5 * ahead });
-            }
+            self.landed(&mut s, method, smallest);
         }
-        self.next = Next { h: Some(h), normal: normal_h };
-    }
-
-    /// Steps that have shrunk to nearly nothing, and then failed, are at a corner that the equations themselves have (the
-    /// current of a diode without capacitance that an inductor turns off). One implicit step leads over it, the shortest
-    /// that rounding allows, a longer one each time it was not enough; its length, for the next step.
-    fn creeps_over(&mut self, step: f64) -> Option<f64> {
-        let width = self.tmax.min(self.stop - self.t);
-        if step > CREEPS * self.tmax {
-            return None;
-        }
-        let again = self.t < self.crept.0 + LEAP * width;
-        // never so short that time stands still
-        let least = 64.0 * f64::EPSILON * self.t;
-        let (t, mut h) = (self.t, if again { 10.0 * self.crept.1 } else { JUMP * width }.max(least));
-        let tol = self.tol.at_least(1e-5);
-        while h <= least.max(LEAP * width) {
-            if newton(self.sys, &mut self.newton)
-                .is_some_and(|n| op::consistent(self.sys, n, self.w, &mut self.x, t, h, &tol, false))
-            {
-                self.crept = (t, h);
-                (self.t, self.late) = (t + h, 0.0);
-                self.stop = self.sys.next_stop(self.w, self.t, self.until);
-                self.jump(self.tmax);
-                return Some(h);
-            }
-            h *= 10.0;
-        }
-        None
+        self.next = Next { h: Some(s.h), normal: s.normal };
     }
 
     /// Records the accepted step up to its end x at t.
@@ -512,6 +417,7 @@ impl<'a, S: Sink> Run<'a, S> {
     }
 
     /// A flag that turns inside the attempted step (t, t1]: the step ends there, the flag flips, the method restarts.
+    #[inline(never)]
     fn event(
         &mut self,
         method: &mut dyn Method,
@@ -522,9 +428,6 @@ impl<'a, S: Sink> Run<'a, S> {
         failures: &mut u32,
     ) -> Event {
         let (sys, t) = (self.sys, self.t);
-        if sys.edges.all_timed() {
-            return Event::None;
-        }
         let inside = |t: f64, out: &mut [f64]| method.dense(t, out);
         let candidate = Candidate { end: method.candidate(), dense: &inside, long: self.dense };
         let located = self.detector.locate(sys, self.w, &candidate, t, t1, &mut self.scratch);
@@ -604,8 +507,4 @@ fn newton<'n>(sys: &System, made: &'n mut Option<Newton>) -> Option<&'n mut Newt
         *made = Newton::new(sys).ok();
     }
     made.as_mut()
-}
-
-fn lost() -> Failure {
-    Failure::Diverged { unknown: 0, row: 0 }
 }

@@ -66,15 +66,21 @@ fn largest_of<L: Lanes>(x: &[f64]) -> f64 {
 }
 
 impl<S: Sink> Run<'_, S> {
+    #[cold]
+    #[inline(never)]
     pub(super) fn tried(&self, step: f64, method: &dyn Method) -> [String; 2] {
         let by = method.used().last().map_or(self.o.method.clone(), |u| u.method.clone());
         [format!("shorter steps, down to {step:.2e} s"), format!("method {by}")]
     }
 
+    #[cold]
+    #[inline(never)]
     pub(super) fn runs_away(&mut self, step: f64, unknown: usize, method: &dyn Method) {
         self.fail(step, Failure::NotFinite { unknown }, self.tried(step, method).into());
     }
 
+    #[cold]
+    #[inline(never)]
     pub(super) fn fail(&mut self, h: f64, why: Failure, tried: Vec<String>) {
         self.outcome.status = Status::Failed;
         self.outcome.failed = Some(Failed { t: self.t, h, during: "transient", why, tried });
