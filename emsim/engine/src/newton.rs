@@ -95,6 +95,7 @@ struct Asked {
 }
 
 impl Asked {
+    #[inline(always)]
     fn due(
         &mut self,
         n: usize,
@@ -356,6 +357,7 @@ impl Newton {
     }
 
     /// step <- -(G + a C)^-1 (F + a Q + r) at x, of what was expanded there.
+    #[inline(always)]
     fn update(&mut self, sys: &System, w: &mut Work, a: f64, stage: &Stage) -> Result<(), Failure> {
         if !sys.linear {
             let inputs = sys.stage_inputs(w, stage.numbers(), a);
@@ -495,6 +497,7 @@ impl Newton {
     }
 
     /// Q at the solution x, to first order from where it was expanded if the last step led away from there (`moved`), and F.
+    #[inline(always)]
     fn close(&mut self, sys: &System, w: &Work, a: f64, stage: &Stage, moved: bool) {
         if let Some(program) = self.closing.due(sys.n, &sys.closing, || sys.stage_closing()) {
             program.run(&sys.stage_inputs(w, stage.numbers(), a), &mut self.charges);

@@ -70,6 +70,14 @@ impl Record {
         self.data.len() / self.columns
     }
 
+    #[cold]
+    #[inline(never)]
+    fn grow(&mut self) {
+        self.data.reserve(self.columns.max(FIRST));
+        prefer_huge_pages(&self.data);
+    }
+
+    #[inline(always)]
     pub fn push(&mut self, sys: &System, w: &mut Work, t: f64, x: &[f64]) {
         if !self.tape.is_empty() {
             sys.set_time(w, t);
@@ -77,8 +85,7 @@ impl Record {
         }
         let row = self.data.len();
         if self.data.capacity() < row + self.columns {
-            self.data.reserve(self.columns.max(FIRST));
-            prefer_huge_pages(&self.data);
+            self.grow();
         }
         self.data.push(t);
         self.data.extend(self.unknowns.iter().map(|&i| x.get(i as usize).copied().unwrap_or(0.0)));

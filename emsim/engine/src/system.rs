@@ -447,7 +447,7 @@ impl System {
         self.passive && self.sums.is_empty() && !self.has_coils()
     }
 
-    #[inline]
+    #[inline(always)]
     pub fn set_time(&self, w: &mut Work, t: f64) {
         if t == w.wave_time && !w.dc {
             return;
@@ -559,6 +559,7 @@ impl System {
 
     /// Expressions and devices with their derivatives at (x, t), kept in `w` for what follows: `eval_jacobian`,
     /// or the five functions of one implicit stage below it.
+    #[inline(always)]
     fn expand(&self, w: &mut Work, x: &[f64], t: f64, a: f64, limit: bool, near: Option<Near>) -> Met {
         if !self.jacobian.is_empty() {
             self.jacobian.run(&Inputs { x, t, waves: &w.waves, flags: &w.flags }, &mut w.jacobian);

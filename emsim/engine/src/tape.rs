@@ -287,7 +287,7 @@ impl Tape {
     }
 
     /// Runs one part of a `native_into` and leaves its results in `out`.
-    #[inline]
+    #[inline(always)]
     pub fn run_into(&self, part: usize, inp: &Inputs, w: &mut [f64], out: &mut [f64]) {
         let places = self.part_places(part);
         if let Some(native) = self.native.get(part).filter(|_| self.into) {
@@ -346,7 +346,7 @@ impl Tape {
         self.limits.1 > first
     }
 
-    #[inline]
+    #[inline(always)]
     fn check(&self, inp: &Inputs, w: &[f64]) {
         assert!(w.len() == self.length);
         assert!(inp.x.len() >= self.limits.0 && inp.waves.len() >= self.limits.1 && inp.flags.len() >= self.limits.2);

@@ -403,23 +403,30 @@ impl Tolerances {
     }
 
     /// A step ended with x at t.
+    #[inline(always)]
     pub fn observe(&mut self, x: &[f64], t: f64) {
         remember(&mut self.peak, &mut self.recent, &mut self.last, x, t);
         // floors move slowly: now and then is enough
         if self.observed % 16 == 0 {
-            let largest = &mut self.largest;
-            for (&g, &p) in self.group.iter().zip(&self.peak) {
-                let l = &mut largest[g.min(15)];
-                *l = l.max(p);
-            }
-            for ((f, &a), &g) in self.floor.iter_mut().zip(&self.atol).zip(&self.group) {
-                *f = a + NEIGHBOURS * largest[g.min(15)];
-            }
-            for (all, (floor, own)) in self.error_floor.iter_mut().zip(self.floor.iter().zip(&self.own)) {
-                *all = floor + own;
-            }
+            self.move_floors();
         }
         self.observed = self.observed.wrapping_add(1);
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn move_floors(&mut self) {
+        let largest = &mut self.largest;
+        for (&g, &p) in self.group.iter().zip(&self.peak) {
+            let l = &mut largest[g.min(15)];
+            *l = l.max(p);
+        }
+        for ((f, &a), &g) in self.floor.iter_mut().zip(&self.atol).zip(&self.group) {
+            *f = a + NEIGHBOURS * largest[g.min(15)];
+        }
+        for (all, (floor, own)) in self.error_floor.iter_mut().zip(self.floor.iter().zip(&self.own)) {
+            *all = floor + own;
+        }
     }
 }
 

@@ -392,6 +392,7 @@ impl<'a, S: Sink> Run<'a, S> {
     }
 
     /// Records the accepted step up to its end x at t.
+    #[inline(always)]
     fn keep(&mut self, method: &dyn Method) {
         let width = self.t - self.kept;
         let forces = match method.lags() {

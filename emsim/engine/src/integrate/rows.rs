@@ -383,6 +383,7 @@ impl Grid {
     /// Of the attempted step (t, t1] from x0 to x1: what has hurried to its end behind a jump, in picoseconds perhaps, has the
     /// value of that end at the rows inside, not that of a curve through the start, unless the method's own curve knows nothing of
     /// the start. Where the rows are to be drawn, one more tells when it was there.
+    #[inline(always)]
     pub fn hurried(
         &mut self,
         m: &dyn Method,
@@ -397,6 +398,19 @@ impl Grid {
         if !self.jumped && self.due >= t1 {
             return;
         }
+        self.look_ahead(m, (t, t1), (x0, x1), sys, w, tol);
+    }
+
+    #[inline(never)]
+    fn look_ahead(
+        &mut self,
+        m: &dyn Method,
+        (t, t1): (f64, f64),
+        (x0, x1): (&[f64], &[f64]),
+        sys: &System,
+        w: &mut Work,
+        tol: &Tolerances,
+    ) {
         let asked = if self.dense { self.point(self.k) } else { f64::INFINITY };
         if !self.jumped && asked.min(self.corner).min(self.extra()) >= t1 {
             return;
@@ -430,6 +444,7 @@ impl Grid {
     }
 
     /// Rows strictly before `t1`, which is recorded by the caller.
+    #[inline(always)]
     pub fn fill(
         &mut self,
         m: &dyn Method,
@@ -442,8 +457,22 @@ impl Grid {
         let near = 1e-9 * self.print;
         if self.parts == 1 && self.due.min(self.arrived) > t1 + near {
             (self.last, self.jumped) = (t1, false);
-            return;
+        } else {
+            self.fill_due(m, t1, sys, w, tol, row);
         }
+    }
+
+    #[inline(never)]
+    fn fill_due(
+        &mut self,
+        m: &dyn Method,
+        t1: f64,
+        sys: &System,
+        w: &mut Work,
+        tol: &Tolerances,
+        row: &mut Row<impl Sink>,
+    ) {
+        let near = 1e-9 * self.print;
         let begin = t1 - row.width;
         let part = if self.parts > 1 { row.width / self.parts as f64 } else { f64::INFINITY };
         let mut newest = self.start.max(self.last);

@@ -165,6 +165,7 @@ impl Program {
         Program { tape, slots }
     }
 
+    #[inline(always)]
     pub fn run(&mut self, inputs: &Inputs, out: &mut [f64]) {
         self.tape.run_into(0, inputs, &mut self.slots, out);
     }
@@ -267,6 +268,8 @@ impl Recurring {
 
     /// Is the program to be written now? One that was `known` before serves from the start; of new ones the next has to be worth
     /// twice as much: pivots that change often are not followed.
+    #[cold]
+    #[inline(never)]
     pub fn is_due(&mut self, count: u64, known: impl FnOnce() -> Known) -> bool {
         if self.program.is_none() && !std::mem::replace(&mut self.asked, true) {
             match known() {
@@ -283,8 +286,9 @@ impl Recurring {
     }
 
     /// The program that `once` holds, or is to hold.
+    #[inline(always)]
     pub fn shared(&mut self, count: u64, once: &Once, write: impl FnOnce() -> Option<Tape>) -> Option<&mut Program> {
-        if self.is_due(count, || once.find()) {
+        if self.program.is_none() && self.is_due(count, || once.find()) {
             let tape = once.tape.get_or_init(|| write().map(Arc::new));
             self.program = tape.clone().map(Program::again);
         }

@@ -169,6 +169,7 @@ pub struct Met {
 impl Diodes<'_> {
     /// Expands every diode at x. With `limit` its voltage moves from the one it was held at by no more than SPICE's
     /// limiting allows. `a` is that of the stage.
+    #[inline(always)]
     pub fn expand(&mut self, x: &[f64], a: f64, gmin: f64, limit: bool, near: Option<Near>) -> Met {
         let mut met = Met::default();
         #[cfg(target_arch = "x86_64")]

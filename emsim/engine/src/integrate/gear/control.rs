@@ -62,6 +62,7 @@ pub struct Taken {
 
 impl Control {
     /// log2 of the factor to the next step that an error of order k allows.
+    #[inline(always)]
     fn growth(self, error: f64, k: usize) -> f64 {
         if error < LEAST {
             1.0
@@ -77,6 +78,7 @@ impl Control {
 
     /// The order of the next step and what it is longer by, after one that was good and the one before it; errors of `others` are those
     /// that orders below and above would have had.
+    #[inline(always)]
     pub fn next(self, now: Taken, others: [Option<f64>; 2], before: Taken) -> (usize, f64) {
         let k = now.order;
         let (mut best, mut order) = (self.growth(now.error, k), k);

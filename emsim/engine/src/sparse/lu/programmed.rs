@@ -8,6 +8,7 @@ use crate::tape::Inputs;
 impl Lu<f64> {
     /// Factors and solves `equations` as one program, with the pivots of the last `factor`: b <- A^-1 b of what its leaves read.
     /// False, and b as it was, where no program is due yet, or the pivots do not serve.
+    #[inline(always)]
     pub fn factor_and_solve_by_program(
         &mut self,
         equations: impl FnOnce() -> Equations,
@@ -65,6 +66,7 @@ impl<T: Scalar> Lu<T> {
     }
 
     /// Is there a program, now that it has been asked for?
+    #[inline(always)]
     fn is_written(
         &mut self,
         purpose: Purpose,
@@ -72,9 +74,18 @@ impl<T: Scalar> Lu<T> {
         count: u64,
         write: impl FnOnce(&Layout) -> Option<Program>,
     ) -> bool {
-        if which(self).program.is_some() {
-            return true;
-        }
+        which(self).program.is_some() || self.is_written_now(purpose, which, count, write)
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn is_written_now(
+        &mut self,
+        purpose: Purpose,
+        mut which: impl FnMut(&mut Self) -> &mut Recurring,
+        count: u64,
+        write: impl FnOnce(&Layout) -> Option<Program>,
+    ) -> bool {
         if self.arranged.columns.is_empty() || self.arranged.operations * T::Term::PARTS * T::Term::PARTS > LARGEST {
             return false;
         }
