@@ -456,8 +456,7 @@ impl System {
             *v = w.source_factor
                 * match w.dc {
                     true => wave.dc_value(),
-                    false if t >= w.before => wave.value_before(t),
-                    false => wave.value(t),
+                    false => wave.value_at(t, t >= w.before),
                 };
         }
         w.guests.write(t, &mut w.waves);

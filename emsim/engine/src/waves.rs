@@ -197,6 +197,19 @@ impl Wave {
         self.dc.unwrap_or_else(|| self.value_before(0.0))
     }
 
+    /// Value at t; at a jump the one that is asked for.
+    #[inline(always)]
+    pub fn value_at(&self, t: f64, before: bool) -> f64 {
+        match &self.shape {
+            Shape::Dc(v) => *v,
+            Shape::Sin { offset, amplitude, frequency, delay, damping, phase } if t > *delay && *damping == 0.0 => {
+                offset + amplitude * sine(frequency * (t - delay), *phase)
+            }
+            _ => self.at(t, if before { Side::Before } else { Side::After }),
+        }
+    }
+
+    #[inline(never)]
     fn at(&self, t: f64, side: Side) -> f64 {
         match &self.shape {
             Shape::Dc(v) => *v,

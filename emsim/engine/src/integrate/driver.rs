@@ -345,7 +345,7 @@ impl<'a, S: Sink> Run<'a, S> {
                     }
                     if !fixed {
                         self.grid.parted(method, step, next, sys, &self.tol);
-                        self.grid.hurried(method, (t, t1), (&self.x, method.candidate()), sys, self.w, &self.tol);
+                        self.grid.hurried(method, (t, t1), &self.x, sys, self.w, &self.tol);
                     }
                     let event = match sys.edges.all_timed() {
                         true => Event::None,
@@ -465,7 +465,7 @@ impl<'a, S: Sink> Run<'a, S> {
         if at_once {
             self.tol.observe(&self.x, self.t);
         } else {
-            self.grid.hurried(method, (t, te), (&self.x, method.candidate()), sys, self.w, &self.tol);
+            self.grid.hurried(method, (t, te), &self.x, sys, self.w, &self.tol);
             method.accept(te);
             self.w.counters.steps += 1;
             self.x.copy_from_slice(method.candidate());

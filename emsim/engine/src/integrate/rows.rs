@@ -380,7 +380,7 @@ impl Grid {
         }
     }
 
-    /// Of the attempted step (t, t1] from x0 to x1: what has hurried to its end behind a jump, in picoseconds perhaps, has the
+    /// Of the attempted step (t, t1] from x0: what has hurried to its end behind a jump, in picoseconds perhaps, has the
     /// value of that end at the rows inside, not that of a curve through the start, unless the method's own curve knows nothing of
     /// the start. Where the rows are to be drawn, one more tells when it was there.
     #[inline(always)]
@@ -388,7 +388,7 @@ impl Grid {
         &mut self,
         m: &dyn Method,
         (t, t1): (f64, f64),
-        (x0, x1): (&[f64], &[f64]),
+        x0: &[f64],
         sys: &System,
         w: &mut Work,
         tol: &Tolerances,
@@ -398,7 +398,7 @@ impl Grid {
         if !self.jumped && self.due >= t1 {
             return;
         }
-        self.look_ahead(m, (t, t1), (x0, x1), sys, w, tol);
+        self.look_ahead(m, (t, t1), x0, sys, w, tol);
     }
 
     #[inline(never)]
@@ -406,11 +406,12 @@ impl Grid {
         &mut self,
         m: &dyn Method,
         (t, t1): (f64, f64),
-        (x0, x1): (&[f64], &[f64]),
+        x0: &[f64],
         sys: &System,
         w: &mut Work,
         tol: &Tolerances,
     ) {
+        let x1 = m.candidate();
         let asked = if self.dense { self.point(self.k) } else { f64::INFINITY };
         if !self.jumped && asked.min(self.corner).min(self.extra()) >= t1 {
             return;
