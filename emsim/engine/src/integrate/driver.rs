@@ -406,8 +406,7 @@ impl<'a, S: Sink> Run<'a, S> {
         let mut row = Row { sink: self.record, forces, x: &mut self.scratch, width, whole: self.a.tstop };
         self.grid.fill(method, self.t, self.sys, self.w, &self.tol, &mut row);
         if self.t >= self.a.tstart {
-            row.x().copy_from_slice(&self.x);
-            row.push(self.sys, self.w, self.t, &self.tol);
+            row.end(self.sys, self.w, self.t, &self.x, &self.tol);
         }
         self.kept = self.t;
         let dense = |t: f64, out: &mut [f64]| method.dense(t, out);

@@ -219,6 +219,17 @@ impl<S: Sink> Row<'_, S> {
         self.x
     }
 
+    /// The row at x, where a step ends.
+    #[inline(always)]
+    pub fn end(&mut self, sys: &System, w: &mut Work, t: f64, x: &[f64], tol: &Tolerances) {
+        if self.forces.is_none() {
+            return self.sink.row(sys, w, t, x);
+        }
+        self.x.copy_from_slice(x);
+        self.push(sys, w, t, tol);
+    }
+
+    #[inline(never)]
     pub fn push(&mut self, sys: &System, w: &mut Work, t: f64, tol: &Tolerances) {
         if let Some(forces) = &mut self.forces {
             forces.settle(sys, w, (t, self.x), Forces::inside(self.width, self.whole), tol);
