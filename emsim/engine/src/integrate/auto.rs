@@ -250,6 +250,12 @@ impl<'a> Auto<'a> {
         self.explicit.is_some() && self.now == 0
     }
 
+    /// Is there nothing to choose between attempts: no explicit form, no other method for stretches of another kind?
+    #[inline(always)]
+    fn settled(&self) -> bool {
+        self.begun && self.explicit.is_none() && !self.stretches && !self.away
+    }
+
     /// What part of an implicit step an explicit one has to be: with 3, 5, 7 stages to iterate it is worth 4, 6, 8 of those.
     fn fraction(&self) -> f64 {
         match self.name() {
@@ -372,6 +378,36 @@ impl<'a> Auto<'a> {
         l * self.feature > most || (damped && l * self.o.span > LASTING)
     }
 
+    /// An attempt where there is something to choose.
+    #[inline(never)]
+    fn attempt_chosen(&mut self, sys: &System, w: &mut Work, h: f64, tol: &Tolerances) -> Attempt {
+        if let Err(why) = self.choose(w, h, tol) {
+            return Attempt::Stuck { next: 0.0, why: why.into() };
+        }
+        self.longest = self.longest.max(h);
+        let mut result = self.methods[self.now].1.attempt(sys, w, h, tol);
+        if self.probation.is_some() {
+            result = self.judge(w, h, result);
+        } else if self.explicitly() && unfit(&result) {
+            self.explicit = None;
+            if self.go_implicit(w, "the explicit method cannot get on").is_ok() {
+                return Attempt::TooLarge { next: self.longest };
+            }
+        } else if self.explicitly() && self.steps > 0 && self.inner().near_singular() {
+            // (a run that begins at such a position has two ways to go on: an implicit step finds neither)
+            self.explicit = None;
+            self.implicit = beside_singular(self.o.reltol);
+            if self.go_implicit(w, "a loop comes near a singular position").is_ok() {
+                return Attempt::TooLarge { next: OF_EXPLICIT * self.longest };
+            }
+        }
+        if let Attempt::TooLarge { next } | Attempt::Stuck { next, .. } = result {
+            self.refused += 1;
+            self.collapsed = next < COLLAPSE * self.reach;
+        }
+        result
+    }
+
     /// What the explicit method did on probation: kept, continued, or taken back.
     fn judge(&mut self, w: &mut Work, h: f64, result: Attempt) -> Attempt {
         let Some((before, asked, least)) = self.probation else { return result };
@@ -439,30 +475,15 @@ impl Method for Auto<'_> {
         }
     }
 
+    #[inline(always)]
     fn attempt(&mut self, sys: &System, w: &mut Work, h: f64, tol: &Tolerances) -> Attempt {
-        if let Err(why) = self.choose(w, h, tol) {
-            return Attempt::Stuck { next: 0.0, why: why.into() };
+        if !self.settled() {
+            return self.attempt_chosen(sys, w, h, tol);
         }
         self.longest = self.longest.max(h);
-        let mut result = self.methods[self.now].1.attempt(sys, w, h, tol);
-        if self.probation.is_some() {
-            result = self.judge(w, h, result);
-        } else if self.explicitly() && unfit(&result) {
-            self.explicit = None;
-            if self.go_implicit(w, "the explicit method cannot get on").is_ok() {
-                return Attempt::TooLarge { next: self.longest };
-            }
-        } else if self.explicitly() && self.steps > 0 && self.inner().near_singular() {
-            // (a run that begins at such a position has two ways to go on: an implicit step finds neither)
-            self.explicit = None;
-            self.implicit = beside_singular(self.o.reltol);
-            if self.go_implicit(w, "a loop comes near a singular position").is_ok() {
-                return Attempt::TooLarge { next: OF_EXPLICIT * self.longest };
-            }
-        }
-        if let Attempt::TooLarge { next } | Attempt::Stuck { next, .. } = result {
+        let result = self.methods[self.now].1.attempt(sys, w, h, tol);
+        if !matches!(result, Attempt::Good { .. }) {
             self.refused += 1;
-            self.collapsed = next < COLLAPSE * self.reach;
         }
         result
     }
@@ -496,11 +517,12 @@ impl Method for Auto<'_> {
         Some(self.longest)
     }
 
+    #[inline(always)]
     fn accept(&mut self, t1: f64) {
         self.methods[self.now].1.accept(t1);
         self.reach = self.reach.max(t1 - self.t);
         self.t = t1;
-        if self.explicit.is_some() || self.stretches || self.away {
+        if !self.settled() {
             self.x.copy_from_slice(self.methods[self.now].1.candidate());
         }
         self.tried.clear();
@@ -512,6 +534,7 @@ impl Method for Auto<'_> {
         }
     }
 
+    #[inline(always)]
     fn candidate(&self) -> &[f64] {
         self.inner().candidate()
     }
@@ -572,6 +595,7 @@ impl Method for Auto<'_> {
         self.inner().begins_with_slopes()
     }
 
+    #[inline(always)]
     fn lags(&self) -> Lags {
         self.inner().lags()
     }
@@ -592,6 +616,7 @@ impl Method for Auto<'_> {
         self.methods[self.now].1.inputs_changed();
     }
 
+    #[inline(always)]
     fn formula(&self) -> usize {
         self.now * FORMULAS + self.inner().formula()
     }

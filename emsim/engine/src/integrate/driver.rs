@@ -14,9 +14,10 @@ pub use self::memory::IMPOSED;
 use self::passage::{Passage, FAILURES};
 pub(super) use self::stretch::Mark;
 
+use super::auto::Auto;
 use super::rows::{undetermined, Forces, Grid, Lags, Row, Sink};
 use super::watch::{Report, Watch};
-use super::{make, Attempt, Method, Used};
+use super::{make_one, Attempt, Method, Used};
 use crate::events::{Candidate, Detector, Located};
 use crate::ledger::Inside;
 use crate::newton::{Failure, Newton, Options, Tolerances};
@@ -120,20 +121,35 @@ pub fn run(sys: &System, w: &mut Work, a: Transient, o: &Options, record: &mut R
         Ok(x) => x,
         Err(failed) => return Outcome::failed(*failed),
     };
-    let made = make(sys, o).and_then(|m| Ok((Run::new(sys, w, a, o, record, x, m.as_ref())?, m)));
-    let (mut run, mut method) = match made {
-        Ok(made) => made,
-        Err(why) => return Outcome::failed(Failed::at_start("transient", why, vec![])),
+    // a loop for `auto`, which calls what it has chosen, and one for all others
+    let outcome = match o.method.as_str() {
+        "auto" => Auto::new(sys, o).and_then(|mut method| conduct(sys, w, a, o, record, x, &mut method, tick)),
+        name => make_one(sys, o, name).and_then(|mut method| conduct(sys, w, a, o, record, x, &mut *method, tick)),
     };
-    run.start(method.as_mut());
-    run.advance(method.as_mut(), tick);
+    outcome.unwrap_or_else(|why| Outcome::failed(Failed::at_start("transient", why, vec![])))
+}
+
+#[allow(clippy::too_many_arguments)]
+fn conduct<M: Method + ?Sized>(
+    sys: &System,
+    w: &mut Work,
+    a: Transient,
+    o: &Options,
+    record: &mut Record,
+    x: Vec<f64>,
+    method: &mut M,
+    tick: &mut Tick,
+) -> Result<Outcome, Failure> {
+    let mut run = Run::new(sys, w, a, o, record, x, &*method)?;
+    run.start(method);
+    run.advance(method, tick);
     run.record.close(run.sys, run.w);
-    run.outcome.watch = run.watch.report(run.sys, run.w, (run.t, &run.x), method.as_ref(), &run.tol);
+    run.outcome.watch = run.watch.report(run.sys, run.w, (run.t, &run.x), &*method, &run.tol);
     run.outcome.used = method.used();
     if run.outcome.used.is_empty() {
         run.outcome.used.push(Used { t: 0.0, method: o.method.clone(), why: "asked for".into() });
     }
-    run.outcome
+    Ok(run.outcome)
 }
 
 impl Outcome {
@@ -183,7 +199,7 @@ impl<'a, S: Sink> Run<'a, S> {
         o: &'a Options,
         record: &'a mut S,
         x: Vec<f64>,
-        method: &dyn Method,
+        method: &(impl Method + ?Sized),
     ) -> Result<Run<'a, S>, Failure> {
         let mut tol = Tolerances::new(sys, o);
         tol.observe(&x, 0.0);
@@ -222,7 +238,7 @@ impl<'a, S: Sink> Run<'a, S> {
         })
     }
 
-    pub(super) fn start(&mut self, method: &mut dyn Method) {
+    pub(super) fn start(&mut self, method: &mut (impl Method + ?Sized)) {
         let feature = self.sys.shortest_feature().min(self.a.tstep).min(self.tmax);
         // within so little of the run charges are not known to rounding: what need not be computed from their change is not
         let (short, rounded) = (1e-5 * feature, 1e-10 * self.a.tstop);
@@ -259,7 +275,7 @@ impl<'a, S: Sink> Run<'a, S> {
             .is_some_and(|n| op::consistent(self.sys, n, self.w, &mut self.x, t, h, &self.tol, refine))
     }
 
-    fn restart(&mut self, method: &mut dyn Method) {
+    fn restart(&mut self, method: &mut (impl Method + ?Sized)) {
         self.watch.cut(method, &self.tol);
         method.restart(self.sys, self.w, self.t, &self.x);
         self.detector.start(self.sys, self.w, &self.x, self.t);
@@ -267,7 +283,7 @@ impl<'a, S: Sink> Run<'a, S> {
     }
 
     /// The loop over steps.
-    fn advance(&mut self, method: &mut dyn Method, tick: &mut Tick) {
+    fn advance(&mut self, method: &mut (impl Method + ?Sized), tick: &mut Tick) {
         let (sys, a, tmax) = (self.sys, self.a, self.tmax);
         let span = a.tstop;
         let feature = sys.shortest_feature().min(a.tstep).min(tmax);
@@ -393,7 +409,7 @@ impl<'a, S: Sink> Run<'a, S> {
 
     /// Records the accepted step up to its end x at t.
     #[inline(always)]
-    fn keep(&mut self, method: &dyn Method) {
+    fn keep(&mut self, method: &(impl Method + ?Sized)) {
         let width = self.t - self.kept;
         let forces = match method.lags() {
             Lags::Nothing => None,
@@ -420,7 +436,7 @@ impl<'a, S: Sink> Run<'a, S> {
     #[inline(never)]
     fn event(
         &mut self,
-        method: &mut dyn Method,
+        method: &mut (impl Method + ?Sized),
         t1: f64,
         step: f64,
         next: f64,

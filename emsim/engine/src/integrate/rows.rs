@@ -397,7 +397,7 @@ impl Grid {
     #[inline(always)]
     pub fn hurried(
         &mut self,
-        m: &dyn Method,
+        m: &(impl Method + ?Sized),
         (t, t1): (f64, f64),
         x0: &[f64],
         sys: &System,
@@ -415,7 +415,7 @@ impl Grid {
     #[inline(never)]
     fn look_ahead(
         &mut self,
-        m: &dyn Method,
+        m: &(impl Method + ?Sized),
         (t, t1): (f64, f64),
         x0: &[f64],
         sys: &System,
@@ -442,7 +442,7 @@ impl Grid {
 
     /// Does a step of length h need rows of its own, where it can hardly be longer? They are put where the method says that its
     /// dense output is good enough, and where forces can be computed to more than rounding.
-    pub fn parted(&mut self, m: &mut dyn Method, h: f64, next: f64, sys: &System, tol: &Tolerances) {
+    pub fn parted(&mut self, m: &mut (impl Method + ?Sized), h: f64, next: f64, sys: &System, tol: &Tolerances) {
         self.parts = 1;
         if self.drawn && SHORT * h >= ROUNDED * self.stop {
             let all = m.shown();
@@ -459,7 +459,7 @@ impl Grid {
     #[inline(always)]
     pub fn fill(
         &mut self,
-        m: &dyn Method,
+        m: &(impl Method + ?Sized),
         t1: f64,
         sys: &System,
         w: &mut Work,
@@ -477,7 +477,7 @@ impl Grid {
     #[inline(never)]
     fn fill_due(
         &mut self,
-        m: &dyn Method,
+        m: &(impl Method + ?Sized),
         t1: f64,
         sys: &System,
         w: &mut Work,
@@ -532,7 +532,15 @@ impl Grid {
         }
     }
 
-    fn push(&self, m: &dyn Method, t: f64, sys: &System, w: &mut Work, tol: &Tolerances, row: &mut Row<impl Sink>) {
+    fn push(
+        &self,
+        m: &(impl Method + ?Sized),
+        t: f64,
+        sys: &System,
+        w: &mut Work,
+        tol: &Tolerances,
+        row: &mut Row<impl Sink>,
+    ) {
         m.row(t, row.sink.reads(), row.x);
         self.hurried.iter().for_each(|&(i, end)| row.x()[i] = end);
         sys.pin(w, t, row.x());

@@ -13,7 +13,7 @@ const IN_A_PERIOD: f64 = 8.0;
 pub const IMPOSED: f64 = 1e5;
 
 /// The longest step where the deck does not say.
-pub fn longest(sys: &System, a: &Transient, method: &dyn Method) -> f64 {
+pub fn longest(sys: &System, a: &Transient, method: &(impl Method + ?Sized)) -> f64 {
     let span = a.tstop - a.tstart;
     let (fewest, of_spice) = (span / method.fewest_steps(), span / SPICE);
     let followed = match method.steps_a_period() {

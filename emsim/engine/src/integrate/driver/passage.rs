@@ -50,7 +50,7 @@ impl<S: Sink> Run<'_, S> {
     /// Is the run to go on? Looked at every `TICK` steps.
     #[cold]
     #[inline(never)]
-    pub(super) fn looks_up(&mut self, s: &mut Passage, method: &mut dyn Method, tick: &mut Tick) -> bool {
+    pub(super) fn looks_up(&mut self, s: &mut Passage, method: &mut (impl Method + ?Sized), tick: &mut Tick) -> bool {
         // so many steps for so little: the run would never end
         if s.count % PATIENCE == 0 {
             if self.t - s.mark < LEAST * self.a.tstop && self.o.fixed_step.is_none() {
@@ -81,7 +81,7 @@ impl<S: Sink> Run<'_, S> {
     pub(super) fn stuck(
         &mut self,
         s: &mut Passage,
-        method: &mut dyn Method,
+        method: &mut (impl Method + ?Sized),
         (step, smallest): (f64, f64),
         (next, why): (f64, Box<Failure>),
     ) -> bool {
@@ -114,7 +114,7 @@ impl<S: Sink> Run<'_, S> {
     /// An event cannot be located. Is there another method?
     #[cold]
     #[inline(never)]
-    pub(super) fn lost(&mut self, s: &mut Passage, method: &mut dyn Method, smallest: f64) -> bool {
+    pub(super) fn lost(&mut self, s: &mut Passage, method: &mut (impl Method + ?Sized), smallest: f64) -> bool {
         if let Some(next) = method.fallback(self.w, &self.x) {
             (s.h, s.failures) = (next, 0);
             return true;
@@ -126,7 +126,7 @@ impl<S: Sink> Run<'_, S> {
     /// A step ended on a corner or a known edge.
     #[cold]
     #[inline(never)]
-    pub(super) fn landed(&mut self, s: &mut Passage, method: &mut dyn Method, smallest: f64) {
+    pub(super) fn landed(&mut self, s: &mut Passage, method: &mut (impl Method + ?Sized), smallest: f64) {
         self.w.counters.breakpoints += 1;
         self.record.corner(self.kept);
         let jumped = self.land(method);
