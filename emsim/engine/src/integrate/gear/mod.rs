@@ -90,6 +90,7 @@ pub struct Gear {
     pace: Pace,
     allowed: f64, // of the tolerance, to the candidate's error
     weighs: bool, // errors, by the length of their steps
+    real: bool,   // modes: nothing oscillates by itself
     trtol: f64,
     fixed: bool,
     itl4: usize,
@@ -175,6 +176,7 @@ impl Gear {
             pace: Pace::default(),
             allowed: 1.0,
             weighs,
+            real,
             trtol: match (o.trtol.is_finite(), spice, o.accounts || (sys.has_coils() && sys.diodes() > 0)) {
                 (true, ..) => o.trtol,
                 (false, true, _) => 1.0,
@@ -475,6 +477,15 @@ impl Method for Gear {
 
     fn formula(&self) -> usize {
         self.used
+    }
+
+    /// What oscillates there is driven.
+    fn faithful(&self) -> u64 {
+        if self.real {
+            u64::MAX
+        } else {
+            0
+        }
     }
 
     fn response(&self, order: usize, y: f64) -> Option<Complex> {
