@@ -47,12 +47,18 @@ impl Neg for Signed {
 }
 
 impl Written {
-    /// A program that knows these constants; their values come with it, in their order. Equal ones have one value.
+    /// A program that knows these constants; their values come with it, in their order. Equal ones have one value: what lies near the
+    /// beginning of the workspace is reached in fewer bytes.
     pub fn new(constants: &[f64]) -> (Written, Vec<Value>) {
-        let mut first = HashMap::with_capacity(constants.len());
-        let one_of = |(k, c): (usize, &f64)| Value(*first.entry(c.to_bits()).or_insert(k as u32));
-        let values = constants.iter().enumerate().map(one_of).collect();
-        let constants = constants.iter().copied().chain([-0.0; 2]).collect();
+        let (mut first, mut distinct) = (HashMap::with_capacity(constants.len()), Vec::new());
+        let mut one_of = |c: &f64| {
+            Value(*first.entry(c.to_bits()).or_insert_with(|| {
+                distinct.push(*c);
+                distinct.len() as u32 - 1
+            }))
+        };
+        let values = constants.iter().map(&mut one_of).collect();
+        let constants = distinct.into_iter().chain([-0.0; 2]).collect();
         let (known, functions) = (Places::default(), Vec::new());
         (Written { constants, code: Vec::new(), known, functions, limits: (0, 0, 0) }, values)
     }
@@ -64,7 +70,7 @@ impl Written {
         let (mut p, values) = Written::new(&known);
         let base = p.constants.len();
         let moved = |slot: u32| match slot as usize {
-            k if k < own => slot,
+            k if k < own => values[k].0,
             k => (k - tape.constants.len() + base) as u32,
         };
         p.code.extend(tape.code.iter().map(|i| {

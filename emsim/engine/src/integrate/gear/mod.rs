@@ -117,7 +117,7 @@ const NOISY: f64 = 0.02;
 const SILENT: f64 = 0.06;
 const SHORTER: f64 = 8.0;
 /// Steps for which what did not count is not looked at, and what was nothing to speak of.
-const QUIET: (usize, usize) = (16, 64);
+const QUIET: (usize, usize) = (16, 256);
 
 impl Noise {
     fn is_due(&self, a: f64) -> bool {
