@@ -443,13 +443,13 @@ impl Newton {
         e.copy_from_slice(step);
     }
 
-    /// Makes the factors of what was expanded last where a solution has left none.
-    pub fn hold(&mut self, sys: &System, w: &Work, a: f64) {
-        if !self.lu.is_ready() {
+    /// Makes the factors of what was expanded last where a solution has left none. False where that has none: solutions by
+    /// them are no numbers.
+    pub fn hold(&mut self, sys: &System, w: &Work, a: f64) -> bool {
+        self.lu.is_ready() || {
             self.set_constants(sys, a);
             sys.stage_sources(w, a, &mut self.sources);
-            // without them solutions are no numbers
-            let _ = self.lu.factor_stamped(&self.sources);
+            self.lu.factor_stamped(&self.sources).is_ok()
         }
     }
 
@@ -467,7 +467,10 @@ impl Newton {
     /// What rounding does to the unknowns at x, whose charges are held.
     pub fn round(&mut self, sys: &System, w: &mut Work, a: f64, x: &[f64]) -> &[f64] {
         w.counters.solves += 2;
-        self.hold(sys, w, a);
+        if !self.hold(sys, w, a) {
+            self.noise.of.fill(0.0);
+            return &self.noise.of;
+        }
         self.noise.find(sys, a, x, &self.charges, |b| self.lu.solve(b))
     }
 
