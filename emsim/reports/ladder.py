@@ -14,9 +14,9 @@ Absolute tolerances that the deck gives are left out: they follow the ladder. Th
 any run, the method's own: trap and gear heed the print grid, which is a fiftieth of the run here.
 
 Time is thread CPU time of the engine's transient, operating point included, compiling not; the median of rounds in
-which the runs of all methods take turns. A short run is timed after one of the same that is not: who happens to run
-after another method finds the caches full of that one's code, which cost `auto`, the first of every round, up to 1.8
-times. The points that are compared are then timed again, with each other and with other programs (`Turns`).
+which the runs of all methods take turns. A short run is timed after a few of the same that are not: who happens to run
+after another method finds the caches full of that one's code and branches foretold for it, which cost `auto`, the first of
+every round, up to 1.8 times behind none of its own, 1.2 behind one. The points that are compared are then timed again, with each other and with other programs (`Turns`).
 
 A run that takes longer than its limit is stopped by the progress callback and charted as a failure; tighter tolerances of
 that method are then not tried.
@@ -56,7 +56,7 @@ FACTOR, FLOOR, LIMIT = (
     5.0,
 )  # limit of a run: so many times the best at its tolerance, within these [s]
 SHORT, TURNS = 0.01, 10  # runs up to so long [s] make a turn; turns for each round of the ladder
-WARMED = 5e-3  # shorter runs [s] are run once before they are timed
+WARMED, WARMING = 5e-3, 3  # shorter runs [s] are run before they are timed, so often or for so long
 SENSELESS = 5.0  # an error beyond it is no point of a front
 MAXIMAL = ("auto", "radau")  # the first there is shows the price of modelling more than the scene needs
 KINDS = {"node": "v({})", "branch": "i({})"}
@@ -374,7 +374,7 @@ class Turns:
 
 
 def _timed(problem: Problem, method: str, tolerance: float, about: float, formulation: str = "") -> float:
-    """Seconds of a run that takes about so long; a short one behind one of the same that is not timed."""
-    if about < WARMED:
+    """Seconds of a run that takes about so long; a short one behind some of the same that are not timed."""
+    for _ in range(min(WARMING, int(WARMED / about) if about > 0 else WARMING)):
         problem.run(method, tolerance, formulation=formulation)
     return float(problem.run(method, tolerance, formulation=formulation)[1]["solve_time"])
