@@ -183,13 +183,13 @@ def test_equal_decks_take_equal_steps():
     assert all(r.stats["methods"] == runs[0].stats["methods"] for r in runs)
 
 
-@pytest.mark.parametrize("reltol", [1e-2, 3e-3, 1e-3, 3e-4])
+@pytest.mark.parametrize("reltol", [1e-2, 3e-3, 1e-3, 3e-4, 1e-5, 1e-7])
 def test_loops_at_loose_tolerances(reltol):
     """Two windows that pass positions in which their constraints lose rank: explicit steps magnify what they are off them
     (omega by 0.2 of its range at 1e-3), so that an implicit method takes over near the first one. A single window has
     none and stays explicit, by dop853: rk45 was off by half the range at 1e-2."""
     for name, signal, step, used in (
-        ("mechanical/ref_n_four_bar", "omega(q2)", 0.2, ["dop853", "radau5"]),
+        ("mechanical/ref_n_four_bar", "omega(q2)", 0.2, ["dop853", "gear"]),
         ("mechanical/ref_four_bar", "omega(a)", 0.05, ["dop853"]),
     ):
         tran = f"{step} {50 * step}"

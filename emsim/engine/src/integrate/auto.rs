@@ -6,7 +6,7 @@
 //!     tolerances. Never with diodes or exponentials of voltages: those are stiff whenever they conduct. Not where the equations are
 //!     linear either: a step of radau at order 13 is one solution there, with a factorisation that is kept, and reaches from one
 //!     corner of a source to the next.
-//!  2. Otherwise implicit, see `implicit`.
+//!  2. Otherwise implicit. What each of these is for which equations: `auto/rules.rs`.
 //!  3. From explicit to implicit when stability has limited `STIFF` steps, when the step collapses, or when a stage cannot be
 //!     solved. Back after `TRIAL` implicit steps, on probation: the first explicit step must have room to spare and must not be
 //!     shorter than a `fraction` of the implicit one. Each regretted return makes the next one twice as rare. For good where a loop
@@ -21,30 +21,17 @@
 //!  6. Where a method gives up for good, or would take too many steps, the others that can do it go on from the last good point, and hand back later.
 //!
 //! Nothing is measured with a clock: equal decks take equal steps.
-use super::driver::IMPOSED;
+mod rules;
+
+pub use self::rules::reduces;
+use self::rules::{beside_singular, mechanical, one_step};
 use super::rows::Lags;
-use super::{make_one, trap, Attempt, Method, Used};
+use super::{make_one, Attempt, Method, Used};
 use crate::ledger::Stages;
 use crate::newton::{Failure, Options, Tolerances};
 use crate::reduced::Point;
 use crate::sparse::Complex;
 use crate::system::{System, Work};
-
-/// Tolerances from which on rk45 does: a circuit's sources have corners, where short steps show more; from edge to edge of a switch
-/// one step is enough, and the shorter tableau the cheaper one. In machines, and circuits without corners, dop853's steps are
-/// cheaper at any error (chain of 20 at 1e-2: 3.1 ms and 1e-5 of the range, rk45 3.9 ms and 2e-4; four-bar 0.9 ms and 4e-2,
-/// rk45 0.6 ms and half the range; LC oscillator at 1e-3 0.16 ms and 7e-6, rk45 0.21 ms and 3e-4).
-fn loose(sys: &System, span: f64) -> f64 {
-    match mechanical(sys) || !sys.has_corner_before(span) {
-        _ if !sys.flags.is_empty() && sys.edges.all_timed() => 1e-6,
-        true => f64::INFINITY,
-        false => 5e-4,
-    }
-}
-
-fn mechanical(sys: &System) -> bool {
-    sys.unknowns.iter().any(|u| u.kind.mechanical())
-}
 
 /// h |lambda| over the bound of stability: above it stability is what limits, below `ROOM` there is room.
 const LIMIT: f64 = 0.9;
@@ -58,9 +45,6 @@ const FAST_DAMPED: f64 = 12.0;
 const LASTING: f64 = 2000.0;
 /// ... with loops to close, where implicit steps are dearer: a motor on a slider-crank at 1e-6 takes radau 20 ms, dop853 9 ms.
 const FAST_IN_LOOPS: f64 = 25.0;
-/// Closure rows: beyond these, bringing every stage's accelerations onto them costs more than implicit steps. (Six: a squeezer of
-/// seven bodies takes dop853 half of radau's time, Bricard's linkage as much or less.)
-const LOOPS: usize = 6;
 /// A fast mode that has died down shows in no error, until steps beyond the bound of stability wake it: every so many steps
 /// its eigenvalue is looked at, and h |lambda| above so much is too long a step, if it is so for some steps in a row: an oscillation's
 /// own conductance is for one (LC oscillator).
@@ -72,9 +56,6 @@ const WORTH: u32 = 100;
 const RAREST: u32 = 1 << 20;
 /// What part of an explicit step an implicit one is, beside a singular position.
 const OF_EXPLICIT: f64 = 0.3;
-/// Larger systems are left to the sparse methods, as are larger dense blocks.
-const SMALL: usize = 400;
-const BLOCK: usize = 60;
 /// Rule 5: a one-step method's steps, and gear's, which are shorter: four and more of these cost what one of those
 /// does, and are less accurate.
 const LONG: u32 = 60;
@@ -114,97 +95,13 @@ pub struct Auto<'a> {
     used: Vec<Used>,
 }
 
-/// Rule 1: is the explicit form worth making?
-pub fn reduces(sys: &System, o: &Options) -> bool {
-    o.fixed_step.is_none() && never_explicit(sys).is_none() && sys.n <= SMALL
-}
-
-/// Rule 1: what no explicit form is asked about.
-fn never_explicit(sys: &System) -> Option<&'static str> {
-    if sys.diodes() > 0 {
-        Some("diodes")
-    } else if sys.bends() && !mechanical(sys) {
-        Some("exponentials")
-    } else if sys.pure_linear {
-        Some("linear equations")
-    } else {
-        None
-    }
-}
-
-/// Rule 2: radau where no exponential bends it. Diodes turn gently to corners, and what is cheapest there are few
-/// stages: gear's orders and, at loose tolerances, trap, whose steps are the cheapest of all, if they follow a source's
-/// swing: by itself it is wrong by ten times what is asked (three_phase_rectifier at reltol 1e-3 5e-3). Not beside
-/// coils: what one has left as its diode turns off rings on, and a node that floats then shows it in hundreds of volts
-/// (a three-phase rectifier behind line inductances). Switches throw gear back to order 1 and want short restarts,
-/// machines want a higher order: esdirk. Junctions written as expressions are as gentle: gear, one stage a step, beside
-/// radau's five (transistor amplifier to 1e-3: 0.8 ms, 1.9 ms; to 1e-6 2.6 ms, 2.9 ms, by a gear that misses a tolerance
-/// of 1e-7 by twenty; to 1e-8 3.7 ms by radau), unless coils ring with them (ring modulator at 1e-3: gear loses 2.5 % of
-/// its range at the end).
-fn implicit(sys: &System, o: &Options) -> &'static str {
-    let swing = sys.shortest_swing();
-    let followed = swing.is_finite() && o.span * trap::IN_A_PERIOD < IMPOSED * swing && o.grid * FINEST > swing;
-    let few_restarts = sys.flags.is_empty() && !mechanical(sys);
-    match o.reltol {
-        tol if sys.diodes() == 0 && sys.bends() && few_restarts && !sys.has_coils() && tol >= 5e-7 => "gear",
-        _ if sys.diodes() == 0 => "radau",
-        tol if few_restarts && forgets(sys, swing, tol) => "trbdf2",
-        tol if few_restarts && tol >= 5e-4 && followed && !sys.has_coils() => "trap",
-        _ if few_restarts => "gear",
-        tol => one_step(tol),
-    }
-}
-
-/// Does nothing but junctions store charge, and do these lose it within so little of a source's swing that the circuit follows its
-/// sources as resistors would? Then no error lasts, and what counts is how few steps follow a swing and its corners: a quarter of
-/// gear's (half-wave rectifier into 1 kohm, 50 Hz, to 1e-4 and 1e-6: trbdf2 0.07, 0.15 ms, gear 0.11, 0.21 ms; three phases into
-/// 10 ohm to 1e-6 0.25 ms, 0.75 ms). Clippers at 1 kHz are where it ends at tight tolerances, at 5 kHz altogether.
-fn forgets(sys: &System, swing: f64, reltol: f64) -> bool {
-    let most = match reltol {
-        tol if tol >= 5e-5 => 1e-5,
-        tol if tol >= 5e-7 => 1e-6,
-        _ => return false,
-    };
-    swing.is_finite() && sys.memory_of_junctions().is_some_and(|memory| memory < most * swing)
-}
-
-/// What does with any diode, switch or machine, and never with steps of rounding's size (transit times at 1e-8 leave gear at order 1).
-fn one_step(reltol: f64) -> &'static str {
-    if reltol >= 5e-7 {
-        "esdirk"
-    } else {
-        "radau"
-    }
-}
-
-/// What does beside positions in which constraints lose rank: there the higher orders' iteration fails, and order 5 has the full
-/// Newton method (two four-bars to 1e-3, 1e-4, 1e-6: 0.74, 0.74, 0.82 ms with `radau`, 0.35, 0.36, 0.57 ms with `radau5`;
-/// at 1e-7 all are off by 6e-9 of the range, in 0.9 ms with both of these, in 0.62 ms with `radau9`).
-fn beside_singular(reltol: f64) -> &'static str {
-    match reltol {
-        tol if tol >= 5e-7 => "radau5",
-        tol if tol >= 5e-8 => "radau9",
-        _ => "radau",
-    }
-}
-
-/// Rows in a period that are dearer as steps of their own than by a longer step's dense output.
-const FINEST: f64 = 1000.0;
-
 /// Rule 6, in this order.
 const OTHERS: [&str; 5] = ["radau", "esdirk", "trbdf2", "trap", "gear"];
 
 impl<'a> Auto<'a> {
     pub fn new(sys: &'a System, o: &Options) -> Result<Auto<'a>, Failure> {
-        let (explicit, why) = match never_explicit(sys).map_or_else(|| sys.reduced(), Err) {
-            Ok(r) if r.largest_block() > BLOCK => (None, "large dense blocks".to_string()),
-            Ok(r) if r.constraints() > LOOPS => (None, "several closed loops".to_string()),
-            Ok(r) if r.iterates() => (None, "stages that want iterations".to_string()),
-            Ok(_) if o.reltol >= loose(sys, o.span) => (Some("rk45"), "nothing stiff".to_string()),
-            Ok(_) => (Some("dop853"), "nothing stiff".to_string()),
-            Err(why) => (None, why.to_string()),
-        };
-        let implicit = implicit(sys, o);
+        let (explicit, why) = rules::explicit(sys, o);
+        let implicit = rules::implicit(sys, o);
         let name = explicit.unwrap_or(implicit);
         Ok(Auto {
             sys,
@@ -396,7 +293,7 @@ impl<'a> Auto<'a> {
         } else if self.explicitly() && self.steps > 0 && self.inner().near_singular() {
             // (a run that begins at such a position has two ways to go on: an implicit step finds neither)
             self.explicit = None;
-            self.implicit = beside_singular(self.o.reltol);
+            self.implicit = beside_singular(&mut self.o);
             if self.go_implicit(w, "a loop comes near a singular position").is_ok() {
                 return Attempt::TooLarge { next: OF_EXPLICIT * self.longest };
             }

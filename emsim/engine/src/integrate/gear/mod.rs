@@ -38,7 +38,7 @@ const POINTS: usize = MOST + 2;
 /// ... without being asked for more: order 6 is stable to 18 degrees only.
 const HIGHEST: usize = 5;
 /// The local tolerance against the asked one, where trtol does not say: keeps the global error near what was asked.
-const LOCAL: f64 = 0.33;
+pub const LOCAL: f64 = 0.33;
 /// ... where there are coils beside diodes, which `auto` leaves to gear: what rings adds up its errors over the periods (a flyback
 /// converter's leakage at 1e-4: 40 times reltol with 0.4). And where accounts are kept, which integrate currents.
 const STRICT: f64 = 0.1;
