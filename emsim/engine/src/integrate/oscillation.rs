@@ -183,6 +183,23 @@ by_lanes! {
 }
 
 by_lanes! {
+    /// The upper triangle of the normal equations' matrix: sums of columns times columns.
+    fn products<L>(columns: [&[f64]; N]) -> [[f64; N]; N] {
+        let (n, mut sums) = (columns[0].len(), [[L::all(0.0); N]; N]);
+        for (k, column) in side_by_side::<L, N>(n, columns) {
+            let fresh = fresh::<L>(k, n);
+            for i in 0..N {
+                let by = column[i] * fresh;
+                for j in i..N {
+                    sums[i][j] = sums[i][j] + by * column[j];
+                }
+            }
+        }
+        sums.map(|row| row.map(|sum| each(sum).iter().sum()))
+    }
+}
+
+by_lanes! {
     /// Sums of squares: of what the fit leaves, and of its waves.
     fn apart<L>(mean: f64, p: [f64; N], columns: [&[f64]; N]) -> (f64, f64) {
         let (n, p0) = (columns[0].len(), L::all(mean + p[0]));
@@ -215,24 +232,17 @@ impl Waves {
         let columns = [by_tau(&cos), by_tau(&sin)];
         let [tau_cos, tau_sin] = columns;
         let columns = [cos, sin, tau_cos, tau_sin];
-        let rows = (0..t.len()).map(|k| [1.0, tau[k], columns[0][k], columns[1][k], columns[2][k], columns[3][k]]);
-        let mut m = [[0.0; N]; N];
-        for b in rows {
-            for (m, by) in m.iter_mut().zip(b) {
-                for (m, b) in m.iter_mut().zip(b) {
-                    *m += by * b;
-                }
-            }
-        }
+        let ones = vec![1.0; t.len()];
+        let mut m = products([&ones, tau, &columns[0], &columns[1], &columns[2], &columns[3]]);
         // elimination of a positive definite matrix: its upper triangle stays, below it the factors
         for k in 0..N {
             let pivot = m[k];
             if pivot[k].is_nan() || pivot[k] <= 1e-9 * m[0][0] {
                 return None;
             }
-            for row in m.iter_mut().skip(k + 1) {
-                let f = row[k] / pivot[k];
-                for j in k..N {
+            for (r, row) in m.iter_mut().enumerate().skip(k + 1) {
+                let f = pivot[r] / pivot[k];
+                for j in r..N {
                     row[j] -= f * pivot[j];
                 }
                 row[k] = f;
