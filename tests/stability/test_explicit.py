@@ -193,4 +193,4 @@ def test_an_edge_too_short_for_a_step_of_its_own_is_a_jump(method):
 def test_the_first_step_is_as_long_as_slopes_let_it_be(name, reltol):
     """Not a hundredth of the print grid's spacing, from where it takes three steps more to grow: 11 and 12 steps."""
     result = run(deck(f"mechanical/{name}"), f"method=dop853 reltol={reltol!r}")
-    assert result.stats["steps"] <= 10 and result.stats["rejected"] == 0
+    assert result.stats["steps"] + result.stats["rejected"] <= 10
