@@ -14,6 +14,7 @@ pub struct Record {
     tape: Tape,
     scratch: Vec<f64>,
     reads: Vec<u32>, // unknowns that any output depends on
+    sources: bool,   // does one depend on a source itself?
     pub columns: usize,
     pub data: Vec<f64>,
     /// times of rows at which signals may bend or jump
@@ -37,13 +38,16 @@ impl Record {
         let tape = Tape::new(g, &ids).native();
         let scratch = tape.workspace();
         let unknown = |&id: &Id| if let Node::Unknown(i) = g.node(id) { Some(i) } else { None };
-        let reads = g.reachable(outputs).iter().filter_map(unknown).collect();
+        let reachable = g.reachable(outputs);
+        let reads = reachable.iter().filter_map(unknown).collect();
+        let sources = reachable.iter().any(|&id| matches!(g.node(id), Node::Wave(_)));
         Record {
             unknowns,
             probes,
             tape,
             scratch,
             reads,
+            sources,
             columns: outputs.len() + 1,
             data: Vec::new(),
             corners: Vec::new(),
@@ -53,6 +57,11 @@ impl Record {
 
     pub fn reads(&self) -> &[u32] {
         &self.reads
+    }
+
+    /// Is anything of sources to be seen that only edges read?
+    pub fn shows_silent(&self, sys: &System) -> bool {
+        self.sources || self.ledger.is_some() || self.reads.iter().any(|&i| sys.edges.pins(i as usize))
     }
 
     /// Of every column: is it a state that no source fixes? Such a one goes on smoothly where a source has a corner.

@@ -203,7 +203,7 @@ impl<'a, S: Sink> Run<'a, S> {
     ) -> Result<Run<'a, S>, Failure> {
         let mut tol = Tolerances::new(sys, o);
         tol.observe(&x, 0.0);
-        let dense = method.wants_dense_record();
+        let (dense, shows_silent) = (method.wants_dense_record(), record.shows_silent(sys));
         let tmax = a.tmax.unwrap_or_else(|| memory::longest(sys, &a, method));
         Ok(Run {
             sys,
@@ -214,7 +214,7 @@ impl<'a, S: Sink> Run<'a, S> {
             tol,
             newton: None,
             detector: Detector::new(sys),
-            grid: Grid::new(sys, a, dense),
+            grid: Grid::new(sys, a, dense, shows_silent),
             memory: Memory::default(),
             escape: Escape::default(),
             outcome: Outcome::new(),

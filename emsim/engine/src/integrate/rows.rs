@@ -29,6 +29,10 @@ pub trait Sink {
     fn corner(&mut self, _t: f64) {}
     /// Unknowns that the rows show; none where they are all of use.
     fn reads(&self) -> &[u32];
+    /// Do they show anything of sources that only edges read?
+    fn shows_silent(&self, _sys: &System) -> bool {
+        true
+    }
     /// The run begins at (t, x).
     fn open(&mut self, sys: &System, w: &mut Work, t: f64, x: &[f64]);
     /// Something jumped: (t, x) is where the run goes on.
@@ -52,6 +56,10 @@ impl Sink for Record {
 
     fn reads(&self) -> &[u32] {
         Record::reads(self)
+    }
+
+    fn shows_silent(&self, sys: &System) -> bool {
+        Record::shows_silent(self, sys)
     }
 
     fn open(&mut self, sys: &System, w: &mut Work, t: f64, x: &[f64]) {
@@ -327,8 +335,9 @@ fn arrival(
 }
 
 impl Grid {
-    pub fn new(sys: &System, a: Transient, dense: bool) -> Grid {
-        let corner = sys.next_silent_corner(a.tstart);
+    /// `silent`: corners of sources that only edges read are rows as well.
+    pub fn new(sys: &System, a: Transient, dense: bool, silent: bool) -> Grid {
+        let corner = if silent { sys.next_silent_corner(a.tstart) } else { f64::INFINITY };
         let intervals = INTERVALS * a.tstep / (a.tstop - a.tstart) - 1e-6;
         let short = a.tmax.is_some_and(|h| INTERVALS * h <= a.tstop - a.tstart); // the steps are rows enough
         let split = if a.drawn && !short { intervals.ceil().max(1.0) } else { 1.0 };
