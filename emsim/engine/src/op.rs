@@ -480,7 +480,8 @@ pub fn consistent(
         let r: Vec<f64> = q0.iter().map(|q| -q / h).collect();
         let mut y = from.to_vec();
         newton.solve(sys, w, 1.0 / h, &r, &mut y, t + h, tol, 100).ok()?;
-        // multipliers live on second differences of positions: a second, linear pass removes Newton's noise
+        // multipliers live on second differences of positions, voltages of coils on those of fluxes: a second, linear pass removes
+        // Newton's noise
         newton.solve(sys, w, 1.0 / h, &r, &mut y, t + h, tol, 100).ok()?;
         Some(y)
     };

@@ -372,6 +372,10 @@ impl Method for Auto<'_> {
         }
     }
 
+    fn settle(&mut self, sys: &System, w: &mut Work, t: f64, h: f64, x: &mut [f64]) -> bool {
+        self.methods[self.now].1.settle(sys, w, t, h, x)
+    }
+
     #[inline(always)]
     fn attempt(&mut self, sys: &System, w: &mut Work, h: f64, tol: &Tolerances) -> Attempt {
         if !self.settled() {

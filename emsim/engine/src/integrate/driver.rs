@@ -261,7 +261,7 @@ impl<'a, S: Sink> Run<'a, S> {
         self.stop = self.sys.next_stop(self.w, 0.0, self.until);
         if self.stop <= 0.0 {
             self.slopes_jump(method);
-            self.jump(feature);
+            self.jump(feature, method);
         }
         if self.sys.starts_bending() {
             self.grid.bent(0.0, self.stop);
@@ -499,7 +499,7 @@ impl<'a, S: Sink> Run<'a, S> {
         }
         self.slopes_jump(method);
         self.stop = self.sys.next_stop(self.w, self.t, self.until);
-        self.jump(step.min(self.tmax));
+        self.jump(step.min(self.tmax), method);
         self.grid.bent(self.t, self.stop - self.t);
         self.restart(method);
         let fraction = if self.dense { 0.25 } else { 0.02 };

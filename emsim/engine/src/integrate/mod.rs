@@ -68,6 +68,10 @@ pub trait Method {
     fn begin(&mut self, _sys: &System, _w: &mut Work, first: f64, _tol: &Tolerances) -> f64 {
         first
     }
+    /// Takes x, of which something has jumped at t, to what it is at t + h, h next to nothing. False: it is as it was.
+    fn settle(&mut self, _sys: &System, _w: &mut Work, _t: f64, _h: f64, _x: &mut [f64]) -> bool {
+        false
+    }
     fn attempt(&mut self, sys: &System, w: &mut Work, h: f64, tol: &Tolerances) -> Attempt;
     fn accept(&mut self, t1: f64);
     fn candidate(&self) -> &[f64];

@@ -11,7 +11,7 @@ const LONGER: usize = 4;
 impl<S: Sink> Run<'_, S> {
     /// At a corner or an edge: flags flip, values jump, the next stop is found. True when something jumped. Another one
     /// beside it, to rounding, is of the same time: nothing can be solved in between.
-    pub(super) fn land(&mut self, method: &(impl Method + ?Sized)) -> bool {
+    pub(super) fn land(&mut self, method: &mut (impl Method + ?Sized)) -> bool {
         let mut jumped = false;
         for _ in 0..CASCADE {
             let before = self.outcome.events.len();
@@ -23,7 +23,7 @@ impl<S: Sink> Run<'_, S> {
             self.w.counters.events += u64::from(flipped);
             self.stop = self.sys.next_stop(self.w, t, self.until);
             if jumps || flipped {
-                self.jump(self.tmax);
+                self.jump(self.tmax, method);
                 jumped = true;
             }
             let near = self.stop > self.t && self.stop - self.t <= 64.0 * f64::EPSILON * self.t;
@@ -40,9 +40,9 @@ impl<S: Sink> Run<'_, S> {
         method.begins_with_slopes() && *self.slopes.get_or_insert_with(|| undetermined(self.sys).contains(&true))
     }
 
-    /// Something has jumped at t, from where the next stop is known: one implicit step of nearly no length gives the values after
-    /// it, and their time.
-    pub(super) fn jump(&mut self, width: f64) {
+    /// Something has jumped at t, from where the next stop is known: a step of nearly no length gives the values after it, and
+    /// their time: the method's own, or an implicit one.
+    pub(super) fn jump(&mut self, width: f64, method: &mut (impl Method + ?Sized)) {
         for again in 0..CASCADE {
             // edges that are due at once
             let (t, events) = (self.t, &mut self.outcome.events);
@@ -56,7 +56,9 @@ impl<S: Sink> Run<'_, S> {
             let least = (JUMP * width.min(self.stop - t)).max(64.0 * f64::EPSILON * t).max(1e-18 * self.a.tstop);
             let least = self.sys.hidden_corner(t).map_or(least, |end| least.max(2.0 * (end - t)));
             // rounding may keep so short a step from converging: a flux of so much over h is no voltage
-            let longer = (0..LONGER).map(|k| least * 10f64.powi(k as i32)).find(|&h| self.settle(t, h, false));
+            let known = method.settle(self.sys, self.w, t, least, &mut self.x).then_some(least);
+            let lengths = || (0..LONGER).map(|k| least * 10f64.powi(k as i32));
+            let longer = known.or_else(|| lengths().find(|&h| self.settle(t, h, false)));
             // where none does, no time has passed
             let h = longer.unwrap_or(least);
             self.t = t + h;

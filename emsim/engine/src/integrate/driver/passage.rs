@@ -93,7 +93,7 @@ impl<S: Sink> Run<'_, S> {
             return true;
         }
         let last = fixed || self.escape.unknown().is_some();
-        if let Some(over) = if last { None } else { self.creeps_over(step) } {
+        if let Some(over) = if last { None } else { self.creeps_over(step, method) } {
             self.restart(method);
             (s.h, s.failures) = (over, 0);
             return true;
@@ -153,7 +153,7 @@ impl<S: Sink> Run<'_, S> {
     /// Steps that have shrunk to nearly nothing, and then failed, are at a corner that the equations themselves have (the
     /// current of a diode without capacitance that an inductor turns off). One implicit step leads over it, the shortest
     /// that rounding allows, a longer one each time it was not enough; its length, for the next step.
-    fn creeps_over(&mut self, step: f64) -> Option<f64> {
+    fn creeps_over(&mut self, step: f64, method: &mut (impl Method + ?Sized)) -> Option<f64> {
         let width = self.tmax.min(self.stop - self.t);
         if step > CREEPS * self.tmax {
             return None;
@@ -170,7 +170,7 @@ impl<S: Sink> Run<'_, S> {
                 self.crept = (t, h);
                 (self.t, self.late) = (t + h, 0.0);
                 self.stop = self.sys.next_stop(self.w, self.t, self.until);
-                self.jump(self.tmax);
+                self.jump(self.tmax, method);
                 return Some(h);
             }
             h *= 10.0;

@@ -24,6 +24,27 @@ impl Explicit<'_> {
         Ok(())
     }
 
+    /// What x is at t + h behind a jump at t, into `ex`: a step of Euler's method.
+    pub(super) fn step_over_jump(
+        &mut self,
+        sys: &System,
+        w: &mut Work,
+        t: f64,
+        h: f64,
+        x: &[f64],
+    ) -> Result<(), Trouble> {
+        sys.eval(w, x, t);
+        self.point.flags.copy_from_slice(&w.flags);
+        self.point.gmin = w.gmin;
+        self.reduced.start(&mut self.point, &w.q, x);
+        let (point, waves, m) = (&mut self.point, &sys.waves, self.m);
+        self.reduced.rates(point, waves, t, false, &mut self.e[..m])?;
+        for (y, e) in self.reduced.y(point).iter_mut().zip(&self.e) {
+            *y += h * e;
+        }
+        self.reduced.arrive(point, waves, t + h, false, None, &mut self.ex)
+    }
+
     /// Longer than `little`, if that can be seen.
     pub(super) fn first_length(&mut self, little: f64, tol: &Tolerances) -> Result<f64, Trouble> {
         let (m, width) = (self.m, self.width);

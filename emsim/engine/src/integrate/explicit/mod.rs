@@ -452,6 +452,16 @@ impl Method for Explicit<'_> {
         found.unwrap_or(first)
     }
 
+    fn settle(&mut self, sys: &System, w: &mut Work, t: f64, h: f64, x: &mut [f64]) -> bool {
+        let before = self.point.evaluations;
+        let done = self.step_over_jump(sys, w, t, h, x).is_ok();
+        w.counters.evaluations += self.point.evaluations - before;
+        if done {
+            x.copy_from_slice(&self.ex);
+        }
+        done
+    }
+
     fn attempt(&mut self, sys: &System, w: &mut Work, h: f64, tol: &Tolerances) -> Attempt {
         let before = self.point.evaluations;
         let width = self.width;
