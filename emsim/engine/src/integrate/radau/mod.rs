@@ -132,7 +132,7 @@ impl Radau {
     pub fn new(sys: &System, o: &Options, name: &str) -> Result<Radau, Failure> {
         let nnz = sys.pattern.rowidx.len();
         let real = Lu::new(sys.symbolic().map_err(Failure::from)?);
-        let orders = Orders::new(name, o.fixed_step.is_some(), sys);
+        let orders = Orders::new(name, o.fixed_step.is_some(), o.reltol, sys);
         let most = orders.most().s;
         let v = || vec![0.0; sys.n];
         let stages = || vec![vec![0.0; sys.n]; most];
@@ -360,7 +360,7 @@ impl Method for Radau {
     fn restart(&mut self, _sys: &System, _w: &mut Work, t: f64, x: &[f64]) {
         self.t0 = t;
         self.x0.copy_from_slice(x);
-        self.scheme = self.orders.first();
+        self.scheme = self.orders.anew();
         self.started = false;
         self.jacobian_at = f64::NAN;
         self.factored = None;
