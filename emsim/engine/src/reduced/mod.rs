@@ -135,6 +135,7 @@ pub struct Point {
     checked: bool, // the masses, since the start
     held: Vec<Held>,
     junction: Vec<f64>,
+    open: Vec<f64>, // a state before its loops are closed
     pub gmin: f64,
     pub floor: Vec<f64>, // absolute tolerance of each unknown, for Newton's method
     pub evaluations: u64,
@@ -309,6 +310,7 @@ impl Reduced {
             checked: false,
             held: held.collect(),
             junction: self.diodes.iter().map(Diode::vcrit).collect(),
+            open: Vec::new(),
             gmin,
             floor,
             evaluations: 0,

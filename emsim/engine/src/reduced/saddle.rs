@@ -164,7 +164,10 @@ impl Reduced {
             if p.held[k].columns.as_ref().is_none_or(|c| c.weakest < NEAR) {
                 continue;
             }
-            let (before, mut last, mut enough) = (y.to_vec(), f64::INFINITY, rounding);
+            let (mut last, mut enough) = (f64::INFINITY, rounding);
+            let mut before = std::mem::take(&mut p.open);
+            before.clear();
+            before.extend_from_slice(y);
             for round in 0..CLOSINGS {
                 let gap = self.gap(s, k, p, y);
                 if !(gap > enough) {
@@ -177,9 +180,14 @@ impl Reduced {
                     y.copy_from_slice(&before);
                     break;
                 }
-                last = gap;
                 s.correct(&mut p.held[k], y);
+                // as much less again will do
+                if gap * gap <= enough * last && round > 0 {
+                    break;
+                }
+                last = gap;
             }
+            p.open = before;
         }
     }
 

@@ -99,6 +99,7 @@ pub struct Explicit<'a> {
 struct Inside<'a> {
     point: Point,
     k: Vec<f64>, // the table of the tableau
+    closed: Vec<f64>,
     sequence: Option<&'a Sequence>,
     ready: bool,
 }
@@ -143,6 +144,7 @@ impl<'a> Explicit<'a> {
             inside: RefCell::new(Inside {
                 point: point(),
                 k: vec![0.0; method.size(width)],
+                closed: Vec::new(),
                 sequence: method.inside(reduced),
                 ready: false,
             }),
@@ -423,9 +425,11 @@ impl<'a> Explicit<'a> {
         // the polynomial of high order opens loops by ten times what the ends of steps are wrong by: closed with the factors of
         // the first row, which is in the same step
         if self.projects && !self.method.extra.is_empty() {
-            let mut closed = self.reduced.y(&mut inside.point).to_vec();
-            self.reduced.close_gently(&mut inside.point, &self.sys.waves, t, &mut closed, self.rounding());
-            self.reduced.y(&mut inside.point).copy_from_slice(&closed);
+            let (point, closed) = (&mut inside.point, &mut inside.closed);
+            closed.clear();
+            closed.extend_from_slice(self.reduced.y(point));
+            self.reduced.close_gently(point, &self.sys.waves, t, closed, self.rounding());
+            self.reduced.y(point).copy_from_slice(closed);
         }
         if let Some(done) = self.reduced.glance(&mut inside.point, &self.sys.waves, t, reads, out) {
             return done;
