@@ -52,7 +52,7 @@ pub fn run(sys: &System, w: &mut Work, a: Transient, o: &Options, record: &mut R
 }
 
 /// Steps of a run that methods with many stages take at least (`Method::fewest_steps`): they see as much in them as others in ten. (To
-/// 1e-3 with six instead of ten: trammel under `dop853` 0.8 of the time, stiff motor and cart-pole under `radau` 0.9.)
+/// 1e-3 with six instead of ten: stiff motor and cart-pole under `radau` 0.9 of the time.)
 const FEWEST: f64 = 6.0;
 
 /// What a leap over a transient may lose at an edge, in parts of the tolerance. Edges of a period lose with opposite signs, so that a mean
