@@ -16,7 +16,8 @@ any run, the method's own: trap and gear heed the print grid, which is a fiftiet
 Time is thread CPU time of the engine's transient, operating point included, compiling not; the median of rounds in
 which the runs of all methods take turns. A short run is timed after a few of the same that are not: who happens to run
 after another method finds the caches full of that one's code and branches foretold for it, which cost `auto`, the first of
-every round, up to 1.8 times behind none of its own, 1.2 behind one. The points that are compared are then timed again, with each other and with other programs (`Turns`).
+every round, up to 1.8 times behind none of its own, 1.2 behind one. The points that are compared are then timed again, with
+each other and with other programs (`Turns`).
 
 A run that takes longer than its limit is stopped by the progress callback and charted as a failure; tighter tolerances of
 that method are then not tried.
