@@ -1,23 +1,29 @@
-//! The length of the first step, from the size of slopes and of what they change by.
+//! Where the steps begin: the slope there, what x is behind a jump, and the length of the first step, from the size of slopes and of
+//! what they change by.
 //!
 //! As in Hairer, Norsett and Wanner, Solving Ordinary Differential Equations I, II.4: with d1 the slopes at the start and d2 what they
 //! change by over an explicit Euler step of little length, over that length, both in units of the tolerance,
 //! h = (`CHANGE` / max(d1, d2))^(1/p), and no more than a hundred times that little step. Their step is one that changes the solution by a
 //! hundredth of its size, which is unknown for what begins at 0; ours is what the driver takes for short enough.
 use super::{combine, local, Explicit, Tolerances};
-use crate::reduced::Trouble;
+use crate::reduced::{Point, Reduced, Trouble};
 use crate::system::{System, Work};
 
 const CHANGE: f64 = 0.01;
 const AT_MOST: f64 = 100.0;
 
+/// Puts a point where the states have what x has, with flags as they are now.
+fn place(reduced: &Reduced, point: &mut Point, sys: &System, w: &mut Work, (t, x): (f64, &[f64])) {
+    sys.eval(w, x, t);
+    point.flags.copy_from_slice(&w.flags);
+    point.gmin = w.gmin;
+    reduced.start(point, &w.q, x);
+}
+
 impl Explicit<'_> {
     /// The slope at the start.
     pub(super) fn start(&mut self, sys: &System, w: &mut Work) -> Result<(), Trouble> {
-        sys.eval(w, &self.x0, self.t0);
-        self.point.flags.copy_from_slice(&w.flags);
-        self.point.gmin = w.gmin;
-        self.reduced.start(&mut self.point, &w.q, &self.x0);
+        place(self.reduced, &mut self.point, sys, w, (self.t0, &self.x0));
         self.y0[..self.m].copy_from_slice(self.reduced.y(&mut self.point));
         self.reduced.rates(&mut self.point, &sys.waves, self.t0, false, &mut self.k[..self.m])?;
         self.started = true;
@@ -33,10 +39,7 @@ impl Explicit<'_> {
         h: f64,
         x: &[f64],
     ) -> Result<(), Trouble> {
-        sys.eval(w, x, t);
-        self.point.flags.copy_from_slice(&w.flags);
-        self.point.gmin = w.gmin;
-        self.reduced.start(&mut self.point, &w.q, x);
+        place(self.reduced, &mut self.point, sys, w, (t, x));
         let (point, waves, m) = (&mut self.point, &sys.waves, self.m);
         self.reduced.rates(point, waves, t, false, &mut self.e[..m])?;
         for (y, e) in self.reduced.y(point).iter_mut().zip(&self.e) {

@@ -353,9 +353,6 @@ impl Radau {
     }
 }
 
-/// Steps of orders 9 and 13 that are not watched.
-const FAITHFUL: (u64, u64) = (24, 100);
-
 impl Method for Radau {
     fn restart(&mut self, _sys: &System, _w: &mut Work, t: f64, x: &[f64]) {
         self.t0 = t;
@@ -500,8 +497,8 @@ impl Method for Radau {
     fn faithful(&self) -> u64 {
         match self.scheme.s {
             3 => 0,
-            5 => FAITHFUL.0,
-            _ => FAITHFUL.1,
+            5 => 24,
+            _ => 100,
         }
     }
 
