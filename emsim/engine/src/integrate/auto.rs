@@ -29,7 +29,6 @@ use super::rows::Lags;
 use super::{make_one, Attempt, Method, Used};
 use crate::ledger::Stages;
 use crate::newton::{Failure, Options, Tolerances};
-use crate::reduced::Point;
 use crate::sparse::Complex;
 use crate::system::{System, Work};
 
@@ -77,7 +76,6 @@ pub struct Auto<'a> {
     stretch: u32,                   // steps since the last restart
     brief: u32,                     // stretches in a row that were brief
     enough: u32,                    // ... from which on esdirk is worth another trial
-    probe: Option<Point>,           // where eigenvalues are looked at, since the last restart
     begun: bool,
     feature: f64, // shortest time that sources and print grid speak of
     t: f64,
@@ -115,7 +113,6 @@ impl<'a> Auto<'a> {
             stretch: 0,
             brief: 0,
             enough: 2,
-            probe: None,
             begun: false,
             feature: 0.0,
             t: 0.0,
@@ -205,13 +202,13 @@ impl<'a> Auto<'a> {
     }
 
     /// Rule 4, before the first attempt, of length h.
-    fn look(&mut self, w: &mut Work, h: f64, tol: &Tolerances) -> Result<(), Failure> {
+    fn look(&mut self, w: &mut Work, h: f64) -> Result<(), Failure> {
         if std::mem::replace(&mut self.begun, true) || !self.explicitly() {
             return Ok(());
         }
         // the first step is a hundredth of it
         self.feature = 100.0 * h;
-        if self.fastest(w, tol).is_none_or(|f| self.fast(f)) {
+        if self.fastest(w).is_none_or(|f| self.fast(f)) {
             self.go_implicit(w, "stiff from the start")?;
             // with a loop to close in every stage, the way back has never paid
             if self.sys.reduced().is_ok_and(|r| r.has_constraints()) {
@@ -222,11 +219,11 @@ impl<'a> Auto<'a> {
     }
 
     /// Rule 3, before an attempt of length h.
-    fn choose(&mut self, w: &mut Work, h: f64, tol: &Tolerances) -> Result<(), Failure> {
-        self.look(w, h, tol)?;
+    fn choose(&mut self, w: &mut Work, h: f64) -> Result<(), Failure> {
+        self.look(w, h)?;
         if self.explicitly() {
             if self.refused == 0 && (self.silent > 0 || self.steps % LOOK == LOOK - 1) {
-                let beyond = self.fastest(w, tol).is_some_and(|(l, _)| l * h > SILENT);
+                let beyond = self.fastest(w).is_some_and(|(l, _)| l * h > SILENT);
                 self.silent = if beyond { self.silent + 1 } else { 0 };
                 if self.silent == IN_A_ROW {
                     return self.go_implicit(w, "a mode that is silent is stiff");
@@ -249,7 +246,7 @@ impl<'a> Auto<'a> {
         // the way back
         if let Some(name) = self.explicit {
             let least = h * self.fraction();
-            if self.fastest(w, tol).is_none_or(|f| f.0 * least > SILENT || self.fast(f)) {
+            if self.fastest(w).is_none_or(|f| f.0 * least > SILENT || self.fast(f)) {
                 self.patience = (2 * self.patience).min(RAREST);
                 return Ok(());
             }
@@ -278,7 +275,7 @@ impl<'a> Auto<'a> {
     /// An attempt where there is something to choose.
     #[inline(never)]
     fn attempt_chosen(&mut self, sys: &System, w: &mut Work, h: f64, tol: &Tolerances) -> Attempt {
-        if let Err(why) = self.choose(w, h, tol) {
+        if let Err(why) = self.choose(w, h) {
             return Attempt::Stuck { next: 0.0, why: why.into() };
         }
         self.longest = self.longest.max(h);
@@ -325,22 +322,10 @@ impl<'a> Auto<'a> {
         }
     }
 
-    /// Size of the fastest eigenvalue of the explicit form at the present point, roughly, and whether it is a damped mode's;
-    /// None where it cannot be evaluated.
-    fn fastest(&mut self, w: &mut Work, tol: &Tolerances) -> Option<(f64, bool)> {
-        let reduced = self.sys.reduced().ok()?;
-        let known = self.probe.take();
-        let fresh = known.is_none();
-        let mut p = known.unwrap_or_else(|| reduced.point(&w.flags, w.gmin, tol.atol.clone()));
-        self.sys.eval(w, &self.x, self.t);
-        if fresh {
-            reduced.start(&mut p, &w.q, &self.x);
-        } else {
-            reduced.go_to(&mut p, &w.q, &self.x);
-        }
-        let found = reduced.fastest(&mut p, &self.sys.waves, self.t);
-        self.probe = found.map(|_| p);
-        found
+    /// Size of the fastest eigenvalue at the present point, roughly, and whether it is a damped mode's, which the explicit method
+    /// can tell.
+    fn fastest(&mut self, w: &mut Work) -> Option<(f64, bool)> {
+        self.methods[0].1.fastest(self.sys, w, self.t, &self.x)
     }
 }
 
@@ -353,7 +338,6 @@ impl Method for Auto<'_> {
         self.t = t;
         self.x.copy_from_slice(x);
         self.tried.clear();
-        self.probe = None;
         (self.longest, self.refused, self.probation) = (0.0, 0, None);
         (self.reach, self.collapsed) = (0.0, false);
         self.brief = if std::mem::take(&mut self.stretch) < BRIEF { self.brief + 1 } else { 0 };
@@ -366,7 +350,7 @@ impl Method for Auto<'_> {
     }
 
     fn begin(&mut self, sys: &System, w: &mut Work, first: f64, tol: &Tolerances) -> f64 {
-        match self.look(w, first, tol) {
+        match self.look(w, first) {
             Ok(()) => self.methods[self.now].1.begin(sys, w, first, tol),
             Err(_) => first,
         }

@@ -62,6 +62,10 @@ const LOST_IN_LEAP: f64 = 0.3;
 /// A current at the start of a step that would have moved so many times the charge that moved is over long before the step's end.
 const TRANSIENT: f64 = 10.0;
 
+/// A row that would keep so much of its charge over a step is not quick. (Taken for quick, what a buck converter's coil lost by a leap
+/// counted for nothing: at 1e-8 its current was off by 1.4e-4 of its range.)
+const SLOW: f64 = 0.5;
+
 pub trait Method {
     fn restart(&mut self, sys: &System, w: &mut Work, t: f64, x: &[f64]);
     /// Length of the run's first step, for which `first` is said to be short enough.
@@ -150,6 +154,10 @@ pub trait Method {
     /// Did closed loops come near a loss of rank in the attempted step?
     fn near_singular(&self) -> bool {
         false
+    }
+    /// Size of the fastest eigenvalue at x, roughly, and whether it is a damped mode's; None where it is not known.
+    fn fastest(&mut self, _sys: &System, _w: &mut Work, _t: f64, _x: &[f64]) -> Option<(f64, bool)> {
+        None
     }
     /// Which of the method's formulas took the last accepted step: an order, a number of stages.
     fn formula(&self) -> usize {

@@ -9,10 +9,12 @@
 //! q is what the error estimate was made of: d annihilates what is smooth, and of a charge that moves at once
 //! it leaves  q d.k / h,  k = A^-1 (1, .., 1).
 //!
-//! The stages spread q over the step, as currents  k_j q / h,  which shifts what is quick by  k_j u,  u = (G + a C)^-1 q / h: the current of a
+//! The stages spread q over the step, as currents  k_j q / h,  which shifts what is quick by  k_j u,  u = -(G + a C)^-1 q / h: the current of a
 //! supply by half an ampere. The sums of the step need them; what is shown, and the point from which the run goes on, is without.
+//! By these sums the others have  -h G u = C u / a_11  of what they lose already: all of it where the charge goes through a resistance
+//! (a switch on a junction), nothing where a coil charges the node. Lost is the rest.
 use super::{Dirk, FIRST, NEXT};
-use crate::integrate::{Method, LOST_IN_LEAP, TRANSIENT};
+use crate::integrate::{Method, LOST_IN_LEAP, SLOW, TRANSIENT};
 use crate::newton::Tolerances;
 use crate::system::{Kind, System, Work};
 
@@ -70,19 +72,35 @@ impl Dirk {
         worst
     }
 
+    /// What part of a charge of row i, moved by itself, an implicit Euler step of a stage's length leaves there.
+    fn left(&mut self, sys: &System, w: &mut Work, a: f64, i: usize) -> f64 {
+        self.shift.fill(0.0);
+        self.shift[i] = 1.0;
+        self.newton.solve_held(w, &mut self.shift);
+        sys.c_times(w, &self.shift, &mut self.r);
+        (a * self.r[i]).abs()
+    }
+
     /// The time that must not be leapt over, if what is lost by it is more than the tolerance.
     pub(super) fn leap(&mut self, sys: &System, w: &mut Work, h: f64, tol: &Tolerances) -> Option<f64> {
         if self.now.by != FIRST {
             return None;
         }
         let last = self.now.x.len() - 1;
-        let (k, at_once) = (&self.k[FIRST].k, self.k[FIRST].at_once);
-        let (x1, x0) = (&self.now.x[last], &self.now.x[0]);
+        let (gamma, at_once) = (1.0 / self.k[FIRST].k.a[0][1], self.k[FIRST].at_once);
+        let moves = |me: &Dirk, i: usize| {
+            let (x1, x0) = (me.now.x[last][i], me.now.x[0][i]);
+            (x1 - x0).abs() > tol.weight(i, x1, x0)
+        };
+        for i in 0..sys.n {
+            let over = self.is_over(i, h);
+            let given = sys.unknowns[i].kind == Kind::Node || !moves(self, i);
+            self.quick[i] = over && (given || self.left(sys, w, gamma / h, i) < SLOW);
+        }
         let mut tau = 0.0_f64;
         for i in 0..sys.n {
-            let more = self.f[0][i] - self.f[last][i];
-            let fast = self.is_over(i, h);
-            if fast && (x1[i] - x0[i]).abs() > tol.weight(i, x1[i], x0[i]) {
+            let (more, fast) = (self.f[0][i] - self.f[last][i], self.quick[i]);
+            if fast && moves(self, i) {
                 tau = tau.max(h * (self.fast[i] / (at_once * more)).abs());
             }
             self.e[i] = if fast { 0.0 } else { more };
@@ -94,8 +112,11 @@ impl Dirk {
             return None;
         }
         self.newton.solve_held(w, &mut self.shift);
-        let scale = tau / (h * k.a[0][1]);
-        self.e.iter_mut().for_each(|e| *e *= scale);
+        // what the others lose, less what they have of it by the charge that the stages spread
+        sys.c_times(w, &self.shift, &mut self.r);
+        for (e, known) in self.e.iter_mut().zip(&self.r) {
+            *e = if *e == 0.0 { 0.0 } else { (tau * *e + gamma * known) * gamma / h };
+        }
         self.newton.solve_held(w, &mut self.e);
         let lost = tol.largest_error(&self.e, self.candidate(), &self.now.x[0]);
         (lost > LOST_IN_LEAP).then_some(tau)

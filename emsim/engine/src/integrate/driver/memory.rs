@@ -8,7 +8,7 @@ use std::collections::HashMap;
 /// every part of the run (`Method::fewest_steps`): the error bounds a step, and rows lie where they are asked for.
 const SPICE: f64 = 50.0;
 /// What conducts at the crest of a source's swing alone could lie between the stages of one long step.
-const IN_A_PERIOD: f64 = 8.0;
+const IN_A_PERIOD: f64 = 7.0;
 /// Steps of one length that a source's periods, or a short piece of the run that is shown, impose are no more than these.
 pub const IMPOSED: f64 = 1e5;
 

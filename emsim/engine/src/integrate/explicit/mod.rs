@@ -17,6 +17,7 @@
 //! Stiffness (Hairer and Wanner, Solving ODEs II, section IV.2): the last two evaluations are at one time and nearly one place,
 //! so |f(y1) - f(y_s)| / |y1 - y_s| estimates the fastest eigenvalue, in the norm of the tolerances.
 mod begin;
+mod dense;
 mod dop853;
 mod rk45;
 mod tableau;
@@ -30,8 +31,8 @@ use crate::reduced::{Point, Reduced, Trouble, NEAR};
 use crate::sparse::Complex;
 use crate::system::{Kind, System, Work};
 use crate::tape::Sequence;
-use crate::twice::LANES;
-use std::cell::RefCell;
+use dense::Inside;
+use std::cell::{OnceCell, RefCell};
 use tableau::{combine, scaled, Tableau};
 
 /// The local tolerance against the asked one keeps the global error of ordinary problems near what was asked. The long
@@ -92,16 +93,7 @@ pub struct Explicit<'a> {
     rejected: bool,
     stiffness: f64,   // of the last step, by the last estimate
     seen: (f64, u32), // length of the step that it is of; steps since that estimate
-    inside: RefCell<Inside<'a>>,
-}
-
-/// Dense output: made when first asked for.
-struct Inside<'a> {
-    point: Point,
-    k: Vec<f64>, // the table of the tableau
-    closed: Vec<f64>,
-    sequence: Option<&'a Sequence>,
-    ready: bool,
+    inside: OnceCell<RefCell<Inside<'a>>>,
 }
 
 impl<'a> Explicit<'a> {
@@ -110,14 +102,13 @@ impl<'a> Explicit<'a> {
         let (m, width) = (reduced.states.len(), reduced.width());
         let floor = Tolerances::new(sys, o).atol;
         let flags: Vec<f64> = sys.flags.iter().map(|f| f64::from(f.initial.max(0))).collect();
-        let point = || reduced.point(&flags, o.gmin, floor.clone());
         Ok(Explicit {
             sys,
             reduced,
             method,
             fixed: o.fixed_step.is_some(),
             projects: o.projection && reduced.has_constraints(),
-            point: point(),
+            point: reduced.point(&flags, o.gmin, floor),
             m,
             width,
             t0: 0.0,
@@ -141,13 +132,7 @@ impl<'a> Explicit<'a> {
             rejected: false,
             stiffness: 0.0,
             seen: (0.0, 0),
-            inside: RefCell::new(Inside {
-                point: point(),
-                k: vec![0.0; method.size(width)],
-                closed: Vec::new(),
-                sequence: method.inside(reduced),
-                ready: false,
-            }),
+            inside: OnceCell::new(),
         })
     }
 
@@ -352,90 +337,6 @@ impl<'a> Explicit<'a> {
             Trouble::NotFinite { unknown } => Failure::NotFinite { unknown: row(unknown) },
         }
     }
-
-    /// Stages and coefficients of the dense output of this step.
-    fn prepare_dense(&self, inside: &mut Inside) -> Result<(), Trouble> {
-        let (m, width, s, h, method) = (self.m, self.width, self.method.stages, self.h, self.method);
-        let Inside { point, k, sequence, ready, .. } = inside;
-        point.flags.copy_from_slice(&self.point.flags);
-        point.gmin = self.point.gmin;
-        let (known, y0) = ((s + 1) * width, method.y0() * width);
-        let times = |i: usize| self.t0 + method.c[s + 1 + i] * h;
-        k[..known].copy_from_slice(&self.k[..known]);
-        let mut done = false;
-        if let Some(sequence) = sequence {
-            if let Some(mut stages) = self.reduced.stages(point, method.extra.len()) {
-                k[y0..y0 + width].copy_from_slice(&self.y0);
-                let from = method.h(width);
-                k[from] = h;
-                for i in 0..method.extra.len() {
-                    k[from + 1 + i] = times(i);
-                }
-                stages.run_sequence(sequence, k);
-                self.reduced.finite(&k[known..y0])?;
-                done = true;
-            }
-        }
-        let (k, r) = k.split_at_mut(y0 + Tableau::DENSE * width);
-        if !done {
-            for (i, row) in method.extra.iter().enumerate() {
-                let y = &mut r[..width];
-                combine(y, &self.y0, h, row, k);
-                self.reduced.y(point).copy_from_slice(&y[..m]);
-                let k = &mut k[known + i * width..][..m];
-                self.reduced.rates(point, &self.sys.waves, times(i), false, k)?;
-            }
-            for (row, r) in method.dense.iter().zip(r[3 * width..].chunks_exact_mut(width)) {
-                scaled(r, h, row, k);
-            }
-        }
-        for i in 0..width {
-            let dy = self.y1[i] - self.y0[i];
-            let (f0, f1) = (k[i], k[s * width + i]);
-            r[i] = dy;
-            r[width + i] = h * f0 - dy;
-            r[2 * width + i] = 2.0 * dy - h * (f0 + f1);
-        }
-        *ready = true;
-        Ok(())
-    }
-
-    /// The unknowns of `reads` at t in the step; all of them where none is named.
-    fn inside(&self, t: f64, reads: &[u32], out: &mut [f64]) -> Result<(), Trouble> {
-        let mut inside = self.inside.borrow_mut();
-        let inside = &mut *inside;
-        if !inside.ready {
-            self.reduced.start_from(&mut inside.point, &self.x1);
-            self.prepare_dense(inside)?;
-        } else {
-            inside.point.keep_factors();
-        }
-        let theta = (t - self.t0) / self.h;
-        let terms = &inside.k[(self.method.y0() + Tableau::DENSE) * self.width..];
-        let factors = [theta, 1.0 - theta];
-        for (first, y) in (0..).step_by(LANES).zip(self.reduced.y(&mut inside.point).chunks_mut(LANES)) {
-            let mut sum = [0.0; LANES];
-            for k in (0..self.method.terms()).rev() {
-                let r = &terms[k * self.width + first..][..LANES];
-                sum = std::array::from_fn(|i| (sum[i] + r[i]) * factors[k % 2]);
-            }
-            let y0 = &self.y0[first..first + LANES];
-            y.iter_mut().zip(sum.iter().zip(y0)).for_each(|(y, (sum, y0))| *y = sum + y0);
-        }
-        // the polynomial of high order opens loops by ten times what the ends of steps are wrong by: closed with the factors of
-        // the first row, which is in the same step
-        if self.projects && !self.method.extra.is_empty() {
-            let (point, closed) = (&mut inside.point, &mut inside.closed);
-            closed.clear();
-            closed.extend_from_slice(self.reduced.y(point));
-            self.reduced.close_gently(point, &self.sys.waves, t, closed, self.rounding());
-            self.reduced.y(point).copy_from_slice(closed);
-        }
-        if let Some(done) = self.reduced.glance(&mut inside.point, &self.sys.waves, t, reads, out) {
-            return done;
-        }
-        self.reduced.arrive(&mut inside.point, &self.sys.waves, t, false, None, out)
-    }
 }
 
 impl Method for Explicit<'_> {
@@ -475,7 +376,7 @@ impl Method for Explicit<'_> {
             std::mem::swap(&mut self.x0, &mut self.x1);
             self.k.copy_within(self.method.stages * width..(self.method.stages + 1) * width, 0);
         }
-        self.inside.get_mut().ready = false;
+        self.outdate();
         self.h = h;
         let done = if self.started { Ok(()) } else { self.start(sys, w) };
         self.weakest = 1.0;
@@ -561,27 +462,7 @@ impl Method for Explicit<'_> {
         if self.stiffness.max(0.0) < SHARP {
             return 0.0;
         }
-        let mut inside = self.inside.borrow_mut();
-        let inside = &mut *inside;
-        if !inside.ready {
-            self.reduced.start_from(&mut inside.point, &self.x1);
-            if self.prepare_dense(inside).is_err() {
-                return f64::INFINITY;
-            }
-        }
-        // what the state means to the unknowns is that of the new point
-        self.reduced.y(&mut inside.point).copy_from_slice(&self.y1[..self.m]);
-        let (point, waves, t1) = (&mut inside.point, &self.sys.waves, self.t0 + self.h);
-        if self.reduced.arrive(point, waves, t1, true, None, &mut self.ex).is_err() {
-            return f64::INFINITY;
-        }
-        // largest where theta = 1/2
-        let terms = self.method.terms();
-        let most = 0.5_f64.powi(terms as i32);
-        let last = &inside.k[(self.method.y0() + Tableau::DENSE + terms - 1) * self.width..][..self.m];
-        self.e.iter_mut().zip(last).for_each(|(e, r)| *e = most * r);
-        self.reduced.changes(&mut inside.point, &self.e[..self.m], &mut self.ex);
-        tol.largest_error(&self.ex, &self.x1, &self.x0)
+        self.last_term(tol)
     }
 
     fn wants_dense_record(&self) -> bool {
@@ -616,6 +497,11 @@ impl Method for Explicit<'_> {
 
     fn near_singular(&self) -> bool {
         self.careful
+    }
+
+    fn fastest(&mut self, sys: &System, w: &mut Work, t: f64, x: &[f64]) -> Option<(f64, bool)> {
+        begin::place(self.reduced, &mut self.point, sys, w, (t, x));
+        self.reduced.fastest(&mut self.point, &sys.waves, t)
     }
 
     fn response(&self, _formula: usize, y: f64) -> Option<Complex> {

@@ -8,10 +8,11 @@
 //!
 //!   e = M^-1 C (x' - x_p'),   x' - x_p' = M^-1 ( -d/dt F(x_p, t) - Q_p'' ),
 //!
-//! which is O(h^(s+1)) where nothing bends. It is the error itself and held to the tolerance, not to a share of it.
+//! which is O(h^(s+1)) where nothing bends. It is the error itself and held to the tolerance, not to a share of it. Of what the step
+//! leaps over (leap.rs) x_p is the polynomial through the stages alone.
 use super::super::root;
 use super::stages::STALLED;
-use super::tables::Scheme;
+use super::tables::{Scheme, MOST};
 use super::Radau;
 use crate::newton::Tolerances;
 use crate::system::{System, Work};
@@ -156,17 +157,26 @@ impl Radau {
         let Scheme { s, c, inverse_a, .. } = *self.scheme;
         let last = s - 1;
         let slopes = &inverse_a[last * s..];
+        // slope at 1 of the polynomial through the stages alone
+        let nodal = |j: usize| (0..s).filter(|&k| k != j).map(|k| c[j] - c[k]).product::<f64>();
+        let weights: [f64; MOST] = std::array::from_fn(|j| match j < last {
+            true => nodal(last) / nodal(j) / (1.0 - c[j]),
+            false => 0.0,
+        });
+        let at_end = |of: &[Vec<f64>], i: usize| {
+            of.iter().zip(&weights[..last]).map(|(v, weight)| weight * (v[i] - of[last][i])).sum::<f64>()
+        };
         for i in 0..sys.n {
-            let moved = slopes.iter().zip(&self.stage).map(|(a, x)| a * (x[i] - self.x0[i]));
-            self.scratch[i] = self.stage[last][i] + ALONG * moved.sum::<f64>();
+            // what has jumped is not on one curve with the start
+            let moved = match self.leap.taken && !self.leap.smooth[i] {
+                true => at_end(&self.stage[..s], i),
+                false => slopes.iter().zip(&self.stage).map(|(a, x)| a * (x[i] - self.x0[i])).sum::<f64>(),
+            };
+            self.scratch[i] = self.stage[last][i] + ALONG * moved;
         }
         sys.eval(w, &self.scratch, self.t0 + h + ALONG * h);
-        // slope at 1 of the polynomial through the stages' F
-        let nodal = |j: usize| (0..s).filter(|&k| k != j).map(|k| c[j] - c[k]).product::<f64>();
         for i in 0..sys.n {
-            let end = self.f[last][i];
-            let bends = (0..last).map(|j| nodal(last) / nodal(j) / (1.0 - c[j]) * (self.f[j][i] - end));
-            self.scratch[i] = (bends.sum::<f64>() - (w.f[i] - end) / ALONG) / h;
+            self.scratch[i] = (at_end(&self.f[..s], i) - (w.f[i] - self.f[last][i]) / ALONG) / h;
         }
         self.real.solve(&mut self.scratch);
         sys.c_times(w, &self.scratch, &mut self.b);

@@ -292,11 +292,7 @@ impl Radau {
         if self.fixed {
             return Attempt::Good { next: h };
         }
-        if let Some(brief) = self.leap.brief {
-            self.jacobian(sys, w, h);
-            return Attempt::TooLarge { next: brief.min(0.5 * h) };
-        }
-        if self.rounding(h, estimate, raw, tol) {
+        if !self.leap.taken && self.rounding(h, estimate, raw, tol) {
             return Attempt::TooLarge { next: 0.25 * h };
         }
         let error = raw / self.relax.max(10.0 * std::mem::take(&mut self.noise));
@@ -304,6 +300,11 @@ impl Radau {
         let most = 2.0 * MOST_ITERATIONS as f64 + 1.0;
         let safe = 0.9 * most / (2.0 * MOST_ITERATIONS as f64 + iterations as f64);
         let mut factor = (safe / root(error, degree)).clamp(0.125, 8.0);
+        // (a step that is too long for what is smooth says too much of what is lost)
+        if let Some(brief) = self.leap.brief.filter(|_| error <= 1.0) {
+            self.jacobian(sys, w, h);
+            return Attempt::TooLarge { next: brief.min(0.5 * h) };
+        }
         if error <= 1.0 {
             self.longest = h.max(0.98 * self.longest);
             self.relax = (0.999 * self.relax).max(1.0);
@@ -343,7 +344,7 @@ impl Radau {
             return Attempt::Good { next };
         }
         let factor = match self.at_first {
-            _ if !self.first => factor.min(0.9),
+            _ if !self.first || self.leap.taken => factor.min(0.9),
             Some(_) if !sys.turns() => LOST,
             _ => 0.1,
         };
