@@ -318,7 +318,7 @@ impl Radau {
             factor = factor.min(contracts);
             self.error_old_next = error.max(1e-2);
             self.h_old_next = if self.leap.taken { 0.0 } else { h };
-            if self.orders.variable(self.scheme) && self.full_steps == 0 && !self.leap.taken {
+            if self.full_steps == 0 && !self.leap.taken && self.orders.due(self.scheme) {
                 let taken = Taken {
                     h,
                     iterations,
@@ -349,6 +349,7 @@ impl Radau {
             _ => 0.1,
         };
         self.at_first = self.at_first.or(Some((h, estimate)));
+        self.orders.refused();
         self.jacobian(sys, w, h);
         Attempt::TooLarge { next: factor * h }
     }

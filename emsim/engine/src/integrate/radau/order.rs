@@ -29,6 +29,9 @@ const FALL: f64 = 0.5;
 const REST: u32 = 8;
 const WAIT: u32 = 10;
 const RECENT: u32 = 10;
+/// At the highest order every so manieth step is looked at, and any behind a refused one, where no diode and no loop beside a change
+/// point may want another order at once: a look costs a fourteenth of a step.
+const LOOK: u32 = 4;
 /// Contraction of the iteration that a step is chosen for, and the power of the step with which it grows (measured on
 /// mechanisms, with the Jacobian of the middle of the step).
 pub const CONTRACTION: f64 = 0.15;
@@ -95,6 +98,7 @@ pub struct Orders {
     patience: u32, // what the last failure made of it
     calm: u32,     // steps since then
     rest: u32,
+    top: u32, // steps at the highest order since the last look
     costs: Costs,
     lower: [[f64; MOST]; 3], // of each scheme: weights of D in the estimate of the next lower order
 }
@@ -150,6 +154,7 @@ impl Orders {
             patience: WAIT,
             calm: u32::MAX,
             rest: 0,
+            top: 0,
             costs,
             lower: std::array::from_fn(lower),
         }
@@ -168,9 +173,22 @@ impl Orders {
         SCHEMES[self.most]
     }
 
-    /// May the order change? Then the estimate of the next lower one is asked for.
-    pub fn variable(&self, now: &Scheme) -> bool {
-        self.least < self.most || now.rank() < self.least
+    /// A step has been taken: is it time to look for another order? Then the estimate of the next lower one is asked for.
+    pub fn due(&mut self, now: &Scheme) -> bool {
+        self.wait = self.wait.saturating_sub(1);
+        self.calm = self.calm.saturating_add(1);
+        self.rest = self.rest.saturating_sub(1);
+        if now.rank() < self.least {
+            return true;
+        }
+        self.top = if now.rank() == self.most { self.top + 1 } else { 0 };
+        let often = self.top == 0 || self.start == self.least;
+        self.least < self.most && self.rest == 0 && (often || self.top >= LOOK)
+    }
+
+    /// A step was refused.
+    pub fn refused(&mut self) {
+        self.top = self.top.max(LOOK);
     }
 
     /// Weights of D in the estimate of the next lower order, and what turns the real matrix of this one into its own.
@@ -215,13 +233,11 @@ impl Orders {
         reltol: f64,
         lu: &Lu<f64>,
     ) -> (&'static Scheme, Option<f64>) {
-        self.wait = self.wait.saturating_sub(1);
-        self.calm = self.calm.saturating_add(1);
-        self.rest = self.rest.saturating_sub(1);
+        self.top = 0;
         if now.rank() < self.least {
             return (if self.wait == 0 { self.first() } else { now }, None);
         }
-        if self.rest > 0 || !(taken.lower > 0.0 && taken.error > 0.0) {
+        if !(taken.lower > 0.0 && taken.error > 0.0) {
             return (now, None);
         }
         self.costs.factor = FACTORS * (lu.operations() + 3 * lu.nnz()) as f64;
