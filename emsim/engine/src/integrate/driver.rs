@@ -244,7 +244,7 @@ impl<'a, S: Sink> Run<'a, S> {
         let (short, rounded) = (1e-5 * feature, 1e-10 * self.a.tstop);
         let fits = !self.a.uic && self.sys.forces.is_empty();
         let known = || op::is_all_state(self.sys) || short < rounded && fits && !undetermined(self.sys).contains(&true);
-        if !known() {
+        if !known() && (self.a.uic || !method.settle(self.sys, self.w, 0.0, 0.0, &mut self.x)) {
             self.settle(0.0, short.max(rounded.min(1e-3 * feature)), true);
         }
         for _ in 0..CASCADE {

@@ -72,7 +72,8 @@ pub trait Method {
     fn begin(&mut self, _sys: &System, _w: &mut Work, first: f64, _tol: &Tolerances) -> f64 {
         first
     }
-    /// Takes x, of which something has jumped at t, to what it is at t + h, h next to nothing. False: it is as it was.
+    /// Takes x, of which something has jumped at t, to what it is at t + h, h next to nothing; or, h 0, to what fits its states where
+    /// a run starts. False: it is as it was.
     fn settle(&mut self, _sys: &System, _w: &mut Work, _t: f64, _h: f64, _x: &mut [f64]) -> bool {
         false
     }

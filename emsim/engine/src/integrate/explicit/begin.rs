@@ -30,7 +30,7 @@ impl Explicit<'_> {
         Ok(())
     }
 
-    /// What x is at t + h behind a jump at t, into `ex`: a step of Euler's method.
+    /// What x is at t + h behind a jump at t, into `ex`: a step of Euler's method; where h is 0, at t itself.
     pub(super) fn step_over_jump(
         &mut self,
         sys: &System,
@@ -41,9 +41,11 @@ impl Explicit<'_> {
     ) -> Result<(), Trouble> {
         place(self.reduced, &mut self.point, sys, w, (t, x));
         let (point, waves, m) = (&mut self.point, &sys.waves, self.m);
-        self.reduced.rates(point, waves, t, false, &mut self.e[..m])?;
-        for (y, e) in self.reduced.y(point).iter_mut().zip(&self.e) {
-            *y += h * e;
+        if h > 0.0 {
+            self.reduced.rates(point, waves, t, false, &mut self.e[..m])?;
+            for (y, e) in self.reduced.y(point).iter_mut().zip(&self.e) {
+                *y += h * e;
+            }
         }
         self.reduced.arrive(point, waves, t + h, false, None, &mut self.ex)
     }
