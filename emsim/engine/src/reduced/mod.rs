@@ -320,6 +320,11 @@ impl Reduced {
     /// Takes charges of all rows and the values of all unknowns as a starting point: states and Newton's guesses.
     pub fn start(&self, p: &mut Point, q: &[f64], x: &[f64]) {
         p.checked = false;
+        self.go_to(p, q, x);
+    }
+
+    /// The same where the masses have been looked at since a start.
+    pub fn go_to(&self, p: &mut Point, q: &[f64], x: &[f64]) {
         for (s, &row) in self.states.iter().enumerate() {
             p.v[self.at.y(s)] = q[row];
         }

@@ -502,7 +502,12 @@ impl Method for Explicit<'_> {
     }
 
     fn fastest(&mut self, sys: &System, w: &mut Work, t: f64, x: &[f64]) -> Option<(f64, bool)> {
-        begin::place(self.reduced, &mut self.point, sys, w, (t, x));
+        if self.started && self.point.flags == w.flags {
+            sys.eval(w, x, t);
+            self.reduced.go_to(&mut self.point, &w.q, x);
+        } else {
+            begin::place(self.reduced, &mut self.point, sys, w, (t, x));
+        }
         self.reduced.fastest(&mut self.point, &sys.waves, t)
     }
 
