@@ -61,7 +61,7 @@ pub fn explicit(sys: &System, o: &Options) -> (Option<&'static str>, String) {
 }
 
 /// Rule 2: radau where no exponential bends it. Diodes turn gently to corners, and what is cheapest there are few
-/// stages: gear's orders and, beside many diodes at loose tolerances, trap, whose steps are the cheapest of all, if they follow a source's
+/// stages: gear's orders and, at loose tolerances, trap, whose steps are the cheapest of all, if they follow a source's
 /// swing: by itself it is wrong by ten times what is asked (three_phase_rectifier at reltol 1e-3 5e-3). Not beside
 /// coils: what one has left as its diode turns off rings on, and a node that floats then shows it in hundreds of volts
 /// (a three-phase rectifier behind line inductances). Switches throw gear back to order 1 and want short restarts,
@@ -84,12 +84,12 @@ pub fn implicit(sys: &System, o: &Options) -> &'static str {
 }
 
 /// Tolerances from which on trap does, beside so many diodes. Each turns at a time of its own and throws gear's order and step back:
-/// a multiplier of eight takes gear three times trap's steps. Beside four it takes as long at 1e-3, beside two 0.7 of it, and is right
-/// to what is asked where trap is off by up to seven times as much (two supplies ored into 470 uF: gear 0.27 ms, 1e-3 of the range,
-/// trap 0.37 ms, 7e-3; a multiplier of two stages 1.02 ms, 2e-4, and 0.91 ms, 2e-3, of three 1.6 ms, 3e-4, and 1.2 ms, 1e-3).
+/// a multiplier of eight takes gear three times trap's steps. Beside four it takes as long at 1e-3, and is right to what is asked where
+/// trap is off by up to seven times as much (a multiplier of two stages 1.02 ms, 2e-4, and 0.91 ms, 2e-3; of three 1.6 ms, 3e-4, and
+/// 1.2 ms, 1e-3). One or two may do nothing but hold a swing that trap's steps follow anyway: a Zener regulator's ripple is off by 7e-3
+/// of itself under gear at 1e-3.
 fn trap_from(diodes: usize) -> f64 {
     match diodes {
-        0..=2 => f64::INFINITY,
         3..=4 => 5e-3,
         _ => 5e-4,
     }
