@@ -121,4 +121,21 @@ impl Dirk {
         let lost = tol.largest_error(&self.e, self.candidate(), &self.now.x[0]);
         (lost > LOST_IN_LEAP).then_some(tau)
     }
+
+    /// The charges from which the run goes on behind a leap: of what moved at once those of the unknowns, not what the stages have spread
+    /// of them as well. They differ by charge that the others' sums are to know of as it would have flowed, the last of it, in a next
+    /// step. (A buck converter's next steps were femtoseconds; its rows every 0.1 us took twice the iterations at 1e-6.)
+    pub(super) fn settle(&mut self, sys: &System, w: &mut Work, tol: &Tolerances) {
+        let a = 1.0 / (self.k[FIRST].k.a[0][1] * self.last.h);
+        let (x0, x1) = (&self.last.x[0], &self.last.x[self.last.x.len() - 1]);
+        let moves = |i: usize| self.quick[i] && sys.has_q[i] && (x1[i] - x0[i]).abs() > tol.weight(i, x1[i], x0[i]);
+        for i in 0..sys.n {
+            self.e[i] = if moves(i) { w.q[i] - self.q0[i] } else { 0.0 };
+        }
+        self.newton.solve_held(w, &mut self.e);
+        sys.c_times(w, &self.e, &mut self.r);
+        for i in 0..sys.n {
+            self.q0[i] = if moves(i) { w.q[i] } else { self.q0[i] - a * self.r[i] };
+        }
+    }
 }

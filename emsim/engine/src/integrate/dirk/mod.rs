@@ -34,6 +34,7 @@
 //!
 //! Dense output: sum_j w_j(theta) X_j, weights that are polynomials in theta = (t - t0)/h with the method's own order.
 //! In stage values rather than slopes it serves every unknown, algebraic ones too.
+mod control;
 mod esdirk;
 mod formula;
 mod leap;
@@ -48,6 +49,7 @@ use crate::ledger::Stages;
 use crate::newton::{Failure, Newton, Options, Tolerances};
 use crate::sparse::Complex;
 use crate::system::{Kind, System, Work};
+use control::Control;
 use formula::{Formula, Tableau};
 
 /// How far the polynomial is carried back to be compared, in steps.
@@ -102,6 +104,7 @@ pub struct Dirk {
     refused: Option<(f64, f64)>,  // length and error of the last attempt from here
     at_first: Option<(f64, f64)>, // ... of the first one
     leapt: bool,
+    control: Control,
     guess: Vec<Vec<f64>>,
     r: Vec<f64>,
     e: Vec<f64>,
@@ -154,6 +157,7 @@ impl Dirk {
             refused: None,
             at_first: None,
             leapt: false,
+            control: Control::default(),
             guess: vec![v(); s],
             r: v(),
             e: v(),
@@ -362,6 +366,7 @@ impl Method for Dirk {
         self.refused = None;
         self.at_first = None;
         self.leapt = false;
+        self.control.restart();
         self.newton.forget();
     }
 
@@ -371,7 +376,9 @@ impl Method for Dirk {
             for ((f, wf), has_q) in self.f[0].iter_mut().zip(&w.f).zip(&sys.has_q) {
                 *f = if *has_q { *wf } else { 0.0 };
             }
-            if !self.started {
+            if self.started {
+                self.settle(sys, w, tol);
+            } else {
                 self.q0.copy_from_slice(&w.q);
             }
             (self.started, self.renewed) = (true, false);
@@ -399,6 +406,7 @@ impl Method for Dirk {
                 return Attempt::TooLarge { next: (1.5 * old).min(LEAP) * old_h };
             }
             self.refused = Some((h, error));
+            self.control.refused(self.t1, error);
             self.at_first = self.at_first.or(self.refused);
             return Attempt::TooLarge { next: factor.clamp(0.1, 0.9) * h };
         }
@@ -407,6 +415,7 @@ impl Method for Dirk {
             self.calm(sys, w, h, tol);
         }
         let factor = factor.clamp(0.2, if self.refused.is_some() { 1.0 } else { 5.0 });
+        let factor = self.control.next(h, self.t1, error, self.tableau().falls, factor).max(0.2);
         // a step that stays as it is keeps its factorisation in a linear circuit
         let keep = if sys.linear { 1.5 } else { 1.1 };
         Attempt::Good { next: if (1.0..keep).contains(&factor) { h } else { factor * h } }
@@ -427,6 +436,7 @@ impl Method for Dirk {
         self.f.swap(0, s - 1);
         self.q0.copy_from_slice(self.newton.q());
         self.solved = false;
+        self.control.accept(self.last.h, !self.renewed);
         self.follows = true;
         self.accepted = true;
         self.refused = None;
@@ -468,7 +478,8 @@ impl Method for Dirk {
         let smooth = (product(0.4 / (m - 1) as f64) / product(theta)).abs().min(1.0);
         let corner = BACK / -theta;
         let mut worst = 0.0_f64;
-        for i in sys.interpolated() {
+        let jumped = |i: usize| self.last.by == FIRST && self.quick[i];
+        for i in sys.interpolated().filter(|&i| !jumped(i)) {
             let value = |w: &[f64], of: &Step| w.iter().zip(&of.x).map(|(w, x)| w * x[i]).sum::<f64>();
             let lacking = if matches!(sys.unknowns[i].kind, Kind::Coordinate | Kind::Speed) { smooth } else { corner };
             let error = (lacking * (value(&here, &self.now) - value(&there, &self.last))).abs();

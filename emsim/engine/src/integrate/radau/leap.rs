@@ -110,6 +110,9 @@ impl Radau {
             self.e[i] = more;
             self.leap.moved[i] = if fast { moved } else { 0.0 };
         }
+        if self.leap.moved.iter().all(|moved| *moved == 0.0) {
+            return None;
+        }
         sys.eval(w, &self.stage[last], self.t0 + h);
         for i in 0..sys.n {
             let node = sys.unknowns[i].kind == Kind::Node;

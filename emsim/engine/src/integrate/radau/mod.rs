@@ -563,7 +563,7 @@ impl Method for Radau {
         let end = &self.stage[scheme.s - 1];
         let mut worst = 0.0_f64;
         let jumped = |i: usize| self.leap.last && !self.leap.smooth[i];
-        for i in (0..sys.n).filter(|&i| !sys.unknowns[i].kind.enters_linearly() && !jumped(i)) {
+        for i in sys.interpolated().filter(|&i| !jumped(i)) {
             let mut error = lacking * (self.last_x0[i] - there[i]);
             if self.corrected[i] {
                 error -= correction * self.e[i];
