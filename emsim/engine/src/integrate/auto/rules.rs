@@ -122,7 +122,7 @@ pub fn one_step(reltol: f64) -> &'static str {
 /// a quarter of one of `radau5`'s, held to a hundredth of what it is elsewhere. (What its formula takes of the energy would else carry
 /// a linkage over to another branch: two four-bars over 12 s at 1e-3 were off by 0.7 of the range, now by 1e-4.)
 pub fn beside_singular(o: &mut Options) -> &'static str {
-    if o.reltol < 5e-8 {
+    if o.reltol < 5e-9 {
         return "radau";
     }
     o.trtol = BESIDE_SINGULAR * if o.trtol.is_finite() { o.trtol } else { gear::LOCAL };
