@@ -2,7 +2,8 @@
 //!
 //! By its estimate  e = c h^k  a step may be  0.9 e^(-1/k)  times as long, if c stays what it is. Where c has grown it goes on growing,
 //! as a diode turns on: with c' of the step before, the next one is shorter by another  (c' / c)^(1/k)  (Gustafsson's predictive
-//! controller). So are steps no longer found too long one after the other, each a tenth, at the price of its stages.
+//! controller). So are steps no longer found too long one after the other, each a tenth, at the price of its stages. Where nothing
+//! turns it saves little, by steps that follow each swing.
 //!
 //! An attempt that is wrong by many tolerances has met something quick before its end. Steps go there by thirds of what is left of the
 //! way, not five times as long as the last one: the farther behind it a stage lies, the more iterations are lost.
@@ -14,16 +15,20 @@ const PART: f64 = 0.3;
 /// A step that is estimated to be better than that says no more of c.
 const LEAST: f64 = 1e-2;
 
-#[derive(Default)]
 pub struct Control {
+    turns: bool,                // is there what turns?
     estimate: f64,              // of the attempted step, in tolerances
     before: Option<(f64, f64)>, // length and estimate of the step before
     ahead: f64,                 // where an attempt ended that was wrong
 }
 
 impl Control {
+    pub fn new(turns: bool) -> Control {
+        Control { turns, estimate: 0.0, before: None, ahead: 0.0 }
+    }
+
     pub fn restart(&mut self) {
-        *self = Control::default();
+        *self = Control::new(self.turns);
     }
 
     pub fn refused(&mut self, t1: f64, estimate: f64) {
@@ -46,6 +51,6 @@ impl Control {
 
     /// The attempted step is taken; `knows` where the next one's estimate is made as its own was.
     pub fn accept(&mut self, h: f64, knows: bool) {
-        self.before = knows.then_some((h, self.estimate.max(LEAST)));
+        self.before = (knows && self.turns).then_some((h, self.estimate.max(LEAST)));
     }
 }

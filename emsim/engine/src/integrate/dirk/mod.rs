@@ -157,7 +157,7 @@ impl Dirk {
             refused: None,
             at_first: None,
             leapt: false,
-            control: Control::default(),
+            control: Control::new(sys.turns()),
             guess: vec![v(); s],
             r: v(),
             e: v(),
