@@ -120,11 +120,13 @@ pub fn one_step(reltol: f64) -> &'static str {
 
 /// What does beside positions in which constraints lose rank, where higher orders' iteration fails: gear, whose many short steps cost
 /// a quarter of one of `radau5`'s, held to a hundredth of what it is elsewhere. (What its formula takes of the energy would else carry
-/// a linkage over to another branch: two four-bars over 12 s at 1e-3 were off by 0.7 of the range, now by 1e-4.)
+/// a linkage over to another branch: two four-bars over 12 s at 1e-3 were off by 0.7 of the range, now by 1e-4.) Below 1e-5 its errors
+/// fall by less than what is asked, and a tenth at 1e-8 does.
 pub fn beside_singular(o: &mut Options) -> &'static str {
     if o.reltol < 5e-9 {
         return "radau";
     }
-    o.trtol = BESIDE_SINGULAR * if o.trtol.is_finite() { o.trtol } else { gear::LOCAL };
+    let tight = (1e-5 / o.reltol).cbrt().max(1.0);
+    o.trtol = BESIDE_SINGULAR * tight * if o.trtol.is_finite() { o.trtol } else { gear::LOCAL };
     "gear"
 }
