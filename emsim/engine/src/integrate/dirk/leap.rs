@@ -22,8 +22,8 @@ impl Dirk {
     /// Has the first stage of a first step leapt over a transient? It is an implicit Euler step: a current at the start that would
     /// have moved far more charge by then than has moved is gone.
     pub(super) fn leaps_over(&self, h: f64, tol: &Tolerances) -> bool {
-        let (x0, x1, h) = (&self.now.x[0], &self.now.x[1], h * self.k[FIRST].k.c[1]);
-        (0..x0.len()).any(|i| self.is_over(i, h) && (x1[i] - x0[i]).abs() > tol.weight(i, x1[i], x0[i]))
+        let h = h * self.k[FIRST].k.c[1];
+        (0..self.q0.len()).any(|i| self.is_over(i, h) && self.now.moves(i, 1, tol))
     }
 
     /// Would the current at the start have moved far more charge of row i in h than has moved, up to the stage just solved?
@@ -88,19 +88,15 @@ impl Dirk {
         }
         let last = self.now.x.len() - 1;
         let (gamma, at_once) = (1.0 / self.k[FIRST].k.a[0][1], self.k[FIRST].at_once);
-        let moves = |me: &Dirk, i: usize| {
-            let (x1, x0) = (me.now.x[last][i], me.now.x[0][i]);
-            (x1 - x0).abs() > tol.weight(i, x1, x0)
-        };
         for i in 0..sys.n {
             let over = self.is_over(i, h);
-            let given = sys.unknowns[i].kind == Kind::Node || !moves(self, i);
+            let given = sys.unknowns[i].kind == Kind::Node || !self.now.moves(i, last, tol);
             self.quick[i] = over && (given || self.left(sys, w, gamma / h, i) < SLOW);
         }
         let mut tau = 0.0_f64;
         for i in 0..sys.n {
             let (more, fast) = (self.f[0][i] - self.f[last][i], self.quick[i]);
-            if fast && moves(self, i) {
+            if fast && self.now.moves(i, last, tol) {
                 tau = tau.max(h * (self.fast[i] / (at_once * more)).abs());
             }
             self.e[i] = if fast { 0.0 } else { more };
@@ -127,8 +123,8 @@ impl Dirk {
     /// step. (A buck converter's next steps were femtoseconds; its rows every 0.1 us took twice the iterations at 1e-6.)
     pub(super) fn settle(&mut self, sys: &System, w: &mut Work, tol: &Tolerances) {
         let a = 1.0 / (self.k[FIRST].k.a[0][1] * self.last.h);
-        let (x0, x1) = (&self.last.x[0], &self.last.x[self.last.x.len() - 1]);
-        let moves = |i: usize| self.quick[i] && sys.has_q[i] && (x1[i] - x0[i]).abs() > tol.weight(i, x1[i], x0[i]);
+        let end = self.last.x.len() - 1;
+        let moves = |i: usize| self.quick[i] && sys.has_q[i] && self.last.moves(i, end, tol);
         for i in 0..sys.n {
             self.e[i] = if moves(i) { w.q[i] - self.q0[i] } else { 0.0 };
         }

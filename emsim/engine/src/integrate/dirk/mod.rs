@@ -88,6 +88,14 @@ struct Step {
     by: usize, // which formula
 }
 
+impl Step {
+    /// Is unknown i at a stage farther from the start than the tolerance?
+    fn moves(&self, i: usize, stage: usize, tol: &Tolerances) -> bool {
+        let (x1, x0) = (self.x[stage][i], self.x[0][i]);
+        (x1 - x0).abs() > tol.weight(i, x1, x0)
+    }
+}
+
 pub struct Dirk {
     k: [Formula; 2], // of steps that follow another, of steps that begin with a jump
     newton: Newton,
@@ -414,7 +422,7 @@ impl Method for Dirk {
             self.transient = true;
             self.calm(sys, w, h, tol);
         }
-        let factor = factor.clamp(0.2, if self.refused.is_some() { 1.0 } else { 5.0 });
+        let factor = factor.min(if self.refused.is_some() { 1.0 } else { 5.0 });
         let factor = self.control.next(h, self.t1, error, self.tableau().falls, factor).max(0.2);
         // a step that stays as it is keeps its factorisation in a linear circuit
         let keep = if sys.linear { 1.5 } else { 1.1 };
