@@ -43,6 +43,16 @@ impl V {
         V(unsafe { _mm256_loadu_pd(v.as_ptr()) })
     }
 
+    /// The same by four loads.
+    #[inline(always)]
+    pub fn one_by_one(v: &[f64; 4]) -> V {
+        // SAFETY, besides: four numbers (volatile, or the compiler makes one load of them)
+        unsafe {
+            let [a, b, c, d] = [0, 1, 2, 3].map(|k| v.as_ptr().add(k).read_volatile());
+            V(_mm256_set_pd(d, c, b, a))
+        }
+    }
+
     /// The first four numbers, 0 for those that are missing.
     #[inline(always)]
     pub fn first(v: &[f64]) -> V {
@@ -66,10 +76,13 @@ impl V {
     #[inline(always)]
     pub fn gather(x: &[f64], places: &Places) -> V {
         assert!(places.within <= x.len());
-        // SAFETY: every place is one of x; no lane is read whose mask is empty
+        if x.is_empty() {
+            return V::all(0.0);
+        }
+        // SAFETY: every place is one of x
         unsafe {
-            let at = _mm_loadu_si128(places.at.as_ptr().cast());
-            V(_mm256_mask_i32gather_pd::<8>(_mm256_setzero_pd(), x.as_ptr(), at, V::load(&places.there).0))
+            let [a, b, c, d] = places.at.map(|k| *x.get_unchecked(k as usize));
+            V(_mm256_and_pd(_mm256_set_pd(d, c, b, a), V::load(&places.there).0))
         }
     }
 

@@ -19,7 +19,7 @@ use crate::sparse::{Lu, Once, Program, Recurring, Singular};
 use crate::system::{Stage, System, Work};
 use crate::tape::{Value, Written};
 pub use crate::tolerances::{Options, Tolerances};
-use crate::twice::{by_lanes, whole};
+use crate::twice::{by_lanes, whole, Lanes};
 
 #[derive(Clone, Debug)]
 pub enum Failure {
@@ -263,7 +263,7 @@ impl Newton {
         let (guess, past) = stage.parts_mut();
         guess.copy_from_slice(x);
         past.copy_from_slice(r);
-        let solved = self.solve_stage(sys, w, a, &mut stage, t, tol, max_iterations);
+        let solved = solve_stage(self, sys, w, a, &mut stage, t, tol, max_iterations);
         x.copy_from_slice(stage.x());
         self.stage = stage;
         solved
@@ -271,7 +271,8 @@ impl Newton {
 
     /// The same of a stage that the caller has.
     #[allow(clippy::too_many_arguments)]
-    pub fn solve_stage(
+    #[inline(always)]
+    pub fn solve_stage<L: Lanes>(
         &mut self,
         sys: &System,
         w: &mut Work,
@@ -291,7 +292,7 @@ impl Newton {
         for iteration in 1..=max_iterations {
             w.counters.iterations += 1;
             self.update(sys, w, a, stage)?;
-            let converged = self.advance(stage, tol)?;
+            let converged = self.advance::<L>(stage, tol)?;
             let x = stage.x();
             if fit {
                 good += u32::from(converged && !w.limited);
@@ -420,8 +421,9 @@ impl Newton {
     }
 
     /// x <- x + step; true when the step was within the tolerance. Dividing is left for the failure's report.
-    fn advance(&self, stage: &mut Stage, tol: &Tolerances) -> Result<bool, Failure> {
-        match advance(tol, &self.step, stage.blocks_mut().0) {
+    #[inline(always)]
+    fn advance<L: Lanes>(&self, stage: &mut Stage, tol: &Tolerances) -> Result<bool, Failure> {
+        match tol.advance::<L>(&self.step, stage.blocks_mut().0) {
             (converged, true) => Ok(converged),
             _ => Err(not_finite(stage.x())),
         }
@@ -514,7 +516,17 @@ impl Newton {
 }
 
 by_lanes! {
-    fn advance<L>(tol: &Tolerances, step: &[f64], x: &mut [f64]) -> (bool, bool) { tol.advance::<L>(step, x) }
+    #[allow(clippy::too_many_arguments)]
+    fn solve_stage<L>(
+        newton: &mut Newton,
+        sys: &System,
+        w: &mut Work,
+        a: f64,
+        stage: &mut Stage,
+        t: f64,
+        tol: &Tolerances,
+        most: usize,
+    ) -> Result<usize, Failure> { newton.solve_stage::<L>(sys, w, a, stage, t, tol, most) }
 }
 
 /// Are some of these derivatives, none of the small ones, far larger than before? Up an exponential that was guessed too far every

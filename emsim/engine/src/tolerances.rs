@@ -485,7 +485,8 @@ fn advance<L: Lanes>(reltol: f64, rows: [&[f64]; 4], x: &mut [f64]) -> (bool, bo
     let [step, share, peak, floor] = rows.map(|v| &in_blocks(v)[..n]);
     let (mut over, mut numbers) = (L::all(0.0), L::all(0.0));
     for k in 0..n {
-        let [step, share, peak, floor] = [step, share, peak, floor].map(|v| L::at(&v[k], 0));
+        let [share, peak, floor] = [share, peak, floor].map(|v| L::at(&v[k], 0));
+        let step = L::newly(&step[k]);
         let old = L::at(&x[k], 0);
         let new = old + step;
         over = (share * step.abs() - weight(reltol, [old, new, peak, floor])).larger(over);

@@ -62,6 +62,12 @@ pub trait Lanes:
     fn at(v: &[f64], i: usize) -> Self;
     /// The first numbers of `v`, 0 for those that are missing.
     fn first(v: &[f64]) -> Self;
+    /// What stands in `v`, where it has just been stored number by number: a register that is loaded at once would wait for all of them
+    /// to reach the cache.
+    #[inline(always)]
+    fn newly(v: &[f64]) -> Self {
+        Self::at(v, 0)
+    }
     fn put(self, v: &mut [f64], i: usize);
     /// Of the pairs in `v`, from the one of number i on, the first ones and the second ones.
     fn pairs_at(v: &[f64], i: usize) -> [Self; 2];
@@ -176,6 +182,10 @@ impl Lanes for crate::lanes::V {
     #[inline(always)]
     fn at(v: &[f64], i: usize) -> Self {
         Self::load(v[i..i + LANES].first_chunk().expect("so many"))
+    }
+    #[inline(always)]
+    fn newly(v: &[f64]) -> Self {
+        Self::one_by_one(v[..LANES].first_chunk().expect("so many"))
     }
     #[inline(always)]
     fn first(v: &[f64]) -> Self {

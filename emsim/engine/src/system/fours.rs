@@ -91,8 +91,7 @@ impl Diodes<'_> {
                 continue;
             }
             v.put_first(held);
-            let [i, g, q, c] = four.eval(v, gmin);
-            let (current, conductance) = (i + V::all(a) * q, g + V::all(a) * c);
+            let ([i, g, q, c], [current, conductance]) = four.eval(v, gmin, a);
             let rows = &mut self.lines.groups()[k];
             if let Some(near) = near {
                 met.apart |= !Line::of(rows).is_near(&Line { at: v, current, conductance }, &near);

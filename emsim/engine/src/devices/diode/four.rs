@@ -1,8 +1,9 @@
 //! Four diodes at once: the same laws (diode.rs) with every operation done for four of them, and both sides of what is decided there
 //! computed and one of them kept. A processor with registers of four numbers takes for four diodes little longer than for one.
 //!
-//! The exponential is that of fdlibm's e_exp.c (Sun Microsystems 2004): x = k ln 2 + r, |r| <= ln(2)/2, and with
-//! c = r - r^2 P(r^2), P of degree 4,  exp(r) = 1 + r + r c / (2 - c); below one unit in the last place.
+//! The exponential: x = k ln 2 + r, |r| <= ln(2)/2, and of exp(r) Taylor's series to r^13/13!, what is left out being 4e-18; about
+//! one unit in the last place. Its terms are added in pairs, and these in pairs (Estrin 1960): everything waits for a diode's current,
+//! and so for as few operations as can be one after the other, none of them a division.
 
 use super::{Diode, HUGE_VOLTAGE};
 use crate::lanes::V;
@@ -19,7 +20,8 @@ pub struct Four {
     saturation: Lanes,
     reverse_start: Lanes,
     reverse_scale: Lanes,
-    // of breakdown, where a diode has it
+    // of breakdown, where one of them has it
+    breaks: bool,
     knee: Lanes, // -bv
     inverse_vtb: Lanes,
     largest_b: Lanes,
@@ -69,6 +71,7 @@ impl Four {
             saturation: wall(|w| w.saturation),
             reverse_start: wall(|w| w.reverse_start),
             reverse_scale: wall(|w| w.reverse_scale),
+            breaks: diodes.iter().any(|d| d.bottom.breakdown.is_some()),
             knee: broken(f64::NEG_INFINITY, |b| -b.voltage),
             inverse_vtb: broken(0.0, |b| b.exponential.inverse_vt),
             largest_b: broken(0.0, |b| b.exponential.largest),
@@ -110,33 +113,45 @@ impl Four {
         !far.and(V::load(&self.vcrit).less(v).or(v.less(lowest))).any()
     }
 
-    /// As `Diode::eval`, for any finite v: i, g, q and c.
+    /// As `Diode::eval`, for any finite v: i, g, q and c, and of a stage with this a the i + a q and g + a c. Everything waits for these,
+    /// and they for the exponential: what does not need it is computed beside it.
     ///
     /// # Safety
     /// The processor has AVX2 and FMA.
     #[target_feature(enable = "avx2,fma")]
     #[inline]
-    pub unsafe fn eval(&self, v: V, gmin: f64) -> [V; 4] {
+    pub unsafe fn eval(&self, v: V, gmin: f64, a: f64) -> ([V; 4], [V; 2]) {
         let (one, of, huge) = (V::all(1.0), V::load, V::all(HUGE_VOLTAGE));
-        let v = v.min(huge).max(-huge);
-        let knee = of(&self.knee);
-        let broken = v.less(knee);
-        let inverse_vt = broken.choose(of(&self.inverse_vtb), of(&self.inverse_vt));
-        let largest = broken.choose(of(&self.largest_b), of(&self.largest));
-        let x = broken.choose(knee - v, v) * inverse_vt;
-        // what is kept lies above -3
-        let e = exp(x.min(largest).max(V::all(-4.0)));
-        let along = e * inverse_vt;
-        let e = e + e * (x - largest).max(V::all(0.0));
-        let forward = broken.choose(of(&self.start) - e, e - one);
-
-        let inverse = one / v;
-        let a = of(&self.reverse_scale) * inverse;
-        let cube = a * a * a;
-        let reversed = v.less(of(&self.reverse_start)).and_not(broken);
         let saturation = of(&self.saturation);
-        let mut i = saturation * reversed.choose(-(one + cube), forward);
-        let mut g = saturation * reversed.choose(V::all(3.0) * cube * inverse, along);
+        // what is kept of the exponential lies above -3
+        let bounded = |x: V, largest: V| exp(x.min(largest).max(V::all(-4.0)));
+        let within = v.min(huge).max(-huge);
+        let (mut i, mut g, reversed);
+        if self.breaks {
+            let knee = of(&self.knee);
+            let broken = within.less(knee);
+            let inverse_vt = broken.choose(of(&self.inverse_vtb), of(&self.inverse_vt));
+            let largest = broken.choose(of(&self.largest_b), of(&self.largest));
+            let x = broken.choose(knee - within, within) * inverse_vt;
+            let e = bounded(x, largest);
+            g = saturation * (e * inverse_vt);
+            let e = e * (one + (x - largest).max(V::all(0.0)));
+            i = saturation * broken.choose(of(&self.start) - e, e - one);
+            reversed = within.less(of(&self.reverse_start)).and_not(broken);
+        } else {
+            let (inverse_vt, largest) = (of(&self.inverse_vt), of(&self.largest));
+            let e = bounded(v * inverse_vt, largest);
+            g = (saturation * inverse_vt) * e;
+            let e = e * (one + (within * inverse_vt - largest).max(V::all(0.0)));
+            i = (-saturation).more_product(saturation, e);
+            reversed = within.less(of(&self.reverse_start));
+        }
+        let v = within;
+        let inverse = one / v;
+        let ratio = of(&self.reverse_scale) * inverse;
+        let cube = ratio * ratio * ratio;
+        i = reversed.choose(saturation * -(one + cube), i);
+        g = reversed.choose(saturation * (V::all(3.0) * cube * inverse), g);
         if self.knees {
             let high = V::all(0.0).less(i).choose(of(&self.knee_forward), of(&self.knee_reverse));
             let root = (i * high).sqrt();
@@ -147,20 +162,27 @@ impl Four {
         let gmin = V::all(gmin);
         i = i + gmin * v;
         g = g + gmin;
-        let transit_time = of(&self.transit_time);
-        let (mut q, mut c) = (transit_time * i, transit_time * g);
-        if self.junctions {
-            let from = of(&self.linear_from);
-            let below = v.less(from);
-            let a = one - v * of(&self.inverse_vj);
-            let s = if self.square_roots { one / a.sqrt() } else { V::load(&self.powers(a.store())) };
-            let beyond = v - from;
-            let (rise, c_linear) = (of(&self.half_slope) * beyond, of(&self.c_linear));
-            let curved = of(&self.scale) * (one - a * s);
-            q = q + below.choose(curved, of(&self.q_linear) + beyond * (c_linear + rise));
-            c = c + below.choose(of(&self.c0) * s, c_linear + (rise + rise));
+        let (a, transit_time) = (V::all(a), of(&self.transit_time));
+        let stored = one + a * transit_time;
+        let (q, c, stage) = (transit_time * i, transit_time * g, [i * stored, g * stored]);
+        if !self.junctions {
+            return ([i, g, q, c], stage);
         }
-        [i, g, q, c]
+        let from = of(&self.linear_from);
+        let below = v.less(from);
+        let left = one - v * of(&self.inverse_vj);
+        let (power, rest) = if self.square_roots {
+            let root = left.sqrt();
+            (one / root, root)
+        } else {
+            let power = V::load(&self.powers(left.store()));
+            (power, left * power)
+        };
+        let beyond = v - from;
+        let (rise, c_linear) = (of(&self.half_slope) * beyond, of(&self.c_linear));
+        let charge = below.choose(of(&self.scale) * (one - rest), of(&self.q_linear) + beyond * (c_linear + rise));
+        let capacitance = below.choose(of(&self.c0) * power, c_linear + (rise + rise));
+        ([i, g, q + charge, c + capacitance], [stage[0] + a * charge, stage[1] + a * capacitance])
     }
 
     /// a^-m, where it is wanted.
@@ -174,20 +196,22 @@ impl Four {
 #[inline]
 unsafe fn exp(x: V) -> V {
     const LN2: [f64; 2] = [f64::from_bits(0x3fe6_2e42_fee0_0000), f64::from_bits(0x3dea_39ef_3579_3c76)];
-    const P: [f64; 5] = [
-        f64::from_bits(0x3fc5_5555_5555_553e),
-        f64::from_bits(0xbf66_c16c_16be_bd93),
-        f64::from_bits(0x3f11_566a_af25_de2c),
-        f64::from_bits(0xbebb_bd41_c5d2_6bf1),
-        f64::from_bits(0x3e66_3769_72be_a4d0),
-    ];
+    // 1/2!, 1/3!, ... 1/13!
+    const C: [f64; 12] = {
+        let (mut c, mut factorial, mut k) = ([0.0; 12], 1.0, 0);
+        while k < 12 {
+            factorial *= (k + 2) as f64;
+            c[k] = 1.0 / factorial;
+            k += 1;
+        }
+        c
+    };
     let (turns, power) = (x * V::all(std::f64::consts::LOG2_E)).to_integer();
-    let high = x.less_product(turns, V::all(LN2[0]));
-    let low = turns * V::all(LN2[1]);
-    let r = high - low;
+    let r = x.less_product(turns, V::all(LN2[0])) - turns * V::all(LN2[1]);
     let z = r * r;
-    let p = P[..4].iter().rev().fold(V::all(P[4]), |p, &next| V::all(next).more_product(p, z));
-    let c = r.less_product(z, p);
-    let y = V::all(1.0) - ((low - (r * c) / (V::all(2.0) - c)) - high);
-    y.times_two_to(power)
+    let square = z * z;
+    let pair = |k: usize| V::all(C[k]).more_product(r, V::all(C[k + 1]));
+    let four = |k: usize| pair(k).more_product(z, pair(k + 2));
+    let sum = four(0).more_product(square, four(4)).more_product(square * square, four(8));
+    (V::all(1.0) + r).more_product(z, sum).times_two_to(power)
 }

@@ -399,6 +399,7 @@ fn four_are_as_one() {
     if !crate::tape::vectors() {
         return;
     }
+    const A: f64 = 3e8;
     let plain: &[(&str, f64)] = &[("is", 1e-9), ("n", 1.5), ("cjo", 2e-12)];
     let bare: &[(&str, f64)] = &[("is", 1e-14)];
     let knees: &[(&str, f64)] =
@@ -414,7 +415,8 @@ fn four_are_as_one() {
                 // the ends of every branch, and far beyond
                 let v = 0.01 * f64::from(k) + 1e-4 * f64::from(k % 7) + if k == 1199 { 1e3 } else { 0.0 };
                 // SAFETY: the processor has them
-                let got = unsafe { four.eval(V::all(v), 1e-12) }.map(V::store);
+                let (got, stage) = unsafe { four.eval(V::all(v), 1e-12, A) };
+                let (got, stage) = (got.map(V::store), stage.map(V::store));
                 for (lane, d) in diodes.iter().enumerate() {
                     let want = d.eval(v, 1e-12);
                     let size = want.i.abs() + d.bottom.saturation;
@@ -430,6 +432,10 @@ fn four_are_as_one() {
                         i && g && q && near(got[3][lane], want.c, want.c),
                         "{count} {first} {lane} {v}: {got:?} {want:?}"
                     );
+                    // the same of a stage, from these
+                    let [i, g, q, c] = got.map(|of| of[lane]);
+                    assert!(near(stage[0][lane], i + A * q, i.abs() + A * q.abs()), "{v}: {stage:?} {got:?}");
+                    assert!(near(stage[1][lane], g + A * c, g + A * c), "{v}: {stage:?} {got:?}");
                 }
             }
         }

@@ -18,8 +18,8 @@ pub const SPICE: Control = Control { safety: -0.23446525363702297, trend: 0.0 };
 const WORTH_IT: f64 = 0.070389327891398;
 /// 1 over an order and one more.
 const INVERSE: [f64; 8] = [1.0, 0.5, 1.0 / 3.0, 0.25, 0.2, 1.0 / 6.0, 1.0 / 7.0, 0.125];
-/// Errors below it are as good as none.
-const LEAST: f64 = 1e-12;
+/// Errors below 1e-12 are as good as none: log2.
+const LEAST: f64 = -39.863137138648355;
 
 /// Beside diodes errors of short steps, in which something turns on, mostly go by themselves: it then conducts, and takes everything near
 /// to where it belongs. What is wrong at the end of a long step, in which something turns off, stays. So the errors of steps longer than
@@ -57,41 +57,42 @@ impl Pace {
 pub struct Taken {
     pub order: usize,
     pub h: f64,
-    pub error: f64,
+    pub error: f64, // log2
 }
 
 impl Control {
-    /// log2 of the factor to the next step that an error of order k allows.
+    /// log2 of the factor to the next step that an error of order k allows, whose own log2 is given.
     #[inline(always)]
     fn growth(self, error: f64, k: usize) -> f64 {
         if error < LEAST {
             1.0
         } else {
-            self.safety - log2(error) * INVERSE[k]
+            self.safety - error * INVERSE[k]
         }
     }
 
     /// What is left of a step whose error of order k was too large.
     pub fn shorter(self, error: f64, k: usize) -> f64 {
-        exp2(self.growth(error, k)).clamp(0.1, 0.8)
+        exp2(self.growth(log2(error), k)).clamp(0.1, 0.8)
     }
 
-    /// The order of the next step and what it is longer by, after one that was good and the one before it; errors of `others` are those
-    /// that orders below and above would have had.
+    /// The order of the next step and what it is longer by, after one of order k and length h that was good and the one before it, which
+    /// becomes that one; errors of `others` are those that orders below and above would have had.
     #[inline(always)]
-    pub fn next(self, now: Taken, others: [Option<f64>; 2], before: Taken) -> (usize, f64) {
-        let k = now.order;
+    pub fn next(self, (k, h, error): (usize, f64, f64), others: [Option<f64>; 2], before: &mut Taken) -> (usize, f64) {
+        let now = Taken { order: k, h, error: log2(error) };
+        let before = std::mem::replace(before, now);
         let (mut best, mut order) = (self.growth(now.error, k), k);
         for (k, error) in [(k.wrapping_sub(1), others[0]), (k + 1, others[1])] {
-            let longer = error.map_or(f64::NEG_INFINITY, |e| self.growth(e, k));
+            let longer = error.map_or(f64::NEG_INFINITY, |e| self.growth(log2(e), k));
             if longer > best + WORTH_IT {
                 (best, order) = (longer, k);
             }
         }
         let mut trend = 0.0;
         if self.trend > 0.0 && order == k && before.order == k {
-            let ratio = now.error / before.error.max(LEAST);
-            trend = (log2(ratio) * INVERSE[k] - log2(now.h / before.h)).max(0.0);
+            let grown = (now.error - before.error.max(LEAST)) * INVERSE[k];
+            trend = (grown - log2(now.h / before.h)).max(0.0);
         }
         (order, exp2(best - self.trend * trend).clamp(0.5, 2.0))
     }

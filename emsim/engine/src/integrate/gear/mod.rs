@@ -230,7 +230,7 @@ impl Gear {
         if self.fixed {
             self.behind.sum(&self.betas[..k.min(2)], self.stage.x_mut());
         }
-        if let Err(why) = self.newton.solve_stage(sys, w, a, &mut self.stage, self.now + h, tol, self.itl4) {
+        if let Err(why) = self.newton.solve_stage::<L>(sys, w, a, &mut self.stage, self.now + h, tol, self.itl4) {
             self.order = 1;
             return Attempt::Stuck { next: h / 8.0, why: why.into() };
         }
@@ -238,7 +238,10 @@ impl Gear {
             self.compare();
             return Attempt::Good { next: h };
         }
-        self.heed_noise(sys, w, a, tol);
+        if self.noise.is_due(a) {
+            self.heed_noise(sys, w, a, tol);
+        }
+        self.noise.due -= 1;
         let [below, error, above] = self.errors::<L>(h, tol);
         let Some(error) = error else {
             let worst = self.first_error(sys, w, a, tol);
@@ -260,27 +263,25 @@ impl Gear {
         }
         let free = self.since_change > if self.spice { k } else { 0 };
         let others = [below, above.filter(|_| k < self.maxord)].map(|error| error.filter(|_| free));
-        let taken = Taken { order: k, h, error };
-        let (order, f) = self.control.next(taken, others, std::mem::replace(&mut self.last, taken));
+        let (order, f) = self.control.next((k, h, error), others, &mut self.last);
         self.next_order = order;
         // a linear system keeps its factors with its step
         Attempt::Good { next: if sys.linear && !self.spice && (0.9..1.2).contains(&f) { h } else { f * h } }
     }
 
     /// The rounding of charges and currents, where that is not far below the tolerances.
+    #[cold]
+    #[inline(never)]
     fn heed_noise(&mut self, sys: &System, w: &mut Work, a: f64, tol: &Tolerances) {
-        if self.noise.is_due(a) {
-            let (x1, behind, allowed) = (self.stage.x(), &self.behind, self.allowed);
-            let noise = self.newton.round(sys, w, a, x1);
-            let weight = |i: usize| tol.error_weight(i, x1[i], behind.newest(i));
-            let share = |(i, noise): (usize, &f64)| Some(tol.share(i)? * noise / weight(i));
-            let largest = noise.iter().enumerate().filter_map(share).fold(0.0, f64::max) / allowed;
-            self.noise.found(largest, a, !self.weighs);
-            for (of, noise) in self.noise.of.iter_mut().zip(noise) {
-                *of = if self.noise.counts { noise / allowed } else { 0.0 };
-            }
+        let (x1, behind, allowed) = (self.stage.x(), &self.behind, self.allowed);
+        let noise = self.newton.round(sys, w, a, x1);
+        let weight = |i: usize| tol.error_weight(i, x1[i], behind.newest(i));
+        let share = |(i, noise): (usize, &f64)| Some(tol.share(i)? * noise / weight(i));
+        let largest = noise.iter().enumerate().filter_map(share).fold(0.0, f64::max) / allowed;
+        self.noise.found(largest, a, !self.weighs);
+        for (of, noise) in self.noise.of.iter_mut().zip(noise) {
+            *of = if self.noise.counts { noise / allowed } else { 0.0 };
         }
-        self.noise.due -= 1;
     }
 
     /// Largest lte over tolerance of the orders below, at and above that of the step; None where too few points stand behind.
@@ -303,7 +304,7 @@ impl Gear {
             let errors = [beyond(of[0]), apart(&|i| self.missed[i]), beyond(of[1])];
             worst.iter_mut().zip(errors).for_each(|(worst, e)| *worst = worst.max(e));
         }
-        let of = |k: usize, worst: f64| Some(self.constant(k, h) * worst / self.allowed);
+        let of = |k: usize, worst: f64| Some(self.constant(k, h) / self.allowed * worst);
         let below = if k > 1 { of(k - 1, worst[0]) } else { None };
         [below, of(k, worst[1]), if above > k { of(above, worst[2]) } else { None }]
     }
