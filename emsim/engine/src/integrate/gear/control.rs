@@ -27,6 +27,10 @@ const LEAST: f64 = -39.863137138648355;
 /// diode multiplier 6340 and 8710, now 5200 and 7300, four-diode bridge 1800 and 2300, now 1610 and 1970.
 const LONG: f64 = 0.1;
 const HELD: f64 = 30.0;
+/// A step is longer than the one before by so much at most, and by so much behind one whose error is held to less: there is time to see
+/// what the next ones miss.
+const LONGER: f64 = 2.0;
+const LONGER_YET: f64 = 1.4;
 /// A mean is one of so many steps at least.
 const MEAN: f64 = 20.0;
 
@@ -77,9 +81,15 @@ impl Control {
     }
 
     /// The order of the next step and what it is longer by, after one of order k and length h that was good and the one before it, which
-    /// becomes that one; errors of `others` are those that orders below and above would have had.
+    /// becomes that one; errors of `others` are those that orders below and above would have had. Was its error `held` to less (`Pace`)?
     #[inline(always)]
-    pub fn next(self, (k, h, error): (usize, f64, f64), others: [Option<f64>; 2], before: &mut Taken) -> (usize, f64) {
+    pub fn next(
+        self,
+        (k, h, error): (usize, f64, f64),
+        others: [Option<f64>; 2],
+        before: &mut Taken,
+        held: bool,
+    ) -> (usize, f64) {
         let now = Taken { order: k, h, error: log2(error) };
         let before = std::mem::replace(before, now);
         let (mut best, mut order) = (self.growth(now.error, k), k);
@@ -94,6 +104,6 @@ impl Control {
             let grown = (now.error - before.error.max(LEAST)) * INVERSE[k];
             trend = (grown - log2(now.h / before.h)).max(0.0);
         }
-        (order, exp2(best - self.trend * trend).clamp(0.5, 2.0))
+        (order, exp2(best - self.trend * trend).clamp(0.5, if held { LONGER_YET } else { LONGER }))
     }
 }
