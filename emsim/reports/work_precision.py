@@ -107,10 +107,10 @@ def time_at(line: Sequence[tuple[float, float]], error: float) -> float | None:
     return None
 
 
-def near(point: Point, worth: Sequence[tuple[float, float]], slack: float = 0.0) -> bool:
+def near(point: Point, worth: Sequence[tuple[float, float]], slack: float = 0.0, within: float = 1.5) -> bool:
     """Is the point on that front, or so near that a better figure for its time may put it there?"""
     least = time_at(worth, point.error or 0.0)
-    return least is None or point.seconds < 1.5 * least + slack
+    return least is None or point.seconds < within * least + slack
 
 
 def best(series: Iterable[Series], error: float, floor: float = 0.0) -> tuple[Series, float] | None:
