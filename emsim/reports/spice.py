@@ -75,15 +75,13 @@ def measure(
                 if abs(steps - looser.get(part, 0)) < 0.02 * steps:
                     break  # tmax alone decides from here on, and those points are there
                 looser[part] = steps
-        within = FIRST
         for number in range(rounds):
             worth = front((p.error or 0.0, p.seconds) for p in runs)
-            for point in [p for p in runs if near(p, worth, 1e-3, within)]:
+            for point in [p for p in runs if near(p, worth, 1e-3, LATER if number else FIRST)]:
                 # a long run is less noisy: two measurements do
                 if point.seconds < 0.3 or number < 2:
                     said(f"ngspice {point.setting}, time")
                     seconds = bench.seconds(*runs[point], point.seconds, 10 * limit)
                     point.seconds = min(point.seconds, seconds) if number else seconds
             turns.take()
-            within = LATER
     return series

@@ -28,8 +28,7 @@ class Bench:
 
     def values(self, tran, options, limit):
         steps, error, seconds = RUNS[tran[3]]
-        table = SimpleNamespace(time=[0.0, tran[2]], error=error)
-        return Table(table, steps), seconds * (1.8 if tran[3] == 0.5 else 1.0)
+        return Table(steps, tran[2], error), seconds * (1.8 if tran[3] == 0.5 else 1.0)
 
     def seconds(self, tran, options, about, limit):
         self.timed[tran[3]] = self.timed.get(tran[3], 0) + 1
@@ -37,8 +36,8 @@ class Bench:
 
 
 class Table:
-    def __init__(self, table: SimpleNamespace, steps: int) -> None:
-        self.time, self.error, self.steps = table.time, table.error, steps
+    def __init__(self, steps: int, end: float, error: float) -> None:
+        self.steps, self.time, self.error = steps, [0.0, end], error
 
     def __len__(self) -> int:
         return self.steps

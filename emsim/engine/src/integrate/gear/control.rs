@@ -30,7 +30,7 @@ const HELD: f64 = 30.0;
 /// A step is longer than the one before by so much at most, and by so much behind one whose error is held to less: there is time to see
 /// what the next ones miss.
 const LONGER: f64 = 2.0;
-const LONGER_YET: f64 = 1.4;
+const LONGER_HELD: f64 = 1.4;
 /// A mean is one of so many steps at least.
 const MEAN: f64 = 20.0;
 
@@ -104,6 +104,6 @@ impl Control {
             let grown = (now.error - before.error.max(LEAST)) * INVERSE[k];
             trend = (grown - log2(now.h / before.h)).max(0.0);
         }
-        (order, exp2(best - self.trend * trend).clamp(0.5, if held { LONGER_YET } else { LONGER }))
+        (order, exp2(best - self.trend * trend).clamp(0.5, if held { LONGER_HELD } else { LONGER }))
     }
 }
