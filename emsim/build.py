@@ -79,8 +79,24 @@ def read_source(file: SourceFile) -> Deck:
 
 
 def read_file(path: str, sink: Sink, included_from: Span | None = None, shown: str | None = None) -> Deck:
-    """An included file as a Deck without a title. Raises OSError, or ValueError when it is not text."""
-    return _build(load(path, included_from, shown), sink, is_main=False)
+    """An included file as a Deck without a title. Raises OSError, or ValueError when it is not text.
+
+    A file most of whose lines are no cards is no deck: one error says so, where it is included, and shows none of them."""
+    file, own = load(path, included_from, shown), Sink()
+    deck = _build(file, own, is_main=False)
+    # lines with a dot card's word are meant as cards, whatever is wrong in them
+    wrong = {d.span.line for d in own.diagnostics if d.severity == "error" and d.span}
+    wrong = {line for line in wrong if not file.text_line(line).lstrip().startswith(".")}
+    lines = sum(line.strip()[:1] not in ("", "*") for line in file.text.split("\n")) if wrong else 0
+    if 2 * len(wrong) > lines:
+        said = f"{shown or path} is no deck: {len(wrong)} of its {lines} lines are no cards, line {min(wrong)} is the first"
+        sink.error("E100", said, included_from, "an included file holds cards, one a line, and no title")
+        deck.body.clear()
+    else:
+        for diagnostic in own.diagnostics:
+            sink.add(diagnostic)
+    deck.sink = sink
+    return deck
 
 
 def cannot_read(path: str, error: OSError) -> OutsideError:

@@ -202,11 +202,34 @@ def decode(data: bytes) -> str | None:
     return text
 
 
+MOST_BYTES = 1 << 28  # of a file
+
+
+def read_bytes(path: str, regular: bool = False) -> bytes:
+    """The bytes of a file. `regular`: pipes and devices, which a deck may name but nobody waits for, are refused. Raises
+    OSError, for what is larger than MOST_BYTES too."""
+    import errno
+    import os
+    from stat import S_ISDIR, S_ISREG
+
+    # a pipe without a writer would keep even open() waiting
+    flags = os.O_RDONLY | getattr(os, "O_BINARY", 0) | getattr(os, "O_NOCTTY", 0)
+    descriptor = os.open(path, flags | (getattr(os, "O_NONBLOCK", 0) if regular else 0))
+    with open(descriptor, "rb") as handle:
+        mode = os.fstat(descriptor).st_mode
+        if S_ISDIR(mode):
+            raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), path)
+        if regular and not S_ISREG(mode):
+            raise OSError(errno.EINVAL, "it is a pipe or a device, not a file", path)
+        data = handle.read(MOST_BYTES + 1)
+    if len(data) > MOST_BYTES:
+        raise OSError(errno.EFBIG, f"it has more than {MOST_BYTES >> 20} MiB", path)
+    return data
+
+
 def load(path: str, included_from: Span | None = None, shown: str | None = None) -> SourceFile:
-    """Read a file. Raises OSError, or ValueError when it is not text."""
-    with open(path, "rb") as handle:
-        data = handle.read()
-    text = decode(data)
+    """Read a file; an included one must be a regular file. Raises OSError, or ValueError when it is not text."""
+    text = decode(read_bytes(path, regular=included_from is not None))
     if text is None:
         raise ValueError(f"{path} is not a text file")
     return SourceFile(shown or path, text, path, included_from)

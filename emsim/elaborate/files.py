@@ -7,6 +7,7 @@ import os
 from ..build import read_file
 from ..deck import Deck, Include
 from ..diagnostics import Sink, suggest
+from ..source import MOST_BYTES
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -14,7 +15,9 @@ if TYPE_CHECKING:
 
     from ..source import SourceFile
 
-MAX_INCLUDES = 50  # files within files
+MAX_DEPTH = 50  # files within files
+MAX_INCLUDES = 10_000  # files put in place of a card; each may be the same one
+MAX_TEXT = MOST_BYTES  # characters that come in all, each file as often as it is included
 
 
 class Files:
@@ -25,6 +28,7 @@ class Files:
         self.sources = sources
         self.named = [] if named is None else named  # every path that was looked for
         self._decks: dict[str, Deck] = {}
+        self._count = self._size = 0
 
     def cards(self, card: Include, chain: tuple[str, ...]) -> tuple[list[Any], tuple[str, ...]]:
         """The cards of an include and the chain of open files with it; nothing, with a diagnostic, on failure."""
@@ -35,8 +39,11 @@ class Files:
             self.named.append(path)
         key = os.path.realpath(path)
         link = key if card.section is None else f"{key}\0{card.section}"
-        if link in chain or len(chain) >= MAX_INCLUDES:
+        if link in chain:
             self.sink.error("E151", f"{card.path} includes itself", card.span)
+            return [], chain
+        if len(chain) >= MAX_DEPTH:
+            self._too_much(card, f"{MAX_DEPTH} files within files are the most")
             return [], chain
         deck = self._decks.get(key)
         if deck is None:
@@ -44,6 +51,16 @@ class Files:
             if deck is None:
                 return [], chain
             self._decks[key] = deck
+        self._count += 1
+        self._size += len(deck.file.text)
+        if self._count > MAX_INCLUDES or self._size > MAX_TEXT:
+            # said once; what doubles forty times over would be said as often
+            if self._count <= MAX_INCLUDES + 1:
+                self._too_much(
+                    card, f"{MAX_INCLUDES:,} files, or {MAX_TEXT >> 20} MiB of text, are the most in all"
+                )
+            self._count = MAX_INCLUDES + 1
+            return [], chain
         if card.section is None:
             return deck.body, (*chain, link)
         if card.section not in deck.sections:
@@ -57,6 +74,10 @@ class Files:
             )
             return [], chain
         return deck.sections[card.section], (*chain, link)
+
+    def _too_much(self, card: Include, most: str) -> None:
+        hint = "a file that several others need is included once, by the deck"
+        self.sink.error("E153", f"with {card.path} too much is included: {most}", card.span, hint)
 
     def _read(self, path: str, card: Include) -> Deck | None:
         try:
