@@ -65,7 +65,6 @@ RUST_ROWS = [
     ["devices", "sparse", "waves"],
     ["twice"],
     ["lanes"],
-    ["rough"],
     ["tape"],
     ["derive"],
     ["graph"],

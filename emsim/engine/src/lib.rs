@@ -19,7 +19,6 @@ pub mod passive; // is the linear part a passive network without gain
 mod py;
 pub mod record; // recorded waveforms and the raw file
 pub mod reduced; // the equations as an explicit ODE
-mod rough; // logarithms and powers of 2 for choices of steps
 pub mod sparse; // LU: matching, block triangular form, AMD, Gilbert-Peierls, refactorisation
 pub mod syntax; // deck text to syntax trees, by the grammar's tables
 pub mod system; // equation (1): what was compiled, and the scratch of a run

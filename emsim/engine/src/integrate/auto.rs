@@ -428,10 +428,6 @@ impl Method for Auto<'_> {
         self.inner().dense(t, out);
     }
 
-    fn row(&self, t: f64, reads: &[u32], out: &mut [f64]) {
-        self.inner().row(t, reads, out);
-    }
-
     fn interior(&mut self, sys: &System, tol: &Tolerances) -> f64 {
         self.methods[self.now].1.interior(sys, tol)
     }

@@ -81,10 +81,6 @@ pub trait Method {
     fn accept(&mut self, t1: f64);
     fn candidate(&self) -> &[f64];
     fn dense(&self, t: f64, out: &mut [f64]);
-    /// Of dense output what a row shows: the unknowns that it reads, at least; all of them where none is named.
-    fn row(&self, t: f64, _reads: &[u32], out: &mut [f64]) {
-        self.dense(t, out);
-    }
     /// Error of the dense output inside the candidate step, in units of the tolerance. Above 1 the driver ends the step at
     /// a point that is asked for, rather than interpolate it.
     fn interior(&mut self, _sys: &System, _tol: &Tolerances) -> f64 {

@@ -550,7 +550,7 @@ impl Grid {
         tol: &Tolerances,
         row: &mut Row<impl Sink>,
     ) {
-        m.row(t, row.sink.reads(), row.x);
+        m.dense(t, row.x);
         self.hurried.iter().for_each(|&(i, end)| row.x()[i] = end);
         sys.pin(w, t, row.x());
         row.push(sys, w, t, tol);

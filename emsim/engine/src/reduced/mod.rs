@@ -15,7 +15,6 @@ mod blocks;
 mod dense;
 mod eliminate;
 mod fastest;
-mod glance;
 mod order;
 mod plan;
 mod quick;
@@ -24,7 +23,6 @@ mod saddle;
 mod whole;
 
 pub use dense::Columns;
-use glance::Glance;
 pub use order::augment;
 pub use plan::{Layout, Source};
 use quick::Quick;
@@ -101,7 +99,6 @@ pub struct Reduced {
     f_part: usize,
     whole: Option<Whole>,
     x_part: usize,
-    glance: Option<Glance>,           // where loops are to be closed
     direct: Vec<(usize, usize, f64)>, // unknown, state, d unknown / d state
     diodes: Vec<Diode>,
 }

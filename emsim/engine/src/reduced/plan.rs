@@ -161,13 +161,10 @@ impl Plan<'_> {
             roots.extend(self.leaves(&[self.f[row]]));
         }
         let (components, stage) = self.components(&roots);
-        let (mut stage_steps, mut glance) = (0, None);
+        let mut stage_steps = 0;
         for (k, component) in components.iter().enumerate() {
             if k == stage {
                 stage_steps = self.stage_end(&states);
-            }
-            if glance.is_none() && self.closes_loops(component) {
-                glance = Some(self.glance(&components[..k]));
             }
             self.block(component)?;
         }
@@ -195,7 +192,6 @@ impl Plan<'_> {
             waves: self.source.waves,
             wave_rates: tape.reads_waves_from(self.source.waves),
             x_part: self.parts.len() - 1,
-            glance,
             f_part: self.f_part,
             whole: self.whole,
             tape,

@@ -93,8 +93,8 @@ impl<'a> Explicit<'a> {
         Ok(ready)
     }
 
-    /// The unknowns of `reads` at t in the step; all of them where none is named.
-    pub(super) fn inside(&self, t: f64, reads: &[u32], out: &mut [f64]) -> Result<(), Trouble> {
+    /// The unknowns at t in the step.
+    pub(super) fn inside(&self, t: f64, out: &mut [f64]) -> Result<(), Trouble> {
         let mut inside = self.insides().borrow_mut();
         let inside = &mut *inside;
         if self.prepared(inside)? {
@@ -120,9 +120,6 @@ impl<'a> Explicit<'a> {
             closed.extend_from_slice(self.reduced.y(point));
             self.reduced.close_gently(point, &self.sys.waves, t, closed, self.rounding());
             self.reduced.y(point).copy_from_slice(closed);
-        }
-        if let Some(done) = self.reduced.glance(&mut inside.point, &self.sys.waves, t, reads, out) {
-            return done;
         }
         self.reduced.arrive(&mut inside.point, &self.sys.waves, t, false, None, out)
     }

@@ -441,11 +441,7 @@ impl Method for Explicit<'_> {
     }
 
     fn dense(&self, t: f64, out: &mut [f64]) {
-        self.row(t, &[], out);
-    }
-
-    fn row(&self, t: f64, reads: &[u32], out: &mut [f64]) {
-        if self.inside(t, reads, out).is_err() {
+        if self.inside(t, out).is_err() {
             // nothing inside the step could be solved: the chord
             let theta = (t - self.t0) / self.h;
             for (i, o) in out.iter_mut().enumerate() {

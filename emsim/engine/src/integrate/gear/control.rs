@@ -1,6 +1,5 @@
 //! How the next step, and its order, follow from errors. Logarithms here are of base 2 and known to 1e-4, which is a hundredth of
 //! a per cent of a step.
-use crate::rough::{exp2, log2};
 
 /// log2 of the share of the step that an error allows which is taken, and what the growth of its coefficient over the last step counts
 /// besides (Gustafsson 1994 has it count in full).
@@ -77,7 +76,7 @@ impl Control {
 
     /// What is left of a step whose error of order k was too large.
     pub fn shorter(self, error: f64, k: usize) -> f64 {
-        exp2(self.growth(log2(error), k)).clamp(0.1, 0.8)
+        self.growth(error.log2(), k).exp2().clamp(0.1, 0.8)
     }
 
     /// The order of the next step and what it is longer by, after one of order k and length h that was good and the one before it, which
@@ -90,11 +89,11 @@ impl Control {
         before: &mut Taken,
         held: bool,
     ) -> (usize, f64) {
-        let now = Taken { order: k, h, error: log2(error) };
+        let now = Taken { order: k, h, error: error.log2() };
         let before = std::mem::replace(before, now);
         let (mut best, mut order) = (self.growth(now.error, k), k);
         for (k, error) in [(k.wrapping_sub(1), others[0]), (k + 1, others[1])] {
-            let longer = error.map_or(f64::NEG_INFINITY, |e| self.growth(log2(e), k));
+            let longer = error.map_or(f64::NEG_INFINITY, |e| self.growth(e.log2(), k));
             if longer > best + WORTH_IT {
                 (best, order) = (longer, k);
             }
@@ -102,8 +101,8 @@ impl Control {
         let mut trend = 0.0;
         if self.trend > 0.0 && order == k && before.order == k {
             let grown = (now.error - before.error.max(LEAST)) * INVERSE[k];
-            trend = (grown - log2(now.h / before.h)).max(0.0);
+            trend = (grown - (now.h / before.h).log2()).max(0.0);
         }
-        (order, exp2(best - self.trend * trend).clamp(0.5, if held { LONGER_HELD } else { LONGER }))
+        (order, (best - self.trend * trend).exp2().clamp(0.5, if held { LONGER_HELD } else { LONGER }))
     }
 }
