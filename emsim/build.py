@@ -1,7 +1,7 @@
 """Trees become typed cards: the words of a line get their meaning, values stay expressions until elaboration.
 
 `read` takes a path or a text to a `Deck`; `read_file` is the part that includes use. Each grammar rule has one
-method, `on_` + its name, in build_elements.py, build_machine.py or build_dots.py.
+method, `on_` + its name, in build_machine.py or build_dots.py; the rules of elements are read by their classes (elements/).
 """
 
 from __future__ import annotations
@@ -12,8 +12,9 @@ from . import syntax
 from .build_dots import DotCards
 from .build_elements import ElementCards
 from .build_expr import expression
-from .deck import Analysis, Deck, Dot, Element
+from .deck import Analysis, Deck, Dot
 from .diagnostics import DeckError, Diagnostic, OutsideError, Sink, Span, suggest
+from .elements import LETTERS, Element
 from .source import Line, NoCollection, Reading, SourceFile, decode, load
 from .syntax import CARD_WORDS, LineError, parse_line
 from .units import spice_number
@@ -178,7 +179,7 @@ class _Builder(ElementCards, DotCards):
             sink.error("E101", "this line continues nothing", span, "`+` joins a line to the card above it")
         for rule, content, between, last, value, place in reading.cards:
             if place >= 0:
-                self.body.append(self.plain(rule, content, between, last, value, place))
+                self.body.append(self.plain(content, between, last, value, place))
                 continue
             line = reading.line(between)
             try:
@@ -233,7 +234,8 @@ class _Builder(ElementCards, DotCards):
     def convert(self, rule: str, children: list[Any], line: Line) -> Any:
         method = self.methods.get(rule)
         if method is None:
-            method = self.methods[rule] = getattr(self, "on_" + rule)
+            method = getattr(self, "on_" + rule, None) or (lambda ch, line: self.element(rule, ch, line))
+            self.methods[rule] = method
         return method(children, line)
 
     def commands(self, reading: Any) -> None:
@@ -264,6 +266,11 @@ class _Builder(ElementCards, DotCards):
             "close it with .endc" if open_ else "its commands are not supported yet; dot cards are",
         )
 
+    @staticmethod
+    def has_nodes(letter: str) -> bool:
+        kind = LETTERS.get(letter)
+        return kind is not None and kind.supported and len(kind.terminals) > 1
+
     def looks_like_card(self, title: str, words: list[str]) -> bool:
         """A dot card, a machine card with its mark, or a numbered element with a value or a waveform."""
         if not words:
@@ -276,9 +283,9 @@ class _Builder(ElementCards, DotCards):
 
             start = self.file.text.index(title)
             return is_machine_card(Line(self.file, 1, 1, start, start + len(title)))
-        if len(words) < 4 or first[0] not in "rclvidegfhbs" or not first[-1].isdigit():
+        if len(words) < 4 or not self.has_nodes(first[0]) or not first[-1].isdigit():
             return False
-        wave = first[0] in "vi" and words[3].lower().startswith(("pulse(", "sin(", "exp(", "pwl("))
+        wave = words[3].lower().startswith(("pulse(", "sin(", "exp(", "pwl("))
         return wave or (len(words) < 6 and spice_number(words[3]) is not None)
 
     def judge_title(self, reading: Any) -> None:

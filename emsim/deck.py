@@ -14,15 +14,13 @@ if TYPE_CHECKING:
     from typing import Any
 
     from .diagnostics import Place, Sink, Span
+    from .elements import Element
     from .expr import Node
     from .source import SourceFile
 
     # A value on a machine card: number (SI), expression, tuple, or word; a shape such as rod(0.3) is a Call.
     Value = float | Node | str | tuple["Value", ...]
     Written = tuple[str, str, int, str, Span]
-
-
-_new = object.__new__
 
 
 class Waveform:
@@ -64,125 +62,6 @@ class Model:
 
     def __repr__(self) -> str:
         return f".model {self.name} {self.type} {self.params}"
-
-
-class Element:
-    """One SPICE element.
-
-    R C L     value (float; AST when behavioural), model, params tc1 tc2 ic m temp dtemp scale l w ...
-    V I       extra["dc"]: float|None, extra["ac"]: (mag, phase)|None, wave
-    E G       extra["form"] "linear" (4 nodes, value = gain), "poly" (extra["dims"], ["controls"] =
-              [(p, n)..], ["coeffs"]), "expr" (value AST), "table" (value AST, extra["table"] = [(x, y)..])
-    F H       extra["form"] "linear" or "poly", extra["controls"] = [source names], value or extra["coeffs"]
-    K         extra["inductors"] = [names], value
-    B         extra["output"] "v" or "i", value AST
-    S W       model, extra["initial"] "on"/"off"/None; W: extra["controls"] = [source name]
-    D         model, params area m temp dtemp ic off
-    others    (Q M J T A ...) kept with their letter, nodes and params
-
-    `is_plain`: nothing in it is to be evaluated. Of a card that is nothing but words, `place` says where its name
-    and its last word (the value or the model) stand in `file`; its spans are made from that when they are asked for.
-    """
-
-    __slots__ = (
-        "_model_span",
-        "_span",
-        "_value_span",
-        "extra",
-        "file",
-        "is_plain",
-        "letter",
-        "model",
-        "model_name",
-        "name",
-        "nodes",
-        "params",
-        "place",
-        "value",
-        "wave",
-    )
-    place: int | None
-    file: SourceFile
-
-    def __init__(
-        self,
-        letter: str,
-        name: str,
-        nodes: list[str],
-        span: Span,
-        value: Any = None,
-        params: dict[str, Any] | None = None,
-        wave: Waveform | None = None,
-        extra: dict[str, Any] | None = None,
-        model_name: str | None = None,
-        model_span: Span | None = None,
-        value_span: Span | None = None,
-    ) -> None:
-        self.letter = letter
-        self.name = name
-        self.nodes = nodes
-        self._span = span
-        self.value = value
-        self.params = {} if params is None else params
-        self.wave = wave
-        self.extra = {} if extra is None else extra
-        self.model_name = model_name
-        self._model_span = model_span
-        self._value_span = value_span
-        self.model: Model | None = None
-        self.place = None
-        self.is_plain = False
-
-    def _locate(self) -> None:
-        """Makes the spans of a plain card."""
-        place = self.place
-        if place is None:
-            return
-        number, col, last = place >> 40, (place >> 20 & 0xFFFFF) + 1, place & 0xFFFFF
-        word = self.file.word(number, col + last)
-        self.place, self._span = None, self.file.word(number, col)
-        # the last word is the model where there is no value
-        has_model = self.value is None and "dc" not in self.extra
-        self._value_span, self._model_span = (None, word) if has_model else (word, None)
-
-    # properties, not __getattr__: with that one every other attribute would be slow to read
-    @property
-    def span(self) -> Span:
-        self._locate()
-        return self._span
-
-    @property
-    def value_span(self) -> Span | None:
-        self._locate()
-        return self._value_span
-
-    @value_span.setter
-    def value_span(self, span: Span | None) -> None:
-        self._value_span = span
-
-    @property
-    def model_span(self) -> Span | None:
-        self._locate()
-        return self._model_span
-
-    @model_span.setter
-    def model_span(self, span: Span | None) -> None:
-        self._model_span = span
-
-    def at_level(self, name: str, nodes: list[str]) -> Element:
-        """The same element under another name between other nodes; its model is still to be found."""
-        e = _new(Element)
-        e.letter, e.name, e.nodes, e.place, e.is_plain = self.letter, name, nodes, self.place, self.is_plain
-        if self.place is not None:
-            e.file = self.file
-        else:
-            e._span, e._value_span, e._model_span = self._span, self._value_span, self._model_span
-        e.value, e.params, e.wave, e.extra = self.value, dict(self.params), self.wave, dict(self.extra)
-        e.model_name, e.model = None, None
-        return e
-
-    def __repr__(self) -> str:
-        return f"<{self.name} {' '.join(self.nodes)} value={self.value} {dict(self.params)}>"
 
 
 class Ref(Placed):

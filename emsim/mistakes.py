@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from .diagnostics import Diagnostic, suggest
+from .elements import ELEMENTS
 from .lark_grammar import parser
 from .syntax import CARD_WORDS, LineError, code_end, first_word
 
@@ -90,21 +91,7 @@ _OPERATORS = [
 
 # the form of each card, for the hint under an error in it
 FORMS = {
-    "r": "Rname n+ n- value [tc=tc1,tc2] [m=], or Rname n+ n- R={expression}",
-    "c": "Cname n+ n- value [ic=] [m=], or Cname n+ n- C={expression}",
-    "l": "Lname n+ n- value [ic=] [m=], or Lname n+ n- L={expression}",
-    "v": "Vname n+ n- [DC value] [AC mag [phase]] [PULSE(..) SIN(..) EXP(..) PWL(..) SFFM(..) AM(..)]",
-    "i": "Iname n+ n- [DC value] [AC mag [phase]] [PULSE(..) SIN(..) EXP(..) PWL(..) SFFM(..) AM(..)]",
-    "b": "Bname n+ n- V={expression}, or I={expression}",
-    "e": "Ename n+ n- nc+ nc- gain, POLY(n) .., VALUE={..}, or TABLE {..} = (x,y) ..",
-    "g": "Gname n+ n- nc+ nc- gain, POLY(n) .., VALUE={..}, or TABLE {..} = (x,y) ..",
-    "f": "Fname n+ n- Vsource gain, or POLY(n) Vsource .. coefficients",
-    "h": "Hname n+ n- Vsource gain, or POLY(n) Vsource .. coefficients",
-    "d": "Dname anode cathode model [area] [off] [ic=]",
-    "s": "Sname n+ n- nc+ nc- model [on|off]",
-    "w": "Wname n+ n- Vsource model [on|off]",
-    "k": "Kname Lname Lname [Lname ..] coupling",
-    "x": "Xname node .. subcircuit [parameter=value ..]",
+    **{kind.letter: kind.form for kind in ELEMENTS},
     ".tran": ".tran tstep tstop [tstart [tmax]] [uic]",
     ".param": ".param name=value [name={expression} ..]",
     ".func": ".func name(a,b) {expression}",

@@ -125,15 +125,8 @@ class Leaf(str):
     end_pos: int
 
 
-# the cards that come as words in place of a tree: rule -> (number of words, is the last one a number?)
-PLAIN = {
-    "resistor": (4, True),
-    "capacitor": (4, True),
-    "inductor": (4, True),
-    "source": (4, True),
-    "linear": (6, True),
-    "diode": (4, False),
-}
+# the cards that come as words in place of a tree: rule -> (number of words, is the last one a number?); elements/ says them
+PLAIN: dict[str, tuple[int, bool]] = {}
 _trees: Any = None
 
 

@@ -37,10 +37,11 @@ ROWS = [
     ["assemble"],
     ["elaborate"],
     ["cards"],
-    ["elements"],
     ["build"],
-    ["build_dots", "build_elements", "build_machine", "build_expr"],
-    ["deck", "expr", "syntax", "mistakes", "lark_grammar", "source"],
+    ["build_dots", "build_elements", "build_machine"],
+    ["elements", "mistakes"],
+    ["build_expr"],
+    ["deck", "expr", "syntax", "lark_grammar", "source"],
     ["units"],
     ["diagnostics"],
     ["_engine"],
@@ -48,7 +49,11 @@ ROWS = [
 LEVEL = {name: level for level, row in enumerate(ROWS) for name in row}
 CARDS_MAY_IMPORT = {"cards", "diagnostics", "units", "expr", "deck", "_engine"}
 # anybody may ask the package for its version; Result.save is a convenience that calls the writers
-UPWARD = {("outputs", "__init__"): "the version", ("result", "outputs"): "Result.save"}
+UPWARD = {
+    ("outputs", "__init__"): "the version",
+    ("result", "outputs"): "Result.save",
+    ("syntax", "mistakes"): "a line that is not accepted is read again, for its message",
+}
 
 RUST_ROWS = [
     ["lib"],

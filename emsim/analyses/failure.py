@@ -161,7 +161,7 @@ def _advice(assembly: Assembly, failure: dict[str, Any], kind: str, point: bool,
     others = [f".options method={m}" for m in METHODS if m not in tried][:1]
     if unknown in assembly.ctx.nodes:
         touching = [e for e in assembly.ctx.elements.values() if unknown in e.nodes]
-        if not any(e.letter in "Cc" for e in touching):
+        if not any(role == "blocks" for e in touching for *_, role in e.paths()):
             others.insert(
                 0,
                 f"a small capacitor from node `{unknown}` to ground: nothing there stores charge, and where no "
@@ -200,7 +200,7 @@ def locate(assembly: Assembly, unknown: str) -> tuple[str, list[tuple[Span, str]
     if unknown in ctx.nodes:
         touching = [e for e in ctx.elements.values() if unknown in e.nodes]
         # sources and switches first: they are what jumps
-        touching.sort(key=lambda e: "BSWDEGHFVICLR".find(e.letter.upper()))
+        touching.sort(key=lambda e: -e.jumps)
         lines = [(e.span, f"at node `{unknown}`") for e in touching[:3]]
         cards = [c for c in flat.machine if any(ref.name == unknown for ref in c.args)]
         lines += [(c.span, f"at node `{unknown}`") for c in cards[:1]]

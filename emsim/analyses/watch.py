@@ -14,8 +14,9 @@ if TYPE_CHECKING:
     from typing import Any
 
     from ..assemble import Assembly
-    from ..deck import Analysis, Element
+    from ..deck import Analysis
     from ..diagnostics import Span
+    from ..elements import Element
 
 WORTH = 0.01  # share of an amplitude, of a period, of a signal that deserves a word
 SMALL = 0.1  # an oscillation of less of the signal must lose more

@@ -2,21 +2,17 @@
 
     energy(end) - energy(start) = supplied - dissipated          what remains is the error of the solution
 
-Elements: R, S, W dissipate v i; V, I and controlled sources supply -v i; C and L store C v^2/2 and L i^2/2, mutual
-inductances M i1 i2; junction diodes are kept by the engine (heat v i(v), charge v dq), their series resistance here.
+Elements say theirs in `account` (elements/<letter>.py); junction diodes are kept by the engine (heat v i(v), charge v dq).
 Cards: kinetic, potential and stored energies and losses as they state them; what they bring in by `supplied`. A DRIVE is
 known by the equation of its own motion, d/dt p + F = effort; its work is [p u] - int (p du/dt - F u) dt.
 """
 
 from __future__ import annotations
 
-from ..elements import TABLE, between, branch_current, capacitance, inductance, number
-from ..expr import Node
-
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from .._engine import Expr
-    from ..deck import Element
+    from ..elements import Element
     from .context import Context
     from .machine import Machine
 
@@ -49,6 +45,19 @@ class Accounts:
         if expr is not None and expr.value is None:
             self.entries.append(Entry(name, word, kind, expr, False))
 
+    # what elements say of themselves
+    def supplies(self, e: Element, power: Expr) -> None:
+        self.power(e.name, e.letter.upper(), SUPPLIED, power)
+
+    def dissipates(self, e: Element, power: Expr) -> None:
+        self.power(e.name, e.letter.upper(), DISSIPATED, power)
+
+    def stores(self, e: Element, power: Expr) -> None:
+        self.power(e.name, e.letter.upper(), STORED, power)
+
+    def holds(self, e: Element, energy: Expr) -> None:
+        self.energy(e.name, e.letter.upper(), STORED, energy)
+
     @property
     def powers(self) -> list[Entry]:
         return [e for e in self.entries if e.power]
@@ -62,10 +71,7 @@ def accounts(ctx: Context) -> Accounts:
     """The entries of a whole deck; made before the builder compiles."""
     book = Accounts()
     for e in ctx.elements.values():
-        _element(ctx, e, book)
-    for name, (p, inner, gs) in ctx.series.items():
-        drop = ctx.b.x(p) - ctx.b.x(inner) if p >= 0 else -ctx.b.x(inner)
-        book.power(name, "D", DISSIPATED, gs * drop * drop)
+        e.account(ctx, book)
     if ctx.machine is not None and not ctx.machine.broken:
         _machine(ctx.machine, book)
     shunt = ctx.options.get("gshunt", 0.0) + (
@@ -78,42 +84,6 @@ def accounts(ctx: Context) -> Accounts:
         if ctx.options.get("cshunt"):
             book.energy(name, "shunt", STORED, 0.5 * ctx.options["cshunt"] * v * v)
     return book
-
-
-def _element(ctx: Context, e: Element, book: Accounts) -> None:
-    letter = e.letter.upper()
-    if letter == "K":
-        if not isinstance(e.value, (int, float)):
-            return
-        coils = [
-            ctx.elements[name]
-            for n in e.extra["inductors"]
-            if (name := ctx.element_name(n, "L")) in ctx.elements
-        ]
-        for k, first in enumerate(coils):
-            for second in coils[k + 1 :]:
-                m = e.value * (inductance(ctx, first) * inductance(ctx, second)) ** 0.5
-                i, j = branch_current(ctx, first), branch_current(ctx, second)
-                book.energy(e.name, "K", STORED, m * i * j)
-        return
-    if letter == "D":
-        return
-    v = between(ctx, e)
-    if letter == "C":
-        if isinstance(e.value, Node):
-            book.open.append(e.name)
-        else:
-            book.energy(e.name, letter, STORED, 0.5 * capacitance(ctx, e) * v * v)
-    elif letter == "L":
-        i = branch_current(ctx, e)
-        if isinstance(e.value, Node):
-            book.power(e.name, letter, STORED, number(e, "m", 1.0) * v * i)
-        else:
-            book.energy(e.name, letter, STORED, 0.5 * inductance(ctx, e) * i * i)
-    elif letter in "RSW":
-        book.power(e.name, letter, DISSIPATED, v * TABLE[letter].current(ctx, e))
-    else:
-        book.power(e.name, letter, SUPPLIED, -(v * TABLE[letter].current(ctx, e)))
 
 
 def _machine(m: Machine, book: Accounts) -> None:

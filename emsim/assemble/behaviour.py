@@ -20,6 +20,7 @@ from __future__ import annotations
 import math
 
 from ..diagnostics import suggest
+from ..elements.base import CURRENT_NAMES
 from ..expr import Binary, Call, Cond, Name, Num, Unary
 
 TYPE_CHECKING = False
@@ -59,7 +60,6 @@ ROUNDING: dict[str, Callable[[float], int]] = {
 }
 ALIASES = {"arctan": "atan", "sign": "sgn", "stp": "gt0", "round": "nint", "fmod": "mod"}
 RANDOM = ("gauss", "agauss", "unif", "aunif")
-DEVICE_CURRENTS = ("i", "id", "current")  # of @name[...]
 CONVERSIONS = {"deg": 180.0 / math.pi, "rpm": 30.0 / math.pi}
 MECHANICAL_WORDS = """
     angle omega alpha pos vel acc x y z vx vy vz ax ay az fx fy fz mx my mz
@@ -377,14 +377,14 @@ class Compiler:
         return self.ctx.b.const(0.0)
 
     def _device(self, node: Name) -> Expr:
-        """@r1[i]: the current is the one device parameter there is."""
+        """@r1[i], and what else an element tells of itself."""
         device, _, parameter = node.id[1:].rstrip("]").partition("[")
-        current = element_current(self.ctx, device)
-        if current is None:
+        if element_current(self.ctx, device) is None:
             return self._no_current(Call("i", [Name(device, node.span)], node.span))
-        if parameter not in DEVICE_CURRENTS:
+        found = device_value(self.ctx, device, parameter)
+        if found is None:
             return self._error("E282", f"`{node.id}` is not computed", node, f"the current is @{device}[i]")
-        return current
+        return found
 
     def _not_mechanical(self, node: Call) -> Expr:
         what = ", ".join(map(repr, node.args)) or "nothing"
@@ -621,6 +621,14 @@ def _word(arg: Node) -> str | None:
     return None
 
 
+def device_value(ctx: Context, device: str, parameter: str) -> Expr | None:
+    """@device[parameter]; of a coupling of the machine its current. None for what is not computed."""
+    element = ctx.elements.get(ctx.element_name(device))
+    if element is not None:
+        return element.probe(ctx, parameter)
+    return element_current(ctx, device) if parameter in CURRENT_NAMES else None
+
+
 def element_current(ctx: Context, name: str) -> Expr | None:
     """Current into the first terminal of an element or coupling; None when there is no such thing."""
     name = ctx.element_name(name)
@@ -630,6 +638,4 @@ def element_current(ctx: Context, name: str) -> Expr | None:
     element = ctx.elements.get(name)
     if element is None:
         return None
-    from ..elements import TABLE
-
-    return TABLE[element.letter.upper()].current(ctx, element)
+    return element.current(ctx)

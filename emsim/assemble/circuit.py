@@ -2,17 +2,6 @@
 
 from __future__ import annotations
 
-from ..diagnostics import suggest
-from ..elements import (
-    KINDS,
-    LEFTOVERS,
-    MISSING_CURRENTS,
-    MODEL_PARAMETERS,
-    PARAMETERS,
-    has_branch,
-    nodes_read,
-    number,
-)
 from ..expr import Binary, Call, Cond, Name, Node, Unary
 from ..syntax import CARD_WORDS
 
@@ -21,15 +10,9 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
     from typing import Any
 
-    from ..deck import Element, Probe
+    from ..deck import Probe
+    from ..elements import Element
     from .context import Context
-
-# what the other letters are called, for the message that they are not there yet
-OTHERS = {
-    "A": "XSPICE code model", "J": "JFET", "M": "MOSFET", "N": "OSDI model", "O": "lossy line",
-    "P": "coupled lines", "Q": "bipolar transistor", "T": "transmission line", "U": "RC line",
-    "Y": "lossy line", "Z": "MESFET",
-}  # fmt: skip
 
 
 def allocate(ctx: Context) -> None:
@@ -39,21 +22,19 @@ def allocate(ctx: Context) -> None:
     unsupported: dict[str, list[Element]] = {}
     nodes = ctx.nodes
     for e in flat.elements:
-        kind = KINDS.get(e.letter)
-        if kind is None:
-            unsupported.setdefault(e.letter.upper(), []).append(e)
+        if not e.supported:
+            unsupported.setdefault(e.what, []).append(e)
             continue
         if e.params or e.model is not None:
-            _parameters_fit(ctx, e, kind.what)
+            e.check(ctx)
         ctx.elements[e.name] = e
         for name in e.nodes:
             if name not in nodes:
                 ctx.node(name)
-        for name in nodes_read(e):
+        for name in e.reads():
             ctx.node(name)
-    for letter, elements in unsupported.items():
+    for what, elements in unsupported.items():
         names = ", ".join(f"`{e.name}`" for e in elements[:3]) + (" ..." if len(elements) > 3 else "")
-        what = OTHERS.get(letter, f"element {letter}")
         word, hint = elements[0].span.text.lower(), None
         if word in CARD_WORDS:
             from ..mistakes import missing_mark
@@ -63,10 +44,9 @@ def allocate(ctx: Context) -> None:
 
     _spread(ctx)
     read = set(ctx.elements) if all_currents(ctx) else _currents_read(ctx)
-    ctx.metered = {name for name in read if name in ctx.elements and _is_diode(ctx.elements[name])}
     for e in ctx.elements.values():
-        if has_branch(e) or e.name in ctx.metered:
-            ctx.new_branch(e.name, number(e, "ic") if e.letter.upper() == "L" else 0.0)
+        for name, initial in e.branches(e.name in read):
+            ctx.new_branch(name, initial)
 
 
 def lists_word(probes: Iterable[Probe], *words: str) -> bool:
@@ -93,81 +73,6 @@ def _spread(ctx: Context) -> None:
             if e is not None and len(e.nodes) >= 2:
                 across = Call("v", [Name(n, ast.span) for n in e.nodes[:2]], ast.span)
                 probe.ast = Binary("*", across, Call("i", ast.args, ast.span), ast.span)
-
-
-def _is_diode(e: Element) -> bool:
-    return e.letter.upper() == "D"
-
-
-def _parameters_fit(ctx: Context, e: Element, what: str) -> None:
-    """Unknown names among the parameters: an error on the line (as in ngspice), a warning in a .model."""
-    if e.params:
-        known = PARAMETERS[e.letter.upper()].split()
-        if e.letter in "EFGHefgh" and e.extra.get("form", "linear") == "linear":
-            known = ["m"]  # a plain gain knows no temperature, in ngspice neither
-        for name in e.params:
-            if name in LEFTOVERS:
-                ctx.sink.warning(
-                    "W283",
-                    f"{name}= of `{e.name}` has no effect, as in ngspice",
-                    e.span,
-                    "write it as an element of its own",
-                )
-            elif name not in known:
-                near = suggest(name, known)
-                ctx.sink.error(
-                    "E307",
-                    f"a {what} takes no {name}=",
-                    e.span,
-                    hint=f"did you mean {near}=?" if near else f"it takes: {', '.join(known)}",
-                )
-        if e.letter in "Ll" and "m" in e.params and not number(e, "m"):
-            hint = "m= counts coils in parallel: leave the line out"
-            ctx.sink.error("E281", f"`{e.name}` with m=0 has no inductance", e.span, hint)
-        if e.letter in "Cc" and "ic" in e.params and isinstance(e.value, Node):
-            said = f"ic= of `{e.name}` has no effect, its capacitance or charge is an expression"
-            ctx.sink.warning("W283", said, e.span, "set the voltage of its nodes: .ic v(node)=value")
-    if e.model is not None:
-        _words_are_numbers(ctx, e)
-    words = MODEL_PARAMETERS.get(e.letter.upper())
-    if words is not None and e.model is not None:
-        known = [*words.split(), "level"]
-        for name in e.model.params:
-            if name not in known:
-                near = suggest(name, known)
-                ctx.sink.warning(
-                    "W284", f".model `{e.model.name}`: a {what} takes no {name}=, it has no effect",
-                    e.model.param_spans.get(name, e.model.span), hint=f"did you mean {near}=?" if near else None,
-                )  # fmt: skip
-    if e.letter in "Dd" and e.model is not None:
-        for name in MISSING_CURRENTS:
-            if e.model.params.get(name):
-                ctx.remark(
-                    "W284", f".model `{e.model.name}`: {name}= has no effect here, in ngspice it adds {MISSING_CURRENTS[name]}",
-                    e.model.param_spans.get(name, e.model.span), "take is= and n= from a fit without it",
-                )  # fmt: skip
-
-
-def _words_are_numbers(ctx: Context, e: Element) -> None:
-    """A word where a model wants a number is an error; who made the part, mfg=OnSemi, is nobody's business."""
-    assert e.model is not None
-    words = {name: value for name, value in e.model.params.items() if isinstance(value, str)}
-    if not words:
-        return
-    if _is_diode(e):
-        from .._engine import diode_parameters
-
-        known = {name for names, *_ in diode_parameters() for name in names}
-    else:
-        known = set(MODEL_PARAMETERS.get(e.letter.upper(), "").split())
-    for name in sorted(words.keys() & known):
-        ctx.sink.error(
-            "E110",
-            f"{name}= of .model `{e.model.name}` is no number: `{words[name]}`",
-            e.model.param_spans.get(name, e.model.span),
-            "write a number, or the name of a .param",
-        )
-        del e.model.params[name]
 
 
 def _currents_read(ctx: Context) -> set[str]:
@@ -232,7 +137,7 @@ def _calls(ast: Any) -> Iterator[Call]:
 def contribute(ctx: Context) -> None:
     """Every element's stamps; then shunts asked for by options, and the forced starting values."""
     for e in ctx.in_turn(ctx.elements.values()):
-        KINDS[e.letter].contribute(ctx, e)
+        e.contribute(ctx)
     _couplings_possible(ctx)
     shunt = ctx.options.get("gshunt", 0.0) + (
         1.0 / ctx.options["rshunt"] if ctx.options.get("rshunt") else 0.0

@@ -22,8 +22,9 @@ if TYPE_CHECKING:
     from typing import Any, TypeVar
 
     from .._engine import Builder, Expr
-    from ..deck import Element, FlatDeck
+    from ..deck import FlatDeck
     from ..diagnostics import Sink, Span
+    from ..elements import Element
     from ..expr import Node
     from .behaviour import Compiler
 
@@ -44,7 +45,6 @@ class Context:
     nodes     node name -> unknown (ground left out); `branches` element or coupling name -> current unknown
     elements  element name -> Element
     machine   the assembled machine, or None; `scale` its size, for the tolerances
-    metered   elements whose current must become an unknown because something reads it
     domains   flag name -> (flag, text, place): functions that may leave their domain during a run
     divisors  quotients in expressions, with what they divide by and its place
     poles     expressions with their divisors that read the machine, which knows where it starts
@@ -60,7 +60,6 @@ class Context:
         self.branches: dict[str, int] = {}
         self.elements: dict[str, Element] = {}
         self.flags: dict[str, Expr] = {}
-        self.metered: set[str] = set()
         self.series: dict[str, tuple[int, int, float]] = {}  # of diodes: node, inner node, conductance [S]
         self.domains: dict[str, tuple[Expr, str, Span | None]] = {}
         self.divisors: dict[int, tuple[Expr, Expr, Span | None]] = {}

@@ -114,22 +114,20 @@ def currents(ctx: Context) -> list[Output]:
     probed = probes_currents(ctx)
     found = []
     for e in ctx.elements.values():
-        letter = e.letter.lower()
-        current = None if letter == "k" else element_current(ctx, e.name)
-        if current is None or (not probed and letter in "veh"):
+        current = element_current(ctx, e.name) if e.paths() else None
+        if current is None or not (probed or e.current_name):
             continue
-        parameter = {"d": "id", "i": "current"}.get(letter, "i")
-        found.append(Output(f"i({e.name})" if probed else f"@{e.name}[{parameter}]", "A", current))
+        found.append(Output(f"i({e.name})" if probed else f"@{e.name}[{e.current_name}]", "A", current))
     return found
 
 
 def _saved(ctx: Context, text: str, ast: Node, span: Span) -> Output | None:
     """A column for one thing of .save; None for a device parameter that is not a current."""
     if isinstance(ast, Name) and ast.id.startswith("@"):
-        from .behaviour import DEVICE_CURRENTS, element_current
+        from .behaviour import device_value
 
         device, _, parameter = ast.id[1:].rstrip("]").partition("[")
-        if parameter not in DEVICE_CURRENTS or element_current(ctx, device) is None:
+        if device_value(ctx, device, parameter) is None:
             return None
     return _column(ctx, text, ast, span)
 

@@ -15,14 +15,15 @@ With UIC in every transient there is no operating point and 4 stays silent where
 from __future__ import annotations
 
 from ..diagnostics import suggest
-from ..elements import KINDS, dc_role, nodes_read
-from ..expr import Binary, Call, Cond, Name, Node, Unary
+from ..elements import Element
+from ..elements.controlled import calls
+from ..expr import Node
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
+    from collections.abc import Iterator
 
-    from ..deck import Element, MachineCard
+    from ..deck import MachineCard
     from ..diagnostics import Span
     from .context import Context
 
@@ -33,12 +34,11 @@ GROUND = "0"
 class Edge:
     """A current path between two nodes. role: "conducts", "voltage", "inductor", "blocks", "drives"."""
 
-    __slots__ = ("a", "b", "of", "role", "steady")
+    __slots__ = ("a", "b", "of", "role")
 
-    def __init__(self, of: Element | MachineCard, a: str, b: str, role: str, steady: bool = False) -> None:
+    def __init__(self, of: Element | MachineCard, a: str, b: str, role: str) -> None:
         self.of, self.role = of, role
         self.a, self.b = GROUND if a == "gnd" else a, GROUND if b == "gnd" else b
-        self.steady = steady  # voltage: holds a DC voltage; drives: an independent source
 
     @property
     def name(self) -> str:
@@ -89,17 +89,9 @@ def check(ctx: Context) -> None:
 
 def _circuit_edges(ctx: Context) -> Iterator[Edge]:
     for e in ctx.elements.values():
-        if KINDS[e.letter].terminals == 0:
-            continue
-        role, steady = dc_role(e), False
-        if role == "shorts":
-            role = "inductor" if e.letter in "Ll" else "conducts" if _reads_current(e) else "voltage"
-            steady = role == "voltage" and _holds_voltage(e)
-        elif role == "drives":
-            if _reads_own_nodes(e):
-                role = "conducts"
-            steady = e.letter.upper() == "I"
-        yield Edge(e, e.nodes[0], e.nodes[1], role, steady)
+        nodes = e.nodes
+        for a, b, role in e.paths():
+            yield Edge(e, nodes[a], nodes[b], role)
 
 
 def _machine_edges(ctx: Context) -> Iterator[Edge]:
@@ -124,7 +116,7 @@ def _machine_edges(ctx: Context) -> Iterator[Edge]:
             )
             if role is None:  # W=: of its own voltage like a capacitor, of its own current like an inductor
                 w = params.get("w")
-                reads_v = isinstance(w, Node) and any(c.fn == "v" for c in _calls(w))
+                reads_v = isinstance(w, Node) and any(c.fn == "v" for c in calls(w))
                 role = "blocks" if reads_v else "inductor"
             yield Edge(card, nodes[0], nodes[1], role)
 
@@ -135,50 +127,9 @@ def _motor_role(ctx: Context, card: MachineCard) -> str:
     return "conducts" if params.get("r") else "inductor"
 
 
-def _holds_voltage(e: Element) -> bool:
-    """May the source's DC voltage differ from zero?"""
-    if e.letter.upper() != "V":
-        return True
-    if e.extra.get("dc"):
-        return True
-    if e.wave is None:
-        return isinstance(e.value, (int, float)) and e.value != 0
-    first = e.wave.args[1:2] if e.wave.kind.lower() == "pwl" else e.wave.args[:1]
-    return bool(first and first[0])
-
-
-def _reads_current(e: Element) -> bool:
-    """A voltage that follows a current makes the currents of its loops definite, as a resistor does."""
-    return e.letter.upper() == "H" or (
-        isinstance(e.value, Node) and any(c.fn == "i" for c in _calls(e.value))
-    )
-
-
-def _reads_own_nodes(e: Element) -> bool:
-    """A controlled current that depends on its own voltage may be a conductance."""
-    own = {n for n in e.nodes[:2] if n not in ("0", "gnd")}
-    read = set(nodes_read(e))
-    if isinstance(e.value, Node):
-        for call in _calls(e.value):
-            if call.fn == "v":
-                read |= {a.id if isinstance(a, Name) else repr(a) for a in call.args}
-    return bool(own & read)
-
-
-def _calls(ast: Node) -> Iterator[Call]:
-    if isinstance(ast, Call):
-        yield ast
-        parts: Iterable[Node] = ast.args
-    elif isinstance(ast, Binary):
-        parts = (ast.a, ast.b)
-    elif isinstance(ast, Unary):
-        parts = (ast.a,)
-    elif isinstance(ast, Cond):
-        parts = (ast.c, ast.a, ast.b)
-    else:
-        parts = ()
-    for part in parts:
-        yield from _calls(part)
+def _imposes(ctx: Context, edge: Edge) -> bool:
+    """Is it a source of its own that may differ from zero?"""
+    return isinstance(edge.of, Element) and edge.of.imposes(ctx)
 
 
 # ---- 1. loops of voltages ----------------------------------------------------------------------
@@ -207,7 +158,7 @@ def _voltage_loops(ctx: Context, edges: list[Edge]) -> None:
         row = ctx.branch(edge.name)
         if row is not None:
             ctx.b.g(row, row, LOOP_RESISTANCE)
-        if any(e.steady for e in loop) and _needs_point(ctx):
+        if any(e.role == "voltage" and _imposes(ctx, e) for e in loop) and _needs_point(ctx):
             motor = any(e.name in ctx.machine.couplings for e in loop) if ctx.machine is not None else False
             what, cure = (
                 ("a motor winding", "give the MOTOR its r=")
@@ -247,7 +198,7 @@ def _undriven(ctx: Context, edges: list[Edge]) -> None:
     """Nodes that stand only where elements read."""
     carrying = {node: None for e in edges for node in (e.a, e.b)}
     for e in ctx.elements.values():
-        for node in nodes_read(e):
+        for node in e.reads():
             if node not in carrying and node not in ("0", "gnd"):
                 ctx.unknown(
                     "E302", f"`{e.name}` reads node `{node}`, which nothing drives", node, carrying, e.span
@@ -316,8 +267,8 @@ def _dc_paths(ctx: Context, edges: list[Edge]) -> None:
         if whole != any_path.root(GROUND) and whole not in shunted:
             # not even a capacitor ties it to the rest
             shunted.add(whole)
-            source = next((e for e in near if e.role == "drives" and e.steady), None)
-            if source is not None and not any(e.role == "blocks" or not e.steady for e in near):
+            source = next((e for e in near if e.role == "drives" and _imposes(ctx, e)), None)
+            if source is not None and not any(e.role == "blocks" or not _imposes(ctx, e) for e in near):
                 ctx.sink.error(
                     "E303", f"the current of `{source.name}` has nowhere to go: {shown} no path to ground",
                     source.span, labels=labels,

@@ -21,8 +21,9 @@ from math import isfinite
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from ..deck import Element, Waveform
+    from ..deck import Waveform
     from ..diagnostics import Sink
+    from ..elements import Element
 
 Resolved = tuple[str, list[float], float | None]
 

@@ -6,8 +6,7 @@ import inspect
 import sys
 from importlib import import_module
 
-from emsim import elements, units
-from emsim._engine import diode_parameters
+from emsim import units
 from emsim.cards import CARDS
 from emsim.cards.base import PROBES as CARD_PROBES
 from emsim.cards.base import Card, Param
@@ -16,16 +15,14 @@ from emsim.cli import VERBS
 from emsim.cli.explain import message
 from emsim.cli.help import EXIT_CODES, verb_help
 from emsim.editor import words
-from emsim.mistakes import FORMS
+from emsim.elements import ELEMENTS, LETTERS, Element
+from emsim.elements import Param as Word
 from emsim.reports.codes import catalogue
-from emsim.reports.words import BRINGS, LAWS, MEANINGS, default, meaning
+from emsim.reports.words import BRINGS, default, meaning
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
-
-# letters of SPICE with an element of their own -> what they are, where the table of elements does not say
-CALLS = {"X": "a subcircuit's use"}
 
 
 def pages() -> dict[str, str]:
@@ -126,58 +123,52 @@ def kinds() -> str:
 
 
 def all_elements() -> str:
-    rows = [
-        [
-            f"[{letter}](#{letter.lower()})" if letter != "X" else letter,
-            kind_of(letter),
-            code(FORMS[letter.lower()]),
-        ]
-        for letter in [*elements.TABLE, "X"]
-    ]
+    rows = [[f"[{kind.letter.upper()}](#{kind.letter})", kind.what, code(kind.form)] for kind in ELEMENTS]
+    later = ", ".join(
+        f"{kind.letter.upper()} ({kind.what})" for kind in LETTERS.values() if not kind.supported
+    )
     parts = [
         "# Elements\n",
         "What a line is follows from its first letter, as in SPICE. The current of an element counts as positive into its first "
-        "terminal; `i(name)` reads it. Transistors (Q M J) and lines (T U O) are read and reported by name "
-        "as not supported yet.\n",
+        f"terminal; `i(name)` reads it. Read and reported by name as not supported yet: {later}.\n",
         table(["letter", "what it is", "form"], rows),
     ]
-    for letter, kind in elements.TABLE.items():
-        parts.append(
-            f"\n## {letter}, {kind.what} {{ #{letter.lower()} }}\n\n```spice\n{FORMS[letter.lower()]}\n```\n"
-        )
-        parts.append(f"Law: {code(LAWS[letter])}.\n")
-        known = elements.PARAMETERS.get(letter, "").split()
-        parts.append(parameters("parameter on the line", known))
-        if kind.models:
-            parts.append(f"Model types: {' '.join(map(code, kind.models))}." + model_words(letter) + "\n")
-        if letter == "D":
-            parts.append(diode())
+    parts += [one_element(kind) for kind in ELEMENTS]
     return "\n".join(parts)
 
 
-def kind_of(letter: str) -> str:
-    return CALLS[letter] if letter in CALLS else elements.TABLE[letter].what
-
-
-def model_words(letter: str) -> str:
-    known = elements.MODEL_PARAMETERS.get(letter, "").split()
-    return "\n\n" + parameters("parameter of the model", known) if known else ""
-
-
-def parameters(head: str, names: list[str]) -> str:
-    """A table of those that mean something; the others are accepted as ngspice has them."""
-    rows = [[code(name), MEANINGS[name]] for name in names if name in MEANINGS]
-    rest = [code(name) for name in names if name not in MEANINGS]
-    said = table([head, "meaning"], rows) if rows else ""
-    return said + (f"\nAccepted as in ngspice: {' '.join(rest)}.\n" if rest else "")
-
-
-def diode() -> str:
-    rows = [
-        [" ".join(map(code, names)), unit, "-" if value != value else f"{value:g}", meaning]
-        for names, unit, value, meaning in diode_parameters()
+def one_element(kind: type[Element]) -> str:
+    parts = [
+        f"\n## {kind.letter.upper()}, {kind.what} {{ #{kind.letter} }}\n\n```spice\n{kind.form}\n```\n",
+        f"Law: {code(kind.law)}.\n",
+        parameters("parameter on the line", kind.instance),
     ]
-    return table(["parameter of `.model .. d`", "unit", "default", "meaning"], rows)
+    if kind.model_types:
+        parts.append(f"Model types: {' '.join(map(code, kind.model_types))}.\n")
+        rows = [
+            [" ".join(map(code, names)), unit, "-" if value != value else f"{value:g}", meaning]
+            for names, unit, value, meaning in kind.model_table()
+        ]
+        parts.append(
+            table([f"parameter of `.model .. {kind.model_types[0]}`", "unit", "default", "meaning"], rows)
+        )
+        parts.append(accepted(kind.model_words))
+    return "\n".join(parts)
+
+
+def parameters(head: str, words: dict[str, Word]) -> str:
+    """A table of those that mean something; the others are accepted as ngspice has them."""
+    rows = [
+        [code(name), p.unit, "-" if p.default is None else f"{p.default:g}", p.meaning]
+        for name, p in words.items()
+        if p.meaning
+    ]
+    return (table([head, "unit", "default", "meaning"], rows) if rows else "") + accepted(words)
+
+
+def accepted(words: dict[str, Word]) -> str:
+    rest = [code(name) for name, p in words.items() if not p.meaning]
+    return f"\nAccepted as in ngspice: {' '.join(rest)}.\n" if rest else ""
 
 
 def dots() -> str:

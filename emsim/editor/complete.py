@@ -5,7 +5,7 @@ from __future__ import annotations
 from ..cards import CARDS
 from ..cards.joint import ALIASES
 from ..cards.joint import KINDS as JOINT_KINDS
-from ..elements import KINDS, MODEL_PARAMETERS, PARAMETERS
+from ..elements import LETTERS, MODEL_TYPES
 from . import words
 from .hover import about
 from .place import Place
@@ -17,8 +17,6 @@ if TYPE_CHECKING:
     from .document import Document
 
 NAMES = frozenset(("node", "joint", "body", "point", "card", "element", "model", "subckt", "param", "func"))
-MODEL_TYPES = {"d": "D", "sw": "S", "vswitch": "S", "csw": "W", "iswitch": "W", "r": "R", "res": "R", "c": "C", "cap": "C",
-               "l": "L", "ind": "L"}  # fmt: skip
 
 
 class Item:
@@ -102,9 +100,12 @@ def _keys(place: Place) -> Iterator[Item]:
             )
             yield Item("key", key, f"[{param.unit}] {default}".strip(), param.meaning, key + "=")
         return
-    letter = place.card[:1].upper()
-    for key in PARAMETERS.get(letter, "").split():
-        yield Item("key", key, f"of {KINDS[letter].what}", "", key + "=")
+    kind = LETTERS.get(place.card[:1])
+    if kind is None or not kind.supported:
+        return
+    for key, word in kind.instance.items():
+        unit = f"[{word.unit}] " if word.unit else ""
+        yield Item("key", key, f"{unit}of {kind.what}", word.meaning, key + "=")
 
 
 def _options(place: Place) -> Iterator[Item]:
@@ -128,12 +129,7 @@ def _model(place: Place) -> Iterator[Item]:
         for key, param in CARDS["MOTOR"].spec.params.items():
             if key != "model":
                 yield Item("key", key, f"[{param.unit}]", param.meaning, key + "=")
-    elif kind == "d":
-        from .._engine import diode_parameters
-
-        for (key, *_), unit, default, meaning in diode_parameters():
+    elif kind in MODEL_TYPES:
+        for (key, *_), unit, default, meaning in MODEL_TYPES[kind].model_table():
             shown = "" if default != default else f"default {default:g}"
             yield Item("key", key, f"[{unit}] {shown}".strip(), meaning, key + "=")
-    else:
-        for key in MODEL_PARAMETERS.get(MODEL_TYPES.get(kind, ""), "").split():
-            yield Item("key", key, f"of .model {kind}", "", key + "=")

@@ -8,10 +8,11 @@ from __future__ import annotations
 
 from ..build import read_source
 from ..cards import CARDS
-from ..deck import Conditional, Element, Func, Include, Instance, MachineCard, Model, Param, Subckt
+from ..deck import Conditional, Func, Include, Instance, MachineCard, Model, Param, Subckt
 from ..diagnostics import Diagnostic, DiagnosticError, Sink, Span
 from ..elaborate import flatten
 from ..elaborate.files import Files
+from ..elements import Element
 from ..pipeline import prepare
 from ..source import SourceFile
 

@@ -4,8 +4,8 @@ they stand for and their values, numbers as they are read."""
 from __future__ import annotations
 
 from ..cards import CARDS
-from ..deck import Element, Func, Instance, MachineCard, Model, Param, Ref, Subckt
-from ..elements import KINDS
+from ..deck import Func, Instance, MachineCard, Model, Param, Ref, Subckt
+from ..elements import LETTERS, MODEL_TYPES, Element
 from ..expr import Node, Num
 from ..reports.words import default as says_default
 from ..reports.words import limits
@@ -115,12 +115,11 @@ def card_text(word: str) -> str:
 
 def element_text(letter: str) -> str | None:
     """What an element is and how it is written."""
-    from ..mistakes import FORMS
-
-    kind = KINDS.get(letter)
-    what = "subcircuit" if letter == "x" else kind.what if kind is not None else ""
-    form = FORMS.get(letter, "")
-    return f"**{letter.upper()}** — {what}" + (f"\n\n    {form}" if form else "") if what else None
+    kind = LETTERS.get(letter)
+    if kind is None:
+        return None
+    later = "" if kind.supported else ", not supported yet"
+    return f"**{letter.upper()}** — {kind.what}{later}" + (f"\n\n    {kind.form}" if kind.form else "")
 
 
 def _param(spec: Spec, key: str, param: CardParam) -> str:
@@ -147,12 +146,10 @@ def _function(name: str) -> str | None:
 
 
 def _model_key(place: Place) -> str | None:
-    """A parameter of a diode's .model, of a motor's."""
+    """A parameter of an element's .model, of a motor's."""
     kind, key = (place.words[2] if len(place.words) > 2 else place.call), place.word.lower()
-    if kind == "d":
-        from .._engine import diode_parameters
-
-        for names, unit, default, meaning in diode_parameters():
+    if kind in MODEL_TYPES:
+        for names, unit, default, meaning in MODEL_TYPES[kind].model_table():
             if key in names:
                 shown = "" if default != default else f"\n\ndefault {default:g}"
                 return f"**{key}=**" + (f" [{unit}]" if unit else "") + f" — {meaning}{shown}"
@@ -228,12 +225,11 @@ def _element(document: Document, symbol: Symbol, card: Element | Instance, inner
         return f"**{symbol.name}** — subcircuit {card.of.name}{inner}, between " + " ".join(
             map(_source, card.refs)
         )
-    kind = KINDS.get(card.letter)
-    text = f"**{symbol.name}** — {kind.what if kind else 'element'}{inner}, between {' '.join(card.nodes)}"
+    text = f"**{symbol.name}** — {card.what}{inner}, between {' '.join(card.nodes)}"
     if card.model_name:
         text += f", model {card.model_name}"
     if card.value is not None:
-        unit = {"r": " ohm", "c": " F", "l": " H"}.get(card.letter, "")
+        unit = f" {card.unit}" if card.unit else ""
         value, written = None, _source(card.value)
         if document.flat is not None and not symbol.scope:
             flat = next((e for e in document.flat.elements if e.name == symbol.name), None)

@@ -6,8 +6,9 @@ Only the text is read, so that it works on a line that is not finished.
 from __future__ import annotations
 
 from ..cards import CARDS
+from ..elements import LETTERS
 from ..syntax import CARD_WORDS
-from .layout import BLANKS, CLOSING, OPENING, TWO_NODES, code_of
+from .layout import BLANKS, CLOSING, OPENING, code_of
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -17,9 +18,6 @@ ENDS_WORD = " \t\r\f\v\xa0=(){},;\"'"
 EXPRESSION_CARDS = frozenset(
     (".param", ".csparam", ".func", ".if", ".elseif", ".elif", ".print", ".save", ".probe")
 )
-# element letter -> what the words behind its nodes are
-BEHIND_NODES = {"d": ("model",), "s": ("node", "node", "model"), "w": ("element", "model"),
-                "e": ("node", "node"), "g": ("node", "node"), "f": ("element",), "h": ("element",)}  # fmt: skip
 
 
 class Place:
@@ -160,12 +158,11 @@ class Place:
             return ("param",)
         if letter == "x":
             return ("node", "joint", "body", "point", "subckt")
-        if letter not in TWO_NODES:
+        kind = LETTERS.get(letter)
+        if kind is None or not kind.supported or kind.least is not None:
             return ("node", "model")
-        if k <= 2:
-            return ("node",)
-        behind = BEHIND_NODES.get(letter, ())
-        return (behind[k - 3],) if k - 3 < len(behind) else ("key",)
+        behind = ("node",) * len(kind.terminals) + kind.behind
+        return (behind[k - 1],) if k <= len(behind) else ("key",)
 
 
 def _is_code(lines: Sequence[str], row: int) -> bool:

@@ -1,5 +1,5 @@
 """The language's words with a line of meaning each, for editors: dot cards, functions, options. What machine cards and their
-parameters mean stands in the cards' own specs, what elements are in elements.TABLE."""
+parameters mean stands in the cards' own specs, what elements are in the classes of elements/."""
 
 from __future__ import annotations
 

@@ -6,7 +6,7 @@ solution keeps only that.
 
 from __future__ import annotations
 
-from ..deck import Element, MachineCard, Ref, Waveform
+from ..deck import MachineCard, Ref, Waveform
 from ..diagnostics import Sink
 from ..expr import Call, ExprError, Name, Node, Num, Scope, evaluate, fold, is_constant, to_text
 
@@ -16,11 +16,11 @@ if TYPE_CHECKING:
 
     from ..deck import Value
     from ..diagnostics import Placed, Span
+    from ..elements import Element
     from .models import Models
     from .scope import DeckScope
 
 _UNUSED = (False, "")
-_MULTIPLIED = frozenset("rclgfidqmjb")  # elements whose m= counts copies in parallel
 # the arguments of a machine card that are words, not names
 _WORD_ARGS = {"JOINT": 2}
 
@@ -161,7 +161,7 @@ def bind_element(e: Element, level: Level, models: Models) -> Element:
             level.use(n, True, e.name)
     if not e.is_plain:
         _bind_values(flat, e, level)
-    if level.mult != 1.0 and e.letter in _MULTIPLIED and e.extra.get("output") != "v":
+    if level.mult != 1.0 and e.is_multiplied:
         own = flat.params.get("m", 1.0)
         flat.params["m"] = level.mult * (own if isinstance(own, float) else 1.0)
     value = models.parameter(e, level)
@@ -181,35 +181,13 @@ def _bind_values(flat: Element, e: Element, level: Level) -> None:
     if e.params:
         flat.params = {key: _param(value, scope) for key, value in e.params.items()}
     if isinstance(e.value, Node):
-        always = e.letter == "b" or e.extra.get("form") in ("expr", "table")
-        flat.value = behaviour(e.value, scope, always)
-        if e.letter not in "rclbeg" and isinstance(flat.value, Node):
+        flat.value = behaviour(e.value, scope, e.is_behaviour)
+        if isinstance(flat.value, Node) and not e.may_behave:
             raise ExprError("E125", "this value has to be known before the run", e.value_span)
     if e.wave is not None:
         flat.wave = bind_wave(e.wave, scope)
-    _bind_extra(flat, e, level)
-
-
-def _bind_extra(flat: Element, e: Element, level: Level) -> None:
-    """Control nodes, control sources, coefficients, DC and AC values."""
-    extra, scope, letter = flat.extra, level.scope, e.letter
-    if not extra:
-        return
-    if "dc" in extra:
-        extra["dc"] = None if extra["dc"] is None else _number(extra["dc"], scope)
-        if extra["ac"] is not None:
-            extra["ac"] = tuple(_number(v, scope) for v in extra["ac"])
-    if "controls" in extra:
-        if letter in "eg":
-            extra["controls"] = [(level.node(p, None), level.node(n, None)) for p, n in extra["controls"]]
-        else:
-            extra["controls"] = [level.prefix + name for name in extra["controls"]]
-    if "inductors" in extra:
-        extra["inductors"] = [level.prefix + name for name in extra["inductors"]]
-    if "coeffs" in extra:
-        extra["coeffs"] = [_number(v, scope) for v in extra["coeffs"]]
-    if "table" in extra:
-        extra["table"] = [(_number(x, scope), _number(y, scope)) for x, y in extra["table"]]
+    if flat.extra:
+        flat.bind(level)
 
 
 def _number(value: Any, scope: Scope) -> float:

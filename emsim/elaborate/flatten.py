@@ -15,7 +15,6 @@ from ..deck import (
     Conditional,
     Deck,
     Dot,
-    Element,
     FlatDeck,
     Func,
     Include,
@@ -28,6 +27,7 @@ from ..deck import (
     Subckt,
 )
 from ..diagnostics import OutsideError, suggest
+from ..elements import Element
 from ..expr import ExprError, Name, Node, evaluate, fold
 from ..source import NoCollection
 from ..syntax import LineError
@@ -162,7 +162,7 @@ class _Flattener:
         conditions = False
         for card in cards:
             kind = card.__class__
-            if kind is Element:
+            if isinstance(card, Element):
                 out.append(card)
             elif kind is Param:
                 scope.exprs[card.name] = card
@@ -235,7 +235,7 @@ class _Flattener:
         for card in cards:
             kind = card.__class__
             try:
-                if kind is Element:
+                if isinstance(card, Element):
                     # most lines of a big deck: nothing to evaluate, nothing to rename
                     if not (is_top and card.is_plain):
                         card = bind_element(card, level, self.models)

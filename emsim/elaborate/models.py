@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from ..build import reread_as_element
-from ..deck import Element, FlatDeck, MachineCard, Model
+from ..deck import FlatDeck, MachineCard, Model
 from ..diagnostics import suggest
+from ..elements import LETTERS, MODEL_TYPES, Element
 from ..expr import Node, evaluate
 from ..syntax import CARD_WORDS
 
@@ -17,26 +18,6 @@ if TYPE_CHECKING:
 
 # shorter names are those of elements
 LEAST_WORD = 4
-
-# model types that an element letter accepts; the first is the name that later stages see for R, C, L
-_TYPES: dict[str, tuple[str, ...]] = {
-    "r": ("r", "res"),
-    "c": ("c", "cap"),
-    "l": ("l", "ind"),
-    "d": ("d",),
-    "s": ("sw", "vswitch"),
-    "w": ("csw", "iswitch"),
-    "q": ("npn", "pnp", "lpnp"),
-    "j": ("njf", "pjf"),
-    "z": ("nmf", "pmf", "nhfet", "phfet"),
-    "m": ("nmos", "pmos", "vdmos", "vdmosn", "vdmosp", "nsoi", "psoi"),
-    "p": ("cpl",),
-    "y": ("txl",),
-    "o": ("ltra",),
-    "u": ("urc",),
-}
-_FIRST_MODEL_WORD = {"m": 3, "q": 3, "j": 3, "z": 3, "u": 3, "o": 4}
-
 
 UNITS = ("ohm", "ohms", "farad", "farads", "henry", "henries", "f", "h", "volt", "volts", "v", "a")
 
@@ -63,9 +44,9 @@ class Models:
         params = dict(card.params)
         if card.type.startswith("ako:"):
             self._inherit(model, card, params, owner)
-        for types in (_TYPES["r"], _TYPES["c"], _TYPES["l"]):
-            if model.type in types:
-                model.type = types[0]
+        kind = MODEL_TYPES.get(model.type)
+        if kind is not None and kind.value_or_model:
+            model.type = kind.model_types[0]
         for key, value in params.items():
             if isinstance(value, Node):
                 value = evaluate(value, owner)
@@ -86,7 +67,7 @@ class Models:
 
     def parameter(self, e: Element, level: Level) -> float | None:
         """The value of the .param that stands where R, C, L have a value or a .model. As in ngspice it goes first."""
-        if e.model_name is None or e.value is not None or e.letter not in "rcl":
+        if e.model_name is None or e.value is not None or not e.value_or_model:
             return None
         return level.scope.lookup(e.model_name)
 
@@ -98,7 +79,7 @@ class Models:
         if model is None:
             self._missing(e, name, level)
             return None
-        accepted = _TYPES.get(e.letter, ())
+        accepted = e.model_types
         if accepted and model.type not in accepted:
             self.sink.error(
                 "E141",
@@ -110,7 +91,7 @@ class Models:
         return model
 
     def _missing(self, e: Element, name: str, level: Level) -> None:
-        if e.letter in "rcl" and e.value is None:
+        if e.value_or_model and e.value is None:
             near = suggest(name, level.scope.names())
             hint = f"a .model {name} {e.letter.upper()}(...) is missing, or a value"
             self.sink.error(
@@ -141,18 +122,18 @@ class Models:
         elif name in UNITS:
             hint = f"SPICE values carry no unit apart: leave `{name}` out"
         else:
-            wanted = _TYPES.get(e.letter, ("type",))[0].upper()
+            wanted = (e.model_types or ("type",))[0].upper()
             hint = f"add .model {name} {wanted}(...), or the .include that holds it"
         self.sink.error("E140", said, e.model_span or e.span, hint)
 
     # ---- letters with a varying number of nodes ----
 
     def of_device(self, e: Element, level: Level) -> None:
-        """Q M J Z U O: the first word that names a model ends the nodes. Other letters keep their words."""
+        """Where the number of nodes varies, the first word that names a model ends them. Others keep their words."""
         words: list[Any] = e.extra["words"]
         spans = e.extra["word_spans"]
-        first = _FIRST_MODEL_WORD.get(e.letter)
-        if first is None:
+        first = e.least
+        if not first:
             return
         for i in range(first, len(words)):
             word = words[i]
@@ -162,8 +143,10 @@ class Models:
                 e.nodes = [level.node(str(w), s) for w, s in zip(words[:i], spans, strict=False)]
                 e.extra["words"] = words[i + 1 :]
                 e.extra["word_spans"] = spans[i + 1 :]
+                if e.supported:
+                    e.take_words(e.extra["words"], e.extra["word_spans"])
                 return
-        at = min(first + (e.letter == "m"), len(words) - 1)
+        at = min(e.usual or first, len(words) - 1)
         if at < first - 1 or not words:
             word = e.span.text.lower()
             hint = None
@@ -180,8 +163,8 @@ class Models:
 
     def spice_reading(self, card: MachineCard, level: Level) -> Element | None:
         """The element, when a .model of the SPICE type fits the line: then the SPICE reading wins."""
-        accepted = _TYPES.get(card.kind[0].lower())
-        if accepted is None or card.line is None:
+        accepted = LETTERS[card.kind[0].lower()].model_types
+        if not accepted or card.line is None:
             return None
         for ref in card.args:
             found = level.scope.find_model(ref.name) if ref.point is None else None
@@ -191,7 +174,7 @@ class Models:
             if element is None:
                 continue
             at = element.extra.get("words", [])
-            if element.model_name == ref.name or ref.name in at[_FIRST_MODEL_WORD.get(element.letter, 0) :]:
+            if element.model_name == ref.name or ref.name in at[element.least or 0 :]:
                 self.sink.note(
                     "N137",
                     f"read as SPICE element {card.kind[0]}, because a .model fits, not as a {card.kind} card",

@@ -28,7 +28,8 @@ if TYPE_CHECKING:
     from ..assemble.machine import Machine
     from ..assemble.scene import JointState
     from ..cards.base import Card
-    from ..deck import Element, Model, Waveform
+    from ..deck import Model, Waveform
+    from ..elements import Element
 
 GROUND = "0"
 PLACES = ("x", "y", "vx", "vy")
@@ -229,7 +230,7 @@ class Net:
     def circuit(self) -> None:
         """The electrical elements, flat, parameters evaluated."""
         for element in self.assembly.ctx.elements.values():
-            self.add(self._element(element))
+            self.add(element.analogue(self))
         for model in {e.model.name: e.model for e in self.flat.elements if e.model is not None}.values():
             self.add(_model(model))
 
@@ -328,7 +329,7 @@ class Net:
         if call.fn == "i" and name in couplings:
             return Call("i", [Name(f"vs_{plain(name)}")])
         if call.fn in ("i", "v") and name in self.assembly.ctx.elements:
-            return Call(call.fn, [Name(self._name(self.assembly.ctx.elements[name]))])
+            return Call(call.fn, [Name(self.name_of(name))])
         if self.m is not None and name and (name in joints or name in couplings or name in self.m.bodies):
             raise DeckError(
                 Diagnostic(
@@ -394,64 +395,26 @@ class Net:
             return Binary("*", Binary("*", Num(sign), speed), arm)
         return Binary("+", Num(float(pivot)), arm)  # type: ignore[arg-type]
 
-    # elements ---------------------------------------------------------------------------------------------
+    # elements: what their `analogue` asks for ------------------------------------------------------------
 
-    def _name(self, e: Element) -> str:
+    def name_of(self, name: str) -> str:
+        """ngspice's name of an element: it begins with the letter."""
+        e = self.assembly.ctx.elements[name]
         name = plain(e.name)
-        return name if name[:1].upper() == e.letter.upper() else f"{e.letter}{name}"
+        return name if name[:1].lower() == e.letter else f"{e.letter.upper()}{name}"
 
-    def _element(self, e: Element) -> str:
-        letter, nodes = e.letter.upper(), " ".join(plain(n) for n in e.nodes)
-        head = f"{self._name(e)} {nodes}".rstrip()
-        params = "".join(f" {k}={_number(v)}" for k, v in e.params.items() if k not in ("ic", "off"))
-        value = e.value
-        if letter in "RC" and isinstance(value, Node):
-            key = "q" if e.extra.get("charge") else letter.lower()
-            return f"{head} {key}='{self.expression(value)}'{params}"
-        if letter in "RCL":
-            words = [
-                head,
-                *([] if value is None else [repr(float(value))]),
-                *([e.model.name] if e.model else []),
-            ]
-            if letter == "L":
-                params += f" ic={self.initial_current(e.name)!r}"
-            return " ".join(words) + params
-        if letter in "VI":
-            dc = e.extra.get("dc")
-            return f"{head}{'' if dc is None else f' dc {float(dc)!r}'}{'' if e.wave is None else ' ' + wave(e.wave)}"
-        if letter == "B":
-            return f"{head} {e.extra['output']}='{self.expression(value)}'{params}"
-        if letter in "EG" and e.extra.get("form") == "expr":
-            return f"{head} {'vol' if letter == 'E' else 'cur'}='{self.expression(value)}'"
-        if letter in "EGFH":
-            return f"{head} {self._controlled(e, letter)}"
-        if letter == "K":
-            coils = [self._name(self.assembly.ctx.elements[n]) for n in e.extra["inductors"]]
-            return f"{self._name(e)} {' '.join(coils)} {float(value)!r}"
-        if letter in "SW":
-            control = (
-                "" if letter == "S" else " " + self._name(self.assembly.ctx.elements[e.extra["controls"][0]])
-            )
-            return (
-                f"{head}{control} {e.model.name if e.model else ''} {e.extra.get('initial') or ''}".rstrip()
-            )
-        return f"{head} {e.model.name if e.model else ''}{params}"
+    def head(self, e: Element) -> str:
+        """Name and nodes."""
+        return " ".join([self.name_of(e.name), *map(plain, e.nodes)])
 
-    def _controlled(self, e: Element, letter: str) -> str:
-        form, x = e.extra.get("form"), e.extra
-        if letter in "EG":
-            pairs = x.get("controls") or [e.nodes[2:4]]
-            controls = " ".join(plain(n) for pair in pairs for n in pair)
-        else:
-            controls = " ".join(self._name(self.assembly.ctx.elements[c]) for c in x["controls"])
-        if form == "poly":
-            return f"poly({x.get('dims', len(x['controls']))}) {controls} {' '.join(map(repr, x['coeffs']))}"
-        if form == "table":
-            points = " ".join(f"({a!r},{b!r})" for a, b in x["table"])
-            return f"table {{{self.expression(e.value)}}} = {points}"
-        gain = repr(float(e.value))
-        return gain if letter in "EG" and len(e.nodes) >= 4 else f"{controls} {gain}"
+    def plain(self, node: str) -> str:
+        return plain(node)
+
+    def parameters(self, e: Element) -> str:
+        return "".join(f" {k}={_number(v)}" for k, v in e.params.items() if k not in ("ic", "off"))
+
+    def wave(self, w: Waveform) -> str:
+        return wave(w)
 
 
 def _term(factor: float, text: str) -> str:

@@ -7,7 +7,6 @@ stands on the right is the row's d/dt Q + F, or that times -1.
 
 from __future__ import annotations
 
-from ..elements import KINDS
 from .algebra import Algebra
 from .notation import Layout, Names
 
@@ -196,7 +195,7 @@ class Explained:
         """`resistor r1`, `MOTOR m1`"""
         element = self.ctx.elements.get(name)
         if element is not None:
-            return f"{KINDS[element.letter].what} {name}"
+            return f"{element.what} {name}"
         if self.machine is not None:
             for card in self.machine.active:
                 if card.name == name:
@@ -279,7 +278,7 @@ class Explained:
         name, a = self.names.names[i], self.algebra
         element = self.ctx.elements.get(name)
         title = self.what(name)
-        if element is not None and element.letter.upper() in "VEHB" and not charges:
+        if element is not None and element.holds_voltage and not charges:
             ends = a.zero
             for node, sign in zip(element.nodes[:2], (1.0, -1.0), strict=False):
                 k = self.ctx.node(node)

@@ -6,8 +6,8 @@ import re
 
 from ..build import cannot_read, read
 from ..cards import CARDS
-from ..deck import Analysis, Dot, Element, MachineCard, Model, Param, Print, Subckt
-from ..elements import KINDS, capacitance, inductance, resistance
+from ..deck import Analysis, Dot, MachineCard, Model, Param, Print, Subckt
+from ..elements import Element
 from ..expr import Node, Num
 from ..source import Line, Reading, load
 from . import notation
@@ -24,8 +24,6 @@ if TYPE_CHECKING:
     from ..source import SourceFile
     from .equations import Explained, Part
 
-UNITS = {"R": "Ohm", "C": "F", "L": "H", "V": "V", "I": "A"}
-ENDS = {2: ("n+", "n-"), 4: ("n+", "n-", "nc+", "nc-")}
 FLAT = 64  # characters of a tree that stand on one line
 
 
@@ -142,31 +140,24 @@ def described(card: Any, assembly: Assembly) -> Iterator[str]:
 
 
 def _element(e: Element, assembly: Assembly) -> Iterator[str]:
-    kind = KINDS[e.letter]
-    yield f"{kind.what} {e.name}"
+    yield f"{e.what} {e.name}"
     if e.nodes:
-        labels = ("anode", "cathode") if e.letter in "dD" else ENDS.get(len(e.nodes), ENDS[2])
-        yield "  between  " + ", ".join(
-            f"{label} = {node}" for label, node in zip(labels, e.nodes, strict=False)
-        )
-    letter, ctx = e.letter.upper(), assembly.ctx
+        named = zip(e.terminals, e.nodes, strict=False)
+        yield "  between  " + ", ".join(f"{label} = {node}" for label, node in named)
     if isinstance(e.value, Node):
         yield f"  value    {{{e.value}}}"
-    elif letter in "RCL":
-        value = {"R": resistance, "C": capacitance, "L": inductance}[letter](ctx, e)
-        yield f"  value    {_written(e.value_span)}{value:.12g} {UNITS[letter]}"
     elif e.wave is not None:
         shown = " ".join(f"{float(a):g}" for a in e.wave.args)
-        yield f"  value    {e.wave.kind.upper()}({shown}) {UNITS.get(letter, '')}".rstrip()
+        yield f"  value    {e.wave.kind.upper()}({shown}) {e.unit}".rstrip()
     else:
-        plain = e.extra.get("dc") if e.value is None else e.value
-        if isinstance(plain, (int, float)):
-            yield f"  value    {_written(e.value_span)}{plain:.12g} {UNITS.get(letter, '')}".rstrip()
+        value = e.quantity(assembly.ctx)
+        if value is not None:
+            yield f"  value    {_written(e.value_span)}{value:.12g} {e.unit}".rstrip()
     for key, given in e.params.items():
         yield f"  {key:<8} {_value(given)}"
     if e.extra.get("inductors"):
         yield f"  coils    {', '.join(e.extra['inductors'])}"
-    if letter in "FHW" and e.extra.get("controls"):
+    if "element" in e.behind and e.extra.get("controls"):
         yield f"  reads    the current of {', '.join(e.extra['controls'])}"
     if e.model is not None:
         params = " ".join(f"{key}={_value(value)}" for key, value in e.model.params.items())

@@ -1,39 +1,18 @@
-"""The reference of a card word: a machine card from its spec, a SPICE element from the table of elements."""
+"""The reference of a card word: a machine card from its spec, a SPICE element from its class."""
 
 from __future__ import annotations
 
 from ..cards import CARDS
-from ..elements import KINDS, MODEL_PARAMETERS, PARAMETERS
-from ..mistakes import FORMS
+from ..elements import ELEMENTS
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Sequence
 
     from ..cards.base import Param
+    from ..elements import Element
 
-LAWS = {
-    "R": "i = v/R", "C": "i = d/dt (C v), energy C v^2/2", "L": "v = d/dt (L i), energy L i^2/2",
-    "K": "M = k sqrt(L1 L2), flux linkage L1 i1 + M i2", "V": "v = e(t)", "I": "i = i(t), from n+ through the source to n-",
-    "E": "v = gain v(nc+, nc-)", "F": "i = gain i(Vsource)", "G": "i = gain v(nc+, nc-)", "H": "v = gain i(Vsource)",
-    "B": "v or i = an expression of voltages, currents, time and the machine",
-    "D": "i = is (exp(v/(n vt)) - 1), with breakdown, series resistance and charge from the .model",
-    "S": "v = ron i above vt + vh, v = roff i below vt - vh, held in between", "W": "as S, by the current of Vsource: it, ih",
-    "X": "the cards of .subckt, with its nodes, bodies and joints in place of the terminals",
-}  # fmt: skip
-MODEL_TYPES = {"R": "r", "C": "c", "L": "l", "S": "sw", "W": "csw"}
-MEANINGS = {
-    "m": "so many in parallel", "temp": "its temperature [C]", "dtemp": "degrees above that of the circuit", "tc": "tc1, tc2",
-    "tc1": "1/K, change with temperature", "tc2": "1/K^2", "tce": "percent per K, exponential", "scale": "factor on the value",
-    "ic": "value at the start of a run with uic", "area": "factor on the currents and charges of the model",
-    "on": "on at the start", "off": "off at the start", "l": "length [m], with a model", "w": "width [m], with a model",
-    "k": "coupling coefficient", "vt": "threshold [V]", "vh": "half of the hysteresis [V]", "it": "threshold [A]",
-    "ih": "half of the hysteresis [A]", "ron": "resistance when on [Ohm]", "roff": "resistance when off [Ohm]",
-    "von": "fully on above [V]", "voff": "off below [V]", "ion": "on above [A]", "ioff": "off below [A]",
-    "r": "resistance [Ohm]", "rsh": "sheet resistance [Ohm]", "c": "capacitance [F]", "cj": "per area [F/m^2]",
-    "cjsw": "per edge [F/m]", "tnom": "temperature of the parameters [C]", "defw": "width where none is given [m]",
-    "narrow": "etched off the width [m]", "short": "etched off the length [m]", "ind": "inductance [H]",
-}  # fmt: skip
+LETTERS: dict[str, type[Element]] = {kind.letter.upper(): kind for kind in ELEMENTS}
 
 # what a card's laws are about
 BRINGS = {
@@ -43,21 +22,21 @@ BRINGS = {
 
 def is_word(what: str) -> bool:
     """MOTOR, r, a letter with a card."""
-    return what.upper() in CARDS or what.upper() in LAWS
+    return what.upper() in CARDS or what.upper() in LETTERS
 
 
 def lines(what: str) -> Iterator[str]:
     """The reference, line by line."""
     word = what.upper()
-    yield from _card(word) if word in CARDS else _element(word)
+    yield from _card(word) if word in CARDS else _element(LETTERS[word])
 
 
 def facts(what: str) -> dict[str, object]:
     """The same as plain data."""
     word = what.upper()
     if word not in CARDS:
-        what = "subcircuit" if word == "X" else KINDS[word].what
-        return {"word": word, "meaning": what, "form": FORMS[word.lower()], "laws": {"": LAWS[word]}}
+        kind = LETTERS[word]
+        return {"word": word, "meaning": kind.what, "form": kind.form, "laws": {"": kind.law}}
     spec = CARDS[word].spec
     params = {
         key: {
@@ -118,34 +97,30 @@ def default(p: Param) -> str:
     return "-" if p.default is None or isinstance(p.default, tuple) else str(p.default)
 
 
-def _element(word: str) -> Iterator[str]:
-    what = "subcircuit" if word == "X" else KINDS[word].what
-    yield f"{word}: {what}"
+def _element(kind: type[Element]) -> Iterator[str]:
+    yield f"{kind.letter.upper()}: {kind.what}"
     yield ""
-    yield f"  {FORMS[word.lower()]}"
-    yield f"  {LAWS[word]}"
-    known = [key for key in PARAMETERS.get(word, "").split() if key in MEANINGS]
+    yield f"  {kind.form}"
+    yield f"  {kind.law}"
+    known = [
+        (key, p.unit or "-", _value(p.default), p.meaning) for key, p in kind.instance.items() if p.meaning
+    ]
     if known:
         yield ""
-        yield from _table([(key, MEANINGS[key]) for key in known])
-    if word == "D":
-        from .._engine import diode_parameters
-
+        yield from _table(known)
+    rows = [(names[0], unit or "-", _value(value), said) for names, unit, value, said in kind.model_table()]
+    if rows:
         yield ""
-        yield "  .model name d(..)"
-        yield from _table(
-            [
-                (names[0], unit or "-", "-" if value != value else f"{value:g}", said)
-                for names, unit, value, said in diode_parameters()
-            ]
-        )
-    elif word in MODEL_PARAMETERS:
-        yield ""
-        yield f"  .model name {MODEL_TYPES[word]}(..)"
-        yield from _table([(key, MEANINGS[key]) for key in MODEL_PARAMETERS[word].split() if key in MEANINGS])
+        yield f"  .model name {kind.model_types[0]}(..)"
+        yield from _table(rows)
 
 
-def _table(rows: list[tuple[str, ...]]) -> Iterator[str]:
+def _value(default: float | None) -> str:
+    """A default; NaN of the engine's tables and None: there is none."""
+    return "-" if default is None or default != default else f"{default:g}"
+
+
+def _table(rows: Sequence[tuple[str, ...]]) -> Iterator[str]:
     widths = [max(len(row[k]) for row in rows) for k in range(len(rows[0]))]
     for row in rows:
         yield ("  " + "  ".join(f"{cell:<{width}}" for cell, width in zip(row, widths, strict=True))).rstrip()

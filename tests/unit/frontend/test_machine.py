@@ -7,7 +7,7 @@ from math import pi
 
 import pytest
 
-from emsim.deck import Element
+from emsim.elements import Element
 from emsim.lark_grammar import parser
 from emsim.syntax import CARD_WORDS
 

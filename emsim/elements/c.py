@@ -1,0 +1,103 @@
+"""C: q = C v in both nodes' charge rows. C={..} is the incremental capacitance, i = C dv/dt, as in ngspice; Q={..} is
+the charge itself."""
+
+from __future__ import annotations
+
+from ..expr import Node
+from .base import Param, Path, ignored
+from .passive import FILAMENT, LENGTH, OF_MODEL, SCALED, WIDTH, Passive
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any, ClassVar
+
+    from .._engine import Expr
+    from ..assemble.accounts import Accounts
+    from ..assemble.context import Context
+
+
+class Capacitor(Passive):
+    __slots__ = ()
+    letter = "c"
+    what = "capacitor"
+    form = "Cname n+ n- value [ic=] [m=], or Cname n+ n- C={expression}"
+    law = "i = d/dt (C v), energy C v^2/2"
+    unit = "F"
+    quantity_name = "capacitance"
+    plain = ("capacitor", 4, True)
+    instance: ClassVar[dict[str, Param]] = {
+        **SCALED, "ic": Param("value at the start of a run with uic", "V"), "l": LENGTH, "w": WIDTH,
+        "c": Param("capacitance", "F"), "cap": Param("capacitance", "F"), "capacitance": Param("capacitance", "F"),
+    }  # fmt: skip
+    model_types = ("c", "cap")
+    model_words: ClassVar[dict[str, Param]] = {
+        "c": Param("capacitance", "F"), "cap": Param("capacitance", "F"), "cj": Param("capacitance per area", "F/m^2"),
+        "cjsw": Param("capacitance per edge", "F/m"), "l": LENGTH, "w": WIDTH,
+        "defw": Param("width where none is given", "m", FILAMENT), "narrow": Param("etched off the width", "m", 0.0),
+        "short": Param("etched off the length", "m", 0.0), **OF_MODEL, **ignored("defl di thick bv_max"),
+    }  # fmt: skip
+    jumps = 3
+
+    def from_model(self, p: dict[str, Any]) -> float | None:
+        if "l" in self.params and (p.get("cj") or p.get("cjsw")):
+            length = self.number("l") - p.get("short", 0.0)
+            width = self.number("w", p.get("defw", FILAMENT)) - p.get("narrow", 0.0)
+            return float(p.get("cj", 0.0) * length * width + 2 * p.get("cjsw", 0.0) * (length + width))
+        value = p.get("cap", p.get("c"))
+        return None if value is None else float(value)
+
+    def quantity(self, ctx: Context) -> float:
+        """C [F] of a constant capacitor, `m` included."""
+        return self.scaled(ctx) * self.number("m", 1.0)
+
+    def check(self, ctx: Context) -> None:
+        super().check(ctx)
+        if "ic" in self.params and isinstance(self.value, Node):
+            said = f"ic= of `{self.name}` has no effect, its capacitance or charge is an expression"
+            ctx.sink.warning("W283", said, self.span, "set the voltage of its nodes: .ic v(node)=value")
+
+    def paths(self) -> tuple[Path, ...]:
+        return ((0, 1, "blocks"),)
+
+    @property
+    def states_charge(self) -> bool:
+        return bool(self.extra.get("charge"))
+
+    def charge(self, ctx: Context) -> Expr:
+        if isinstance(self.value, Node):
+            return self.number("m", 1.0) * self.expression(ctx)
+        return self.quantity(ctx) * self.between(ctx)
+
+    def contribute(self, ctx: Context) -> None:
+        p, n, b = ctx.node(self.nodes[0]), ctx.node(self.nodes[1]), ctx.b
+        if isinstance(self.value, Node):
+            if self.states_charge:
+                q = self.charge(ctx)
+                b.add_q(p, q)
+                b.add_q(n, -q)
+            else:
+                self.inject(ctx, self.flow(ctx))
+            return
+        if self.value is not None and not self.params and self.model is None:
+            b.capacitance(p, n, self.value)
+            return
+        c = self.quantity(ctx)
+        b.capacitance(p, n, c)
+        if "ic" in self.params:
+            # UIC: the charge that turns the nodes' initial voltages into the capacitor's own
+            dq = c * (self.number("ic") - (ctx.initial(self.nodes[0]) - ctx.initial(self.nodes[1])))
+            b.ic_charge(p, dq)
+            b.ic_charge(n, -dq)
+
+    def flow(self, ctx: Context) -> Expr:
+        if isinstance(self.value, Node) and not self.states_charge:
+            rate = ctx.ddt(self.between(ctx), f"{self.name}#dv")
+            return self.number("m", 1.0) * self.expression(ctx) * rate
+        return ctx.ddt(self.charge(ctx), f"{self.name}#i")
+
+    def account(self, ctx: Context, book: Accounts) -> None:
+        if isinstance(self.value, Node):
+            book.open.append(self.name)
+        else:
+            v = self.between(ctx)
+            book.holds(self, 0.5 * self.quantity(ctx) * v * v)

@@ -1,0 +1,375 @@
+"""What E, F, G, H and B have in common: a value in one of four forms, given as a voltage or as a current.
+
+linear   gain times what controls           poly    POLY(n): p0, then the products of degree 1, 2, ...
+expr     an expression                      table   straight lines between points
+"""
+
+from __future__ import annotations
+
+from ..build_expr import expression, extent, node_name
+from ..expr import Binary, Call, Cond, Name, Node, Unary
+from ..units import spice_number
+from .base import CONDUCTS, DRIVES, TC, VOLTAGE, Element, Param, number_at
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator, Sequence
+    from typing import Any, ClassVar
+
+    from .._engine import Expr
+    from ..assemble.accounts import Accounts
+    from ..assemble.context import Context
+    from ..build_elements import ElementCards
+    from ..elaborate.bind import Level
+    from ..reports.analogue import Net
+    from ..source import Line
+    from .base import Path
+
+    Terms = list[tuple[int, float]]  # a sum of (unknown, factor)
+
+TABLE_ROUNDING = 0.1  # ngspice hands TABLE to its XSPICE model `pwl` with input_domain=0.1
+GROUND = ("0", "gnd")
+
+
+class Controlled(Element):
+    __slots__ = ()
+    instance: ClassVar[dict[str, Param]] = {
+        "m": Param("factor on the value", default=1.0), "temp": Param("its temperature", "C"),
+        "dtemp": Param("degrees above that of the circuit", "K", 0.0), **TC,
+        "reciproctc": Param("1: divided by what tc1 and tc2 make"), "reciprocm": Param("1: divided by m"),
+    }  # fmt: skip
+
+    # ---- reading ----
+
+    def read(self, cards: ElementCards, rule: str, ch: list[Any], line: Line) -> None:
+        getattr(self, "read_" + rule.removeprefix("current_"))(cards, ch, line)
+
+    def take_controls(self, ch: list[Any]) -> list[Any]:
+        """What controls a linear source, into `nodes` or `extra`; returns what follows."""
+        raise NotImplementedError
+
+    def read_linear(self, cards: ElementCards, ch: list[Any], line: Line) -> None:
+        self.extra["form"] = "linear"
+        rest = cards.params(self.take_controls(ch), line, self)
+        if not rest:
+            if "gain" in self.params:
+                self.value = self.params.pop("gain")
+                return
+            from ..mistakes import missing_mark
+
+            hint = missing_mark("gear") if ch[0].lower() == "gear" else self.hint
+            raise cards.fail("E109", f"{ch[0]} has no gain", line, ch[0], hint)
+        self.value = cards.number(rest[0], line, "the gain")
+        self.value_span = line.span_at(*extent(rest[0]))
+        if len(rest) > 1:
+            raise cards.fail("E102", f"`{rest[1]}` does not fit here", line, rest[1], self.hint)
+
+    def read_poly(self, cards: ElementCards, ch: list[Any], line: Line) -> None:
+        self.take_nodes(ch, 2)
+        dims, rest = spice_number(ch[4]), ch[5:]
+        if dims is None or dims < 1 or dims != int(dims) or dims > 100:
+            raise cards.fail("E110", "POLY(n) needs a whole number n", line, ch[4], self.hint)
+        count = self.control_words(int(dims))
+        if len(rest) < count or any(r.__class__ is tuple for r in rest[:count]):
+            said = f"POLY({int(dims)}) needs {count} {self.controlled_by}"
+            raise cards.fail("E109", said, line, ch[3], self.hint)
+        self.extra.update(form="poly", dims=int(dims), controls=self.control_names(rest[:count]))
+        self.extra["coeffs"] = [cards.number(v, line, "a coefficient") for v in rest[count:]]
+
+    def bind(self, level: Level) -> None:
+        extra = self.extra
+        if "controls" in extra:
+            extra["controls"] = [self.control_at(control, level) for control in extra["controls"]]
+        if "coeffs" in extra:
+            extra["coeffs"] = [number_at(v, level) for v in extra["coeffs"]]
+        if "table" in extra:
+            extra["table"] = [(number_at(x, level), number_at(y, level)) for x, y in extra["table"]]
+
+    # ---- what controls: of E and G node pairs, of F, H and W currents ----
+
+    controlled_by: str
+
+    def control_words(self, dims: int) -> int:
+        raise NotImplementedError
+
+    def control_names(self, words: list[Any]) -> list[Any]:
+        raise NotImplementedError
+
+    def control_at(self, control: Any, level: Level) -> Any:
+        raise NotImplementedError
+
+    def controls(self, ctx: Context) -> list[Terms]:
+        raise NotImplementedError
+
+    # ---- the value ----
+
+    @property
+    def how(self) -> str:
+        return str(self.extra.get("form", "linear"))
+
+    @property
+    def is_behaviour(self) -> bool:
+        return self.how in ("expr", "table")
+
+    @property
+    def may_behave(self) -> bool:
+        return self.is_behaviour
+
+    @property
+    def gives_voltage(self) -> bool:
+        raise NotImplementedError
+
+    def known(self) -> Iterable[str]:
+        return ("m",) if self.how == "linear" else self.instance  # a plain gain knows no temperature
+
+    @property
+    def is_multiplied(self) -> bool:
+        return not self.gives_voltage
+
+    def multiplier(self) -> float:
+        """m of a source of expressions, 1/m with reciprocm=1."""
+        m = self.number("m", 1.0)
+        return 1.0 / m if m and self.number("reciprocm") else m
+
+    def delivers(self, ctx: Context) -> Expr:
+        """What it delivers, as an expression [V or A]."""
+        if self.how == "expr":
+            return self.expression(ctx)
+        if self.how == "table":
+            at = ctx.compile(self.value, self.value_span or self.span)
+            return ctx.table(at, self.extra["table"], True, self.span, TABLE_ROUNDING)
+        xs = [sum_of(ctx, terms) for terms in self.controls(ctx)]
+        if self.how == "poly":
+            return polynomial(ctx, [float(c) for c in self.extra["coeffs"]], xs)
+        return float(self.value) * xs[0]
+
+    def linear_terms(self, ctx: Context) -> Terms | None:
+        """(unknown, gain) pairs when the source is a homogeneous linear one, else None."""
+        if self.how == "linear":
+            gains = [float(self.value)]
+        elif self.how == "poly":
+            coeffs = [float(c) for c in self.extra["coeffs"]]
+            if not coeffs or coeffs[0] or any(coeffs[1 + int(self.extra["dims"]) :]):
+                return None
+            gains = coeffs[1:]
+        else:
+            return None
+        pairs = zip(self.controls(ctx), gains, strict=False)
+        return [(index, gain * factor) for terms, gain in pairs for index, factor in terms]
+
+    # ---- equation (1) ----
+
+    def branches(self, is_read: bool) -> Sequence[tuple[str, float]]:
+        return ((self.name, 0.0),) if self.gives_voltage else ()
+
+    def paths(self) -> tuple[Path, ...]:
+        if self.gives_voltage:
+            # a voltage that follows a current makes the currents of its loops definite, as a resistor does
+            return CONDUCTS if self.reads_currents() else VOLTAGE
+        # a current that depends on its own voltage may be a conductance
+        own = {n for n in self.nodes[:2] if n not in GROUND}
+        read = set(self.reads())
+        for call in calls(self.value) if isinstance(self.value, Node) else ():
+            if call.fn == "v":
+                read |= {a.id if isinstance(a, Name) else repr(a) for a in call.args}
+        return CONDUCTS if own & read else DRIVES
+
+    def reads_currents(self) -> bool:
+        return isinstance(self.value, Node) and any(c.fn == "i" for c in calls(self.value))
+
+    def imposes(self, ctx: Context) -> bool:
+        return self.gives_voltage
+
+    def contribute(self, ctx: Context) -> None:
+        """Row v+ - v- - value, or the value from n+ through the source to n-, times m."""
+        terms = self.linear_terms(ctx)
+        if self.gives_voltage:
+            br = self.join_voltage(ctx)
+            if terms is None:
+                # m= multiplies the voltage of an expression, as in ngspice
+                m = self.multiplier() if self.how == "expr" else 1.0
+                ctx.b.add_f(br, -m * self.delivers(ctx))
+            for index, gain in terms or ():
+                ctx.b.g(br, index, -gain)
+            return
+        if terms is None:
+            self.inject(ctx, self.flow(ctx))
+            return
+        p, n, m = ctx.node(self.nodes[0]), ctx.node(self.nodes[1]), self.number("m", 1.0)
+        for index, gain in terms:
+            ctx.b.g(p, index, m * gain)
+            ctx.b.g(n, index, -m * gain)
+
+    def flow(self, ctx: Context) -> Expr:
+        return super().flow(ctx) if self.gives_voltage else self.multiplier() * self.delivers(ctx)
+
+    def account(self, ctx: Context, book: Accounts) -> None:
+        book.supplies(self, -(self.between(ctx) * self.flow(ctx)))
+
+    # ---- its line for ngspice ----
+
+    def controls_text(self, net: Net) -> str:
+        raise NotImplementedError
+
+    def analogue(self, net: Net) -> str:
+        x, head = self.extra, net.head(self)
+        if self.how == "expr":
+            return f"{head} {'vol' if self.gives_voltage else 'cur'}='{net.expression(self.value)}'"
+        controls = self.controls_text(net)
+        if self.how == "poly":
+            return f"{head} poly({x['dims']}) {controls} {' '.join(map(repr, x['coeffs']))}"
+        if self.how == "table":
+            points = " ".join(f"({a!r},{b!r})" for a, b in x["table"])
+            return f"{head} table {{{net.expression(self.value)}}} = {points}"
+        return f"{head} {controls} {float(self.value)!r}".replace("  ", " ")
+
+
+class ByVoltage(Controlled):
+    """E and G."""
+
+    __slots__ = ()
+    terminals = ("n+", "n-", "nc+", "nc-")
+    plain = ("linear", 6, True)
+    controlled_by = "control nodes"
+
+    @classmethod
+    def of_words(cls, *words: Any) -> Any:
+        e = super().of_words(*words)
+        e.extra = {"form": "linear"}
+        return e
+
+    def take_controls(self, ch: list[Any]) -> list[Any]:
+        return self.take_nodes(ch, 4)
+
+    def control_words(self, dims: int) -> int:
+        return 2 * dims
+
+    def control_names(self, words: list[Any]) -> list[Any]:
+        nodes = [node_name(word) for word in words]
+        return list(zip(nodes[0::2], nodes[1::2], strict=True))
+
+    def control_at(self, control: Any, level: Level) -> Any:
+        return level.node(control[0], None), level.node(control[1], None)
+
+    def read_formula(self, cards: ElementCards, ch: list[Any], line: Line) -> None:
+        self.take_nodes(ch, 2)
+        key, mine = ch[3].lower(), "V=" if self.gives_voltage else "I="
+        if key in (("i", "cur") if self.gives_voltage else ("v", "vol")):
+            other = "a G source gives a current" if self.gives_voltage else "an E source gives a voltage"
+            raise cards.fail("E115", f"{self.letter.upper()} sources take {mine}", line, ch[3], other)
+        self.extra["form"] = "expr"
+        self.value, self.value_span = expression(ch[4], line), line.span_at(*extent(ch[4]))
+        cards.params(ch[5:], line, self)
+
+    def read_table(self, cards: ElementCards, ch: list[Any], line: Line) -> None:
+        self.take_nodes(ch, 2)
+        start = 5 if ch[4].__class__ is tuple else 4
+        self.value, self.value_span = expression(ch[4], line), line.span_at(*extent(ch[4]))
+        numbers = [cards.number(v, line, "a table value") for v in ch[5:]]
+        if len(numbers) < 2 or len(numbers) % 2:
+            raise cards.fail("E114", "TABLE needs pairs (x,y)", line, ch[start - 1], self.hint)
+        self.extra.update(form="table", table=list(zip(numbers[0::2], numbers[1::2], strict=True)))
+
+    def pairs(self) -> list[Any]:
+        return self.extra.get("controls") or ([tuple(self.nodes[2:4])] if len(self.nodes) > 2 else [])
+
+    def controls(self, ctx: Context) -> list[Terms]:
+        return [[(ctx.node(p), 1.0), (ctx.node(n), -1.0)] for p, n in self.pairs()]
+
+    def reads(self) -> list[str]:
+        return [node for pair in self.pairs() for node in pair]
+
+    def controls_text(self, net: Net) -> str:
+        # the four nodes of a plain gain stand at its head already
+        return " ".join(net.plain(node) for pair in self.extra.get("controls") or () for node in pair)
+
+
+class ByCurrent(Controlled):
+    """F and H."""
+
+    __slots__ = ()
+    behind = ("element",)
+    controlled_by = "controlling sources"
+
+    def take_controls(self, ch: list[Any]) -> list[Any]:
+        rest = self.take_nodes(ch, 2)
+        self.extra["controls"] = [rest[0].lower()]
+        return rest[1:]
+
+    def control_words(self, dims: int) -> int:
+        return dims
+
+    def control_names(self, words: list[Any]) -> list[Any]:
+        return [str(word.lower()) for word in words]
+
+    def control_at(self, control: Any, level: Level) -> Any:
+        return level.prefix + control
+
+    def controls(self, ctx: Context) -> list[Terms]:
+        return [[(current_of(ctx, self, name), 1.0)] for name in self.extra["controls"]]
+
+    def controls_text(self, net: Net) -> str:
+        return " ".join(map(net.name_of, self.extra["controls"]))
+
+
+def current_of(ctx: Context, e: Element, name: str) -> int:
+    """The unknown that is the current of a named source; -1 with an error where there is none."""
+    branch = ctx.branch(ctx.element_name(name))
+    if branch is not None:
+        return branch
+    known = ctx.elements.get(ctx.element_name(name))
+    if known is None:
+        ctx.unknown(
+            "E285", f"`{e.name}` reads the current of `{name}`, which this deck does not have",
+            name, ctx.branches, e.span, "a current is measured with a voltage source of 0 V in its path",
+        )  # fmt: skip
+    else:
+        ctx.sink.error(
+            "E285", f"`{e.name}` reads the current of `{name}`, and only voltage sources and inductors tell theirs",
+            e.span, hint=f"put a voltage source of 0 V in series with `{known.name}` and name that one",
+        )  # fmt: skip
+    return -1
+
+
+def sum_of(ctx: Context, terms: Terms) -> Expr:
+    total = ctx.b.const(0.0)
+    for index, factor in terms:
+        if index >= 0:
+            total = total + factor * ctx.b.x(index)
+    return total
+
+
+def polynomial(ctx: Context, coeffs: list[float], xs: list[Expr]) -> Expr:
+    """POLY: p0, then the products of degree 1, 2, ... in the order x1, x2, .., x1 x1, x1 x2, .., x2 x2, .."""
+    from itertools import combinations_with_replacement
+
+    total, at, degree = ctx.b.const(coeffs[0] if coeffs else 0.0), 1, 0
+    while at < len(coeffs) and xs:
+        degree += 1
+        for factors in combinations_with_replacement(xs, degree):
+            if at == len(coeffs):
+                break
+            if coeffs[at]:
+                term = factors[0]
+                for x in factors[1:]:
+                    term = term * x
+                total = total + coeffs[at] * term
+            at += 1
+    return total
+
+
+def calls(ast: Any) -> Iterator[Call]:
+    """All calls in an expression."""
+    if isinstance(ast, Call):
+        yield ast
+        parts: Iterable[Node] = ast.args
+    elif isinstance(ast, Binary):
+        parts = (ast.a, ast.b)
+    elif isinstance(ast, Unary):
+        parts = (ast.a,)
+    elif isinstance(ast, Cond):
+        parts = (ast.c, ast.a, ast.b)
+    else:
+        parts = ()
+    for part in parts:
+        yield from calls(part)

@@ -1,0 +1,91 @@
+"""D: the engine's junction diode; temperature scaling and the inner node of rs are its business."""
+
+from __future__ import annotations
+
+from .base import TEMPERATURE, Element, M, Param, ignored
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import ClassVar
+
+    from ..assemble.accounts import Accounts
+    from ..assemble.context import Context
+    from ..deck import Model
+
+# parameters of .model D that change a current in ngspice and not here
+MISSING_CURRENTS = {
+    "isr": "a recombination current", "jtun": "a tunnel current", "jtunsw": "a tunnel current of the sidewall",
+}  # fmt: skip
+
+
+class Diode(Element):
+    __slots__ = ()
+    letter = "d"
+    what = "diode"
+    form = "Dname anode cathode model [area] [off] [ic=]"
+    law = "i = is (exp(v/(n vt)) - 1), with breakdown, series resistance and charge from the .model"
+    terminals = ("anode", "cathode")
+    behind = ("model",)
+    plain = ("diode", 4, False)
+    positional = ("area",)
+    flags = ("off",)
+    instance: ClassVar[dict[str, Param]] = {
+        **M, **TEMPERATURE, "area": Param("factor on the currents and charges of the model", default=1.0),
+        "ic": Param("value at the start of a run with uic", "V"), "off": Param("off at the start"),
+        "l": Param("length, with a model", "m"), "w": Param("width, with a model", "m"),
+        **ignored("pj lm lp wm wp thermal"),
+    }  # fmt: skip
+    model_types = ("d",)
+    is_metered = True
+    current_name = "id"
+    jumps = 10
+
+    @classmethod
+    def model_table(cls) -> list[tuple[list[str], str, float, str]]:
+        from .._engine import diode_parameters
+
+        return diode_parameters()
+
+    def _check_model(self, ctx: Context, model: Model) -> None:
+        super()._check_model(ctx, model)
+        for name in MISSING_CURRENTS:
+            if model.params.get(name):
+                said = f"{name}= has no effect here, in ngspice it adds {MISSING_CURRENTS[name]}"
+                ctx.remark(
+                    "W284", f".model `{model.name}`: {said}",
+                    model.param_spans.get(name, model.span), "take is= and n= from a fit without it",
+                )  # fmt: skip
+
+    def contribute(self, ctx: Context) -> None:
+        assert self.model is not None
+        model = {
+            key: float(value) for key, value in self.model.params.items() if isinstance(value, (int, float))
+        }
+        instance: dict[str, float] = {
+            key: self.number(key) for key in ("area", "m", "pj", "w", "l") if key in self.params
+        }
+        p, n = ctx.node(self.nodes[0]), ctx.node(self.nodes[1])
+        br = ctx.branch(self.name)
+        if br is not None:
+            # its current is asked for: a 0 V branch stands before the anode
+            inner = ctx.inner_node(self.name + "#anode")
+            ctx.b.g(p, br, 1.0)
+            ctx.b.g(inner, br, -1.0)
+            ctx.b.g(br, p, 1.0)
+            ctx.b.g(br, inner, -1.0)
+            p = inner
+        try:
+            temp, tnom = self.temperature(ctx), model.get("tnom", ctx.tnom)
+            series = ctx.b.diode(self.name, p, n, model, instance, temp, tnom)
+            if series is not None:
+                ctx.series[self.name] = (p, *series)
+        except ValueError as trouble:
+            span = self.model.param_spans.get(str(trouble).partition("=")[0], self.model.span)
+            ctx.sink.error("E299", f"`{self.name}`, .model `{self.model.name}`: {trouble}", span)
+
+    def account(self, ctx: Context, book: Accounts) -> None:
+        """The engine keeps heat v i(v) and charge v dq of the junction; the series resistance is said here."""
+        if self.name in ctx.series:
+            p, inner, gs = ctx.series[self.name]
+            drop = ctx.b.x(p) - ctx.b.x(inner) if p >= 0 else -ctx.b.x(inner)
+            book.dissipates(self, gs * drop * drop)

@@ -1,0 +1,15 @@
+"""F: i = gain i(Vsource), or a polynomial of several."""
+
+from __future__ import annotations
+
+from .controlled import ByCurrent
+
+
+class CurrentByCurrent(ByCurrent):
+    __slots__ = ()
+    letter = "f"
+    what = "current-controlled current source"
+    form = "Fname n+ n- Vsource gain, or POLY(n) Vsource .. coefficients"
+    law = "i = gain i(Vsource)"
+    gives_voltage = False
+    jumps = 6

@@ -1,0 +1,20 @@
+"""H: v = gain i(Vsource), or a polynomial of several."""
+
+from __future__ import annotations
+
+from .controlled import ByCurrent
+
+
+class VoltageByCurrent(ByCurrent):
+    __slots__ = ()
+    letter = "h"
+    what = "current-controlled voltage source"
+    form = "Hname n+ n- Vsource gain, or POLY(n) Vsource .. coefficients"
+    law = "v = gain i(Vsource)"
+    gives_voltage = True
+    current_name = ""
+    holds_voltage = True
+    jumps = 7
+
+    def reads_currents(self) -> bool:
+        return True

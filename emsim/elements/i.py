@@ -1,0 +1,48 @@
+"""I: i(t) from n+ through the source to n-, times m."""
+
+from __future__ import annotations
+
+from .base import DRIVES, M, Param, Path, ignored
+from .independent import Independent
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import ClassVar
+
+    from .._engine import Expr
+    from ..assemble.accounts import Accounts
+    from ..assemble.context import Context
+
+
+class CurrentSource(Independent):
+    __slots__ = ()
+    letter = "i"
+    what = "current source"
+    form = Independent.form.format("I")
+    law = "i = i(t), from n+ through the source to n-"
+    unit = "A"
+    instance: ClassVar[dict[str, Param]] = {**M, **ignored("distof1 distof2")}
+    current_name = "current"
+    jumps = 4
+
+    def paths(self) -> tuple[Path, ...]:
+        return DRIVES
+
+    def imposes(self, ctx: Context) -> bool:
+        return True
+
+    def contribute(self, ctx: Context) -> None:
+        m, k = self.number("m", 1.0), ctx.wave(self)
+        ctx.b.f_wave(ctx.node(self.nodes[0]), k, m)
+        ctx.b.f_wave(ctx.node(self.nodes[1]), k, -m)
+
+    def flow(self, ctx: Context) -> Expr:
+        return self.number("m", 1.0) * ctx.b.wave_expr(ctx.wave(self))
+
+    def account(self, ctx: Context, book: Accounts) -> None:
+        book.supplies(self, -(self.between(ctx) * self.flow(ctx)))
+
+    def excite(self, ctx: Context) -> tuple[tuple[int, complex], ...]:
+        value = self.number("m", 1.0) * self.phasor
+        p, n = ctx.node(self.nodes[0]), ctx.node(self.nodes[1])
+        return ((p, -value), (n, value)) if value else ()

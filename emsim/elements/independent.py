@@ -1,0 +1,135 @@
+"""V and I: a DC value, a waveform, and what a small-signal analysis sees."""
+
+from __future__ import annotations
+
+import cmath
+import math
+
+from ..build_expr import extent, parts
+from ..deck import Waveform
+from ..source import SourceFile
+from .base import Element, number_at
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any, Self
+
+    from ..assemble.context import Context
+    from ..build_elements import ElementCards
+    from ..elaborate.bind import Level
+    from ..reports.analogue import Net
+    from ..source import Line
+
+WAVES = "there are PULSE SIN EXP PWL SFFM AM"
+NO_FILE = ("E113", "PWL file= is not supported yet")
+WRITE_POINTS = "write the points: PWL(t1 v1 t2 v2 ..)"
+
+
+class Independent(Element):
+    __slots__ = ()
+    plain = ("source", 4, True)
+    form = "{}name n+ n- [DC value] [AC mag [phase]] [PULSE(..) SIN(..) EXP(..) PWL(..) SFFM(..) AM(..)]"
+
+    @classmethod
+    def of_words(
+        cls, name: str, nodes: list[str], last: str, value: float | None, file: SourceFile, place: int
+    ) -> Self:
+        e = super().of_words(name, nodes, last, value, file, place)
+        e.value, e.extra = None, {"dc": value, "ac": None}
+        return e
+
+    def read(self, cards: ElementCards, rule: str, ch: list[Any], line: Line) -> None:
+        name = ch[0]
+        self.extra = {"dc": None, "ac": None}
+        rest = cards.params(self.take_nodes(ch, 2), line, self)
+        at = 0
+        while at < len(rest):
+            item = rest[at]
+            at += 1
+            kind = item[0] if item.__class__ is tuple else item.type
+            if kind == "wave":
+                if self.wave is not None:
+                    raise cards.fail("E102", f"{name} has a second waveform here", line, item)
+                self.wave = waveform(cards, item, line)
+                continue
+            if (
+                _is_word(item, "r", "td")
+                and self.wave is not None
+                and self.wave.kind == "pwl"
+                and at < len(rest)
+            ):
+                self.wave.params[item.lower()] = cards.number(rest[at], line, f"the value of {item}")
+                at += 1
+                continue
+            # AC takes up to two values, DC one; a value alone is DC
+            most = {"AC": 2, "DC": 1}.get(kind, 0)
+            values = [] if most else [item]
+            while len(values) < most and at < len(rest) and cards.is_value(rest[at]):
+                values.append(rest[at])
+                at += 1
+            what = "the AC value" if kind == "AC" else "the DC value"
+            numbers = [cards.number(v, line, what) for v in values]
+            if kind == "AC":
+                self.extra["ac"] = (numbers[0] if numbers else 1.0, numbers[1] if numbers[1:] else 0.0)
+            elif self.extra["dc"] is not None and numbers:
+                raise cards.fail("E102", f"{name} has a second DC value here", line, values[0], self.hint)
+            else:  # DC alone is 0, as in ngspice
+                self.extra["dc"] = numbers[0] if numbers else self.extra["dc"] or 0.0
+                self.value_span = line.span_at(*extent(values[0] if values else item))
+        if self.wave is not None:
+            for key in ("r", "td"):
+                if key in self.params:
+                    self.wave.params[key] = self.params.pop(key)
+        elif "file" in self.params:
+            raise cards.fail(*NO_FILE, line, ch[0], WRITE_POINTS)
+        self.is_plain = cards.are_numbers(
+            [*self.params.values(), self.extra["dc"], *(self.extra["ac"] or ())]
+        ) and (self.wave is None or cards.are_numbers([*self.wave.args, *self.wave.params.values()]))
+
+    def bind(self, level: Level) -> None:
+        extra = self.extra
+        extra["dc"] = None if extra["dc"] is None else number_at(extra["dc"], level)
+        if extra["ac"] is not None:
+            extra["ac"] = tuple(number_at(v, level) for v in extra["ac"])
+
+    def quantity(self, ctx: Context) -> float | None:
+        plain = self.extra.get("dc") if self.value is None else self.value
+        return float(plain) if self.wave is None and isinstance(plain, (int, float)) else None
+
+    @property
+    def phasor(self) -> complex:
+        """What AC on its line says, 0 without."""
+        magnitude, phase = self.extra.get("ac") or (0.0, 0.0)
+        return cmath.rect(magnitude, math.radians(phase))
+
+    def analogue(self, net: Net) -> str:
+        dc = self.extra.get("dc")
+        shown = "" if dc is None else f" dc {float(dc)!r}"
+        return net.head(self) + shown + ("" if self.wave is None else " " + net.wave(self.wave))
+
+
+def _is_word(item: Any, *words: str) -> bool:
+    return item.__class__ is not tuple and item.lower() in words
+
+
+def waveform(cards: ElementCards, item: Any, line: Line) -> Waveform:
+    ch = item[1]
+    kind = ch[0].lower().replace("sine", "sin")
+    if kind.startswith("tr"):
+        raise cards.fail("E113", f"{kind.upper()} is not supported yet", line, ch[0], WAVES)
+    args, params = [], {}
+    what = f"a value of {kind.upper()}"
+    children = iter(parts(ch[1:]))
+    for child in children:
+        if child.__class__ is tuple and child[0] == "param":
+            params[child[1][0].lower()] = cards.number(child[1][1], line, f"{child[1][0]}=")
+        elif kind == "pwl" and _is_word(child, "r", "td"):
+            params[child.lower()] = cards.number(next(children, child), line, f"the value of {child}")
+        else:
+            args.append(cards.number(child, line, what))
+    if "file" in params:
+        raise cards.fail(*NO_FILE, line, ch[0], WRITE_POINTS)
+    wave = Waveform(kind, args, params, line.span_at(*extent(item)))
+    if kind == "pwl" and len(args) % 2:
+        raise cards.fail("E114", "PWL needs pairs of time and value", line, item, "form: PWL(t1 v1 t2 v2 ..)")
+    return wave

@@ -1,0 +1,81 @@
+"""L: flux linkage L i in the branch row, minus the branch voltage. L={..} is incremental: v = L(x) di/dt."""
+
+from __future__ import annotations
+
+from ..expr import Node
+from .base import Param, Path, ignored
+from .passive import LENGTH, OF_MODEL, SCALED, Passive
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any, ClassVar
+
+    from ..assemble.accounts import Accounts
+    from ..assemble.context import Context
+    from ..reports.analogue import Net
+
+
+class Inductor(Passive):
+    __slots__ = ()
+    letter = "l"
+    what = "inductor"
+    form = "Lname n+ n- value [ic=] [m=], or Lname n+ n- L={expression}"
+    law = "v = d/dt (L i), energy L i^2/2"
+    unit = "H"
+    quantity_name = "inductance"
+    plain = ("inductor", 4, True)
+    instance: ClassVar[dict[str, Param]] = {
+        **SCALED, "ic": Param("value at the start of a run with uic", "A"), "l": LENGTH, "ind": Param("inductance", "H"),
+        **ignored("nt inductance"),
+    }  # fmt: skip
+    model_types = ("l", "ind")
+    model_words: ClassVar[dict[str, Param]] = {
+        "l": LENGTH, "ind": Param("inductance", "H"), **OF_MODEL, **ignored("csect dia length nt mu"),
+    }  # fmt: skip
+    jumps = 2
+
+    def from_model(self, p: dict[str, Any]) -> float | None:
+        value = p.get("ind", p.get("l"))
+        return None if value is None else float(value)
+
+    def quantity(self, ctx: Context) -> float:
+        """L [H] of a constant inductor, `m` included."""
+        return self.scaled(ctx) / (self.number("m", 1.0) or 1.0)
+
+    def check(self, ctx: Context) -> None:
+        super().check(ctx)
+        if "m" in self.params and not self.number("m"):
+            hint = "m= counts coils in parallel: leave the line out"
+            ctx.sink.error("E281", f"`{self.name}` with m=0 has no inductance", self.span, hint)
+
+    def branches(self, is_read: bool) -> tuple[tuple[str, float]]:
+        return ((self.name, self.number("ic")),)
+
+    def paths(self) -> tuple[Path, ...]:
+        return ((0, 1, "inductor"),)
+
+    def contribute(self, ctx: Context) -> None:
+        br, p, n = self.join(ctx)
+        b = ctx.b
+        b.g(br, p, -1.0)
+        b.g(br, n, 1.0)
+        if isinstance(self.value, Node):
+            if "flux" in self.params:
+                b.add_q(br, self.expression(ctx))
+            else:
+                scale = 1.0 / (self.number("m", 1.0) or 1.0)
+                b.add_f(br, scale * self.expression(ctx) * ctx.ddt(b.x(br), f"{self.name}#di"))
+            return
+        b.c(br, br, self.quantity(ctx))
+
+    def account(self, ctx: Context, book: Accounts) -> None:
+        i = self.flow(ctx)
+        if isinstance(self.value, Node):
+            book.stores(self, self.number("m", 1.0) * self.between(ctx) * i)
+        else:
+            book.holds(self, 0.5 * self.quantity(ctx) * i * i)
+
+    def analogue(self, net: Net) -> str:
+        if isinstance(self.value, Node):
+            return f"{net.head(self)} l='{net.expression(self.value)}'{net.parameters(self)}"
+        return super().analogue(net) + f" ic={net.initial_current(self.name)!r}"

@@ -1,0 +1,89 @@
+"""R, L and C: a number, a model or an expression in one place; temperature, geometry, multiplier."""
+
+from __future__ import annotations
+
+from ..build_expr import expression, extent, node_name
+from ..expr import Node, Num
+from .base import TC, TEMPERATURE, Element, M, Param, ignored
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any
+
+    from ..assemble.context import Context
+    from ..build_elements import ElementCards
+    from ..reports.analogue import Net
+    from ..source import Line
+
+FILAMENT = 10e-6  # default width and length of R and C models [m]
+
+SCALED = {
+    **M, **TEMPERATURE, **TC, "tce": Param("exponential change with temperature", "%/K", 0.0),
+    "scale": Param("factor on the value", default=1.0), **ignored("noisy noise bv_max"),
+}  # fmt: skip
+LENGTH, WIDTH = Param("length, with a model", "m"), Param("width, with a model", "m")
+OF_MODEL = {
+    "tc1": TC["tc1"], "tc2": TC["tc2"], "tnom": Param("temperature of the parameters", "C"),
+}  # fmt: skip
+
+
+class Passive(Element):
+    __slots__ = ()
+    value_or_model = True
+    may_have_tc = True
+    quantity_name: str  # "resistance", for messages
+
+    def read(self, cards: ElementCards, rule: str, ch: list[Any], line: Line) -> None:
+        self.nodes = [node_name(ch[1]), node_name(ch[2])]
+        for item in cards.params(ch[3:], line, self):
+            if item.__class__ is tuple:
+                if item[0] == "own_q":
+                    self.extra["charge"] = True
+                node = expression(item if item[0] == "braced" else item[1][1], line)
+                value: Any = node.value if isinstance(node, Num) else node
+            else:
+                value = cards.word(item, line)
+                if isinstance(value, str):
+                    if value == "off":
+                        continue
+                    if self.model_name is not None:
+                        raise cards.fail("E102", f"`{item}` does not fit here", line, item, self.hint)
+                    self.model_name, self.model_span = value, line.span(item)
+                    continue
+            if self.value is not None:
+                raise cards.fail("E102", f"{ch[0]} has a second value here", line, item, self.hint)
+            self.value, self.value_span = value, line.span_at(*extent(item))
+        if self.value is None and self.model_name is None:
+            raise cards.fail("E109", f"{ch[0]} has no value", line, ch[2], self.hint)
+        self.is_plain = cards.are_numbers([self.value, *self.params.values()])
+
+    @property
+    def may_behave(self) -> bool:
+        return True
+
+    def from_model(self, p: dict[str, Any]) -> float | None:
+        """What the parameters of a model make of it, or None."""
+        raise NotImplementedError
+
+    def nominal(self, ctx: Context) -> float:
+        """The value on the line, or what the model makes of it; an error when there is neither."""
+        if isinstance(self.value, (int, float)):
+            return float(self.value)
+        value = self.from_model(self.model.params if self.model else {})
+        if value is None:
+            ctx.sink.error(
+                "E281", f"`{self.name}` has no {self.quantity_name}", self.span,
+                hint="write a number after the nodes"
+                + (f", or into .model `{self.model.name}`" if self.model else ""),
+            )  # fmt: skip
+            return 1.0
+        return value
+
+    def scaled(self, ctx: Context) -> float:
+        return self.nominal(ctx) * self.temperature_factor(ctx) * self.number("scale", 1.0)
+
+    def analogue(self, net: Net) -> str:
+        if isinstance(self.value, Node):
+            key = "q" if self.extra.get("charge") else self.letter
+            return f"{net.head(self)} {key}='{net.expression(self.value)}'{net.parameters(self)}"
+        return super().analogue(net)

@@ -1,0 +1,40 @@
+"""S: a switch that a voltage turns."""
+
+from __future__ import annotations
+
+from .base import Param
+from .switches import Switch
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any, ClassVar
+
+    from .._engine import Expr
+    from ..assemble.context import Context
+
+
+class VoltageSwitch(Switch):
+    __slots__ = ()
+    letter = "s"
+    what = "voltage-controlled switch"
+    form = "Sname n+ n- nc+ nc- model [on|off]"
+    law = "v = ron i above vt + vh, v = roff i below vt - vh, held in between"
+    terminals = ("n+", "n-", "nc+", "nc-")
+    behind = ("model",)
+    unit_letter = "v"
+    knows_on_at_rest = True
+    model_types = ("sw", "vswitch")
+    model_words: ClassVar[dict[str, Param]] = {
+        "vt": Param("threshold", "V", 0.0), "vh": Param("half of the hysteresis", "V", 0.0),
+        "ron": Param("resistance when on", "Ohm", 1.0), "roff": Param("resistance when off", "Ohm"),
+        "von": Param("fully on above", "V"), "voff": Param("off below", "V"),
+    }  # fmt: skip
+
+    def take_control(self, ch: list[Any]) -> list[Any]:
+        return self.take_nodes(ch, 4)
+
+    def control(self, ctx: Context) -> Expr:
+        return ctx.v(self.nodes[2], self.nodes[3])
+
+    def reads(self) -> list[str]:
+        return self.nodes[2:]

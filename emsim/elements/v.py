@@ -1,0 +1,54 @@
+"""V: row v+ - v- - e(t)."""
+
+from __future__ import annotations
+
+from .base import VOLTAGE, Param, Path, ignored
+from .independent import Independent
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import ClassVar
+
+    from ..assemble.accounts import Accounts
+    from ..assemble.context import Context
+
+
+class VoltageSource(Independent):
+    __slots__ = ()
+    letter = "v"
+    what = "voltage source"
+    form = Independent.form.format("V")
+    law = "v = e(t)"
+    unit = "V"
+    instance: ClassVar[dict[str, Param]] = ignored("m distof1 distof2 portnum z0 pwr freq phase")
+    current_name = ""
+    holds_voltage = True
+    jumps = 5
+
+    @property
+    def is_multiplied(self) -> bool:
+        return False
+
+    def branches(self, is_read: bool) -> tuple[tuple[str, float]]:
+        return ((self.name, 0.0),)
+
+    def paths(self) -> tuple[Path, ...]:
+        return VOLTAGE
+
+    def imposes(self, ctx: Context) -> bool:
+        if self.extra.get("dc"):
+            return True
+        if self.wave is None:
+            return isinstance(self.value, (int, float)) and self.value != 0
+        first = self.wave.args[1:2] if self.wave.kind.lower() == "pwl" else self.wave.args[:1]
+        return bool(first and first[0])
+
+    def contribute(self, ctx: Context) -> None:
+        br = self.join_voltage(ctx)
+        ctx.b.f_wave(br, ctx.wave(self), -1.0)
+
+    def account(self, ctx: Context, book: Accounts) -> None:
+        book.supplies(self, -(self.between(ctx) * self.flow(ctx)))
+
+    def excite(self, ctx: Context) -> tuple[tuple[int, complex], ...]:
+        return ((ctx.branches[self.name], self.phasor),) if self.phasor else ()
