@@ -181,6 +181,10 @@ class Scope:
         """Parameters in sight, for suggestions."""
         return self.values
 
+    def reads(self, function: str) -> bool:
+        """Is this a function by which a kind of joint is read?"""
+        return False
+
     def probe(self, call: Call) -> Node:
         """A call that reads the solution (v, i, angle ..), with names as the flat deck knows them."""
         return call
@@ -202,6 +206,9 @@ class _FuncScope(Scope):
 
     def names(self) -> Iterable[str]:
         return [*self.values, *self.outer.names()]
+
+    def reads(self, function: str) -> bool:
+        return self.outer.reads(function)
 
 
 class _Calls:
@@ -309,50 +316,12 @@ SOURCE_MATH = {**_MATH, "pow": (2, 2, _power), "pwr": (2, 2, _signed_power)}
 _BRANCHING = ("if", "ternary_fcn")
 # left to the run: they need time or the solution
 _DYNAMIC = ("ddt", "idt", "sdt", "idtmod", "delay", "absdelay")
+# functions that read circuit and machine; kinds of joints have words of their own beside them (Scope.reads)
 PROBES = frozenset(
-    [
-        "v",
-        "i",
-        "vm",
-        "vp",
-        "vr",
-        "vdb",
-        "vph",
-        "im",
-        "ip",
-        "ir",
-        "idb",
-        "angle",
-        "omega",
-        "alpha",
-        "pos",
-        "vel",
-        "acc",
-        "x",
-        "y",
-        "z",
-        "vx",
-        "vy",
-        "vz",
-        "ax",
-        "ay",
-        "az",
-        "fx",
-        "fy",
-        "fz",
-        "mx",
-        "my",
-        "mz",
-        "force",
-        "torque",
-        "p",
-        "gap",
-        "energy",
-        "ke",
-        "pe",
-        "power",
-        "loss",
-    ]
+    """
+    v i vm vp vr vdb vph im ip ir idb angle omega alpha pos vel acc x y z vx vy vz ax ay az
+    fx fy fz mx my mz force torque p gap energy ke pe power loss
+    """.split()
 )
 RUN_TIME_NAMES = frozenset(("time", "temper", "hertz"))
 CONSTANTS = {"pi": math.pi, "e": math.e}
@@ -443,7 +412,7 @@ def _evaluate_call(node: Call, scope: Scope, calls: _Calls) -> float:
         least, most, function = _MATH[node.fn]
         _check_count(node, least, most)
         return _apply(function, tuple(_evaluate(a, scope, calls) for a in node.args), node)
-    if node.fn in PROBES or node.fn in _DYNAMIC:
+    if node.fn in PROBES or node.fn in _DYNAMIC or scope.reads(node.fn):
         raise ExprError(
             "E125",
             f"`{_short(node)}` is known only while the run goes on; a number is needed here",
@@ -566,7 +535,7 @@ def _fold_call(node: Call, scope: Scope, bound: dict[str, Node], calls: _Calls) 
         folded = _fold(body, scope, dict(zip(names, args, strict=True)), calls)
         calls.depth -= 1
         return folded
-    if node.fn in PROBES:
+    if node.fn in PROBES or (node.fn not in SOURCE_MATH and scope.reads(node.fn)):
         args = [_fold_place(a, scope, bound, calls) for a in node.args]
         changed = any(a is not b for a, b in zip(args, node.args, strict=True))
         return scope.probe(Call(node.fn, args, node.at) if changed else node)

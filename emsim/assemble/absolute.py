@@ -23,14 +23,13 @@ joints, and both formulations must set out from one place. So what is wrong with
 
 from __future__ import annotations
 
-from ..cards.joint import KINDS
+from ..cards.joints.base import AXES, Coord
+from ..cards.kinematics import Frame, Moving, Rotation, add, cross, ground, scale, subtract
 from ..diagnostics import Sink
-from . import loops
-from .kinematics import Frame, Moving, Rotation, add, cross, ground, scale, subtract
+from .asked import MOMENTS
 from .loops import Row
 from .machine import Machine
-from .reactions import MOMENTS
-from .scene import AXES, Coordinate
+from .scene import Coordinate
 from .tree import GROUND, Plan
 
 TYPE_CHECKING = False
@@ -40,8 +39,8 @@ if TYPE_CHECKING:
     from .._engine import Builder, Expr
     from ..cards.body import Body
     from ..cards.drive import Drive
+    from ..cards.kinematics import Vector
     from .context import Context
-    from .kinematics import Vector
     from .scene import JointState
 
 ORIGIN = (0.0, 0.0, 0.0)
@@ -53,7 +52,6 @@ class Absolute(Machine):
     def __init__(self, ctx: Context) -> None:
         self.like = _in_joint_coordinates(ctx)
         super().__init__(ctx)
-        self.turned: dict[str, int] = {}  # joint -> unknown that follows its angle
         self.integrals: dict[str, Coordinate] = {}  # drive -> integral of the speed it prescribes
         self.broken = self.broken or self.like.broken
 
@@ -78,18 +76,23 @@ class Absolute(Machine):
         self.plan = Plan(moving, [], list(self.joints))
         for joint in self.joints.values():
             joint.cut = True
-            joint.length = self.like.joints[joint.name].length
+            joint.kind.length = self.like.joints[joint.name].kind.length
         self.planar = _is_planar(self.like, moving)
         coordinates = _planar if self.planar else _spatial
         self.roots = {name: coordinates(self.like, self.bodies[name]) for name in moving}
         for drive in self.drives:
             if drive.qd is not None:
                 joint = self.joints[drive.terminals[0][2].name]
-                c = self.integrals[drive.name] = Coordinate(joint.name, *KINDS[joint.kind][0])
+                c = self.integrals[drive.name] = Coordinate(
+                    joint.name, joint.kind.coordinates[0], joint.kind.speeds[0]
+                )
                 c.drive, c.start = drive, _value(self.like, self.like.joints[joint.name].q)
 
     def _check_space(self) -> None:
         """Joint coordinates have been asked."""
+
+    def _check_measured(self, joint: JointState) -> None:
+        """The start is that of joint coordinates."""
 
     def _check_inertia(self, body: Body) -> None:
         """The same: where joints keep a body in the plane, what it lacks about other axes is not missed."""
@@ -104,13 +107,6 @@ class Absolute(Machine):
         return [*super().all_coordinates(), *self.integrals.values()]
 
     def _place(self) -> dict[str, Frame]:
-        # the unknowns that follow angles belong to the coordinates too
-        if not self.planar:
-            for joint in self.joints.values():
-                if any(motion == "turn" for motion, _ in KINDS[joint.kind]):
-                    start = _value(self.like, _turn_of(self.like.joints[joint.name]))
-                    row = self.b.unknown(f"turned({joint.name})", "coordinate", "rad", start)
-                    self.turned[joint.name] = row
         frames = {GROUND: ground(self.b)}
         for name, (x, y, angle) in self._fixed().items():
             moving = Moving(frames[GROUND], (x, y, 0.0))
@@ -119,6 +115,8 @@ class Absolute(Machine):
         place = self._place_planar if self.planar else self._place_spatial
         for name, cs in self.roots.items():
             frames[name] = place(self.bodies[name], cs)
+        if not self.planar:
+            self._follow_turns(frames)
         return frames
 
     def _place_planar(self, body: Body, cs: list[Coordinate]) -> Frame:
@@ -138,7 +136,7 @@ class Absolute(Machine):
         e0, e, v0, v = qs[3], [*qs[4:]], us[3], [*us[4:]]
         along = subtract(scale(e0, v), scale(v0, e))
         swept = cross(e, v)
-        return Turning(
+        return Frame(
             body.name,
             Rotation(self.b, _matrix(e0, e)),
             body.centre,
@@ -147,11 +145,6 @@ class Absolute(Machine):
             scale(2.0, add(along, swept)),
             scale(2.0, subtract(along, swept)),
         )
-
-    def _measure(self, joint: JointState) -> list[Expr]:
-        row = self.turned.get(joint.name)
-        near = 0.0 if row is None else self.b.x(row) + joint.card.zeros[-1]
-        return loops.measure(self.b, joint, self.frames[joint.a], self.frames[joint.b], near)
 
     def _close(self, drives: list[Drive], gears: Any) -> None:
         # first, so that a redundant row is one of a joint
@@ -166,20 +159,10 @@ class Absolute(Machine):
     def _integral(self, drive: Drive, joint: JointState) -> Expr | None:
         return self.integrals[drive.name].q
 
-    def contribute(self) -> None:
-        super().contribute()
-        for name, row in self.turned.items():
-            joint = self.joints[name]
-            self.b.c(row, row, 1.0)
-            self.b.add_f(row, -self.public(joint.us[-1]))
-
-    def _newest(self) -> int:
-        return max([super()._newest(), *self.turned.values()])
-
     def initial_state(self) -> list[float]:
         x = super().initial_state()
-        for name, row in self.turned.items():
-            x[row] = _value(self.like, _turn_of(self.like.joints[name]))
+        for (name, k), row in self.turned.items():
+            x[row] = _value(self.like, self.like.joints[name].qs[k])
         return x
 
     # reporting ----------------------------------------------------------------------------------------
@@ -188,32 +171,17 @@ class Absolute(Machine):
         return [owner] if owner in self.bodies else super().loop_of(owner)
 
     def default_outputs(self) -> list[str]:
-        return self.like.default_outputs()
+        joints = [j for j in self.joints.values() if len(j.qs) < len(j.kind.coordinates)]
+        unmeasured = {f"{c.word}({j.name})" for j in joints for c in j.kind.coordinates}
+        return [name for name in self.like.default_outputs() if name not in unmeasured]
 
     def report(self) -> dict[str, Any]:
         facts = super().report()
         if facts:
             facts["loops"] = [self.like.loop_of(name) for name in self.like.plan.cut]
-            facts["unknowns"] += len(self.turned)
             for joint in facts["joints"]:
                 joint["role"] = "rows"
         return facts
-
-
-class Turning(Frame):
-    """A body in space; its angular velocity in its own axes is known without turning it back."""
-
-    __slots__ = ("own",)
-
-    def __init__(
-        self, name: str, rot: Rotation, ref: tuple[float, ...], org: Vector, vel: Vector, omega: Vector,
-        own: Vector,
-    ) -> None:  # fmt: skip
-        super().__init__(name, rot, ref, org, vel, omega)
-        self.own = own
-
-    def spin(self) -> Vector:
-        return self.own
 
 
 def _in_joint_coordinates(ctx: Context) -> Machine:
@@ -245,13 +213,8 @@ def _value(like: Machine, e: Any) -> float:
     return like.b.eval([like.public(e)], like.found.x, 0.0)[0]
 
 
-def _turn_of(joint: JointState) -> Expr:
-    """The angle of a joint that turns: the last of its coordinates."""
-    return joint.qs[-1]
-
-
 def _coordinate(of: str, name: str, speed: str, unit: str, start: float, start_speed: float) -> Coordinate:
-    c = Coordinate(of, "turn" if unit == "rad" else "slide", "z")
+    c = Coordinate(of, Coord("", unit), Coord("", unit))
     c.q_name, c.u_name = name, speed
     c.start, c.start_speed = start, start_speed
     return c

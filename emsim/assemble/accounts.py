@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from .._engine import Expr
     from ..elements import Element
     from .context import Context
-    from .machine import Machine
+    from .mechanism import Mechanism
 
 SUPPLIED, DISSIPATED, STORED = "supplied", "dissipated", "stored"
 
@@ -86,7 +86,7 @@ def accounts(ctx: Context) -> Accounts:
     return book
 
 
-def _machine(m: Machine, book: Accounts) -> None:
+def _machine(m: Mechanism, book: Accounts) -> None:
     for card in m.active:
         word = card.spec.word
         for part in (card.kinetic(m), card.stored(m), card.potential(m)):

@@ -294,7 +294,7 @@ class Compiler:
             return self._voltage(node)
         if fn == "i" and len(args) == 1 and (found := self._current(args[0])) is not None:
             return found
-        if fn in MECHANICAL and ctx.machine is not None:
+        if ctx.machine is not None and _reads_machine(fn):
             probe: Expr | None = ctx.machine.probe(fn, args, node.span or self._where)
             if probe is not None:
                 self._probes += 1
@@ -318,7 +318,7 @@ class Compiler:
             return self._compare(ZERO_TESTS[fn], self._node(args[0]), b.const(0.0))
         if fn in RANDOM:
             return self._draw(node)
-        if fn in MECHANICAL:
+        if _reads_machine(fn):
             return self._not_mechanical(node)
         if fn in (*DIRECT, *ROUNDING, *CONVERSIONS, *ZERO_TESTS):
             return b.const(0.0)  # wrong number of arguments, already reported
@@ -586,6 +586,13 @@ FUNCTIONS = (
     *DIRECT, *ROUNDING, *CONVERSIONS, *ZERO_TESTS, *RANDOM, *MECHANICAL,
     *(name[4:] for name in vars(Compiler) if name.startswith("_fn_")),
 )  # fmt: skip
+
+
+def _reads_machine(fn: str) -> bool:
+    """Is this a function of the machine? Kinds of joints have words of their own."""
+    from ..cards.joints import WORDS
+
+    return fn in MECHANICAL or fn in WORDS
 
 
 def _never_negative(node: Node) -> bool:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from ..cards import CARDS, quantities
-from ..cards.joint import KINDS
 from ..diagnostics import suggest
 from .scene import JointState
 from .tree import GROUND
@@ -17,6 +16,7 @@ if TYPE_CHECKING:
     from ..cards.drive import Drive
     from ..cards.gear import Gear
     from ..cards.joint import Joint
+    from ..cards.joints.base import JointKind
     from ..deck import Ref
     from ..diagnostics import Span
     from .context import Context
@@ -95,14 +95,12 @@ class Binding:
 
     def _motions(self, card: Card) -> list[str]:
         """What the joint that a card is, or sits on, does in each coordinate: turn or slide."""
-        kind = getattr(card, "kind", "") if card.spec.word == "JOINT" else ""
+        kind: JointKind | None = getattr(card, "kind", None) if card.spec.word == "JOINT" else None
         for _, what, ref in card.terminals:
             if what in ("joint", "turnable") and ref.name in self.joints:
                 kind = self.joints[ref.name].kind
                 break
-        if kind == "weld":  # zero= turns it
-            return ["turn"]
-        return [motion for motion, _ in KINDS.get(kind, ())]
+        return [] if kind is None else kind.motions()
 
     def _tie(self, card: Joint) -> None:
         """The two ends of a joint."""
@@ -132,10 +130,10 @@ class Binding:
                         " is a body, not a joint" if ref.name in self.bodies else " is no joint of this deck"
                     )
                     self._fail_name("E236", f"{what}: {ref.name}{is_what}", ref.name, known, ref.span)
-                elif len(KINDS[joint.kind]) != 1:
+                elif not joint.single:
                     self._fail(
                         "E241",
-                        f"{what} needs a pin or a slide, with one coordinate; {ref.name} is a {joint.kind}",
+                        f"{what} needs a pin or a slide, with one coordinate; {ref.name} is a {joint.kind.name}",
                         ref.span,
                     )
             elif kind == "point":

@@ -16,7 +16,8 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from .._engine import Expr
     from .loops import Row
-    from .machine import Machine
+    from .mechanism import Mechanism
+    from .scene import Coordinate
 
 CLOSE = 1e-9  # a loop is closed when the gap is below this, relative to the scene's size
 FAR = 0.5  # [rad^2] from its guesses, some 40 degrees: then it may be another branch
@@ -29,25 +30,46 @@ def weights_of(mass: list[list[float]]) -> list[list[float]]:
     return [[v + (1e-9 * scale if i == j else 0.0) for j, v in enumerate(row)] for i, row in enumerate(mass)]
 
 
-def held_at_cuts(m: Machine) -> list[tuple[Expr, float | None]]:
+def of_places(m: Mechanism, mass: list[list[float]], x: list[float]) -> list[list[float]]:
+    """The mass matrix of the speeds as a metric of the coordinates. Those of a group (q' = N u) count alike, with the mean
+    inertia of its speeds."""
+    if not m.groups:
+        return mass
+    at = {id(c): k for k, c in enumerate(m.motions)}
+    mean: dict[int, float] = {}
+    for group in m.groups:
+        rows = [at[id(c)] for c in group.speeds]
+        n = m.b.eval([e for column in group.columns() for e in column], x, 0.0)
+        inertia = sum(mass[k][k] for k in rows) / sum(v * v for v in n)
+        mean.update((id(c), inertia) for c in group.places)
+
+    def entry(a: Coordinate, b: Coordinate) -> float:
+        if id(a) in mean or id(b) in mean:
+            return mean[id(a)] if a is b else 0.0
+        return mass[at[id(a)]][at[id(b)]]
+
+    return [[entry(a, b) for b in m.places] for a in m.places]
+
+
+def held_at_cuts(m: Mechanism) -> list[tuple[Expr, float | None]]:
     """What ic= of cut joints asks for: (expression to be 0, speed or None)."""
     found = []
     for name in m.plan.cut:
         joint = m.joints[name]
-        for q, start, speed in zip(joint.qs, joint.card.start, joint.card.speed, strict=True):
+        for q, start, speed in zip(joint.qs, joint.card.start, joint.card.speed, strict=False):
             if start is not None:
                 found.append((q - start, speed))
     return found
 
 
 def close_loops(
-    m: Machine, x: list[float], known: list[Row], cuts: list[Expr], mass: list[list[float]]
+    m: Mechanism, x: list[float], known: list[Row], cuts: list[Expr], mass: list[list[float]]
 ) -> bool:
     """Project x onto h = 0 of these rows; reports what stands in the way."""
-    hs = [m.public(row.h) for row in known]
-    own = [c.row for c in m.own]
-    held = [c.held for c in m.own]
-    weights = [m.b.const(v) for row in weights_of(mass) for v in row]
+    hs = [m.public(row.h) for row in (*known, *m.norms)]
+    own = [c.row for c in m.places]
+    held = [c.held for c in m.places]
+    weights = [m.b.const(v) for row in weights_of(of_places(m, mass, x)) for v in row]
     asked = [*hs, *cuts]
     ok, q, residual = m.b.project(own, asked, weights, x, held, 0.0, 1e-13)
     if ok:
@@ -69,31 +91,31 @@ def close_loops(
             if (any(held) or cuts) and m.b.project(own, hs, weights, x, [False] * len(held), 0.0, 1e-13)[0]:
                 _held_in_the_way(m, known)
             else:
-                cannot_close(m, known, residual[: len(hs)])
+                cannot_close(m, known, residual[: len(known)])
             return False
     x[:] = _with(m, x, q)
     return True
 
 
-def _with(m: Machine, x: list[float], q: list[float]) -> list[float]:
+def _with(m: Mechanism, x: list[float], q: list[float]) -> list[float]:
     """The state with these coordinates."""
     x = list(x)
-    for c, value in zip(m.own, q, strict=True):
+    for c, value in zip(m.places, q, strict=True):
         x[c.row] = value
     return x
 
 
-def _aside(m: Machine, q: list[float], k: int) -> list[float]:
+def _aside(m: Mechanism, q: list[float], k: int) -> list[float]:
     """The k-th other start: free angles turned by golden angles, no two alike."""
     turns = [remainder(2.399963 * k * (i + 1), 2.0 * pi) for i in range(len(q))]
-    free = [c.rotary and not c.held for c in m.own]
+    free = [c.rotary and not c.held for c in m.places]
     return [v + turn * f for v, turn, f in zip(q, turns, free, strict=True)]
 
 
-def _unturned(m: Machine, x: list[float], q: list[float], hs: list[Expr]) -> list[float]:
+def _unturned(m: Mechanism, x: list[float], q: list[float], hs: list[Expr]) -> list[float]:
     """Without the full turns that the search has taken on its way, where they make no difference to h."""
     q = list(q)
-    for k, c in enumerate(m.own):
+    for k, c in enumerate(m.places):
         near = x[c.row] + remainder(q[k] - x[c.row], 2.0 * pi)
         if c.rotary and not c.held and abs(near - q[k]) > 1.0:
             before, trial = _sizes(m, x, q, hs), [*q[:k], near, *q[k + 1 :]]
@@ -102,25 +124,22 @@ def _unturned(m: Machine, x: list[float], q: list[float], hs: list[Expr]) -> lis
     return q
 
 
-def _sizes(m: Machine, x: list[float], q: list[float], hs: list[Expr]) -> float:
+def _sizes(m: Mechanism, x: list[float], q: list[float], hs: list[Expr]) -> float:
     return max((abs(v) for v in m.b.eval(hs, _with(m, x, q), 0.0)), default=0.0)
 
 
-def _guesses(m: Machine, x: list[float]) -> tuple[list[tuple[Expr, bool]], bool]:
+def _guesses(m: Mechanism, x: list[float]) -> tuple[list[tuple[Expr, bool]], bool]:
     """What guess= asks for, as (expression to be 0, is it an angle?); and whether the coordinates do not set out
     from there anyway. An angle is within half a turn of its guess at x: full turns are not guessed."""
     rows, new = [], False
-    coordinates = [m.b.x(c.row) for c in m.own]
+    coordinates = [m.b.x(c.row) for c in m.places]
     for joint in m.joints.values():
         if not joint.card.given("guess") or (joint.coordinates and joint.coordinates[0].drive is not None):
             continue
         new = new or not joint.coordinates or all(c.row < 0 for c in joint.coordinates)
         for k, q in enumerate(joint.qs):
-            wanted, angle = joint.card.search[k], joint.turns(k)
-            one = len(joint.card.guess or ()) == 1  # see Joint._per_coordinate
-            if joint.card.start[k] is not None or (
-                one and k != (0 if joint.kind == "pinslot" else len(joint.qs) - 1)
-            ):
+            wanted, angle = joint.card.search[k], joint.kind.coordinates[k].turns
+            if joint.card.start[k] is not None or not joint.card.guessed(k):
                 continue
             q = m.public(q)
             if angle:
@@ -131,37 +150,37 @@ def _guesses(m: Machine, x: list[float]) -> tuple[list[tuple[Expr, bool]], bool]
     return rows, new
 
 
-def _off(m: Machine, x: list[float], q: list[float], wanted: list[tuple[Expr, bool]]) -> float:
+def _off(m: Mechanism, x: list[float], q: list[float], wanted: list[tuple[Expr, bool]]) -> float:
     """How far from its guesses a state is: the square of what is left of them, full turns not counted."""
     left = zip(m.b.eval([e for e, _ in wanted], _with(m, x, q), 0.0), wanted, strict=True)
     return sum((remainder(v, 2.0 * pi) if angle else v) ** 2 for v, (_, angle) in left)
 
 
-def measure_rods(m: Machine, x: list[float], rods: list[Row]) -> None:
+def measure_rods(m: Mechanism, x: list[float], rods: list[Row]) -> None:
     """The lengths of rods that were given none, from where their ends are."""
     for row in rods:
         joint = m.joints[row.owner]
-        joint.length = m.b.eval([m.public(row.h)], x, 0.0)[0]
-        row.h = row.h - joint.length
-        if joint.length == 0.0:
+        joint.kind.length = m.b.eval([m.public(row.h)], x, 0.0)[0]
+        row.h = row.h - joint.kind.length
+        if joint.kind.length == 0.0:
             no_length(m, row.owner)
 
 
-def no_length(m: Machine, rod: str) -> None:
+def no_length(m: Mechanism, rod: str) -> None:
     m.sink.error(
         "E242", f"rod {rod} has no length at the start", m.span_of(rod), "give l=, or guess= elsewhere"
     )
 
 
-def size(m: Machine, x: list[float]) -> float:
+def size(m: Mechanism, x: list[float]) -> float:
     """A length that says how big the scene is: the farthest joint or centre of mass [m]."""
     points = [m.frames[j.b].point(j.pb).pos for j in m.joints.values() if j.b in m.frames]
     values = m.b.eval([m.public(m.b.const(0.0) + e) for p in points for e in p], x, 0.0) if points else []
     return max((abs(v) for v in values), default=1.0) or 1.0
 
 
-def _held_in_the_way(m: Machine, rows: list[Row]) -> None:
-    names = [c.of for c in m.own if c.held]
+def _held_in_the_way(m: Mechanism, rows: list[Row]) -> None:
+    names = [c.of for c in m.places if c.held]
     names += [name for name in m.plan.cut if m.joints[name].card.given("ic")]
     joint = m.joints.get(names[0])
     span = joint.card.place("ic") if joint is not None else None
@@ -173,12 +192,12 @@ def _held_in_the_way(m: Machine, rows: list[Row]) -> None:
     )
 
 
-def loops_of(m: Machine, rows: list[Row]) -> str:
+def loops_of(m: Mechanism, rows: list[Row]) -> str:
     owners = dict.fromkeys(row.owner for row in rows)
     return "; ".join(f"{', '.join(m.loop_of(name))}" for name in owners)
 
 
-def cannot_close(m: Machine, rows: list[Row], residual: list[float]) -> None:
+def cannot_close(m: Mechanism, rows: list[Row], residual: list[float]) -> None:
     worst = max(range(len(rows)), key=lambda k: abs(residual[k]))
     row = rows[worst]
     unit = "m" if row.unit == "N" else "rad"

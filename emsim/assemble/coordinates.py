@@ -7,15 +7,15 @@ from __future__ import annotations
 
 from math import pi
 
-from ..cards.joint import KINDS
-from .scene import Coordinate, Virtual
+from ..cards.joints.planar import Planar
+from .scene import Coordinate, Group, Virtual
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from ..cards.body import Body
     from ..cards.drive import Drive
     from ..cards.gear import Gear
-    from .machine import Machine
+    from .mechanism import Mechanism
     from .scene import JointState
 
 AGREE = 1e-9  # two start values that differ by less say the same
@@ -36,27 +36,29 @@ class Tie:
 
 def of_joint(joint: JointState) -> list[Coordinate]:
     """The coordinates of a tree joint with their start values."""
-    card, result = joint.card, []
-    for k, (motion, axis) in enumerate(KINDS[joint.kind]):
-        c = Coordinate(joint.name, motion, axis)
-        c.start = card.search[k]
-        if (start := card.start[k]) is not None:
-            c.start, c.held = start, True
-        if (speed := card.speed[k]) is not None:
+    kind, card = joint.kind, joint.card
+    places: list[Coordinate] = []
+    speeds: list[Coordinate] = []
+    if kind.quasi:
+        places = [Coordinate(joint.name, c, None) for c in kind.coordinates]
+        speeds = [Coordinate(joint.name, None, c) for c in kind.speeds]
+    else:
+        pairs = zip(kind.coordinates, kind.speeds, strict=True)
+        places = speeds = [Coordinate(joint.name, place, speed) for place, speed in pairs]
+    for c, start, search in zip(places, card.start, card.search, strict=True):
+        c.start, c.held = (search, False) if start is None else (start, True)
+    for c, speed in zip(speeds, card.speed, strict=True):
+        if speed is not None:
             c.start_speed, c.held_speed = speed, True
-        result.append(c)
-    return result
+    return [*places, *speeds] if kind.quasi else places
 
 
 def of_free_body(body: Body) -> list[Coordinate]:
     """x, y and angle of a body that no joint ties to ground."""
     result = []
-    for motion, axis, q, u in (
-        ("slide", "x", "x", "vx"),
-        ("slide", "y", "y", "vy"),
-        ("turn", "z", "angle", "omega"),
-    ):
-        c = Coordinate(body.name, motion, axis)
+    words = (("x", "vx"), ("y", "vy"), ("angle", "omega"))
+    for place, speed, (q, u) in zip(Planar.coordinates, Planar.speeds, words, strict=True):
+        c = Coordinate(body.name, place, speed)
         c.start, c.held = getattr(body, q), body.given(q)
         c.start_speed, c.held_speed = getattr(body, u), body.given(u)
         result.append(c)
@@ -65,10 +67,10 @@ def of_free_body(body: Body) -> list[Coordinate]:
 
 def single(joint: JointState) -> Coordinate | None:
     """The coordinate of a tree joint that has exactly one."""
-    return joint.coordinates[0] if len(joint.coordinates) == 1 else None
+    return joint.coordinates[0] if joint.single and joint.coordinates else None
 
 
-def drives_and_gears(m: Machine) -> tuple[list[Drive], list[tuple[Gear, float]]]:
+def drives_and_gears(m: Mechanism) -> tuple[list[Drive], list[tuple[Gear, float]]]:
     """Replace coordinates where possible; returns the drives and gears that need a constraint row."""
     rows_drive: list[Drive] = []
     for drive in m.drives:
@@ -112,12 +114,14 @@ def drives_and_gears(m: Machine) -> tuple[list[Drive], list[tuple[Gear, float]]]
     return rows_drive, rows_gear
 
 
-def _factor(m: Machine, gear: Gear, j1: JointState, j2: JointState) -> float | None:
+def _factor(m: Mechanism, gear: Gear, j1: JointState, j2: JointState) -> float | None:
     """q(j1) / q(j2)"""
     for joint in (j1, j2):
-        if len(KINDS[joint.kind]) != 1:
+        if not joint.single:
             m.sink.error(
-                "E241", f"GEAR {gear.name} needs pins or slides; {joint.name} is a {joint.kind}", gear.span
+                "E241",
+                f"GEAR {gear.name} needs pins or slides; {joint.name} is a {joint.kind.name}",
+                gear.span,
             )
             return None
     if gear.lead is None:
@@ -130,18 +134,18 @@ def _factor(m: Machine, gear: Gear, j1: JointState, j2: JointState) -> float | N
     return 1.0 / per_radian if j1.rotary else per_radian
 
 
-def _free(m: Machine, c: Coordinate) -> bool:
+def _free(m: Mechanism, c: Coordinate) -> bool:
     return c.drive is None and id(c) not in m.ties
 
 
-def _leader(m: Machine, c: Coordinate) -> Coordinate:
+def _leader(m: Mechanism, c: Coordinate) -> Coordinate:
     """The coordinate at the end of a chain of gears."""
     while (tie := m.ties.get(id(c))) is not None:
         c = tie.leader
     return c
 
 
-def _chain(m: Machine, c: Coordinate) -> tuple[float, list[Gear]]:
+def _chain(m: Mechanism, c: Coordinate) -> tuple[float, list[Gear]]:
     """q(c) / q(leader), and the gears between."""
     factor, gears = 1.0, []
     while (tie := m.ties.get(id(c))) is not None:
@@ -151,7 +155,7 @@ def _chain(m: Machine, c: Coordinate) -> tuple[float, list[Gear]]:
     return factor, gears
 
 
-def _contradiction(m: Machine, gear: Gear, factor: float, c1: Coordinate, c2: Coordinate) -> None:
+def _contradiction(m: Mechanism, gear: Gear, factor: float, c1: Coordinate, c2: Coordinate) -> None:
     """A gear between coordinates that others tie already, by another ratio, leaves only rest."""
     if _leader(m, c1) is not _leader(m, c2):
         return
@@ -167,7 +171,7 @@ def _contradiction(m: Machine, gear: Gear, factor: float, c1: Coordinate, c2: Co
         )
 
 
-def allocate(m: Machine, coordinates: list[Coordinate]) -> None:
+def allocate(m: Mechanism, coordinates: list[Coordinate]) -> None:
     """Unknowns, symbols and ties, in deck order; start values move to the leaders."""
     for c in coordinates:
         _hand_on_start(m, c)
@@ -176,15 +180,17 @@ def allocate(m: Machine, coordinates: list[Coordinate]) -> None:
             c.allocate(m.b)
             m.own.append(c)
         elif c.drive is not None:
-            c.q, c.u = m.b.symbol(), m.b.symbol()
+            c.q = m.b.symbol()
+            c.u = c.rate = m.b.symbol()
             m.given.append(c)
             if c.drive.qd is not None:
                 c.row = m.b.unknown(c.q_name, "coordinate", c.unit, c.start)
     for c in coordinates:
         _follow(m, c)
+    m.groups = [Group(m.b, joint) for joint in m.joints.values() if joint.kind.quasi and joint.coordinates]
 
 
-def _hand_on_start(m: Machine, c: Coordinate) -> None:
+def _hand_on_start(m: Mechanism, c: Coordinate) -> None:
     """ic= of a geared joint is one of its leader, and so is guess=."""
     tie = m.ties.get(id(c))
     if tie is None:
@@ -211,7 +217,7 @@ def _hand_on_start(m: Machine, c: Coordinate) -> None:
         setattr(leader, held, True)
 
 
-def _follow(m: Machine, c: Coordinate) -> None:
+def _follow(m: Mechanism, c: Coordinate) -> None:
     """q = factor * q(leader), after the leader."""
     tie = m.ties.get(id(c))
     if tie is None or hasattr(c, "q"):

@@ -11,7 +11,6 @@ name further channels (a current, a force) that change them. Nothing here is dra
 from __future__ import annotations
 
 from .outputs import Output
-from .scene import leaves_plane
 from .tree import GROUND
 
 TYPE_CHECKING = False
@@ -20,7 +19,7 @@ if TYPE_CHECKING:
     from typing import Any
 
     from ..cards.base import Card, Scalar
-    from .machine import Machine
+    from .mechanism import Mechanism
     from .scene import JointState
 
     Place = list[float]
@@ -31,7 +30,7 @@ WHEEL = 0.1  # distance of shafts that are drawn beside one another [m]
 class Drawing:
     """Collects shapes; cards draw on it in `glyph(draw)`. Lengths in m, angles in rad."""
 
-    def __init__(self, m: Machine) -> None:
+    def __init__(self, m: Mechanism) -> None:
         self.m = m
         self.channels: list[Output] = []
         self.shapes: list[dict[str, Any]] = []
@@ -82,7 +81,7 @@ class Drawing:
         j = self.m.joints[name]
         a, b = self.ends(name)
         a[1] += self.beside.get(j.b, 0.0) if j.a == GROUND else 0.0
-        found: dict[str, Any] = {"a": a, "b": b, "joint": j.kind, "axis": list(j.card.direction)}
+        found: dict[str, Any] = {"a": a, "b": b, "joint": j.kind.drawn, "axis": list(j.card.direction)}
         if j.qs:
             found["q"] = self._coordinate(j)
             found["zero"] = j.card.zeros[0] if j.card.zeros else 0.0
@@ -137,28 +136,33 @@ class Drawing:
         return [self.channel(f"{word}({name})", unit, value) for word, unit, value in parts]
 
     def _coordinate(self, j: JointState) -> str | float:
-        word = "angle" if j.rotary else "pos"
-        return self.channel(f"{word}({j.name})", "rad" if j.rotary else "m", j.q)
+        c = j.kind.coordinates[0]
+        return self.channel(f"{c.word}({j.name})", c.unit, j.q)
 
 
-def _spatial(m: Machine) -> bool:
-    return bool(m.gravity[2]) or any(leaves_plane(j) for j in m.joints.values())
+def _spatial(m: Mechanism) -> bool:
+    return bool(m.gravity[2]) or any(j.kind.leaves_plane() for j in m.joints.values())
 
 
-def _side_by_side(m: Machine) -> dict[str, float]:
+def _side_by_side(m: Mechanism) -> dict[str, float]:
     """Shafts of a drive train all turn about one point: bodies without a shape that are pinned there, to ground or
     to one another, are drawn beside one another, this far to the right [m]."""
     found: dict[str, float] = {}
     for j in m.joints.values():
         body = m.bodies.get(j.b)
-        if body is None or body.shape is not None or j.kind != "pin" or any((*body.centre, *j.pa, *j.pb)):
+        if (
+            body is None
+            or body.shape is not None
+            or j.kind.carries != "turn"
+            or any((*body.centre, *j.pa, *j.pb))
+        ):
             continue
         if j.a == GROUND or j.a in found:
             found[j.b] = len(found) * WHEEL
     return found
 
 
-def draw(m: Machine) -> Drawing:
+def draw(m: Mechanism) -> Drawing:
     """Every card's glyph, bodies first so that joints and couplings lie above them."""
     drawing = Drawing(m)
     for card in m.active:

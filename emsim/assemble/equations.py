@@ -1,8 +1,9 @@
 """From scalars to rows of equation (1), by differentiation alone.
 
     L = T - V + W'                          all cards' energies
-    coordinate row   Q = q                  F = -u + (dh/dq)^T mu
+    coordinate row   Q = q                  F = -N (u - N^T (dh/dq)^T mu),  N = 1 unless the kind of joint says otherwise
     momentum row     Q = p = dL/du          F = -dL/dq - sum effort d(flow)/du - d(sum lambda dh/dt)/du
+    (with N not 1:   dL/dq becomes N^T dL/dq, and F has the kind's gyration(u, p))
     lambda row       Q = 0                  F = dh/dt
     mu row           Q = 0                  F = h
 (GGL, the stabilised index-2 form of Gear, Gupta and Leimkuhler.) Virtual and prescribed motions get the
@@ -17,21 +18,21 @@ if TYPE_CHECKING:
 
     from .._engine import Expr
     from ..cards.base import Scalar
-    from .machine import Machine
+    from .mechanism import Mechanism
 
 
-def kinetic(m: Machine) -> Expr:
+def kinetic(m: Mechanism) -> Expr:
     """T of all cards, before symbols are replaced [J]."""
     return total(m, [card.kinetic(m) for card in m.active])
 
 
-def lagrangian(m: Machine) -> Expr:
+def lagrangian(m: Mechanism) -> Expr:
     energies = [card.potential(m) for card in m.active]
     co = [card.coenergy(m) for card in m.active]
     return m.kinetic - total(m, energies) + total(m, co)
 
 
-def total(m: Machine, terms: Sequence[Scalar | None]) -> Expr:
+def total(m: Mechanism, terms: Sequence[Scalar | None]) -> Expr:
     result = m.b.const(0.0)
     for term in terms:
         if term is not None:
@@ -39,17 +40,24 @@ def total(m: Machine, terms: Sequence[Scalar | None]) -> Expr:
     return result
 
 
-def contribute(m: Machine) -> None:
+def contribute(m: Mechanism) -> None:
     """Add every row of the machine to the builder."""
     b = m.b
     # the state, then motions that only their reaction needs
-    qs = [b.x(c.row) for c in m.own] + [c.q for c in m.given] + [v.s for v in m.virtuals]
-    us = [b.x(c.speed_row) for c in m.own] + [c.u for c in m.given] + [v.rate for v in m.virtuals]
+    places, motions = m.places, m.motions
+    qs = [c.q for c in (*places, *m.given)] + [v.s for v in m.virtuals]
+    us = [c.u for c in motions] + [c.u for c in m.given] + [v.rate for v in m.virtuals]
 
     # energies
     whole = lagrangian(m)
     p = b.grad(whole, us)
-    force = b.grad(whole, qs)
+    force = _on_speeds(m, b.grad(whole, qs))
+    for group in m.groups:
+        at = [motions.index(c) for c in group.speeds]
+        for k, e in zip(
+            at, group.kind.gyration([c.u for c in group.speeds], [p[k] for k in at]), strict=True
+        ):
+            force[k] = force[k] - e
 
     # powers: efforts are held constant by symbols while the sum is differentiated
     flows, efforts = b.const(0.0), []
@@ -64,7 +72,7 @@ def contribute(m: Machine) -> None:
         force = [f + g for f, g in zip(force, power, strict=True)]
 
     # loops
-    drift: list[Expr] = [b.const(0.0)] * len(qs)
+    drift: list[Expr] = [b.const(0.0)] * len(us)
     drifts: list[Expr] = []
     if m.rows:
         rates, positions = b.const(0.0), b.const(0.0)
@@ -73,7 +81,7 @@ def contribute(m: Machine) -> None:
             rates = rates + b.x(row.row) * drifts[-1]
             positions = positions + b.x(row.mu_row) * row.h
         force = [f + g for f, g in zip(force, b.grad(rates, us), strict=True)]
-        drift = b.grad(positions, qs)
+        drift = _on_speeds(m, b.grad(positions, qs))
 
     # symbols take their values
     n = len(us)
@@ -82,17 +90,28 @@ def contribute(m: Machine) -> None:
     p, force, drift = rows[:n], rows[n : 2 * n], rows[2 * n : 3 * n]
     count = len(m.rows)
     rates_and_gaps = rows[3 * n :]
-    m.momentum = {id(c): (p[k], force[k]) for k, c in enumerate([*m.own, *m.given, *m.virtuals])}
+    m.momentum = {id(c): (p[k], force[k]) for k, c in enumerate([*motions, *m.given, *m.virtuals])}
     m.operations = b.count(rows)
 
     # rows
-    for k, c in enumerate(m.own):
+    for c in places:
         b.c(c.row, c.row, 1.0)
-        b.g(c.row, c.speed_row, -1.0)
-        if drift[k].value != 0.0:
-            b.add_f(c.row, drift[k])
+    for k, c in enumerate(motions):
+        if c.row >= 0:
+            b.g(c.row, c.speed_row, -1.0)
+            if drift[k].value != 0.0:
+                b.add_f(c.row, drift[k])
         b.add_q(c.speed_row, p[k])
         b.add_f(c.speed_row, -force[k])
+    for group in m.groups:
+        corrected = [c.u - drift[motions.index(c)] for c in group.speeds]
+        for c, rate in zip(group.places, group.rates(corrected), strict=True):
+            b.add_f(c.row, -rate)
+    for row in m.norms:
+        b.add_f(row.mu_row, row.h)
+        for c, slope in zip(places, b.grad(row.h, [c.q for c in places]), strict=True):
+            if slope.value != 0.0:
+                b.add_f(c.row, b.x(row.mu_row) * slope)
     for c in m.given:
         if c.row >= 0:  # a prescribed speed: the coordinate is its integral
             b.c(c.row, c.row, 1.0)
@@ -104,3 +123,9 @@ def contribute(m: Machine) -> None:
     # the electrical side
     for card in m.ctx.in_turn(m.active):
         card.stamp(m)
+
+
+def _on_speeds(m: Mechanism, by_place: list[Expr]) -> list[Expr]:
+    """From own coordinates to own speeds; prescribed and virtual motions are their own."""
+    count = len(m.places)
+    return [*m.on_speeds(by_place[:count]), *by_place[count:]]

@@ -2,22 +2,20 @@
 
 from __future__ import annotations
 
-from .scene import leaves_plane
-
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any
 
-    from .machine import Machine
+    from .mechanism import Mechanism
     from .scene import Coordinate
 
 
-def default_outputs(m: Machine) -> list[str]:
+def default_outputs(m: Mechanism) -> list[str]:
     """What is recorded when nothing is asked for: coordinates, speeds, coupling forces."""
-    names = [n for c in m.all_coordinates() for n in (c.q_name, c.u_name)]
+    names = [n for c in m.all_coordinates() for n in (c.q_name, c.u_name) if n]
     for joint in m.joints.values():
-        if joint.cut and len(joint.qs) == 1:
-            words = ("angle", "omega") if joint.rotary else ("pos", "vel")
+        if joint.cut and joint.single:
+            words = (joint.kind.coordinates[0].word, joint.kind.speeds[0].word)
             names += [f"{word}({joint.name})" for word in words]
     for card in m.active:
         for word, value in card.probes(m).items():
@@ -26,7 +24,7 @@ def default_outputs(m: Machine) -> list[str]:
     return names
 
 
-def report(m: Machine) -> dict[str, Any]:
+def report(m: Mechanism) -> dict[str, Any]:
     """Facts for `emsim check`; empty after errors."""
     return {
         "formulation": m.ctx.options["formulation"],
@@ -34,7 +32,7 @@ def report(m: Machine) -> dict[str, Any]:
         "joints": [
             {
                 "name": j.name,
-                "kind": j.kind,
+                "kind": j.kind.name,
                 "a": j.a,
                 "b": j.b,
                 "role": "cut" if j.cut else "tree",
@@ -48,20 +46,26 @@ def report(m: Machine) -> dict[str, Any]:
         "couplings": [
             {"name": n, "card": c.spec.word, "supported": c.supported} for n, c in m.couplings.items()
         ],
-        "unknowns": 2 * len(m.own) + sum(c.row >= 0 for c in m.given) + 2 * len(m.rows) + len(m.derivatives),
+        "unknowns": len(m.places)
+        + len(m.motions)
+        + len(m.norms)
+        + len(m.turned)
+        + sum(c.row >= 0 for c in m.given)
+        + 2 * len(m.rows)
+        + len(m.derivatives),
         "degrees_of_freedom": m.found.dof,
         "loops": [m.loop_of(name) for name in m.plan.cut],
         "constraint_rows": [f"{row.owner} {row.label}" for row in m.rows],
         "redundant_rows": [f"{row.owner} {row.label}" for row in m.found.redundant],
         "singular_start": m.found.singular,
         "folded_rows": m.folded,
-        "planar": not any(leaves_plane(j) for j in m.joints.values()),
+        "planar": not any(j.kind.leaves_plane() for j in m.joints.values()),
         "moved": m.found.moved,
         "operations": m.operations,
     }
 
 
-def _coordinate_facts(m: Machine, c: Coordinate) -> dict[str, Any]:
+def _coordinate_facts(m: Mechanism, c: Coordinate) -> dict[str, Any]:
     tie = m.ties.get(id(c))
     role = "driven" if c.drive is not None else f"follows {tie.leader.q_name}" if tie is not None else "own"
     return {"name": c.q_name, "speed": c.u_name, "unit": c.unit, "role": role}

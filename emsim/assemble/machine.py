@@ -19,12 +19,11 @@ from __future__ import annotations
 from math import isfinite
 
 from ..cards.coordinate import OnJointOrPoints
-from ..expr import Node, names
+from ..cards.kinematics import constant, dot, is_zero, subtract
 from . import closing, coordinates, equations, loops, prescribed, probes, reactions, start
-from .binding import Binding
-from .kinematics import constant, dot, is_zero, subtract
 from .loops import Row
-from .scene import JointState, leaves_plane, place
+from .mechanism import Mechanism
+from .scene import JointState, place
 from .tree import Edge, plan
 
 TYPE_CHECKING = False
@@ -32,55 +31,21 @@ if TYPE_CHECKING:
     from typing import Any
 
     from .._engine import Expr
-    from ..cards.base import Card, Own, PointView, Scalar
+    from ..cards.base import Scalar
     from ..cards.body import Body
     from ..cards.drive import Drive
     from ..cards.gear import Gear
+    from ..cards.kinematics import Frame
     from ..diagnostics import Span
+    from ..expr import Node
     from .context import Context
-    from .coordinates import Tie
-    from .kinematics import Frame
-    from .scene import Coordinate, Virtual
-    from .start import Start
-    from .tree import Plan
 
 
-class Machine(Binding):
+class Machine(Mechanism):
     """All mechanical cards of a deck and what the compiler makes of them."""
 
     def __init__(self, ctx: Context) -> None:
         super().__init__(ctx)
-        self.active: list[Card] = []  # everything that contributes
-        # the scene
-        self.plan: Plan
-        self.roots: dict[str, list[Coordinate]] = {}
-        self.own: list[Coordinate] = []
-        self.given: list[Coordinate] = []
-        self.jumping: set[str] = set()  # drives whose speed jumps
-        self.ties: dict[int, Tie] = {}
-        self.virtuals: list[Virtual] = []
-        self.pairs: list[tuple[Expr, Expr]] = []  # symbols and what they stand for
-        self.frames: dict[str, Frame] = {}
-        self.rows: list[Row] = []
-        self.folded = 0
-        self.found: Start
-        # the equations
-        self.kinetic: Expr = self.b.const(0.0)
-        self.momenta: list[Expr] = []
-        self.efforts: list[tuple[Card, Scalar, Scalar]] = []  # of all powers: effort and flow
-        self.momentum: dict[int, tuple[Expr, Expr]] = {}
-        self.operations = 0
-        # reading
-        self.wanted = reactions.wanted(ctx.flat)
-        self.derivatives: dict[str, int] = {}
-        self.waiting: list[tuple[int, Any]] = []
-        self.busy: set[str] = set()
-        self.own_symbols: Own | None = None
-        self.imbalances: list[tuple[str, Expr]] = []
-        self.flag_warnings: dict[str, str] = {}
-        self.clamps: list[tuple[Expr, float, float, str, str]] = []
-        self._waves: dict[int, Expr] = {}  # of the deck's waveforms, by identity
-        self._last_row = -1
         ctx.machine = self  # expressions compiled on the way read it
 
     # building -------------------------------------------------------------------------------------
@@ -105,7 +70,7 @@ class Machine(Binding):
             self.broken = True
             return
         self.kinetic = equations.kinetic(self)
-        speeds = [self.b.x(c.speed_row) for c in self.own]
+        speeds = [c.u for c in self.motions]
         self.momenta = self.public_all(self.b.grad(self.kinetic, speeds)) if speeds else []
         self.found = start.assemble(self)
         self._check_start()
@@ -116,6 +81,8 @@ class Machine(Binding):
             label = f"{row.owner},{row.place + 1}"
             row.row = self.b.unknown(f"lambda({label})", "lambda", row.unit, 0.0)
             row.mu_row = self.b.unknown(f"mu({label})", "mu", "", 0.0)
+        for row in self.norms:
+            row.mu_row = self.b.unknown(f"mu({row.owner},norm)", "mu", "", 0.0)
         self._locked_note()
         self._gravity_note()
 
@@ -123,7 +90,7 @@ class Machine(Binding):
         return sum(1 for d in self.sink.diagnostics if d.severity == "error")
 
     def _graph(self) -> None:
-        edges = [Edge(j.name, j.a, j.b, j.card.cut or j.kind == "rod") for j in self.joints.values()]
+        edges = [Edge(j.name, j.a, j.b, j.card.cut or not j.kind.in_tree) for j in self.joints.values()]
         fixed = {name for name, body in self.bodies.items() if body.fixed}
         self.plan = plan(list(self.bodies), fixed, edges)
         for name in self.plan.cut:
@@ -149,7 +116,7 @@ class Machine(Binding):
 
     def _check_space(self) -> None:
         """Free bodies and one-number inertias are for planar scenes."""
-        out = next((j for j in self.joints.values() if leaves_plane(j)), None)
+        out = next((j for j in self.joints.values() if j.kind.leaves_plane()), None)
         if out is None and not self.gravity[2]:
             return
         why = f"joint {out.name} leaves the plane" if out is not None else "gravity has a z component"
@@ -161,22 +128,36 @@ class Machine(Binding):
                 "tie it to ground through joints",
             )
         for joint in self.joints.values():
-            if joint.kind == "free":
+            if joint.kind.name == "free":
                 self._fail(
                     "E247", f"free joint {joint.name} in space is not supported yet ({why})", joint.card.span
                 )
 
-    def all_coordinates(self) -> list[Coordinate]:
-        """All of them in deck order: joints, then free bodies."""
-        result = [c for joint in self.joints.values() for c in joint.coordinates]
-        return result + [c for cs in self.roots.values() for c in cs]
-
     def _place(self) -> dict[str, Frame]:
-        return place(self.b, self.plan, self.joints, self.roots, self._fixed())
+        frames = place(self.b, self.plan, self.joints, self.roots, self._fixed())
+        self._follow_turns(frames)
+        return frames
+
+    def _follow_turns(self, frames: dict[str, Frame]) -> None:
+        """Angles of cut joints that are measured by atan2 count full turns by an unknown that follows them:
+        q = turned + atan2(angle - turned),  d(turned)/dt = q'   (q does not depend on `turned`, dq/dt is exact)."""
+        for name in self.plan.cut:
+            joint = self.joints[name]
+            near = [self.b.symbol() for _ in joint.kind.coordinates]
+            values = joint.measure(self.b, frames[joint.a], frames[joint.b], [*near])
+            for k, q in enumerate(values):
+                if self.b.depends(q, [near[k]])[0]:
+                    label = name if len(values) == 1 else f"{name},{k + 1}"
+                    row = self.b.unknown(f"turned({label})", "coordinate", "rad", 0.0)
+                    self.turned[name, k] = row
 
     def _measure(self, joint: JointState) -> list[Expr]:
         """The coordinates of a cut joint."""
-        return loops.measure(self.b, joint, self.frames[joint.a], self.frames[joint.b])
+        near: list[Scalar] = [0.0] * len(joint.kind.coordinates)
+        for k in range(len(near)):
+            if (row := self.turned.get((joint.name, k))) is not None:
+                near[k] = self.b.x(row) + joint.kind.zeros[k]
+        return joint.measure(self.b, self.frames[joint.a], self.frames[joint.b], near)
 
     def _integral(self, drive: Drive, joint: JointState) -> Expr | None:
         """The coordinate that a DRIVE of a speed prescribes where the joint supplies none."""
@@ -188,16 +169,6 @@ class Machine(Binding):
         )
         return None
 
-    def initial_state(self) -> list[float]:
-        """All unknowns at the start as the cards say it; electrical ones 0."""
-        x = [0.0] * len(self.unknowns_so_far())
-        for c in (*self.own, *self.given):
-            if c.row >= 0:
-                x[c.row] = c.start
-            if c.speed_row >= 0:
-                x[c.speed_row] = c.start_speed
-        return x
-
     def _fixed(self) -> dict[str, tuple[float, float, float]]:
         return {n: (b.x, b.y, b.angle) for n, b in self.bodies.items() if b.fixed}
 
@@ -207,10 +178,15 @@ class Machine(Binding):
             joint = self.joints[name]
             fa, fb = self.frames[joint.a], self.frames[joint.b]
             joint.qs = self._measure(joint)
-            joint.us = [self.rate(q) for q in joint.qs]
-            rows = loops.closure(self.b, joint, fa, fb)
-            if self.is_unmeasured(name) and (length := constant(rows[0][1])) is not None:
-                joint.length, rows = length, []
+            speeds = joint.kind.measure_speeds(fa, fb)
+            if speeds is None:
+                joint.us = [self.rate(q) for q in joint.qs]
+            else:
+                joint.us = [self.b.const(0.0) + u for u in speeds]
+            self._check_measured(joint)
+            rows = joint.closure(self.b, fa, fb)
+            if joint.kind.unmeasured and (length := constant(rows[0][1])) is not None:
+                joint.kind.length, rows = length, []
                 if length == 0.0:
                     closing.no_length(self, name)
             stay, folded, gap = loops.sort_out(rows)
@@ -226,6 +202,10 @@ class Machine(Binding):
             for k in stay:
                 label, h, unit = rows[k]
                 self.rows.append(Row(name, k, label, self.b.const(0.0) + h, unit))
+        for group in self.groups:
+            owner = group.places[0].of
+            for k, h in enumerate(group.norms()):
+                self.norms.append(Row(owner, k, "norm", h, ""))
         for drive in drives:
             joint = self.joints[drive.terminals[0][2].name]
             if drive.qd is None:
@@ -239,10 +219,16 @@ class Machine(Binding):
             j1, j2 = (self.joints[ref.name] for _, _, ref in gear.terminals)
             self.rows.append(Row(gear.name, 0, "gear", j1.q - factor * j2.q, "N m" if j1.rotary else "N"))
 
-    def is_unmeasured(self, owner: str) -> bool:
-        """Is this a rod whose length follows from the start? Its row lacks that length until it is known."""
-        joint = self.joints.get(owner)
-        return joint is not None and joint.kind == "rod" and joint.length is None
+    def _check_measured(self, joint: JointState) -> None:
+        """A joint that closes a loop and whose coordinates the frames do not tell cannot be held by ic=."""
+        for key in ("ic", "guess"):
+            if joint.card.given(key) and len(joint.qs) < len(joint.kind.coordinates):
+                self._fail(
+                    "E244",
+                    f"{key}= of {joint.name}: the {joint.kind.name} joint closes a loop and has no coordinates there",
+                    joint.card.place(key),
+                    f"cut another joint of the loop (cut=yes), so that {joint.name} supplies coordinates",
+                )
 
     def _couple(self) -> None:
         """Terminals of the couplings become nodes, joints, points; branches are allocated."""
@@ -342,7 +328,7 @@ class Machine(Binding):
         """Masses that gravity would move, and no .gravity card."""
         if self.ctx.flat.gravity is not None or not self.own:
             return
-        qs = [self.b.x(c.row) for c in self.own]
+        qs = [c.q for c in self.places]
         for name, body in self.bodies.items():
             height = self.b.const(0.0) + self.frames[name].point(body.centre).pos[1]
             if body.m and any(self.b.depends(height, qs)):
@@ -360,123 +346,12 @@ class Machine(Binding):
         """Rows of the machine and of its couplings' electrical side."""
         if not self.broken:
             equations.contribute(self)
+            for (name, k), row in self.turned.items():
+                self.b.c(row, row, 1.0)
+                self.b.add_f(row, -self.public(self.joints[name].us[k]))
             reactions.fill_waiting(self)
 
-    def public(self, e: Scalar) -> Expr:
-        """`e` with symbols replaced by what they stand for."""
-        if isinstance(e, (int, float)):
-            return self.b.const(float(e))
-        return self.b.substitute([e], self.pairs)[0] if self.pairs else e
-
-    def public_all(self, es: list[Expr]) -> list[Expr]:
-        return self.b.substitute(es, self.pairs) if self.pairs else es
-
-    def own_aware(self, e: Scalar) -> Expr:
-        """Raw while a co-energy is compiled (it will be differentiated), else public."""
-        return self.b.const(0.0) + e if self.own_symbols is not None else self.public(e)
-
-    def rate(self, e: Expr) -> Expr:
-        """de/dt along the motion."""
-        seed: list[tuple[Expr, Any]] = [(self.b.x(c.row), self.b.x(c.speed_row)) for c in self.own]
-        seed += [(c.q, c.u) for c in self.given]
-        seed += [(v.s, v.rate) for v in self.virtuals]
-        seed.append((self.b.time(), 1.0))
-        return self.b.tangent([e], seed)[0]
-
     # the scene that cards see (cards/base.py: Scene) --------------------------------------------------
-
-    def frame(self, name: str) -> Frame:
-        return self.frames[name]
-
-    def speeds(self, joint: str) -> list[Expr]:
-        return self.joints[joint].us
-
-    def reads(self, name: str) -> bool:
-        """Does the deck read the effort of this card?"""
-        return any((fn, name) in self.wanted for fn in reactions.EFFORTS)
-
-    def compile(self, value: Any, span: Span) -> Expr:
-        if isinstance(value, (int, float)):
-            return self.b.const(float(value))
-        if hasattr(value, "kind"):  # a waveform
-            from .waves import resolve
-
-            wave = self._waves.get(id(value))
-            if wave is None:
-                kind, args = resolve(value, self.ctx.times, self.sink)
-                wave = self._waves[id(value)] = self.b.wave_expr(self.b.wave(kind, args))
-            return wave
-        return self.ctx.compile(value, span)
-
-    def compile_energy(self, value: Any, span: Span, own: Own) -> Expr:
-        self.own_symbols = own
-        try:
-            return self.compile(value, span)
-        finally:
-            self.own_symbols = None
-
-    def beyond_coordinates(self, value: Any, e: Expr) -> str:
-        """Something that an energy depends on and that is no coordinate, in the deck's words; "" where nothing is."""
-        if hasattr(value, "kind") or (isinstance(value, Node) and "time" in names(value)):
-            return "time"
-        speeds = [(c.u_name, c.u) for c in (*self.own, *self.given)]
-        nodes = [(f"v({name})", self.b.x(row)) for name, row in self.ctx.nodes.items()]
-        branches = [(f"i({name})", self.b.x(row)) for name, row in self.ctx.branches.items()]
-        found = [*speeds, *nodes, *branches]
-        reads = self.b.depends(e, [x for _, x in found])
-        return next((name for (name, _), read in zip(found, reads, strict=True) if read), "")
-
-    def add_f(self, row: int, e: Scalar) -> None:
-        self.b.add_f(row, self.public(e))
-
-    def add_q(self, row: int, e: Scalar) -> None:
-        if constant(e) != 0.0:
-            self.b.add_q(row, self.public(e))
-
-    def v(self, plus: int, minus: int) -> Expr:
-        high = self.b.x(plus) if plus >= 0 else self.b.const(0.0)
-        return high - self.b.x(minus) if minus >= 0 else high
-
-    def branch(self, name: str) -> int:
-        return self.ctx.new_branch(name)
-
-    def derivative(self, name: str, unit: str, of: Expr) -> Expr:
-        index = self.derivatives.get(name)
-        if index is None:
-            of = self.public(of)
-            known = self.time_derivative(of)
-            if known is not None:
-                return known
-            index = self.derivatives[name] = self.b.unknown(name, "derivative", unit, 0.0)
-            self.b.add_q(index, of)
-            self.b.g(index, index, -1.0)
-        return self.b.x(index)
-
-    def time_derivative(self, e: Expr) -> Expr | None:
-        """de/dt where `e` is an expression of time alone, as prescribed motion is; None where it depends on
-        an unknown or on a waveform, which has corners. Flags are constant between events."""
-        held = [(flag, 1.0) for flag in self.ctx.flags.values()]
-        if self.b.substitute([e], [(self.b.time(), 0.5), *held])[0].value is None:
-            return None
-        return self.b.tangent([e], [(self.b.time(), 1.0)])[0]
-
-    def distance(self, p: PointView, q: PointView) -> tuple[Expr, Expr]:
-        d, dv = subtract(q.pos, p.pos), subtract(q.vel, p.vel)
-        length = self.b.call("sqrt", dot(d, d))
-        return length, (self.b.const(0.0) + dot(d, dv)) / length
-
-    def abs(self, e: Scalar) -> Expr:
-        return self.ctx.abs_(self.public(e))
-
-    def clamp(self, e: Scalar, lo: float, hi: float, name: str, warn: str) -> Expr:
-        e = self.public(e)
-        if e.value is not None:
-            return self.b.const(min(max(e.value, lo), hi))
-        self.clamps.append((e, lo, hi, name, warn))
-        self.flag_warnings[f"{name} high"] = self.flag_warnings[f"{name} low"] = warn
-        over = self.b.flag(e - hi, None, f"{name} high", -1)
-        under = self.b.flag(lo - e, None, f"{name} low", -1)
-        return self.b.select(over, hi, self.b.select(under, lo, e))
 
     def reaction(self, name: str) -> Expr:
         return reactions.of_coupling(self, name)
@@ -489,39 +364,7 @@ class Machine(Binding):
             return self.b.const(0.0) if fn in probes.ONLY_MECHANICAL or not args else None
         return probes.probe(self, fn, args, span)
 
-    def all_names(self) -> list[str]:
-        return [*self.joints, *self.bodies, *self.couplings]
-
     # reporting ------------------------------------------------------------------------------------
-
-    def unknowns_so_far(self) -> range:
-        """Indices of all unknowns up to the machine's last coordinate."""
-        return range(self._last_row + 1)
-
-    def _newest(self) -> int:
-        """Index of the newest unknown: electrical ones came before, coordinates are last."""
-        rows = [r for c in (*self.own, *self.given) for r in (c.row, c.speed_row)]
-        return max([*rows, *self.ctx.nodes.values(), *self.ctx.branches.values()], default=-1)
-
-    def loop_of(self, owner: str) -> list[str]:
-        """Joints of the loop that a cut joint closes, the joint last; of a gear or drive, its joints."""
-        joint = self.joints.get(owner)
-        if joint is not None:
-            return [*self.plan.loop(joint.a, joint.b), owner]
-        return [ref.name for _, _, ref in self.couplings[owner].terminals]
-
-    def moved_by(self, c: Coordinate) -> str:
-        """The body that a coordinate moves first."""
-        for step in self.plan.steps:
-            if step.joint == c.of:
-                return step.child
-        return c.of
-
-    def span_of(self, name: str) -> Span | None:
-        if name in self.joints:
-            return self.joints[name].card.span
-        card: Card | None = self.bodies.get(name) or self.couplings.get(name)
-        return card.span if card is not None else None
 
     def report(self) -> dict[str, Any]:
         """Facts for `emsim check`; empty after errors."""

@@ -160,7 +160,12 @@ def unit_of(ast: Node) -> str:
     if isinstance(ast, Call):
         if ast.fn in KEEPS_UNIT and ast.args:
             return unit_of(ast.args[0])
-        return UNITS.get(ast.fn, "")
+        unit = UNITS.get(ast.fn)
+        if unit is None:
+            from ..cards.joints import WORDS
+
+            unit = WORDS.get(ast.fn, "")
+        return unit
     if isinstance(ast, Name):
         if ast.id.startswith("@"):
             return "A"

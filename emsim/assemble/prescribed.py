@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from .._engine import Expr
     from ..cards.drive import Drive
     from ..deck import Waveform
-    from .machine import Machine
+    from .mechanism import Mechanism
     from .scene import Coordinate
 
 AGREE = 1e-9  # two start values that differ by less say the same
@@ -22,7 +22,7 @@ POINTS = 200  # at which a speed is looked at
 JUMP = 1e-3  # of the largest speed: between neighbours, and still there when they have come together
 
 
-def prescribe(m: Machine) -> None:
+def prescribe(m: Mechanism) -> None:
     """What the driven coordinates are, once frames exist: pairs (symbol, value) for substitution."""
     symbols = [e for c in m.given for e in (c.q, c.u)]
     for c in m.given:
@@ -46,7 +46,7 @@ def prescribe(m: Machine) -> None:
     m.pairs += [(e, m.b.const(0.0)) for v in m.virtuals for e in (v.s, v.rate)]
 
 
-def _agree_at_start(m: Machine, c: Coordinate, q: Expr, u: Expr) -> None:
+def _agree_at_start(m: Mechanism, c: Coordinate, q: Expr, u: Expr) -> None:
     """ic= of a driven joint may only repeat what the drive says at t = 0."""
     drive, card = c.drive, m.joints[c.of].card
     assert drive is not None
@@ -75,7 +75,7 @@ def _agree_at_start(m: Machine, c: Coordinate, q: Expr, u: Expr) -> None:
             )
 
 
-def function_of_time(m: Machine, drive: Drive) -> tuple[Expr, Expr]:
+def function_of_time(m: Mechanism, drive: Drive) -> tuple[Expr, Expr]:
     """q(t) and its derivative."""
     if hasattr(drive.q, "args") and hasattr(drive.q, "kind"):
         q = _smooth_wave(m, drive, drive.q)
@@ -103,7 +103,7 @@ def function_of_time(m: Machine, drive: Drive) -> tuple[Expr, Expr]:
     return q, m.b.tangent([q], [(m.b.time(), 1.0)])[0]
 
 
-def _smooth_wave(m: Machine, drive: Drive, wave: Waveform) -> Expr:
+def _smooth_wave(m: Mechanism, drive: Drive, wave: Waveform) -> Expr:
     """SIN as a formula: vo + va exp(-theta t) sin(2 pi f t + phase), which it is where there is no delay."""
     from .waves import resolve
 
@@ -125,7 +125,7 @@ def _smooth_wave(m: Machine, drive: Drive, wave: Waveform) -> Expr:
     return m.b.const(0.0)
 
 
-def _jumps(m: Machine, drive: Drive, u: Expr) -> None:
+def _jumps(m: Mechanism, drive: Drive, u: Expr) -> None:
     """A speed that jumps, as far as a look at the times of the run finds it; one of anything but time is not known."""
     kinks = list(m.ctx.flags.values())
     if not any(m.b.depends(u, kinks)) or any(m.b.depends(u, [m.b.x(i) for i in m.unknowns_so_far()])):

@@ -7,30 +7,24 @@ unknowns of their own: Q is what is differentiated, F = -unknown.
 
 from __future__ import annotations
 
-from ..cards.joint import KINDS
+from ..cards.joints import WORDS
+from ..cards.kinematics import WORLD_AXES, dot
 from ..diagnostics import suggest
 from ..expr import Call, Name, Num, Unary
 from . import reactions
-from .kinematics import WORLD_AXES, dot
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from .._engine import Expr
+    from ..cards.kinematics import PointState, Scalar
     from ..diagnostics import Span
     from ..expr import Node
-    from .kinematics import PointState, Scalar
-    from .machine import Machine
+    from .mechanism import Mechanism
     from .scene import JointState
 
-# function -> (turn or slide, order of the time derivative)
-MOTIONS = {
-    "angle": ("turn", 0),
-    "omega": ("turn", 1),
-    "alpha": ("turn", 2),
-    "pos": ("slide", 0),
-    "vel": ("slide", 1),
-    "acc": ("slide", 2),
-}
+# function -> order of the time derivative
+MOTIONS = {"angle": 0, "omega": 1, "alpha": 2, "pos": 0, "vel": 1, "acc": 2}
+ACCELERATIONS = {"alpha": "omega", "acc": "vel"}
 TWINS = {"angle": "pos", "omega": "vel", "alpha": "acc", "pos": "angle", "vel": "omega", "acc": "alpha"}
 PLACES = {"x": (0, 0), "y": (1, 0), "z": (2, 0), "vx": (0, 1), "vy": (1, 1), "vz": (2, 1),
           "ax": (0, 2), "ay": (1, 2), "az": (2, 2)}  # fmt: skip
@@ -41,13 +35,15 @@ UNITS = {"alpha": "rad/s^2", "acc": "m/s^2", "ax": "m/s^2", "ay": "m/s^2", "az":
 ONLY_MECHANICAL = (*MOTIONS, *PLACES, *reactions.REACTIONS, "force", "torque", "gap", "ke")
 
 
-def probe(m: Machine, fn: str, args: list[Node], span: Span | None) -> Expr | None:
+def probe(m: Mechanism, fn: str, args: list[Node], span: Span | None) -> Expr | None:
     """The expression of fn(args), or None where it is not mechanical."""
     if not args and fn in WHOLE:
         return m.own_aware(_whole(m, fn))
     names = [_name(a) for a in args]
     if fn in PLACES and len(args) == 1:
         return _place(m, fn, args[0], span)
+    if fn in WORDS and len(args) == 1 and names[0] in m.joints and fn not in MOTIONS:
+        return _motion(m, fn, names[0] or "", span)
     if fn in MOTIONS and 1 <= len(args) <= 2 and all(names):
         if len(args) == 2:
             return _between(m, fn, names[0] or "", names[1] or "", span)
@@ -70,12 +66,12 @@ def _name(node: Node) -> str | None:
     return f"{node.value:g}" if isinstance(node, Num) else None
 
 
-def _error(m: Machine, code: str, message: str, span: Span | None, hint: str | None = None) -> Expr:
+def _error(m: Mechanism, code: str, message: str, span: Span | None, hint: str | None = None) -> Expr:
     m.sink.error(code, message, span, hint)
     return m.b.const(0.0)
 
 
-def _unknown(m: Machine, fn: str, name: str, span: Span | None) -> Expr | None:
+def _unknown(m: Mechanism, fn: str, name: str, span: Span | None) -> Expr | None:
     """None lets the circuit try; a function that only the machine has is an error at once."""
     if fn not in ONLY_MECHANICAL:
         return None
@@ -96,9 +92,9 @@ def _unknown(m: Machine, fn: str, name: str, span: Span | None) -> Expr | None:
     return _error(m, "E250", f"nothing mechanical is named {name}", span, hint)
 
 
-def _kind_of(m: Machine, name: str) -> str | None:
+def _kind_of(m: Mechanism, name: str) -> str | None:
     if name in m.joints:
-        return f"{m.joints[name].kind} joint"
+        return f"{m.joints[name].kind.name} joint"
     if name in m.bodies or name == "0":
         return "body"
     if name in m.points:
@@ -107,7 +103,7 @@ def _kind_of(m: Machine, name: str) -> str | None:
     return card.spec.word if card is not None else None
 
 
-def _other_way(m: Machine, fn: str, name: str) -> str | None:
+def _other_way(m: Mechanism, fn: str, name: str) -> str | None:
     if fn in ("force", "torque") and name in m.joints:
         return f"fx({name}) fy({name}) mz({name}) are its reactions"
     if name in m.bodies and fn in MOTIONS:
@@ -118,46 +114,65 @@ def _other_way(m: Machine, fn: str, name: str) -> str | None:
 # joints and bodies ------------------------------------------------------------------------------------
 
 
-def _motion(m: Machine, fn: str, name: str, span: Span | None) -> Expr | None:
-    """angle omega alpha pos vel acc."""
-    wanted, order = MOTIONS[fn]
+def _motion(m: Mechanism, fn: str, name: str, span: Span | None) -> Expr | None:
+    """angle omega alpha pos vel acc, and what else a kind of joint calls its coordinates and speeds."""
     joint = m.joints.get(name)
     if joint is None:
-        if wanted == "turn" and (name in m.bodies or name == "0"):
-            return _orientation(m, fn, name, order)
+        if fn in ("angle", "omega", "alpha") and (name in m.bodies or name == "0"):
+            return _orientation(m, fn, name, MOTIONS[fn])
         return _unknown(m, fn, name, span)
-    k = _index(joint, wanted)
-    if k is None:
-        twin = TWINS[fn]
-        other = _index(joint, "slide" if wanted == "turn" else "turn")
+    found = _of_joint(joint, fn)
+    if found is None:
+        kind = joint.kind
+        words = " ".join(c.word for c in (*kind.coordinates, *kind.speeds))
+        twin = TWINS.get(fn, "")
+        hint: str | None
+        if _of_joint(joint, twin) is not None:
+            hint = f"did you mean {twin}({name})?"
+        else:
+            hint = f"it has: {words}" if words and kind.in_tree else None
+        if joint.cut and any(c.word == fn for c in kind.coordinates):
+            return _error(
+                m,
+                "E249",
+                f"the {kind.name} joint {name} closes a loop: it has no {fn}() there",
+                span,
+                f"cut another joint of the loop (cut=yes), so that {name} supplies coordinates",
+            )
         return _error(
             m,
             "E249",
-            f"joint {name} is a {joint.kind}: it has no {fn}()",
+            f"joint {name} is a {kind.name}: it has no {fn}()",
             span,
-            f"did you mean {twin}({name})?" if other is not None else None,
+            hint,
         )
+    value, order = found
     if m.own_symbols is not None and m.own_symbols.joint == name and order == 0:
         return m.own_symbols.coordinate
-    value = joint.qs[k] if order == 0 else joint.us[k]
     return _derived(m, fn, name, value, order)
 
 
-def _index(joint: JointState, wanted: str) -> int | None:
-    """Which coordinate of a joint turns, or slides."""
-    for k, (motion, axis) in enumerate(KINDS[joint.kind]):
-        if motion == wanted and axis in ("axis", "z"):
-            return k
+def _of_joint(joint: JointState, fn: str) -> tuple[Expr, int] | None:
+    """What a function reads of a joint, and the order of its derivative; where that is 2, of the speed."""
+    kind = joint.kind
+    speed = ACCELERATIONS.get(fn, fn)
+    for words, values, order in (
+        (kind.coordinates, joint.qs, 0),
+        (kind.speeds, joint.us, 1 if speed == fn else 2),
+    ):
+        for c, value in zip(words, values, strict=False):
+            if c.word == (fn if order == 0 else speed):
+                return value, order
     return None
 
 
-def _derived(m: Machine, fn: str, name: str, value: Expr, order: int) -> Expr:
+def _derived(m: Mechanism, fn: str, name: str, value: Expr, order: int) -> Expr:
     if order < 2:
         return m.own_aware(value)
     return m.derivative(f"{fn}({name})", UNITS[fn], m.public(value))
 
 
-def _orientation(m: Machine, fn: str, name: str, order: int) -> Expr:
+def _orientation(m: Mechanism, fn: str, name: str, order: int) -> Expr:
     """Angle of a body from world x to its x about z; full turns are counted where only z turns."""
     frame = m.frames[name]
     if order > 0:
@@ -169,13 +184,13 @@ def _orientation(m: Machine, fn: str, name: str, order: int) -> Expr:
     return m.own_aware(m.b.const(0.0) + angle)
 
 
-def _between(m: Machine, fn: str, first: str, second: str, span: Span | None) -> Expr | None:
+def _between(m: Mechanism, fn: str, first: str, second: str, span: Span | None) -> Expr | None:
     """angle(a, b) = angle(a) - angle(b), as v(a, b) is a difference."""
     a, b = _motion(m, fn, first, span), _motion(m, fn, second, span)
     return None if a is None or b is None else a - b
 
 
-def _place(m: Machine, fn: str, arg: Node, span: Span | None) -> Expr | None:
+def _place(m: Mechanism, fn: str, arg: Node, span: Span | None) -> Expr | None:
     """x y z of a point and their derivatives."""
     axis, order = PLACES[fn]
     name = arg.fn if isinstance(arg, Call) else _name(arg)
@@ -183,8 +198,8 @@ def _place(m: Machine, fn: str, arg: Node, span: Span | None) -> Expr | None:
         return None
     joint = m.joints.get(name)
     if joint is not None and not isinstance(arg, Call) and order < 2:
-        if joint.kind in ("planar", "free") and axis < 2:
-            return m.own_aware((joint.qs if order == 0 else joint.us)[axis])
+        if (own := _of_joint(joint, fn)) is not None:
+            return m.own_aware(own[0])
         state = m.frames[joint.b].point(joint.pb)  # where the joint is
     else:
         found = _point(m, arg, name)
@@ -195,7 +210,7 @@ def _place(m: Machine, fn: str, arg: Node, span: Span | None) -> Expr | None:
     return _derived(m, fn, repr(arg), value, order)
 
 
-def _point(m: Machine, arg: Node, name: str) -> PointState | None:
+def _point(m: Mechanism, arg: Node, name: str) -> PointState | None:
     local = None
     if isinstance(arg, Call):
         numbers = [_number(a) for a in arg.args]
@@ -219,7 +234,7 @@ def _number(node: Node) -> float | None:
 # couplings and energies ---------------------------------------------------------------------------------
 
 
-def _coupling(m: Machine, fn: str, name: str, span: Span | None) -> Expr | None:
+def _coupling(m: Mechanism, fn: str, name: str, span: Span | None) -> Expr | None:
     own = m.own_symbols
     if own is not None and own.card == name and fn in ("v", "i"):
         return own.voltage if fn == "v" else own.current
@@ -251,7 +266,7 @@ def _coupling(m: Machine, fn: str, name: str, span: Span | None) -> Expr | None:
     return _error(m, "E249", f"{card.spec.word} {name} has no {fn}()", span, hint)
 
 
-def _power(m: Machine, card: object) -> Expr:
+def _power(m: Mechanism, card: object) -> Expr:
     """What a card brings into the machine [W]."""
     result = m.b.const(0.0)
     for effort, flow in card.powers(m):  # type: ignore[attr-defined]
@@ -259,7 +274,7 @@ def _power(m: Machine, card: object) -> Expr:
     return result
 
 
-def _kinetic(m: Machine, name: str, span: Span | None) -> Expr | None:
+def _kinetic(m: Mechanism, name: str, span: Span | None) -> Expr | None:
     body = m.bodies.get(name)
     if body is None:
         return _unknown(m, "ke", name, span)
@@ -267,7 +282,7 @@ def _kinetic(m: Machine, name: str, span: Span | None) -> Expr | None:
     return m.b.const(0.0) if value is None else m.public(value)
 
 
-def _whole(m: Machine, fn: str) -> Expr:
+def _whole(m: Mechanism, fn: str) -> Expr:
     """energy() = kinetic + potential + stored in couplings; pe() ke() loss(); power() of all applied."""
     from .equations import total
 

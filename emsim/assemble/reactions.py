@@ -11,73 +11,21 @@ coordinate without an equation of its own, its effort is in R and is projected o
 
 from __future__ import annotations
 
-from ..expr import Name
+from ..cards.kinematics import is_zero, settle, times
+from .asked import FORCES, REACTIONS
 from .coordinates import single
-from .kinematics import is_zero, settle, times
-from .scene import Virtual, displaced, leaves_plane
+from .scene import Virtual, displaced
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
     from typing import Any
 
     from .._engine import Expr
-    from .machine import Machine
+    from .mechanism import Mechanism
     from .scene import JointState
 
-FORCES = {"fx": ("shift", 0), "fy": ("shift", 1), "fz": ("shift", 2)}
-MOMENTS = {"mx": ("turn", 0), "my": ("turn", 1), "mz": ("turn", 2)}
-REACTIONS = {**FORCES, **MOMENTS}
-EFFORTS = ("force", "torque", "power", "p")
 
-
-def wanted(flat: Any) -> set[tuple[str, str]]:
-    """(function, name) of every call in the deck that may need a reaction."""
-    found: set[tuple[str, str]] = set()
-    for call in _calls(_expressions(flat)):
-        if (
-            (call.fn in REACTIONS or call.fn in EFFORTS)
-            and len(call.args) == 1
-            and isinstance(call.args[0], Name)
-        ):
-            found.add((call.fn, call.args[0].id))
-    return found
-
-
-def _expressions(flat: Any) -> Iterator[Any]:
-    for e in flat.elements:
-        yield e.value
-        if e.params:
-            yield from e.params.values()
-        if e.extra:
-            yield from e.extra.values()
-    for card in flat.machine:
-        yield from card.params.values()
-    for request in flat.prints:
-        yield from (ast for _, ast in request.items)
-    for probe in (*flat.saves, *flat.probes, *flat.also):
-        yield probe.ast
-    for analysis in flat.analyses:
-        yield from analysis.args
-
-
-def _calls(nodes: Iterable[Any]) -> Iterator[Any]:
-    stack = list(nodes)
-    while stack:
-        node = stack.pop()
-        if node is None or isinstance(node, (int, float, str)):
-            continue
-        if isinstance(node, (list, tuple)):
-            stack.extend(node)
-            continue
-        if hasattr(node, "fn"):
-            yield node
-            stack.extend(node.args)
-        else:
-            stack.extend(getattr(node, part, None) for part in ("a", "b", "c"))
-
-
-def prepare(m: Machine) -> None:
+def prepare(m: Mechanism) -> None:
     """Virtual motions at the tree joints whose reactions are read; before frames are placed."""
     for fn, name in sorted(m.wanted):
         key = REACTIONS.get(fn)
@@ -90,17 +38,17 @@ def prepare(m: Machine) -> None:
                 m.virtuals.append(virtual)
 
 
-def _companions(m: Machine, joint: JointState, key: tuple[str, int]) -> list[tuple[str, int]]:
+def _companions(m: Mechanism, joint: JointState, key: tuple[str, int]) -> list[tuple[str, int]]:
     """The other components that the projection of a reaction across the free axis reads."""
     kind = key[0]
     if not _moved_by_others(m, joint, kind):
         return []
-    spatial = m.gravity[2] != 0.0 or any(leaves_plane(j) for j in m.joints.values())
+    spatial = m.gravity[2] != 0.0 or any(j.kind.leaves_plane() for j in m.joints.values())
     axes: tuple[int, ...] = (0, 1, 2) if spatial else (0, 1) if kind == "shift" else ()
     return [(kind, k) for k in axes]
 
 
-def _moved_by_others(m: Machine, joint: JointState, kind: str) -> bool:
+def _moved_by_others(m: Mechanism, joint: JointState, kind: str) -> bool:
     """Does a DRIVE or a GEAR act on the joint's coordinate, a motion of this kind, without a row of its own?"""
     c = single(joint)
     if c is None or (kind == "turn") != c.rotary:
@@ -108,7 +56,7 @@ def _moved_by_others(m: Machine, joint: JointState, kind: str) -> bool:
     return c.drive is not None or any(c is tie.follower or c is tie.leader for tie in m.ties.values())
 
 
-def of_joint(m: Machine, fn: str, joint: JointState) -> Expr:
+def of_joint(m: Mechanism, fn: str, joint: JointState) -> Expr:
     """fx fy fz mx my mz of a joint."""
     key, unit = REACTIONS[fn], "N" if fn in FORCES else "N m"
     if joint.cut:
@@ -118,7 +66,7 @@ def of_joint(m: Machine, fn: str, joint: JointState) -> Expr:
     if not _moved_by_others(m, joint, key[0]):
         return motion(m, f"{fn}({joint.name})", unit, joint.virtuals[key])
     # R - (R axis) axis
-    axis = [settle(m.public(e)) for e in times(m.frames[joint.a].rot.matrix(), joint.axis_of("axis"))]
+    axis = [settle(m.public(e)) for e in times(m.frames[joint.a].rot.matrix(), joint.kind.axis_of("axis"))]
     result = m.b.const(0.0)
     for (kind, k), virtual in joint.virtuals.items():
         if kind != key[0]:
@@ -130,7 +78,7 @@ def of_joint(m: Machine, fn: str, joint: JointState) -> Expr:
     return result
 
 
-def motion(m: Machine, name: str, unit: str, what: Any) -> Expr:
+def motion(m: Mechanism, name: str, unit: str, what: Any) -> Expr:
     """The force that keeps a virtual or prescribed motion: an unknown, its row filled in when L is known; a
     mere expression where L is known already and the momentum is one of time alone."""
     if m.momentum:
@@ -149,14 +97,14 @@ def motion(m: Machine, name: str, unit: str, what: Any) -> Expr:
     return m.b.x(index)
 
 
-def fill_waiting(m: Machine) -> None:
+def fill_waiting(m: Mechanism) -> None:
     """Rows of reactions that were read before the equations stood."""
     for index, what in m.waiting:
         _fill(m, index, what)
     m.waiting.clear()
 
 
-def _fill(m: Machine, index: int, what: Any) -> None:
+def _fill(m: Mechanism, index: int, what: Any) -> None:
     p, force = m.momentum[id(what)]
     known = m.time_derivative(p)
     if known is None:
@@ -166,13 +114,11 @@ def _fill(m: Machine, index: int, what: Any) -> None:
         m.b.add_f(index, known - force)
 
 
-def _from_multipliers(m: Machine, joint: JointState, kind: str, axis: int) -> Expr:
+def _from_multipliers(m: Mechanism, joint: JointState, kind: str, axis: int) -> Expr:
     """sum of lambda dh/ds, s moving B at the cut joint."""
-    from .loops import closure
-
     virtual = Virtual(m.b, kind, axis)
     frame = displaced(m.frames[joint.b], joint.pb, virtual)
-    rows = closure(m.b, joint, m.frames[joint.a], frame)
+    rows = joint.closure(m.b, m.frames[joint.a], frame)
     result = m.b.const(0.0)
     here = [(virtual.s, m.b.const(0.0)), (virtual.rate, m.b.const(0.0))]
     for row in m.rows:
@@ -183,7 +129,7 @@ def _from_multipliers(m: Machine, joint: JointState, kind: str, axis: int) -> Ex
     return m.public(result)
 
 
-def of_coupling(m: Machine, name: str) -> Expr:
+def of_coupling(m: Mechanism, name: str) -> Expr:
     """What a GEAR applies on its first joint, or a DRIVE on its joint."""
     for row in m.rows:
         if row.owner == name:

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from typing import Any
 
     from ..cards import Card
-    from .machine import Machine
+    from .mechanism import Mechanism
 
 EITHER = ("m or rad", "rad or m", "rad or m, and per second")  # of a slide in metres
 
@@ -33,7 +33,7 @@ class Scale:
             self.length, self.length_of = abs(length), f"{card.spec.word} {card.name}"
 
 
-def scale(m: Machine) -> Scale:
+def scale(m: Mechanism) -> Scale:
     found = Scale()
     for name, body in m.bodies.items():
         if body.m > found.mass:
@@ -41,11 +41,11 @@ def scale(m: Machine) -> Scale:
         for value in _lengths(body, False):
             found.seen(value, body)
     for joint in m.joints.values():
-        for value in (*joint.pa, *joint.pb, *_lengths(joint.card, joint.kind != "pin")):
+        for value in (*joint.pa, *joint.pb, *_lengths(joint.card, not joint.rotary)):
             found.seen(value, joint.card)
     for card in m.couplings.values():
         joints = [m.joints[ref.name] for _, _, ref in card.terminals if ref.name in m.joints]
-        for value in _lengths(card, any(j.kind != "pin" for j in joints)):
+        for value in _lengths(card, any(not j.rotary for j in joints)):
             found.seen(value, card)
     return found
 

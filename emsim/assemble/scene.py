@@ -6,14 +6,15 @@ A coordinate is one of
               the functions of time take their place; so what the drive applies is the equation of that very
               coordinate
     follows   tied to another coordinate by a GEAR: q = ratio * q(other)
+A kind of joint whose speeds are no derivatives has coordinates without a speed, then speeds without a coordinate.
 A virtual motion (symbols s, ds/dt) is added at a joint whose reaction is asked for; it is 0, and its
 equation of motion is the reaction.
 """
 
 from __future__ import annotations
 
-from ..cards.joint import KINDS
-from .kinematics import WORLD_AXES, Frame, Moving, cross, dot, ground, settle, times
+from ..cards.joints.base import AXES
+from ..cards.kinematics import WORLD_AXES, Frame, Moving, ground, subtract
 from .tree import GROUND
 
 TYPE_CHECKING = False
@@ -22,15 +23,13 @@ if TYPE_CHECKING:
     from ..cards.drive import Drive
     from ..cards.gear import Gear
     from ..cards.joint import Joint
-    from .kinematics import Scalar, Vector
+    from ..cards.joints.base import Coord, JointKind, Passed
+    from ..cards.kinematics import Scalar
     from .tree import Plan
-
-AXES = {"x": WORLD_AXES[0], "y": WORLD_AXES[1], "z": WORLD_AXES[2]}
-NAMES = {"turn": ("angle", "omega"), "slide": ("pos", "vel"), "x": ("x", "vx"), "y": ("y", "vy")}
 
 
 class Coordinate:
-    """One coordinate and its speed; `row` and `speed_row` are unknowns (own), or -1."""
+    """One coordinate and its speed; `row` and `speed_row` are unknowns (own), or -1. `rate`: dq/dt, `u` in most cases."""
 
     __slots__ = (
         "drive",
@@ -40,6 +39,7 @@ class Coordinate:
         "of",
         "q",
         "q_name",
+        "rate",
         "rotary",
         "row",
         "speed_row",
@@ -49,14 +49,15 @@ class Coordinate:
         "u_name",
     )
 
-    def __init__(self, of: str, motion: str, axis: str) -> None:
+    def __init__(self, of: str, place: Coord | None, speed: Coord | None) -> None:
         self.of = of  # joint or free body
-        words = NAMES[axis] if motion == "slide" and axis in ("x", "y") else NAMES[motion]
-        self.q_name, self.u_name = (f"{word}({of})" for word in words)
-        self.rotary = motion == "turn"
+        self.q_name = f"{place.word}({of})" if place is not None else ""
+        self.u_name = f"{speed.word}({of})" if speed is not None else ""
+        self.rotary = any(c is not None and c.turns for c in (place, speed))
         self.row = self.speed_row = -1
         self.q: Expr
         self.u: Expr
+        self.rate: Expr
         self.drive: Drive | None = None
         self.gear: Gear | None = None
         self.start = self.start_speed = 0.0
@@ -68,9 +69,41 @@ class Coordinate:
 
     def allocate(self, b: Builder) -> None:
         """Make it an own coordinate."""
-        self.row = b.unknown(self.q_name, "coordinate", self.unit, self.start)
-        self.speed_row = b.unknown(self.u_name, "speed", self.unit + "/s", self.start_speed)
-        self.q, self.u = b.x(self.row), b.x(self.speed_row)
+        if self.q_name:
+            self.row = b.unknown(self.q_name, "coordinate", self.unit, self.start)
+            self.q = b.x(self.row)
+        if self.u_name:
+            self.speed_row = b.unknown(self.u_name, "speed", self.unit + "/s", self.start_speed)
+            self.u = b.x(self.speed_row)
+            if self.q_name:
+                self.rate = self.u
+
+
+class Group:
+    """Own coordinates and speeds of a joint with q' = N(q) u."""
+
+    __slots__ = ("b", "kind", "places", "speeds")
+
+    def __init__(self, b: Builder, joint: JointState) -> None:
+        self.b = b
+        self.kind = joint.kind
+        self.places = [c for c in joint.coordinates if c.q_name]
+        self.speeds = [c for c in joint.coordinates if c.u_name]
+        for c, rate in zip(self.places, self.rates([c.u for c in self.speeds]), strict=True):
+            c.rate = rate
+
+    def rates(self, u: list[Expr]) -> list[Expr]:
+        """q' of these speeds."""
+        return [self.b.const(0.0) + rate for rate in self.kind.rates([c.q for c in self.places], u)]
+
+    def norms(self) -> list[Expr]:
+        """Rows that hold the coordinates alone."""
+        return [self.b.const(0.0) + h for h in self.kind.norms([c.q for c in self.places])]
+
+    def columns(self) -> list[list[Expr]]:
+        """N by columns, one a speed."""
+        rows = [self.b.grad(c.rate, [s.u for s in self.speeds]) for c in self.places]
+        return [list(column) for column in zip(*rows, strict=True)]
 
 
 class Virtual:
@@ -88,28 +121,14 @@ class Virtual:
 class JointState:
     """A joint in the scene. `q`, `u`: its one coordinate and speed, B relative to A, also where it is cut."""
 
-    __slots__ = (
-        "a",
-        "b",
-        "card",
-        "coordinates",
-        "cut",
-        "kind",
-        "length",
-        "name",
-        "pa",
-        "pb",
-        "qs",
-        "us",
-        "virtuals",
-    )
+    __slots__ = ("a", "b", "card", "coordinates", "cut", "kind", "name", "pa", "pb", "qs", "us", "virtuals")
 
     def __init__(
         self, card: Joint, a: tuple[str, tuple[float, ...]], b: tuple[str, tuple[float, ...]]
     ) -> None:
         self.card = card
         self.name = card.name
-        self.kind = card.kind
+        self.kind: JointKind = card.kind
         self.a, self.pa = a
         self.b, self.pb = b
         self.cut = False
@@ -117,11 +136,16 @@ class JointState:
         self.qs: list[Expr] = []
         self.us: list[Expr] = []
         self.virtuals: dict[tuple[str, int], Virtual] = {}
-        self.length = card.l  # of a rod
 
     @property
     def rotary(self) -> bool:
-        return self.kind == "pin"
+        """Has it one coordinate, an angle?"""
+        return self.single and self.kind.coordinates[0].turns
+
+    @property
+    def single(self) -> bool:
+        """Has it one coordinate?"""
+        return len(self.kind.coordinates) == 1
 
     @property
     def q(self) -> Expr:
@@ -131,12 +155,21 @@ class JointState:
     def u(self) -> Expr:
         return self.us[0]
 
-    def turns(self, k: int) -> bool:
-        """Is its coordinate k an angle?"""
-        return KINDS[self.kind][k][0] == "turn"
+    def closure(self, b: Builder, fa: Frame, fb: Frame) -> list[tuple[str, Scalar, str]]:
+        """All rows of a cut joint: (label, h, unit of the multiplier), always in the same places."""
+        return self.kind.closure(b, fa, fb, self.gap(fa, fb))
 
-    def axis_of(self, which: str) -> tuple[float, float, float]:
-        return self.card.direction if which == "axis" else AXES[which]
+    def measure(self, b: Builder, fa: Frame, fb: Frame, near: list[Scalar] | None = None) -> list[Expr]:
+        """The coordinates of a cut joint as functions of the others; an angle that did not merge is the one within half a
+        turn of `near`, `zero=` counted in."""
+        zeros = self.kind.zeros
+        near = [0.0] * len(self.kind.coordinates) if near is None else near
+        values = self.kind.measure(b, fa, fb, self.gap(fa, fb), near)
+        return [b.const(0.0) + v - zero for v, zero in zip(values, zeros, strict=False)]
+
+    def gap(self, fa: Frame, fb: Frame) -> list[Scalar]:
+        """From its point on A to that on B."""
+        return subtract(fb.point(self.pb).pos, fa.point(self.pa).pos)
 
 
 def place(b: Builder, plan: Plan, joints: dict[str, JointState], roots: dict[str, list[Coordinate]],
@@ -170,33 +203,23 @@ def place(b: Builder, plan: Plan, joints: dict[str, JointState], roots: dict[str
 
 def _carry(moving: Moving, joint: JointState, sign: float) -> None:
     """The joint's own motions, forwards or backwards, and what they measure."""
-    motions = list(zip(KINDS[joint.kind], joint.coordinates, joint.card.zeros, strict=False))
-    if not motions and joint.card.zeros[0]:  # a weld may be turned
-        moving.turn(joint.card.direction, sign * joint.card.zeros[0], 0.0)
-    measured = []
-    for (motion, which), coordinate, zero in motions if sign > 0 else motions[::-1]:
-        axis = joint.axis_of(which)
-        q: Scalar = sign * (coordinate.q + zero)
-        u: Scalar = sign * coordinate.u
-        world = times(moving.rot.matrix(), axis)
-        measured.append((coordinate, *_measured(joint, motion, world, moving.omega, coordinate)))
-        (moving.turn if motion == "turn" else moving.slide)(axis, q, u)
-    measured = measured if sign > 0 else measured[::-1]
-    joint.qs, joint.us = [m[1] for m in measured], [m[2] for m in measured]
+    qs = [c.q for c in joint.coordinates if c.q_name]
+    us = [c.u for c in joint.coordinates if c.u_name]
+    passed = joint.kind.move(moving, qs, us, sign)
+    joint.qs, joint.us = qs, us
+    if passed:
+        measured = [_measured(joint, p, q, u) for p, q, u in zip(passed, qs, us, strict=True)]
+        joint.qs, joint.us = [q for q, _ in measured], [u for _, u in measured]
 
 
-def _measured(
-    joint: JointState, motion: str, world: Vector, omega: Vector, c: Coordinate
-) -> tuple[Expr, Expr]:
+def _measured(joint: JointState, passed: Passed, q: Expr, u: Expr) -> tuple[Expr, Expr]:
     """Coordinate and speed, virtual motion along the axis counted in: a reaction acts across it only.
 
     The axis turns with A; without (along s)' whole, a rotor on the coordinate would leave a force across the axis.
     """
-    q, u = c.q, c.u
     for (kind, k), virtual in joint.virtuals.items():
-        if (kind == "turn") == (motion == "turn") and kind != "gear":
-            along = settle(dot(world, WORLD_AXES[k]))
-            turning = settle(dot(cross(omega, world), WORLD_AXES[k]))
+        if (kind == "turn") == passed.turns and kind != "gear":
+            along, turning = passed.share(WORLD_AXES[k])
             q, u = q + along * virtual.s, u + along * virtual.rate + turning * virtual.s
     return q, u
 
@@ -214,9 +237,3 @@ def displaced(frame: Frame, at: tuple[float, ...], virtual: Virtual) -> Frame:
     axis = WORLD_AXES[virtual.axis]
     (moving.shift_world if virtual.kind == "shift" else moving.turn_world)(axis, virtual.s, virtual.rate)
     return moving.frame(frame.name, at)
-
-
-def leaves_plane(joint: JointState) -> bool:
-    """Does a joint's axis leave the plane?"""
-    x, y, z = joint.card.direction
-    return (joint.kind == "pin" and bool(x or y)) or (joint.kind in ("slide", "pinslot") and bool(z))

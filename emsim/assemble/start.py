@@ -8,13 +8,23 @@ inertia and no constraint cannot be integrated: [M; H] must have full column ran
 
 from __future__ import annotations
 
-from .closing import CLOSE, cannot_close, close_loops, held_at_cuts, loops_of, measure_rods, size, weights_of
+from .closing import (
+    CLOSE,
+    cannot_close,
+    close_loops,
+    held_at_cuts,
+    loops_of,
+    measure_rods,
+    of_places,
+    size,
+    weights_of,
+)
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from .._engine import Expr
     from .loops import Row
-    from .machine import Machine
+    from .mechanism import Mechanism
 
 RANK = (
     1e-5  # of singular values; an over-determined loop closes only to the root of the projection's accuracy
@@ -36,7 +46,7 @@ class Start:
         self.singular = False
 
 
-def assemble(m: Machine) -> Start:
+def assemble(m: Mechanism) -> Start:
     """Finds the start, writes it into the builder, removes redundant rows from m.rows."""
     result = Start()
     own = m.own
@@ -52,7 +62,6 @@ def assemble(m: Machine) -> Start:
         m.rows.clear()
         return result
 
-    qs = [m.b.x(c.row) for c in own]
     if m.rows:
         mass = mass_matrix(m, x)
         before = list(x)
@@ -61,12 +70,14 @@ def assemble(m: Machine) -> Start:
             return result
         measure_rods(m, x, rods)
         hs = [m.public(row.h) for row in m.rows]
+        for (name, k), follows in m.turned.items():
+            x[follows] = m.b.eval([m.public(m.joints[name].qs[k])], x, 0.0)[0]
         result.moved = [
             (c.q_name, before[c.row], x[c.row])
-            for c in own
+            for c in m.places
             if abs(x[c.row] - before[c.row]) > MOVED * (1.0 + abs(before[c.row]))
         ]
-        gradient = [m.b.grad(h, qs) for h in hs]
+        gradient = [m.public_all(m.along_speeds(row.h)) for row in m.rows]
         keep, result.singular = _independent(m, x, hs, gradient, mass)
         result.redundant = [row for k, row in enumerate(m.rows) if k not in keep]
         m.rows[:] = [m.rows[k] for k in keep]
@@ -83,39 +94,41 @@ def assemble(m: Machine) -> Start:
         _speeds(m, x, jacobian, held, mass_matrix(m, x))
         result.moved += [
             (c.u_name, before[c.speed_row], x[c.speed_row])
-            for c in own
+            for c in m.motions
             if abs(x[c.speed_row] - before[c.speed_row]) > MOVED * (1.0 + abs(before[c.speed_row]))
         ]
     else:
         jacobian = []
-    result.dof = len(own) - len(m.rows)
+    result.dof = len(m.motions) - len(m.rows)
     _inertia_everywhere(m, mass_matrix(m, x), jacobian)
     _write(m, x)
     return result
 
 
-def _write(m: Machine, x: list[float]) -> None:
+def _write(m: Mechanism, x: list[float]) -> None:
     for c in (*m.own, *m.given):
         for row in (c.row, c.speed_row):
             if row >= 0:
                 m.b.set_initial(row, x[row])
+    for follows in m.turned.values():
+        m.b.set_initial(follows, x[follows])
 
 
-def mass_matrix(m: Machine, x: list[float]) -> list[list[float]]:
+def mass_matrix(m: Mechanism, x: list[float]) -> list[list[float]]:
     """M = d^2 T/du^2 at x. p = dT/du is linear in u, so columns are differences of p."""
     x = list(x)
-    for c in m.own:
+    for c in m.motions:
         x[c.speed_row] = 0.0
     rest = m.b.eval(m.momenta, x, 0.0)
     columns = []
-    for c in m.own:
+    for c in m.motions:
         x[c.speed_row] = 1.0
         columns.append([p - r for p, r in zip(m.b.eval(m.momenta, x, 0.0), rest, strict=True)])
         x[c.speed_row] = 0.0
     return [list(row) for row in zip(*columns, strict=True)]
 
 
-def _matrix(m: Machine, rows: list[list[Expr]], x: list[float]) -> list[list[float]]:
+def _matrix(m: Mechanism, rows: list[list[Expr]], x: list[float]) -> list[list[float]]:
     """Rows of expressions as numbers at x."""
     if not rows:
         return []
@@ -125,7 +138,7 @@ def _matrix(m: Machine, rows: list[list[Expr]], x: list[float]) -> list[list[flo
 
 
 def _independent(
-    m: Machine,
+    m: Mechanism,
     x: list[float],
     hs: list[Expr],
     gradient: list[list[Expr]],
@@ -137,10 +150,11 @@ def _independent(
         return keep, False
     # a step away and back onto the constraints: rank there tells a change point from a redundant row
     away = list(x)
-    for k, c in enumerate(m.own):
+    for k, c in enumerate(m.places):
         away[c.row] += (0.02 + 0.013 * (k % 5)) * (1.0 if c.rotary else 0.1 * size(m, x))
-    rows = [c.row for c in m.own]
-    weights = [m.b.const(v) for row in weights_of(mass) for v in row]
+    rows = [c.row for c in m.places]
+    weights = [m.b.const(v) for row in weights_of(of_places(m, mass, x)) for v in row]
+    hs = [*hs, *(m.public(row.h) for row in m.norms)]
     ok, q, _ = m.b.project(rows, hs, weights, away, [False] * len(rows), 0.0, 1e-13)
     if not ok:
         return sorted(keep), False
@@ -151,14 +165,14 @@ def _independent(
 
 
 def _speeds(
-    m: Machine,
+    m: Mechanism,
     x: list[float],
     jacobian: list[list[float]],
     cuts: list[tuple[Expr, float | None]],
     mass: list[list[float]],
 ) -> None:
     """H u = -dh/dt at u = 0, `ic=` speeds held, those of cut joints as rows of their own."""
-    own = m.own
+    own = m.motions
     if not jacobian:
         return
     u0 = [c.start_speed for c in own]
@@ -168,8 +182,7 @@ def _speeds(
     drift = m.b.eval([m.public(m.rate(row.h)) for row in m.rows], still, 0.0)
     wanted = [(q, u) for q, u in cuts if u is not None]
     if wanted:
-        qs = [m.b.x(c.row) for c in own]
-        jacobian = jacobian + _matrix(m, [m.b.grad(q, qs) for q, _ in wanted], x)
+        jacobian = jacobian + _matrix(m, [m.along_speeds(q) for q, _ in wanted], x)
         drift = drift + [-u for _, u in wanted]
     held = [c.held_speed for c in own]
     flat = [v for row in weights_of(mass) for v in row]
@@ -193,7 +206,7 @@ def _speeds(
         x[c.speed_row] = value
 
 
-def _inertia_everywhere(m: Machine, mass: list[list[float]], jacobian: list[list[float]]) -> None:
+def _inertia_everywhere(m: Mechanism, mass: list[list[float]], jacobian: list[list[float]]) -> None:
     """Every coordinate must meet inertia or be held by constraints."""
     n = len(mass)
     scale = [row[k] ** 0.5 if row[k] > 0.0 else 0.0 for k, row in enumerate(mass)]
@@ -213,11 +226,11 @@ def _inertia_everywhere(m: Machine, mass: list[list[float]], jacobian: list[list
         return
     if not loose:  # singular all the same: name the coordinates that a leading block cannot tell apart
         loose = [next(k for k in range(n) if m.b.rank([r[: k + 1] for r in rows], MASSLESS)[0] <= k)]
-    for c in [m.own[k] for k in loose][: max(1, n - count)]:
+    for c in [m.motions[k] for k in loose][: max(1, n - count)]:
         body = m.moved_by(c)
         m.sink.error(
             "E243",
-            f"body {body} can move ({c.q_name}) but has no {'inertia' if c.rotary else 'mass'} to move",
+            f"body {body} can move ({c.q_name or c.u_name}) but has no {'inertia' if c.rotary else 'mass'} to move",
             m.span_of(body),
             "give it m= and j=, or a shape=; a point mass on its own axis has no inertia",
         )

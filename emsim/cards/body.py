@@ -138,10 +138,9 @@ class Body(Card):
 
     def kinetic(self, s: Scene) -> Scalar | None:
         frame = s.frame(self.name)
-        v = frame.point(self.centre).vel
         w = frame.spin()
         jx, jy, jz, jxy, jxz, jyz = self.inertia
-        energy = 0.5 * self.m * (v[0] * v[0] + v[1] * v[1] + v[2] * v[2])
+        energy = 0.5 * self.m * frame.speed_squared(self.centre)
         energy = energy + 0.5 * (jx * (w[0] * w[0]) + jy * (w[1] * w[1]) + jz * (w[2] * w[2]))
         if jxy or jxz or jyz:
             energy = energy + jxy * (w[0] * w[1]) + jxz * (w[0] * w[2]) + jyz * (w[1] * w[2])

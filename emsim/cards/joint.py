@@ -1,39 +1,28 @@
-"""JOINT: ties a point of A to a point of B; its coordinate is B relative to A.
+"""JOINT: ties a point of A to a point of B; its coordinates are B relative to A.
 
-A kind is a list of elementary motions of B against A, each with one coordinate: a slide along, or a turn
-about, an axis that is fixed in both bodies. At coordinate 0 plus `zero=` the two frames are aligned. Along
-the spanning tree the motions supply coordinates; where a joint closes a loop they say which directions stay
-free (assemble/loops.py). `damp=` takes damp * u^2 watts in each of its coordinates.
+What a kind of joint is stands in joints/KIND.py; here is what all kinds have in common. At coordinate 0 plus `zero=` the two
+frames are aligned. Along the spanning tree a joint supplies coordinates; where it closes a loop it says which directions stay
+free (assemble/loops.py). `damp=` takes damp * u^2 watts in each of its speeds.
 """
 
 from __future__ import annotations
 
 from ..diagnostics import suggest
 from .base import Card, Default, Spec
+from .joints import ALIASES, KINDS, LATER
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from ..diagnostics import Sink
-    from .base import Net, Pen, Powers, Scalar, Scene
+    from .base import Net, Param, Pen, Powers, Scalar, Scene
+    from .joints.base import Axis, JointKind
 
-# kind -> motions: (slide or turn, axis); "axis" is the card's axis=
-KINDS: dict[str, tuple[tuple[str, str], ...]] = {
-    "pin": (("turn", "axis"),),
-    "slide": (("slide", "axis"),),
-    "weld": (),
-    "planar": (("slide", "x"), ("slide", "y"), ("turn", "z")),
-    "free": (("slide", "x"), ("slide", "y"), ("turn", "z")),
-    "pinslot": (("slide", "axis"), ("turn", "z")),
-    "rod": (),
-}
-ALIASES = {"revolute": "pin", "prismatic": "slide"}
-LATER = ("ball", "universal", "cylinder", "screw")
-DEFAULT_AXIS = {
-    "pin": (0.0, 0.0, 1.0),
-    "weld": (0.0, 0.0, 1.0),
-    "slide": (1.0, 0.0, 0.0),
-    "pinslot": (1.0, 0.0, 0.0),
-}
+UP: Axis = (0.0, 0.0, 1.0)
+
+
+def _own_params() -> dict[str, Param]:
+    """Parameters that single kinds have."""
+    return {key: param for kind in KINDS.values() for key, param in kind.params.items()}
 
 
 class Joint(Card):
@@ -42,15 +31,15 @@ class Joint(Card):
         "JOINT name A B kind [axis=(x,y[,z])] [zero=] [ic=q or (q,qd)] [guess=] [cut=yes] [damp=]",
         terminals="a:point b:point kind:kind",
         mark=("kind",),
-        meaning="a joint between two bodies; kinds: pin slide weld free planar pinslot rod",
+        meaning="a joint between two bodies; kinds: " + " ".join(KINDS),
         laws={"P": "damp u^2"},
-        axis=Default(None, "", "the axis of a pin, slide or pinslot, in the frames of A and B", "vector"),
+        axis=Default(None, "", "the axis of a pin or slide, for example, in the frames of A and B", "vector"),
         zero=Default((0.0,), "rad or m", "where the coordinate is 0, measured from aligned frames", "vector"),
         ic=Default(None, "rad or m, and per second", "coordinate and speed at the start, held", "vector"),
         guess=Default(None, "rad or m", "about where the coordinate is when the loops have closed", "vector"),
         cut=Default(False, "", "this joint is the one cut in its loop", "flag"),
         damp=Default(0.0, "N m s/rad or N s/m", "viscous damping", least=0.0),
-        l=Default(None, "m", "the length of a rod; the distance of its ends at the start", above=0.0),
+        **_own_params(),
     )
     axis: tuple[float, ...] | None
     zero: tuple[float, ...]
@@ -58,7 +47,8 @@ class Joint(Card):
     guess: tuple[float, ...] | None
     cut: bool
     damp: float
-    l: float | None  # noqa: E741
+    l: float | None  # noqa: E741  (of a rod)
+    axis2: tuple[float, ...] | None  # of a universal
 
     def check(self, sink: Sink) -> None:
         ref = self.terminals[2][2]
@@ -80,75 +70,108 @@ class Joint(Card):
                 f"did you mean {close}?" if close else f"kinds are: {', '.join(KINDS)}",
             )
             return
-        self.kind = word
-        self.direction = self._axis(sink)
+        self.kind: JointKind = KINDS[word](self)
+        for key in _own_params():
+            if self.given(key) and key not in self.kind.params:
+                self._not_taken(key, sink)
+        self.direction = self.kind.axis = self._axis(sink)
+        self.kind.check(sink)
         self._starts(sink)
 
-    def _axis(self, sink: Sink) -> tuple[float, float, float]:
+    def _not_taken(self, key: str, sink: Sink) -> None:
+        article = "an" if self.kind.name[0] in "aeiou" else "a"
+        sink.error(
+            "E240", f"{article} {self.kind.name} joint (JOINT {self.name}) has no {key}=", self.place(key)
+        )
+
+    def _axis(self, sink: Sink) -> Axis:
         """The axis as a unit vector."""
-        axis = self.axis if self.axis is not None else DEFAULT_AXIS.get(self.kind, (0.0, 0.0, 1.0))
-        if self.axis is not None and self.kind not in DEFAULT_AXIS:
-            sink.error("E240", f"a {self.kind} joint (JOINT {self.name}) has no axis=", self.place("axis"))
-        if len(axis) not in (2, 3):
-            sink.error("E232", f"axis= of JOINT {self.name} has two or three components", self.place("axis"))
-            return (0.0, 0.0, 1.0)
-        x, y, z = (*axis, 0.0)[:3]
+        default = self.kind.axis_default
+        if self.axis is not None and default is None:
+            self._not_taken("axis", sink)
+        axis = self.axis if self.axis is not None else default
+        return UP if axis is None else self.unit_vector("axis", axis, sink)
+
+    def unit_vector(self, key: str, value: tuple[float, ...], sink: Sink) -> Axis:
+        """The direction that a parameter gives."""
+        if len(value) not in (2, 3):
+            sink.error("E232", f"{key}= of JOINT {self.name} has two or three components", self.place(key))
+            return UP
+        x, y, z = (*value, 0.0)[:3]
         length = (x * x + y * y + z * z) ** 0.5
         if not length > 0.0:
             sink.error(
                 "E232",
-                f"axis= of JOINT {self.name} has no direction",
-                self.place("axis"),
+                f"{key}= of JOINT {self.name} has no direction",
+                self.place(key),
                 "for example axis=(1,0)",
             )
-            return (0.0, 0.0, 1.0)
-        if self.kind == "pinslot" and z != 0.0:
-            sink.error(
-                "E232", f"axis= of a pinslot (JOINT {self.name}) lies in the plane", self.place("axis")
-            )
+            return UP
         return (x / length, y / length, z / length)
 
     def _starts(self, sink: Sink) -> None:
-        """zero=, ic= and guess= per coordinate."""
-        count = len(KINDS[self.kind])
-        self.zeros = self._per_coordinate("zero", self.zero, max(count, 1), sink)
+        """zero=, ic= and guess= as coordinates."""
+        kind = self.kind
+        if self.given("zero") and not kind.has_zero:
+            self._not_taken("zero", sink)
+        self.zeros = kind.zeros = self._placed("zero", self.zero, sink)
+        count, degrees = len(kind.coordinates), len(kind.speeds)
+        numbers = kind.numbers if count else 0
         self.start: list[float | None] = [None] * count  # held coordinates
-        self.speed: list[float | None] = [None] * count  # held speeds
-        self.search: list[float] = [0.0] * count  # where the search starts
+        self.speed: list[float | None] = [None] * degrees  # held speeds
+        self.search: list[float] = (
+            kind.start([0.0] * numbers) or [] if count else []
+        )  # where the search starts
         if self.guess is not None:
-            self.search = self._per_coordinate("guess", self.guess, count, sink)
+            if not count:
+                self._not_taken("guess", sink)
+                return
+            self.search = self._placed("guess", self.guess, sink)
         if self.ic is None:
             return
         if count == 0:
             sink.error(
-                "E240", f"a {self.kind} joint (JOINT {self.name}) has no coordinate for ic=", self.place("ic")
+                "E240",
+                f"a {kind.name} joint (JOINT {self.name}) has no coordinate for ic=",
+                self.place("ic"),
             )
-        elif len(self.ic) == count:
-            self.start = list(self.ic)
-        elif len(self.ic) == 2 * count:
-            self.start, self.speed = list(self.ic[:count]), list(self.ic[count:])
+        elif len(self.ic) in (numbers, numbers + degrees):
+            self.start = [*(kind.start(self.ic[:numbers]) or [])]
+            if len(self.ic) > numbers:
+                self.speed = [*self.ic[numbers:]]
         else:
             sink.error(
                 "E232",
                 f"ic= of JOINT {self.name} has {len(self.ic)} values; "
-                f"a {self.kind} takes {count} or {2 * count}",
+                f"a {kind.name} takes {numbers} or {numbers + degrees}",
                 self.place("ic"),
                 hint="the coordinates, then the speeds: ic=(q,qd)",
             )
 
-    def _per_coordinate(self, key: str, given: tuple[float, ...], count: int, sink: Sink) -> list[float]:
-        """One value a coordinate; a single one is that of a turn (planar, free) or of the slide (pinslot)."""
-        if len(given) == count:
-            return list(given)
-        if len(given) == 1:
-            values = [0.0] * count
-            if count:
-                values[0 if self.kind == "pinslot" else -1] = given[0]
+    def _placed(self, key: str, given: tuple[float, ...], sink: Sink) -> list[float]:
+        """Coordinates from numbers on the card; a single number is for the kind's main coordinate."""
+        numbers = self.kind.numbers
+        values = list(given)
+        if len(given) == 1 and numbers > 1:
+            values = [0.0] * numbers
+            values[self.kind.main] = given[0]
+        if numbers and (found := self.kind.start(values)) is not None:
+            return found
+        if not numbers and len(given) == 1:
             return values
         sink.error(
-            "E232", f"{key}= of JOINT {self.name} has {len(given)} values; it takes {count}", self.place(key)
+            "E232",
+            f"{key}= of JOINT {self.name} has {len(given)} values; it takes {numbers}",
+            self.place(key),
         )
-        return [0.0] * count
+        return self.kind.start([0.0] * numbers) or []
+
+    def guessed(self, k: int) -> bool:
+        """Does guess= say something of coordinate k?"""
+        if self.guess is None:
+            return False
+        count = len(self.kind.coordinates)
+        return len(self.guess) > 1 or k == self.kind.main % count
 
     def powers(self, s: Scene) -> Powers:
         if self.damp == 0.0:

@@ -106,6 +106,6 @@ def _motion(card: Card, key: str, place: int, count: int, motions: Sequence[str]
         return motions[0] if motions else ""
     if key not in ("zero", "guess", "ic"):
         return ""
-    if count == 1:  # see Joint._per_coordinate
-        return motions[0 if getattr(card, "kind", "") == "pinslot" else -1]
+    if count == 1 and (kind := getattr(card, "kind", None)) is not None:  # see Joint._placed
+        return motions[kind.main]
     return motions[place % len(motions)]

@@ -10,7 +10,7 @@ from emsim import units
 from emsim.cards import CARDS
 from emsim.cards.base import PROBES as CARD_PROBES
 from emsim.cards.base import Card, Param
-from emsim.cards.joint import ALIASES, KINDS
+from emsim.cards.joints import ALIASES, KINDS
 from emsim.cli import VERBS
 from emsim.cli.explain import message
 from emsim.cli.help import EXIT_CODES, verb_help
@@ -104,19 +104,15 @@ def varies(param: Param) -> str:
 def kinds() -> str:
     """Kinds of joints and what they let move."""
     twins = {kind: alias for alias, kind in ALIASES.items()}
-    words_of = {"turn": "turn about", "slide": "slide along"}
-
-    def free(motions: tuple[tuple[str, str], ...]) -> str:
-        return ", ".join(
-            f"{words_of[motion]} {'its axis' if axis == 'axis' else axis}" for motion, axis in motions
-        )
-
     rows = [
-        [code(kind) + (f" = {code(twins[kind])}" if kind in twins else ""), str(len(motions)) if kind != "rod" else "",
-         free(motions) or {"rod": "everything that keeps the distance of its points"}.get(kind, "nothing")]
-        for kind, motions in KINDS.items()
-    ]  # fmt: skip
-    return "\n" + table(["kind", "coordinates", "lets B move against A"], rows)
+        [
+            code(name) + (f" = {code(twins[name])}" if name in twins else ""),
+            str(len(kind.speeds)) if kind.in_tree else "",
+            kind.meaning,
+        ]
+        for name, kind in KINDS.items()
+    ]
+    return "\n" + table(["kind", "degrees of freedom", "lets B move against A"], rows)
 
 
 # ---- the circuit --------------------------------------------------------------------------------

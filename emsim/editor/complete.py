@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from ..cards import CARDS
-from ..cards.joint import ALIASES
-from ..cards.joint import KINDS as JOINT_KINDS
+from ..cards.joints import ALIASES
+from ..cards.joints import KINDS as JOINT_KINDS
 from ..elements import LETTERS, MODEL_TYPES
 from . import words
 from .hover import about

@@ -11,7 +11,7 @@ import json
 
 from ..assemble.behaviour import FUNCTIONS
 from ..cards import CARDS
-from ..cards.joint import ALIASES, KINDS, LATER
+from ..cards.joints import ALIASES, KINDS, LATER
 from .words import DOTS
 
 TYPE_CHECKING = False

@@ -3,6 +3,9 @@ parameters mean stands in the cards' own specs, what elements are in the classes
 
 from __future__ import annotations
 
+from ..cards.joints import WORDS as JOINT_WORDS
+from ..cards.joints import readers
+
 # dot card -> (form, meaning)
 DOTS = {
     ".tran": (".tran tstep tstop [tstart [tmax]] [uic]", "transient analysis [s]; uic: start from given values"),
@@ -35,6 +38,7 @@ DOTS = {
 
 # function that reads the circuit or the machine -> (form, unit, meaning)
 PROBES = {
+    **{w: (f"{w}({readers(w)})", unit, "coordinate or speed of a joint") for w, unit in JOINT_WORDS.items()},
     "v": ("v(node) | v(a,b) | v(coupling)", "V", "voltage of a node, between two, or of a coupling"),
     "i": ("i(element) | i(coupling)", "A", "current into the first terminal"),
     "angle": ("angle(pin) | angle(body) | angle(a,b)", "rad", "coordinate of a pin, orientation of a body"),
@@ -60,6 +64,7 @@ PROBES = {
 }  # fmt: skip
 # what their arguments name
 READS = {
+    **dict.fromkeys(JOINT_WORDS, ("joint",)),
     **dict.fromkeys(("angle", "omega", "alpha"), ("joint", "body")),
     **dict.fromkeys(("pos", "vel", "acc", "fx", "fy", "fz", "mx", "my", "mz"), ("joint",)),
     **dict.fromkeys(("x", "y", "z", "vx", "vy", "vz", "ax", "ay", "az"), ("point", "body")),

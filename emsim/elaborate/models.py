@@ -109,7 +109,7 @@ class Models:
 
             hint = missing_mark(word)
             if word == "joint":
-                from ..cards.joint import KINDS
+                from ..cards.joints import KINDS
 
                 kind = suggest(name, KINDS)
                 hint = f"did you mean `{kind}`? {hint}" if kind else hint

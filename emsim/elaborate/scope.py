@@ -43,6 +43,11 @@ class DeckScope(Scope):
         self.prefix = ""
         self.temper: float | None = None  # of the top level: the circuit's temperature, once it is known
 
+    def reads(self, function: str) -> bool:
+        from ..cards.joints import WORDS
+
+        return function in WORDS
+
     # ---- parameters ----
 
     def lookup(self, name: str) -> float | None:

@@ -113,11 +113,11 @@ def bones(m: Stage, pen: Pen, s: Shape) -> None:
 
 def joint(m: Stage, pen: Pen, s: Shape) -> None:
     kind, u = s["joint"], pen.unit
-    if kind in ("planar", "free"):
+    if kind == "none":
         return
     xa, ya = a = m.place(s["a"])
     x, y = b = m.place(s["b"])
-    if kind in ("slide", "pinslot"):
+    if kind == "slide":
         angle = m.axis_angle(s)
         c, d = math.cos(angle), math.sin(angle)
         fixed = s["a"][0] == 0

@@ -272,11 +272,11 @@ class Net:
         assert self.m is not None
         step = next(s for s in self.m.plan.steps if s.joint == j.name)
         parent, child = step.parent, step.child
-        if j.kind == "weld":
+        if j.kind.carries == "weld":
             self.bodies[child] = self.bodies[parent]
             return
-        if len(j.qs) != 1 or j.kind not in ("pin", "slide"):
-            self.refuse(j.card, f"is a {j.kind}; pins and slides have one coordinate")
+        if not j.kind.carries:
+            self.refuse(j.card, f"is a {j.kind.name}; pins and slides have one coordinate")
         kind = "w_" if j.rotary else "u_"
         if self.bodies[parent] != GROUND:
             above = next(s for s in self.m.plan.steps if s.child == parent)

@@ -303,14 +303,14 @@ class Explained:
     def _motion(self) -> Iterable[Row]:
         """d/dt dL/du = dL/dq + what power brings + what loops hold; and d/dt q = u."""
         m, a, b = self.machine, self.algebra, self.machine.b
-        own = m.own[: self.MOST_ROWS]
-        qs, us = [b.x(c.row) for c in own], [b.x(c.speed_row) for c in own]
+        own, places = m.motions, m.places
+        us = [b.x(c.speed_row) for c in own]
         momenta: list[list[Part]] = [[] for _ in own]
         forces: list[list[Part]] = [[] for _ in own]
 
         def spread(
             expr: Any,
-            to: list[Expr],
+            to: list[Expr] | None,  # None: own coordinates, as what it is for the own speeds
             into: list[list[Part]],
             factor: Any,
             card: Any,
@@ -319,7 +319,8 @@ class Explained:
         ) -> None:
             if expr is None or isinstance(expr, (int, float)):
                 return
-            for k, poly in enumerate(map(a.of, m.public_all([factor * d for d in b.grad(expr, to)]))):
+            slopes = m.along_speeds(expr) if to is None else b.grad(expr, to)
+            for k, poly in enumerate(map(a.of, m.public_all([factor * d for d in slopes]))):
                 if poly.terms:
                     note = ROLES.get((card.spec.word, role), f"{card.spec.word} {{}}").format(card.name)
                     into[k].append(Part(card.name, poly, rate, False, note))
@@ -328,33 +329,48 @@ class Explained:
             kinetic, potential, coenergy = card.kinetic(m), card.potential(m), card.coenergy(m)
             spread(kinetic, us, momenta, 1.0, card, "T", True)
             spread(coenergy, us, momenta, 1.0, card, "W", True)
-            spread(kinetic, qs, forces, 1.0, card, "T")
-            spread(potential, qs, forces, -1.0, card, "V")
-            spread(coenergy, qs, forces, 1.0, card, "W")
+            spread(kinetic, None, forces, 1.0, card, "T")
+            spread(potential, None, forces, -1.0, card, "V")
+            spread(coenergy, None, forces, 1.0, card, "W")
         for card, effort, flow in m.efforts:
             spread(flow, us, forces, effort, card, "P")
         drift: list[list[Part]] = [[] for _ in own]
         for row in m.rows:
-            for to, y, unknown, into, word in (
-                (us, m.rate(row.h), row.row, forces, "reaction of"),
-                (qs, row.h, row.mu_row, drift, "correction for"),
+            for slopes, unknown, into, word in (
+                (b.grad(m.rate(row.h), us), row.row, forces, "reaction of"),
+                (m.along_speeds(row.h), row.mu_row, drift, "correction for"),
             ):
-                for k, poly in enumerate(map(a.of, m.public_all([b.x(unknown) * d for d in b.grad(y, to)]))):
+                for k, poly in enumerate(map(a.of, m.public_all([b.x(unknown) * d for d in slopes]))):
                     if poly.terms:
                         into[k].append(Part(row.owner, poly, False, False, f"{word} {row.owner}"))
-        for k, c in enumerate(own):
+        for group in m.groups:
+            at = [own.index(c) for c in group.speeds]
+            p = [m.momenta[k] for k in at]
+            for k, e in zip(at, group.kind.gyration([c.u for c in group.speeds], p), strict=True):
+                poly = a.of(m.public(-1.0 * e))
+                forces[k].append(Part(own[k].of, poly, False, False, f"axes of {own[k].of} turn"))
+            for c in group.places:
+                held = [b.x(row.mu_row) * b.grad(row.h, [c.q])[0] for row in m.norms]
+                right = [Part(c.of, a.of(e)) for e in (c.rate, *(-1.0 * e for e in held)) if e.value != 0.0]
+                yield Row(c.row, MOTION, f"definition of {c.q_name}", [Part(c.of, a.x(c.row), True)], right)
+        for k, c in enumerate(own[: self.MOST_ROWS]):
             turned = [Part(p.owner, a.scale(-1.0, p.poly), False, False, p.note) for p in drift[k]]
-            rate = Part(c.of, a.x(c.row), True)
-            yield Row(
-                c.row, MOTION, f"definition of {c.u_name}", [rate], [Part(c.of, a.x(c.speed_row)), *turned]
-            )
+            rate = Part(c.of, a.x(c.row), True) if c.row >= 0 else None
+            if c.row >= 0:
+                right = [Part(c.of, a.x(c.speed_row)), *turned]
+                yield Row(c.row, MOTION, f"definition of {c.u_name}", [rate], right)
             total = a.sum((1.0, p.poly) for p in momenta[k])
             whose = ", ".join(dict.fromkeys(p.owner for p in momenta[k]))
             left = [Part(whose, total, True, False, f"inertia of {whose}")]
-            yield Row(c.speed_row, MOTION, f"motion of {c.of}, {c.q_name}", left, _merged(a, forces[k]))
+            yield Row(
+                c.speed_row, MOTION, f"motion of {c.of}, {c.q_name or c.u_name}", left, _merged(a, forces[k])
+            )
 
     def _closure(self) -> Iterable[Row]:
         m, a = self.machine, self.algebra
+        for row in m.norms:
+            title = f"coordinates of {row.owner} have length 1"
+            yield Row(row.mu_row, CLOSURE, title, [Part(row.owner, a.of(m.public(row.h)))], [])
         for row in m.rows:
             rate, gap = m.public_all([m.rate(row.h), row.h])
             label = {"x": "along x", "y": "along y", "z": "along z"}.get(row.label, row.label)
@@ -506,9 +522,7 @@ def folded(x: Explained) -> list[str]:
         said.append(f"{_list(constant)}: constant, so a number stands in the equations")
     if m is None:
         return said
-    from ..assemble.scene import leaves_plane
-
-    if not any(leaves_plane(j) for j in m.joints.values()):
+    if not any(j.kind.leaves_plane() for j in m.joints.values()):
         said.append("no joint leaves the plane: z and turns about x and y do not appear")
     if m.folded:
         said.append(
@@ -517,7 +531,7 @@ def folded(x: Explained) -> list[str]:
     if x.ctx.flat.gravity is None:
         said.append("there is no .gravity card: bodies have no weight")
     for joint in m.joints.values():
-        if joint.kind == "weld" and not joint.cut:
+        if not joint.cut and not joint.kind.coordinates:
             said.append(f"{joint.name} is a weld: {joint.b} moves with {joint.a} and needs no coordinate")
     for tie in m.ties.values():
         said.append(

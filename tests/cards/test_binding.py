@@ -32,7 +32,7 @@ BAD = {
     "spring_q0_between_points": (ARM + "SPRING s 0 arm.com k=1 q0=1", "E240", "l0="),
     "spring_of_no_direction": ("BODY a m=1 j=1\nSPRING s 0 a k=3 l0=1", "E257", "coincide"),
     # kinds of joints
-    "ball": ("BODY a m=1 j=1\nJOINT j 0 a ball", "E239", "not supported yet"),
+    "screw": ("BODY a m=1 j=1\nJOINT j 0 a screw", "E239", "not supported yet"),
     "weld_has_no_coordinate": ("BODY a m=1\nJOINT j 0 a weld ic=3", "E240", "no coordinate"),
     "pot_on_weld": ("BODY a m=1\nJOINT j 0 a weld\nPOT p x y 0 j r=1k range=(0,1)\nR1 x 0 1", "E241", "weld"),
     "radius_on_a_pin": (ARM + "MOTOR m a 0 hinge kt=1 radius=1\nR1 a 0 1", "E240", "radius="),

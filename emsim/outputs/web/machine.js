@@ -313,8 +313,8 @@ const GLYPHS = {
   } },
   joint: { layer: 1, draw(m, ctx, s) {
     const [x, y] = m.place(s.b), [xa, ya] = m.place(s.a);
-    if (s.joint === "planar" || s.joint === "free") return;
-    if (s.joint === "slide" || s.joint === "pinslot") {
+    if (s.joint === "none") return;
+    if (s.joint === "slide") {
       const angle = m.axisAngle(s), reach = 0.62 * Math.min(m.width, m.height);
       ctx.strokeStyle = m.colour("ground");
       ctx.lineWidth = 1.5;

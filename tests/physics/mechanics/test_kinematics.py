@@ -7,8 +7,8 @@ import pytest
 from scipy.spatial.transform import Rotation as Turn
 
 from emsim._engine import Builder
-from emsim.assemble.kinematics import Frame, Moving, Rotation, ground, perpendicular
 from emsim.assemble.tree import Edge, plan
+from emsim.cards.kinematics import Frame, Moving, Rotation, ground, perpendicular
 
 X, Y, Z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
 SKEW = (0.6, 0.0, 0.8)

@@ -137,7 +137,7 @@ def test_rod_keeps_the_distance_of_the_start():
     deck = MASSES + "JOINT x 0 a slide ic=0.3\nJOINT y 0 b slide axis=(0,1) ic=(0.4,-1)\nJOINT r a b rod"
     m = machine(deck + "\n.gravity 9.81")
     (row,) = m.rows
-    assert m.joints["r"].length == pytest.approx(0.5)
+    assert m.joints["r"].kind.length == pytest.approx(0.5)
     assert value(m, row.h, {"pos(x)": 0.5, "pos(y)": 0.0}) == pytest.approx(0.0)
     at = {name: v for name, _, v in m.found.moved}
     assert at["vel(x)"] == pytest.approx(4 / 3)  # x v_x + y v_y = 0
@@ -203,7 +203,7 @@ def test_a_rod_is_measured_once_the_other_loops_have_closed(where):
     rocker, hang = branches()[0]["d"], math.radians(-80)
     x = 0.22 + 0.1 * math.cos(rocker) - 0.3 - 0.1 * math.cos(hang)
     y = 0.1 * math.sin(rocker) - 0.4 - 0.1 * math.sin(hang)
-    assert m.joints["tie"].length == pytest.approx(math.hypot(x, y), abs=1e-9)
+    assert m.joints["tie"].kind.length == pytest.approx(math.hypot(x, y), abs=1e-9)
     assert m.found.dof == 1
 
 

@@ -11,6 +11,7 @@ from emsim.assemble.behaviour import FUNCTIONS, MECHANICAL
 from emsim.assemble.options import NUMBERS
 from emsim.assemble.outputs import UNITS
 from emsim.cards import CARDS
+from emsim.cards.joints import WORDS as JOINT_WORDS
 from emsim.diagnostics import LONGEST
 from emsim.editor import words
 from emsim.editor.complete import complete
@@ -25,9 +26,9 @@ DECKS = sorted([*(ROOT / "netlists").rglob("*.cir"), *(ROOT / "tests" / "decks" 
 
 
 def test_every_function_of_the_machine_is_explained_with_its_unit():
-    assert set(words.PROBES) == MECHANICAL
+    assert set(words.PROBES) == MECHANICAL | set(JOINT_WORDS)
     for name, (form, unit, _) in words.PROBES.items():
-        assert form.startswith(f"{name}(") and unit == UNITS[name]
+        assert form.startswith(f"{name}(") and unit == {**JOINT_WORDS, **UNITS}[name]
 
 
 def test_every_function_of_expressions_is_explained():

@@ -288,20 +288,32 @@ impl Plan<'_> {
         outs.extend(&pull);
         self.parts.push((outs, true));
         let state_of = |j: usize| self.equations.iter().find(|e| e.row == j && e.state.is_some()).and_then(|e| e.state);
-        // a speed's coordinate is the one whose row reads it
-        let mut coordinates = vec![None; k];
-        for (i, &s) in speeds.iter().enumerate() {
-            let reads = |c: usize| {
-                self.source.unknowns[c].kind == Kind::Coordinate
-                    && (self.source.g.iter()).any(|&(r, col, v)| r == c && col == s && v == -1.0)
-            };
-            coordinates[i] = (0..n).find(|&c| reads(c)).and_then(state_of);
+        // coordinates move with the speeds that their rows read:  q' = N(q) u
+        let (mut rates, mut carried) = (Vec::new(), Vec::new());
+        let closed: Vec<Id> = lambdas.iter().filter_map(|&l| self.f.get(l + 1).copied()).collect();
+        let closed = self.leaves(&closed);
+        for c in (0..n).filter(|&c| self.source.unknowns[c].kind == Kind::Coordinate) {
+            let Some(state) = state_of(c) else { continue };
+            let slopes = gradient(self.g, self.f[c], &u);
+            if self.leaves(&slopes).iter().any(|l| speeds.contains(l)) {
+                if closed.contains(&c) {
+                    let name = &self.source.unknowns[c].name;
+                    return Err(format!("`{name}` is part of a loop, and its rate is not linear in the speeds"));
+                }
+                continue;
+            }
+            for (i, slope) in slopes.into_iter().enumerate() {
+                if self.g.value(slope) != Some(0.0) {
+                    rates.push(self.g.neg(slope));
+                    carried.push((state, i));
+                }
+            }
         }
         // are the accelerations read by anybody else?
         let members: HashSet<usize> = members.iter().copied().collect();
         let others: Vec<Id> =
             (self.equations.iter().enumerate()).filter(|(e, _)| !members.contains(e)).map(|(_, e)| e.expr).collect();
-        let rates = self.leaves(&others).iter().any(|l| mass.unknowns.contains(l));
+        let read = self.leaves(&others).iter().any(|l| mass.unknowns.contains(l));
         if lambdas.iter().any(|&l| self.source.unknowns.get(l + 1).map(|u| u.kind) != Some(Kind::Mu)) {
             return Err("a constraint on speeds has none on positions".into());
         }
@@ -309,11 +321,15 @@ impl Plan<'_> {
         let kinds =
             (lambdas.iter()).map(|&l| lambdas.iter().position(|&other| unit(other) == unit(l)).unwrap_or(0)).collect();
         self.steps.push(Step::Saddle(Box::new(Saddle {
-            rates,
+            rates: read,
             kinds,
             mass,
             momenta: speeds.iter().map(|&j| state_of(j)).collect(),
-            coordinates,
+            turning: rates.iter().any(|&r| self.g.value(r).is_none()),
+            constant: rates.iter().map(|&r| self.g.value(r).unwrap_or(0.0)).collect(),
+            carried,
+            carried_ids: rates,
+            carried_part: usize::MAX,
             rows: lambdas,
             drift_part: usize::MAX,
             gaps: Tape::new(self.g, &[]),

@@ -496,14 +496,18 @@ impl Plan<'_> {
         // saddles look at h and dh/dt when they project
         for k in 0..steps {
             let Step::Saddle(saddle) = &self.steps[k] else { continue };
-            let rows = saddle.rows.clone();
+            let (rows, carried, turning) = (saddle.rows.clone(), saddle.carried_ids.clone(), saddle.turning);
             let gaps: Vec<Id> = rows.iter().map(|&row| self.image(self.f[row + 1])).collect();
             let drifts: Vec<Id> = rows.iter().map(|&row| self.image(self.f[row])).collect();
             let part = self.parts.len();
             self.parts.push((drifts, false));
+            if turning {
+                let carried = carried.into_iter().map(|id| self.image(id)).collect();
+                self.parts.push((carried, false));
+            }
             let gaps = Tape::new(self.g, &gaps).native();
             if let Step::Saddle(saddle) = &mut self.steps[k] {
-                (saddle.drift_part, saddle.gaps) = (part, gaps);
+                (saddle.drift_part, saddle.carried_part, saddle.gaps) = (part, part + 1, gaps);
             }
         }
         steps

@@ -8,6 +8,7 @@
 use super::dense::{dot, forward_symmetric};
 use super::quick::Quick;
 use super::{Block, Held, Point, Reduced, Step, Trouble};
+use crate::graph::Id;
 use crate::tape::{Inputs, Tape};
 use crate::waves::Wave;
 
@@ -25,13 +26,17 @@ pub const NEAR: f64 = 0.1;
 
 pub struct Saddle {
     pub(super) mass: Block,
-    pub(super) momenta: Vec<Option<usize>>,     // state of each momentum
-    pub(super) coordinates: Vec<Option<usize>>, // and of its coordinate
-    pub(super) rows: Vec<usize>,                // multipliers
-    pub(super) kinds: Vec<usize>,               // of these, by their units
-    pub(super) rates: bool,                     // the accelerations are read
-    pub(super) gaps: Tape,                      // h, on its own: it is looked at where nothing else is
-    pub(super) drift_part: usize,               // dh/dt
+    pub(super) momenta: Vec<Option<usize>>,  // state of each momentum
+    pub(super) carried: Vec<(usize, usize)>, // states of coordinates, and the speed that each moves with ...
+    pub(super) constant: Vec<f64>,           // ... at this rate (an entry of N),
+    pub(super) turning: bool,                // unless it depends on where they are:
+    pub(super) carried_ids: Vec<Id>,
+    pub(super) carried_part: usize,
+    pub(super) rows: Vec<usize>,  // multipliers
+    pub(super) kinds: Vec<usize>, // of these, by their units
+    pub(super) rates: bool,       // the accelerations are read
+    pub(super) gaps: Tape,        // h, on its own: it is looked at where nothing else is
+    pub(super) drift_part: usize, // dh/dt
     pub(super) quick: Option<Quick>,
 }
 
@@ -45,21 +50,6 @@ impl Saddle {
         for (row, &l) in held.pull.chunks_exact(k).zip(&held.lambda) {
             for (r, w) in held.rhs.iter_mut().zip(row) {
                 *r += w * l;
-            }
-        }
-    }
-
-    /// Takes the gaps in `lambda` out of y.
-    fn correct(&self, held: &mut Held, y: &mut [f64]) {
-        self.push(held);
-        self.mass.solve(held);
-        self.subtract(&self.coordinates, &held.rhs, y);
-    }
-
-    fn subtract(&self, places: &[Option<usize>], d: &[f64], y: &mut [f64]) {
-        for (place, d) in places.iter().zip(d) {
-            if let Some(s) = *place {
-                y[s] -= d;
             }
         }
     }
@@ -132,7 +122,7 @@ impl Reduced {
     }
 
     /// Closes loops: moves the coordinates in `y` by the least change in the metric of the masses,
-    ///   dq = -M^-1 W^T S^+ h,
+    ///   dq = -N M^-1 W^T S^+ h,
     /// with the factors of the last stage, which is near. Returns the largest gap |h| that it met first.
     pub fn close(&self, p: &mut Point, y: &mut [f64], rounding: f64) -> f64 {
         let mut met = 0.0_f64;
@@ -147,7 +137,7 @@ impl Reduced {
                 if !(gap > rounding) {
                     break;
                 }
-                s.correct(&mut p.held[k], y);
+                self.correct(s, k, p, y);
             }
         }
         met
@@ -180,7 +170,7 @@ impl Reduced {
                     y.copy_from_slice(&before);
                     break;
                 }
-                s.correct(&mut p.held[k], y);
+                self.correct(s, k, p, y);
                 // as much less again will do
                 if gap * gap <= enough * last && round > 0 {
                     break;
@@ -188,6 +178,21 @@ impl Reduced {
                 last = gap;
             }
             p.open = before;
+        }
+    }
+
+    /// Takes the gaps in `lambda` of step k out of y, where `gap` was run last:  dq = -N M^-1 W^T S^+ h.
+    fn correct(&self, s: &Saddle, k: usize, p: &mut Point, y: &mut [f64]) {
+        if s.turning {
+            self.run(s.carried_part, p);
+        }
+        let held = &mut p.held[k];
+        s.push(held);
+        s.mass.solve(held);
+        for (i, &(state, speed)) in s.carried.iter().enumerate() {
+            let rate =
+                if s.turning { p.slots[self.tape.part_places(s.carried_part)[i] as usize] } else { s.constant[i] };
+            y[state] -= rate * held.rhs[speed];
         }
     }
 
@@ -222,7 +227,11 @@ impl Reduced {
             }
             met = met.max(largest(&held.lambda));
             s.push(held);
-            s.subtract(&s.momenta, &held.rhs, y);
+            for (place, d) in s.momenta.iter().zip(&held.rhs) {
+                if let Some(s) = *place {
+                    y[s] -= d;
+                }
+            }
         }
         met
     }

@@ -236,13 +236,21 @@ class Frame:
     """A rigid frame: orientation, a reference point `ref` in its own axes that stands at `org` with velocity
     `vel`.
 
-    The reference is the joint through which the body was reached, so points at the joint cost nothing.
+    The reference is the joint through which the body was reached, so points at the joint cost nothing. `own` is the
+    angular velocity in the frame's axes where it is known without turning it back.
     """
 
-    __slots__ = ("_points", "name", "omega", "org", "ref", "rot", "vel")
+    __slots__ = ("_points", "name", "omega", "org", "own", "ref", "rot", "vel")
 
     def __init__(
-        self, name: str, rot: Rotation, ref: tuple[float, ...], org: Vector, vel: Vector, omega: Vector
+        self,
+        name: str,
+        rot: Rotation,
+        ref: tuple[float, ...],
+        org: Vector,
+        vel: Vector,
+        omega: Vector,
+        own: Vector | None = None,
     ) -> None:
         self.name = name
         self.rot = rot
@@ -250,6 +258,7 @@ class Frame:
         self.org = org
         self.vel = vel
         self.omega = omega
+        self.own = own
         self._points: dict[tuple[float, ...], PointState] = {}
 
     def point(self, local: tuple[float, ...]) -> PointState:
@@ -265,12 +274,27 @@ class Frame:
             self._points[local] = state
         return state
 
+    def speed_squared(self, local: tuple[float, ...]) -> Scalar:
+        """Of a point, (v + R c)^2 with c = w x arm in the frame's own axes where w is known there: R^T R never appears."""
+        arm = [a - b for a, b in zip(local, self.ref, strict=True)]
+        if self.own is None or not any(arm):
+            v = self.point(local).vel
+            return v[0] * v[0] + v[1] * v[1] + v[2] * v[2]
+        across = cross(self.own, arm)
+        return (
+            dot(self.vel, self.vel)
+            + 2.0 * dot(self.vel, times(self.rot.matrix(), across))
+            + dot(across, across)
+        )
+
     def direction(self, local: Sequence[float]) -> Vector:
         """A direction of the frame in world axes."""
         return times(self.rot.matrix(), local)
 
     def spin(self) -> Vector:
         """Angular velocity in the frame's own axes [rad/s]."""
+        if self.own is not None:
+            return self.own
         if self.rot.m is None and (self.rot.axis is None or self._about_own_axis()):
             return self.omega
         return transposed_times(self.rot.matrix(), self.omega)
@@ -285,7 +309,7 @@ class Frame:
 class Moving:
     """A frame on its way from one body to the next, carried by elementary motions at a joint point."""
 
-    __slots__ = ("b", "omega", "org", "rot", "vel")
+    __slots__ = ("b", "omega", "org", "own", "rot", "vel")
 
     def __init__(self, frame: Frame, at: tuple[float, ...]) -> None:
         point = frame.point(at)
@@ -294,12 +318,31 @@ class Moving:
         self.org = point.pos
         self.vel = point.vel
         self.omega = frame.omega
+        self.own = frame.own
 
     def turn(self, axis: tuple[float, float, float], q: Scalar, u: Scalar) -> None:
         """Turn about an axis of the present frame."""
         world = times(self.rot.matrix(), axis)
         self.rot = self.rot.then(axis, q)
         self.omega = add(self.omega, scale(u, world))
+        if self.own is not None:
+            turned = transposed_times(Rotation(self.b, None, axis, q).matrix(), self.own)
+            self.own = add(turned, scale(u, axis))
+
+    def orient(self, r: Matrix, w: Vector, sign: float) -> None:
+        """Turn by the rotation r of B in A, w the angular velocity against A in the axes of B: from A to B, or with
+        sign -1 from B to A."""
+        still = all(map(is_zero, self.omega))
+        before = [0.0] * 3 if still else self.own or transposed_times(self.rot.matrix(), self.omega)
+        if sign > 0:
+            self.rot = Rotation(self.b, product(self.rot.matrix(), r))
+            self.own = add(transposed_times(r, before), w)
+        else:
+            self.rot = Rotation(
+                self.b, product(self.rot.matrix(), [list(row) for row in zip(*r, strict=True)])
+            )
+            self.own = times(r, subtract(before, w))
+        self.omega = times(self.rot.matrix(), self.own)
 
     def slide(self, axis: tuple[float, float, float], q: Scalar, u: Scalar) -> None:
         """Shift along an axis of the present frame."""
@@ -318,10 +361,11 @@ class Moving:
         self.rot = self.rot.before(axis, s)
         carried = times(Rotation(self.b, None, axis, s).matrix(), self.omega)
         self.omega = add(carried, scale(rate, axis))
+        self.own = None
 
     def frame(self, name: str, ref: tuple[float, ...]) -> Frame:
         """The body whose point `ref` stands here."""
-        return Frame(name, self.rot, ref, self.org, self.vel, self.omega)
+        return Frame(name, self.rot, ref, self.org, self.vel, self.omega, self.own)
 
 
 def ground(b: Builder) -> Frame:
