@@ -303,7 +303,7 @@ class Explained:
     def _motion(self) -> Iterable[Row]:
         """d/dt dL/du = dL/dq + what power brings + what loops hold; and d/dt q = u."""
         m, a, b = self.machine, self.algebra, self.machine.b
-        own, places = m.motions, m.places
+        own = m.motions
         us = [b.x(c.speed_row) for c in own]
         momenta: list[list[Part]] = [[] for _ in own]
         forces: list[list[Part]] = [[] for _ in own]
@@ -355,8 +355,8 @@ class Explained:
                 yield Row(c.row, MOTION, f"definition of {c.q_name}", [Part(c.of, a.x(c.row), True)], right)
         for k, c in enumerate(own[: self.MOST_ROWS]):
             turned = [Part(p.owner, a.scale(-1.0, p.poly), False, False, p.note) for p in drift[k]]
-            rate = Part(c.of, a.x(c.row), True) if c.row >= 0 else None
             if c.row >= 0:
+                rate = Part(c.of, a.x(c.row), True)
                 right = [Part(c.of, a.x(c.speed_row)), *turned]
                 yield Row(c.row, MOTION, f"definition of {c.u_name}", [rate], right)
             total = a.sum((1.0, p.poly) for p in momenta[k])

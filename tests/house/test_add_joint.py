@@ -1,6 +1,6 @@
 """A kind of joint is one new file and one line: a screw, added to a copy of the tree, moves as the book says.
 
-Of a nut on a spindle, per radian it advances r = lead/2 pi: its one momentum is (J + m r^2) omega, so under gravity along the axis
+A nut on a spindle advances r = lead/2 pi a radian: its momentum is (J + m r^2) omega, so under gravity along the axis
 omega' = m g r/(J + m r^2).
 """
 

@@ -1,4 +1,4 @@
-"""Kinds of joints against closed forms: ball (quaternion, body rates), universal, cylinder; in the tree and where they are cut."""
+"""Kinds of joints against closed forms: ball (quaternion, body rates), universal, cylinder; in the tree and cut."""
 
 from __future__ import annotations
 
@@ -40,7 +40,8 @@ def top(order: str = "0 top") -> str:
         c, s = math.cos(TILT), math.sin(TILT)
         speeds = (-(c * speeds[0] + s * speeds[2]), 0.0, -(-s * speeds[0] + c * speeds[2]))
     start = ",".join(f"{v!r}" for v in (0.0, sign * TILT, 0.0, *speeds))
-    return f"BODY top m={M} j=({ACROSS},{ACROSS},{ALONG}) com=(0,0,{LENGTH})\nJOINT b {order} ball ic=({start})\n.gravity 0 0 -9.81"
+    body = f"BODY top m={M} j=({ACROSS},{ACROSS},{ALONG}) com=(0,0,{LENGTH})"
+    return f"{body}\nJOINT b {order} ball ic=({start})\n.gravity 0 0 -9.81"
 
 
 @pytest.mark.parametrize("order", ["0 top", "top 0"])
@@ -152,7 +153,7 @@ def test_a_damped_ball_loses_its_rates_alone():
 
 
 def test_reading_a_ball_by_angle_says_what_it_has():
-    with pytest.raises(emsim.DeckError, match="E249.*is a ball") as caught:
+    with pytest.raises(emsim.DeckError, match=r"E249.*is a ball") as caught:
         run("BODY b m=1 j=(1m,1m,1m)\nJOINT o 0 b ball", "1m 1", save="angle(o)")
     assert "wx wy wz" in str(caught.value)
 
@@ -198,7 +199,8 @@ def test_cylinder_turns_and_slides_on_its_own(cut):
     """Under gravity along the axis it falls freely and keeps turning; cut, beside a tree of a slide and a pin on it."""
     cards = "BODY b m=2 j=(1m,1m,3m)\n"
     if cut:
-        cards += "BODY c m=0 j=(0,0,0)\nJOINT s 0 c slide axis=(0,0,1) ic=(0.1,0.5)\nJOINT p c b pin ic=(0.2,30)\nJOINT j 0 b cylinder"
+        cards += "BODY c m=0 j=(0,0,0)\nJOINT s 0 c slide axis=(0,0,1) ic=(0.1,0.5)\n"
+        cards += "JOINT p c b pin ic=(0.2,30)\nJOINT j 0 b cylinder"
     else:
         cards += "JOINT j 0 b cylinder ic=(0.1,0.2,0.5,30)"
     r = run(cards + "\n.gravity 0 0 -9.81", "1m 1", save="pos(j) angle(j) vel(j)")
