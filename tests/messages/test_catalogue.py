@@ -134,6 +134,7 @@ def without_grammar(patch: pytest.MonkeyPatch) -> None:
 
 # code: (command, what is changed)
 FORCED = {
+    "E153": ("emsim including.cir", lambda p: p.setattr("emsim.elaborate.files.MAX_INCLUDES", 0)),
     "E421": ("emsim chart --alone deck.cir", lambda p: p.setattr("emsim.reports.reference.WORST", 0.0)),
     "E499": (HERE, lambda p: p.setattr("emsim.pipeline.solve", raising(RuntimeError("a bug")))),
     "E502": (WRONG, without_grammar),
@@ -157,7 +158,12 @@ def forced(code: str) -> str:
     command, change = FORCED[code]
     with pytest.MonkeyPatch.context() as patch:
         change(patch)
-        _, said = perform(command, {"deck.cir": RC, "wrong.cir": RC.replace("1k)", "1k")})
+        files = {
+            "wrong.cir": RC.replace("1k)", "1k"),
+            "including.cir": "t\n.include parts.inc\n",
+            "parts.inc": "* none\n",
+        }
+        _, said = perform(command, {"deck.cir": RC, **files})
     return "\n\n".join(text for found, text in blocks(said) if found == code)
 
 
