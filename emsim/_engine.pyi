@@ -184,11 +184,13 @@ class System:
         progress: Callable[[float, float, int, int], bool | None] | None = None,
         accounts: tuple[Sequence[Expr], Sequence[Expr], bool] | None = None,
         drawn: bool = True,
+        stream: tuple[str, bool, Any] | None = None,
     ) -> Waveforms:
         """options: method (trap gear radau trbdf2 esdirk rk45 dop853) reltol abstol vntol trtol gmin
         itl1 itl4 maxord fixed_step projection.
         progress(t, h, steps, events) is called about 20 times a second; a true value stops the run.
-        Not drawn: beside the ends of steps only the print grid has rows, however far apart they are."""
+        Not drawn: beside the ends of steps only the print grid has rows, however far apart they are.
+        stream: (path, is there such a file already, head as write_raw has it): rows go there while the run goes on."""
 
 @final
 class Waveforms:
@@ -203,7 +205,7 @@ class Waveforms:
         """ "ok", "failed" or "interrupted"; the rows recorded so far are kept in any case."""
     @property
     def failure(self) -> dict[str, Any] | None:
-        """t, h, during, kind (singular, no convergence, not finite, unfit), unknown_name, row_name, tried."""
+        """t, h, during, kind (singular, no convergence, not finite, unfit, memory), unknown_name, row_name, tried."""
     @property
     def events(self) -> list[tuple[float, int, int]]:
         """(time, flag, new value)"""
@@ -232,19 +234,12 @@ class Waveforms:
     def column(self, k: int) -> bytes:
         """Column k as the bytes of native float64."""
     def value(self, row: int, column: int) -> float: ...
-    def write_raw(
-        self,
-        path: str,
-        title: str,
-        date: str,
-        plotname: str,
-        command: str,
-        names: Sequence[str],
-        types: Sequence[str],
-        ascii: bool = False,
-        append: bool = False,
-        skip_time: bool = False,
-    ) -> None: ...
+    def write_raw(self, path: str, table: Any, ascii: bool = False, first: int = 0) -> None:
+        """Puts the columns from `first` on behind what a raw file holds; table: their title, date, plotname, command, names
+        and types (outputs/raw.py, Head). OSError."""
+    def finish_stream(self) -> tuple[int, str | None] | None:
+        """The last rows go to the file of tran(stream=...): its number of rows, and what went wrong; None where the run was too
+        short to begin one."""
 
 @final
 class Trees:

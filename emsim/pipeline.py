@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from .analyses import Run
     from .assemble import Assembly
     from .deck import FlatDeck, Probe
+    from .outputs.raw import Stream
     from .reports.equations import Explained
     from .result import Result, Table
     from .system import System
@@ -34,6 +35,7 @@ def run(
     scene: bool | None = None,
     energy: bool | None = None,
     also: str | Sequence[str | Probe] = (),
+    stream: Stream | None = None,
 ) -> Result:
     """Simulates a deck: a path, the text itself, or a PySpice Circuit.
 
@@ -45,6 +47,7 @@ def run(
     scene      record what moves the drawing of the machine, for pages and films; left out: in a notebook
     energy     keep energy accounts (`Result.energy`); left out: where the deck has a machine
     also       further columns: expressions as .print takes them, such as "fx(pin) x(arm(0.3,0))", one text or several
+    stream     a raw file that the rows go to while the run goes on (outputs/raw.py); `raw.write` completes it
     progress   called now and then with (t, tstop, step [s], steps, events); a true return value stops the run, whose
                result then has the status "interrupted"; what it raises is raised here
     Raises DeckError, ConvergenceError (with the partial Result), OutsideError; after Ctrl-C Interrupted, a
@@ -57,7 +60,7 @@ def run(
     assembly, planned = prepare(flat, options, flat.machine != [] if energy is None else energy)
     # equations to solutions
     heard = None if progress is None else Heard(progress)
-    runs = solve(assembly, planned, heard, in_notebook() if scene is None else scene)
+    runs = solve(assembly, planned, heard, in_notebook() if scene is None else scene, stream)
     # solutions to a result
     result = deliver(assembly, runs)
     if result.status == "interrupted" and not (heard and heard.stopped):
@@ -179,7 +182,11 @@ def prepare(
 
 
 def solve(
-    assembly: Assembly, planned: list[tuple[Any, Any]], progress: Progress | None = None, scene: bool = False
+    assembly: Assembly,
+    planned: list[tuple[Any, Any]],
+    progress: Progress | None = None,
+    scene: bool = False,
+    stream: Stream | None = None,
 ) -> list[Run]:
     """Every analysis in deck order; the first one that fails is the last."""
     from .analyses import runner
@@ -188,9 +195,10 @@ def solve(
     runs: list[Run] = []
     for card, settings in planned:
         own = _timed(assembly, settings) if card.kind == "tran" else assembly
-        if drawing is not None and card.kind == "tran":
-            drawn = own.drawing() or drawing
-            runs.append(runner("tran")(own, card, settings, progress, drawn.channels, True))
+        if card.kind == "tran":
+            channels = () if drawing is None else (own.drawing() or drawing).channels
+            into = None if stream is None else _streamed(own, runs, stream)
+            runs.append(runner("tran")(own, card, settings, progress, channels, drawing is not None, into))
         else:
             runs.append(runner(card.kind)(own, card, settings, progress))
         if runs[-1].waves.status != "ok":
@@ -200,6 +208,18 @@ def solve(
 
             runs[-1].trouble.append(not_finite(gaps, card))
     return runs
+
+
+def _streamed(assembly: Assembly, runs: list[Run], stream: Stream) -> tuple[str, bool, Any]:
+    """Where the rows of the next transient go, behind the tables of the runs so far."""
+    from .analyses import columns
+    from .outputs.raw import Head
+    from .result import PLOTNAMES, Table
+
+    title = assembly.flat.title
+    names, units, _ = columns(assembly, "tran")
+    done = [Table(r.kind, r.names, r.units, r.store, title=title, axis=r.axis) for r in runs]
+    return stream.follow(done, Head(title, PLOTNAMES["tran"], ["time", *names], ["s", *units]))
 
 
 def _timed(assembly: Assembly, settings: Any) -> Assembly:

@@ -214,9 +214,12 @@ def read_bytes(path: str, regular: bool = False) -> bytes:
             raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), path)
         if regular and not S_ISREG(mode):
             raise OSError(errno.EINVAL, "it is a pipe or a device, not a file", path)
-        data = handle.read(MOST_BYTES + 1)
-    if len(data) > MOST_BYTES:
-        raise OSError(errno.EFBIG, f"it has more than {MOST_BYTES >> 20} MiB", path)
+        # in pieces: what a device or a pipe holds nobody knows
+        data = b""
+        while piece := handle.read(max(1 << 16, len(data))):
+            data += piece
+            if len(data) > MOST_BYTES:
+                raise OSError(errno.EFBIG, f"it has more than {MOST_BYTES >> 20} MiB", path)
     return data
 
 

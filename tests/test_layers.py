@@ -60,7 +60,7 @@ RUST_ROWS = [
     ["py"],
     ["integrate"],
     ["events", "op", "record"],
-    ["ledger"],
+    ["ledger", "raw"],
     ["newton"],
     ["tolerances"],
     ["system", "assembly"],

@@ -43,6 +43,12 @@ class Part:
     def column(self, i: int, /) -> bytes:
         return self.waves.column(self.first + i)
 
+    def write_raw(self, path: str, head: Any, ascii: bool = False) -> None:
+        self.waves.write_raw(path, head, ascii, self.first)
+
+    def finish_stream(self) -> tuple[int, str | None] | None:
+        return self.waves.finish_stream()
+
 
 class Run:
     """What one analysis computed.

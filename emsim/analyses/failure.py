@@ -23,6 +23,7 @@ CODES = {
 }
 
 
+RECORD_LESS = "record less: .save the signals that matter, a larger step on .tran, a shorter run"
 METHODS = ("radau", "gear")  # what may still help, in this order
 RUNAWAY = 1e3  # times what it was: something feeds itself
 
@@ -56,6 +57,9 @@ def explain_failure(
 ) -> list[Diagnostic]:
     """The same for a bare report; points were kept up to the time `kept`, `growth` says what ran away."""
     kind = failure.get("kind", "no convergence")
+    if kind == "memory":
+        said, hint = f"out of memory: there is no room for rows beyond t = {kept:.6g} s", RECORD_LESS
+        return [Diagnostic("error", "E509", said, analysis.span if analysis else None, hint)]
     if kind == "unfit":
         return [_unfit(assembly, analysis, str(failure.get("why", "")))]
     if kind == "too long":

@@ -15,10 +15,14 @@ from . import Run, columns
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
+    from typing import Any
 
     from ..assemble import Assembly, Output
     from ..deck import Analysis
     from ..diagnostics import Sink
+
+
+SMALL = 64e6  # bytes that are never too many
 
 
 class Transient:
@@ -70,20 +74,41 @@ def read(analysis: Analysis, sink: Sink, tmax: float | None = None) -> Transient
     return None
 
 
+def memory() -> float:
+    """Bytes that this process may have: the machine's memory, or the limit of the process or of its group."""
+
+    def machine() -> float:
+        return float(os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE"))
+
+    def process() -> float:
+        from resource import RLIM_INFINITY, RLIMIT_AS, getrlimit
+
+        limit = getrlimit(RLIMIT_AS)[0]
+        return float("inf") if limit == RLIM_INFINITY else float(limit)
+
+    def group() -> float:
+        with open("/sys/fs/cgroup/memory.max", encoding="ascii") as file:
+            return float(file.read())
+
+    found = [float("inf")]
+    for limit in (machine, process, group):
+        try:
+            found.append(limit())
+        except (AttributeError, ImportError, ValueError, OSError):  # not told here
+            continue
+    return min(found)
+
+
 def check_memory(assembly: Assembly, analysis: Analysis, t: Transient) -> None:
-    """Raises OutsideError (E509) where the rows of the print grid alone are more than the machine's memory."""
-    try:
-        memory = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
-    except (AttributeError, ValueError, OSError):  # not told here
-        return
+    """Raises OutsideError (E509) where the rows of the print grid alone are more than the memory."""
     rows, columns = (t.tstop - t.tstart) / t.tstep, 1 + len(assembly.outputs["tran"])
-    if 8.0 * rows * columns < memory:
+    if 8.0 * rows * columns < SMALL or 8.0 * rows * columns < (there := memory()):
         return
     from ..diagnostics import Diagnostic, OutsideError
 
     said = (
-        f"{rows:.2g} rows of {columns} columns are {8e-9 * rows * columns:,.0f} GB, "
-        f"there are {1e-9 * memory:,.0f} GB of memory"
+        f"{rows:.2g} rows of {columns} columns are {8e-9 * rows * columns:,.1f} GB, "
+        f"there are {1e-9 * there:,.1f} GB of memory"
     )
     hint = f"a larger step, .tran {t.tstop / 1e4:.1g} {t.tstop:g}: steps between rows are as short as they need be"
     raise OutsideError(
@@ -93,10 +118,10 @@ def check_memory(assembly: Assembly, analysis: Analysis, t: Transient) -> None:
 
 def run(
     assembly: Assembly, analysis: Analysis, t: Transient, progress: Callable[..., object] | None = None,
-    channels: Sequence[Output] = (), traced: bool = False,
+    channels: Sequence[Output] = (), traced: bool = False, stream: tuple[str, bool, Any] | None = None,
 ) -> Run:  # fmt: skip
     """Every accepted point from tstart on; the first column is the time, `channels` are recorded last. Energy
-    accounts are kept where the assembly has them, `traced` over time."""
+    accounts are kept where the assembly has them, `traced` over time. `stream`: see outputs/raw.py."""
     check_memory(assembly, analysis, t)
     names, units, exprs = columns(assembly, "tran")
 
@@ -108,7 +133,7 @@ def run(
     book = assembly.accounts
     kept = None if book is None else ([e.expr for e in book.powers], [e.expr for e in book.energies], traced)
     waves = assembly.system.tran(
-        t.tstep, t.tstop, t.tstart, t.tmax, t.uic, exprs, assembly.options, watch, kept
+        t.tstep, t.tstop, t.tstart, t.tmax, t.uic, exprs, assembly.options, watch, kept, True, stream
     )
     trouble = []
     if waves.status == "failed":

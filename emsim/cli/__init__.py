@@ -44,6 +44,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     for name in ("stdout", "stderr"):
         if getattr(sys, name) is None:
             setattr(sys, name, open(os.devnull, "w", encoding="utf-8"))  # noqa: SIM115
+    from .console import end_gently
+
+    end_gently()
     code = _code(sys.argv[1:])
     _leave(code)
     return code
@@ -53,7 +56,9 @@ def _code(args: list[str]) -> int:
     try:
         return _dispatch(args)
     except KeyboardInterrupt:
-        return 130
+        from .console import interrupted
+
+        return interrupted()
     except BrokenPipeError:
         return 0
     except Exception as error:

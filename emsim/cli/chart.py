@@ -22,6 +22,7 @@ from os.path import abspath, basename, dirname, splitext
 
 from .. import pipeline
 from ..diagnostics import OutsideError
+from ..outputs.beside import replacing
 from .arguments import DEFINE, HELP, JSON, QUIET, Arguments, Option, UsageError, defines, number, parse
 from .console import OK, check_targets, print_json, print_lines
 from .pictures import FORMATS
@@ -241,7 +242,7 @@ def deliver(charts: Sequence[Chart], given: Arguments) -> list[str]:
     if path == "-":
         print_lines(csv_lines(charts))
         return []
-    with open(path, "w", encoding="utf-8") as file:
+    with replacing(path) as beside, open(beside, "w", encoding="utf-8") as file:
         file.write("\n".join(csv_lines(charts)) + "\n")
     return [path]
 

@@ -8,6 +8,7 @@ from functools import partial
 from os.path import join
 
 from ..diagnostics import DeckError, Diagnostic, DiagnosticError, OutsideError
+from ..outputs.beside import replacing
 from ..reports.source_tree import root
 from .arguments import Arguments, UsageError
 from .chart import Tell, deliver, measured, settings
@@ -121,11 +122,11 @@ def _written(charts: Sequence[Chart], folder: str, given: Arguments) -> list[str
     files = deliver(charts, given)
     os.makedirs(folder, exist_ok=True)
     path = join(folder, "suite.json")
-    with open(path, "w", encoding="utf-8") as file:
+    with replacing(path) as beside, open(beside, "w", encoding="utf-8") as file:
         json.dump([chart.as_dict() for chart in charts], file, indent=1)
     files.append(path)
     path = join(folder, "suite.csv")
-    with open(path, "w", encoding="utf-8") as file:
+    with replacing(path) as beside, open(beside, "w", encoding="utf-8") as file:
         file.write("\n".join(csv_lines(charts)) + "\n")
     files.append(path)
     for group, title in suite.GROUPS.items():
@@ -149,7 +150,7 @@ def _written(charts: Sequence[Chart], folder: str, given: Arguments) -> list[str
             text = suite.into(text, suite.section(charts, PICTURE if charts else ""))
         except ValueError as error:
             raise OutsideError(Diagnostic("error", "E504", f"{readme}: {error}")) from None
-        with open(readme, "w", encoding="utf-8") as file:
+        with replacing(readme) as beside, open(beside, "w", encoding="utf-8") as file:
             file.write(text)
         files += [picture, readme]
     return files

@@ -15,7 +15,7 @@ from os.path import splitext
 from .. import pipeline
 from ..diagnostics import DeckError, Diagnostic, Interrupted, OutsideError
 from .arguments import HELP, JSON, QUIET, Option, UsageError, parse
-from .console import INTERRUPTED, OK, TOLERANCE, check_targets, print_json, print_lines, show
+from .console import OK, TOLERANCE, check_targets, interrupted, print_json, print_lines, show
 from .pictures import FORMATS
 from .run import METHOD_OPTIONS, overrides, source_of
 
@@ -52,10 +52,10 @@ def main(args: Sequence[str]) -> int:
         ours = pipeline.run(text if deck == "-" else deck, options=overrides(given))
     except Interrupted as stop:
         if given.has("json"):
-            print_json(INTERRUPTED, stop.partial.diagnostics)
+            print_json(interrupted(), stop.partial.diagnostics)
         elif not given.has("quiet"):
             print("interrupted; nothing is compared", file=sys.stderr)
-        return INTERRUPTED
+        return interrupted()
     show(ours.diagnostics, given.has("quiet"))
     if not ours.plots:
         raise DeckError(

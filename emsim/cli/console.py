@@ -2,14 +2,14 @@
 
 Exit codes. 0 ok · 1 the deck is wrong · 2 the command line is wrong · 3 no convergence, partial results
 kept · 4 a comparison is over its tolerance · 5 the outside world (a file, ngspice) ·
-70 an error inside emsim · 130 interrupted, partial results kept.
+70 an error inside emsim · 130 interrupted, partial results kept; so are they after SIGTERM, 143, and SIGHUP, 129.
 """
 
 from __future__ import annotations
 
 import os
 import sys
-from os.path import abspath, dirname, exists, isdir, isfile, samefile
+from os.path import abspath, dirname, exists, isdir, isfile, realpath, samefile
 from time import monotonic
 
 from ..diagnostics import Diagnostic, OutsideError, deck_error, render_text, to_json
@@ -24,14 +24,56 @@ OK, DECK, USAGE, CONVERGENCE, TOLERANCE, OUTSIDE, INTERNAL, INTERRUPTED = 0, 1, 
 STATUS = {
     OK: "ok", DECK: "deck error", USAGE: "usage error", CONVERGENCE: "no convergence",
     TOLERANCE: "over tolerance", OUTSIDE: "outside error", INTERNAL: "internal error",
-    INTERRUPTED: "interrupted",
+    INTERRUPTED: "interrupted", 129: "interrupted", 143: "interrupted",
 }  # fmt: skip
+_ended_by: int | None = None  # the signal that ended this command
+
+
+def end_gently() -> None:
+    """From now on SIGTERM and SIGHUP (unless ignored, as by nohup) end a command as Ctrl-C does, once: what follows is the
+    writing of files, which a second one does not stop."""
+    import _signal as signal  # type: ignore[import-not-found]  # the module around it takes longer to load than a small deck to run
+
+    def end(number: int, _: object) -> None:
+        global _ended_by
+        for other in caught:
+            signal.signal(other, signal.SIG_IGN)
+        _ended_by = number
+        raise KeyboardInterrupt
+
+    numbers = [getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)]
+    caught = [number for number in numbers if signal.getsignal(number) == signal.SIG_DFL]
+    for number in caught:
+        signal.signal(number, end)
+
+
+def interrupted() -> int:
+    """The exit code of a command that was interrupted: 130, or 128 and the number of the signal."""
+    return INTERRUPTED if _ended_by is None else 128 + _ended_by
 
 
 def check_folder(path: str) -> None:
-    """OutsideError where a file to write has no folder: a long run should not find out at its end."""
-    if not isdir(dirname(abspath(path))):
+    """OutsideError where a file to write has no folder, or one that takes no files: a long run should not find out at its
+    end."""
+    from ..outputs.beside import can_be_replaced, takes_files
+
+    folder = dirname(realpath(path))
+    if not isdir(folder):
         raise OutsideError(Diagnostic("error", "E503", f"there is no folder {dirname(path)} for {path}"))
+    if isdir(path):
+        said = f"cannot write {path}: it is a folder"
+    elif exists(path):
+        said = (
+            ""
+            if os.access(path, os.W_OK) or not can_be_replaced(path)
+            else f"{path} is protected from writing"
+        )
+    else:
+        said = (
+            "" if takes_files(folder) else f"cannot write {path}: no file can be made in the folder {folder}"
+        )
+    if said:
+        raise OutsideError(Diagnostic("error", "E503", said))
 
 
 def check_targets(paths: Sequence[str], deck: str = "-") -> None:

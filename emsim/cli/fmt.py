@@ -10,7 +10,8 @@ import sys
 
 from ..diagnostics import Diagnostic, OutsideError
 from ..editor.layout import formatted, meaning
-from ..source import decode
+from ..outputs.beside import replacing
+from ..source import decode, read_bytes
 from .arguments import HELP, QUIET, Option, UsageError, parse
 from .console import DECK, OK, stdin_text
 
@@ -52,8 +53,7 @@ def laid_out(text: str) -> str:
 
 def _file(path: str, write: bool) -> bool:
     """Formats a file in its own encoding and with its own line ends; whether that changes it."""
-    with open(path, "rb") as file:
-        data = file.read()
+    data = read_bytes(path)
     text = decode(data)
     if text is None:
         raise OutsideError(Diagnostic("error", "E500", f"{path} is not a text file"))
@@ -69,6 +69,6 @@ def _file(path: str, write: bool) -> bool:
     if out == data:
         return False
     if write:
-        with open(path, "wb") as file:
+        with replacing(path, sync=True) as beside, open(beside, "wb") as file:
             file.write(out)
     return True

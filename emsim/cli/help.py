@@ -12,7 +12,8 @@ if TYPE_CHECKING:
 EXIT_CODES = """\
 exit codes: 0 ok, 1 deck wrong, 2 command line wrong, 3 no convergence (partial results kept),
             4 comparison over its tolerance, 5 outside world (file, ngspice missing),
-            70 an error inside emsim, 130 interrupted (partial results kept)"""
+            70 an error inside emsim,
+            130 interrupted, 143 ended by SIGTERM, 129 by SIGHUP (partial results kept)"""
 
 
 def main(args: Sequence[str]) -> int:

@@ -12,16 +12,17 @@ from os.path import basename, splitext
 from .. import pipeline
 from ..diagnostics import ConvergenceError, DeckError, Diagnostic, Interrupted, suggest
 from ..outputs import raw
+from ..outputs.beside import can_be_replaced
 from .arguments import DEFINE, HELP, JSON, QUIET, Arguments, Option, UsageError, defines, parse
 from .console import (
     CONVERGENCE,
     DECK,
-    INTERRUPTED,
     OK,
     OUTSIDE,
     Progress,
     check_targets,
     engineering,
+    interrupted,
     point,
     print_json,
     print_lines,
@@ -87,6 +88,7 @@ def main(args: Sequence[str]) -> int:
     if plots.terminal and (given.has("json") or given.text("csv") == "-"):
         raise UsageError("--plot without --plot-file draws on stdout, as do --json and --csv -")
     progress = Progress() if Progress.wanted(given.has("quiet")) else None
+    stream = _stream(files)
     code, trouble, source = OK, [], source_of(deck)
     try:
         result = pipeline.run(
@@ -97,17 +99,27 @@ def main(args: Sequence[str]) -> int:
             scene=given.has("html") or bool(films),
             energy=True if given.has("energy") or given.has("html") else None,
             also=plots.signals,
+            stream=stream,
         )
     except ConvergenceError as error:
         if error.partial is None:
             raise
-        code, result, trouble = CONVERGENCE, error.partial, error.diagnostics
+        outside = all(d.code >= "E500" for d in error.diagnostics if d.severity == "error")
+        code, result, trouble = OUTSIDE if outside else CONVERGENCE, error.partial, error.diagnostics
     except Interrupted as stop:
-        code, result = INTERRUPTED, stop.partial
+        code, result = interrupted(), stop.partial
     finally:
         if progress:
             progress.clear()
-    return _deliver(given, result, files, plots, films, source, code, trouble)
+    return _deliver(given, result, files, plots, films, source, code, trouble, stream)
+
+
+def _stream(targets: Sequence[Target]) -> raw.Stream | None:
+    """The raw file, to be written while the run goes on; not where it is to be text, or no file."""
+    for kind, path, options in targets:
+        if kind == "raw" and not options["ascii"] and can_be_replaced(path):
+            return raw.Stream(path)
+    return None
 
 
 def source_of(deck: str) -> str:
@@ -172,6 +184,7 @@ def _deliver(
     source: str,
     code: int,
     trouble: Sequence[Diagnostic],
+    stream: raw.Stream | None,
 ) -> int:
     """Files first, so that nothing that happens to the terminal can lose them; then tables and messages. A file that
     cannot be written loses none of the others."""
@@ -185,7 +198,7 @@ def _deliver(
             continue
         try:
             if kind == "raw":
-                raw.write(path, result, **options)
+                raw.write(path, result, stream=stream, **options)
             elif kind == "html":
                 from ..outputs import html
 

@@ -15,7 +15,7 @@ from .. import pipeline
 from ..diagnostics import ConvergenceError, Interrupted
 from ..outputs import html
 from .arguments import DEFINE, HELP, QUIET, Option, UsageError, defines, parse
-from .console import CONVERGENCE, INTERRUPTED, OK, Progress, check_targets, point, show
+from .console import CONVERGENCE, OK, Progress, check_targets, interrupted, point, show
 from .run import METHOD_OPTIONS, overrides, page_sheets, source_of
 
 TYPE_CHECKING = False
@@ -65,7 +65,7 @@ def main(args: Sequence[str]) -> int:
             raise
         code, result, trouble = CONVERGENCE, error.partial, error.diagnostics
     except Interrupted as stop:
-        code, result = INTERRUPTED, stop.partial
+        code, result = interrupted(), stop.partial
     finally:
         if progress:
             progress.clear()

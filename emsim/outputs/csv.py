@@ -7,6 +7,7 @@ spreadsheets expect. One file holds one table: the main one. Read are such files
 from __future__ import annotations
 
 from ..result import Result, Table
+from .beside import replacing
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -15,7 +16,7 @@ if TYPE_CHECKING:
 
 def write(path: str, result: Result, units: bool = False) -> None:
     """Writes the main table. OSError as open() and write() raise it."""
-    with open(path, "w", encoding="utf-8", newline="") as file:
+    with replacing(path) as beside, open(beside, "w", encoding="utf-8", newline="") as file:
         for line in lines(result.main, units):
             file.write(line + "\n")
 

@@ -15,6 +15,7 @@ import numpy as np
 
 from ..diagnostics import deck_error
 from . import missing_package
+from .beside import replacing
 from .glyphs import COLOURS, GLYPHS, mixed, written
 from .stage import Stage
 
@@ -95,10 +96,11 @@ def gif(path: str, table: Table, timing: Timing, width: int = WIDTH, trace: str 
             before = now
 
     film = frames()
-    next(film).save(
-        path, format="GIF", save_all=True, append_images=film, duration=[10 * d for d in timing.delays], loop=0,
-        optimize=False, disposal=1, transparency=THROUGH, palette=bytes(palette.getpalette() or []),
-    )  # fmt: skip
+    with replacing(path) as beside:
+        next(film).save(
+            beside, format="GIF", save_all=True, append_images=film, duration=[10 * d for d in timing.delays], loop=0,
+            optimize=False, disposal=1, transparency=THROUGH, palette=bytes(palette.getpalette() or []),
+        )  # fmt: skip
 
 
 def _palette() -> Image.Image:
@@ -120,7 +122,8 @@ def png(path: str, table: Table, t: float, width: int = 2 * WIDTH, trace: str | 
     first, last = float(table.time[0]), float(table.time[-1])
     if not first <= t <= last:
         deck_error("E349", f"there is nothing to draw at {t:g} s: time goes from {first:g} s to {last:g} s")
-    Camera(table, width, 3, trace, first).frame(t).save(path, format="PNG")
+    with replacing(path) as beside:
+        Camera(table, width, 3, trace, first).frame(t).save(beside, format="PNG")
 
 
 class Camera:

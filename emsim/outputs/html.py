@@ -19,6 +19,7 @@ from os.path import dirname, join
 from zlib import compress
 
 from ..diagnostics import render_text
+from .beside import replacing
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -43,7 +44,7 @@ def write(path: str, result: Result, deck: str = "", sheets: Iterable[Sheet] = (
     """Writes the page. OSError as open() raises it; ValueError when no analysis ran."""
     if not result.plots:
         raise ValueError("no analysis ran, so there is nothing to show")
-    with open(path, "w", encoding="utf-8") as file:
+    with replacing(path) as beside, open(beside, "w", encoding="utf-8") as file:
         file.write(page(document(result, deck or result.deck, sheets)))
 
 

@@ -9,6 +9,7 @@ division slash in its place and in full as the attribute `long_name`.
 from __future__ import annotations
 
 from . import missing_package, plotname_of
+from .beside import replacing
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -31,9 +32,8 @@ def _h5netcdf() -> Any:
 def write(path: str, result: Result) -> None:
     """Writes every table. OSError where the file cannot be written."""
     h5netcdf = _h5netcdf()
-    with open(path, "wb"):  # the library's own errors have no errno
-        pass
-    with h5netcdf.File(path, "w") as file:
+    # the file is there before the library, whose own errors have no errno
+    with replacing(path) as beside, h5netcdf.File(beside, "w") as file:
         _write_table(file, result.main, result.plots.index(result.main))
         taken: set[str] = set()
         for k, table in enumerate(result.plots):

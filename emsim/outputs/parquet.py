@@ -7,6 +7,7 @@ schema's. Files of other programs are read too: their columns of numbers, with u
 from __future__ import annotations
 
 from . import missing_package, plotname_of
+from .beside import replacing
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -39,7 +40,8 @@ def write(path: str, result: Result) -> None:
         columns.append(
             pa.Array.from_buffers(pa.float64(), len(table), [None, pa.py_buffer(table.waves.column(k))])
         )
-    pq.write_table(pa.Table.from_arrays(columns, schema=pa.schema(fields, metadata=about)), path)
+    with replacing(path) as beside:
+        pq.write_table(pa.Table.from_arrays(columns, schema=pa.schema(fields, metadata=about)), beside)
 
 
 def read(path: str) -> Result:

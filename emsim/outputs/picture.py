@@ -10,6 +10,7 @@ from itertools import cycle
 import numpy as np
 
 from . import missing_package
+from .beside import replacing
 from .panels import is_flat, prefixed, thinned
 
 try:
@@ -73,7 +74,8 @@ def write(path: str, panels: Sequence[Panel], title: str = "", width: int = WIDT
     with rc_context(STYLE):
         # no date in the file: the same run gives the same bytes
         metadata = {".svg": {"Date": None}, ".pdf": {"CreationDate": None}}.get(path[-4:].lower())
-        picture(panels, title, width).savefig(path, dpi=DPI, metadata=metadata)
+        with replacing(path) as beside:
+            picture(panels, title, width).savefig(beside, dpi=DPI, metadata=metadata)
 
 
 def _draw(axis: Any, panel: Panel, width: int) -> None:

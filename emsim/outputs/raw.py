@@ -12,14 +12,18 @@ as float32, point by point or (`fastaccess`) variable by variable. The sign of a
 
 from __future__ import annotations
 
+import os
 import sys
+
+from .beside import create, keep_mode, remove, replacing
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from array import array
+    from collections.abc import Sequence
     from typing import IO
 
-    from ..result import Result, Table
+    from ..result import Result, Table, Waves
 
 TYPES = {
     "s": "time", "V": "voltage", "A": "current", "Hz": "frequency",
@@ -37,25 +41,97 @@ def raw_type(unit: str) -> str:
     return TYPES.get(unit, "notype")
 
 
-def write(path: str, result: Result, ascii: bool = False) -> None:
-    """Writes every table of a result; those of the engine by the engine's own writer, without a copy.
+class Head:
+    """What stands above a table in a raw file, as the engine takes it; `plotname`: how raw files spell the analysis."""
+
+    __slots__ = ("command", "date", "names", "plotname", "title", "types")
+
+    def __init__(self, title: str, plotname: str, names: Sequence[str], units: Sequence[str]) -> None:
+        # header lines end at the line break, so a title may not hold one
+        self.title, self.plotname = " ".join(title.split()), plotname
+        self.date, self.command = _date(), _command()
+        self.names, self.types = list(names), [raw_type(unit) for unit in units]
+
+
+class Stream:
+    """The rows of a run on their way to a file that replaces `path` in the end. A run that is killed leaves it, up to its last
+    rows, as NAME.partial.raw."""
+
+    def __init__(self, path: str) -> None:
+        self.path = path
+        stem, extension = os.path.splitext(os.path.realpath(path))
+        self.partial = f"{stem}.partial{extension or '.raw'}"
+        self.tables = 0  # whole ones in the file
+        self.begun = False  # a run may have made the file
+
+    def follow(self, done: Sequence[Table], head: Head) -> tuple[str, bool, Head]:
+        """What the engine needs for the table after those that are `done`. OSError."""
+        if not self.begun:
+            remove(self.partial)
+            if done:
+                create(self.partial)
+            self.begun = True
+        for table in done[self.tables :]:
+            if not self._finish(table):
+                _append(self.partial, table)
+            self.tables += 1
+        return self.partial, self.tables > 0, head
+
+    def _finish(self, table: Table) -> bool:
+        """Whether the table is in the file. OSError where that went wrong."""
+        ending = getattr(table.waves, "finish_stream", None)
+        found = None if ending is None else ending()
+        if found is None:
+            return False
+        rows, error = found
+        if error is not None:
+            said = error.partition(" (os error")[0]
+            raise OSError(f"{said}; {self.partial} holds the first {rows} of {len(table)} rows")
+        return True
+
+    def replaces(self, result: Result) -> bool:
+        """Puts the file in the place of `path`, if it has come to hold the whole result. OSError."""
+        plots = result.plots
+        if not self.begun or self.tables != len(plots) - 1 or not self._finish(plots[-1]):
+            return False
+        real = os.path.realpath(self.path)
+        keep_mode(real, self.partial)
+        os.replace(self.partial, real)
+        self.begun = False
+        return True
+
+    def discard(self) -> None:
+        if self.begun:
+            remove(self.partial)
+            self.begun = False
+
+
+def write(path: str, result: Result, ascii: bool = False, stream: Stream | None = None) -> None:
+    """Writes every table of a result; those of the engine by the engine's own writer, without a copy. `stream`: the file that
+    the run has begun.
 
     OSError as open() and write() raise it; ValueError when no analysis ran."""
     if not result.plots:
         raise ValueError("no analysis ran, so there is nothing to write")
-    for k, table in enumerate(result.plots):
-        native = getattr(table.waves, "write_raw", None)
-        if native is not None:
-            types = [raw_type(unit) for unit in table.units]
-            native(path, _title(table), _date(), table.plotname, _command(), table.names, types, ascii, k > 0)
-        else:
-            with open(path, "ab" if k else "wb") as file:
-                write_table(file, table, ascii)
+    if stream is not None and not ascii and stream.replaces(result):
+        return
+    try:
+        with replacing(path) as beside:
+            for table in result.plots:
+                _append(beside, table, ascii)
+    finally:
+        if stream is not None:
+            stream.discard()
 
 
-def _title(table: Table) -> str:
-    """Header lines end at the line break, so a title may not hold one."""
-    return " ".join(table.title.split())
+def _append(path: str, table: Table, ascii: bool = False) -> None:
+    """Puts a table behind what a file holds."""
+    native = getattr(table.waves, "write_raw", None)
+    if native is not None:
+        native(path, Head(table.title, table.plotname, table.names, table.units), ascii)
+        return
+    with open(path, "ab") as file:
+        write_table(file, table, ascii)
 
 
 def _date() -> str:
@@ -79,7 +155,7 @@ def write_table(file: IO[bytes], table: Table, ascii: bool = False) -> None:
         for k, (name, unit) in enumerate(zip(table.names, table.units, strict=True))
     )
     header = (
-        f"Title: {_title(table)}\n"
+        f"Title: {' '.join(table.title.split())}\n"
         f"Date: {_date()}\n"
         f"Plotname: {table.plotname}\n"
         f"Flags: real\n"
@@ -109,7 +185,8 @@ class RawFileError(ValueError):
 
 
 def read(path: str) -> Result:
-    """Reads a raw file of ngspice, LTspice or emsim. Complex plots (.ac) are passed over.
+    """Reads a raw file of ngspice, LTspice or emsim. Complex plots (.ac) are passed over. Binary columns stay in the file,
+    which is mapped, until they are asked for.
 
     OSError if the file cannot be opened, RawFileError if it cannot be understood."""
     from ..result import Result
@@ -157,7 +234,7 @@ def _header(file: IO[bytes], wide: bool, path: str) -> dict[str, list[str]] | No
 def _table(file: IO[bytes], header: dict[str, list[str]], wide: bool, path: str) -> Table | None:
     from array import array
 
-    from ..result import Columns, Table
+    from ..result import Columns
 
     try:
         count, points = int(header["no. variables"][0]), int(header["no. points"][0])
@@ -165,6 +242,8 @@ def _table(file: IO[bytes], header: dict[str, list[str]], wide: bool, path: str)
         names, types = [v[1] for v in variables], [v[2] for v in variables]
     except (KeyError, ValueError, IndexError):
         raise RawFileError(f"{path}: a header lacks its counts or variables") from None
+    if points < 0 or count < 1:
+        raise RawFileError(f"{path}: {points} points of {count} variables")
     if len(names) != count:
         raise RawFileError(f"{path}: {count} variables announced, {len(names)} listed")
     flags = header.get("flags", [""])[0].lower().split()
@@ -175,22 +254,71 @@ def _table(file: IO[bytes], header: dict[str, list[str]], wide: bool, path: str)
     else:
         narrow = foreign and width == 1 and "double" not in flags
         size = 8 + 4 * (count - 1) if narrow else 8 * width * count
-        data = file.read(size * points)
-        if len(data) < size * points:
-            raise RawFileError(f"{path}: ends after {len(data) // size} of {points} points")
+        mapped = Mapped(file, count, path)
+        there = (mapped.size - mapped.start) // size
+        if there < points:
+            raise RawFileError(f"{path}: ends after {there} of {points} points")
+        end = mapped.start + size * points
+        if "emsim" in header.get("command", [""])[0] and mapped.piece(end, end + 1) not in (b"", b"T"):
+            # killed between writing the last rows and their number
+            points, end = there, mapped.size
+        file.seek(end)
+        if width == 1 and not foreign and "fastaccess" not in flags and sys.byteorder == "little":
+            mapped.rows = points
+            return _named(header, names, types, mapped)
+        data = mapped.piece(mapped.start, mapped.start + size * points)
         records = _doubles(data, width * count, points, narrow, "fastaccess" in flags)
     if width == 2:
         return None
-    plotname = header.get("plotname", [""])[0]
-    kind = {"Transient Analysis": "tran", "Operating Point": "op"}.get(plotname, plotname.lower())
     if foreign:
         names = [name.lower() for name in names]
         if types[:1] == ["time"]:
             records[::count] = array("d", map(abs, records[::count]))
-    columns = Columns(records[k::count].tobytes() for k in range(count))
+    return _named(header, names, types, Columns(records[k::count].tobytes() for k in range(count)))
+
+
+def _named(header: dict[str, list[str]], names: list[str], types: list[str], waves: Waves) -> Table:
+    from ..result import Table
+
+    plotname = header.get("plotname", [""])[0]
+    kind = {"Transient Analysis": "tran", "Operating Point": "op"}.get(plotname, plotname.lower())
     units = [UNITS.get(t, "") for t in types]
-    axis = types[0] in ("time", "frequency") if types else False
-    return Table(kind, names, units, columns, title=header["title"][0], axis=axis, plotname=plotname)
+    axis = types[0] in ("time", "frequency")
+    return Table(kind, names, units, waves, title=header["title"][0], axis=axis, plotname=plotname)
+
+
+class Mapped:
+    """A column store: the records of float64 that begin where a file stands."""
+
+    __slots__ = ("_file", "_map", "columns", "corners", "path", "rows", "size", "start", "steady")
+
+    def __init__(self, file: IO[bytes], columns: int, path: str) -> None:
+        import mmap
+
+        self.start, self.columns, self.rows, self.path = file.tell(), columns, 0, path
+        self._file = os.dup(file.fileno())
+        self.size = os.fstat(self._file).st_size
+        self._map = mmap.mmap(self._file, 0, access=mmap.ACCESS_READ)
+        self.corners, self.steady = b"", ()
+
+    def __del__(self) -> None:
+        if hasattr(self, "_file"):
+            os.close(self._file)
+
+    def _whole(self, end: int) -> None:
+        """Where somebody cut the file, its pages are no memory any more."""
+        if os.fstat(self._file).st_size < min(end, self.size):
+            raise OSError(f"{self.path} has become shorter since it was opened")
+
+    def piece(self, start: int, end: int) -> bytes:
+        self._whole(end)
+        return self._map[start:end]
+
+    def column(self, i: int, /) -> bytes:
+        end = self.start + 8 * self.columns * self.rows
+        self._whole(end)
+        with memoryview(self._map) as whole, whole[self.start : end] as records, records.cast("d") as numbers:
+            return numbers[i :: self.columns].tobytes()
 
 
 def _doubles(data: bytes, count: int, points: int, narrow: bool, by_variable: bool) -> array[float]:

@@ -6,6 +6,8 @@ a grid every point is shown. An operating point is a list `name = value`. There 
 
 from __future__ import annotations
 
+from .beside import replacing
+
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -17,7 +19,7 @@ RULE = "-" * 80
 
 def write(path: str, result: Result) -> None:
     """Writes the .print tables, or all columns of the main table when the deck has none."""
-    with open(path, "w", encoding="utf-8") as file:
+    with replacing(path) as beside, open(beside, "w", encoding="utf-8") as file:
         for line in lines(result) if result.prints else table_lines(result.main, result.main.signals):
             file.write(line + "\n")
 

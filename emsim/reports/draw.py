@@ -9,6 +9,7 @@ reference does not resolve.
 from __future__ import annotations
 
 from ..outputs import missing_package
+from ..outputs.beside import replacing
 from .work_precision import Series, front
 
 TYPE_CHECKING = False
@@ -202,7 +203,8 @@ def save(figure: Any, path: str, dpi: int = 110) -> None:
     plt = pyplot()
     figure.patch.set_facecolor("white")
     try:
-        figure.savefig(path, dpi=dpi)
+        with replacing(path) as beside:
+            figure.savefig(beside, dpi=dpi)
     finally:
         plt.close(figure)
 

@@ -17,7 +17,8 @@ pub mod newton; // one implicit stage: Newton's method
 pub mod op; // the starting point: operating point, initial conditions, consistent values
 pub mod passive; // is the linear part a passive network without gain
 mod py;
-pub mod record; // recorded waveforms and the raw file
+pub mod raw; // ngspice's raw file, whole or row by row
+pub mod record; // recorded waveforms
 pub mod reduced; // the equations as an explicit ODE
 pub mod sparse; // LU: matching, block triangular form, AMD, Gilbert-Peierls, refactorisation
 pub mod syntax; // deck text to syntax trees, by the grammar's tables

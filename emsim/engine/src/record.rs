@@ -1,12 +1,25 @@
 //! Recorded waveforms: time and the asked outputs at every kept point, row by row.
 use crate::graph::{Graph, Id, Node};
 use crate::ledger::Ledger;
+use crate::raw::Stream;
 use crate::system::{System, Work};
 use crate::tape::{Inputs, Tape};
-use std::io::{self, BufWriter, Write};
+use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
+use std::sync::Arc;
 
 /// Room for so many numbers to begin with.
 const FIRST: usize = 512;
+/// Where there is no room for so many more, memory is at its end: what is left is for all else.
+const LAST: usize = 1 << 20;
+
+/// What the record and those who watch the run tell each other.
+#[derive(Default)]
+pub struct Gate {
+    /// rows are to be passed on to the file
+    pub due: AtomicBool,
+    /// there is no memory for further rows
+    pub full: AtomicBool,
+}
 
 pub struct Record {
     unknowns: Vec<u32>,      // index of the unknown of every output; 0 where a probe overwrites it
@@ -21,6 +34,9 @@ pub struct Record {
     pub corners: Vec<f64>,
     /// energy accounts, where they were asked for
     pub ledger: Option<Ledger>,
+    /// the file that rows go to while the run goes on
+    pub stream: Option<Stream>,
+    pub gate: Arc<Gate>,
 }
 
 impl Record {
@@ -52,6 +68,8 @@ impl Record {
             data: Vec::new(),
             corners: Vec::new(),
             ledger: None,
+            stream: None,
+            gate: Arc::default(),
         }
     }
 
@@ -79,11 +97,27 @@ impl Record {
         self.data.len() / self.columns
     }
 
+    /// Rows go to the file; room for the next one. False where there is none.
     #[cold]
     #[inline(never)]
-    fn grow(&mut self) {
-        self.data.reserve(self.columns.max(FIRST));
-        prefer_huge_pages(&self.data);
+    fn turn(&mut self) -> bool {
+        if self.gate.due.swap(false, Relaxed) {
+            if let Some(stream) = &mut self.stream {
+                stream.append(&self.data);
+            }
+        }
+        let length = self.data.len();
+        if self.data.capacity() - length >= self.columns {
+            return true;
+        }
+        // twice as much; near the end of memory less
+        let wanted = [length, length / 8, LAST].map(|more| more.max(self.columns).max(FIRST));
+        let found = wanted.iter().any(|&more| self.data.try_reserve_exact(more).is_ok());
+        match found {
+            true => prefer_huge_pages(&self.data),
+            false => self.gate.full.store(true, Relaxed),
+        }
+        found
     }
 
     #[inline(always)]
@@ -93,8 +127,8 @@ impl Record {
             self.tape.run(&Inputs { x, t, waves: &w.waves, flags: &w.flags }, &mut self.scratch);
         }
         let row = self.data.len();
-        if self.data.capacity() < row + self.columns {
-            self.grow();
+        if (self.data.capacity() < row + self.columns || self.gate.due.load(Relaxed)) && !self.turn() {
+            return;
         }
         self.data.push(t);
         self.data.extend(self.unknowns.iter().map(|&i| x.get(i as usize).copied().unwrap_or(0.0)));
@@ -122,54 +156,4 @@ fn prefer_huge_pages(data: &Vec<f64>) {
     }
     #[cfg(not(target_os = "linux"))]
     let _ = data;
-}
-
-/// ngspice's raw file: a text header, then little-endian float64 records or one value a line.
-pub struct RawHeader<'a> {
-    pub title: &'a str,
-    pub date: &'a str,
-    pub plotname: &'a str,
-    pub command: &'a str,
-    pub variables: &'a [(String, String)],
-}
-
-pub fn write_raw(
-    path: &str,
-    append: bool,
-    head: &RawHeader,
-    data: &[f64],
-    skip_first: bool,
-    ascii: bool,
-) -> io::Result<()> {
-    let file = std::fs::OpenOptions::new().create(true).write(true).append(append).truncate(!append).open(path)?;
-    let mut out = BufWriter::with_capacity(1 << 20, file);
-    let width = head.variables.len() + usize::from(skip_first);
-    let rows = data.len().checked_div(width).unwrap_or(0);
-    writeln!(out, "Title: {}", head.title)?;
-    writeln!(out, "Date: {}", head.date)?;
-    writeln!(out, "Plotname: {}", head.plotname)?;
-    writeln!(out, "Flags: real")?;
-    writeln!(out, "No. Variables: {}", head.variables.len())?;
-    writeln!(out, "No. Points: {rows}")?;
-    writeln!(out, "Command: {}", head.command)?;
-    writeln!(out, "Variables:")?;
-    for (k, (name, kind)) in head.variables.iter().enumerate() {
-        writeln!(out, "\t{k}\t{name}\t{kind}")?;
-    }
-    writeln!(out, "{}", if ascii { "Values:" } else { "Binary:" })?;
-    for (k, row) in data.chunks_exact(width.max(1)).enumerate() {
-        let row = if skip_first { &row[1..] } else { row };
-        if ascii {
-            write!(out, "{k}")?;
-            for v in row {
-                writeln!(out, "\t{v:.16e}")?;
-            }
-            writeln!(out)?;
-        } else {
-            for v in row {
-                out.write_all(&v.to_le_bytes())?;
-            }
-        }
-    }
-    out.flush()
 }

@@ -5,12 +5,14 @@ use crate::integrate::{self, Failed, Status, Transient};
 use crate::ledger::Ledger;
 use crate::newton::{Failure, Newton, Options, Tolerances};
 use crate::op;
-use crate::record::{write_raw, RawHeader, Record};
+use crate::raw;
+use crate::record::Record;
 use crate::system::{Counters, Kind, Work};
 use crate::tolerances::{Absolute, Quantity, QUANTITIES};
 use pyo3::exceptions::{PyIndexError, PyOSError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
+use std::sync::atomic::Ordering::Relaxed;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -283,7 +285,7 @@ impl System {
     /// Transient analysis. `progress(t, h, steps, events)` is called now and then; a true return value stops the run.
     /// `accounts`: (powers to integrate, energies to read at both ends, keep a trace of them). Not `drawn`, the rows beside
     /// the steps' ends are those of the print grid alone.
-    #[pyo3(signature = (tstep, tstop, tstart=0.0, tmax=None, uic=false, outputs=vec![], options_=None, progress=None, accounts=None, drawn=true))]
+    #[pyo3(signature = (tstep, tstop, tstart=0.0, tmax=None, uic=false, outputs=vec![], options_=None, progress=None, accounts=None, drawn=true, stream=None))]
     #[allow(clippy::too_many_arguments)]
     fn tran(
         &self,
@@ -298,6 +300,7 @@ impl System {
         progress: Option<Py<PyAny>>,
         accounts: Option<(Vec<Bound<'_, PyAny>>, Vec<Bound<'_, PyAny>>, bool)>,
         drawn: bool,
+        stream: Option<(String, bool, RawTable)>,
     ) -> PyResult<Waveforms> {
         let good = |v: f64| v.is_finite() && v > 0.0;
         let ordered = tstart >= 0.0 && tstart < tstop;
@@ -313,6 +316,14 @@ impl System {
             let (powers, energies) = (self.ids(&powers)?, self.ids(&energies)?);
             record.ledger = Some(Ledger::new(&lock(&self.graph), &powers, &energies, traced));
         }
+        if let Some((path, append, table)) = stream {
+            let rows = raw::Rows { width: record.columns, first: 0, columns: table.names.len() };
+            if rows.columns > rows.width {
+                return Err(PyValueError::new_err(format!("{} names for {} columns", rows.columns, rows.width)));
+            }
+            record.stream = Some(raw::Stream::new(path, append, table.header()?, rows));
+        }
+        let gate = record.gate.clone();
         let a = Transient { tstep, tstop, tstart, tmax, uic, drawn };
         if integrate::reduces(&sys, &o) {
             sys.reduce(&mut lock(&self.graph));
@@ -320,6 +331,7 @@ impl System {
         if integrate::splits(&o.method) {
             sys.split(&mut lock(&self.graph));
         }
+        let record_streams = record.stream.is_some();
         let (outcome, w, record, seconds) = py.detach(move || {
             let clock = Clock::start();
             let mut w = sys.work();
@@ -329,6 +341,10 @@ impl System {
                     return true;
                 }
                 last = Instant::now();
+                gate.due.store(record_streams, Relaxed);
+                if gate.full.load(Relaxed) {
+                    return false;
+                }
                 Python::attach(|py| {
                     if py.check_signals().is_err() {
                         return false;
@@ -345,8 +361,15 @@ impl System {
             let outcome = integrate::run(&sys, &mut w, a, &o, &mut record, &mut tick);
             (outcome, w, record, clock.seconds())
         });
-        let failure = outcome.failed.as_ref().map(|f| failure_dict(py, &self.inner, f)).transpose()?;
+        let mut failure = outcome.failed.as_ref().map(|f| failure_dict(py, &self.inner, f)).transpose()?;
+        let full = record.gate.full.load(Relaxed);
+        if full {
+            let d = PyDict::new(py);
+            d.set_item("kind", "memory")?;
+            failure = Some(d.unbind());
+        }
         let status = match outcome.status {
+            _ if full => "failed",
             Status::Ok => "ok",
             Status::Failed => "failed",
             Status::Interrupted => "interrupted",
@@ -598,29 +621,47 @@ impl Waveforms {
         Ok(d.unbind())
     }
 
-    /// ngspice's raw file. `names` and `types` are those of every column, time included (left out with `skip_time`).
-    #[pyo3(signature = (path, title, date, plotname, command, names, types, ascii=false, append=false, skip_time=false))]
-    #[allow(clippy::too_many_arguments)]
-    fn write_raw(
-        &self,
-        path: &str,
-        title: &str,
-        date: &str,
-        plotname: &str,
-        command: &str,
-        names: Vec<String>,
-        types: Vec<String>,
-        ascii: bool,
-        append: bool,
-        skip_time: bool,
-    ) -> PyResult<()> {
-        let expected = self.record.columns - usize::from(skip_time);
-        if names.len() != expected || types.len() != expected {
-            return Err(PyValueError::new_err(format!("{expected} names and types are needed")));
+    /// Puts the columns from `first` on that `table` names behind what a raw file holds.
+    #[pyo3(signature = (path, table, ascii=false, first=0))]
+    fn write_raw(&self, path: &str, table: RawTable, ascii: bool, first: usize) -> PyResult<()> {
+        let rows = raw::Rows { width: self.record.columns, first, columns: table.names.len() };
+        if rows.first + rows.columns > rows.width {
+            return Err(PyValueError::new_err(format!("{} names for {} columns", rows.columns, rows.width)));
         }
-        let variables: Vec<(String, String)> = names.into_iter().zip(types).collect();
-        let head = RawHeader { title, date, plotname, command, variables: &variables };
-        write_raw(path, append, &head, &self.record.data, skip_time, ascii)
+        raw::write(path, &table.header()?, &self.record.data, rows, ascii)
             .map_err(|e| PyOSError::new_err(format!("{path}: {e}")))
+    }
+
+    /// Writes the last rows of a stream: how many there are in its file, and what went wrong; None where there is no such file,
+    /// for the run was short.
+    fn finish_stream(&mut self) -> Option<(usize, Option<String>)> {
+        let Record { stream, data, .. } = &mut self.record;
+        stream.as_mut()?.finish(data).map(|(rows, error)| (rows, error.map(ToString::to_string)))
+    }
+}
+
+/// What stands above a table in a raw file.
+#[derive(FromPyObject)]
+struct RawTable {
+    title: String,
+    date: String,
+    plotname: String,
+    command: String,
+    names: Vec<String>,
+    types: Vec<String>,
+}
+
+impl RawTable {
+    fn header(&self) -> PyResult<raw::Header> {
+        if self.names.len() != self.types.len() {
+            return Err(PyValueError::new_err("a name and a type for every column are needed"));
+        }
+        Ok(raw::Header {
+            title: self.title.clone(),
+            date: self.date.clone(),
+            plotname: self.plotname.clone(),
+            command: self.command.clone(),
+            variables: self.names.iter().cloned().zip(self.types.iter().cloned()).collect(),
+        })
     }
 }
