@@ -10,6 +10,8 @@ use pyo3::prelude::*;
 #[pymodule]
 fn _engine(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add("__version__", env!("CARGO_PKG_VERSION"))?;
+    let code = crate::tape::Code::chosen().map_err(pyo3::exceptions::PyImportError::new_err)?;
+    m.add("code", code.name())?;
     m.add_class::<expr::Expr>()?;
     m.add_class::<builder::Builder>()?;
     m.add_class::<system::System>()?;

@@ -1,6 +1,7 @@
-//! Straight-line machine code for a tape: x86-64 with AVX. Elsewhere the tape is interpreted.
+//! Straight-line machine code for a tape: by an encoder of our own for x86-64 with AVX2 and FMA, by Cranelift elsewhere
+//! (`cranelift.rs`). Where there is neither the tape is interpreted. `Code` chooses, and EMSIM_CODE may.
 //!
-//! Every instruction of the tape becomes one machine instruction on scalar doubles, in the tape's order and with its
+//! Our own code: //! Every instruction of the tape becomes one machine instruction on scalar doubles, in the tape's order and with its
 //! rounding (no fused multiply-add), so both ways give the same numbers to the bit. An operand that is needed again stays in a
 //! register, or waits in the workspace (`values.rs`). Functions of the mathematical library are calls (`calls.rs`), before
 //! which everything that is still needed goes to the workspace. Sines and cosines stand in the code itself, those of up to four
@@ -11,6 +12,8 @@ use super::{Inputs, Instr, Op};
 
 #[cfg(all(target_arch = "x86_64", unix))]
 mod calls;
+#[cfg(cranelift)]
+mod cranelift;
 #[cfg(all(target_arch = "x86_64", unix))]
 mod encode;
 #[cfg(all(target_arch = "x86_64", unix))]
@@ -53,100 +56,143 @@ pub enum To {
     Row(usize),
 }
 
-#[cfg(not(all(target_arch = "x86_64", unix)))]
+/// How programs run.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub enum Code {
+    /// machine code by the encoder of this folder
+    Native,
+    /// machine code by Cranelift
+    Cranelift,
+    Interpreted,
+}
+
+impl Code {
+    const ALL: [(Code, &'static str); 3] =
+        [(Code::Native, "native"), (Code::Cranelift, "cranelift"), (Code::Interpreted, "interpreted")];
+
+    pub fn name(self) -> &'static str {
+        Code::ALL.iter().find(|(code, _)| *code == self).map_or("", |found| found.1)
+    }
+
+    /// Can this engine, on this processor, do so?
+    fn possible(self) -> bool {
+        match self {
+            Code::Native => cfg!(all(target_arch = "x86_64", unix)) && super::trig::vectors(),
+            Code::Cranelift => cfg!(cranelift),
+            Code::Interpreted => true,
+        }
+    }
+
+    /// What the environment variable EMSIM_CODE asks for, or else the first that is possible. The error is a sentence.
+    pub fn chosen() -> Result<Code, String> {
+        static CHOSEN: std::sync::OnceLock<Result<Code, String>> = std::sync::OnceLock::new();
+        CHOSEN.get_or_init(Code::choose).clone()
+    }
+
+    fn choose() -> Result<Code, String> {
+        let possible: Vec<(Code, &str)> = Code::ALL.into_iter().filter(|(code, _)| code.possible()).collect();
+        let asked = std::env::var("EMSIM_CODE").unwrap_or_default();
+        match possible.iter().find(|(_, name)| asked.is_empty() || *name == asked) {
+            Some(&(code, _)) => Ok(code),
+            None => {
+                let names: Vec<&str> = possible.iter().map(|p| p.1).collect();
+                Err(format!("EMSIM_CODE={asked}: this engine, on this processor, knows {}", names.join(", ")))
+            }
+        }
+    }
+}
+
+/// Workspace, unknowns, waves, results, flags, time.
+type Entry = unsafe extern "C" fn(*mut f64, *const f64, *const f64, *mut f64, *const f64, *const f64);
+
+/// The machine code of one part.
 pub struct Native {
-    pub length: u32,
+    pub length: u32, // of the workspace that it wants
+    entry: Entry,
+    _held: Box<dyn std::any::Any + Send + Sync>, // what keeps the code where it is
 }
 
-#[cfg(not(all(target_arch = "x86_64", unix)))]
 impl Native {
-    pub fn new(_: &Part) -> Option<Native> {
-        None
+    /// None where it is to be interpreted.
+    pub fn new(part: &Part) -> Option<Native> {
+        match Code::chosen() {
+            #[cfg(all(target_arch = "x86_64", unix))]
+            Ok(Code::Native) => x86::program(part).map(Native::of),
+            #[cfg(cranelift)]
+            Ok(Code::Cranelift) => cranelift::program(part).map(Native::of),
+            _ => None,
+        }
     }
 
-    pub fn sequence(_: &Part, _: &[Move], _: usize, _: usize, _: usize) -> Option<Native> {
-        None
+    /// The program as the stages of a Runge-Kutta method, see `Sequence`.
+    #[allow(unused_variables)]
+    pub fn sequence(part: &Part, moves: &[Move], width: usize, y: usize, h: usize) -> Option<Native> {
+        match Code::chosen() {
+            #[cfg(all(target_arch = "x86_64", unix))]
+            Ok(Code::Native) => x86::sequence(part, moves, width, y, h).map(Native::of),
+            #[cfg(cranelift)]
+            Ok(Code::Cranelift) => cranelift::sequence(part, moves, width, y, h).map(Native::of),
+            _ => None,
+        }
+    }
+
+    fn of<Held: Send + Sync + 'static>((entry, held, length): (Entry, Held, u32)) -> Native {
+        Native { length, entry, _held: Box::new(held) }
     }
 
     /// # Safety
-    /// Never called: there is no `Native`.
-    pub unsafe fn run(&self, _: &Inputs, _: &mut [f64], _: *mut f64) {}
+    /// `w` is a workspace of the tape, the inputs reach as far as the tape reads, and there is room for the results.
+    #[inline]
+    pub unsafe fn run(&self, inp: &Inputs, w: &mut [f64], results: *mut f64) {
+        let (x, waves, flags) = (inp.x.as_ptr(), inp.waves.as_ptr(), inp.flags.as_ptr());
+        (self.entry)(w.as_mut_ptr(), x, waves, results, flags, &inp.t);
+    }
 
     /// # Safety
-    /// Never called: there is no `Native`.
-    pub unsafe fn run_sequence(&self, _: *mut f64, _: &Inputs, _: &mut [f64], _: *const f64, _: *mut f64) {}
+    /// As `run`; every time of the sequence at `times`, all its rows at `rows`, and room for whole vectors behind the
+    /// state in `inp.x`, which is written.
+    #[inline]
+    pub unsafe fn run_sequence(&self, x: *mut f64, inp: &Inputs, w: &mut [f64], times: *const f64, rows: *mut f64) {
+        (self.entry)(w.as_mut_ptr(), x, inp.waves.as_ptr(), rows, inp.flags.as_ptr(), times);
+    }
 }
-
-#[cfg(all(target_arch = "x86_64", unix))]
-pub use self::x86::Native;
 
 #[cfg(all(target_arch = "x86_64", unix))]
 mod x86 {
-    use super::memory::Code;
     use super::*;
     use crate::graph::Fun;
 
-    /// Workspace, unknowns, waves, results, flags, time.
-    type Entry = unsafe extern "sysv64" fn(*mut f64, *const f64, *const f64, *mut f64, *const f64, *const f64);
-
-    /// The code of one part.
-    pub struct Native {
-        pub length: u32, // of the workspace that it wants
-        entry: Entry,
-        _code: Code,
-        // the code holds their addresses
+    /// The code of one part, and what it holds the addresses of.
+    pub struct Held {
+        _code: memory::Code,
         _functions: Box<[Fun]>,
         _coefficients: Box<[f64]>,
     }
 
-    impl Native {
-        /// None where the processor lacks AVX2 or FMA, or the system forbids executable memory.
-        pub fn new(part: &Part) -> Option<Native> {
-            if !super::super::trig::vectors() {
-                return None;
-            }
-            let functions: Box<[Fun]> = part.functions.into();
-            let mut writer = Writer::new(part, &functions);
-            writer.write()?;
-            let (code, length) = (writer.out, writer.length);
-            Native::of(&code, length, functions, Box::default())
-        }
+    /// Entry, code, and length of the workspace that it wants. None where the system forbids executable memory.
+    pub fn program(part: &Part) -> Option<(Entry, Held, u32)> {
+        let functions: Box<[Fun]> = part.functions.into();
+        let mut writer = Writer::new(part, &functions);
+        writer.write()?;
+        let (code, length) = (writer.out, writer.length);
+        held(&code, length, functions, Box::default())
+    }
 
-        /// The program as the stages of a Runge-Kutta method, see `Sequence`.
-        pub fn sequence(part: &Part, moves: &[Move], width: usize, y: usize, h: usize) -> Option<Native> {
-            if !super::super::trig::vectors() {
-                return None;
-            }
-            let functions: Box<[Fun]> = part.functions.into();
-            let coefficients: Box<[f64]> = moves.iter().flat_map(|m| m.row).map(|c| c.1).collect();
-            let mut writer = Writer::new(part, &functions);
-            writer.sequence(moves, &coefficients, width, y, h)?;
-            let (code, length) = (writer.out, writer.length);
-            Native::of(&code, length, functions, coefficients)
-        }
+    /// The program as the stages of a Runge-Kutta method, see `Sequence`.
+    pub fn sequence(part: &Part, moves: &[Move], width: usize, y: usize, h: usize) -> Option<(Entry, Held, u32)> {
+        let functions: Box<[Fun]> = part.functions.into();
+        let coefficients: Box<[f64]> = moves.iter().flat_map(|m| m.row).map(|c| c.1).collect();
+        let mut writer = Writer::new(part, &functions);
+        writer.sequence(moves, &coefficients, width, y, h)?;
+        let (code, length) = (writer.out, writer.length);
+        held(&code, length, functions, coefficients)
+    }
 
-        fn of(code: &[u8], length: u32, functions: Box<[Fun]>, coefficients: Box<[f64]>) -> Option<Native> {
-            let code = Code::new(code)?;
-            // SAFETY: the code begins as a function of this kind
-            let entry = unsafe { std::mem::transmute::<*const u8, Entry>(code.start()) };
-            Some(Native { length, entry, _code: code, _functions: functions, _coefficients: coefficients })
-        }
-
-        /// # Safety
-        /// `w` is a workspace of the tape, the inputs reach as far as the tape reads, and there is room for the results.
-        #[inline]
-        pub unsafe fn run(&self, inp: &Inputs, w: &mut [f64], results: *mut f64) {
-            let (x, waves, flags) = (inp.x.as_ptr(), inp.waves.as_ptr(), inp.flags.as_ptr());
-            (self.entry)(w.as_mut_ptr(), x, waves, results, flags, &inp.t);
-        }
-
-        /// # Safety
-        /// As `run`; every time of the sequence at `times`, all its rows at `rows`, and room for whole vectors behind the
-        /// state in `inp.x`, which is written.
-        #[inline]
-        pub unsafe fn run_sequence(&self, x: *mut f64, inp: &Inputs, w: &mut [f64], times: *const f64, rows: *mut f64) {
-            (self.entry)(w.as_mut_ptr(), x, inp.waves.as_ptr(), rows, inp.flags.as_ptr(), times);
-        }
+    fn held(code: &[u8], length: u32, functions: Box<[Fun]>, coefficients: Box<[f64]>) -> Option<(Entry, Held, u32)> {
+        let code = memory::Code::new(code)?;
+        // SAFETY: the code begins as a function of this kind
+        let entry = unsafe { std::mem::transmute::<*const u8, Entry>(code.start()) };
+        Some((entry, Held { _code: code, _functions: functions, _coefficients: coefficients }, length))
     }
 
     /// What memory operands are relative to.
