@@ -5,6 +5,8 @@
 //! Calls of the mathematical library are brought together: first all that need no other call, then the next.
 use crate::graph::{Fun, Graph, Id, Node};
 use std::collections::HashMap;
+use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
+use std::sync::OnceLock;
 
 mod native;
 mod trig;
@@ -17,6 +19,27 @@ pub use written::{Leaf, Signed, Value, Written};
 
 /// Shorter programs are interpreted: calling them would cost what they do.
 const LEAST: usize = 8;
+
+/// Machine code that takes long to make (Cranelift: some 15 us an instruction, saving some 2 ns whenever it runs): the part is
+/// interpreted until it has run so often that the code pays. Outputs lie at the same places of the workspace either way.
+#[derive(Default)]
+struct Later {
+    runs: AtomicU32,
+    made: OnceLock<Option<Native>>,
+}
+
+impl Later {
+    const PAYS: u32 = 7500;
+
+    #[inline]
+    fn native(&self, make: impl FnOnce() -> Option<Native>) -> Option<&Native> {
+        match self.made.get() {
+            Some(made) => made.as_ref(),
+            None if self.runs.fetch_add(1, Relaxed) < Later::PAYS => None,
+            None => self.made.get_or_init(make).as_ref(),
+        }
+    }
+}
 
 /// What the leaves read.
 #[derive(Clone, Copy)]
@@ -87,6 +110,7 @@ pub struct Tape {
     ends: Vec<(usize, usize)>,     // of each part: end of its code, end of its outputs
     limits: (usize, usize, usize), // highest index + 1 of unknowns, waves, flags: checked once per call
     native: Vec<Native>,           // of each part, or of none
+    later: Vec<Later>,             // of each part, or of none: machine code once it pays
     into: bool,                    // results are wanted in a row, see `native_into`
 }
 
@@ -178,12 +202,38 @@ impl Tape {
         limits: (usize, usize, usize),
     ) -> Tape {
         let (places, length) = (outputs.clone(), constants.len() + code.len());
-        Tape { constants, code, functions, outputs, places, length, ends, limits, native: Vec::new(), into: false }
+        Tape {
+            constants,
+            code,
+            functions,
+            outputs,
+            places,
+            length,
+            ends,
+            limits,
+            native: Vec::new(),
+            later: Vec::new(),
+            into: false,
+        }
     }
 
     /// The same as machine code, where there is any for this machine. For programs that run often.
     pub fn native(mut self) -> Tape {
         if self.code.len() < LEAST {
+            return self;
+        }
+        if Code::chosen() == Ok(Code::Cranelift) {
+            self.later = self.ends.iter().map(|_| Later::default()).collect();
+            return self;
+        }
+        self.native_now()
+    }
+
+    /// ... at once, however long it takes to make.
+    fn native_now(mut self) -> Tape {
+        if Code::chosen() == Ok(Code::Cranelift) {
+            let made: Option<Vec<Native>> = (0..self.ends.len()).map(|part| self.make(part)).collect();
+            self.native = made.unwrap_or_default();
             return self;
         }
         let (homes, free) = self.homes();
@@ -236,10 +286,33 @@ impl Tape {
         (homes, free)
     }
 
+    /// The machine code of a part, if there is any by now.
+    #[inline]
+    fn code(&self, part: usize) -> Option<&Native> {
+        if let Some(native) = self.native.get(part) {
+            return Some(native);
+        }
+        self.later.get(part)?.native(|| self.make(part))
+    }
+
+    /// Machine code on the interpreter's workspace, which has a place for every slot.
+    #[cold]
+    fn make(&self, part: usize) -> Option<Native> {
+        let (homes, _) = self.homes();
+        let same = |(slot, &home): (usize, &u32)| if home == native::NOWHERE { home } else { slot as u32 };
+        let homes: Vec<u32> = homes.iter().enumerate().map(same).collect();
+        Native::new(&self.part(part, &homes, self.length as u32))
+    }
+
     /// Machine code that leaves the results of a part one after the other, for `run_into`; not in slots.
     pub fn native_into(mut self) -> Tape {
         self.into = true;
         self.native()
+    }
+
+    fn native_into_now(mut self) -> Tape {
+        self.into = true;
+        self.native_now()
     }
 
     pub fn is_empty(&self) -> bool {
@@ -277,7 +350,7 @@ impl Tape {
     /// Runs one part; those before it have run, with the same inputs but for what this part is the first to read.
     #[inline]
     pub fn run_part(&self, part: usize, inp: &Inputs, w: &mut [f64]) {
-        if let Some(native) = self.native.get(part) {
+        if let Some(native) = self.code(part) {
             self.check(inp, w);
             // SAFETY: checked; there are no results beside the slots
             assert!(!self.into);
@@ -290,7 +363,7 @@ impl Tape {
     #[inline(always)]
     pub fn run_into(&self, part: usize, inp: &Inputs, w: &mut [f64], out: &mut [f64]) {
         let places = self.part_places(part);
-        if let Some(native) = self.native.get(part).filter(|_| self.into) {
+        if let Some(native) = self.code(part).filter(|_| self.into) {
             self.check(inp, w);
             assert!(out.len() >= places.len());
             // SAFETY: checked
@@ -316,7 +389,7 @@ impl Tape {
         flags: &'a [f64],
         slots: &'a mut [f64],
     ) -> Option<Again<'a>> {
-        let native = self.native.first().filter(|_| self.into && self.native.len() == 1)?;
+        let native = self.code(0).filter(|_| self.into && self.ends.len() == 1)?;
         self.check(&Inputs { x, t: 0.0, waves, flags }, slots);
         Some(Again { native, x, waves, flags, slots, results: self.outputs.len() })
     }
@@ -583,8 +656,8 @@ mod tests {
             let outs: Vec<Id> = (0..12).map(|_| pool[random(pool.len())]).collect();
             let parts: [(&[Id], bool); 3] = [(&outs[..4], true), (&outs[4..8], false), (&outs[8..], true)];
             let slow = Tape::in_parts(&g, &parts);
-            let fast = Tape::in_parts(&g, &parts).native();
-            let row = Tape::in_parts(&g, &parts).native_into();
+            let fast = Tape::in_parts(&g, &parts).native_now();
+            let row = Tape::in_parts(&g, &parts).native_into_now();
             assert!(Code::chosen() == Ok(Code::Interpreted) || !fast.native.is_empty());
             // (the second argument is beyond what the code's own sines take)
             for (flag, x) in [(0.0, [0.3, -1.2, 2.1, 0.05]), (1.0, [-7.3, 1e7, 2.1, 40.0])] {

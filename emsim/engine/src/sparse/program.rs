@@ -5,12 +5,14 @@ use super::lu::Arrangement;
 use super::pivots::Pivots;
 use super::scalar::{Scalar, Term};
 use super::Symbolic;
-use crate::tape::{Inputs, Leaf, Tape, Value, Written};
+use crate::tape::{Code, Inputs, Leaf, Tape, Value, Written};
 use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 /// What has recurred so often with the same pivots is written as a program: that takes some 8 us, and pays after about as many (numerics chapter, hot path).
 const WORTH: u64 = 150;
+/// Cranelift takes so many times as long to write it. (Unit tests do not wait for it.)
+const CRANELIFT: u64 = if cfg!(test) { 1 } else { 100 };
 /// Multiply-subtract operations of a refactorisation above which a program would not stay in the processor's cache.
 pub const LARGEST: usize = 1000;
 
@@ -257,7 +259,8 @@ pub struct Recurring {
 
 impl Default for Recurring {
     fn default() -> Recurring {
-        Recurring { from: 0, worth: WORTH, asked: false, program: None }
+        let worth = if Code::chosen() == Ok(Code::Cranelift) { CRANELIFT * WORTH } else { WORTH };
+        Recurring { from: 0, worth, asked: false, program: None }
     }
 }
 
@@ -300,7 +303,7 @@ impl Recurring {
 mod tests {
     use super::super::{Complex, Lu, Pattern, Scalar, Symbolic};
     use super::Equations;
-    use crate::tape::{Inputs, Leaf, Written};
+    use crate::tape::{Code, Inputs, Leaf, Written};
 
     /// What has recurred often enough gives what the lists give, to the bit.
     #[test]
@@ -367,9 +370,7 @@ mod tests {
             next.factor_or_refactor(&values).unwrap();
             next.solve(&mut y);
             assert!(run == lu.has_program() && (!run || x == y), "n {n}");
-            assert!(
-                crate::tape::Code::chosen() == Ok(crate::tape::Code::Interpreted) || (runs > 500 && lu.has_program())
-            );
+            assert!(Code::chosen() == Ok(Code::Interpreted) || (runs > 500 && lu.has_program()));
         }
     }
 
@@ -408,7 +409,7 @@ mod tests {
 
     #[test]
     fn factors_and_solutions_by_themselves() {
-        if crate::tape::Code::chosen() != Ok(crate::tape::Code::Interpreted) {
+        if Code::chosen() != Ok(Code::Interpreted) {
             let real = |k: usize| ((k * 37 + 11) % 19) as f64 / 19.0 - 0.4;
             keeps_every_bit(real);
             keeps_every_bit(|k| Complex::new(real(k), 0.7 * real(k + 3)));

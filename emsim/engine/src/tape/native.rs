@@ -124,14 +124,12 @@ impl Native {
         }
     }
 
-    /// The program as the stages of a Runge-Kutta method, see `Sequence`.
+    /// The program as the stages of a Runge-Kutta method, see `Sequence`; by our own encoder alone.
     #[allow(unused_variables)]
     pub fn sequence(part: &Part, moves: &[Move], width: usize, y: usize, h: usize) -> Option<Native> {
         match Code::chosen() {
             #[cfg(all(target_arch = "x86_64", unix))]
             Ok(Code::Native) => x86::sequence(part, moves, width, y, h).map(Native::of),
-            #[cfg(cranelift)]
-            Ok(Code::Cranelift) => cranelift::sequence(part, moves, width, y, h).map(Native::of),
             _ => None,
         }
     }

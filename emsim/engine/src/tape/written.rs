@@ -181,7 +181,7 @@ impl Written {
         let outputs: Vec<u32> = results.iter().map(|v| v.0).collect();
         let ends = vec![(self.code.len(), outputs.len())];
         let tape = Tape::interpreted(self.constants, self.code, self.functions, outputs, ends, self.limits);
-        let tape = tape.native_into();
+        let tape = tape.native_into_now();
         (!tape.native.is_empty()).then_some(tape)
     }
 }

@@ -2,25 +2,24 @@
 //!
 //! Each instruction of the tape becomes one of Cranelift's on scalar doubles, in the tape's order and with its rounding, so that the
 //! numbers are those of the interpreter to the bit. Functions of the mathematical library are calls of the same ones. A long
-//! program is cut into pieces, one function each: what a later piece reads goes through the workspace, so that the time to
+//! program is cut into pieces, one function each: what a later piece reads goes by the slot's place in the workspace, so that the time to
 //! make the code grows with its length and not faster.
 use super::super::{trig, Instr, Op};
-use super::{Entry, Move, Part, To, NOWHERE};
+use super::{Entry, Part, NOWHERE};
 use crate::graph::Fun;
 use cranelift_codegen::ir::condcodes::FloatCC;
 use cranelift_codegen::ir::{
     types, AbiParam, InstBuilder, MemFlags, SigRef, Signature, StackSlotData, StackSlotKind, Value,
 };
+use cranelift_codegen::isa::OwnedTargetIsa;
 use cranelift_codegen::settings::{self, Configurable};
 use cranelift_frontend::{FunctionBuilder, FunctionBuilderContext};
 use cranelift_jit::{JITBuilder, JITModule};
 use cranelift_module::{default_libcall_names, FuncId, Module};
+use std::sync::OnceLock;
 
 /// Instructions of a piece: some thousand keep the allocation of registers, whose time grows faster than its input, short.
 const PIECE: usize = 2000;
-/// Up to so many components the sums of a sequence are written out, beyond it they are a loop.
-const WRITTEN_OUT: usize = 16;
-
 const ARGUMENTS: usize = 6; // of `Entry`
 
 /// What keeps the code of one part where it is.
@@ -43,18 +42,10 @@ impl Drop for Held {
     }
 }
 
-/// Entry, code, and length of the workspace that it wants. None where Cranelift knows no code for this processor, or the system
+/// Entry, code, and length of the workspace that it wants, which is one with a place for every slot. None where Cranelift knows no code for this processor, or the system
 /// forbids executable memory.
 pub fn program(part: &Part) -> Option<(Entry, Held, u32)> {
     Maker::new(part)?.finish(|maker| maker.program())
-}
-
-/// The program as the stages of a Runge-Kutta method, see `Sequence`.
-pub fn sequence(part: &Part, moves: &[Move], width: usize, y: usize, h: usize) -> Option<(Entry, Held, u32)> {
-    Maker::new(part)?.finish(|maker| {
-        let program = maker.program()?;
-        maker.stages(program, moves, [width, y, h])
-    })
 }
 
 extern "C" fn exponential(a: f64) -> f64 {
@@ -82,45 +73,47 @@ extern "C" fn sine_cosine(a: f64, both: *mut f64) {
     }
 }
 
-struct Maker<'a> {
-    part: &'a Part<'a>,
-    functions: Box<[Fun]>,
-    module: JITModule,
-    scratch: FunctionBuilderContext,
-    homes: Vec<u32>, // of the part's own slots: also those that a later piece reads
-    length: u32,     // of the workspace
-}
-
-impl<'a> Maker<'a> {
-    fn new(part: &'a Part<'a>) -> Option<Maker<'a>> {
+/// The code generator for this processor.
+fn processor() -> Option<OwnedTargetIsa> {
+    static KNOWN: OnceLock<Option<OwnedTargetIsa>> = OnceLock::new();
+    let make = || {
         let mut flags = settings::builder();
         let wanted = [
             ("opt_level", "none"),
             ("is_pic", "false"),
             ("use_colocated_libcalls", "false"),
             ("enable_verifier", "false"),
+            ("regalloc_algorithm", "backtracking"),
         ];
         for (name, value) in wanted {
             flags.set(name, value).ok()?;
         }
-        let isa = cranelift_native::builder().ok()?.finish(settings::Flags::new(flags)).ok()?;
-        let module = JITModule::new(JITBuilder::with_isa(isa, default_libcall_names()));
+        cranelift_native::builder().ok()?.finish(settings::Flags::new(flags)).ok()
+    };
+    KNOWN.get_or_init(make).clone()
+}
+
+struct Maker<'a> {
+    part: &'a Part<'a>,
+    functions: Box<[Fun]>,
+    module: JITModule,
+    scratch: FunctionBuilderContext,
+    homes: Vec<u32>, // of the part's own slots: also those that a later piece reads
+}
+
+impl<'a> Maker<'a> {
+    fn new(part: &'a Part<'a>) -> Option<Maker<'a>> {
+        let module = JITModule::new(JITBuilder::with_isa(processor()?, default_libcall_names()));
         let mut homes: Vec<u32> = part.homes[part.first..part.first + part.code.len()].to_vec();
-        let mut length = part.free;
-        for (k, i) in part.code.iter().enumerate() {
-            for j in i.operands().filter_map(|slot| (slot as usize).checked_sub(part.first)) {
-                if j / PIECE != k / PIECE && homes[j] == NOWHERE {
-                    (homes[j], length) = (length, length + 1);
-                }
-            }
-        }
-        for j in part.results.iter().filter_map(|&slot| (slot as usize).checked_sub(part.first)) {
-            if j / PIECE != part.code.len().saturating_sub(1) / PIECE && homes[j] == NOWHERE {
-                (homes[j], length) = (length, length + 1);
+        let last = part.code.len().saturating_sub(1);
+        let read = part.code.iter().enumerate().flat_map(|(k, i)| i.operands().map(move |slot| (k, slot)));
+        for (k, slot) in read.chain(part.results.iter().map(|&slot| (last, slot))) {
+            if let Some(j) = (slot as usize).checked_sub(part.first).filter(|j| j / PIECE != k / PIECE) {
+                homes[j] = slot;
             }
         }
         let scratch = FunctionBuilderContext::new();
-        Some(Maker { part, functions: part.functions.into(), module, scratch, homes, length })
+        Some(Maker { part, functions: part.functions.into(), module, scratch, homes })
     }
 
     fn finish(mut self, make: impl FnOnce(&mut Self) -> Option<FuncId>) -> Option<(Entry, Held, u32)> {
@@ -132,7 +125,8 @@ impl<'a> Maker<'a> {
         };
         // SAFETY: the function was declared with this signature
         let entry = unsafe { std::mem::transmute::<*const u8, Entry>(entry) };
-        Some((entry, Held { module: Some(self.module), _functions: self.functions }, self.length))
+        let length = self.part.free;
+        Some((entry, Held { module: Some(self.module), _functions: self.functions }, length))
     }
 
     fn signature(&self) -> Signature {
@@ -210,80 +204,6 @@ impl<'a> Maker<'a> {
             }
         }
         Some(())
-    }
-
-    /// Sums of rows and runs of the program, in turn.
-    fn stages(&mut self, program: FuncId, moves: &[Move], [width, y, h]: [usize; 3]) -> Option<FuncId> {
-        let pointer = self.module.target_config().pointer_type();
-        self.define(|maker, b, arguments| {
-            let [w, x, waves, rows, flags, times] = arguments;
-            let trusted = MemFlags::trusted();
-            let program = maker.module.declare_func_in_func(program, b.func);
-            let length = b.ins().load(types::F64, trusted, rows, 8 * i32::try_from(h).ok()?);
-            let mut runs = 0;
-            for step in moves {
-                let factors: Vec<Value> = step
-                    .row
-                    .iter()
-                    .map(|&(_, a)| {
-                        let a = b.ins().f64const(a);
-                        let a = b.ins().fmul(a, length);
-                        b.ins().splat(types::F64X2, a)
-                    })
-                    .collect();
-                // two components: at `rows + offset` and at `x + offset`, and `8 i` behind
-                let pair = |b: &mut FunctionBuilder, rows: Value, x: Value, i: usize| -> Option<()> {
-                    let at = |row: usize, i: usize| i32::try_from(8 * (row * width + i)).ok();
-                    let mut sum = match step.from {
-                        Some(row) => Some(b.ins().load(types::F64X2, MemFlags::new().with_notrap(), rows, at(row, i)?)),
-                        None => None,
-                    };
-                    for (&(j, _), &factor) in step.row.iter().zip(&factors) {
-                        let row = b.ins().load(types::F64X2, MemFlags::new().with_notrap(), rows, at(j, i)?);
-                        let term = b.ins().fmul(factor, row);
-                        sum = Some(sum.map_or(term, |sum| b.ins().fadd(sum, term)));
-                    }
-                    let sum = sum.unwrap_or_else(|| {
-                        let zero = b.ins().f64const(0.0);
-                        b.ins().splat(types::F64X2, zero)
-                    });
-                    for to in step.to {
-                        let (base, offset) = match *to {
-                            To::State => (x, at(0, y + i)?),
-                            To::Row(row) => (rows, at(row, i)?),
-                        };
-                        b.ins().store(MemFlags::new().with_notrap(), sum, base, offset);
-                    }
-                    Some(())
-                };
-                if width <= WRITTEN_OUT {
-                    for i in (0..width).step_by(2) {
-                        pair(b, rows, x, i)?;
-                    }
-                } else {
-                    let (body, after) = (b.create_block(), b.create_block());
-                    b.append_block_param(body, pointer);
-                    let start = b.ins().iconst(pointer, 0);
-                    b.ins().jump(body, &[start.into()]);
-                    b.switch_to_block(body);
-                    let offset = b.block_params(body)[0];
-                    let (rows, x) = (b.ins().iadd(rows, offset), b.ins().iadd(x, offset));
-                    pair(b, rows, x, 0)?;
-                    let next = b.ins().iadd_imm(offset, 16);
-                    let end = i64::try_from(8 * width).ok()?;
-                    let more = b.ins().icmp_imm(cranelift_codegen::ir::condcodes::IntCC::UnsignedLessThan, next, end);
-                    b.ins().brif(more, body, &[next.into()], after, &[]);
-                    b.switch_to_block(after);
-                }
-                if let Some(row) = step.run {
-                    let results = b.ins().iadd_imm(rows, i64::try_from(8 * row * width).ok()?);
-                    let time = b.ins().iadd_imm(times, 8 * runs);
-                    b.ins().call(program, &[w, x, waves, results, flags, time]);
-                    runs += 1;
-                }
-            }
-            Some(())
-        })
     }
 }
 
