@@ -1,129 +1,148 @@
-//! Picks the method, at the start and while it runs.
+//! Picks the method, at the start and while it runs. It knows the equations by what they are made of and a method by what it says of
+//! itself; nothing is measured with a clock, so that equal decks take equal steps. The rules, with the price of each in
+//! `python tests/bench/auto.py`:
 //!
-//! Rules, each justified by the work-precision charts of the benchmark decks (`python tests/bench/auto.py`):
-//!
-//!  1. Explicit where the equations reduce to an ODE (`System::reduced`) and nothing is stiff: dop853, in circuits rk45 at loose
-//!     tolerances. Never with diodes or exponentials of voltages: those are stiff whenever they conduct. Not where the equations are
-//!     linear either: a step of radau at order 13 is one solution there, with a factorisation that is kept, and reaches from one
-//!     corner of a source to the next.
-//!  2. Otherwise implicit. What each of these is for which equations: `auto/rules.rs`.
-//!  3. From explicit to implicit when stability has limited `STIFF` steps, when the step collapses, or when a stage cannot be
-//!     solved. Back after `TRIAL` implicit steps, on probation: the first explicit step must have room to spare and must not be
-//!     shorter than a `fraction` of the implicit one. Each regretted return makes the next one twice as rare. For good where a loop
-//!     comes near a position in which its constraints lose rank: what a step is off them is magnified there (`beside_singular`).
-//!  4. A run begins implicitly where the fastest eigenvalue, by a few power iterations, is `FAST` times faster than the
-//!     shortest time that its sources and its print grid speak of, `FAST_DAMPED` times where it is damped (with loops
-//!     to close `FAST_IN_LOOPS`): order is lost on what follows such a mode long before stability is. Also where it is damped and
-//!     `LASTING` times faster than the run is long: it will have died, and stability will want all those steps.
-//!  5. Circuits with diodes and switches that ring for more than `LONG` steps from one restart to the next go on with gear, whose start
-//!     is a small part of those steps then (a flyback converter whose leakage rings: 0.55 of the time to 7e-4), until two stretches in
-//!     a row are shorter; twice as many before each further return, since stretches of several kinds follow one another.
-//!  6. Where a method gives up for good, or would take too many steps, the others that can do it go on from the last good point, and hand back later.
-//!
-//! Nothing is measured with a clock: equal decks take equal steps.
-mod rules;
-
-pub use self::rules::reduces;
-use self::rules::{beside_singular, mechanical, one_step};
-use super::rows::Lags;
-use super::{make_one, Attempt, Method, Used};
+//!  1. `EXPLICIT` where the equations reduce to an ODE and hold no exponential, which is stiff whenever it conducts. Not where all
+//!     is linear: a step of `SMOOTH` is one solution there, with a factorisation that is kept, from one corner to the next. Nor with
+//!     more than `LOOPS` closed loops, which every stage has to be brought onto.
+//!  2. Otherwise implicit (`implicit`): `SMOOTH` where nothing turns within a step, `GENTLE` where exponentials alone do, `SHORT` where they
+//!     do beside what throws many-step methods back: switches, machines, coils that ring on with what a junction has left in them.
+//!  3. A run begins implicitly where its fastest eigenvalue is `FAST` times faster than the shortest time that its sources and its print
+//!     grid speak of: order is lost on what follows such a mode long before stability is. Also where that mode is damped and `LASTING` times
+//!     faster than the run is long: it will have died, and stability will want all those steps.
+//!  4. From explicit to implicit when stability has limited `STIFF` steps in a row, when the step collapses, when a stage cannot be solved,
+//!     or where a loop comes near a loss of rank, this for good. Back after `TRIAL` implicit steps, on probation: the first explicit
+//!     step must have room to spare, and no less than a quarter of the implicit one. A return that is regretted makes the next one
+//!     twice as rare.
+//!  5. Where a method gives up, or would take too many steps, the others go on from the last good point in the order of `OTHERS`.
+use super::explicit::place;
+use super::{make, Attempt, Character, Limit, Lost, Method, Response, Used};
 use crate::ledger::Stages;
 use crate::newton::{Failure, Options, Tolerances};
+use crate::reduced::Point;
 use crate::sparse::Complex;
 use crate::system::{System, Work};
 
-/// h |lambda| over the bound of stability: above it stability is what limits, below `ROOM` there is room.
+const EXPLICIT: &str = "dop853";
+const SMOOTH: &str = "radau";
+const GENTLE: &str = "gear";
+const SHORT: &str = "esdirk";
+const OTHERS: [&str; 5] = [SMOOTH, SHORT, "trbdf2", "trap", GENTLE];
+
+/// Below this tolerance order 13 is cheaper than order 4 whatever turns, and steps of orders below that come near to rounding.
+const TIGHT: f64 = 5e-7;
+/// Rule 1. The work of a stage grows with the cube of a dense block's size; that of an implicit one hardly grows with it.
+const SMALL: usize = 400;
+const BLOCK: usize = 60;
+const LOOPS: usize = 6;
+/// Rule 3: a stage of order 8 spans a third of what its step may follow, ten of which make the shortest time.
+const FAST: f64 = 30.0;
+const LASTING: f64 = 2000.0;
+/// Rule 4, of h |lambda| over the bound of stability: near 1 stability is what limits; with two thirds of that there is room.
 const LIMIT: f64 = 0.9;
 const ROOM: f64 = 0.6;
+/// Two steps may be limited by chance, on their way to a longer one.
 const STIFF: u32 = 6;
-/// A step of so little of the longest has collapsed.
+/// A step of so little of the longest one is of rounding's size in charges.
 const COLLAPSE: f64 = 1e-7;
 const TRIAL: u32 = 40;
-const FAST: f64 = 30.0;
-const FAST_DAMPED: f64 = 12.0;
-const LASTING: f64 = 2000.0;
-/// ... with loops to close, where implicit steps are dearer: a motor on a slider-crank at 1e-6 takes radau 20 ms, dop853 9 ms.
-const FAST_IN_LOOPS: f64 = 25.0;
-/// A fast mode that has died down shows in no error, until steps beyond the bound of stability wake it: every so many steps
-/// its eigenvalue is looked at, and h |lambda| above so much is too long a step, if it is so for some steps in a row: an oscillation's
-/// own conductance is for one (LC oscillator).
-const LOOK: u32 = 64;
-const SILENT: f64 = 7.0;
-const IN_A_ROW: u32 = 3;
-/// An explicit stretch of fewer steps is a regretted return.
-const WORTH: u32 = 100;
 const RAREST: u32 = 1 << 20;
-/// What part of an explicit step an implicit one is, beside a singular position.
-const OF_EXPLICIT: f64 = 0.3;
-/// Rule 5: a one-step method's steps, and gear's, which are shorter: four and more of these cost what one of those
-/// does, and are less accurate.
-const LONG: u32 = 60;
-const BRIEF: u32 = 200;
+/// An implicit step is worth so many explicit ones.
+const PRICE: f64 = 4.0;
 /// More than a method has.
 const FORMULAS: usize = 100;
 /// So many changes are told one by one.
 const TOLD: usize = 100;
+
+/// Rule 1: is the explicit form worth making?
+pub fn reduces(sys: &System, o: &Options) -> bool {
+    o.fixed_step.is_none() && never_explicit(sys).is_none() && sys.n <= SMALL
+}
+
+/// Rule 1: what no explicit form is asked about.
+fn never_explicit(sys: &System) -> Option<&'static str> {
+    match () {
+        () if sys.diodes() > 0 => Some("diodes"),
+        () if sys.bends() && !mechanical(sys) => Some("exponentials"),
+        () if sys.pure_linear => Some("linear equations"),
+        () => None,
+    }
+}
+
+/// Rule 1: is the run explicit, or why not?
+fn explicit(sys: &System) -> Result<&'static str, String> {
+    match never_explicit(sys).map_or_else(|| sys.reduced(), Err) {
+        Ok(r) if r.largest_block() > BLOCK => Err("large dense blocks".into()),
+        Ok(r) if r.constraints() > LOOPS => Err("several closed loops".into()),
+        Ok(r) if r.iterates() => Err("stages that want iterations".into()),
+        Ok(_) => Ok("nothing stiff"),
+        Err(why) => Err(why.into()),
+    }
+}
+
+/// Rule 2.
+fn implicit(sys: &System, o: &Options) -> &'static str {
+    let turns = sys.diodes() > 0 || (sys.bends() && !mechanical(sys));
+    let thrown_back = !sys.flags.is_empty() || mechanical(sys) || sys.has_coils();
+    match (turns, thrown_back) {
+        _ if o.reltol < TIGHT => SMOOTH,
+        (false, _) => SMOOTH,
+        (true, false) => GENTLE,
+        (true, true) => SHORT,
+    }
+}
+
+fn mechanical(sys: &System) -> bool {
+    sys.unknowns.iter().any(|u| u.kind.mechanical())
+}
 
 pub struct Auto<'a> {
     sys: &'a System,
     o: Options,
     methods: Vec<(&'static str, Box<dyn Method + 'a>)>, // made when first needed
     now: usize,
-    explicit: Option<&'static str>, // rule 1; None: it cannot be
-    implicit: &'static str,         // rule 2
-    away: bool,                     // another method goes on in its place
-    stretches: bool,                // rule 5 applies
-    stretch: u32,                   // steps since the last restart
-    brief: u32,                     // stretches in a row that were brief
-    enough: u32,                    // ... from which on esdirk is worth another trial
+    explicit: bool, // rule 1 allows it
+    implicit: &'static str,
+    away: bool, // another method goes on in its place
     begun: bool,
-    feature: f64, // shortest time that sources and print grid speak of
+    point: Option<Point>, // where eigenvalues are looked for
+    feature: f64,         // shortest time that sources and print grid speak of
     t: f64,
-    x: Vec<f64>,              // the present point, where an attempt may change the method
-    tried: Vec<&'static str>, // methods that gave up at it
-    longest: f64,             // attempt from it
-    reach: f64,               // longest explicit step since the last restart
-    refused: u32,             // attempts from it that gave nothing
-    collapsed: bool,
-    limited: u32,                         // explicit steps in a row that stability limited
-    silent: u32,                          // ... beyond its bound
-    steps: u32,                           // since the last change
-    patience: u32,                        // implicit steps before the next return
-    probation: Option<(usize, f64, f64)>, // the method before, its step, the least one that is worth the change
+    x: Vec<f64>,                            // the present point, where an attempt may change the method
+    tried: Vec<&'static str>,               // methods that gave up at it
+    longest: f64,                           // attempt from it
+    refused: u32,                           // attempts from it that gave nothing
+    reach: f64,                             // longest step since the last restart
+    limited: u32,                           // explicit steps in a row that stability limited
+    steps: u32,                             // since the last change
+    patience: u32,                          // implicit steps before the next return
+    probation: Option<(&'static str, f64)>, // the method before, and its step
     used: Vec<Used>,
 }
 
-/// Rule 6, in this order.
-const OTHERS: [&str; 5] = ["radau", "esdirk", "trbdf2", "trap", "gear"];
-
 impl<'a> Auto<'a> {
     pub fn new(sys: &'a System, o: &Options) -> Result<Auto<'a>, Failure> {
-        let (explicit, why) = rules::explicit(sys, o);
-        let implicit = rules::implicit(sys, o);
-        let name = explicit.unwrap_or(implicit);
+        let (chosen, implicit) = (explicit(sys), implicit(sys, o));
+        let name = if chosen.is_ok() { EXPLICIT } else { implicit };
+        let why = chosen.clone().map_or_else(|why| why, str::to_string);
         Ok(Auto {
             sys,
             o: o.clone(),
-            methods: vec![(name, make_one(sys, o, name)?)],
+            methods: vec![(name, make(sys, o, name)?)],
             now: 0,
-            explicit,
+            explicit: chosen.is_ok(),
             implicit,
             away: false,
-            stretches: sys.diodes() > 0 && !mechanical(sys) && implicit == "esdirk",
-            stretch: 0,
-            brief: 0,
-            enough: 2,
             begun: false,
+            point: None,
             feature: 0.0,
             t: 0.0,
             x: vec![0.0; sys.n],
             tried: Vec::new(),
             longest: 0.0,
-            reach: 0.0,
             refused: 0,
-            collapsed: false,
+            reach: 0.0,
             limited: 0,
-            silent: 0,
             steps: 0,
             patience: TRIAL,
             probation: None,
@@ -135,27 +154,16 @@ impl<'a> Auto<'a> {
         &*self.methods[self.now].1
     }
 
+    fn inner_mut(&mut self) -> &mut (dyn Method + 'a) {
+        &mut *self.methods[self.now].1
+    }
+
     fn name(&self) -> &'static str {
         self.methods[self.now].0
     }
 
-    /// (The explicit method is the first one that is made.)
     fn explicitly(&self) -> bool {
-        self.explicit.is_some() && self.now == 0
-    }
-
-    /// Is there nothing to choose between attempts: no explicit form, no other method for stretches of another kind?
-    #[inline(always)]
-    fn settled(&self) -> bool {
-        self.begun && self.explicit.is_none() && !self.stretches && !self.away
-    }
-
-    /// What part of an implicit step an explicit one has to be: with 3, 5, 7 stages to iterate it is worth 4, 6, 8 of those.
-    fn fraction(&self) -> f64 {
-        match self.name() {
-            "radau" | "radau5" => 1.0 / (1.0 + self.inner().formula() as f64),
-            _ => 0.25,
-        }
+        self.explicit && self.name() == EXPLICIT
     }
 
     /// Another method takes over at the present point.
@@ -163,13 +171,12 @@ impl<'a> Auto<'a> {
         self.now = match self.methods.iter().position(|m| m.0 == name) {
             Some(known) => known,
             None => {
-                self.methods.push((name, make_one(self.sys, &self.o, name)?));
+                self.methods.push((name, make(self.sys, &self.o, name)?));
                 self.methods.len() - 1
             }
         };
         self.away = name != self.implicit;
-        (self.limited, self.silent, self.refused, self.steps) = (0, 0, 0, 0);
-        (self.reach, self.collapsed) = (0.0, false);
+        (self.limited, self.refused, self.steps, self.reach) = (0, 0, 0, 0.0);
         self.methods[self.now].1.restart(self.sys, w, self.t, &self.x);
         Ok(())
     }
@@ -184,76 +191,59 @@ impl<'a> Auto<'a> {
         }
     }
 
-    /// Rule 3, one way.
+    /// Rule 4, one way.
     fn go_implicit(&mut self, w: &mut Work, why: &str) -> Result<(), Failure> {
-        self.patience = if self.steps < WORTH { (2 * self.patience).min(RAREST) } else { TRIAL };
+        self.patience = if self.steps < TRIAL { (2 * self.patience).min(RAREST) } else { TRIAL };
         self.switch(w, self.implicit)?;
         self.tell(why);
         Ok(())
     }
 
-    /// Rule 5.
-    fn go_on_with(&mut self, w: &mut Work, name: &'static str) -> Result<(), Failure> {
-        self.implicit = name;
-        self.switch(w, name)?;
-        let how_many = if name == "gear" { "many" } else { "few" };
-        self.tell(&format!("{how_many} steps from restart to restart"));
-        Ok(())
-    }
-
-    /// Rule 4, before the first attempt, of length h.
+    /// Rule 3, before the first attempt, of length h.
     fn look(&mut self, w: &mut Work, h: f64) -> Result<(), Failure> {
-        if std::mem::replace(&mut self.begun, true) || !self.explicitly() {
-            return Ok(());
-        }
-        // the first step is a hundredth of it
-        self.feature = 100.0 * h;
-        if self.fastest(w).is_none_or(|f| self.fast(f)) {
-            self.go_implicit(w, "stiff from the start")?;
-            // with a loop to close in every stage, the way back has never paid
-            if self.sys.reduced().is_ok_and(|r| r.has_constraints()) {
-                self.explicit = None;
+        if !std::mem::replace(&mut self.begun, true) && self.explicitly() {
+            // the first step is a hundredth of it
+            self.feature = 100.0 * h;
+            if self.fast(w) {
+                self.go_implicit(w, "stiff from the start")?;
+                // with a loop to close in every stage, the way back does not pay
+                self.explicit = self.sys.reduced().is_ok_and(|r| !r.has_constraints());
             }
         }
         Ok(())
     }
 
-    /// Rule 3, before an attempt of length h.
+    /// Rule 3, at the present point.
+    fn fast(&mut self, w: &mut Work) -> bool {
+        let Ok(reduced) = self.sys.reduced() else { return true };
+        let floor = || Tolerances::new(self.sys, &self.o).atol;
+        let point = self.point.get_or_insert_with(|| reduced.point(&w.flags, w.gmin, floor()));
+        place(reduced, point, self.sys, w, (self.t, &self.x));
+        reduced
+            .fastest(point, &self.sys.waves, self.t)
+            .is_none_or(|(lambda, damped)| lambda * self.feature > FAST || damped && lambda * self.o.span > LASTING)
+    }
+
+    /// Rule 4, before an attempt of length h.
     fn choose(&mut self, w: &mut Work, h: f64) -> Result<(), Failure> {
         self.look(w, h)?;
         if self.explicitly() {
-            if self.refused == 0 && (self.silent > 0 || self.steps % LOOK == LOOK - 1) {
-                let beyond = self.fastest(w).is_some_and(|(l, _)| l * h > SILENT);
-                self.silent = if beyond { self.silent + 1 } else { 0 };
-                if self.silent == IN_A_ROW {
-                    return self.go_implicit(w, "a mode that is silent is stiff");
-                }
-            }
-            if self.limited >= STIFF {
-                return self.go_implicit(w, "stability limits the explicit step");
-            }
-            if self.collapsed {
-                return self.go_implicit(w, "the explicit step collapses");
-            }
-            return Ok(());
+            return match self.limited >= STIFF {
+                true => self.go_implicit(w, "stability limits the explicit step"),
+                false => Ok(()),
+            };
         }
-        if self.stretches && self.stretch == LONG && self.implicit != "gear" {
-            return self.go_on_with(w, "gear");
-        }
-        if self.steps < self.patience || self.refused > 0 {
+        if self.steps < self.patience || self.refused > 0 || !(self.explicit || self.away) {
             return Ok(());
         }
         // the way back
-        if let Some(name) = self.explicit {
-            let least = h * self.fraction();
-            if self.fastest(w).is_none_or(|f| f.0 * least > SILENT || self.fast(f)) {
-                self.patience = (2 * self.patience).min(RAREST);
-                return Ok(());
-            }
-            let before = self.now;
-            self.switch(w, name)?;
-            self.probation = Some((before, h, least));
-        } else if self.away {
+        let before = self.name();
+        if self.explicit && self.fast(w) {
+            self.patience = (2 * self.patience).min(RAREST);
+        } else if self.explicit {
+            self.switch(w, EXPLICIT)?;
+            self.probation = Some((before, h));
+        } else {
             self.patience = (2 * self.patience).min(RAREST);
             self.switch(w, self.implicit)?;
             self.tell("once more");
@@ -261,165 +251,110 @@ impl<'a> Auto<'a> {
         Ok(())
     }
 
-    /// Rule 4.
-    fn fast(&self, (l, damped): (f64, bool)) -> bool {
-        let loops = self.sys.reduced().is_ok_and(|r| r.has_constraints());
-        let most = match damped {
-            true if loops => FAST_IN_LOOPS,
-            true => FAST_DAMPED,
-            false => FAST,
-        };
-        l * self.feature > most || (damped && l * self.o.span > LASTING)
-    }
-
-    /// An attempt where there is something to choose.
-    #[inline(never)]
-    fn attempt_chosen(&mut self, sys: &System, w: &mut Work, h: f64, tol: &Tolerances) -> Attempt {
-        if let Err(why) = self.choose(w, h) {
-            return Attempt::Stuck { next: 0.0, why: why.into() };
-        }
-        self.longest = self.longest.max(h);
-        let mut result = self.methods[self.now].1.attempt(sys, w, h, tol);
-        if self.probation.is_some() {
-            result = self.judge(w, h, result);
-        } else if self.explicitly() && unfit(&result) {
-            self.explicit = None;
-            if self.go_implicit(w, "the explicit method cannot get on").is_ok() {
-                return Attempt::TooLarge { next: self.longest };
-            }
-        } else if self.explicitly() && self.steps > 0 && self.inner().near_singular() {
-            // (a run that begins at such a position has two ways to go on: an implicit step finds neither)
-            self.explicit = None;
-            self.implicit = beside_singular(&mut self.o);
-            if self.go_implicit(w, "a loop comes near a singular position").is_ok() {
-                return Attempt::TooLarge { next: OF_EXPLICIT * self.longest };
-            }
-        }
-        if let Attempt::TooLarge { next } | Attempt::Stuck { next, .. } = result {
-            self.refused += 1;
-            self.collapsed = next < COLLAPSE * self.reach;
-        }
-        result
-    }
-
     /// What the explicit method did on probation: kept, continued, or taken back.
-    fn judge(&mut self, w: &mut Work, h: f64, result: Attempt) -> Attempt {
-        let Some((before, asked, least)) = self.probation else { return result };
+    fn judge(&mut self, w: &mut Work, result: Attempt) -> Attempt {
+        let Some((before, asked)) = self.probation else { return result };
+        let room = !matches!(self.inner().limit(), Limit::Rank) && self.stiffness() < ROOM;
         match result {
-            Attempt::Good { .. } if self.inner().stiffness() < ROOM => {
+            Attempt::Good { .. } if room => {
                 self.probation = None;
                 self.tell("nothing stiff any more");
                 return result;
             }
-            Attempt::TooLarge { next } if next >= least && self.inner().stiffness() < ROOM => return result,
+            Attempt::TooLarge { next } if PRICE * next >= asked && room => return result,
             _ => {}
         }
         self.probation = None;
         self.patience = (2 * self.patience).min(RAREST);
-        match self.switch(w, self.methods[before].0) {
+        match self.switch(w, before) {
             Ok(()) => Attempt::TooLarge { next: asked },
-            Err(why) => Attempt::Stuck { next: h, why: why.into() },
+            Err(why) => Attempt::Stuck { next: asked, why: why.into() },
         }
     }
 
-    /// Size of the fastest eigenvalue at the present point, roughly, and whether it is a damped mode's, which the explicit method
-    /// can tell.
-    fn fastest(&mut self, w: &mut Work) -> Option<(f64, bool)> {
-        self.methods[0].1.fastest(self.sys, w, self.t, &self.x)
+    fn stiffness(&self) -> f64 {
+        match self.inner().limit() {
+            Limit::Stability(by) => by,
+            _ => 0.0,
+        }
+    }
+
+    /// Why an explicit attempt is the last one, and whether for good.
+    fn given_up(&self, result: &Attempt) -> Option<(&'static str, bool)> {
+        match result {
+            Attempt::Stuck { why, .. } if matches!(**why, Failure::Unfit { .. }) => {
+                Some(("the explicit method cannot get on", true))
+            }
+            // (a run that begins at such a position has two ways to go on: an implicit step finds neither)
+            _ if self.steps > 0 && self.inner().limit() == Limit::Rank => {
+                Some(("a loop comes near a singular position", true))
+            }
+            Attempt::TooLarge { next } | Attempt::Stuck { next, .. } if *next < COLLAPSE * self.reach => {
+                Some(("the explicit step collapses", false))
+            }
+            _ => None,
+        }
     }
 }
 
-fn unfit(result: &Attempt) -> bool {
-    matches!(result, Attempt::Stuck { why, .. } if matches!(**why, Failure::Unfit { .. }))
+impl Response for Auto<'_> {
+    fn formula(&self) -> usize {
+        self.now * FORMULAS + self.inner().formula()
+    }
+
+    fn response(&self, formula: usize, y: f64) -> Option<Complex> {
+        self.methods[formula / FORMULAS].1.response(formula % FORMULAS, y)
+    }
+
+    fn drift(&self, formula: usize, times: &[f64], w: f64) -> Option<(f64, f64)> {
+        self.methods[formula / FORMULAS].1.drift(formula % FORMULAS, times, w)
+    }
 }
 
 impl Method for Auto<'_> {
+    fn character(&self) -> &Character {
+        self.inner().character()
+    }
+
     fn restart(&mut self, sys: &System, w: &mut Work, t: f64, x: &[f64]) {
         self.t = t;
         self.x.copy_from_slice(x);
         self.tried.clear();
-        (self.longest, self.refused, self.probation) = (0.0, 0, None);
-        (self.reach, self.collapsed) = (0.0, false);
-        self.brief = if std::mem::take(&mut self.stretch) < BRIEF { self.brief + 1 } else { 0 };
-        let due = self.stretches && self.implicit == "gear" && self.brief >= self.enough;
-        if due && self.go_on_with(w, "esdirk").is_ok() {
-            self.enough = (2 * self.enough).min(RAREST);
-            return;
-        }
-        self.methods[self.now].1.restart(sys, w, t, x);
+        (self.longest, self.refused, self.probation, self.reach) = (0.0, 0, None, 0.0);
+        self.inner_mut().restart(sys, w, t, x);
     }
 
-    fn begin(&mut self, sys: &System, w: &mut Work, first: f64, tol: &Tolerances) -> f64 {
-        match self.look(w, first) {
-            Ok(()) => self.methods[self.now].1.begin(sys, w, first, tol),
-            Err(_) => first,
-        }
-    }
-
-    fn settle(&mut self, sys: &System, w: &mut Work, t: f64, h: f64, x: &mut [f64]) -> bool {
-        self.methods[self.now].1.settle(sys, w, t, h, x)
-    }
-
-    #[inline(always)]
     fn attempt(&mut self, sys: &System, w: &mut Work, h: f64, tol: &Tolerances) -> Attempt {
-        if !self.settled() {
-            return self.attempt_chosen(sys, w, h, tol);
+        if let Err(why) = self.choose(w, h) {
+            return Attempt::Stuck { next: 0.0, why: why.into() };
         }
         self.longest = self.longest.max(h);
-        let result = self.methods[self.now].1.attempt(sys, w, h, tol);
-        if !matches!(result, Attempt::Good { .. }) {
-            self.refused += 1;
+        let mut result = self.inner_mut().attempt(sys, w, h, tol);
+        if self.probation.is_some() {
+            result = self.judge(w, result);
+        } else if self.explicitly() {
+            if let Some((why, for_good)) = self.given_up(&result) {
+                self.explicit = !for_good;
+                if self.go_implicit(w, why).is_ok() {
+                    return Attempt::TooLarge { next: self.longest };
+                }
+            }
         }
+        self.refused += u32::from(!matches!(result, Attempt::Good { .. }));
         result
     }
 
-    fn fallback(&mut self, w: &mut Work, x: &[f64]) -> Option<f64> {
-        self.x.copy_from_slice(x);
-        loop {
-            let given_up = self.name();
-            self.tried.push(given_up);
-            let next = std::iter::once(self.implicit).chain(OTHERS).find(|m| !self.tried.contains(m))?;
-            self.probation = None;
-            self.stretches = false;
-            if self.switch(w, next).is_ok() {
-                self.tell(&format!("{given_up} could not get on"));
-                return Some(self.longest);
-            }
-        }
-    }
-
-    fn gives_up(&mut self, w: &mut Work, x: &[f64]) -> Option<f64> {
-        self.x.copy_from_slice(x);
-        let (slow, next) = (self.name(), one_step(self.o.reltol));
-        if slow == next || self.explicitly() {
-            return None;
-        }
-        self.implicit = next;
-        self.stretches = false;
-        self.probation = None;
-        self.switch(w, next).ok()?;
-        self.tell(&format!("{slow} would take too long"));
-        Some(self.longest)
-    }
-
-    #[inline(always)]
     fn accept(&mut self, t1: f64) {
-        self.methods[self.now].1.accept(t1);
+        self.inner_mut().accept(t1);
         self.reach = self.reach.max(t1 - self.t);
         self.t = t1;
-        if !self.settled() {
-            self.x.copy_from_slice(self.methods[self.now].1.candidate());
-        }
+        self.x.copy_from_slice(self.methods[self.now].1.candidate());
         self.tried.clear();
         (self.longest, self.refused) = (0.0, 0);
         self.steps = self.steps.saturating_add(1);
-        self.stretch = self.stretch.saturating_add(1);
-        if self.explicitly() {
-            self.limited = if self.inner().stiffness() > LIMIT { self.limited + 1 } else { 0 };
-        }
+        self.limited = if self.stiffness() > LIMIT { self.limited + 1 } else { 0 };
     }
 
-    #[inline(always)]
     fn candidate(&self) -> &[f64] {
         self.inner().candidate()
     }
@@ -429,89 +364,55 @@ impl Method for Auto<'_> {
     }
 
     fn interior(&mut self, sys: &System, tol: &Tolerances) -> f64 {
-        self.methods[self.now].1.interior(sys, tol)
+        self.inner_mut().interior(sys, tol)
     }
 
     fn stages(&self) -> Stages<'_> {
         self.inner().stages()
     }
 
-    fn off_course(&self, i: usize) -> f64 {
-        self.inner().off_course(i)
+    fn begin(&mut self, sys: &System, w: &mut Work, first: f64, tol: &Tolerances) -> f64 {
+        match self.look(w, first) {
+            Ok(()) => self.inner_mut().begin(sys, w, first, tol),
+            Err(_) => first,
+        }
     }
 
-    fn leaps(&self) -> bool {
-        self.inner().leaps()
-    }
-
-    fn behind_jump(&self) -> bool {
-        self.inner().behind_jump()
-    }
-
-    fn wants_dense_record(&self) -> bool {
-        self.inner().wants_dense_record()
-    }
-
-    fn pieces(&self) -> usize {
-        self.inner().pieces()
-    }
-
-    fn fewest_steps(&self) -> f64 {
-        self.inner().fewest_steps()
-    }
-
-    fn shown(&self) -> usize {
-        self.inner().shown()
-    }
-
-    fn steps_a_period(&self) -> Option<f64> {
-        self.inner().steps_a_period()
-    }
-
-    fn starts_at_full_length(&self) -> bool {
-        self.inner().starts_at_full_length()
-    }
-
-    fn begins_with_slopes(&self) -> bool {
-        self.inner().begins_with_slopes()
-    }
-
-    #[inline(always)]
-    fn lags(&self) -> Lags {
-        self.inner().lags()
-    }
-
-    fn restarts_at_corners(&self) -> bool {
-        self.inner().restarts_at_corners()
-    }
-
-    fn stiffness(&self) -> f64 {
-        self.inner().stiffness()
+    fn settle(&mut self, sys: &System, w: &mut Work, t: f64, h: f64, x: &mut [f64]) -> bool {
+        self.inner_mut().settle(sys, w, t, h, x)
     }
 
     fn corner(&mut self) {
-        self.methods[self.now].1.corner();
+        self.inner_mut().corner();
     }
 
-    fn inputs_changed(&mut self) {
-        self.methods[self.now].1.inputs_changed();
+    fn limit(&self) -> Limit {
+        self.inner().limit()
     }
 
-    #[inline(always)]
-    fn formula(&self) -> usize {
-        self.now * FORMULAS + self.inner().formula()
-    }
-
-    fn faithful(&self) -> u64 {
-        self.inner().faithful()
-    }
-
-    fn response(&self, formula: usize, y: f64) -> Option<Complex> {
-        self.methods[formula / FORMULAS].1.response(formula % FORMULAS, y)
-    }
-
-    fn drift(&self, formula: usize, times: &[f64], w: f64) -> Option<(f64, f64)> {
-        self.methods[formula / FORMULAS].1.drift(formula % FORMULAS, times, w)
+    /// Rule 5.
+    fn fallback(&mut self, w: &mut Work, x: &[f64], why: Lost) -> Option<f64> {
+        self.x.copy_from_slice(x);
+        self.probation = None;
+        loop {
+            let given_up = self.name();
+            self.tried.push(given_up);
+            let one_step = if self.o.reltol < TIGHT { SMOOTH } else { SHORT };
+            let first = if why == Lost::Slow { one_step } else { self.implicit };
+            let mut order = std::iter::once(first).chain(OTHERS);
+            let next = order.find(|m| !self.tried.contains(m))?;
+            if why == Lost::Slow {
+                if next != one_step {
+                    return None;
+                }
+                self.implicit = next;
+            }
+            if self.switch(w, next).is_ok() {
+                let what = if why == Lost::Slow { "would take too long" } else { "could not get on" };
+                self.tell(&format!("{given_up} {what}"));
+                return Some(self.longest);
+            }
+        }
     }
 
     fn used(&self) -> Vec<Used> {

@@ -14,10 +14,9 @@ pub use self::memory::IMPOSED;
 use self::passage::{Passage, FAILURES};
 pub(super) use self::stretch::Mark;
 
-use super::auto::Auto;
 use super::rows::{undetermined, Forces, Grid, Lags, Row, Sink};
 use super::watch::{Report, Watch};
-use super::{make_one, Attempt, Method, Used};
+use super::{make, Attempt, Character, Method, Used};
 use crate::events::{Candidate, Detector, Located};
 use crate::ledger::Inside;
 use crate::newton::{Failure, Newton, Options, Tolerances};
@@ -121,30 +120,26 @@ pub fn run(sys: &System, w: &mut Work, a: Transient, o: &Options, record: &mut R
         Ok(x) => x,
         Err(failed) => return Outcome::failed(*failed),
     };
-    // a loop for `auto`, which calls what it has chosen, and one for all others
-    let outcome = match o.method.as_str() {
-        "auto" => Auto::new(sys, o).and_then(|mut method| conduct(sys, w, a, o, record, x, &mut method, tick)),
-        name => make_one(sys, o, name).and_then(|mut method| conduct(sys, w, a, o, record, x, &mut *method, tick)),
-    };
+    let outcome = make(sys, o, &o.method).and_then(|mut method| conduct(sys, w, a, o, record, x, &mut *method, tick));
     outcome.unwrap_or_else(|why| Outcome::failed(Failed::at_start("transient", why, vec![])))
 }
 
 #[allow(clippy::too_many_arguments)]
-fn conduct<M: Method + ?Sized>(
+fn conduct(
     sys: &System,
     w: &mut Work,
     a: Transient,
     o: &Options,
     record: &mut Record,
     x: Vec<f64>,
-    method: &mut M,
+    method: &mut dyn Method,
     tick: &mut Tick,
 ) -> Result<Outcome, Failure> {
-    let mut run = Run::new(sys, w, a, o, record, x, &*method)?;
+    let mut run = Run::new(sys, w, a, o, record, x, method.character())?;
     run.start(method);
     run.advance(method, tick);
     run.record.close(run.sys, run.w);
-    run.outcome.watch = run.watch.report(run.sys, run.w, (run.t, &run.x), &*method, &run.tol);
+    run.outcome.watch = run.watch.report(run.sys, run.w, (run.t, &run.x), method, &run.tol);
     run.outcome.used = method.used();
     if run.outcome.used.is_empty() {
         run.outcome.used.push(Used { t: 0.0, method: o.method.clone(), why: "asked for".into() });
@@ -199,12 +194,12 @@ impl<'a, S: Sink> Run<'a, S> {
         o: &'a Options,
         record: &'a mut S,
         x: Vec<f64>,
-        method: &(impl Method + ?Sized),
+        character: &Character,
     ) -> Result<Run<'a, S>, Failure> {
         let mut tol = Tolerances::new(sys, o);
         tol.observe(&x, 0.0);
-        let (dense, shows_silent) = (method.wants_dense_record(), record.shows_silent(sys));
-        let tmax = a.tmax.unwrap_or_else(|| memory::longest(sys, &a, method));
+        let (dense, shows_silent) = (character.dense_record, record.shows_silent(sys));
+        let tmax = a.tmax.unwrap_or_else(|| memory::longest(sys, &a, character));
         Ok(Run {
             sys,
             w,
@@ -238,7 +233,7 @@ impl<'a, S: Sink> Run<'a, S> {
         })
     }
 
-    pub(super) fn start(&mut self, method: &mut (impl Method + ?Sized)) {
+    pub(super) fn start(&mut self, method: &mut dyn Method) {
         let feature = self.sys.shortest_feature().min(self.a.tstep).min(self.tmax);
         // within so little of the run charges are not known to rounding: what need not be computed from their change is not
         let (short, rounded) = (1e-5 * feature, 1e-10 * self.a.tstop);
@@ -275,7 +270,7 @@ impl<'a, S: Sink> Run<'a, S> {
             .is_some_and(|n| op::consistent(self.sys, n, self.w, &mut self.x, t, h, &self.tol, refine))
     }
 
-    fn restart(&mut self, method: &mut (impl Method + ?Sized)) {
+    fn restart(&mut self, method: &mut dyn Method) {
         self.watch.cut(method, &self.tol);
         method.restart(self.sys, self.w, self.t, &self.x);
         self.detector.start(self.sys, self.w, &self.x, self.t);
@@ -283,7 +278,7 @@ impl<'a, S: Sink> Run<'a, S> {
     }
 
     /// The loop over steps.
-    fn advance(&mut self, method: &mut (impl Method + ?Sized), tick: &mut Tick) {
+    fn advance(&mut self, method: &mut dyn Method, tick: &mut Tick) {
         let (sys, a, tmax) = (self.sys, self.a, self.tmax);
         let span = a.tstop;
         let feature = sys.shortest_feature().min(a.tstep).min(tmax);
@@ -361,7 +356,7 @@ impl<'a, S: Sink> Run<'a, S> {
                     }
                     if !fixed {
                         self.grid.parted(method, step, next, sys, &self.tol);
-                        self.grid.hurried(method, (t, t1), &self.x, sys, self.w, &self.tol);
+                        self.grid.arrive((t, t1), (&self.x, method.candidate()), sys, self.w);
                     }
                     let event = match sys.edges.all_timed() {
                         true => Event::None,
@@ -409,9 +404,9 @@ impl<'a, S: Sink> Run<'a, S> {
 
     /// Records the accepted step up to its end x at t.
     #[inline(always)]
-    fn keep(&mut self, method: &(impl Method + ?Sized)) {
+    fn keep(&mut self, method: &dyn Method) {
         let width = self.t - self.kept;
-        let forces = match method.lags() {
+        let forces = match method.character().lags {
             Lags::Nothing => None,
             lags => {
                 let made = self.forces.get_or_insert_with(|| Forces::new(self.sys, self.record.reads()));
@@ -436,7 +431,7 @@ impl<'a, S: Sink> Run<'a, S> {
     #[inline(never)]
     fn event(
         &mut self,
-        method: &mut (impl Method + ?Sized),
+        method: &mut dyn Method,
         t1: f64,
         step: f64,
         next: f64,
@@ -480,7 +475,7 @@ impl<'a, S: Sink> Run<'a, S> {
         if at_once {
             self.tol.observe(&self.x, self.t);
         } else {
-            self.grid.hurried(method, (t, te), &self.x, sys, self.w, &self.tol);
+            self.grid.arrive((t, te), (&self.x, method.candidate()), sys, self.w);
             method.accept(te);
             self.w.counters.steps += 1;
             self.x.copy_from_slice(method.candidate());
@@ -504,7 +499,7 @@ impl<'a, S: Sink> Run<'a, S> {
         self.restart(method);
         let fraction = if self.dense { 0.25 } else { 0.02 };
         let cautious = (fraction * next.min(self.tmax)).max(0.1 * (te - t).min(next));
-        let known = self.memory.first(method.leaps());
+        let known = self.memory.first(method.character().leaps);
         Event::Passed(known.unwrap_or(cautious).max(smallest))
     }
 }

@@ -8,6 +8,9 @@
 //!     each time, and a million equal steps would be late by more than their error).
 //!  4. `dense` evaluates the candidate's (or the accepted) step anywhere inside it, with the method's own polynomial.
 //!  5. `candidate` is the state at the end of the attempted step.
+//!
+//! `character` says what the method is like, `Response` what its formulas do to an oscillation. Whoever asks for more than that asks an
+//! optional function, which answers for a method that has nothing to say. `auto` is one more method (auto.rs).
 mod auto;
 mod dirk;
 mod driver;
@@ -51,117 +54,67 @@ pub fn run(sys: &System, w: &mut Work, a: Transient, o: &Options, record: &mut R
     driver::run(sys, w, a, o, record, tick)
 }
 
-/// Steps of a run that methods with many stages take at least (`Method::fewest_steps`): they see as much in them as others in ten. (To
-/// 1e-3 with six instead of ten: stiff motor and cart-pole under `radau` 0.9 of the time.)
-const FEWEST: f64 = 6.0;
-
-/// What a leap over a transient may lose at an edge, in parts of the tolerance. Edges of a period lose with opposite signs, so that a mean
-/// is wrong by what they lose of a period's swing; that may be a tenth of the mean.
-const LOST_IN_LEAP: f64 = 0.3;
-
-/// A current at the start of a step that would have moved so many times the charge that moved is over long before the step's end.
-const TRANSIENT: f64 = 10.0;
-
-/// A row that would keep so much of its charge over a step is not quick. (Taken for quick, what a buck converter's coil lost by a leap
-/// counted for nothing: at 1e-8 its current was off by 1.4e-4 of its range.)
-const SLOW: f64 = 0.5;
-
-pub trait Method {
-    fn restart(&mut self, sys: &System, w: &mut Work, t: f64, x: &[f64]);
-    /// Length of the run's first step, for which `first` is said to be short enough.
-    fn begin(&mut self, _sys: &System, _w: &mut Work, first: f64, _tol: &Tolerances) -> f64 {
-        first
-    }
-    /// Takes x, of which something has jumped at t, to what it is at t + h, h next to nothing; or, h 0, to what fits its states where
-    /// a run starts. False: it is as it was.
-    fn settle(&mut self, _sys: &System, _w: &mut Work, _t: f64, _h: f64, _x: &mut [f64]) -> bool {
-        false
-    }
-    fn attempt(&mut self, sys: &System, w: &mut Work, h: f64, tol: &Tolerances) -> Attempt;
-    fn accept(&mut self, t1: f64);
-    fn candidate(&self) -> &[f64];
-    fn dense(&self, t: f64, out: &mut [f64]);
-    /// Error of the dense output inside the candidate step, in units of the tolerance. Above 1 the driver ends the step at
-    /// a point that is asked for, rather than interpolate it.
-    fn interior(&mut self, _sys: &System, _tol: &Tolerances) -> f64 {
-        0.0
-    }
-    /// How far the attempted step's stages are off a curve that knows less of unknown i, where dense output has nothing but that
-    /// step to go by; 0 where it has.
-    fn off_course(&self, _i: usize) -> f64 {
-        0.0
-    }
-    /// May the first step behind a jump leap over a transient?
-    fn leaps(&self) -> bool {
-        false
-    }
-    /// Is the attempted step's dense output that of what follows a jump at its start, from there on?
-    fn behind_jump(&self) -> bool {
-        false
-    }
-    /// The states that the accepted step was computed by; none where dense output knows as much.
-    fn stages(&self) -> Stages<'_> {
-        Stages::default()
-    }
-    /// Output between internal points belongs into the record (methods whose steps are long).
-    fn wants_dense_record(&self) -> bool {
-        false
-    }
-    /// Parts of a step, so that the points between them and its end show the fastest oscillation that it follows.
-    fn pieces(&self) -> usize {
-        1 + usize::from(self.wants_dense_record())
-    }
-    /// Parts of a step, so that a curve drawn through the points between them follows it.
-    fn shown(&self) -> usize {
-        1
-    }
+/// What a method is like, said once: all that the driver, the rows, the monitor and `auto` go by.
+#[derive(Clone, Copy, Debug)]
+pub struct Character {
     /// No step is longer than the run over so many, where the deck does not say: every part of the run is to be seen.
-    fn fewest_steps(&self) -> f64 {
-        10.0
-    }
+    pub fewest_steps: f64,
     /// Steps without which, in a period of a source, diodes turn unseen between them.
-    fn steps_a_period(&self) -> Option<f64> {
-        None
-    }
+    pub steps_a_period: Option<f64>,
     /// A step may reach from one corner of a source to the next (the error estimate needs no second step behind it).
-    fn starts_at_full_length(&self) -> bool {
-        false
-    }
+    pub full_length: bool,
     /// A step goes on from the slopes at its start, as from a stage: what follows from slopes there has to be theirs.
-    fn begins_with_slopes(&self) -> bool {
-        false
-    }
+    pub begins_with_slopes: bool,
+    /// The method starts anew at the corners of sources; one-step methods of high order need not.
+    pub restarts_at_corners: bool,
+    /// Output between internal points belongs into the record (methods whose steps are long).
+    pub dense_record: bool,
+    /// Parts of a step, so that the points between them and its end show the fastest oscillation that it follows.
+    pub pieces: usize,
+    /// Parts of a step, so that a curve drawn through the points between them follows it.
+    pub shown: usize,
+    /// The first step behind a jump may leap over a transient: it is tried as long as others, now and then.
+    pub leaps: bool,
     /// What is not as good as the state: rows that show it compute it anew.
-    fn lags(&self) -> Lags {
-        Lags::Nothing
-    }
-    /// Restart at the corners of sources; one-step methods of high order need not.
-    fn restarts_at_corners(&self) -> bool {
-        true
-    }
-    /// The sources bend at the accepted point, and nothing restarts there.
-    fn corner(&mut self) {}
-    /// Functions of time that the equations read have changed since the last attempt, the point has not.
-    fn inputs_changed(&mut self) {}
-    /// Estimate of h |lambda| over the bound of the method's stability in the last steps, lambda being the fastest
-    /// eigenvalue: 1 and more means that stability, not accuracy, limits the step. 0 where nothing is known.
-    fn stiffness(&self) -> f64 {
-        0.0
-    }
-    /// Did closed loops come near a loss of rank in the attempted step?
-    fn near_singular(&self) -> bool {
-        false
-    }
-    /// Size of the fastest eigenvalue at x, roughly, and whether it is a damped mode's; None where it is not known.
-    fn fastest(&mut self, _sys: &System, _w: &mut Work, _t: f64, _x: &[f64]) -> Option<(f64, bool)> {
-        None
-    }
+    pub lags: Lags,
+    /// So many steps take nothing of an oscillation that is worth a word, whatever their length: they need not be watched.
+    pub faithful: u64,
+}
+
+impl Character {
+    /// A method of short steps, whose ends are its rows.
+    pub const PLAIN: Character = Character {
+        fewest_steps: 10.0,
+        steps_a_period: None,
+        full_length: false,
+        begins_with_slopes: false,
+        restarts_at_corners: true,
+        dense_record: false,
+        pieces: 1,
+        shown: 1,
+        leaps: false,
+        lags: Lags::Nothing,
+        faithful: 0,
+    };
+    /// A method with dense output, whose rows lie where they are asked for.
+    pub const DENSE: Character = Character { dense_record: true, pieces: 2, ..Character::PLAIN };
+}
+
+/// What keeps a step from being longer, other than its error.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Limit {
+    None,
+    /// Estimate of h |lambda| over the bound of the method's stability, lambda being the fastest eigenvalue: from 1 on stability, not
+    /// accuracy, limits the step.
+    Stability(f64),
+    /// Closed loops came near a loss of rank.
+    Rank,
+}
+
+/// What the monitor (watch.rs) asks: what a step does to an oscillation.
+pub trait Response {
     /// Which of the method's formulas took the last accepted step: an order, a number of stages.
     fn formula(&self) -> usize {
-        0
-    }
-    /// So many steps take nothing of an oscillation that is worth a word, whatever their length: they need not be watched.
-    fn faithful(&self) -> u64 {
         0
     }
     /// R(j y), what a formula does to an undamped oscillation of y radians a step (response.rs).
@@ -173,18 +126,56 @@ pub trait Method {
     fn drift(&self, _formula: usize, _times: &[f64], _w: f64) -> Option<(f64, f64)> {
         None
     }
-    /// The driver would give up at the present point x: the length of the step to try instead, where another way is left.
-    fn fallback(&mut self, _w: &mut Work, _x: &[f64]) -> Option<f64> {
-        None
+}
+
+pub trait Method: Response {
+    fn character(&self) -> &Character;
+    fn restart(&mut self, sys: &System, w: &mut Work, t: f64, x: &[f64]);
+    fn attempt(&mut self, sys: &System, w: &mut Work, h: f64, tol: &Tolerances) -> Attempt;
+    fn accept(&mut self, t1: f64);
+    fn candidate(&self) -> &[f64];
+    fn dense(&self, t: f64, out: &mut [f64]);
+    /// Error of the dense output inside the candidate step, in units of the tolerance. Above 1 the driver ends the step at
+    /// a point that is asked for, rather than interpolate it.
+    fn interior(&mut self, _sys: &System, _tol: &Tolerances) -> f64 {
+        0.0
     }
-    /// The run would take too many steps: the length of the step to try instead, where another way is left.
-    fn gives_up(&mut self, _w: &mut Work, _x: &[f64]) -> Option<f64> {
+    /// The states that the accepted step was computed by; none where dense output knows as much.
+    fn stages(&self) -> Stages<'_> {
+        Stages::default()
+    }
+    /// Length of the run's first step, for which `first` is said to be short enough.
+    fn begin(&mut self, _sys: &System, _w: &mut Work, first: f64, _tol: &Tolerances) -> f64 {
+        first
+    }
+    /// Takes x, of which something has jumped at t, to what it is at t + h, h next to nothing; or, h 0, to what fits its states where
+    /// a run starts. False: it is as it was.
+    fn settle(&mut self, _sys: &System, _w: &mut Work, _t: f64, _h: f64, _x: &mut [f64]) -> bool {
+        false
+    }
+    /// Sources bend, or functions of time that the equations read have changed, at the accepted point, and nothing restarts there.
+    fn corner(&mut self) {}
+    /// Of the last steps.
+    fn limit(&self) -> Limit {
+        Limit::None
+    }
+    /// The driver would give up at the present point x: the length of the step to try instead, where another way is left.
+    fn fallback(&mut self, _w: &mut Work, _x: &[f64], _why: Lost) -> Option<f64> {
         None
     }
     /// Which methods did the work, from when on and why, where it is a choice.
     fn used(&self) -> Vec<Used> {
         Vec::new()
     }
+}
+
+/// Why the driver would give up.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub enum Lost {
+    /// no step gets on
+    Stuck,
+    /// the run would take too many steps
+    Slow,
 }
 
 /// A method that took over at t.
@@ -195,31 +186,32 @@ pub struct Used {
     pub why: String,
 }
 
-pub fn make<'a>(sys: &'a System, o: &Options) -> Result<Box<dyn Method + 'a>, Failure> {
-    match o.method.as_str() {
-        "auto" => Ok(Box::new(auto::Auto::new(sys, o)?)),
-        name => make_one(sys, o, name),
-    }
-}
+/// The methods, by the names that `.options method=` understands: who makes one. To add one: a file here, and its line.
+type Maker = for<'a> fn(&'a System, &Options) -> Result<Box<dyn Method + 'a>, Failure>;
+const REGISTRY: &[(&[&str], Maker)] = &[
+    (&["auto"], |sys, o| Ok(Box::new(auto::Auto::new(sys, o)?))),
+    (&["trap", "trapezoidal"], |sys, o| Ok(Box::new(trap::Trap::new(sys, o)?))),
+    (&["gear", "bdf"], |sys, o| Ok(Box::new(gear::Gear::new(sys, o)?))),
+    (&["trbdf2"], |sys, o| Ok(Box::new(dirk::trbdf2(sys, o)?))),
+    (&["esdirk"], |sys, o| Ok(Box::new(dirk::esdirk(sys, o)?))),
+    (&["radau"], |sys, o| Ok(Box::new(radau::Radau::new(sys, o, "radau")?))),
+    (&["radau5"], |sys, o| Ok(Box::new(radau::Radau::new(sys, o, "radau5")?))),
+    (&["radau9"], |sys, o| Ok(Box::new(radau::Radau::new(sys, o, "radau9")?))),
+    (&["radau13"], |sys, o| Ok(Box::new(radau::Radau::new(sys, o, "radau13")?))),
+    (&["gauss", "gauss4", "gauss6"], |sys, o| Ok(Box::new(gauss::Gauss::new(sys, o)?))),
+    (&["rk45"], |sys, o| Ok(Box::new(explicit::Explicit::new(sys, o, &explicit::RK45)?))),
+    (&["dop853"], |sys, o| Ok(Box::new(explicit::Explicit::new(sys, o, &explicit::DOP853)?))),
+];
 
-fn make_one<'a>(sys: &'a System, o: &Options, name: &str) -> Result<Box<dyn Method + 'a>, Failure> {
-    Ok(match name {
-        "rk45" => Box::new(explicit::Explicit::new(sys, o, &explicit::RK45)?),
-        "dop853" => Box::new(explicit::Explicit::new(sys, o, &explicit::DOP853)?),
-        "gear" | "bdf" => Box::new(gear::Gear::new(sys, o)?),
-        "trbdf2" => Box::new(dirk::trbdf2(sys, o)?),
-        "gauss" | "gauss4" | "gauss6" => Box::new(gauss::Gauss::new(sys, o)?),
-        "esdirk" => Box::new(dirk::esdirk(sys, o)?),
-        "radau" | "radau5" | "radau9" | "radau13" => Box::new(radau::Radau::new(sys, o, name)?),
-        _ => Box::new(trap::Trap::new(sys, o)?),
-    })
+pub fn make<'a>(sys: &'a System, o: &Options, name: &str) -> Result<Box<dyn Method + 'a>, Failure> {
+    let known = REGISTRY.iter().find(|(names, _)| names.contains(&name));
+    let (_, make) = known.ok_or_else(|| Failure::Unfit { why: format!("there is no method `{name}`") })?;
+    make(sys, o)
 }
 
 /// Names that `.options method=` understands.
 pub fn known(method: &str) -> bool {
-    let implicit = ["trap", "trapezoidal", "gear", "bdf", "trbdf2", "esdirk", "gauss", "gauss4", "gauss6", "multirate"];
-    implicit.contains(&method)
-        || matches!(method, "radau" | "radau5" | "radau9" | "radau13" | "rk45" | "dop853" | "auto")
+    splits(method) || REGISTRY.iter().any(|(names, _)| names.contains(&method))
 }
 
 /// Does the run need the equations as an explicit ODE (`System::reduce`)?

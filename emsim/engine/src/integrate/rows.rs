@@ -119,7 +119,7 @@ pub fn undetermined(sys: &System) -> Vec<bool> {
 
 /// What a method knows less well than the state. Step by step it may be far worse: the error estimate is that of the state, which a
 /// step of any length may have right (a torque that is constant), and a trapezoidal stage lets multipliers swing.
-#[derive(Clone, Copy, PartialEq)]
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Lags {
     Nothing,
     /// multipliers, reactions and accelerations of a machine
@@ -266,11 +266,10 @@ pub struct Grid {
     width: f64,
     shown: usize, // rows after it
     bends: f64,
-    jumped: bool,               // the next step is the first behind a jump
-    hurried: Vec<(usize, f64)>, // unknowns that are at the end of their first step from its beginning, and that end
-    arrived: f64,               // when they are there
-    due: f64,                   // the next row that is asked for, at a corner, behind a bend
-    pub last: f64,              // time of the newest row
+    jumped: bool,  // the next step is the first behind a jump
+    arrived: f64,  // when what jumped is over
+    due: f64,      // the next row that is asked for, at a corner, behind a bend
+    pub last: f64, // time of the newest row
 }
 
 /// Rows after a bend, in parts of the print interval or of what lies before the next corner.
@@ -292,25 +291,15 @@ const CUBIC: usize = 3;
 /// A step's own row that lies next to another one, by less than this part of their distance, is left out.
 const BESIDE: f64 = 0.2;
 
-/// A stage of a first step whose error is within the tolerance is off its course by one or two tolerances at most, or by some
-/// hundredths of the way, where the curve is smooth; by more, where it has hurried ahead.
-const AHEAD: (f64, f64) = (10.0, 0.03);
-
 /// A current that would have moved so many times the charge that it moved in its step, and has fallen by as much, is over long
 /// before the step's end.
 const OVER: f64 = 10.0;
 
-/// Of the step from (t, x0) to (t1, x1): the nodes that are at x1 long before its end, with that end, and when: currents that
-/// fall along a straight line have moved their charge by then, all together, and averages over the rows are right. (The one row
-/// behind a switch that closes on a junction's capacitance, 600 A, counted for half of the step: a converter's supply at reltol
-/// 1e-3 had 25.2 A rms for 21.9 A.) Where no charge moves like that, coils' voltages and their flux.
-fn arrival(
-    sys: &System,
-    w: &mut Work,
-    (t, t1): (f64, f64),
-    (x0, x1): (&[f64], &[f64]),
-    there: &mut Vec<(usize, f64)>,
-) -> f64 {
+/// When what jumped at the start of the step from (t, x0) to (t1, x1) is over: currents that fall along a straight line have moved
+/// their charge by then, all together, and averages over the rows are right. (The row behind a switch that closes on a junction's
+/// capacitance shows hundreds of amperes, which a line to the step's end would count for half of it.) Where no charge moves like that,
+/// coils' voltages and their flux.
+fn arrival(sys: &System, w: &mut Work, (t, t1): (f64, f64), (x0, x1): (&[f64], &[f64])) -> f64 {
     let h = t1 - t;
     sys.eval(w, x1, t1);
     let (q1, f1) = (w.q.clone(), w.f.clone());
@@ -322,9 +311,6 @@ fn arrival(
             if h * f > OVER * moved && f > OVER * f1[i].abs() {
                 charge += moved;
                 current += f;
-                if kind == Kind::Node && there.iter().all(|&(k, _)| k != i) {
-                    there.push((i, x1[i]));
-                }
             }
         }
         if charge > 0.0 {
@@ -359,7 +345,6 @@ impl Grid {
             shown: AFTER.len(),
             bends: 0.0,
             jumped: false,
-            hurried: Vec::new(),
             arrived: f64::INFINITY,
             due: f64::NEG_INFINITY,
             last: if a.tstart > 0.0 { f64::NEG_INFINITY } else { 0.0 },
@@ -400,61 +385,18 @@ impl Grid {
         }
     }
 
-    /// Of the attempted step (t, t1] from x0: what has hurried to its end behind a jump, in picoseconds perhaps, has the
-    /// value of that end at the rows inside, not that of a curve through the start, unless the method's own curve knows nothing of
-    /// the start. Where the rows are to be drawn, one more tells when it was there.
+    /// Of the attempted step (t, t1] from x0 to x1: where the rows are to be drawn, one more tells when what jumped is over.
     #[inline(always)]
-    pub fn hurried(
-        &mut self,
-        m: &(impl Method + ?Sized),
-        (t, t1): (f64, f64),
-        x0: &[f64],
-        sys: &System,
-        w: &mut Work,
-        tol: &Tolerances,
-    ) {
-        self.hurried.clear();
-        self.arrived = f64::INFINITY;
-        if !self.jumped && self.due >= t1 {
-            return;
-        }
-        self.look_ahead(m, (t, t1), x0, sys, w, tol);
-    }
-
-    #[inline(never)]
-    fn look_ahead(
-        &mut self,
-        m: &(impl Method + ?Sized),
-        (t, t1): (f64, f64),
-        x0: &[f64],
-        sys: &System,
-        w: &mut Work,
-        tol: &Tolerances,
-    ) {
-        let x1 = m.candidate();
-        let asked = if self.dense { self.point(self.k) } else { f64::INFINITY };
-        if !self.jumped && asked.min(self.corner).min(self.extra()) >= t1 {
-            return;
-        }
-        let ahead = |&i: &usize| {
-            let off = m.off_course(i).abs();
-            off > AHEAD.1 * (x1[i] - x0[i]).abs() && off > AHEAD.0 * tol.weight(i, x1[i], x0[i])
-        };
-        self.hurried.extend(sys.interpolated().filter(ahead).map(|i| (i, x1[i])));
-        if self.jumped {
-            self.arrived = arrival(sys, w, (t, t1), (x0, x1), &mut self.hurried);
-        }
-        if m.behind_jump() {
-            self.hurried.clear();
-        }
+    pub fn arrive(&mut self, (t, t1): (f64, f64), (x0, x1): (&[f64], &[f64]), sys: &System, w: &mut Work) {
+        self.arrived = if self.jumped { arrival(sys, w, (t, t1), (x0, x1)) } else { f64::INFINITY };
     }
 
     /// Does a step of length h need rows of its own, where it can hardly be longer? They are put where the method says that its
     /// dense output is good enough, and where forces can be computed to more than rounding.
-    pub fn parted(&mut self, m: &mut (impl Method + ?Sized), h: f64, next: f64, sys: &System, tol: &Tolerances) {
+    pub fn parted(&mut self, m: &mut dyn Method, h: f64, next: f64, sys: &System, tol: &Tolerances) {
         self.parts = 1;
         if self.drawn && SHORT * h >= ROUNDED * self.stop {
-            let all = m.shown();
+            let all = m.character().shown;
             let parts = (all as f64 * (LONGER * h / next).min(1.0)) as usize;
             let enough = if all > CUBIC { (ROUGH / tol.reltol).max(1.0) } else { 1.0 };
             let needed = parts >= FEWEST.min(all).max(2) && self.step > 1.5 * h / parts as f64;
@@ -468,7 +410,7 @@ impl Grid {
     #[inline(always)]
     pub fn fill(
         &mut self,
-        m: &(impl Method + ?Sized),
+        m: &dyn Method,
         t1: f64,
         sys: &System,
         w: &mut Work,
@@ -486,7 +428,7 @@ impl Grid {
     #[inline(never)]
     fn fill_due(
         &mut self,
-        m: &(impl Method + ?Sized),
+        m: &dyn Method,
         t1: f64,
         sys: &System,
         w: &mut Work,
@@ -541,17 +483,8 @@ impl Grid {
         }
     }
 
-    fn push(
-        &self,
-        m: &(impl Method + ?Sized),
-        t: f64,
-        sys: &System,
-        w: &mut Work,
-        tol: &Tolerances,
-        row: &mut Row<impl Sink>,
-    ) {
+    fn push(&self, m: &dyn Method, t: f64, sys: &System, w: &mut Work, tol: &Tolerances, row: &mut Row<impl Sink>) {
         m.dense(t, row.x);
-        self.hurried.iter().for_each(|&(i, end)| row.x()[i] = end);
         sys.pin(w, t, row.x());
         row.push(sys, w, t, tol);
     }

@@ -7,7 +7,7 @@
 //!
 //! Local error  h^3/12 x'''  from the third divided difference of the last four points, on what stands under d/dt.
 use super::rows::Lags;
-use super::{interpolate, response, root, Attempt, History, Method};
+use super::{interpolate, response, root, Attempt, Character, History, Method, Response};
 use crate::ledger::Stages;
 use crate::newton::{Newton, Options, Tolerances};
 use crate::sparse::Complex;
@@ -40,6 +40,7 @@ pub const IN_A_PERIOD: f64 = 80.0;
 const JUNCTIONS: f64 = 3.0;
 
 pub struct Trap {
+    character: Character,
     newton: Newton,
     now: f64,      // of the newest point
     past: History, // points, at times since then: sums of steps, of which absolute times know too little
@@ -70,6 +71,11 @@ impl Trap {
         let alone = sys.alone();
         newton.junctions = JUNCTIONS;
         Ok(Trap {
+            character: Character {
+                steps_a_period: Some(IN_A_PERIOD),
+                lags: Lags::unless(o.fixed_step.is_some(), Lags::Forces),
+                ..Character::PLAIN
+            },
             newton,
             now: 0.0,
             past: History::new(sys.n, 4),
@@ -210,7 +216,17 @@ impl Trap {
     }
 }
 
+impl Response for Trap {
+    fn response(&self, _formula: usize, y: f64) -> Option<Complex> {
+        Some(response::pade(1, 1, y))
+    }
+}
+
 impl Method for Trap {
+    fn character(&self) -> &Character {
+        &self.character
+    }
+
     fn restart(&mut self, sys: &System, w: &mut Work, t: f64, x: &[f64]) {
         self.now = t;
         self.past.clear();
@@ -284,26 +300,6 @@ impl Method for Trap {
         INSIDE * worst
     }
 
-    fn off_course(&self, i: usize) -> f64 {
-        if self.past.len > 1 {
-            return 0.0;
-        }
-        let (x0, x1) = (self.past.x[0][i], self.x1[i]);
-        self.stage[i] - (x0 + GAMMA * (x1 - x0))
-    }
-
-    fn steps_a_period(&self) -> Option<f64> {
-        Some(IN_A_PERIOD)
-    }
-
-    fn lags(&self) -> Lags {
-        Lags::unless(self.fixed, Lags::Forces)
-    }
-
-    fn response(&self, _formula: usize, y: f64) -> Option<Complex> {
-        Some(response::pade(1, 1, y))
-    }
-
     fn stages(&self) -> Stages<'_> {
         let (h, x) = (-self.past.t[1], &self.past.x);
         let first = if self.two_stages {
@@ -324,6 +320,12 @@ impl Method for Trap {
         let m = (self.past.len - skip).min(2);
         let mut ts = [self.t1, 0.0, 0.0];
         let mut xs: [&[f64]; 3] = [&self.x1, &self.x1, &self.x1];
+        if m == 1 && self.two_stages {
+            // the first step begins with what may be over at once: its stage and its end know nothing of that
+            let h = if skip == 1 { -self.past.t[1] } else { self.t1 };
+            (ts[1], xs[1]) = (self.t1 - (1.0 - GAMMA) * h, &self.stage);
+            return interpolate(&ts[..2], &xs[..2], t - self.now, out);
+        }
         for k in 0..m {
             ts[k + 1] = self.past.t[k + skip];
             xs[k + 1] = &self.past.x[k + skip];

@@ -25,7 +25,7 @@ use self::driven::Drives;
 use self::track::{alike, Sum, Track};
 use super::oscillation::{extremes, Stretch};
 use super::response;
-use super::Method;
+use super::{Limit, Method};
 use crate::newton::{Failure, Options, Tolerances};
 use crate::system::{System, Work};
 use std::time::Instant;
@@ -166,10 +166,10 @@ impl Watch {
 
     /// An accepted step ended at (t, x).
     #[inline]
-    pub fn step(&mut self, t: f64, x: &[f64], method: &(impl Method + ?Sized), tol: &Tolerances) {
+    pub fn step(&mut self, t: f64, x: &[f64], method: &dyn Method, tol: &Tolerances) {
         if self.m > 0 {
             self.steps.push((t, method.formula()));
-        } else if self.unseen < method.faithful() {
+        } else if self.unseen < method.character().faithful {
             self.unseen += 1;
             return;
         }
@@ -180,11 +180,11 @@ impl Watch {
         }
     }
 
-    fn sample(&mut self, t: f64, x: &[f64], method: &(impl Method + ?Sized), tol: &Tolerances) {
+    fn sample(&mut self, t: f64, x: &[f64], method: &dyn Method, tol: &Tolerances) {
         if self.m == 0 {
             self.steps.clear();
             self.steps.push((t, method.formula()));
-            self.pieces = if self.stride == 1 { method.pieces() } else { 1 };
+            self.pieces = if self.stride == 1 { method.character().pieces } else { 1 };
         } else if self.pieces > 1 {
             // a long step hides half a period
             let start = self.times[self.m - 1];
@@ -219,7 +219,7 @@ impl Watch {
     }
 
     /// The solution jumps or restarts here: what lies behind is one piece.
-    pub fn cut(&mut self, method: &(impl Method + ?Sized), tol: &Tolerances) {
+    pub fn cut(&mut self, method: &dyn Method, tol: &Tolerances) {
         if self.m >= LEAST {
             self.finish(method, tol);
         } else {
@@ -227,9 +227,9 @@ impl Watch {
         }
     }
 
-    fn finish(&mut self, method: &(impl Method + ?Sized), tol: &Tolerances) {
+    fn finish(&mut self, method: &dyn Method, tol: &Tolerances) {
         self.looks.0 += 1;
-        self.looks.1 += u64::from(method.stiffness() >= 1.0);
+        self.looks.1 += u64::from(matches!(method.limit(), Limit::Stability(by) if by >= 1.0));
         let m = self.m;
         self.drifts.clear();
         self.drives.finish();
@@ -280,7 +280,7 @@ impl Watch {
     }
 
     /// Loss and lateness of this burst's steps, a second; asked once of unknowns that oscillate together.
-    fn rates(&mut self, w: f64, method: &(impl Method + ?Sized)) -> Option<(f64, f64)> {
+    fn rates(&mut self, w: f64, method: &dyn Method) -> Option<(f64, f64)> {
         if let Some(&(_, rates)) = self.drifts.iter().find(|(known, _)| (known / w - 1.0).abs() < TOGETHER) {
             return Some(rates);
         }
@@ -290,7 +290,7 @@ impl Watch {
     }
 
     /// By the steps themselves, where the method can tell; of many steps, every so many.
-    fn by_steps(&self, w: f64, method: &(impl Method + ?Sized)) -> Option<(f64, f64)> {
+    fn by_steps(&self, w: f64, method: &dyn Method) -> Option<(f64, f64)> {
         let (mut loss, mut late, mut span) = (0.0, 0.0, 0.0);
         let mut times = [0.0; 8];
         for k in (1..self.steps.len()).step_by((self.steps.len() / SAMPLED).max(1)) {
@@ -313,7 +313,7 @@ impl Watch {
 
     /// The same of methods of one step: each formula at the mean length of its steps, times what unequal
     /// ones make of a figure that grows as h^p, the mean of (h_j/h)^p, with p from its values at y and 1.1 y.
-    fn by_formulas(&self, w: f64, method: &(impl Method + ?Sized)) -> Option<(f64, f64)> {
+    fn by_formulas(&self, w: f64, method: &dyn Method) -> Option<(f64, f64)> {
         let m = self.m;
         let mut rates = (0.0, 0.0);
         let mut done: [usize; 16] = [usize::MAX; 16];
@@ -343,7 +343,7 @@ impl Watch {
         Some((rates.0 / span, rates.1 / (std::f64::consts::TAU * span)))
     }
 
-    fn follow(&mut self, k: usize, method: &(impl Method + ?Sized), worth: f64, (level, peak): (f64, f64)) {
+    fn follow(&mut self, k: usize, method: &dyn Method, worth: f64, (level, peak): (f64, f64)) {
         let m = self.m;
         let (start, stop) = (self.times[0], self.times[m - 1]);
         let x = &self.samples[k * BURST..k * BURST + m];
@@ -495,7 +495,7 @@ impl Watch {
         sys: &System,
         w: &mut Work,
         run: (f64, &[f64]),
-        method: &(impl Method + ?Sized),
+        method: &dyn Method,
         tol: &Tolerances,
     ) -> Report {
         let (t, x) = run;

@@ -20,9 +20,7 @@ pub struct Formula {
     pub k: Tableau,
     /// of each stage: those that its first guess is made of, and their weights
     pub ahead: Vec<Vec<(usize, f64)>>,
-    /// of each stage but the first and the last: weights of all in a curve that knows less
-    pub plainer: Vec<Vec<f64>>,
-    /// ... in dense output there
+    /// of each stage but the first and the last: weights of all in dense output there
     pub through: Vec<Vec<f64>>,
     /// of the stages in sums over a step
     pub weights: Vec<Vec<f64>>,
@@ -39,7 +37,6 @@ impl Formula {
         let spread = spread(&k);
         Formula {
             ahead: (0..s).map(|i| points_behind(&k, i)).collect(),
-            plainer: (1..s - 1).map(|i| plainer(&k, k.c[i])).collect(),
             through: k.c[1..s - 1].iter().map(|&theta| k.weights_at(theta).collect()).collect(),
             weights: k.a[s - 2..].to_vec(),
             at_once: k.d.iter().zip(&spread).map(|(d, m)| d * m).sum(),
@@ -73,17 +70,6 @@ fn points_behind(k: &Tableau, i: usize) -> Vec<(usize, f64)> {
     }
     let weight = |j: usize| nodes.iter().filter(|&&n| n != j).map(|&n| (c[i] - c[n]) / (c[j] - c[n])).product();
     nodes.iter().map(|&j| (j, weight(j))).collect()
-}
-
-/// Weights of the stages in dense output at theta, or of the ends in the line between them where dense output passes through all stages
-/// or knows nothing of the start.
-fn plainer(k: &Tableau, theta: f64) -> Vec<f64> {
-    let s = k.c.len();
-    let line = |j: usize| [1.0 - theta, theta][usize::from(j > 0)] * f64::from(u8::from(j == 0 || j == s - 1));
-    match k.dense[0].len() == s || k.starts_anew() {
-        true => (0..s).map(line).collect(),
-        false => k.weights_at(theta).collect(),
-    }
 }
 
 fn spread(k: &Tableau) -> Vec<f64> {

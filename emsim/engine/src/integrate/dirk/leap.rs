@@ -14,9 +14,17 @@
 //! By these sums the others have  -h G u = C u / a_11  of what they lose already: all of it where the charge goes through a resistance
 //! (a switch on a junction), nothing where a coil charges the node. Lost is the rest.
 use super::{Dirk, FIRST, NEXT};
-use crate::integrate::{Method, LOST_IN_LEAP, SLOW, TRANSIENT};
+use crate::integrate::Method;
 use crate::newton::Tolerances;
 use crate::system::{Kind, System, Work};
+
+/// What a leap may lose at an edge, in parts of the tolerance. Edges of a period lose with opposite signs, so that a mean is wrong by what
+/// they lose of a period's swing; that may be a tenth of the mean.
+const LOST_IN_LEAP: f64 = 0.3;
+/// A current at the start of a step that would have moved so many times the charge that moved is over long before the step's end.
+const TRANSIENT: f64 = 10.0;
+/// A row that would keep so much of its charge over a step is not quick: a coil loses by a leap, though its voltage is over at once.
+const SLOW: f64 = 0.5;
 
 impl Dirk {
     /// Has the first stage of a first step leapt over a transient? It is an implicit Euler step: a current at the start that would

@@ -44,7 +44,7 @@ mod tests;
 mod trbdf2;
 
 use super::rows::Lags;
-use super::{response, weighted_sum, Attempt, Method};
+use super::{response, weighted_sum, Attempt, Character, Method, Response};
 use crate::ledger::Stages;
 use crate::newton::{Failure, Newton, Options, Tolerances};
 use crate::sparse::Complex;
@@ -97,6 +97,7 @@ impl Step {
 }
 
 pub struct Dirk {
+    character: Character,
     k: [Formula; 2], // of steps that follow another, of steps that begin with a jump
     newton: Newton,
     q0: Vec<f64>,
@@ -149,8 +150,18 @@ impl Dirk {
     fn new(sys: &System, o: &Options, next: Tableau, first: Tableau) -> Result<Dirk, Failure> {
         let v = || vec![0.0; sys.n];
         let s = next.c.len();
+        let lags = if lags(&next) { Lags::Index } else { Lags::Forces };
         let step = || Step { t: 0.0, h: 0.0, x: vec![v(); s], by: NEXT };
         Ok(Dirk {
+            character: Character {
+                steps_a_period: Some(IN_A_PERIOD),
+                full_length: true,
+                begins_with_slopes: true,
+                restarts_at_corners: false,
+                lags: Lags::unless(o.fixed_step.is_some(), lags),
+                leaps: true,
+                ..Character::DENSE
+            },
             newton: Newton::new(sys)?,
             q0: v(),
             f: vec![v(); s],
@@ -169,7 +180,7 @@ impl Dirk {
             guess: vec![v(); s],
             r: v(),
             e: v(),
-            given: if lags(&next) { Vec::new() } else { given(sys) },
+            given: if lags == Lags::Index { Vec::new() } else { given(sys) },
             most: o.itl4,
             fixed: o.fixed_step.is_some(),
             t1: 0.0,
@@ -359,7 +370,18 @@ impl Dirk {
     }
 }
 
+impl Response for Dirk {
+    fn response(&self, _formula: usize, y: f64) -> Option<Complex> {
+        let rows = std::iter::once(&[][..]).chain(self.k[NEXT].k.a.iter().map(Vec::as_slice));
+        Some(response::stages(rows.map(|row| row.iter().copied().enumerate()), y))
+    }
+}
+
 impl Method for Dirk {
+    fn character(&self) -> &Character {
+        &self.character
+    }
+
     fn restart(&mut self, _sys: &System, _w: &mut Work, t: f64, x: &[f64]) {
         self.now.t = t;
         self.now.x[0].copy_from_slice(x);
@@ -496,10 +518,6 @@ impl Method for Dirk {
         worst
     }
 
-    fn steps_a_period(&self) -> Option<f64> {
-        Some(IN_A_PERIOD)
-    }
-
     fn stages(&self) -> Stages<'_> {
         if self.transient {
             let at = self.calm.iter().map(|(t, x)| (*t, x.as_slice())).collect();
@@ -510,53 +528,7 @@ impl Method for Dirk {
         Stages { at: nodes.collect(), weights: &formula.weights }
     }
 
-    /// Off the polynomial of dense output, or off the line from end to end where that passes through every stage.
-    fn off_course(&self, i: usize) -> f64 {
-        if self.follows {
-            return 0.0;
-        }
-        let x = &self.now.x;
-        let off = |(plainer, stage): (&Vec<f64>, &Vec<f64>)| {
-            (stage[i] - plainer.iter().zip(x).map(|(w, x)| w * x[i]).sum::<f64>()).abs()
-        };
-        self.k[self.now.by].plainer.iter().zip(&x[1..]).map(off).fold(0.0, f64::max)
-    }
-
-    fn leaps(&self) -> bool {
-        true
-    }
-
-    fn behind_jump(&self) -> bool {
-        self.now.by == FIRST
-    }
-
-    fn wants_dense_record(&self) -> bool {
-        true
-    }
-
-    /// All of it is of the stages' order, 2, which a circuit solved by a method of that order has no use for.
-    fn lags(&self) -> Lags {
-        Lags::unless(self.fixed, if lags(&self.k[NEXT].k) { Lags::Index } else { Lags::Forces })
-    }
-
-    fn restarts_at_corners(&self) -> bool {
-        false
-    }
-
-    fn response(&self, _formula: usize, y: f64) -> Option<Complex> {
-        let rows = std::iter::once(&[][..]).chain(self.k[NEXT].k.a.iter().map(Vec::as_slice));
-        Some(response::stages(rows.map(|row| row.iter().copied().enumerate()), y))
-    }
-
-    fn starts_at_full_length(&self) -> bool {
-        true
-    }
-
-    fn begins_with_slopes(&self) -> bool {
-        true
-    }
-
-    fn inputs_changed(&mut self) {
+    fn corner(&mut self) {
         self.started = false;
     }
 }

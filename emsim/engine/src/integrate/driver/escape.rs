@@ -68,14 +68,14 @@ fn largest_of<L: Lanes>(x: &[f64]) -> f64 {
 impl<S: Sink> Run<'_, S> {
     #[cold]
     #[inline(never)]
-    pub(super) fn tried(&self, step: f64, method: &(impl Method + ?Sized)) -> [String; 2] {
+    pub(super) fn tried(&self, step: f64, method: &dyn Method) -> [String; 2] {
         let by = method.used().last().map_or(self.o.method.clone(), |u| u.method.clone());
         [format!("shorter steps, down to {step:.2e} s"), format!("method {by}")]
     }
 
     #[cold]
     #[inline(never)]
-    pub(super) fn runs_away(&mut self, step: f64, unknown: usize, method: &(impl Method + ?Sized)) {
+    pub(super) fn runs_away(&mut self, step: f64, unknown: usize, method: &dyn Method) {
         self.fail(step, Failure::NotFinite { unknown }, self.tried(step, method).into());
     }
 

@@ -11,7 +11,7 @@ const LONGER: usize = 4;
 impl<S: Sink> Run<'_, S> {
     /// At a corner or an edge: flags flip, values jump, the next stop is found. True when something jumped. Another one
     /// beside it, to rounding, is of the same time: nothing can be solved in between.
-    pub(super) fn land(&mut self, method: &mut (impl Method + ?Sized)) -> bool {
+    pub(super) fn land(&mut self, method: &mut dyn Method) -> bool {
         let mut jumped = false;
         for _ in 0..CASCADE {
             let before = self.outcome.events.len();
@@ -36,13 +36,14 @@ impl<S: Sink> Run<'_, S> {
     }
 
     /// Is a corner of a source a jump to what the method's next step begins with?
-    pub(super) fn slopes_jump(&mut self, method: &(impl Method + ?Sized)) -> bool {
-        method.begins_with_slopes() && *self.slopes.get_or_insert_with(|| undetermined(self.sys).contains(&true))
+    pub(super) fn slopes_jump(&mut self, method: &dyn Method) -> bool {
+        method.character().begins_with_slopes
+            && *self.slopes.get_or_insert_with(|| undetermined(self.sys).contains(&true))
     }
 
     /// Something has jumped at t, from where the next stop is known: a step of nearly no length gives the values after it, and
     /// their time: the method's own, or an implicit one.
-    pub(super) fn jump(&mut self, width: f64, method: &mut (impl Method + ?Sized)) {
+    pub(super) fn jump(&mut self, width: f64, method: &mut dyn Method) {
         for again in 0..CASCADE {
             // edges that are due at once
             let (t, events) = (self.t, &mut self.outcome.events);

@@ -1,11 +1,11 @@
 //! How long steps may be, and lengths that come again and again: between the edges of a pulse train the second period can know what the
 //! first had to find out, and an equal length keeps its factorisation.
-use super::{Method, Transient};
+use super::{Character, Transient};
 use crate::system::System;
 use std::collections::HashMap;
 
 /// SPICE takes at least so many steps, none longer than TSTEP. Methods with dense output of their own order need only see
-/// every part of the run (`Method::fewest_steps`): the error bounds a step, and rows lie where they are asked for.
+/// every part of the run (`Character::fewest_steps`): the error bounds a step, and rows lie where they are asked for.
 const SPICE: f64 = 50.0;
 /// What conducts at the crest of a source's swing alone could lie between the stages of one long step.
 const IN_A_PERIOD: f64 = 7.0;
@@ -13,14 +13,14 @@ const IN_A_PERIOD: f64 = 7.0;
 pub const IMPOSED: f64 = 1e5;
 
 /// The longest step where the deck does not say.
-pub fn longest(sys: &System, a: &Transient, method: &(impl Method + ?Sized)) -> f64 {
+pub fn longest(sys: &System, a: &Transient, of: &Character) -> f64 {
     let span = a.tstop - a.tstart;
-    let (fewest, of_spice) = (span / method.fewest_steps(), span / SPICE);
-    let followed = match method.steps_a_period() {
+    let (fewest, of_spice) = (span / of.fewest_steps, span / SPICE);
+    let followed = match of.steps_a_period {
         Some(steps) if sys.diodes() > 0 => (sys.shortest_swing() / steps).max(span / IMPOSED),
         _ => (sys.shortest_period() / IN_A_PERIOD).max(of_spice),
     };
-    match method.wants_dense_record() {
+    match of.dense_record {
         true if sys.pure_linear => fewest,
         true => fewest.min(followed),
         false => a.tstep.min(of_spice).min(followed),

@@ -1,7 +1,7 @@
 //! What the loop over steps does now and then: kept out of it, so that what runs at every step lies close together.
 
 use super::super::rows::Sink;
-use super::super::Method;
+use super::super::{Lost, Method};
 use super::jumps::JUMP;
 use super::{newton, Run, Status, Tick, TICK};
 use crate::newton::Failure;
@@ -50,7 +50,7 @@ impl<S: Sink> Run<'_, S> {
     /// Is the run to go on? Looked at every `TICK` steps.
     #[cold]
     #[inline(never)]
-    pub(super) fn looks_up(&mut self, s: &mut Passage, method: &mut (impl Method + ?Sized), tick: &mut Tick) -> bool {
+    pub(super) fn looks_up(&mut self, s: &mut Passage, method: &mut dyn Method, tick: &mut Tick) -> bool {
         // so many steps for so little: the run would never end
         if s.count % PATIENCE == 0 {
             if self.t - s.mark < LEAST * self.a.tstop && self.o.fixed_step.is_none() {
@@ -64,7 +64,7 @@ impl<S: Sink> Run<'_, S> {
             return false;
         }
         if let Some(why) = self.watch.cost(s.count, self.t, s.h, &self.tol) {
-            match method.gives_up(self.w, &self.x) {
+            match method.fallback(self.w, &self.x, Lost::Slow) {
                 Some(next) => s.h = next,
                 None => {
                     self.fail(s.h, why, vec![]);
@@ -81,7 +81,7 @@ impl<S: Sink> Run<'_, S> {
     pub(super) fn stuck(
         &mut self,
         s: &mut Passage,
-        method: &mut (impl Method + ?Sized),
+        method: &mut dyn Method,
         (step, smallest): (f64, f64),
         (next, why): (f64, Box<Failure>),
     ) -> bool {
@@ -102,7 +102,7 @@ impl<S: Sink> Run<'_, S> {
         let [halved, by] = self.tried(step, method);
         let (step, why, tried) = s.gave_up.get_or_insert_with(|| (step, *why, vec![halved]));
         tried.push(by);
-        if let Some(next) = if last { None } else { method.fallback(self.w, &self.x) } {
+        if let Some(next) = if last { None } else { method.fallback(self.w, &self.x, Lost::Stuck) } {
             (s.h, s.failures) = (next, 0);
             return true;
         }
@@ -114,8 +114,8 @@ impl<S: Sink> Run<'_, S> {
     /// An event cannot be located. Is there another method?
     #[cold]
     #[inline(never)]
-    pub(super) fn lost(&mut self, s: &mut Passage, method: &mut (impl Method + ?Sized), smallest: f64) -> bool {
-        if let Some(next) = method.fallback(self.w, &self.x) {
+    pub(super) fn lost(&mut self, s: &mut Passage, method: &mut dyn Method, smallest: f64) -> bool {
+        if let Some(next) = method.fallback(self.w, &self.x, Lost::Stuck) {
             (s.h, s.failures) = (next, 0);
             return true;
         }
@@ -126,7 +126,7 @@ impl<S: Sink> Run<'_, S> {
     /// A step ended on a corner or a known edge.
     #[cold]
     #[inline(never)]
-    pub(super) fn landed(&mut self, s: &mut Passage, method: &mut (impl Method + ?Sized), smallest: f64) {
+    pub(super) fn landed(&mut self, s: &mut Passage, method: &mut dyn Method, smallest: f64) {
         self.w.counters.breakpoints += 1;
         self.record.corner(self.kept);
         let jumped = self.land(method);
@@ -138,22 +138,22 @@ impl<S: Sink> Run<'_, S> {
                 true => self.restart(method),
                 false => method.corner(),
             }
-        } else if jumped || method.restarts_at_corners() {
+        } else if jumped || method.character().restarts_at_corners {
             self.restart(method);
-            let known = self.memory.first(method.leaps());
+            let known = self.memory.first(method.character().leaps);
             s.h = known.unwrap_or(0.1 * ahead.min(s.normal).min(self.tmax)).max(smallest);
         } else {
             method.corner();
             self.memory.restart(self.sys.stretch(self.w, self.t));
             let known = self.memory.length().unwrap_or(s.normal.min(self.tmax));
-            s.h = s.h.max(known).min(if method.starts_at_full_length() { ahead } else { 0.5 * ahead });
+            s.h = s.h.max(known).min(if method.character().full_length { ahead } else { 0.5 * ahead });
         }
     }
 
     /// Steps that have shrunk to nearly nothing, and then failed, are at a corner that the equations themselves have (the
     /// current of a diode without capacitance that an inductor turns off). One implicit step leads over it, the shortest
     /// that rounding allows, a longer one each time it was not enough; its length, for the next step.
-    fn creeps_over(&mut self, step: f64, method: &mut (impl Method + ?Sized)) -> Option<f64> {
+    fn creeps_over(&mut self, step: f64, method: &mut dyn Method) -> Option<f64> {
         let width = self.tmax.min(self.stop - self.t);
         if step > CREEPS * self.tmax {
             return None;

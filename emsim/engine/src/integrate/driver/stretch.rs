@@ -23,7 +23,7 @@ pub struct Mark {
 
 impl<S: Sink> Run<'_, S> {
     /// Goes on to `until`. That is no corner: a step ends there, and nothing is forgotten.
-    pub fn go_on(&mut self, method: &mut (impl Method + ?Sized), until: f64, tick: &mut Tick) {
+    pub fn go_on(&mut self, method: &mut dyn Method, until: f64, tick: &mut Tick) {
         self.until = until;
         self.slack = SLACK * (until - self.t);
         // a corner may lie where the last stretch ended, or next to it
@@ -59,7 +59,7 @@ impl<S: Sink> Run<'_, S> {
     }
 
     /// Back to where `mark` was made; the method starts there anew.
-    pub fn rewind(&mut self, mark: &Mark, method: &mut (impl Method + ?Sized)) {
+    pub fn rewind(&mut self, mark: &Mark, method: &mut dyn Method) {
         (self.t, self.late, self.next, self.kept) = (mark.t, mark.late, mark.next, mark.kept);
         self.x.copy_from_slice(&mark.x);
         self.w.restore(&mark.held);

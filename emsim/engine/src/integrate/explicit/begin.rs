@@ -13,7 +13,13 @@ const CHANGE: f64 = 0.01;
 const AT_MOST: f64 = 100.0;
 
 /// Puts a point where the states have what x has, with flags as they are now.
-pub(super) fn place(reduced: &Reduced, point: &mut Point, sys: &System, w: &mut Work, (t, x): (f64, &[f64])) {
+pub(in crate::integrate) fn place(
+    reduced: &Reduced,
+    point: &mut Point,
+    sys: &System,
+    w: &mut Work,
+    (t, x): (f64, &[f64]),
+) {
     sys.eval(w, x, t);
     point.flags.copy_from_slice(&w.flags);
     point.gmin = w.gmin;

@@ -22,10 +22,11 @@ mod dop853;
 mod rk45;
 mod tableau;
 
+pub(super) use begin::place;
 pub use dop853::DOP853;
 pub use rk45::RK45;
 
-use super::{response, Attempt, Method};
+use super::{response, Attempt, Character, Limit, Method, Response};
 use crate::newton::{Failure, Options, Tolerances};
 use crate::reduced::{Point, Reduced, Trouble, NEAR};
 use crate::sparse::Complex;
@@ -61,6 +62,7 @@ const CLEAR: f64 = 0.4;
 const FAITHFUL: u64 = 100;
 
 pub struct Explicit<'a> {
+    character: Character,
     sys: &'a System,
     reduced: &'a Reduced,
     method: &'static Tableau,
@@ -102,7 +104,17 @@ impl<'a> Explicit<'a> {
         let (m, width) = (reduced.states.len(), reduced.width());
         let floor = Tolerances::new(sys, o).atol;
         let flags: Vec<f64> = sys.flags.iter().map(|f| f64::from(f.initial.max(0))).collect();
+        let long = !method.extra.is_empty();
         Ok(Explicit {
+            // the twelve stages of a step see as much of a run in five as others in ten; a lossless tank under dop853, by as few steps
+            // as stability lets it take, 3.5 a period, loses 4e-5 of its amplitude a period
+            character: Character {
+                fewest_steps: if long { 5.0 } else { 10.0 },
+                shown: 1 + usize::from(long),
+                restarts_at_corners: false,
+                faithful: if method.order >= 8 { FAITHFUL } else { 0 },
+                ..Character::DENSE
+            },
             sys,
             reduced,
             method,
@@ -339,7 +351,18 @@ impl<'a> Explicit<'a> {
     }
 }
 
+impl Response for Explicit<'_> {
+    fn response(&self, _formula: usize, y: f64) -> Option<Complex> {
+        let rows = self.method.a.iter().chain(std::iter::once(&self.method.b));
+        Some(response::stages(rows.map(|row| row.iter().copied()), y))
+    }
+}
+
 impl Method for Explicit<'_> {
+    fn character(&self) -> &Character {
+        &self.character
+    }
+
     fn restart(&mut self, _sys: &System, _w: &mut Work, t: f64, x: &[f64]) {
         self.t0 = t;
         self.x0.copy_from_slice(x);
@@ -463,56 +486,11 @@ impl Method for Explicit<'_> {
         self.last_term(tol)
     }
 
-    fn wants_dense_record(&self) -> bool {
-        true
-    }
-
-    /// The twelve stages of a step see as much of a run in five as others in ten.
-    fn fewest_steps(&self) -> f64 {
-        if self.method.extra.is_empty() {
-            10.0
-        } else {
-            5.0
+    fn limit(&self) -> Limit {
+        match self.careful {
+            true => Limit::Rank,
+            false if self.stiffness > 0.0 => Limit::Stability(self.stiffness),
+            false => Limit::None, // NaN: nothing is known after a restart
         }
-    }
-
-    fn shown(&self) -> usize {
-        1 + usize::from(!self.method.extra.is_empty())
-    }
-
-    fn restarts_at_corners(&self) -> bool {
-        false
-    }
-
-    /// A lossless tank under dop853, by as few steps as stability lets it take, 3.5 a period, loses 4e-5 of its amplitude a period.
-    fn faithful(&self) -> u64 {
-        if self.method.order >= 8 {
-            FAITHFUL
-        } else {
-            0
-        }
-    }
-
-    fn near_singular(&self) -> bool {
-        self.careful
-    }
-
-    fn fastest(&mut self, sys: &System, w: &mut Work, t: f64, x: &[f64]) -> Option<(f64, bool)> {
-        if self.started && self.point.flags == w.flags {
-            sys.eval(w, x, t);
-            self.reduced.go_to(&mut self.point, &w.q, x);
-        } else {
-            begin::place(self.reduced, &mut self.point, sys, w, (t, x));
-        }
-        self.reduced.fastest(&mut self.point, &sys.waves, t)
-    }
-
-    fn response(&self, _formula: usize, y: f64) -> Option<Complex> {
-        let rows = self.method.a.iter().chain(std::iter::once(&self.method.b));
-        Some(response::stages(rows.map(|row| row.iter().copied()), y))
-    }
-
-    fn stiffness(&self) -> f64 {
-        self.stiffness.max(0.0) // NaN: nothing is known after a restart
     }
 }

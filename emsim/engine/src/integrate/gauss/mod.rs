@@ -30,7 +30,7 @@ mod fit;
 mod table;
 
 use super::rows::Lags;
-use super::{interpolate, Attempt, History, Method};
+use super::{interpolate, Attempt, Character, History, Method, Response};
 use crate::newton::{Failure, Newton, Options, Tolerances};
 use crate::sparse::{Complex, Lu};
 use crate::system::{Kind, System, Work};
@@ -468,7 +468,21 @@ impl Gauss {
     }
 }
 
+/// All steps are as long as the first that serves: a run that begins at rest must not begin with too long a one.
+const CHARACTER: Character =
+    Character { fewest_steps: 50.0, lags: Lags::Index, restarts_at_corners: false, ..Character::DENSE };
+
+impl Response for Gauss {
+    fn response(&self, _formula: usize, y: f64) -> Option<Complex> {
+        Some(super::response::pade(self.k.s, self.k.s, y))
+    }
+}
+
 impl Method for Gauss {
+    fn character(&self) -> &Character {
+        &CHARACTER
+    }
+
     fn restart(&mut self, sys: &System, w: &mut Work, t: f64, x: &[f64]) {
         (self.t0, self.t1) = (t, t);
         self.x0.copy_from_slice(x);
@@ -571,27 +585,6 @@ impl Method for Gauss {
 
     fn interior(&mut self, sys: &System, tol: &Tolerances) -> f64 {
         self.lacking(sys, tol)
-    }
-
-    fn response(&self, _formula: usize, y: f64) -> Option<Complex> {
-        Some(super::response::pade(self.k.s, self.k.s, y))
-    }
-
-    fn lags(&self) -> Lags {
-        Lags::Index
-    }
-
-    /// All steps are as long as the first that serves: a run that begins at rest must not begin with too long a one.
-    fn fewest_steps(&self) -> f64 {
-        50.0
-    }
-
-    fn wants_dense_record(&self) -> bool {
-        true
-    }
-
-    fn restarts_at_corners(&self) -> bool {
-        false
     }
 
     /// No polynomial goes through points on both sides of a corner; steps grow anew, for what was short was an edge.

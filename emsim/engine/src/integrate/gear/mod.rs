@@ -25,7 +25,7 @@ mod differences;
 use self::control::{Control, Pace, Taken, AHEAD, SPICE};
 use self::differences::{slope, towards, towards_by, Differences, ROWS};
 use super::rows::Lags;
-use super::{response, Attempt, History, Method};
+use super::{response, Attempt, Character, History, Method, Response};
 use crate::ledger::Stages;
 use crate::newton::{Failure, Newton, Options, Tolerances};
 use crate::sparse::Complex;
@@ -70,6 +70,7 @@ const CLEAR: f64 = 1e-9;
 const IN_A_PERIOD: f64 = 40.0;
 
 pub struct Gear {
+    character: Character,
     newton: Newton,
     now: f64,             // of the newest point
     times: [f64; POINTS], // of past points since then, newest first: sums of steps, of which absolute times know too little
@@ -92,7 +93,6 @@ pub struct Gear {
     pace: Pace,
     allowed: f64, // of the tolerance, to the candidate's error
     weighs: bool, // errors, by the length of their steps
-    real: bool,   // modes: nothing oscillates by itself
     trtol: f64,
     fixed: bool,
     itl4: usize,
@@ -153,7 +153,15 @@ impl Gear {
             if fixed && maxord > 1 { Some(Box::new(super::radau::Radau::new(sys, o, "radau")?)) } else { None };
         let mut newton = Newton::new(sys)?.bare();
         newton.junctions = if weighs { JUNCTIONS } else { 1.0 };
+        // its first step is judged by how far it moves from there, and rows in it are on the way from there
+        let plain = if spice { Character::PLAIN } else { Character::DENSE };
         Ok(Gear {
+            character: Character {
+                begins_with_slopes: true,
+                steps_a_period: Some(IN_A_PERIOD),
+                lags: Lags::unless(fixed, Lags::Forces),
+                ..plain
+            },
             newton,
             now: 0.0,
             times: [0.0; POINTS],
@@ -180,7 +188,6 @@ impl Gear {
             pace: Pace::default(),
             allowed: 1.0,
             weighs,
-            real,
             trtol: match (o.trtol.is_finite(), spice, o.accounts || (sys.has_coils() && sys.diodes() > 0)) {
                 (true, ..) => o.trtol,
                 (false, true, _) => 1.0,
@@ -370,7 +377,26 @@ fn over_step(ts: &[f64], t0: f64) -> Vec<f64> {
     (0..ts.len()).map(|j| GAUSS.iter().map(|(c, b)| b * l(j, t0 + c * (ts[0] - t0))).sum()).collect()
 }
 
+impl Response for Gear {
+    fn formula(&self) -> usize {
+        self.used
+    }
+
+    fn response(&self, order: usize, y: f64) -> Option<Complex> {
+        Some(response::bdf(order, self.shares[order], y))
+    }
+
+    fn drift(&self, order: usize, times: &[f64], w: f64) -> Option<(f64, f64)> {
+        let next = if times.len() > order + 1 { self.shares[order] } else { 0.0 };
+        response::bdf_drift(order, next, times, w)
+    }
+}
+
 impl Method for Gear {
+    fn character(&self) -> &Character {
+        &self.character
+    }
+
     fn restart(&mut self, sys: &System, w: &mut Work, t: f64, x: &[f64]) {
         (self.now, self.times[0], self.len) = (t, 0.0, 1);
         sys.eval(w, x, t);
@@ -457,49 +483,10 @@ impl Method for Gear {
         share.abs() * worst
     }
 
-    fn lags(&self) -> Lags {
-        Lags::unless(self.fixed, Lags::Forces)
-    }
-
     fn stages(&self) -> Stages<'_> {
         let Some(Accounts { points, weights }) = &self.accounts else { return Stages::default() };
         let at = points.t.iter().zip(&points.x).take(weights[0].len());
         Stages { at: at.map(|(&t, x)| (t, x.as_slice())).collect(), weights }
-    }
-
-    fn wants_dense_record(&self) -> bool {
-        !self.spice
-    }
-
-    /// Its first step is judged by how far it moves from there, and rows in it are on the way from there.
-    fn begins_with_slopes(&self) -> bool {
-        true
-    }
-
-    fn steps_a_period(&self) -> Option<f64> {
-        Some(IN_A_PERIOD)
-    }
-
-    fn formula(&self) -> usize {
-        self.used
-    }
-
-    /// What oscillates there is driven.
-    fn faithful(&self) -> u64 {
-        if self.real {
-            u64::MAX
-        } else {
-            0
-        }
-    }
-
-    fn response(&self, order: usize, y: f64) -> Option<Complex> {
-        Some(response::bdf(order, self.shares[order], y))
-    }
-
-    fn drift(&self, order: usize, times: &[f64], w: f64) -> Option<(f64, f64)> {
-        let next = if times.len() > order + 1 { self.shares[order] } else { 0.0 };
-        response::bdf_drift(order, next, times, w)
     }
 
     fn candidate(&self) -> &[f64] {

@@ -180,7 +180,7 @@ impl<'a> Multirate<'a> {
         let mut s = Slow {
             part: slow,
             w: slow.system.work(),
-            method: make(&slow.system, &slow_o)?,
+            method: make(&slow.system, &slow_o, &slow_o.method)?,
             tol: Tolerances::new(&slow.system, &slow_o),
             curves: vec![[0.0; NODES]; slow.system.n],
             scratch: vec![0.0; slow.system.n],
@@ -205,10 +205,10 @@ impl<'a> Multirate<'a> {
         response.at(&slow.system, &mut s.w, &s.z, 0.0);
         let mut known = self.smooth(&self.seen, &response);
         fw.guests = known.clone();
-        let mut fm = make(&fast.system, &fast_o)?;
+        let mut fm = make(&fast.system, &fast_o, &fast_o.method)?;
         let mut window = Window::new(fast.system.n, &slow.reads, self.record.ledger.is_some());
         window.begin(0.0, feature);
-        let mut circuit = Run::new(&fast.system, &mut fw, a, &fast_o, &mut window, y, fm.as_ref())?;
+        let mut circuit = Run::new(&fast.system, &mut fw, a, &fast_o, &mut window, y, fm.character())?;
         circuit.start(fm.as_mut());
         circuit.record.hold();
 
@@ -311,7 +311,7 @@ impl<'a> Multirate<'a> {
             circuit.record.begin(t, end);
             circuit.w.guests = given.clone();
             fast.system.touch_sources(circuit.w);
-            fm.inputs_changed();
+            fm.corner();
             circuit.go_on(fm, end, tick);
             if circuit.outcome.status != Status::Ok {
                 return Macro::Ended;
@@ -319,7 +319,7 @@ impl<'a> Multirate<'a> {
             // the machine, with the circuit's moments
             circuit.record.moments(&mut s.w.guests);
             s.part.system.touch_sources(&mut s.w);
-            s.method.inputs_changed();
+            s.method.corner();
             let machine = match s.method.attempt(&s.part.system, &mut s.w, h, &s.tol) {
                 Attempt::Good { next } => next,
                 Attempt::TooLarge { next } => {

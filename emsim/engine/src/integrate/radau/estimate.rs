@@ -8,8 +8,7 @@
 //!
 //!   e = M^-1 C (x' - x_p'),   x' - x_p' = M^-1 ( -d/dt F(x_p, t) - Q_p'' ),
 //!
-//! which is O(h^(s+1)) where nothing bends. It is the error itself and held to the tolerance, not to a share of it. Of what the step
-//! leaps over (leap.rs) x_p is the polynomial through the stages alone.
+//! which is O(h^(s+1)) where nothing bends. It is the error itself and held to the tolerance, not to a share of it.
 use super::super::root;
 use super::stages::STALLED;
 use super::tables::{Scheme, MOST};
@@ -111,10 +110,6 @@ impl Radau {
                 *b += weight / h * d;
             }
         }
-        if let Some(error) = self.leap(sys, w, h, tol) {
-            self.unfiltered = error;
-            return error;
-        }
         for i in 0..sys.n {
             self.e[i] = if sys.has_q[i] { self.b[i] - self.f0[i] } else { 0.0 };
         }
@@ -167,11 +162,7 @@ impl Radau {
             of.iter().zip(&weights[..last]).map(|(v, weight)| weight * (v[i] - of[last][i])).sum::<f64>()
         };
         for i in 0..sys.n {
-            // what has jumped is not on one curve with the start
-            let moved = match self.leap.taken && !self.leap.smooth[i] {
-                true => at_end(&self.stage[..s], i),
-                false => slopes.iter().zip(&self.stage).map(|(a, x)| a * (x[i] - self.x0[i])).sum::<f64>(),
-            };
+            let moved = slopes.iter().zip(&self.stage).map(|(a, x)| a * (x[i] - self.x0[i])).sum::<f64>();
             self.scratch[i] = self.stage[last][i] + ALONG * moved;
         }
         sys.eval(w, &self.scratch, self.t0 + h + ALONG * h);

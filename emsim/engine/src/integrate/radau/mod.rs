@@ -17,24 +17,24 @@ mod blend;
 mod dense;
 mod estimate;
 mod full;
-mod leap;
 mod order;
 mod stages;
 mod tables;
 
 use self::estimate::share;
 use self::full::FullNewton;
-use self::leap::Leap;
 use self::order::{contracting, Orders, Taken};
 use self::tables::Scheme;
 use super::rows::Lags;
-use super::{root, Attempt, Method, FEWEST};
+use super::{root, Attempt, Character, Method, Response};
 use crate::ledger::Stages;
 use crate::newton::{Failure, Noise, Options, Tolerances};
 use crate::sparse::{Complex, Lu};
 use crate::system::{Kind, System, Work};
 
 const MOST_ITERATIONS: usize = 10;
+/// Steps of a run that are taken at least: with their many stages they see as much in these as others in ten.
+const FEWEST: f64 = 6.0;
 /// After a step that needed the full Newton method, so many more begin with it where exponentials turn; elsewhere each is by itself.
 const FULL_STEPS: u32 = 4;
 /// A first step that is refused again and again is too long by orders of magnitude: what its estimate says means nothing.
@@ -123,8 +123,10 @@ pub struct Radau {
     grown: f64,                    // the last update in units of what was there before it
     level: f64,                    // where rounding has lately stopped the iteration
     longest: f64,                  // recent step length
-    leap: Leap,
-    probe: Option<(f64, f64)>, // step and error that a step of a quarter is compared with
+    smooth: Vec<bool>,             // what is on one curve with the start, of a step that begins anew
+    last_anew: bool,               // the last step began so
+    characters: [Character; 3],    // by the number of stages
+    probe: Option<(f64, f64)>,     // step and error that a step of a quarter is compared with
 }
 
 impl Radau {
@@ -140,7 +142,8 @@ impl Radau {
         let corrected: Vec<bool> = (sys.unknowns.iter().zip(&sys.differential))
             .map(|(u, &moves)| moves && !u.kind.enters_linearly())
             .collect();
-        let leap = Leap::new(&corrected);
+        let smooth = corrected.clone();
+        let characters = character(sys.pure_linear, o.fixed_step.is_some());
         let linear = (sys.unknowns.iter().zip(&sys.differential).enumerate())
             .filter_map(|(i, (u, &moves))| match u.kind {
                 Kind::Lambda => Some((i, Stored::Momentum)),
@@ -212,7 +215,9 @@ impl Radau {
             grown: 0.0,
             level: 0.0,
             longest: 0.0,
-            leap,
+            smooth,
+            last_anew: false,
+            characters,
             probe: None,
         })
     }
@@ -279,6 +284,16 @@ impl Radau {
         Ok(())
     }
 
+    /// What a step that begins anew has on one curve with its start: a transient, and what algebraic unknowns were, is not.
+    fn find_smooth(&mut self, tol: &Tolerances) {
+        let (back, s) = (dense::back(self.scheme), self.scheme.s);
+        for i in 0..self.x0.len() {
+            let start = back.iter().zip(&self.stage).map(|(l, x)| l * x[i]).sum::<f64>();
+            let allowed = tol.weight(i, self.x0[i], self.stage[s - 1][i]);
+            self.smooth[i] = self.corrected[i] && (self.x0[i] - start).abs() <= allowed;
+        }
+    }
+
     /// Judges a step whose stages are solved; the full Newton method leaves the derivatives of its end where there are diodes.
     fn judge(&mut self, sys: &System, w: &mut Work, h: f64, tol: &Tolerances, iterations: usize) -> Attempt {
         let turned = sys.turns() && self.jacobian_at.is_nan();
@@ -287,12 +302,15 @@ impl Radau {
             estimate = estimate.max(share(tol.reltol) * self.end_error(sys, w, h, tol));
         }
         self.estimate = estimate;
+        if self.first {
+            self.find_smooth(tol);
+        }
         let raw = (estimate / share(tol.reltol)).max(1e-10);
         self.next_scheme = self.scheme;
         if self.fixed {
             return Attempt::Good { next: h };
         }
-        if !self.leap.taken && self.rounding(h, estimate, raw, tol) {
+        if self.rounding(h, estimate, raw, tol) {
             return Attempt::TooLarge { next: 0.25 * h };
         }
         let error = raw / self.relax.max(10.0 * std::mem::take(&mut self.noise));
@@ -300,11 +318,6 @@ impl Radau {
         let most = 2.0 * MOST_ITERATIONS as f64 + 1.0;
         let safe = 0.9 * most / (2.0 * MOST_ITERATIONS as f64 + iterations as f64);
         let mut factor = (safe / root(error, degree)).clamp(0.125, 8.0);
-        // (a step that is too long for what is smooth says too much of what is lost)
-        if let Some(brief) = self.leap.brief.filter(|_| error <= 1.0) {
-            self.jacobian(sys, w, h);
-            return Attempt::TooLarge { next: brief.min(0.5 * h) };
-        }
         if error <= 1.0 {
             self.longest = h.max(0.98 * self.longest);
             self.relax = (0.999 * self.relax).max(1.0);
@@ -317,8 +330,8 @@ impl Radau {
             let contracts = if seen { contracting(self.contraction) } else { f64::INFINITY };
             factor = factor.min(contracts);
             self.error_old_next = error.max(1e-2);
-            self.h_old_next = if self.leap.taken { 0.0 } else { h };
-            if self.full_steps == 0 && !self.leap.taken && self.orders.due(self.scheme) {
+            self.h_old_next = h;
+            if self.full_steps == 0 && self.orders.due(self.scheme) {
                 let taken = Taken {
                     h,
                     iterations,
@@ -344,7 +357,7 @@ impl Radau {
             return Attempt::Good { next };
         }
         let factor = match self.at_first {
-            _ if !self.first || self.leap.taken => factor.min(0.9),
+            _ if !self.first => factor.min(0.9),
             Some(_) if !sys.turns() => LOST,
             _ => 0.1,
         };
@@ -355,7 +368,37 @@ impl Radau {
     }
 }
 
+/// Of methods with 3, 5 and 7 stages.
+fn character(pure_linear: bool, fixed: bool) -> [Character; 3] {
+    // order 13 takes 4e-5 of an oscillation in a step of 5 radians, order 9 2e-4 in one of half a period
+    [(3, 0), (5, 24), (7, 100)].map(|(stages, faithful)| Character {
+        fewest_steps: FEWEST,
+        full_length: pure_linear,
+        restarts_at_corners: false,
+        // order 13 takes two steps in a period
+        pieces: usize::div_ceil(stages, 2),
+        shown: stages,
+        lags: Lags::unless(fixed, Lags::Index),
+        faithful,
+        ..Character::DENSE
+    })
+}
+
+impl Response for Radau {
+    fn formula(&self) -> usize {
+        self.last.map_or(self.scheme, |(_, _, scheme)| scheme).s
+    }
+
+    fn response(&self, stages: usize, y: f64) -> Option<Complex> {
+        Some(super::response::pade(stages - 1, stages, y))
+    }
+}
+
 impl Method for Radau {
+    fn character(&self) -> &Character {
+        &self.characters[self.scheme.rank()]
+    }
+
     fn restart(&mut self, _sys: &System, _w: &mut Work, t: f64, x: &[f64]) {
         self.t0 = t;
         self.x0.copy_from_slice(x);
@@ -365,7 +408,7 @@ impl Method for Radau {
         self.factored = None;
         self.last = None;
         self.first = true;
-        self.leap.restart();
+        self.last_anew = false;
         self.at_first = None;
         self.theta = 1.0;
         self.accepted = false;
@@ -474,38 +517,17 @@ impl Method for Radau {
         self.t0 = t1;
         self.last_bent = std::mem::take(&mut self.bent);
         self.x0.copy_from_slice(&self.last_stage[self.scheme.s - 1]);
-        if self.leap.taken {
-            self.leap.unspread(self.scheme, 1.0, &mut self.x0);
-        }
         self.scheme = self.next_scheme;
         self.proposed = self.proposed_next;
         self.h_old = self.h_old_next;
         self.error_old = self.error_old_next;
         self.started = false;
         self.level *= FORGET;
-        self.first = false;
-        self.leap.accept();
+        self.last_anew = std::mem::take(&mut self.first);
         self.at_first = None;
         self.accepted = true;
         self.foresee = true;
         self.stuck = 0;
-    }
-
-    fn formula(&self) -> usize {
-        self.scheme.s
-    }
-
-    /// Order 13 takes 4e-5 of an oscillation in a step of 5 radians, order 9 2e-4 in one of half a period.
-    fn faithful(&self) -> u64 {
-        match self.scheme.s {
-            3 => 0,
-            5 => 24,
-            _ => 100,
-        }
-    }
-
-    fn response(&self, stages: usize, y: f64) -> Option<Complex> {
-        Some(super::response::pade(stages - 1, stages, y))
     }
 
     fn candidate(&self) -> &[f64] {
@@ -517,25 +539,23 @@ impl Method for Radau {
     }
 
     fn dense(&self, t: f64, out: &mut [f64]) {
-        let (t0, h, scheme, x0, stage, e, bent, leapt) = match self.last {
+        let (t0, h, scheme, x0, stage, e, bent, anew) = match self.last {
             Some((t0, h, scheme)) if self.accepted => {
-                (t0, h, scheme, &self.last_x0, &self.last_stage, &self.last_e, self.last_bent, self.leap.last)
+                (t0, h, scheme, &self.last_x0, &self.last_stage, &self.last_e, self.last_bent, self.last_anew)
             }
-            _ => (self.t0, self.h, self.scheme, &self.x0, &self.stage, &self.e, self.bent, self.leap.taken),
+            _ => (self.t0, self.h, self.scheme, &self.x0, &self.stage, &self.e, self.bent, self.first),
         };
         let theta = (t - t0) / h;
-        if bent || leapt {
-            // what is algebraic at the start of this step, or has jumped, belongs to the curve before the corner
-            let moves = if leapt { &self.leap.smooth } else { &self.corrected };
+        if bent || anew {
+            // what is algebraic at the start of this step, or is over long before its end, belongs to the curve before the corner
+            let moves = if anew { &self.smooth } else { &self.corrected };
             dense::extrapolate(scheme, theta, x0, stage, moves, out);
-            if leapt {
-                self.leap.unspread(scheme, theta, out);
-            }
         } else {
             dense::polynomial(scheme, theta, x0, stage, out);
         }
         let correction = scheme.gamma * dense::correction(scheme, theta);
-        for ((o, e), corrected) in out.iter_mut().zip(e).zip(&self.corrected) {
+        let corrected = if anew { &self.smooth } else { &self.corrected };
+        for ((o, e), corrected) in out.iter_mut().zip(e).zip(corrected) {
             if *corrected {
                 *o += correction * e;
             }
@@ -562,8 +582,7 @@ impl Method for Radau {
         blend::through(scheme, &l, &self.x0, &self.stage, &mut there);
         let end = &self.stage[scheme.s - 1];
         let mut worst = 0.0_f64;
-        let jumped = |i: usize| self.leap.last && !self.leap.smooth[i];
-        for i in sys.interpolated().filter(|&i| !jumped(i)) {
+        for i in sys.interpolated() {
             let mut error = lacking * (self.last_x0[i] - there[i]);
             if self.corrected[i] {
                 error -= correction * self.e[i];
@@ -580,57 +599,9 @@ impl Method for Radau {
         Stages { at: nodes.collect(), weights: dense::quarters(scheme) }
     }
 
-    fn off_course(&self, i: usize) -> f64 {
-        if self.accepted || self.last.is_some() {
-            return 0.0;
-        }
-        let back = dense::back(self.scheme);
-        self.x0[i] - back.iter().zip(&self.stage).map(|(l, x)| l * x[i]).sum::<f64>()
-    }
-
-    fn leaps(&self) -> bool {
-        true
-    }
-
-    fn behind_jump(&self) -> bool {
-        self.leap.taken
-    }
-
-    fn wants_dense_record(&self) -> bool {
-        true
-    }
-
-    /// Order 13 takes two steps in a period.
-    fn pieces(&self) -> usize {
-        self.scheme.s.div_ceil(2)
-    }
-
-    fn fewest_steps(&self) -> f64 {
-        FEWEST
-    }
-
-    fn shown(&self) -> usize {
-        self.scheme.s
-    }
-
-    fn lags(&self) -> Lags {
-        Lags::unless(self.fixed, Lags::Index)
-    }
-
-    fn restarts_at_corners(&self) -> bool {
-        false
-    }
-
-    fn starts_at_full_length(&self) -> bool {
-        self.pure_linear
-    }
-
     /// What the step control knows of the error's growth was of the other side.
     fn corner(&mut self) {
         (self.h_old, self.bent) = (0.0, self.pure_linear);
-    }
-
-    fn inputs_changed(&mut self) {
         self.started = false;
     }
 }

@@ -51,7 +51,7 @@ impl Radau {
                 for (theta, c) in theta.iter_mut().zip(self.scheme.c) {
                     *theta = (self.t0 + c * h - t) / last_h;
                 }
-                let moves = if self.leap.last { &self.leap.smooth } else { &sys.differential };
+                let moves = if self.last_anew { &self.smooth } else { &sys.differential };
                 let stage = &mut self.stage[..self.scheme.s];
                 dense::extrapolate_each(last, &theta, &self.last_x0, &self.last_stage, moves, stage);
             }
