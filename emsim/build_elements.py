@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from .build_expr import expression, extent
+from .build_expr import expression, extent, ignored_letters
 from .diagnostics import Diagnostic, Sink
 from .elements import LETTERS, Element
 from .expr import Bare, Num
@@ -69,12 +69,7 @@ class Cards:
                     leaf,
                     f"write a calculation in braces: {{{leaf}}}",
                 )
-            self.sink.warning(
-                "W110",
-                f"`{leaf}` is read as {value:g}: SPICE ignores `{leftover}`",
-                line.span(leaf),
-                "a number has one dot, and its scale letter stands at its end: 1.5k",
-            )
+            self.sink.add(ignored_letters(leaf, value, leftover, line))
         elif len(_PLAIN) < 100_000:
             _PLAIN[str(leaf)] = value
         return value

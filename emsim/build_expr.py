@@ -11,6 +11,8 @@ from .units import (
     MISREAD_UNITS,
     machine_number,
     machine_number_problem,
+    scale_of,
+    spice_leftover,
     spice_number,
     split_number,
 )
@@ -149,9 +151,27 @@ def _number_in_expression(leaf: Any, line: Line, machine: bool) -> float:
             "units are understood on machine cards only; write the SI value",
         )
         line.file.remarks.append(raise_to)
+    elif leftover := spice_leftover(leaf):
+        line.file.remarks.append(ignored_letters(leaf, value, leftover, line))
     elif len(_SEEN) < 100_000:
         _SEEN[str(leaf)] = value
     return value
+
+
+def ignored_letters(leaf: Any, value: float, leftover: str, line: Line) -> Diagnostic:
+    """W110: letters at the end of a number that SPICE ignores and that may have been meant."""
+    hint = "a number has one dot, and its scale letter stands at its end: 1.5k"
+    if leftover[:2] in (
+        "\u00c2\u00b5",
+        "\u00ce\u00bc",
+    ):  # a micro sign in UTF-8 that was taken for Latin-1 and encoded again
+        hint = f"this is a micro sign that was encoded twice: write `{leaf[: -len(leftover)]}u`"
+    elif scale_of(leftover)[1]:
+        hint = f"the scale is `{scale_of(leftover)[1]}` here, as in 1.5k; behind it only units stand: ohm F H V A s Hz"
+    return Diagnostic(
+        "warning", "W110", f"`{leaf}` is read as {value:g}: SPICE ignores `{leftover[len(scale_of(leftover)[1]):]}`",
+        line.span(leaf), hint,
+    )  # fmt: skip
 
 
 def machine_float(leaf: Any, line: Line) -> float:

@@ -67,7 +67,8 @@ _DIGITS = "0123456789"
 
 
 def split_number(text: str) -> tuple[str, str] | None:
-    """(mantissa with exponent, the rest) of a word that begins as a number; None when it does not."""
+    """(mantissa with exponent, the rest) of a word that begins as a number; None when it does not. An exponent has an e, or a d as
+    in Fortran."""
     i, n = 0, len(text)
     if i < n and text[i] in "+-":
         i += 1
@@ -83,7 +84,7 @@ def split_number(text: str) -> tuple[str, str] | None:
         digits += i - first
     if not digits:
         return None
-    if i < n and text[i] in "eE":
+    if i < n and text[i] in "eEdD":
         j = i + 1
         if j < n and text[j] in "+-":
             j += 1
@@ -92,7 +93,7 @@ def split_number(text: str) -> tuple[str, str] | None:
             j += 1
         if j > first:
             i = j
-    return text[:i], text[i:]
+    return text[:i].replace("d", "e").replace("D", "e"), text[i:]
 
 
 def scale_of(letters: str) -> tuple[float, str]:
@@ -125,12 +126,20 @@ _EXPONENTS = {
 }  # fmt: skip
 
 
+# what may stand behind the scale letter and means nothing; the engine's number.rs has the same list
+TRAILING_UNITS = frozenset(
+    """a adc aac amp amps ampere amperes aohm aohms c db deg degc degrees f farad farads h henrys henries henry hertz hy hz j
+    m meter meters ohm ohms r rad s sec second seconds secs v va vac vdc volt volts vpp vrms w watt watts""".split()
+)
+
+
 def spice_leftover(text: str) -> str:
-    """What SPICE ignores at the end of a number word and a person may have meant: digits and signs in it."""
+    """What SPICE ignores at the end of a number word and a person may have meant: all that is no unit behind a scale letter.
+    1Farad is among it, a femto and `arad`."""
     parts = split_number(text)
-    letters = parts[1] if parts else text
-    plain = letters.replace("%", "")
-    return letters if plain and not plain.isalpha() else ""
+    letters = (parts[1] if parts else text).removesuffix("%")
+    rest = letters[len(scale_of(letters)[1]) :].lower()
+    return letters if rest and rest not in TRAILING_UNITS and rest not in "\u03c9\u2126" else ""
 
 
 def machine_number(text: str) -> float | None:

@@ -20,6 +20,7 @@ from .support import codes, element, machine, said
         ("3meg", 3e6), ("3MEGohm", 3e6), ("4k", 4e3), ("10kohm", 1e4), ("5m", 5e-3), ("1M", 1e-3),
         ("2mil", 50.8e-6), ("1mH", 1e-3), ("1u", 1e-6), ("1µF", 1e-6), ("5N", 5e-9), ("7p", 7e-12), ("1f", 1e-15),
         ("1F", 1e-15), ("3a", 3.0), ("1A", 1.0), ("2Amp", 2.0), ("30deg", 30.0), ("1kg", 1e3), ("5V", 5.0), ("1.1n", 1.1e-9),
+        ("1d3", 1e3), ("5D+0", 5.0), ("1.5d-3", 1.5e-3),
     ],
 )  # fmt: skip
 def test_spice_numbers(text, value):
@@ -83,3 +84,16 @@ def test_leftovers_are_told():
     assert spice_leftover("10kohm") == "" and spice_leftover("5%") == ""
     assert spice_leftover("1k5") == "k5"
     assert codes("R1 a 0 1k5") == ["W110"]
+    assert [spice_leftover(t) for t in ("1x", "1kk", "1\u00c2\u00b5", "1Farad", "1e")] == [
+        "x", "kk", "\u00c2\u00b5", "Farad", "e"
+    ]  # fmt: skip
+    (doubled,) = said("C1 a 0 1\u00c2\u00b5")
+    assert doubled.code == "W110" and "write `1u`" in (doubled.hint or "")
+    assert codes("R1 a 0 {1x}") == ["W110"]
+
+
+@pytest.mark.parametrize(
+    "text", ["1megohm", "2.2kOhms", "5Volts", "10uF", "1mil", "100ns", "1\u00b5F", "3k\u2126", "50Hz"]
+)
+def test_units_behind_a_scale_need_no_word(text):
+    assert spice_leftover(text) == ""

@@ -16,6 +16,14 @@ const SCALES: [(&str, &str); 9] = [
     ("f", "e-15"),
 ];
 
+/// What may stand behind the scale suffix and means nothing: emsim/units.py's list.
+const UNITS: [&str; 48] = [
+    "a", "adc", "aac", "amp", "amps", "ampere", "amperes", "aohm", "aohms", "c", "db", "deg", "degc", "degrees", "f",
+    "farad", "farads", "h", "henrys", "henries", "henry", "hertz", "hy", "hz", "j", "m", "meter", "meters", "ohm",
+    "ohms", "r", "rad", "s", "sec", "second", "seconds", "secs", "v", "va", "vac", "vdc", "volt", "volts", "vpp",
+    "vrms", "w", "watt", "watts",
+];
+
 /// The value of digits with an exponent behind them.
 fn joined(mantissa: &str, power: &str) -> Option<f64> {
     let mut buffer = [0; 48];
@@ -49,19 +57,27 @@ pub fn plain(word: &str) -> Option<f64> {
         return None;
     }
     let mut exponent = false;
-    if matches!(bytes.get(end), Some(b'e' | b'E')) {
+    let mut fortran = None;
+    if matches!(bytes.get(end), Some(b'e' | b'E' | b'd' | b'D')) {
         let from = end + 1 + usize::from(matches!(bytes.get(end + 1), Some(b'+' | b'-')));
         let stop = digits(from);
         if stop > from {
+            if matches!(bytes[end], b'd' | b'D') {
+                fortran = Some(format!("{}e{}", &word[..end], &word[end + 1..stop]));
+            }
             end = stop;
             exponent = true;
         }
     }
     let (mantissa, letters) = word.split_at(end);
-    if !letters.bytes().all(|b| b.is_ascii_alphabetic() || b == b'%') || letters.len() > 64 {
+    let mantissa = fortran.as_deref().unwrap_or(mantissa);
+    let letters = letters.strip_suffix('%').unwrap_or(letters);
+    let begins = |scale: &str| letters.get(..scale.len()).is_some_and(|head| head.eq_ignore_ascii_case(scale));
+    let scale = if begins("mil") { 3 } else { SCALES.iter().find(|s| begins(s.0)).map_or(0, |s| s.0.len()) };
+    let rest = letters.get(scale..)?;
+    if !rest.is_empty() && !UNITS.iter().any(|unit| unit.eq_ignore_ascii_case(rest)) {
         return None;
     }
-    let begins = |scale: &str| letters.len() >= scale.len() && letters[..scale.len()].eq_ignore_ascii_case(scale);
     let value = if begins("mil") {
         mantissa.parse::<f64>().ok()? * 25.4e-6
     } else if let Some(&(_, power)) = SCALES.iter().find(|(scale, _)| begins(scale)) {

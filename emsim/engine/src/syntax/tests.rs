@@ -71,7 +71,7 @@ fn patterns_mean_what_python_means() {
 
 #[test]
 fn numbers_are_spices() {
-    let known: [(&str, f64); 9] = [
+    let known: [(&str, f64); 11] = [
         ("1k", 1e3),
         ("1.1n", 1.1e-9),
         ("2MEG", 2e6),
@@ -80,12 +80,14 @@ fn numbers_are_spices() {
         ("1e3k", 1e6),
         (".5u", 0.5e-6),
         ("10mil", 254e-6),
-        ("1e", 1.0),
+        ("1d3", 1e3),
+        ("5D-1", 0.5),
+        ("1megohm", 1e6),
     ];
     for (word, value) in known {
         assert_eq!(plain(word), Some(value), "{word}");
     }
-    for word in ["", "k", "1e999", "1k5", "--1", ".", "+", "1*2", "1µ"] {
+    for word in ["", "k", "1e999", "1k5", "--1", ".", "+", "1*2", "1µ", "1e", "1x", "1Farad"] {
         assert_eq!(plain(word), None, "{word}");
     }
 }
