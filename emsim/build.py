@@ -198,8 +198,8 @@ class _Builder(ElementCards, DotCards):
                 _span_of(owner),
                 f"close it with .{_CLOSERS[kind]}",
             )
+        self.commands(reading)
         if is_main:
-            self.commands(reading)
             self.judge_title(reading)
         return deck
 
@@ -207,8 +207,9 @@ class _Builder(ElementCards, DotCards):
         """A line that the native parser did not accept: Lark knows why, or can read it after all."""
         first = line.text[0]
         if first == ".":
-            rule, children = parse_line(line, "dot")
-            return self.convert(rule, children, line)
+            return self.unread_dot(line)
+        if line.text.strip() == ")":
+            return None  # closes the model above; ngspice passes it over
         if first not in _LETTERS:
             raise LineError(_not_a_card(line))
         word = syntax.first_word(line.text)
@@ -226,6 +227,17 @@ class _Builder(ElementCards, DotCards):
                 error.diagnostic.hint = missing_mark(word)
             raise
 
+    def unread_dot(self, line: Line) -> Any:
+        """Of what is to be shown, the part that can be read; ngspice leaves the rest out too."""
+        try:
+            rule, children = parse_line(line, "dot")
+        except LineError:
+            word = syntax.first_word(line.text)
+            if word not in (".print", ".save", ".probe"):
+                raise
+            return self.piece_by_piece(line, word)
+        return self.convert(rule, children, line)
+
     def on_machine_card(self, ch: list[Any], line: Line) -> Any:
         from .build_machine import machine_card
 
@@ -239,31 +251,41 @@ class _Builder(ElementCards, DotCards):
         return method(children, line)
 
     def commands(self, reading: Any) -> None:
-        """.control is skipped; tran and op in it are run where no analysis stands outside it."""
+        """A .control section: see build_control.py."""
         if reading.control_span is None:
             return
-        mirrored = []
-        if not any(isinstance(card, Analysis) for card in self.body):
-            for line in reading.control:
-                if syntax.first_word(line.text) in ("tran", "op"):
-                    try:
-                        rule, children = parse_line(line, "command")
-                        card = self.convert(rule, children, line)
-                    except LineError as error:
-                        self.sink.add(error.diagnostic)
-                        continue
-                    self.body.append(card)
-                    mirrored.append(card.kind)
+        from .build_control import Section
+
+        section = Section(self.sink, self.convert)
+        section.read(reading.control)
+        own = [(card.kind, card.args, card.flags) for card in self.body if isinstance(card, Analysis)]
+        run = []
+        for card in section.cards:
+            if not isinstance(card, Analysis):
+                self.body.append(card)
+            elif (card.kind, card.args, card.flags) not in own:
+                self.body.append(card)
+                own.append((card.kind, card.args, card.flags))
+                run.append(card.kind)
         # an .end among the commands is the deck's own
-        open_ = any(syntax.first_word(line.text) == ".end" for line in reading.control)
+        if (
+            any(syntax.first_word(line.text) == ".end" for line in section.unknown)
+            and len(section.unknown) > 1
+        ):
+            said = "this .control has no .endc, and cards of the deck stand behind it"
+            self.sink.error("E106", said, reading.control_span, "close it with .endc")
+            return
+        words = [syntax.first_word(line.text) for line in section.unknown]
+        words = [word for word in dict.fromkeys(words) if word != ".end"]
+        if not (section.passed or words):
+            return
         self.sink.note(
             "N107",
-            "the .control section"
-            + (" has no .endc, and with it all that follows" if open_ else "")
-            + " is skipped"
-            + (f", except for {' and '.join(mirrored)}" if mirrored else ""),
+            "of the .control section only what computes is run"
+            + (f", here {' and '.join(dict.fromkeys(run))}" if run else "")
+            + (f"; `{words[0]}` is no command of it" if words else ""),
             reading.control_span,
-            "close it with .endc" if open_ else "its commands are not supported yet; dot cards are",
+            "what it prints, plots and measures is not there yet; .print, .save and emsim view are",
         )
 
     @staticmethod

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from .build_elements import Cards, form
-from .build_expr import expression, extent, machine_value
+from .build_expr import expression, extent, machine_value, node_name
 from .deck import Analysis, Conditional, Deck, Dot, Func, Include, Model, Param, Print, Probe, Subckt
 from .diagnostics import Diagnostic
-from .expr import Call, Name, Num
-from .source import Line, SourceFile
-from .syntax import LineError, code_end, first_word
+from .expr import Binary, Call, Name, Num
+from .source import Leaf, Line, SourceFile
+from .syntax import LineError, code_end, first_word, parse_line
+from .units import spice_number
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from collections.abc import Iterator
     from typing import Any
 
 # analyses kept as text: later stages say that they do not run yet
@@ -35,6 +37,20 @@ _ANALYSES = frozenset(
         "optran",
     ]
 )
+_LARGEST_STEP = ("maxstep", "tmax", "dtmax")
+PRINT_KINDS = frozenset(("tran", "op", "ac", "dc", "noise", "tf", "disto", "sens", "pz"))
+# functions of phasors
+_PARTS = {
+    "mag": "size", "m": "size", "db": "decibel", "re": "real", "real": "real", "r": "real", "im": "zero", "imag": "zero",
+    "i": "zero", "ph": "zero", "cph": "zero", "p": "zero",
+}  # fmt: skip
+# text cards of other programs that say what the circuit is
+_OF_THE_CIRCUIT = {
+    "connect": "give both nodes one name",
+    "alter": "write a deck for each case, or .param and -D name=value",
+    "hdl": "Verilog-A models cannot be loaded; take a .model",
+    "loadbias": "set the voltages with .nodeset",
+}
 _KEPT = frozenset(("plot", "graph"))  # everything else among the text cards is dropped in silence
 
 
@@ -59,8 +75,18 @@ class DotCards(Cards):
 
     def analysis(self, kind: str, ch: list[Any], line: Line) -> Analysis:
         """Numbers in order; the words uic and static are flags."""
-        args, flags = [], set()
+        args: list[Any] = []
+        flags: set[str] = set()
+        largest: Any = None
         for item in ch:
+            if (
+                item.__class__ is tuple
+                and item[0] == "param"
+                and kind == "tran"
+                and item[1][0].lower() in _LARGEST_STEP
+            ):
+                largest = self.number(item[1][1], line, "the largest step")
+                continue
             value = self.value(item, line) if item.__class__ is not tuple or item[0] == "braced" else None
             if value in ("uic", "static"):
                 flags.add(value)
@@ -75,17 +101,14 @@ class DotCards(Cards):
             else:
                 args.append(value)
         if kind == "tran" and not 2 <= len(args) <= 4:
-            raise LineError(
-                Diagnostic(
-                    "error",
-                    "E118",
-                    ".tran needs a step and a stop time"
-                    if len(args) < 2
-                    else ".tran takes at most four times",
-                    line.whole,
-                    "form: .tran tstep tstop [tstart [tmax]] [uic]",
-                )
-            )
+            said = ".tran needs a step and a stop time" if len(args) < 2 else ".tran takes at most four times"
+            hint = "form: .tran tstep tstop [tstart [tmax]] [uic]"
+            if len(args) == 1 and isinstance(args[0], float):
+                # LTspice's form, which leaves the grid to the viewer
+                hint = f"LTspice's form has the stop time alone; here write .tran {_short(args[0] / 1000)} {_short(args[0])}"
+            raise LineError(Diagnostic("error", "E118", said, line.whole, hint))
+        if largest is not None:
+            args = [*args[:3], *([0.0] * (3 - len(args))), largest]
         return Analysis(kind, args, flags, line.whole)
 
     def on_text(self, ch: list[Any], line: Line) -> Any:
@@ -93,6 +116,9 @@ class DotCards(Cards):
         rest = line.text[ch[1].start_pos : code_end(line.text)[0]] if len(ch) > 1 else ""
         if kind == "title":
             self.deck.title = rest
+        elif kind in _OF_THE_CIRCUIT:
+            hint = _OF_THE_CIRCUIT[kind]
+            raise LineError(Diagnostic("error", "E113", f".{kind} is not supported", line.span(ch[0]), hint))
         elif kind in _ANALYSES:
             return Analysis("meas" if kind == "measure" else kind, rest.split(), set(), line.whole)
         elif kind in _KEPT:
@@ -110,11 +136,13 @@ class DotCards(Cards):
         kind = "tran"
         if ch and ch[0].__class__ is tuple and ch[0][0] == "print_kind":
             kind, ch = str(ch[0][1][0].lower()), ch[1:]
-        return Print(kind, [(p.text, p.ast) for p in self.probes(ch, line)], line.whole)
+        return Print(kind, [(p.text, self.of_reals(p.ast, kind)) for p in self.probes(ch, line)], line.whole)
 
     def probes(self, ch: list[Any], line: Line) -> list[Probe]:
         out = []
         for item in ch:
+            if item.__class__ is tuple and item[0] == "format":
+                continue
             span = line.span_at(*extent(item))
             ast = expression(item, line)
             if isinstance(ast, Num):
@@ -126,6 +154,45 @@ class DotCards(Cards):
                 ast, text = ast.args[0], text[text.index("(") + 1 : -1].strip()
             out.append(Probe(text, ast, span))
         return out
+
+    def piece_by_piece(self, line: Line, word: str) -> Any:
+        """A card that asks for signals, of which some cannot be read: those get a warning and are left out."""
+        pieces = list(_pieces(line.text[: code_end(line.text)[0]], len(word)))
+        kind = "tran"
+        if word == ".print" and pieces and line.text[slice(*pieces[0])].lower() in PRINT_KINDS:
+            kind = line.text[slice(*pieces.pop(0))].lower()
+        found = []
+        for start, end in pieces:
+            span = line.span_at(start, end)
+            piece = Line(line.file, span.line, span.col, line.start + start, line.start + end)
+            try:
+                found += self.probes([parse_line(piece, "expression")], piece)
+            except LineError:
+                said = f"`{span.text}` is nothing that {word} can show, and is left out"
+                self.sink.warning(
+                    "W287", said, span, "signals stand with blanks between them: v(a) i(v1) {v(a)*2}"
+                )
+        if word != ".print":
+            return Dot(word[1:], found, line.whole)
+        return Print(kind, [(p.text, self.of_reals(p.ast, kind)) for p in found], line.whole)
+
+    def of_reals(self, ast: Any, kind: str) -> Any:
+        """mag(x) ph(x) vr(a) vdb(a) ..: what is asked of phasors, of the real numbers that all but .ac give."""
+        if kind == "ac" or not isinstance(ast, Call) or len(ast.args) != 1:
+            return ast
+        fn, (x,) = ast.fn, ast.args
+        if fn in ("vm", "vr", "vi", "vp", "vdb") or (
+            fn in ("im", "ir", "ii", "ip", "idb") and isinstance(x, Name)
+        ):
+            fn, x = fn[1:], Call(fn[0], [x], ast.at)
+        part = _PARTS.get(fn)
+        if part is None:
+            return ast
+        if part == "size":
+            return Call("abs", [x], ast.at)
+        if part == "decibel":
+            return Call("db", [x], ast.at)
+        return x if part == "real" else Binary("*", Num(0.0, ast.at), x, ast.at)
 
     def on_save(self, ch: list[Any], line: Line) -> Dot:
         return Dot("save", self.probes(ch, line), line.whole)
@@ -170,12 +237,18 @@ class DotCards(Cards):
     def on_model(self, ch: list[Any], line: Line) -> Model:
         params: dict[str, Any] = {}
         spans = {}
+        kind = str(ch[1].lower())
         for item in ch[2:]:
             if item.__class__ is tuple and item[0] == "model_param":
                 key, value = item[1]
                 name = str(key.lower())
                 if value.__class__ is not tuple and value.type == "BRACKETED":
                     params[name] = str(value)
+                elif value.__class__ is not tuple and value.type == "NAME_IN_QUOTES":
+                    params[name] = self.word(_inside(value), line)  # a number or the name of a file
+                elif kind == "dcmotor" and value.__class__ is not tuple:
+                    number = spice_number(value)  # its unit is judged by the MOTOR, as on the card
+                    params[name] = str(value.lower()) if number is None else number
                 else:
                     params[name] = self.value(value, line)
                 spans[name] = line.span_at(*extent(item))
@@ -184,13 +257,16 @@ class DotCards(Cards):
             else:
                 params[str(item.lower())] = 1.0
                 spans[str(item.lower())] = line.span(item)
-        return Model(str(ch[0].lower()), str(ch[1].lower()), params, line.span(ch[0]), spans)
+        return Model(str(ch[0].lower()), kind, params, line.span(ch[0]), spans)
 
     def on_options(self, ch: list[Any], line: Line) -> Dot:
         items: list[tuple[str, Any, Any]] = []
         for item in ch:
             if item.__class__ is tuple:
                 items.append((item[1][0].lower(), self.value(item[1][1], line), line.span_at(*extent(item))))
+            elif items and items[-1][1] is True and spice_number(item) is not None:
+                # .options reltol 1e-5: the value without its `=`
+                items[-1] = (items[-1][0], self.value(item, line), items[-1][2])
             else:
                 items.append((item.lower(), True, line.span(item)))
         return Dot("options", items, line.whole)
@@ -251,8 +327,10 @@ class DotCards(Cards):
         for item in ch[1:]:
             if item.__class__ is tuple:
                 params[str(item[1][0].lower())] = expression(item[1][1], line)
+            elif item.lower() == "?":  # a terminal that nobody uses
+                ports.append(f"?{len(ports)}")
             elif item.lower() not in ("params:", "param:"):
-                ports.append(str(item.lower()))
+                ports.append(node_name(item))
         subckt = Subckt(str(ch[0].lower()), ports, params, line.span(ch[0]), self.file)
         self.body.append(subckt)
         self.push("subckt", subckt.body, line)
@@ -298,6 +376,37 @@ class DotCards(Cards):
             message = f"`{first_word(line.text)}` closes nothing" + (f"; .{opener} is open" if opener else "")
             raise LineError(Diagnostic("error", "E106", message, line.whole))
         self.body = self.stack.pop()[1]
+
+
+def _short(time: float) -> str:
+    """A time as people write it: 5u."""
+    for scale, letter in ((1.0, ""), (1e-3, "m"), (1e-6, "u"), (1e-9, "n")):
+        if time >= scale * (1.0 - 1e-9):
+            return f"{time / scale:.6g}{letter}"
+    return f"{time / 1e-12:.6g}p"
+
+
+def _inside(leaf: Leaf) -> Leaf:
+    """A quoted leaf without its quotes, at its place."""
+    inner = Leaf(leaf[1:-1])
+    inner.type, inner.start_pos, inner.end_pos = "WORD", leaf.start_pos + 1, leaf.end_pos - 1
+    return inner
+
+
+def _pieces(text: str, start: int) -> Iterator[tuple[int, int]]:
+    """Start and end of what stands between blanks and commas, brackets taken whole, from `start` on."""
+    begin, depth = -1, 0
+    for at in range(start, len(text) + 1):
+        c = text[at] if at < len(text) else " "
+        depth = max(0, depth + (c in "({[") - (c in ")}]"))
+        if depth == 0 and (c.isspace() or c == "," or (c == "+" and text[:at].rstrip(" \t").endswith("\n"))):
+            if begin >= 0:
+                yield begin, at
+            begin = -1
+        elif begin < 0:
+            begin = at
+    if begin >= 0:
+        yield begin, len(text)
 
 
 def _unquoted(leaf: Any) -> str:

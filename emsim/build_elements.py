@@ -61,7 +61,7 @@ class Cards:
             raise self.fail("E110", "the number is too large", line, leaf)
         leftover = spice_leftover(leaf)
         if leftover:
-            if any(c in leftover for c in "*/+-^()"):
+            if any(c in leftover.rstrip("+-") for c in "*/+-^()"):
                 raise self.fail(
                     "E110",
                     f"`{leaf}` is not a number",

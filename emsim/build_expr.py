@@ -115,7 +115,10 @@ def _chain(tree: Any, line: Line, machine: bool, depth: int) -> Node:
         )
     for op, b, end in links:
         at = (line, start, end)
-        out = Call("mod", [out, b], at) if op == "%" else Binary(op, out, b, at)
+        if op == "\\":
+            out = Call("int", [Binary("/", out, b, at)], at)
+        else:
+            out = Call("mod", [out, b], at) if op == "%" else Binary(op, out, b, at)
     return out
 
 
@@ -166,7 +169,7 @@ def ignored_letters(leaf: Any, value: float, leftover: str, line: Line) -> Diagn
         "\u00ce\u00bc",
     ):  # a micro sign in UTF-8 that was taken for Latin-1 and encoded again
         hint = f"this is a micro sign that was encoded twice: write `{leaf[: -len(leftover)]}u`"
-    elif scale_of(leftover)[1]:
+    elif scale_of(leftover)[1] and leftover.isalpha():
         hint = f"the scale is `{scale_of(leftover)[1]}` here, as in 1.5k; behind it only units stand: ohm F H V A s Hz"
     return Diagnostic(
         "warning", "W110", f"`{leaf}` is read as {value:g}: SPICE ignores `{leftover[len(scale_of(leftover)[1]):]}`",
@@ -197,7 +200,10 @@ def machine_float(leaf: Any, line: Line) -> float:
 
 
 def node_name(leaf: Any) -> str:
+    """A node as the deck knows it: in lower case, without the quotes that KiCad writes about some."""
     name: str = leaf.lower()
+    if name[0] in "\"'":
+        name = name[1:-1]
     return "0" if name == "gnd" else name
 
 

@@ -244,11 +244,15 @@ def _signed_power(x: float, y: float) -> float:
 
 def _table(x: float, *points: float) -> float:
     """Piecewise linear through (x, y) pairs, constant beyond the ends."""
+    xs = points[0::2]
+    return _pwl(min(max(x, xs[0]), xs[-1]), *points)
+
+
+def _pwl(x: float, *points: float) -> float:
+    """Piecewise linear through (x, y) pairs; beyond the ends the last segments go on, as in ngspice."""
     xs, ys = points[0::2], points[1::2]
-    if x <= xs[0]:
-        return ys[0]
     for x0, y0, x1, y1 in zip(xs, ys, xs[1:], ys[1:], strict=False):
-        if x <= x1:
+        if x <= x1 or x1 == xs[-1]:
             return y1 if x1 == x0 else y0 + (y1 - y0) * (x - x0) / (x1 - x0)
     return ys[-1]
 
@@ -301,7 +305,7 @@ _MATH: dict[str, tuple[int, int, Callable[..., float]]] = {
     "ge0": (1, 1, lambda x: float(x >= 0)),
     "le0": (1, 1, lambda x: float(x <= 0)),
     "table": (3, 9999, _table),
-    "pwl": (3, 9999, _table),
+    "pwl": (3, 9999, _pwl),
     "limit": (3, 3, lambda x, a, b: min(max(x, min(a, b)), max(a, b))),
     "deg": (1, 1, math.degrees),
     "rpm": (1, 1, lambda x: x * 30.0 / math.pi),
@@ -573,7 +577,9 @@ def _fold_argument(node: Node, scope: Scope, bound: dict[str, Node], calls: _Cal
 def _fold_place(node: Node, scope: Scope, bound: dict[str, Node], calls: _Calls) -> Node:
     """An argument of a probe: a name stays a name, the numbers of a point are folded."""
     if isinstance(node, Name):
-        return bound.get(node.id, node)
+        # in .func f(p) {v(p)+p} the node p stays one where p is a value, as in ngspice
+        value = bound.get(node.id, node)
+        return value if isinstance(value, (Name, Call)) else node
     if isinstance(node, Call):
         return Call(node.fn, [_fold(a, scope, bound, calls) for a in node.args], node.at)
     return _fold(node, scope, bound, calls)

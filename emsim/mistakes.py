@@ -70,6 +70,7 @@ _NAMES = {
     "$END": "the end of the line",
     "PATH": "a file name",
     "QUOTED": "a file name",
+    "NAME_IN_QUOTES": "a name or value",
 }
 _OPERATORS = [
     "OR",
@@ -106,7 +107,7 @@ FORMS = {
     "body": "BODY name m= [j=] [com=(x,y)] [shape=rod(l)|box(w,h)|disc(r)]",
     "point": "POINT body.name x y [z]",
     "joint": "JOINT name A B kind [axis=(x,y)] [zero=] [ic=] [damp=]",
-    "motor": "MOTOR name n+ n- joint kt= [ke=] [r=] [l=] [j=] [b=] [gear=]",
+    "motor": "MOTOR name n+ n- joint kt= (or ke=, kv=) [r=] [l=] [j=] [b=] [gear=]",
     "pot": "POT name top wiper bottom joint r= range=(a,b)",
     "spring": "SPRING name joint k= [q0=], or SPRING name P Q k= [l0=]",
     "damper": "DAMPER name joint c=, or DAMPER name P Q c=",
@@ -126,7 +127,7 @@ MARKS = {
     "body": "m=, shape= or fixed=",
     "point": "a name with a dot",
     "joint": "its kind (pin, slide, weld, ...) as the fourth word",
-    "motor": "kt= or model=",
+    "motor": "kt=, ke=, kv= or model=",
     "pot": "range=",
     "spring": "k=",
     "damper": "c=",
@@ -213,7 +214,7 @@ def _wanted(accepts: set[str]) -> str:
         return "an expression"
     if "WORD" in accepts:
         # a comma is a blank there: nobody misses it
-        accepts = accepts - {"LBRACE", "QUOTE", "DBLQUOTE", "_COMMA"}
+        accepts = accepts - {"LBRACE", "QUOTE", "DBLQUOTE", "_COMMA", "NAME_IN_QUOTES"}
     if not accepts or len(accepts) > 20:
         return ""
     operators = accepts & set(_OPERATORS)

@@ -181,7 +181,7 @@ def decode(data: bytes) -> str | None:
             return None
     else:
         if b"\0" in data:
-            return None
+            return _unmarked(data)
         try:
             # not by the codec utf-8-sig, a module of its own
             text = data.removeprefix(b"\xef\xbb\xbf").decode()
@@ -192,7 +192,21 @@ def decode(data: bytes) -> str | None:
                 return None
     if "\r" in text:
         text = text.replace("\r\n", "\n").replace("\r", "\n")
+    if "\x1a" in text[-8:]:
+        text = text.rstrip("\x1a \t\n") + "\n"  # the end of a file, as DOS wrote it
     return text
+
+
+def _unmarked(data: bytes) -> str | None:
+    """UTF-16 without its mark: every second byte of nearly all ASCII is 0. None for binary."""
+    for codec, zeros in (("utf-16-le", data[1::2]), ("utf-16-be", data[0::2])):
+        if len(data) % 2 == 0 and zeros.count(0) * 10 > len(zeros) * 9:
+            try:
+                text = data.decode(codec)
+            except UnicodeDecodeError:
+                return None
+            return None if "\0" in text else text.replace("\r\n", "\n").replace("\r", "\n")
+    return None
 
 
 MOST_BYTES = 1 << 28  # of a file

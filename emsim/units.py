@@ -67,8 +67,8 @@ _DIGITS = "0123456789"
 
 
 def split_number(text: str) -> tuple[str, str] | None:
-    """(mantissa with exponent, the rest) of a word that begins as a number; None when it does not. An exponent has an e, or a d as
-    in Fortran."""
+    """(mantissa with exponent, the rest) of a word that begins as a number; None when it does not. Before an exponent
+    stands an e, or a d as in Fortran."""
     i, n = 0, len(text)
     if i < n and text[i] in "+-":
         i += 1
@@ -154,6 +154,13 @@ def machine_number(text: str) -> float | None:
     if low in UNITS:
         return float(mantissa) * UNITS[low]
     return None
+
+
+def known_unit(text: str) -> float | None:
+    """A number with a unit that people write and machine cards do not take, 0.3mH, in SI."""
+    parts = split_number(text)
+    known = _KNOWN_UNITS.get(parts[1].lower()) if parts else None
+    return None if known is None or parts is None else float(parts[0]) * known[1]
 
 
 def machine_number_problem(text: str) -> tuple[str, str]:

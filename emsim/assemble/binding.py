@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from ..cards import CARDS, quantities
+from ..cards.base import LEAVE_OUT
 from ..diagnostics import suggest
 from .scene import JointState
 from .tree import GROUND
@@ -63,11 +64,6 @@ class Binding:
                 )
             elif not card.ok:
                 continue
-            elif not card.supported:
-                self.couplings[card.name] = card
-                self.sink.warning(
-                    "W230", f"{raw.kind} {card.name} is not supported yet and has no effect", card.span
-                )
             elif raw.kind == "BODY":
                 self.bodies[card.name] = card
             elif raw.kind == "POINT":
@@ -92,6 +88,9 @@ class Binding:
         for card in taken.values():
             if not quantities.check(card, self._motions(card), self.sink):
                 self.broken = True
+            elif card.ok and not card.supported:
+                said = f"{card.spec.word} {card.name} ({card.spec.meaning}) is not supported yet"
+                self._fail("E254", said, card.span, LEAVE_OUT)
 
     def _motions(self, card: Card) -> list[str]:
         """What the joint that a card is, or sits on, does in each coordinate: turn or slide."""

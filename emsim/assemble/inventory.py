@@ -43,9 +43,7 @@ def report(m: Mechanism) -> dict[str, Any]:
         "free_bodies": [
             {"name": n, "coordinates": [_coordinate_facts(m, c) for c in cs]} for n, cs in m.roots.items()
         ],
-        "couplings": [
-            {"name": n, "card": c.spec.word, "supported": c.supported} for n, c in m.couplings.items()
-        ],
+        "couplings": [{"name": n, "card": c.spec.word} for n, c in m.couplings.items()],
         "unknowns": len(m.places)
         + len(m.motions)
         + len(m.norms)

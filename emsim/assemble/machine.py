@@ -236,8 +236,6 @@ class Machine(Mechanism):
         for body in self.bodies.values():
             self._check_inertia(body)
         for card in self.couplings.values():
-            if not card.supported:
-                continue
             target: Any = card
             for label, kind, ref in card.terminals:
                 if kind == "node":

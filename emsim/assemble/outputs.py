@@ -8,6 +8,7 @@ What `.print` asks for is always there.
 
 from __future__ import annotations
 
+from ..diagnostics import suggest
 from ..expr import Binary, Call, Cond, Name, Node, Num, Unary
 from .circuit import all_currents, lists_word, probes_currents
 
@@ -53,6 +54,8 @@ def select(ctx: Context) -> tuple[dict[str, list[Output]], list[tuple[str, list[
     for probe in asked:
         if isinstance(probe.ast, Name) and probe.ast.id in ("all", "allv", "alli", "none"):
             continue
+        if _left_out(ctx, probe.ast, probe.span):
+            continue
         found = _saved(ctx, probe.text, probe.ast, probe.span)
         if found is None:
             ignored.append(probe.text)
@@ -85,6 +88,8 @@ def select(ctx: Context) -> tuple[dict[str, list[Output]], list[tuple[str, list[
             if isinstance(ast, Name) and ast.id == "all":
                 names += list(saved)
                 continue
+            if _left_out(ctx, ast, ast.span or card.span):
+                continue
             column = _column(ctx, text, ast, card.span)
             outputs[card.kind].setdefault(column.name, column)
             names.append(column.name)
@@ -92,6 +97,22 @@ def select(ctx: Context) -> tuple[dict[str, list[Output]], list[tuple[str, list[
     if "tran" in outputs:
         outputs["tran"].pop("time", None)  # it has that column, the first
     return {kind: list(columns.values()) for kind, columns in outputs.items()}, prints
+
+
+def _left_out(ctx: Context, ast: Node, span: Span) -> bool:
+    """Whether a signal is of a node that the deck does not have: told, and left out, as in ngspice."""
+    if isinstance(ast, Name) and not _is_quantity(ast.id) and not ast.id.endswith("#branch"):
+        ast = Call("v", [ast], ast.at)
+    if not isinstance(ast, Call) or ast.fn != "v":
+        return False
+    for arg in ast.args:
+        if isinstance(arg, Name) and arg.id not in ctx.nodes and arg.id not in ("0", "gnd"):
+            near = suggest(arg.id, ctx.nodes)
+            ctx.sink.warning(
+                "W287", f"no node is called `{arg.id}`: {ast!r} is left out", arg.span or span, near and f"did you mean `{near}`?"
+            )  # fmt: skip
+            return True
+    return False
 
 
 def everything(ctx: Context) -> list[Output]:

@@ -245,8 +245,6 @@ def _coupling(m: Mechanism, fn: str, name: str, span: Span | None) -> Expr | Non
             heat = joint.card.losses(m)
             return m.b.const(0.0) if heat is None else m.public(-heat)
         return _unknown(m, fn, name, span)
-    if not card.supported:
-        return m.b.const(0.0)
     if name in m.busy:
         return _error(
             m, "E255", f"{fn}({name}) is part of what decides it", span, "break the circle of expressions"

@@ -150,6 +150,8 @@ class Own:
         self.coordinate = coordinate
 
 
+LEAVE_OUT = "leave it out, if the deck means the same without it"
+
 # words of force(c) torque(c) i(c) v(c) p(c) gap(c) power(c) that `probes` may answer, with their units
 PROBES = {"force": "N", "torque": "N m", "i": "A", "v": "V", "p": "W", "gap": "m", "power": "W"}
 
@@ -209,11 +211,12 @@ class Spec:
     """A card's specification: the reference page, validation and help are made from it.
 
     `terminals` lists the forms, such as "joint:joint | p:point q:point": attribute name and kind
-    (node, joint, body, point, kind) of each word after the card's name. `laws` tell readers what the card brings, as
+    (node, joint, body, point, kind) of each word after the card's name. `missing` names parameters that are not there yet and
+    what they would be: a deck that gives one is refused. `laws` tell readers what the card brings, as
     formulas in its parameters: energies T V W and heat P, `i` its electrical side, `q` a constraint.
     """
 
-    __slots__ = ("form", "forms", "laws", "mark", "meaning", "params", "word")
+    __slots__ = ("form", "forms", "laws", "mark", "meaning", "missing", "params", "word")
 
     def __init__(
         self,
@@ -223,6 +226,7 @@ class Spec:
         mark: tuple[str, ...],
         meaning: str,
         laws: dict[str, str] | None = None,
+        missing: dict[str, str] | None = None,
         **params: Param,
     ) -> None:
         self.word = word
@@ -234,6 +238,7 @@ class Spec:
         self.mark = mark
         self.meaning = meaning
         self.laws = laws or {}
+        self.missing = missing or {}
         self.params = params
 
 
@@ -241,7 +246,7 @@ class Card:
     """One card of the deck, bound to its specification: parameters are attributes, terminals are resolved."""
 
     spec: Spec
-    supported = True  # False: parsed and named, but without effect yet
+    supported = True  # False: parsed and named, and a deck with one is refused
 
     def __init__(self, raw: MachineCard, sink: Sink) -> None:
         self.raw = raw
@@ -331,6 +336,10 @@ def bind(card: Card, raw: MachineCard, sink: Sink) -> bool:
     wave_taken = raw.wave is None
     for key, value in raw.params.items():
         param = spec.params.get(key)
+        if param is None and key in spec.missing:
+            said = f"{key}= of {spec.word} {raw.name} ({spec.missing[key]}) is not supported yet"
+            sink.error("E254", said, raw.param_spans.get(key, raw.span), LEAVE_OUT)
+            continue
         if param is None:
             close = suggest(key, spec.params)
             hint = f"did you mean {close}=?" if close else f"the form is: {spec.form}"
@@ -433,15 +442,21 @@ def _convert(card: Card, raw: MachineCard, key: str, param: Param, value: Any, s
         )
         return param.default
     number = float(value)
+    return number if limit(param, key, number, f"{raw.kind} {raw.name}", where, sink) else param.default
+
+
+def limit(param: Param, key: str, number: float, of: str, where: Span, sink: Sink) -> bool:
+    """Says where a number is out of its parameter's range; False where it is none at all."""
+    what = f"{key}= of {of}"
     if number != number or number in (float("inf"), float("-inf")):
         sink.error("E232", f"{what} is not a finite number", where)
-        return param.default
+        return False
     meaning = param.meaning.partition(";")[0]  # what it is, without what follows when it is left out
     if param.least is not None and number < param.least:
         sink.error("E238", f"{what} is {number:g}; {meaning} cannot be below {param.least:g}", where)
     elif param.above is not None and number <= param.above:
         sink.error("E238", f"{what} is {number:g}; {meaning} must be greater than {param.above:g}", where)
-    return number
+    return True
 
 
 def _with_pi(value: Any) -> Any:

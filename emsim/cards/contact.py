@@ -1,4 +1,4 @@
-"""CONTACT: a point or round shape against a line or round shape. Read and named, without effect yet."""
+"""CONTACT: a point or round shape against a line or round shape. Named, and refused: it has no equations yet."""
 
 from __future__ import annotations
 

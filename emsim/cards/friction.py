@@ -1,4 +1,4 @@
-"""FRICTION: Coulomb friction with stiction on a joint. Read and named, without effect yet."""
+"""FRICTION: Coulomb friction with stiction on a joint. Named, and refused: it has no equations yet."""
 
 from __future__ import annotations
 

@@ -19,20 +19,17 @@ if TYPE_CHECKING:
 class Gear(Card):
     spec = Spec(
         "GEAR",
-        "GEAR name j1 j2 ratio= (or lead=) [backlash= k=]",
+        "GEAR name j1 j2 ratio= (or lead=)",
         terminals="first:joint second:joint",
         mark=("ratio", "lead"),
+        missing={"backlash": "free play", "k": "stiffness of the teeth"},
         meaning="a gear, belt or screw between the coordinates of two joints",
         laws={"q": "q1 = ratio q2, of angle and travel q = lead/(2 pi) angle"},
         ratio=Default(None, "", "q(j1) / q(j2)"),
         lead=Default(None, "m", "travel of the slide for one turn of the pin"),
-        backlash=Default(None, "rad or m", "free play", least=0.0),
-        k=Default(None, "N m/rad", "stiffness of the teeth", least=0.0),
     )
     ratio: float | None
     lead: float | None
-    backlash: float | None
-    k: float | None
     first: JointView
     second: JointView
 
@@ -43,14 +40,6 @@ class Gear(Card):
             if getattr(self, key) == 0.0:
                 sink.error(
                     "E238", f"{key}= of GEAR {self.name} cannot be 0", self.place(key), "DRIVE holds a joint"
-                )
-        for key in ("backlash", "k"):
-            if self.given(key):
-                sink.error(
-                    "E254",
-                    f"{key}= of GEAR {self.name} is not supported yet",
-                    self.place(key),
-                    "leave it out",
                 )
         names = [ref.name for _, _, ref in self.terminals]
         if len(set(names)) == 1:

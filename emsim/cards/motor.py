@@ -9,12 +9,19 @@ watts appear from nowhere, and `imbalance` says how many.
 
 from __future__ import annotations
 
+from math import pi
+
 from ..diagnostics import suggest
-from .base import Card, Default, Spec, is_number
+from ..units import known_unit, machine_number, machine_number_problem, spice_number
+from . import quantities
+from .base import LEAVE_OUT, Card, Default, Spec, is_number, limit
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from .._engine import Expr
+    from ..diagnostics import Span
     from .base import JointView, Net, Pen, Powers, Probes, Scalar, Scene
 
 MODEL_TYPES = ("dcmotor",)
@@ -23,9 +30,10 @@ MODEL_TYPES = ("dcmotor",)
 class Motor(Card):
     spec = Spec(
         "MOTOR",
-        "MOTOR name n+ n- joint kt= [ke=] [r=] [l=] [j=] [b=] [tc=] [gear=] [radius=] or model=name",
+        "MOTOR name n+ n- joint kt= (or ke=, kv=) [r=] [l=] [j=] [b=] [gear=] [radius=] or model=name",
         terminals="plus:node minus:node joint:joint",
-        mark=("kt", "model"),
+        mark=("kt", "ke", "kv", "model"),
+        missing={"tc": "Coulomb friction"},
         meaning="a direct-current motor, or a voice coil on a slide",
         laws={
             "T": "j w^2/2, w = gear u",
@@ -38,6 +46,7 @@ class Motor(Card):
         ke=Default(None, "V s/rad (V s/m)", "back-EMF per speed; equals kt unless given"),
         r=Default(0.0, "Ohm", "resistance of the winding", least=0.0),
         l=Default(0.0, "H", "inductance of the winding", least=0.0),
+        kv=Default(None, "rpm/V", "turns per volt, in place of kt: kt = 60/(2 pi kv)", above=0.0),
         j=Default(
             0.0,
             "kg m^2 (kg)",
@@ -45,18 +54,17 @@ class Motor(Card):
             least=0.0,
         ),
         b=Default(0.0, "N m s/rad (N s/m)", "viscous friction, on the motor's side", least=0.0),
-        tc=Default(0.0, "N m", "Coulomb friction, on the motor's side", least=0.0),
         gear=Default(1.0, "", "motor turns per joint turn"),
         radius=Default(None, "m", "radius of the pulley or pinion on a slide", above=0.0),
         model=Default(None, "", "name of a .model of type dcmotor that gives any of these", "word"),
     )
     kt: float | None
     ke: float | None
+    kv: float | None
     r: float
     l: float  # noqa: E741
     j: float
     b: float
-    tc: float
     gear: float
     radius: float | None
     model: str | None
@@ -73,6 +81,8 @@ class Motor(Card):
                 f"gear= of MOTOR {self.name} cannot be 0: the motor would turn nothing",
                 self.place("gear"),
             )
+        if self.kv is not None:
+            self._from_kv(s)
         if self.kt is None and self.ke is None:
             s.sink.error(
                 "E230", f"MOTOR {self.name} needs kt= (torque per ampere)", self.span, self.spec.form
@@ -86,13 +96,18 @@ class Motor(Card):
                 f"radius= of MOTOR {self.name} is for a slide; {self.joint.name} is a pin",
                 self.place("radius"),
             )
-        if self.tc > 0.0:
-            s.sink.warning(
-                "W231",
-                f"tc= (Coulomb friction) of MOTOR {self.name} is not supported yet and is left out",
-                self.place("tc"),
-            )
         self.row = s.branch(self.name)
+
+    def _from_kv(self, s: Scene) -> None:
+        """Volts per rad/s from turns per minute and volt."""
+        assert self.kv is not None
+        if self.kt is not None or self.ke is not None:
+            said, where = "kv= beside kt= or ke=: each says it all", self.place("kv")
+            s.sink.error("E231", f"MOTOR {self.name} does not take {said}", where, "leave one of them out")
+        elif not self.joint.rotary and self.radius is None:
+            said = f"kv= of MOTOR {self.name} is of a shaft that turns; {self.joint.name} slides"
+            s.sink.error("E240", said, self.place("kv"), "give radius=, or kt= in N/A")
+        self.kt = 60.0 / (2.0 * pi * self.kv)
 
     def _from_model(self, s: Scene) -> bool:
         """Take what the card leaves out from its .model; False when there is none."""
@@ -110,7 +125,11 @@ class Motor(Card):
             )
             return False
         for key, value in model.params.items():
-            if key not in self.spec.params or key == "model":
+            where = model.param_spans.get(key, model.span)
+            if key in self.spec.missing:
+                said = f"{key}= of .model {model.name} ({self.spec.missing[key]}) is not supported yet"
+                s.sink.error("E254", said, where, LEAVE_OUT)
+            elif key not in self.spec.params or key == "model":
                 near = suggest(key, self.spec.params)
                 s.sink.error(
                     "E231",
@@ -121,8 +140,29 @@ class Motor(Card):
             elif not is_number(value):
                 s.sink.error("E232", f"{key}= of .model {model.name} is not a number", model.span)
             elif not self.given(key):
-                setattr(self, key, float(value))
+                number = self._checked(s, key, float(value), model.param_spans.get(key))
+                setattr(self, key, number)
+                limit(self.spec.params[key], key, number, f".model {model.name}", where, s.sink)
         return True
+
+    def _checked(self, s: Scene, key: str, value: float, at: Span | None) -> float:
+        """A number of the .model by the rule of machine cards: `value` is SPICE's reading, which ignores units and takes 5kg for
+        5 kilo. A unit that both readings understand, 0.3mH, is fine."""
+        text = "" if at is None else at.text.partition("=")[2].strip()
+        if at is None or spice_number(text) is None:
+            return value  # a calculation
+        number = machine_number(text)
+        if number is None:
+            meant = known_unit(text)
+            if meant is None or abs(meant - value) > 1e-12 * abs(value):
+                said, hint = machine_number_problem(text)
+                s.sink.error("E111", said, at, hint)
+            return value
+        quantities.number_fits(self, key, text, self._motions(), at, s.sink)
+        return number
+
+    def _motions(self) -> Sequence[str]:
+        return ("turn",) if self.joint.rotary else ("slide",)
 
     def _speed(self) -> Expr:
         """Speed of the rotor [rad/s]; of the coil [m/s] on a slide without radius."""

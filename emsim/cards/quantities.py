@@ -10,12 +10,13 @@ from __future__ import annotations
 from math import pi
 
 from ..deck import Waveform
+from ..units import split_number
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from ..diagnostics import Sink
+    from ..diagnostics import Sink, Span
     from .base import Card
 
 # what may be written after a number -> units of parameters it fits; mm for a speed is mm/s, as deg is deg/s
@@ -64,6 +65,22 @@ def check(card: Card, motions: Sequence[str], sink: Sink) -> bool:
         good = False
     _degrees(card, motions, sink)
     return good
+
+
+def number_fits(card: Card, key: str, text: str, motions: Sequence[str], at: Span, sink: Sink) -> None:
+    """E256 where the unit behind one number of a .model does not fit the card's parameter."""
+    split = split_number(text)
+    unit = split[1].lower() if split else ""
+    if unit not in FITS:
+        return
+    wanted = [u.partition(" (")[0] for u in _alternatives(card.spec.params[key].unit)]
+    if unit == "kg" and motions == ("slide",) and "(kg)" in card.spec.params[key].unit:
+        return
+    if not any(u in FITS[unit] for u in wanted):
+        is_in = f"is in {' or '.join(wanted)}" if wanted else "has no unit"
+        sink.error(
+            "E256", f"{key}= of a .model for {card.spec.word} {card.name} {is_in}; {unit} does not fit", at
+        )
 
 
 def _degrees(card: Card, motions: Sequence[str], sink: Sink) -> None:

@@ -1,4 +1,4 @@
-"""STOP: ends of a joint's travel, elastic or with restitution. Read and named, without effect yet."""
+"""STOP: ends of a joint's travel, elastic or with restitution. Named, and refused: it has no equations yet."""
 
 from __future__ import annotations
 

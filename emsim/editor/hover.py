@@ -107,7 +107,7 @@ def card_text(word: str) -> str:
         for key, param in spec.params.items()
     )
     head = "| parameter | unit | default | meaning |\n|---|---|---|---|\n"
-    supported = "" if CARDS[word.upper()].supported else "\n\nRead, but without effect yet."
+    supported = "" if CARDS[word.upper()].supported else "\n\nNot supported yet: a deck with one is refused."
     return f"**{spec.word}** — {spec.meaning}{supported}\n\n    {spec.form}\n\n" + (
         head + rows if rows else ""
     )

@@ -35,6 +35,8 @@ class Files:
         including = card.span.file
         base = os.path.dirname(including.path) if including.path else "."
         path = os.path.normpath(os.path.join(base, os.path.expanduser(card.path.replace("\0", ""))))
+        if "\\" in path and not os.path.exists(path):
+            path = os.path.normpath(path.replace("\\", os.sep))  # a path as Windows writes it
         if path not in self.named:
             self.named.append(path)
         key = os.path.realpath(path)

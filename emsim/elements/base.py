@@ -203,7 +203,7 @@ class Element:
             # the first word that names a model ends the nodes: known when the models are, see `divide`
             rest = cards.params(ch[1:], line, self)
             self.extra["words"] = [
-                cards.value(i, line) if i.__class__ is tuple else str(i.lower()) for i in rest
+                cards.value(i, line) if i.__class__ is tuple else node_name(i) for i in rest
             ]
             self.extra["word_spans"] = [line.span_at(*extent(i)) for i in rest]
             return

@@ -6,11 +6,13 @@ from .base import TEMPERATURE, Element, M, Param, ignored
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from typing import ClassVar
+    from typing import Any, ClassVar
 
     from ..assemble.accounts import Accounts
     from ..assemble.context import Context
+    from ..build_elements import ElementCards
     from ..deck import Model
+    from ..source import Line
 
 # parameters of .model D that change a current in ngspice and not here
 MISSING_CURRENTS = {
@@ -33,12 +35,21 @@ class Diode(Element):
         **M, **TEMPERATURE, "area": Param("factor on the currents and charges of the model", default=1.0),
         "ic": Param("value at the start of a run with uic", "V"), "off": Param("off at the start"),
         "l": Param("length, with a model", "m"), "w": Param("width, with a model", "m"),
-        **ignored("pj lm lp wm wp thermal"),
+        **ignored("pj lm lp wm wp"),
     }  # fmt: skip
     model_types = ("d",)
     is_metered = True
     current_name = "id"
     jumps = 10
+
+    def read(self, cards: ElementCards, rule: str, ch: list[Any], line: Line) -> None:
+        for item in ch[4:]:
+            word = item[1][0] if item.__class__ is tuple and item[0] == "param" else item
+            if word.__class__ is not tuple and word.lower() == "thermal":
+                raise cards.fail(
+                    "E113", "self-heating of a diode is not supported yet", line, word, self.hint
+                )
+        super().read(cards, rule, ch, line)
 
     @classmethod
     def model_table(cls) -> list[tuple[list[str], str, float, str]]:
@@ -50,11 +61,9 @@ class Diode(Element):
         super()._check_model(ctx, model)
         for name in MISSING_CURRENTS:
             if model.params.get(name):
-                said = f"{name}= has no effect here, in ngspice it adds {MISSING_CURRENTS[name]}"
-                ctx.remark(
-                    "W284", f".model `{model.name}`: {said}",
-                    model.param_spans.get(name, model.span), "take is= and n= from a fit without it",
-                )  # fmt: skip
+                said = f".model `{model.name}`: {name}= ({MISSING_CURRENTS[name]}) is not supported yet"
+                hint = "take is= and n= from a fit without it"
+                ctx.sink.error("E297", said, model.param_spans.get(name, model.span), hint)
 
     def contribute(self, ctx: Context) -> None:
         assert self.model is not None

@@ -20,6 +20,8 @@ if TYPE_CHECKING:
     from ..reports.analogue import Net
     from ..source import Line
 
+# words that are followed by values and may stand behind a waveform
+PORT_WORDS = ("distof1", "distof2", "portnum", "z0", "pwr")
 WAVES = "there are PULSE SIN EXP PWL SFFM AM"
 NO_FILE = ("E113", "PWL file= is not supported yet")
 WRITE_POINTS = "write the points: PWL(t1 v1 t2 v2 ..)"
@@ -41,11 +43,19 @@ class Independent(Element):
     def read(self, cards: ElementCards, rule: str, ch: list[Any], line: Line) -> None:
         name = ch[0]
         self.extra = {"dc": None, "ac": None}
-        rest = cards.params(self.take_nodes(ch, 2), line, self)
+        rest = cards.params(_words(self.take_nodes(ch, 2)), line, self)
         at = 0
         while at < len(rest):
             item = rest[at]
             at += 1
+            if _is_word(item, *PORT_WORDS):
+                # distof1 0.1 0.2, portnum 1 z0 50
+                key, found = item.lower(), []
+                while at < len(rest) and cards.is_value(rest[at]) and not _is_word(rest[at], *PORT_WORDS):
+                    found.append(cards.number(rest[at], line, f"the value of {item}"))
+                    at += 1
+                self.params[key] = found[0] if len(found) == 1 else found or 1.0
+                continue
             kind = item[0] if item.__class__ is tuple else item.type
             if kind == "wave":
                 if self.wave is not None:
@@ -65,6 +75,8 @@ class Independent(Element):
             most = {"AC": 2, "DC": 1}.get(kind, 0)
             values = [] if most else [item]
             while len(values) < most and at < len(rest) and cards.is_value(rest[at]):
+                if _is_word(rest[at], *PORT_WORDS):
+                    break
                 values.append(rest[at])
                 at += 1
             what = "the AC value" if kind == "AC" else "the DC value"
@@ -108,6 +120,19 @@ class Independent(Element):
         return net.head(self) + shown + ("" if self.wave is None else " " + net.wave(self.wave))
 
 
+def _words(items: list[Any]) -> list[Any]:
+    """The items of a source; of a waveform without brackets what belongs to the port stands by itself."""
+    out: list[Any] = []
+    for item in items:
+        if item.__class__ is tuple and item[0] == "wave":
+            inner = item[1]
+            cut = next((k for k, c in enumerate(inner) if _is_word(c, *PORT_WORDS)), len(inner))
+            out += [("wave", inner[:cut]), *parts(inner[cut:])]
+        else:
+            out.append(item)
+    return out
+
+
 def _is_word(item: Any, *words: str) -> bool:
     return item.__class__ is not tuple and item.lower() in words
 
@@ -130,6 +155,24 @@ def waveform(cards: ElementCards, item: Any, line: Line) -> Waveform:
     if "file" in params:
         raise cards.fail(*NO_FILE, line, ch[0], WRITE_POINTS)
     wave = Waveform(kind, args, params, line.span_at(*extent(item)))
-    if kind == "pwl" and len(args) % 2:
-        raise cards.fail("E114", "PWL needs pairs of time and value", line, item, "form: PWL(t1 v1 t2 v2 ..)")
+    if kind == "pwl":
+        if len(args) % 2:
+            said, hint = "PWL needs pairs of time and value", "form: PWL(t1 v1 t2 v2 ..)"
+            raise cards.fail("E114", said, line, item, hint)
+        _relative_times(cards, [c for c in parts(ch[1:]) if c.__class__ is not tuple], args, line)
     return wave
+
+
+def _relative_times(cards: ElementCards, words: list[Any], args: list[Any], line: Line) -> None:
+    """LTspice counts the time +1m from the point before, ngspice from 0: refused where that differs."""
+    if len(words) != len(args) or not cards.are_numbers(args):
+        return
+    times: list[float] = []
+    for word, time in zip(words[::2], args[::2], strict=True):
+        times.append(time + (times[-1] if word[0] == "+" and times else 0.0))
+    wrong = [w for w, read, meant in zip(words[::2], args[::2], times, strict=True) if read != meant]
+    if wrong:
+        points = " ".join(f"{t:.9g} {v:.9g}" for t, v in zip(times, args[1::2], strict=True))
+        said = f"`{wrong[0]}` counts from the point before in LTspice, and from 0 in ngspice"
+        hint = f"write times without a sign; LTspice's are PWL({points})"
+        raise cards.fail("E113", said, line, wrong[0], hint)

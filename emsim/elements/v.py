@@ -20,7 +20,10 @@ class VoltageSource(Independent):
     form = Independent.form.format("V")
     law = "v = e(t)"
     unit = "V"
-    instance: ClassVar[dict[str, Param]] = ignored("m distof1 distof2 portnum z0 pwr freq phase")
+    instance: ClassVar[dict[str, Param]] = {
+        "portnum": Param("number of a port, which has the resistance z0 in series"),
+        "z0": Param("resistance of a port", "Ohm", 0.0), **ignored("m distof1 distof2 pwr freq phase"),
+    }  # fmt: skip
     current_name = ""
     holds_voltage = True
     jumps = 5
@@ -46,6 +49,8 @@ class VoltageSource(Independent):
     def contribute(self, ctx: Context) -> None:
         br = self.join_voltage(ctx)
         ctx.b.f_wave(br, ctx.wave(self), -1.0)
+        if "portnum" in self.params:
+            ctx.b.g(br, br, -self.number("z0"))
 
     def account(self, ctx: Context, book: Accounts) -> None:
         book.supplies(self, -(self.between(ctx) * self.flow(ctx)))

@@ -545,9 +545,6 @@ def folded(x: Explained) -> list[str]:
     for body in m.bodies.values():
         if body.fixed:
             said.append(f"{body.name} is fixed: part of the ground")
-    for card in m.couplings.values():
-        if not card.supported:
-            said.append(f"{card.spec.word} {card.name}: not supported yet, without effect")
     if m.found.redundant:
         said.append(
             "redundant: "

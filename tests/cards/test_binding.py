@@ -169,9 +169,9 @@ def test_several_errors_come_at_once():
 @pytest.mark.parametrize(
     "card", ["STOP s hinge min=0 max=1 e=0.5", "FRICTION f hinge fc=1", "CONTACT c arm 0 k=1k"]
 )
-def test_cards_of_later_issues_are_named_and_the_deck_runs(card):
+def test_cards_without_equations_are_refused_by_name(card):
     found = problems(ARM + ".gravity 9.81\n" + card)
-    assert [(d.severity, d.code) for d in found] == [("warning", "W230")]
+    assert [(d.severity, d.code) for d in found] == [("error", "E254")]
     assert card.split()[1] in found[0].message and "not supported yet" in found[0].message
 
 

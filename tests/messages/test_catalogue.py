@@ -159,7 +159,7 @@ def forced(code: str) -> str:
     with pytest.MonkeyPatch.context() as patch:
         change(patch)
         files = {
-            "wrong.cir": RC.replace("1k)", "1k"),
+            "wrong.cir": RC.replace("out 1k", "out {1k"),
             "including.cir": "t\n.include parts.inc\n",
             "parts.inc": "* none\n",
         }

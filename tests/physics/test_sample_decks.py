@@ -11,6 +11,8 @@ import numpy as np
 import pytest
 from support import deck, run
 
+import emsim
+
 
 @cache
 def sample(name: str):
@@ -90,7 +92,18 @@ def test_cart_pole_with_an_ideal_motor():
     assert travel.min() == pytest.approx(-0.10, abs=0.005) and travel.max() == pytest.approx(0.36, abs=0.005)
 
 
-def test_cart_pole_says_what_it_leaves_out():
-    """A STOP that is not supported yet is named, once; when it is, nothing is said."""
-    said = [d.message for d in sample("cart_pole").diagnostics if "STOP" in d.message.upper()]
-    assert len(said) <= 1 and all("not" in s for s in said), said
+@pytest.mark.parametrize(
+    "card",
+    [
+        "STOP ends rail min=-0.8 max=0.8 k=20k c=50",
+        "FRICTION rub rail fc=1 vs=1m",
+        "CONTACT c pole(0.6,0) 0 k=1k",
+    ],
+)
+def test_a_card_without_equations_is_refused_and_not_left_out(card):
+    """Its force would read 0, and the motion be that of another machine."""
+    text = deck("coupled/cart_pole").replace(".tran", f"{card}\n.print tran force({card.split()[1]})\n.tran")
+    with pytest.raises(emsim.DeckError) as error:
+        emsim.run(text)
+    assert [d.code for d in error.value.diagnostics if d.severity == "error"] == ["E254"]
+    assert " ".join(card.split()[:2]) in error.value.diagnostics[-1].message

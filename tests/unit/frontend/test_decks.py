@@ -26,9 +26,9 @@ def test_deck_is_read(path):
     [
         ("pendulum_servo", "vvrvb", "BODY JOINT MOTOR POT"),
         ("comb_drive", "vrvr", "BODY JOINT SPRING DAMPER TRANSDUCER TRANSDUCER"),
-        ("cart_pole", "b", "BODY BODY JOINT JOINT STOP MOTOR FORCE"),
+        ("cart_pole", "b", "BODY BODY JOINT JOINT MOTOR FORCE"),
         ("relay", "rvmdvbsvrld", "BODY JOINT SPRING STOP TRANSDUCER"),
-        ("slider_crank_hbridge", "vssssddddvvbbbb", "BODY BODY BODY JOINT JOINT JOINT JOINT FRICTION MOTOR"),
+        ("slider_crank_hbridge", "vssssddddvvbbbb", "BODY BODY BODY JOINT JOINT JOINT JOINT MOTOR"),
     ],
 )
 def test_design_decks(name, letters, kinds):
