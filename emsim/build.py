@@ -231,9 +231,9 @@ class _Builder(ElementCards, DotCards):
         """Of what is to be shown, the part that can be read; ngspice leaves the rest out too."""
         try:
             rule, children = parse_line(line, "dot")
-        except LineError:
+        except LineError as error:
             word = syntax.first_word(line.text)
-            if word not in (".print", ".save", ".probe"):
+            if word not in (".print", ".save", ".probe") or error.diagnostic.code == "E103":
                 raise
             return self.piece_by_piece(line, word)
         return self.convert(rule, children, line)

@@ -39,11 +39,11 @@ _ANALYSES = frozenset(
 )
 _LARGEST_STEP = ("maxstep", "tmax", "dtmax")
 PRINT_KINDS = frozenset(("tran", "op", "ac", "dc", "noise", "tf", "disto", "sens", "pz"))
-# functions of phasors
+# functions of phasors, and the letters of vm(a), idb(v1)
 _PARTS = {
-    "mag": "size", "m": "size", "db": "decibel", "re": "real", "real": "real", "r": "real", "im": "zero", "imag": "zero",
-    "i": "zero", "ph": "zero", "cph": "zero", "p": "zero",
+    "mag": "size", "db": "decibel", "re": "real", "real": "real", "im": "zero", "imag": "zero", "ph": "zero", "cph": "zero",
 }  # fmt: skip
+_LETTERS = {"m": "size", "db": "decibel", "r": "real", "i": "zero", "p": "zero"}
 # text cards of other programs that say what the circuit is
 _OF_THE_CIRCUIT = {
     "connect": "give both nodes one name",
@@ -181,17 +181,15 @@ class DotCards(Cards):
         if kind == "ac" or not isinstance(ast, Call) or len(ast.args) != 1:
             return ast
         fn, (x,) = ast.fn, ast.args
-        if fn in ("vm", "vr", "vi", "vp", "vdb") or (
-            fn in ("im", "ir", "ii", "ip", "idb") and isinstance(x, Name)
-        ):
-            fn, x = fn[1:], Call(fn[0], [x], ast.at)
         part = _PARTS.get(fn)
+        if fn[1:] in _LETTERS and (fn[0] == "v" or (fn[0] == "i" and isinstance(x, Name))):
+            part, x = _LETTERS[fn[1:]], Call(fn[0], [x], ast.at)
         if part is None:
             return ast
         if part == "size":
             return Call("abs", [x], ast.at)
         if part == "decibel":
-            return Call("db", [x], ast.at)
+            return Binary("*", Num(20.0, ast.at), Call("log10", [Call("abs", [x], ast.at)], ast.at), ast.at)
         return x if part == "real" else Binary("*", Num(0.0, ast.at), x, ast.at)
 
     def on_save(self, ch: list[Any], line: Line) -> Dot:

@@ -38,7 +38,7 @@ ROWS = [
     ["elaborate"],
     ["cards"],
     ["build"],
-    ["build_dots", "build_elements", "build_machine"],
+    ["build_control", "build_dots", "build_elements", "build_machine"],
     ["elements", "mistakes"],
     ["build_expr"],
     ["deck", "expr", "syntax", "lark_grammar", "source"],

@@ -93,7 +93,8 @@ def select(ctx: Context) -> tuple[dict[str, list[Output]], list[tuple[str, list[
             column = _column(ctx, text, ast, card.span)
             outputs[card.kind].setdefault(column.name, column)
             names.append(column.name)
-        prints.append((card.kind, names))
+        if names or not card.items:
+            prints.append((card.kind, names))
     if "tran" in outputs:
         outputs["tran"].pop("time", None)  # it has that column, the first
     return {kind: list(columns.values()) for kind, columns in outputs.items()}, prints

@@ -79,8 +79,35 @@ def test_device_parameters_are_noted() -> None:
 
 
 def test_unknown_names() -> None:
-    assert codes(*RLC, ".print tran v(ouut)", ".tran 1u 10u") == ["E289"]
+    assert codes(*RLC, "B1 x 0 V={v(ouut)}", ".tran 1u 10u") == ["E289"]
     assert codes(*RLC, ".save i(r11)", ".tran 1u 10u") == ["E290"]
+
+
+@pytest.mark.parametrize(
+    "card",
+    [
+        ".print tran v(ouut) v(in)",
+        ".save v(ouut) v(in)",
+        ".print tran ouut v(in)",
+        ".print tran v1:dcv0 v(in)",
+    ],
+)
+def test_a_signal_of_a_node_that_is_not_there_is_left_out_with_a_word(card) -> None:
+    """As in ngspice: a print of one node too many is no reason to compute nothing."""
+    found = emsim.run(deck(*RLC, card, ".tran 1u 10u"))
+    assert (
+        [d.code for d in found.diagnostics] == ["W287"]
+        and "v(in)" in found.names
+        and "v(ouut)" not in found.names
+    )
+
+
+def test_parts_of_phasors_of_real_numbers() -> None:
+    found = emsim.run(
+        "t\nV1 a 0 -2\nR1 a 0 1\n.print op mag(v(a)) vm(a) vdb(a) ph(v(a)) vi(a) vr(a) im(v1)\n.op\n.end\n"
+    )
+    values = [float(found[name][0]) for name in found.prints[0][1]]
+    assert values == pytest.approx([2, 2, 20 * np.log10(2), 0, 0, -2, 2])
 
 
 def test_device_currents_by_ngspices_name():

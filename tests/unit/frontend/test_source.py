@@ -181,6 +181,28 @@ def test_plain_analyses_of_a_control_section_are_read(commands):
     assert (found.kind, found.args, found.flags) == READ[commands]
 
 
+def test_utf16_without_its_mark_is_read():
+    """LTspice writes such netlists: they were binary files here."""
+    for codec in ("utf-16-le", "utf-16-be"):
+        text = decode("t\r\nR1 a 0 10\u00b5\r\n.end\r\n".encode(codec))
+        assert text == "t\nR1 a 0 10\u00b5\n.end\n"
+    assert decode(b"\0\1\2\3" * 50) is None and decode(b"R1 a 0 1\n" * 50 + b"\0\0\0\0") is None
+
+
+def test_ctrl_z_ends_an_included_file(tmp_path):
+    (tmp_path / "att.mod").write_bytes(b".subckt att a b\r\nR1 a b 1k\r\n.ends\r\n\x1a")
+    (tmp_path / "deck.cir").write_text("t\n.include att.mod\nX1 a 0 att\nV1 a 0 1\n.op\n")
+    assert [e.name for e in flatten(read(str(tmp_path / "deck.cir"))).elements] == ["x1.r1", "v1"]
+
+
+def test_backslashes_in_the_path_of_an_include(tmp_path):
+    (tmp_path / "lib").mkdir()
+    (tmp_path / "lib" / "r.inc").write_text("R1 a 0 1k\n")
+    for path in (".\\lib\\r.inc", '"lib\\r.inc"'):
+        (tmp_path / "deck.cir").write_text(f"t\n.incl {path}\nV1 a 0 1\n.op\n")
+        assert [e.name for e in flatten(read(str(tmp_path / "deck.cir"))).elements] == ["r1", "v1"]
+
+
 def test_options_set_before_the_first_analysis_hold():
     deck = flat(
         "V1 a 0 1\nR1 a 0 1\n.control\nset temp=85\nset numdgt=9\noption reltol=1e-5\nrun\n.endc\n.op"
