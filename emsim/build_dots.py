@@ -321,7 +321,8 @@ class DotCards(Cards):
         self.pop("lib", line)
 
     def on_subckt(self, ch: list[Any], line: Line) -> None:
-        ports, params = [], {}
+        ports: list[str] = []
+        params: dict[str, Any] = {}
         for item in ch[1:]:
             if item.__class__ is tuple:
                 params[str(item[1][0].lower())] = expression(item[1][1], line)
