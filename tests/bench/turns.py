@@ -4,9 +4,10 @@
 
 OLD and NEW are folders that hold an `emsim` package with its compiled engine (a checkout, a site-packages), each with
 environment variables behind it if wanted: `../old`, `.,EMSIM_CODE=interpreted`. Each has one process that lives through the
-whole comparison; the two take turns run by run, so that a slow moment of the machine meets both. Told are, deck by deck, the ratio
-of the least CPU times of the native analysis (new / old) and both errors against a tight run of OLD (`--no-errors` leaves
-them out): largest deviation of any column at rows of the print grid, in parts of that column's range. At the end: median and worst.
+whole comparison; the two take turns run by run, so that a slow moment of the machine meets both. Told are, deck by deck, the
+ratio of the least CPU times of the native analysis (new / old) and both errors against a tight run of OLD (`--no-errors` leaves
+them out): largest deviation of any column at rows of the print grid, in parts of that column's range. At the end:
+median and worst.
 
     suite    the decks of README's table (reports/suite.py)
     outside  every other deck of netlists/ with a .tran
