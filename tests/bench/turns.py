@@ -56,7 +56,11 @@ class Side:
 
     def __init__(self, told: str) -> None:
         path, *settings = told.split(",")
-        env = {**os.environ, "PYTHONPATH": str(Path(path).resolve()), **dict(s.split("=", 1) for s in settings)}
+        env = {
+            **os.environ,
+            "PYTHONPATH": str(Path(path).resolve()),
+            **dict(s.split("=", 1) for s in settings),
+        }
         self.process = subprocess.Popen(
             [sys.executable, "-P", "-c", WORKER], env=env, stdin=subprocess.PIPE, stdout=subprocess.PIPE,
             stderr=subprocess.DEVNULL, text=True,
@@ -64,7 +68,9 @@ class Side:
 
     def run(self, deck: str, reltol: float, at: int = 0, **options: object) -> dict:
         assert self.process.stdin and self.process.stdout
-        self.process.stdin.write(json.dumps({"deck": deck, "reltol": reltol, "at": at, "options": options}) + "\n")
+        self.process.stdin.write(
+            json.dumps({"deck": deck, "reltol": reltol, "at": at, "options": options}) + "\n"
+        )
         self.process.stdin.flush()
         return json.loads(self.process.stdout.readline() or '{"failed": "the process ended"}')
 
@@ -133,7 +139,9 @@ def main() -> None:
             reference = old.run(text, max(TIGHT * a.reltol, 1e-10), at)
             if "failed" not in reference:
                 errors = " ".join(f"{error(answer, reference):8.1e}" for answer in first)
-        print(f"{name:38} {1e3 * least[0]:9.3f} {1e3 * least[1]:9.3f} {ratios[name]:6.2f} {errors}", flush=True)
+        print(
+            f"{name:38} {1e3 * least[0]:9.3f} {1e3 * least[1]:9.3f} {ratios[name]:6.2f} {errors}", flush=True
+        )
     worst = sorted(ratios.items(), key=lambda item: -item[1])[:5]
     print(f"{len(ratios)} decks: median {statistics.median(ratios.values()):.3f}; "
           f"worst {', '.join(f'{name} {ratio:.2f}' for name, ratio in worst)}")  # fmt: skip
