@@ -51,6 +51,8 @@ class Builder:
     def call(self, function: str, *args: Expr | float) -> Expr:
         """sin cos tan asin acos atan sinh cosh tanh asinh acosh atanh exp log log10 sqrt abs sgn floor ceil round,
         pow(x, y) atan2(y, x) hypot(x, y). ValueError for an unknown one."""
+    def is_logic(self, y: Expr | float) -> bool:
+        """Is y made of flags and constants alone?"""
     def select(self, cond: Expr | float, a: Expr | float, b: Expr | float) -> Expr:
         """cond != 0 ? a : b; a NaN in the branch not taken does not leak, nor does it into derivatives."""
     def flag(
@@ -60,9 +62,12 @@ class Builder:
         name: str = "",
         initial: int = -1,
         rest: int = -1,
+        law: str = "",
     ) -> Expr:
         """0/1, held between events: 1 when `up` rises above 0, 0 when `down` (default `up`) falls below 0. In between
-        it starts as `initial` in a run from given values, as `rest` at the operating point (-1: as it comes)."""
+        it starts as `initial` in a run from given values, as `rest` at the operating point (-1: as it comes). `law` says
+        what holds exactly at a threshold: "" 0 there, "arrival" turns on arriving there from either side, "stays" as it
+        was. ValueError for another one."""
     def grad(self, y: Expr, xs: Sequence[Expr]) -> list[Expr]:
         """dy/dx for each leaf x, by reverse mode."""
     def tangent(self, ys: Sequence[Expr], seed: Sequence[tuple[Expr, Expr | float]]) -> list[Expr]:

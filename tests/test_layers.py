@@ -66,6 +66,7 @@ RUST_ROWS = [
     ["system", "assembly"],
     ["passive", "edges", "reduced"],
     ["islands"],
+    ["conditions"],
     ["model"],
     ["devices", "sparse", "waves"],
     ["twice"],

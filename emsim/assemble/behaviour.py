@@ -108,7 +108,7 @@ class Compiler:
             return self._name(node)
         if isinstance(node, Unary):
             a = self._node(node.a)
-            return -a if node.op == "-" else 1.0 - self._truth(a) if node.op == "!" else a
+            return -a if node.op == "-" else self._mark(1.0 - self._truth(a)) if node.op == "!" else a
         if isinstance(node, Cond):
             return self._choose(self._truth(self._node(node.c)), node.a, node.b)
         if isinstance(node, (int, float)):

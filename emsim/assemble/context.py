@@ -164,17 +164,17 @@ class Context:
         """|e|, its kink a held flag."""
         if e.value is not None:
             return self.b.const(abs(e.value))
-        return self.b.select(self.flag(e), e, -e)
+        return self.b.select(self.kink(e), e, -e)
 
     def min_(self, a: Expr, b: Expr) -> Expr:
         if a.value is not None and b.value is not None:
             return a if a.value <= b.value else b
-        return self.b.select(self.flag(a - b), b, a)
+        return self.b.select(self.kink(a - b), b, a)
 
     def max_(self, a: Expr, b: Expr) -> Expr:
         if a.value is not None and b.value is not None:
             return a if a.value >= b.value else b
-        return self.b.select(self.flag(a - b), a, b)
+        return self.b.select(self.kink(a - b), a, b)
 
     def clamp(self, e: Expr, lo: float | Expr, hi: float | Expr) -> Expr:
         low = self.b.const(lo) if isinstance(lo, (int, float)) else lo
@@ -198,16 +198,26 @@ class Context:
         return r + 4.0 * b.call("round", 0.25 * (e - 0.5 - r))
 
     def flag(self, up: Expr, name: str = "") -> Expr:
-        """1 while up > 0, else 0; changes only at located events. Constants fold. One flag per expression."""
+        """1 while up > 0, else 0; changes only at located events. Constants fold. One flag per expression. Of flags and
+        constants alone no event is needed: their comparison is 0 or 1 at once."""
+        return self._flag(up, name, "")
+
+    def kink(self, up: Expr) -> Expr:
+        """The same where both sides agree at zero, so that nothing happens while `up` stays there."""
+        return self._flag(up, "", "stays")
+
+    def _flag(self, up: Expr, name: str, law: str) -> Expr:
+        if up.value is None:
+            up = self._outside_energy(up)
         if up.value is not None:
             return self.b.const(1.0 if up.value > 0 else 0.0)
-        up = self._outside_energy(up)
-        if up.value is not None:
-            return self.b.const(1.0 if up.value > 0 else 0.0)
-        key = f"#{up.id}"
+        if self.b.is_logic(up):
+            sign = self.b.call("sgn", up)
+            return 0.5 * (sign * sign + sign)
+        key = f"#{up.id} {law}"
         found = self.flags.get(key)
         if found is None:
-            found = self.flags[key] = self.b.flag(up, None, name, -1)
+            found = self.flags[key] = self.b.flag(up, None, name, -1, law=law)
         return found
 
     def _outside_energy(self, up: Expr) -> Expr:
@@ -297,7 +307,7 @@ class Context:
             if hi - lo == 1:
                 return pieces[lo]
             mid = (lo + hi) // 2
-            return self.b.select(self.flag(x - bounds[mid - 1]), pick(mid, hi), pick(lo, mid))
+            return self.b.select(self.kink(x - bounds[mid - 1]), pick(mid, hi), pick(lo, mid))
 
         return pick(0, len(pieces))
 

@@ -61,7 +61,9 @@ class Switch(Element):
             down = control - (at - half) if half else None
             # of W's ON the operating point of ngspice knows nothing, only a start by UIC
             rest = -1 if half == 0 else int(self.knows_on_at_rest and initial == 1)
-            ctx.flags[self.name] = ctx.b.flag(control - (at + half), down, self.name, initial, rest)
+            ctx.flags[self.name] = ctx.b.flag(
+                control - (at + half), down, self.name, initial, rest, "stays" if half else "arrival"
+            )
         on = 1.0 / (p.get("ron", 1.0) or LEAST_RESISTANCE)
         off = 1.0 / (p.get("roff", 0.0) or 1.0 / ctx.gmin)
         return ctx.b.select(ctx.flags[self.name], ctx.b.const(on), ctx.b.const(off)) * self.between(ctx)

@@ -11,9 +11,10 @@
 //! 3. A source is silent where only pinned nodes and timed flags read it: its corners move nothing that is integrated.
 //!
 //! The driver stops at the edges and at the corners of the other sources; recorded rows carry the pinned values.
+use crate::conditions::{size, Standing};
 use crate::derive::substitute;
 use crate::graph::{Graph, Id, Node};
-use crate::model::{Kind, Model};
+use crate::model::{Kind, Law, Model};
 use crate::tape::{Inputs, Tape};
 use crate::waves::Wave;
 use std::collections::BTreeMap;
@@ -31,8 +32,9 @@ pub struct Edges {
     /// by wave: its corners need no step
     pub silent: Vec<bool>,
     flags: Vec<usize>,   // the timed ones
+    laws: Vec<Law>,      // of these
     sources: Vec<usize>, // waves their roots read
-    roots: Tape,         // up and down of each of `flags`
+    roots: Tape,         // up, down and size of each of `flags`
     pinned: Vec<usize>,
     values: Tape,
 }
@@ -45,6 +47,7 @@ pub struct EdgeWork {
     waves: Vec<f64>,
     early: Vec<f64>,
     late: Vec<f64>,
+    times: Vec<f64>,
     pending: Vec<usize>, // flags that flip at `at`
     at: f64,
     flipped: Vec<usize>, // flags that flipped at `when`
@@ -63,14 +66,17 @@ impl Edges {
     pub fn find(model: &Model, g: &mut Graph, constant_g: &Entries, constant_c: &Entries) -> Edges {
         let pinned = pinned(model, g, constant_g, constant_c);
         let map: Vec<(Id, Id)> = pinned.iter().map(|(&n, &e)| (g.unknown(n as u32), e)).collect();
-        let (mut timed, mut flags, mut root_ids) = (Vec::new(), Vec::new(), Vec::new());
+        let (mut timed, mut flags, mut laws, mut root_ids) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
         for (k, flag) in model.flags.iter().enumerate() {
             let roots = substitute(g, &[flag.up, flag.down], &map);
             let known = roots.iter().all(|&r| affine(g, r, &model.waves));
             timed.push(known);
             if known {
                 flags.push(k);
+                laws.push(flag.law);
+                let size = size(g, roots[0]);
                 root_ids.extend(roots);
+                root_ids.push(size);
             }
         }
         let sources = waves_of(g, &root_ids);
@@ -91,6 +97,7 @@ impl Edges {
             timed,
             silent,
             flags,
+            laws,
             sources,
             roots: Tape::new(g, &root_ids),
             pinned: pinned.keys().copied().collect(),
@@ -106,6 +113,7 @@ impl Edges {
             waves: vec![0.0; waves],
             early: vec![0.0; m],
             late: vec![0.0; m],
+            times: vec![0.0; m],
             pending: Vec::with_capacity(m),
             at: f64::NAN,
             flipped: Vec::with_capacity(m),
@@ -134,62 +142,80 @@ impl Edges {
         }
     }
 
-    /// Positive roots ask for a flip of their flag, as flags are now.
-    fn evaluate(&self, w: &mut EdgeWork, flags: &[f64], t: f64, waves: impl Fn(usize) -> f64, late: bool) {
+    /// Operands of the flags, counted towards their other sides, and the widths of their thresholds.
+    fn evaluate(
+        &self,
+        w: &mut EdgeWork,
+        standing: &mut Standing,
+        flags: &[f64],
+        t: f64,
+        waves: impl Fn(usize) -> f64,
+        late: bool,
+    ) {
         for &k in &self.sources {
             w.waves[k] = waves(k);
         }
         self.roots.run(&Inputs { x: &[], t, waves: &w.waves, flags }, &mut w.roots);
         for (m, &k) in self.flags.iter().enumerate() {
-            let (up, down) = (self.roots.output(&w.roots, 2 * m), self.roots.output(&w.roots, 2 * m + 1));
-            let root = if flags[k] == 0.0 { up } else { -down };
-            *(if late { &mut w.late[m] } else { &mut w.early[m] }) = root;
+            let [up, down, size] = [0, 1, 2].map(|j| self.roots.output(&w.roots, 3 * m + j));
+            let beyond = if flags[k] == 0.0 { up } else { -down };
+            *(if late { &mut w.late[m] } else { &mut w.early[m] }) = beyond;
+            standing.widen(k, size);
         }
     }
 
     /// The first edge from t on (t itself included) before `limit`. Its flags wait in `w` for `flip`.
-    pub fn next(&self, w: &mut EdgeWork, waves: &[Wave], flags: &[f64], t: f64, limit: f64) -> Option<Edge> {
+    ///
+    /// Between two corners an operand is a straight line, so its side behind a time is known: that of its value there, or, where
+    /// that is on the threshold, that of its value at the next corner.
+    pub fn next(
+        &self,
+        w: &mut EdgeWork,
+        standing: &mut Standing,
+        waves: &[Wave],
+        flags: &[f64],
+        t: f64,
+        limit: f64,
+    ) -> Option<Edge> {
         if self.flags.is_empty() {
             return None;
         }
         w.pending.clear();
         w.at = f64::NAN;
-        // a flag that has just flipped stands on its threshold
         let when = w.when * (1.0 + 1e-12);
         let mut from = t;
-        self.evaluate(w, flags, from, |k| waves[k].value(from), false);
+        self.evaluate(w, standing, flags, from, |k| waves[k].value(from), false);
+        if from <= when {
+            // a flag that has just turned stands on its threshold, whatever rounding says
+            for (early, k) in w.early.iter_mut().zip(&self.flags) {
+                *early = if w.flipped.contains(k) { early.min(0.0) } else { *early };
+            }
+        }
         for _ in 0..CORNERS {
             let corner = self.sources.iter().map(|&k| waves[k].next_breakpoint(from)).fold(limit, f64::min);
-            self.evaluate(w, flags, corner, |k| waves[k].value_before(corner), true);
+            self.evaluate(w, standing, flags, corner, |k| waves[k].value_before(corner), true);
             let mut first = f64::INFINITY;
             for (m, &k) in self.flags.iter().enumerate() {
-                let te = crossing(w.early[m], w.late[m], from, corner);
-                if !(te <= when && w.flipped.contains(&k)) {
-                    first = first.min(te);
-                }
+                standing.armed[k] |= w.early[m] < -standing.band[k];
+                w.times[m] = turns(self.laws[m], flags[k] != 0.0, standing, k, w.early[m], w.late[m])
+                    .map_or(f64::INFINITY, |share| from + share * (corner - from));
+                first = first.min(w.times[m]);
             }
             if first.is_finite() {
                 let near = first + TOGETHER * (corner - from).min(1e-3 * corner);
-                for (m, &k) in self.flags.iter().enumerate() {
-                    let te = crossing(w.early[m], w.late[m], from, corner);
-                    if te <= near && !(te <= when && w.flipped.contains(&k)) {
-                        w.pending.push(k);
-                    }
-                }
+                w.pending.extend(self.flags.iter().zip(&w.times).filter(|(_, &te)| te <= near).map(|(&k, _)| k));
                 w.at = first;
                 return Some(Edge { t: first, flips: true });
+            }
+            for (m, &k) in self.flags.iter().enumerate() {
+                standing.armed[k] |= w.late[m] < -standing.band[k];
             }
             if corner >= limit {
                 return None;
             }
             if self.sources.iter().any(|&k| waves[k].value(corner) != w.waves[k]) {
                 // a jump at the corner
-                self.evaluate(w, flags, corner, |k| waves[k].value(corner), true);
-            }
-            w.pending.extend(self.flags.iter().zip(&w.late).filter(|(_, &r)| r > 0.0).map(|(&k, _)| k));
-            if !w.pending.is_empty() {
-                w.at = corner;
-                return Some(Edge { t: corner, flips: true });
+                self.evaluate(w, standing, flags, corner, |k| waves[k].value(corner), true);
             }
             std::mem::swap(&mut w.early, &mut w.late);
             from = corner;
@@ -198,12 +224,20 @@ impl Edges {
     }
 
     /// Flips what waits for t; each flipped flag is given to `say`.
-    pub fn flip(&self, w: &mut EdgeWork, flags: &mut [f64], t: f64, mut say: impl FnMut(usize, bool)) {
+    pub fn flip(
+        &self,
+        w: &mut EdgeWork,
+        flags: &mut [f64],
+        standing: &mut Standing,
+        t: f64,
+        mut say: impl FnMut(usize, bool),
+    ) {
         if w.at != t {
             return;
         }
         for &k in &w.pending {
             flags[k] = 1.0 - flags[k];
+            standing.armed[k] = false;
             say(k, flags[k] != 0.0);
         }
         std::mem::swap(&mut w.pending, &mut w.flipped);
@@ -211,15 +245,22 @@ impl Edges {
     }
 }
 
-/// Where the line from (a, early) to (b, late) becomes positive.
-fn crossing(early: f64, late: f64, a: f64, b: f64) -> f64 {
-    if early > 0.0 {
-        return a;
+/// Where between two times, in parts of their distance, a flag turns whose operand goes straight from `early` to `late`.
+fn turns(law: Law, on: bool, standing: &Standing, k: usize, early: f64, late: f64) -> Option<f64> {
+    let side = |v: f64| if v.abs() <= standing.band[k] { 0.0 } else { v.signum() };
+    let (here, there) = (side(early), side(late));
+    let behind = if here != 0.0 { here } else { there };
+    let leaves = behind == 0.0
+        && match law {
+            Law::Condition => on,
+            Law::Arrival => standing.armed[k],
+            Law::Stays => false,
+        };
+    match () {
+        _ if behind > 0.0 || leaves => Some(0.0),
+        _ if there > 0.0 => Some(-early / (late - early)),
+        _ => None,
     }
-    if !(late > 0.0) {
-        return f64::INFINITY;
-    }
-    a + (b - a) * (-early / (late - early))
 }
 
 /// Pinned nodes and their expressions of sources and flags.
@@ -322,6 +363,7 @@ fn affine(g: &Graph, e: Id, waves: &[Wave]) -> bool {
         let of = |o: Id| degree[&o];
         let d = match node {
             Node::Const(_) | Node::Flag(_) => 0,
+            Node::Time => 1,
             Node::Wave(k) if waves[k as usize].is_piecewise_linear() => 1,
             Node::Neg(a) => of(a),
             Node::Add(a, b) | Node::Sub(a, b) => of(a).max(of(b)),

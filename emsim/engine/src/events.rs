@@ -1,7 +1,29 @@
-//! State events: sign changes of the flags' roots inside a step, found on the method's dense output.
+//! State events: times at which flags turn, found on the method's dense output inside a step.
 //!
-//! A flag is held during a step, so the equations are smooth in it. After the step its root (see `System::eval_roots`:
-//! positive asks for a flip) is looked at in the middle and at the end; the earliest crossing is bracketed and narrowed by
+//! What a flag means at its threshold. A flag holds the truth of "operand > 0" during a step, so that the equations are smooth in
+//! it. Its value belongs to the open stretch between two events, and the values at an event itself are those just behind it:
+//!
+//! 1. A condition is true where its operand is above zero, and false at zero. So it ends where the operand *arrives* at zero, though it
+//!    may stay there (a PULSE that returns to 0), and begins where the operand *leaves* zero upwards. `a >= b` is "not b > a", `a == b`
+//!    neither a > b nor b > a, `a != b` its negation, a bare `x ?` is x != 0: each is made of flags of this kind, closed on the right side.
+//! 2. A switch without hysteresis turns where its operand arrives at zero from either side, and stays so while the operand is there
+//!    (ngspice's S and W: off after PULSE(0 1) with vt=0, on during PULSE(0 5) with vt=5). It starts on when it starts there, and in a
+//!    run from given values as its card says. With hysteresis it turns beyond its outer threshold only.
+//! 3. A kink (min, max, abs, tables) has the same value on both sides: it turns beyond zero only.
+//! 4. Zero is zero to rounding: operands within 64 eps of what is added up in them, the largest quantities of the run in place of
+//!    their present values, are on the threshold (conditions.rs).
+//! 5. A flag that has turned stands on its threshold until its operand has been clear of it on the flag's own side ("armed"). Until
+//!    then only an operand clear of it on the other side turns the flag again: an event found a little early turns nothing back.
+//! 6. Flags turn together. After a turn the algebraic unknowns are solved anew and the flags asked again, until none asks: all
+//!    that ask turn at once, later one after the other, so that latches that are let go together fall to one side. Flags that find no
+//!    consistent set are named (W421).
+//! 7. Logic of flags alone (`!`, `&&`, `==` of comparisons, their sums) is no flag: it is computed from them, exactly.
+//!
+//! `System::eval_roots` gives of each flag a number that is positive where the flag asks to turn, and continuous. Times that sources
+//! alone decide are computed, not searched: edges.rs follows the same rules. Laws with more than two modes will be settled where
+//! flags are (jumps.rs): a set that is asked together and turns together.
+//!
+//! After a step the roots are looked at in its middle and at its end; the earliest crossing is bracketed and narrowed by
 //! the Illinois variant of regula falsi. The step is then repeated up to there, and once more where its end tells another
 //! place: what lies inside a long step of the trapezoid is known less well than its end.
 use crate::system::{System, Work};
@@ -49,10 +71,12 @@ impl Detector {
     }
 
     pub fn start(&mut self, sys: &System, w: &mut Work, x: &[f64], t: f64) {
+        sys.observe_flags(w, x, t);
         sys.eval_roots(w, x, t, &mut self.before);
     }
 
     pub fn accept(&mut self, sys: &System, w: &mut Work, x: &[f64], t: f64) {
+        sys.observe_flags(w, x, t);
         sys.eval_roots(w, x, t, &mut self.before);
         // a root that crosses while its flag rests is still to fire when the rest is over, wherever it then goes
         for (root, &rest) in self.before.iter_mut().zip(&self.quiet_until) {

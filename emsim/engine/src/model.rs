@@ -61,6 +61,17 @@ pub struct Unknown {
     pub initial: f64,
 }
 
+/// What a flag does where its operand is exactly at its threshold.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Law {
+    /// operand > 0: false at the threshold
+    Condition,
+    /// a switch without hysteresis: turns where its operand arrives at the threshold, from either side
+    Arrival,
+    /// both sides of the threshold give the same (kinks), or nothing is said between two thresholds (hysteresis): stays
+    Stays,
+}
+
 /// 0/1 state held between events: becomes 1 when `up` > 0, 0 when `down` < 0. Between the two it is what it was: at the start
 /// of a run from given values `initial`, at the operating point `rest`; -1 where nothing is said.
 #[derive(Clone, Debug)]
@@ -70,6 +81,7 @@ pub struct FlagSpec {
     pub name: String,
     pub initial: i8,
     pub rest: i8,
+    pub law: Law,
 }
 
 pub struct DiodeAt {

@@ -232,7 +232,7 @@ impl<'a> Dc<'a> {
         for _ in 0..400 {
             let s = (done + step).min(1.0);
             let mut trial = x.to_vec();
-            let (flags, junction) = (w.flags.clone(), w.junction.clone());
+            let held = w.held();
             let shunt = set(w, s);
             self.sys.touch_sources(w);
             match self.newton(w, &mut trial, shunt, None, tol, most) {
@@ -245,7 +245,7 @@ impl<'a> Dc<'a> {
                     step *= if iterations <= most / 4 { 2.0 } else { 1.0 };
                 }
                 Err(e) => {
-                    (w.flags, w.junction) = (flags, junction);
+                    w.restore(&held);
                     last = e;
                     step *= 0.25;
                     if step < 1e-7 {
@@ -304,7 +304,7 @@ pub fn operating_point(
     let reset = |w: &mut Work, x: &mut Vec<f64>| {
         x.copy_from_slice(&start);
         w.junction = sys.work().junction;
-        w.flags = sys.work().flags;
+        w.reset_flags(sys);
         w.source_factor = 1.0;
         w.gmin = gmin;
         sys.touch_sources(w);
@@ -527,16 +527,16 @@ pub fn initial_conditions(
         q0[row] += dq;
     }
     // the shorter, the nearer to t = 0; but what two floating capacitors have in common is known to eps V RC/h only
-    let (flags, start) = (w.flags.clone(), x.to_vec());
+    let (flags, start) = (w.held(), x.to_vec());
     let mut found = fit_charges(sys, w, x, &q0, 1e-9 * tstep, tol);
     for h in [1e-8 * tstep, 1e-7 * tstep, 1e-6 * tstep] {
         if !matches!(found, Ok(Rounding::Shows)) {
             break;
         }
-        let (kept, junctions, mut longer) = (w.flags.clone(), w.junction.clone(), start.clone());
-        w.flags.clone_from(&flags);
+        let (kept, mut longer) = (w.held(), start.clone());
+        w.restore_flags(&flags);
         let Ok(rounding) = fit_charges(sys, w, &mut longer, &q0, h, tol) else {
-            (w.flags, w.junction) = (kept, junctions);
+            w.restore(&kept);
             break;
         };
         x.copy_from_slice(&longer);
@@ -548,7 +548,7 @@ pub fn initial_conditions(
         if found.is_ok() {
             break;
         }
-        w.flags.clone_from(&flags);
+        w.restore_flags(&flags);
         found = fit_charges(sys, w, x, &q0, h, &modest);
     }
     found.map(|_| ())

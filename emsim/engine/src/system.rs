@@ -3,6 +3,7 @@
 //! `Model` collects contributions; `System` is what was compiled and never changes while it runs; `Work` is the scratch
 //! and the held state (flags, limited junction voltages) of one run.  Row i belongs to unknown i.  C = dQ/dx and
 //! G = dF/dx share one sparse pattern.  The linear part is summed once; expressions run as tapes; devices as kernels.
+use crate::conditions::{size, Scale, Standing};
 use crate::derive::gradient;
 use crate::edges::{EdgeWork, Edges};
 use crate::graph::{Graph, Id, Node};
@@ -72,6 +73,7 @@ pub struct System {
     g_slots: Vec<usize>, // place on the pattern of each such entry
     c_slots: Vec<usize>,
     roots: Tape, // up and down of every flag
+    sizes: Tape, // what is added up in them, in magnitude
     pub edges: Edges,
     diodes: Vec<DiodeSlot>,
     fours: Fours,                // the same four by four
@@ -102,6 +104,8 @@ pub struct System {
 pub struct Work {
     pub waves: Vec<f64>,
     pub flags: Vec<f64>,
+    standing: Standing,
+    scale: Scale,
     wave_time: f64,
     before: f64, // from here on sources have the value before their jump: what lies at a step's end
     /// values that another system gives, in place of the last waves
@@ -129,13 +133,19 @@ pub struct Work {
 #[derive(Clone)]
 pub struct Held {
     flags: Vec<f64>,
+    standing: Standing,
     junction: Vec<f64>,
     edges: EdgeWork,
 }
 
 impl Work {
     pub fn held(&self) -> Held {
-        Held { flags: self.flags.clone(), junction: self.junction.clone(), edges: self.edges.clone() }
+        Held {
+            flags: self.flags.clone(),
+            standing: self.standing.clone(),
+            junction: self.junction.clone(),
+            edges: self.edges.clone(),
+        }
     }
 
     /// Does the stretch between the sources' corners end before t?
@@ -143,8 +153,19 @@ impl Work {
         t > self.before
     }
 
-    pub fn restore(&mut self, held: &Held) {
+    /// As a run begins.
+    pub fn reset_flags(&mut self, sys: &System) {
+        let fresh = sys.work();
+        (self.flags, self.standing) = (fresh.flags, fresh.standing);
+    }
+
+    pub fn restore_flags(&mut self, held: &Held) {
         self.flags.copy_from_slice(&held.flags);
+        self.standing = held.standing.clone();
+    }
+
+    pub fn restore(&mut self, held: &Held) {
+        self.restore_flags(held);
         self.junction.copy_from_slice(&held.junction);
         self.edges = held.edges.clone();
     }
@@ -270,6 +291,8 @@ impl System {
         let jacobian = Tape::new(g, &outs).native();
         let root_ids: Vec<Id> = model.flags.iter().flat_map(|f| [f.up, f.down]).collect();
         let roots = Tape::new(g, &root_ids).native();
+        let size_ids: Vec<Id> = model.flags.iter().map(|f| size(g, f.up)).collect();
+        let sizes = Tape::new(g, &size_ids);
         if values.has_free_symbols() || jacobian.has_free_symbols() || roots.has_free_symbols() {
             return Err("an expression holds a symbol that was never substituted".into());
         }
@@ -386,6 +409,7 @@ impl System {
             g_slots,
             c_slots,
             roots,
+            sizes,
             edges,
             fours: Fours::of(&diodes),
             diodes,
@@ -401,6 +425,8 @@ impl System {
         Work {
             waves: vec![0.0; self.waves.len()],
             flags: self.flags.iter().map(|f| f64::from(f.initial.max(0))).collect(),
+            standing: Standing::new(self.flags.len()),
+            scale: Scale::default(),
             wave_time: f64::NAN,
             before: f64::INFINITY,
             guests: Guests::default(),

@@ -72,8 +72,6 @@ const RUNAWAY: f64 = 1e-6;
 const ONTO: usize = 6;
 /// ... until it ends behind it by less than this part of reltol, in parts of itself.
 const LATE: f64 = 0.1;
-/// Flips of flags that set off others, at one time.
-const CASCADE: usize = 20;
 
 /// What a run holds beside its method.
 pub(super) struct Run<'a, S: Sink> {
@@ -242,7 +240,10 @@ impl<'a, S: Sink> Run<'a, S> {
         if !known() && (self.a.uic || !method.settle(self.sys, self.w, 0.0, 0.0, &mut self.x)) {
             self.settle(0.0, short.max(rounded.min(1e-3 * feature)), true);
         }
-        for _ in 0..CASCADE {
+        if self.a.uic {
+            self.sys.stand_at_thresholds(self.w);
+        }
+        for _ in 0..self.sys.rounds() {
             // flags may hang on algebraic unknowns that other flags move: settle them together
             if !self.sys.update_flags(self.w, &self.x, 0.0) {
                 break;
@@ -483,7 +484,7 @@ impl<'a, S: Sink> Run<'a, S> {
         }
         // the flags flip, then the algebraic unknowns jump
         for &k in self.detector.fired() {
-            self.w.flags[k] = 1.0 - self.w.flags[k];
+            self.sys.flip(self.w, k);
             self.outcome.events.push((te, k, self.w.flags[k] != 0.0));
         }
         self.w.counters.events += 1;

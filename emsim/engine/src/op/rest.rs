@@ -32,7 +32,7 @@ pub(super) fn descend(dc: &mut Dc, w: &mut Work, x: &mut [f64], tol: &Tolerances
     let mut refused = 0;
     for _ in 0..2000 {
         let mut trial = x.to_vec();
-        let (flags, junction) = (w.flags.clone(), w.junction.clone());
+        let held = w.held();
         dc.lean = Some((1.0 / square, x.to_vec()));
         let solved = dc.newton(w, &mut trial, 0.0, None, tol, 12);
         dc.lean = None;
@@ -68,7 +68,7 @@ pub(super) fn descend(dc: &mut Dc, w: &mut Work, x: &mut [f64], tol: &Tolerances
         }
         match solved {
             Ok(_) if !leaps && !first && farthest.1 > 1.0 => {
-                (w.flags, w.junction) = (flags, junction);
+                w.restore(&held);
                 square *= 0.9 / farthest.1;
             }
             Ok(_) if !leaps => {
@@ -84,7 +84,7 @@ pub(super) fn descend(dc: &mut Dc, w: &mut Work, x: &mut [f64], tol: &Tolerances
                 }
             }
             outcome => {
-                (w.flags, w.junction) = (flags, junction);
+                w.restore(&held);
                 if let Err(e) = outcome {
                     last = e;
                 }

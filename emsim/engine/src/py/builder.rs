@@ -5,6 +5,7 @@ use crate::assembly;
 use crate::derive;
 use crate::devices::diode::Diode;
 use crate::graph::{Fun, Id, Node};
+use crate::model::Law;
 use crate::system::{DiodeAt, FlagSpec, Force, Kind, Model, Unknown};
 use crate::tape::{Inputs, Tape};
 use crate::waves::Wave;
@@ -102,6 +103,14 @@ impl Builder {
         self.expr(id)
     }
 
+    /// Is y made of flags and constants alone?
+    fn is_logic(&self, y: &Bound<'_, PyAny>) -> PyResult<bool> {
+        let y = Expr::operand(&self.graph, y)?;
+        let g = lock(&self.graph);
+        let ids = g.reachable(&[y]);
+        Ok(ids.iter().all(|&id| !g.node(id).is_leaf() || matches!(g.node(id), Node::Const(_) | Node::Flag(_))))
+    }
+
     #[pyo3(signature = (function, *args))]
     fn call(&self, function: &str, args: Vec<Bound<'_, PyAny>>) -> PyResult<Expr> {
         let a = self.ids(&args)?;
@@ -138,7 +147,7 @@ impl Builder {
 
     /// 0/1, held between events: 1 when `up` > 0, 0 when `down` < 0; in between `initial` at the start of a run from given
     /// values, `rest` at the operating point (-1: as it comes).
-    #[pyo3(signature = (up, down=None, name=String::new(), initial=-1, rest=-1))]
+    #[pyo3(signature = (up, down=None, name=String::new(), initial=-1, rest=-1, law=""))]
     fn flag(
         &mut self,
         up: &Bound<'_, PyAny>,
@@ -146,7 +155,14 @@ impl Builder {
         name: String,
         initial: i8,
         rest: i8,
+        law: &str,
     ) -> PyResult<Expr> {
+        let law = match law {
+            "" if down.is_none() => Law::Condition,
+            "stays" | "" => Law::Stays,
+            "arrival" => Law::Arrival,
+            _ => return Err(PyValueError::new_err(format!("no law `{law}` of a flag"))),
+        };
         let up = Expr::operand(&self.graph, up)?;
         let down = down.map_or(Ok(up), |d| Expr::operand(&self.graph, d))?;
         if up == down {
@@ -156,13 +172,15 @@ impl Builder {
                 return Ok(self.expr(c));
             }
             // one comparison asked twice is one flag
-            if let Some(k) = self.model()?.flags.iter().position(|f| f.up == up && f.down == down && f.name == name) {
+            if let Some(k) =
+                self.model()?.flags.iter().position(|f| f.up == up && f.down == down && f.name == name && f.law == law)
+            {
                 let id = lock(&self.graph).flag(k as u32);
                 return Ok(self.expr(id));
             }
         }
         let m = self.model()?;
-        m.flags.push(FlagSpec { up, down, name, initial, rest });
+        m.flags.push(FlagSpec { up, down, name, initial, rest, law });
         let k = m.flags.len() - 1;
         let id = lock(&self.graph).flag(k as u32);
         Ok(self.expr(id))

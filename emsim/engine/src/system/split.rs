@@ -231,7 +231,7 @@ impl<'a> Splitter<'a> {
             for f in &sys.flags {
                 let roots = substitute(g, &[f.up, f.down], &map);
                 let (up, down) = (roots[0], roots[1]);
-                model.flags.push(FlagSpec { up, down, name: f.name.clone(), initial: f.initial, rest: f.rest });
+                model.flags.push(FlagSpec { up, down, ..f.clone() });
             }
         }
         let system = System::compile(model, g)?;

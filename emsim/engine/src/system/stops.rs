@@ -1,11 +1,13 @@
 //! Where a run has to stop: flags and their roots, corners of sources, edges that are known.
 use super::{System, Work};
+use crate::conditions::Scale;
+use crate::model::Law;
 use crate::tape::Inputs;
 use crate::waves::Wave;
 
 impl System {
-    /// Roots of the flags at (x, t): for each flag the value whose sign matters in its present state. Flags that sources
-    /// alone decide (edges.rs) have none here.
+    /// What the flags ask for at (x, t): positive where one is to turn, and continuous, so that its place can be found. Flags
+    /// that sources alone decide (edges.rs) ask for nothing here.
     pub fn eval_roots(&self, w: &mut Work, x: &[f64], t: f64, out: &mut [f64]) {
         self.all_roots(w, x, t, out);
         for (out, &timed) in out.iter_mut().zip(&self.edges.timed) {
@@ -17,40 +19,87 @@ impl System {
         if self.flags.is_empty() {
             return;
         }
-        self.set_time(w, t);
-        self.roots.run(&Inputs { x, t, waves: &w.waves, flags: &w.flags }, &mut w.roots);
+        self.eval_operands(w, x, t);
         for (k, out) in out.iter_mut().enumerate().take(self.flags.len()) {
-            *out = if w.flags[k] == 0.0 {
-                self.roots.output(&w.roots, 2 * k)
-            } else {
-                // without hysteresis a flag is down at zero too: v(p) > 0 ends when a pulse returns to exactly 0
-                let down = self.roots.output(&w.roots, 2 * k + 1);
-                let at_zero = down == 0.0 && self.flags[k].up == self.flags[k].down;
-                if at_zero {
-                    f64::MIN_POSITIVE
-                } else {
-                    -down
-                }
-            };
+            *out = w.standing.asks(k, self.flags[k].law, w.flags[k] != 0.0, self.beyond(w, k));
         }
     }
 
-    /// Sets every flag as its roots say at (x, t); true when one changed. A root > 0 asks for a flip (see eval_roots).
-    pub fn update_flags(&self, w: &mut Work, x: &[f64], t: f64) -> bool {
-        self.flip_positive(w, x, t, |_| true)
+    fn eval_operands(&self, w: &mut Work, x: &[f64], t: f64) {
+        self.set_time(w, t);
+        self.roots.run(&Inputs { x, t, waves: &w.waves, flags: &w.flags }, &mut w.roots);
     }
 
-    /// The same for flags that the state decides, during a run: edges flip the others.
-    pub fn settle_flags(&self, w: &mut Work, x: &[f64], t: f64) -> bool {
-        !self.edges.all_timed() && self.flip_positive(w, x, t, |k| !self.edges.timed[k])
+    /// The operand of a flag, counted towards the flag's other side.
+    fn beyond(&self, w: &Work, k: usize) -> f64 {
+        match w.flags[k] == 0.0 {
+            true => self.roots.output(&w.roots, 2 * k),
+            false => -self.roots.output(&w.roots, 2 * k + 1),
+        }
+    }
+
+    /// A step ended with x at t: flags whose operands are clear of their thresholds, and how wide a threshold is.
+    pub fn observe_flags(&self, w: &mut Work, x: &[f64], t: f64) {
+        if self.flags.is_empty() {
+            return;
+        }
+        self.measure_flags(w, x, t);
+        self.eval_operands(w, x, t);
+        for k in 0..self.flags.len() {
+            w.standing.armed[k] |= self.beyond(w, k) < -w.standing.band[k];
+        }
+    }
+
+    fn measure_flags(&self, w: &mut Work, x: &[f64], t: f64) {
+        if w.scale.observe(&self.unknowns, x, t) {
+            self.set_time(w, t);
+            let mut slots = self.sizes.workspace();
+            self.sizes.run(&Inputs { x: &w.scale.of, t, waves: &w.waves, flags: &w.flags }, &mut slots);
+            (0..self.flags.len()).for_each(|k| w.standing.widen(k, self.sizes.output(&slots, k)));
+        }
+    }
+
+    /// Turns a flag.
+    pub fn flip(&self, w: &mut Work, k: usize) {
+        w.flags[k] = 1.0 - w.flags[k];
+        w.standing.armed[k] = false;
+    }
+
+    /// Switches that stand at their thresholds stay as their cards say (a run from given values).
+    pub fn stand_at_thresholds(&self, w: &mut Work) {
+        for (armed, flag) in w.standing.armed.iter_mut().zip(&self.flags) {
+            *armed &= flag.law != Law::Arrival;
+        }
+    }
+
+    /// Sets every flag as it asks at (x, t), before a run; true when one changed.
+    pub fn update_flags(&self, w: &mut Work, x: &[f64], t: f64) -> bool {
+        self.remeasure_flags(w, x, t);
+        self.flip_asking(w, x, t, false, |_| true)
+    }
+
+    /// The same for flags that the state decides, during a run: edges flip the others. `one`: only the first that asks, for those
+    /// that together find no rest.
+    pub fn settle_flags(&self, w: &mut Work, x: &[f64], t: f64, one: bool) -> bool {
+        !self.edges.all_timed() && self.flip_asking(w, x, t, one, |k| !self.edges.timed[k])
     }
 
     /// The same for flags that nothing is said of at the operating point; the others stay as they are.
     pub fn update_free_flags(&self, w: &mut Work, x: &[f64], t: f64) -> bool {
-        self.flip_positive(w, x, t, |k| self.flags[k].rest < 0)
+        self.remeasure_flags(w, x, t);
+        self.flip_asking(w, x, t, false, |k| self.flags[k].rest < 0)
     }
 
-    fn flip_positive(&self, w: &mut Work, x: &[f64], t: f64, asked: impl Fn(usize) -> bool) -> bool {
+    /// Nothing is remembered: what Newton's method passes through on its way to an operating point is no scale.
+    fn remeasure_flags(&self, w: &mut Work, x: &[f64], t: f64) {
+        if !self.flags.is_empty() {
+            w.scale = Scale::default();
+            w.standing.band.fill(0.0);
+            self.measure_flags(w, x, t);
+        }
+    }
+
+    fn flip_asking(&self, w: &mut Work, x: &[f64], t: f64, one: bool, asked: impl Fn(usize) -> bool) -> bool {
         if self.flags.is_empty() {
             return false;
         }
@@ -58,21 +107,30 @@ impl System {
         r.resize(self.flags.len(), 0.0);
         self.all_roots(w, x, t, &mut r);
         let mut changed = false;
-        for (k, (flag, &root)) in w.flags.iter_mut().zip(&r).enumerate() {
-            if root > 0.0 && asked(k) {
-                *flag = 1.0 - *flag;
-                changed = true;
+        for k in (0..r.len()).filter(|&k| r[k] > 0.0 && asked(k)) {
+            if one && changed {
+                break;
             }
+            self.flip(w, k);
+            // clear of the threshold at once, where its operand has jumped
+            w.standing.armed[k] = self.beyond(w, k) < -w.standing.band[k];
+            changed = true;
         }
         w.asked = r;
         changed
+    }
+
+    /// So many rounds of flips at one time find a consistent set of flags, where there is one: one after the other at least.
+    pub fn rounds(&self) -> usize {
+        20 + 2 * self.flags.len()
     }
 
     /// Where the integration stops next: a corner of a source that matters, an edge before it, or `tstop`. Until this is asked for again
     /// a source that jumps there has not jumped yet.
     pub fn next_stop(&self, w: &mut Work, t: f64, tstop: f64) -> f64 {
         let corner = self.next_corner(t).min(tstop);
-        let stop = self.edges.next(&mut w.edges, &self.waves, &w.flags, t, corner).map_or(corner, |e| e.t);
+        let stop =
+            self.edges.next(&mut w.edges, &mut w.standing, &self.waves, &w.flags, t, corner).map_or(corner, |e| e.t);
         w.before = stop * (1.0 - 8.0 * f64::EPSILON);
         self.touch_sources(w);
         stop
@@ -86,7 +144,7 @@ impl System {
 
     /// Flips the flags whose edge is at t; `say` is told each.
     pub fn flip_edges(&self, w: &mut Work, t: f64, say: impl FnMut(usize, bool)) {
-        self.edges.flip(&mut w.edges, &mut w.flags, t, say);
+        self.edges.flip(&mut w.edges, &mut w.flags, &mut w.standing, t, say);
     }
 
     /// Nodes that sources fix, as they are at t: what lies between steps is not read off their polynomials.

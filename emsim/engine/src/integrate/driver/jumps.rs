@@ -1,7 +1,7 @@
 //! At a corner of a source, an edge or an event: what jumps there, and the point from which the run goes on.
 use super::super::rows::{undetermined, Forces, Sink};
 use super::super::Method;
-use super::{Run, CASCADE};
+use super::Run;
 
 /// A jump takes this part of the next stretch.
 pub(super) const JUMP: f64 = 1e-9;
@@ -13,7 +13,7 @@ impl<S: Sink> Run<'_, S> {
     /// beside it, to rounding, is of the same time: nothing can be solved in between.
     pub(super) fn land(&mut self, method: &mut dyn Method) -> bool {
         let mut jumped = false;
-        for _ in 0..CASCADE {
+        for _ in 0..self.sys.rounds() {
             let before = self.outcome.events.len();
             let bends = self.slopes_jump(method);
             let jumps = bends || self.sys.jumps_at(self.t) || self.sys.hidden_corner(self.t).is_some();
@@ -26,7 +26,7 @@ impl<S: Sink> Run<'_, S> {
                 self.jump(self.tmax, method);
                 jumped = true;
             }
-            let near = self.stop > self.t && self.stop - self.t <= 64.0 * f64::EPSILON * self.t;
+            let near = self.stop - self.t <= 64.0 * f64::EPSILON * self.t;
             if !near || self.stop >= self.until {
                 break;
             }
@@ -44,7 +44,8 @@ impl<S: Sink> Run<'_, S> {
     /// Something has jumped at t, from where the next stop is known: a step of nearly no length gives the values after it, and
     /// their time: the method's own, or an implicit one.
     pub(super) fn jump(&mut self, width: f64, method: &mut dyn Method) {
-        for again in 0..CASCADE {
+        let rounds = self.sys.rounds();
+        for again in 0..rounds {
             // edges that are due at once
             let (t, events) = (self.t, &mut self.outcome.events);
             let due = self.stop <= t;
@@ -65,7 +66,8 @@ impl<S: Sink> Run<'_, S> {
             self.t = t + h;
             self.late = 0.0;
             let before = self.w.flags.clone();
-            let settled = !self.sys.settle_flags(self.w, &self.x, self.t);
+            // latches that are let go together fall to one side when they are asked one by one
+            let settled = !self.sys.settle_flags(self.w, &self.x, self.t, 2 * again > rounds);
             for (k, (old, new)) in before.iter().zip(&self.w.flags).enumerate() {
                 if old != new {
                     self.outcome.events.push((self.t, k, *new != 0.0));

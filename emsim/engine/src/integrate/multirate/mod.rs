@@ -197,7 +197,7 @@ impl<'a> Multirate<'a> {
         let fast_o = Options { method: FAST.into(), ..o.clone() };
         let mut fw = fast.system.work();
         fw.gmin = o.gmin;
-        fw.flags.copy_from_slice(&self.w.flags);
+        fw.restore_flags(&self.w.held());
         fw.junction.copy_from_slice(&self.w.junction);
         let constant = |v: f64| Polynomial(std::array::from_fn(|k| if k == 0 { v } else { 0.0 }));
         let z = fast.reads.iter().map(|&i| constant(s.z[i])).collect();

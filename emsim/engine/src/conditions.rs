@@ -1,0 +1,109 @@
+//! What a flag asks for: laws of flags at their thresholds, and how near to a threshold is on it. The semantics stand in events.rs.
+use crate::graph::{Fun, Graph, Id, Node};
+use crate::model::{Kind, Law, Unknown};
+use std::collections::HashMap;
+
+/// An operand this near to its threshold, in parts of what is added up in it, is on it: rounding of the solution.
+const ROUNDING: f64 = 64.0 * f64::EPSILON;
+
+/// Beside the flags: which of them have been beyond their thresholds since they turned, and how wide the thresholds are.
+#[derive(Clone, Default)]
+pub struct Standing {
+    /// by flag: its operand has been on the flag's own side since it turned. Until then it stands on the threshold.
+    pub armed: Vec<bool>,
+    /// by flag: from so far on its operand is not at the threshold
+    pub band: Vec<f64>,
+}
+
+impl Standing {
+    pub fn new(flags: usize) -> Standing {
+        Standing { armed: vec![true; flags], band: vec![0.0; flags] }
+    }
+
+    /// Positive asks for a turn. `beyond` is the operand, counted towards the other side of the flag.
+    pub fn asks(&self, k: usize, law: Law, on: bool, beyond: f64) -> f64 {
+        let band = self.band[k];
+        let at_threshold = self.armed[k]
+            && match law {
+                Law::Condition => on,
+                Law::Arrival => true,
+                Law::Stays => false,
+            };
+        match at_threshold {
+            // on the threshold is too far
+            true if beyond + band == 0.0 => f64::MIN_POSITIVE,
+            true => beyond + band,
+            false => beyond - band,
+        }
+    }
+
+    /// What is added up in a flag's operand is so large.
+    pub fn widen(&mut self, k: usize, size: f64) {
+        if size.is_finite() {
+            self.band[k] = self.band[k].max(ROUNDING * size);
+        }
+    }
+}
+
+/// The largest quantities of each kind so far: what a solution's rounding is a part of.
+#[derive(Clone, Default)]
+pub struct Scale {
+    by_kind: [f64; 7],
+    pub of: Vec<f64>, // by unknown
+    time: f64,
+}
+
+/// Scales that have grown by less are as they were.
+const GROWN: f64 = 1.25;
+
+impl Scale {
+    /// True where something is larger now than it was.
+    pub fn observe(&mut self, unknowns: &[Unknown], x: &[f64], t: f64) -> bool {
+        let mut by_kind = self.by_kind;
+        for (u, x) in unknowns.iter().zip(x) {
+            let largest = &mut by_kind[u.kind as usize];
+            *largest = largest.max(x.abs());
+        }
+        let grown = by_kind.iter().zip(&self.by_kind).any(|(new, old)| *new > GROWN * old) || t > GROWN * self.time;
+        if grown {
+            (self.by_kind, self.time) = (by_kind, t);
+            self.of.clear();
+            self.of.extend(unknowns.iter().map(|u: &Unknown| by_kind[u.kind as usize]));
+        }
+        grown
+    }
+}
+
+const _: () = assert!(Kind::Derivative as usize == 6);
+
+/// Sum of the magnitudes of what is added up in e: e is known to the rounding of that.
+pub fn size(g: &mut Graph, e: Id) -> Id {
+    let mut sizes: HashMap<Id, Id> = HashMap::new();
+    for id in g.reachable(&[e]) {
+        let of = |o: Id| sizes[&o];
+        let size = match g.node(id) {
+            Node::Const(bits) => g.constant(f64::from_bits(bits).abs()),
+            Node::Flag(_) => id,
+            Node::Neg(a) => of(a),
+            Node::Add(a, b) | Node::Sub(a, b) => {
+                let (a, b) = (of(a), of(b));
+                g.add(a, b)
+            }
+            Node::Mul(a, b) => {
+                let (a, b) = (of(a), of(b));
+                g.mul(a, b)
+            }
+            Node::Select(c, a, b) => {
+                let (a, b) = (of(a), of(b));
+                g.select(c, a, b)
+            }
+            Node::Div(a, b) => {
+                let (a, b) = (of(a), g.call(Fun::Abs, b));
+                g.div(a, b)
+            }
+            _ => g.call(Fun::Abs, id),
+        };
+        sizes.insert(id, size);
+    }
+    sizes[&e]
+}
