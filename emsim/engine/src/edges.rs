@@ -63,15 +63,19 @@ pub struct Edge {
 }
 
 impl Edges {
-    pub fn find(model: &Model, g: &mut Graph, constant_g: &Entries, constant_c: &Entries) -> Edges {
+    /// The edges, and what is left to be stepped through: rows and operands of the other flags, read from the sources where they can be.
+    pub fn find(model: &Model, g: &mut Graph, constant_g: &Entries, constant_c: &Entries) -> (Edges, [Vec<Id>; 2]) {
         let pinned = pinned(model, g, constant_g, constant_c);
         let map: Vec<(Id, Id)> = pinned.iter().map(|(&n, &e)| (g.unknown(n as u32), e)).collect();
         let (mut timed, mut flags, mut laws, mut root_ids) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+        let mut others = Vec::new();
         for (k, flag) in model.flags.iter().enumerate() {
             let roots = substitute(g, &[flag.up, flag.down], &map);
             let known = roots.iter().all(|&r| affine(g, r, &model.waves));
             timed.push(known);
-            if known {
+            if !known {
+                others.extend(roots);
+            } else {
                 flags.push(k);
                 laws.push(flag.law);
                 let size = size(g, roots[0]);
@@ -79,6 +83,7 @@ impl Edges {
                 root_ids.push(size);
             }
         }
+        others.dedup();
         let sources = waves_of(g, &root_ids);
         let mut silent = vec![false; model.waves.len()];
         for k in &sources {
@@ -89,11 +94,12 @@ impl Edges {
                 silent[k] = model.waves[k].is_piecewise_linear();
             }
         }
-        for k in read_elsewhere(model, g, constant_g, constant_c, &pinned, &timed) {
+        let read = read_elsewhere(model, g, constant_g, constant_c, &pinned, &timed);
+        for k in waves_of(g, &read) {
             silent[k] = false;
         }
         let values: Vec<Id> = pinned.values().copied().collect();
-        Edges {
+        let edges = Edges {
             timed,
             silent,
             flags,
@@ -102,7 +108,8 @@ impl Edges {
             roots: Tape::new(g, &root_ids),
             pinned: pinned.keys().copied().collect(),
             values: Tape::new(g, &values),
-        }
+        };
+        (edges, [read, others])
     }
 
     pub fn work(&self, waves: usize) -> EdgeWork {
@@ -309,7 +316,7 @@ fn pinned(model: &Model, g: &mut Graph, constant_g: &Entries, constant_c: &Entri
     }
 }
 
-/// Waves that something other than pinned nodes and timed flags reads, be it by way of a pinned node.
+/// What something other than pinned nodes and timed flags reads, be it by way of a pinned node.
 fn read_elsewhere(
     model: &Model,
     g: &mut Graph,
@@ -317,7 +324,7 @@ fn read_elsewhere(
     constant_c: &Entries,
     pinned: &BTreeMap<usize, Id>,
     timed: &[bool],
-) -> Vec<usize> {
+) -> Vec<Id> {
     // rows that only say what a pinned node is
     let saying = |r: usize| {
         let mut of = constant_g.range((r, 0)..(r + 1, 0)).filter(|(_, &v)| v != 0.0);
@@ -343,8 +350,7 @@ fn read_elsewhere(
     nodes.extend(model.diodes.iter().flat_map(|d| [d.p, d.n]).filter(|&k| k >= 0).map(|k| k as usize));
     ids.extend(nodes.iter().filter_map(|n| pinned.get(n)));
     let map: Vec<(Id, Id)> = pinned.iter().map(|(&n, &e)| (g.unknown(n as u32), e)).collect();
-    let ids = substitute(g, &ids, &map);
-    waves_of(g, &ids)
+    substitute(g, &ids, &map)
 }
 
 fn waves_of(g: &Graph, ids: &[Id]) -> Vec<usize> {
@@ -355,7 +361,7 @@ fn waves_of(g: &Graph, ids: &[Id]) -> Vec<usize> {
 }
 
 /// Is e a straight line in piecewise linear sources, whatever the flags?
-fn affine(g: &Graph, e: Id, waves: &[Wave]) -> bool {
+pub fn affine(g: &Graph, e: Id, waves: &[Wave]) -> bool {
     // degree of each node: 0 of flags and constants alone, 1 affine
     let mut degree: BTreeMap<Id, u8> = BTreeMap::new();
     for id in g.reachable(&[e]) {

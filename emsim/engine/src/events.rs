@@ -16,7 +16,7 @@
 //!    then only an operand clear of it on the other side turns the flag again: an event found a little early turns nothing back.
 //! 6. Flags turn together. After a turn the algebraic unknowns are solved anew and the flags asked again, until none asks: all
 //!    that ask turn at once, later one after the other, so that latches that are let go together fall to one side. Flags that find no
-//!    consistent set are named (W421).
+//!    consistent set are named in a warning.
 //! 7. Logic of flags alone (`!`, `&&`, `==` of comparisons, their sums) is no flag: it is computed from them, exactly.
 //!
 //! `System::eval_roots` gives of each flag a number that is positive where the flag asks to turn, and continuous. Times that sources

@@ -5,7 +5,7 @@
 //! G = dF/dx share one sparse pattern.  The linear part is summed once; expressions run as tapes; devices as kernels.
 use crate::conditions::{size, Scale, Standing};
 use crate::derive::gradient;
-use crate::edges::{EdgeWork, Edges};
+use crate::edges::{affine, EdgeWork, Edges};
 use crate::graph::{Graph, Id, Node};
 use crate::islands::sum_pairs;
 pub use crate::model::{DiodeAt, FlagSpec, Force, Kind, Model, Unknown};
@@ -24,6 +24,7 @@ pub use together::{Together, POINTS};
 
 mod expand;
 #[cfg(target_arch = "x86_64")]
+pub mod foreseen;
 mod fours;
 mod guests;
 mod junctions;
@@ -37,6 +38,7 @@ mod stops;
 mod together;
 
 use self::expand::{DiodeSlot, Diodes, Fours, Lines, Met, Near};
+use self::foreseen::Foreseen;
 use self::linear::Linear;
 
 /// A node whose row is part of its island's root's, and the place of its column there.
@@ -72,6 +74,7 @@ pub struct System {
     jacobian: Tape,      // the same, then entries of G, then of C, that are not constant
     g_slots: Vec<usize>, // place on the pattern of each such entry
     c_slots: Vec<usize>,
+    pub foreseen: Foreseen,
     roots: Tape, // up and down of every flag
     sizes: Tape, // what is added up in them, in magnitude
     pub edges: Edges,
@@ -270,7 +273,8 @@ impl System {
                 linear[at(r, c)] = v;
             }
         }
-        let edges = Edges::find(&model, g, &g_sum, &c_sum);
+        let (edges, [moved, conditions]) = Edges::find(&model, g, &g_sum, &c_sum);
+        let foreseen = Foreseen::find(g, &moved, &conditions, &model.waves, |e| affine(g, e, &model.waves));
         let f_rows: Vec<usize> = model.f.keys().copied().collect();
         let q_rows: Vec<usize> = model.q.keys().copied().collect();
         let mut outs: Vec<Id> = model.f.values().chain(model.q.values()).copied().collect();
@@ -411,6 +415,7 @@ impl System {
             roots,
             sizes,
             edges,
+            foreseen,
             fours: Fours::of(&diodes),
             diodes,
             has_q,

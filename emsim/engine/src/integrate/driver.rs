@@ -22,6 +22,7 @@ use crate::ledger::Inside;
 use crate::newton::{Failure, Newton, Options, Tolerances};
 use crate::op;
 use crate::record::Record;
+use crate::system::foreseen::Ahead;
 use crate::system::{System, Work};
 
 #[derive(Clone, Copy, Debug)]
@@ -86,6 +87,7 @@ pub(super) struct Run<'a, S: Sink> {
     grid: Grid,
     memory: Memory,
     escape: Escape,
+    ahead: Option<Ahead>,
     pub outcome: Outcome,
     pub x: Vec<f64>,
     t: f64,
@@ -210,6 +212,7 @@ impl<'a, S: Sink> Run<'a, S> {
             grid: Grid::new(sys, a, dense, shows_silent),
             memory: Memory::default(),
             escape: Escape::default(),
+            ahead: sys.foreseen.ahead(&sys.waves, a.tstop),
             outcome: Outcome::new(),
             x,
             t: 0.0,
@@ -306,6 +309,9 @@ impl<'a, S: Sink> Run<'a, S> {
             let t = self.t;
             let left = (self.stop - t) - self.late;
             let mut step = s.h.min(if fixed { s.h } else { memory::bound(&a, t, tmax) });
+            if let Some(ahead) = self.ahead.as_ref().filter(|_| !fixed) {
+                step = step.min(ahead.limit(t));
+            }
             let mut lands = step >= left * (1.0 - 1e-9);
             if lands {
                 step = self.memory.recurring(left, 8.0 * f64::EPSILON * self.stop);

@@ -214,12 +214,16 @@ impl<'a> Multirate<'a> {
 
         let mut outcome = Outcome::new();
         let longest = a.tmax.unwrap_or(((a.tstop - a.tstart) / 50.0).max(a.tstop / IMPOSED));
+        let ahead_of_time = slow.system.foreseen.ahead(&slow.system.waves, a.tstop);
         let mut pace = Pace { h: (1e-4 * a.tstop).min(longest), ..Pace::default() };
         let (mut t, mut failures) = (0.0_f64, 0u32);
         while t < a.tstop {
             // how far may the machine go
             let corner = slow.system.next_stop(&mut s.w, t, a.tstop);
             let mut h = pace.length().min(longest);
+            if let Some(ahead) = &ahead_of_time {
+                h = h.min(ahead.limit(t));
+            }
             let lands = t + h >= corner - 1e-9 * h;
             if lands {
                 h = corner - t;
