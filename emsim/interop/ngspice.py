@@ -1,9 +1,9 @@
 """ngspice as a program: `ngspice -b -r out.raw deck`, in a directory of its own.
 
-The deck goes in as the user wrote it. Only what would not survive the move is changed: relative paths of
-.include and .lib become absolute, and a .control section, which emsim does not run either, is left out
-(its tran and op lines become dot cards where the deck has no others). The tight run adds its options at
-the end of the deck, where they win, and replaces the .tran card by one with a small TMAX.
+What goes in is written out by spice_deck.py: the user's cards, included ones in their place, and no command. A
+.control section is left out (its tran and op lines become dot cards where the deck has no others). The tight run adds
+its options at the end of the deck, where they win, and replaces the .tran card by one with a small TMAX. The program
+runs in a scratch folder, without the user's environment and start-up files.
 """
 
 from __future__ import annotations
@@ -13,11 +13,11 @@ import re
 import shutil
 import subprocess
 import tempfile
-from collections.abc import Iterator
 
 from ..diagnostics import Diagnostic, OutsideError
 from ..outputs import raw
 from ..result import Result, Table
+from .spice_deck import cards, first_word, flattened, passes
 
 INSTALL = "Debian, Ubuntu: apt install ngspice; macOS: brew install ngspice; Windows: https://ngspice.sourceforge.io"
 ANALYSES = (".tran", ".op", ".dc", ".ac", ".noise", ".tf", ".pz", ".sens", ".disto", ".pss", ".sp")
@@ -44,18 +44,20 @@ def version() -> str:
 
 
 def run(deck: str, timeout: float = 300.0) -> Result:
-    """Runs a prepared deck; the tables that are real numbers come back, others are passed over.
+    """Runs a deck that `as_written` or `tightened` made; the tables that are real numbers come back, others are passed over.
 
     Raises OutsideError without ngspice, NgspiceError when it fails or takes longer than timeout [s]."""
     program = find()
+    if not all(passes(card) or first_word(card) == ".end" for card in cards(deck.partition("\n")[2])):
+        raise NgspiceError("the deck holds more than a circuit")
     with tempfile.TemporaryDirectory(prefix="emsim-ngspice-") as folder:
         source, target = os.path.join(folder, "deck.cir"), os.path.join(folder, "out.raw")
         with open(source, "w", encoding="utf-8") as file:
             file.write(deck)
         try:
             done = subprocess.run(
-                [program, "-b", "-r", target, source],
-                cwd=folder, stdin=subprocess.DEVNULL, capture_output=True, timeout=timeout,
+                [program, "-n", "-b", "-r", target, source],
+                cwd=folder, env=surroundings(folder), stdin=subprocess.DEVNULL, capture_output=True, timeout=timeout,
             )  # fmt: skip
         except subprocess.TimeoutExpired:
             raise NgspiceError(f"not done after {timeout:g} s") from None
@@ -106,19 +108,13 @@ def points_for(text: str) -> int:
 
 
 def _rebuild(text: str, folder: str, tran: tuple[float, float, float, float] | None, more: list[str]) -> str:
-    cards = list(_cards(text))
-    title = cards.pop(0)[0] if cards else ""
-    outside, control = _split_control(cards)
-    if not any(card[0].lower().split()[0] in ANALYSES for card in outside if card[0].strip()):
-        outside += [["." + card[0].strip(), *card[1:]] for card in control if _word(card) in ("tran", "op")]
+    title, outside, control = flattened(text, folder)
+    if not any(first_word(card) in ANALYSES for card in outside):
+        mirrored = [card for card in control if first_word(card) in ("tran", "op")]
+        outside += [["." + re.split("[;$`]", " ".join(card))[0].strip()] for card in mirrored]
     out = [title]
     for card in outside:
-        word = _word(card)
-        if word == ".end":
-            continue
-        if word in (".include", ".inc", ".lib"):
-            card = [_absolute(card[0], folder), *card[1:]]
-        elif word == ".tran" and tran is not None:
+        if first_word(card) == ".tran" and tran is not None:
             tstep, tstart, tstop, tmax = tran
             uic = " uic" if "uic" in " ".join(card).lower().split() else ""
             card = [f".tran {tstep!r} {tstop!r} {tstart!r} {tmax!r}{uic}"]
@@ -126,45 +122,8 @@ def _rebuild(text: str, folder: str, tran: tuple[float, float, float, float] | N
     return "\n".join([*out, *more, ".end", ""])
 
 
-def _cards(text: str) -> Iterator[list[str]]:
-    """Physical lines grouped with the `+`, comment and blank lines that follow; the title stands alone."""
-    group: list[str] = []
-    for number, line in enumerate(text.splitlines()):
-        follows = line.lstrip()[:1] in ("+", "*", "")
-        if number > 1 and group and follows:
-            group.append(line)
-            continue
-        if group or number == 1:
-            yield group
-        group = [line]
-    if group:
-        yield group
-
-
-def _split_control(cards: list[list[str]]) -> tuple[list[list[str]], list[list[str]]]:
-    outside: list[list[str]] = []
-    control: list[list[str]] = []
-    inside = False
-    for card in cards:
-        if _word(card) == ".control":
-            inside = True
-        elif _word(card) == ".endc":
-            inside = False
-        else:
-            (control if inside else outside).append(card)
-    return outside, control
-
-
-def _word(card: list[str]) -> str:
-    words = card[0].split(None, 1)
-    return words[0].lower() if words else ""
-
-
-def _absolute(line: str, folder: str) -> str:
-    """.include, .inc or .lib with its path made absolute, if a file stands there."""
-    found = re.match(r"""(\s*\.\w+\s+)("[^"]*"|'[^']*'|\S+)(.*)""", line)
-    if not found:
-        return line
-    head, path, rest = found.groups()
-    full = os.path.abspath(os.path.join(folder, os.path.expanduser(path.strip("\"'"))))
-    return f'{head}"{full}"{rest}' if os.path.isfile(full) else line
+def surroundings(folder: str) -> dict[str, str]:
+    """The environment of ngspice in its scratch folder: nothing of the user's, in which start-up files and options stand."""
+    kept = ("LD_LIBRARY_PATH", "DYLD_LIBRARY_PATH", "SYSTEMROOT")
+    given = {name: os.environ[name] for name in kept if name in os.environ}
+    return {**given, "PATH": os.defpath, "HOME": folder, "TMPDIR": folder, "LANG": "C"}

@@ -15,7 +15,8 @@ import tempfile
 from math import ceil
 
 from ..outputs import raw
-from .ngspice import NgspiceError, _cards, _rebuild, _word, find, last_words, named_alike
+from .ngspice import NgspiceError, _rebuild, find, last_words, named_alike, surroundings
+from .spice_deck import cards, first_word, only_signals
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -25,7 +26,6 @@ if TYPE_CHECKING:
 
 WORTH = 0.06  # CPU seconds that the repeated runs of one measurement take together
 MOST = 40  # runs in one process
-QUIET_CARDS = (".save", ".print", ".plot", ".probe", ".four", ".meas", ".measure")
 
 
 class Bench:
@@ -46,16 +46,10 @@ class Bench:
     def deck(self, tran: tuple[float, float, float, float], options: str, control: Sequence[str]) -> str:
         """tran: (tstep, tstart, tstop, tmax) [s]."""
         bare = _rebuild(self.text, self.base, tran, [f".options {options}"])
-        title, *cards = bare.splitlines()
-        kept = [
-            line
-            for card in _cards("\n".join([title, *cards]))
-            for line in card
-            if _word(card) not in QUIET_CARDS
-        ]
-        kept = [line for line in kept if line.strip().lower() != ".end"]
+        title, _, rest = bare.partition("\n")
+        kept = [line for card in cards(rest) if first_word(card) not in (".save", ".end") for line in card]
         section = [".control", "set filetype=binary", *control, "quit", ".endc", ".end", ""]
-        return "\n".join([*kept, ".save " + " ".join(self.signals), *section])
+        return "\n".join([title, *kept, ".save " + only_signals(" ".join(self.signals)), *section])
 
     def values(
         self, tran: tuple[float, float, float, float], options: str, timeout: float
@@ -97,8 +91,8 @@ class Bench:
         before = resource.getrusage(resource.RUSAGE_CHILDREN)
         try:
             done = subprocess.run(
-                [self.program, "-b", path], cwd=self._folder.name, stdin=subprocess.DEVNULL, capture_output=True,
-                timeout=timeout,
+                [self.program, "-n", "-b", path], cwd=self._folder.name, env=surroundings(self._folder.name),
+                stdin=subprocess.DEVNULL, capture_output=True, timeout=timeout,
             )  # fmt: skip
         except subprocess.TimeoutExpired:
             raise NgspiceError(f"over {timeout:g} s") from None

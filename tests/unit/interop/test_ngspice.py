@@ -23,9 +23,9 @@ this is after the end
 """
 
 
-def test_the_deck_as_written_is_only_closed_properly():
-    want = DECK.replace(".end\n", "") + ".end\n"
-    assert ngspice.as_written(DECK, "/nowhere") == want
+def test_the_deck_as_written_has_its_cards_and_no_comments():
+    want = DECK.replace("rc low", "emsim: rc low").replace("* a comment\n", "").replace("* between\n", "")
+    assert ngspice.as_written(DECK, "/nowhere") == want.partition(".end\n")[0] + ".end\n"
 
 
 def test_the_tight_deck_has_another_tran_and_options_at_its_end():
@@ -44,14 +44,18 @@ def test_control_sections_are_left_out_and_give_their_analyses():
 
 
 @pytest.mark.parametrize("line", [".include parts.inc", '.INC "parts.inc"', ".lib 'parts.inc' fast"])
-def test_relative_includes_become_absolute(tmp_path, line):
-    (tmp_path / "parts.inc").write_text("R9 a 0 1\n")
-    text = ngspice.as_written(f"title\n{line}\n.end\n", str(tmp_path))
-    assert f'"{tmp_path}/parts.inc"' in text and text.count("parts.inc") == 1
+def test_included_files_stand_in_the_place_of_their_cards(tmp_path, line):
+    (tmp_path / "parts.inc").write_text("* parts\nR9 a 0 1\n" if "lib" not in line else LIBRARY)
+    text = ngspice.as_written(f"title\n{line}\nV1 a 0 1\n.end\n", str(tmp_path))
+    assert text == "emsim: title\nR9 a 0 1\nV1 a 0 1\n.end\n"
 
 
-def test_a_lib_section_head_is_no_file(tmp_path):
-    assert "\n.lib fast\n" in ngspice.as_written("title\n.lib fast\n.endl\n.end\n", str(tmp_path))
+LIBRARY = ".lib slow\nR9 a 0 2\n.endl\n.lib FAST\nR9 a 0 1\n.endl fast\n"
+
+
+def test_a_section_of_the_deck_itself_is_for_those_who_name_it(tmp_path):
+    text = "title\n.lib fast\nR8 a 0 1\n.endl\nR9 a 0 1\n.end\n"
+    assert ngspice.as_written(text, str(tmp_path)) == "emsim: title\nR9 a 0 1\n.end\n"
 
 
 def test_missing_program(monkeypatch):
