@@ -26,8 +26,9 @@ INCLUDES = (".include", ".inc", ".incl")
 # what .options may set: of other words ngspice makes variables of its commands
 OPTIONS = frozenset(
     "abstol absv acct autostop badmos3 chgtol cshunt defad defas defl defw gmin gminsteps gshunt interp itl1 itl2 itl3 itl4 itl5 "
-    "itl6 keepopinfo maxord maxevtiter maxopalter method minbreak noacct noinit nomod noopiter nopage norefvalue numdgt opts "
-    "pivrel pivtol ramptime reltol rshunt savecurrents scale seed sparse klu srcsteps temp tnom trtol trytocompact vntol warn xmu".split()
+    "itl6 keepopinfo maxord maxevtiter maxopalter method minbreak noacct noinit nomod noopiter nopage norefvalue numdgt "
+    "opts pivrel pivtol ramptime reltol rshunt savecurrents scale seed sparse klu "
+    "srcsteps temp tnom trtol trytocompact vntol warn xmu".split()
 )
 MOST_CARDS = 5_000_000
 DEPTH = 50  # files within files
