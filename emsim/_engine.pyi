@@ -102,6 +102,11 @@ class Builder:
         """A junction diode; with series resistance its inner node and that conductance [S]."""
     def force(self, row: int, value: float, kind: str) -> None:
         """Forces a node voltage: kind "ic" (until t = 0) or "nodeset" (a first guess)."""
+    def start_current(self, row: int, value: float) -> None:
+        """Holds a branch current while the start of a run is sought (not for .op), in place of the branch's own equation."""
+    @staticmethod
+    def wave_at(kind: str, args: Sequence[float], t: float) -> float:
+        """What a waveform with complete arguments is just before a time. ValueError where there is none such."""
     def ic_charge(self, row: int, dq: float) -> None: ...
     def rank(self, rows: Sequence[Sequence[float]], tol: float = 1e-9) -> tuple[int, list[int]]:
         """(rank, indices of a maximal set of independent rows, earlier ones first)."""

@@ -166,12 +166,19 @@ def _couplings_possible(ctx: Context) -> None:
             for a in order
         ]
         if not _semidefinite(matrix):
+            missing = [
+                f"{name[a]} {name[b]}" for k, a in enumerate(order) for b in order[k + 1 :]
+                if (a, b) not in ctx.coupled and (b, a) not in ctx.coupled
+            ]  # fmt: skip
             coils = ", ".join(f"`{name[row]}`" for row in order[:6]) + (" ..." if len(order) > 6 else "")
             ctx.sink.warning(
                 "W285",
                 f"the couplings of {coils} contradict each other: some currents in them would have a negative energy",
                 ctx.elements[name[order[0]]].span,
-                hint="three coils that are coupled by 0.9, 0.9 and -0.9 cannot exist; "
+                hint=f"no K couples {' nor '.join(missing[:3])}, which counts as 0: windings on one core need one K line "
+                "with all of them, or a K for every pair"
+                if missing
+                else "three coils that are coupled by 0.9, 0.9 and -0.9 cannot exist; "
                 "check signs and sizes of the coefficients",
             )
 

@@ -14,7 +14,7 @@ from __future__ import annotations
 import math
 from itertools import pairwise
 
-from ..diagnostics import suggest
+from ..diagnostics import Sink, suggest
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
     from .._engine import Builder, Expr
     from ..deck import FlatDeck
-    from ..diagnostics import Sink, Span
+    from ..diagnostics import Span
     from ..elements import Element
     from ..expr import Node
     from .behaviour import Compiler
@@ -48,6 +48,7 @@ class Context:
     domains   flag name -> (flag, text, place): functions that may leave their domain during a run
     divisors  quotients in expressions, with what they divide by and its place
     poles     expressions with their divisors that read the machine, which knows where it starts
+    starting  inductors whose current nothing limits at rest: a run starts with their ic=
     coupled   (branch, branch) of two inductors -> the sum of their coupling coefficients
     """
 
@@ -60,6 +61,7 @@ class Context:
         self.branches: dict[str, int] = {}
         self.elements: dict[str, Element] = {}
         self.flags: dict[str, Expr] = {}
+        self.starting: set[str] = set()
         self.series: dict[str, tuple[int, int, float]] = {}  # of diodes: node, inner node, conductance [S]
         self.domains: dict[str, tuple[Expr, str, Span | None]] = {}
         self.divisors: dict[int, tuple[Expr, Expr, Span | None]] = {}
@@ -144,6 +146,19 @@ class Context:
             kind, args, dc = of_source(e, self.times, self.sink)
             k = self._waves[e.name] = self.b.wave(kind, args, dc)
         return k
+
+    def value_at_start(self, e: Element) -> float:
+        """What an independent source has when a run starts; the DC value in a deck that only looks for operating points."""
+        from .waves import of_source
+
+        kind, args, dc = of_source(e, self.times, Sink())
+        runs = any(a.kind == "tran" for a in self.flat.analyses)
+        return dc if dc is not None and not runs else self.b.wave_at(kind, args, 0.0)
+
+    def starts_at_rest(self) -> bool:
+        """Does every run start from an operating point? False where there is no run."""
+        runs = [a for a in self.flat.analyses if a.kind == "tran"]
+        return bool(runs) and all("uic" not in a.flags for a in runs)
 
     def in_turn(self, contributors: Iterable[T]) -> Iterable[T]:
         """The contributors, one after the other; where a deck is explained (recording.py), whose turn it is is noted."""

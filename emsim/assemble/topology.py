@@ -2,6 +2,7 @@
 
  1. Loops of voltage-defined branches have no solution or too many: an error. A loop that an inductor
     closes has none at DC only: the inductor gets 1 pOhm, the dual of gmin, which a transient does not notice.
+    Where a source or .ic is in the loop a run starts with the inductor's ic=, as under UIC.
  2. Nodes that elements only read: nothing determines them, an error.
  3. A motor or transducer with a node of its own carries no current: a warning.
  4. Parts without a DC path to ground. Capacitors to the rest determine them in a transient, so the operating
@@ -14,6 +15,7 @@ With UIC in every transient there is no operating point and 4 stays silent where
 
 from __future__ import annotations
 
+from ..deck import MachineCard
 from ..diagnostics import suggest
 from ..elements import Element
 from ..elements.controlled import calls
@@ -23,7 +25,6 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from ..deck import MachineCard
     from ..diagnostics import Span
     from .context import Context
 
@@ -31,12 +32,21 @@ LOOP_RESISTANCE = 1e-12  # in an inductor that closes a loop of voltages [ohm]
 GROUND = "0"
 
 
+class Start:
+    """A node's voltage of .ic."""
+
+    __slots__ = ("name", "span", "value")
+
+    def __init__(self, name: str, value: float, span: Span) -> None:
+        self.name, self.value, self.span = name, value, span
+
+
 class Edge:
     """A current path between two nodes. role: "conducts", "voltage", "inductor", "blocks", "drives"."""
 
     __slots__ = ("a", "b", "of", "role")
 
-    def __init__(self, of: Element | MachineCard, a: str, b: str, role: str) -> None:
+    def __init__(self, of: Element | MachineCard | Start, a: str, b: str, role: str) -> None:
         self.of, self.role = of, role
         self.a, self.b = GROUND if a == "gnd" else a, GROUND if b == "gnd" else b
 
@@ -128,8 +138,18 @@ def _motor_role(ctx: Context, card: MachineCard) -> str:
 
 
 def _imposes(ctx: Context, edge: Edge) -> bool:
-    """Is it a source of its own that may differ from zero?"""
-    return isinstance(edge.of, Element) and edge.of.imposes(ctx)
+    """Is it a source of its own, or a voltage set by .ic, that is not zero at the start?"""
+    if isinstance(edge.of, Start):
+        return edge.of.value != 0.0
+    return edge.role in ("voltage", "drives") and isinstance(edge.of, Element) and edge.of.imposes(ctx)
+
+
+def _forced(ctx: Context) -> Iterator[Edge]:
+    """Nodes that .ic holds while the start of a run is sought."""
+    if _needs_point(ctx) and any(a.kind == "tran" for a in ctx.flat.analyses):
+        for name, value, span in ctx.flat.ics:
+            if name in ctx.nodes:
+                yield Edge(Start(f".ic v({name})", float(value), span), name, GROUND, "voltage")
 
 
 # ---- 1. loops of voltages ----------------------------------------------------------------------
@@ -140,12 +160,14 @@ def _voltage_loops(ctx: Context, edges: list[Edge]) -> None:
     tree: dict[str, list[Edge]] = {}
     voltages = [e for e in edges if e.role == "voltage"]
     inductors = [e for e in edges if e.role == "inductor"]
-    for edge in voltages + inductors:
+    for edge in [*voltages, *_forced(ctx), *inductors]:
         if parts.join(edge.a, edge.b):
             tree.setdefault(edge.a, []).append(edge)
             tree.setdefault(edge.b, []).append(edge)
             continue
         loop = [edge] if edge.a == edge.b else [*_path(tree, edge.a, edge.b), edge]
+        if edge.role == "voltage" and isinstance(edge.of, Start):
+            continue  # the node of a source: what the source says holds
         names = " ".join(f"`{e.name}`" for e in loop)
         labels = [(e.span, "in the loop") for e in loop[:-1]]
         if edge.role == "voltage":
@@ -156,9 +178,16 @@ def _voltage_loops(ctx: Context, edges: list[Edge]) -> None:
             )  # fmt: skip
             continue
         row = ctx.branch(edge.name)
-        if row is not None:
-            ctx.b.g(row, row, LOOP_RESISTANCE)
-        if any(e.role == "voltage" and _imposes(ctx, e) for e in loop) and _needs_point(ctx):
+        if row is None:
+            continue
+        ctx.b.g(row, row, LOOP_RESISTANCE)
+        if all(e.role != "voltage" for e in loop):
+            continue  # coils alone: they share the current
+        if _keeps_its_current(edge):
+            # nothing limits its current at rest: a run starts with what its card says, as under UIC
+            ctx.starting.add(edge.name)
+            ctx.b.start_current(row, edge.of.number("ic") if isinstance(edge.of, Element) else 0.0)
+        if any(_imposes(ctx, e) for e in loop) and _needs_point(ctx):
             motor = any(e.name in ctx.machine.couplings for e in loop) if ctx.machine is not None else False
             what, cure = (
                 ("a motor winding", "give the MOTOR its r=")
@@ -167,8 +196,16 @@ def _voltage_loops(ctx: Context, edges: list[Edge]) -> None:
             )
             ctx.sink.warning(
                 "W301", f"a DC voltage stands across {what} without resistance: {names}",
-                edge.span, labels=labels, hint=f"at DC the current is as good as infinite; {cure}",
+                edge.span, labels=labels,
+                hint=f"at DC the current is as good as infinite; a run starts with ic=, or 0 A; {cure}",
             )  # fmt: skip
+
+
+def _keeps_its_current(edge: Edge) -> bool:
+    """Does an inductance hold the current, so that a run can start with any?"""
+    return (
+        edge.of.kind != "MOTOR" or bool(edge.of.params.get("l")) if isinstance(edge.of, MachineCard) else True
+    )
 
 
 def _path(tree: dict[str, list[Edge]], start: str, goal: str) -> list[Edge]:

@@ -100,6 +100,9 @@ def sine(a: Arguments, wave: Waveform, tstep: float, tstop: float) -> list[float
 
 
 def exponential(a: Arguments, wave: Waveform, tstep: float, tstop: float) -> list[float]:
+    for k, what in ((3, "rise"), (5, "fall")):
+        if a.get(k) < 0.0:
+            raise ValueError(f"its {what} time constant must not be negative, it is {a.get(k):g}")
     td1 = a.nonzero(2, tstep)
     return [a.get(0), a.get(1), td1, a.nonzero(3, tstep), a.nonzero(4, td1 + tstep), a.nonzero(5, tstep)]
 

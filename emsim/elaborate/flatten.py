@@ -90,7 +90,10 @@ class _Flattener:
         self.flat.params = top.scope.values
         self.emit(cards, top)
         for name in top.scope.models:
-            self.models.at(name, top.scope)
+            try:
+                self.models.at(name, top.scope)
+            except ExprError as error:
+                top.scope.report(error)
         if not (self.flat.elements or self.flat.machine or self.sink.has_errors):
             self.sink.error("E128", "the deck is empty: it has no element and no machine card")
         return self.flat

@@ -365,6 +365,13 @@ class Element:
                     at.get(name, model.span), hint=f"did you mean {near}=?" if near else None,
                 )  # fmt: skip
 
+    def ic_unused(self, ctx: Context, instead: str) -> None:
+        """ic= on the line counts under UIC alone, as in ngspice."""
+        ctx.sink.warning(
+            "W283", f"ic= of `{self.name}` has no effect: it counts only where .tran says uic", self.span,
+            f"write uic behind .tran, or {instead}; without it the run starts from the operating point",
+        )  # fmt: skip
+
     def temperature(self, ctx: Context) -> float:
         """The element's temperature [C]: its own `temp`, or the circuit's plus `dtemp`."""
         return self.number("temp") if "temp" in self.params else float(ctx.temp) + self.number("dtemp")

@@ -24,6 +24,7 @@ class Capacitor(Passive):
     law = "i = d/dt (C v), energy C v^2/2"
     unit = "F"
     quantity_name = "capacitance"
+    value_names = ("cap", "capacitance")
     plain = ("capacitor", 4, True)
     instance: ClassVar[dict[str, Param]] = {
         **SCALED, "ic": Param("value at the start of a run with uic", "V"), "l": LENGTH, "w": WIDTH,
@@ -55,6 +56,8 @@ class Capacitor(Passive):
         if "ic" in self.params and isinstance(self.value, Node):
             said = f"ic= of `{self.name}` has no effect, its capacitance or charge is an expression"
             ctx.sink.warning("W283", said, self.span, "set the voltage of its nodes: .ic v(node)=value")
+        elif "ic" in self.params and ctx.starts_at_rest():
+            self.ic_unused(ctx, f".ic v({self.nodes[0]})={self.number('ic'):g}")
 
     def paths(self) -> tuple[Path, ...]:
         return ((0, 1, "blocks"),)

@@ -23,6 +23,7 @@ class Inductor(Passive):
     law = "v = d/dt (L i), energy L i^2/2"
     unit = "H"
     quantity_name = "inductance"
+    value_names = ("ind", "inductance")
     plain = ("inductor", 4, True)
     instance: ClassVar[dict[str, Param]] = {
         **SCALED, "ic": Param("value at the start of a run with uic", "A"), "l": LENGTH, "ind": Param("inductance", "H"),
@@ -67,6 +68,8 @@ class Inductor(Passive):
                 b.add_f(br, scale * self.expression(ctx) * ctx.ddt(b.x(br), f"{self.name}#di"))
             return
         b.c(br, br, self.quantity(ctx))
+        if "ic" in self.params and ctx.starts_at_rest() and self.name not in ctx.starting:
+            self.ic_unused(ctx, "set the node voltages by .ic")
 
     def account(self, ctx: Context, book: Accounts) -> None:
         i = self.flow(ctx)

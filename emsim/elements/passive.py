@@ -8,7 +8,7 @@ from .base import TC, TEMPERATURE, Element, M, Param, ignored
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from typing import Any
+    from typing import Any, ClassVar
 
     from ..assemble.context import Context
     from ..build_elements import ElementCards
@@ -32,6 +32,7 @@ class Passive(Element):
     value_or_model = True
     may_have_tc = True
     quantity_name: str  # "resistance", for messages
+    value_names: ClassVar[tuple[str, ...]]  # words that give the value by name
 
     def read(self, cards: ElementCards, rule: str, ch: list[Any], line: Line) -> None:
         self.nodes = [node_name(ch[1]), node_name(ch[2])]
@@ -53,9 +54,15 @@ class Passive(Element):
             if self.value is not None:
                 raise cards.fail("E102", f"{ch[0]} has a second value here", line, item, self.hint)
             self.value, self.value_span = value, line.span_at(*extent(item))
+        named = next((key for key in self.value_names if key in self.params), None)
+        if self.value is None and named is not None:
+            self.value = self.params.pop(named)
         if self.value is None and self.model_name is None:
-            raise cards.fail("E109", f"{ch[0]} has no value", line, ch[2], self.hint)
+            self.no_value(cards, ch, line)
         self.is_plain = cards.are_numbers([self.value, *self.params.values()])
+
+    def no_value(self, cards: ElementCards, ch: list[Any], line: Line) -> None:
+        raise cards.fail("E109", f"{ch[0]} has no value", line, ch[2], self.hint)
 
     @property
     def may_behave(self) -> bool:

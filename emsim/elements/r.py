@@ -12,6 +12,8 @@ if TYPE_CHECKING:
 
     from .._engine import Expr
     from ..assemble.context import Context
+    from ..build_elements import ElementCards
+    from ..source import Line
 
 LEAST_RESISTANCE = 1e-3  # what ngspice makes of 0 ohm [ohm]
 
@@ -24,10 +26,11 @@ class Resistor(Passive):
     law = "i = v/R"
     unit = "Ohm"
     quantity_name = "resistance"
+    value_names = ("resistance",)
     plain = ("resistor", 4, True)
     instance: ClassVar[dict[str, Param]] = {
-        **SCALED, "l": LENGTH, "w": WIDTH, "r": Param("resistance", "Ohm"), "resistance": Param("resistance", "Ohm"),
-        **ignored("ac"),
+        **SCALED, **ignored("ac"), "l": LENGTH, "w": WIDTH, "r": Param("resistance", "Ohm"),
+        "resistance": Param("resistance", "Ohm"),
     }  # fmt: skip
     model_types = ("r", "res")
     model_words: ClassVar[dict[str, Param]] = {
@@ -46,6 +49,11 @@ class Resistor(Passive):
             width = self.number("w", p.get("w", p.get("defw", FILAMENT))) - 2 * edge
             return float(p["rsh"] * length / width) if width else None
         return float(p.get("r", p.get("res", 0.0)))
+
+    def no_value(self, cards: ElementCards, ch: list[Any], line: Line) -> None:
+        said = f"{ch[0]} has no value, taken as 1 mOhm as in ngspice"
+        cards.sink.warning("W281", said, line.span(ch[0]), self.hint)
+        self.value = LEAST_RESISTANCE
 
     def quantity(self, ctx: Context) -> float:
         """R [ohm] of a constant resistor, one of the `m` that stand in parallel: with m=0 none does."""

@@ -18,16 +18,17 @@ class VoltageSwitch(Switch):
     letter = "s"
     what = "voltage-controlled switch"
     form = "Sname n+ n- nc+ nc- model [on|off]"
-    law = "v = ron i above vt + vh, v = roff i below vt - vh, held in between"
+    law = "v = ron i above vt + vh, v = roff i below vt - vh, held in between; with von and voff smooth between them, no memory"
     terminals = ("n+", "n-", "nc+", "nc-")
     behind = ("model",)
     unit_letter = "v"
+    smooth_on = 1.0
     knows_on_at_rest = True
     model_types = ("sw", "vswitch")
     model_words: ClassVar[dict[str, Param]] = {
         "vt": Param("threshold", "V", 0.0), "vh": Param("half of the hysteresis", "V", 0.0),
         "ron": Param("resistance when on", "Ohm", 1.0), "roff": Param("resistance when off", "Ohm"),
-        "von": Param("fully on above", "V"), "voff": Param("off below", "V"),
+        "von": Param("fully on there; with it the resistance turns smoothly", "V"), "voff": Param("fully off there", "V"),
     }  # fmt: skip
 
     def take_control(self, ch: list[Any]) -> list[Any]:

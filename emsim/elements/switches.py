@@ -1,6 +1,18 @@
-"""S and W: i = v/ron above threshold + |hysteresis|, v/roff below threshold - |hysteresis|, held in between."""
+"""S and W.
+
+SPICE's law: i = v/ron above threshold + |hysteresis|, v/roff below threshold - |hysteresis|, held in between.
+
+PSpice's (a .model with von and voff, of type vswitch or iswitch): a resistance without memory, its logarithm a cubic
+of the control c (PSpice A/D Reference Guide, "Voltage-Controlled Switch"):
+
+    ln R = ln sqrt(ron roff) + ln(ron/roff) (3/2 x - 2 x^3),   x = (c - (von + voff)/2)/(von - voff) within -1/2 .. 1/2
+
+With von < voff it is on at the lower control.
+"""
 
 from __future__ import annotations
+
+import math
 
 from .base import Element, Param
 from .r import LEAST_RESISTANCE
@@ -18,6 +30,7 @@ if TYPE_CHECKING:
 
 class Switch(Element):
     __slots__ = ()
+    smooth_on: float  # von, ion where not given
     unit_letter: str  # of vt, vh, von, voff or it, ih, ion, ioff
     instance: ClassVar[dict[str, Param]] = {"on": Param("on at the start"), "off": Param("off at the start")}
     knows_on_at_rest: bool
@@ -43,11 +56,10 @@ class Switch(Element):
         assert self.model is not None
         p = {key: value for key, value in self.model.params.items() if isinstance(value, (int, float))}
         unit = self.unit_letter
+        if self.is_smooth:
+            return self.smooth_conductance(ctx, p) * self.between(ctx)
         at, half = p.get(unit + "t", 0.0), abs(p.get(unit + "h", 0.0))
-        if unit + "on" in p and unit + "off" in p:  # PSpice's spelling
-            on_at, off_at = p[unit + "on"], p[unit + "off"]
-            at, half = 0.5 * (on_at + off_at), 0.5 * abs(on_at - off_at)
-        elif p.get(unit + "h", 0.0) < 0:
+        if p.get(unit + "h", 0.0) < 0:
             ctx.remark(
                 "W286",
                 f".model `{self.model.name}`: {unit}h is negative, its magnitude is taken: on above {at + half:g}, "
@@ -67,6 +79,54 @@ class Switch(Element):
         on = 1.0 / (p.get("ron", 1.0) or LEAST_RESISTANCE)
         off = 1.0 / (p.get("roff", 0.0) or 1.0 / ctx.gmin)
         return ctx.b.select(ctx.flags[self.name], ctx.b.const(on), ctx.b.const(off)) * self.between(ctx)
+
+    @property
+    def is_smooth(self) -> bool:
+        """Does its model state PSpice's law?"""
+        if self.model is None:
+            return False
+        given, unit = self.model.params.keys(), self.unit_letter
+        hysteresis = not given.isdisjoint((unit + "t", unit + "h"))
+        return not given.isdisjoint((unit + "on", unit + "off")) or (
+            self.model.type == self.model_types[1] and not hysteresis
+        )
+
+    def check(self, ctx: Context) -> None:
+        super().check(ctx)
+        if not self.is_smooth or self.model is None:
+            return
+        p, unit, model = self.model.params, self.unit_letter, self.model
+        if self.extra.get("initial"):
+            said = f"{self.extra['initial']} of `{self.name}` has no effect, a {model.type} has no memory"
+            ctx.sink.warning("W283", said, self.span)
+        for key in (unit + "t", unit + "h"):
+            if key in p:
+                ctx.remark(
+                    "W284", f".model `{model.name}`: {key}= has no effect beside {unit}on and {unit}off",
+                    model.param_spans.get(key, model.span),
+                    f"{unit}t and {unit}h make a switch with hysteresis, {unit}on and {unit}off one that turns smoothly",
+                )  # fmt: skip
+        on, off, ron, roff = self.turns(p)
+        trouble = (
+            f"{unit}on and {unit}off are equal" if on == off
+            else "ron and roff must be positive" if min(ron, roff) <= 0.0 else ""
+        )  # fmt: skip
+        if trouble:
+            ctx.sink.error("E299", f"`{self.name}`, .model `{model.name}`: {trouble}", model.span)
+            model.params.update({unit + "on": 1.0, unit + "off": 0.0, "ron": 1.0, "roff": 1e6})
+
+    def turns(self, p: dict[str, Any]) -> tuple[float, float, float, float]:
+        """von, voff, ron, roff of PSpice's law, with its defaults."""
+        unit = self.unit_letter
+        return (
+            p.get(unit + "on", self.smooth_on), p.get(unit + "off", 0.0), p.get("ron", 1.0), p.get("roff", 1e6)
+        )  # fmt: skip
+
+    def smooth_conductance(self, ctx: Context, p: dict[str, Any]) -> Expr:
+        on, off, ron, roff = self.turns(p)
+        x = ctx.clamp((self.control(ctx) - 0.5 * (on + off)) / (on - off), -0.5, 0.5)
+        middle, span = 0.5 * math.log(ron * roff), math.log(ron / roff)
+        return ctx.b.call("exp", -middle - span * (1.5 * x - 2.0 * x * x * x))
 
     def control_text(self, net: Net) -> str:
         return ""

@@ -12,6 +12,8 @@ if TYPE_CHECKING:
     from ..assemble.accounts import Accounts
     from ..assemble.context import Context
 
+ROUNDING = 1e-15  # sin(pi) is not quite 0
+
 
 class VoltageSource(Independent):
     __slots__ = ()
@@ -39,12 +41,10 @@ class VoltageSource(Independent):
         return VOLTAGE
 
     def imposes(self, ctx: Context) -> bool:
-        if self.extra.get("dc"):
-            return True
-        if self.wave is None:
-            return isinstance(self.value, (int, float)) and self.value != 0
-        first = self.wave.args[1:2] if self.wave.kind.lower() == "pwl" else self.wave.args[:1]
-        return bool(first and first[0])
+        return abs(ctx.value_at_start(self)) > ROUNDING * self._amplitude()
+
+    def _amplitude(self) -> float:
+        return max((abs(float(a)) for a in self.wave.args), default=0.0) if self.wave is not None else 0.0
 
     def contribute(self, ctx: Context) -> None:
         br = self.join_voltage(ctx)

@@ -24,12 +24,13 @@ class CurrentSwitch(Switch):
     law = "as S, by the current of Vsource: it, ih"
     behind = ("element", "model")
     unit_letter = "i"
+    smooth_on = 1e-3
     knows_on_at_rest = False
     model_types = ("csw", "iswitch")
     model_words: ClassVar[dict[str, Param]] = {
         "it": Param("threshold", "A", 0.0), "ih": Param("half of the hysteresis", "A", 0.0),
         "ron": Param("resistance when on", "Ohm", 1.0), "roff": Param("resistance when off", "Ohm"),
-        "ion": Param("fully on above", "A"), "ioff": Param("off below", "A"),
+        "ion": Param("fully on there; with it the resistance turns smoothly", "A"), "ioff": Param("fully off there", "A"),
     }  # fmt: skip
 
     def take_control(self, ch: list[Any]) -> list[Any]:

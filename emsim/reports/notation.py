@@ -265,7 +265,11 @@ def _shorter(size: float) -> bool:
 def _third(size: float) -> bool:
     """Is 1/c a small whole number while c is an endless fraction? 1/3 says more than 0.333333."""
     inverse = 1.0 / size
-    return abs(inverse - round(inverse)) < 1e-9 * inverse and round(inverse) in (3, 6, 7, 9, 12)
+    return (
+        inverse < 13.0
+        and abs(inverse - round(inverse)) < 1e-9 * inverse
+        and round(inverse) in (3, 6, 7, 9, 12)
+    )
 
 
 def negated(node: Tree) -> Tree:

@@ -114,6 +114,8 @@ pub struct Model {
     pub diodes: Vec<DiodeAt>,
     pub flags: Vec<FlagSpec>,
     pub forces: Vec<Force>,
+    /// Branch currents held while a run's start is sought: of coils that would short a voltage.
+    pub starting_currents: Vec<(usize, f64)>,
     pub ic_charge: Vec<(usize, f64)>,
 }
 

@@ -56,7 +56,7 @@ fn analysed(sys: &System, couples: &[(usize, usize)]) -> Result<(Pattern, Symbol
 }
 
 impl<'a> Dc<'a> {
-    fn new(sys: &'a System, hold: bool, x: &[f64]) -> Result<Dc<'a>, Failure> {
+    fn new(sys: &'a System, hold: bool, starts: bool, x: &[f64]) -> Result<Dc<'a>, Failure> {
         let n = sys.n;
         let held: Vec<Option<f64>> = sys
             .unknowns
@@ -71,7 +71,10 @@ impl<'a> Dc<'a> {
             })
             .collect();
         // a static equilibrium needs its multipliers
-        let held = if hold { held } else { vec![None; n] };
+        let mut held = if hold { held } else { vec![None; n] };
+        for &(row, value) in sys.starting_currents.iter().filter(|_| starts) {
+            held[row] = Some(value);
+        }
         let couples: Vec<(usize, usize)> = if hold { Vec::new() } else { couples(sys) };
         let analysed = sys.rest_patterns[usize::from(hold)].get_or_init(|| analysed(sys, &couples));
         let (pattern, symbolic) = analysed.as_ref().map_err(|&e| Failure::from(e))?;
@@ -278,7 +281,7 @@ pub fn operating_point(
         return Ok(());
     }
     let singular = |why| NoPoint { why, tried: vec![] };
-    let mut dc = Dc::new(sys, !statics, x).map_err(singular)?;
+    let mut dc = Dc::new(sys, !statics, !w.dc, x).map_err(singular)?;
     let gmin = o.gmin;
     w.gmin = gmin;
     let mut start = x.clone();
@@ -325,7 +328,7 @@ pub fn operating_point(
 
     if !dc.pairs.is_empty() {
         // electrical unknowns first, the machine where it is
-        if let Ok(mut held) = Dc::new(sys, true, x) {
+        if let Ok(mut held) = Dc::new(sys, true, !w.dc, x) {
             let _ = held.newton(w, x, 0.0, None, tol, o.itl1);
         }
         tried.push("downhill from the start".into());

@@ -56,6 +56,7 @@ pub struct System {
     pub flags: Vec<FlagSpec>,
     pub diode_names: Vec<String>,
     pub forces: Vec<Force>,
+    pub starting_currents: Vec<(usize, f64)>,
     pub ic_charge: Vec<(usize, f64)>,
     pub pattern: Pattern,
     g_rows: Rows, // constant contributions to F = G x, Q = C x
@@ -378,6 +379,7 @@ impl System {
             flags: model.flags,
             diode_names,
             forces: model.forces,
+            starting_currents: model.starting_currents,
             ic_charge: model.ic_charge,
             phases: phases::phases(g, &model.f.values().chain(model.q.values()).copied().collect::<Vec<_>>()),
             rows: [&model.f, &model.q].map(|rows| rows.iter().map(|(&row, &id)| (row, id)).collect()),

@@ -371,6 +371,20 @@ impl Builder {
         Ok(())
     }
 
+    /// Holds a branch current while the start of a run is sought, in place of the branch's own equation.
+    fn start_current(&mut self, row: i64, value: f64) -> PyResult<()> {
+        if let Some(row) = self.row(row)? {
+            self.model()?.starting_currents.push((row, value));
+        }
+        Ok(())
+    }
+
+    /// What a waveform is at a time.
+    #[staticmethod]
+    fn wave_at(kind: &str, args: Vec<f64>, t: f64) -> PyResult<f64> {
+        Ok(Wave::new(kind, &args, None).map_err(PyValueError::new_err)?.value_before(t))
+    }
+
     /// With UIC: charge (or flux linkage) added to row `row` of Q at t = 0.
     fn ic_charge(&mut self, row: i64, dq: f64) -> PyResult<()> {
         if let Some(row) = self.row(row)? {
