@@ -162,7 +162,7 @@ def test_results_and_errors_pickle():
     assert [p.kind for p in again.plots] == ["op", "tran"] and again.stats == result.stats
     assert again.diagnostics[0].span.text == result.diagnostics[0].span.text and repr(again) == repr(result)
     with pytest.raises(emsim.DeckError) as caught:
-        emsim.run("t\nR1 a 0\n.end\n")
+        emsim.run("t\nC1 a 0\n.end\n")
     twin = pickle.loads(pickle.dumps(caught.value))
     assert type(twin) is emsim.DeckError and str(twin) == str(caught.value)
 

@@ -138,11 +138,11 @@ def test_json_is_one_document(decks):
 
 
 def test_json_of_a_wrong_deck():
-    done = emsim("--json", "-", stdin="bad\nR1 a 0\n.end\n")
+    done = emsim("--json", "-", stdin="bad\nC1 a 0\n.end\n")
     document = json.loads(done.stdout)
     assert done.returncode == document["exit_code"] == 1 and document["status"] == "deck error"
     (error,) = [d for d in document["diagnostics"] if d["severity"] == "error"]
-    assert error["span"]["line"] == 2 and "R1" in done.stderr
+    assert error["span"]["line"] == 2 and "C1" in done.stderr
 
 
 @pytest.mark.parametrize(
@@ -292,7 +292,7 @@ def shell(command):
     ],
 )
 def test_streams_that_are_full_or_closed(decks, command, code):
-    (decks / "wrong.cir").write_text("wrong\nR1 a 0\n.end\n")
+    (decks / "wrong.cir").write_text("wrong\nC1 a 0\n.end\n")
     done = shell(command)
     assert done.returncode == code, done.stderr
     assert "Traceback" not in done.stderr and "E499" not in done.stderr

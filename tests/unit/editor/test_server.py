@@ -304,7 +304,7 @@ def test_columns_are_the_clients_units(editor):
 
 def test_an_included_file(editor):
     folder = Path(editor.uri.removeprefix("file://")).parent
-    (folder / "lib.inc").write_text(".param twice={2*gain}\nRl a 0\n.subckt inner a b\nR1 a b 1\n.ends\n")
+    (folder / "lib.inc").write_text(".param twice={2*gain}\nCl a 0\n.subckt inner a b\nR1 a b 1\n.ends\n")
     text = DECK.replace(".gravity 9.81", ".gravity 9.81\n.include lib.inc\nXi out 0 inner")
     found = [d for d in editor.replace(text, editor.next()) if d["severity"] == 1]
     assert found[0]["range"]["start"]["line"] == 3 and found[0]["message"].startswith("lib.inc:2: ")

@@ -263,7 +263,7 @@ def test_included_files_are_watched(live: Callable[..., Live], tmp_path: Path):
         ".param inner=3",
     )
     # a mistake in the library is told at the deck's own line too
-    lib.write_text(".lib two\nR2 b 0\n.endl\n")
+    lib.write_text(".lib two\nC2 b 0\n.endl\n")
     state = found.state(lambda s: not s["ok"])
     assert [line for line, _ in state["lines"]] == [5]
 
