@@ -89,17 +89,20 @@ class Builder:
     def f_wave(self, row: int, wave: int, coefficient: float) -> None: ...
     def add_f(self, row: int, e: Expr | float) -> None: ...
     def add_q(self, row: int, e: Expr | float) -> None: ...
-    def diode(
+    def device(
         self,
+        kind: str,
         name: str,
-        p: int,
-        n: int,
+        nodes: Sequence[int],
         model: dict[str, float],
         instance: dict[str, float],
         temp_c: float = 27.0,
         tnom_c: float = 27.0,
-    ) -> tuple[int, float] | None:
-        """A junction diode; with series resistance its inner node and that conductance [S]."""
+    ) -> list[tuple[int, int, float]]:
+        """An instance of a device (`devices()`) between its terminals. Gives its series resistances: number of the terminal,
+        inner node, conductance [S]. ValueError: what is wrong with a parameter, as a sentence."""
+    def device_branches(self, name: str) -> list[tuple[int, int, bool]]:
+        """Of an instance: the nodes that each current goes from and to (-1: ground), and whether charge goes with it."""
     def force(self, row: int, value: float, kind: str) -> None:
         """Forces a node voltage: kind "ic" (until t = 0) or "nodeset" (a first guess)."""
     def start_current(self, row: int, value: float) -> None:
@@ -146,7 +149,7 @@ class System:
     @property
     def units(self) -> list[str]: ...
     @property
-    def diode_names(self) -> list[str]: ...
+    def device_names(self) -> list[str]: ...
     @property
     def flag_names(self) -> list[str]: ...
     @property
@@ -224,7 +227,7 @@ class Waveforms:
         """Flags that slid along their threshold: they were followed to 1e-4 of the span."""
     @property
     def accounts(self) -> dict[str, Any] | None:
-        """powers, diodes [(heat, charge energy)], first, last [J]; trace: float64 rows of time, powers, two a diode,
+        """powers, devices [(heat, charge energy)], first, last [J]; trace: float64 rows of time, powers, two a device,
         energies. None where tran() was given no accounts."""
     @property
     def watch(self) -> dict[str, Any]:
@@ -273,6 +276,9 @@ class Trees:
         """Title, stray continuation lines, the first .control, the lines of .control sections, and the cards: see
         source.Reading. A place is (line, column, start, end)."""
 
-def diode_parameters() -> list[tuple[list[str], str, float, str]]:
-    """(names, unit, default, meaning) of every parameter of a diode's .model; the default is nan where it depends on
-    others."""
+def devices() -> list[tuple[str, list[str]]]:
+    """(name, terminals) of every device; the name is the word of its .model."""
+
+def device_parameters(kind: str, of: str = "model") -> list[tuple[list[str], str, float, str]]:
+    """(names, unit, default, meaning) of every parameter of a device's .model, or of "instance"; the default is nan where it
+    depends on others."""

@@ -260,7 +260,7 @@ def _table(assembly: Assembly, r: Run) -> Table:
     if found is not None and assembly.accounts is not None:
         from .reports.energy import Ledger, doubt
 
-        ledger = Ledger(assembly.accounts, found, assembly.system.diode_names)
+        ledger = Ledger(assembly.accounts, found, assembly.system.device_names)
         if not isfinite(ledger.residual):  # a run that ended at a pole has no balance to show
             ledger = None
         elif r.waves.status == "ok":

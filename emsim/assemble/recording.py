@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 from .._engine import Builder
@@ -28,16 +29,21 @@ class Share:
         self.owner, self.row, self.rate, self.what, self.quotient = owner, row, rate, what, quotient
 
 
-class Junction(NamedTuple):
-    """A diode between two unknowns (-1 ground), inside of its series resistance; temperatures in C."""
+class Placed(NamedTuple):
+    """A device: its branches from unknown to unknown (-1 ground), inside of its series resistances, each with whether it
+    stores charge; temperatures in C."""
 
+    kind: str
     name: str
-    p: int
-    n: int
+    branches: list[tuple[int, int, bool]]
     model: dict[str, float]
     instance: dict[str, float]
     temp: float
     tnom: float
+
+    def number(self, branch: int) -> str:
+        """What the current of a branch is called by behind `i`: nothing where there is one alone."""
+        return str(branch + 1) if len(self.branches) > 1 else ""
 
 
 class Recorder:
@@ -48,7 +54,7 @@ class Recorder:
         self.owner = ""
         self.shares: list[Share] = []
         self.waves: list[tuple[str, list[float], str]] = []  # kind, arguments, owner
-        self.diodes: list[Junction] = []
+        self.devices: list[Placed] = []
 
     def __getattr__(self, name: str) -> Any:
         return getattr(self._builder, name)
@@ -100,21 +106,21 @@ class Recorder:
         self.waves.append((kind, list(args), self.owner))
         return k
 
-    def diode(
+    def device(
         self,
+        kind: str,
         name: str,
-        p: int,
-        n: int,
+        nodes: Sequence[int],
         model: dict[str, float],
         instance: dict[str, float],
         temp: float,
         tnom: float,
-    ) -> tuple[int, float] | None:
-        series = self._builder.diode(name, p, n, model, instance, temp, tnom)
-        inner = p if series is None else series[0]
-        self.diodes.append(Junction(name, inner, n, model, instance, temp, tnom))
-        if series is not None:
-            self._between(p, inner, False, series[1], True)
+    ) -> list[tuple[int, int, float]]:
+        series = self._builder.device(kind, name, nodes, model, instance, temp, tnom)
+        branches = self._builder.device_branches(name)
+        self.devices.append(Placed(kind, name, branches, model, instance, temp, tnom))
+        for terminal, inner, conductance in series:
+            self._between(nodes[terminal], inner, False, conductance, True)
         return series
 
 

@@ -53,9 +53,9 @@ class Diode(Element):
 
     @classmethod
     def model_table(cls) -> list[tuple[list[str], str, float, str]]:
-        from .._engine import diode_parameters
+        from .._engine import device_parameters
 
-        return diode_parameters()
+        return device_parameters("d")
 
     def _check_model(self, ctx: Context, model: Model) -> None:
         super()._check_model(ctx, model)
@@ -85,9 +85,8 @@ class Diode(Element):
             p = inner
         try:
             temp, tnom = self.temperature(ctx), model.get("tnom", ctx.tnom)
-            series = ctx.b.diode(self.name, p, n, model, instance, temp, tnom)
-            if series is not None:
-                ctx.series[self.name] = (p, *series)
+            for _, inner, conductance in ctx.b.device("d", self.name, (p, n), model, instance, temp, tnom):
+                ctx.series[self.name] = (p, inner, conductance)
         except ValueError as trouble:
             span = self.model.param_spans.get(str(trouble).partition("=")[0], self.model.span)
             ctx.sink.error("E299", f"`{self.name}`, .model `{self.model.name}`: {trouble}", span)

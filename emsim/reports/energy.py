@@ -41,7 +41,7 @@ class Ledger:
 
     __slots__ = ("dissipated", "lines", "open", "residual", "stored", "supplied", "trace", "turnover")
 
-    def __init__(self, book: Accounts, found: dict[str, Any], diodes: Sequence[str]) -> None:
+    def __init__(self, book: Accounts, found: dict[str, Any], devices: Sequence[str]) -> None:
         lines: dict[str, Line] = {}
 
         def line(name: str, word: str) -> Line:
@@ -55,7 +55,7 @@ class Ledger:
             for entry, value in zip(entries, values, strict=True):
                 account = line(entry.name, entry.word)
                 setattr(account, entry.kind, getattr(account, entry.kind) + value)
-        for name, (heat, charge) in zip(diodes, found["diodes"], strict=False):
+        for name, (heat, charge) in zip(devices, found["devices"], strict=False):
             line(name, "D").dissipated += heat
             line(name, "D").stored += charge
         self.lines = list(lines.values())
@@ -66,13 +66,13 @@ class Ledger:
         self.residual = self.stored - self.supplied + self.dissipated
         # energies come and go: what went through each account, how far each energy went, what it is at either end
         moved = dict.fromkeys(KINDS, 0.0)
-        kinds = [*(e.kind for e in book.powers), *(["dissipated"] * len(found["diodes"]))]
+        kinds = [*(e.kind for e in book.powers), *(["dissipated"] * len(found["devices"]))]
         for kind, value in zip(kinds, found["moved"], strict=False):
             moved[kind] += value
         changes = max(sum(map(abs, energies)), sum(found["swing"]))
         largest = sum(max(abs(a), abs(b)) for a, b in zip(found["first"], found["last"], strict=False))
         self.turnover = max(*moved.values(), changes, largest) if lines else 0.0
-        self.trace = _trace(book, found, len(diodes)) if "trace" in found else None
+        self.trace = _trace(book, found, len(devices)) if "trace" in found else None
 
     @property
     def share(self) -> float:
@@ -133,17 +133,17 @@ def _joule(value: float) -> str:
     return f"{value:.4g} J"
 
 
-def _trace(book: Accounts, found: dict[str, Any], diodes: int) -> dict[str, array[float]]:
+def _trace(book: Accounts, found: dict[str, Any], devices: int) -> dict[str, array[float]]:
     """The sums over time."""
     powers, energies = book.powers, book.energies
-    width = 1 + len(powers) + 2 * diodes + len(energies)
+    width = 1 + len(powers) + 2 * devices + len(energies)
     data = array("d")
     data.frombytes(found["trace"])
     sums = {kind: array("d", bytes(8 * (len(data) // width))) for kind in KINDS}
     columns = [(1 + k, e.kind, 0.0) for k, e in enumerate(powers)]
-    for k in range(diodes):
+    for k in range(devices):
         columns += [(1 + len(powers) + 2 * k, "dissipated", 0.0), (2 + len(powers) + 2 * k, "stored", 0.0)]
-    base = 1 + len(powers) + 2 * diodes
+    base = 1 + len(powers) + 2 * devices
     columns += [(base + k, e.kind, data[base + k] if data else 0.0) for k, e in enumerate(energies)]
     for column, kind, start in columns:
         target = sums[kind]

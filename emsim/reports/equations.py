@@ -96,7 +96,6 @@ CIRCUIT, BRANCHES, MOTION, CLOSURE, OTHERS = "circuit", "branches", "motion", "c
 
 
 SHORTER = (1 << 20, 48, 16, 6)  # terms of a formula that are written, by how much there is to write
-CHARGED = {"cjo", "cj0", "cj", "tt", "cjp", "cjsw"}  # of a diode's model: it stores charge
 LONG = 16  # symbols and numbers of a summand; what repeats in longer ones gets a name
 
 
@@ -135,7 +134,7 @@ class Explained:
         ]
         self.conditions = self._conditions()
         self.sources = self._sources()
-        self.diodes = self.recorder.diodes[: self.MOST_ROWS]
+        self.devices = self.recorder.devices[: self.MOST_ROWS]
         self.named = self._name_long()
         self.folded = folded(self)
         self.freedom: int | None = self.machine.found.dof if self.machine is not None else None
@@ -237,7 +236,8 @@ class Explained:
         wanted: Iterable[int] = range(self.size)
         if self.only is not None:
             touched = {row for (row, _), mine in shares.items() if any(s.owner in self.only for s in mine)}
-            touched |= {k for d in self.recorder.diodes if d.name in self.only for k in (d.p, d.n) if k >= 0}
+            mine = [d for d in self.recorder.devices if d.name in self.only]
+            touched |= {k for d in mine for p, n, _ in d.branches for k in (p, n) if k >= 0}
             touched |= {i for i, row in special.items() if row.owners & self.only}
             wanted = sorted(touched)
         for i in wanted:
@@ -265,12 +265,13 @@ class Explained:
     def _node(self, i: int, charges: list[Part], flows: list[Part]) -> Row:
         """The currents that leave a node add up to zero."""
         a = self.algebra
-        for d in self.recorder.diodes:
-            if i in (d.p, d.n):
-                sign = 1.0 if i == d.p else -1.0
-                flows.append(Part(d.name, a.scale(sign, a.atom("diode", 0, (), f"i_{d.name}"))))
-                if d.model.keys() & CHARGED:
-                    charges.append(Part(d.name, a.scale(sign, a.atom("diode", 0, (), f"q_{d.name}")), True))
+        for d in self.recorder.devices:
+            for branch, (p, n, stores) in enumerate(d.branches):
+                if i in (p, n) and p != n:
+                    sign, name = 1.0 if i == p else -1.0, f"{d.number(branch)}_{d.name}"
+                    flows.append(Part(d.name, a.scale(sign, a.atom("device", 0, (), f"i{name}"))))
+                    if stores:
+                        charges.append(Part(d.name, a.scale(sign, a.atom("device", 0, (), f"q{name}")), True))
         return Row(i, CIRCUIT, f"node {self.names.names[i]}", [*flows, *charges], [])
 
     def _branch(self, i: int, charges: list[Part], flows: list[Part]) -> Row:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from html import escape
 
 from . import notation
-from .equations import BRANCHES, CHARGED, CIRCUIT, CLOSURE, MOTION, OTHERS, Energy, Explained, Part, Row
+from .equations import BRANCHES, CIRCUIT, CLOSURE, MOTION, OTHERS, Energy, Explained, Part, Row
 from .notation import latex_text
 
 TYPE_CHECKING = False
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
     from typing import Any
 
-    from ..assemble.recording import Junction
+    from ..assemble.recording import Placed
     from ..outputs.html import Sheet
     from .algebra import Poly
     from .notation import Tree
@@ -178,7 +178,7 @@ def page(x: Explained) -> Iterator[str]:
         yield f"... and {x.left_out} more equations; emsim explain deck.cir:LINE writes those of one line"
     definitions = [f"{name} = {write(x.layout.written(atom))}" for name, atom in x.named]
     definitions += [f"{name} = {what}" for name, what in x.sources]
-    definitions += [line for d in x.diodes for line in diode_text(x, d)]
+    definitions += [line for d in x.devices for line in device_text(x, d)]
     if definitions:
         yield ""
         yield "Where"
@@ -271,9 +271,17 @@ def _broken(line: str, margin: str, hang: str = "  ", width: int = 116) -> Itera
     yield head + line
 
 
-def diode_text(x: Explained, d: Junction) -> Iterator[str]:
-    """What i_d1 is: the law of its junction, as far as a line can say it."""
-    u = notation.text(_bracketed(x.layout.tree(_drop(x, d.p, d.n))), x.names)
+def device_text(x: Explained, d: Placed) -> Iterator[str]:
+    """What i_d1 is: the law of a junction, as far as a line can say it; of others between which nodes their currents go."""
+    if d.kind != "d":
+        for branch, (p, n, stores) in enumerate(d.branches):
+            u = notation.text(x.layout.tree(_drop(x, p, n)), x.names)
+            what = "current and charge" if stores else "current"
+            names = f"i{d.number(branch)}_{d.name}" + (f", q{d.number(branch)}_{d.name}" if stores else "")
+            yield f"{names} = {what} of {d.name} ({d.kind}) along {u}"
+        return
+    p, n, stores = d.branches[0]
+    u = notation.text(_bracketed(x.layout.tree(_drop(x, p, n))), x.names)
     saturation, slope = d.model.get("is", d.model.get("js", 1e-14)), d.model.get("n", 1.0)
     saturation *= d.instance.get("area", 1.0) * d.instance.get("m", 1.0)
     vt = 8.617333262e-5 * (d.temp + 273.15)
@@ -286,7 +294,7 @@ def diode_text(x: Explained, d: Junction) -> Iterator[str]:
         f"i_{d.name} = {'is' if warm else f'{saturation:g}'}*(exp({u}/{slope * vt:.4g}) - 1): the junction of {d.name}{warm}"
         + (", with its breakdown" if d.model.get("bv") else "")
     )
-    if d.model.keys() & CHARGED:
+    if stores:
         yield f"q_{d.name} = the charge of that junction"
 
 
@@ -342,8 +350,8 @@ def latex(x: Explained) -> Iterator[str]:
         yield r"\subsection*{Where}" + "\n" + r"\begin{align*}"
         yield " \\\\\n".join(where)
         yield r"\end{align*}"
-    for d in x.diodes:
-        for line in diode_text(x, d):
+    for d in x.devices:
+        for line in device_text(x, d):
             yield latex_text(line) + r"\\"
     if x.conditions:
         yield r"\subsection*{Conditions}" + "\n" + latex_text(_sentence(CONDITIONS)) + "."
@@ -431,9 +439,9 @@ def sheet(x: Explained) -> str:
         f"<tr><td>{math(('sym', atom))}</td><td>=</td><td><code>{escape(what)}</code></td><td></td></tr>"
         for atom, (_, what) in zip(_wave_atoms(x), x.sources, strict=True)
     ]
-    if where or x.diodes:
+    if where or x.devices:
         out.append(f"<h3>Where</h3><table>{''.join(where)}</table>")
-        out += [f"<p><code>{escape(line)}</code></p>" for d in x.diodes for line in diode_text(x, d)]
+        out += [f"<p><code>{escape(line)}</code></p>" for d in x.devices for line in device_text(x, d)]
     if x.energies:
         out.append("<h3>Energies</h3><table>")
         for letter, title, unit in ENERGIES:

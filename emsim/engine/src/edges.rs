@@ -347,7 +347,8 @@ fn read_elsewhere(
     }
     let linear = constant_g.iter().filter(|(&(r, _), _)| !saying(r)).chain(constant_c);
     let mut nodes: Vec<usize> = linear.filter(|(_, &v)| v != 0.0).map(|(&(_, c), _)| c).collect();
-    nodes.extend(model.diodes.iter().flat_map(|d| [d.p, d.n]).filter(|&k| k >= 0).map(|k| k as usize));
+    let seats = model.classes.iter().flat_map(|c| c.seats());
+    nodes.extend(seats.flat_map(|seat| &seat.nodes).filter(|&&k| k >= 0).map(|&k| k as usize));
     ids.extend(nodes.iter().filter_map(|n| pinned.get(n)));
     let map: Vec<(Id, Id)> = pinned.iter().map(|(&n, &e)| (g.unknown(n as u32), e)).collect();
     substitute(g, &ids, &map)

@@ -111,6 +111,8 @@ pub enum Node {
     Atan2(Id, Id),
     Call(Fun, Id),
     Select(Id, Id, Id),
+    /// a condition: not a < b, so true where one is no number
+    NotLess(Id, Id),
 }
 
 impl Node {
@@ -119,7 +121,7 @@ impl Node {
         let (n, ops) = match *self {
             Node::Neg(a) | Node::Powi(a, _) | Node::Call(_, a) => (1, [a, 0, 0]),
             Node::Add(a, b) | Node::Sub(a, b) | Node::Mul(a, b) | Node::Div(a, b) => (2, [a, b, 0]),
-            Node::Pow(a, b) | Node::Atan2(a, b) => (2, [a, b, 0]),
+            Node::Pow(a, b) | Node::Atan2(a, b) | Node::NotLess(a, b) => (2, [a, b, 0]),
             Node::Select(c, a, b) => (3, [c, a, b]),
             _ => (0, [0, 0, 0]),
         };
@@ -451,6 +453,14 @@ impl Graph {
         self.intern(Node::Select(c, a, b))
     }
 
+    /// What `select` asks: not a < b. No event: both sides of the selection agree where a = b.
+    pub fn not_less(&mut self, a: Id, b: Id) -> Id {
+        if let (Some(x), Some(y)) = (self.value(a), self.value(b)) {
+            return self.constant(f64::from(u8::from(!(x < y))));
+        }
+        self.intern(Node::NotLess(a, b))
+    }
+
     /// The same operation on other operands, folded anew.
     pub fn rebuild(&mut self, node: Node, ops: [Id; 3]) -> Id {
         let [a, b, c] = ops;
@@ -465,6 +475,7 @@ impl Graph {
             Node::Atan2(..) => self.atan2(a, b),
             Node::Call(f, _) => self.call(f, a),
             Node::Select(..) => self.select(a, b, c),
+            Node::NotLess(..) => self.not_less(a, b),
             leaf => self.intern(leaf),
         }
     }

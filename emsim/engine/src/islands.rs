@@ -12,6 +12,7 @@
 //! The same befalls a whole part of a circuit that hangs on nothing but megohms, as the secondary of a transformer with all that it
 //! feeds: its nodes may be held firmly, but only by each other. Such a part gets a sum of its own, of the islands' sums in it
 //! and the rows of its other nodes: a second layer.
+use crate::devices::Line;
 use crate::graph::{Graph, Id, Node};
 use crate::model::{Kind, Model};
 use crate::sparse::Pairs;
@@ -47,6 +48,14 @@ impl Islands {
 /// A resistance above this (below, as a conductance [S]) does not make two nodes one part.
 const LOOSE: f64 = 1e-5;
 
+/// A branch of a device.
+struct Branch {
+    ends: (i32, i32),
+    stores: bool,
+    capacitance: f64,     // without a voltage
+    charged_by: Vec<i32>, // the nodes whose voltages its charge hangs on
+}
+
 /// Of every node whose row is part of a sum the node whose row the sum is, itself included.
 pub type Roots = BTreeMap<usize, usize>;
 
@@ -61,6 +70,32 @@ impl Model {
         let rows = rows.map(|(&node, &root)| (node, root)).collect();
         self.sum_rows(g, &rows);
         [islands, parts]
+    }
+
+    /// The branches of all devices.
+    fn branches(&self) -> impl Iterator<Item = Branch> + '_ {
+        let instances = self.classes.iter().flat_map(|c| (0..c.seats().len()).map(move |k| (c, k)));
+        instances.flat_map(|(class, k)| {
+            let (seat, shape, mut still) = (&class.seats()[k], class.shape(k), Line::default());
+            if shape.stores_any() {
+                class.at(k, &vec![0.0; shape.ports.len()], 0.0, &mut still);
+            }
+            let ports = shape.ports.len();
+            let branch = move |(j, &(p, n)): (usize, &(usize, usize))| {
+                let charging = (0..ports).filter(|&port| shape.link(j, port).charge);
+                let own = still.c.iter().skip(j * ports).take(ports);
+                Branch {
+                    ends: (seat.nodes[p], seat.nodes[n]),
+                    stores: shape.stores(j),
+                    capacitance: own.map(|c| c.abs()).sum(),
+                    charged_by: charging
+                        .flat_map(|port| [shape.ports[port].0, shape.ports[port].1])
+                        .map(|k| seat.nodes[k])
+                        .collect(),
+                }
+            };
+            shape.branches.iter().enumerate().map(branch).collect::<Vec<_>>()
+        })
     }
 
     fn sum_rows(&mut self, g: &mut Graph, roots: &Roots) {
@@ -98,9 +133,9 @@ impl Model {
                 rows.extend(sum.map(|sum| (root, sum)));
             }
         }
-        for d in &mut self.diodes {
+        for rows in self.classes.iter_mut().flat_map(|c| c.seats_mut()).flat_map(|seat| &mut seat.rows) {
             let mut net: BTreeMap<usize, i32> = BTreeMap::new();
-            for (k, place) in d.rows.iter_mut().enumerate() {
+            for (k, place) in rows.iter_mut().enumerate() {
                 let Some((row, root)) = usize::try_from(*place).ok().and_then(|row| Some((row, root_of(row)?))) else {
                     continue;
                 };
@@ -112,8 +147,8 @@ impl Model {
             // inside of one island it cancels
             for (root, count) in net.into_iter().filter(|&(_, count)| count != 0) {
                 let first = usize::from(count < 0);
-                if let Some(k) = [first, first + 2].into_iter().find(|&k| d.rows[k] < 0) {
-                    d.rows[k] = root as i32;
+                if let Some(k) = [first, first + 2].into_iter().find(|&k| rows[k] < 0) {
+                    rows[k] = root as i32;
                 }
             }
         }
@@ -138,9 +173,11 @@ impl Model {
             }
             charged.insert(row);
         }
-        for d in self.diodes.iter().filter(|d| d.kernel.has_charge()) {
-            island.join(end(d.p), end(d.n));
-            charged.extend([d.p, d.n].into_iter().filter_map(|k| usize::try_from(k).ok()));
+        for branch in self.branches().filter(|b| b.stores) {
+            let (p, n) = branch.ends;
+            island.join(end(p), end(n));
+            branch.charged_by.iter().for_each(|&k| island.join(end(p), end(k)));
+            charged.extend([p, n].into_iter().filter_map(|k| usize::try_from(k).ok()));
         }
         // a charge that does not cancel in the sum leads to ground
         for (of, _, _) in left(self.c.iter().filter(|e| node(e.0)), &mut island) {
@@ -173,13 +210,12 @@ impl Model {
         nodes.iter().copied().filter(move |i| !held || forced.contains(i))
     }
 
-    /// The largest capacitance in each set of nodes, of junctions without a voltage.
+    /// The largest capacitance in each set of nodes, of devices without a voltage.
     fn stored(&self, set: &mut Islands) -> BTreeMap<usize, f64> {
         let mut stored: BTreeMap<usize, f64> = BTreeMap::new();
-        let junctions = self.diodes.iter().filter(|d| d.kernel.has_charge());
-        let junctions =
-            junctions.filter_map(|d| Some((usize::try_from(d.p.max(d.n)).ok()?, d.kernel.eval(0.0, 0.0).c)));
-        for (row, v) in self.c.iter().map(|&(row, _, v)| (row, v)).chain(junctions) {
+        let devices = self.branches().filter(|b| b.stores);
+        let devices = devices.filter_map(|b| Some((usize::try_from(b.ends.0.max(b.ends.1)).ok()?, b.capacitance)));
+        for (row, v) in self.c.iter().map(|&(row, _, v)| (row, v)).chain(devices) {
             let largest = stored.entry(set.of(row)).or_default();
             *largest = largest.max(v.abs());
         }
@@ -190,7 +226,8 @@ impl Model {
     fn weights(&self) -> Vec<usize> {
         let mut weight = vec![0_usize; self.unknowns.len()];
         self.g.iter().for_each(|e| weight[e.0] += 1);
-        self.diodes.iter().flat_map(|d| [d.p, d.n]).filter(|&k| k >= 0).for_each(|k| weight[k as usize] += 1);
+        let ends = self.branches().flat_map(|b| [b.ends.0, b.ends.1]);
+        ends.filter(|&k| k >= 0).for_each(|k| weight[k as usize] += 1);
         weight
     }
 
@@ -215,7 +252,7 @@ impl Model {
             add_terms(g, e, &mut terms);
             terms.keys().for_each(|&id| part.join(row, *shared.entry(id).or_insert(row)));
         }
-        self.diodes.iter().for_each(|d| part.join(end(d.p), end(d.n)));
+        self.branches().for_each(|b| part.join(end(b.ends.0), end(b.ends.1)));
         // what does not cancel leads to ground, unless it is loose
         let mut leads: BTreeMap<usize, f64> = BTreeMap::new();
         for (of, col, size) in left(self.g.iter().filter(|e| node(e.0)), &mut part) {

@@ -9,8 +9,8 @@
 //!
 //!   energy(end) - energy(start) - supplied + dissipated
 //!
-//! is the error of the solution itself. Junction diodes keep accounts of their own: heat is the integral of v i(v), the
-//! energy of their charge is a function of the voltage, like that of a capacitor.
+//! is the error of the solution itself. Devices keep accounts of their own: heat is the integral of v i(v), the
+//! energy of their charges is a function of the voltages, like that of a capacitor.
 mod timed;
 
 use self::timed::Timed;
@@ -61,10 +61,10 @@ pub struct Ledger {
     power_scratch: Vec<f64>,
     energy_scratch: Vec<f64>,
     sums: Vec<Sum>,
-    heat: Vec<Sum>,    // of every diode
-    charged: Vec<f64>, // energy of every diode's charge at the start
+    heat: Vec<Sum>,    // of every device
+    charged: Vec<f64>, // energy of every device's charge at the start
     stored: Vec<f64>,  // and its growth, at the end
-    moved: Vec<f64>,   // of every power and diode: its parts without their sign [J]
+    moved: Vec<f64>,   // of every power and device: its parts without their sign [J]
     swing: Vec<f64>,   // of every energy: how far it has been from where it began [J]
     steps: u32,
     /// energies at the start and at the end [J]; empty before
@@ -73,7 +73,7 @@ pub struct Ledger {
     at: f64,
     x: Vec<f64>,
     inside: Vec<f64>,
-    /// rows of time, powers' integrals, heat and charge energy of every diode, energies; one for every part of a step
+    /// rows of time, powers' integrals, heat and charge energy of every device, energies; one for every part of a step
     pub trace: Option<Vec<f64>>,
     started: bool,
 }
@@ -107,11 +107,11 @@ impl Ledger {
 
     /// The accounts open at t with the state x.
     pub fn open(&mut self, sys: &System, w: &mut Work, t: f64, x: &[f64]) {
-        self.heat = vec![Sum::default(); sys.diodes()];
+        self.heat = vec![Sum::default(); sys.devices()];
         self.inside = x.to_vec();
         self.leap(t, x);
         self.first = self.energies(sys, w);
-        self.charged = sys.diode_energies(w, x);
+        self.charged = sys.device_energies(w, x);
         self.moved = vec![0.0; self.sums.len() + self.heat.len()];
         self.swing = vec![0.0; self.first.len()];
         self.started = true;
@@ -226,7 +226,7 @@ impl Ledger {
             take(sum, self.powers.output(&self.power_scratch, k) - timed[k]);
         }
         let heat = &mut self.heat;
-        sys.each_diode(w, x, |k, v, i| take(&mut heat[k], v * i));
+        sys.each_power(w, x, |k, power| take(&mut heat[k], power));
     }
 
     fn energies(&mut self, sys: &System, w: &mut Work) -> Vec<f64> {
@@ -244,9 +244,9 @@ impl Ledger {
         let trace = self.trace.as_mut().expect("seen above");
         trace.push(self.at);
         trace.extend(self.sums.iter().zip(&self.timed.sums).map(|(s, timed)| s.value + timed.value));
-        let charged = sys.diode_energies(w, &self.x);
-        let diodes = self.heat.iter().zip(charged.iter().zip(&self.charged));
-        trace.extend(diodes.flat_map(|(heat, (now, first))| [heat.value, now - first]));
+        let charged = sys.device_energies(w, &self.x);
+        let devices = self.heat.iter().zip(charged.iter().zip(&self.charged));
+        trace.extend(devices.flat_map(|(heat, (now, first))| [heat.value, now - first]));
         trace.extend(energies);
     }
 
@@ -254,12 +254,12 @@ impl Ledger {
     pub fn close(&mut self, sys: &System, w: &mut Work) {
         if self.started {
             self.last = self.energies(sys, w);
-            let charged = sys.diode_energies(w, &self.x);
+            let charged = sys.device_energies(w, &self.x);
             self.stored = charged.iter().zip(&self.charged).map(|(now, first)| now - first).collect();
         }
     }
 
-    /// Energy that went through each power and each diode, back and forth, and the farthest that each energy has been from
+    /// Energy that went through each power and each device, back and forth, and the farthest that each energy has been from
     /// its start [J].
     pub fn turned_over(&self) -> (Vec<f64>, &[f64]) {
         let timed = self.timed.moved.iter().copied().chain(std::iter::repeat(0.0));
@@ -271,8 +271,8 @@ impl Ledger {
         self.sums.iter().zip(&self.timed.sums).map(|(s, timed)| s.value + timed.value).collect()
     }
 
-    /// Heat and charge energy of every diode [J].
-    pub fn diodes(&self) -> Vec<(f64, f64)> {
+    /// Heat and charge energy of every device [J].
+    pub fn devices(&self) -> Vec<(f64, f64)> {
         self.heat.iter().map(|h| h.value).zip(self.stored.iter().copied()).collect()
     }
 }

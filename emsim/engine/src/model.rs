@@ -1,8 +1,9 @@
 //! What the cards contribute to equation (1), before it is compiled: see `system`.
-use crate::devices::diode::Diode;
+use crate::devices::class::Series;
+use crate::devices::{maker, Class, Climate};
 use crate::graph::{Graph, Id, Node};
 use crate::waves::Wave;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap};
 
 /// What an unknown is: its tolerance, and whether the DC operating point holds it.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -84,15 +85,6 @@ pub struct FlagSpec {
     pub law: Law,
 }
 
-pub struct DiodeAt {
-    pub name: String,
-    pub kernel: Diode,
-    pub p: i32,
-    pub n: i32,
-    /// rows that hold its current, with the signs + - + -, or -1: p's and n's own, and sums that these are part of (see islands.rs)
-    pub rows: [i32; 4],
-}
-
 /// Node voltages forced at the operating point (`.ic`) or only suggested (`.nodeset`).
 #[derive(Clone, Copy)]
 pub struct Force {
@@ -111,7 +103,7 @@ pub struct Model {
     pub f_wave: Vec<(usize, usize, f64)>,
     pub f: BTreeMap<usize, Id>,
     pub q: BTreeMap<usize, Id>,
-    pub diodes: Vec<DiodeAt>,
+    pub classes: Vec<Box<dyn Class>>,
     pub flags: Vec<FlagSpec>,
     pub forces: Vec<Force>,
     /// Branch currents held while a run's start is sought: of coils that would short a voltage.
@@ -120,10 +112,43 @@ pub struct Model {
 }
 
 impl Model {
+    /// An instance of a device more, between unknowns (-1: ground), with its inner nodes and the resistances before them. `kind` is the
+    /// device's name. Gives its seat's series resistances; errors are sentences for the user.
+    pub fn add_device(
+        &mut self,
+        kind: &str,
+        name: &str,
+        terminals: &[i32],
+        [model, instance]: [&HashMap<String, f64>; 2],
+        at: Climate,
+    ) -> Result<Vec<Series>, String> {
+        let maker = maker(kind).ok_or_else(|| format!("there is no device {kind}"))?;
+        let k = self.classes.iter().position(|c| c.spec().name == kind).unwrap_or_else(|| {
+            self.classes.push(maker.class());
+            self.classes.len() - 1
+        });
+        let unknowns = &mut self.unknowns;
+        let mut inner = |node: &str| {
+            let name = format!("{name}#{node}");
+            unknowns.push(Unknown { name, kind: Kind::Node, unit: "V".into(), initial: 0.0 });
+            unknowns.len() - 1
+        };
+        self.classes[k].add(name, terminals, model, instance, at, &mut inner)?;
+        let series = self.classes[k].seats().last().map_or(Vec::new(), |seat| seat.series.clone());
+        for s in &series {
+            let (i, gs) = (s.inner, s.conductance);
+            self.g.push((i, i, gs));
+            if let Ok(p) = usize::try_from(s.outer) {
+                self.g.extend([(p, p, gs), (p, i, -gs), (i, p, -gs)]);
+            }
+        }
+        Ok(series)
+    }
+
     /// Expressions that are linear forms of unknowns and sources become constants of G and C, if all of them are: a motor on a
     /// flywheel, masses on springs, are then solved like a linear circuit.
     pub fn fold_linear(&mut self, g: &Graph) {
-        if !self.diodes.is_empty() || !self.flags.is_empty() {
+        if !self.classes.is_empty() || !self.flags.is_empty() {
             return;
         }
         let forms = |rows: &BTreeMap<usize, Id>| -> Option<Vec<(usize, Form)>> {

@@ -188,7 +188,7 @@ impl Newton {
         Ok(Newton {
             lu,
             junctions: 1.0,
-            held: sys.passive && !sys.has_coils() && sys.nodes_hold_junctions(),
+            held: sys.passive && !sys.has_coils() && sys.nodes_hold_devices(),
             key: f64::NAN,
             a: f64::NAN,
             rows: Vec::new(),
@@ -288,7 +288,7 @@ impl Newton {
             return self.solve_linear(sys, w, a, stage);
         }
         sys.stage_expand(w, stage.x(), t, a);
-        let (fit, mut good) = (tol.accounts && a > 0.0 && sys.diodes() > 0, 0);
+        let (fit, mut good) = (tol.accounts && a > 0.0 && sys.exponentials() > 0, 0);
         for iteration in 1..=max_iterations {
             w.counters.iterations += 1;
             self.update(sys, w, a, stage)?;
@@ -304,7 +304,7 @@ impl Newton {
                 continue;
             }
             let asked = converged || iteration >= STALLS;
-            let straight = asked && !w.limited && (self.held || !sys.junctions_leave_lines(w, &self.step, x));
+            let straight = asked && !w.limited && (self.held || !sys.leaves_lines(w, &self.step, x));
             let converged = converged && straight;
             let doubtful = converged && sys.bends() && (leapt(&self.sources, &self.settled) || self.far(x, tol));
             if sys.linear || (converged && !doubtful) {

@@ -306,7 +306,7 @@ pub fn operating_point(
     sys.update_flags(w, x, 0.0);
     let reset = |w: &mut Work, x: &mut Vec<f64>| {
         x.copy_from_slice(&start);
-        w.junction = sys.work().junction;
+        w.ports = sys.work().ports;
         w.reset_flags(sys);
         w.source_factor = 1.0;
         w.gmin = gmin;
@@ -457,7 +457,7 @@ fn polish(dc: &mut Dc, w: &mut Work, x: &mut [f64], tol: &Tolerances, o: &Option
 
 /// Does `consistent` with `refine` leave everything as it is?
 pub fn is_all_state(sys: &System) -> bool {
-    sys.diodes() == 0 && sys.differential.iter().all(|&d| d)
+    sys.devices() == 0 && sys.differential.iter().all(|&d| d)
 }
 
 /// Consistent values at t after a discontinuity, or at the start: one backward Euler step so short that charges,
@@ -477,7 +477,7 @@ pub fn consistent(
 ) -> bool {
     sys.eval(w, x, t);
     let q0 = w.q.clone();
-    let junction = w.junction.clone();
+    let ports = w.ports.clone();
     let mut step = |w: &mut Work, h: f64, from: &[f64]| -> Option<Vec<f64>> {
         newton.forget();
         let r: Vec<f64> = q0.iter().map(|q| -q / h).collect();
@@ -489,7 +489,7 @@ pub fn consistent(
         Some(y)
     };
     let Some(y1) = step(w, h, x) else {
-        w.junction = junction;
+        w.ports = ports;
         return false;
     };
     if refine {
@@ -583,9 +583,9 @@ fn fit_charges(
             let noise = newton.round(sys, w, 1.0 / h, &y);
             let shows = (0..sys.n).any(|i| tol.in_norm[i] && noise[i].abs() > 0.1 * tol.weight(i, y[i], y[i]));
             let twice: Vec<f64> = q0.iter().map(|q| -q / (2.0 * h)).collect();
-            let (mut z, junction) = (y.clone(), w.junction.clone());
+            let (mut z, ports) = (y.clone(), w.ports.clone());
             let ok = newton.solve(sys, w, 0.5 / h, &twice, &mut z, 2.0 * h, tol, 100).is_ok();
-            w.junction = junction;
+            w.ports = ports;
             for i in 0..sys.n {
                 x[i] = if ok && sys.differential[i] { 2.0 * y[i] - z[i] } else { y[i] };
             }

@@ -1,14 +1,14 @@
 //! Equation (1):  d/dt Q(x, t) + F(x, t) = 0, compiled.
 //!
 //! `Model` collects contributions; `System` is what was compiled and never changes while it runs; `Work` is the scratch
-//! and the held state (flags, limited junction voltages) of one run.  Row i belongs to unknown i.  C = dQ/dx and
+//! and the held state (flags, limited voltages of devices) of one run.  Row i belongs to unknown i.  C = dQ/dx and
 //! G = dF/dx share one sparse pattern.  The linear part is summed once; expressions run as tapes; devices as kernels.
 use crate::conditions::{size, Scale, Standing};
 use crate::derive::gradient;
 use crate::edges::{affine, EdgeWork, Edges};
 use crate::graph::{Graph, Id, Node};
 use crate::islands::sum_pairs;
-pub use crate::model::{DiodeAt, FlagSpec, Force, Kind, Model, Unknown};
+pub use crate::model::{FlagSpec, Force, Kind, Model, Unknown};
 use crate::passive::is_passive;
 use crate::reduced::Reduced;
 use crate::sparse::{reciprocal, Once, Pattern, Rows, Singular, Stamp, Symbolic};
@@ -22,12 +22,10 @@ use std::collections::{BTreeMap, HashSet};
 use std::sync::OnceLock;
 pub use together::{Together, POINTS};
 
-mod expand;
-#[cfg(target_arch = "x86_64")]
+mod bends;
+mod devices;
 pub mod foreseen;
-mod fours;
 mod guests;
-mod junctions;
 mod linear;
 mod phases;
 mod reduce;
@@ -37,9 +35,11 @@ mod stage;
 mod stops;
 mod together;
 
-use self::expand::{DiodeSlot, Diodes, Fours, Lines, Met, Near};
+use self::bends::{Bend, Gate};
+pub use self::devices::{Devices, Instance};
 use self::foreseen::Foreseen;
 use self::linear::Linear;
+use crate::devices::{Met, Near};
 
 /// A node whose row is part of its island's root's, and the place of its column there.
 pub struct Summed {
@@ -54,7 +54,6 @@ pub struct System {
     pub unknowns: Vec<Unknown>,
     pub waves: Vec<Wave>,
     pub flags: Vec<FlagSpec>,
-    pub diode_names: Vec<String>,
     pub forces: Vec<Force>,
     pub starting_currents: Vec<(usize, f64)>,
     pub ic_charge: Vec<(usize, f64)>,
@@ -65,7 +64,7 @@ pub struct System {
     stage_c: Rows,
     expression_c: Vec<(usize, usize, f64)>, // constant entries of dQ/dx that expressions have
     c_places: Vec<(usize, usize)>,          // row and column of each of c_slots
-    stamps: Vec<Stamp>,                     // diodes, then entries of G, then of C, that are not constant
+    stamps: Vec<Stamp>,                     // slopes of devices, then entries of G, then of C, that are not constant
     g_linear: Vec<f64>,                     // on the pattern
     pub c_linear: Vec<f64>,
     f_wave: Vec<(usize, usize, f64)>,
@@ -79,13 +78,14 @@ pub struct System {
     roots: Tape, // up and down of every flag
     sizes: Tape, // what is added up in them, in magnitude
     pub edges: Edges,
-    diodes: Vec<DiodeSlot>,
-    fours: Fours,                // the same four by four
+    devices: Devices,
+    bent: Vec<Bend>,             // voltages that exponentials of devices hang on
+    gates: Vec<Gate>,            // branches of devices
     pub has_q: Vec<bool>,        // row i has a d/dt term
     pub differential: Vec<bool>, // unknown i appears under d/dt (in derivatives that are only shown it does not count)
     pub linear: bool,            // C, G constant: one factorisation per step size, one solve per point
     pub pure_linear: bool,       // F = G x + waves, no expression at all
-    pub passive: bool,           // nothing but diodes in a passive network (see passive.rs)
+    pub passive: bool,           // nothing but passive devices in a passive network (see passive.rs)
     exponential: bool,           // are there exponentials of unknowns in expressions?
     yielding: Vec<usize>,        // own entries that may fall by orders of magnitude within a step: see `bent_behind`
     rows: [Vec<(usize, Id)>; 2], // F and Q of rows that are expressions, for `reduce`
@@ -124,11 +124,11 @@ pub struct Work {
     pub f: Vec<f64>,
     pub gv: Vec<f64>,
     pub cv: Vec<f64>,
-    pub junction: Vec<f64>,
+    pub ports: Vec<f64>, // port voltages of devices that limiting holds
     edges: EdgeWork,
     asked: Vec<f64>,
     linear: Linear,
-    expansions: Lines,
+    lines: Vec<f64>, // devices as straight lines, see `devices::Layout`
     pub limited: bool,
     pub counters: Counters,
 }
@@ -138,7 +138,7 @@ pub struct Work {
 pub struct Held {
     flags: Vec<f64>,
     standing: Standing,
-    junction: Vec<f64>,
+    ports: Vec<f64>,
     edges: EdgeWork,
 }
 
@@ -147,7 +147,7 @@ impl Work {
         Held {
             flags: self.flags.clone(),
             standing: self.standing.clone(),
-            junction: self.junction.clone(),
+            ports: self.ports.clone(),
             edges: self.edges.clone(),
         }
     }
@@ -170,7 +170,7 @@ impl Work {
 
     pub fn restore(&mut self, held: &Held) {
         self.restore_flags(held);
-        self.junction.copy_from_slice(&held.junction);
+        self.ports.copy_from_slice(&held.ports);
         self.edges = held.edges.clone();
     }
 }
@@ -240,14 +240,8 @@ impl System {
         let mut places: Vec<(usize, usize)> = Vec::new(); // (col, row)
         places.extend(model.g.iter().chain(&model.c).map(|&(r, c, _)| (c, r)));
         places.extend(f_jac.iter().chain(&q_jac).map(|&(r, c, _)| (c, r)));
-        for d in &model.diodes {
-            for r in d.rows {
-                for c in [d.p, d.n] {
-                    if r >= 0 && c >= 0 {
-                        places.push((c as usize, r as usize));
-                    }
-                }
-            }
+        for class in &model.classes {
+            places.extend(devices::places(&**class).into_iter().map(|(r, c)| (c, r)));
         }
         places.extend(islands.iter().flatten().map(|(&node, &root)| (node, root)));
         places.sort_unstable();
@@ -318,29 +312,23 @@ impl System {
         for &(r, c, _) in &q_jac {
             differential[c] |= state(r);
         }
-        let mut diodes = Vec::new();
-        let mut diode_names = Vec::new();
-        for d in model.diodes {
-            let place = |r: i32, c: i32| (r >= 0 && c >= 0).then(|| at(r as usize, c as usize));
-            if d.kernel.has_charge() {
-                d.rows.iter().filter(|&&k| k >= 0).for_each(|&k| has_q[k as usize] = true);
-                [d.p, d.n].iter().filter(|&&k| k >= 0).for_each(|&k| differential[k as usize] = true);
+        for (class, k) in model.classes.iter().flat_map(|c| (0..c.seats().len()).map(move |k| (c, k))) {
+            let (seat, shape) = (&class.seats()[k], class.shape(k));
+            for (j, rows) in seat.rows.iter().enumerate().filter(|&(j, _)| shape.stores(j)) {
+                rows.iter().filter(|&&k| k >= 0).for_each(|&k| has_q[k as usize] = true);
+                for (_, port) in shape.ports.iter().enumerate().filter(|&(p, _)| shape.link(j, p).charge) {
+                    let ends = [seat.nodes[port.0], seat.nodes[port.1]];
+                    ends.iter().filter(|&&k| k >= 0).for_each(|&k| differential[k as usize] = true);
+                }
             }
-            let slots = std::array::from_fn(|k| place(d.rows[k / 2], if k % 2 == 0 { d.p } else { d.n }));
-            diode_names.push(d.name);
-            let outer = d.kernel.series_conductance().zip(usize::try_from(d.p).ok()).and_then(|(g, p)| {
-                let mut row = g_sum.range((p, 0)..(p + 1, 0));
-                let (&(_, outer), _) = row.find(|&(&(_, col), v)| col != p && (g + v).abs() < 1e-9 * g)?;
-                Some((g, pattern.position(outer, outer)?))
-            });
-            diodes.push(DiodeSlot { kernel: d.kernel, p: d.p, n: d.n, rows: d.rows, slots, outer });
         }
+        let devices = Devices::new(model.classes, &pattern);
         let mut sums = Vec::new();
         for (layer, tied) in islands.iter().zip([true, false]) {
             let others = layer.iter().filter(|(node, root)| node != root);
             sums.extend(others.map(|(&node, &root)| Summed { node, root, place: at(root, node), tied }));
         }
-        let linear = diodes.is_empty() && g_slots.is_empty() && c_slots.is_empty() && model.flags.is_empty();
+        let linear = devices.is_empty() && g_slots.is_empty() && c_slots.is_empty() && model.flags.is_empty();
         let mut stage_g = g_sum.clone();
         let mut stage_c = c_sum.clone();
         for &place in c_sum.keys() {
@@ -358,11 +346,11 @@ impl System {
             }
         }
         let mut stamps = Vec::new();
-        for (k, d) in diodes.iter().enumerate() {
-            stamps.extend(d.stamps().map(|(slot, sign)| Stamp { slot: slot as u32, source: k as u32, sign }));
+        for (k, slope) in devices.slopes.iter().enumerate() {
+            stamps.extend(slope.stamps().map(|(slot, sign)| Stamp { slot: slot as u32, source: k as u32, sign }));
         }
         for (k, &slot) in g_slots.iter().chain(&c_slots).enumerate() {
-            stamps.push(Stamp { slot: slot as u32, source: (diodes.len() + k) as u32, sign: 1.0 });
+            stamps.push(Stamp { slot: slot as u32, source: (devices.slopes.len() + k) as u32, sign: 1.0 });
         }
         let unknowns = model.unknowns;
         let moving: HashSet<usize> = g_slots.iter().chain(&c_slots).copied().collect();
@@ -373,11 +361,10 @@ impl System {
             pattern.position(i, i).filter(|k| yields && of.contains(k))
         };
         let yielding = (0..n).filter_map(own).collect();
-        Ok(System {
+        let mut system = System {
             n,
             waves: model.waves,
             flags: model.flags,
-            diode_names,
             forces: model.forces,
             starting_currents: model.starting_currents,
             ic_charge: model.ic_charge,
@@ -395,7 +382,7 @@ impl System {
             whole_program: Once::default(),
             reduced: OnceLock::new(),
             parts: OnceLock::new(),
-            passive,
+            passive: passive && devices.passive,
             sums,
             g_rows: Rows::new(n, &g_sum, &model.g, &pairs),
             c_rows: Rows::new(n, &c_sum, &model.c, &pairs),
@@ -418,14 +405,17 @@ impl System {
             sizes,
             edges,
             foreseen,
-            fours: Fours::of(&diodes),
-            diodes,
+            bent: Vec::new(),
+            gates: Vec::new(),
+            devices,
             has_q,
             differential,
             linear,
             pattern,
             unknowns,
-        })
+        };
+        system.find_bends();
+        Ok(system)
     }
 
     pub fn work(&self) -> Work {
@@ -450,8 +440,8 @@ impl System {
             edges: self.edges.work(self.waves.len()),
             asked: Vec::new(),
             linear: Linear::default(),
-            junction: self.diodes.iter().map(|d| d.kernel.vcrit()).collect(),
-            expansions: Lines::new(self.diodes.len()),
+            ports: self.devices.start(),
+            lines: self.devices.lines(),
             limited: false,
             counters: Counters::default(),
         }
@@ -464,10 +454,6 @@ impl System {
 
     pub fn operations(&self) -> (usize, usize) {
         (self.values.len(), self.jacobian.len())
-    }
-
-    pub fn diodes(&self) -> usize {
-        self.diodes.len()
     }
 
     /// Are there currents with a flux?
@@ -534,20 +520,10 @@ impl System {
                 w.q[row] += self.values.output(&w.values, self.f_rows.len() + k);
             }
         }
-        self.add_diodes(x, w.gmin, &mut w.f, &mut w.q);
+        self.devices.add_values(x, w.gmin, &mut w.f, &mut w.q);
     }
 
-    #[inline]
-    fn add_diodes(&self, x: &[f64], gmin: f64, f: &mut [f64], q: &mut [f64]) {
-        for d in &self.diodes {
-            let v = across(x, d.p, d.n);
-            let o = d.kernel.eval(v, gmin);
-            d.add(f, o.i);
-            d.add(q, o.q);
-        }
-    }
-
-    /// Q, F and their derivatives at (x, t): w.q, w.f, w.gv, w.cv. With `limit`, junction voltages move at most as
+    /// Q, F and their derivatives at (x, t): w.q, w.f, w.gv, w.cv. With `limit`, port voltages of devices move at most as
     /// SPICE's limiting allows and the device is continued linearly from there (w.limited says so).
     pub fn eval_jacobian(&self, w: &mut Work, x: &[f64], t: f64, limit: bool) {
         assert!(x.len() == self.n);
@@ -579,14 +555,7 @@ impl System {
                 w.cv[slot] += out(base + k);
             }
         }
-        for (d, e) in self.diodes.iter().zip(w.expansions.iter()) {
-            d.add(&mut w.f, e.o.i + e.o.g * (e.v - e.at));
-            d.add(&mut w.q, e.o.q + e.o.c * (e.v - e.at));
-            for (slot, sign) in d.stamps() {
-                w.gv[slot] += sign * e.o.g;
-                w.cv[slot] += sign * e.o.c;
-            }
-        }
+        self.add_lines(w, x);
     }
 
     /// Expressions and devices with their derivatives at (x, t), kept in `w` for what follows: `eval_jacobian`,
@@ -596,9 +565,7 @@ impl System {
         if !self.jacobian.is_empty() {
             self.jacobian.run(&Inputs { x, t, waves: &w.waves, flags: &w.flags }, &mut w.jacobian);
         }
-        let (slots, fours) = (&self.diodes, &self.fours);
-        let mut diodes = Diodes { slots, fours, held: &mut w.junction, lines: &mut w.expansions };
-        let met = diodes.expand(x, a, w.gmin, limit, near);
+        let met = self.linearise(w, x, a, limit, near);
         w.limited = met.moved;
         met
     }
@@ -607,9 +574,7 @@ impl System {
     pub fn c_times(&self, w: &Work, x: &[f64], y: &mut [f64]) {
         self.charges_of(x, y);
         self.add_expression_c(w, x, y);
-        for (d, e) in self.diodes.iter().zip(w.expansions.iter()) {
-            d.add(y, e.o.c * across(x, d.p, d.n));
-        }
+        self.add_capacitances(w, x, y);
     }
 
     /// sizes <- sum of |terms| of G x, of constant entries: what they come to in each row before they cancel.
@@ -636,20 +601,4 @@ fn summed(entries: &[(usize, usize, f64)]) -> BTreeMap<(usize, usize), f64> {
         *sums.entry((r, c)).or_default() += v;
     }
     sums
-}
-
-#[inline]
-pub fn across(x: &[f64], p: i32, n: i32) -> f64 {
-    let at = |k: i32| if k >= 0 { x[k as usize] } else { 0.0 };
-    at(p) - at(n)
-}
-
-#[inline]
-fn add_pair(y: &mut [f64], p: i32, n: i32, v: f64) {
-    if p >= 0 {
-        y[p as usize] += v;
-    }
-    if n >= 0 {
-        y[n as usize] -= v;
-    }
 }

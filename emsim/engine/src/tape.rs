@@ -174,6 +174,7 @@ impl Tape {
                         (Op::Call, s(a), functions.len() as u32 - 1, 0)
                     }
                     Node::Select(c, a, b) => (Op::Select, s(c), s(a), s(b)),
+                    Node::NotLess(a, b) => (Op::NotLess, s(a), s(b), 0),
                     // a free symbol that nobody substituted: no value exists
                     Node::Symbol(_) => (Op::Free, 0, 0, 0),
                     Node::Const(_) => unreachable!("constants have their slots already"),

@@ -190,8 +190,8 @@ def test_operating_point_of_a_diode_chain_and_its_singular_twin() -> None:
     c = Circuit()
     c.source("v1", "a", "0", "dc", [10.0])
     c.resistor("a", "b", 1e3)
-    c.b.diode("d1", c.node("b"), c.node("m"), {"is": 1e-14}, {})
-    c.b.diode("d2", c.node("m"), -1, {"is": 1e-14}, {})
+    c.b.device("d", "d1", (c.node("b"), c.node("m")), {"is": 1e-14}, {})
+    c.b.device("d", "d2", (c.node("m"), -1), {"is": 1e-14}, {})
     w = c.b.compile().op([c.v("b"), c.v("m")])
     vt = 1.38064852e-23 * 300.15 / 1.6021766208e-19
     drop = w.value(0, 2)

@@ -111,7 +111,7 @@ def check(source: Any, seed: int = 1, states: int = 3, spread: float = 0.4) -> E
             rates, rest, size, devices = 0.0, 0.0, 1e-9, {}
             for side, parts in ((1.0, row.left), (-1.0, row.right)):
                 for part in parts:
-                    text = [a.text for a in part.poly.atoms() if a.kind == "diode"]
+                    text = [a.text for a in part.poly.atoms() if a.kind == "device"]
                     if text:
                         (c,) = part.poly.terms.values()
                         devices[text[0]] = c

@@ -26,24 +26,9 @@
 //! Parameters: the table below. `is`, `cjo`, 1/`rs`, `ikf`, `ikr` go with area * m, `jsw`, `cjp` with pj * m; `ibv` with m alone
 //! (level 1 of ngspice).
 
-#[cfg(target_arch = "x86_64")]
-mod four;
-
-#[cfg(target_arch = "x86_64")]
-pub use self::four::{Four, LANES};
-use std::collections::HashMap;
-
-/// A model parameter: names (the first is the one used here), unit, default, meaning.
-pub struct Parameter {
-    pub names: &'static [&'static str],
-    pub unit: &'static str,
-    pub default: f64,
-    pub meaning: &'static str,
-}
-
-const fn p(names: &'static [&'static str], unit: &'static str, default: f64, meaning: &'static str) -> Parameter {
-    Parameter { names, unit, default, meaning }
-}
+use super::class::GAUSS;
+use super::number::{Dual, Lane, Real};
+use super::{limits, p, Card, Climate, Constants, Device, Flow, Given, Inner, OrElse, Parameter, Spec};
 
 pub const MODEL: &[Parameter] = &[
     p(&["is", "js"], "A", 1e-14, "saturation current"),
@@ -94,11 +79,6 @@ pub const INSTANCE: &[Parameter] = &[
     p(&["dtemp"], "K", 0.0, "temperature above that of the circuit"),
 ];
 
-/// The model parameter of that name; None when it has no effect here (the caller warns).
-pub fn model_parameter(name: &str) -> Option<&'static Parameter> {
-    MODEL.iter().find(|p| p.names.contains(&name))
-}
-
 const CHARGE: f64 = 1.602_176_620_8e-19;
 const BOLTZMANN: f64 = 1.380_648_52e-23;
 const ZERO_CELSIUS: f64 = 273.15;
@@ -108,113 +88,161 @@ const REFERENCE: f64 = 300.15;
 const HUGE_CURRENT: f64 = 1e15;
 /// Voltages are clamped here, so that no square overflows.
 const HUGE_VOLTAGE: f64 = 1e100;
+/// Roots are taken of no less, so that they have a slope.
+const TINY: f64 = 1e-300;
 
-/// Nodes and weights of Gauss-Legendre's rule of order 6 on [0, 1].
-const GAUSS: [(f64, f64); 3] =
-    [(0.112_701_665_379_258_31, 5.0 / 18.0), (0.5, 8.0 / 18.0), (0.887_298_334_620_741_7, 5.0 / 18.0)];
 /// More intervals than any diode's energy wants.
 const PANELS: usize = 4000;
 
-/// Current and charge with their derivatives: g = di/dv, c = dq/dv.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[repr(C)]
-pub struct DiodeOut {
-    pub i: f64,
-    pub g: f64,
-    pub q: f64,
-    pub c: f64,
+constants! {
+    // of the bottom
+    SATURATION, INVERSE_VT, LARGEST, REVERSE_START, REVERSE_SCALE, KNEE, BREAK_INVERSE_VT, BREAK_LARGEST, START,
+    // of the sidewall: the same nine
+    SIDE, SIDE_1, SIDE_2, SIDE_3, SIDE_4, SIDE_5, SIDE_6, SIDE_7, SIDE_8,
+    // inverse currents of the knees, that of negative currents with a negative sign
+    KNEE_FORWARD, KNEE_REVERSE,
+    TRANSIT_TIME,
+    // depletion charge of the bottom
+    INVERSE_VJ, ONE_M, SCALE, LINEAR_FROM, Q_LINEAR, C_LINEAR, HALF_SLOPE,
+    // of the sidewall: the same seven
+    SIDE_CHARGE, SIDE_CHARGE_1, SIDE_CHARGE_2, SIDE_CHARGE_3, SIDE_CHARGE_4, SIDE_CHARGE_5, SIDE_CHARGE_6,
+    /// 1/rs, 0 without
+    SERIES,
+    // of limiting
+    VTE, VTB, VCRIT,
+    /// a change of voltage that is never limited
+    QUIET,
+    /// below it limiting looks at breakdown
+    NEAR_KNEE,
 }
 
-/// A diode with all constants at its temperature; nothing changes while it runs.
-#[derive(Clone, Debug)]
-pub struct Diode {
-    bottom: Wall,
-    sidewall: Option<Box<Sidewall>>, // few diodes have one: no room is taken from the others
-    knee_forward: f64,               // 1/ikf, 0 for none
-    knee_reverse: f64,
-    transit_time: f64,
-    junction: Option<Junction>,
-    series_conductance: Option<f64>,
-    /// What its current is bent on [V].
-    pub vte: f64,
-    vcrit: f64,
-}
+/// Parts of the law.
+const BREAKS: u32 = 1;
+const KNEES: u32 = 2;
+const CHARGED: u32 = 4;
+const POWERS: u32 = 8; // its m is not 1/2
+const SIDE_WALL: u32 = 16;
+const SIDE_CHARGED: u32 = 32;
+const SIDE_POWERS: u32 = 64;
 
-/// What carries current by one saturation current and one emission coefficient.
-#[derive(Clone, Copy, Debug)]
-struct Wall {
-    saturation: f64,
-    forward: Exponential,
-    reverse_start: f64, // -3 n vt
-    reverse_scale: f64, // 3 n vt / e
-    breakdown: Option<Breakdown>,
-}
+/// No breakdown: below every voltage.
+const NO_KNEE: f64 = -1e101;
 
-#[derive(Clone, Debug)]
-struct Sidewall {
-    wall: Option<Wall>, // None: its current is in the bottom's
-    junction: Option<Junction>,
-}
+pub struct Diode;
 
-/// exp(x / vt), going on as a straight line where is * exp(..) would pass HUGE_CURRENT.
-#[derive(Clone, Copy, Debug)]
-struct Exponential {
-    inverse_vt: f64,
-    largest: f64,     // argument
-    exp_largest: f64, // exp of it
-}
+impl Device<1, 1, CONSTANTS> for Diode {
+    const SPEC: Spec = Spec {
+        name: "d",
+        terminals: &["anode", "cathode"],
+        inner: &[Inner { name: "internal", behind: 0 }],
+        model: MODEL,
+        instance: INSTANCE,
+    };
+    const PORTS: [(usize, usize); 1] = [(2, 1)];
+    const BRANCHES: [(usize, usize); 1] = [(2, 1)];
+    const PASSIVE: bool = true;
 
-#[derive(Clone, Copy, Debug)]
-struct Breakdown {
-    voltage: f64,
-    vt: f64, // nbv vt
-    exponential: Exponential,
-    start: f64, // c / is at -bv, plus 1
-}
-
-#[derive(Clone, Copy, Debug)]
-struct Junction {
-    c0: f64,
-    inverse_vj: f64,
-    m: f64,
-    square_root: bool,
-    scale: f64, // c0 vj / (1 - m)
-    linear_from: f64,
-    q_linear: f64,   // charge at linear_from
-    c_linear: f64,   // capacitance there
-    half_slope: f64, // half its slope
-}
-
-impl Exponential {
-    fn new(vt: f64, saturation: f64) -> Exponential {
-        let largest = (HUGE_CURRENT / saturation).ln().clamp(1.0, 600.0);
-        Exponential { inverse_vt: 1.0 / vt, largest, exp_largest: largest.exp() }
-    }
-
-    /// exp and its derivative with respect to v.
     #[inline(always)]
-    fn at(&self, v: f64) -> (f64, f64) {
-        let x = v * self.inverse_vt;
-        if x <= self.largest {
-            let e = x.exp();
-            (e, e * self.inverse_vt)
-        } else {
-            (self.exp_largest * (1.0 + (x - self.largest)), self.exp_largest * self.inverse_vt)
+    fn law<R: Real>(c: &impl Constants<R::Const>, has: u32, v: [R; 1], gmin: R::Const) -> Flow<R, 1> {
+        let across = v[0];
+        let v = across.at_most(across.of(HUGE_VOLTAGE)).at_least(across.of(-HUGE_VOLTAGE));
+        let mut i = wall(c, SATURATION, has & BREAKS != 0, v);
+        if has & SIDE_WALL != 0 {
+            i = i + wall(c, SIDE, has & BREAKS != 0, v);
         }
+        if has & KNEES != 0 {
+            let knee = R::choose(i.lt(v.of(0.0)), c.at(KNEE_REVERSE), c.at(KNEE_FORWARD));
+            let root = (i * knee).at_least(v.of(TINY)).sqrt();
+            i = i * (root + v.of(1.0)).recip();
+        }
+        i = i + across * gmin;
+        let mut q = i * c.at(TRANSIT_TIME);
+        if has & CHARGED != 0 {
+            q = q + depletion(c, INVERSE_VJ, has & POWERS != 0, v);
+        }
+        if has & SIDE_CHARGED != 0 {
+            q = q + depletion(c, SIDE_CHARGE, has & SIDE_POWERS != 0, v);
+        }
+        Flow { i: [i], q: [q] }
     }
-}
 
-impl Diode {
-    /// From the parameters given on the .model card and on the element (lower-case names), and the circuit's temperatures in
-    /// Celsius. Names that are not in the tables have no effect. Errors are sentences for the user.
-    pub fn new(
-        model: &HashMap<String, f64>,
-        instance: &HashMap<String, f64>,
-        temp_c: f64,
-        tnom_c: f64,
-    ) -> Result<Diode, String> {
-        let get = |name: &str| find(model, MODEL, name);
-        let given = |name: &str| find(instance, INSTANCE, name);
+    /// A Newton step must not run far up an exponential, neither the forward one nor, mirrored about -bv, that of breakdown.
+    #[inline]
+    fn limit(card: &Card<CONSTANTS>, new: &mut [f64; 1], old: &[f64; 1]) -> bool {
+        let (c, [vnew], [vold]) = (&card.of, *new, *old);
+        let (to, moved) = if vnew < c[NEAR_KNEE] {
+            let knee = c[KNEE];
+            let (mirrored, moved) = limits::junction(knee - vnew, knee - vold, c[VTB], c[VCRIT]);
+            (if moved { knee - mirrored } else { vnew }, moved)
+        } else {
+            limits::junction(vnew, vold, c[VTE], c[VCRIT])
+        };
+        new[0] = to;
+        moved
+    }
+
+    #[inline(always)]
+    fn quiet<L: Lane>(c: &impl Constants<L>, [v]: [L; 1], [before]: [L; 1]) -> L::Mask {
+        let one = L::all(1.0);
+        let lowest = L::pick(L::all(0.0).lt(before), -(one + before), before + before - one);
+        let lowest = lowest.largest(c.at(NEAR_KNEE));
+        let inside = L::both(v.lt(c.at(VCRIT)), lowest.lt(v));
+        L::either((v - before).abs().lt(c.at(QUIET)), inside)
+    }
+
+    fn start(card: &Card<CONSTANTS>) -> [f64; 1] {
+        [card.of[VCRIT]]
+    }
+
+    fn bend(card: &Card<CONSTANTS>, _: usize) -> f64 {
+        card.of[VTE]
+    }
+
+    fn memory(card: &Card<CONSTANTS>) -> f64 {
+        card.of[TRANSIT_TIME]
+    }
+
+    fn series(card: &Card<CONSTANTS>, _: usize) -> Option<f64> {
+        Some(card.of[SERIES]).filter(|&g| g > 0.0)
+    }
+
+    /// Of the depletion charge in closed form, of the diffusion charge by Gauss-Legendre's rule on intervals over which the current
+    /// changes by no more than a few times.
+    fn energy(card: &Card<CONSTANTS>, &[v]: &[f64; 1], gmin: f64) -> Option<f64> {
+        let c = &card.of;
+        let depletion: f64 = [INVERSE_VJ, SIDE_CHARGE]
+            .iter()
+            .filter(|&&at| c[at + SCALE - INVERSE_VJ] != 0.0)
+            .map(|&at| stored(c, at, v))
+            .sum();
+        if c[TRANSIT_TIME] == 0.0 {
+            return Some(depletion);
+        }
+        let conductance = |v: f64| Diode::law(c, card.has, [Dual::<f64, 1>::port(v, 0)], gmin).i[0].d[0];
+        let (mut sum, mut from, mut width) = (0.0, 0.0_f64, c[VTE]);
+        for _ in 0..PANELS {
+            let to = if v >= from {
+                v.min(from + width)
+            } else if from > c[KNEE] {
+                v.max(c[KNEE]).max(from - width)
+            } else {
+                v.max(from - c[VTB])
+            };
+            for (node, weight) in GAUSS {
+                let at = from + node * (to - from);
+                sum += weight * (to - from) * at * conductance(at);
+            }
+            if to == v {
+                break;
+            }
+            (from, width) = (to, if v < 0.0 { 2.0 * width } else { width });
+        }
+        Some(depletion + c[TRANSIT_TIME] * sum)
+    }
+
+    fn card(model: &Given, instance: &Given, at: Climate) -> Result<Card<CONSTANTS>, String> {
+        let get = |name: &str| model.get(name);
+        let given = |name: &str| instance.get(name);
         let positive = |name: &str, value: f64| match value > 0.0 {
             true => Ok(value),
             false => Err(format!("{name}= of a diode must be positive, it is {value:?}")),
@@ -231,8 +259,8 @@ impl Diode {
         let area = positive("area", given("area").or(get("area")))?;
         let multiplicity = positive("m", given("m"))?;
         let scale = area * multiplicity;
-        let temperature = positive("temp", given("temp").or(temp_c + given("dtemp")) + ZERO_CELSIUS)?;
-        let nominal = positive("tnom", get("tnom").or(tnom_c) + ZERO_CELSIUS)?;
+        let temperature = positive("temp", given("temp").or(at.temp + given("dtemp")) + ZERO_CELSIUS)?;
+        let nominal = positive("tnom", get("tnom").or(at.tnom) + ZERO_CELSIUS)?;
         let rise = temperature - nominal;
         let vt = BOLTZMANN / CHARGE * temperature;
         let n = positive("n", get("n"))?;
@@ -255,23 +283,23 @@ impl Diode {
         let of_sidewall = perimeter * not_negative("jsw")? * growth(ns).exp();
         let merged = saturation + if get("ns").is_nan() { of_sidewall } else { 0.0 };
 
-        let (voltage, nbv) = (get("bv"), positive("nbv", get("nbv").or(n))?);
-        let mut diode = Diode {
-            bottom: Wall::new(merged, vte),
-            sidewall: None,
-            knee_forward: inverse_knee(get("ikf"), scale),
-            knee_reverse: inverse_knee(get("ikr"), scale),
-            transit_time: not_negative("tt")? * (1.0 + get("ttt1") * rise + get("ttt2") * rise * rise),
-            junction: None,
-            series_conductance: None,
-            vte,
-            // (of milliamperes and more it would be no forward voltage, and the logarithm of limiting none of a positive number)
-            vcrit: vte * (vte / (std::f64::consts::SQRT_2 * saturation)).ln().max(2.0 * vte),
-        };
+        let mut card = Card { has: 0, of: [0.0; CONSTANTS] };
+        let c = &mut card.of;
+        put_wall(c, SATURATION, merged, vte);
+        put_wall(c, SIDE, 0.0, vte);
+        for at in [INVERSE_VJ, SIDE_CHARGE] {
+            c[at + ONE_M - INVERSE_VJ] = 0.5;
+        }
+        (c[KNEE_FORWARD], c[KNEE_REVERSE]) = (inverse_knee(get("ikf"), scale), -inverse_knee(get("ikr"), scale));
+        if c[KNEE_FORWARD] != 0.0 || c[KNEE_REVERSE] != 0.0 {
+            card.has |= KNEES;
+        }
+        c[TRANSIT_TIME] = not_negative("tt")? * (1.0 + get("ttt1") * rise + get("ttt2") * rise * rise);
+        (c[VTE], c[VTB], c[VCRIT]) = (vte, vte, limits::critical(vte, saturation));
 
         let rs = not_negative("rs")? * (1.0 + get("trs1") * rise + get("trs2") * rise * rise);
         if rs > 0.0 {
-            diode.series_conductance = Some(scale / rs);
+            c[SERIES] = scale / rs;
         }
 
         let c0 = not_negative("cjo")? * scale;
@@ -279,12 +307,17 @@ impl Diode {
             let law = (get("tlevc") == 1.0).then(|| (get("cta"), get("tpb")));
             let m = get("m") * (1.0 + get("tm1") * rise + get("tm2") * rise * rise);
             let vj = positive("vj", get("vj"))?;
-            diode.junction = Some(Junction::new(c0, vj, m, get("fc"), temperature, nominal, law)?);
+            let powers = put_depletion(c, INVERSE_VJ, [c0, vj, m, get("fc")], [temperature, nominal], law)?;
+            card.has |= CHARGED | if powers { POWERS } else { 0 };
         }
 
         let c0 = not_negative("cjp")? * perimeter;
-        let mut wall = (of_sidewall > 0.0 && !get("ns").is_nan()).then(|| Wall::new(of_sidewall, ns * vt));
+        if of_sidewall > 0.0 && !get("ns").is_nan() {
+            put_wall(c, SIDE, of_sidewall, ns * vt);
+            card.has |= SIDE_WALL;
+        }
 
+        let (voltage, nbv) = (get("bv"), positive("nbv", get("nbv").or(n))?);
         if voltage < 0.0 {
             return Err(format!("bv of a diode must not be negative, it is {voltage}"));
         }
@@ -294,260 +327,141 @@ impl Diode {
                 _ => voltage * (1.0 - get("tcv") * rise),
             };
             let knee = fit_breakdown(shifted, positive("ibv", get("ibv"))? * multiplicity, saturation, vt, nbv * vt);
-            diode.bottom.breaks_down(knee, nbv * vt);
-            if let Some(wall) = &mut wall {
-                wall.breaks_down(knee, nbv * vt);
+            break_down(c, SATURATION, knee, nbv * vt);
+            if card.has & SIDE_WALL != 0 {
+                break_down(c, SIDE, knee, nbv * vt);
             }
+            c[VTB] = nbv * vt;
+            card.has |= BREAKS;
         }
-        if wall.is_some() || c0 > 0.0 {
+        if c0 > 0.0 {
             let law = (get("tlevc") == 1.0).then(|| (get("ctp"), get("tphp")));
             let php = positive("php", get("php"))?;
-            let junction = match c0 > 0.0 {
-                true => Some(Junction::new(c0, php, get("mjsw"), get("fcs"), temperature, nominal, law)?),
-                false => None,
-            };
-            diode.sidewall = Some(Box::new(Sidewall { wall, junction }));
+            let powers =
+                put_depletion(c, SIDE_CHARGE, [c0, php, get("mjsw"), get("fcs")], [temperature, nominal], law)?;
+            card.has |= SIDE_CHARGED | if powers { SIDE_POWERS } else { 0 };
+        } else if card.has & SIDE_WALL != 0 {
+            positive("php", get("php"))?;
         }
-        Ok(diode)
-    }
-
-    pub fn transit_time(&self) -> f64 {
-        self.transit_time
-    }
-
-    /// Conductance of `rs`, None without one.
-    pub fn series_conductance(&self) -> Option<f64> {
-        self.series_conductance
-    }
-
-    /// Voltage of the strongest bend; where Newton's method starts.
-    pub fn vcrit(&self) -> f64 {
-        self.vcrit
-    }
-
-    /// Does it store charge?
-    pub fn has_charge(&self) -> bool {
-        self.transit_time > 0.0 || self.junction.is_some() || self.side_junction().is_some()
-    }
-
-    fn side_junction(&self) -> Option<&Junction> {
-        self.sidewall.as_ref().and_then(|s| s.junction.as_ref())
-    }
-
-    /// Current, charge and their derivatives at v, for any finite v.
-    #[inline(always)]
-    pub fn eval(&self, v: f64, gmin: f64) -> DiodeOut {
-        match &self.sidewall {
-            None => self.with(None, v, gmin),
-            Some(side) => self.with_sidewall(side, v, gmin),
-        }
-    }
-
-    /// Out of the way of the diodes that have none: their values stay in registers.
-    #[cold]
-    #[inline(never)]
-    fn with_sidewall(&self, side: &Sidewall, v: f64, gmin: f64) -> DiodeOut {
-        self.with(Some(side), v, gmin)
-    }
-
-    #[inline(always)]
-    fn with(&self, side: Option<&Sidewall>, v: f64, gmin: f64) -> DiodeOut {
-        let v = v.clamp(-HUGE_VOLTAGE, HUGE_VOLTAGE);
-        let (mut i, mut g) = self.bottom.at(v);
-        if let Some(wall) = side.and_then(|s| s.wall.as_ref()) {
-            let (more, slope) = wall.at(v);
-            i += more;
-            g += slope;
-        }
-        let knee = if i > 0.0 { self.knee_forward } else { -self.knee_reverse };
-        if knee != 0.0 {
-            let root = (i * knee).sqrt();
-            let divisor = 1.0 / (1.0 + root);
-            i *= divisor;
-            g *= (1.0 + 0.5 * root) * divisor * divisor;
-        }
-        i += gmin * v;
-        g += gmin;
-        let mut out = DiodeOut { i, g, q: self.transit_time * i, c: self.transit_time * g };
-        if let Some(junction) = &self.junction {
-            let (q, c) = junction.at(v);
-            out.q += q;
-            out.c += c;
-        }
-        if let Some(junction) = side.and_then(|s| s.junction.as_ref()) {
-            let (q, c) = junction.at(v);
-            out.q += q;
-            out.c += c;
-        }
-        out
-    }
-
-    /// Energy of the charge at v, the integral of v dq from 0 V [J]: of the depletion charge in closed form, of the diffusion
-    /// charge by Gauss-Legendre's rule on intervals over which the current changes by no more than a few times.
-    pub fn energy(&self, v: f64, gmin: f64) -> f64 {
-        let depletion: f64 = self.junction.iter().chain(self.side_junction()).map(|j| j.energy(v)).sum();
-        if self.transit_time == 0.0 {
-            return depletion;
-        }
-        let knee = self.bottom.breakdown.as_ref().map_or(f64::NEG_INFINITY, |b| -b.voltage);
-        let (mut sum, mut from, mut width) = (0.0, 0.0_f64, self.vte);
-        for _ in 0..PANELS {
-            let to = if v >= from {
-                v.min(from + width)
-            } else if from > knee {
-                v.max(knee).max(from - width)
-            } else {
-                v.max(from - self.bottom.breakdown.as_ref().map_or(width, |b| b.vt))
-            };
-            for (c, weight) in GAUSS {
-                let at = from + c * (to - from);
-                sum += weight * (to - from) * at * self.eval(at, gmin).g;
-            }
-            if to == v {
-                break;
-            }
-            (from, width) = (to, if v < 0.0 { 2.0 * width } else { width });
-        }
-        depletion + self.transit_time * sum
-    }
-
-    /// Junction voltage to use in place of `vnew` when the last one was `vold`, and whether it differs: a Newton step must
-    /// not run far up an exponential, neither the forward one nor, mirrored about -bv, that of breakdown.
-    #[inline]
-    pub fn limit(&self, vnew: f64, vold: f64) -> (f64, bool) {
-        match &self.bottom.breakdown {
-            Some(b) if vnew < (-b.voltage + 10.0 * b.vt).min(0.0) => {
-                let (mirrored, limited) = limit_junction(-(vnew + b.voltage), -(vold + b.voltage), b.vt, self.vcrit);
-                (if limited { -(mirrored + b.voltage) } else { vnew }, limited)
-            }
-            _ => limit_junction(vnew, vold, self.vte, self.vcrit),
-        }
+        let breaks = card.has & BREAKS != 0;
+        c[QUIET] = (2.0 * vte.min(c[VTB])).min(1.0);
+        c[NEAR_KNEE] = if breaks { (c[KNEE] + 10.0 * c[VTB]).min(0.0) } else { 10.0 * NO_KNEE };
+        Ok(card)
     }
 }
 
-impl Wall {
-    fn new(saturation: f64, vte: f64) -> Wall {
-        Wall {
-            saturation,
-            forward: Exponential::new(vte, saturation),
-            reverse_start: -3.0 * vte,
-            reverse_scale: 3.0 * vte / std::f64::consts::E,
-            breakdown: None,
-        }
-    }
-
-    /// From -voltage downwards, from the current that the reverse branch has there.
-    fn breaks_down(&mut self, voltage: f64, vt: f64) {
-        let (start, exponential) = (self.plain(-voltage).0 + 1.0, Exponential::new(vt, self.saturation));
-        self.breakdown = Some(Breakdown { voltage, vt, exponential, start });
-    }
-
-    /// c / is and its slope, forward and reverse, without breakdown.
-    #[inline(always)]
-    fn plain(&self, v: f64) -> (f64, f64) {
-        if v >= self.reverse_start {
-            let (e, slope) = self.forward.at(v);
-            (e - 1.0, slope)
-        } else {
-            let inverse = 1.0 / v;
-            let a = self.reverse_scale * inverse;
-            let cube = a * a * a;
-            (-(1.0 + cube), 3.0 * cube * inverse)
-        }
-    }
-
-    /// Current and its slope.
-    #[inline(always)]
-    fn at(&self, v: f64) -> (f64, f64) {
-        let (c, slope) = match &self.breakdown {
-            Some(b) if v < -b.voltage => {
-                let (e, slope) = b.exponential.at(-(b.voltage + v));
-                (b.start - e, slope)
-            }
-            _ => self.plain(v),
-        };
-        (self.saturation * c, self.saturation * slope)
-    }
+/// Current of the wall whose constants begin at `at`.
+#[inline(always)]
+fn wall<R: Real>(c: &impl Constants<R::Const>, at: usize, breaks: bool, v: R) -> R {
+    let (one, inverse_vt, largest) = (v.of(1.0), c.at(at + INVERSE_VT), c.at(at + LARGEST));
+    let ratio = v.recip() * c.at(at + REVERSE_SCALE);
+    let reverse = -(ratio * ratio * ratio) - one;
+    let reversed = v.lt(c.at(at + REVERSE_START));
+    let current = if breaks {
+        let knee = c.at(at + KNEE);
+        let broken = v.lt(knee);
+        let x = R::pick(broken, (v - knee) * c.at(at + BREAK_INVERSE_VT), v * inverse_vt);
+        let e = x.limexp(R::choose(broken, c.at(at + BREAK_LARGEST), largest));
+        R::pick(broken, -e + c.at(at + START), R::pick(reversed, reverse, e - one))
+    } else {
+        R::pick(reversed, reverse, (v * inverse_vt).limexp(largest) - one)
+    };
+    current * c.at(at + SATURATION)
 }
 
-impl Junction {
-    /// Temperature laws of ngspice's diotemp.c. `law` = (cta, tpb) for tlevc = 1.
-    fn new(
-        c0: f64,
-        vj: f64,
-        m: f64,
-        fc: f64,
-        temperature: f64,
-        nominal: f64,
-        law: Option<(f64, f64)>,
-    ) -> Result<Junction, String> {
-        if m.is_nan() || m < 0.0 {
-            return Err(format!("m of a diode must not be negative, it is {m}"));
-        }
-        if fc.is_nan() || fc < 0.0 {
-            return Err(format!("fc of a diode must not be negative, it is {fc}"));
-        }
-        let (m, fc) = (m.min(0.9), fc.min(0.95));
-        let (c0, mut vj) = match law {
-            Some((cta, tpb)) => {
-                let rise = temperature - REFERENCE;
-                (c0 * (1.0 + cta * rise), vj - tpb * rise)
-            }
-            None => {
-                // the potential follows the band gap: vj(T) = shift(T) + (T / T0) vj0
-                let vj0 = (vj - potential_shift(nominal)) / (nominal / REFERENCE);
-                let to_zero = 1.0 + m * (400e-6 * (nominal - REFERENCE) - (vj - vj0) / vj0);
-                let vj_now = potential_shift(temperature) + temperature / REFERENCE * vj0;
-                let from_zero = 1.0 + m * (400e-6 * (temperature - REFERENCE) - (vj_now - vj0) / vj0);
-                (c0 / to_zero * from_zero, vj_now)
-            }
-        };
-        if !(vj > 0.0 && c0 > 0.0) {
-            return Err(format!("junction of a diode has vj = {vj} V, cjo = {c0} F at its temperature"));
-        }
-        // as ngspice; unlike there the charge at the joint is that of the limited potential, hence continuous
-        if fc * vj > 1.0 {
-            vj = 1.0 / fc;
-        }
-        let q_linear = c0 * vj * (1.0 - (1.0 - fc).powf(1.0 - m)) / (1.0 - m);
-        let c_linear = c0 * (1.0 - fc).powf(-m);
-        Ok(Junction {
-            c0,
-            inverse_vj: 1.0 / vj,
-            m,
-            square_root: m == 0.5,
-            scale: c0 * vj / (1.0 - m),
-            linear_from: fc * vj,
-            q_linear,
-            c_linear,
-            half_slope: 0.5 * c_linear * m / (vj * (1.0 - fc)),
-        })
-    }
+/// Depletion charge; its constants begin at `at`.
+#[inline(always)]
+fn depletion<R: Real>(c: &impl Constants<R::Const>, at: usize, powers: bool, v: R) -> R {
+    let get = at - INVERSE_VJ;
+    let (one, from) = (v.of(1.0), c.at(get + LINEAR_FROM));
+    let left = (-(v * c.at(get + INVERSE_VJ)) + one).at_least(v.of(TINY));
+    let power = if powers { left.pow(c.at(get + ONE_M)) } else { left.sqrt() };
+    let beyond = v - from;
+    let line = beyond * (beyond * c.at(get + HALF_SLOPE) + c.at(get + C_LINEAR)) + c.at(get + Q_LINEAR);
+    R::pick(v.lt(from), (-power + one) * c.at(get + SCALE), line)
+}
 
-    /// Charge and capacitance.
-    #[inline(always)]
-    fn at(&self, v: f64) -> (f64, f64) {
-        if v < self.linear_from {
-            let a = 1.0 - v * self.inverse_vj;
-            let s = if self.square_root { 1.0 / a.sqrt() } else { a.powf(-self.m) };
-            (self.scale * (1.0 - a * s), self.c0 * s)
-        } else {
-            let beyond = v - self.linear_from;
-            let rise = self.half_slope * beyond;
-            (self.q_linear + beyond * (self.c_linear + rise), self.c_linear + 2.0 * rise)
-        }
-    }
+/// The wall at `at` carries this saturation current, and does not break down.
+fn put_wall(c: &mut [f64; CONSTANTS], at: usize, saturation: f64, vte: f64) {
+    c[at + SATURATION] = saturation;
+    c[at + INVERSE_VT] = 1.0 / vte;
+    c[at + LARGEST] = largest(saturation);
+    c[at + REVERSE_START] = -3.0 * vte;
+    c[at + REVERSE_SCALE] = 3.0 * vte / std::f64::consts::E;
+    c[at + KNEE] = NO_KNEE;
+    c[at + BREAK_LARGEST] = 1.0;
+}
 
-    /// Integral of v dq from 0 V, with a = 1 - v/vj:  c0 vj^2 ((1 - a^(1-m))/(1-m) - (1 - a^(2-m))/(2-m)), then a cubic.
-    fn energy(&self, v: f64) -> f64 {
-        let a = 1.0 - v.min(self.linear_from) * self.inverse_vj;
-        let part = |p: f64| (1.0 - a.powf(p)) / p;
-        let curved = self.c0 * (part(1.0 - self.m) - part(2.0 - self.m)) / (self.inverse_vj * self.inverse_vj);
-        let (from, beyond) = (self.linear_from, (v - self.linear_from).max(0.0));
-        let line = from * (self.c_linear + self.half_slope * beyond)
-            + beyond * (0.5 * self.c_linear + 2.0 / 3.0 * self.half_slope * beyond);
-        curved + beyond * line
+/// The argument at which is exp(x) passes HUGE_CURRENT.
+fn largest(saturation: f64) -> f64 {
+    (HUGE_CURRENT / saturation).ln().clamp(1.0, 600.0)
+}
+
+/// From -voltage downwards, from the current that the reverse branch has there.
+fn break_down(c: &mut [f64; CONSTANTS], at: usize, voltage: f64, vt: f64) {
+    let reached = wall(c, at, false, -voltage) / c[at + SATURATION];
+    c[at + START] = reached + 1.0;
+    c[at + KNEE] = -voltage;
+    c[at + BREAK_INVERSE_VT] = -1.0 / vt;
+    c[at + BREAK_LARGEST] = largest(c[at + SATURATION]);
+}
+
+/// Temperature laws of ngspice's diotemp.c for the depletion charge at `at`, of [c0, vj, m, fc] at [temperature, nominal]. `law` = (cta, tpb)
+/// for tlevc = 1. Is m another than 1/2?
+fn put_depletion(
+    c: &mut [f64; CONSTANTS],
+    at: usize,
+    [c0, vj, m, fc]: [f64; 4],
+    [temperature, nominal]: [f64; 2],
+    law: Option<(f64, f64)>,
+) -> Result<bool, String> {
+    if m.is_nan() || m < 0.0 {
+        return Err(format!("m of a diode must not be negative, it is {m}"));
     }
+    if fc.is_nan() || fc < 0.0 {
+        return Err(format!("fc of a diode must not be negative, it is {fc}"));
+    }
+    let (m, fc) = (m.min(0.9), fc.min(0.95));
+    let (c0, mut vj) = match law {
+        Some((cta, tpb)) => {
+            let rise = temperature - REFERENCE;
+            (c0 * (1.0 + cta * rise), vj - tpb * rise)
+        }
+        None => {
+            // the potential follows the band gap: vj(T) = shift(T) + (T / T0) vj0
+            let vj0 = (vj - potential_shift(nominal)) / (nominal / REFERENCE);
+            let to_zero = 1.0 + m * (400e-6 * (nominal - REFERENCE) - (vj - vj0) / vj0);
+            let vj_now = potential_shift(temperature) + temperature / REFERENCE * vj0;
+            let from_zero = 1.0 + m * (400e-6 * (temperature - REFERENCE) - (vj_now - vj0) / vj0);
+            (c0 / to_zero * from_zero, vj_now)
+        }
+    };
+    if !(vj > 0.0 && c0 > 0.0) {
+        return Err(format!("junction of a diode has vj = {vj} V, cjo = {c0} F at its temperature"));
+    }
+    // as ngspice; unlike there the charge at the joint is that of the limited potential, hence continuous
+    if fc * vj > 1.0 {
+        vj = 1.0 / fc;
+    }
+    let q_linear = c0 * vj * (1.0 - (1.0 - fc).powf(1.0 - m)) / (1.0 - m);
+    let c_linear = c0 * (1.0 - fc).powf(-m);
+    let numbers =
+        [1.0 / vj, 1.0 - m, c0 * vj / (1.0 - m), fc * vj, q_linear, c_linear, 0.5 * c_linear * m / (vj * (1.0 - fc))];
+    c[at..at + numbers.len()].copy_from_slice(&numbers);
+    Ok(m != 0.5)
+}
+
+/// Integral of v dq of the depletion charge at `at` from 0 V, with a = 1 - v/vj:
+/// c0 vj^2 ((1 - a^(1-m))/(1-m) - (1 - a^(2-m))/(2-m)), then a cubic.
+fn stored(c: &[f64; CONSTANTS], at: usize, v: f64) -> f64 {
+    let [inverse_vj, one_m, scale, from, _, c_linear, half_slope] = [0, 1, 2, 3, 4, 5, 6].map(|k| c[at + k]);
+    let a = 1.0 - v.min(from) * inverse_vj;
+    let part = |p: f64| (1.0 - a.powf(p)) / p;
+    // scale = c0 vj / (1 - m)
+    let curved = scale * one_m * (part(one_m) - part(1.0 + one_m)) / inverse_vj;
+    let beyond = (v - from).max(0.0);
+    let line = from * (c_linear + half_slope * beyond) + beyond * (0.5 * c_linear + 2.0 / 3.0 * half_slope * beyond);
+    curved + beyond * line
 }
 
 /// 1 / (knee current scale), 0 when there is no knee.
@@ -583,46 +497,6 @@ fn fit_breakdown(voltage: f64, current: f64, saturation: f64, vt: f64, vt_breakd
         knee
     } else {
         voltage
-    }
-}
-
-/// ngspice's pnjlim: logarithmic steps above vcrit, and no more than doubling (and one volt) on the way down.
-fn limit_junction(vnew: f64, vold: f64, vt: f64, vcrit: f64) -> (f64, bool) {
-    if vnew > vcrit && (vnew - vold).abs() > 2.0 * vt {
-        if vold <= 0.0 {
-            return (vt * (vnew / vt).ln(), true);
-        }
-        let steps = (vnew - vold) / vt;
-        let limited = if steps > 0.0 { 2.0 + (steps - 2.0).ln() } else { -(2.0 + (2.0 - steps).ln()) };
-        return (vold + vt * limited, true);
-    }
-    if vnew < 0.0 {
-        let lowest = if vold > 0.0 { -1.0 - vold } else { 2.0 * vold - 1.0 };
-        if vnew < lowest {
-            return (lowest, true);
-        }
-    }
-    (vnew, false)
-}
-
-/// Value of a parameter by any of its names, or its default.
-fn find(values: &HashMap<String, f64>, table: &[Parameter], name: &str) -> f64 {
-    let parameter = table.iter().find(|p| p.names[0] == name).expect("a name from the table");
-    parameter.names.iter().find_map(|alias| values.get(*alias).copied()).unwrap_or(parameter.default)
-}
-
-/// NaN marks a default that depends on something else.
-trait OrElse {
-    fn or(self, other: f64) -> f64;
-}
-
-impl OrElse for f64 {
-    fn or(self, other: f64) -> f64 {
-        if self.is_nan() {
-            other
-        } else {
-            self
-        }
     }
 }
 

@@ -62,7 +62,7 @@ pub fn reduces(sys: &System, o: &Options) -> bool {
 /// Rule 1: what no explicit form is asked about.
 fn never_explicit(sys: &System) -> Option<&'static str> {
     match () {
-        () if sys.diodes() > 0 => Some("diodes"),
+        () if sys.devices() > 0 => Some("devices"),
         () if sys.bends() && !mechanical(sys) => Some("exponentials"),
         () if sys.pure_linear => Some("linear equations"),
         () => None,
@@ -82,7 +82,7 @@ fn explicit(sys: &System) -> Result<&'static str, String> {
 
 /// Rule 2.
 fn implicit(sys: &System, o: &Options) -> &'static str {
-    let turns = sys.diodes() > 0 || (sys.bends() && !mechanical(sys));
+    let turns = sys.devices() > 0 || (sys.bends() && !mechanical(sys));
     let thrown_back = !sys.flags.is_empty() || mechanical(sys) || sys.has_coils();
     match (turns, thrown_back) {
         _ if o.reltol < TIGHT => SMOOTH,

@@ -172,7 +172,7 @@ impl Forces {
     /// Everything that does not stand under d/dt at (t, x), from what does, over a length of `inside` or `behind`. x stays as it is
     /// where that fails.
     pub fn settle(&mut self, sys: &System, w: &mut Work, (t, x): (f64, &mut [f64]), h: f64, tol: &Tolerances) {
-        let junction = w.junction.clone();
+        let ports = w.ports.clone();
         // slopes at a corner are those before it
         let h = if w.ends_before(t + 4.0 * h) { -h } else { h };
         let mut solve = |w: &mut Work, h: f64, r: &[f64], mut y: Vec<f64>, t: f64, passes: usize| {
@@ -184,7 +184,7 @@ impl Forces {
         };
         let mut forces = || {
             let mut x = x.to_vec();
-            if sys.diodes() > 0 {
+            if sys.exponentials() > 0 {
                 // a polynomial's voltages may be far up an exponential, whose current would be held
                 sys.eval(w, &x, t);
                 let r: Vec<f64> = w.q.iter().map(|q| -q / h).collect();
@@ -209,7 +209,7 @@ impl Forces {
                 x[i] = (8.0 * one[i] - 6.0 * two[i] + four[i]) / 3.0;
             }
         }
-        w.junction = junction;
+        w.ports = ports;
     }
 }
 

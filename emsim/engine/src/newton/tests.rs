@@ -1,15 +1,10 @@
 //! What recurs as a program against the same, row by row.
 use super::*;
-use crate::devices::diode::Diode;
+use crate::devices::Climate;
 use crate::graph::Graph;
-use crate::model::{DiodeAt, Kind, Model, Unknown};
+use crate::model::{Kind, Model, Unknown};
 use crate::waves::Wave;
 use std::collections::{BTreeMap, HashMap};
-
-fn diode(model: &[(&str, f64)]) -> Diode {
-    let model: HashMap<String, f64> = model.iter().map(|&(name, value)| (name.to_string(), value)).collect();
-    Diode::new(&model, &HashMap::new(), 27.0, 27.0).unwrap()
-}
 
 /// Five nodes in a row behind a source: diodes with and without charge, one between nodes, one from ground, a product of two voltages,
 /// a controlled source of constant gain as an expression, and where `stores` a charge that is one.
@@ -36,12 +31,14 @@ fn system(stores: bool) -> System {
             model.c.extend([(i, i, 1e-3), (i, i - 1, -2e-4), (i - 1, i, -2e-4)]);
         }
     }
-    let mut put = |name: &str, kernel: Diode, p: i32, n: i32| {
-        model.diodes.push(DiodeAt { name: name.into(), kernel, p, n, rows: [p, n, -1, -1] });
+    let mut put = |name: &str, given: &[(&str, f64)], p: i32, n: i32| {
+        let given: HashMap<String, f64> = given.iter().map(|&(name, value)| (name.to_string(), value)).collect();
+        let climate = Climate { temp: 27.0, tnom: 27.0 };
+        model.add_device("d", name, &[p, n], [&given, &HashMap::new()], climate).unwrap();
     };
-    put("d1", diode(&[("is", 1e-9), ("cjo", 1e-5), ("tt", 1e-4)]), 1, 2);
-    put("d2", diode(&[("is", 1e-12)]), -1, 3);
-    put("d3", diode(&[("is", 1e-10), ("cjo", 1e-6)]), 0, -1);
+    put("d1", &[("is", 1e-9), ("cjo", 1e-5), ("tt", 1e-4)], 1, 2);
+    put("d2", &[("is", 1e-12)], -1, 3);
+    put("d3", &[("is", 1e-10), ("cjo", 1e-6)], 0, -1);
     if stores {
         let square = g.powi(x[2], 2);
         let half = g.constant(1e-3);

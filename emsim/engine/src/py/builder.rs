@@ -3,13 +3,13 @@ use super::expr::{lock, Expr, SharedGraph};
 use super::system::System;
 use crate::assembly;
 use crate::derive;
-use crate::devices::diode::Diode;
+use crate::devices::Climate;
 use crate::graph::{Fun, Id, Node};
 use crate::model::Law;
-use crate::system::{DiodeAt, FlagSpec, Force, Kind, Model, Unknown};
+use crate::system::{FlagSpec, Force, Kind, Model, Unknown};
 use crate::tape::{Inputs, Tape};
 use crate::waves::Wave;
-use pyo3::exceptions::{PyIndexError, PyValueError};
+use pyo3::exceptions::{PyIndexError, PyKeyError, PyValueError};
 use pyo3::prelude::*;
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex};
@@ -326,41 +326,38 @@ impl Builder {
         Ok(())
     }
 
-    /// A junction diode from p to n; the engine makes the internal node when there is a series resistance.
-    #[pyo3(signature = (name, p, n, model, instance, temp_c=27.0, tnom_c=27.0))]
+    /// An instance of the device `kind` between `nodes`, with its inner nodes; what it makes of parameters is its own business.
+    /// Returns its series resistances: (number of the terminal, inner node, conductance [S]).
+    #[pyo3(signature = (kind, name, nodes, model, instance, temp_c=27.0, tnom_c=27.0))]
     #[allow(clippy::too_many_arguments)]
-    fn diode(
+    fn device(
         &mut self,
-        name: String,
-        p: i64,
-        n: i64,
+        kind: &str,
+        name: &str,
+        nodes: Vec<i64>,
         model: HashMap<String, f64>,
         instance: HashMap<String, f64>,
         temp_c: f64,
         tnom_c: f64,
-    ) -> PyResult<Option<(usize, f64)>> {
-        let kernel = Diode::new(&model, &instance, temp_c, tnom_c).map_err(PyValueError::new_err)?;
-        let (p, n) = (self.row(p)?, self.row(n)?);
-        let m = self.model()?;
-        let mut inner = p;
-        if let Some(gs) = kernel.series_conductance() {
-            m.unknowns.push(Unknown {
-                name: format!("{name}#internal"),
-                kind: Kind::Node,
-                unit: "V".into(),
-                initial: 0.0,
-            });
-            let i = m.unknowns.len() - 1;
-            inner = Some(i);
-            m.g.push((i, i, gs));
-            if let Some(p) = p {
-                m.g.extend([(p, p, gs), (p, i, -gs), (i, p, -gs)]);
+    ) -> PyResult<Vec<(usize, usize, f64)>> {
+        let rows = nodes.into_iter().map(|k| Ok(self.row(k)?.map_or(-1, |k| k as i32)));
+        let nodes = rows.collect::<PyResult<Vec<i32>>>()?;
+        let climate = Climate { temp: temp_c, tnom: tnom_c };
+        let series = self.model()?.add_device(kind, name, &nodes, [&model, &instance], climate);
+        let series = series.map_err(PyValueError::new_err)?;
+        Ok(series.iter().map(|s| (s.terminal, s.inner, s.conductance)).collect())
+    }
+
+    /// Of an instance: the nodes that each current goes from and to (-1: ground), and whether charge goes with it.
+    fn device_branches(&mut self, name: &str) -> PyResult<Vec<(i32, i32, bool)>> {
+        for class in &self.model()?.classes {
+            if let Some(k) = class.seats().iter().rposition(|seat| seat.name == name) {
+                let (nodes, shape) = (&class.seats()[k].nodes, class.shape(k));
+                let branch = |(j, &(p, n)): (usize, &(usize, usize))| (nodes[p], nodes[n], shape.stores(j));
+                return Ok(shape.branches.iter().enumerate().map(branch).collect());
             }
         }
-        let index = |k: Option<usize>| k.map_or(-1, |k| k as i32);
-        let series = kernel.series_conductance().zip(inner).map(|(gs, inner)| (inner, gs));
-        m.diodes.push(DiodeAt { name, kernel, p: index(inner), n: index(n), rows: [index(inner), index(n), -1, -1] });
-        Ok(series)
+        Err(PyKeyError::new_err(name.to_string()))
     }
 
     /// Forces a node voltage at the operating point: kind "ic" (until t = 0) or "nodeset" (a first guess).

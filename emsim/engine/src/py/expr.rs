@@ -62,7 +62,7 @@ impl Expr {
     }
 
     /// (operation, its number, operands): "const" v, "x" i, "time", "wave" k, "flag" k, "symbol" k, "neg" "add" "sub"
-    /// "mul" "div" "pow" "powi" n "atan2" "select", or the name of a function.
+    /// "mul" "div" "pow" "powi" n "atan2" "select" "notless", or the name of a function.
     #[getter]
     fn node(&self) -> (String, f64, Vec<Expr>) {
         let node = lock(&self.graph).node(self.id);
@@ -82,6 +82,7 @@ impl Expr {
             Node::Powi(_, n) => ("powi", f64::from(n)),
             Node::Atan2(..) => ("atan2", 0.0),
             Node::Select(..) => ("select", 0.0),
+            Node::NotLess(..) => ("notless", 0.0),
             Node::Call(f, _) => return (format!("{f:?}").to_lowercase(), 0.0, self.operands(node)),
         };
         (name.to_string(), number, self.operands(node))

@@ -5,6 +5,7 @@ mod expr;
 mod syntax;
 mod system;
 
+use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
 #[pymodule]
@@ -17,12 +18,23 @@ fn _engine(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_class::<system::System>()?;
     m.add_class::<system::Waveforms>()?;
     m.add_class::<syntax::Trees>()?;
-    m.add_function(wrap_pyfunction!(diode_parameters, m)?)?;
+    m.add_function(wrap_pyfunction!(device_parameters, m)?)?;
+    m.add_function(wrap_pyfunction!(devices, m)?)?;
     Ok(())
 }
 
-/// (names, unit, default, meaning) of every parameter of a diode's .model.
+/// (names, unit, default, meaning) of every parameter of a device: of its .model, or of an instance.
 #[pyfunction]
-fn diode_parameters() -> Vec<(Vec<&'static str>, &'static str, f64, &'static str)> {
-    crate::devices::diode::MODEL.iter().map(|p| (p.names.to_vec(), p.unit, p.default, p.meaning)).collect()
+#[pyo3(signature = (kind, of="model"))]
+fn device_parameters(kind: &str, of: &str) -> PyResult<Vec<(Vec<&'static str>, &'static str, f64, &'static str)>> {
+    let spec =
+        crate::devices::maker(kind).ok_or_else(|| PyValueError::new_err(format!("there is no device {kind}")))?.spec();
+    let table = if of == "model" { spec.model } else { spec.instance };
+    Ok(table.iter().map(|p| (p.names.to_vec(), p.unit, p.default, p.meaning)).collect())
+}
+
+/// (name, terminals) of every device there is.
+#[pyfunction]
+fn devices() -> Vec<(&'static str, Vec<&'static str>)> {
+    crate::devices::REGISTRY.iter().map(|m| (m.spec().name, m.spec().terminals.to_vec())).collect()
 }

@@ -100,8 +100,8 @@ impl System {
         self.inner.unknowns.iter().map(|u| u.unit.clone()).collect()
     }
     #[getter]
-    fn diode_names(&self) -> Vec<String> {
-        self.inner.diode_names.clone()
+    fn device_names(&self) -> Vec<String> {
+        self.inner.device_names()
     }
 
     /// Of every flag its name, what raises it above zero, what lowers it below.
@@ -533,14 +533,14 @@ impl Waveforms {
         self.failure.as_ref().map(|f| f.clone_ref(py))
     }
 
-    /// Energy accounts: integrals of the powers, (heat, charge energy) of every diode, what went through each of these back
+    /// Energy accounts: integrals of the powers, (heat, charge energy) of every device, what went through each of these back
     /// and forth, energies at the start and at the end and their largest change [J], and the trace as bytes of float64 rows; None where they were not asked for.
     #[getter]
     fn accounts(&self, py: Python<'_>) -> PyResult<Option<Py<PyDict>>> {
         let Some(ledger) = &self.record.ledger else { return Ok(None) };
         let d = PyDict::new(py);
         d.set_item("powers", ledger.powers())?;
-        d.set_item("diodes", ledger.diodes())?;
+        d.set_item("devices", ledger.devices())?;
         let (moved, swing) = ledger.turned_over();
         d.set_item("moved", moved)?;
         d.set_item("swing", swing)?;

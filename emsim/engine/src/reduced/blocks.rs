@@ -1,7 +1,7 @@
 //! A strong component of a stage's equations becomes a step, or is substituted.
 use super::eliminate::eliminate;
 use super::plan::Plan;
-use super::{Block, Devices, Direct, Newton, Saddle, Step};
+use super::{Block, Direct, Limits, Newton, Saddle, Step};
 use crate::derive::{gradient, substitute, tangent};
 use crate::graph::{Graph, Id, Node};
 use crate::model::Kind;
@@ -14,17 +14,9 @@ const INTERPRETED: usize = 4;
 impl Plan<'_> {
     /// One strong component becomes a step, or is substituted.
     pub fn block(&mut self, component: &[usize]) -> Result<(), String> {
-        let count = self.equations.len();
-        let mut devices: Vec<usize> = component.iter().filter(|&&v| v >= count).map(|v| v - count).collect();
-        let mut members: Vec<usize> = component.iter().filter(|&&v| v < count).copied().collect();
-        devices.sort_unstable();
+        let mut members: Vec<usize> = component.to_vec();
         members.sort_unstable_by_key(|&e| self.equations[e].unknown);
-        if members.is_empty() {
-            let step = self.devices(devices, true);
-            self.steps.push(Step::Devices(step));
-            return Ok(());
-        }
-        if devices.is_empty() && self.saddle(&members)? {
+        if self.saddle(&members)? {
             return Ok(());
         }
         // rows in the order of their unknowns where each is its own unknown's row
@@ -44,24 +36,20 @@ impl Plan<'_> {
                 .all(|(&e, &u)| self.equations[e].state.is_some() && self.source.unknowns[u].kind == Kind::Speed);
         let states: Vec<Option<usize>> = rows.iter().map(|&e| self.equations[e].state).collect();
         let exprs: Vec<Id> = rows.iter().map(|&e| self.equations[e].expr).collect();
-        if momenta && size > 1 && devices.is_empty() && self.direct(&exprs, &unknowns, &states) {
+        if momenta && size > 1 && self.direct(&exprs, &unknowns, &states) {
             return Ok(());
         }
         let zero = self.g.constant(0.0);
         let mut matrix = vec![zero; size * size];
         for (i, &e) in rows.iter().enumerate() {
             let expr = self.equations[e].expr;
-            for (j, d) in self.slopes(expr, &unknowns, &devices).into_iter().enumerate() {
+            for (j, d) in gradient(self.g, expr, &leaves).into_iter().enumerate() {
                 matrix[i * size + j] = d;
             }
         }
-        let mut linear = devices.is_empty();
-        if linear {
-            let own: HashSet<usize> = unknowns.iter().copied().collect();
-            linear = !self.leaves(&matrix).iter().any(|l| own.contains(l));
-        }
-        if !linear {
-            return self.newton(unknowns, states, exprs, matrix, devices);
+        let own: HashSet<usize> = unknowns.iter().copied().collect();
+        if self.leaves(&matrix).iter().any(|l| own.contains(l)) {
+            return self.newton(unknowns, states, exprs, matrix);
         }
         let none: Vec<(Id, Id)> = leaves.iter().map(|&l| (l, zero)).collect();
         let rest = substitute(self.g, &exprs, &none);
@@ -132,57 +120,12 @@ impl Plan<'_> {
         format!("charges, fluxes or momenta do not determine {} (index 2)", names.join(", "))
     }
 
-    /// d expr / d unknowns, through the diodes of the block too.
-    fn slopes(&mut self, expr: Id, unknowns: &[usize], devices: &[usize]) -> Vec<Id> {
-        let mut xs: Vec<Id> = unknowns.iter().map(|&u| self.g.unknown(u as u32)).collect();
-        for &k in devices {
-            let base = self.at.diode(k);
-            xs.extend([self.leaf(base), self.leaf(base + 2)]);
-        }
-        let mut all = gradient(self.g, expr, &xs);
-        let through = all.split_off(unknowns.len());
-        for (d, &k) in devices.iter().enumerate() {
-            let (p, n, _) = self.source.diodes[k];
-            for part in 0..2 {
-                let slope = self.leaf(self.at.diode(k) + 2 * part + 1);
-                let term = self.g.mul(through[2 * d + part], slope);
-                for (node, positive) in [(p, true), (n, false)] {
-                    if let Some(j) = unknowns.iter().position(|&u| node >= 0 && u == node as usize) {
-                        all[j] = if positive { self.g.add(all[j], term) } else { self.g.sub(all[j], term) };
-                    }
-                }
-            }
-        }
-        all
-    }
-
-    fn devices(&mut self, list: Vec<usize>, kept: bool) -> Devices {
-        let zero = self.g.constant(0.0);
-        let mut outs = Vec::new();
-        for &k in &list {
-            let (p, n, _) = self.source.diodes[k];
-            for node in [p, n] {
-                let id = if node >= 0 { self.leaf(node as usize) } else { zero };
-                outs.push(self.image(id));
-            }
-        }
-        for &k in &list {
-            for l in 0..4 {
-                let leaf = self.leaf(self.at.diode(k) + l);
-                self.image.insert(leaf, leaf);
-            }
-        }
-        self.parts.push((outs, kept));
-        Devices { part: self.parts.len() - 1, list }
-    }
-
     fn newton(
         &mut self,
         unknowns: Vec<usize>,
         states: Vec<Option<usize>>,
         exprs: Vec<Id>,
         matrix: Vec<Id>,
-        list: Vec<usize>,
     ) -> Result<(), String> {
         for &u in &unknowns {
             let leaf = self.leaf(u);
@@ -199,10 +142,7 @@ impl Plan<'_> {
         for id in self.g.reachable(&outs) {
             let node = self.g.node(id);
             let moves = match node {
-                Node::Unknown(i) => {
-                    let i = i as usize;
-                    own.contains(&i) || self.at.diode_of(i).is_some_and(|k| list.contains(&k))
-                }
+                Node::Unknown(i) => own.contains(&(i as usize)),
                 _ => node.operands().any(|o| moving.contains(&o)),
             };
             if moves {
@@ -213,10 +153,27 @@ impl Plan<'_> {
         let mut known: Vec<Id> = known.into_iter().collect();
         known.sort_unstable();
         self.parts.push((known, true));
-        let devices = self.devices(list, false);
+        let limits = self.limits(&own);
         self.parts.push((outs, false));
-        self.steps.push(Step::Newton(Newton { block, devices }));
+        self.steps.push(Step::Newton(Newton { block, limits }));
         Ok(())
+    }
+
+    /// The devices whose voltages hang on these unknowns, and a part that computes the voltages.
+    fn limits(&mut self, own: &HashSet<usize>) -> Limits {
+        let (mut list, mut voltages) = (Vec::new(), Vec::new());
+        for (n, class) in self.source.classes.iter().enumerate() {
+            for (k, seat) in class.seats().iter().enumerate() {
+                let v = self.voltages(seat, class.shape(k));
+                let v: Vec<Id> = v.into_iter().map(|v| self.image(v)).collect();
+                if self.leaves(&v).iter().any(|l| own.contains(l)) {
+                    list.push((n, k));
+                    voltages.extend(v);
+                }
+            }
+        }
+        self.parts.push((voltages, false));
+        Limits { part: self.parts.len() - 1, list }
     }
 
     /// Momenta and multipliers together:  M z + s W^T lambda + c = 0,  W z + d = 0. False where the block is none such.

@@ -6,8 +6,7 @@
 //!   Direct    momenta give speeds, M(q) u = p, in symbols (`eliminate`): trees and small mechanisms
 //!   Linear    A x_b = -r        A known by now, M(q) u = p too; factored anew, or once where it is constant
 //!   Saddle    accelerations and multipliers of closed loops (`saddle`)
-//!   Newton    algebraic equations that are not linear, diodes
-//!   Devices   diodes whose voltage is known
+//!   Newton    what is not linear, devices by the expressions of their laws
 //!
 //! Blocks that only somebody who looks at a point wants (currents of sources, reactions, d/dt of something) come after the
 //! rates and are run by `unknowns` alone.
@@ -29,16 +28,19 @@ use quick::Quick;
 use saddle::Saddle;
 pub use saddle::NEAR;
 
-use crate::devices::diode::Diode;
+use crate::devices::Class;
 use crate::graph::{Graph, Id};
 use crate::tape::{Inputs, Tape};
 use crate::waves::Wave;
 use dense::{backward_symmetric, factor_general, factor_symmetric, forward_symmetric, solve_general};
+use std::sync::Arc;
 use whole::{Slots, Whole};
 
 const MOST_ITERATIONS: usize = 50;
 /// Newton's method converges quadratically: an update so small leaves its square.
 const NEWTON: f64 = 1e-7;
+/// Of a step that limiting cuts, at least so much is taken.
+const LEAST_SHARE: f64 = 1e-3;
 
 /// What a stage could not solve.
 #[derive(Clone, Copy, Debug)]
@@ -68,20 +70,20 @@ pub struct Direct {
     changes_part: usize, // of the unknowns for changes of the states
 }
 
-pub struct Devices {
+/// Devices whose voltages an iteration moves: class and number there. `part` has all their port voltages.
+pub struct Limits {
     part: usize,
-    list: Vec<usize>,
+    list: Vec<(usize, usize)>,
 }
 
-/// Parts: block.part (what does not move), devices.part (voltages), and the one after it (residuals and slopes).
+/// Parts: block.part (what does not move), limits.part, and the one after it (residuals and slopes).
 pub struct Newton {
     block: Block,
-    devices: Devices,
+    limits: Limits,
 }
 
 enum Step {
     Direct(Box<Direct>),
-    Devices(Devices),
     Linear(Block),
     Newton(Newton),
     Saddle(Box<Saddle>),
@@ -100,7 +102,7 @@ pub struct Reduced {
     whole: Option<Whole>,
     x_part: usize,
     direct: Vec<(usize, usize, f64)>, // unknown, state, d unknown / d state
-    diodes: Vec<Diode>,
+    classes: Vec<Arc<dyn Class>>,
 }
 
 /// Scratch of a block.
@@ -131,10 +133,9 @@ pub struct Point {
     side: bool,
     checked: bool, // the masses, since the start
     held: Vec<Held>,
-    junction: Vec<f64>,
-    open: Vec<f64>, // a state before its loops are closed
-    pub gmin: f64,
-    pub floor: Vec<f64>, // absolute tolerance of each unknown, for Newton's method
+    ports: [Vec<f64>; 2], // port voltages before a step of Newton's method and behind it
+    open: Vec<f64>,       // a state before its loops are closed
+    pub floor: Vec<f64>,  // absolute tolerance of each unknown, for Newton's method
     pub evaluations: u64,
 }
 
@@ -259,7 +260,7 @@ impl Reduced {
     /// Unknowns of the largest block that a stage solves.
     pub fn largest_block(&self) -> usize {
         let of = |step: &Step| match step {
-            Step::Devices(_) | Step::Direct(_) => 0,
+            Step::Direct(_) => 0,
             Step::Linear(b) | Step::Newton(Newton { block: b, .. }) => b.unknowns.len(),
             Step::Saddle(s) => s.mass.unknowns.len() + s.rows.len(),
         };
@@ -283,7 +284,7 @@ impl Reduced {
 
     pub fn point(&self, flags: &[f64], gmin: f64, floor: Vec<f64>) -> Point {
         let held = self.steps.iter().map(|step| match step {
-            Step::Devices(_) | Step::Direct(_) => Held::default(),
+            Step::Direct(_) => Held::default(),
             Step::Linear(b) | Step::Newton(Newton { block: b, .. }) => Held::of(b),
             Step::Saddle(s) => {
                 let (k, m) = (s.mass.unknowns.len(), s.rows.len());
@@ -296,8 +297,10 @@ impl Reduced {
                 held
             }
         });
+        let mut v = vec![0.0; self.at.leaves()];
+        v[self.at.gmin()] = gmin;
         Point {
-            v: vec![0.0; self.at.leaves()],
+            v,
             slots: self.tape.workspace(),
             whole: self.whole.as_ref().map(Whole::slots).unwrap_or_default(),
             waves: vec![0.0; 2 * self.waves],
@@ -306,12 +309,19 @@ impl Reduced {
             side: false,
             checked: false,
             held: held.collect(),
-            junction: self.diodes.iter().map(Diode::vcrit).collect(),
+            ports: Default::default(),
             open: Vec::new(),
-            gmin,
             floor,
             evaluations: 0,
         }
+    }
+
+    pub fn gmin(&self, p: &Point) -> f64 {
+        p.v[self.at.gmin()]
+    }
+
+    pub fn set_gmin(&self, p: &mut Point, gmin: f64) {
+        p.v[self.at.gmin()] = gmin;
     }
 
     /// Takes charges of all rows and the values of all unknowns as a starting point: states and Newton's guesses.
@@ -483,10 +493,6 @@ impl Reduced {
                     None => Ok(()),
                 }
             }
-            Step::Devices(d) => {
-                self.devices(d, p, false);
-                Ok(())
-            }
             Step::Linear(block) => {
                 self.run(block.part, p);
                 let outputs = self.tape.part_places(block.part);
@@ -528,43 +534,43 @@ impl Reduced {
         Ok(())
     }
 
-    /// Diodes at the voltages of their part; true when one was limited.
-    fn devices(&self, d: &Devices, p: &mut Point, limit: bool) -> bool {
-        if d.list.is_empty() {
-            return false;
-        }
-        self.run(d.part, p);
-        let mut limited = false;
-        let slots = self.tape.part_places(d.part);
-        for (i, &k) in d.list.iter().enumerate() {
-            let v = p.slots[slots[2 * i] as usize] - p.slots[slots[2 * i + 1] as usize];
-            let kernel = &self.diodes[k];
-            let (mut at, mut cut) = (v, false);
-            if limit {
-                (at, cut) = kernel.limit(v, p.junction[k]);
-                limited |= cut;
+    /// What part of a step leads no further than devices let their voltages go, from p.ports[0] to those of the part.
+    fn within_limits(&self, limits: &Limits, p: &mut Point) -> f64 {
+        self.voltages(limits, p, 1);
+        let (mut share, mut at) = (1.0_f64, 0);
+        for &(class, k) in &limits.list {
+            let class = &self.classes[class];
+            let own = at..at + class.layout().ports;
+            at = own.end;
+            let (old, new) = (&p.ports[0][own.clone()], &p.ports[1][own]);
+            let mut to = new.to_vec();
+            if class.limit(k, &mut to, old) {
+                for ((old, new), to) in old.iter().zip(new).zip(&to).filter(|((_, new), to)| new != to) {
+                    share = share.min(((to - old) / (new - old)).clamp(LEAST_SHARE, 1.0));
+                }
             }
-            p.junction[k] = at;
-            let mut o = kernel.eval(at, p.gmin);
-            if cut {
-                o.i += o.g * (v - at);
-                o.q += o.c * (v - at);
-            }
-            let leaf = self.at.diode(k);
-            p.v[leaf..leaf + 4].copy_from_slice(&[o.i, o.g, o.q, o.c]);
         }
-        limited
+        share
+    }
+
+    fn voltages(&self, limits: &Limits, p: &mut Point, which: usize) {
+        if !limits.list.is_empty() {
+            self.run(limits.part, p);
+            let (slots, ports) = (&p.slots, &mut p.ports[which]);
+            ports.clear();
+            ports.extend(self.tape.part_places(limits.part).iter().map(|&slot| slots[slot as usize]));
+        }
     }
 
     fn newton(&self, newton: &Newton, k: usize, p: &mut Point) -> Result<(), Trouble> {
-        let block = &newton.block;
+        let Newton { block, limits } = newton;
         let n = block.unknowns.len();
-        let part = newton.devices.part + 1;
+        let part = limits.part + 1;
         let outputs = self.tape.part_places(part);
         self.run(block.part, p);
+        self.voltages(limits, p, 0);
         let mut worst = block.unknowns[0];
         for _ in 0..MOST_ITERATIONS {
-            let limited = self.devices(&newton.devices, p, true);
             self.run(part, p);
             let held = &mut p.held[k];
             block.refactor(&outputs[n..], &p.slots, held)?;
@@ -587,10 +593,17 @@ impl Reduced {
                     worst = u;
                 }
             }
-            if ratio <= 1.0 && !limited {
-                // diodes of the block are read by others too
-                self.devices(&newton.devices, p, false);
+            let share = self.within_limits(limits, p);
+            if share < 1.0 {
+                for (&u, &d) in block.unknowns.iter().zip(&p.held[k].rhs) {
+                    p.v[u] -= (1.0 - share) * d;
+                }
+                self.voltages(limits, p, 0);
+            } else if ratio <= 1.0 {
                 return Ok(());
+            } else {
+                let [before, behind] = &mut p.ports;
+                std::mem::swap(before, behind);
             }
         }
         Err(Trouble::Diverged { unknown: worst })

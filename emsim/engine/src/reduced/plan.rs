@@ -18,11 +18,12 @@ use super::order::{augment, strong_components};
 use super::whole::Whole;
 use super::{Reduced, Step};
 use crate::derive::tangent;
-use crate::devices::diode::Diode;
+use crate::devices::Class;
 use crate::graph::{Graph, Id, Node};
 use crate::model::{Kind, Unknown};
 use crate::tape::Tape;
 use std::collections::{HashMap, HashSet};
+use std::sync::Arc;
 
 /// What a system hands over.
 pub struct Source<'a> {
@@ -32,28 +33,28 @@ pub struct Source<'a> {
     pub g: Vec<(usize, usize, f64)>,
     pub c: Vec<(usize, usize, f64)>,
     pub f_wave: &'a [(usize, usize, f64)],
-    pub diodes: Vec<(i32, i32, Diode)>,
-    /// rows that hold the current of each, with the signs + - + -, or -1
-    pub currents: Vec<[i32; 4]>,
+    pub classes: Vec<Arc<dyn Class>>,
     pub waves: usize,
     pub flags: usize,
 }
 
-/// Numbers of the leaves: x, z, y, changes of y, then four of each diode: current, conductance, charge, capacitance.
+/// Numbers of the leaves: x, z, gmin, y, changes of y.
 /// Behind y is room for whole vectors of four.
 #[derive(Clone, Copy)]
 pub struct Layout {
     pub n: usize,
     pub states: usize,
-    pub diodes: usize,
 }
 
 impl Layout {
     pub fn z(&self, j: usize) -> usize {
         self.n + j
     }
+    pub fn gmin(&self) -> usize {
+        2 * self.n
+    }
     pub fn y(&self, s: usize) -> usize {
-        2 * self.n + s
+        2 * self.n + 1 + s
     }
     /// States, to the next four.
     pub fn width(&self) -> usize {
@@ -62,14 +63,8 @@ impl Layout {
     pub fn change(&self, s: usize) -> usize {
         self.y(self.width()) + s
     }
-    pub fn diode(&self, k: usize) -> usize {
-        self.change(self.states) + 4 * k
-    }
     pub fn leaves(&self) -> usize {
-        self.diode(self.diodes)
-    }
-    pub fn diode_of(&self, leaf: usize) -> Option<usize> {
-        (leaf >= self.diode(0)).then(|| (leaf - self.diode(0)) / 4)
+        self.change(self.states)
     }
 }
 
@@ -101,7 +96,7 @@ pub(super) struct Plan<'a> {
 
 pub(super) fn compile(g: &mut Graph, source: &Source) -> Result<Reduced, String> {
     let n = source.unknowns.len();
-    let at = Layout { n, states: 0, diodes: source.diodes.len() };
+    let at = Layout { n, states: 0 };
     let plan = Plan {
         g,
         source,
@@ -125,7 +120,6 @@ impl Plan<'_> {
     fn run(mut self) -> Result<Reduced, String> {
         let n = self.at.n;
         let kind = |i: usize| self.source.unknowns[i].kind;
-        // how many states there are is known only when the islands are: rows first with the charges of diodes left open
         let states = self.rows();
         let own: Vec<usize> = (0..n)
             .filter(|&i| match kind(i) {
@@ -199,7 +193,7 @@ impl Plan<'_> {
             steps: self.steps,
             stage_steps,
             direct: self.direct,
-            diodes: self.source.diodes.iter().map(|d| d.2.clone()).collect(),
+            classes: self.source.classes.clone(),
         })
     }
 
@@ -252,30 +246,13 @@ impl Plan<'_> {
         self.image[&id]
     }
 
-    /// Unknowns x that an equation between them could determine: a diode's leaf stands for the voltages of its nodes.
-    fn reads(&self, expr: Id) -> Vec<usize> {
-        let mut out = Vec::new();
-        for leaf in self.leaves(&[expr]) {
-            match self.at.diode_of(leaf) {
-                Some(k) => {
-                    let (p, n, _) = &self.source.diodes[k];
-                    out.extend([*p, *n].iter().filter(|&&i| i >= 0).map(|&i| i as usize));
-                }
-                None => out.push(leaf),
-            }
-        }
-        out.sort_unstable();
-        out.dedup();
-        out
-    }
-
     /// Every unknown of `own` gets its equation, or the reason why it has none.
     fn match_own(&mut self, own: &[usize]) -> Result<(), String> {
         let n = self.at.n;
         let mut wanted = vec![false; n];
         own.iter().for_each(|&i| wanted[i] = true);
         let reads: Vec<Vec<usize>> = (self.equations.iter())
-            .map(|e| self.reads(e.expr).into_iter().filter(|&l| l < n && wanted[l]).collect())
+            .map(|e| self.leaves(&[e.expr]).into_iter().filter(|&l| l < n && wanted[l]).collect())
             .collect();
         let mut by: Vec<Option<usize>> = vec![None; n];
         let mut of: Vec<Option<usize>> = vec![None; reads.len()];
@@ -350,24 +327,6 @@ impl Plan<'_> {
         for k in 0..self.source.waves as u32 {
             seed.push((self.g.wave(k), self.g.wave(k + self.source.waves as u32)));
         }
-        for k in 0..self.at.diodes {
-            let (p, m) = (self.source.diodes[k].0, self.source.diodes[k].1);
-            let mut rate = self.g.constant(0.0);
-            if p >= 0 {
-                let z = self.leaf(self.at.z(p as usize));
-                rate = self.g.add(rate, z);
-            }
-            if m >= 0 {
-                let z = self.leaf(self.at.z(m as usize));
-                rate = self.g.sub(rate, z);
-            }
-            let base = self.at.diode(k);
-            for value in [base, base + 2] {
-                let slope = self.leaf(value + 1);
-                let product = self.g.mul(slope, rate);
-                seed.push((self.leaf(value), product));
-            }
-        }
         // multipliers and derivatives have no rates here
         let forbidden: HashSet<usize> = lambdas.iter().chain(&shown).copied().collect();
         let checked = |plan: &mut Self, id: Id, row: usize| -> Result<Id, String> {
@@ -429,7 +388,10 @@ impl Plan<'_> {
         let is_lambda: HashSet<usize> = lambdas.iter().copied().collect();
         let reads: Vec<Vec<usize>> = (self.equations.iter())
             .map(|e| {
-                self.reads(e.expr).into_iter().filter(|l| is_lambda.contains(l) || (*l >= n && *l < 2 * n)).collect()
+                self.leaves(&[e.expr])
+                    .into_iter()
+                    .filter(|l| is_lambda.contains(l) || (*l >= n && *l < 2 * n))
+                    .collect()
             })
             .collect();
         for &e in &constraints {
@@ -448,24 +410,11 @@ impl Plan<'_> {
     }
 
     /// Strong components of "reads", each after those it reads; the first `stage` of them are what `roots` need.
-    /// Numbers from equations.len() on are diodes.
     fn components(&self, roots: &[usize]) -> (Vec<Vec<usize>>, usize) {
         let count = self.equations.len();
-        let node_of = |leaf: usize| match self.at.diode_of(leaf) {
-            Some(k) => Some(count + k),
-            None => self.owner.get(&leaf).copied(),
-        };
-        let next: Vec<Vec<usize>> = (0..count + self.at.diodes)
-            .map(|v| {
-                let leaves = if v < count {
-                    self.leaves(&[self.equations[v].expr])
-                } else {
-                    let (p, n, _) = &self.source.diodes[v - count];
-                    [*p, *n].iter().filter(|&&i| i >= 0).map(|&i| i as usize).collect()
-                };
-                leaves.into_iter().filter_map(node_of).collect()
-            })
-            .collect();
+        let node_of = |leaf: usize| self.owner.get(&leaf).copied();
+        let reads = |e: &Equation| self.leaves(&[e.expr]).into_iter().filter_map(node_of).collect();
+        let next: Vec<Vec<usize>> = self.equations.iter().map(reads).collect();
         let mut order = strong_components(&next, &roots.iter().filter_map(|&l| node_of(l)).collect::<Vec<_>>());
         let stage = order.len();
         let done: HashSet<usize> = order.iter().flatten().copied().collect();

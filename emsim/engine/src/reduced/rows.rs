@@ -1,6 +1,7 @@
 //! F and Q of every row as expressions, and which rows keep a state.
 use super::plan::Plan;
 use crate::derive::substitute;
+use crate::devices::{Seat, Shape};
 use crate::graph::Id;
 use crate::islands::Islands;
 use crate::model::Kind;
@@ -51,10 +52,10 @@ impl Plan<'_> {
         // linear charges of an island cancel in its sum, or they do not: numbers, whatever the graph makes of them
         let mut linear: HashMap<(usize, usize), (f64, f64)> = HashMap::new();
         let node = |i: usize| s.unknowns[i].kind == Kind::Node;
-        for (p, n, kernel) in &s.diodes {
-            if kernel.has_charge() && *p >= 0 && *n >= 0 {
-                island.join(*p as usize, *n as usize);
-            }
+        let branches = self.branches();
+        for b in branches.iter().filter(|b| b.stores) {
+            let ends: Vec<usize> = b.ends.iter().filter_map(|&k| usize::try_from(k).ok()).collect();
+            ends.windows(2).for_each(|pair| island.join(pair[0], pair[1]));
         }
         let mut has_q = vec![false; n];
         let mut grounded: HashSet<usize> = HashSet::new();
@@ -82,16 +83,12 @@ impl Plan<'_> {
                 grounded.insert(i);
             }
         }
-        for (p, n, kernel) in &s.diodes {
-            if !kernel.has_charge() {
-                continue;
-            }
-            for i in [*p, *n] {
-                if i >= 0 {
-                    has_q[i as usize] = true;
-                    if *p < 0 || *n < 0 {
-                        grounded.insert(island.of(i as usize));
-                    }
+        for b in branches.iter().filter(|b| b.stores) {
+            let (first, second) = (b.ends[0], b.ends[1]);
+            for i in b.ends.iter().filter_map(|&k| usize::try_from(k).ok()) {
+                has_q[i] = true;
+                if first < 0 || second < 0 {
+                    grounded.insert(island.of(i));
                 }
             }
         }
@@ -115,19 +112,13 @@ impl Plan<'_> {
         };
         let states: Vec<usize> = (0..n).filter(|&i| keeps(i)).collect();
         self.at.states = states.len();
-        // diodes now have their leaves
-        for (k, (.., kernel)) in s.diodes.iter().enumerate() {
-            let base = self.at.diode(k);
-            let (i, c) = (self.leaf(base), self.leaf(base + 2));
-            for (&row, sign) in s.currents[k].iter().zip([1.0, -1.0, 1.0, -1.0]) {
-                if row >= 0 {
-                    let sign = self.g.constant(sign);
-                    let term = self.g.mul(sign, i);
-                    f[row as usize] = self.g.add(f[row as usize], term);
-                    if kernel.has_charge() {
-                        let term = self.g.mul(sign, c);
-                        q[row as usize] = self.g.add(q[row as usize], term);
-                    }
+        for b in &branches {
+            for (&row, sign) in b.rows.iter().zip([1.0, -1.0, 1.0, -1.0]) {
+                let Ok(row) = usize::try_from(row) else { continue };
+                let sign = self.g.constant(sign);
+                for (out, flow) in [(&mut f, b.current), (&mut q, b.charge)] {
+                    let term = self.g.mul(sign, flow);
+                    out[row] = self.g.add(out[row], term);
                 }
             }
         }
@@ -139,4 +130,39 @@ impl Plan<'_> {
         self.f = f;
         states
     }
+
+    /// The branches of all devices by their laws, read as expressions.
+    fn branches(&mut self) -> Vec<Branch> {
+        let gmin = self.leaf(self.at.gmin());
+        let mut branches = Vec::new();
+        for class in &self.source.classes {
+            for (k, seat) in class.seats().iter().enumerate() {
+                let shape = class.shape(k);
+                let v = self.voltages(seat, shape);
+                for (j, (current, charge)) in class.symbols(k, self.g, &v, gmin).into_iter().enumerate() {
+                    let (p, n) = shape.branches[j];
+                    let ends = [seat.nodes[p], seat.nodes[n]];
+                    branches.push(Branch { ends, rows: seat.rows[j], stores: shape.stores(j), current, charge });
+                }
+            }
+        }
+        branches
+    }
+
+    /// Port voltages of an instance.
+    pub fn voltages(&mut self, seat: &Seat, shape: &Shape) -> Vec<Id> {
+        let zero = self.g.constant(0.0);
+        let mut node = |k: usize| usize::try_from(seat.nodes[k]).map_or(zero, |k| self.g.unknown(k as u32));
+        let ends: Vec<(Id, Id)> = shape.ports.iter().map(|&(p, n)| (node(p), node(n))).collect();
+        ends.into_iter().map(|(p, n)| self.g.sub(p, n)).collect()
+    }
+}
+
+/// A branch of a device.
+struct Branch {
+    ends: [i32; 2],
+    rows: [i32; 4],
+    stores: bool,
+    current: Id,
+    charge: Id,
 }

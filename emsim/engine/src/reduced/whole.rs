@@ -41,8 +41,7 @@ pub struct Slots {
 impl Plan<'_> {
     /// `ids` by the state alone; None where something else is read.
     fn by_state(&mut self, mut ids: Vec<Id>) -> Option<Vec<Id>> {
-        let solved =
-            |plan: &Self, ids: &[Id]| plan.leaves(ids).iter().any(|&l| l < plan.at.y(0) || l >= plan.at.diode(0));
+        let solved = |plan: &Self, ids: &[Id]| plan.leaves(ids).iter().any(|&l| l < plan.at.gmin());
         for _ in 0..=self.steps.len() {
             if !solved(self, &ids) {
                 return Some(ids);

@@ -60,10 +60,8 @@ impl System {
         };
         w.counters.evaluations += 1;
         program.run(&Inputs { x, t, waves, flags: &w.flags }, rows);
-        if self.diodes() > 0 {
-            let (f, q) = rows.split_at_mut(self.n);
-            self.add_diodes(x, w.gmin, f, q);
-        }
+        let (f, q) = rows.split_at_mut(self.n);
+        self.devices.add_values(x, w.gmin, f, q);
     }
 
     /// Asks once more for a program of all of Q and F, which is written where it pays.

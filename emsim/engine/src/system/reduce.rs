@@ -15,8 +15,7 @@ impl System {
                 g: self.g_rows.entries().collect(),
                 c: self.c_rows.entries().collect(),
                 f_wave: &self.f_wave,
-                diodes: self.diodes.iter().map(|d| (d.p, d.n, d.kernel.clone())).collect(),
-                currents: self.diodes.iter().map(|d| d.rows).collect(),
+                classes: self.devices.classes.iter().map(|c| c.class.clone()).collect(),
                 waves: self.waves.len(),
                 flags: self.flags.len(),
             };

@@ -22,10 +22,10 @@ impl System {
         for (slots, which) in [(&self.g_slots, 0), (&self.c_slots, 1)] {
             slots.iter().for_each(|&k| expression[k][which] = true);
         }
-        for d in &self.diodes {
-            for (k, _) in d.stamps() {
+        for slope in &self.devices.slopes {
+            for (k, _) in slope.stamps() {
                 expression[k][0] = true;
-                expression[k][1] |= d.kernel.has_charge();
+                expression[k][1] |= slope.capacitance.is_some();
             }
         }
         for c in 0..self.n {

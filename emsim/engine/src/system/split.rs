@@ -8,7 +8,7 @@
 //! A speed v that the circuit reads moves with the circuit's own impulses, at once and by the machine's inertia alone: the
 //! guest is  v = g(t) + sum_j a_j I_j,  I_j the integral of what the machine reads, an unknown of the circuit,  a_j the
 //! speed by a unit impulse and g the rest, which is smooth.
-use super::{DiodeAt, FlagSpec, Kind, Model, System, Unknown};
+use super::{FlagSpec, Kind, Model, System, Unknown};
 use crate::derive::{depends, gradient, substitute};
 use crate::graph::{Graph, Id, Node};
 use crate::waves::Wave;
@@ -223,11 +223,8 @@ impl<'a> Splitter<'a> {
             model.f_wave.push((self.place[r], k, v));
         }
         if !slow {
-            for (d, name) in sys.diodes.iter().zip(&sys.diode_names) {
-                let place = |k: i32| if k >= 0 { self.place[k as usize] as i32 } else { k };
-                let ([p, n], rows) = ([d.p, d.n].map(place), d.rows.map(place));
-                model.diodes.push(DiodeAt { name: name.clone(), kernel: d.kernel.clone(), p, n, rows });
-            }
+            let place = |k: i32| if k >= 0 { self.place[k as usize] as i32 } else { k };
+            model.classes.extend(sys.devices.classes.iter().map(|c| c.class.moved(&place)));
             for f in &sys.flags {
                 let roots = substitute(g, &[f.up, f.down], &map);
                 let (up, down) = (roots[0], roots[1]);

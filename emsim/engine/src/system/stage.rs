@@ -1,7 +1,8 @@
 //! One stage  F + a Q + r = 0  of an implicit method: what its Newton iteration asks of the equations, evaluated row by row or
 //! written as programs without a loop (newton.rs says when).
-use super::expand::{Lines, Met, Near, Number};
-use super::{across, System, Work};
+use super::devices::{ends, signed, Current, Slope};
+use super::{System, Work};
+use crate::devices::{Met, Near};
 use crate::sparse::{Equations, Stamp};
 use crate::tape::{Inputs, Leaf, Signed, Value, Written};
 use crate::twice::whole;
@@ -61,9 +62,9 @@ impl Stage {
     }
 }
 
-/// A number of diode k in a program.
-fn number(p: &mut Written, k: usize, number: Number) -> Value {
-    p.leaf(Leaf::Flag(Lines::place(k, number)))
+/// A number of the straight lines in a program.
+fn number(p: &mut Written, place: usize) -> Value {
+    p.leaf(Leaf::Flag(place))
 }
 
 impl System {
@@ -80,8 +81,8 @@ impl System {
         self.expand(w, x, t, a, true, near)
     }
 
-    /// The same at the next iterate; true when every diode met the straight line that led there so well, that what was
-    /// missed of its current is worth less than the tolerance of its junction's voltage (in passive networks only).
+    /// The same at the next iterate; true when every device met the straight line that led there so well, that what was
+    /// missed of its current is worth less than the tolerance of its voltage (in passive networks only).
     pub fn stage_expand_and_judge(&self, w: &mut Work, x: &[f64], t: f64, a: f64, (reltol, vntol): (f64, f64)) -> bool {
         if !self.passive {
             self.stage_expand(w, x, t, a);
@@ -118,15 +119,13 @@ impl System {
         for (k, &row) in self.q_rows.iter().enumerate() {
             out[row] -= a * self.jacobian.output(&w.jacobian, nf + k);
         }
-        for (d, e) in self.diodes.iter().zip(w.expansions.iter()) {
-            d.add(out, -e.current(a, e.v));
-        }
+        self.subtract_currents(w, out);
     }
 
     /// Sources of the stamps (see `stamps`) of what was expanded.
     pub fn stage_sources(&self, w: &Work, a: f64, sources: &mut Vec<f64>) {
         sources.clear();
-        sources.extend(w.expansions.iter().map(|e| e.conductance(a)));
+        sources.extend(self.devices.slopes.iter().map(|s| w.lines[s.stage]));
         let first = self.f_rows.len() + self.q_rows.len();
         let (ng, nc) = (self.g_slots.len(), self.c_slots.len());
         sources.extend((first..first + ng).map(|k| self.jacobian.output(&w.jacobian, k)));
@@ -148,14 +147,12 @@ impl System {
         if let Some(step) = step {
             self.add_expression_c(w, step, q);
         }
-        for (d, e) in self.diodes.iter().zip(w.expansions.iter()) {
-            d.add(q, e.o.q + e.o.c * (across(x, d.p, d.n) - e.at));
-        }
+        self.add_charges(w, x, q);
     }
 
     /// What the programs of a stage read: `numbers` and the factor a as the caller has them, and what was expanded.
     pub fn stage_inputs<'a>(&self, w: &'a Work, numbers: &'a [f64], a: f64) -> Inputs<'a> {
-        Inputs { x: numbers, t: a, waves: &w.jacobian, flags: w.expansions.numbers() }
+        Inputs { x: numbers, t: a, waves: &w.jacobian, flags: &w.lines }
     }
 
     /// The linear equations of a Newton update, matrix and right-hand side of  (G + a C) dx = -(F + a Q + r): operation by operation
@@ -230,12 +227,15 @@ impl System {
             let value = output(p, stored);
             b[row] = p.sub(b[row], value);
         }
-        for (k, d) in self.diodes.iter().enumerate() {
-            let [conductance, current] = [Number::StageConductance, Number::StageCurrent].map(|of| number(p, k, of));
-            for (row, of_p) in d.rows() {
-                b[row] = if of_p { p.sub(b[row], current) } else { p.add(b[row], current) };
+        for c in &self.devices.currents {
+            let current = number(p, c.stage);
+            for (row, sign) in signed(c.rows) {
+                b[row] = if sign > 0.0 { p.sub(b[row], current) } else { p.add(b[row], current) };
             }
-            for (k, sign) in d.stamps() {
+        }
+        for s in &self.devices.slopes {
+            let conductance = number(p, s.stage);
+            for (k, sign) in s.stamps() {
                 matrix[k] = if sign > 0.0 { p.add(matrix[k], conductance) } else { p.sub(matrix[k], conductance) };
             }
         }
@@ -248,10 +248,11 @@ impl System {
 
     /// Q at x as `stage_charges` has it; None where expressions store charge.
     pub fn stage_closing(&self) -> Option<(Written, Vec<Value>)> {
-        let (mut program, [zero, _], q) = self.written_charges(|p, [charge, c], v, at| {
+        let charge = |p: &mut Written, c: &Current| c.charge.map(|place| number(p, place));
+        let (mut program, [zero, _], q) = self.written_charges(charge, |p, c, v, s| {
+            let at = number(p, s.at);
             let beyond = p.sub(v, at);
-            let more = p.mul(c, beyond);
-            p.add(charge, more)
+            p.mul(c, beyond)
         })?;
         let results = q.iter().map(|q| q.map_or(zero, |q| program.plain(q))).collect();
         Some((program, results))
@@ -259,7 +260,7 @@ impl System {
 
     /// a C x with the C of what was expanded last; None where expressions store charge.
     pub fn stage_stored(&self) -> Option<(Written, Vec<Value>)> {
-        let (mut program, [zero, a], q) = self.written_charges(|p, [_, c], v, _| p.mul(c, v))?;
+        let (mut program, [zero, a], q) = self.written_charges(|_, _| None, |p, c, v, _| p.mul(c, v))?;
         let p = &mut program;
         let results = q.iter().map(|q| {
             q.map_or(zero, |q| {
@@ -271,11 +272,12 @@ impl System {
         Some((program, results))
     }
 
-    /// The sums of what is stored in each row: of constant entries at x, and of each diode what `of` makes of its [q,
-    /// c], the voltage at x, and that of its expansion. With the values of 0 and a.
+    /// The sums of what is stored in each row: of constant entries at x, of each current of a device what `held` says, and of each
+    /// slope with its capacitance and the port voltage at x what `more` makes of it. With the values of 0 and a.
     fn written_charges(
         &self,
-        of: impl Fn(&mut Written, [Value; 2], Value, Value) -> Value,
+        held: impl Fn(&mut Written, &Current) -> Option<Value>,
+        more: impl Fn(&mut Written, Value, Value, &Slope) -> Value,
     ) -> Option<(Written, [Value; 2], Vec<Option<Signed>>)> {
         if !self.q_rows.is_empty() || !self.expression_c.is_empty() {
             return None;
@@ -293,15 +295,29 @@ impl System {
             let product = p.times(c, factor);
             q[row] = Some(p.more(q[row], product));
         }
-        for (k, d) in self.diodes.iter().enumerate().filter(|(_, d)| d.kernel.has_charge()) {
-            let [charge, capacitance, at] =
-                [Number::Charge, Number::Capacitance, Number::At].map(|of| number(p, k, of));
-            let end = |k: i32| usize::try_from(k).map_or(zero, |k| x[k]);
-            let v = p.sub(end(d.p), end(d.n));
-            let charge = Signed::from(of(p, [charge, capacitance], v, at));
-            for (row, of_p) in d.rows() {
-                q[row] = Some(p.more(q[row], if of_p { charge } else { -charge }));
+        let mut put = |p: &mut Written, rows: [i32; 4], charge: Value| {
+            let charge = Signed::from(charge);
+            for (row, sign) in signed(rows) {
+                q[row] = Some(p.more(q[row], if sign > 0.0 { charge } else { -charge }));
             }
+        };
+        for c in &self.devices.currents {
+            if let Some(charge) = held(p, c) {
+                put(p, c.rows, charge);
+            }
+        }
+        for s in &self.devices.slopes {
+            let Some(capacitance) = s.capacitance else { continue };
+            let capacitance = number(p, capacitance);
+            let v = ends(s.ports).fold(None, |v: Option<Value>, (k, sign)| {
+                Some(match (v, sign > 0.0) {
+                    (None, true) => x[k],
+                    (Some(v), true) => p.add(v, x[k]),
+                    (v, false) => p.sub(v.unwrap_or(zero), x[k]),
+                })
+            });
+            let charge = more(p, capacitance, v.unwrap_or(zero), s);
+            put(p, s.rows, charge);
         }
         Some((program, [zero, a], q))
     }

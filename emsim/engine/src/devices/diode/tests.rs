@@ -1,13 +1,57 @@
 //! Against ngspice 39.3, and against the diode's own derivatives.
 
+use super::super::class::{Asked, Class, Instances, Number};
 use super::*;
+use std::collections::HashMap;
+use std::ops::Deref;
 
 fn map(pairs: &[(&str, f64)]) -> HashMap<String, f64> {
     pairs.iter().map(|&(k, v)| (k.to_string(), v)).collect()
 }
 
-fn diode(model: &[(&str, f64)], instance: &[(&str, f64)]) -> Diode {
-    Diode::new(&map(model), &map(instance), 27.0, 27.0).unwrap()
+struct One(Card<CONSTANTS>);
+
+#[derive(Debug, PartialEq)]
+struct Out {
+    i: f64,
+    g: f64,
+    q: f64,
+    c: f64,
+}
+
+impl Deref for One {
+    type Target = [f64; CONSTANTS];
+
+    fn deref(&self) -> &Self::Target {
+        &self.0.of
+    }
+}
+
+impl One {
+    fn new(model: &[(&str, f64)], instance: &[(&str, f64)]) -> Result<One, String> {
+        let (model, instance) = (map(model), map(instance));
+        let climate = Climate { temp: 27.0, tnom: 27.0 };
+        Diode::card(&Given::new(&model, MODEL), &Given::new(&instance, INSTANCE), climate).map(One)
+    }
+
+    fn eval(&self, v: f64, gmin: f64) -> Out {
+        let Flow { i: [i], q: [q] } = Diode::law(&self.0.of, self.0.has, [Dual::<f64, 1>::port(v, 0)], gmin);
+        Out { i: i.v, g: i.d[0], q: q.v, c: q.d[0] }
+    }
+
+    fn limit(&self, v: f64, before: f64) -> (f64, bool) {
+        let mut v = [v];
+        let moved = Diode::limit(&self.0, &mut v, &[before]);
+        (v[0], moved)
+    }
+
+    fn series_conductance(&self) -> Option<f64> {
+        Diode::series(&self.0, 0)
+    }
+}
+
+fn diode(model: &[(&str, f64)], instance: &[(&str, f64)]) -> One {
+    One::new(model, instance).unwrap()
 }
 
 const TYPICAL: &[(&str, f64)] =
@@ -18,7 +62,7 @@ fn close(got: f64, want: f64, tolerance: f64, what: &str) {
 }
 
 /// (v, i, g, c); c = 0 is not compared.
-fn compare(d: &Diode, table: &[(f64, f64, f64, f64)], tolerance: f64) {
+fn compare(d: &One, table: &[(f64, f64, f64, f64)], tolerance: f64) {
     for &(v, i, g, c) in table {
         let out = d.eval(v, 1e-12);
         close(out.i, i, tolerance, &format!("i({v})"));
@@ -127,7 +171,7 @@ fn ngspice_soft_breakdown_with_reverse_knee() {
     );
 }
 
-const SIDE: &[(&str, f64)] = &[
+const SIDED: &[(&str, f64)] = &[
     ("is", 2e-14),
     ("n", 1.2),
     ("cjo", 2e-12),
@@ -142,9 +186,9 @@ const SIDE: &[(&str, f64)] = &[
     ("fcs", 0.4),
 ];
 
-fn side(more: &[(&str, f64)], instance: &[(&str, f64)]) -> Diode {
+fn side(more: &[(&str, f64)], instance: &[(&str, f64)]) -> One {
     let instance = [&[("area", 2.0), ("pj", 5.0)], instance].concat();
-    diode(&[SIDE, more].concat(), &instance)
+    diode(&[SIDED, more].concat(), &instance)
 }
 
 // D6 1 0 DM6 area=2 pj=5    .model DM6 D(is=2e-14 n=1.2 cjo=2p vj=0.8 m=0.4 tt=5n jsw=3e-14 ns=1.5 cjp=1p php=0.7 mjsw=0.3 fcs=0.4)
@@ -231,10 +275,10 @@ fn a_perimeter_without_sidewall_changes_nothing() {
     for v in [-20.3, -3.0, 0.1, 0.7, 1.2] {
         assert_eq!(with.eval(v, 1e-12), without.eval(v, 1e-12));
     }
-    assert!(Diode::new(&map(SIDE), &map(&[("pj", -1.0)]), 27.0, 27.0).is_err());
+    assert!(One::new(SIDED, &[("pj", -1.0)]).is_err());
 }
 
-fn variety() -> Vec<Diode> {
+fn variety() -> Vec<One> {
     vec![
         diode(TYPICAL, &[]),
         diode(&[], &[]),
@@ -278,12 +322,10 @@ fn derivatives_are_those_of_current_and_charge() {
 #[test]
 fn continuous_at_every_joint() {
     for (k, d) in variety().iter().enumerate() {
-        let mut joints = vec![d.bottom.reverse_start, 0.0];
-        joints.extend(d.bottom.breakdown.map(|b| -b.voltage));
-        joints.extend(d.junction.map(|j| j.linear_from));
-        joints.extend(d.side_junction().map(|j| j.linear_from));
-        joints.extend(d.sidewall.as_ref().and_then(|s| s.wall).map(|w| w.reverse_start));
-        joints.push(d.bottom.forward.largest * d.vte);
+        let mut joints = vec![d[REVERSE_START], 0.0, d[SIDE + REVERSE_START], d[LARGEST] * d[VTE]];
+        joints.extend(
+            [d[KNEE], d[LINEAR_FROM], d[SIDE_CHARGE + LINEAR_FROM - INVERSE_VJ]].iter().filter(|v| **v > NO_KNEE),
+        );
         for v in joints {
             let h = 1e-12;
             let (a, b) = (d.eval(v - h, 0.0), d.eval(v + h, 0.0));
@@ -302,8 +344,8 @@ fn continuous_at_every_joint() {
             );
         }
         // the joint of forward and reverse is smooth
-        let (a, b) =
-            (d.bottom.plain(d.bottom.reverse_start - 1e-12).1, d.bottom.plain(d.bottom.reverse_start + 1e-12).1);
+        let slope = |v: f64| wall(&d.0.of, SATURATION, false, Dual::<f64, 1>::port(v, 0)).d[0];
+        let (a, b) = (slope(d[REVERSE_START] - 1e-12), slope(d[REVERSE_START] + 1e-12));
         close(a, b, 1e-9, "slope at -3 n vt");
     }
 }
@@ -336,7 +378,7 @@ fn series_resistance_follows_area_and_temperature() {
 #[test]
 fn limiting_follows_pnjlim() {
     let d = diode(TYPICAL, &[]);
-    let (vt, vcrit) = (d.vte, d.vcrit());
+    let (vt, vcrit) = (d[VTE], d[VCRIT]);
     assert!(vcrit > 0.8 && vcrit < 1.0);
     // small steps and everything below vcrit pass
     assert_eq!(d.limit(0.5, -0.3), (0.5, false));
@@ -355,11 +397,10 @@ fn limiting_follows_pnjlim() {
     assert_eq!(d.limit(-9.0, -3.0), (-7.0, true));
     assert_eq!(d.limit(-6.0, -3.0), (-6.0, false));
     // breakdown is the same law mirrored about -bv
-    let knee = d.bottom.breakdown.unwrap();
-    let (v, limited) = d.limit(-30.0, -knee.voltage - 0.7);
+    let (v, limited) = d.limit(-30.0, d[KNEE] - 0.7);
     assert!(limited);
-    let (mirrored, _) = limit_junction(30.0 - knee.voltage, 0.7, knee.vt, vcrit);
-    close(v, -(mirrored + knee.voltage), 1e-14, "breakdown");
+    let (mirrored, _) = limits::junction(30.0 + d[KNEE], 0.7, d[VTB], vcrit);
+    close(v, d[KNEE] - mirrored, 1e-14, "breakdown");
     // Newton through a resistor reaches breakdown from any start
     for start in [-1.0, 0.0, 0.6, -21.0] {
         let (source, r) = (-60.0, 1e3);
@@ -383,82 +424,109 @@ fn limiting_follows_pnjlim() {
 #[test]
 fn impossible_parameters_are_refused() {
     for bad in [("is", 0.0), ("n", -1.0), ("vj", 0.0), ("level", 3.0), ("bv", -5.0), ("rs", -1.0), ("tnom", -300.0)] {
-        let model = map(&[("cjo", 1e-12), bad]);
-        assert!(Diode::new(&model, &map(&[]), 27.0, 27.0).is_err(), "{bad:?}");
+        assert!(One::new(&[("cjo", 1e-12), bad], &[]).is_err(), "{bad:?}");
     }
-    assert!(Diode::new(&map(&[]), &map(&[("area", 0.0)]), 27.0, 27.0).is_err());
-    assert_eq!(model_parameter("cj0").unwrap().names[0], "cjo");
-    assert!(model_parameter("iave").is_none());
+    assert!(One::new(&[], &[("area", 0.0)]).is_err());
+    let known = |name: &str| MODEL.iter().find(|p| p.names.contains(&name));
+    assert_eq!(known("cj0").unwrap().names[0], "cjo");
+    assert!(known("iave").is_none());
+}
+
+fn together(all: &[&One]) -> Instances<Diode, 1, 1, CONSTANTS> {
+    let mut class = Instances::of(all.iter().map(|one| one.0.clone()).collect());
+    class.settle();
+    class
 }
 
 // Four at a time: as one at a time, to the last places that the exponential and sums that cancel leave.
-#[cfg(target_arch = "x86_64")]
 #[test]
 fn four_are_as_one() {
-    use crate::lanes::V;
-    if !crate::tape::vectors() {
-        return;
-    }
     const A: f64 = 3e8;
     let plain: &[(&str, f64)] = &[("is", 1e-9), ("n", 1.5), ("cjo", 2e-12)];
     let bare: &[(&str, f64)] = &[("is", 1e-14)];
     let knees: &[(&str, f64)] =
         &[("is", 1e-12), ("ikf", 1e-3), ("ikr", 1e-6), ("tt", 1e-8), ("bv", 6.0), ("nbv", 2.0), ("ibv", 1e-6)];
     let huge: &[(&str, f64)] = &[("is", 1e3), ("n", 0.02), ("m", 0.33), ("cjo", 1e-9), ("fc", 0.9)];
-    let all =
-        [diode(TYPICAL, &[]), diode(plain, &[]), diode(bare, &[]), diode(knees, &[]), diode(huge, &[("temp", 30.0)])];
-    for count in 1..=4 {
+    let all = [
+        diode(TYPICAL, &[]),
+        diode(plain, &[]),
+        diode(bare, &[]),
+        diode(knees, &[]),
+        diode(huge, &[("temp", 30.0)]),
+        side(&[("bv", 9.0)], &[]),
+    ];
+    for count in 1..=all.len() {
         for first in 0..=all.len() - count {
-            let diodes: Vec<&Diode> = all[first..first + count].iter().collect();
-            let four = Four::new(&diodes).unwrap();
+            let diodes: Vec<&One> = all[first..first + count].iter().collect();
+            let class = together(&diodes);
+            let layout = class.layout();
+            let (mut held, mut lines) = (vec![0.0; layout.room_held(count)], vec![0.0; layout.room(count)]);
             for k in -2400..1200 {
                 // the ends of every branch, and far beyond
                 let v = 0.01 * f64::from(k) + 1e-4 * f64::from(k % 7) + if k == 1199 { 1e3 } else { 0.0 };
-                // SAFETY: the processor has them
-                let (got, stage) = unsafe { four.eval(V::all(v), 1e-12, A) };
-                let (got, stage) = (got.map(V::store), stage.map(V::store));
+                let asked = Asked { x: &[v], a: A, gmin: 1e-12, limit: false, near: None };
+                assert!(!class.linearise(&asked, &mut held, &mut lines).moved);
                 for (lane, d) in diodes.iter().enumerate() {
+                    let got = |number| lines[layout.place(lane, number)];
+                    let (i, g) = (got(Number::Current(0)), got(Number::Conductance(0, 0)));
+                    let (q, c) = (got(Number::Charge(0)), got(Number::Capacitance(0, 0)));
                     let want = d.eval(v, 1e-12);
-                    let size = want.i.abs() + d.bottom.saturation;
+                    let size = want.i.abs() + d[SATURATION] + d[SIDE];
                     let near = |got: f64, want: f64, size: f64| (got - want).abs() <= 1e-14 * size;
-                    let g = near(got[1][lane], want.g, want.g);
-                    let i = near(got[0][lane], want.i, size);
-                    let q = near(
-                        got[2][lane],
-                        want.q,
-                        want.q.abs() + d.transit_time * size + d.junction.map_or(0.0, |j| j.scale),
-                    );
+                    let stored = want.q.abs() + d[TRANSIT_TIME] * size + d[SCALE] + d[SIDE_CHARGE + SCALE - INVERSE_VJ];
                     assert!(
-                        i && g && q && near(got[3][lane], want.c, want.c),
-                        "{count} {first} {lane} {v}: {got:?} {want:?}"
+                        near(i, want.i, size)
+                            && near(g, want.g, want.g)
+                            && near(q, want.q, stored)
+                            && near(c, want.c, want.c),
+                        "{count} {first} {lane} {v}: {i:e} {g:e} {q:e} {c:e} {want:?}"
                     );
                     // the same of a stage, from these
-                    let [i, g, q, c] = got.map(|of| of[lane]);
-                    assert!(near(stage[0][lane], i + A * q, i.abs() + A * q.abs()), "{v}: {stage:?} {got:?}");
-                    assert!(near(stage[1][lane], g + A * c, g + A * c), "{v}: {stage:?} {got:?}");
+                    let stage = (got(Number::StageCurrent(0)), got(Number::StageConductance(0, 0)));
+                    assert!(near(stage.0, i + A * q, i.abs() + A * q.abs()), "{v}: {stage:?}");
+                    assert!(near(stage.1, g + A * c, g + A * c), "{v}: {stage:?}");
                 }
             }
         }
     }
 }
 
-#[cfg(target_arch = "x86_64")]
+// As a symbol: the same value, and by differentiation the same slopes.
+#[test]
+fn a_graph_reads_the_same_law() {
+    use crate::derive::gradient;
+    use crate::graph::Graph;
+    use crate::tape::{Inputs, Tape};
+    for (n, d) in variety().into_iter().enumerate() {
+        let class = together(&[&d]);
+        let mut g = Graph::new();
+        let (v, gmin) = (g.unknown(0), g.unknown(1));
+        let (i, q) = class.symbols(0, &mut g, &[v], gmin)[0];
+        let outs = [i, q, gradient(&mut g, i, &[v])[0], gradient(&mut g, q, &[v])[0]];
+        let tape = Tape::new(&g, &outs).native();
+        for k in -2400..200 {
+            let v = 0.01 * f64::from(k) + 3e-4;
+            let got = tape.eval(&Inputs { x: &[v, 1e-12], t: 0.0, waves: &[], flags: &[] });
+            let want = d.eval(v, 1e-12);
+            for (got, want) in got.iter().zip([want.i, want.q, want.g, want.c]) {
+                assert!((got - want).abs() <= 1e-13 * want.abs() + 1e-26, "{n} at {v}: {got:e} {want:e}");
+            }
+        }
+    }
+}
+
 #[test]
 fn four_let_no_limiting_pass() {
-    use crate::lanes::V;
-    if !crate::tape::vectors() {
-        return;
-    }
     let all = [diode(TYPICAL, &[]), diode(&[("is", 1e-9)], &[]), diode(&[("bv", 0.3), ("nbv", 4.0)], &[])];
-    let four = Four::new(&all.iter().collect::<Vec<_>>()).unwrap();
     let mut passed = 0;
-    for a in -300..60 {
-        for b in -300..60 {
-            let (v, before) = (0.1 * f64::from(a), 0.1 * f64::from(b) + 0.003 * f64::from(a % 5));
-            // SAFETY: the processor has them
-            if unsafe { four.quiet(V::all(v), V::all(before)) } {
-                passed += 1;
-                assert!(all.iter().all(|d| d.limit(v, before) == (v, false)), "{v} {before}");
+    for d in &all {
+        for a in -300..60 {
+            for b in -300..60 {
+                let (v, before) = (0.1 * f64::from(a), 0.1 * f64::from(b) + 0.003 * f64::from(a % 5));
+                if Diode::quiet(&d.0.of, [v], [before]) {
+                    passed += 1;
+                    assert!(d.limit(v, before) == (v, false), "{v} {before}");
+                }
             }
         }
     }

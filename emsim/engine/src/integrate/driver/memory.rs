@@ -17,7 +17,7 @@ pub fn longest(sys: &System, a: &Transient, of: &Character) -> f64 {
     let span = a.tstop - a.tstart;
     let (fewest, of_spice) = (span / of.fewest_steps, span / SPICE);
     let followed = match of.steps_a_period {
-        Some(steps) if sys.diodes() > 0 => (sys.shortest_swing() / steps).max(span / IMPOSED),
+        Some(steps) if sys.devices() > 0 => (sys.shortest_swing() / steps).max(span / IMPOSED),
         _ => (sys.shortest_period() / IN_A_PERIOD).max(of_spice),
     };
     match of.dense_record {

@@ -22,7 +22,7 @@ pub(in crate::integrate) fn place(
 ) {
     sys.eval(w, x, t);
     point.flags.copy_from_slice(&w.flags);
-    point.gmin = w.gmin;
+    reduced.set_gmin(point, w.gmin);
     reduced.start(point, &w.q, x);
 }
 

@@ -20,7 +20,7 @@ impl<'a> Explicit<'a> {
     fn insides(&self) -> &RefCell<Inside<'a>> {
         self.inside.get_or_init(|| {
             RefCell::new(Inside {
-                point: self.reduced.point(&self.point.flags, self.point.gmin, self.point.floor.clone()),
+                point: self.reduced.point(&self.point.flags, self.reduced.gmin(&self.point), self.point.floor.clone()),
                 k: vec![0.0; self.method.size(self.width)],
                 closed: Vec::new(),
                 sequence: self.method.inside(self.reduced),
@@ -41,7 +41,7 @@ impl<'a> Explicit<'a> {
         let (m, width, s, h, method) = (self.m, self.width, self.method.stages, self.h, self.method);
         let Inside { point, k, sequence, ready, .. } = inside;
         point.flags.copy_from_slice(&self.point.flags);
-        point.gmin = self.point.gmin;
+        self.reduced.set_gmin(point, self.reduced.gmin(&self.point));
         let (known, y0) = ((s + 1) * width, method.y0() * width);
         let times = |i: usize| self.t0 + method.c[s + 1 + i] * h;
         k[..known].copy_from_slice(&self.k[..known]);

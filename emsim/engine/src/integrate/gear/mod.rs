@@ -144,11 +144,11 @@ struct Accounts {
 impl Gear {
     pub fn new(sys: &System, o: &Options) -> Result<Gear, Failure> {
         let fixed = o.fixed_step.is_some();
-        let real = sys.diodes() > 0 && sys.passive && !sys.has_coils() && !o.accounts;
+        let real = sys.exponentials() > 0 && sys.passive && !sys.has_coils() && !o.accounts;
         let highest = if real { MOST } else { HIGHEST };
         let maxord = o.maxord.unwrap_or(if fixed { 2 } else { highest }).clamp(1, MOST);
         let spice = o.maxord.is_some_and(|m| m <= 2);
-        let weighs = !spice && sys.diodes() > 0 && !sys.has_coils();
+        let weighs = !spice && sys.exponentials() > 0 && !sys.has_coils();
         let starter: Option<Box<dyn Method>> =
             if fixed && maxord > 1 { Some(Box::new(super::radau::Radau::new(sys, o, "radau")?)) } else { None };
         let mut newton = Newton::new(sys)?.bare();
@@ -188,7 +188,7 @@ impl Gear {
             pace: Pace::default(),
             allowed: 1.0,
             weighs,
-            trtol: match (o.trtol.is_finite(), spice, o.accounts || (sys.has_coils() && sys.diodes() > 0)) {
+            trtol: match (o.trtol.is_finite(), spice, o.accounts || (sys.has_coils() && sys.exponentials() > 0)) {
                 (true, ..) => o.trtol,
                 (false, true, _) => 1.0,
                 (false, false, strict) => {

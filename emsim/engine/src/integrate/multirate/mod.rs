@@ -198,7 +198,7 @@ impl<'a> Multirate<'a> {
         let mut fw = fast.system.work();
         fw.gmin = o.gmin;
         fw.restore_flags(&self.w.held());
-        fw.junction.copy_from_slice(&self.w.junction);
+        fw.ports.copy_from_slice(&self.w.ports);
         let constant = |v: f64| Polynomial(std::array::from_fn(|k| if k == 0 { v } else { 0.0 }));
         let z = fast.reads.iter().map(|&i| constant(s.z[i])).collect();
         self.seen = Seen { centre: 0.0, half: 1.0, z, r: vec![constant(0.0); slow.reads.len()] };

@@ -118,10 +118,10 @@ impl Radau {
         let mut error = norm(&self.e, &self.x0, &self.stage[s - 1], tol);
         self.unfiltered = error;
         // an estimate of the corner that a diode makes falls as the step leaves it out: it is not filtered at once
-        let diodes = sys.diodes() > 0;
+        let devices = sys.devices() > 0;
         let stays = |(first_h, first): (f64, f64)| !sys.turns() || (h < STAYS * first_h && error > 0.5 * first);
         let large = error >= share(tol.reltol) && (self.first || self.at_first.is_some_and(stays));
-        let twice = (large || (diodes && self.probe.is_some())) && error.is_finite();
+        let twice = (large || (devices && self.probe.is_some())) && error.is_finite();
         if twice {
             // filtered once more: right after a start the estimate of a stiff component is far too large
             for i in 0..sys.n {
@@ -141,7 +141,7 @@ impl Radau {
             let e = if twice { &self.scratch } else { &self.e };
             error = above(e, &self.x0, &self.stage[s - 1], tol, rounding);
         }
-        if !diodes {
+        if !devices {
             self.unfiltered = error;
         }
         error

@@ -12,7 +12,7 @@ use crate::system::{System, Together, Work, POINTS};
 pub struct FullNewton {
     lu: Lu<f64>,
     matrix: Vec<f64>,
-    junction: Vec<Vec<f64>>,
+    ports: Vec<Vec<f64>>,
     b: Vec<f64>,
 }
 
@@ -54,7 +54,7 @@ impl FullNewton {
         Some(FullNewton {
             lu: Lu::new(symbolic),
             matrix: vec![0.0; pattern.nnz()],
-            junction: vec![Vec::new(); POINTS],
+            ports: vec![Vec::new(); POINTS],
             b: vec![0.0; pattern.n],
         })
     }
@@ -71,10 +71,10 @@ impl FullNewton {
         let (n, s) = (sys.n, POINTS);
         let place = &sys.together().ok_or((0, true))?.place;
         let (_, target) = target(tol, m.fixed);
-        for j in &mut self.junction {
-            j.clone_from(&w.junction);
+        for j in &mut self.ports {
+            j.clone_from(&w.ports);
         }
-        let outer = w.junction.clone();
+        let outer = w.ports.clone();
         let slopes: [f64; POINTS * POINTS] = std::array::from_fn(|k| scheme.inverse_a[k] / h);
         let mut found = Err((0, true));
         let mut old = f64::INFINITY;
@@ -86,9 +86,9 @@ impl FullNewton {
             self.matrix.fill(0.0);
             let mut limited = false;
             for (j, c) in scheme.c.iter().enumerate() {
-                std::mem::swap(&mut w.junction, &mut self.junction[j]);
+                std::mem::swap(&mut w.ports, &mut self.ports[j]);
                 sys.eval_jacobian(w, &m.stage[j], m.t0 + c * h, true);
-                std::mem::swap(&mut w.junction, &mut self.junction[j]);
+                std::mem::swap(&mut w.ports, &mut self.ports[j]);
                 limited |= w.limited;
                 for (place, (g, c)) in place.chunks_exact(s * s).zip(w.gv.iter().zip(&w.cv)) {
                     self.matrix[place[j * s + j]] += g;
@@ -116,7 +116,7 @@ impl FullNewton {
             self.lu.solve(&mut self.b);
             w.counters.solves += 1;
             if let Some(odd) = self.b.iter().position(|dx| !dx.is_finite()) {
-                w.junction = outer;
+                w.ports = outer;
                 return Err((odd % n, false));
             }
             let mut norm = 0.0_f64;
@@ -147,7 +147,7 @@ impl FullNewton {
             old = norm;
             found = Err((m.farthest(tol), true));
         }
-        w.junction = outer;
+        w.ports = outer;
         found
     }
 }

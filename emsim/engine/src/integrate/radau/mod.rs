@@ -236,7 +236,7 @@ impl Radau {
                 let moves = &sys.differential;
                 dense::extrapolate(last, theta, &self.last_x0, &self.last_stage, moves, &mut self.scratch);
                 // far up an exponential everything looks solved: the update is next to nothing whatever is missing
-                if sys.junctions_within_reach(&self.x0, &self.scratch) {
+                if sys.within_reach(&self.x0, &self.scratch) {
                     x = &self.scratch;
                 } else {
                     t = self.t0;

@@ -133,16 +133,16 @@ impl Orders {
             _ => (0, 2),
         };
         let (values, derivatives) = sys.operations();
-        let (entries, diodes) = (sys.pattern.nnz() as f64, 30.0 * sys.diodes() as f64);
+        let (entries, devices) = (sys.pattern.nnz() as f64, sys.device_operations());
         let costs = Costs {
-            evaluation: 2.0 * values as f64 + 2.0 * entries + diodes,
-            jacobian: 2.0 * derivatives as f64 + 2.0 * entries + diodes,
+            evaluation: 2.0 * values as f64 + 2.0 * entries + devices,
+            jacobian: 2.0 * derivatives as f64 + 2.0 * entries + devices,
             factor: 0.0,
             solve: 0.0,
             unknowns: sys.n as f64,
         };
         let closed = sys.unknowns.iter().any(|u| u.kind == Kind::Lambda);
-        let start = if most > least && sys.diodes() == 0 && !closed { 1 } else { least };
+        let start = if most > least && sys.devices() == 0 && !closed { 1 } else { least };
         Orders {
             least,
             most,

@@ -202,7 +202,7 @@ impl Radau {
     fn left_behind(&self, sys: &System, w: &mut Work, h: f64) -> f64 {
         let (a, s) = (self.scheme.gamma / h, self.scheme.s);
         let mut worst = 0.0_f64;
-        if sys.diodes() > 0 {
+        if sys.devices() > 0 {
             let of = |x: &Vec<f64>| sys.left_behind(w, &self.slopes, a, &self.real_matrix, x);
             worst = self.stage.iter().take(s).map(of).fold(0.0, f64::max);
         }
@@ -226,7 +226,7 @@ impl Radau {
     /// units of it? Whatever of the tolerance that is.
     pub(super) fn leaves_lines(&self, sys: &System, w: &Work, left: f64) -> bool {
         let states = self.stage.iter().take(self.scheme.s);
-        sys.junctions_leave_any(w, &self.slopes, &self.moved, left.max(1.0), states)
+        sys.leaves_any(w, &self.slopes, &self.moved, left.max(1.0), states)
     }
 
     /// Adds the solutions to the stages: the largest update in units of the tolerance. `grown` is the same in units of what was
