@@ -36,7 +36,11 @@ use number::{Lane, Real};
 use std::collections::HashMap;
 
 /// Every device, by the word of its .model card.
-pub const REGISTRY: &[&(dyn Maker + Sync)] = &[&Of::<diode::Diode, 1, 1, { diode::CONSTANTS }>::NEW];
+#[rustfmt::skip]
+pub const REGISTRY: &[&(dyn Maker + Sync)] = &[
+    // one line each
+    &Of::<diode::Diode, 1, 1, { diode::CONSTANTS }>::NEW,
+];
 
 /// A parameter: names (the first is the one used here), unit, default, meaning.
 pub struct Parameter {
