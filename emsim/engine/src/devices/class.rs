@@ -80,8 +80,6 @@ pub struct Facts {
     pub exponential: bool,
     /// a two-pole that neither makes energy nor amplifies
     pub passive: bool,
-    /// how long charge stays inside whatever is joined to the nodes [s]
-    pub memory: f64,
 }
 
 /// One instance at one point: currents and charges of the branches, their slopes by the ports (branch after branch).
@@ -629,7 +627,7 @@ impl<D: Device<P, B, K>, const P: usize, const B: usize, const K: usize> Class f
     }
 
     fn facts(&self, k: usize) -> Facts {
-        Facts { exponential: self.exponential[k], passive: D::PASSIVE, memory: D::memory(&self.cards[k]) }
+        Facts { exponential: self.exponential[k], passive: D::PASSIVE }
     }
 
     fn bend(&self, k: usize, port: usize) -> f64 {

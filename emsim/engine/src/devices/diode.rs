@@ -198,10 +198,6 @@ impl Device<1, 1, CONSTANTS> for Diode {
         card.of[VTE]
     }
 
-    fn memory(card: &Card<CONSTANTS>) -> f64 {
-        card.of[TRANSIT_TIME]
-    }
-
     fn series(card: &Card<CONSTANTS>, _: usize) -> Option<f64> {
         Some(card.of[SERIES]).filter(|&g| g > 0.0)
     }

@@ -180,11 +180,6 @@ pub trait Device<const P: usize, const B: usize, const K: usize>: Send + Sync + 
         f64::INFINITY
     }
 
-    /// How long charge stays inside whatever is joined to the nodes [s]: a transit time.
-    fn memory(_card: &Card<K>) -> f64 {
-        0.0
-    }
-
     /// Energy of the charges at these port voltages [J], where there is a closed form; else the integral of v dq is taken
     /// along a straight line from 0 V.
     fn energy(_card: &Card<K>, _v: &[f64; P], _gmin: f64) -> Option<f64> {

@@ -1,5 +1,4 @@
-//! Currents that bend: whether an iteration that calls itself solved can be believed where it went by straight lines, and how long
-//! devices remember.
+//! Currents that bend: whether an iteration that calls itself solved can be believed where it went by straight lines.
 use super::devices::{ends, Instance};
 use super::{System, Work};
 use crate::devices::class::{across, Line, Near, Seat};
@@ -100,35 +99,6 @@ impl System {
             by_source[node] || self.pattern.position(node, node).is_some_and(|own| self.c_linear[own] > 0.0)
         };
         self.devices.instances.iter().flat_map(|&i| self.terminals(i)).all(holds)
-    }
-
-    /// How long devices hold their charge where nothing else stores any [s]: their transit times, or what their capacitance takes
-    /// to go through what is joined to their nodes. None where something else stores charge or flux.
-    pub fn memory_of_devices(&self) -> Option<f64> {
-        if !self.q_rows.is_empty() || self.c_linear.iter().any(|&c| c != 0.0) {
-            return None;
-        }
-        // what leads away from a node, without the series resistances of devices; a source holds its own nodes
-        let mut leads = self.g_linear.clone();
-        for series in self.seats().flat_map(|(_, seat)| &seat.series) {
-            if let Some(own) = usize::try_from(series.outer).ok().and_then(|k| self.pattern.position(k, k)) {
-                leads[own] -= series.conductance;
-            }
-        }
-        let by_source = self.alone();
-        let resistance = |node: usize| match self.pattern.position(node, node) {
-            _ if by_source[node] => 0.0,
-            Some(own) => 1.0 / leads[own].max(0.0),
-            None => f64::INFINITY,
-        };
-        let still = vec![0.0; self.n];
-        let memory = |(i, seat): (Instance, &Seat)| {
-            let series: f64 = seat.series.iter().map(|s| 1.0 / s.conductance).sum();
-            let through = self.terminals(i).fold(series, |sum, node| sum + resistance(node));
-            let c = self.devices.at(i, &still, 0.0).c.into_iter().fold(0.0, f64::max);
-            self.devices.class(i).facts(i.number).memory.max(if c > 0.0 { c * through } else { 0.0 })
-        };
-        Some(self.seats().map(memory).fold(0.0, f64::max))
     }
 
     /// Would limiting let every device go from its voltages at `from` to those at `to`?
