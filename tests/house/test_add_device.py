@@ -179,7 +179,7 @@ def test_it_switches_like_its_expressions(copy, method):
         f"""
 ends = []
 for as_device in (True, False):
-    c = Circuit(("sin", [-1.5, 1.0, 2e5]), as_device)
+    c = Circuit(("sin", [-1.5, 1.0, 2e5, 0.0, 0.0, 0.0]), as_device)
     w = c.b.compile().tran(1e-7, 1e-5, outputs=[c.b.x(c.d), c.b.x(c.g)], options_={{"method": "{method}", "reltol": 1e-6}})
     assert w.status == "ok", w.failure
     t, v = column(w, 0), column(w, 1)
@@ -203,7 +203,7 @@ def test_its_energy_is_accounted_for(copy):
     got = run(
         copy,
         """
-c = Circuit(("sin", [-1.0, 0.5, 2e5]), model={**MODEL, "rd": 0.0, "rs": 0.0})
+c = Circuit(("sin", [-1.0, 0.5, 2e5, 0.0, 0.0, 0.0]), model={**MODEL, "rd": 0.0, "rs": 0.0})
 b = c.b
 drop = [b.x(c.supply) - b.x(c.d), b.x(c.drive) - b.x(c.g)]
 powers = [-(b.x(c.supply) * b.x(c.i)) - b.x(c.drive) * b.x(c.ig), drop[0] * drop[0] * 1e-3 + drop[1] * drop[1] * 1e-4]
