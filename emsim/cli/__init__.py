@@ -1,4 +1,4 @@
-"""The command line: `emsim VERB ...`, one file a verb, and the one place where exceptions become exit codes.
+"""The command line: `emsim VERB ...`, one file a verb with its `main(args) -> exit code`; the one place where exceptions become codes.
 
 `emsim deck.cir` is `emsim run deck.cir`.
 """
@@ -97,35 +97,5 @@ def _dispatch(args: list[str]) -> int:
         verb, rest = "run", args
     if verb not in ("help", "version") and ("-h" in rest or "--help" in rest):
         verb, rest = "help", [verb]
-    # written out, so that a reader and a type checker can follow; only the verb asked for is imported
-    if verb == "run":
-        from .run import main as verb_main
-    elif verb == "check":
-        from .check import main as verb_main
-    elif verb == "view":
-        from .view import main as verb_main
-    elif verb == "explain":
-        from .explain import main as verb_main
-    elif verb == "plot":
-        from .plot import main as verb_main
-    elif verb == "compare":
-        from .compare import main as verb_main
-    elif verb == "analogue":
-        from .analogue import main as verb_main
-    elif verb == "chart":
-        from .chart import main as verb_main
-    elif verb == "convert":
-        from .convert import main as verb_main
-    elif verb == "new":
-        from .new import main as verb_main
-    elif verb == "fmt":
-        from .fmt import main as verb_main
-    elif verb == "lsp":
-        from .lsp import main as verb_main
-    elif verb == "completion":
-        from .completion import main as verb_main
-    elif verb == "version":
-        from .version import main as verb_main
-    else:
-        from .help import main as verb_main
-    return verb_main(rest)
+    # only the verb asked for is imported
+    return int(__import__(f"{__name__}.{verb}", fromlist=["main"]).main(rest))
