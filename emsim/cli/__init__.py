@@ -1,4 +1,4 @@
-"""The command line: `emsim VERB ...`, one file a verb with its `main(args) -> exit code`; the one place where exceptions become codes.
+"""The command line: `emsim VERB ...`, one file a verb with its `main(args) -> exit code`; exceptions become exit codes here.
 
 `emsim deck.cir` is `emsim run deck.cir`.
 """
