@@ -142,6 +142,10 @@ def _drives(e: Element, period: float) -> bool:
     )
 
 
+def _roles(e: Element) -> list[str]:
+    return [role for *_, role in e.paths()]
+
+
 def oscillator(assembly: Assembly, mode: dict[str, Any]) -> tuple[str, Span | None]:
     """`the tank l1-c1 rings`, `JOINT hinge swings`, and the place."""
     unknown = mode["unknown"]
@@ -154,9 +158,11 @@ def oscillator(assembly: Assembly, mode: dict[str, Any]) -> tuple[str, Span | No
     own = elements.get(unknown)
     nodes = {n for n in (own.nodes if own is not None else [unknown]) if n != "0"}
     touching = [e for e in elements.values() if nodes & set(e.nodes)]
-    pair = [next((e for e in touching if e.letter.lower() == letter), None) for letter in "lc"]
-    if own is not None and own.letter.lower() in "lc":
-        pair["lc".index(own.letter.lower())] = own
+    stores = ("inductor", "blocks")  # roles of a coil and of a capacitor
+    pair = [next((e for e in touching if role in _roles(e)), None) for role in stores]
+    for k, role in enumerate(stores):
+        if own is not None and role in _roles(own):
+            pair[k] = own
     if pair[0] is not None and pair[1] is not None:
         return f"the tank {pair[0].name}-{pair[1].name} rings", pair[0].span
     return f"{where} oscillates", span

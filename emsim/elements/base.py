@@ -481,6 +481,11 @@ class Element:
 
     # ---- its line for ngspice ----
 
+    @property
+    def model_for_ngspice(self) -> Model | None:
+        """The .model that its line there names."""
+        return self.model
+
     def analogue(self, net: Net) -> str:
         """A line of an ngspice deck. The default: nodes, value or model, parameters."""
         words = [net.head(self), *([] if self.value is None else [repr(float(self.value))])]

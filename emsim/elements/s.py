@@ -11,6 +11,7 @@ if TYPE_CHECKING:
 
     from .._engine import Expr
     from ..assemble.context import Context
+    from ..reports.analogue import Net
 
 
 class VoltageSwitch(Switch):
@@ -36,6 +37,9 @@ class VoltageSwitch(Switch):
 
     def control(self, ctx: Context) -> Expr:
         return ctx.v(self.nodes[2], self.nodes[3])
+
+    def control_formula(self, net: Net) -> str:
+        return f"v({net.plain(self.nodes[2])},{net.plain(self.nodes[3])})"
 
     def reads(self) -> list[str]:
         return self.nodes[2:]

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from .._engine import Expr
     from ..assemble.context import Context
     from ..build_elements import ElementCards
+    from ..deck import Model
     from ..reports.analogue import Net
     from ..source import Line
 
@@ -91,6 +92,10 @@ class Switch(Element):
             self.model.type == self.model_types[1] and not hysteresis
         )
 
+    @property
+    def model_for_ngspice(self) -> Model | None:
+        return None if self.is_smooth else self.model
+
     def check(self, ctx: Context) -> None:
         super().check(ctx)
         if not self.is_smooth or self.model is None:
@@ -128,9 +133,22 @@ class Switch(Element):
         middle, span = 0.5 * math.log(ron * roff), math.log(ron / roff)
         return ctx.b.call("exp", -middle - span * (1.5 * x - 2.0 * x * x * x))
 
+    def control_formula(self, net: Net) -> str:
+        """What controls it, in an expression of ngspice."""
+        raise NotImplementedError
+
     def control_text(self, net: Net) -> str:
         return ""
 
     def analogue(self, net: Net) -> str:
+        if self.is_smooth and self.model is not None:
+            # ngspice has no such law: its conductance as an expression
+            on, off, ron, roff = self.turns(self.model.params)
+            middle, span = 0.5 * math.log(ron * roff), math.log(ron / roff)
+            c = f"(({self.control_formula(net)})-({0.5 * (on + off)!r}))/({on - off!r})"
+            x = f"min(max({c},-0.5),0.5)"
+            p, n = map(net.plain, self.nodes[:2])
+            exponent = f"({-middle!r})-({span!r})*{x}*(1.5-2*{x}*{x})"
+            return f"b{net.name_of(self.name)} {p} {n} i='v({p},{n})*exp({exponent})'"
         model = self.model.name if self.model else ""
         return f"{net.head(self)}{self.control_text(net)} {model} {self.extra.get('initial') or ''}".rstrip()

@@ -44,5 +44,8 @@ class CurrentSwitch(Switch):
     def control(self, ctx: Context) -> Expr:
         return sum_of(ctx, [(current_of(ctx, self, self.extra["controls"][0]), 1.0)])
 
+    def control_formula(self, net: Net) -> str:
+        return f"i({net.name_of(self.extra['controls'][0])})"
+
     def control_text(self, net: Net) -> str:
         return " " + net.name_of(self.extra["controls"][0])

@@ -231,7 +231,8 @@ class Net:
         """The electrical elements, flat, parameters evaluated."""
         for element in self.assembly.ctx.elements.values():
             self.add(element.analogue(self))
-        for model in {e.model.name: e.model for e in self.flat.elements if e.model is not None}.values():
+        models = [e.model_for_ngspice for e in self.flat.elements]
+        for model in {m.name: m for m in models if m is not None}.values():
             self.add(_model(model))
 
     def text(self, planned: Sequence[tuple[Any, Any]]) -> str:

@@ -6,11 +6,13 @@ ln R = ln sqrt(ron roff) + ln(ron/roff) (3/2 x - 2 x^3), x = (c - (von + voff)/2
 from __future__ import annotations
 
 from math import exp, log
+from pathlib import Path
 
 import pytest
 from circuit_decks import deck, problems, remarks
 
 import emsim
+from emsim.cli import main
 
 
 def resistance(c: float, on: float, off: float, ron: float, roff: float) -> float:
@@ -73,3 +75,14 @@ def test_what_cannot_be_is_said() -> None:
     assert [d.code for d in both] == ["W284"]
     memory = remarks("V1 in 0 1", "S1 in 0 in 0 sm on", ".op", ".model sm vswitch")
     assert [d.code for d in memory] == ["W283"]
+
+
+def test_ngspice_gets_its_law_as_an_expression(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "turns.cir"
+    path.write_text(
+        deck("V1 in 0 5", "Vc c 0 1", "W1 in out Vc wm", "S1 in out c 0 sm", "R1 out 0 10", "R2 c 0 2",
+             ".model sm vswitch", ".model wm iswitch(ion=1 ioff=0)", ".tran 1u 2u")
+    )  # fmt: skip
+    assert main(["analogue", str(path)]) == 0
+    said = capsys.readouterr().out
+    assert ".model" not in said and "bs1 in out i='v(in,out)*exp(" in said and "i(vc)" in said
