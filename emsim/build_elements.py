@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from .build_expr import expression, extent, ignored_letters
+from .build_expr import expression, extent, ignored_letters, node_name
 from .diagnostics import Diagnostic, Sink
 from .elements import LETTERS, Element
+from .elements.base import NOTHING
 from .expr import Bare, Num
 from .source import Line, SourceFile
 from .syntax import LineError
@@ -16,6 +17,7 @@ if TYPE_CHECKING:
 
     from .deck import Instance
 
+_new = object.__new__
 INFINITE = float("inf")
 _PLAIN: dict[str, float] = {}  # number words seen so far and their values
 
@@ -122,5 +124,16 @@ class ElementCards(Cards):
         return LETTERS[ch[0][0].lower()].of_line(self, rule, ch, line)
 
     def plain(self, name: str, nodes: list[str], last: str, value: float | None, place: int) -> Element:
-        """A card that is nothing but words, the most frequent of all."""
-        return LETTERS[name[0]].of_words(name, nodes, last, value, self.file, place)
+        """A card that is nothing but words, the most frequent of all: without a tree; its spans are made when somebody
+        asks for them."""
+        kind = LETTERS[name[0]]
+        e = _new(kind)
+        e.name = name
+        e.nodes = nodes if "gnd" not in nodes else [node_name(node) for node in nodes]
+        e.file, e.place, e.is_plain = self.file, place, True
+        e.value, e.params, e.wave, e.extra, e.model_name, e.model = value, NOTHING, None, NOTHING, None, None
+        if value is None:
+            e.model_name = last
+        elif kind.has_word:
+            e.take_words_alone()
+        return e

@@ -27,7 +27,7 @@ from ..deck import (
     Subckt,
 )
 from ..diagnostics import OutsideError, suggest
-from ..elements import Element
+from ..elements import CLASSES, Element
 from ..expr import ExprError, Name, Node, evaluate, fold
 from ..source import NoCollection
 from ..syntax import LineError
@@ -165,7 +165,7 @@ class _Flattener:
         conditions = False
         for card in cards:
             kind = card.__class__
-            if isinstance(card, Element):
+            if kind in CLASSES:
                 out.append(card)
             elif kind is Param:
                 scope.exprs[card.name] = card
@@ -238,7 +238,7 @@ class _Flattener:
         for card in cards:
             kind = card.__class__
             try:
-                if isinstance(card, Element):
+                if kind in CLASSES:
                     # most lines of a big deck: nothing to evaluate, nothing to rename
                     if not (is_top and card.is_plain):
                         card = bind_element(card, level, self.models)

@@ -42,6 +42,8 @@ ELEMENTS: tuple[type[Element], ...] = (
 
 # letter in lower case -> class, of every letter of SPICE
 LETTERS: dict[str, type[Element]] = {kind.letter: kind for kind in [*LATER, *ELEMENTS]}
+# the classes that cards have: asked more quickly than isinstance
+CLASSES = frozenset(LETTERS.values())
 # letter in upper case -> class, of what stands in a circuit
 TABLE: dict[str, type[Element]] = {kind.letter.upper(): kind for kind in ELEMENTS if kind is not Use}
 # type of a .model -> the class that takes it
@@ -50,4 +52,4 @@ MODEL_TYPES: dict[str, type[Element]] = {word: kind for kind in ELEMENTS for wor
 # cards that are nothing but words come without a tree: grammar rule -> (words, is the last one a number?)
 source.PLAIN.update({kind.plain[0]: kind.plain[1:] for kind in ELEMENTS if kind.plain is not None})
 
-__all__ = ["ELEMENTS", "LETTERS", "MODEL_TYPES", "TABLE", "Element", "Param"]
+__all__ = ["CLASSES", "ELEMENTS", "LETTERS", "MODEL_TYPES", "TABLE", "Element", "Param"]

@@ -117,6 +117,7 @@ class Element:
     usual: ClassVar[int | None] = None  # nodes before the word that is taken for the model where none is one
     behind: ClassVar[tuple[str, ...]] = ()  # kinds of the words behind the nodes: "element", "model"
     plain: ClassVar[tuple[str, int, bool] | None] = None  # grammar rule, words, is the last one a number?
+    has_word: ClassVar[bool] = False  # has a `take_words_alone` of its own
     positional: ClassVar[
         tuple[str, ...]
     ] = ()  # words behind nodes and model: "value", or parameters by place
@@ -177,20 +178,8 @@ class Element:
         e.read(cards, rule, ch, line)
         return e
 
-    @classmethod
-    def of_words(
-        cls, name: str, nodes: list[str], last: str, value: float | None, file: SourceFile, place: int
-    ) -> Self:
-        """The element of a card that is nothing but words (`plain`), without a tree; its spans are made when somebody
-        asks for them."""
-        e = _new(cls)
-        e.name = name
-        e.nodes = nodes if "gnd" not in nodes else [node_name(node) for node in nodes]
-        e.file, e.place, e.is_plain = file, place, True
-        e.value, e.params, e.wave, e.extra, e.model_name, e.model = value, NOTHING, None, NOTHING, None, None
-        if value is None:
-            e.model_name = last
-        return e
+    def take_words_alone(self) -> None:
+        """Of a card that came as words (`has_word`): what its value means, where that is not `value`."""
 
     def take_nodes(self, ch: list[Any], count: int) -> list[Any]:
         """The first words behind the name are nodes; returns what follows."""

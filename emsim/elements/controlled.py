@@ -230,13 +230,11 @@ class ByVoltage(Controlled):
     __slots__ = ()
     terminals = ("n+", "n-", "nc+", "nc-")
     plain = ("linear", 6, True)
+    has_word = True
     controlled_by = "control nodes"
 
-    @classmethod
-    def of_words(cls, *words: Any) -> Any:
-        e = super().of_words(*words)
-        e.extra = {"form": "linear"}
-        return e
+    def take_words_alone(self) -> None:
+        self.extra = {"form": "linear"}
 
     def take_controls(self, ch: list[Any]) -> list[Any]:
         return self.take_nodes(ch, 4)

@@ -7,12 +7,11 @@ import math
 
 from ..build_expr import extent, parts
 from ..deck import Waveform
-from ..source import SourceFile
 from .base import Element, number_at
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from typing import Any, Self
+    from typing import Any
 
     from ..assemble.context import Context
     from ..build_elements import ElementCards
@@ -30,15 +29,11 @@ WRITE_POINTS = "write the points: PWL(t1 v1 t2 v2 ..)"
 class Independent(Element):
     __slots__ = ()
     plain = ("source", 4, True)
+    has_word = True
     form = "{}name n+ n- [DC value] [AC mag [phase]] [PULSE(..) SIN(..) EXP(..) PWL(..) SFFM(..) AM(..)]"
 
-    @classmethod
-    def of_words(
-        cls, name: str, nodes: list[str], last: str, value: float | None, file: SourceFile, place: int
-    ) -> Self:
-        e = super().of_words(name, nodes, last, value, file, place)
-        e.value, e.extra = None, {"dc": value, "ac": None}
-        return e
+    def take_words_alone(self) -> None:
+        self.value, self.extra = None, {"dc": self.value, "ac": None}
 
     def read(self, cards: ElementCards, rule: str, ch: list[Any], line: Line) -> None:
         name = ch[0]
