@@ -26,7 +26,7 @@ def form(letter: str) -> str:
     """The form of a card, for a hint."""
     from .mistakes import FORMS
 
-    return "form: " + FORMS[letter]
+    return "form: " + FORMS.get(letter, letter)
 
 
 class Cards:

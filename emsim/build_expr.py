@@ -76,7 +76,11 @@ def expression(tree: Any, line: Line, machine: bool = False, depth: int = 0) -> 
         if fn in ("vm", "vp", "vr", "vi", "vdb"):
             args = [Name(a.span.text, a.at) if isinstance(a, Num) and a.span else a for a in args]
         return Call(fn, args, at)
-    assert rule in ("voltage", "current"), rule
+    if rule not in ("voltage", "current"):
+        text = line.span_at(*extent(tree)).text
+        raise error_at(
+            "E102", f"`{text}` does not fit here", line, tree, "a number or an expression stands here"
+        )
     return Call(
         rule[0] if rule == "voltage" else "i",
         [Name(node_name(n), (line, n.start_pos, n.end_pos)) for n in children[1:-1:2]],

@@ -80,10 +80,18 @@ class Placed:
         return at  # type: ignore[return-value]
 
 
+def inert(text: str) -> str:
+    """Text of a deck or a file for a terminal: what would move its cursor, paint it or turn its letters round is a dot."""
+    if text.isprintable():
+        return text
+    return "".join(c if c.isprintable() or c in "\t\n" else "\N{MIDDLE DOT}" for c in text)
+
+
 LONGEST = 1000  # characters of a message: a megabyte of junk is quoted by its ends
 
 
 def _short(text: str) -> str:
+    text = inert(text)
     return text if len(text) <= LONGEST else f"{text[: LONGEST // 2]} ... {text[-LONGEST // 4 :]}"
 
 
@@ -106,7 +114,7 @@ class Diagnostic:
         self.message = _short(message)
         self.span = span
         self.hint = hint if hint is None else _short(hint)
-        self.labels = list(labels)
+        self.labels = [(where, inert(text)) for where, text in labels]
 
     def __repr__(self) -> str:
         where = f" at {self.span!r}" if self.span else ""
@@ -182,13 +190,13 @@ class Sink:
         return self.error_count > 0
 
     def add(self, diagnostic: Diagnostic) -> None:
-        key = (diagnostic.code, diagnostic.message, diagnostic.span)
-        if key in self._seen:
-            return
-        self._seen.add(key)
-        self.diagnostics.append(diagnostic)
+        # an error that was told before is one for those who ask whether something went wrong
         if diagnostic.severity == "error":
             self.error_count += 1
+        key = (diagnostic.code, diagnostic.message, diagnostic.span)
+        if key not in self._seen:
+            self._seen.add(key)
+            self.diagnostics.append(diagnostic)
 
     def error(
         self,
@@ -301,11 +309,11 @@ def _render_one(d: Diagnostic, color: bool) -> str:
         foreign = [key for key in marks if key[0] is not span.file]
         width = max(len(str(line)) for _, line in marks)
         margin = " " * (width + 1)
-        out.append(f"{margin[:-1]}{blue} -->{reset} {span.file.name}:{span.line}:{span.col}")
+        out.append(f"{margin[:-1]}{blue} -->{reset} {inert(span.file.name)}:{span.line}:{span.col}")
         out.append(f"{margin}{blue} |{reset}")
         for file, line in own + foreign:
             if file is not span.file:
-                out.append(f"{margin[:-1]}{blue} :::{reset} {file.name}:{line}")
+                out.append(f"{margin[:-1]}{blue} :::{reset} {inert(file.name)}:{line}")
             text = file.text_line(line)
             first = marks[file, line][0][0]
             for i, (s, glyph, label) in enumerate(marks[file, line]):
@@ -319,7 +327,7 @@ def _render_one(d: Diagnostic, color: bool) -> str:
                 out.append(f"{margin}{blue} |{reset} {' ' * col}{paint}{caret} {label}".rstrip() + reset)
         chain = span.file.included_from
         while chain is not None:
-            out.append(f"{margin}{blue} = {reset}included from {chain.file.name}:{chain.line}")
+            out.append(f"{margin}{blue} = {reset}included from {inert(chain.file.name)}:{chain.line}")
             chain = chain.file.included_from
     if d.hint:
         for part in d.hint.splitlines():

@@ -94,6 +94,11 @@ _OPERATORS = [
 FORMS = {
     **{kind.letter: kind.form for kind in ELEMENTS},
     ".tran": ".tran tstep tstop [tstart [tmax]] [uic]",
+    ".op": ".op [static]",
+    ".dc": ".dc source start stop step [source2 start stop step]",
+    ".ac": ".ac dec|oct|lin points fstart fstop",
+    ".noise": ".noise v(out) source dec|oct|lin points fstart fstop",
+    ".tf": ".tf v(out) source",
     ".param": ".param name=value [name={expression} ..]",
     ".func": ".func name(a,b) {expression}",
     ".model": ".model name type(parameter=value ..)",

@@ -237,9 +237,31 @@ def read_bytes(path: str, regular: bool = False) -> bytes:
     return data
 
 
+_kept: dict[str, bytes] | None = None
+
+
+class SameFiles:
+    """Within it a file is read once: whoever reads a deck again, after its run, reads what ran."""
+
+    __slots__ = ()
+
+    def __enter__(self) -> None:
+        global _kept
+        _kept = {}
+
+    def __exit__(self, *_: object) -> None:
+        global _kept
+        _kept = None
+
+
 def load(path: str, included_from: Span | None = None, shown: str | None = None) -> SourceFile:
     """Read a file; an included one must be a regular file. Raises OSError, or ValueError when it is not text."""
-    text = decode(read_bytes(path, regular=included_from is not None))
+    data = None if _kept is None else _kept.get(path)
+    if data is None:
+        data = read_bytes(path, regular=included_from is not None)
+        if _kept is not None:
+            _kept[path] = data
+    text = decode(data)
     if text is None:
         raise ValueError(f"{path} is not a text file")
     return SourceFile(shown or path, text, path, included_from)

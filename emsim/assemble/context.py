@@ -144,7 +144,12 @@ class Context:
             from .waves import of_source
 
             kind, args, dc = of_source(e, self.times, self.sink)
-            k = self._waves[e.name] = self.b.wave(kind, args, dc)
+            try:
+                k = self.b.wave(kind, args, dc)
+            except ValueError as trouble:
+                self.sink.error("E292", f"{e.name}: {trouble}", e.wave.span if e.wave else e.span)
+                k = self.b.wave("dc", [0.0], None)
+            self._waves[e.name] = k
         return k
 
     def value_at_start(self, e: Element) -> float:

@@ -42,5 +42,7 @@ def run_hard(given: Arguments) -> int:
     elif given.text("csv") == "-":
         print_lines(atlas.csv_lines(rows))
     else:
-        print_lines(atlas.table_lines(rows, sys.stdout.isatty() and not os.environ.get("NO_COLOR")))
+        print_lines(
+            atlas.table_lines(rows, sys.stdout.isatty() and not os.environ.get("NO_COLOR")), painted=True
+        )
     return code

@@ -12,7 +12,7 @@ import sys
 from os.path import abspath, dirname, exists, isdir, isfile, realpath, samefile
 from time import monotonic
 
-from ..diagnostics import Diagnostic, OutsideError, deck_error, render_text, to_json
+from ..diagnostics import Diagnostic, OutsideError, deck_error, inert, render_text, to_json
 from .arguments import UsageError
 
 TYPE_CHECKING = False
@@ -131,12 +131,14 @@ def point(diagnostics: Iterable[Diagnostic]) -> None:
         print(f"more: emsim explain {code}", file=sys.stderr)
 
 
-def print_lines(lines: Iterable[str]) -> None:
-    """Lines to stdout in large pieces; a reader that went away (`| head`) ends it quietly."""
+def print_lines(lines: Iterable[str], painted: bool = False) -> None:
+    """Lines to stdout in large pieces; a reader that went away (`| head`) ends it quietly. Names and titles in them that would
+    steer a terminal do not; the colours of `painted` lines stay."""
     piece: list[str] = []
+    clean = _painted if painted else inert
     try:
         for line in lines:
-            piece.append(line)
+            piece.append(clean(line))
             if len(piece) == 1000:
                 sys.stdout.write("\n".join(piece) + "\n")
                 piece.clear()
@@ -146,6 +148,12 @@ def print_lines(lines: Iterable[str]) -> None:
     except BrokenPipeError:
         # what is still buffered would raise again when the interpreter closes stdout
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
+def _painted(line: str) -> str:
+    from re import split
+
+    return "".join(part if k % 2 else inert(part) for k, part in enumerate(split("(\033\\[[\\d;]*m)", line)))
 
 
 def print_json(code: int, diagnostics: Iterable[Diagnostic], **more: Any) -> None:

@@ -100,7 +100,7 @@ class Plots:
             picture.write(path, found, table.title, self.width or picture.WIDTH)
         if self.terminal:
             look = terminal.Look.of(sys.stdout, self.width)
-            print_lines(terminal.lines(found, table.title, look))
+            print_lines(terminal.lines(found, table.title, look), painted=True)
 
 
 class Films:

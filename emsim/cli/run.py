@@ -13,6 +13,7 @@ from .. import pipeline
 from ..diagnostics import ConvergenceError, DeckError, Diagnostic, Interrupted, suggest
 from ..outputs import raw
 from ..outputs.beside import can_be_replaced
+from ..source import SameFiles
 from .arguments import DEFINE, HELP, JSON, QUIET, Arguments, Option, UsageError, defines, parse
 from .console import (
     CONVERGENCE,
@@ -79,7 +80,11 @@ TOLD = 4  # methods of a run that its summary names
 
 
 def main(args: Sequence[str]) -> int:
-    given = parse(args, OPTIONS)
+    with SameFiles():
+        return _run(parse(args, OPTIONS))
+
+
+def _run(given: Arguments) -> int:
     deck = given.deck("run")
     files = _targets(given, deck)
     plots = Plots(given, given.all("plot"), given.all("plot-file"), "--plot-file")

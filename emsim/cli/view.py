@@ -14,7 +14,8 @@ from os.path import abspath, basename, join, splitext
 from .. import pipeline
 from ..diagnostics import ConvergenceError, Interrupted
 from ..outputs import html
-from .arguments import DEFINE, HELP, QUIET, Option, UsageError, defines, parse
+from ..source import SameFiles
+from .arguments import DEFINE, HELP, QUIET, Arguments, Option, UsageError, defines, parse
 from .console import CONVERGENCE, OK, Progress, check_targets, interrupted, point, show
 from .run import METHOD_OPTIONS, overrides, page_sheets, source_of
 
@@ -44,6 +45,11 @@ def main(args: Sequence[str]) -> int:
         return serve(given)
     if given.has("port"):
         raise UsageError("--port is for --live")
+    with SameFiles():
+        return _view(given)
+
+
+def _view(given: Arguments) -> int:
     deck = given.deck("view")
     if path := given.text("output"):
         if path == "-":

@@ -209,11 +209,18 @@ def _same(before: str, after: str) -> bool:
     return tree is not None and _plain(tree) == _plain(trees().line(after, start))
 
 
-def _plain(tree: Any) -> Any:
-    """A tree without places."""
-    if isinstance(tree, tuple):
-        return tree[0], [_plain(child) for child in tree[1]]
-    return tree if tree is None else " ".join(str(tree).split())
+def _plain(tree: Any) -> list[Any]:
+    """A tree without places, as its rules and words in their order: a sum of two thousand terms is as many rules deep."""
+    out: list[Any] = []
+    rest = [tree]
+    while rest:
+        node = rest.pop()
+        if isinstance(node, tuple):
+            out.append((node[0], len(node[1])))
+            rest += reversed(node[1])
+        else:
+            out.append(node if node is None else " ".join(str(node).split()))
+    return out
 
 
 # ---- writing ------------------------------------------------------------------------------------
@@ -315,11 +322,6 @@ def meaning(text: str) -> list[Any]:
         elif rule is None:
             found.append("".join(reading.line(between).text.split()))
         else:
-            found.append((rule, [_lower(_plain(child)) for child in content]))
+            words = [word for child in content for word in _plain(child)]
+            found.append((rule, [word.lower() if isinstance(word, str) else word for word in words]))
     return found
-
-
-def _lower(tree: Any) -> Any:
-    if isinstance(tree, tuple):
-        return tree[0], [_lower(child) for child in tree[1]]
-    return tree if tree is None else tree.lower()

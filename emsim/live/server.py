@@ -20,8 +20,10 @@ import os
 import re
 import secrets
 import socketserver
+from contextlib import suppress
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
-from threading import Semaphore
+from socket import SHUT_RDWR
+from threading import Lock
 
 from ..outputs import html
 
@@ -64,7 +66,8 @@ class Server(ThreadingHTTPServer):
     ) -> None:
         self.board, self.ask = board, ask
         self.token = secrets.token_urlsafe(24)
-        self._free = Semaphore(MOST_READERS)
+        self._open: dict[Any, bool] = {}  # connections, oldest first: have they shown the token?
+        self._lock = Lock()
         super().__init__((ADDRESS, port), Handler)
         self.port = int(self.server_address[1])
         hosts = [f"{name}:{self.port}" for name in (ADDRESS, "localhost")]
@@ -85,7 +88,18 @@ class Server(ThreadingHTTPServer):
         return f"http://{ADDRESS}:{self.port}/#{self.token}"
 
     def process_request(self, request: Any, client_address: Any) -> None:
-        if self._free.acquire(blocking=False):
+        with self._lock:
+            full = len(self._open) >= MOST_READERS
+            # whoever has been at it longest without the token makes room
+            slow = next((r for r, trusted in self._open.items() if not trusted), None) if full else None
+            if slow is not None:
+                del self._open[slow]
+                with suppress(OSError):
+                    slow.shutdown(SHUT_RDWR)
+            welcome = slow is not None or not full
+            if welcome:
+                self._open[request] = False
+        if welcome:
             super().process_request(request, client_address)
         else:
             self.shutdown_request(request)
@@ -94,7 +108,14 @@ class Server(ThreadingHTTPServer):
         try:
             super().process_request_thread(request, client_address)
         finally:
-            self._free.release()
+            with self._lock:
+                self._open.pop(request, None)
+
+    def trust(self, request: Any) -> None:
+        """The connection has shown the token."""
+        with self._lock:
+            if request in self._open:
+                self._open[request] = True
 
     def handle_error(self, request: Any, client_address: Any) -> None:
         """A client that goes away is no error."""
@@ -129,6 +150,8 @@ class Handler(BaseHTTPRequestHandler):
         given = self.headers.get(TOKEN, "")
         if needs_token and not hmac.compare_digest(given.encode(), self.server.token.encode()):
             return self.refuse(403, "the token is missing or of another run of emsim")
+        if needs_token:
+            self.server.trust(self.connection)
         act(self)
 
     do_GET = do_HEAD = do_POST = do_PUT = do_DELETE = do_PATCH = do_OPTIONS = do_TRACE = answer

@@ -6,6 +6,7 @@ spreadsheets expect. One file holds one table: the main one. Read are such files
 
 from __future__ import annotations
 
+from ..diagnostics import inert
 from ..result import Result, Table
 from .beside import replacing
 
@@ -31,6 +32,7 @@ def lines(table: Table, units: bool = False) -> Iterator[str]:
 
 
 def _field(text: str) -> str:
+    text = inert(text)
     return '"' + text.replace('"', '""') + '"' if "," in text or '"' in text else text
 
 

@@ -9,6 +9,7 @@ The machine's channels are taken at no more than FRAMES times: a film needs no m
 
 from __future__ import annotations
 
+import re
 from array import array
 from base64 import b64encode
 from bisect import bisect_right
@@ -58,9 +59,8 @@ def page(run: dict[str, Any], scripts: Sequence[str] = SCRIPTS, styles: Sequence
         # a deck may hold "</script>"; inside JSON the slash can be escaped
         "run": dumps(run, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c"),
     }
-    for name, text in parts.items():
-        template = template.replace("{{" + name + "}}", text, 1)
-    return template
+    # in one pass: a title may read {{run}}
+    return re.sub(r"\{\{(\w+)\}\}", lambda found: parts[found[1]], template)
 
 
 def document(result: Result, deck: str = "", sheets: Iterable[Sheet] = ()) -> dict[str, Any]:

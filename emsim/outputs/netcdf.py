@@ -71,8 +71,13 @@ def read(path: str) -> Result:
     with open(path, "rb") as file:
         if file.read(8) != b"\x89HDF\r\n\x1a\n":
             raise ValueError(f"{path}: no NetCDF-4 file")
-    with h5netcdf.File(path, "r", decode_vlen_strings=True) as file:
-        found = [t for group in (file, *file.groups.values()) if (t := _read_table(group)) is not None]
+    try:
+        with h5netcdf.File(path, "r", decode_vlen_strings=True) as file:
+            found = [t for group in (file, *file.groups.values()) if (t := _read_table(group)) is not None]
+    except OSError:
+        raise
+    except Exception as error:  # of a damaged file the library tells by errors of any kind
+        raise ValueError(f"{path}: {str(error) or type(error).__name__}") from None
     if not found:
         raise ValueError(f"{path}: no variables along one dimension")
     tables = [table for _, table in sorted(found, key=lambda pair: pair[0])]

@@ -15,6 +15,7 @@ from __future__ import annotations
 import os
 import sys
 
+from ..diagnostics import inert
 from .beside import create, keep_mode, remove, replacing
 
 TYPE_CHECKING = False
@@ -48,9 +49,9 @@ class Head:
 
     def __init__(self, title: str, plotname: str, names: Sequence[str], units: Sequence[str]) -> None:
         # header lines end at the line break, so a title may not hold one
-        self.title, self.plotname = " ".join(title.split()), plotname
+        self.title, self.plotname = inert(" ".join(title.split())), plotname
         self.date, self.command = _date(), _command()
-        self.names, self.types = list(names), [raw_type(unit) for unit in units]
+        self.names, self.types = [inert(name) for name in names], [raw_type(unit) for unit in units]
 
 
 class Stream:

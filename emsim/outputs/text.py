@@ -6,6 +6,7 @@ a grid every point is shown. An operating point is a list `name = value`. There 
 
 from __future__ import annotations
 
+from ..diagnostics import inert
 from .beside import replacing
 
 TYPE_CHECKING = False
@@ -21,7 +22,7 @@ def write(path: str, result: Result) -> None:
     """Writes the .print tables, or all columns of the main table when the deck has none."""
     with replacing(path) as beside, open(beside, "w", encoding="utf-8") as file:
         for line in lines(result) if result.prints else table_lines(result.main, result.main.signals):
-            file.write(line + "\n")
+            file.write(inert(line) + "\n")
 
 
 def lines(result: Result, unfinished: int | None = None) -> Iterator[str]:

@@ -248,3 +248,21 @@ def until(true: Callable[[], object], seconds: float = 60.0) -> None:
     while not true():
         assert monotonic() < end, "it never came"
         sleep(0.01)
+
+
+def test_slow_connections_make_room_for_others(asked: Asked):
+    """They send a byte now and then, and would be within every limit of time; who has shown the token stays."""
+    reader = asked.request("GET", "/events")
+    assert reader.status == 200
+    slow = []
+    for _ in range(2 * MOST_READERS):
+        s = socket.create_connection(("127.0.0.1", asked.server.port))
+        s.sendall(b"GET / HT")
+        slow.append(s)
+    for _ in range(5):
+        answer = asked.request("GET", "/", token=False)
+        assert answer.status == 200 and answer.read()
+    asked.board.put(hello=b'{"kind": "hello"}\n')
+    assert reader.readline() == b'{"kind": "hello"}\n'
+    for s in slow:
+        s.close()

@@ -1,6 +1,6 @@
 //! Executable memory. What the system takes to map, write, protect and unmap pages is longer than writing a small program:
-//! 25 us against 8. So programs lie side by side in pages that are mapped twice, writable at one address and executable at
-//! another, where the system has such (Linux); nowhere is a page both.
+//! 25 us against 8. So programs lie side by side in the pages of a file in memory, where the system has such (Linux): they are
+//! mapped to be executed, and written through the file. At no address are they writable.
 //!
 //! Pages are shared with a forked child: what has been written is never written again, a child begins pages of its own, and all
 //! go when the last program in them does.
@@ -27,10 +27,9 @@ impl Code {
     }
 }
 
-/// One mapping, or two of the same pages.
+/// A mapping.
 struct Pages {
     execute: *mut libc::c_void,
-    write: Option<*mut libc::c_void>,
     length: usize,
 }
 
@@ -43,9 +42,6 @@ impl Drop for Pages {
         // SAFETY: mapped with this length, and nobody holds code in it any more
         unsafe {
             libc::munmap(self.execute, self.length);
-            if let Some(write) = self.write {
-                libc::munmap(write, self.length);
-            }
         }
     }
 }
@@ -60,7 +56,7 @@ fn own(code: &[u8]) -> Option<Code> {
         if execute == libc::MAP_FAILED {
             return None;
         }
-        let pages = Pages { execute, write: None, length };
+        let pages = Pages { execute, length };
         std::ptr::copy_nonoverlapping(code.as_ptr(), execute.cast::<u8>(), length);
         if libc::mprotect(execute, length, libc::PROT_READ | libc::PROT_EXEC) != 0 {
             return None;
@@ -77,8 +73,11 @@ fn shared(_: &[u8]) -> Option<Code> {
 /// Behind the programs that were written last.
 #[cfg(target_os = "linux")]
 fn shared(code: &[u8]) -> Option<Code> {
+    use std::fs::File;
+    use std::os::unix::fs::FileExt;
     struct Current {
         pages: Arc<Pages>,
+        file: File,
         used: usize,
         process: u32,
     }
@@ -89,36 +88,30 @@ fn shared(code: &[u8]) -> Option<Code> {
     let mut current = CURRENT.lock().ok()?;
     let process = std::process::id();
     if current.as_ref().is_none_or(|c| c.process != process || c.used + code.len() > c.pages.length) {
-        let pages = Arc::new(twice(LENGTH.max(code.len()))?);
-        *current = Some(Current { pages, used: 0, process });
+        let (pages, file) = mapped(LENGTH.max(code.len()))?;
+        *current = Some(Current { pages: Arc::new(pages), file, used: 0, process });
     }
     let current = current.as_mut()?;
-    let (at, write) = (current.used, current.pages.write?);
-    // SAFETY: within the pages, and nothing stands there yet
-    unsafe {
-        std::ptr::copy_nonoverlapping(code.as_ptr(), write.cast::<u8>().add(at), code.len());
-        // x86 keeps its caches of instructions coherent; what was never executed cannot be held in the pipeline either
-        current.used = (at + code.len()).next_multiple_of(LINE);
-        Some(Code { start: current.pages.execute.cast::<u8>().add(at), _pages: current.pages.clone() })
-    }
+    let at = current.used;
+    current.file.write_all_at(code, at as u64).ok()?;
+    // x86 keeps its caches of instructions coherent; what was never executed cannot be held in the pipeline either
+    current.used = (at + code.len()).next_multiple_of(LINE);
+    // SAFETY: within the pages
+    let start = unsafe { current.pages.execute.cast::<u8>().add(at) };
+    Some(Code { start, _pages: current.pages.clone() })
 }
 
 #[cfg(target_os = "linux")]
-fn twice(length: usize) -> Option<Pages> {
-    // SAFETY: a fresh file that nobody else knows, closed when it is mapped
-    unsafe {
+fn mapped(length: usize) -> Option<(Pages, std::fs::File)> {
+    use std::os::fd::{AsRawFd, FromRawFd};
+    // SAFETY: a fresh file that nobody else knows
+    let file = unsafe {
         let file = libc::memfd_create(c"emsim".as_ptr(), libc::MFD_CLOEXEC);
-        if file < 0 {
-            return None;
-        }
-        let map = |access: i32| {
-            let at = libc::mmap(std::ptr::null_mut(), length, access, libc::MAP_SHARED, file, 0);
-            (at != libc::MAP_FAILED).then_some(at)
-        };
-        let sized = libc::ftruncate(file, length as libc::off_t) == 0;
-        let execute = if sized { map(libc::PROT_READ | libc::PROT_EXEC) } else { None };
-        let pages = execute.map(|execute| Pages { execute, write: map(libc::PROT_READ | libc::PROT_WRITE), length });
-        libc::close(file);
-        pages.filter(|p| p.write.is_some())
-    }
+        (file >= 0).then(|| std::fs::File::from_raw_fd(file))?
+    };
+    file.set_len(length as u64).ok()?;
+    let access = libc::PROT_READ | libc::PROT_EXEC;
+    // SAFETY: a fresh mapping of that file
+    let execute = unsafe { libc::mmap(std::ptr::null_mut(), length, access, libc::MAP_SHARED, file.as_raw_fd(), 0) };
+    (execute != libc::MAP_FAILED).then_some((Pages { execute, length }, file))
 }
