@@ -98,15 +98,7 @@ impl Device<2, 3, CONSTANTS> for Jfet {
 
     #[inline(always)]
     fn quiet<L: Lane>(c: &impl Constants<L>, new: [L; 2], old: [L; 2]) -> L::Mask {
-        let small = L::both(
-            (new[0] - old[0]).abs().lt(c.at(VT)),
-            (new[1] - old[1]).abs().lt(c.at(VT)),
-        );
-        small
-    }
-
-    fn start(_: &Card<CONSTANTS>) -> [f64; 2] {
-        [0.0, 0.0]
+        L::both((new[0] - old[0]).abs().lt(c.at(VT)), (new[1] - old[1]).abs().lt(c.at(VT)))
     }
 
     fn bend(card: &Card<CONSTANTS>, _: usize) -> f64 {

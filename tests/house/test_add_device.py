@@ -1,4 +1,5 @@
 """A device of the engine is one file in engine/src/devices/ and its line in REGISTRY: a JFET (device_example.rs) in a copy.
+
 It has three terminals, two inner nodes behind rd and rs, junctions whose steps are limited, and charges. Nothing else is
 edited: matrix places, exact derivatives, four at a time, explicit methods, energy and the Python face follow from its law.
 """

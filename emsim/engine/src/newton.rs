@@ -9,11 +9,11 @@
 //! linearly and converge with the rest: they are outside the norm, because the rounding noise of such a force, or of the
 //! current of a capacitor across a source, grows as 1/h.
 //!
-//! Where accounts of energy are kept the currents of diodes must agree with the lines that led to them as well: within the tolerance
+//! Where accounts of energy are kept the currents of devices must agree with the lines that led to them as well: within the tolerance
 //! of 300 V a diode's current may be anything.
 //!
-//! In a passive network of diodes (passive.rs) an iterate may be accepted without that: what the straight lines of the
-//! diodes have missed at the new point is measured there, and bounds the next update of every junction's voltage.
+//! In a passive network of two-poles (passive.rs) an iterate may be accepted without that: what the straight lines of the
+//! devices have missed at the new point is measured there, and bounds the next update of every device's voltage.
 use crate::model::Kind;
 use crate::sparse::{Lu, Once, Program, Recurring, Singular};
 use crate::system::{Stage, System, Work};
@@ -117,9 +117,9 @@ const PATIENCE: u32 = 6;
 
 pub struct Newton {
     lu: Lu<f64>,
-    /// What a junction's voltage may miss when straight lines end an iteration, in parts of its tolerance.
-    pub junctions: f64,
-    held: bool, // every diode's nodes are, by capacitors or sources: no current is driven into a junction whatever its voltage
+    /// What a device's voltage may miss when straight lines end an iteration, in parts of its tolerance.
+    pub missed: f64,
+    held: bool, // every device's nodes are, by capacitors or sources: no current is driven into it whatever its voltage
     key: f64,   // the `a` of a factorisation that is still valid (linear systems only)
     a: f64,     // the `a` of `rows` and of the base in `lu`
     rows: Vec<f64>,
@@ -187,7 +187,7 @@ impl Newton {
         }
         Ok(Newton {
             lu,
-            junctions: 1.0,
+            missed: 1.0,
             held: sys.passive && !sys.has_coils() && sys.nodes_hold_devices(),
             key: f64::NAN,
             a: f64::NAN,
@@ -318,7 +318,7 @@ impl Newton {
                 sys.stage_expand(w, x, t, a);
                 !w.limited && !self.turns(sys, w, a)
             } else {
-                let judged = sys.stage_expand_and_judge(w, x, t, a, (self.junctions * tol.reltol, tol.vntol));
+                let judged = sys.stage_expand_and_judge(w, x, t, a, (self.missed * tol.reltol, tol.vntol));
                 judged || (iteration >= STALLS && straight && !w.limited && self.within_rounding(sys, w, a, x, tol))
             };
             if judged {

@@ -78,7 +78,7 @@ pub struct System {
     roots: Tape, // up and down of every flag
     sizes: Tape, // what is added up in them, in magnitude
     pub edges: Edges,
-    devices: Devices,
+    pub devices: Devices,
     bent: Vec<Bend>,             // voltages that exponentials of devices hang on
     gates: Vec<Gate>,            // branches of devices
     pub has_q: Vec<bool>,        // row i has a d/dt term

@@ -26,9 +26,9 @@ const PEAK_SHARE: f64 = 0.02;
 /// So many times the time since which a signal is below that share, its largest value begins to be forgotten.
 const KEPT: f64 = 10.0;
 
-/// Volts at a junction: what reltol is a share of in the error of a diode's own node, behind its series resistance. That node stands
+/// Volts of an exponential: what reltol is a share of in the error of a device's own node, behind its series resistance. That node stands
 /// off its terminal by a current's drop, microvolts of which would otherwise be held to their own size.
-const JUNCTION: f64 = 1.0;
+const FORWARD: f64 = 1.0;
 
 /// What rounding leaves of an unknown beside neighbours of size 1: a coordinate near zero of a chain of metre-long links
 /// is known to some 1e-14 m, however small its own tolerance. Asking for less made tight runs stop.
@@ -209,7 +209,7 @@ const COMMON: f64 = 1e-2;
 #[derive(Clone)]
 pub struct Tolerances {
     pub reltol: f64,
-    pub vntol: f64, // of a junction's voltage
+    pub vntol: f64, // of a device's voltage
     /// accounts are kept: currents of diodes must be right where their voltages are, an exponential apart
     pub accounts: bool,
     pub atol: Vec<f64>,
@@ -289,7 +289,7 @@ impl Tolerances {
         let mut own = vec![0.0; sys.n];
         // accounts integrate the currents themselves
         for node in sys.behind_resistances().filter(|_| !o.accounts) {
-            own[node] = o.reltol * JUNCTION;
+            own[node] = o.reltol * FORWARD;
         }
         let mut error_floor: Vec<f64> = floor.iter().zip(&own).map(|(floor, own)| floor + own).collect();
         // whole blocks, see `Norm`

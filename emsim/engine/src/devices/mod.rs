@@ -170,7 +170,8 @@ pub trait Device<const P: usize, const B: usize, const K: usize>: Send + Sync + 
         new[0].lt(new[0])
     }
 
-    /// Where Newton's method starts, whatever the nodes' voltages are.
+    /// Where Newton's method starts, whatever the nodes' voltages are. (`off` and `ic` are parameters of the instance: a card that knows
+    /// them keeps for this what they say.)
     fn start(_card: &Card<K>) -> [f64; P] {
         [0.0; P]
     }

@@ -39,7 +39,7 @@ use whole::{Slots, Whole};
 const MOST_ITERATIONS: usize = 50;
 /// Newton's method converges quadratically: an update so small leaves its square.
 const NEWTON: f64 = 1e-7;
-/// Of a step that limiting cuts, at least so much is taken.
+/// Of a step that limiting cuts at least so much is taken: a device whose limited voltage is the old one must not stop the others.
 const LEAST_SHARE: f64 = 1e-3;
 
 /// What a stage could not solve.
