@@ -8,7 +8,7 @@ from __future__ import annotations
 from math import pi
 
 from ..cards.joints.planar import Planar
-from .scene import Coordinate, Group, Virtual
+from .scene import Coordinate, Group, Tie, Virtual
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -19,19 +19,6 @@ if TYPE_CHECKING:
     from .scene import JointState
 
 AGREE = 1e-9  # two start values that differ by less say the same
-
-
-class Tie:
-    """`follower` = factor * leader, by a gear."""
-
-    __slots__ = ("factor", "follower", "gear", "leader", "virtual")
-
-    def __init__(self, gear: Gear, follower: Coordinate, leader: Coordinate, factor: float) -> None:
-        self.gear = gear
-        self.follower = follower
-        self.leader = leader
-        self.factor = factor
-        self.virtual: Virtual | None = None
 
 
 def of_joint(joint: JointState) -> list[Coordinate]:

@@ -44,3 +44,16 @@ def sort_out(rows: list[tuple[str, Scalar, str]]) -> tuple[list[int], int, str]:
             gap = abs(value)
             text = f"{gap:.3g} {'m' if unit == 'N' else 'rad'}"
     return stay, folded, text
+
+
+class Start:
+    """What was found: state `x`, `dof`, `moved` [(name, from, to)], `redundant` rows, `singular` there."""
+
+    __slots__ = ("dof", "moved", "redundant", "singular", "x")
+
+    def __init__(self) -> None:
+        self.x: list[float] = []
+        self.dof = 0
+        self.moved: list[tuple[str, float, float]] = []
+        self.redundant: list[Row] = []
+        self.singular = False

@@ -20,10 +20,8 @@ if TYPE_CHECKING:
     from ..cards.kinematics import Frame
     from ..diagnostics import Span
     from .context import Context
-    from .coordinates import Tie
-    from .loops import Row
-    from .scene import Coordinate, Group, Virtual
-    from .start import Start
+    from .loops import Row, Start
+    from .scene import Coordinate, Group, Tie, Virtual
     from .tree import Plan
 
 

@@ -118,6 +118,19 @@ class Virtual:
         self.rate = b.symbol()
 
 
+class Tie:
+    """`follower` = factor * leader, by a gear."""
+
+    __slots__ = ("factor", "follower", "gear", "leader", "virtual")
+
+    def __init__(self, gear: Gear, follower: Coordinate, leader: Coordinate, factor: float) -> None:
+        self.gear = gear
+        self.follower = follower
+        self.leader = leader
+        self.factor = factor
+        self.virtual: Virtual | None = None
+
+
 class JointState:
     """A joint in the scene. `q`, `u`: its one coordinate and speed, B relative to A, also where it is cut."""
 

@@ -19,11 +19,11 @@ from .closing import (
     size,
     weights_of,
 )
+from .loops import Start
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from .._engine import Expr
-    from .loops import Row
     from .mechanism import Mechanism
 
 RANK = (
@@ -31,19 +31,6 @@ RANK = (
 )
 MOVED = 1e-9
 MASSLESS = 1e-13  # beside the heaviest neighbour: a bead of 1e-12 kg on a kilogram still has inertia
-
-
-class Start:
-    """What was found: state `x`, `dof`, `moved` [(name, from, to)], `redundant` rows, `singular` there."""
-
-    __slots__ = ("dof", "moved", "redundant", "singular", "x")
-
-    def __init__(self) -> None:
-        self.x: list[float] = []
-        self.dof = 0
-        self.moved: list[tuple[str, float, float]] = []
-        self.redundant: list[Row] = []
-        self.singular = False
 
 
 def assemble(m: Mechanism) -> Start:

@@ -10,14 +10,13 @@ from __future__ import annotations
 from ..diagnostics import suggest
 from .base import Card, Default, Spec
 from .joints import ALIASES, KINDS, LATER
+from .joints.base import AXES, unit_vector
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from ..diagnostics import Sink
     from .base import Net, Param, Pen, Powers, Scalar, Scene
     from .joints.base import Axis, JointKind
-
-UP: Axis = (0.0, 0.0, 1.0)
 
 
 def _own_params() -> dict[str, Param]:
@@ -47,8 +46,6 @@ class Joint(Card):
     guess: tuple[float, ...] | None
     cut: bool
     damp: float
-    l: float | None  # noqa: E741  (of a rod)
-    axis2: tuple[float, ...] | None  # of a universal
 
     def check(self, sink: Sink) -> None:
         ref = self.terminals[2][2]
@@ -90,24 +87,7 @@ class Joint(Card):
         if self.axis is not None and default is None:
             self._not_taken("axis", sink)
         axis = self.axis if self.axis is not None else default
-        return UP if axis is None else self.unit_vector("axis", axis, sink)
-
-    def unit_vector(self, key: str, value: tuple[float, ...], sink: Sink) -> Axis:
-        """The direction that a parameter gives."""
-        if len(value) not in (2, 3):
-            sink.error("E232", f"{key}= of JOINT {self.name} has two or three components", self.place(key))
-            return UP
-        x, y, z = (*value, 0.0)[:3]
-        length = (x * x + y * y + z * z) ** 0.5
-        if not length > 0.0:
-            sink.error(
-                "E232",
-                f"{key}= of JOINT {self.name} has no direction",
-                self.place(key),
-                "for example axis=(1,0)",
-            )
-            return UP
-        return (x / length, y / length, z / length)
+        return AXES["z"] if axis is None else unit_vector(self, "axis", axis, sink)
 
     def _starts(self, sink: Sink) -> None:
         """zero=, ic= and guess= as coordinates."""

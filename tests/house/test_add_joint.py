@@ -38,7 +38,7 @@ class Screw(JointKind):
 
     @property
     def pitch(self):
-        return self.card.lead / (2.0 * pi)
+        return self.lead / (2.0 * pi)
 
     def move(self, moving, q, u, sign):
         turn, speed = sign * (q[0] + self.zeros[0]), sign * u[0]

@@ -28,8 +28,7 @@ if TYPE_CHECKING:
 
     from ..._engine import Builder, Expr
     from ...diagnostics import Sink
-    from ..base import Param
-    from ..joint import Joint
+    from ..base import Card, Param
     from ..kinematics import Frame, Moving, Scalar, Vector
 
     Axis = tuple[float, float, float]
@@ -52,6 +51,24 @@ class Coord:
         return self.unit.startswith("rad")
 
 
+def unit_vector(card: Card, key: str, value: Sequence[float], sink: Sink) -> Axis:
+    """The direction that a parameter gives; reports what is none."""
+    if len(value) not in (2, 3):
+        sink.error("E232", f"{key}= of JOINT {card.name} has two or three components", card.place(key))
+        return AXES["z"]
+    x, y, z = (*value, 0.0)[:3]
+    length = (x * x + y * y + z * z) ** 0.5
+    if not length > 0.0:
+        sink.error(
+            "E232",
+            f"{key}= of JOINT {card.name} has no direction",
+            card.place(key),
+            "for example axis=(1,0)",
+        )
+        return AXES["z"]
+    return (x / length, y / length, z / length)
+
+
 class JointKind:
     name: ClassVar[str]
     aliases: ClassVar[tuple[str, ...]] = ()
@@ -68,8 +85,10 @@ class JointKind:
     drawn: ClassVar[str] = "pin"  # pin slide rod weld none
     carries: ClassVar[str] = ""  # in the analogue: turn, slide, weld; "": it has none
 
-    def __init__(self, card: Joint) -> None:
+    def __init__(self, card: Card) -> None:
         self.card = card
+        for key in self.params:
+            setattr(self, key, getattr(card, key))
         self.axis: Axis = (0.0, 0.0, 1.0)
         self.zeros: list[float] = []
 

@@ -27,9 +27,10 @@ class Rod(JointKind):
     in_tree = False
     has_zero = False
     drawn = "rod"
+    l: float | None  # noqa: E741
 
     def check(self, sink: Sink) -> None:
-        self.length = self.card.l
+        self.length = self.l
 
     @property
     def unmeasured(self) -> bool:

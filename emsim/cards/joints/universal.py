@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from ..base import Default
 from ..kinematics import dot, perpendicular
-from .base import Chain, Coord
+from .base import Chain, Coord, unit_vector
 from .rows import angle, normal, together
 
 TYPE_CHECKING = False
@@ -32,14 +32,15 @@ class Universal(Chain):
         "axis2": Default(None, "", "the second axis of a universal, normal to the first", "vector")
     }
     coordinates = (Coord("angle1", "rad", "axis"), Coord("angle2", "rad", "axis2"))
+    axis2: tuple[float, ...] | None
     speeds = (Coord("omega1", "rad/s"), Coord("omega2", "rad/s"))
 
     def check(self, sink: Sink) -> None:
         card = self.card
-        if card.axis2 is None:
+        if self.axis2 is None:
             self.second = perpendicular(self.axis)[0]
             return
-        self.second = card.unit_vector("axis2", card.axis2, sink)
+        self.second = unit_vector(card, "axis2", self.axis2, sink)
         if abs(dot(self.axis, self.second)) > SQUARE:  # type: ignore[arg-type]
             sink.error(
                 "E232",
