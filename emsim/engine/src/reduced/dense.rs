@@ -140,6 +140,7 @@ pub struct Columns {
     scale: Vec<f64>,
     work: Vec<f64>,
     kinds: Vec<usize>, // of the columns: lengths of one kind, in one unit, can be compared
+    longest: Vec<f64>, // square of the longest of each kind so far: a row that is alone of its kind can vanish too
     pub rank: usize,
     /// How near to a loss of rank: the least of pivots against the first, and of lengths against the largest of their kind.
     pub weakest: f64,
@@ -152,6 +153,7 @@ impl Columns {
             k,
             m,
             kinds: kinds.to_vec(),
+            longest: vec![0.0; m],
             z: vec![0.0; k * m],
             q: vec![0.0; k * m],
             r: vec![0.0; m * m],
@@ -172,8 +174,11 @@ impl Columns {
             self.work[j] = dot(c, c).sqrt();
             self.order[j] = j;
         }
+        for (&kind, &length) in self.kinds.iter().zip(&self.work) {
+            self.longest[kind] = self.longest[kind].max(length * length);
+        }
         for j in 0..m {
-            let longest = self.largest(&self.work, j);
+            let longest = self.longest[self.kinds[j]].sqrt();
             let s = if longest > 0.0 { 1.0 / self.work[j].max(1e-4 * longest) } else { 1.0 };
             self.scale[j] = s;
             for (q, z) in self.q[j * k..(j + 1) * k].iter_mut().zip(&self.z[j * k..(j + 1) * k]) {
@@ -197,6 +202,7 @@ impl Columns {
                 first = length;
             }
             if !(length > tolerance * first) {
+                self.weakest = 0.0;
                 return;
             }
             if best != j {
@@ -224,20 +230,17 @@ impl Columns {
             }
             self.rank = j + 1;
             let own = self.order[j];
-            let relative = self.work[own] / self.largest(&self.work, own);
+            let relative = self.work[own] / self.longest[self.kinds[own]].sqrt();
             self.weakest = self.weakest.min(length / first).min(relative);
         }
     }
 
-    /// Of sizes of columns, the largest of column j's kind.
-    fn largest(&self, sizes: &[f64], j: usize) -> f64 {
-        let same = self.kinds.iter().zip(sizes).filter(|(&kind, _)| kind == self.kinds[j]);
-        same.fold(0.0, |largest, (_, &size)| largest.max(size))
-    }
-
     /// How near to a loss of rank columns of these squared lengths are, whose Gram matrix has these pivots.
-    pub fn nearness(&self, squares: &[f64], pivots: &[f64]) -> f64 {
-        let least = |j: usize| (pivots[j] / squares[j]).min(squares[j] / self.largest(squares, j));
+    pub fn nearness(&mut self, squares: &[f64], pivots: &[f64]) -> f64 {
+        for (&kind, &square) in self.kinds.iter().zip(squares) {
+            self.longest[kind] = self.longest[kind].max(square);
+        }
+        let least = |j: usize| (pivots[j] / squares[j]).min(squares[j] / self.longest[self.kinds[j]]);
         // (not a number stays one)
         (0..self.m).map(least).fold(1.0, |n: f64, own| if own > n { n } else { own }).sqrt()
     }

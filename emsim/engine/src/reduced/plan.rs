@@ -413,7 +413,15 @@ impl Plan<'_> {
     fn components(&self, roots: &[usize]) -> (Vec<Vec<usize>>, usize) {
         let count = self.equations.len();
         let node_of = |leaf: usize| self.owner.get(&leaf).copied();
-        let reads = |e: &Equation| self.leaves(&[e.expr]).into_iter().filter_map(node_of).collect();
+        let reads = |e: &Equation| {
+            let mut leaves = self.leaves(&[e.expr]);
+            // Constraints stay with what pushes for them: where they alone give the accelerations (everything is driven) they
+            // would be a block without multipliers, and nobody would hold positions and speeds to them.
+            if self.source.unknowns[e.row].kind == Kind::Lambda {
+                leaves.push(e.row);
+            }
+            leaves.into_iter().filter_map(node_of).collect()
+        };
         let next: Vec<Vec<usize>> = self.equations.iter().map(reads).collect();
         let mut order = strong_components(&next, &roots.iter().filter_map(|&l| node_of(l)).collect::<Vec<_>>());
         let stage = order.len();
