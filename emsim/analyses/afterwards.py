@@ -23,6 +23,7 @@ def remarks(assembly: Assembly, run: Run) -> None:
     if assembly.machine is None:
         return
     _limits(assembly, run)
+    _openings(assembly, run)
     if run.kind == "tran" and run.waves.rows > 1:
         _imbalances(assembly, run)
 
@@ -63,6 +64,24 @@ def _divided_by_zero(assembly: Assembly, span: Span | None) -> None:
         span,
         "x/0 counts as x/1e-32, as in ngspice; keep the divisor away from zero",
     )
+
+
+def _openings(assembly: Assembly, run: Run) -> None:
+    """Rows of loops that were left out as redundant and have come open, each joint once with its first time."""
+    openings = assembly.machine.openings
+    names = assembly.system.flag_names
+    said: set[str] = set()
+    for t, index, value in run.waves.events if openings else ():
+        row = openings.get(names[index]) if value else None
+        if row is not None and row.owner not in said:
+            said.add(row.owner)
+            assembly.flat.sink.warning(
+                "W413",
+                f"the loop closed by {row.owner} has come open, first at t = {t:.6g} s: what it holds in its direction "
+                f"`{row.label}` followed from the other joints where the machine starts, and does not any more",
+                assembly.machine.span_of(row.owner),
+                "start it in another pose, away from a change point: ic= or guess= a little aside",
+            )
 
 
 def _limits(assembly: Assembly, run: Run) -> None:

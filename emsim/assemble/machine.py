@@ -41,6 +41,9 @@ if TYPE_CHECKING:
     from .context import Context
 
 
+OPENS = 1e-4  # of the machine's size, rad: a row that was left out and is this far from 0 was not redundant
+
+
 class Machine(Mechanism):
     """All mechanical cards of a deck and what the compiler makes of them."""
 
@@ -83,6 +86,7 @@ class Machine(Mechanism):
             row.mu_row = self.b.unknown(f"mu({label})", "mu", "", 0.0)
         for row in self.norms:
             row.mu_row = self.b.unknown(f"mu({row.owner},norm)", "mu", "", 0.0)
+        self._watch_redundant()
         self._locked_note()
         self._gravity_note()
 
@@ -311,6 +315,17 @@ class Machine(Mechanism):
                         span,
                         "start the joint elsewhere (ic=), or add to the divisor what is left there, a gap for instance",
                     )
+
+    def _watch_redundant(self) -> None:
+        """Rows that said nothing new at the start are left out: should they come open later on, the run says so."""
+        for row in self.found.redundant:
+            h = self.public(row.h)
+            if h.value is not None:
+                continue
+            limit = OPENS * (closing.size(self, self.found.x) if row.unit == "N" else 1.0)
+            name = f"{row.owner} opens {row.place + 1}"
+            self.b.flag(h * h - limit * limit, None, name, -1)
+            self.openings[name] = row
 
     def _locked_note(self) -> None:
         """Joints and gears that leave no motion at all."""

@@ -61,6 +61,7 @@ class Mechanism(Binding):
         self.own_symbols: Own | None = None
         self.imbalances: list[tuple[str, Expr]] = []
         self.flag_warnings: dict[str, str] = {}
+        self.openings: dict[str, Row] = {}  # flag -> redundant row that has come open
         self.clamps: list[tuple[Expr, float, float, str, str]] = []
         self._waves: dict[int, Expr] = {}  # of the deck's waveforms, by identity
         self._last_row = -1

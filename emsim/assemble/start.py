@@ -1,8 +1,8 @@
 """The start: coordinates that close every loop, speeds that keep them closed, rows that say nothing new.
 
 Positions: mass-weighted projection of the start onto h(q, 0) = 0, `ic=` held. Speeds: the least mass-weighted
-change such that dh/dt = 0. A row is redundant when H = dh/dq loses rank without it, here and at a
-configuration nearby (a change point alone does not make a row redundant). A coordinate whose motion meets no
+change such that dh/dt = 0. A row is redundant when H = dh/dq loses rank without it, here and at configurations nearby, also
+at those that drives reach later (a change point alone does not make a row redundant). A coordinate whose motion meets no
 inertia and no constraint cannot be integrated: [M; H] must have full column rank.
 """
 
@@ -30,6 +30,8 @@ RANK = (
     1e-5  # of singular values; an over-determined loop closes only to the root of the projection's accuracy
 )
 MOVED = 1e-9
+LATER = (0.0, 0.01, 0.05, 0.13, 0.29, 0.47, 0.71, 0.97)  # parts of the run: where a driven loop is looked at
+SAID = 4  # coordinates that a message names
 MASSLESS = 1e-13  # beside the heaviest neighbour: a bead of 1e-12 kg on a kilogram still has inertia
 
 
@@ -56,7 +58,6 @@ def assemble(m: Mechanism) -> Start:
         if not close_loops(m, x, known, [q for q, _ in held], mass):
             return result
         measure_rods(m, x, rods)
-        hs = [m.public(row.h) for row in m.rows]
         for (name, k), follows in m.turned.items():
             x[follows] = m.b.eval([m.public(m.joints[name].qs[k])], x, 0.0)[0]
         result.moved = [
@@ -65,20 +66,16 @@ def assemble(m: Mechanism) -> Start:
             if abs(x[c.row] - before[c.row]) > MOVED * (1.0 + abs(before[c.row]))
         ]
         gradient = [m.public_all(m.along_speeds(row.h)) for row in m.rows]
-        keep, result.singular = _independent(m, x, hs, gradient, mass)
+        keep, result.singular = _independent(m, x, gradient, mass)
         result.redundant = [row for k, row in enumerate(m.rows) if k not in keep]
         m.rows[:] = [m.rows[k] for k in keep]
-        if result.singular:
-            m.sink.warning(
-                "W233",
-                f"the loop of joints {loops_of(m, m.rows)} starts at a change point: it can go on in two ways",
-                m.span_of(m.rows[-1].owner),
-                "start it a little aside with ic=, or drive through the point with other joints held",
-            )
         gradient = [gradient[k] for k in keep]
         jacobian = _matrix(m, gradient, x)
         before = list(x)
         _speeds(m, x, jacobian, held, mass_matrix(m, x))
+        if result.singular:
+            _leave(m, x, jacobian, mass_matrix(m, x))
+            _say_how(m, x)
         result.moved += [
             (c.u_name, before[c.speed_row], x[c.speed_row])
             for c in m.motions
@@ -115,40 +112,111 @@ def mass_matrix(m: Mechanism, x: list[float]) -> list[list[float]]:
     return [list(row) for row in zip(*columns, strict=True)]
 
 
-def _matrix(m: Mechanism, rows: list[list[Expr]], x: list[float]) -> list[list[float]]:
+def _matrix(m: Mechanism, rows: list[list[Expr]], x: list[float], t: float = 0.0) -> list[list[float]]:
     """Rows of expressions as numbers at x."""
     if not rows:
         return []
     n = len(rows[0])
-    flat = m.b.eval([e for row in rows for e in row], x, 0.0)
+    flat = m.b.eval([e for row in rows for e in row], x, t)
     return [flat[k : k + n] for k in range(0, len(flat), n)]
 
 
 def _independent(
-    m: Mechanism,
-    x: list[float],
-    hs: list[Expr],
-    gradient: list[list[Expr]],
-    mass: list[list[float]],
+    m: Mechanism, x: list[float], gradient: list[list[Expr]], mass: list[list[float]]
 ) -> tuple[list[int], bool]:
     """(rows to keep, is the start singular though no row is redundant)."""
-    count, keep = m.b.rank(_matrix(m, gradient, x), RANK)
-    if count == len(hs):
-        return keep, False
-    # a step away and back onto the constraints: rank there tells a change point from a redundant row
-    away = list(x)
-    for k, c in enumerate(m.places):
-        away[c.row] += (0.02 + 0.013 * (k % 5)) * (1.0 if c.rotary else 0.1 * size(m, x))
-    rows = [c.row for c in m.places]
+    best = m.b.rank(_matrix(m, gradient, x), RANK)
+    if best[0] == len(m.rows):
+        return best[1], False
+    # steps away and back onto the constraints, and where drives lead: rank there tells a change point from a redundant row
     weights = [m.b.const(v) for row in weights_of(of_places(m, mass, x)) for v in row]
-    hs = [*hs, *(m.public(row.h) for row in m.norms)]
-    ok, q, _ = m.b.project(rows, hs, weights, away, [False] * len(rows), 0.0, 1e-13)
-    if not ok:
-        return sorted(keep), False
-    for row, value in zip(rows, q, strict=True):
-        away[row] = value
-    there, keep_there = m.b.rank(_matrix(m, gradient, away), RANK)
-    return (sorted(keep_there), True) if there > count else (sorted(keep), False)
+    rows = [c.row for c in m.places]
+    hs = [m.public(row.h) for row in (*m.rows, *m.norms)]
+    driven = [c for c in m.given if c.row >= 0]
+    singular = False
+    for k, part in enumerate(LATER if m.drives else LATER[:1]):
+        away = list(x)
+        for at, c in enumerate((*m.places, *driven)):
+            away[c.row] += (1 + k) * (0.02 + 0.013 * (at % 5)) * (1.0 if c.rotary else 0.1 * size(m, x))
+        t = part * m.ctx.times[1]
+        ok, q, _ = m.b.project(rows, hs, weights, away, [False] * len(rows), t, 1e-13)
+        if not ok:
+            continue
+        for row, value in zip(rows, q, strict=True):
+            away[row] = value
+        there = m.b.rank(_matrix(m, gradient, away, t), RANK)
+        if there[0] > best[0]:
+            best, singular = there, True
+        if best[0] == len(m.rows):
+            break
+    return sorted(best[1]), singular
+
+
+def _leave(m: Mechanism, x: list[float], jacobian: list[list[float]], mass: list[list[float]]) -> None:
+    """Speeds at a change point. Where combinations w of the rows vanish, w^T H = 0, they do not hold u by dh/dt = 0 but by
+    w^T d2h/dt2 = 0, which no acceleration enters: a quadratic equation, whose two solutions are the two ways to go on."""
+    _, independent = m.b.rank(jacobian, RANK)
+    seed: list[tuple[Expr, Expr | float]] = [(c.q, m.public(c.rate)) for c in m.places]
+    seed += [(m.b.x(c.row), m.public(c.u)) for c in m.given if c.row >= 0]
+    seed.append((m.b.time(), 1.0))
+    rates = [m.public(m.rate(row.h)) for row in m.rows]
+    bent = m.b.tangent(rates, seed)
+    asked = [rates[k] for k in independent]
+    for k in range(len(m.rows)):
+        if k in independent:
+            continue
+        total = bent[k]
+        for i, share in zip(
+            independent, _shares([jacobian[i] for i in independent], jacobian[k]), strict=True
+        ):
+            total = total - share * bent[i]
+        asked.append(total)
+    if max(map(abs, m.b.eval(asked, x, 0.0))) < MOVED:
+        return  # it may as well stay
+    own = [c.speed_row for c in m.motions]
+    held = [c.held_speed for c in m.motions]
+    weights = [m.b.const(v) for row in weights_of(mass) for v in row]
+    for sign in (1.0, -1.0):
+        trial = list(x)
+        for k, row in enumerate(own):
+            trial[row] += (
+                0.0
+                if held[k]
+                else sign * (1.0 + 0.1 * (k % 5)) * (1.0 if m.motions[k].rotary else size(m, x))
+            )
+        ok, u, _ = m.b.project(own, asked, weights, trial, held, 0.0, 1e-10)
+        if ok:
+            for row, value in zip(own, u, strict=True):
+                x[row] = value
+            return
+
+
+def _shares(rows: list[list[float]], row: list[float]) -> list[float]:
+    """The combination of independent rows that gives another, by least squares."""
+    a = [[sum(v * w for v, w in zip(p, q, strict=True)) for q in (*rows, row)] for p in rows]
+    n = len(rows)
+    for k in range(n):
+        pivot = max(range(k, n), key=lambda i: abs(a[i][k]))
+        a[k], a[pivot] = a[pivot], a[k]
+        for i in range(n):
+            if i != k:
+                f = a[i][k] / a[k][k]
+                a[i] = [v - f * w for v, w in zip(a[i], a[k], strict=True)]
+    return [a[k][n] / a[k][k] for k in range(n)]
+
+
+def _say_how(m: Mechanism, x: list[float]) -> None:
+    """The pose and the loop that can go on in two ways, and the way that is taken."""
+    pose = ", ".join(f"{c.q_name} = {x[c.row]:.4g}" for c in m.places[:SAID])
+    moving = [c for c in m.motions if abs(x[c.speed_row]) > MOVED]
+    way = ", ".join(f"{c.u_name} = {x[c.speed_row]:.4g}" for c in moving[:SAID])
+    m.sink.warning(
+        "W233",
+        f"the loop of joints {loops_of(m, m.rows)} starts at a change point ({pose}): it can go on in two ways"
+        + (f", and goes on with {way}" if way else ""),
+        m.span_of(m.rows[-1].owner),
+        "start it a little aside with ic=, or say its speed with ic=(q,qd)",
+    )
 
 
 def _speeds(
