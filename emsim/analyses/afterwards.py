@@ -4,11 +4,18 @@ from __future__ import annotations
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from .._engine import Waveforms
     from ..assemble import Assembly
     from ..diagnostics import Span
     from . import Run
 
 
+# A free motion of several coordinates is run once more with a reltol that is FINER times as small; where that changes a column
+# by more than SHARE of its range at some time of the print grid, errors of the tolerance's size have grown too much.
+FINER, SHARE = 10.0, 0.03
+RELTOL = 1e-3  # where the deck says nothing
+FREE = 2  # degrees of freedom: with one, errors shift the phase and no more
+MOST = 5000  # rows of a run that is short enough to be run twice
 ZERO = 1e-20  # divisors below this make results of no sense
 
 
@@ -24,6 +31,8 @@ def remarks(assembly: Assembly, run: Run) -> None:
         return
     _limits(assembly, run)
     _openings(assembly, run)
+    if run.kind == "tran" and run.waves.status == "ok":
+        _amplified(assembly, run)
     if run.kind == "tran" and run.waves.rows > 1:
         _imbalances(assembly, run)
 
@@ -64,6 +73,53 @@ def _divided_by_zero(assembly: Assembly, span: Span | None) -> None:
         span,
         "x/0 counts as x/1e-32, as in ngspice; keep the divisor away from zero",
     )
+
+
+def _amplified(assembly: Assembly, run: Run) -> None:
+    """Motions that amplify errors: a body that flips about its middle axis, a double pendulum, a ball on an edge."""
+    machine, options = assembly.machine, assembly.options
+    if machine.found.dof < FREE or run.waves.rows > MOST or run.grid is None:
+        return
+    from array import array
+
+    from . import columns
+
+    names, _, exprs = columns(assembly, "tran")
+    tstep, tstop, tstart = run.grid
+    asked = float(options.get("reltol", RELTOL))
+    reltol = asked / FINER
+    again = assembly.system.tran(
+        tstep, tstop, tstart, None, run.uic, exprs, {**options, "reltol": reltol}, None, None, False
+    )
+    if again.status != "ok":
+        return
+
+    def column(waves: Waveforms, k: int) -> array[float]:
+        values = array("d")
+        values.frombytes(waves.column(k))
+        return values
+
+    row_at = {t: row for row, t in enumerate(column(again, 0))}
+    pairs = [(row, row_at[t]) for row, t in enumerate(column(run.waves, 0)) if t in row_at]
+    worst, at, name = 0.0, 0.0, ""
+    for k, title in enumerate(names, 1):
+        ours, finer = column(run.waves, k), column(again, k)
+        span = max(finer) - min(finer)
+        if not span > 1e-6 * max(map(abs, finer)):
+            continue
+        for i, j in pairs:
+            share = abs(ours[i] - finer[j]) / span
+            if share > worst:
+                worst, at, name = share, run.waves.value(i, 0), title
+    if worst > SHARE:
+        assembly.flat.sink.warning(
+            "W417",
+            f"the motion amplifies errors {worst / asked:.2g}-fold: with reltol={reltol:g} in place of {asked:g}, {name} differs "
+            f"by {100 * worst:.2g} % of its range at t = {at:.4g} s",
+            None,
+            f"take a smaller reltol, {reltol / 100:g} for instance, until nothing changes; a chaotic motion is known for a while "
+            "only",
+        )
 
 
 def _openings(assembly: Assembly, run: Run) -> None:

@@ -4,8 +4,8 @@ What is closed is h(q, 0) = 0, by a mass-weighted projection of where the cards 
 coordinate of the tree is where that one sets out; on a joint that is cut, or tied by a gear, it is no coordinate. Where
 there is such a one, or the loop has closed far from its guesses, all of them are rows first, and the projection sets
 out from the point that meets them best; the assembly nearer to the guesses is taken. So the branch of a loop is the
-one that was guessed, whichever joint is cut. A rod without `l=` takes no part: its length is the distance of its ends
-once the others have closed.
+one that was guessed, whichever joint is cut. Where nothing is guessed, the pose that was drawn is the guess. A rod
+without `l=` takes no part: its length is the distance of its ends once the others have closed.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 CLOSE = 1e-9  # a loop is closed when the gap is below this, relative to the scene's size
 FAR = 0.5  # [rad^2] from its guesses, some 40 degrees: then it may be another branch
-TRIES = 6  # of other starts
+TRIES = 12  # of other starts
 
 
 def weights_of(mass: list[list[float]]) -> list[list[float]]:
@@ -75,6 +75,8 @@ def close_loops(
     if ok:
         q = _unturned(m, x, q, asked)
     wanted, is_new = _guesses(m, x)
+    if not wanted:
+        wanted = _drawn(m, x)
     if wanted and (is_new or not ok or _off(m, x, q, wanted) > FAR):
         starts = [m.b.project(own, [*asked, *(e for e, _ in wanted)], weights, x, held, 0.0, 1e-13)[1]]
         for start in starts:
@@ -148,6 +150,14 @@ def _guesses(m: Mechanism, x: list[float]) -> tuple[list[tuple[Expr, bool]], boo
             if any(m.b.depends(q, coordinates)):
                 rows.append((q - wanted, angle))
     return rows, new
+
+
+def _drawn(m: Mechanism, x: list[float]) -> list[tuple[Expr, bool]]:
+    """The same where nothing is guessed: every coordinate that may move stays where it is; lengths count as parts of the
+    machine's size."""
+    span = size(m, x)
+    free = [c for c in m.places if c.u_name and not c.held]
+    return [((c.q - x[c.row]) * (1.0 if c.rotary else 1.0 / span), c.rotary) for c in free]
 
 
 def _off(m: Mechanism, x: list[float], q: list[float], wanted: list[tuple[Expr, bool]]) -> float:

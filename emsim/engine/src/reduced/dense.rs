@@ -202,7 +202,6 @@ impl Columns {
                 first = length;
             }
             if !(length > tolerance * first) {
-                self.weakest = 0.0;
                 return;
             }
             if best != j {
