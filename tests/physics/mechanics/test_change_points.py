@@ -30,12 +30,12 @@ def test_a_driven_toggle_that_starts_stretched_is_closed_at_every_row(order, met
     """The row of its drive vanishes at the start alone. 0.2 cos(angle) = pos, so at the start omega = +-sqrt(0.45)."""
     r, at = run(TOGGLE[order], "10m 1", method, "x(blk) y(blk) x(b(0.1,0)) y(b(0.1,0)) x(a(0.1,0)) x(b)")
     wanted = 0.2 - 0.01 * (1 - np.cos(3 * at["time"]))
-    assert at["pos(s)"] == pytest.approx(wanted, abs=1e-8)
+    assert at["pos(s)"] == pytest.approx(wanted, abs=1e-6)
     assert at["pos(s)"][-1] == pytest.approx(0.1801, abs=1e-5)
-    assert at["x(b(0.1,0))"] == pytest.approx(at["x(blk)"], abs=1e-8)
-    assert at["y(b(0.1,0))"] == pytest.approx(0.0, abs=1e-8)
-    assert at["x(a(0.1,0))"] == pytest.approx(at["x(b)"], abs=1e-8)
-    assert np.cos(at["angle(p)"]) == pytest.approx(wanted / 0.2, abs=1e-7)
+    assert at["x(b(0.1,0))"] == pytest.approx(at["x(blk)"], abs=1e-6)
+    assert at["y(b(0.1,0))"] == pytest.approx(0.0, abs=1e-6)
+    assert at["x(a(0.1,0))"] == pytest.approx(at["x(b)"], abs=1e-6)
+    assert np.cos(at["angle(p)"]) == pytest.approx(wanted / 0.2, abs=5e-6)
     assert abs(at["omega(p)"][0]) == pytest.approx(np.sqrt(0.45), rel=1e-6)
     (told,) = [d for d in r.diagnostics if d.code == "W233"]
     assert "angle(p) = 0" in told.message and "omega(p) = " in told.message  # the pose, and the way it goes
