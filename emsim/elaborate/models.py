@@ -7,7 +7,8 @@ from ..deck import FlatDeck, MachineCard, Model
 from ..diagnostics import suggest
 from ..elements import LETTERS, MODEL_TYPES, Element
 from ..expr import Node, evaluate
-from ..syntax import CARD_WORDS
+from ..syntax import CARD_WORDS, LineError
+from ..units import spice_number
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -144,10 +145,10 @@ class Models:
                 e.extra["words"] = words[i + 1 :]
                 e.extra["word_spans"] = spans[i + 1 :]
                 if e.supported:
-                    e.take_words(e.extra["words"], e.extra["word_spans"])
+                    self._words_behind(e, level)
                 return
         at = min(e.usual or first, len(words) - 1)
-        if at < first - 1 or not words:
+        if at < first - 1 or not words or level.scope.find_model(str(words[at])) is not None:
             word = e.span.text.lower()
             hint = None
             if word in CARD_WORDS:
@@ -158,6 +159,24 @@ class Models:
             return
         e.model_span = spans[at]
         self._missing(e, str(words[at]), level)
+
+    def _words_behind(self, e: Element, level: Level) -> None:
+        """What stands behind the model: numbers and flags."""
+        words = [
+            evaluate(w, level.scope) if isinstance(w, Node) else w if (v := spice_number(w)) is None else v
+            for w in e.extra["words"]
+        ]
+        try:
+            e.take_words(words, e.extra["word_spans"])
+        except LineError as error:
+            self.sink.add(error.diagnostic)
+        if not e.fewest() <= len(e.nodes) <= len(e.terminals):
+            self.sink.error(
+                "E109",
+                f"`{e.name}` has too {'few' if len(e.nodes) < e.fewest() else 'many'} nodes",
+                e.span,
+                e.hint,
+            )
 
     # ---- machine cards that SPICE can read as well ----
 

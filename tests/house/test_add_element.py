@@ -57,6 +57,47 @@ class Gyrator(Element):
     def account(self, ctx, book):
         """What goes in at a comes out at b."""
 '''
+# one with a .model and a number of nodes that varies, as transistors have
+CHANNEL = '''"""N: a channel whose conductance the gate sets, i = k area v(gate, source) v(drain, source)."""
+
+from __future__ import annotations
+
+from .base import Element, Param
+
+
+class Channel(Element):
+    __slots__ = ()
+    letter = "n"
+    what = "channel"
+    form = "Nname drain gate source [bulk] model [area] [off]"
+    law = "i = k area v(gate, source) v(drain, source)"
+    terminals = ("drain", "gate", "source", "bulk")
+    least = 3
+    positional = ("area",)
+    flags = ("off",)
+    instance = {"area": Param("factor on k", default=1.0), "off": Param("off at the start")}
+    model_types = ("chan",)
+    model_words = {"k": Param("conductance per volt", "S/V", 1e-3)}
+
+    def paths(self):
+        return ((0, 2, "conducts"),)
+
+    def reads(self):
+        return [self.nodes[1], *self.nodes[3:]]
+
+    def current(self, ctx, terminal=0):
+        drain, gate, source = self.nodes[:3]
+        k = self.model.params.get("k", 1e-3) * self.number("area", 1.0)
+        i = k * ctx.v(gate, source) * ctx.v(drain, source)
+        return {0: i, 2: -i}.get(terminal, ctx.b.const(0.0))
+
+    def contribute(self, ctx):
+        for k in (0, 2):
+            ctx.b.add_f(ctx.node(self.nodes[k]), self.current(ctx, k))
+
+    def account(self, ctx, book):
+        book.dissipates(self, self.current(ctx) * ctx.v(self.nodes[0], self.nodes[2]))
+'''
 DECK = """a capacitor behind a gyrator is an inductor of 0.1 H
 V1 in 0 1
 R1 in a 100
@@ -80,11 +121,12 @@ def copy(tmp_path_factory):
     shutil.copy(ROOT / tables, to / tables)
     shutil.copy(ROOT / "pyproject.toml", to)
     (to / "emsim" / "elements" / "y.py").write_text(FILE, encoding="utf-8")
+    (to / "emsim" / "elements" / "n.py").write_text(CHANNEL, encoding="utf-8")
     listed = to / "emsim" / "elements" / "__init__.py"
     text = listed.read_text(encoding="utf-8")
     for before, line in (
-        ("from .x import Use\n", "from .y import Gyrator\n"),
-        ("    Diode,\n", "    Gyrator,\n"),
+        ("from .x import Use\n", "from .n import Channel\nfrom .y import Gyrator\n"),
+        ("    Diode,\n", "    Channel,\n    Gyrator,\n"),
     ):
         assert text.count(before) == 1
         text = text.replace(before, before + line)
@@ -149,3 +191,28 @@ def test_its_energy_balance_closes(copy):
     )
     _, share = map(float, python(copy, "-c", code).split())
     assert share < 1e-3
+
+
+CHANNELS = """import emsim
+
+def run(*lines):
+    head, tail = ("t", "V1 d 0 2", "V2 g 0 3"), (".model ch chan(k=1m)", ".op", ".end")
+    return emsim.run("\\n".join((*head, *lines, *tail)))
+
+inside = (".subckt s a b", "N1 a b 0 ch area=4", ".ends", "X1 d g s")
+for lines in (("N1 d g 0 ch",), ("N1 d g 0 0 ch 2",), ("N1 d g 0 ch {1+2} off",), inside):
+    print(round(-float(run(*lines).table("op")["i(v1)"][0]), 9))
+for card in ("N1 d g ch", "N1 d g 0 0 0 ch", "N1 d g 0 ch 1 2", "N1 d g 0 ch width=2", "N1 d g 0 nope"):
+    try:
+        run(card)
+        print("ran")
+    except emsim.DeckError as error:
+        print(error.diagnostics[0].code)
+"""
+
+
+def test_one_with_a_model_and_as_many_nodes_as_it_likes(copy):
+    (copy / "channels.py").write_text(CHANNELS, encoding="utf-8")
+    found = python(copy, "channels.py").split()
+    assert found == ["0.006", "0.012", "0.018", "0.024", "E109", "E109", "E102", "E307", "E140"]
+    assert ".model name chan(..)" in python(copy, "-m", "emsim", "explain", "n")
