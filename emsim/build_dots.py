@@ -325,7 +325,7 @@ class DotCards(Cards):
         params: dict[str, Any] = {}
         for item in ch[1:]:
             if item.__class__ is tuple:
-                params[str(item[1][0].lower())] = expression(item[1][1], line)
+                params[str(item[1][0].lower().removeprefix("params:"))] = expression(item[1][1], line)
             elif item.lower() == "?":  # a terminal that nobody uses
                 ports.append(f"?{len(ports)}")
             elif item.lower() not in ("params:", "param:"):

@@ -119,9 +119,15 @@ class ElementCards(Cards):
     """Elements: a class each says what the words of its lines mean (elements/)."""
 
     file: SourceFile
+    body: list[Any]
 
     def element(self, rule: str, ch: list[Any], line: Line) -> Element | Instance:
-        return LETTERS[ch[0][0].lower()].of_line(self, rule, ch, line)
+        e = LETTERS[ch[0][0].lower()].of_line(self, rule, ch, line)
+        if e.params and isinstance(e, Element) and e.letter in "clv":
+            from .elements.parasitics import taken_out
+
+            self.body += taken_out(e)
+        return e
 
     def plain(self, name: str, nodes: list[str], last: str, value: float | None, place: int) -> Element:
         """A card that is nothing but words, the most frequent of all: without a tree; its spans are made when somebody

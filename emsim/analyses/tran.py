@@ -62,7 +62,9 @@ def read(analysis: Analysis, sink: Sink, tmax: float | None = None) -> Transient
     if tstop <= 0:
         wrong(f"tstop is {tstop:g} s, it must be positive")
     elif tstep <= 0:
-        wrong(f"tstep is {tstep:g} s, it must be positive")
+        wrong(
+            f"tstep is {tstep:g} s, it must be positive: .tran {tstop / 1000:g} {tstop:g} makes 1000 points"
+        )
     elif not 0 <= tstart < tstop:
         wrong(f"tstart is {tstart:g} s, it must lie between 0 and tstop = {tstop:g} s")
     elif len(args) > 3 and args[3] < 0:

@@ -53,7 +53,6 @@ CURRENT_NAMES = ("i", "id", "current")  # of @name[..]
 
 _new = object.__new__
 NOTHING: Any = type(type.__dict__)({})  # parameters of a plain element; nobody can put one in
-LEFTOVERS = frozenset(("rser", "lser", "rpar", "cpar", "rlshunt", "noiseless"))  # of other SPICEs
 
 
 class Param:
@@ -320,12 +319,7 @@ class Element:
     def check(self, ctx: Context) -> None:
         """Unknown names among the parameters: an error on the line (as in ngspice), a warning in a .model."""
         for name in self.params:
-            if name in LEFTOVERS:
-                ctx.sink.warning(
-                    "W283", f"{name}= of `{self.name}` has no effect, as in ngspice", self.span,
-                    "write it as an element of its own",
-                )  # fmt: skip
-            elif name not in (known := list(self.known())):
+            if name not in (known := list(self.known())):
                 near = suggest(name, known)
                 ctx.sink.error(
                     "E307", f"a {self.what} takes no {name}=", self.span,
@@ -336,9 +330,9 @@ class Element:
 
     def _check_model(self, ctx: Context, model: Model) -> None:
         words, at = self.model_names(), model.param_spans
-        known = words or {name for names, *_ in self.model_table() for name in names}
+        numbers = {name for names, *_ in self.model_table() for name in names} | set(self.model_words)
         for name in sorted(
-            key for key, value in model.params.items() if isinstance(value, str) and key in known
+            key for key, value in model.params.items() if isinstance(value, str) and key in numbers
         ):
             # who made the part, mfg=OnSemi, is nobody's business
             ctx.sink.error(

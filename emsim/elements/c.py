@@ -15,6 +15,8 @@ if TYPE_CHECKING:
     from ..assemble.accounts import Accounts
     from ..assemble.context import Context
 
+EPS0 = 8.8541878128e-12  # [F/m]
+
 
 class Capacitor(Passive):
     __slots__ = ()
@@ -28,22 +30,24 @@ class Capacitor(Passive):
     plain = ("capacitor", 4, True)
     instance: ClassVar[dict[str, Param]] = {
         **SCALED, "ic": Param("value at the start of a run with uic", "V"), "l": LENGTH, "w": WIDTH,
-        "c": Param("capacitance", "F"), "cap": Param("capacitance", "F"), "capacitance": Param("capacitance", "F"),
+        "cap": Param("capacitance", "F"), "capacitance": Param("capacitance", "F"),
     }  # fmt: skip
     model_types = ("c", "cap")
     model_words: ClassVar[dict[str, Param]] = {
         "c": Param("capacitance", "F"), "cap": Param("capacitance", "F"), "cj": Param("capacitance per area", "F/m^2"),
         "cjsw": Param("capacitance per edge", "F/m"), "l": LENGTH, "w": WIDTH,
         "defw": Param("width where none is given", "m", FILAMENT), "narrow": Param("etched off the width", "m", 0.0),
-        "short": Param("etched off the length", "m", 0.0), **OF_MODEL, **ignored("defl di thick bv_max"),
+        "short": Param("etched off the length", "m", 0.0), "thick": Param("thickness of the dielectric, in place of cj", "m"),
+        "di": Param("relative permittivity of the dielectric", default=3.9), **OF_MODEL, **ignored("defl bv_max"),
     }  # fmt: skip
     jumps = 3
 
     def from_model(self, p: dict[str, Any]) -> float | None:
-        if "l" in self.params and (p.get("cj") or p.get("cjsw")):
+        cj = p.get("cj", p.get("di", 3.9) * EPS0 / p["thick"] if p.get("thick") else 0.0)
+        if "l" in self.params and (cj or p.get("cjsw")):
             length = self.number("l") - p.get("short", 0.0)
             width = self.number("w", p.get("defw", FILAMENT)) - p.get("narrow", 0.0)
-            return float(p.get("cj", 0.0) * length * width + 2 * p.get("cjsw", 0.0) * (length + width))
+            return float(cj * length * width + 2 * p.get("cjsw", 0.0) * (length + width))
         value = p.get("cap", p.get("c"))
         return None if value is None else float(value)
 

@@ -20,6 +20,17 @@ MISSING_CURRENTS = {
 }  # fmt: skip
 
 
+# of other programs' ideal diode, in place of the exponential
+IDEAL = frozenset("ron roff vfwd vrev rrev ilimit revilimit epsilon revepsilon".split())
+# overlap of metal and poly, of level 3
+OVERLAP = frozenset("lm lp wm wp xom xoi xm xp xw cmetal cpoly".split())
+# noise, limits that only warn, what the missing currents and self-heating read, and who made it
+HARMLESS = frozenset(
+    """kf af nlev fv_max bv_max id_max te_max pd_max rth0 cth0 nr ntun xtitun keg level mfg vendor type iave ipk ipeak vpk irms
+    diss icrating vcrating""".split()
+)
+
+
 class Diode(Element):
     __slots__ = ()
     letter = "d"
@@ -35,7 +46,7 @@ class Diode(Element):
         **M, **TEMPERATURE, "area": Param("factor on the currents and charges of the model", default=1.0),
         "ic": Param("value at the start of a run with uic", "V"), "off": Param("off at the start"),
         "l": Param("length, with a model", "m"), "w": Param("width, with a model", "m"),
-        **ignored("pj lm lp wm wp"),
+        "pj": Param("perimeter, in units of the model's", default=1.0), **ignored("lm lp wm wp"),
     }  # fmt: skip
     model_types = ("d",)
     is_metered = True
@@ -57,8 +68,25 @@ class Diode(Element):
 
         return device_parameters("d")
 
+    @classmethod
+    def model_names(cls) -> frozenset[str]:
+        return (
+            HARMLESS
+            | OVERLAP
+            | IDEAL
+            | set(MISSING_CURRENTS)
+            | {name for names, *_ in cls.model_table() for name in names}
+        )
+
     def _check_model(self, ctx: Context, model: Model) -> None:
         super()._check_model(ctx, model)
+        missing = {name for name in model.params if name in IDEAL}
+        if model.params.get("level") == 3:
+            missing |= {name for name in (*model.params, *self.params) if name in OVERLAP}
+        for name in sorted(missing):
+            said = f".model `{model.name}`: {name}= is not supported yet"
+            hint = "take is= n= rs= and bv= of a junction" if name in IDEAL else None
+            ctx.sink.error("E297", said, model.param_spans.get(name, model.span), hint)
         for name in MISSING_CURRENTS:
             if model.params.get(name):
                 said = f".model `{model.name}`: {name}= ({MISSING_CURRENTS[name]}) is not supported yet"

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 
 # words that are followed by values and may stand behind a waveform
 PORT_WORDS = ("distof1", "distof2", "portnum", "z0", "pwr")
+WAVE_PARAMETERS = {"pwl": ("r", "td", "file")}
 WAVES = "there are PULSE SIN EXP PWL SFFM AM"
 NO_FILE = ("E113", "PWL file= is not supported yet")
 WRITE_POINTS = "write the points: PWL(t1 v1 t2 v2 ..)"
@@ -116,13 +117,19 @@ class Independent(Element):
 
 
 def _words(items: list[Any]) -> list[Any]:
-    """The items of a source; of a waveform without brackets what belongs to the port stands by itself."""
+    """The items of a source; the brackets of a waveform are blanks, and what belongs to the source may stand among its items."""
     out: list[Any] = []
     for item in items:
         if item.__class__ is tuple and item[0] == "wave":
             inner = item[1]
             cut = next((k for k, c in enumerate(inner) if _is_word(c, *PORT_WORDS)), len(inner))
-            out += [("wave", inner[:cut]), *parts(inner[cut:])]
+            own = WAVE_PARAMETERS.get(inner[0].lower(), ())
+            others = [
+                c
+                for c in inner[1:cut]
+                if c.__class__ is tuple and c[0] == "param" and c[1][0].lower() not in own
+            ]
+            out += [("wave", [c for c in inner[:cut] if c not in others]), *others, *parts(inner[cut:])]
         else:
             out.append(item)
     return out

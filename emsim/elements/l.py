@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from ..expr import Node
 from .base import Param, Path, ignored
-from .passive import LENGTH, OF_MODEL, SCALED, Passive
+from .passive import OF_MODEL, SCALED, Passive
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -26,17 +26,17 @@ class Inductor(Passive):
     value_names = ("ind", "inductance")
     plain = ("inductor", 4, True)
     instance: ClassVar[dict[str, Param]] = {
-        **SCALED, "ic": Param("value at the start of a run with uic", "A"), "l": LENGTH, "ind": Param("inductance", "H"),
-        **ignored("nt inductance"),
+        **SCALED, "ic": Param("value at the start of a run with uic", "A"), "ind": Param("inductance", "H"),
+        "inductance": Param("inductance", "H"), **ignored("nt"),
     }  # fmt: skip
     model_types = ("l", "ind")
     model_words: ClassVar[dict[str, Param]] = {
-        "l": LENGTH, "ind": Param("inductance", "H"), **OF_MODEL, **ignored("csect dia length nt mu"),
+        "ind": Param("inductance", "H"), "l": Param("inductance", "H"), **OF_MODEL, **ignored("csect dia length nt mu"),
     }  # fmt: skip
     jumps = 2
 
     def from_model(self, p: dict[str, Any]) -> float | None:
-        value = p.get("ind", p.get("l"))
+        value = p.get("ind", p.get("l")) if "nt" not in self.params else None  # turns of a coil of known size
         return None if value is None else float(value)
 
     def quantity(self, ctx: Context) -> float:

@@ -45,7 +45,7 @@ class Passive(Element):
             else:
                 value = cards.word(item, line)
                 if isinstance(value, str):
-                    if value == "off":
+                    if value in ("off", "noiseless"):
                         continue
                     if self.model_name is not None:
                         raise cards.fail("E102", f"`{item}` does not fit here", line, item, self.hint)
@@ -54,9 +54,9 @@ class Passive(Element):
             if self.value is not None:
                 raise cards.fail("E102", f"{ch[0]} has a second value here", line, item, self.hint)
             self.value, self.value_span = value, line.span_at(*extent(item))
-        named = next((key for key in self.value_names if key in self.params), None)
-        if self.value is None and named is not None:
-            self.value = self.params.pop(named)
+        for key in self.value_names:
+            if key in self.params:  # it stands above a value without a name, as in ngspice
+                self.value, self.value_span = self.params.pop(key), self.span
         if self.value is None and self.model_name is None:
             self.no_value(cards, ch, line)
         self.is_plain = cards.are_numbers([self.value, *self.params.values()])

@@ -29,15 +29,16 @@ class Resistor(Passive):
     value_names = ("resistance",)
     plain = ("resistor", 4, True)
     instance: ClassVar[dict[str, Param]] = {
-        **SCALED, **ignored("ac"), "l": LENGTH, "w": WIDTH, "r": Param("resistance", "Ohm"),
-        "resistance": Param("resistance", "Ohm"),
+        **SCALED, **ignored("ac"), "l": LENGTH, "w": WIDTH, "resistance": Param("resistance", "Ohm"),
     }  # fmt: skip
     model_types = ("r", "res")
     model_words: ClassVar[dict[str, Param]] = {
         "r": Param("resistance", "Ohm"), "res": Param("resistance", "Ohm"), "rsh": Param("sheet resistance", "Ohm"),
         "l": LENGTH, "w": WIDTH, "defw": Param("width where none is given", "m", FILAMENT),
         "narrow": Param("etched off the width", "m", 0.0), "short": Param("etched off the length", "m", 0.0),
-        **OF_MODEL, **ignored("defl dw dlr tc1r tc2r tce kf af wf lf ef bv_max"),
+        **OF_MODEL, **ignored("kf af wf lf ef bv_max"),
+        "dw": Param("narrow= by another name", "m", 0.0), "dlr": Param("short= by another name", "m", 0.0),
+        "tc1r": OF_MODEL["tc1"], "tc2r": OF_MODEL["tc2"], "tce": SCALED["tce"],
     }  # fmt: skip
     jumps = 1
 

@@ -24,7 +24,7 @@ class VoltageSource(Independent):
     unit = "V"
     instance: ClassVar[dict[str, Param]] = {
         "portnum": Param("number of a port, which has the resistance z0 in series"),
-        "z0": Param("resistance of a port", "Ohm", 0.0), **ignored("m distof1 distof2 pwr freq phase"),
+        "z0": Param("resistance of a port", "Ohm", 0.0), **ignored("distof1 distof2"),
     }  # fmt: skip
     current_name = ""
     holds_voltage = True

@@ -35,7 +35,7 @@ class Use(Element):
                 point = tuple(machine_value(v, line) for v in parts(inner[1:]))
                 refs.append(Ref(inner[0].lower(), point, line.span_at(*extent(item))))
             else:
-                params[str(item[1][0].lower())] = expression(item[1][1], line)
+                params[str(item[1][0].lower().removeprefix("params:"))] = expression(item[1][1], line)
         if not refs:
             raise cards.fail("E109", f"{ch[0]} names no subcircuit", line, ch[0], "form: " + cls.form)
         of = refs.pop()

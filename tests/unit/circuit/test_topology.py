@@ -89,10 +89,33 @@ def test_errors_of_elements(lines: list[str], code: str) -> None:
 
 
 def test_parameters_without_effect_are_said() -> None:
-    lines = ("V1 a 0 1", "L1 a b 1m Rser=1", "R1 b 0 1", "S1 a b a 0 sm", ".model sm sw vt=2 ronn=3", ".op")
+    lines = ("V1 a 0 1", "L1 a b 1m", "R1 b 0 1", "S1 a b a 0 sm", ".model sm sw vt=2 ronn=3", ".op")
     found = remarks(*lines)
-    assert [d.code for d in found] == ["W283", "W284"]
-    assert "ron=" in (found[1].hint or "")
+    assert [d.code for d in found] == ["W284"]
+    assert "ron=" in (found[0].hint or "")
+
+
+@pytest.mark.parametrize(
+    ("line", "spelt_out"),
+    [
+        ("L1 a b 1m Rser=10", ["R9 a x 10", "L1 x b 1m"]),
+        ("L1 a b 1m Rser=10 Rpar=1k Cpar=1n m=2", ["R9 a x 5", "L1 x b 0.5m", "R8 a b 500", "C8 a b 2n"]),
+        ("C1 a b 1u Rser=10 Lser=1u RLshunt=3 Rpar=1k", ["R9 a x 10", "L9 x y 1u", "R7 x y 3", "C1 y b 1u", "R8 a b 1k"]),
+        ("C1 a b 1u Rser={r} Cpar=2n", [".param r=10", "R9 a x 10", "C1 x b 1u", "C8 a b 2n"]),
+        ("V1 a b SIN(0 1 1k) Rser=50", ["R9 a x 50", "V1 x b SIN(0 1 1k)"]),
+    ],
+)  # fmt: skip
+def test_parasitics_of_ltspice_are_elements(line: str, spelt_out: list[str]) -> None:
+    """They had no effect, with a warning; 1e13 A flowed through a coil with Rser=1 across a source."""
+    around = (".param r=10", "R1 b 0 50", "R2 a 0 1k", "C2 a 0 10n")
+    around = around if line[0] == "V" else (*around, "VS s 0 SIN(0 1 1k)", "RS s a 50")
+    of_words, of_lines = (
+        emsim.run(deck(*around, *lines, ".tran 1u 0.4m"), reltol=1e-6)
+        for lines in ([line], [x for x in spelt_out if x[0] != "."])
+    )
+    for name in ("v(a)", "v(b)", f"i({line[:2]})"):
+        if name in of_lines.names:
+            assert of_words.at(name, 0.3e-3) == pytest.approx(of_lines.at(name, 0.3e-3), rel=1e-5, abs=1e-9)
 
 
 def test_an_initial_voltage_without_effect_is_said() -> None:
