@@ -35,7 +35,7 @@ class Capacitor(Passive):
     model_types = ("c", "cap")
     model_words: ClassVar[dict[str, Param]] = {
         "c": Param("capacitance", "F"), "cap": Param("capacitance", "F"), "cj": Param("capacitance per area", "F/m^2"),
-        "cjsw": Param("capacitance per edge", "F/m"), "l": LENGTH, "w": WIDTH,
+        "cjsw": Param("capacitance per edge", "F/m"),
         "defw": Param("width where none is given", "m", FILAMENT), "narrow": Param("etched off the width", "m", 0.0),
         "short": Param("etched off the length", "m", 0.0), "thick": Param("thickness of the dielectric, in place of cj", "m"),
         "di": Param("relative permittivity of the dielectric", default=3.9), **OF_MODEL, **ignored("defl bv_max"),

@@ -120,7 +120,9 @@ class Controlled(Element):
         raise NotImplementedError
 
     def known(self) -> Iterable[str]:
-        return ("m",) if self.how == "linear" else self.instance  # a plain gain knows no temperature
+        if self.how == "expr":
+            return self.instance
+        return () if self.gives_voltage else ("m",)  # a gain, a polynomial and a table know no temperature
 
     @property
     def is_multiplied(self) -> bool:

@@ -22,7 +22,7 @@ MISSING_CURRENTS = {
 
 # of other programs' ideal diode, in place of the exponential
 IDEAL = frozenset("ron roff vfwd vrev rrev ilimit revilimit epsilon revepsilon".split())
-# overlap of metal and poly, of level 3
+# overlap of metal and poly, of level 3, which is refused
 OVERLAP = frozenset("lm lp wm wp xom xoi xm xp xw cmetal cpoly".split())
 # noise, limits that only warn, what the missing currents and self-heating read, and who made it
 HARMLESS = frozenset(
@@ -44,9 +44,8 @@ class Diode(Element):
     flags = ("off",)
     instance: ClassVar[dict[str, Param]] = {
         **M, **TEMPERATURE, "area": Param("factor on the currents and charges of the model", default=1.0),
-        "ic": Param("value at the start of a run with uic", "V"), "off": Param("off at the start"),
-        "l": Param("length, with a model", "m"), "w": Param("width, with a model", "m"),
-        "pj": Param("perimeter, in units of the model's", default=1.0), **ignored("lm lp wm wp"),
+        "ic": Param(), "off": Param("off at the start"),
+        "pj": Param("perimeter, in units of the model's", default=1.0), **ignored("l w lm lp wm wp"),
     }  # fmt: skip
     model_types = ("d",)
     is_metered = True
@@ -61,6 +60,15 @@ class Diode(Element):
                     "E113", "self-heating of a diode is not supported yet", line, word, self.hint
                 )
         super().read(cards, rule, ch, line)
+
+    def check(self, ctx: Context) -> None:
+        super().check(ctx)
+        if self.number("ic") and any("uic" in analysis.flags for analysis in ctx.flat.analyses):
+            said, hint = (
+                f"ic= of `{self.name}` (charge at the start) is not supported yet",
+                ".ic v(node)=value sets its nodes",
+            )
+            ctx.sink.error("E297", said, self.span, hint)
 
     @classmethod
     def model_table(cls) -> list[tuple[list[str], str, float, str]]:
@@ -80,12 +88,9 @@ class Diode(Element):
 
     def _check_model(self, ctx: Context, model: Model) -> None:
         super()._check_model(ctx, model)
-        missing = {name for name in model.params if name in IDEAL}
-        if model.params.get("level") == 3:
-            missing |= {name for name in (*model.params, *self.params) if name in OVERLAP}
-        for name in sorted(missing):
+        for name in sorted(IDEAL & model.params.keys()):
             said = f".model `{model.name}`: {name}= is not supported yet"
-            hint = "take is= n= rs= and bv= of a junction" if name in IDEAL else None
+            hint = "take is= n= rs= and bv= of a junction"
             ctx.sink.error("E297", said, model.param_spans.get(name, model.span), hint)
         for name in MISSING_CURRENTS:
             if model.params.get(name):

@@ -2,7 +2,12 @@
 
 from __future__ import annotations
 
+from .base import Param
 from .controlled import ByCurrent
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import ClassVar
 
 
 class VoltageByCurrent(ByCurrent):
@@ -11,6 +16,7 @@ class VoltageByCurrent(ByCurrent):
     what = "current-controlled voltage source"
     form = "Hname n+ n- Vsource gain, or POLY(n) Vsource .. coefficients"
     law = "v = gain i(Vsource)"
+    instance: ClassVar[dict[str, Param]] = {}
     gives_voltage = True
     current_name = ""
     holds_voltage = True

@@ -1,0 +1,289 @@
+"""Every parameter that a card lists changes something in the equations: nothing is accepted and ignored.
+
+Two decks that differ in one parameter are compiled, and Q, F, C, G and the starting point compared at seeded points. What is
+taken and has no effect stands in NOT_IN_THE_EQUATIONS with its reason, or this fails; so does a new parameter without a deck.
+"""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+import pytest
+
+import emsim
+from emsim.cards import CARDS
+from emsim.elements import TABLE
+
+NOT_IN_THE_EQUATIONS = {
+    "R noisy", "R noise", "R model kf", "R model af", "R model wf", "R model lf", "R model ef",  # .noise reads them
+    "C noisy", "C noise", "L noisy", "L noise",
+    "R ac",  # .ac reads it
+    "V distof1", "V distof2", "I distof1", "I distof2",  # .disto reads them
+    "R bv_max", "C bv_max", "L bv_max", "R model bv_max", "C model bv_max",  # limits that ngspice only warns of
+    "C model defl",  # without l= on the line ngspice has no capacitance of a model either
+    "L nt", "L model csect", "L model dia", "L model length", "L model nt", "L model mu",  # the inductance is given beside them
+    "D off",  # where Newton's method begins
+    "D ic",  # without uic; with it the deck is refused
+    "D l", "D w", "D lm", "D lp", "D wm", "D wp",  # of level 3, where they are refused
+    "V portnum",  # a number; that it is given makes z0= count
+    "S off", "W off",  # what holds without a word too
+}  # fmt: skip
+
+# tested below
+ELSEWHERE = {"S model voff", "W model ioff", "D model level"}
+
+# decks with @ in place of a parameter with its value, and the two values where 1.3 and 2.1 do not fit
+DRIVEN = "V1 a 0 SIN(1 1 1k)\nR2 a b 1k\n"
+RLC = {"R": DRIVEN + "R1 b 0 1k {}\n", "C": DRIVEN + "C1 b 0 1u {}\n", "L": DRIVEN + "L1 b 0 1m {}\n"}
+OF_MODEL = {
+    "R": DRIVEN + "R1 b 0 m l=100u w=50u\n.model m r(rsh=100 tnom=25 tc1=1m @)\n",
+    "C": DRIVEN + "C1 b 0 m l=100u w=50u\n.model m c(cj=1m cjsw=1n tnom=25 tc1=1m @)\n",
+    "L": DRIVEN + "L1 b 0 m\n.model m l(ind=1m tnom=25 tc1=1m @)\n",
+    "S": DRIVEN + "S1 b 0 a 0 m\n.model m sw(vt=1 vh=0.1 ron=2 roff=1meg @)\n",
+    "W": DRIVEN + "W1 b 0 V1 m\n.model m csw(it=1 ih=0.1 ron=2 roff=1meg @)\n",
+    "D": "V1 a 0 SIN(0 3 1k)\nR1 a b 10\nD1 b 0 m\n.model m d(is=1e-12 n=1.1 rs=1 cjo=10p vj=0.8 m=0.4 jsw=1e-13 cjp=5p php=0.9 "
+    "mjsw=0.3 tt=5n bv=5 ibv=1m ikf=10m ikr=20m nbv=1.2 pj=2 tnom=25 @)\n",
+}
+SOURCE = DRIVEN + "R3 c 0 1k\n"
+CONTROLLED = {
+    "E": "E1 c 0 value={v(b)*2} ",
+    "G": "G1 c 0 value={v(b)*2} ",
+    "B": "B1 c 0 i={v(b)*2} ",
+    "F": "F1 c 0 V1 2 ",
+}
+DECKS = {
+    "R l": DRIVEN + "R1 b 0 m w=50u @\n.model m r(rsh=100)\n", "R w": DRIVEN + "R1 b 0 m l=50u @\n.model m r(rsh=100)\n",
+    "C l": DRIVEN + "C1 b 0 m w=50u @\n.model m c(cj=1m)\n", "C w": DRIVEN + "C1 b 0 m l=50u @\n.model m c(cj=1m)\n",
+    "R model l": DRIVEN + "R1 b 0 m\n.model m r(rsh=100 @)\n", "R model w": DRIVEN + "R1 b 0 m\n.model m r(rsh=100 @)\n",
+    "R model defw": DRIVEN + "R1 b 0 m l=50u\n.model m r(rsh=100 @)\n",
+    "C model defw": DRIVEN + "C1 b 0 m l=50u\n.model m c(cj=1m @)\n",
+    "R model r": DRIVEN + "R1 b 0 m\n.model m r(@)\n", "R model res": DRIVEN + "R1 b 0 m\n.model m r(@)\n",
+    "C model c": DRIVEN + "C1 b 0 m\n.model m c(@)\n", "C model cap": DRIVEN + "C1 b 0 m\n.model m c(@)\n",
+    "L model l": DRIVEN + "L1 b 0 m\n.model m l(@)\n",
+    "R model tc1r": DRIVEN + "R1 b 0 m\n.model m r(r=1k @)\n", "R model tc2r": DRIVEN + "R1 b 0 m\n.model m r(r=1k @)\n",
+    "C model thick": DRIVEN + "C1 b 0 m l=100u w=50u\n.model m c(@)\n",
+    "C model di": DRIVEN + "C1 b 0 m l=100u w=50u\n.model m c(thick=1u @)\n",
+    "V z0": "V1 a 0 1 portnum=1 @\nR1 a 0 1k\n", "V portnum": "V1 a 0 1 z0=50 @\nR1 a 0 1k\n",
+    "K k": DRIVEN + "L1 b 0 1m\nL2 c 0 1m\nR3 c 0 1\nK1 L1 L2 @\n",
+    "S model von": DRIVEN + "S1 b 0 a 0 m\n.model m vswitch(voff=0.1 @)\n",
+    "W model ion": DRIVEN + "W1 b 0 V1 m\n.model m iswitch(ioff=0.1 @)\n",
+}  # fmt: skip
+# what else stands on the line or in the model, so that the parameter counts
+BESIDE = {
+    "temp": "tc1=1m", "dtemp": "tc1=1m", "reciproctc": "tc1=1m", "reciprocm": "m=2",
+    "D temp": "", "D dtemp": "", "D model tlev": "tcv=1m", "D model tlevc": "tpb=1m cta=1m",
+    **dict.fromkeys(("D model tpb", "D model tphp", "D model cta", "D model ctp"), "tlevc=1"),
+}  # fmt: skip
+VALUES = {
+    "temp": "60 90", "m": "2 3",
+    "reciproctc": "0 1", "reciprocm": "0 1", "tnom": "20 35", "k": "0.5 0.7", "von": "1 5", "ion": "1 5",
+    "voff": "0.1 5", "ioff": "0.1 5", "vt": "0.3 2", "it": "0.3 2", "vh": "0.1 0.9", "ih": "0.1 0.9", "D model m": "0.3 0.6",
+    "D model fc": "0.4 0.6", "D model fcs": "0.4 0.6", "D model mjsw": "0.3 0.6", "D model bv": "4 6", "D model xti": "2 4",
+    "D model eg": "1 1.2", "D model tlev": "0 1", "D model tlevc": "0 1", "cj": "1m 2m", "cjsw": "1n 2n",
+    **dict.fromkeys("l w narrow short dw dlr defw thick".split(), "10u 20u"),
+    **dict.fromkeys([f"D model {w}" for w in "tm1 tm2 tcv tpb tphp cta ctp trs1 trs2 ttt1 ttt2".split()], "1m 2m"),
+}  # fmt: skip
+
+
+def fingerprint(cards: str, tran: str) -> list[np.ndarray]:
+    """The equations at seeded points, and their start."""
+    system = emsim.compile(f"deck\n.options temp=47\n{cards}{tran}.end\n")
+    rng, is_node = np.random.default_rng(3), np.array([kind == "node" for kind in system.kinds])
+    names = np.frombuffer(" ".join(system.names).encode(), dtype=np.uint8).astype(float)
+    out = [names, np.asarray(system.x0, dtype=float)]
+    for k in range(40):
+        t, x = 0.05e-3 * (k % 8), rng.uniform(-1.0, 1.0, system.n) * (0.05, 0.8, 3.0, 8.0)[k % 4]
+        if "D1 " in cards:  # forward voltages that do not overflow
+            x = np.where(is_node, np.minimum(x, 0.9), x)
+        out += [
+            np.asarray(system.Q(x, t)),
+            np.asarray(system.F(x, t)),
+            system.C(x, t).toarray(),
+            system.G(x, t).toarray(),
+        ]
+    return out
+
+
+def differ(cards: str, one: str, other: str, tran: str = ".tran 1u 1m\n") -> bool:
+    a, b = (fingerprint(cards.replace("@", x), tran) for x in (one, other))
+    return any(
+        x.shape != y.shape or not np.allclose(x, y, rtol=1e-9, atol=0.0, equal_nan=True)
+        for x, y in zip(a, b, strict=True)
+    )
+
+
+def deck_of(name: str) -> str:
+    """The deck in which an element's parameter counts, with @ in its place."""
+    letter, *_, word = name.split()
+    if name in DECKS:
+        return DECKS[name]
+    beside = BESIDE.get(name, BESIDE.get(word, ""))
+    if " model " in name:
+        # without the parameter's own value among the others
+        return re.sub(rf"(?<=[ (]){word}=\S+ ", "", OF_MODEL[letter]).replace("@", f"{beside} @")
+    if letter in RLC:
+        return RLC[letter].format(f"{beside} @")
+    if letter in CONTROLLED:
+        return f"{SOURCE}{CONTROLLED[letter]}{beside} @\n"
+    if letter in "VI":
+        return f"{letter}1 a 0 1 @\nR1 a 0 1k\n"
+    return OF_MODEL[letter].replace("@", "").replace(" m\n", f" m {beside} @\n").replace("1meg )", "1meg)")
+
+
+def test_the_lower_threshold_of_a_switch_is_not_ignored():
+    """It shows in a run: between the thresholds the state is held."""
+    switches = "S1 b 0 a 0 ms\nI9 0 m SIN(1 1 1k)\nV9 m 0 0\nR4 a c 1k\nW1 c 0 V9 mw\n"
+    models = ".model ms vswitch(von=1.5 voff={0})\n.model mw iswitch(ion=1.5 ioff={0})\n"
+    ends = [
+        emsim.run(f"deck\n{DRIVEN}{switches}{models.format(off)}.tran 10u 0.6m\n.end\n")
+        for off in ("0.3", "1.2")
+    ]
+    for name in ("v(b)", "v(c)"):
+        assert ends[0].at(name, 0.53e-3) < 0.1 * ends[1].at(name, 0.53e-3)
+
+
+def element_words() -> list[str]:
+    out = []
+    for letter, kind in TABLE.items():
+        words = [name for names, *_ in kind.model_table() for name in names[:1]]
+        out += [f"{letter} {word}" for word in kind.instance]
+        out += [f"{letter} model {word}" for word in dict.fromkeys([*words, *kind.model_words])]
+    return [name for name in out if name not in ELSEWHERE]
+
+
+@pytest.mark.parametrize("name", element_words())
+def test_a_parameter_of_an_element_is_not_ignored(name):
+    word = name.split()[-1]
+    one, other = (f"{word}={x}" for x in VALUES.get(name, VALUES.get(word, "1.3 2.1")).split())
+    if word in ("on", "off"):
+        one, other = word, ""
+    uic = " uic" if word in ("on", "off") or (word == "ic" and name[0] != "D") else ""
+    changed = differ(deck_of(name), one, other, f".tran 1u 1m{uic}\n")
+    assert changed != (name in NOT_IN_THE_EQUATIONS), f"{name} has {'an' if changed else 'no'} effect"
+
+
+REFUSED = {
+    "L1 b 0 m nt=3\n.model m l(ind=1m)": "E281",  # turns of a coil of known size
+    "D1 b 0 m ic=0.3\n.model m d": "E297",
+    "D1 b 0 m\n.model m d(level=3 xom=1u)": "E299",
+    "D1 b 0 m\n.model m d(ron=0.1 vfwd=0.6)": "E297",  # LTspice's diode of straight lines
+    "D1 b 0 m\n.model m d(isr=1n)": "E297",
+    "D1 b 0 m thermal\n.model m d(rth0=1)": "E113",
+    "V2 b 0 1 m=2": "E307",
+    "E1 b 0 a 0 2 m=2": "E307",
+    "H1 b 0 V1 2 m=2": "E307",
+    "E1 b 0 table {v(a)} = (0,0) (1,1) tc1=1m": "E102",
+}
+
+
+@pytest.mark.parametrize("line", REFUSED)
+def test_what_would_have_no_effect_is_refused(line):
+    with pytest.raises(emsim.DeckError) as error:
+        emsim.compile(f"deck\n{DRIVEN}{line}\n.tran 1u 1m uic\n.end\n")
+    assert {d.code for d in error.value.diagnostics if d.severity == "error"} == {REFUSED[line]}
+
+
+ARM = ".gravity 9.81\nBODY arm m=1 shape=rod(1)\nJOINT h 0 arm pin ic=30deg\n"
+ROTOR = "BODY rotor m=1 j=0.01\nJOINT h 0 rotor pin ic=(0.3,2)\n"
+SLED = "BODY sled m=1 j=0.1\nJOINT h 0 sled slide axis=(1,0) ic=(0.3,2)\n"
+FREE = "BODY b m=1 j=0.1 @\nSPRING s b 0 k=3\n"
+SPATIAL = "BODY a m=1 j=(1,2,3)\n"
+BAR = "BODY a m=1 shape=rod(1)\nBODY b m=1 shape=rod(1.5)\nBODY c m=1 shape=rod(1)\nJOINT p1 0 a pin guess=60deg\n"
+LOOP = (
+    BAR
+    + "JOINT p2 a(1,0) b pin {}\nJOINT p3 0(1.5,0) c pin {}\nJOINT p4 b(1.5,0) c(1,0) pin {}\n.gravity 9.81\n"
+)
+CLOSED = LOOP.format("guess=-60deg", "guess=60deg", "")
+WHEEL = ROTOR + "BODY w m=1 j=1\nJOINT g 0 w "
+RAILS = "BODY a m=1 j=1\nBODY b m=1 j=1\nJOINT h 0 a slide axis=(1,0)\nJOINT g 0 b slide axis=(0,1)\n"
+MOTOR = ROTOR + "V1 a 0 5\nMOTOR m1 a 0 h @"
+POT = ROTOR + "V1 a 0 5\nR1 w 0 1k\nPOT p a w 0 h @"
+COIL = SLED + "V1 a 0 5\nR1 a b 1\nTRANSDUCER t b 0 h @\n"
+# card: parameter: deck, and what stands for its @ once and the other time
+MACHINES = {
+    "BODY": {
+        "m": (ARM.replace("m=1", "@"), "m=1", "m=2"), "shape": (ARM.replace("rod(1)", "@"), "rod(1)", "rod(2)"),
+        "j": (ARM.replace("shape=rod(1)", "com=(0.1,0) @"), "j=1", "j=2"),
+        "com": (ARM.replace("shape=rod(1)", "j=1 @"), "com=(0.1,0)", "com=(0.2,0)"),
+        "fixed": ("BODY b m=1 j=1\nBODY c m=1 j=1 @\nJOINT h c b pin\n", "fixed=yes", "fixed=no"),
+        **{key: (FREE, f"{key}=0.3", f"{key}=0.5") for key in ("x", "y", "angle", "vx", "vy", "omega")},
+    },
+    "POINT": {"at": (ARM + "POINT arm.t @ 0\nSPRING s arm.t 0(1,1) k=3\n", "0.3", "0.5")},
+    "JOINT": {
+        "axis": (SLED.replace("(1,0)", "@") + ".gravity 9.81\n", "(1,0)", "(1,1)"),
+        "zero": (ARM.replace("ic=30deg", "@"), "zero=0.2", "zero=0.3"), "ic": (ROTOR.replace("0.3", "@"), "0.3", "0.4"),
+        "guess": (LOOP.format("@", "", ""), "guess=-60deg", "guess=60deg"),
+        "cut": (LOOP.format("guess=-60deg @ ", "guess=60deg", ""), "cut=yes", ""),
+        "damp": (ROTOR.replace("pin", "pin @"), "damp=1", "damp=2"), "l": (RAILS + "JOINT r a b rod @\n", "l=1", "l=2"),
+        "axis2": (SPATIAL + "JOINT h 0 a universal axis=(1,0,0) ic=(0.3,0.2) @\n", "axis2=(0,1,0)", "axis2=(0,0,1)"),
+    },
+    "MOTOR": {
+        **{key: (MOTOR + " kt=1 r=1\n", f"{key}=1", f"{key}=2") for key in ("ke", "l", "j", "b", "gear")},
+        "kt": (MOTOR + " r=1\n", "kt=1", "kt=2"), "kv": (MOTOR + " r=1\n", "kv=100", "kv=200"),
+        "r": (MOTOR + " kt=1\n", "r=1", "r=2"),
+        "radius": (MOTOR.replace(ROTOR, SLED) + " kt=1 r=1\n", "radius=0.1", "radius=0.2"),
+        "model": (MOTOR + " r=1\n.model x dcmotor(kt=1)\n.model y dcmotor(kt=2)\n", "model=x", "model=y"),
+    },
+    "POT": {
+        "r": (POT + " range=(-1,1)\n", "r=1k", "r=2k"), "range": (POT + " r=1k\n", "range=(-1,1)", "range=(-2,1)"),
+        "taper": (POT + " r=1k range=(-1,1)\n", "taper=lin", "taper=log"), "rw": (POT + " r=1k range=(-1,1)\n", "rw=10", "rw=20"),
+    },
+    "SPRING": {
+        **{key: (ROTOR + "SPRING s h @ k=1\n", f"{key}=1", f"{key}=2") for key in ("q0", "f0")},
+        "k": (ROTOR + "SPRING s h @\n", "k=1", "k=2"), "l0": (ARM + "SPRING s arm(1,0) 0(2,2) k=1 @\n", "l0=1", "l0=2"),
+    },
+    "DAMPER": {"c": (ROTOR + "DAMPER s h @\n", "c=1", "c=2"), "c2": (ROTOR + "DAMPER s h c=1 @\n", "c2=1", "c2=2")},
+    "GEAR": {
+        "ratio": (WHEEL + "pin\nGEAR e h g @\n", "ratio=2", "ratio=3"),
+        "lead": (WHEEL + "slide axis=(1,0)\nGEAR e h g @\n", "lead=2", "lead=3"),
+    },
+    "FORCE": {
+        "dir": (ARM + "FORCE f arm(1,0) @ 2\n", "dir=(1,0)", "dir=(0,1)"),
+        "value": (ARM + "FORCE f arm(1,0) dir=(1,0) @\n", "2", "3"),
+        **{key: (ARM + "FORCE f arm(1,0) @\n", f"{key}=2", f"{key}=3") for key in ("fx", "fy")},
+        "fz": (SPATIAL + "JOINT h 0 a slide axis=(0,0,1)\nFORCE f a @\n", "fz=2", "fz=3"),
+    },
+    "TORQUE": {
+        "tau": (ROTOR + "TORQUE t h @\n", "tau=1", "tau=2"),
+        "axis": (SPATIAL + "JOINT h 0 a pin axis=(1,0,0)\nTORQUE t a tau=1 @\n", "axis=(1,0,0)", "axis=(1,1,0)"),
+    },
+    "DRIVE": {
+        "q": (CLOSED + "DRIVE d p1 @\n", "q={1.05+time}", "q={1.05+2*time}"),
+        "qd": (CLOSED + "DRIVE d p1 @\n", "qd={1}", "qd={2}"),
+    },
+    "TRANSDUCER": {
+        "c": (COIL, "c={1u/(1+pos(h))}", "c={2u/(1+pos(h))}"), "l": (COIL, "l={1m/(1+pos(h))}", "l={2m/(1+pos(h))}"),
+        "k": (COIL, "k={3}", "k={4}"), "w": (COIL, "w={1m*i(t)^2/(1+pos(h))}", "w={2m*i(t)^2/(1+pos(h))}"),
+    },
+}  # fmt: skip
+WITHOUT_EQUATIONS = {
+    "STOP": "STOP s h min=-1 max=1 k=1\n", "FRICTION": "FRICTION f h fc=1\n", "CONTACT": "CONTACT c rotor(1,0) 0 k=1\n",
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("word", "key"),
+    [(word, key) for word, card in CARDS.items() if card.supported for key in card.spec.params],
+)
+def test_a_parameter_of_a_machine_card_is_not_ignored(word, key):
+    assert differ(*MACHINES[word][key]), f"{key}= of {word} has no effect"
+
+
+@pytest.mark.parametrize("word", [word for word, card in CARDS.items() if not card.supported])
+def test_a_card_without_equations_is_refused(word):
+    with pytest.raises(emsim.DeckError) as error:
+        emsim.compile("deck\n" + ROTOR + WITHOUT_EQUATIONS[word] + ".tran 1m 1\n.end\n")
+    assert [d.code for d in error.value.diagnostics] == ["E254"]
+
+
+@pytest.mark.parametrize(
+    ("word", "key"), [(word, key) for word, card in CARDS.items() for key in card.spec.missing]
+)
+def test_a_parameter_without_equations_is_refused_by_name(word, key):
+    deck = {"GEAR": WHEEL + "pin\nGEAR e h g ratio=2 @\n", "MOTOR": MOTOR + " kt=1 r=1\n"}[word]
+    with pytest.raises(emsim.DeckError) as error:
+        emsim.compile("deck\n" + deck.replace("@", f"{key}=1") + ".tran 1m 1\n.end\n")
+    assert [d.code for d in error.value.diagnostics] == ["E254"] and f"{key}=" in error.value.diagnostics[
+        0
+    ].message
