@@ -473,13 +473,25 @@ def undefined(node: Name, scope: Scope) -> ExprError:
     return ExprError("E120", f"no parameter is called `{node.id}`", node.span, hint)
 
 
+# functions of LTspice and PSpice, and what to write
+FOREIGN = {
+    "uplim": "write min(x, limit)", "dnlim": "write max(x, limit)",
+    "buf": "write x > 0.5 ? 1 : 0", "inv": "write x > 0.5 ? 0 : 1",
+    "arcsin": "write asin(x)", "arccos": "write acos(x)", "cbrt": "write sgn(x)*abs(x)^(1/3)",
+    "square": "write x*x", "rand": "random numbers are not supported", "random": "random numbers are not supported",
+    "white": "random numbers are not supported", "mc": "random numbers are not supported",
+    "flat": "random numbers are not supported",
+}  # fmt: skip
+
+
 def unknown_function(node: Call) -> ExprError:
     near = SYNONYMS.get(node.fn) or suggest(node.fn, [*_MATH, *_BRANCHING, *PROBES, *_DYNAMIC])
     if near in PROBES:
         near = to_text(Call(near, node.args))
     return ExprError(
-        "E122", f"there is no function `{node.fn}`", node.span, f"did you mean `{near}`?" if near else None
-    )
+        "E122", f"there is no function `{node.fn}`", node.span,
+        FOREIGN.get(node.fn) or (f"did you mean `{near}`?" if near else None),
+    )  # fmt: skip
 
 
 def fold(node: Node, scope: Scope) -> Node:
