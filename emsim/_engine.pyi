@@ -185,6 +185,21 @@ class System:
     def op(
         self, outputs: Sequence[Expr], options_: dict[str, Any] | None = None, statics: bool = False
     ) -> Waveforms: ...
+    def dc(
+        self,
+        outputs: Sequence[Expr],
+        options_: dict[str, Any] | None = None,
+        statics: bool = False,
+        waves: Sequence[int] = (),
+        points: Sequence[Sequence[float]] = (),
+        near: tuple[list[float], list[float]] | None = None,
+    ) -> Waveforms:
+        """Operating points along a sweep, one row each, whose first column is the number of the point. points: values of the
+        sources `waves`; near: unknowns and conditions to begin from, as `Waveforms.state` has them."""
+    def small_signal(
+        self, options_: dict[str, Any] | None = None, statics: bool = False, hold: bool = False
+    ) -> tuple[SmallSignal | None, dict[str, Any] | None]:
+        """The equations linearised about the operating point, or why there is none. hold: the machine does not move."""
     def tran(
         self,
         tstep: float,
@@ -204,6 +219,29 @@ class System:
         progress(t, h, steps, events) is called about 20 times a second; a true value stops the run.
         Not drawn: beside the ends of steps only the print grid has rows, however far apart they are.
         stream: (path, is there such a file already, head as write_raw has it): rows go there while the run goes on."""
+
+@final
+class SmallSignal:
+    """(G + s C) X = b about a point; complex numbers are pairs (re, im)."""
+
+    @property
+    def x(self) -> list[float]: ...
+    @property
+    def residual(self) -> list[float]:
+        """F at the point."""
+    def respond(
+        self,
+        s: Sequence[tuple[float, float]],
+        outputs: Sequence[Expr],
+        sources: Sequence[tuple[int, tuple[float, float]]],
+        rows: Sequence[tuple[int, tuple[float, float]]] = (),
+    ) -> list[bytes]:
+        """What expressions come to at each s, when sources (by their waves) have these amplitudes and so much goes into these
+        rows: for each expression native complex128. ValueError ("singular: ...") where there is no solution."""
+    def adjoint(self, s: tuple[float, float], output: Expr) -> list[tuple[float, float]]:
+        """For each row what 1 into it gives in the output."""
+    def pencil(self) -> tuple[list[int], list[int], list[float], list[float]]:
+        """(indptr, indices, G, C), compressed sparse columns."""
 
 @final
 class Waveforms:
@@ -238,6 +276,9 @@ class Waveforms:
         stiff: share of the steps that stability limited."""
     @property
     def stats(self) -> dict[str, Any]: ...
+    @property
+    def state(self) -> tuple[list[float], list[float]] | None:
+        """Of a sweep: unknowns and conditions at its last point."""
     @property
     def corners(self) -> bytes:
         """Times of rows at which signals may bend or jump, as the bytes of native float64."""

@@ -6,7 +6,7 @@ from .build_elements import Cards, form
 from .build_expr import expression, extent, machine_value, node_name
 from .deck import Analysis, Conditional, Deck, Dot, Func, Include, Model, Param, Print, Probe, Subckt
 from .diagnostics import Diagnostic
-from .expr import Binary, Call, Name, Num
+from .expr import Call, Name, Num
 from .source import Leaf, Line, SourceFile
 from .syntax import LineError, code_end, first_word, parse_line
 from .units import spice_number
@@ -39,11 +39,6 @@ _ANALYSES = frozenset(
 )
 _LARGEST_STEP = ("maxstep", "tmax", "dtmax")
 PRINT_KINDS = frozenset(("tran", "op", "ac", "dc", "noise", "tf", "disto", "sens", "pz"))
-# functions of phasors, and the letters of vm(a), idb(v1)
-_PARTS = {
-    "mag": "size", "db": "decibel", "re": "real", "real": "real", "im": "zero", "imag": "zero", "ph": "zero", "cph": "zero",
-}  # fmt: skip
-_LETTERS = {"m": "size", "db": "decibel", "r": "real", "i": "zero", "p": "zero"}
 # text cards of other programs that say what the circuit is
 _OF_THE_CIRCUIT = {
     "connect": "give both nodes one name",
@@ -51,6 +46,7 @@ _OF_THE_CIRCUIT = {
     "hdl": "Verilog-A models cannot be loaded; take a .model",
     "loadbias": "set the voltages with .nodeset",
 }
+BESIDE = ("base", "afterwards", "facts", "failure", "watch")  # files of analyses/ that are none
 _KEPT = frozenset(("plot", "graph"))  # everything else among the text cards is dropped in silence
 
 
@@ -119,13 +115,36 @@ class DotCards(Cards):
         elif kind in _OF_THE_CIRCUIT:
             hint = _OF_THE_CIRCUIT[kind]
             raise LineError(Diagnostic("error", "E113", f".{kind} is not supported", line.span(ch[0]), hint))
+        elif is_analysis(kind):
+            return Analysis(kind, self.words(ch, line), set(), line.whole)
         elif kind in _ANALYSES:
             return Analysis("meas" if kind == "measure" else kind, rest.split(), set(), line.whole)
         elif kind in _KEPT:
             return Dot(kind, rest.split(), line.whole)
         return None
 
-    def on_unknown(self, ch: list[Any], line: Line) -> None:
+    def words(self, ch: list[Any], line: Line) -> list[Any]:
+        """What stands behind a dot word, as an analysis takes it: numbers, names, signals; expressions in braces are still to
+        be evaluated."""
+        import re
+
+        found: list[Any] = []
+        start, end = (ch[1].start_pos, code_end(line.text)[0]) if len(ch) > 1 else (0, 0)
+        for word in re.finditer(r"\{[^}]*\}|[^\s(]*\([^)]*\)|\S+", line.text[start:end]):
+            text = word[0]
+            if text[0] == "{":
+                first, last = start + word.start() + 1, start + word.end() - 1
+                place = Line(line.file, line.number, line.col + first, line.start + first, line.start + last)
+                found.append(expression(parse_line(place, "expression"), place))
+            else:
+                value = spice_number(text)
+                found.append(text.lower() if value is None else value)
+        return found
+
+    def on_unknown(self, ch: list[Any], line: Line) -> Analysis:
+        word = str(ch[0][1:].lower())
+        if is_analysis(word):
+            return Analysis(word, self.words(ch, line), set(), line.whole)
         from .mistakes import unknown_dot
 
         raise LineError(unknown_dot(line, ch[0].lower()))
@@ -136,7 +155,9 @@ class DotCards(Cards):
         kind = "tran"
         if ch and ch[0].__class__ is tuple and ch[0][0] == "print_kind":
             kind, ch = str(ch[0][1][0].lower()), ch[1:]
-        return Print(kind, [(p.text, self.of_reals(p.ast, kind)) for p in self.probes(ch, line)], line.whole)
+        elif len(ch) > 1 and ch[0].__class__ is not tuple and is_analysis(ch[0].lower()):
+            kind, ch = str(ch[0].lower()), ch[1:]
+        return Print(kind, [(p.text, p.ast) for p in self.probes(ch, line)], line.whole)
 
     def probes(self, ch: list[Any], line: Line) -> list[Probe]:
         out = []
@@ -174,23 +195,7 @@ class DotCards(Cards):
                 )
         if word != ".print":
             return Dot(word[1:], found, line.whole)
-        return Print(kind, [(p.text, self.of_reals(p.ast, kind)) for p in found], line.whole)
-
-    def of_reals(self, ast: Any, kind: str) -> Any:
-        """mag(x) ph(x) vr(a) vdb(a) ..: what is asked of phasors, of the real numbers that all but .ac give."""
-        if kind == "ac" or not isinstance(ast, Call) or len(ast.args) != 1:
-            return ast
-        fn, (x,) = ast.fn, ast.args
-        part = _PARTS.get(fn)
-        if fn[1:] in _LETTERS and (fn[0] == "v" or (fn[0] == "i" and isinstance(x, Name))):
-            part, x = _LETTERS[fn[1:]], Call(fn[0], [x], ast.at)
-        if part is None:
-            return ast
-        if part == "size":
-            return Call("abs", [x], ast.at)
-        if part == "decibel":
-            return Binary("*", Num(20.0, ast.at), Call("log10", [Call("abs", [x], ast.at)], ast.at), ast.at)
-        return x if part == "real" else Binary("*", Num(0.0, ast.at), x, ast.at)
+        return Print(kind, [(p.text, p.ast) for p in found], line.whole)
 
     def on_save(self, ch: list[Any], line: Line) -> Dot:
         return Dot("save", self.probes(ch, line), line.whole)
@@ -406,6 +411,13 @@ def _pieces(text: str, start: int) -> Iterator[tuple[int, int]]:
             begin = at
     if begin >= 0:
         yield begin, len(text)
+
+
+def is_analysis(word: str) -> bool:
+    """Has a dot word its file in analyses/? The list of what there is stands above this module."""
+    from os.path import dirname, isfile, join
+
+    return word.isalnum() and word not in BESIDE and isfile(join(dirname(__file__), "analyses", word + ".py"))
 
 
 def _unquoted(leaf: Any) -> str:

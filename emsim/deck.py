@@ -172,6 +172,7 @@ class FlatDeck:
         "params",
         "prints",
         "probes",
+        "reads_temper",
         "saves",
         "sink",
         "sources",
@@ -190,6 +191,7 @@ class FlatDeck:
         self.options: dict[str, float | str | bool] = {}
         self.option_spans: dict[str, Span] = {}
         self.params: dict[str, float] = {}  # of the top level
+        self.reads_temper = False  # a parameter does
         self.temp = 27.0
         self.tnom = 27.0
         self.gravity: tuple[float, float, float] | None = None

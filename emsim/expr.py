@@ -320,10 +320,12 @@ SOURCE_MATH = {**_MATH, "pow": (2, 2, _power), "pwr": (2, 2, _signed_power)}
 _BRANCHING = ("if", "ternary_fcn")
 # left to the run: they need time or the solution
 _DYNAMIC = ("ddt", "idt", "sdt", "idtmod", "delay", "absdelay")
+# functions of a run's columns (signals.py), which no source knows; im(v1) is the size of a current as well
+OF_COLUMNS = ("mag", "ph", "cph", "re", "real", "im", "imag", "conj")
 # functions that read circuit and machine; kinds of joints have words of their own beside them (Scope.reads)
 PROBES = frozenset(
     """
-    v i vm vp vr vdb vph im ip ir idb angle omega alpha pos vel acc x y z vx vy vz ax ay az
+    v i vm vp vr vi vdb vph im ip ir ii idb angle omega alpha pos vel acc x y z vx vy vz ax ay az
     fx fy fz mx my mz force torque p gap energy ke pe power loss
     """.split()
 )
@@ -416,7 +418,7 @@ def _evaluate_call(node: Call, scope: Scope, calls: _Calls) -> float:
         least, most, function = _MATH[node.fn]
         _check_count(node, least, most)
         return _apply(function, tuple(_evaluate(a, scope, calls) for a in node.args), node)
-    if node.fn in PROBES or node.fn in _DYNAMIC or scope.reads(node.fn):
+    if node.fn in PROBES or node.fn in _DYNAMIC or node.fn in OF_COLUMNS or scope.reads(node.fn):
         raise ExprError(
             "E125",
             f"`{_short(node)}` is known only while the run goes on; a number is needed here",
@@ -551,7 +553,10 @@ def _fold_call(node: Call, scope: Scope, bound: dict[str, Node], calls: _Calls) 
         folded = _fold(body, scope, dict(zip(names, args, strict=True)), calls)
         calls.depth -= 1
         return folded
-    if node.fn in PROBES or (node.fn not in SOURCE_MATH and scope.reads(node.fn)):
+    if node.fn in OF_COLUMNS and not all(isinstance(a, (Name, Num)) for a in node.args):
+        return Call(node.fn, [_fold(a, scope, bound, calls) for a in node.args], node.at)
+    probes = node.fn in PROBES or node.fn in OF_COLUMNS
+    if probes or (node.fn not in SOURCE_MATH and scope.reads(node.fn)):
         args = [_fold_place(a, scope, bound, calls) for a in node.args]
         changed = any(a is not b for a, b in zip(args, node.args, strict=True))
         return scope.probe(Call(node.fn, args, node.at) if changed else node)

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
     from typing import Any
 
-    from .analyses import Run
+    from .analyses import Analysis, Run
     from .assemble import Assembly
     from .deck import FlatDeck, Probe
     from .outputs.raw import Stream
@@ -158,9 +158,9 @@ def read(
 
 def prepare(
     flat: FlatDeck, options: Options | None = None, energy: bool = False, recording: bool = False
-) -> tuple[Assembly, list[tuple[Any, Any]]]:
+) -> tuple[Assembly, list[Analysis]]:
     """Flat deck -> compiled system, and the analyses with their settings. `recording` notes who contributed what."""
-    from .analyses import plan
+    from .analyses import plan, refused
     from .assemble import Context, assemble
     from .assemble.options import resolve
     from .source import NoCollection
@@ -168,13 +168,13 @@ def prepare(
     options = {key.lower(): value for key, value in (options or {}).items()}
     settings = resolve(flat, options)
     planned = plan(flat, settings.pop("tmax", None))
-    times = next(((s.tstep, s.tstop) for card, s in planned if card.kind == "tran"), (1.0, 1.0))
+    times = next((found for a in planned if (found := a.times()) is not None), (1.0, 1.0))
     context = Context
     if recording:
         from .assemble.recording import Recording as context
     with NoCollection():
-        assembly = assemble(flat, settings, times, energy, context)
-    if not planned:
+        assembly = assemble(flat, settings, times, energy, context, planned)
+    if not planned and not refused(flat):
         flat.sink.note(
             "N283", "the deck asks for no analysis that can run", hint="add .tran tstep tstop, or .op"
         )
@@ -183,57 +183,61 @@ def prepare(
 
 def solve(
     assembly: Assembly,
-    planned: list[tuple[Any, Any]],
+    planned: Sequence[Analysis],
     progress: Progress | None = None,
     scene: bool = False,
     stream: Stream | None = None,
 ) -> list[Run]:
     """Every analysis in deck order; the first one that fails is the last."""
-    from .analyses import runner
+    from .analyses.base import derived
 
-    drawing = assembly.drawing() if scene else None
     runs: list[Run] = []
-    for card, settings in planned:
-        own = _timed(assembly, settings) if card.kind == "tran" else assembly
-        if card.kind == "tran":
-            channels = () if drawing is None else (own.drawing() or drawing).channels
-            into = None if stream is None else _streamed(own, runs, stream)
-            runs.append(runner("tran")(own, card, settings, progress, channels, drawing is not None, into))
-        else:
-            runs.append(runner(card.kind)(own, card, settings, progress))
+    for analysis in planned:
+        own = _timed(assembly, analysis)
+        if scene:
+            assembly.drawing(), own.drawing()
+        if stream is not None and analysis.streams and not derived(own, analysis):
+            analysis.into = _streamed(own, analysis, runs, stream)
+        runs.append(analysis.run(own, progress))
         if runs[-1].waves.status != "ok":
             break
         if gaps := runs[-1].gaps():
             from .analyses.failure import not_finite
 
-            runs[-1].trouble.append(not_finite(gaps, card))
+            runs[-1].trouble.append(not_finite(gaps, analysis))
     return runs
 
 
-def _streamed(assembly: Assembly, runs: list[Run], stream: Stream) -> tuple[str, bool, Any]:
-    """Where the rows of the next transient go, behind the tables of the runs so far."""
-    from .analyses import columns
+def _streamed(
+    assembly: Assembly, analysis: Analysis, runs: list[Run], stream: Stream
+) -> tuple[str, bool, Any]:
+    """Where the rows of the next analysis go, behind the tables of the runs so far."""
+    from .analyses.base import recorded
     from .outputs.raw import Head
-    from .result import PLOTNAMES, Table
 
-    title = assembly.flat.title
-    names, units, _ = columns(assembly, "tran")
-    done = [Table(r.kind, r.names, r.units, r.store, title=title, axis=r.axis) for r in runs]
-    return stream.follow(done, Head(title, PLOTNAMES["tran"], ["time", *names], ["s", *units]))
+    names, units, _ = recorded(assembly, analysis)
+    assert analysis.axis is not None
+    head = Head(
+        assembly.flat.title, analysis.plotname, [analysis.axis.name, *names], [analysis.axis.unit, *units]
+    )
+    return stream.follow([_named(assembly, r) for r in runs], head)
 
 
-def _timed(assembly: Assembly, settings: Any) -> Assembly:
-    """The same deck with what waveforms leave out by the times of this transient: a deck may have several."""
+def _timed(assembly: Assembly, analysis: Analysis) -> Assembly:
+    """The same deck with what waveforms leave out by the times of this analysis: a deck may have several transients."""
     from .assemble import assemble
 
-    times = (settings.tstep, settings.tstop)
-    if times == assembly.ctx.times:
+    times = analysis.times()
+    if times is None or times == assembly.ctx.times:
         return assembly
-    return assemble(assembly.flat, assembly.options, times, assembly.accounts is not None)
+    energy = assembly.accounts is not None
+    return assemble(assembly.flat, assembly.options, times, energy, analyses=assembly.analyses)
 
 
 def deliver(assembly: Assembly, runs: list[Run]) -> Result:
-    """Tables, warnings from the run, and the verdict: ConvergenceError carries what was computed."""
+    """Tables, warnings from the run, and the verdict: ConvergenceError carries what was computed. Analyses that emsim does not
+    have are errors among the diagnostics; DeckError where there are no others."""
+    from .analyses import refused
     from .analyses.afterwards import remarks
     from .result import Result
 
@@ -242,8 +246,12 @@ def deliver(assembly: Assembly, runs: list[Run]) -> Result:
         remarks(assembly, run)
     tables = [_table(assembly, r) for r in runs]
     deck = flat.sources[0].text if flat.sources else ""
-    trouble = [d for r in runs for d in r.trouble]
-    result = Result(flat.title, tables, [*flat.sink.diagnostics, *trouble], assembly.prints, deck)
+    trouble, missing = [d for r in runs for d in r.trouble], refused(flat)
+    result = Result(flat.title, tables, [*flat.sink.diagnostics, *missing, *trouble], assembly.prints, deck)
+    if missing and not runs:
+        from .diagnostics import DeckError
+
+        raise DeckError(result.diagnostics)
     if trouble:
         from .diagnostics import ConvergenceError
 
@@ -252,7 +260,7 @@ def deliver(assembly: Assembly, runs: list[Run]) -> Result:
 
 
 def _table(assembly: Assembly, r: Run) -> Table:
-    from .result import Scene, Table
+    from .result import Scene
 
     drawing = assembly.drawn if r.channels.columns else None
     found = r.waves.accounts if assembly.accounts is not None else None
@@ -269,10 +277,17 @@ def _table(assembly: Assembly, r: Run) -> Table:
     stats = dict(r.waves.stats)
     stats.setdefault("seconds", stats.get("solve_time"))
     grid = None if r.grid is None else (r.grid[0], r.grid[2], r.grid[1])
-    return Table(
-        r.kind, r.names, r.units, r.store, title=assembly.flat.title, axis=r.axis, grid=grid, stats=stats,
-        status=r.waves.status, scene=None if drawing is None else Scene(drawing.data(), r.channels), energy=ledger,
-    )  # fmt: skip
+    scene = None if drawing is None else Scene(drawing.data(), r.channels)
+    return _named(assembly, r, grid=grid, stats=stats, status=r.waves.status, scene=scene, energy=ledger)
+
+
+def _named(assembly: Assembly, r: Run, **more: Any) -> Table:
+    """The columns of a run, those among them that follow from others."""
+    from .result import Table
+
+    title = assembly.flat.title
+    table = Table(r.kind, r.names, r.units, r.store, title=title, axis=r.axis, steps=r.steps, **more)
+    return table.extended(r.derived) if r.derived else table
 
 
 def _merged(

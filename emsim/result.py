@@ -7,6 +7,7 @@ writes its raw file never imports numpy.
 
 from __future__ import annotations
 
+from .analyses import Axis, find
 from .diagnostics import suggest
 
 TYPE_CHECKING = False
@@ -34,32 +35,39 @@ if TYPE_CHECKING:
         def corners(self) -> bytes: ...  # times, float64 too
         @property
         def steady(self) -> Sequence[bool]: ...  # columns that no corner bends
-        def column(self, i: int, /) -> bytes: ...  # float64, native order
+        def column(self, i: int, /) -> bytes: ...  # float64, native order; complex128 where `complex` says so
+
+    # a store may have `complex`, a sequence of bool: which of its columns hold complex numbers; none where it is left out
 
 
 GROUNDED = (",0)", ",gnd)")
-PLOTNAMES = {"tran": "Transient Analysis", "op": "Operating Point"}
 
 
 class Columns:
     """A column store in plain Python: for tables that were read from a file or made by hand."""
 
-    __slots__ = ("_data", "columns", "corners", "rows", "steady")
+    __slots__ = ("_data", "columns", "complex", "corners", "rows", "steady")
 
     def __init__(
-        self, data: Iterable[bytes | Sequence[float]], corners: bytes = b"", steady: Sequence[bool] = ()
+        self,
+        data: Iterable[bytes | Sequence[float]],
+        corners: bytes = b"",
+        steady: Sequence[bool] = (),
+        complex: Sequence[bool] = (),
     ) -> None:
         from array import array
 
         self._data = [c if isinstance(c, bytes) else array("d", c).tobytes() for c in data]
         self.columns, self.corners, self.steady = len(self._data), corners, steady
-        self.rows = len(self._data[0]) // 8 if self._data else 0
+        self.complex = list(complex)
+        width = 16 if self.complex and self.complex[0] else 8
+        self.rows = len(self._data[0]) // width if self._data else 0
 
     def column(self, i: int, /) -> bytes:
         return self._data[i]
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return Columns, (self._data, self.corners, self.steady)
+        return Columns, (self._data, self.corners, self.steady, self.complex)
 
 
 class Scene:
@@ -78,9 +86,11 @@ class Table:
     """One analysis: columns of equal length, each with a name and a unit.
 
     kind     "tran", "op", ... ; title: the deck's; plotname: as raw files spell the analysis
-    names    of all columns, lower-case; with `axis` True, column 0 is the independent one ("time")
+    axis     of the independent variable, which is column 0: its name, unit, whether it is logarithmic; None: there is none
+    names    of all columns, lower-case
     units    in the same order: "s", "V", "A", "rad", "N m", ...; "" where there is none
-    waves    the column store, one column a name
+    waves    the column store, one column a name; `is_complex` tells which hold complex numbers
+    steps    names of columns that hold still within each block of rows: outer loops of a sweep
     grid     (tstep, tstart, tstop) of a transient [s], for tables on the print grid
     stats    counters of the run: steps, rejected, newton iterations, ...
     energy   the ledger of what was supplied, stored and dissipated (reports/energy.py), where it was kept
@@ -89,8 +99,8 @@ class Table:
     """
 
     __slots__ = (
-        "_index", "_numpy", "axis", "energy", "grid", "kind", "names", "plotname", "scene", "stats", "status", "title",
-        "units", "waves",
+        "_complex", "_index", "_numpy", "axis", "energy", "grid", "kind", "names", "plotname", "scene", "stats", "status",
+        "steps", "title", "units", "waves",
     )  # fmt: skip
 
     def __init__(
@@ -101,7 +111,8 @@ class Table:
         waves: Waves,
         *,
         title: str = "",
-        axis: bool = True,
+        axis: Axis | bool | None = True,
+        steps: Sequence[str] = (),
         grid: tuple[float, float, float] | None = None,
         stats: dict[str, Any] | None = None,
         status: str = "ok",
@@ -111,9 +122,13 @@ class Table:
     ) -> None:
         if not len(names) == len(units) == waves.columns:
             raise ValueError(f"{len(names)} names and {len(units)} units for {waves.columns} columns")
-        self.kind, self.title, self.plotname = kind, title, plotname or PLOTNAMES.get(kind, kind)
-        self.names, self.units = list(names), list(units)
-        self.waves, self.axis, self.grid = waves, axis, grid
+        self.kind, self.title, self.plotname = kind, title, plotname or plotname_of(kind)
+        self.names, self.units, self.steps = list(names), list(units), list(steps)
+        self.waves, self.grid = waves, grid
+        self._complex = {k for k, z in enumerate(getattr(waves, "complex", ())) if z}
+        if axis is True:
+            axis = self._found_axis() if self.names else None
+        self.axis: Axis | None = axis or None
         self.stats, self.status, self.scene, self.energy = dict(stats or {}), status, scene, energy
         self._index: dict[str, int] = {}
         for k, name in enumerate(self.names):
@@ -123,8 +138,13 @@ class Table:
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickles and copies hold plain bytes, wherever the columns came from."""
         waves = self.waves
-        columns = Columns((waves.column(k) for k in range(waves.columns)), waves.corners, waves.steady)
-        given = (self.kind, self.names, self.units, columns, self.title, self.axis, self.grid)
+        columns = Columns(
+            (waves.column(k) for k in range(waves.columns)),
+            waves.corners,
+            waves.steady,
+            getattr(waves, "complex", ()),
+        )
+        given = (self.kind, self.names, self.units, columns, self.title, self.axis, self.steps, self.grid)
         return _table, (*given, self.stats, self.status, self.plotname, self.scene, self.energy)
 
     def corners(self, name: str | int | None = None) -> memoryview[float]:
@@ -144,13 +164,31 @@ class Table:
     def __iter__(self) -> Iterator[str]:
         return iter(self.names)
 
+    def _found_axis(self) -> Axis:
+        """The axis of a table that does not tell: the first column; logarithmic where a frequency grows by ratios."""
+        name, unit = self.names[0], self.units[0]
+        return Axis(name, unit, name == "frequency" and _by_ratios(self.doubles(0)))
+
     def __contains__(self, name: object) -> bool:
+        """A column, or an expression of columns."""
+        try:
+            return self.has_column(str(name)) or self._expression(str(name)) is not None
+        except KeyError:
+            return False
+
+    def has_column(self, name: str) -> bool:
         try:
             for column in self._pair(str(name)) or (str(name),):
                 self.index(column)
         except KeyError:
             return False
         return True
+
+    def is_complex(self, name: str | int) -> bool:
+        """Does a column hold complex numbers?"""
+        if isinstance(name, str) and (pair := self._pair(name)):
+            return any(map(self.is_complex, pair))
+        return (name if isinstance(name, int) else self.index(name)) in self._complex
 
     def index(self, name: str) -> int:
         """Column number of a name. Case and blanks do not matter, `out` and `v(out,0)` mean `v(out)` as in ngspice, and
@@ -176,18 +214,53 @@ class Table:
         from array import array
 
         values = array("d")
-        values.frombytes(self.waves.column(name if isinstance(name, int) else self.index(name)))
+        values.frombytes(self.doubles(name).cast("B"))
         return values
 
     def doubles(self, name: str | int) -> memoryview[float]:
         """The column's own memory; the module `array` costs a millisecond to import."""
-        if isinstance(name, str) and (pair := self._pair(name)):
+        if isinstance(name, str) and (pair := self._pair(name)) and not self.is_complex(name):
             from array import array
 
             a, b = map(self.doubles, pair)
             return memoryview(array("d", (x - y for x, y in zip(a, b, strict=True))))
+        if isinstance(name, str) and not self.has_column(name):
+            values = self[name]
+            if values.dtype.kind == "c":
+                raise ValueError(f"{name} is complex: ask for re(), im(), mag(), db() or ph() of it")
+            return memoryview(values.tobytes()).cast("d")
+        if self.is_complex(name):
+            raise ValueError(f"{name} is complex: ask for re(), im(), mag(), db() or ph() of it")
         k = name if isinstance(name, int) else self.index(name)
         return memoryview(self.waves.column(k)).cast("d")
+
+    def parts(self, name: str | int) -> tuple[memoryview[float], memoryview[float]]:
+        """Real and imaginary parts of a column, without numpy."""
+        from array import array
+
+        if isinstance(name, str) and (pair := self._pair(name)):
+            (a, b), (c, d) = map(self.parts, pair)
+            parts = [array("d", (x - y for x, y in zip(*p, strict=True))) for p in ((a, c), (b, d))]
+            return memoryview(parts[0]), memoryview(parts[1])
+        if isinstance(name, str) and not self.has_column(name):
+            values = self[name]
+            return memoryview(values.real.tobytes()).cast("d"), memoryview(values.imag.tobytes()).cast("d")
+        if not self.is_complex(name):
+            return self.doubles(name), memoryview(array("d", bytes(8 * len(self))))
+        k = name if isinstance(name, int) else self.index(name)
+        both = memoryview(self.waves.column(k)).cast("d")
+        return both[::2], both[1::2]
+
+    def flat(self) -> list[tuple[str, str, memoryview[float]]]:
+        """(name, unit, numbers) of the columns, for what knows real numbers alone: a complex one is re(name) and im(name)."""
+        found: list[tuple[str, str, memoryview[float]]] = []
+        for k, (name, unit) in enumerate(zip(self.names, self.units, strict=True)):
+            if self.is_complex(k):
+                re, im = self.parts(k)
+                found += [(f"re({name})", unit, re), (f"im({name})", unit, im)]
+            else:
+                found.append((name, unit, self.doubles(k)))
+        return found
 
     def _pair(self, name: str) -> tuple[str, str] | None:
         """The columns whose difference `v(a,b)` is, where no column has that name."""
@@ -198,24 +271,79 @@ class Table:
         return f"v({a})", f"v({b})"
 
     def __getitem__(self, name: str) -> np.ndarray:
-        """A column as float64 array of shape (len(table),); read-only. `v(a,b)` is v(a) - v(b)."""
+        """A column as float64 (or complex128) array of shape (len(table),); read-only. `v(a,b)` is v(a) - v(b). What is no
+        column is an expression of columns, as --plot takes it: r["db(v(out)/v(in))"]."""
+        try:
+            return self.column(name)
+        except KeyError:
+            ast = self._expression(name)
+            if ast is None:
+                raise
+        from .signals import evaluate
+
+        return evaluate(self, ast)[0]
+
+    def column(self, name: str) -> np.ndarray:
+        """The same of columns alone, and of differences of two."""
         if pair := self._pair(name):
-            return self[pair[0]] - self[pair[1]]
+            return self.column(pair[0]) - self.column(pair[1])
         k = self.index(name)
         if k not in self._numpy:
             import numpy as np
 
-            self._numpy[k] = np.frombuffer(self.waves.column(k), dtype=np.float64)
+            kind = np.complex128 if k in self._complex else np.float64
+            self._numpy[k] = np.frombuffer(self.waves.column(k), dtype=kind)
         return self._numpy[k]
+
+    def _expression(self, name: str) -> Any:
+        """The tree of an expression whose every name is a column; None where the text is none, or is a plain name."""
+        if not isinstance(name, str):
+            return None
+        from .build import parse_signals
+        from .diagnostics import DeckError
+        from .expr import Call, Name
+
+        try:
+            asked = parse_signals(name)
+        except DeckError:
+            return None
+        ast = asked[0].ast if len(asked) == 1 else None
+        if ast is None or isinstance(ast, Name):
+            return None
+        from .signals import FUNCTIONS, SOURCE_MATH, check
+
+        if isinstance(ast, Call) and ast.fn not in FUNCTIONS and ast.fn not in SOURCE_MATH:
+            return None
+        return ast if check(self, ast) else None
 
     @property
     def time(self) -> np.ndarray:
         """The time points [s]; KeyError where the analysis has none."""
-        return self["time"]
+        return self.column("time")
 
     def unit(self, name: str) -> str:
+        if not self.has_column(name) and (ast := self._expression(name)) is not None:
+            from .signals import evaluate
+
+            return evaluate(self, ast)[1]
+        return self.column_unit(name)
+
+    def column_unit(self, name: str) -> str:
         pair = self._pair(name)
         return self.units[self.index(pair[0] if pair else name)]
+
+    def blocks(self) -> list[tuple[int, int]]:
+        """Rows (first, behind the last) of each block of a sweep within sweeps: where an outer variable changes, another
+        begins. One block where there are no steps."""
+        n, outer = len(self), [self.doubles(name) for name in self.steps]
+        starts = [0, *(k for k in range(1, n) if any(c[k] != c[k - 1] for c in outer))] if n else []
+        return list(zip(starts, [*starts[1:], n], strict=True))
+
+    @property
+    def smooth(self) -> bool:
+        """Do columns go on smoothly between their points, as what an analysis computes over time does?"""
+        analysis = find(self.kind)
+        return analysis is not None and analysis.axis is not None and analysis.axis.name == "time"
 
     @property
     def signals(self) -> list[str]:
@@ -235,7 +363,14 @@ class Table:
 
             query = np.asarray(t, dtype=float)
             self._check_range(float(query.min()), float(query.max())) if query.size else None
-            return cubic_many(self[self.names[0]], self[name], query, self.corners(name))
+            x, y = self[self.names[0]], self[name]
+            corners = self.corners(name if self.has_column(name) else None)
+            if y.dtype.kind == "c":
+                re, im = (cubic_many(x, part, query, corners) for part in (y.real, y.imag))
+                return re + 1j * im
+            return cubic_many(x, y, query, corners)
+        if self.is_complex(name) if self.has_column(name) else self[name].dtype.kind == "c":
+            return complex(self.at(name, [t])[0])
         return self.sample(name, [t])[0]
 
     def sample(self, name: str | int, times: Sequence[float]) -> array[float]:
@@ -251,17 +386,39 @@ class Table:
         if times:
             self._check_range(min(times), max(times))
         x, y = self.doubles(0), self.doubles(name)
-        corners = self.corners(name)
+        corners = self.corners(name if isinstance(name, int) or self.has_column(name) else None)
         return [cubic(x, y, t, corners) for t in times]
 
     def _check_range(self, low: float, high: float) -> None:
         if not self.axis or not len(self):
             raise ValueError(f"{self.plotname!r} has no points to look between")
+        if self.steps:
+            raise ValueError(f"{self.plotname!r} has several courses, one for each {', '.join(self.steps)}")
         x = self.doubles(0)
         rounding = 1e-12 * (x[-1] - x[0])
         if not (x[0] - rounding <= low and high <= x[-1] + rounding):
             asked = high if low >= x[0] - rounding else low
             raise ValueError(f"asked for {self.names[0]} = {asked:g}, outside {x[0]:g} .. {x[-1]:g}")
+
+    def extended(self, columns: Iterable[tuple[str, str, Any]]) -> Table:
+        """The same with further columns: name, unit ("" where the expression tells), tree of the expression."""
+        from .signals import evaluate
+
+        waves = self.waves
+        complex = [self.is_complex(k) for k in range(waves.columns)]
+        data, names, units = [waves.column(k) for k in range(waves.columns)], [*self.names], [*self.units]
+        for name, unit, ast in columns:
+            values, own = evaluate(self, ast)
+            data.append(values.tobytes())
+            names.append(name)
+            units.append(unit or own)
+            complex.append(values.dtype.kind == "c")
+        steady = [*waves.steady, *(False for _ in names[len(self.names) :])] if waves.steady else []
+        store = Columns(data, waves.corners, steady, complex)
+        return Table(
+            self.kind, names, units, store, title=self.title, axis=self.axis, steps=self.steps, grid=self.grid,
+            stats=self.stats, status=self.status, plotname=self.plotname, scene=self.scene, energy=self.energy,
+        )  # fmt: skip
 
     # conversions -------------------------------------------------------------------------------------
 
@@ -280,8 +437,28 @@ class Table:
 
         dim = self.names[0] if self.axis else "point"
         unit = dict(zip(self.names, self.units, strict=True))
+        if self.steps and (shaped := self._by_steps(xr)) is not None:
+            return shaped
         coords = {dim: (dim, self[dim], {"units": unit[dim]})} if self.axis else {}
         data = {name: (dim, self[name], {"units": unit[name]}) for name in self.signals}
+        return xr.Dataset(data, coords=coords, attrs={"title": self.title, "analysis": self.kind})
+
+    def _by_steps(self, xr: Any) -> xr.Dataset | None:
+        """The Dataset with a dimension for each step, where every block has the same points; None where it has not."""
+        import numpy as np
+
+        dims = [*self.steps, self.names[0]]
+        levels = [list(dict.fromkeys(self.column(d).tolist())) for d in dims]
+        shape = tuple(map(len, levels))
+        if len(self) != np.prod(shape):
+            return None
+        grid = np.meshgrid(*levels, indexing="ij")
+        if any((g.ravel() != self.column(d)).any() for g, d in zip(grid, dims, strict=True)):
+            return None
+        unit = dict(zip(self.names, self.units, strict=True))
+        coords = {d: (d, level, {"units": unit[d]}) for d, level in zip(dims, levels, strict=True)}
+        rest = [name for name in self.names if name not in dims]
+        data = {name: (dims, self.column(name).reshape(shape), {"units": unit[name]}) for name in rest}
         return xr.Dataset(data, coords=coords, attrs={"title": self.title, "analysis": self.kind})
 
     def _repr_html_(self) -> str:
@@ -295,20 +472,26 @@ class Table:
         points = "1 point" if len(self) == 1 else f"{len(self)} points"
         head = f"{self.plotname}: {points}" + ("" if self.status == "ok" else f" ({self.status})")
         lines = [head]
-        shown = self.names[:20]
+        shown = [f"|{name}|" if self.is_complex(k) else name for k, name in enumerate(self.names[:20])]
         width = max((len(name) for name in shown), default=0)
         if len(self) == 1:
             for k, name in enumerate(shown):
-                lines.append(f"  {name:<{width}}  {self.floats(k)[0]:>12.6g} {self.units[k]}")
+                lines.append(f"  {name:<{width}}  {self._sizes(k)[0]:>12.6g} {self.units[k]}")
         elif len(self):
             lines.append(f"  {'':<{width}}  {'min':>12} {'max':>12} {'last':>12}")
             for k, name in enumerate(shown):
-                c = self.floats(k)
+                c = self._sizes(k)
                 numbers = f"{min(c):>12.5g} {max(c):>12.5g} {c[-1]:>12.5g}"
                 lines.append(f"  {name:<{width}}  {numbers} {self.units[k]}")
         if len(self.names) > len(shown):
             lines.append(f"  ... and {len(self.names) - len(shown)} more")
         return "\n".join(line.rstrip() for line in lines)
+
+    def _sizes(self, k: int) -> Sequence[float]:
+        """A column, of complex numbers their magnitudes."""
+        if not self.is_complex(k):
+            return self.floats(k)
+        return [abs(complex(re, im)) for re, im in zip(*self.parts(k), strict=True)]
 
 
 class Result:
@@ -336,10 +519,12 @@ class Result:
 
     @property
     def main(self) -> Table:
-        """The last transient, or else the last table. ValueError when nothing ran."""
+        """The last table over time, or else the last one over anything, or else the last. ValueError when nothing ran."""
         if not self.plots:
             raise ValueError("no analysis ran, so there are no columns")
-        return next((p for p in reversed(self.plots) if p.kind == "tran"), self.plots[-1])
+        last = self.plots[::-1]
+        over_time = (p for p in last if p.axis is not None and p.axis.name == "time")
+        return next(over_time, None) or next((p for p in last if p.axis is not None), self.plots[-1])
 
     def table(self, kind: str) -> Table:
         """The last table of a kind ("op", "tran"); KeyError if that analysis did not run."""
@@ -452,14 +637,62 @@ class Result:
 
 
 def _table(
-    kind: str, names: list[str], units: list[str], waves: Waves, title: str, axis: bool,
+    kind: str, names: list[str], units: list[str], waves: Waves, title: str, axis: Axis | None, steps: list[str],
     grid: tuple[float, float, float] | None, stats: dict[str, Any], status: str, plotname: str, scene: Scene | None, energy: Any,
 ) -> Table:  # fmt: skip
     """A table from its parts in order, for unpickling."""
     return Table(
-        kind, names, units, waves, title=title, axis=axis, grid=grid, stats=stats, status=status,
+        kind, names, units, waves, title=title, axis=axis, steps=steps, grid=grid, stats=stats, status=status,
         plotname=plotname, scene=scene, energy=energy,
     )  # fmt: skip
+
+
+def plotname_of(kind: str) -> str:
+    """How raw files spell an analysis."""
+    analysis = find(kind)
+    return analysis.plotname if analysis else kind
+
+
+def is_axis(name: str) -> bool:
+    """Does a column of this name stand first because the others are over it? For files that do not tell."""
+    return name in ("time", "frequency") or name.endswith("-sweep")
+
+
+def kind_of(names: Sequence[str]) -> str:
+    """The analysis that a file without a word about it holds, by the name of its axis."""
+    known = {"time": "tran", "frequency": "ac"}
+    return known.get(names[0], "dc" if is_axis(names[0]) else "") if names else ""
+
+
+def paired(
+    names: Sequence[str], units: Sequence[str], columns: Sequence[bytes]
+) -> tuple[list[str], list[str], Columns]:
+    """What `Table.flat` took apart: re(name) and im(name) that stand side by side are one complex column again."""
+    from array import array
+
+    found: list[tuple[str, str, bytes, bool]] = []
+    k = 0
+    while k < len(names):
+        name = names[k]
+        inner = name[3:-1] if name.startswith("re(") and name.endswith(")") else None
+        if inner is not None and k + 1 < len(names) and names[k + 1] == f"im({inner})":
+            both = array("d", bytes(2 * len(columns[k])))
+            both[::2], both[1::2] = array("d", columns[k]), array("d", columns[k + 1])
+            found.append((inner, units[k], both.tobytes(), True))
+            k += 2
+            continue
+        found.append((name, units[k], columns[k], False))
+        k += 1
+    store = Columns((f[2] for f in found), complex=[f[3] for f in found])
+    return [f[0] for f in found], [f[1] for f in found], store
+
+
+def _by_ratios(x: Sequence[float]) -> bool:
+    """Do the points lie by equal ratios rather than by equal distances?"""
+    if len(x) < 3 or not x[0] > 0 or not x[-1] > x[0]:
+        return False
+    middle = x[len(x) // 2]
+    return middle < 0.75 * (x[0] + x[-1]) / 2
 
 
 def _plain(name: str) -> str:

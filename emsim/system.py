@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     import numpy as np
     from scipy.sparse import csc_array
 
+    from .analyses import Analysis
     from .assemble import Assembly
 
 
@@ -30,10 +31,12 @@ class System:
     x0         consistent starting point of the deck's transient (operating point, or UIC)
     """
 
-    def __init__(self, assembly: Assembly, planned: list[tuple[Any, Any]]) -> None:
+    def __init__(self, assembly: Assembly, planned: list[Analysis]) -> None:
+        from .analyses import transients
+
         self._engine = assembly.system
         self._assembly = assembly
-        self._transient = next((s for card, s in planned if card.kind == "tran"), None)
+        self._transient = next(iter(transients(planned)), None)
         self.n: int = self._engine.n
         self.names: list[str] = self._engine.names
         self.kinds: list[str] = self._engine.kinds

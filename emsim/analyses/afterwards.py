@@ -7,7 +7,7 @@ if TYPE_CHECKING:
     from .._engine import Waveforms
     from ..assemble import Assembly
     from ..diagnostics import Span
-    from . import Run
+    from .base import Computed, Run
 
 
 # A free motion of several coordinates is run once more with a reltol that is FINER times as small; where that changes a column
@@ -22,7 +22,7 @@ ZERO = 1e-20  # divisors below this make results of no sense
 def remarks(assembly: Assembly, run: Run) -> None:
     """Adds warnings and notes to the deck's sink."""
     _domains(assembly, run)
-    if run.kind == "tran" and run.waves.watch:
+    if run.waves.watch:
         from .watch import teach
 
         rows = run.waves.rows
@@ -31,9 +31,10 @@ def remarks(assembly: Assembly, run: Run) -> None:
         return
     _limits(assembly, run)
     _openings(assembly, run)
-    if run.kind == "tran" and run.waves.status == "ok":
+    over_time = run.axis is not None and run.axis.name == "time"
+    if over_time and run.waves.status == "ok":
         _amplified(assembly, run)
-    if run.kind == "tran" and run.waves.rows > 1:
+    if over_time and run.waves.rows > 1:
         _imbalances(assembly, run)
 
 
@@ -82,9 +83,9 @@ def _amplified(assembly: Assembly, run: Run) -> None:
         return
     from array import array
 
-    from . import columns
+    from .base import recorded
 
-    names, _, exprs = columns(assembly, "tran")
+    names, _, exprs = recorded(assembly, run.analysis)
     tstep, tstop, tstart = run.grid
     asked = float(options.get("reltol", RELTOL))
     reltol = asked / FINER
@@ -94,7 +95,7 @@ def _amplified(assembly: Assembly, run: Run) -> None:
     if again.status != "ok":
         return
 
-    def column(waves: Waveforms, k: int) -> array[float]:
+    def column(waves: Waveforms | Computed, k: int) -> array[float]:
         values = array("d")
         values.frombytes(waves.column(k))
         return values

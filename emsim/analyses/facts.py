@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from . import refused, transients
+
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any
 
     from ..assemble import Assembly
+    from . import Analysis
 
 
-def facts(assembly: Assembly, planned: list[tuple[Any, Any]]) -> dict[str, Any]:
+def facts(assembly: Assembly, planned: list[Analysis]) -> dict[str, Any]:
     """Plain data:
 
     title        the deck's
@@ -50,14 +53,14 @@ def facts(assembly: Assembly, planned: list[tuple[Any, Any]]) -> dict[str, Any]:
         "linear": system.linear,
         "operations": {"values": values, "with_derivatives": derivatives},
         "events": len(system.flag_names),
-        "analyses": [_text(card, settings) for card, settings in planned],
+        "analyses": [a.text() for a in planned],
         "method": assembly.options["method"],
         "reltol": assembly.options.get("reltol", 1e-3),
         "tolerances": _tolerances(assembly),
-        "two_paces": any(c.kind == "tran" and system.two_paces(s.tstop) for c, s in planned),
+        "two_paces": any(system.two_paces(t.tstop) for t in transients(planned)),
         "formulations": _formulations(assembly) if report else {},
         "machine": report,
-        "diagnostics": list(flat.sink.diagnostics),
+        "diagnostics": [*flat.sink.diagnostics, *refused(flat)],
     }
 
 
@@ -115,14 +118,3 @@ def _formulations(assembly: Assembly) -> dict[str, Any]:
             "with_derivatives": derivatives,
         }
     return found
-
-
-def _text(card: Any, settings: Any) -> str:
-    if card.kind != "tran":
-        return f".{card.kind}" + (" static" if settings else "")
-    words = [f"{settings.tstep:g}", f"{settings.tstop:g}"]
-    if settings.tstart or settings.tmax is not None:
-        words.append(f"{settings.tstart:g}")
-    if settings.tmax is not None:
-        words.append(f"{settings.tmax:g}")
-    return ".tran " + " ".join(words) + (" uic" if settings.uic else "")

@@ -11,8 +11,8 @@ if TYPE_CHECKING:
 
     from .._engine import Waveforms
     from ..assemble import Assembly
-    from ..deck import Analysis
     from ..diagnostics import Span
+    from .base import Analysis
 
 CODES = {
     "no convergence": "E410",
@@ -40,11 +40,11 @@ def explain(
 def not_finite(found: list[tuple[str, float, float]], analysis: Analysis) -> Diagnostic:
     """For what `Run.gaps` found."""
     names = ", ".join(name for name, _, _ in found[:4]) + (", ..." if len(found) > 4 else "")
-    when = f"at t = {found[0][2]:.6g} s" if analysis.kind == "tran" else "at the operating point"
+    when = analysis.place(found[0][2])
     why = f"not finite {when}: {'without a value' if found[0][1] != found[0][1] else 'infinite'}"
     hint = "limits around what is divided by, rooted or exponentiated there, or a start elsewhere"
     return Diagnostic(
-        "error", "E412", f"{names} {'is' if len(found) == 1 else 'are'} {why}", analysis.span, hint
+        "error", "E412", f"{names} {'is' if len(found) == 1 else 'are'} {why}", analysis.card.span, hint
     )
 
 
@@ -59,7 +59,7 @@ def explain_failure(
     kind = failure.get("kind", "no convergence")
     if kind == "memory":
         said, hint = f"out of memory: there is no room for rows beyond t = {kept:.6g} s", RECORD_LESS
-        return [Diagnostic("error", "E509", said, analysis.span if analysis else None, hint)]
+        return [Diagnostic("error", "E509", said, analysis.card.span if analysis else None, hint)]
     if kind == "unfit":
         return [_unfit(assembly, analysis, str(failure.get("why", "")))]
     if kind == "too long":
@@ -100,7 +100,7 @@ def explain_failure(
         )
     else:
         hints.append(growth or "try: " + _advice(assembly, failure, kind, point, unknown))
-    span = lines[0][0] if lines else (analysis.span if analysis else None)
+    span = lines[0][0] if lines else (analysis.card.span if analysis else None)
     return [Diagnostic("error", CODES.get(kind, "E410"), what, span, "\n".join(hints), lines)]
 
 
@@ -141,7 +141,7 @@ def _unfit(assembly: Assembly, analysis: Analysis | None, why: str) -> Diagnosti
     method = assembly.options.get("method", "this method")
     quoted = why.split("`")[1::2]  # names of unknowns stand in backquotes
     lines = [place for name in quoted[:3] for place in locate(assembly, name)[1][:1]]
-    span = lines[0][0] if lines else (analysis.span if analysis else None)
+    span = lines[0][0] if lines else (analysis.card.span if analysis else None)
     hint = "try: .options method=radau, or none at all: emsim then chooses by itself"
     return Diagnostic(
         "error", CODES["unfit"], f"method {method} cannot do this deck: {why}", span, hint, lines
@@ -175,7 +175,7 @@ def _advice(assembly: Assembly, failure: dict[str, Any], kind: str, point: bool,
 
 
 def _static(analysis: Analysis | None) -> bool:
-    return analysis is not None and ("static" in analysis.flags or "static" in analysis.args)
+    return analysis is not None and (bool(getattr(analysis, "static", False)))
 
 
 def _mechanical(assembly: Assembly, unknown: str) -> bool:

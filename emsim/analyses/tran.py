@@ -10,70 +10,122 @@ from __future__ import annotations
 
 import os
 
-from . import Run, columns
+from .base import Analysis, Axis, Run, derived, recorded, wrong
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-    from typing import Any
+    from typing import Self
 
-    from ..assemble import Assembly, Output
-    from ..deck import Analysis
+    from ..assemble import Assembly
+    from ..deck import Analysis as Card
     from ..diagnostics import Sink
+    from .base import Progress
 
 
 SMALL = 64e6  # bytes that are never too many
 
 
-class Transient:
+class Tran(Analysis):
     """Arguments of the card [s]; `tmax` is None when it is not given."""
 
-    __slots__ = ("tmax", "tstart", "tstep", "tstop", "uic")
+    word = "tran"
+    form = ".tran tstep tstop [tstart [tmax]] [uic]"
+    meaning = "the time course from the operating point, or from initial values"
+    plotname = "Transient Analysis"
+    axis = Axis("time", "s")
+    streams = True
 
-    def __init__(self, tstep: float, tstop: float, tstart: float, tmax: float | None, uic: bool) -> None:
+    def __init__(
+        self, card: Card, tstep: float, tstop: float, tstart: float, tmax: float | None, uic: bool
+    ) -> None:
+        self.card = card
         self.tstep, self.tstop, self.tstart, self.tmax, self.uic = tstep, tstop, tstart, tmax, uic
 
+    @classmethod
+    def read(cls, card: Card, sink: Sink) -> Self | None:
+        """Checks the card by ngspice's rules."""
+        words = [a for a in card.args if isinstance(a, str)]
+        uic = "uic" in card.flags or "uic" in words
+        strange = [w for w in words if w != "uic"]
+        args = [float(a) for a in card.args if not isinstance(a, str)]
+        if strange:
+            wrong(cls, card, sink, f".tran does not know `{strange[0]}`")
+            return None
+        if len(args) < 2:
+            there = "is one number" if args else "is no number"
+            wrong(cls, card, sink, f".tran needs tstep and tstop, there {there}")
+            return None
+        if len(args) > 4:
+            wrong(cls, card, sink, f".tran takes four numbers at most, there are {len(args)}")
+            return None
+        if any(a != a or a in (float("inf"), float("-inf")) for a in args):
+            wrong(cls, card, sink, ".tran has an argument that is no finite number")
+            return None
+        tstep, tstop = args[:2]
+        tstart = args[2] if len(args) > 2 else 0.0
+        largest = args[3] if len(args) > 3 and args[3] > 0 else None
+        if tstop <= 0:
+            wrong(cls, card, sink, f"tstop is {tstop:g} s, it must be positive")
+        elif tstep <= 0:
+            better = f".tran {tstop / 1000:g} {tstop:g} makes 1000 points"
+            wrong(cls, card, sink, f"tstep is {tstep:g} s, it must be positive: {better}")
+        elif not 0 <= tstart < tstop:
+            wrong(cls, card, sink, f"tstart is {tstart:g} s, it must lie between 0 and tstop = {tstop:g} s")
+        elif len(args) > 3 and args[3] < 0:
+            wrong(cls, card, sink, f"tmax is {args[3]:g} s, it must be positive")
+        else:
+            return cls(card, tstep, tstop, tstart, largest, uic)
+        return None
 
-def read(analysis: Analysis, sink: Sink, tmax: float | None = None) -> Transient | None:
-    """Checks the card by ngspice's rules. None after an error. `tmax` from outside wins."""
+    def times(self) -> tuple[float, float]:
+        return self.tstep, self.tstop
 
-    def wrong(message: str) -> None:
-        sink.error("E305", message, analysis.span, hint=".tran tstep tstop [tstart [tmax]] [uic]")
+    def run(self, assembly: Assembly, progress: Progress | None = None) -> Run:
+        """Every accepted point from tstart on; the first column is the time, the channels of a drawing come last. Energy
+        accounts are kept where the assembly has them, over time where it is drawn."""
+        check_memory(assembly, self)
+        names, units, exprs = recorded(assembly, self)
 
-    words = [a for a in analysis.args if isinstance(a, str)]
-    uic = "uic" in analysis.flags or "uic" in words
-    strange = [w for w in words if w != "uic"]
-    args = [float(a) for a in analysis.args if not isinstance(a, str)]
-    if strange:
-        wrong(f".tran does not know `{strange[0]}`")
-        return None
-    if len(args) < 2:
-        wrong(f".tran needs tstep and tstop, there {'is one number' if args else 'is no number'}")
-        return None
-    if len(args) > 4:
-        wrong(f".tran takes four numbers at most, there are {len(args)}")
-        return None
-    if any(a != a or a in (float("inf"), float("-inf")) for a in args):
-        wrong(".tran has an argument that is no finite number")
-        return None
-    tstep, tstop = args[:2]
-    tstart = args[2] if len(args) > 2 else 0.0
-    largest = args[3] if len(args) > 3 and args[3] > 0 else None
-    if tstop <= 0:
-        wrong(f"tstop is {tstop:g} s, it must be positive")
-    elif tstep <= 0:
-        wrong(
-            f"tstep is {tstep:g} s, it must be positive: .tran {tstop / 1000:g} {tstop:g} makes 1000 points"
+        def tick(now: float, step: float, steps: int, events: int) -> bool:
+            return bool(progress and progress(now, self.tstop, step, steps, events))
+
+        watch = tick if progress else None
+        drawn, book = assembly.drawn, assembly.accounts
+        if drawn is not None:
+            exprs = [*exprs, *(c.expr for c in drawn.channels)]
+        kept = None
+        if book is not None:
+            kept = ([e.expr for e in book.powers], [e.expr for e in book.energies], drawn is not None)
+        waves = assembly.system.tran(
+            self.tstep,
+            self.tstop,
+            self.tstart,
+            self.tmax,
+            self.uic,
+            exprs,
+            assembly.options,
+            watch,
+            kept,
+            True,
+            self.into,
         )
-    elif not 0 <= tstart < tstop:
-        wrong(f"tstart is {tstart:g} s, it must lie between 0 and tstop = {tstop:g} s")
-    elif len(args) > 3 and args[3] < 0:
-        wrong(f"tmax is {args[3]:g} s, it must be positive")
-    elif tmax is not None and not tmax > 0:
-        wrong(f"the largest step is {tmax:g} s, it must be positive")
-    else:
-        return Transient(tstep, tstop, tstart, largest if tmax is None else tmax, uic)
-    return None
+        trouble = []
+        if waves.status == "failed":
+            from .failure import explain
+
+            trouble = explain(assembly, self, waves, names)
+        return Run(
+            self, ["time", *names], ["s", *units], waves, self.axis, derived=derived(assembly, self),
+            grid=(self.tstep, self.tstop, self.tstart), trouble=trouble, uic=self.uic,
+        )  # fmt: skip
+
+    def text(self) -> str:
+        words = [f"{self.tstep:g}", f"{self.tstop:g}"]
+        if self.tstart or self.tmax is not None:
+            words.append(f"{self.tstart:g}")
+        if self.tmax is not None:
+            words.append(f"{self.tmax:g}")
+        return ".tran " + " ".join(words) + (" uic" if self.uic else "")
 
 
 def memory() -> float:
@@ -101,9 +153,9 @@ def memory() -> float:
     return min(found)
 
 
-def check_memory(assembly: Assembly, analysis: Analysis, t: Transient) -> None:
+def check_memory(assembly: Assembly, t: Tran) -> None:
     """Raises OutsideError (E509) where the rows of the print grid alone are more than the memory."""
-    rows, columns = (t.tstop - t.tstart) / t.tstep, 1 + len(assembly.outputs["tran"])
+    rows, columns = (t.tstop - t.tstart) / t.tstep, 1 + len(assembly.outputs[t])
     if 8.0 * rows * columns < SMALL or 8.0 * rows * columns < (there := memory()):
         return
     from ..diagnostics import Diagnostic, OutsideError
@@ -114,34 +166,5 @@ def check_memory(assembly: Assembly, analysis: Analysis, t: Transient) -> None:
     )
     hint = f"a larger step, .tran {t.tstop / 1e4:.1g} {t.tstop:g}: steps between rows are as short as they need be"
     raise OutsideError(
-        [*assembly.flat.sink.diagnostics, Diagnostic("error", "E509", said, analysis.span, hint)]
-    )
-
-
-def run(
-    assembly: Assembly, analysis: Analysis, t: Transient, progress: Callable[..., object] | None = None,
-    channels: Sequence[Output] = (), traced: bool = False, stream: tuple[str, bool, Any] | None = None,
-) -> Run:  # fmt: skip
-    """Every accepted point from tstart on; the first column is the time, `channels` are recorded last. Energy
-    accounts are kept where the assembly has them, `traced` over time. `stream`: see outputs/raw.py."""
-    check_memory(assembly, analysis, t)
-    names, units, exprs = columns(assembly, "tran")
-
-    def tick(now: float, step: float, steps: int, events: int) -> bool:
-        return bool(progress and progress(now, t.tstop, step, steps, events))
-
-    watch = tick if progress else None
-    exprs = [*exprs, *(c.expr for c in channels)]
-    book = assembly.accounts
-    kept = None if book is None else ([e.expr for e in book.powers], [e.expr for e in book.energies], traced)
-    waves = assembly.system.tran(
-        t.tstep, t.tstop, t.tstart, t.tmax, t.uic, exprs, assembly.options, watch, kept, True, stream
-    )
-    trouble = []
-    if waves.status == "failed":
-        from .failure import explain
-
-        trouble = explain(assembly, analysis, waves, names)
-    return Run(
-        "tran", ["time", *names], ["s", *units], waves, True, (t.tstep, t.tstop, t.tstart), trouble, t.uic
+        [*assembly.flat.sink.diagnostics, Diagnostic("error", "E509", said, t.card.span, hint)]
     )

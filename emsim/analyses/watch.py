@@ -14,9 +14,9 @@ if TYPE_CHECKING:
     from typing import Any
 
     from ..assemble import Assembly
-    from ..deck import Analysis
     from ..diagnostics import Span
     from ..elements import Element
+    from .base import Analysis
 
 WORTH = 0.01  # share of an amplitude, of a period, of a signal that deserves a word
 SMALL = 0.1  # an oscillation of less of the signal must lose more
@@ -107,7 +107,7 @@ def too_long(assembly: Assembly, analysis: Analysis | None, failure: dict[str, A
     """The run was refused because of its cost."""
     steps, seconds = float(failure["steps"]), float(failure["seconds"])
     message = f"this run would need about {steps:.0e} steps ({duration(seconds)})"
-    span = analysis.span if analysis else None
+    span = analysis.card.span if analysis else None
     hint = "something asks for steps that are too short for a run of this length"
     if assembly.options["method"] in EXPLICIT:
         hint += "; where that has died out long ago, method=radau steps over it"

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from .context import Context
-from .outputs import Output, select
+from .outputs import Output, printed
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from typing import Any
+    from collections.abc import Sequence
+    from typing import Any, Protocol
 
     from .._engine import System
     from ..deck import FlatDeck
@@ -15,27 +16,41 @@ if TYPE_CHECKING:
     from .drawing import Drawing
     from .machine import Machine
 
+    class Analysis(Protocol):
+        """What is asked of an analysis (analyses/base.py) before the equations are compiled."""
+
+        @property
+        def word(self) -> str: ...
+        def columns(self, ctx: Context) -> list[Output]: ...
+
+
 __all__ = ["Assembly", "Context", "Output", "assemble"]
 
 
 class Assembly:
-    """A compiled deck. `outputs` maps an analysis kind ("op", "tran") to its columns, without the time."""
+    """A compiled deck. `outputs` maps each of the `analyses` to its columns, without the axis."""
 
-    __slots__ = ("accounts", "ctx", "drawn", "flat", "options", "outputs", "prints", "system")
+    __slots__ = ("accounts", "analyses", "ctx", "drawn", "flat", "options", "outputs", "prints", "system")
 
     def __init__(
         self,
         ctx: Context,
         system: System,
-        outputs: dict[str, list[Output]],
+        outputs: dict[Analysis, list[Output]],
         prints: list[tuple[str, list[str]]],
         accounts: Accounts | None = None,
+        analyses: Sequence[Analysis] = (),
     ) -> None:
+        self.analyses = analyses
         self.ctx, self.system, self.outputs, self.prints = ctx, system, outputs, prints
         self.flat: FlatDeck = ctx.flat
         self.options: dict[str, Any] = ctx.options
         self.drawn: Drawing | None = None
         self.accounts = accounts
+
+    def columns(self, word: str) -> list[Output]:
+        """Of the last analysis of that name, such as "tran"."""
+        return next((o for a, o in reversed(self.outputs.items()) if a.word == word), [])
 
     @property
     def machine(self) -> Any:
@@ -56,9 +71,10 @@ def assemble(
     times: tuple[float, float],
     energy: bool = False,
     context: type[Context] = Context,
+    analyses: Sequence[Analysis] = (),
 ) -> Assembly:
     """Circuit and machine in one system. `times` (tstep, tstop) [s] fill in waveform defaults; `context` is Recording where
-    the deck is to be explained.
+    the deck is to be explained; `analyses` are those whose columns are compiled.
 
     Raises DeckError with everything that is wrong with the deck.
     """
@@ -86,14 +102,15 @@ def assemble(
         ctx.machine.contribute()
         ctx.machine.check_poles()
 
-    outputs, prints = select(ctx)
+    outputs = {a: a.columns(ctx) for a in analyses}
+    prints = printed(ctx, {a.word: o for a, o in outputs.items()})
     flat.sink.raise_if_errors()
     book = None
     if energy:
         from .accounts import accounts
 
         book = accounts(ctx)
-    return Assembly(ctx, ctx.b.compile(), outputs, prints, book)
+    return Assembly(ctx, ctx.b.compile(), outputs, prints, book, analyses)
 
 
 def _machine(ctx: Context) -> Machine:

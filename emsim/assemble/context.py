@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from ..elements import Element
     from ..expr import Node
     from .behaviour import Compiler
+    from .outputs import Output
 
     T = TypeVar("T")
 
@@ -72,6 +73,7 @@ class Context:
         # (tstep, tstop) that waveform defaults refer to: of the first .tran, or of the one that runs
         self.times = (1.0, 1.0)
         self.ics: dict[str, float] = {}
+        self.saved: dict[str, Output] | None = None  # columns that every analysis records (outputs.py)
         self._waves: dict[str, int] = {}
         self._ddts: dict[int, int] = {}
         self._flag_count = 0

@@ -9,12 +9,16 @@ What `.print` asks for is always there.
 from __future__ import annotations
 
 from ..diagnostics import suggest
-from ..expr import Binary, Call, Cond, Name, Node, Num, Unary
+from ..expr import OF_COLUMNS, Binary, Call, Cond, Name, Node, Num, Unary, to_text
+from .behaviour import MECHANICAL
 from .circuit import all_currents, lists_word, probes_currents
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from collections.abc import Container, Iterator, Mapping, Sequence
+
     from .._engine import Expr
+    from ..deck import Print
     from ..diagnostics import Span
     from .context import Context
 
@@ -24,26 +28,121 @@ UNITS = {
     "x": "m", "y": "m", "z": "m", "vx": "m/s", "vy": "m/s", "vz": "m/s",
     "ax": "m/s^2", "ay": "m/s^2", "az": "m/s^2",
     "fx": "N", "fy": "N", "fz": "N", "mx": "N m", "my": "N m", "mz": "N m", "force": "N", "torque": "N m",
-    "gap": "m", "deg": "deg", "rpm": "rpm",
+    "gap": "m", "deg": "deg", "rpm": "rpm", "db": "dB", "ph": "rad", "cph": "rad",
 }  # fmt: skip
 KEEPS_UNIT = ("abs", "min", "max", "limit")
-RUNNABLE = ("op", "tran")
+# no source computes them
+AFTERWARDS = ("db", *OF_COLUMNS)
+# the letters behind v and i of SPICE's words for them
+WORDS = {"m": "mag", "p": "ph", "r": "re", "i": "im", "db": "db"}
 
 
 class Output:
-    """One column: its name as users write it, its unit, and the expression."""
+    """One column: its name as users write it, its unit, and the expression; in place of this `ast` where the column follows
+    from others once they are there (signals.py)."""
 
-    __slots__ = ("expr", "name", "unit")
+    __slots__ = ("ast", "expr", "name", "unit")
 
-    def __init__(self, name: str, unit: str, expr: Expr) -> None:
-        self.name, self.unit, self.expr = name, unit, expr
+    def __init__(self, name: str, unit: str, expr: Expr | None, ast: Node | None = None) -> None:
+        self.name, self.unit, self.expr, self.ast = name, unit, expr, ast
 
     def __repr__(self) -> str:
         return f"{self.name} [{self.unit}]"
 
 
-def select(ctx: Context) -> tuple[dict[str, list[Output]], list[tuple[str, list[str]]]]:
-    """Columns of every analysis kind that runs, and the (kind, names) of each .print."""
+def columns(ctx: Context, word: str, axis: str = "", whole: bool = True) -> list[Output]:
+    """What an analysis records behind its axis: what is saved, and what the .print cards of that name ask for. Not `whole`: the
+    engine gives quantities alone, and expressions follow from these, as where columns are complex."""
+    asked = [output for card in ctx.flat.prints if card.kind == word for output in _asked(ctx, card)]
+    found: dict[str, Output] = {}
+    for output in (*saved(ctx).values(), *asked):
+        for one in _split(ctx, output, whole):
+            found.setdefault(one.name, one)
+    found.pop(axis, None)  # there is that column, the first
+    return list(found.values())
+
+
+def printed(ctx: Context, columns: Mapping[str, Sequence[Output]]) -> list[tuple[str, list[str]]]:
+    """(analysis, names of columns) of each .print of these analyses; `columns`: what each of them records."""
+    found = []
+    for card in ctx.flat.prints:
+        if card.kind in columns:
+            own = {output.name for output in columns[card.kind]}
+            names = [output.name for output in _asked(ctx, card, own)]
+            if names or not card.items:
+                found.append((card.kind, names))
+    return found
+
+
+def _asked(ctx: Context, card: Print, own: Container[str] = ()) -> Iterator[Output]:
+    for text, ast in card.items:
+        if isinstance(ast, Name) and ast.id in own:
+            yield Output(ast.id, "", None)
+            continue
+        if isinstance(ast, Name) and ast.id == "all":
+            yield from saved(ctx).values()
+        elif not _left_out(ctx, ast, ast.span or card.span):
+            yield column(ctx, text, ast, card.span)
+
+
+def _split(ctx: Context, output: Output, whole: bool) -> list[Output]:
+    """A column that follows from others behind the quantities that it reads; any other one alone."""
+    ast = output.ast
+    if ast is None or _is_quantity(ast) or (whole and output.expr is not None):
+        return [output]
+    read = [column(ctx, to_text(leaf), leaf, leaf.span) for leaf in _quantities(ast)]
+    return [*read, Output(output.name, output.unit, None, ast)]
+
+
+def _quantities(ast: Node) -> Iterator[Node]:
+    if _is_quantity(ast):
+        yield ast
+    else:
+        for part in _operands(ast):
+            yield from _quantities(part)
+
+
+def _is_quantity(ast: Node) -> bool:
+    """Is this one thing that the equations give, rather than what is made of such?"""
+    if isinstance(ast, Call):
+        return ast.fn in MECHANICAL
+    return isinstance(ast, Name) and ast.id != "pi"
+
+
+def _of_columns(ast: Node) -> bool:
+    """Is there a function that no source knows?"""
+    return (isinstance(ast, Call) and ast.fn in AFTERWARDS) or any(
+        _of_columns(part) for part in _operands(ast)
+    )
+
+
+def _operands(ast: Node) -> list[Node]:
+    if isinstance(ast, Call):
+        return ast.args
+    return [part for key in "cab" if isinstance(part := getattr(ast, key, None), Node)]
+
+
+def _in_words(ctx: Context, ast: Node) -> Node:
+    """SPICE's vdb(a,b), vp(a), im(v1) ... in the words of signals.py: db(v(a,b)), ph(v(a)), mag(i(v1))."""
+    if not isinstance(ast, Call):
+        return ast
+    args = [_in_words(ctx, arg) for arg in ast.args]
+    quantity, word = ast.fn[:1], WORDS.get(ast.fn[1:])
+    if word is None or quantity not in "vi" or not all(isinstance(a, (Name, Num)) for a in args):
+        return Call(ast.fn, args, ast.at)
+    if quantity == "i" and ctx.element_name(repr(args[0])) not in ctx.elements:
+        return Call(ast.fn, args, ast.at)  # im(a): the imaginary part of a node's voltage
+    return Call(word, [Call(quantity, args, ast.at)], ast.at)
+
+
+def saved(ctx: Context) -> dict[str, Output]:
+    """What every analysis records, by name."""
+    if ctx.saved is None:
+        ctx.saved = _find_saved(ctx)
+    return ctx.saved
+
+
+def _find_saved(ctx: Context) -> dict[str, Output]:
     saved: dict[str, Output] = {}
     saves = ctx.flat.saves
     asked = [*saves, *ctx.flat.probes]
@@ -74,35 +173,14 @@ def select(ctx: Context) -> tuple[dict[str, list[Output]], list[tuple[str, list[
 
     for probe in ctx.flat.also:
         if not (isinstance(probe.ast, Name) and probe.ast.id in ("all", "time")):
-            column = _column(ctx, probe.text, probe.ast, probe.span)
-            saved.setdefault(column.name, column)
-
-    kinds = {a.kind for a in ctx.flat.analyses if a.kind in RUNNABLE} or set(RUNNABLE)
-    outputs = {kind: dict(saved) for kind in kinds}
-    prints: list[tuple[str, list[str]]] = []
-    for card in ctx.flat.prints:
-        if card.kind not in kinds:
-            continue
-        names: list[str] = []
-        for text, ast in card.items:
-            if isinstance(ast, Name) and ast.id == "all":
-                names += list(saved)
-                continue
-            if _left_out(ctx, ast, ast.span or card.span):
-                continue
-            column = _column(ctx, text, ast, card.span)
-            outputs[card.kind].setdefault(column.name, column)
-            names.append(column.name)
-        if names or not card.items:
-            prints.append((card.kind, names))
-    if "tran" in outputs:
-        outputs["tran"].pop("time", None)  # it has that column, the first
-    return {kind: list(columns.values()) for kind, columns in outputs.items()}, prints
+            output = column(ctx, probe.text, probe.ast, probe.span)
+            saved.setdefault(output.name, output)
+    return saved
 
 
 def _left_out(ctx: Context, ast: Node, span: Span) -> bool:
     """Whether a signal is of a node that the deck does not have: told, and left out, as in ngspice."""
-    if isinstance(ast, Name) and not _is_quantity(ast.id) and not ast.id.endswith("#branch"):
+    if isinstance(ast, Name) and not _is_word(ast.id) and not ast.id.endswith("#branch"):
         ast = Call("v", [ast], ast.at)
     if not isinstance(ast, Call) or ast.fn != "v":
         return False
@@ -151,15 +229,16 @@ def _saved(ctx: Context, text: str, ast: Node, span: Span) -> Output | None:
         device, _, parameter = ast.id[1:].rstrip("]").partition("[")
         if device_value(ctx, device, parameter) is None:
             return None
-    return _column(ctx, text, ast, span)
+    return column(ctx, text, ast, span)
 
 
-def _is_quantity(name: str) -> bool:
+def _is_word(name: str) -> bool:
     return name in ("time", "temper", "hertz") or name.startswith("@")
 
 
-def _column(ctx: Context, text: str, ast: Node, span: Span) -> Output:
-    if isinstance(ast, Name) and (ast.id in ctx.nodes or not _is_quantity(ast.id)):
+def column(ctx: Context, text: str, ast: Node, span: Span) -> Output:
+    """The column of something as users write it: a node by its name, a quantity, an expression."""
+    if isinstance(ast, Name) and (ast.id in ctx.nodes or not _is_word(ast.id)):
         # a bare name is a node, name#branch a current, as in ngspice
         ast = (
             Call("i", [Name(ast.id[:-7], ast.span)], ast.span)
@@ -174,7 +253,8 @@ def _column(ctx: Context, text: str, ast: Node, span: Span) -> Output:
             ast = Call("v", [Name(name, ast.span)], ast.span)
             text = repr(ast)
     name = "".join(text.split()).lower().strip("{}'\"")
-    return Output(name, unit_of(ast), ctx.compile(ast, ast.span or span))
+    ast = _in_words(ctx, ast)
+    return Output(name, unit_of(ast), None if _of_columns(ast) else ctx.compile(ast, ast.span or span), ast)
 
 
 def unit_of(ast: Node) -> str:

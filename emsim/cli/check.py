@@ -10,7 +10,7 @@ import sys
 
 from .. import pipeline
 from .arguments import DEFINE, HELP, JSON, QUIET, Option, defines, parse
-from .console import OK, print_json, print_lines, show
+from .console import DECK, OK, print_json, print_lines, show
 from .run import METHOD_OPTIONS, overrides, source_of
 
 TYPE_CHECKING = False
@@ -28,12 +28,13 @@ def main(args: Sequence[str]) -> int:
     facts = pipeline.check(source, defines=defines(given), options=overrides(given))
     diagnostics = facts.pop("diagnostics")
     show(diagnostics, given.has("quiet"))
+    code = DECK if any(d.severity == "error" for d in diagnostics) else OK
     if given.has("json"):
-        print_json(OK, diagnostics, facts=facts)
+        print_json(code, diagnostics, facts=facts)
     else:
         sys.stderr.flush()
         print_lines(lines(facts))
-    return OK
+    return code
 
 
 def lines(facts: dict[str, Any]) -> Iterator[str]:

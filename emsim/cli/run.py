@@ -106,6 +106,10 @@ def _run(given: Arguments) -> int:
             also=plots.signals,
             stream=stream,
         )
+        if any(d.severity == "error" for d in result.diagnostics):
+            code = (
+                DECK  # an analysis that emsim does not have; what the others computed is written all the same
+            )
     except ConvergenceError as error:
         if error.partial is None:
             raise

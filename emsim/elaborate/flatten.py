@@ -96,6 +96,7 @@ class _Flattener:
                 top.scope.report(error)
         if not (self.flat.elements or self.flat.machine or self.sink.has_errors):
             self.sink.error("E128", "the deck is empty: it has no element and no machine card")
+        self.flat.reads_temper = top.scope.read_temper
         return self.flat
 
     # ---- parameters given from outside ----

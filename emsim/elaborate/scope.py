@@ -42,6 +42,7 @@ class DeckScope(Scope):
         self.prober: Any = None
         self.prefix = ""
         self.temper: float | None = None  # of the top level: the circuit's temperature, once it is known
+        self.read_temper = False  # ... and whether a parameter asked for it
 
     def reads(self, function: str) -> bool:
         from ..cards.joints import WORDS
@@ -58,7 +59,10 @@ class DeckScope(Scope):
         if param is None:
             if self.caller is not None:
                 return self.caller.lookup(name)
-            return self.temper if name == "temper" else None
+            if name != "temper":
+                return None
+            self.read_temper = True
+            return self.temper
         if name in self._failed:
             raise self._failed[name]
         if name in self._open:

@@ -13,7 +13,7 @@ The duties of an element, by who asks; `ctx` is assemble.context.Context. A file
  7. `contribute(ctx)`   what it adds to d/dt Q(x) + F(x, t) = 0: row n+ gets +i, row n- gets -i.
  8. `probe(ctx, name)`  what @name[..] reads.
  9. `account(ctx, book)`  energies and powers, so that a deck audits itself.
-10. `excite(ctx)`       the right-hand side of a small-signal analysis, from AC on its line.
+10. `excite(ctx)`       the amplitudes of its waveforms in a small-signal analysis, from AC on its line.
 11. `analogue(net)`     its line in an ngspice deck.
 
 Linear elements are constant stamps (`b.g`, `b.c`, `b.f_wave`), which the engine sums once; anything else goes through the
@@ -421,7 +421,7 @@ class Element:
         book.dissipates(self, self.between(ctx) * self.flow(ctx))
 
     def excite(self, ctx: Context) -> Sequence[tuple[int, complex]]:
-        """(row, value) pairs on the right-hand side of (G + s C) X = b."""
+        """(number of the waveform, complex amplitude) of what is its own and oscillates in a small-signal analysis."""
         return ()
 
     def quantity(self, ctx: Context) -> float | None:

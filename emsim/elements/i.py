@@ -41,8 +41,3 @@ class CurrentSource(Independent):
 
     def account(self, ctx: Context, book: Accounts) -> None:
         book.supplies(self, -(self.between(ctx) * self.flow(ctx)))
-
-    def excite(self, ctx: Context) -> tuple[tuple[int, complex], ...]:
-        value = self.number("m", 1.0) * self.phasor
-        p, n = ctx.node(self.nodes[0]), ctx.node(self.nodes[1])
-        return ((p, -value), (n, value)) if value else ()

@@ -110,6 +110,9 @@ class Independent(Element):
         magnitude, phase = self.extra.get("ac") or (0.0, 0.0)
         return cmath.rect(magnitude, math.radians(phase))
 
+    def excite(self, ctx: Context) -> tuple[tuple[int, complex], ...]:
+        return ((ctx.wave(self), self.phasor),) if self.phasor else ()
+
     def analogue(self, net: Net) -> str:
         dc = self.extra.get("dc")
         shown = "" if dc is None else f" dc {float(dc)!r}"

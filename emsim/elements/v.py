@@ -54,6 +54,3 @@ class VoltageSource(Independent):
 
     def account(self, ctx: Context, book: Accounts) -> None:
         book.supplies(self, -(self.between(ctx) * self.flow(ctx)))
-
-    def excite(self, ctx: Context) -> tuple[tuple[int, complex], ...]:
-        return ((ctx.branches[self.name], self.phasor),) if self.phasor else ()

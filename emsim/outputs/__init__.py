@@ -71,10 +71,3 @@ def missing_package(what: str, package: str, extra: str) -> OutsideError:
 
     said = f"{what} {package}, which is not installed"
     return OutsideError(Diagnostic("error", "E521", said, None, f"pip install 'emsim[{extra}]'"))
-
-
-def plotname_of(kind: str) -> str:
-    """How raw files spell an analysis."""
-    from ..result import PLOTNAMES
-
-    return PLOTNAMES.get(kind, kind)

@@ -1,13 +1,14 @@
 """Comma-separated values: a line of names, on request a line of units, then one line a point.
 
 Numbers have as many digits as give the same double when read again. Names with a comma are quoted, as
-spreadsheets expect. One file holds one table: the main one. Read are such files and those of other programs.
+spreadsheets expect. A complex column is two, re(name) and im(name). One file holds one table: the main one. Read are such
+files and those of other programs.
 """
 
 from __future__ import annotations
 
 from ..diagnostics import inert
-from ..result import Result, Table
+from ..result import Result, Table, is_axis, kind_of
 from .beside import replacing
 
 TYPE_CHECKING = False
@@ -23,11 +24,11 @@ def write(path: str, result: Result, units: bool = False) -> None:
 
 
 def lines(table: Table, units: bool = False) -> Iterator[str]:
-    yield ",".join(map(_field, table.names))
+    columns = table.flat()
+    yield ",".join(_field(name) for name, _, _ in columns)
     if units:
-        yield ",".join(map(_field, table.units))
-    columns = [table.floats(k) for k in range(len(table.names))]
-    for point in zip(*columns, strict=True):
+        yield ",".join(_field(unit) for _, unit, _ in columns)
+    for point in zip(*(numbers for _, _, numbers in columns), strict=True):
         yield ",".join(map(repr, point))
 
 
@@ -43,7 +44,7 @@ def read(path: str) -> Result:
     import csv
     from array import array
 
-    from ..result import Columns, Table
+    from ..result import Table, paired
 
     with open(path, encoding="utf-8-sig", newline="") as file:
         rows = csv.reader(file, skipinitialspace=True)
@@ -68,13 +69,13 @@ def read(path: str) -> Result:
                 column.append(value)
     if not names or not columns[0]:
         raise ValueError(f"{path}: no line of names with lines of numbers under it")
-    axis = names[0] in ("time", "frequency")
-    kind = "tran" if names[0] == "time" else ""
-    table = Table(
-        kind, names, units or list(map(_usual_unit, names)), Columns(c.tobytes() for c in columns), axis=axis
+    names, units, store = paired(
+        names, units or list(map(_usual_unit, names)), [c.tobytes() for c in columns]
     )
-    return Result("", [table])
+    return Result("", [Table(kind_of(names), names, units, store, axis=is_axis(names[0]))])
 
 
 def _usual_unit(name: str) -> str:
+    if name.startswith(("re(", "im(")):
+        name = name[3:]
     return {"time": "s", "frequency": "Hz"}.get(name) or {"v(": "V", "i(": "A"}.get(name[:2].lower(), "")

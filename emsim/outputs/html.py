@@ -1,8 +1,9 @@
 """One self-contained HTML page of a run: waveforms and the moving machine on one clock, no network.
 
 The page is web/page.html with the styles, uPlot (vendored, MIT, see web/vendor/LICENSE-uPlot), the scripts of web/ and
-the run as JSON in it. Columns travel as float32 (the axis as float64): their bytes are laid side by side by significance,
-deflated, base64; an ordinary planar page stays below 200 kB. web/data.js unpacks them.
+the run as JSON in it. Columns travel as float32 (the axis as float64, and what float32 cannot hold): their bytes are laid
+side by side by significance, deflated, base64; of a complex column real and imaginary parts, one after the other. An
+ordinary planar page stays below 200 kB. web/data.js unpacks them.
 
 The machine's channels are taken at no more than FRAMES times: a film needs no more, waveforms keep every point.
 """
@@ -73,17 +74,20 @@ def document(result: Result, deck: str = "", sheets: Iterable[Sheet] = ()) -> di
         "error": None if table.status == "ok" else f"This run {ENDS[table.status]}: it ends before its time.",
         "rows": len(table) if table.axis and len(table) > 1 else 0,
         "axisName": table.names[0] if table.names else "", "axisUnit": table.units[0] if table.units else "",
+        "axisLog": table.axis is not None and table.axis.log,
         "names": table.signals, "units": table.units[1:] if table.axis else table.units,
+        "complex": [table.is_complex(name) for name in table.signals],
         "shown": shown(result, table), "printed": bool(result.prints),
         "sheets": [*sheets, deck_sheet(deck, said), *_messages(said)] if deck or said else [*sheets],
         "scene": None,
     }  # fmt: skip
     if not run["rows"] and len(table):
         # an operating point
-        run["point"] = [_number(table.floats(name)[-1]) for name in table.signals]
+        run["point"] = [_number(table.parts(name)[0][-1]) for name in table.signals]
     if run["rows"]:
         run["axis"] = pack(table.floats(0))
-        run["packed"] = [pack(_single(table.floats(k + 1))) for k in range(len(table.signals))]
+        run["packed"] = [pack(_single(numbers)) for _, _, numbers in table.flat()[1:]]
+        run["blocks"] = [first for first, _ in table.blocks()[1:]]
         if table.energy is not None:
             run["energy"] = _energy(table.energy)
             run["sheets"] = [("energy", "Energy", ""), *run["sheets"]]
@@ -108,13 +112,12 @@ def _number(value: float) -> float | None:
     return value if isfinite(value) else None
 
 
-def _single(values: array[float]) -> array[float]:
-    """float32, with what it cannot hold at its largest."""
+def _single(values: Sequence[float]) -> array[float]:
+    """float32, or float64 where a finite number does not fit into it."""
     single = array("f", values)
-    if isfinite(sum(single)):
+    if isfinite(sum(single)) or all(isfinite(v) == isfinite(s) for v, s in zip(values, single, strict=True)):
         return single
-    largest = 3.4e38
-    return array("f", (v if -largest < v < largest else (largest if v > 0 else -largest) for v in values))
+    return array("d", values)
 
 
 def _scene(scene: Scene, time: array[float]) -> dict[str, Any]:
@@ -141,7 +144,7 @@ def _energy(ledger: Any) -> dict[str, Any]:
         found["rows"] = len(rows)
         found["axis"] = pack(array("d", (time[r] for r in rows)))
         found["packed"] = [
-            pack(_single(array("d", (ledger.trace[key][r] for r in rows))))
+            pack(_single([ledger.trace[key][r] for r in rows]))
             for key in ("supplied", "dissipated", "stored", "residual")
         ]
     return found
@@ -169,7 +172,7 @@ def shown(result: Result, table: Table) -> list[str]:
     printed = [n for kind, names in result.prints if kind == table.kind for n in names if n in table.signals]
     if printed:
         return list(dict.fromkeys(printed))
-    moving = [n for n in table.signals if (c := table.floats(n)) and max(c) > min(c)]
+    moving = [n for n in table.signals if any(len(c) and max(c) > min(c) for c in table.parts(n))]
     order = ("angle(", "pos(", "x(", "y(", "v(", "torque(", "force(", "i(", "omega(", "vel(")
 
     def rank(name: str) -> int:

@@ -2,13 +2,15 @@
 
 The main table stands at the root, where xarray finds it, the others in groups named after their analysis. The
 independent column is the coordinate variable of the one dimension, float64 as all of them; each variable carries
-`units`, each group `title`, `analysis`, `plotname`. A name with a slash, which NetCDF does not allow, is stored with a
-division slash in its place and in full as the attribute `long_name`.
+`units`, each group `title`, `analysis`, `plotname`. A complex column is two, re(name) and im(name): NetCDF knows no type
+for it. A sweep within sweeps lies along `point`, and attributes name its axis and its steps. A name with a slash, which
+NetCDF does not allow, is stored with a division slash in its place and in full as the attribute `long_name`.
 """
 
 from __future__ import annotations
 
-from . import missing_package, plotname_of
+from ..result import kind_of, paired, plotname_of
+from . import missing_package
 from .beside import replacing
 
 TYPE_CHECKING = False
@@ -47,7 +49,8 @@ def write(path: str, result: Result) -> None:
 
 
 def _write_table(group: Any, table: Table, place: int) -> None:
-    dim = table.names[0].replace("/", SLASH) if table.axis else "point"
+    alone = table.axis is not None and not table.steps
+    dim = table.names[0].replace("/", SLASH) if alone else "point"
     group.dimensions[dim] = len(table)
     group.attrs.update(
         title=table.title,
@@ -55,9 +58,10 @@ def _write_table(group: Any, table: Table, place: int) -> None:
         plotname=table.plotname,
         status=table.status,
         plot_number=place,
+        **({"axis": table.names[0], "steps": ",".join(table.steps)} if table.steps else {}),
     )
-    for name, unit in zip(table.names, table.units, strict=True):
-        variable = group.create_variable(name.replace("/", SLASH), (dim,), "f8", data=table[name])
+    for name, unit, numbers in table.flat():
+        variable = group.create_variable(name.replace("/", SLASH), (dim,), "f8", data=numbers)
         variable.attrs["units"] = unit
         if "/" in name:
             variable.attrs["long_name"] = name
@@ -85,7 +89,7 @@ def read(path: str) -> Result:
 
 
 def _read_table(group: Any) -> tuple[int, Table] | None:
-    from ..result import Columns, Table
+    from ..result import Table
 
     lines = {
         name: v for name, v in group.variables.items() if len(v.dimensions) == 1 and v.dtype.kind in "fiu"
@@ -95,15 +99,17 @@ def _read_table(group: Any) -> tuple[int, Table] | None:
     dims = [v.dimensions[0] for v in lines.values()]
     dim = max(dims, key=dims.count)
     kept = [name for name, v in lines.items() if v.dimensions[0] == dim and name != dim]
-    axis = dim in lines
-    names = [dim, *kept] if axis else kept
     about = {key: group.attrs[key] for key in group.attrs}
-    kind = str(about.get("analysis", "tran" if dim == "time" else ""))
-    columns = Columns(lines[name][...].astype("f8").tobytes() for name in names)
+    axis = dim in lines or "axis" in about
+    names = [dim, *kept] if dim in lines else kept
+    kind = str(about.get("analysis", kind_of([dim])))
+    columns = [lines[name][...].astype("f8").tobytes() for name in names]
     units = [str(lines[name].attrs.get("units", "")) for name in names]
     names = [str(lines[name].attrs["long_name"]) if SLASH in name else name for name in names]
+    names, units, store = paired(names, units, columns)
+    steps = [name for name in str(about.get("steps", "")).split(",") if name]
     table = Table(
-        kind, names, units, columns, title=str(about.get("title", "")), axis=axis,
+        kind, names, units, store, title=str(about.get("title", "")), axis=axis, steps=steps,
         plotname=str(about.get("plotname", plotname_of(kind))), status=str(about.get("status", "ok")),
     )  # fmt: skip
     return int(about.get("plot_number", 0)), table

@@ -57,7 +57,9 @@ def table(t: Table) -> str:
         return f"<div>{head}</div>"
     rows = []
     for name, unit in zip(t.names, t.units, strict=True):
-        column = t[name]
+        column = t.column(name)
+        if column.dtype.kind == "c":
+            name, column = f"|{name}|", np.abs(column)
         values = [column[-1]] if len(t) == 1 else [np.min(column), np.max(column), column[-1]]
         largest = max((abs(v) for v in values if np.isfinite(v)), default=0.0)
         factor, unit = prefixed(unit, largest)
@@ -119,19 +121,22 @@ def thinned(found: Result, cells: int = CELLS) -> Result:
     ends = np.append(starts[1:], len(x)) - 1
     rows = [starts, ends]
     for name in kept:
-        order = np.lexsort((t[name], of))
+        values = t.column(name)
+        order = np.lexsort((np.abs(values) if values.dtype.kind == "c" else values, of))
         rows += [order[starts], order[ends]]
     keep = np.unique(np.concatenate(rows))
 
     def cut(waves: Columns | Table, count: int) -> Columns:
-        columns = (np.frombuffer(waves.column(k)) for k in range(count))  # type: ignore[union-attr]
-        return Columns(column[keep].tobytes() for column in columns)
+        complex = getattr(waves, "complex", None) or [False] * count
+        kinds = [np.complex128 if z else np.float64 for z in complex]
+        columns = (np.frombuffer(waves.column(k), kinds[k]) for k in range(count))  # type: ignore[arg-type]
+        return Columns((column[keep].tobytes() for column in columns), complex=complex)
 
     scene = t.scene
     if scene is not None:
         scene = Scene(scene.data, cut(scene.waves, scene.waves.columns))  # type: ignore[arg-type]
     main = Table(
-        t.kind, t.names, t.units, cut(t.waves, len(t.names)), title=t.title, axis=t.axis, grid=t.grid,  # type: ignore[arg-type]
+        t.kind, t.names, t.units, cut(t.waves, len(t.names)), title=t.title, axis=t.axis, steps=t.steps, grid=t.grid,  # type: ignore[arg-type]
         stats=t.stats, status=t.status, plotname=t.plotname, scene=scene, energy=t.energy,
     )  # fmt: skip
     return Result(found.title, [main], found.diagnostics, found.prints, found.deck)

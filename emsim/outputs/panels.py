@@ -3,8 +3,9 @@
     "v(out) v(in)-v(out) angle(hinge)"      two panels over time
     "omega(hinge) vs angle(hinge)"          one panel, a phase portrait
 
-A signal is a column, or an expression of columns as .print takes them. Curves between computed points follow
-interpolate.py; long ones are thinned to what can be seen, extremes kept. Drawn by picture.py and terminal.py.
+A signal is a column, or an expression of columns (signals.py); a complex one is drawn as db() and ph() of it. Curves
+between computed points follow interpolate.py; long ones are thinned to what can be seen, extremes kept. What no scale can
+show, because it is infinite or dwarfs all else, is said. Drawn by picture.py and terminal.py.
 """
 
 from __future__ import annotations
@@ -13,25 +14,29 @@ import math
 
 import numpy as np
 
-from ..assemble.outputs import KEEPS_UNIT, UNITS, unit_of_two
 from ..build import parse_signals
 from ..diagnostics import deck_error
-from ..expr import SOURCE_MATH, Binary, Call, Cond, Name, Num, Unary, to_text
+from ..expr import Name
 from ..interpolate import cubic_many
+from ..signals import FUNCTIONS, evaluate
 from .raw import TYPES
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Sequence
+    from collections.abc import Iterator, Sequence
 
     from ..deck import Probe
-    from ..expr import Node
     from ..result import Table
 
+FAR = 1e6  # times the distance of all else from the middle: such rows are off the scale
 FINE = 1500  # points that a curve has at least: between computed points it is not straight
 PREFIXES = {-15: "f", -12: "p", -9: "n", -6: "u", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}
-UNSCALED = ("", "rad", "deg", "rpm", "C")
-QUANTITIES = {**{unit: word.replace("_", " ") for unit, word in TYPES.items() if unit}, "deg": "angle"}
+UNSCALED = ("", "rad", "deg", "rpm", "C", "dB")
+QUANTITIES = {
+    **{unit: word.replace("_", " ") for unit, word in TYPES.items() if unit},
+    "deg": "angle",
+    "dB": "ratio",
+}
 
 
 class Curve:
@@ -57,6 +62,29 @@ class Panel:
         """The name of the only curve, or of the quantity that all have."""
         return self.curves[0].name if len(self.curves) == 1 else QUANTITIES.get(self.unit, "")
 
+    @property
+    def scale(self) -> tuple[float, float]:
+        """The lowest and the highest value that are drawn."""
+        kept = [c.y[~off_scale(c.y)] for c in self.curves]
+        kept = [y for y in kept if y.size]
+        if not kept:
+            return 0.0, 1.0
+        return min(float(y.min()) for y in kept), max(float(y.max()) for y in kept)
+
+    @property
+    def unseen(self) -> str:
+        """What lies off the scale, in words; empty where nothing does."""
+        said = []
+        for c in self.curves:
+            off = off_scale(c.y) & ~np.isnan(c.y)
+            if off.any():
+                k = int(np.argmax(np.where(off, np.abs(c.y), -1.0)))
+                rows = "1 row" if off.sum() == 1 else f"{off.sum()} rows"
+                said.append(
+                    f"{c.name}: {rows} off the scale, {c.y[k]:.3g} at {c.x[k]:.4g} {self.xunit}".rstrip()
+                )
+        return "; ".join(said)
+
 
 def panels(
     table: Table,
@@ -70,8 +98,10 @@ def panels(
     Raises DeckError for signals that are not there, and where there is no course to draw."""
     if len(table) < 2:
         deck_error("E349", "there is nothing to draw: no analysis of several points ran")
-    axis = table[table.names[0]]
+    axis = table.column(table.names[0])
     window = _window(table, axis, start, stop)
+    # phases are read in degrees
+    degrees = degrees or table.names[0] == "frequency"
     found: list[Panel] = []
     for given in asked:
         wanted, across = split(parse_signals(given) if isinstance(given, str) else list(given))
@@ -79,14 +109,13 @@ def panels(
         if across is not None:
             ((xname, xunit, x),) = _signals(table, [across], degrees)
         own: dict[str, Panel] = {}
-        log = across is None and xname == "frequency" and axis[0] > 0
+        log = across is None and table.axis is not None and table.axis.log and axis[0] > 0
         for name, unit, y in _signals(table, wanted, degrees):
             if not np.isfinite(y).any():
                 deck_error("E349", f"there is nothing to draw: {name} is nowhere a finite number")
             panel = own.setdefault(unit, Panel(unit, xname, xunit, log))
-            panel.curves.append(
-                Curve(name, *_course(axis, x, y, window, table.kind == "tran", table.corners()))
-            )
+            course = _course(axis, x, y, window, table.smooth, table.corners())
+            panel.curves.append(Curve(name, *(_apart(table, *course) if window is None else course)))
         found += own.values()
     return found
 
@@ -147,86 +176,25 @@ def split(items: list[Probe]) -> tuple[list[Probe], Probe | None]:
 
 
 def _signals(table: Table, items: Sequence[Probe], degrees: bool) -> Iterator[tuple[str, str, np.ndarray]]:
-    """Name, unit and values of columns and expressions; `all` is every column."""
+    """Name, unit and values of columns and expressions, of complex ones their size in dB and their phase; `all` is every
+    column."""
     for probe in items:
         asked = "".join(probe.text.split()).lower().strip("{}'\"")
-        for name in table.names[1:] if asked == "all" and asked not in table else [asked]:
-            if name in table:
-                name, unit, y = table.spelled(name), table.unit(name), table[name]
+        for name in table.names[1:] if asked == "all" and not table.has_column(asked) else [asked]:
+            if table.has_column(name):
+                name, unit, y = table.spelled(name), table.column_unit(name), table.column(name)
             else:
-                value, unit = _value(table, probe.ast, probe)
-                y = np.broadcast_to(np.asarray(value, dtype=float), (len(table),))
-            if degrees and unit.startswith("rad"):
-                unit, y = "deg" + unit[3:], np.degrees(y)
-            yield name, unit, y
-
-
-def _value(table: Table, node: Node, probe: Probe) -> tuple[np.ndarray | float, str]:
-    """An expression over the columns, and its unit. Where it has no value it is NaN."""
-    if isinstance(node, Num):
-        return node.value, ""
-    if isinstance(node, Call) and to_text(node) not in table and node.fn in SOURCE_MATH:
-        args = [_value(table, a, probe) for a in node.args]
-        unit = args[0][1] if node.fn in KEEPS_UNIT and args else UNITS.get(node.fn, "")
-        return _apply(node, [a for a, _ in args], probe), unit
-    if isinstance(node, (Name, Call)):
-        if isinstance(node, Name) and node.id == "pi":
-            return math.pi, ""
-        return _column(table, node, probe)
-    if isinstance(node, Unary):
-        a, unit = _value(table, node.a, probe)
-        return (-a if node.op == "-" else a if node.op == "+" else np.equal(a, 0) * 1.0), unit
-    if isinstance(node, Binary):
-        (a, ua), (b, ub) = _value(table, node.a, probe), _value(table, node.b, probe)
-        with np.errstate(all="ignore"):
-            return OPERATORS[node.op](a, b), unit_of_two(node, ua, ub)
-    assert isinstance(node, Cond)
-    (a, unit), (b, _) = _value(table, node.a, probe), _value(table, node.b, probe)
-    return np.where(np.not_equal(_value(table, node.c, probe)[0], 0), a, b), unit
-
-
-def _column(table: Table, node: Node, probe: Probe) -> tuple[np.ndarray, str]:
-    text = to_text(node)
-    try:
-        y = table[text]
-    except KeyError as error:
-        said, _, near = str(error.args[0]).replace("'", "`").partition(", did")
-        span = node.span or probe.span
-        deck_error("E352", f"there is {said} in these results", span, f"did{near}" if near else None)
-    return y, table.unit(text)
-
-
-def _apply(node: Call, args: list[np.ndarray | float], probe: Probe) -> np.ndarray:
-    least, most, function = SOURCE_MATH[node.fn]
-    if not least <= len(args) <= most:
-        deck_error(
-            "E121", f"{node.fn} takes {least} arguments, there are {len(args)}", node.span or probe.span
-        )
-
-    def guarded(*values: float) -> float:
-        try:
-            return float(function(*values))
-        except (ValueError, OverflowError, ZeroDivisionError):
-            return math.nan
-
-    with np.errstate(all="ignore"):
-        found = VECTORS.get(node.fn) or np.frompyfunc(guarded, len(args), 1)
-        return np.asarray(found(*args), dtype=float)
-
-
-VECTORS: dict[str, Callable[..., np.ndarray]] = {
-    "abs": np.abs, "sqrt": np.sqrt, "exp": np.exp, "ln": np.log, "log": np.log, "log10": np.log10,
-    "sin": np.sin, "cos": np.cos, "tan": np.tan, "atan": np.arctan, "atan2": np.arctan2, "hypot": np.hypot,
-    "deg": np.degrees, "rpm": lambda x: np.asarray(x) * 30 / np.pi, "db": lambda x: 20 * np.log10(np.abs(x)),
-}  # fmt: skip
-OPERATORS: dict[str, Callable[..., np.ndarray]] = {
-    "+": np.add, "-": np.subtract, "*": np.multiply, "/": np.divide,
-    "**": lambda a, b: np.power(np.abs(a), b),
-    "<": lambda a, b: np.less(a, b) * 1.0, "<=": lambda a, b: np.less_equal(a, b) * 1.0,
-    ">": lambda a, b: np.greater(a, b) * 1.0, ">=": lambda a, b: np.greater_equal(a, b) * 1.0,
-    "==": lambda a, b: np.equal(a, b) * 1.0, "!=": lambda a, b: np.not_equal(a, b) * 1.0,
-    "&&": lambda a, b: np.logical_and(a, b) * 1.0, "||": lambda a, b: np.logical_or(a, b) * 1.0,
-}  # fmt: skip
+                y, unit = evaluate(table, probe.ast, probe.span)
+            shown = [(name, unit, y)]
+            if np.iscomplexobj(y):
+                with np.errstate(all="ignore"):
+                    shown = [
+                        (f"{fn}({name})", u, FUNCTIONS[fn](y)) for fn, u in (("db", "dB"), ("ph", "rad"))
+                    ]
+            for name, unit, y in shown:
+                if degrees and unit.startswith("rad"):
+                    unit, y = "deg" + unit[3:], np.degrees(y)
+                yield name, unit, y
 
 
 # ---- courses ------------------------------------------------------------------------------------
@@ -263,6 +231,24 @@ def _course(
 
     across = course(x)
     return across, across if y is x else course(y)
+
+
+def _apart(table: Table, x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The courses of a sweep within sweeps with a gap between them."""
+    starts = [first for first, _ in table.blocks()[1:]]
+    return np.insert(x, starts, x[starts]), np.insert(y, starts, np.nan)
+
+
+def off_scale(y: np.ndarray) -> np.ndarray:
+    """Which values no scale shows beside the others: what is not finite, and a hundredth of the rows at most that is FAR
+    times as distant from the middle as all else."""
+    off = ~np.isfinite(y)
+    if off.all():
+        return off
+    finite = y[~off]
+    distance = np.abs(y - np.median(finite))
+    rest = float(np.quantile(distance[~off], 0.99, method="lower"))
+    return off | (distance > FAR * rest) if rest > 0 and len(finite) > 2 else off
 
 
 def thinned(x: np.ndarray, y: np.ndarray, columns: int) -> tuple[np.ndarray, np.ndarray]:

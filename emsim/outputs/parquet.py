@@ -1,12 +1,14 @@
 """Apache Parquet: one column a signal, float64, through pyarrow (the extra `files`). One file holds one table.
 
 Each column carries its unit as the field's metadata `unit`; title, analysis and the raw file's plot name stand in the
-schema's. Files of other programs are read too: their columns of numbers, with units where the metadata has them.
+schema's. A complex column is two, re(name) and im(name). Files of other programs are read too: their columns of numbers,
+with units where the metadata has them.
 """
 
 from __future__ import annotations
 
-from . import missing_package, plotname_of
+from ..result import is_axis, kind_of, paired, plotname_of
+from . import missing_package
 from .beside import replacing
 
 TYPE_CHECKING = False
@@ -15,7 +17,7 @@ if TYPE_CHECKING:
 
     from ..result import Result
 
-KEYS = ("title", "analysis", "plotname", "axis", "status")
+KEYS = ("title", "analysis", "plotname", "axis", "steps", "status")
 
 
 def _pyarrow() -> tuple[Any, Any]:
@@ -32,21 +34,32 @@ def write(path: str, result: Result) -> None:
     pa, pq = _pyarrow()
     table = result.main
     about = dict(
-        zip(KEYS, (table.title, table.kind, table.plotname, str(int(table.axis)), table.status), strict=True)
+        zip(
+            KEYS,
+            (
+                table.title,
+                table.kind,
+                table.plotname,
+                str(int(table.axis is not None)),
+                ",".join(table.steps),
+                table.status,
+            ),
+            strict=True,
+        )
     )
     fields, columns = [], []
-    for k, (name, unit) in enumerate(zip(table.names, table.units, strict=True)):
+    for name, unit, numbers in table.flat():
         fields.append(pa.field(name, pa.float64(), nullable=False, metadata={"unit": unit}))
-        columns.append(
-            pa.Array.from_buffers(pa.float64(), len(table), [None, pa.py_buffer(table.waves.column(k))])
-        )
+        # the parts of complex numbers lie apart from each other
+        buffer = pa.py_buffer(numbers.tobytes())
+        columns.append(pa.Array.from_buffers(pa.float64(), len(table), [None, buffer]))
     with replacing(path) as beside:
         pq.write_table(pa.Table.from_arrays(columns, schema=pa.schema(fields, metadata=about)), beside)
 
 
 def read(path: str) -> Result:
     """OSError where the file cannot be opened, ValueError where it is no Parquet file or holds no numbers."""
-    from ..result import Columns, Result, Table
+    from ..result import Result, Table
 
     pa, pq = _pyarrow()
     with open(path, "rb") as file:  # pyarrow's own errors name no file
@@ -71,10 +84,12 @@ def read(path: str) -> Result:
         columns.append(values.to_numpy().tobytes())
     if not names:
         raise ValueError(f"{path}: no column of numbers")
-    axis = about["axis"] == "1" if "axis" in about else names[0] in ("time", "frequency")
-    kind = about.get("analysis", "tran" if names[0] == "time" else "")
+    axis = about["axis"] == "1" if "axis" in about else is_axis(names[0])
+    kind = about.get("analysis", kind_of(names))
+    names, units, store = paired(names, units, columns)
+    steps = [name for name in about.get("steps", "").split(",") if name]
     table = Table(
-        kind, names, units, Columns(columns), title=about.get("title", ""), axis=axis,
+        kind, names, units, store, title=about.get("title", ""), axis=axis, steps=steps,
         plotname=about.get("plotname", plotname_of(kind)), status=about.get("status", "ok"),
     )  # fmt: skip
     return Result(table.title, [table])

@@ -79,24 +79,31 @@ def write(path: str, panels: Sequence[Panel], title: str = "", width: int = WIDT
 
 
 def _draw(axis: Any, panel: Panel, width: int) -> None:
-    largest = _largest([c.y for c in panel.curves])
+    largest = max(map(abs, panel.scale))
     factor, unit = prefixed(panel.unit, largest)
     xlargest = largest if panel.xunit == panel.unit else _largest([c.x for c in panel.curves])
     xfactor, xunit = prefixed(panel.xunit, xlargest)
     looks = cycle([(colour, line) for line in LINES for colour in COLOURS])
     for curve, (colour, line) in zip(panel.curves, looks, strict=False):
         x, y = thinned(curve.x, curve.y, width)
-        axis.plot(xfactor * x, factor * y, label=curve.name, color=colour, linestyle=line, linewidth=1.4)
+        y = factor * np.where(
+            np.isfinite(y), y, np.nan
+        )  # an infinite value is a gap, not the end of the scale
+        axis.plot(xfactor * x, y, label=curve.name, color=colour, linestyle=line, linewidth=1.4)
     axis.set_ylabel(_with(panel.label, unit))
     axis.set_xlabel(_with(panel.x, xunit))
     axis.margins(x=0.01, y=0.08)
     if panel.unit == panel.xunit == "m":
         # a path in the plane keeps its shape
         axis.set_aspect("equal", adjustable="datalim")
-    low, high = (float(v) for v in axis.dataLim.intervaly)
+    low, high = (factor * v for v in panel.scale)
     if is_flat(low, high):
         pad = abs(high) * 0.1 or 1.0
         axis.set_ylim(low - pad, high + pad)
+    elif panel.unseen:
+        axis.set_ylim(low - 0.08 * (high - low), high + 0.08 * (high - low))
+    if panel.unseen:
+        axis.text(0.01, 0.98, panel.unseen, transform=axis.transAxes, va="top", fontsize=8, color="#a00000")
     axis.yaxis.set_major_locator(MaxNLocator(6, steps=[1, 2, 2.5, 5, 10], min_n_ticks=3))
     if panel.log:
         axis.set_xscale("log")

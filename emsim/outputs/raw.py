@@ -3,8 +3,9 @@
 The layout is ngspice's: a text header, then either `Binary:` and little-endian float64 records, one record a
 point, or `Values:` and text; the plots of several analyses follow one another in one file. The `Command:`
 line carries the word ngspice because spicelib recognises the dialect by it, and is a comment because ngspice
-runs it. Units have no place in the format; the variable's type stands for them (`angle` is rad). Types that
-a reader does not know are shown as plain numbers: ngspice does so with the mechanical ones.
+runs it. A table with complex columns is one of complex numbers altogether, the axis too. Units have no place in the format;
+the variable's type stands for them (`angle` is rad). Types that a reader does not know are shown as plain numbers: ngspice
+does so with the mechanical ones.
 
 LTspice's files are read as well: text in UTF-16 since version XVII, and unless the flags say `double` all but the first variable
 as float32, point by point or (`fastaccess`) variable by variable. The sign of a time marks points that compression has made.
@@ -31,10 +32,24 @@ TYPES = {
     "rad": "angle", "rad/s": "angular_velocity", "rad/s^2": "angular_acceleration",
     "m": "position", "m/s": "velocity", "m/s^2": "acceleration",
     "N": "force", "N m": "torque", "J": "energy", "W": "power",
-    "Wb": "flux", "Ohm": "resistance", "F": "capacitance", "H": "inductance",
+    "Wb": "flux", "Ohm": "impedance", "S": "admittance", "F": "capacitance", "H": "inductance",
+    "dB": "decibel", "C": "temp-sweep",
     "": "notype",
 }  # fmt: skip
-UNITS = {word: unit for unit, word in TYPES.items()} | {"device_current": "A", "subckt_current": "A"}
+UNITS = {word: unit for unit, word in TYPES.items()}
+UNITS |= {
+    "device_current": "A",
+    "subckt_current": "A",
+    "resistance": "Ohm",
+    "res-sweep": "Ohm",
+    "phase": "rad",
+}
+
+
+# the axis of a sweep, as raw files spell it and as it is called
+SWEEPS = {f"{kind}({kind}-sweep)": f"{kind}-sweep" for kind in "vi"} | {
+    word: word for word in ("temp-sweep", "res-sweep")
+}
 
 
 def raw_type(unit: str) -> str:
@@ -151,34 +166,58 @@ def write_table(file: IO[bytes], table: Table, ascii: bool = False) -> None:
     """Appends one table to an open file."""
     from array import array
 
+    wide = any(table.is_complex(k) for k in range(len(table.names)))
     variables = "".join(
-        f"\t{k}\t{name}\t{raw_type(unit)}\n"
-        for k, (name, unit) in enumerate(zip(table.names, table.units, strict=True))
+        f"\t{k}\t{_spelled(table, k)}\t{_type(table, k, wide)}{_grid(table, k)}\n"
+        for k, unit in enumerate(table.units)
     )
     header = (
         f"Title: {' '.join(table.title.split())}\n"
         f"Date: {_date()}\n"
         f"Plotname: {table.plotname}\n"
-        f"Flags: real\n"
+        f"Flags: {'complex' if wide else 'real'}\n"
         f"No. Variables: {len(table.names)}\n"
         f"No. Points: {len(table)}\n"
         f"Command: {_command()}\n"
         f"Variables:\n{variables}"
     )
-    columns = [table.floats(k) for k in range(len(table.names))]
+    width = 2 if wide else 1
+    columns = [part for k in range(len(table.names)) for part in table.parts(k)[:width]]
     file.write(header.encode())
     if ascii:
         file.write(b"Values:\n")
         for k, point in enumerate(zip(*columns, strict=True)):
-            file.write((f" {k}\t" + "\n\t".join(f"{v:.16e}" for v in point) + "\n\n").encode())
+            values = [
+                ",".join(f"{v:.16e}" for v in point[i : i + width]) for i in range(0, len(point), width)
+            ]
+            file.write((f" {k}\t" + "\n\t".join(values) + "\n\n").encode())
         return
     file.write(b"Binary:\n")
     records = array("d", bytes(8 * len(table) * len(columns)))
     for k, column in enumerate(columns):
-        records[k :: len(columns)] = column
+        records[k :: len(columns)] = array("d", column)
     if sys.byteorder == "big":
         records.byteswap()
     file.write(records.tobytes())
+
+
+def _spelled(table: Table, k: int) -> str:
+    """A name as raw files have it: ngspice writes the axis of a sweep so that it looks like a signal."""
+    name = table.names[k]
+    if k == 0 and table.axis is not None and name in SWEEPS.values():
+        return next(spelled for spelled, plain in SWEEPS.items() if plain == name)
+    return name
+
+
+def _type(table: Table, k: int, wide: bool) -> str:
+    """In a table of complex numbers a real angle is a phase."""
+    unit = table.units[k]
+    return "phase" if wide and unit == "rad" and not table.is_complex(k) else raw_type(unit)
+
+
+def _grid(table: Table, k: int) -> str:
+    """ngspice's word for a logarithmic axis."""
+    return "\tgrid=3" if k == 0 and table.axis is not None and table.axis.log else ""
 
 
 class RawFileError(ValueError):
@@ -186,8 +225,8 @@ class RawFileError(ValueError):
 
 
 def read(path: str) -> Result:
-    """Reads a raw file of ngspice, LTspice or emsim. Complex plots (.ac) are passed over. Binary columns stay in the file,
-    which is mapped, until they are asked for.
+    """Reads a raw file of ngspice, LTspice or emsim. Binary columns of real numbers stay in the file, which is mapped, until
+    they are asked for.
 
     OSError if the file cannot be opened, RawFileError if it cannot be understood."""
     from ..result import Result
@@ -197,9 +236,7 @@ def read(path: str) -> Result:
         file.seek(0)
         tables = []
         while (header := _header(file, wide, path)) is not None:
-            table = _table(file, header, wide, path)
-            if table is not None:
-                tables.append(table)
+            tables.append(_table(file, header, wide, path))
     return Result(tables[0].title if tables else "", tables)
 
 
@@ -232,7 +269,7 @@ def _header(file: IO[bytes], wide: bool, path: str) -> dict[str, list[str]] | No
     return None
 
 
-def _table(file: IO[bytes], header: dict[str, list[str]], wide: bool, path: str) -> Table | None:
+def _table(file: IO[bytes], header: dict[str, list[str]], wide: bool, path: str) -> Table:
     from array import array
 
     from ..result import Columns
@@ -269,22 +306,41 @@ def _table(file: IO[bytes], header: dict[str, list[str]], wide: bool, path: str)
             return _named(header, names, types, mapped)
         data = mapped.piece(mapped.start, mapped.start + size * points)
         records = _doubles(data, width * count, points, narrow, "fastaccess" in flags)
-    if width == 2:
-        return None
     if foreign:
         names = [name.lower() for name in names]
         if types[:1] == ["time"]:
             records[::count] = array("d", map(abs, records[::count]))
-    return _named(header, names, types, Columns(records[k::count].tobytes() for k in range(count)))
+    columns, complex = [], []
+    for k in range(count):
+        # of a complex table the axis is real, and so is what has the type of a magnitude or of a phase
+        complex.append(
+            width == 2 and not (k == 0 and _has_axis(names, types)) and types[k] not in ("decibel", "phase")
+        )
+        if width == 1 or not complex[k]:
+            columns.append(records[width * k :: width * count].tobytes())
+        else:
+            both = array("d", bytes(16 * points))
+            both[::2], both[1::2] = records[2 * k :: 2 * count], records[2 * k + 1 :: 2 * count]
+            columns.append(both.tobytes())
+    return _named(header, names, types, Columns(columns, complex=complex))
+
+
+def _has_axis(names: Sequence[str], types: Sequence[str]) -> bool:
+    from ..result import is_axis
+
+    return bool(types) and (
+        types[0] in ("time", "frequency") or is_axis(SWEEPS.get(names[0].lower(), names[0]))
+    )
 
 
 def _named(header: dict[str, list[str]], names: list[str], types: list[str], waves: Waves) -> Table:
+    from ..analyses import ANALYSES
     from ..result import Table
 
     plotname = header.get("plotname", [""])[0]
-    kind = {"Transient Analysis": "tran", "Operating Point": "op"}.get(plotname, plotname.lower())
-    units = [UNITS.get(t, "") for t in types]
-    axis = types[0] in ("time", "frequency")
+    kind = next((a.word for a in ANALYSES if a.plotname.lower() == plotname.lower()), plotname.lower())
+    names = [SWEEPS.get(names[0].lower(), names[0]), *names[1:]]
+    units, axis = [UNITS.get(t, "") for t in types], _has_axis(names, types)
     return Table(kind, names, units, waves, title=header["title"][0], axis=axis, plotname=plotname)
 
 

@@ -19,7 +19,7 @@ from itertools import groupby
 
 import numpy as np
 
-from .panels import is_flat, prefixed, thinned
+from .panels import is_flat, off_scale, prefixed, thinned
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -74,7 +74,7 @@ def lines(panels: Sequence[Panel], title: str = "", look: Look | None = None) ->
 
 
 def _panel(panel: Panel, look: Look, rows: int, with_axis: bool) -> Iterator[str]:
-    low, high = _range([c.y for c in panel.curves], 0.03)
+    low, high = _range([np.array(panel.scale)], 0.03)
     left, right = _range([c.x for c in panel.curves], 0.0)
     factor, unit = prefixed(panel.unit, max(abs(low), abs(high)))
     xfactor, xunit = prefixed(panel.xunit, max(abs(left), abs(right)))
@@ -89,7 +89,7 @@ def _panel(panel: Panel, look: Look, rows: int, with_axis: bool) -> Iterator[str
     gutter = max(6, *(len(text) for text in labels)) + 1
     columns = max(10, look.columns - gutter - 2)
 
-    yield _heading(panel, unit, look)
+    yield f"{_heading(panel, unit, look)}  {panel.unseen}".rstrip()
     cells = _cells(panel, look, columns, rows, (left, right), (low, high))
     for label, mark, line in zip(labels, marks, cells, strict=True):
         yield f"{label:>{gutter}} {mark}{line}".rstrip()
@@ -135,7 +135,15 @@ def _cells(
     shown = np.zeros((rows, columns), dtype=int)  # dots that are set, or 1 + the number of a mark
     owner = np.full((rows, columns), -1)
     for k, curve in enumerate(panel.curves):
-        dots = raster(curve.x, curve.y, across, up, columns * wide, rows * tall, panel.log)
+        dots = raster(
+            curve.x,
+            np.where(off_scale(curve.y), np.nan, curve.y),
+            across,
+            up,
+            columns * wide,
+            rows * tall,
+            panel.log,
+        )
         for down, right in np.argwhere(dots):
             row, column = down // tall, right // wide
             if fine:

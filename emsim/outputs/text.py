@@ -42,31 +42,51 @@ def table_lines(
         return
     if not table.axis:
         for name in names:
-            for value in table.doubles(name):
-                yield f"{name} = {value:.{digits}e} {table.unit(name)}".rstrip()
+            for re, im in zip(*table.parts(name), strict=True):
+                value = f"{re:.{digits}e},{im:.{digits}e}" if _is_complex(table, name) else f"{re:.{digits}e}"
+                yield f"{name} = {value} {table.unit(name)}".rstrip()
         return
     first, x, columns = _on_grid(table, names, last)
-    width = digits + 10
+    widths = [digits + 10, *((digits + 10) * (1 + _is_complex(table, name)) for name in names)]
     yield table.title.center(80).rstrip()
     yield table.plotname.center(80).rstrip()
     yield RULE
-    yield f"{'Index':<8}" + "".join(f"{name:<{width - 1}} " for name in (table.names[0], *names)).rstrip()
+    heads = zip((table.names[0], *names), widths, strict=True)
+    yield f"{'Index':<8}" + "".join(f"{name:<{width - 1}} " for name, width in heads).rstrip()
     yield RULE
     if first:
         yield f"... {first} rows before these"
     for k, point in enumerate(zip(x, *columns, strict=True), first):
-        yield f"{k:<8}" + "".join(f"{value:<{width}.{digits}e}" for value in point).rstrip()
+        cells = zip(point, widths, strict=True)
+        yield f"{k:<8}" + "".join(f"{_number(value, digits):<{width}}" for value, width in cells).rstrip()
     yield ""
+
+
+def _is_complex(table: Table, name: str) -> bool:
+    return table.has_column(name) and table.is_complex(name)
+
+
+def _number(value: complex | float, digits: int) -> str:
+    """A number; a complex one as ngspice writes it, real and imaginary part with a comma between."""
+    if isinstance(value, complex):
+        return f"{value.real:.{digits}e}, {value.imag:.{digits}e}"
+    return f"{value:.{digits}e}"
 
 
 def _on_grid(
     table: Table, names: Sequence[str], last: int | None
-) -> tuple[int, Sequence[float], list[Sequence[float]]]:
+) -> tuple[int, Sequence[float], list[Sequence[complex | float]]]:
     """Index of the first row, the axis and the columns."""
+
+    def column(name: str) -> Sequence[complex | float]:
+        if _is_complex(table, name):
+            return [complex(re, im) for re, im in zip(*table.parts(name), strict=True)]
+        return table.doubles(name)
+
     x = table.doubles(0)
     if table.grid is None or len(x) < 2 or not table.grid[0] > 0:
         first = max(len(x) - last, 0) if last is not None else 0
-        return first, x[first:], [table.doubles(name)[first:] for name in names]
+        return first, x[first:], [column(name)[first:] for name in names]
     step, start, stop = table.grid
     count = int((min(stop, x[-1]) - start) / step + 1e-9) + 1
     first = max(count - last, 0) if last is not None else 0

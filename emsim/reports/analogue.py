@@ -16,6 +16,7 @@ more dimensions has no such circuit and is refused by name. The deck starts from
 
 from __future__ import annotations
 
+from ..analyses import transients
 from ..diagnostics import ConvergenceError, DeckError, Diagnostic
 from ..expr import Binary, Call, Cond, Name, Node, Num, Unary, to_text
 
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
     from typing import Any
 
+    from ..analyses import Analysis
     from ..assemble import Assembly
     from ..assemble.machine import Machine
     from ..assemble.scene import JointState
@@ -35,9 +37,9 @@ GROUND = "0"
 PLACES = ("x", "y", "vx", "vy")
 
 
-def deck(assembly: Assembly, planned: Sequence[tuple[Any, Any]]) -> str:
+def deck(assembly: Assembly, planned: Sequence[Analysis]) -> str:
     """The text of the analogue. DeckError E311 where a card has no one-dimensional analogue."""
-    tran = next((settings for card, settings in planned if card.kind == "tran"), None)
+    tran = next(iter(transients(planned)), None)
     net = Net(assembly, tran is not None and tran.uic, tran.tstep if tran is not None else 1e-6)
     net.circuit()
     net.machine()
@@ -235,7 +237,7 @@ class Net:
         for model in {m.name: m for m in models if m is not None}.values():
             self.add(_model(model))
 
-    def text(self, planned: Sequence[tuple[Any, Any]]) -> str:
+    def text(self, planned: Sequence[Analysis]) -> str:
         out = [f"{self.flat.title} (electrical analogue)"]
         out += ["* Speed is voltage, force and torque are currents. Read in this deck:"]
         out += [f"*   {name:<20} is {what}" for name, what in self.guide]
@@ -245,10 +247,9 @@ class Net:
         entries = [f"v({node})={value!r}" for node, value in self.initial.items()]
         out += ["*", "* ---- the start is emsim's"]
         out += [".ic " + " ".join(entries[k : k + 3]) for k in range(0, len(entries), 3)]
-        for card, settings in planned:
-            if card.kind == "tran":
-                tmax = settings.tmax or min(settings.tstep, (settings.tstop - settings.tstart) / 1000)
-                out.append(f".tran {settings.tstep!r} {settings.tstop!r} {settings.tstart!r} {tmax!r} uic")
+        for t in transients(planned):
+            tmax = t.tmax or min(t.tstep, (t.tstop - t.tstart) / 1000)
+            out.append(f".tran {t.tstep!r} {t.tstop!r} {t.tstart!r} {tmax!r} uic")
         return "\n".join([*out, ".end", ""])
 
     def _node(self, node: str) -> float:

@@ -93,15 +93,22 @@ def compare(
         out.unmatched += [name for name in run.signals if name not in common]
         scales = _scales(reference, common)
         start = stop = span = 0.0
-        if reference.axis:
+        over_time = reference.axis is not None and reference.axis.name == "time"
+        if reference.axis is not None and not over_time and len(run) != len(reference):
+            out.unmatched += common
+            continue
+        if over_time:
             times = [table.time for table in (run, reference, other) if table is not None]
             start, stop = max(t[0] for t in times), min(t[-1] for t in times)
             if stop <= start:
                 continue
             span = WINDOW * (stop - start) if window is None else window
             out.window = max(out.window, span)
-        judge = Judge(run, reference, start, stop, span)
-        judge_other = Judge(other, reference, start, stop, span) if other is not None else None
+        points = reference.axis is not None and not over_time
+        judge: Points | Judge = Points(run, reference) if points else Judge(run, reference, start, stop, span)
+        judge_other: Points | Judge | None = None
+        if other is not None:
+            judge_other = Points(other, reference) if points else Judge(other, reference, start, stop, span)
         for name in common:
             row = Row(kind, name, reference.unit(name) or run.unit(name), scales[name])
             row.maximum, row.rms, row.worst_at = judge.deviation(name, row.scale)
@@ -109,6 +116,20 @@ def compare(
                 row.written_maximum, row.written_rms, _ = judge_other.deviation(name, row.scale)
             out.rows.append(row)
     return out
+
+
+class Points:
+    """The same for tables that were computed at the same points of a sweep; complex numbers by the size of their difference."""
+
+    def __init__(self, run: Table, reference: Table) -> None:
+        self.run, self.reference = run, reference
+
+    def deviation(self, name: str, scale: float) -> tuple[float, float, float | None]:
+        import numpy as np
+
+        off = np.abs(self.run[name] - self.reference[name]) / scale
+        worst = int(np.argmax(off))
+        return float(off[worst]), float(np.sqrt(np.mean(off**2))), float(self.reference.doubles(0)[worst])
 
 
 class Judge:
@@ -162,7 +183,8 @@ def _scales(reference: Table, names: Sequence[str]) -> dict[str, float]:
     reach, size, unit = {}, {}, {name: reference.unit(name) for name in names}
     for name in names:
         y = reference[name]
-        reach[name], size[name] = float(y.max() - y.min()), float(abs(y).max())
+        size[name] = float(abs(y).max())
+        reach[name] = size[name] if y.dtype.kind == "c" else float(y.max() - y.min())
     moving = len(reference) > 1
     out = {}
     for name in names:

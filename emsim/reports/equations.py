@@ -7,15 +7,17 @@ stands on the right is the row's d/dt Q + F, or that times -1.
 
 from __future__ import annotations
 
+from ..analyses import transients
 from .algebra import Algebra
 from .notation import Layout, Names
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Iterable, Sequence
     from typing import Any
 
     from .._engine import Expr
+    from ..analyses import Analysis
     from ..assemble import Assembly
     from ..assemble.recording import Recorder, Share
     from .algebra import Atom, Poly
@@ -77,14 +79,14 @@ class Energy:
         self.kind, self.owner, self.word, self.poly, self.law = kind, owner, word, poly, law
 
 
-def explain(assembly: Assembly, planned: list[tuple[Any, Any]]) -> Explained:
+def explain(assembly: Assembly, planned: Sequence[Analysis]) -> Explained:
     """The equations of a deck that was prepared with `recording`; the index at its starting point."""
     from .dae_index import MOST, index_of
 
     found = Explained(assembly)
     if assembly.system.n > MOST:
         return found
-    transient = next((s for card, s in planned if card.kind == "tran"), None)
+    transient = next(iter(transients(planned)), None)
     uic, tstep = (transient.uic, transient.tstep) if transient is not None else (False, 1e-6)
     started, x, _ = assembly.system.start(assembly.options, uic, tstep)
     # without a starting point there is nothing to linearise at

@@ -28,6 +28,7 @@ from __future__ import annotations
 from statistics import median
 from time import perf_counter, thread_time
 
+from ..analyses import transients
 from ..diagnostics import DeckError, Diagnostic, DiagnosticError, suggest
 from ..result import Table
 from .work_precision import Point, Series, exponent, front, near
@@ -39,9 +40,10 @@ if TYPE_CHECKING:
 
     import numpy as np
 
+    from ..analyses import Analysis
     from ..assemble import Assembly
 
-    Prepare = Callable[[dict[str, Any]], tuple[Assembly, list[tuple[Any, Any]]]]
+    Prepare = Callable[[dict[str, Any]], tuple[Assembly, Sequence[Analysis]]]
 
 TOLERANCES = (1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9)
 TIMES = 50
@@ -81,7 +83,7 @@ class Problem:
         self.prepare = prepare
         self._ready: dict[tuple[str, str], Assembly] = {}
         assembly, planned = prepare({})
-        found = [settings for card, settings in planned if card.kind == "tran"]
+        found = transients(planned)
         if not found:
             hint = "add .tran tstep tstop"
             raise DeckError(
@@ -93,7 +95,7 @@ class Problem:
         self.assembly, self.flat = assembly, assembly.flat
         self.title: str = assembly.flat.title
         self.plain = not assembly.flat.machine
-        self.units = {o.name: o.unit for o in assembly.outputs["tran"]}
+        self.units = {o.name: o.unit for o in assembly.columns("tran")}
         self.signals = self._chosen(signals)
         self.count = times
         t = self.transient
@@ -145,8 +147,8 @@ class Problem:
         """(table, statistics, "") of a run that got through, (None, statistics, reason) of one that did not."""
         assembly = self.ready(method, formulation)
         options = _at(assembly, tolerance)
-        outputs = {o.name: o for o in assembly.outputs["tran"]}
-        names = [name for name in self.signals if name in outputs]
+        exprs = {o.name: o.expr for o in assembly.columns("tran") if o.expr is not None}
+        names = [name for name in self.signals if name in exprs]
         t = self.transient
         began = thread_time()
 
@@ -158,7 +160,7 @@ class Problem:
             return late
 
         waves = assembly.system.tran(
-            self.spacing, t.tstop, t.tstart, t.tmax, t.uic, [outputs[n].expr for n in names], options, over,
+            self.spacing, t.tstop, t.tstart, t.tmax, t.uic, [exprs[n] for n in names], options, over,
             drawn=False,
         )  # fmt: skip
         stats = dict(waves.stats)

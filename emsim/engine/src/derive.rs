@@ -124,7 +124,10 @@ fn partials(g: &mut Graph, id: Id, bar: Id, active: &HashMap<Id, bool>) -> Vec<(
         Node::Atan2(a, b) => {
             let aa = g.mul(a, a);
             let bb = g.mul(b, b);
+            // at (0, 0) there is no direction: derivatives 0 let Newton's method leave it
+            let least = g.constant(f64::MIN_POSITIVE);
             let r = g.add(aa, bb);
+            let r = g.add(r, least);
             let one = g.constant(1.0);
             let r = g.div(one, r);
             let s = scale(g, bar, r);

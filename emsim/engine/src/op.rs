@@ -5,6 +5,7 @@
 //! `initial_conditions`: UIC, from given charges and fluxes. `consistent`: algebraic unknowns that fit the charges.
 mod linear;
 mod rest;
+pub mod sweep;
 
 use self::rest::{couples, descend};
 use crate::newton::{Failure, Newton, Options, Tolerances};
@@ -38,8 +39,11 @@ struct Dc<'a> {
     resting: bool,                 // switches stay as their cards say
 }
 
-/// A condition that has flipped so often has no state at rest (a relaxation oscillator): the point goes on without it.
+/// Where conditions have flipped so often, full steps jump over the place where they hold: from then on a step ends where the
+/// first of them turns (Katzenelson 1965), which finds the solution of what is continuous and piecewise linear.
 const CHATTER: usize = 25;
+/// Bisections of a step for the place where a condition turns.
+const HALVINGS: usize = 60;
 /// Iterations after which an update above the tolerance may be the rounding of the equations.
 const ROUNDED: usize = 6;
 /// Conductance that holds a forced node (`.ic`, `.nodeset`) at its value.
@@ -118,7 +122,7 @@ impl<'a> Dc<'a> {
     ) -> Result<usize, Failure> {
         let (sys, n) = (self.sys, self.sys.n);
         let mut worst = 0;
-        let mut flips = 0;
+        let (mut flips, mut turned, patience) = (0, 0, CHATTER + 2 * sys.flags.len());
         for iteration in 1..=most {
             sys.eval_jacobian(w, x, 0.0, true);
             w.counters.iterations += 1;
@@ -150,15 +154,19 @@ impl<'a> Dc<'a> {
                 }
             }
             self.hold(x);
-            self.lu.factor_or_refactor(&self.matrix).map_err(Failure::from)?;
+            if let Err(e) = self.lu.factor_or_refactor(&self.matrix) {
+                return Err(self.named(w, Failure::from(e)));
+            }
             w.counters.factorisations += 1;
             self.lu.solve(&mut self.residual);
             w.counters.solves += 1;
+            // the first condition that turns on the way ends the step
+            let turns = flips >= CHATTER && turned < patience && self.shorten(w, x);
             let mut largest = 0.0_f64;
             for i in 0..n {
                 let new = x[i] + self.residual[i];
                 if !new.is_finite() {
-                    return Err(Failure::NotFinite { unknown: i });
+                    return Err(self.named(w, Failure::NotFinite { unknown: i }));
                 }
                 if tol.in_norm[i] {
                     let ratio = self.residual[i].abs() / tol.weight(i, x[i], new);
@@ -169,12 +177,15 @@ impl<'a> Dc<'a> {
                 }
                 x[i] = new;
             }
-            // conditions follow the iterate, until they chatter: then they are left as they are
+            // conditions follow the iterate; what finds no rest (a relaxation oscillator) is left as it is in the end
             let mut settled = true;
             let flip = if self.resting { System::update_free_flags } else { System::update_flags };
-            if flips < CHATTER && flip(sys, w, x, 0.0) {
+            if turns {
+                turned += 1;
+                settled = !sys.turn_first(w, x, 0.0);
+            } else if flips < CHATTER && flip(sys, w, x, 0.0) {
                 flips += 1;
-                settled = flips == CHATTER;
+                settled = false;
             }
             if !w.limited && settled && (iteration > 1 || sys.linear) {
                 if largest <= 1.0 && (transient.is_some() || self.balances(w, x, shunt)) {
@@ -189,6 +200,40 @@ impl<'a> Dc<'a> {
         }
         let row = (0..n).max_by(|&i, &j| w.f[i].abs().total_cmp(&w.f[j].abs())).unwrap_or(0);
         Err(Failure::Diverged { unknown: worst, row })
+    }
+
+    /// Of values that are not finite, the row they come from: a solution carries them everywhere.
+    fn named(&self, w: &Work, why: Failure) -> Failure {
+        let Failure::NotFinite { .. } = why else { return why };
+        let sys = self.sys;
+        let by_slopes = || {
+            let bad = (0..w.gv.len()).find(|&k| !w.gv[k].is_finite());
+            bad.map(|k| sys.pattern.rowidx[k])
+        };
+        match w.f.iter().position(|f| !f.is_finite()).or_else(by_slopes) {
+            Some(unknown) => Failure::NotFinite { unknown },
+            None => why,
+        }
+    }
+
+    /// Shortens the step from x to where the first condition turns; false where none does.
+    fn shorten(&mut self, w: &mut Work, x: &[f64]) -> bool {
+        let sys = self.sys;
+        let at = |s: f64, step: &[f64]| -> Vec<f64> { x.iter().zip(step).map(|(x, d)| x + s * d).collect() };
+        if !sys.is_asked(w, &at(1.0, &self.residual), 0.0) {
+            return false;
+        }
+        let (mut low, mut high) = (0.0, 1.0);
+        for _ in 0..HALVINGS {
+            let middle = 0.5 * (low + high);
+            if sys.is_asked(w, &at(middle, &self.residual), 0.0) {
+                high = middle;
+            } else {
+                low = middle;
+            }
+        }
+        self.residual.iter_mut().for_each(|d| *d *= high);
+        true
     }
 
     /// A conductance to ground at a node, with so much across it.
@@ -445,14 +490,18 @@ fn polish(dc: &mut Dc, w: &mut Work, x: &mut [f64], tol: &Tolerances, o: &Option
             scale[sys.pattern.rowidx[k]] += (w.gv[k] * x[c]).abs() + w.gv[k].abs() * tol.atol[c];
         }
     }
-    let forced: Vec<usize> = dc.forced.iter().map(|f| f.0).collect();
-    for i in 0..sys.n {
-        let exempt = dc.held[i].is_some() || forced.contains(&i) || !tol.in_norm[i];
-        if !exempt && w.f[i].abs() > 1e-2 * scale[i] + 1e-9 && w.f[i].abs() > 1e-6 {
-            return Err(Failure::Diverged { unknown: i, row: i });
-        }
+    // where a run starts, a condition that found no rest may stay as it is; a point that is reported has none such
+    if w.dc && sys.update_flags(w, x, 0.0) {
+        sys.eval(w, x, 0.0);
     }
-    Ok(())
+    let forced: Vec<usize> = dc.forced.iter().map(|f| f.0).collect();
+    let excess = |i: usize| w.f[i].abs() - (1e-2 * scale[i] + 1e-9).max(1e-6);
+    let exempt = |i: &usize| dc.held[*i].is_some() || forced.contains(i) || !tol.in_norm[*i];
+    let worst = (0..sys.n).filter(|i| !exempt(i)).max_by(|&i, &j| excess(i).total_cmp(&excess(j)));
+    match worst {
+        Some(i) if excess(i) > 0.0 => Err(Failure::Diverged { unknown: i, row: i }),
+        _ => Ok(()),
+    }
 }
 
 /// Does `consistent` with `refine` leave everything as it is?

@@ -116,6 +116,8 @@ pub struct Work {
     pub guests: Guests,
     pub source_factor: f64,
     pub dc: bool, // independent sources at their DC value
+    /// ... but for these, with the value that a sweep gives them
+    pub given: Vec<(usize, f64)>,
     pub gmin: f64,
     values: Vec<f64>,
     jacobian: Vec<f64>,
@@ -429,6 +431,7 @@ impl System {
             guests: Guests::default(),
             source_factor: 1.0,
             dc: false,
+            given: Vec::new(),
             gmin: 1e-12,
             values: self.values.workspace(),
             jacobian: self.jacobian.workspace(),
@@ -478,6 +481,9 @@ impl System {
                     false => wave.value_at(t, t >= w.before),
                 };
         }
+        if w.dc {
+            w.given.iter().for_each(|&(k, v)| w.waves[k] = w.source_factor * v);
+        }
         w.guests.write(t, &mut w.waves);
         w.wave_time = if w.dc { f64::NAN } else { t };
     }
@@ -498,6 +504,16 @@ impl System {
         self.set_time(w, t);
         self.eval_linear(w, x);
         &self.g_linear
+    }
+
+    /// (row, source, coefficient) of sources that come into F as they are.
+    pub fn source_rows(&self) -> &[(usize, usize, f64)] {
+        &self.f_wave
+    }
+
+    /// Expressions of F (0) or of Q (1), by row.
+    pub fn expression_ids(&self, which: usize) -> &[(usize, Id)] {
+        &self.rows[which]
     }
 
     /// Rows with an expression in F.

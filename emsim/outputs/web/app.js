@@ -34,10 +34,20 @@ class Clock {
 // A run's columns as arrays: its signals, what moves the machine, the energies over time. All are unpacked at once.
 async function unpacked(run) {
   if (!run.rows) return;
-  const parts = [run, run.scene, run.energy].map((part) => part?.rows && Promise.all([unpack(part.axis, part.rows, 8), ...part.packed.map((c) => unpack(c, part.rows, 4))]));
+  const parts = [run, run.scene, run.energy].map((part) => part?.rows && Promise.all([part.axis, ...part.packed].map((c) => unpack(c, part.rows))));
   const [own, moves, energies] = await Promise.all(parts);
   [run.time] = own;
-  run.columns = run.names.map((name, k) => ({ name, unit: run.units[k], values: own[k + 1] }));
+  let at = 1;
+  run.columns = run.names.flatMap((name, k) => (run.complex[k] ? partsOf(name, run.units[k], own[at++], own[at++]) : [{ name, unit: run.units[k], values: own[at++] }]));
+  const complex = new Set(run.names.filter((_, k) => run.complex[k]));
+  run.shown = run.shown.flatMap((n) => (complex.has(n) ? [`db(${n})`, `ph(${n})`] : [n]));
+  if (run.blocks.length) {
+    // several courses over one axis: rows have a number, and the axis is a signal that the others are drawn over
+    run.columns.unshift({ name: run.axisName, unit: run.axisUnit, values: run.time });
+    Object.assign(run, { over: run.axisName, time: run.time.map((_, k) => k), axisName: "row", axisUnit: "", axisLog: false });
+  }
+  run.complexNames = complex;
+  run.names = run.columns.map((c) => c.name);
   if (moves) {
     [run.scene.time] = moves;
     run.scene.channels.forEach((c, k) => (c.values = moves[k + 1]));
@@ -177,7 +187,11 @@ function chips(run, waves) {
 
 // A column by an expression of others. Throws Error with what is wrong.
 function computed(run, text) {
-  const f = compileExpression(text, (name) => (name === run.axisName ? run.time : run.columns.find((c) => c.name.replace(/\s/g, "") === name)?.values));
+  const f = compileExpression(text, (name) => {
+    if (name === run.axisName) return run.time;
+    if (run.complexNames.has(name)) throw new Error(`${name} is complex: db(), ph(), mag(), re() or im() of it is a signal`);
+    return run.columns.find((c) => c.name.replace(/\s/g, "") === name)?.values;
+  });
   return { name: text, unit: "", computed: true, values: Float32Array.from({ length: run.rows }, (_, k) => f(k)) };
 }
 

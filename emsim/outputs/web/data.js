@@ -10,9 +10,9 @@ async function inflate(text) {
   return new Uint8Array(await new Response(stream.readable).arrayBuffer());
 }
 
-// Columns are float32 (the first, the axis, float64), bytes of equal significance side by side, deflated, base64.
-async function unpack(text, rows, width) {
-  const planes = await inflate(text);
+// Columns are float32 or float64 as their length tells, bytes of equal significance side by side, deflated, base64.
+async function unpack(text, rows) {
+  const planes = await inflate(text), width = planes.length / rows;
   const bytes = new Uint8Array(rows * width);
   for (let k = 0; k < width; k++) for (let i = 0; i < rows; i++) bytes[i * width + k] = planes[k * rows + i];
   return width === 8 ? new Float64Array(bytes.buffer) : new Float32Array(bytes.buffer);
@@ -23,7 +23,7 @@ const UNSCALED = new Set(["", "rad", "\u00b0", "rad/s", "\u00b0/s", "rad/s^2"]);
 
 // 0.00574 A -> "5.74 mA"
 function written(value, unit = "", digits = 4) {
-  if (!Number.isFinite(value)) return "\u2013";
+  if (!Number.isFinite(value)) return Number.isNaN(value) ? "\u2013" : value > 0 ? "\u221e" : "-\u221e";
   const size = Math.abs(value);
   if (size === 0 || UNSCALED.has(unit) || size < 1e-16 || size >= 1e15) {
     const plain = size === 0 ? "0" : size < 1e-4 || size >= 1e6 ? value.toExponential(digits - 1) : +value.toPrecision(digits) + "";
@@ -47,11 +47,42 @@ function valueAt(time, column, t) {
   const k = before(time, t);
   if (k + 1 >= time.length || t <= time[k]) return column[k];
   const span = time[k + 1] - time[k];
-  return span > 0 ? column[k] + (column[k + 1] - column[k]) * (t - time[k]) / span : column[k + 1];
+  if (!(span > 0)) return column[k + 1];
+  const value = column[k] + (column[k + 1] - column[k]) * (t - time[k]) / span;
+  return Number.isFinite(value) ? value : column[k]; // beside an infinite value there is no line
+}
+
+// Which rows no scale shows beside the others: what is not finite, and a hundredth of the rows at most that is FAR times as
+// distant from the middle as all else (panels.py has the same rule). `off`: their mark; `count`, `worst`: how many, which row.
+const FAR = 1e6;
+function offScale(values) {
+  const finite = values.filter(Number.isFinite).sort();
+  const off = new Uint8Array(values.length);
+  if (!finite.length) return { off, count: 0, worst: -1 };
+  const middle = finite[finite.length >> 1], far = finite.map((v) => Math.abs(v - middle)).sort();
+  const rest = far[Math.floor(0.99 * (far.length - 1))], limit = rest > 0 && far.length > 2 ? FAR * rest : Infinity;
+  let count = 0, worst = -1;
+  values.forEach((v, k) => {
+    if (Number.isFinite(v) && Math.abs(v - middle) <= limit) return;
+    off[k] = 1;
+    if (Number.isNaN(v)) return;
+    count++;
+    if (worst < 0 || Math.abs(v) > Math.abs(values[worst])) worst = k;
+  });
+  return { off, count, worst };
+}
+
+// A complex column as real ones: its size in dB, its phase, and its parts.
+function partsOf(name, unit, re, im) {
+  const made = (fn, unit, f) => ({ name: `${fn}(${name})`, unit, values: re.map((x, k) => f(x, im[k])) });
+  return [
+    made("db", "dB", (x, y) => 20 * Math.log10(Math.hypot(x, y))), made("ph", "rad", (x, y) => Math.atan2(y, x)),
+    made("mag", unit, Math.hypot), made("re", unit, (x) => x), made("im", unit, (x, y) => y),
+  ];
 }
 
 // What a screen can show of a column: the rows themselves, or the extremes of each pixel's rows, in their order.
-function visible(time, columns, from, to, pixels) {
+function visible(time, columns, from, to, pixels, log = false) {
   const first = Math.max(0, before(time, from) - 1), last = Math.min(time.length - 1, before(time, to) + 2);
   if (last - first < 4 * pixels) {
     const cut = (c) => c.subarray(first, last + 1);
@@ -59,7 +90,7 @@ function visible(time, columns, from, to, pixels) {
   }
   const edges = [first];
   for (let p = 1; p < pixels; p++) {
-    const k = before(time, from + (to - from) * p / pixels);
+    const k = before(time, log ? from * (to / from) ** (p / pixels) : from + (to - from) * p / pixels);
     if (k > edges[edges.length - 1]) edges.push(k);
   }
   edges.push(last + 1);
@@ -73,7 +104,8 @@ function visible(time, columns, from, to, pixels) {
     for (let p = 0; p < buckets; p++) {
       let low = edges[p], high = low;
       for (let k = low + 1; k < edges[p + 1]; k++) {
-        if (c[k] < c[low]) low = k; else if (c[k] > c[high]) high = k;
+        if (c[k] < c[low] || Number.isNaN(c[low])) low = k;
+        if (c[k] > c[high] || Number.isNaN(c[high])) high = k;
       }
       out[2 * p] = c[Math.min(low, high)];
       out[2 * p + 1] = c[Math.max(low, high)];
@@ -92,7 +124,17 @@ const FUNCTIONS = {
 };
 for (const name of "abs exp sin cos tan asin acos atan atan2 sinh cosh tanh asinh acosh atanh hypot floor ceil min max".split(" ")) FUNCTIONS[name] = Math[name];
 const DB = (v) => 20 * Math.log10(Math.abs(v)), DEG = (v) => v * 180 / Math.PI, RPM = (v) => v * 30 / Math.PI;
-Object.assign(FUNCTIONS, { db: DB, deg: DEG, rpm: RPM });
+const FMOD = (a, b) => a % b, SAME = (v) => v, TABLE = (v, ...p) => {
+  if (v <= p[0]) return p[1];
+  for (let k = 2; k < p.length; k += 2) if (v <= p[k]) return p[k] === p[k - 2] ? p[k + 1] : p[k - 1] + (p[k + 1] - p[k - 1]) * (v - p[k - 2]) / (p[k] - p[k - 2]);
+  return p[p.length - 1];
+};
+Object.assign(FUNCTIONS, {
+  db: DB, deg: DEG, rpm: RPM, mag: Math.abs, re: SAME, real: SAME, im: () => 0, imag: () => 0, conj: SAME, ph: () => 0,
+  sign: Math.sign, mod: FMOD, fmod: FMOD, stp: (v) => +(v > 0), u2: (v) => Math.min(Math.max(v, 0), 1), table: TABLE, pwl: TABLE,
+  eq0: (v) => +(v === 0), ne0: (v) => +(v !== 0), gt0: (v) => +(v > 0), lt0: (v) => +(v < 0), ge0: (v) => +(v >= 0), le0: (v) => +(v <= 0),
+  gauss: SAME, agauss: SAME, unif: SAME, aunif: SAME,
+});
 
 // a number as SPICE writes it: letters behind the scale suffix say nothing
 const SUFFIXES = { t: 1e12, g: 1e9, meg: 1e6, k: 1e3, mil: 25.4e-6, m: 1e-3, u: 1e-6, "\u00b5": 1e-6, "\u03bc": 1e-6, n: 1e-9, p: 1e-12, f: 1e-15, a: 1e-18 };

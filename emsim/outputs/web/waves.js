@@ -6,7 +6,7 @@ const COLOURS = ["#0b62c4", "#d1495b", "#2a9d4a", "#8a4fb8", "#c77700", "#008b8b
 class Waves {
   // run: {time, columns: [{name, unit, values}]}; clock: {t, set(t), onchange}
   constructor(run, box, clock) {
-    Object.assign(this, { run, box, clock, panels: [], marks: { a: null, b: null }, degrees: false, xname: null });
+    Object.assign(this, { run, box, clock, panels: [], marks: { a: null, b: null }, degrees: run.axisName === "frequency", xname: run.over || null });
     this.full = [run.time[0], run.time[run.time.length - 1]];
     this.range = [...this.full];
     this.shown = new Set(run.shown);
@@ -60,10 +60,10 @@ class Waves {
       const plot = new uPlot({
         width: this.width(), height: height + (last ? 26 : 0), padding: [6, 26, 0, 0],
         pxAlign: 0, // points rounded to pixels make stairs of a straight line
-        scales: { x: { time: false, range: () => this.range }, y: { range: padded } },
+        scales: { x: { time: false, range: () => this.range, distr: this.run.axisLog ? 3 : 1 }, y: { range: padded } },
         series: [{}, ...columns.map((c, i) => ({ label: c.name, stroke: COLOURS[i % COLOURS.length], width: 1.5, points: { show: false } }))],
         axes: [
-          { ...axis, size: last ? 30 : 0, ticks: { show: last, stroke: line }, values: (u, ticks) => (last ? ticks.map((v) => written(v, this.run.axisUnit, 6)) : []) },
+          { ...axis, size: last ? 30 : 0, ticks: { show: last, stroke: line }, values: (u, ticks) => (last ? ticks.map((v) => (v === null ? "" : written(v, this.run.axisUnit, 6))) : []) },
           { ...axis, size: 84, values: (u, ticks) => ticks.map((v) => written(v, unit, 4)) },
         ],
         cursor: { sync: { key: "emsim" }, drag: { setScale: false, x: true, y: false }, points: { size: 6 } },
@@ -84,7 +84,17 @@ class Waves {
     this.readout();
   }
   width() { return Math.max(200, this.box.clientWidth); }
-  data(columns) { return visible(this.run.time, columns.map((c) => this.scaled(c)), this.range[0], this.range[1], this.width()); }
+  // what lies off the scale is a gap in the curve, and is said below it
+  inScale(c) {
+    const values = this.scaled(c), { count, off } = (c.offScale ??= offScale(c.values));
+    if (!count) return values;
+    const key = values === c.values ? "kept" : "keptInDegrees";
+    return (c[key] ??= values.map((v, k) => (off[k] ? NaN : v)));
+  }
+  data(columns) {
+    const [axis, ...shown] = visible(this.run.time, columns.map((c) => this.inScale(c)), this.range[0], this.range[1], this.width(), this.run.axisLog);
+    return [axis, ...shown.map((c) => (c.some(Number.isNaN) ? Array.from(c, (v) => (Number.isNaN(v) ? null : v)) : c))];
+  }
   resize() {
     const width = this.width();
     if (width === this.drawn) return;
@@ -165,11 +175,13 @@ class Waves {
         const item = document.createElement("span"), values = this.scaled(c);
         item.style.setProperty("--c", COLOURS[i % COLOURS.length]);
         // rounding noise beside the signal's own size is nothing
-        const noise = 1e-9 * (c.largest ??= c.values.reduce((m, v) => Math.max(m, Math.abs(v)), 0));
+        const { off, count, worst } = (c.offScale ??= offScale(c.values));
+        const noise = 1e-9 * (c.largest ??= c.values.reduce((m, v, k) => (off[k] ? m : Math.max(m, Math.abs(v))), 0));
         const say = (v) => written(Math.abs(v) < noise ? 0 : v, p.unit);
         let text = `${c.name} = ${say(valueAt(time, values, t))}`;
         if (a !== null && b !== null) text += `  \u0394 ${say(valueAt(time, values, b) - valueAt(time, values, a))}`;
         else if (a !== null) text += `  A ${say(valueAt(time, values, a))}`;
+        if (count) text += `  (${count} ${count > 1 ? "rows" : "row"} off the scale, ${say(values[worst])} at ${written(time[worst], this.run.axisUnit, 6)})`;
         item.textContent = text;
         return item;
       }));
@@ -204,9 +216,9 @@ class Portrait {
     const span = (columns) => {
       let low = Infinity, high = -Infinity;
       for (const c of columns) for (let k = first; k <= last; k++) { if (c[k] < low) low = c[k]; if (c[k] > high) high = c[k]; }
-      return padded(null, low, high);
+      return padded(null, low <= high ? low : null, high);
     };
-    const ys = this.columns.map((c) => waves.scaled(c)), [x0, x1] = span([xs]), [y0, y1] = span(ys);
+    const ys = this.columns.map((c) => waves.inScale(c)), [x0, x1] = span([waves.inScale(xc)]), [y0, y1] = span(ys), breaks = new Set(run.blocks);
     const left = 66, bottom = height - 34, X = (v) => left + (v - x0) / (x1 - x0) * (width - left - 10), Y = (v) => bottom - (v - y0) / (y1 - y0) * (bottom - 8);
     ctx.font = "12px system-ui";
     ctx.fillStyle = this.colours.ink;
@@ -221,7 +233,12 @@ class Portrait {
       ctx.strokeStyle = ctx.fillStyle = COLOURS[i % COLOURS.length];
       ctx.lineWidth = 1.3;
       ctx.beginPath();
-      for (let k = first; k <= last; k += stride) ctx.lineTo(X(xs[k]), Y(y[k]));
+      let pen = false;
+      for (let k = first; k <= last; k += stride) {
+        const known = Number.isFinite(xs[k]) && Number.isFinite(y[k]);
+        if (known && pen && !breaks.has(k)) ctx.lineTo(X(xs[k]), Y(y[k])); else if (known) ctx.moveTo(X(xs[k]), Y(y[k]));
+        pen = known;
+      }
       ctx.stroke();
       ctx.beginPath();
       ctx.arc(X(valueAt(run.time, xs, waves.clock.t)), Y(valueAt(run.time, y, waves.clock.t)), 4.5, 0, 7);

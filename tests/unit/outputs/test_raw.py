@@ -104,7 +104,11 @@ def test_reads_what_ngspice_writes(tmp_path, filetype):
     (tmp_path / "d.cir").write_text(deck)
     subprocess.run(["ngspice", "-b", "d.cir"], cwd=tmp_path, capture_output=True, stdin=subprocess.DEVNULL)
     result = raw.read(str(tmp_path / "x.raw"))
-    assert [p.kind for p in result.plots] == ["op", "tran"]  # the complex plot is passed over
+    assert [p.kind for p in result.plots] == ["op", "ac", "tran"]
+    small = result.table("ac")
+    assert small.axis.log and not small.is_complex("frequency") and small.is_complex("v(out)")
+    answer = 1 / (1 + 2j * np.pi * small["frequency"] * 1e-6)
+    np.testing.assert_allclose(small["v(out)"], answer, rtol=1e-12)
     assert result.time[-1] == pytest.approx(4e-6) and result.unit("v(out)") == "V"
     assert result.at("v(out)", 1e-6) == pytest.approx(1 - np.exp(-1), abs=2e-3)
 
@@ -140,7 +144,7 @@ def test_reads_what_ltspice_writes(tmp_path, flags, encoding):
         plot("AC Analysis", "complex forward", bytes(7 * 48)) + plot("Transient Analysis", flags, body)
     )
     result = raw.read(str(path))
-    assert [p.kind for p in result.plots] == ["tran"] and result.names == ["time", "v(out)", "i(r1)"]
+    assert [p.kind for p in result.plots] == ["ac", "tran"] and result.names == ["time", "v(out)", "i(r1)"]
     assert np.array_equal(result.time, t) and result.unit("i(r1)") == "A"
     for name, exact in zip(result.names[1:], columns[1:], strict=True):
         np.testing.assert_allclose(result[name], exact, rtol=6e-8 if narrow else 0)

@@ -2,6 +2,7 @@
 //! system, one for syntax trees.
 mod builder;
 mod expr;
+mod smallsignal;
 mod syntax;
 mod system;
 
@@ -17,6 +18,7 @@ fn _engine(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_class::<builder::Builder>()?;
     m.add_class::<system::System>()?;
     m.add_class::<system::Waveforms>()?;
+    m.add_class::<smallsignal::SmallSignal>()?;
     m.add_class::<syntax::Trees>()?;
     m.add_function(wrap_pyfunction!(device_parameters, m)?)?;
     m.add_function(wrap_pyfunction!(devices, m)?)?;

@@ -1,5 +1,6 @@
 //! `System`: the compiled equations, open to anyone; and the analyses. `Waveforms`: what an analysis recorded.
 use super::expr::{lock, Expr, SharedGraph};
+use super::smallsignal::SmallSignal;
 use crate::graph::Id;
 use crate::integrate::{self, Failed, Status, Transient};
 use crate::ledger::Ledger;
@@ -251,17 +252,9 @@ impl System {
             let mut w = sys.work();
             w.dc = true;
             let mut x = op::initial(&sys);
-            let found = op::operating_point(&sys, &mut w, &o, &tol, statics, &mut x);
-            let failed =
-                found.err().map(|e| Failed { t: 0.0, h: 0.0, during: "operating point", why: e.why, tried: e.tried });
+            let failed = op::operating_point(&sys, &mut w, &o, &tol, statics, &mut x).err().map(no_point);
             if failed.is_none() {
-                // accelerations and reactions of the point where a transient would start
-                if !statics && sys.unknowns.iter().any(|u| u.kind == Kind::Derivative || u.kind.mechanical()) {
-                    let h = 1e-5 * sys.shortest_feature().min(1e-3);
-                    if let Ok(mut newton) = Newton::new(&sys) {
-                        op::consistent(&sys, &mut newton, &mut w, &mut x, 0.0, h, &tol, true);
-                    }
-                }
+                complete(&sys, &mut w, &mut x, &tol, statics);
                 record.push(&sys, &mut w, 0.0, &x);
             }
             (w, failed, record, clock.seconds())
@@ -279,7 +272,117 @@ impl System {
             watch: None,
             used: vec![],
             steady: vec![],
+            state: None,
         })
+    }
+
+    /// Operating points along a sweep, one row each, whose first column is the number of the point. `points`: values of the
+    /// sources `waves`. `near`: unknowns and conditions to begin from, those of `state` of a sweep before.
+    #[pyo3(signature = (outputs, options_=None, statics=false, waves=vec![], points=vec![], near=None))]
+    #[allow(clippy::too_many_arguments)]
+    fn dc(
+        &self,
+        py: Python<'_>,
+        outputs: Vec<Bound<'_, PyAny>>,
+        options_: Option<&Bound<'_, PyDict>>,
+        statics: bool,
+        waves: Vec<usize>,
+        points: Vec<Vec<f64>>,
+        near: Option<(Vec<f64>, Vec<f64>)>,
+    ) -> PyResult<Waveforms> {
+        if waves.iter().any(|&k| k >= self.inner.waves.len()) || points.iter().any(|p| p.len() != waves.len()) {
+            return Err(PyValueError::new_err("dc: a value for each of the sources at every point"));
+        }
+        let ids = self.ids(&outputs)?;
+        let o = options(options_)?;
+        let sys = self.inner.clone();
+        let mut record = Record::new(&lock(&self.graph), &ids);
+        let (w, failed, stopped, record, state, seconds) = py.detach(move || {
+            let clock = Clock::start();
+            let tol = Tolerances::new(&sys, &o);
+            let mut w = sys.work();
+            let mut x = op::initial(&sys);
+            let mut sweep = op::sweep::Sweep::new(&sys, &o, &tol, statics, &waves);
+            if let (Some((near, flags)), Some(first)) = (near, points.first()) {
+                if near.len() == x.len() && flags.len() == w.flags.len() {
+                    (x, w.flags) = (near, flags);
+                    sweep.begin_near(first);
+                }
+            }
+            let (mut failed, mut stopped) = (None, false);
+            for (k, values) in points.iter().enumerate() {
+                if k % 64 == 63 && Python::attach(|py| py.check_signals().is_err()) {
+                    stopped = true;
+                    break;
+                }
+                if let Err(e) = sweep.to(&mut w, &mut x, values) {
+                    failed = Some(no_point(e));
+                    break;
+                }
+                let mut shown = x.clone();
+                complete(&sys, &mut w, &mut shown, &tol, statics);
+                let row = record.data.len();
+                record.push(&sys, &mut w, 0.0, &shown);
+                record.data[row] = k as f64;
+            }
+            let state = (x, w.flags.clone());
+            (w, failed, stopped, record, state, clock.seconds())
+        });
+        let failure = failed.map(|f| failure_dict(py, &self.inner, &f)).transpose()?;
+        let status = if failure.is_some() {
+            "failed"
+        } else if stopped {
+            "interrupted"
+        } else {
+            "ok"
+        };
+        Ok(Waveforms {
+            record,
+            counters: w.counters,
+            seconds,
+            status,
+            failure,
+            events: vec![],
+            chattering: vec![],
+            watch: None,
+            used: vec![],
+            steady: vec![],
+            state: Some(state),
+        })
+    }
+
+    /// The equations linearised about the operating point: (found, what was linearised, failure). `hold`: the machine does not
+    /// move.
+    #[pyo3(signature = (options_=None, statics=false, hold=false))]
+    #[allow(clippy::type_complexity)]
+    fn small_signal(
+        &self,
+        py: Python<'_>,
+        options_: Option<&Bound<'_, PyDict>>,
+        statics: bool,
+        hold: bool,
+    ) -> PyResult<(Option<SmallSignal>, Option<Py<PyDict>>)> {
+        let o = options(options_)?;
+        let (sys, graph) = (self.inner.clone(), self.graph.clone());
+        let found = py.detach(move || {
+            let tol = Tolerances::new(&sys, &o);
+            let mut w = sys.work();
+            w.dc = true;
+            let mut x = op::initial(&sys);
+            op::operating_point(&sys, &mut w, &o, &tol, statics, &mut x).map_err(no_point)?;
+            complete(&sys, &mut w, &mut x, &tol, statics);
+            SmallSignal::new(sys, graph, w, x, hold).map_err(|e| Failed {
+                t: 0.0,
+                h: 0.0,
+                during: "small signals",
+                why: Failure::Singular(e),
+                tried: vec![],
+            })
+        });
+        match found {
+            Ok(linear) => Ok((Some(linear), None)),
+            Err(f) => Ok((None, Some(failure_dict(py, &self.inner, &f)?))),
+        }
     }
 
     /// Transient analysis. `progress(t, h, steps, events)` is called now and then; a true return value stops the run.
@@ -390,7 +493,22 @@ impl System {
             watch,
             used,
             steady,
+            state: None,
         })
+    }
+}
+
+fn no_point(e: op::NoPoint) -> Failed {
+    Failed { t: 0.0, h: 0.0, during: "operating point", why: e.why, tried: e.tried }
+}
+
+/// Accelerations and reactions of the point where a transient would start.
+fn complete(sys: &crate::system::System, w: &mut Work, x: &mut [f64], tol: &Tolerances, statics: bool) {
+    if !statics && sys.unknowns.iter().any(|u| u.kind == Kind::Derivative || u.kind.mechanical()) {
+        let h = 1e-5 * sys.shortest_feature().min(1e-3);
+        if let Ok(mut newton) = Newton::new(sys) {
+            op::consistent(sys, &mut newton, w, x, 0.0, h, tol, true);
+        }
     }
 }
 
@@ -516,6 +634,9 @@ pub struct Waveforms {
     /// of every column: it does not bend with a source's corner
     #[pyo3(get)]
     steady: Vec<bool>,
+    /// of a sweep: unknowns and conditions at its last point
+    #[pyo3(get)]
+    state: Option<(Vec<f64>, Vec<f64>)>,
 }
 
 #[pymethods]

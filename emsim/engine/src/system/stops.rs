@@ -90,6 +90,21 @@ impl System {
         self.flip_asking(w, x, t, false, |k| self.flags[k].rest < 0)
     }
 
+    /// Does any condition ask to turn at (x, t)?
+    pub fn is_asked(&self, w: &mut Work, x: &[f64], t: f64) -> bool {
+        let mut r = std::mem::take(&mut w.asked);
+        r.resize(self.flags.len(), 0.0);
+        self.all_roots(w, x, t, &mut r);
+        let asked = r.iter().any(|&r| r > 0.0);
+        w.asked = r;
+        asked
+    }
+
+    /// Turns the first condition that asks for it.
+    pub fn turn_first(&self, w: &mut Work, x: &[f64], t: f64) -> bool {
+        self.flip_asking(w, x, t, true, |_| true)
+    }
+
     /// Nothing is remembered: what Newton's method passes through on its way to an operating point is no scale.
     fn remeasure_flags(&self, w: &mut Work, x: &[f64], t: f64) {
         if !self.flags.is_empty() {

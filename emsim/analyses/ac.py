@@ -1,0 +1,150 @@
+"""`.ac dec|oct|lin n fstart fstop [static]`: what small signals of the sources with `ac=` come to, over frequency.
+
+The equations are linearised about the operating point, machine included: it is there at its initial coordinates and speeds,
+or, with `static`, where it comes to rest. Columns are complex amplitudes; expressions of them (`vdb(out)`, `v(out)/v(in)`)
+are made of these, as in ngspice.
+"""
+
+from __future__ import annotations
+
+import math
+
+from .base import Analysis, Axis, Computed, Run, derived, recorded, wrong
+from .op import is_static
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Self
+
+    from .._engine import SmallSignal
+    from ..assemble import Assembly, Context
+    from ..deck import Analysis as Card
+    from ..diagnostics import Diagnostic, Sink
+    from .base import Progress
+
+SPACINGS = ("dec", "oct", "lin")
+STOP = 1e-3  # the last point may lie so much of a step behind the end, as in ngspice
+AT_REST = 1e-6  # of its terms: a force or torque below it moves nothing
+
+
+class Ac(Analysis):
+    word = "ac"
+    form = ".ac dec points fstart fstop, .ac oct points fstart fstop, .ac lin points fstart fstop"
+    meaning = "small signals over frequency, about the operating point"
+    plotname = "AC Analysis"
+    axis = Axis("frequency", "Hz", log=True)
+    complex = True
+
+    def __init__(self, card: Card, frequencies: list[float], log: bool, static: bool) -> None:
+        self.card, self.frequencies, self.static = card, frequencies, static
+        self.axis = Axis("frequency", "Hz", log)
+
+    @classmethod
+    def read(cls, card: Card, sink: Sink) -> Self | None:
+        words = [a.lower() for a in card.args if isinstance(a, str) and a.lower() != "static"]
+        numbers = [float(a) for a in card.args if not isinstance(a, str)]
+        found = grid(cls, card, sink, words[0] if words else "", numbers, words[1:])
+        return None if found is None else cls(card, found, words[0] != "lin", is_static(card))
+
+    def run(self, assembly: Assembly, progress: Progress | None = None) -> Run:
+        names, units, exprs = recorded(assembly, self)
+        linear, trouble = linearised(assembly, self, self.static)
+        waves = Computed([b""] * (1 + len(names)), [False] + [True] * len(names), "failed")
+        if linear is not None:
+            sources = excited(assembly.ctx)
+            if not sources:
+                assembly.flat.sink.warning(
+                    "W305", "no source has ac=: all signals of .ac are 0", self.card.span,
+                    hint="give the one that excites the circuit an amplitude: V1 in 0 dc 0 ac 1",
+                )  # fmt: skip
+            s = [(0.0, 2.0 * math.pi * f) for f in self.frequencies]
+            try:
+                found = linear.respond(s, exprs, sources)
+                waves = Computed([self.frequencies, *found], waves.complex)
+            except ValueError as error:
+                trouble = [singular(assembly, self, error)]
+        return Run(
+            self, ["frequency", *names], ["Hz", *units], waves, self.axis, derived=derived(assembly, self), trouble=trouble
+        )  # fmt: skip
+
+
+def grid(
+    kind: type[Analysis], card: Card, sink: Sink, spacing: str, numbers: list[float], strange: list[str]
+) -> list[float] | None:
+    """The frequencies of `dec|oct|lin n fstart fstop` [Hz], as ngspice lays them; None after an error."""
+    if spacing not in SPACINGS or strange or len(numbers) != 3 or not all(map(math.isfinite, numbers)):
+        wrong(kind, card, sink, f".{kind.word} takes dec, oct or lin, a number of points and two frequencies")
+        return None
+    points, start, stop = int(numbers[0]), numbers[1], numbers[2]
+    if points < 1:
+        wrong(kind, card, sink, f"the number of points is {numbers[0]:g}, it must be 1 at least")
+    elif spacing != "lin" and not start > 0:
+        wrong(kind, card, sink, f"fstart is {start:g} Hz, with {spacing} it must be positive")
+    elif not 0 <= start <= stop:
+        wrong(kind, card, sink, f"the frequencies {start:g} .. {stop:g} Hz must ascend from 0 or more")
+    elif spacing == "lin":
+        return [start + k * (stop - start) / max(points - 1, 1) for k in range(points)]
+    else:
+        ratio = 2.0 ** (1 / points)
+        if spacing == "dec":
+            steps = math.floor(math.log10(stop / start) * points + 1e-9)
+            ratio = (stop / start) ** (1 / steps) if steps else 10.0 ** (1 / points)
+        count = math.floor(math.log(stop * (1 + STOP * ratio) / start) / math.log(ratio) + 1e-9) + 1
+        found = [start * ratio**k for k in range(count)]
+        if spacing == "dec" and len(found) > 1:
+            found[-1] = stop
+        return found
+    return None
+
+
+def linearised(
+    assembly: Assembly, analysis: Analysis, static: bool, hold: bool = False
+) -> tuple[SmallSignal | None, list[Diagnostic]]:
+    """The equations about the operating point, or why there is none; `hold`: the machine does not move."""
+    linear, failure = assembly.system.small_signal(assembly.options, static, hold)
+    if linear is None:
+        from .failure import explain_failure
+
+        return None, explain_failure(assembly, analysis, dict(failure or {}))
+    if not hold and assembly.machine is not None:
+        _at_rest(assembly, analysis, linear)
+    return linear, []
+
+
+def singular(assembly: Assembly, analysis: Analysis, error: ValueError) -> Diagnostic:
+    """The error of a frequency at which there is no solution."""
+    from .failure import explain_failure
+
+    unknown = str(error).partition("singular: ")[2]
+    why = {"kind": "singular", "during": "operating point", "unknown_name": unknown}
+    return explain_failure(assembly, analysis, why)[0]
+
+
+def _at_rest(assembly: Assembly, analysis: Analysis, linear: SmallSignal) -> None:
+    """A warning where the machine gathers speed at the point."""
+    system = assembly.system
+    indptr, rows, g, _ = linear.pencil()
+    x, size = linear.x, [0.0] * system.n
+    for col in range(system.n):
+        for k in range(indptr[col], indptr[col + 1]):
+            size[rows[k]] += abs(g[k] * x[col])
+    least = {option: value for _, _, option, value, _ in system.quantities(assembly.options)}
+    force = linear.residual
+    for k, (name, kind, unit) in enumerate(zip(system.names, system.kinds, system.units, strict=True)):
+        if kind != "speed":
+            continue
+        floor = least.get("forcetol" if unit == "m/s" else "torquetol", 1e-12)
+        if abs(force[k]) > max(AT_REST * size[k], floor):
+            assembly.ctx.remark(
+                "W306",
+                f"the machine is not at rest where .{analysis.word} linearises it: {name} changes",
+                analysis.card.span,
+                f"ic= of a position at rest, or .{analysis.word} ... static, which looks for one",
+            )
+            return
+
+
+def excited(ctx: Context) -> list[tuple[int, tuple[float, float]]]:
+    """(number of the waveform, amplitude) of every source with ac=."""
+    found = (pair for e in ctx.elements.values() for pair in e.excite(ctx))
+    return [(k, (z.real, z.imag)) for k, z in found]

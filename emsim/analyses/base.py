@@ -1,0 +1,240 @@
+"""What an analysis is: one class in one file of this folder, and its line in `ANALYSES` (analyses/__init__.py).
+
+The duties of an author, in the order in which they are asked for:
+
+ 1. `word`, `form`, `meaning`   the dot card: its name, how it is written, what it computes
+ 2. `read(card, sink)`          the card's arguments, checked; None after an error, which the sink has
+ 3. `times()`                   the (tstep, tstop) [s] that waveforms refer to where they leave times out
+ 4. `columns(ctx)`              what is recorded; the default: what .save and .print ask for
+ 5. `run(assembly, progress)`   the computation
+ 6. `axis`, `complex`           what its table is like: over what, of complex numbers or not; writers and pictures
+                                ask the table and never the kind
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from math import isfinite
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Sequence
+    from typing import Any, ClassVar, Self
+
+    from .._engine import Waveforms
+    from ..assemble import Assembly, Context, Output
+    from ..deck import Analysis as Card
+    from ..diagnostics import Diagnostic, Sink
+
+    Progress = Callable[[float, float, float, int, int], object]
+
+
+class Axis:
+    """The independent variable of a table: its name, its unit, and whether equal ratios are equal distances."""
+
+    __slots__ = ("log", "name", "unit")
+
+    def __init__(self, name: str, unit: str, log: bool = False) -> None:
+        self.name, self.unit, self.log = name, unit, log
+
+    def __eq__(self, other: object) -> bool:
+        same = isinstance(other, Axis)
+        return same and (self.name, self.unit, self.log) == (other.name, other.unit, other.log)  # type: ignore[attr-defined]
+
+    def __hash__(self) -> int:
+        return hash((self.name, self.unit, self.log))
+
+    def __repr__(self) -> str:
+        return f"{self.name} [{self.unit}]" + (" log" if self.log else "")
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return Axis, (self.name, self.unit, self.log)
+
+
+class Part:
+    """`columns` of the engine's columns, from `first` on: without the time where there is no axis, without the
+    channels of a drawing where there is one."""
+
+    __slots__ = ("columns", "first", "rows", "waves")
+
+    complex: Sequence[bool] = ()
+
+    def __init__(self, waves: Any, first: int, columns: int) -> None:
+        self.waves, self.rows, self.first, self.columns = waves, waves.rows, first, columns
+
+    @property
+    def corners(self) -> bytes:
+        return self.waves.corners
+
+    @property
+    def steady(self) -> list[bool]:
+        return self.waves.steady[self.first : self.first + self.columns]
+
+    def column(self, i: int, /) -> bytes:
+        return self.waves.column(self.first + i)
+
+    def write_raw(self, path: str, head: Any, ascii: bool = False) -> None:
+        self.waves.write_raw(path, head, ascii, self.first)
+
+    def finish_stream(self) -> tuple[int, str | None] | None:
+        return self.waves.finish_stream()
+
+
+class Computed:
+    """Columns that an analysis made in Python: what is asked of the engine's record, and of a column store."""
+
+    failure = None
+    accounts = None
+    corners = b""
+
+    def __init__(
+        self,
+        data: Iterable[bytes | Iterable[float]],
+        complex: Sequence[bool] = (),
+        status: str = "ok",
+        stats: dict[str, Any] | None = None,
+    ) -> None:
+        from array import array
+
+        self._data = [c if isinstance(c, bytes) else array("d", c).tobytes() for c in data]
+        self.columns, self.complex, self.status = len(self._data), list(complex), status
+        width = 16 if self.complex and self.complex[0] else 8
+        self.rows = len(self._data[0]) // width if self._data else 0
+        self.stats = {"points": self.rows, **(stats or {})}
+        self.steady: list[bool] = []
+        self.events: list[tuple[float, int, int]] = []
+        self.watch: dict[str, Any] = {}
+
+    def column(self, i: int, /) -> bytes:
+        return self._data[i]
+
+    def value(self, row: int, column: int) -> float:
+        return memoryview(self._data[column]).cast("d")[row]
+
+
+class Run:
+    """What one analysis computed.
+
+    kind, names, units   of all columns; with an `axis` the first is the independent one
+    waves                the record: the engine's, whose columns begin with the time, or Computed: status, events, statistics
+    store                the named columns, whoever holds them (result.Waves)
+    derived              columns that follow from the others: (name, unit, expression's tree)
+    steps                names of columns that hold still in each block of rows, of sweeps within sweeps
+    grid                 (tstep, tstop, tstart) of a transient [s]
+    uic                  it started from initial values, without an operating point
+    channels             columns beyond the named ones, which move a drawing
+    trouble              diagnostics of a run that did not reach its end
+    """
+
+    __slots__ = (
+        "analysis", "axis", "channels", "derived", "grid", "kind", "names", "steps", "store", "trouble", "uic", "units",
+        "waves",
+    )  # fmt: skip
+
+    def __init__(
+        self,
+        analysis: Analysis,
+        names: list[str],
+        units: list[str],
+        waves: Waveforms | Computed,
+        axis: Axis | None,
+        *,
+        store: Any = None,
+        derived: Sequence[tuple[str, str, Any]] = (),
+        steps: Sequence[str] = (),
+        grid: tuple[float, float, float] | None = None,
+        trouble: list[Diagnostic] | None = None,
+        uic: bool = False,
+    ) -> None:
+        self.analysis, self.kind, self.names, self.units, self.waves = (
+            analysis,
+            analysis.word,
+            names,
+            units,
+            waves,
+        )
+        self.axis, self.grid, self.trouble, self.uic = axis, grid, trouble or [], uic
+        self.derived, self.steps = list(derived), list(steps)
+        first = 1 if axis is None and not isinstance(waves, Computed) else 0
+        whole = len(names) == waves.columns
+        self.store: Any = store or (waves if whole else Part(waves, first, len(names)))
+        self.channels = Part(waves, first + len(names), max(0, waves.columns - len(names) - first))
+
+    def gaps(self) -> list[tuple[str, float, float]]:
+        """(name, value, place on the axis) of columns without a finite value at the first or last point: no such value is
+        a result. The engine looks at the unknowns alone, and an expression of finite ones may have none."""
+        store, found = self.store, []
+        for k, name in enumerate(self.names):
+            column = memoryview(store.column(k)).cast("d")
+            width = len(column) // store.rows if store.rows else 1
+            for row in {0, store.rows - 1} if store.rows else ():
+                values = column[row * width : (row + 1) * width]
+                if not all(map(isfinite, values)):
+                    worst = next(v for v in values if not isfinite(v))
+                    place = memoryview(store.column(0)).cast("d")[row] if self.axis else 0.0
+                    found.append((name, worst, place))
+                    break
+        return found
+
+
+class Analysis(ABC):
+    """One dot card that computes something. `card` is the deck's own, for its place."""
+
+    word: ClassVar[str]
+    form: ClassVar[str]
+    meaning: ClassVar[str]
+    plotname: ClassVar[str]  # as raw files spell it
+    axis: Axis | None = None
+    complex: ClassVar[bool] = False
+    streams: ClassVar[bool] = False  # rows can go to a file while the run goes on
+
+    card: Card
+    into: tuple[str, bool, Any] | None = None  # ... to this one, see outputs/raw.py
+
+    @classmethod
+    @abstractmethod
+    def read(cls, card: Card, sink: Sink) -> Self | None:
+        """The card's arguments. None after an error, which the sink has."""
+
+    def times(self) -> tuple[float, float] | None:
+        """(tstep, tstop) [s] that waveforms refer to where they leave times out; None: to those of any other analysis."""
+        return None
+
+    def columns(self, ctx: Context) -> list[Output]:
+        """What is recorded, without the axis: compiled before the equations are."""
+        from ..assemble.outputs import columns
+
+        return columns(ctx, self.word, self.axis.name if self.axis else "", not self.complex)
+
+    @abstractmethod
+    def run(self, assembly: Assembly, progress: Progress | None = None) -> Run: ...
+
+    def text(self) -> str:
+        """The card as `emsim check` shows it."""
+        return " ".join([f".{self.word}", *(_written(a) for a in self.card.args), *sorted(self.card.flags)])
+
+    def place(self, value: float) -> str:
+        """Where on the axis something happened, for messages: `at t = 0.1 s`."""
+        if self.axis is None:
+            return "at the operating point"
+        return f"at {'t' if self.axis.name == 'time' else self.axis.name} = {value:.6g} {self.axis.unit}"
+
+
+def _written(value: Any) -> str:
+    return f"{value:g}" if isinstance(value, (int, float)) else str(value)
+
+
+def wrong(analysis: type[Analysis], card: Card, sink: Sink, message: str) -> None:
+    """E305 for a card whose arguments make no sense; the hint is the form. Returns None, as `read` does after an error."""
+    sink.error("E305", message, card.span, hint=analysis.form)
+
+
+def recorded(assembly: Assembly, analysis: Analysis) -> tuple[list[str], list[str], list[Any]]:
+    """Names, units and expressions of the columns that the engine computes."""
+    outputs = [o for o in assembly.outputs[analysis] if o.expr is not None]
+    return [o.name for o in outputs], [o.unit for o in outputs], [o.expr for o in outputs]
+
+
+def derived(assembly: Assembly, analysis: Analysis) -> list[tuple[str, str, Any]]:
+    """Columns that follow from those: name, unit, tree of the expression."""
+    return [(o.name, o.unit, o.ast) for o in assembly.outputs[analysis] if o.expr is None]

@@ -1,0 +1,191 @@
+"""`.dc source start stop step [source2 start2 stop2 step2] [static]`: operating points over a V or I source, a resistor or the
+temperature (`temp`), for each value of a second one.
+
+Every point is sought from the one before, so that switches and circuits of several states keep theirs as long as it lasts.
+Sources change in the compiled equations; for a resistance or a temperature these are made anew.
+"""
+
+from __future__ import annotations
+
+import math
+
+from .base import Analysis, Axis, Computed, Run, derived, recorded, wrong
+from .failure import explain
+from .op import is_static
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+    from typing import Any, Self
+
+    from .._engine import Waveforms
+    from ..assemble import Assembly, Context, Output
+    from ..deck import Analysis as Card
+    from ..diagnostics import Sink
+    from ..elements import Element
+    from .base import Progress
+
+SWEEPS = {"v": Axis("v-sweep", "V"), "i": Axis("i-sweep", "A"), "r": Axis("res-sweep", "Ohm")}
+TEMPERATURE = Axis("temp-sweep", "C")
+STOP = 1e-9  # of a step: rounding of the last point
+
+
+class Sweep:
+    """One of the quantities that are swept: its name ("temp", or an element's), and its values."""
+
+    __slots__ = ("axis", "name", "values")
+
+    def __init__(self, name: str, values: list[float]) -> None:
+        self.name, self.values = name, values
+        letter = name.rpartition(".")[2][:1]
+        self.axis = TEMPERATURE if name == "temp" else SWEEPS.get(letter)
+
+    def element(self, ctx: Context) -> Element | None:
+        """What is swept, where it is one of V, I, R; None where it is the temperature, or nothing."""
+        e = None if self.name == "temp" else ctx.elements.get(ctx.element_name(self.name))
+        return e if e is not None and e.letter in "VvIiRr" else None
+
+    def is_source(self, ctx: Context) -> bool:
+        e = self.element(ctx)
+        return e is not None and e.letter in "VvIi"
+
+
+class Dc(Analysis):
+    word = "dc"
+    form = ".dc source start stop step [source2 start2 stop2 step2]"
+    meaning = "operating points over a source, a resistor or the temperature"
+    plotname = "DC transfer characteristic"
+    axis: Axis | None = Axis("v-sweep", "V")  # or that of what is swept
+
+    def __init__(self, card: Card, sweeps: list[Sweep]) -> None:
+        self.card, self.sweeps, self.static = card, sweeps, is_static(card)
+        self.axis = sweeps[0].axis
+
+    @classmethod
+    def read(cls, card: Card, sink: Sink) -> Self | None:
+        args = [a for a in card.args if a != "static"]
+        sweeps = []
+        for k in range(0, max(len(args), 1), 4):
+            name, *numbers = args[k : k + 4] or [""]
+            if (
+                not isinstance(name, str)
+                or len(numbers) != 3
+                or any(isinstance(n, str) for n in numbers)
+                or k > 4
+            ):
+                wrong(cls, card, sink, ".dc takes a source, a start, an end and a step, once or twice")
+                return None
+            start, stop, step = map(float, numbers)
+            if not all(map(math.isfinite, (start, stop, step))):
+                wrong(cls, card, sink, ".dc has an argument that is no finite number")
+                return None
+            if (step == 0.0 and start != stop) or step * (stop - start) < 0.0:
+                wrong(cls, card, sink, f"steps of {step:g} do not lead from {start:g} to {stop:g}")
+                return None
+            count = math.floor((stop - start) / step + STOP) + 1 if step else 1
+            sweeps.append(Sweep(name.lower(), [start + j * step for j in range(count)]))
+        if any(s.axis is None for s in sweeps):
+            strange = next(s.name for s in sweeps if s.axis is None)
+            wrong(
+                cls,
+                card,
+                sink,
+                f"`{strange}` cannot be swept: .dc sweeps V and I sources, resistors and temp",
+            )
+            return None
+        return cls(card, sweeps)
+
+    def columns(self, ctx: Context) -> list[Output]:
+        for s in self.sweeps:
+            e = s.element(ctx)
+            if s.name != "temp" and e is None:
+                names = [x.name for x in ctx.elements.values() if x.letter in "VvIiRr"]
+                said = f".dc sweeps `{s.name}`, which is no source and no resistor of this deck"
+                ctx.unknown("E309", said, s.name, names, self.card.span)
+            elif e is not None and e.letter in "Rr" and not isinstance(e.value, (int, float)):
+                said = f".dc sweeps `{s.name}`, whose resistance is no number"
+                ctx.sink.error("E309", said, self.card.span, "sweep a source that the expression reads")
+            elif s.name == "temp" and ctx.flat.reads_temper:
+                said = "a parameter reads `temper`, which .dc temp would have to change"
+                ctx.sink.error(
+                    "E309", said, self.card.span, "run the deck once for each temperature: .temp 85"
+                )
+        return super().columns(ctx)
+
+    def run(self, assembly: Assembly, progress: Progress | None = None) -> Run:
+        names, units, _ = recorded(assembly, self)
+        inner, outer = self.sweeps[0], self.sweeps[1:]
+        assert inner.axis is not None
+        parts: list[Waveforms] = []
+        points: list[list[float]] = []
+        trouble, near = [], None
+        for made, sources, block in self._blocks(assembly):
+            waves = [made.ctx.wave(e) for s in sources if (e := s.element(made.ctx)) is not None]
+            values = [[p[self.sweeps.index(s)] for s in sources] for p in block]
+            exprs = recorded(made, self)[2]
+            part = made.system.dc(exprs, made.options, self.static, waves, values, near)
+            parts.append(part)
+            points += block[: part.rows]
+            near = part.state
+            if part.status == "failed":
+                trouble = explain(made, self, part)
+            if part.status != "ok" or (progress and progress(len(points), self._count, 0.0, len(points), 0)):
+                break
+        steps = [f"sweep({s.name})" for s in outer]
+        columns: list[Any] = [[p[k] for p in points] for k in range(len(self.sweeps))]
+        columns += [b"".join(part.column(1 + k) for part in parts) for k in range(len(names))]
+        status = next((part.status for part in parts if part.status != "ok"), "ok")
+        if status == "ok" and len(points) < self._count:
+            status = "interrupted"
+        stats = {
+            key: sum(p.stats[key] for p in parts) for key in ("iterations", "factorisations", "solve_time")
+        }
+        outer_units = [s.axis.unit for s in outer if s.axis is not None]
+        whole = Computed(columns, (), status, stats)
+        return Run(
+            self, [inner.axis.name, *steps, *names], [inner.axis.unit, *outer_units, *units], whole, inner.axis,
+            derived=derived(assembly, self), steps=steps, trouble=trouble,
+        )  # fmt: skip
+
+    @property
+    def _count(self) -> int:
+        return math.prod(len(s.values) for s in self.sweeps)
+
+    def _points(self) -> list[list[float]]:
+        """Values of the sweeps at every point, the first one running fastest."""
+        inner, *outer = (s.values for s in self.sweeps)
+        return [[a, *([b] if outer else [])] for b in (outer[0] if outer else [0.0]) for a in inner]
+
+    def _blocks(self, assembly: Assembly) -> Iterator[tuple[Assembly, list[Sweep], list[list[float]]]]:
+        """Stretches of points that have the equations in common: these, the sources swept in them, the points."""
+        sources = [s for s in self.sweeps if s.is_source(assembly.ctx)]
+        others = [k for k, s in enumerate(self.sweeps) if s not in sources]
+        points, first = self._points(), 0
+        for k in range(1, len(points) + 1):
+            here = [points[first][i] for i in others]
+            if k < len(points) and [points[k][i] for i in others] == here:
+                continue
+            made = self._made(assembly, here, others) if others else assembly
+            yield made, sources, points[first:k]
+            first = k
+
+    def _made(self, assembly: Assembly, values: list[float], which: list[int]) -> Assembly:
+        """The equations with these values of a resistance or the temperature."""
+        from ..assemble import assemble
+
+        flat, before = assembly.flat, []
+        try:
+            for k, value in zip(which, values, strict=True):
+                e = self.sweeps[k].element(assembly.ctx)
+                before.append((e, flat.temp if e is None else e.value))
+                if e is None:
+                    flat.temp = value
+                else:
+                    e.value = value
+            return assemble(flat, assembly.options, assembly.ctx.times, analyses=assembly.analyses)
+        finally:
+            for e, value in before:
+                if e is None:
+                    flat.temp = value
+                else:
+                    e.value = value

@@ -1,0 +1,143 @@
+"""Expressions of a table's columns: what --plot, the page, `.print` and `Result[...]` understand beyond the columns.
+
+    db(v(out)/v(in))     deg(angle(hinge))     v(a)*i(r1)
+
+A name is a column; all else is arithmetic on whole columns, of complex numbers where these are. FUNCTIONS is the one
+table of functions; outputs/web/data.js has the same for the page (a test holds them together). Where a value does not
+exist it is nan, where it has no bound inf: nothing is clipped.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from .assemble.outputs import KEEPS_UNIT, UNITS, unit_of_two
+from .diagnostics import deck_error
+from .expr import OF_COLUMNS, SOURCE_MATH, Binary, Call, Cond, Name, Num, Unary, to_text
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from typing import Any, Protocol
+
+    from .diagnostics import Span
+    from .expr import Node
+
+    class Columns(Protocol):
+        """What is asked of a table."""
+
+        def __len__(self) -> int: ...
+        def column(self, name: str) -> np.ndarray: ...
+        def column_unit(self, name: str) -> str: ...
+        def has_column(self, name: str) -> bool: ...
+
+
+def _phase(z: Any) -> Any:
+    """The angle of a complex number [rad]; of a real one 0, as in ngspice."""
+    return np.angle(z) if np.iscomplexobj(z) else np.zeros(np.shape(z))
+
+
+def _real(function: Callable[..., Any]) -> Callable[..., Any]:
+    """A function whose argument's magnitude counts where it is negative, as in B sources; complex numbers as they are."""
+    return lambda x: function(x if np.iscomplexobj(x) else np.abs(x))
+
+
+def _power(a: Any, b: Any) -> Any:
+    return np.power(a if np.iscomplexobj(a) else np.abs(a), b)
+
+
+FUNCTIONS: dict[str, Callable[..., Any]] = {
+    "abs": np.abs, "mag": np.abs, "re": np.real, "real": np.real, "im": np.imag, "imag": np.imag, "conj": np.conj,
+    "ph": _phase, "cph": lambda z: np.unwrap(_phase(z)), "db": lambda z: 20 * np.log10(np.abs(z)),
+    "sqrt": _real(np.sqrt), "exp": np.exp, "ln": _real(np.log), "log": _real(np.log), "log10": _real(np.log10),
+    "sin": np.sin, "cos": np.cos, "tan": np.tan, "atan": np.arctan, "sinh": np.sinh, "cosh": np.cosh, "tanh": np.tanh,
+    "atan2": np.arctan2, "hypot": np.hypot, "deg": np.degrees, "rpm": lambda x: np.asarray(x) * 30 / np.pi,
+}  # fmt: skip
+# how many arguments those take that no source knows
+COUNTS = dict.fromkeys(OF_COLUMNS, 1)
+SAME_UNIT = (*KEEPS_UNIT, "mag", "re", "real", "im", "imag", "conj")
+OPERATORS: dict[str, Callable[..., Any]] = {
+    "+": np.add, "-": np.subtract, "*": np.multiply, "/": np.divide, "**": _power,
+    "<": lambda a, b: np.less(a, b) * 1.0, "<=": lambda a, b: np.less_equal(a, b) * 1.0,
+    ">": lambda a, b: np.greater(a, b) * 1.0, ">=": lambda a, b: np.greater_equal(a, b) * 1.0,
+    "==": lambda a, b: np.equal(a, b) * 1.0, "!=": lambda a, b: np.not_equal(a, b) * 1.0,
+    "&&": lambda a, b: np.logical_and(a, b) * 1.0, "||": lambda a, b: np.logical_or(a, b) * 1.0,
+}  # fmt: skip
+
+
+def evaluate(table: Columns, node: Node, where: Span | None = None) -> tuple[np.ndarray, str]:
+    """An expression's values, shape (len(table),), float64 or complex128, and its unit. DeckError (E352) for a name that
+    is no column, (E121) for a wrong number of arguments."""
+    value, unit = _value(table, node, where)
+    value = np.asarray(value)
+    kind = complex if np.iscomplexobj(value) else float
+    return np.broadcast_to(value.astype(kind), (len(table),)), unit
+
+
+def _value(table: Columns, node: Node, where: Span | None) -> tuple[Any, str]:
+    if isinstance(node, Num):
+        return node.value, ""
+    if (
+        isinstance(node, Call)
+        and node.fn in (*FUNCTIONS, *SOURCE_MATH)
+        and not table.has_column(to_text(node))
+    ):
+        args = [_value(table, a, where) for a in node.args]
+        unit = args[0][1] if node.fn in SAME_UNIT and args else UNITS.get(node.fn, "")
+        return _apply(node, [a for a, _ in args], where), unit
+    if isinstance(node, (Name, Call)):
+        if isinstance(node, Name) and node.id == "pi":
+            return math.pi, ""
+        return _column(table, node, where)
+    if isinstance(node, Unary):
+        a, unit = _value(table, node.a, where)
+        return (-a if node.op == "-" else a if node.op == "+" else np.equal(a, 0) * 1.0), unit
+    if isinstance(node, Binary):
+        (a, ua), (b, ub) = _value(table, node.a, where), _value(table, node.b, where)
+        with np.errstate(all="ignore"):
+            return OPERATORS[node.op](a, b), unit_of_two(node, ua, ub)
+    assert isinstance(node, Cond)
+    (a, unit), (b, _) = _value(table, node.a, where), _value(table, node.b, where)
+    return np.where(np.not_equal(_value(table, node.c, where)[0], 0), a, b), unit
+
+
+def check(table: Columns, node: Node) -> bool:
+    """Is every name of an expression a column, and every function known?"""
+    if isinstance(node, Num) or (isinstance(node, Name) and node.id == "pi"):
+        return True
+    if isinstance(node, (Name, Call)) and table.has_column(to_text(node)):
+        return True
+    if isinstance(node, Call):
+        return (node.fn in FUNCTIONS or node.fn in SOURCE_MATH) and all(check(table, a) for a in node.args)
+    parts = [getattr(node, key, None) for key in ("a", "b", "c")]
+    return not isinstance(node, Name) and all(check(table, part) for part in parts if part is not None)
+
+
+def _column(table: Columns, node: Node, where: Span | None) -> tuple[np.ndarray, str]:
+    text = to_text(node)
+    try:
+        return table.column(text), table.column_unit(text)
+    except KeyError as error:
+        said, _, near = str(error.args[0]).replace("'", "`").partition(", did")
+        hint = f"did{near}" if near else None
+        deck_error("E352", f"there is {said} in these results", node.span or where, hint)
+
+
+def _apply(node: Call, args: list[Any], where: Span | None) -> Any:
+    least, most, function = SOURCE_MATH.get(node.fn) or (COUNTS[node.fn], COUNTS[node.fn], float)
+    if not least <= len(args) <= most:
+        wanted = f"{least} argument" + ("s" if least != 1 else "")
+        deck_error("E121", f"{node.fn} takes {wanted}, there are {len(args)}", node.span or where)
+
+    def guarded(*values: float) -> float:
+        try:
+            return float(function(*values))
+        except (ValueError, OverflowError, ZeroDivisionError):
+            return math.nan
+
+    with np.errstate(all="ignore"):
+        if (found := FUNCTIONS.get(node.fn)) is not None:
+            return found(*args)
+        return np.asarray(np.frompyfunc(guarded, len(args), 1)(*args), dtype=float)
