@@ -78,7 +78,8 @@ class Switch(Element):
                 control - (at + half), down, self.name, initial, rest, "stays" if half else "arrival"
             )
         on = 1.0 / (p.get("ron", 1.0) or LEAST_RESISTANCE)
-        off = 1.0 / (p.get("roff", 0.0) or 1.0 / ctx.gmin)
+        roff = p.get("roff", 0.0)
+        off = 1.0 / roff if roff else ctx.gmin
         return ctx.b.select(ctx.flags[self.name], ctx.b.const(on), ctx.b.const(off)) * self.between(ctx)
 
     @property

@@ -55,6 +55,16 @@ def test_an_inductance_of_nothing_is_explained(scratch):
     assert main(["explain", "deck.cir"]) == 0 and main(["explain", "--latex", "deck.cir"]) == 0
 
 
+def test_a_switch_without_roff_where_gmin_is_zero_is_open():
+    """Its off resistance is 1/gmin where the model gives none."""
+    deck = (
+        "t\n.options gmin=0\nV1 a 0 PULSE(0 1 1m 1u 1u 1 2)\nS1 a b a 0 sm\nW1 a b V1 wm\nR1 b 0 1k\n"
+        ".model sm SW(vt=0.5)\n.model wm CSW(it=1)\n.tran 10u 2m\n.end\n"
+    )
+    r = emsim.run(deck)
+    assert r.at("v(b)", 2e-3) == pytest.approx(1 / 1.001, abs=1e-6) and r.at("v(b)", 0.5e-3) == 0
+
+
 @pytest.mark.parametrize("operator", ["+", "*"])
 def test_fmt_of_two_thousand_terms(operator, scratch):
     line = "R1   a 0 {" + operator.join(["x"] * 2000) + "}\n"
