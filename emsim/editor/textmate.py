@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from typing import Any
 
 WAVES = ("PULSE", "SIN", "EXP", "PWL", "SFFM", "AM", "TRNOISE", "TRRANDOM", "POLY", "TABLE", "VALUE")
-NUMBER = r"(?i)(?<![\w.#$])[+-]?(?:\d+\.?\d*|\.\d+)(?:e[+-]?\d+)?[a-zµμ%]*(?![\w.])"
+NUMBER = r"(?i)(?<![\w.#$])[+-]?(?:\d+\.?\d*|\.\d+)(?:[ed][+-]?\d+)?[a-zµμ%]*(?![\w.])"
 KEY = r"(?i)(?<![\w.])([a-z_][\w.]*)\s*(=)(?!=)"
 
 
