@@ -76,7 +76,7 @@ def close_loops(
         q = _unturned(m, x, q, asked)
     wanted, is_new = _guesses(m, x)
     if not wanted:
-        wanted = _drawn(m, x)
+        wanted = _drawn(m, x, q)
     if wanted and (is_new or not ok or _off(m, x, q, wanted) > FAR):
         starts = [m.b.project(own, [*asked, *(e for e, _ in wanted)], weights, x, held, 0.0, 1e-13)[1]]
         for start in starts:
@@ -152,10 +152,10 @@ def _guesses(m: Mechanism, x: list[float]) -> tuple[list[tuple[Expr, bool]], boo
     return rows, new
 
 
-def _drawn(m: Mechanism, x: list[float]) -> list[tuple[Expr, bool]]:
+def _drawn(m: Mechanism, x: list[float], closed: list[float]) -> list[tuple[Expr, bool]]:
     """The same where nothing is guessed: every coordinate that may move stays where it is; lengths count as parts of the
-    machine's size."""
-    span = size(m, x)
+    machine's size, drawn or closed."""
+    span = max(size(m, x), size(m, _with(m, x, closed)))
     free = [c for c in m.places if c.u_name and not c.held]
     return [((c.q - x[c.row]) * (1.0 if c.rotary else 1.0 / span), c.rotary) for c in free]
 
