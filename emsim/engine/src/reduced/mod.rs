@@ -278,6 +278,11 @@ impl Reduced {
         self.steps.iter().map(of).sum()
     }
 
+    /// Do the closed loops leave the machine a motion of its own?
+    pub fn moves_freely(&self) -> bool {
+        self.steps.iter().any(|s| matches!(s, Step::Saddle(s) if s.rows.len() < s.mass.unknowns.len()))
+    }
+
     pub fn has_constraints(&self) -> bool {
         self.steps.iter().any(|s| matches!(s, Step::Saddle(_)))
     }

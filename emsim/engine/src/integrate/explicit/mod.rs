@@ -488,7 +488,10 @@ impl Method for Explicit<'_> {
 
     fn limit(&self) -> Limit {
         match self.careful {
-            true => Limit::Rank,
+            // (where drives leave no freedom the stages are solutions of the constraints, and keep the branch that implicit
+            // steps lose: their matrix is singular at a change point)
+            true if self.reduced.moves_freely() => Limit::Rank,
+            true => Limit::None,
             false if self.stiffness > 0.0 => Limit::Stability(self.stiffness),
             false => Limit::None, // NaN: nothing is known after a restart
         }
