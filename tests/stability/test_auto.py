@@ -206,13 +206,13 @@ TRANSIT_TIME = "transit time\nV1 a 0 SIN(0 10 100k)\nD1 a o d\nR1 o 0 1k\n.model
 def test_a_method_that_would_take_too_long_is_left():
     """A charge that follows an exponential asks gear for more steps the more is asked of it."""
     found, reference = (
-        run(TRANSIT_TIME.replace("50u", "9m"), "reltol=6e-7 maxsteps=5e3"),
+        run(TRANSIT_TIME.replace("50u", "14m"), "reltol=1e-4 maxsteps=2.2e5"),
         run(TRANSIT_TIME, "method=radau reltol=1e-12"),
     )
     assert methods(found) == ["gear", "esdirk"]
     assert "too long" in found.stats["methods"][1][2]
     t = 1e-7 * np.arange(1, 500)
-    assert np.abs([found.at("v(o)", x) - reference.at("v(o)", x) for x in t]).max() < 6e-6
+    assert np.abs([found.at("v(o)", x) - reference.at("v(o)", x) for x in t]).max() < 1e-3
 
 
 @pytest.mark.parametrize("reltol", [1e-4, 1e-6, 1e-8, 1e-9])

@@ -21,6 +21,10 @@ use std::collections::{BTreeMap, BTreeSet};
 /// Time constant in which a resistance to something fixed holds an island firmly [s]: of the sum 1e-20/h is rounding then.
 const FIRM: f64 = 1e-4;
 
+/// The same of an island: its common voltage is no state, and in the femtoseconds in which a run begins or a switch turns its rounding must
+/// not pass for a movement; of the sum 1e-24/h is.
+const FIRM_ISLAND: f64 = 1e-8;
+
 /// Union-find over unknowns.
 pub struct Islands {
     parent: Vec<usize>,
@@ -326,7 +330,7 @@ impl Model {
             }
         }
         let firm = |of: usize| match (stored.get(&of), held.get(&of)) {
-            (Some(c), Some(g)) => *c <= FIRM * g,
+            (Some(c), Some(g)) => *c <= FIRM_ISLAND * g,
             _ => false,
         };
         members.retain(|&of, nodes| nodes.len() > 1 && tied.of(of) != fixed && !firm(of));

@@ -543,9 +543,16 @@ pub fn consistent(
     };
     if refine {
         if let Some(y2) = step(w, 2.0 * h, &y1) {
+            // of nodes that capacitors tie together the differences are states, what they have in common is not
             let floats = |i: usize| sys.sums.iter().any(|s| s.node == i || s.root == i);
-            for i in (0..sys.n).filter(|&i| !sys.differential[i] || floats(i)) {
-                x[i] = 2.0 * y1[i] - y2[i];
+            for i in 0..sys.n {
+                let at_start = 2.0 * y1[i] - y2[i];
+                let state = sys.differential[i] && !floats(i);
+                let stays =
+                    sys.unknowns[i].kind.mechanical() || (at_start - x[i]).abs() <= tol.weight(i, at_start, x[i]);
+                if !(state && stays) {
+                    x[i] = at_start;
+                }
             }
             return true;
         }

@@ -376,6 +376,16 @@ impl Tolerances {
         self.tied.iter().map(of).fold(0.0, |worst, r| if r.is_finite() { worst.max(r) } else { f64::INFINITY })
     }
 
+    /// An unknown under d/dt in which a and b differ by more than so many tolerances: by itself, or, tied by capacitors to others, against
+    /// these, for what they have in common is no state.
+    pub fn states_apart(&self, a: &[f64], b: &[f64], most: f64) -> Option<usize> {
+        let by = |i: usize| a[i] - b[i];
+        let weight = |i: usize| most * self.error_weight(i, a[i], b[i]);
+        let tied = |&(node, root): &(usize, usize)| (by(node) - by(root)).abs() > weight(node);
+        let alone = (0..a.len()).find(|&i| self.share(i).is_some() && by(i).abs() > weight(i));
+        alone.or_else(|| self.tied.iter().copied().find(tied).map(|(node, _)| node))
+    }
+
     /// Does unknown i count by itself in the local error norm, and for how much?
     pub fn share(&self, i: usize) -> Option<f64> {
         Some(self.alone[i]).filter(|&share| share != 0.0)

@@ -22,7 +22,7 @@ def test_resistor_and_capacitor() -> None:
     np.testing.assert_allclose(c, [[8e-6, -3e-6], [-3e-6, 3e-6]])
 
 
-@pytest.mark.parametrize("ratio", [1.0, 1e6], ids=["firm", "loose"])
+@pytest.mark.parametrize("ratio", [1e-3, 1e6], ids=["firm", "loose"])
 def test_one_row_of_an_island_is_the_sum_of_its_rows(ratio: float) -> None:
     """Where resistances do not hold two nodes that a capacitor ties, one of their rows is the sum, and stores nothing."""
     cards = ("V1 s 0 2", f"R1 s a {4 * ratio:g}", "C1 a b 3u", f"R2 b 0 {2 * ratio:g}", "D1 b s d", "D2 a x d", "R3 x 0 7",

@@ -10,8 +10,8 @@
 //!  3. A run begins implicitly where its fastest eigenvalue is `FAST` times faster than the shortest time that its sources and its print
 //!     grid speak of: order is lost on what follows such a mode long before stability is. Also where that mode is damped and `LASTING` times
 //!     faster than the run is long: it will have died, and stability will want all those steps.
-//!  4. From explicit to implicit when stability has limited `STIFF` steps in a row, when the step collapses, when a stage cannot be solved,
-//!     or where a loop comes near a loss of rank, this for good. Back after `TRIAL` implicit steps, on probation: the first explicit
+//!  4. From explicit to implicit by the same measure behind an event whose first step is refused, when stability has limited `STIFF`
+//!     steps in a row, when the step collapses, when a stage cannot be solved, or where a loop comes near a loss of rank, this for good. Back after `TRIAL` implicit steps, on probation: the first explicit
 //!     step must have room to spare, and no less than a quarter of the implicit one. A return that is regretted makes the next one
 //!     twice as rare.
 //!  5. Where a method gives up, or would take too many steps, the others go on from the last good point in the order of `OTHERS`.
@@ -112,6 +112,7 @@ pub struct Auto<'a> {
     tried: Vec<&'static str>,               // methods that gave up at it
     longest: f64,                           // attempt from it
     refused: u32,                           // attempts from it that gave nothing
+    anew: bool,                             // nothing has been accepted since the last restart
     reach: f64,                             // longest step since the last restart
     limited: u32,                           // explicit steps in a row that stability limited
     steps: u32,                             // since the last change
@@ -141,6 +142,7 @@ impl<'a> Auto<'a> {
             tried: Vec::new(),
             longest: 0.0,
             refused: 0,
+            anew: true,
             reach: 0.0,
             limited: 0,
             steps: 0,
@@ -228,10 +230,13 @@ impl<'a> Auto<'a> {
     fn choose(&mut self, w: &mut Work, h: f64) -> Result<(), Failure> {
         self.look(w, h)?;
         if self.explicitly() {
-            return match self.limited >= STIFF {
-                true => self.go_implicit(w, "stability limits the explicit step"),
-                false => Ok(()),
-            };
+            if self.limited >= STIFF {
+                return self.go_implicit(w, "stability limits the explicit step");
+            }
+            if self.anew && self.refused > 0 && self.fast(w) {
+                return self.go_implicit(w, "stiff behind an event");
+            }
+            return Ok(());
         }
         if self.steps < self.patience || self.refused > 0 || !(self.explicit || self.away) {
             return Ok(());
@@ -321,6 +326,7 @@ impl Method for Auto<'_> {
         self.x.copy_from_slice(x);
         self.tried.clear();
         (self.longest, self.refused, self.probation, self.reach) = (0.0, 0, None, 0.0);
+        self.anew = true;
         self.inner_mut().restart(sys, w, t, x);
     }
 
@@ -350,7 +356,7 @@ impl Method for Auto<'_> {
         self.t = t1;
         self.x.copy_from_slice(self.methods[self.now].1.candidate());
         self.tried.clear();
-        (self.longest, self.refused) = (0.0, 0);
+        (self.longest, self.refused, self.anew) = (0.0, 0, false);
         self.steps = self.steps.saturating_add(1);
         self.limited = if self.stiffness() > LIMIT { self.limited + 1 } else { 0 };
     }

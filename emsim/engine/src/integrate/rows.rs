@@ -92,10 +92,20 @@ impl Sink for Record {
 /// derivatives, the current of a capacitor across a source, and what follows from them; the current that a motor of
 /// no inductance takes, r i = v - k omega, is none.
 pub fn undetermined(sys: &System) -> Vec<bool> {
+    // what nodes that capacitors tie together have in common is no state: their root stands for it, in every row that reads one of them
+    let tied: Vec<(usize, usize)> = sys.sums.iter().filter(|s| s.tied).map(|s| (s.node, s.root)).collect();
+    let algebraic = |k: usize| !sys.differential[k] || tied.iter().any(|&(_, root)| root == k);
+    let mut columns: Vec<Vec<usize>> = (0..sys.n).map(|k| sys.pattern.column(k).to_vec()).collect();
+    for &(node, root) in &tied {
+        let more = columns[node].clone();
+        columns[root].extend(more);
+    }
     let mut reads = vec![Vec::new(); sys.n];
-    for k in (0..sys.n).filter(|&k| !sys.differential[k]) {
-        for &r in sys.pattern.column(k).iter().filter(|&&r| !sys.has_q[r]) {
-            reads[r].push(k);
+    for k in (0..sys.n).filter(|&k| algebraic(k)) {
+        for &r in columns[k].iter().filter(|&&r| !sys.has_q[r]) {
+            if !reads[r].contains(&k) {
+                reads[r].push(k);
+            }
         }
     }
     let (mut by, mut of) = (vec![None; sys.n], vec![None; sys.n]);
@@ -107,11 +117,11 @@ pub fn undetermined(sys: &System) -> Vec<bool> {
             augment(r, &|r| reads[r].clone(), &mut by, &mut of);
         }
     }
-    let mut left: Vec<usize> = (0..sys.n).filter(|&k| !sys.differential[k] && by[k].is_none()).collect();
+    let mut left: Vec<usize> = (0..sys.n).filter(|&k| algebraic(k) && by[k].is_none()).collect();
     let mut found = vec![false; sys.n];
     while let Some(k) = left.pop() {
         if !std::mem::replace(&mut found[k], true) {
-            left.extend(sys.pattern.column(k).iter().filter_map(|&r| of[r]));
+            left.extend(columns[k].iter().filter_map(|&r| of[r]));
         }
     }
     found
@@ -142,6 +152,7 @@ impl Lags {
 /// What computes the forces of rows.
 pub struct Forces {
     newton: Newton,
+    lags: Vec<bool>, // unknowns of higher index
     /// rows show forces of a machine
     pub of_machine: bool,
 }
@@ -156,7 +167,7 @@ impl Forces {
         let lagging = || reads.iter().map(|&k| k as usize).filter(|&k| lags[k]);
         lagging().next()?;
         let of_machine = lagging().any(|k| matches!(sys.unknowns[k].kind, Kind::Lambda | Kind::Derivative));
-        Some(Forces { newton: Newton::new(sys).ok()?, of_machine })
+        Some(Forces { newton: Newton::new(sys).ok()?, lags, of_machine })
     }
 
     /// Length to settle over within a step of this width, of a run of length `whole`.
@@ -169,8 +180,8 @@ impl Forces {
         (SHORT * width).min((SHORTER * width).max(ROUNDED * whole))
     }
 
-    /// Everything that does not stand under d/dt at (t, x), from what does, over a length of `inside` or `behind`. x stays as it is
-    /// where that fails.
+    /// What is of higher index at (t, x), from what stands under d/dt, over a length of `inside` or `behind`. x stays as it is where
+    /// that fails.
     pub fn settle(&mut self, sys: &System, w: &mut Work, (t, x): (f64, &mut [f64]), h: f64, tol: &Tolerances) {
         let ports = w.ports.clone();
         // slopes at a corner are those before it
@@ -205,8 +216,11 @@ impl Forces {
             Some((one, two, four))
         };
         if let Some((one, two, four)) = forces() {
-            for i in (0..sys.n).filter(|&i| !sys.differential[i]) {
-                x[i] = (8.0 * one[i] - 6.0 * two[i] + four[i]) / 3.0;
+            let at = |i: usize| (8.0 * one[i] - 6.0 * two[i] + four[i]) / 3.0;
+            // what follows from other states than the row shows belongs to another row
+            let found: Vec<f64> = (0..sys.n).map(at).collect();
+            if tol.states_apart(&found, x, 1.0).is_none() {
+                (0..sys.n).filter(|&i| self.lags[i]).for_each(|i| x[i] = found[i]);
             }
         }
         w.ports = ports;

@@ -11,6 +11,9 @@ use crate::system::{System, Work};
 
 const CHANGE: f64 = 0.01;
 const AT_MOST: f64 = 100.0;
+/// What the slope over a jump may change by, in parts of the state over the step, which is a billionth of what lies ahead, or of itself.
+const HELD: f64 = 1e-8;
+const TURNED: f64 = 0.1;
 
 /// Puts a point where the states have what x has, with flags as they are now.
 pub(in crate::integrate) fn place(
@@ -36,7 +39,8 @@ impl Explicit<'_> {
         Ok(())
     }
 
-    /// What x is at t + h behind a jump at t, into `ex`: a step of Euler's method; where h is 0, at t itself.
+    /// What x is at t + h behind a jump at t, into `ex`: a step of Euler's method; where h is 0, at t itself. False where so short a step
+    /// is too long for what has become fast there (a coil cut off by 1e12 ohm): the slope at its end is another one.
     pub(super) fn step_over_jump(
         &mut self,
         sys: &System,
@@ -44,16 +48,24 @@ impl Explicit<'_> {
         t: f64,
         h: f64,
         x: &[f64],
-    ) -> Result<(), Trouble> {
+    ) -> Result<bool, Trouble> {
         place(self.reduced, &mut self.point, sys, w, (t, x));
         let (point, waves, m) = (&mut self.point, &sys.waves, self.m);
-        if h > 0.0 {
-            self.reduced.rates(point, waves, t, false, &mut self.e[..m])?;
-            for (y, e) in self.reduced.y(point).iter_mut().zip(&self.e) {
-                *y += h * e;
-            }
+        if h == 0.0 {
+            self.reduced.arrive(point, waves, t, false, None, &mut self.ex)?;
+            return Ok(true);
         }
-        self.reduced.arrive(point, waves, t + h, false, None, &mut self.ex)
+        let (before, after) = self.k.split_at_mut(self.width);
+        self.reduced.rates(point, waves, t, false, &mut before[..m])?;
+        for (y, k) in self.reduced.y(point).iter_mut().zip(&*before) {
+            *y += h * k;
+        }
+        self.reduced.arrive(point, waves, t + h, false, Some(&mut after[..m]), &mut self.ex)?;
+        let held = |((y, before), after): ((&f64, &f64), &f64)| {
+            let change = h * (after - before).abs();
+            change <= HELD * y.abs() || change <= TURNED * h * before.abs()
+        };
+        Ok(self.reduced.y(point).iter().zip(&*before).zip(&after[..m]).all(held))
     }
 
     /// Longer than `little`, if that can be seen.

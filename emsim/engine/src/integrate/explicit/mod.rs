@@ -382,7 +382,7 @@ impl Method for Explicit<'_> {
 
     fn settle(&mut self, sys: &System, w: &mut Work, t: f64, h: f64, x: &mut [f64]) -> bool {
         let before = self.point.evaluations;
-        let mut done = self.step_over_jump(sys, w, t, h, x).is_ok();
+        let mut done = self.step_over_jump(sys, w, t, h, x).unwrap_or(false);
         // (where constraints lose rank a start takes what an implicit step finds)
         done = done && (h > 0.0 || !self.projects || self.reduced.weakest(&self.point) >= NEAR);
         w.counters.evaluations += self.point.evaluations - before;

@@ -302,7 +302,7 @@ impl Radau {
             estimate = estimate.max(share(tol.reltol) * self.end_error(sys, w, h, tol));
         }
         self.estimate = estimate;
-        if self.first {
+        if self.first || self.bent {
             self.find_smooth(tol);
         }
         let raw = (estimate / share(tol.reltol)).max(1e-10);
@@ -548,13 +548,12 @@ impl Method for Radau {
         let theta = (t - t0) / h;
         if bent || anew {
             // what is algebraic at the start of this step, or is over long before its end, belongs to the curve before the corner
-            let moves = if anew { &self.smooth } else { &self.corrected };
-            dense::extrapolate(scheme, theta, x0, stage, moves, out);
+            dense::extrapolate(scheme, theta, x0, stage, &self.smooth, out);
         } else {
             dense::polynomial(scheme, theta, x0, stage, out);
         }
         let correction = scheme.gamma * dense::correction(scheme, theta);
-        let corrected = if anew { &self.smooth } else { &self.corrected };
+        let corrected = if bent || anew { &self.smooth } else { &self.corrected };
         for ((o, e), corrected) in out.iter_mut().zip(e).zip(corrected) {
             if *corrected {
                 *o += correction * e;
