@@ -161,6 +161,10 @@ class JointState:
         return len(self.kind.coordinates) == 1
 
     @property
+    def direction(self) -> tuple[float, ...]:
+        return self.card.direction
+
+    @property
     def q(self) -> Expr:
         return self.qs[0]
 

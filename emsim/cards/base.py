@@ -46,7 +46,11 @@ if TYPE_CHECKING:
         """A joint as cards see it; `q` and `u` are its one coordinate and speed, B relative to A."""
 
         name: str
+        a: str  # the body A
+        pa: tuple[float, ...]  # its place on A, in A's axes [m]
 
+        @property
+        def direction(self) -> tuple[float, ...]: ...  # its axis in the axes of A
         @property
         def q(self) -> Expr: ...
         @property
@@ -72,6 +76,7 @@ if TYPE_CHECKING:
         def point(self, local: tuple[float, ...]) -> PointView: ...
         def speed_squared(self, local: tuple[float, ...]) -> Scalar: ...
         def spin(self) -> Sequence[Scalar]: ...
+        def direction(self, local: Sequence[float]) -> Sequence[Scalar]: ...  # in world axes
 
     class Scene(Protocol):
         """What the compiler offers to a card."""

@@ -1,7 +1,10 @@
 """MOTOR: a permanent-magnet direct-current machine on a joint.
 
     d/dt(l i) + r i + ke w - v = 0        w = gear * u, on a slide with radius=: gear * u / radius
-    T = j/2 w^2,  power into the machine: kt i w - b w^2
+    T = j/2 (w + w_A)^2,  power into the machine: kt i w - b w^2
+w is the rotor against its stator, which A carries: what turns the winding's voltage and the bearing. The rotor's energy is
+that of its whole speed about its axis, A's own turn w_A about that axis counted in, so a wheel on a satellite turns the
+satellite back, and the gyroscopic moment of a rotor on an arm follows.
 With kt = ke the electrical power ke w i is the mechanical power kt i w; where they differ, (kt - ke) i w
 watts appear from nowhere, and `imbalance` says how many.
 + current into the first node turns B counter-clockwise (along +axis).
@@ -15,6 +18,7 @@ from ..diagnostics import suggest
 from ..units import known_unit, machine_number, machine_number_problem, spice_number
 from . import quantities
 from .base import LEAVE_OUT, Card, Default, Spec, is_number, limit
+from .kinematics import dot, is_zero
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -36,7 +40,7 @@ class Motor(Card):
         missing={"tc": "Coulomb friction"},
         meaning="a direct-current motor, or a voice coil on a slide",
         laws={
-            "T": "j w^2/2, w = gear u",
+            "T": "j (w + w_A)^2/2, w = gear u, w_A: A's own speed about the axis",
             "P": "r i^2 + b w^2",
             "i": "l di/dt + r i + ke w = v, torque kt i, w = gear u",
         },
@@ -50,7 +54,8 @@ class Motor(Card):
         j=Default(
             0.0,
             "kg m^2 (kg)",
-            "inertia of the rotor along the joint (no gyroscopic moment), on the motor's side of the gear",
+            "inertia of the rotor about its axis, on the motor's side of the gear; A carries the stator, "
+            "and its mass is that of the motor at rest",
             least=0.0,
         ),
         b=Default(0.0, "N m s/rad (N s/m)", "viscous friction, on the motor's side", least=0.0),
@@ -96,7 +101,24 @@ class Motor(Card):
                 f"radius= of MOTOR {self.name} is for a slide; {self.joint.name} is a pin",
                 self.place("radius"),
             )
+        self.axis = self._rotor_axis()
         self.row = s.branch(self.name)
+        on_turning = any(not is_zero(w) for w in s.frame(self.joint.a).spin())
+        if self.j and on_turning and not any(self.axis):
+            s.sink.error(
+                "E240",
+                f"MOTOR {self.name} rides on {self.joint.a}, which turns, and the axis of its rotor is not known: "
+                f"{self.joint.name} slides out of the xy plane of {self.joint.a}",
+                self.place("j"),
+                "leave out j= and make the rotor a BODY on a pin, tied to the slide by a GEAR",
+            )
+
+    def _rotor_axis(self) -> tuple[float, ...]:
+        """In the axes of A, where the rotor's speed is positive: the joint's; of a pinion on a slide z, across the slide."""
+        along = self.joint.direction
+        if self.radius is None:
+            return along
+        return (0.0, 0.0, 0.0) if along[2] else (0.0, 0.0, 1.0)
 
     def _from_kv(self, s: Scene) -> None:
         """Volts per rad/s from turns per minute and volt."""
@@ -172,9 +194,18 @@ class Motor(Card):
     def _lever(self) -> float:
         return self.gear if self.radius is None else self.gear / self.radius
 
+    def _carried(self, s: Scene) -> Scalar:
+        """Speed of the stator: A's turn about the rotor's axis, or its way along that of a coil."""
+        carrier = s.frame(self.joint.a)
+        if self.joint.rotary or self.radius is not None:
+            return dot(carrier.spin(), self.axis)
+        return dot(carrier.point(self.joint.pa).vel, carrier.direction(self.axis))
+
     def kinetic(self, s: Scene) -> Scalar | None:
-        w = self._speed()
-        return 0.5 * self.j * w * w if self.j else None
+        if not self.j:
+            return None
+        w = self._speed() + self._carried(s)
+        return 0.5 * self.j * w * w
 
     def powers(self, s: Scene) -> Powers:
         i, w = s.b.x(self.row), self._speed()
@@ -234,7 +265,16 @@ class Motor(Card):
             emf = f"{n}_3"
         net.add(f"Ee_{n} {emf} {minus} {b} {a} {self.emf_constant * gain!r}", "back-EMF: ke times speed")
         net.add(f"Ft_{n} {a} {b} Vs_{n} {self.torque_constant * gain!r}", "torque: kt times current")
-        if self.j:
+        if self.j and (a == "0" or self.radius is not None):  # on a slide nothing turns but the pinion
             net.add(f"Cj_{n} {b} {a} {self.j * gain * gain!r}", "rotor")
+        elif self.j and gain == 1.0:
+            net.add(f"Cj_{n} {b} 0 {self.j!r}", "rotor")
+        elif self.j:  # its whole speed is (1 - gear) of A's and gear of B's: two ideal transformers
+            net.add(f"Ea_{n} {n}_a 0 {a} 0 {1.0 - gain!r}", "rotor: carried by the stator")
+            net.add(f"Eb_{n} {n}_b {n}_a {b} 0 {gain!r}", "rotor: geared")
+            net.add(f"Vj_{n} {n}_b {n}_j 0")
+            net.add(f"Cj_{n} {n}_j 0 {self.j!r}", "rotor")
+            net.add(f"Fa_{n} {a} 0 Vj_{n} {1.0 - gain!r}")
+            net.add(f"Fb_{n} {b} 0 Vj_{n} {gain!r}")
         if self.b:
             net.add(f"Rb_{n} {b} {a} {1.0 / (self.b * gain * gain)!r}", "bearing")
