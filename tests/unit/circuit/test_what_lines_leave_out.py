@@ -94,3 +94,14 @@ def test_ac_on_a_source_excites_its_rows() -> None:
     assert row == ctx.branches["v1"] and value == pytest.approx(2j)
     assert dict(ctx.elements["i1"].excite(ctx)) == pytest.approx({ctx.nodes["a"]: 3.0, -1: -3.0})
     assert not ctx.elements["r1"].excite(ctx)
+
+
+def test_values_of_a_model_in_brackets() -> None:
+    # a vendor's spelling: it was refused with E102
+    plain, bracketed = (
+        emsim.run(deck("V1 a 0 1", "R1 a b 1k", "D1 b 0 dm", f".model dm D({given})", ".op")).table("op")[
+            "v(b)"
+        ][0]
+        for given in ("is=1e-13 n=1.5", "is=(1e-13) n=( 1.5 )")
+    )
+    assert plain == bracketed
