@@ -67,7 +67,7 @@ class Builder:
         """0/1, held between events: 1 when `up` rises above 0, 0 when `down` (default `up`) falls below 0. In between
         it starts as `initial` in a run from given values, as `rest` at the operating point (-1: as it comes). `law` says
         what holds exactly at a threshold: "" 0 there, "arrival" turns on arriving there from either side, "stays" as it
-        was. ValueError for another one."""
+        was; "memory" is no condition but the value of `up` at the last event. ValueError for another one."""
     def grad(self, y: Expr, xs: Sequence[Expr]) -> list[Expr]:
         """dy/dx for each leaf x, by reverse mode."""
     def tangent(self, ys: Sequence[Expr], seed: Sequence[tuple[Expr, Expr | float]]) -> list[Expr]:
@@ -263,6 +263,9 @@ class Waveforms:
     @property
     def chattering(self) -> list[int]:
         """Flags that slid along their threshold: they were followed to 1e-4 of the span."""
+    @property
+    def broken(self) -> list[tuple[float, int]]:
+        """(time, flag): flags that were not what their conditions say, each with its first time"""
     @property
     def accounts(self) -> dict[str, Any] | None:
         """powers, devices [(heat, charge energy)], first, last [J]; trace: float64 rows of time, powers, two a device,

@@ -27,6 +27,8 @@ def remarks(assembly: Assembly, run: Run) -> None:
 
         rows = run.waves.rows
         teach(assembly, run.waves.watch, run.waves.value(rows - 1, 0) if rows else 0.0)
+    if run.kind == "tran":
+        _conditions(assembly, run)
     if assembly.machine is None:
         return
     _limits(assembly, run)
@@ -64,6 +66,32 @@ def _domains(assembly: Assembly, run: Run) -> None:
         _, text, span = domains[name]
         hint = "keep its argument where it has a value, by max(.., 0) for instance"
         assembly.flat.sink.warning("W402", f"{text}; first at t = {t:.6g} s", span, hint)
+
+
+def _conditions(assembly: Assembly, run: Run) -> None:
+    """Flags that were not what their conditions say: stuck, or sliding along their threshold."""
+    for t, k in run.waves.broken:
+        what, span = condition(assembly, k)
+        assembly.flat.sink.warning(
+            "W404", f"{what} is not what it says, first at t = {t:.6g} s", span,
+            hint="this is a fault of emsim, please report it with the deck; a smaller tmax on .tran may help",
+        )  # fmt: skip
+    for k in run.waves.chattering:
+        what, span = condition(assembly, k)
+        assembly.flat.sink.warning(
+            "W405", f"{what} turns again and again: it is followed to 1e-4 of the run", span,
+            hint="a hysteresis, or a capacitance behind it, says how fast it turns",
+        )  # fmt: skip
+
+
+def condition(assembly: Assembly, k: int) -> tuple[str, Span | None]:
+    """What a flag is called, and where it stands."""
+    name = assembly.system.flag_names[k]
+    element = assembly.ctx.elements.get(name)
+    span = element.span if element is not None else assembly.ctx.conditions.get(k)
+    if element is not None:
+        return f"the switch {name}", span
+    return f"the condition `{span.text}`" if span is not None else "a condition", span
 
 
 def _divided_by_zero(assembly: Assembly, span: Span | None) -> None:

@@ -62,6 +62,15 @@ def explain_failure(
         return [Diagnostic("error", "E509", said, analysis.card.span if analysis else None, hint)]
     if kind == "unfit":
         return [_unfit(assembly, analysis, str(failure.get("why", "")))]
+    if kind == "contradiction":
+        from .afterwards import condition
+
+        said, span = condition(assembly, int(failure["flag"]))
+        when = f"at t = {float(failure.get('t') or 0.0):.6g} s"
+        hint = (
+            "conditions that set each other off have no value; a small delay between them (R and C) gives one"
+        )
+        return [Diagnostic("error", "E418", f"{said} contradicts itself or others {when}", span, hint)]
     if kind == "too long":
         from .watch import too_long
 

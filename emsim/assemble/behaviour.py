@@ -78,22 +78,31 @@ class Compiler:
         self._probes = 0
         self._where: Span | None = None
         self._truths: set[int] = set()
+        self._holds: Callable[[], frozenset[str]] | None = None
         self._random: Random | None = None
         self._count = 0
         self._divisors: list[
             tuple[Expr, Span | None]
         ] = []  # of the expression at hand, those that read the machine
 
-    def compile(self, ast: Node, where: Span | None) -> Expr:
+    def compile(
+        self, ast: Node, where: Span | None, holds: Callable[[], frozenset[str]] | None = None
+    ) -> Expr:
         before, self._where = self._where, where
         outer, self._divisors = self._divisors, []
+        held, self._holds = self._holds, holds
         try:
             whole = self._node(ast)
             if self._divisors:
                 self.ctx.divided_by_motion(whole, self._divisors)
             return whole
         finally:
-            self._where, self._divisors = before, outer
+            self._where, self._divisors, self._holds = before, outer, held
+
+    @property
+    def where(self) -> Span | None:
+        """Place of the expression at hand."""
+        return self._where
 
     # tree ----------------------------------------------------------------------------------------
 
@@ -208,7 +217,15 @@ class Compiler:
     def _choose(self, condition: Expr, a: Node, b: Node) -> Expr:
         if condition.value is not None:
             return self._node(a if condition.value != 0.0 else b)
-        return self.ctx.b.select(condition, self._node(a), self._node(b))
+        return self.ctx.b.select(condition, self._choice(a), self._choice(b))
+
+    def _choice(self, node: Node) -> Expr:
+        """A branch of a condition; a latch's own output is what it was."""
+        if self._holds and isinstance(node, Call) and node.fn == "v" and len(node.args) == 1:
+            name = _word(node.args[0])
+            if name is not None and name in self._holds():
+                return self.ctx.memory(name)
+        return self._node(node)
 
     # powers and roots ----------------------------------------------------------------------------
 

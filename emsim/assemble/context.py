@@ -18,7 +18,7 @@ from ..diagnostics import Sink, suggest
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
+    from collections.abc import Callable, Iterable, Sequence
     from typing import Any, TypeVar
 
     from .._engine import Builder, Expr
@@ -46,6 +46,7 @@ class Context:
     nodes     node name -> unknown (ground left out); `branches` element or coupling name -> current unknown
     elements  element name -> Element
     machine   the assembled machine, or None; `scale` its size, for the tolerances
+    conditions  number of a flag -> place of the expression that it belongs to
     domains   flag name -> (flag, text, place): functions that may leave their domain during a run
     divisors  quotients in expressions, with what they divide by and its place
     poles     expressions with their divisors that read the machine, which knows where it starts
@@ -63,6 +64,7 @@ class Context:
         self.elements: dict[str, Element] = {}
         self.flags: dict[str, Expr] = {}
         self.starting: set[str] = set()
+        self.conditions: dict[int, Span | None] = {}
         self.series: dict[str, tuple[int, int, float]] = {}  # of diodes: node, inner node, conductance [S]
         self.domains: dict[str, tuple[Expr, str, Span | None]] = {}
         self.divisors: dict[int, tuple[Expr, Expr, Span | None]] = {}
@@ -173,14 +175,17 @@ class Context:
 
     # expressions ---------------------------------------------------------------------------------
 
-    def compile(self, ast: Node, where: Span | None) -> Expr:
+    def compile(
+        self, ast: Node, where: Span | None, holds: Callable[[], frozenset[str]] | None = None
+    ) -> Expr:
         """Behavioural expression -> graph, with v() i() time temper and the machine's probes. What cannot be
-        compiled is reported at its place and becomes 0, so that all of a deck's errors come out at once."""
+        compiled is reported at its place and becomes 0, so that all of a deck's errors come out at once. Where a condition
+        chooses the voltage of one of `holds`, that is what it was: these nodes follow from the expression itself."""
         if self._compiler is None:
             from .behaviour import Compiler
 
             self._compiler = Compiler(self)
-        return self._compiler.compile(ast, where)
+        return self._compiler.compile(ast, where, holds)
 
     def abs_(self, e: Expr) -> Expr:
         """|e|, its kink a held flag."""
@@ -228,6 +233,14 @@ class Context:
         """The same where both sides agree at zero, so that nothing happens while `up` stays there."""
         return self._flag(up, "", "stays")
 
+    def memory(self, node: str) -> Expr:
+        """Voltage of a node as it was before the last event [V]."""
+        key = f"memory {node}"
+        found = self.flags.get(key)
+        if found is None:
+            found = self.flags[key] = self.b.flag(self.v(node), None, key, law="memory")
+        return found
+
     def _flag(self, up: Expr, name: str, law: str) -> Expr:
         if up.value is None:
             up = self._outside_energy(up)
@@ -240,6 +253,7 @@ class Context:
         found = self.flags.get(key)
         if found is None:
             found = self.flags[key] = self.b.flag(up, None, name, -1, law=law)
+            self.conditions.setdefault(int(found.node[1]), self._compiler.where if self._compiler else None)
         return found
 
     def _outside_energy(self, up: Expr) -> Expr:

@@ -29,7 +29,7 @@ from ..syntax import LineError
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
+    from collections.abc import Callable, Iterable, Sequence
     from typing import Any, ClassVar, Self
 
     from .._engine import Expr
@@ -454,9 +454,9 @@ class Element:
         ctx.b.g(br, n, -1.0)
         return br
 
-    def expression(self, ctx: Context) -> Expr:
-        """A behavioural value, with its tc1, tc2; reciproctc=1: divided by what they make."""
-        value = ctx.compile(self.value, self.value_span or self.span)
+    def expression(self, ctx: Context, holds: Callable[[], frozenset[str]] | None = None) -> Expr:
+        """A behavioural value, with its tc1, tc2; reciproctc=1: divided by what they make. `holds`: see Context.compile."""
+        value = ctx.compile(self.value, self.value_span or self.span, holds)
         factor = self.temperature_factor(ctx)
         if factor and self.number("reciproctc"):
             factor = 1.0 / factor

@@ -136,7 +136,7 @@ class Controlled(Element):
     def delivers(self, ctx: Context) -> Expr:
         """What it delivers, as an expression [V or A]."""
         if self.how == "expr":
-            return self.expression(ctx)
+            return self.expression(ctx, (lambda: follows(ctx, self)) if self.gives_voltage else None)
         if self.how == "table":
             at = ctx.compile(self.value, self.value_span or self.span)
             return ctx.table(at, self.extra["table"], True, self.span, TABLE_ROUNDING)
@@ -373,3 +373,24 @@ def calls(ast: Any) -> Iterator[Call]:
         parts = ()
     for part in parts:
         yield from calls(part)
+
+
+def follows(ctx: Context, source: Element) -> frozenset[str]:
+    """Nodes that have the voltage of a source to ground whatever it is: its own, and what hangs on it by resistors alone.
+    A source that chooses such a voltage holds it."""
+    out, other = source.nodes[:2]
+    if other not in GROUND or out in GROUND:
+        return frozenset()
+    found, new = {out}, [out]
+    while new:
+        node = new.pop()
+        for e in ctx.elements.values():
+            for a, b, kind in e.paths():
+                ends = {e.nodes[k] for k in (a, b) if k < len(e.nodes)}
+                if node not in ends or e is source or kind == "blocks":
+                    continue
+                if kind != "conducts" or e.letter != "r" or ends & set(GROUND):
+                    return frozenset({out})
+                new += ends - found
+                found |= ends
+    return frozenset(found)

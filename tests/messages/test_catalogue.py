@@ -132,12 +132,21 @@ def without_grammar(patch: pytest.MonkeyPatch) -> None:
     patch.setattr(lark_grammar.os.path, "exists", lambda path: False)
 
 
+def with_a_stuck_flag(patch: pytest.MonkeyPatch) -> None:
+    """The first condition does not turn."""
+    from emsim.assemble import options
+
+    resolve = options.resolve
+    patch.setattr(options, "resolve", lambda *a, **k: {**resolve(*a, **k), "stuck_flag": 0})
+
+
 # code: (command, what is changed)
 FORCED = {
     "E153": ("emsim including.cir", lambda p: p.setattr("emsim.elaborate.files.MAX_INCLUDES", 0)),
     "E421": ("emsim chart --alone deck.cir", lambda p: p.setattr("emsim.reports.reference.WORST", 0.0)),
     "E499": (HERE, lambda p: p.setattr("emsim.pipeline.solve", raising(RuntimeError("a bug")))),
     "E502": (WRONG, without_grammar),
+    "W404": ("emsim gate.cir", with_a_stuck_flag),
     "E505": ("emsim chart --suite", lambda p: p.setattr("pathlib.Path.is_file", lambda path: False)),
     "E508": (
         "emsim view --live --no-open --port 8123 deck.cir",
@@ -162,6 +171,7 @@ def forced(code: str) -> str:
             "wrong.cir": RC.replace("out 1k", "out {1k"),
             "including.cir": "t\n.include parts.inc\n",
             "parts.inc": "* none\n",
+            "gate.cir": "gate\nV1 d 0 PULSE(0 1 1m 1u 1u 1m 3m)\nB1 o 0 V={v(d)>0 ? 5 : 0}\n.tran 10u 5m\n.end\n",
         }
         _, said = perform(command, {"deck.cir": RC, **files})
     return "\n\n".join(text for found, text in blocks(said) if found == code)

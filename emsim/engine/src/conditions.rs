@@ -11,13 +11,17 @@ const ROUNDING: f64 = 64.0 * f64::EPSILON;
 pub struct Standing {
     /// by flag: its operand has been on the flag's own side since it turned. Until then it stands on the threshold.
     pub armed: Vec<bool>,
+    /// by flag: it has turned since the last step
+    pub fresh: Vec<bool>,
     /// by flag: from so far on its operand is not at the threshold
     pub band: Vec<f64>,
+    /// a flag that is kept from turning, so that a test can see the check of flags fire
+    pub stuck: Option<usize>,
 }
 
 impl Standing {
     pub fn new(flags: usize) -> Standing {
-        Standing { armed: vec![true; flags], band: vec![0.0; flags] }
+        Standing { armed: vec![true; flags], fresh: vec![false; flags], band: vec![0.0; flags], stuck: None }
     }
 
     /// Positive asks for a turn. `beyond` is the operand, counted towards the other side of the flag.
@@ -28,6 +32,7 @@ impl Standing {
                 Law::Condition => on,
                 Law::Arrival => true,
                 Law::Stays => false,
+                Law::Memory => return -1.0,
             };
         match at_threshold {
             // on the threshold is too far
@@ -35,6 +40,10 @@ impl Standing {
             true => beyond + band,
             false => beyond - band,
         }
+    }
+
+    pub fn size(&self, k: usize) -> f64 {
+        self.band[k] / ROUNDING
     }
 
     /// What is added up in a flag's operand is so large.

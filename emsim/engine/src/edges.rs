@@ -48,6 +48,7 @@ pub struct EdgeWork {
     early: Vec<f64>,
     late: Vec<f64>,
     times: Vec<f64>,
+    clear: Vec<f64>, // from when on an operand has been clear of its threshold, on its flag's own side
     pending: Vec<usize>, // flags that flip at `at`
     at: f64,
     flipped: Vec<usize>, // flags that flipped at `when`
@@ -71,7 +72,7 @@ impl Edges {
         let mut others = Vec::new();
         for (k, flag) in model.flags.iter().enumerate() {
             let roots = substitute(g, &[flag.up, flag.down], &map);
-            let known = roots.iter().all(|&r| affine(g, r, &model.waves));
+            let known = flag.law != Law::Memory && roots.iter().all(|&r| affine(g, r, &model.waves));
             timed.push(known);
             if !known {
                 others.extend(roots);
@@ -121,6 +122,7 @@ impl Edges {
             early: vec![0.0; m],
             late: vec![0.0; m],
             times: vec![0.0; m],
+            clear: vec![f64::INFINITY; m],
             pending: Vec::with_capacity(m),
             at: f64::NAN,
             flipped: Vec::with_capacity(m),
@@ -189,6 +191,10 @@ impl Edges {
         }
         w.pending.clear();
         w.at = f64::NAN;
+        for (m, &k) in self.flags.iter().enumerate() {
+            standing.armed[k] |= w.clear[m] <= t;
+            w.clear[m] = f64::INFINITY;
+        }
         let when = w.when * (1.0 + 1e-12);
         let mut from = t;
         self.evaluate(w, standing, flags, from, |k| waves[k].value(from), false);
@@ -203,8 +209,12 @@ impl Edges {
             self.evaluate(w, standing, flags, corner, |k| waves[k].value_before(corner), true);
             let mut first = f64::INFINITY;
             for (m, &k) in self.flags.iter().enumerate() {
-                standing.armed[k] |= w.early[m] < -standing.band[k];
-                w.times[m] = turns(self.laws[m], flags[k] != 0.0, standing, k, w.early[m], w.late[m])
+                if w.early[m] < -standing.band[k] {
+                    w.clear[m] = w.clear[m].min(from);
+                }
+                let armed = standing.armed[k] || w.clear[m] <= from;
+                w.times[m] = turns(self.laws[m], flags[k] != 0.0, armed, standing.band[k], w.early[m], w.late[m])
+                    .filter(|_| standing.stuck != Some(k))
                     .map_or(f64::INFINITY, |share| from + share * (corner - from));
                 first = first.min(w.times[m]);
             }
@@ -215,7 +225,9 @@ impl Edges {
                 return Some(Edge { t: first, flips: true });
             }
             for (m, &k) in self.flags.iter().enumerate() {
-                standing.armed[k] |= w.late[m] < -standing.band[k];
+                if w.late[m] < -standing.band[k] {
+                    w.clear[m] = w.clear[m].min(corner);
+                }
             }
             if corner >= limit {
                 return None;
@@ -237,31 +249,37 @@ impl Edges {
         flags: &mut [f64],
         standing: &mut Standing,
         t: f64,
+        one: bool,
         mut say: impl FnMut(usize, bool),
     ) {
-        if w.at != t {
+        // (of a cascade at one time the next edge is due at once, and the run may stand a rounding behind it)
+        if !(w.at <= t) {
             return;
+        }
+        if one {
+            w.pending.truncate(1);
         }
         for &k in &w.pending {
             flags[k] = 1.0 - flags[k];
             standing.armed[k] = false;
             say(k, flags[k] != 0.0);
         }
+        w.clear.fill(f64::INFINITY);
         std::mem::swap(&mut w.pending, &mut w.flipped);
         (w.when, w.at) = (t, f64::NAN);
     }
 }
 
 /// Where between two times, in parts of their distance, a flag turns whose operand goes straight from `early` to `late`.
-fn turns(law: Law, on: bool, standing: &Standing, k: usize, early: f64, late: f64) -> Option<f64> {
-    let side = |v: f64| if v.abs() <= standing.band[k] { 0.0 } else { v.signum() };
+fn turns(law: Law, on: bool, armed: bool, band: f64, early: f64, late: f64) -> Option<f64> {
+    let side = |v: f64| if v.abs() <= band { 0.0 } else { v.signum() };
     let (here, there) = (side(early), side(late));
     let behind = if here != 0.0 { here } else { there };
     let leaves = behind == 0.0
         && match law {
             Law::Condition => on,
-            Law::Arrival => standing.armed[k],
-            Law::Stays => false,
+            Law::Arrival => armed,
+            Law::Stays | Law::Memory => false,
         };
     match () {
         _ if behind > 0.0 || leaves => Some(0.0),

@@ -16,7 +16,7 @@
 //!    then only an operand clear of it on the other side turns the flag again: an event found a little early turns nothing back.
 //! 6. Flags turn together. After a turn the algebraic unknowns are solved anew and the flags asked again, until none asks: all
 //!    that ask turn at once, later one after the other, so that latches that are let go together fall to one side. Flags that find no
-//!    consistent set are named in a warning.
+//!    consistent set end the run (E418); one that is not what its condition says at a row is told (W404).
 //! 7. Logic of flags alone (`!`, `&&`, `==` of comparisons, their sums) is no flag: it is computed from them, exactly.
 //!
 //! `System::eval_roots` gives of each flag a number that is positive where the flag asks to turn, and continuous. Times that sources
@@ -37,6 +37,58 @@ pub struct Candidate<'a> {
     pub end: &'a [f64],
     pub dense: &'a dyn Fn(f64, &mut [f64]),
     pub long: bool,
+}
+
+/// Compares every flag with its condition at every row: a flag that is not what its condition says is told, once each.
+#[derive(Clone, Default)]
+pub struct Check {
+    since: Vec<(f64, f64)>, // by flag: from this end of a step on it asks to turn, at each, and its value then; INFINITY: it does not
+    roots: Vec<f64>,
+    pub broken: Vec<(f64, usize)>,
+}
+
+/// Asking to turn at the end of a step is what an event is; asking still, this part of the time later, is a flag that is stuck.
+const STUCK: f64 = 1e-9;
+/// Between the ends of steps values are known to so many tolerances.
+const INSIDE: f64 = 10.0;
+
+impl Check {
+    fn tell(&mut self, k: usize, t: f64) {
+        if !self.broken.iter().any(|&(_, other)| other == k) {
+            self.broken.push((t, k));
+        }
+    }
+
+    fn at_end(&mut self, roots: &[f64], flags: &[f64], quiet_until: &[f64], t: f64) {
+        const NEVER: f64 = f64::INFINITY;
+        self.since.resize(roots.len(), (NEVER, 0.0));
+        for (k, &root) in roots.iter().enumerate() {
+            let (since, value) = &mut self.since[k];
+            if !(root > 0.0 && t >= quiet_until[k]) {
+                *since = NEVER;
+            } else if *since == NEVER || *value != flags[k] {
+                (*since, *value) = (t, flags[k]);
+            } else if t - *since > STUCK * t {
+                self.tell(k, t);
+            }
+        }
+    }
+
+    /// A row inside a step.
+    pub fn inside(&mut self, sys: &System, w: &mut Work, x: &[f64], t: f64, reltol: f64) {
+        if sys.flags.is_empty() {
+            return;
+        }
+        let mut roots = std::mem::take(&mut self.roots);
+        roots.resize(sys.flags.len(), 0.0);
+        sys.eval_all_roots(w, x, t, &mut roots);
+        for (k, &root) in roots.iter().enumerate() {
+            if root > INSIDE * reltol * sys.operand_size(w, k) {
+                self.tell(k, t);
+            }
+        }
+        self.roots = roots;
+    }
 }
 
 #[derive(Clone)]
@@ -75,9 +127,11 @@ impl Detector {
         sys.eval_roots(w, x, t, &mut self.before);
     }
 
-    pub fn accept(&mut self, sys: &System, w: &mut Work, x: &[f64], t: f64) {
+    pub fn accept(&mut self, sys: &System, w: &mut Work, x: &[f64], t: f64, check: &mut Check) {
         sys.observe_flags(w, x, t);
-        sys.eval_roots(w, x, t, &mut self.before);
+        sys.eval_all_roots(w, x, t, &mut self.before);
+        check.at_end(&self.before, &w.flags, &self.quiet_until, t);
+        sys.mask_timed(w, &mut self.before);
         // a root that crosses while its flag rests is still to fire when the rest is over, wherever it then goes
         for (root, &rest) in self.before.iter_mut().zip(&self.quiet_until) {
             if rest > t {

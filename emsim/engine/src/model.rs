@@ -71,6 +71,8 @@ pub enum Law {
     Arrival,
     /// both sides of the threshold give the same (kinks), or nothing is said between two thresholds (hysteresis): stays
     Stays,
+    /// no condition: the operand's own value at the last event, for what holds itself
+    Memory,
 }
 
 /// 0/1 state held between events: becomes 1 when `up` > 0, 0 when `down` < 0. Between the two it is what it was: at the start

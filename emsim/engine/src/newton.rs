@@ -32,6 +32,10 @@ pub enum Failure {
     NotFinite {
         unknown: usize,
     },
+    /// flags that have no consistent values: one of them
+    Contradiction {
+        flag: usize,
+    },
     /// the method cannot do equations of this kind, whatever the step
     Unfit {
         why: String,

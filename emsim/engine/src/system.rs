@@ -159,6 +159,10 @@ impl Work {
         t > self.before
     }
 
+    pub fn hold_flag(&mut self, flag: Option<usize>) {
+        self.standing.stuck = flag;
+    }
+
     /// As a run begins.
     pub fn reset_flags(&mut self, sys: &System) {
         let fresh = sys.work();

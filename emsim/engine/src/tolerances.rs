@@ -58,6 +58,8 @@ pub struct Options {
     /// length of the run and of its print grid [s]; 0 where they are not known
     pub span: f64,
     pub grid: f64,
+    /// a flag that does not turn during a transient: for tests of what is told then
+    pub stuck_flag: Option<usize>,
 }
 
 impl Default for Options {
@@ -77,6 +79,7 @@ impl Default for Options {
             accounts: false,
             span: 0.0,
             grid: 0.0,
+            stuck_flag: None,
         }
     }
 }

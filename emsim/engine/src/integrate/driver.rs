@@ -17,7 +17,7 @@ pub(super) use self::stretch::Mark;
 use super::rows::{undetermined, Forces, Grid, Lags, Row, Sink};
 use super::watch::{Report, Watch};
 use super::{make, Attempt, Character, Method, Used};
-use crate::events::{Candidate, Detector, Located};
+use crate::events::{Candidate, Check, Detector, Located};
 use crate::ledger::Inside;
 use crate::newton::{Failure, Newton, Options, Tolerances};
 use crate::op;
@@ -58,6 +58,8 @@ pub struct Outcome {
     pub events: Vec<(f64, usize, bool)>,
     /// flags that chattered and were put to rest for a while
     pub resting: Vec<usize>,
+    /// flags that were not what their conditions say, and when first
+    pub broken: Vec<(f64, usize)>,
     pub watch: Report,
     /// what `auto` chose
     pub used: Vec<Used>,
@@ -84,6 +86,7 @@ pub(super) struct Run<'a, S: Sink> {
     tol: Tolerances,
     newton: Option<Newton>, // for values after a jump: its symbolic analysis is done once, when it is needed
     detector: Detector,
+    check: Check,
     grid: Grid,
     memory: Memory,
     escape: Escape,
@@ -137,10 +140,12 @@ fn conduct(
 ) -> Result<Outcome, Failure> {
     let mut run = Run::new(sys, w, a, o, record, x, method.character())?;
     run.start(method);
+    run.w.hold_flag(o.stuck_flag);
     run.advance(method, tick);
     run.record.close(run.sys, run.w);
     run.outcome.watch = run.watch.report(run.sys, run.w, (run.t, &run.x), method, &run.tol);
     run.outcome.used = method.used();
+    run.outcome.broken = std::mem::take(&mut run.check.broken);
     if run.outcome.used.is_empty() {
         run.outcome.used.push(Used { t: 0.0, method: o.method.clone(), why: "asked for".into() });
     }
@@ -154,6 +159,7 @@ impl Outcome {
             failed: None,
             events: Vec::new(),
             resting: Vec::new(),
+            broken: Vec::new(),
             watch: Report::default(),
             used: Vec::new(),
         }
@@ -176,6 +182,9 @@ pub(super) fn starting_point(sys: &System, w: &mut Work, a: Transient, o: &Optio
     let tol = Tolerances::new(sys, o);
     w.gmin = o.gmin;
     let mut x = op::initial(sys);
+    if a.uic {
+        sys.stand_at_thresholds(w);
+    }
     let found = if a.uic {
         op::initial_conditions(sys, w, &mut x, a.tstep, &tol)
             .map_err(|why| Failed::at_start("initial conditions", why, vec!["charges as given by IC=".into()]))
@@ -209,6 +218,7 @@ impl<'a, S: Sink> Run<'a, S> {
             tol,
             newton: None,
             detector: Detector::new(sys),
+            check: Check::default(),
             grid: Grid::new(sys, a, dense, shows_silent),
             memory: Memory::default(),
             escape: Escape::default(),
@@ -243,15 +253,16 @@ impl<'a, S: Sink> Run<'a, S> {
         if !known() && (self.a.uic || !method.settle(self.sys, self.w, 0.0, 0.0, &mut self.x)) {
             self.settle(0.0, short.max(rounded.min(1e-3 * feature)), true);
         }
-        if self.a.uic {
-            self.sys.stand_at_thresholds(self.w);
-        }
-        for _ in 0..self.sys.rounds() {
+        let rounds = self.sys.rounds();
+        for again in 0..=rounds {
             // flags may hang on algebraic unknowns that other flags move: settle them together
-            if !self.sys.update_flags(self.w, &self.x, 0.0) {
+            if !self.sys.update_flags(self.w, &self.x, 0.0, 2 * again > rounds) {
                 break;
             }
             self.settle(0.0, 1e-9 * feature, false);
+            if again == rounds {
+                return self.contradicts(1e-9 * feature);
+            }
         }
         if self.a.tstart <= 0.0 {
             self.record.row(self.sys, self.w, 0.0, &self.x);
@@ -300,7 +311,7 @@ impl<'a, S: Sink> Run<'a, S> {
         // dense output would not do for a row between the ends of a step; nothing bounds a step where nothing moves by itself
         let still = !sys.differential.contains(&true);
         let mut s = Passage { h, first, normal: self.next.normal, coarse: still, ..Passage::default() };
-        while self.until - self.t > self.slack {
+        while self.until - self.t > self.slack && self.outcome.status == Status::Ok {
             s.count += 1;
             if s.count % TICK == 0 && !self.looks_up(&mut s, method, tick) {
                 return;
@@ -396,7 +407,7 @@ impl<'a, S: Sink> Run<'a, S> {
             }
             self.escape.step(&self.x, &self.tol, &sys.differential, step / span);
             self.keep(method);
-            self.detector.accept(sys, self.w, &self.x, self.t);
+            self.detector.accept(sys, self.w, &self.x, self.t, &mut self.check);
             if !(lands && self.t >= self.stop) {
                 s.normal = s.h;
                 continue;
@@ -421,7 +432,8 @@ impl<'a, S: Sink> Run<'a, S> {
             }
         };
         self.settles = forces.is_some();
-        let mut row = Row { sink: self.record, forces, x: &mut self.scratch, width, whole: self.a.tstop };
+        let mut row =
+            Row { sink: self.record, forces, x: &mut self.scratch, width, whole: self.a.tstop, check: &mut self.check };
         self.grid.fill(method, self.t, self.sys, self.w, &self.tol, &mut row);
         if self.t >= self.a.tstart {
             row.end(self.sys, self.w, self.t, &self.x, &self.tol);
@@ -489,6 +501,7 @@ impl<'a, S: Sink> Run<'a, S> {
             self.keep(method);
         }
         // the flags flip, then the algebraic unknowns jump
+        sys.remember(self.w, &self.x, te);
         for &k in self.detector.fired() {
             self.sys.flip(self.w, k);
             self.outcome.events.push((te, k, self.w.flags[k] != 0.0));

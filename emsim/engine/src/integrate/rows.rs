@@ -7,6 +7,7 @@
 //! held), and three implicit Euler steps of nearly no length, h, 2h and 4h, are extrapolated to none.
 use super::driver::Transient;
 use super::Method;
+use crate::events::Check;
 use crate::ledger::Inside;
 use crate::newton::{Newton, Tolerances};
 use crate::record::Record;
@@ -234,6 +235,7 @@ pub struct Row<'a, S: Sink> {
     pub x: &'a mut [f64],
     pub width: f64, // of the step it lies in
     pub whole: f64, // and of the run
+    pub check: &'a mut Check,
 }
 
 impl<S: Sink> Row<'_, S> {
@@ -500,6 +502,7 @@ impl Grid {
     fn push(&self, m: &dyn Method, t: f64, sys: &System, w: &mut Work, tol: &Tolerances, row: &mut Row<impl Sink>) {
         m.dense(t, row.x);
         sys.pin(w, t, row.x());
+        row.check.inside(sys, w, row.x, t, tol.reltol);
         row.push(sys, w, t, tol);
     }
 }

@@ -161,6 +161,7 @@ impl Builder {
             "" if down.is_none() => Law::Condition,
             "stays" | "" => Law::Stays,
             "arrival" => Law::Arrival,
+            "memory" => Law::Memory,
             _ => return Err(PyValueError::new_err(format!("no law `{law}` of a flag"))),
         };
         let up = Expr::operand(&self.graph, up)?;

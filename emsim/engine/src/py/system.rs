@@ -39,7 +39,7 @@ impl System {
         }
         let mut w = self.inner.work();
         for _ in 0..8 {
-            if !self.inner.update_flags(&mut w, x, t) {
+            if !self.inner.update_flags(&mut w, x, t, false) {
                 break;
             }
         }
@@ -60,6 +60,7 @@ fn options(given: Option<&Bound<'_, PyDict>>) -> PyResult<Options> {
             "itl4" => o.itl4 = value.extract::<f64>()?.max(10.0) as usize,
             "maxord" => o.maxord = Some(value.extract::<f64>()? as usize),
             "fixed_step" => o.fixed_step = value.extract()?,
+            "stuck_flag" => o.stuck_flag = Some(value.extract()?),
             "maxsteps" => o.maxsteps = value.extract()?,
             "projection" => o.projection = value.extract::<f64>()? != 0.0,
             "method" => {
@@ -228,7 +229,7 @@ impl System {
         let ids = self.ids(&outputs)?;
         let mut record = Record::new(&lock(&self.graph), &ids);
         let mut w = self.inner.work();
-        self.inner.update_flags(&mut w, &x, t);
+        self.inner.update_flags(&mut w, &x, t, false);
         record.push(&self.inner, &mut w, t, &x);
         Ok(record.data[1..].to_vec())
     }
@@ -269,6 +270,7 @@ impl System {
             failure,
             events: vec![],
             chattering: vec![],
+            broken: vec![],
             watch: None,
             used: vec![],
             steady: vec![],
@@ -479,6 +481,7 @@ impl System {
         };
         let events = outcome.events.iter().map(|&(t, k, v)| (t, k, u8::from(v))).collect();
         let chattering = outcome.resting;
+        let broken = outcome.broken;
         let used = outcome.used.into_iter().map(|u| (u.t, u.method, u.why)).collect();
         let steady = record.steady(&self.inner);
         let watch = Some(watch_dict(py, &self.inner, &outcome.watch)?);
@@ -490,6 +493,7 @@ impl System {
             failure,
             events,
             chattering,
+            broken,
             watch,
             used,
             steady,
@@ -564,6 +568,10 @@ fn failure_dict(py: Python<'_>, sys: &crate::system::System, f: &Failed) -> PyRe
             }
             ("too long", mode.map(|m| m.0), None)
         }
+        Failure::Contradiction { flag } => {
+            d.set_item("flag", flag)?;
+            ("contradiction", None, None)
+        }
         Failure::Singular(s) => {
             d.set_item("structural", s.structural)?;
             ("singular", s.col, s.row)
@@ -628,6 +636,8 @@ pub struct Waveforms {
     events: Vec<(f64, usize, u8)>,
     #[pyo3(get)]
     chattering: Vec<usize>,
+    #[pyo3(get)]
+    broken: Vec<(f64, usize)>,
     watch: Option<Py<PyDict>>,
     /// (from when on, method, why)
     used: Vec<(f64, String, String)>,

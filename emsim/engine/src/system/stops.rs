@@ -5,17 +5,32 @@ use crate::model::Law;
 use crate::tape::Inputs;
 use crate::waves::Wave;
 
+/// An operand that is beyond its threshold by this part of what is added up in it has jumped there.
+const CLEAR: f64 = 1e-6;
+
 impl System {
     /// What the flags ask for at (x, t): positive where one is to turn, and continuous, so that its place can be found. Flags
     /// that sources alone decide (edges.rs) ask for nothing here.
     pub fn eval_roots(&self, w: &mut Work, x: &[f64], t: f64, out: &mut [f64]) {
-        self.all_roots(w, x, t, out);
+        self.eval_all_roots(w, x, t, out);
+        self.mask_timed(w, out);
+    }
+
+    pub fn mask_timed(&self, w: &Work, out: &mut [f64]) {
+        if let Some(k) = w.standing.stuck {
+            out[k] = -1.0;
+        }
         for (out, &timed) in out.iter_mut().zip(&self.edges.timed) {
             *out = if timed { -1.0 } else { *out };
         }
     }
 
-    fn all_roots(&self, w: &mut Work, x: &[f64], t: f64, out: &mut [f64]) {
+    /// What is added up in a flag's operand.
+    pub fn operand_size(&self, w: &Work, k: usize) -> f64 {
+        w.standing.size(k)
+    }
+
+    pub fn eval_all_roots(&self, w: &mut Work, x: &[f64], t: f64, out: &mut [f64]) {
         if self.flags.is_empty() {
             return;
         }
@@ -45,6 +60,7 @@ impl System {
         }
         self.measure_flags(w, x, t);
         self.eval_operands(w, x, t);
+        w.standing.fresh.fill(false);
         for k in 0..self.flags.len() {
             w.standing.armed[k] |= self.beyond(w, k) < -w.standing.band[k];
         }
@@ -59,10 +75,21 @@ impl System {
         }
     }
 
+    /// Keeps what the memories read in x, before the flags turn.
+    pub fn remember(&self, w: &mut Work, x: &[f64], t: f64) {
+        if self.flags.iter().any(|f| f.law == Law::Memory) {
+            self.eval_operands(w, x, t);
+            for k in (0..self.flags.len()).filter(|&k| self.flags[k].law == Law::Memory) {
+                w.flags[k] = self.roots.output(&w.roots, 2 * k);
+            }
+        }
+    }
+
     /// Turns a flag.
     pub fn flip(&self, w: &mut Work, k: usize) {
         w.flags[k] = 1.0 - w.flags[k];
         w.standing.armed[k] = false;
+        w.standing.fresh[k] = true;
     }
 
     /// Switches that stand at their thresholds stay as their cards say (a run from given values).
@@ -73,21 +100,30 @@ impl System {
     }
 
     /// Sets every flag as it asks at (x, t), before a run; true when one changed.
-    pub fn update_flags(&self, w: &mut Work, x: &[f64], t: f64) -> bool {
+    pub fn update_flags(&self, w: &mut Work, x: &[f64], t: f64, one: bool) -> bool {
         self.remeasure_flags(w, x, t);
-        self.flip_asking(w, x, t, false, |_| true)
+        self.remember(w, x, t);
+        self.flip_asking(w, x, t, one, |_, _| true)
     }
 
     /// The same for flags that the state decides, during a run: edges flip the others. `one`: only the first that asks, for those
-    /// that together find no rest.
+    /// that together find no rest. A flag that has turned at this time already turns back where its operand is clear of the
+    /// threshold: one that slides along it moves a little in what the jump takes of time, and is for the next step to find.
     pub fn settle_flags(&self, w: &mut Work, x: &[f64], t: f64, one: bool) -> bool {
-        !self.edges.all_timed() && self.flip_asking(w, x, t, one, |k| !self.edges.timed[k])
+        if self.edges.all_timed() {
+            return false;
+        }
+        let fresh = std::mem::take(&mut w.standing.fresh);
+        let clear: Vec<f64> =
+            (0..fresh.len()).map(|k| if fresh[k] { CLEAR * w.standing.size(k) } else { 0.0 }).collect();
+        w.standing.fresh = fresh;
+        self.flip_asking(w, x, t, one, |k, root| !self.edges.timed[k] && root > clear[k])
     }
 
     /// The same for flags that nothing is said of at the operating point; the others stay as they are.
-    pub fn update_free_flags(&self, w: &mut Work, x: &[f64], t: f64) -> bool {
+    pub fn update_free_flags(&self, w: &mut Work, x: &[f64], t: f64, one: bool) -> bool {
         self.remeasure_flags(w, x, t);
-        self.flip_asking(w, x, t, false, |k| self.flags[k].rest < 0)
+        self.flip_asking(w, x, t, one, |k, _| self.flags[k].rest < 0)
     }
 
     /// Does any condition ask to turn at (x, t)?
@@ -102,7 +138,7 @@ impl System {
 
     /// Turns the first condition that asks for it.
     pub fn turn_first(&self, w: &mut Work, x: &[f64], t: f64) -> bool {
-        self.flip_asking(w, x, t, true, |_| true)
+        self.flip_asking(w, x, t, true, |_, _| true)
     }
 
     /// Nothing is remembered: what Newton's method passes through on its way to an operating point is no scale.
@@ -114,15 +150,16 @@ impl System {
         }
     }
 
-    fn flip_asking(&self, w: &mut Work, x: &[f64], t: f64, one: bool, asked: impl Fn(usize) -> bool) -> bool {
+    fn flip_asking(&self, w: &mut Work, x: &[f64], t: f64, one: bool, asked: impl Fn(usize, f64) -> bool) -> bool {
         if self.flags.is_empty() {
             return false;
         }
         let mut r = std::mem::take(&mut w.asked);
         r.resize(self.flags.len(), 0.0);
-        self.all_roots(w, x, t, &mut r);
+        self.eval_all_roots(w, x, t, &mut r);
         let mut changed = false;
-        for k in (0..r.len()).filter(|&k| r[k] > 0.0 && asked(k)) {
+        let stuck = w.standing.stuck;
+        for k in (0..r.len()).filter(|&k| r[k] > 0.0 && asked(k, r[k]) && stuck != Some(k)) {
             if one && changed {
                 break;
             }
@@ -157,9 +194,9 @@ impl System {
         silent.map(|(v, _)| v.next_breakpoint(t)).fold(f64::INFINITY, f64::min)
     }
 
-    /// Flips the flags whose edge is at t; `say` is told each.
-    pub fn flip_edges(&self, w: &mut Work, t: f64, say: impl FnMut(usize, bool)) {
-        self.edges.flip(&mut w.edges, &mut w.flags, &mut w.standing, t, say);
+    /// Flips the flags whose edge is at t, or only the first of them; `say` is told each.
+    pub fn flip_edges(&self, w: &mut Work, t: f64, one: bool, say: impl FnMut(usize, bool)) {
+        self.edges.flip(&mut w.edges, &mut w.flags, &mut w.standing, t, one, say);
     }
 
     /// Nodes that sources fix, as they are at t: what lies between steps is not read off their polynomials.

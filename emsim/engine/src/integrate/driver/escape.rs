@@ -79,6 +79,16 @@ impl<S: Sink> Run<'_, S> {
         self.fail(step, Failure::NotFinite { unknown }, self.tried(step, method).into());
     }
 
+    /// Flags set each other off without an end: there are no values that all of them agree with.
+    #[cold]
+    #[inline(never)]
+    pub(super) fn contradicts(&mut self, h: f64) {
+        let mut roots = vec![0.0; self.sys.flags.len()];
+        self.sys.eval_all_roots(self.w, &self.x, self.t, &mut roots);
+        let flag = roots.iter().position(|&r| r > 0.0).or(self.outcome.events.last().map(|e| e.1)).unwrap_or(0);
+        self.fail(h, Failure::Contradiction { flag }, vec![]);
+    }
+
     #[cold]
     #[inline(never)]
     pub(super) fn fail(&mut self, h: f64, why: Failure, tried: Vec<String>) {

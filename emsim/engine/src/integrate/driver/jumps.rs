@@ -13,12 +13,13 @@ impl<S: Sink> Run<'_, S> {
     /// beside it, to rounding, is of the same time: nothing can be solved in between.
     pub(super) fn land(&mut self, method: &mut dyn Method) -> bool {
         let mut jumped = false;
+        self.sys.remember(self.w, &self.x, self.t);
         for _ in 0..self.sys.rounds() {
             let before = self.outcome.events.len();
             let bends = self.slopes_jump(method);
             let jumps = bends || self.sys.jumps_at(self.t) || self.sys.hidden_corner(self.t).is_some();
             let (t, events) = (self.t, &mut self.outcome.events);
-            self.sys.flip_edges(self.w, t, |k, on| events.push((t, k, on)));
+            self.sys.flip_edges(self.w, t, false, |k, on| events.push((t, k, on)));
             let flipped = self.outcome.events.len() > before;
             self.w.counters.events += u64::from(flipped);
             self.stop = self.sys.next_stop(self.w, t, self.until);
@@ -46,11 +47,13 @@ impl<S: Sink> Run<'_, S> {
     pub(super) fn jump(&mut self, width: f64, method: &mut dyn Method) {
         let rounds = self.sys.rounds();
         for again in 0..rounds {
+            // latches that are let go together fall to one side when they are asked one by one
+            let one = 2 * again > rounds;
             // edges that are due at once
             let (t, events) = (self.t, &mut self.outcome.events);
             let due = self.stop <= t;
             if due {
-                self.sys.flip_edges(self.w, t, |k, on| events.push((t, k, on)));
+                self.sys.flip_edges(self.w, t, one, |k, on| events.push((t, k, on)));
             }
             if due || again > 0 {
                 self.stop = self.sys.next_stop(self.w, t, self.until);
@@ -66,8 +69,7 @@ impl<S: Sink> Run<'_, S> {
             self.t = t + h;
             self.late = 0.0;
             let before = self.w.flags.clone();
-            // latches that are let go together fall to one side when they are asked one by one
-            let settled = !self.sys.settle_flags(self.w, &self.x, self.t, 2 * again > rounds);
+            let settled = !self.sys.settle_flags(self.w, &self.x, self.t, one);
             for (k, (old, new)) in before.iter().zip(&self.w.flags).enumerate() {
                 if old != new {
                     self.outcome.events.push((self.t, k, *new != 0.0));
@@ -75,6 +77,9 @@ impl<S: Sink> Run<'_, S> {
             }
             if settled && self.stop > self.t {
                 break;
+            }
+            if again + 1 == rounds {
+                return self.contradicts(h);
             }
         }
         // over a step of no length slopes are rounding

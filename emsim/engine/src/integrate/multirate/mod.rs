@@ -73,7 +73,7 @@ pub fn pays(sys: &System, tstop: f64) -> bool {
     }
     let (mut w, mut t) = (sys.work(), 0.0);
     for _ in 0..OFTEN {
-        sys.flip_edges(&mut w, t, |_, _| {});
+        sys.flip_edges(&mut w, t, false, |_, _| {});
         t = sys.next_stop(&mut w, t, tstop);
         if t >= tstop {
             return false;
@@ -167,7 +167,7 @@ impl<'a> Multirate<'a> {
             &self.tol,
             true,
         );
-        self.sys.update_flags(self.w, &self.x, 0.0);
+        self.sys.update_flags(self.w, &self.x, 0.0, false);
         let pick = |x: &[f64], of: &[usize]| of.iter().map(|&i| x[i]).collect::<Vec<f64>>();
         let (mut y, z) = (pick(&self.x, &fast.of), pick(&self.x, &slow.of));
         y.resize(fast.system.n, 0.0); // integrals begin with nothing
@@ -282,7 +282,7 @@ impl<'a> Multirate<'a> {
             outcome.status = circuit.status;
             outcome.failed = circuit.failed.map(|f| Failed { why: f.why.renumbered(&fast.of), ..f });
         }
-        (outcome.events, outcome.resting) = (circuit.events, circuit.resting);
+        (outcome.events, outcome.resting, outcome.broken) = (circuit.events, circuit.resting, circuit.broken);
         self.record.close(self.sys, self.w);
         self.w.counters.add(&fw.counters);
         self.w.counters.add(&s.w.counters);
