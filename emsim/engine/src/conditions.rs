@@ -11,8 +11,8 @@ const ROUNDING: f64 = 64.0 * f64::EPSILON;
 pub struct Standing {
     /// by flag: its operand has been on the flag's own side since it turned. Until then it stands on the threshold.
     pub armed: Vec<bool>,
-    /// by flag: it has turned since the last step
-    pub fresh: Vec<bool>,
+    /// by flag: its operand as it turned since the last step; NaN: it has not turned
+    pub fresh: Vec<f64>,
     /// by flag: from so far on its operand is not at the threshold
     pub band: Vec<f64>,
     /// a flag that is kept from turning, so that a test can see the check of flags fire
@@ -21,7 +21,7 @@ pub struct Standing {
 
 impl Standing {
     pub fn new(flags: usize) -> Standing {
-        Standing { armed: vec![true; flags], fresh: vec![false; flags], band: vec![0.0; flags], stuck: None }
+        Standing { armed: vec![true; flags], fresh: vec![f64::NAN; flags], band: vec![0.0; flags], stuck: None }
     }
 
     /// Positive asks for a turn. `beyond` is the operand, counted towards the other side of the flag.

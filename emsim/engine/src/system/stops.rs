@@ -5,8 +5,8 @@ use crate::model::Law;
 use crate::tape::Inputs;
 use crate::waves::Wave;
 
-/// An operand that is beyond its threshold by this part of what is added up in it has jumped there.
-const CLEAR: f64 = 1e-6;
+/// An operand that has moved by less than this part of what is added up in it has not jumped.
+const SLIDES: f64 = 1e-6;
 
 impl System {
     /// What the flags ask for at (x, t): positive where one is to turn, and continuous, so that its place can be found. Flags
@@ -60,7 +60,7 @@ impl System {
         }
         self.measure_flags(w, x, t);
         self.eval_operands(w, x, t);
-        w.standing.fresh.fill(false);
+        w.standing.fresh.fill(f64::NAN);
         for k in 0..self.flags.len() {
             w.standing.armed[k] |= self.beyond(w, k) < -w.standing.band[k];
         }
@@ -89,7 +89,7 @@ impl System {
     pub fn flip(&self, w: &mut Work, k: usize) {
         w.flags[k] = 1.0 - w.flags[k];
         w.standing.armed[k] = false;
-        w.standing.fresh[k] = true;
+        w.standing.fresh[k] = self.roots.output(&w.roots, 2 * k);
     }
 
     /// Switches that stand at their thresholds stay as their cards say (a run from given values).
@@ -103,27 +103,25 @@ impl System {
     pub fn update_flags(&self, w: &mut Work, x: &[f64], t: f64, one: bool) -> bool {
         self.remeasure_flags(w, x, t);
         self.remember(w, x, t);
-        self.flip_asking(w, x, t, one, |_, _| true)
+        self.flip_asking(w, x, t, one, |_, _, _| true)
     }
 
     /// The same for flags that the state decides, during a run: edges flip the others. `one`: only the first that asks, for those
-    /// that together find no rest. A flag that has turned at this time already turns back where its operand is clear of the
-    /// threshold: one that slides along it moves a little in what the jump takes of time, and is for the next step to find.
+    /// that together find no rest. A flag that has turned at this time already turns back where its operand has jumped since:
+    /// one that slides along its threshold moves a little in what the jump takes of time, and is for the next step to find.
     pub fn settle_flags(&self, w: &mut Work, x: &[f64], t: f64, one: bool) -> bool {
         if self.edges.all_timed() {
             return false;
         }
-        let fresh = std::mem::take(&mut w.standing.fresh);
-        let clear: Vec<f64> =
-            (0..fresh.len()).map(|k| if fresh[k] { CLEAR * w.standing.size(k) } else { 0.0 }).collect();
-        w.standing.fresh = fresh;
-        self.flip_asking(w, x, t, one, |k, root| !self.edges.timed[k] && root > clear[k])
+        let fresh = w.standing.fresh.clone();
+        let slides = |k: usize, operand: f64, size: f64| (operand - fresh[k]).abs() <= SLIDES * size;
+        self.flip_asking(w, x, t, one, |k, operand, size| !self.edges.timed[k] && !slides(k, operand, size))
     }
 
     /// The same for flags that nothing is said of at the operating point; the others stay as they are.
     pub fn update_free_flags(&self, w: &mut Work, x: &[f64], t: f64, one: bool) -> bool {
         self.remeasure_flags(w, x, t);
-        self.flip_asking(w, x, t, one, |k, _| self.flags[k].rest < 0)
+        self.flip_asking(w, x, t, one, |k, _, _| self.flags[k].rest < 0)
     }
 
     /// Does any condition ask to turn at (x, t)?
@@ -150,7 +148,7 @@ impl System {
         }
     }
 
-    fn flip_asking(&self, w: &mut Work, x: &[f64], t: f64, one: bool, asked: impl Fn(usize, f64) -> bool) -> bool {
+    fn flip_asking(&self, w: &mut Work, x: &[f64], t: f64, one: bool, asked: impl Fn(usize, f64, f64) -> bool) -> bool {
         if self.flags.is_empty() {
             return false;
         }
@@ -159,7 +157,10 @@ impl System {
         self.eval_all_roots(w, x, t, &mut r);
         let mut changed = false;
         let stuck = w.standing.stuck;
-        for k in (0..r.len()).filter(|&k| r[k] > 0.0 && asked(k, r[k]) && stuck != Some(k)) {
+        for k in (0..r.len()).filter(|&k| r[k] > 0.0 && stuck != Some(k)) {
+            if !asked(k, self.roots.output(&w.roots, 2 * k), w.standing.size(k)) {
+                continue;
+            }
             if one && changed {
                 break;
             }
