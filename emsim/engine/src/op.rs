@@ -183,7 +183,7 @@ impl<'a> Dc<'a> {
             if turns {
                 turned += 1;
                 settled = !sys.turn_first(w, x, 0.0);
-            } else if flips < CHATTER && flip(sys, w, x, 0.0, false) {
+            } else if flips < CHATTER && flip(sys, w, x, 0.0) {
                 flips += 1;
                 settled = false;
             }
@@ -318,7 +318,7 @@ pub fn operating_point(
     if !statics && sys.unknowns.iter().all(|u| u.kind.mechanical()) {
         // all of it is held where it is
         for _ in 0..CHATTER {
-            if !sys.update_flags(w, x, 0.0, false) {
+            if !sys.update_flags(w, x, 0.0) {
                 break;
             }
         }
@@ -348,7 +348,7 @@ pub fn operating_point(
         }
         dc.forced.clone_from(&ics);
     }
-    sys.update_flags(w, x, 0.0, false);
+    sys.update_flags(w, x, 0.0);
     let reset = |w: &mut Work, x: &mut Vec<f64>| {
         x.copy_from_slice(&start);
         w.ports = sys.work().ports;
@@ -356,7 +356,7 @@ pub fn operating_point(
         w.source_factor = 1.0;
         w.gmin = gmin;
         sys.touch_sources(w);
-        sys.update_flags(w, x, 0.0, false);
+        sys.update_flags(w, x, 0.0);
     };
     // between its thresholds a switch is what its card says; whether it is between them, a first solution tells
     if sys.flags.iter().zip(&w.flags).any(|(f, &now)| f.rest > 0 || (f.rest == 0 && now > 0.0)) {
@@ -365,7 +365,7 @@ pub fn operating_point(
         }
         dc.resting = true;
         match dc.newton(w, x, 0.0, None, tol, o.itl1) {
-            Ok(_) => _ = sys.update_flags(w, x, 0.0, false),
+            Ok(_) => _ = sys.update_flags(w, x, 0.0),
             Err(_) => reset(w, x),
         }
         dc.resting = false;
@@ -408,7 +408,7 @@ pub fn operating_point(
         }
         // nodes that hang on capacitors alone: the shunt of gmin gives them a point
         reset(w, x);
-        if dc.walk(w, x, tol, 50, &mut |_, s| ladder(s).max(gmin)).is_ok() && !sys.update_flags(w, x, 0.0, false) {
+        if dc.walk(w, x, tol, 50, &mut |_, s| ladder(s).max(gmin)).is_ok() && !sys.update_flags(w, x, 0.0) {
             w.gmin = gmin;
             return Ok(());
         }
@@ -579,7 +579,7 @@ pub fn initial_conditions(
     // what a source's current decides is not known yet: it stays as its card says
     let unknown = |i: usize| sys.unknowns[i].kind == Kind::Branch && !sys.differential[i];
     let known: Vec<f64> = x.iter().enumerate().map(|(i, &v)| if unknown(i) { f64::NAN } else { v }).collect();
-    sys.update_flags(w, &known, 0.0, false);
+    sys.update_flags(w, &known, 0.0);
     sys.eval(w, x, 0.0);
     let mut q0 = w.q.clone();
     for &(row, dq) in &sys.ic_charge {
@@ -633,7 +633,7 @@ fn fit_charges(
         let r: Vec<f64> = q0.iter().map(|q| -q / h).collect();
         let mut y = x.to_vec();
         newton.solve(sys, w, 1.0 / h, &r, &mut y, h, tol, 100)?;
-        let flipped = sys.update_flags(w, &y, 0.0, false);
+        let flipped = sys.update_flags(w, &y, 0.0);
         if !flipped || round == 19 {
             // y belongs to t = h; with a second one from twice the step, the values at t = 0 to O(h^2)
             let noise = newton.round(sys, w, 1.0 / h, &y);

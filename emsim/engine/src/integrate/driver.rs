@@ -256,7 +256,8 @@ impl<'a, S: Sink> Run<'a, S> {
         let rounds = self.sys.rounds();
         for again in 0..=rounds {
             // flags may hang on algebraic unknowns that other flags move: settle them together
-            if !self.sys.update_flags(self.w, &self.x, 0.0, 2 * again > rounds) {
+            let turn = if 2 * again > rounds { System::turn_first } else { System::update_flags };
+            if !turn(self.sys, self.w, &self.x, 0.0) {
                 break;
             }
             self.settle(0.0, 1e-9 * feature, false);

@@ -39,7 +39,7 @@ impl System {
         }
         let mut w = self.inner.work();
         for _ in 0..8 {
-            if !self.inner.update_flags(&mut w, x, t, false) {
+            if !self.inner.update_flags(&mut w, x, t) {
                 break;
             }
         }
@@ -229,7 +229,7 @@ impl System {
         let ids = self.ids(&outputs)?;
         let mut record = Record::new(&lock(&self.graph), &ids);
         let mut w = self.inner.work();
-        self.inner.update_flags(&mut w, &x, t, false);
+        self.inner.update_flags(&mut w, &x, t);
         record.push(&self.inner, &mut w, t, &x);
         Ok(record.data[1..].to_vec())
     }
@@ -346,6 +346,7 @@ impl System {
             failure,
             events: vec![],
             chattering: vec![],
+            broken: vec![],
             watch: None,
             used: vec![],
             steady: vec![],

@@ -100,10 +100,10 @@ impl System {
     }
 
     /// Sets every flag as it asks at (x, t), before a run; true when one changed.
-    pub fn update_flags(&self, w: &mut Work, x: &[f64], t: f64, one: bool) -> bool {
+    pub fn update_flags(&self, w: &mut Work, x: &[f64], t: f64) -> bool {
         self.remeasure_flags(w, x, t);
         self.remember(w, x, t);
-        self.flip_asking(w, x, t, one, |_, _, _| true)
+        self.flip_asking(w, x, t, false, |_, _, _| true)
     }
 
     /// The same for flags that the state decides, during a run: edges flip the others. `one`: only the first that asks, for those
@@ -119,16 +119,16 @@ impl System {
     }
 
     /// The same for flags that nothing is said of at the operating point; the others stay as they are.
-    pub fn update_free_flags(&self, w: &mut Work, x: &[f64], t: f64, one: bool) -> bool {
+    pub fn update_free_flags(&self, w: &mut Work, x: &[f64], t: f64) -> bool {
         self.remeasure_flags(w, x, t);
-        self.flip_asking(w, x, t, one, |k, _, _| self.flags[k].rest < 0)
+        self.flip_asking(w, x, t, false, |k, _, _| self.flags[k].rest < 0)
     }
 
     /// Does any condition ask to turn at (x, t)?
     pub fn is_asked(&self, w: &mut Work, x: &[f64], t: f64) -> bool {
         let mut r = std::mem::take(&mut w.asked);
         r.resize(self.flags.len(), 0.0);
-        self.all_roots(w, x, t, &mut r);
+        self.eval_all_roots(w, x, t, &mut r);
         let asked = r.iter().any(|&r| r > 0.0);
         w.asked = r;
         asked
@@ -136,7 +136,7 @@ impl System {
 
     /// Turns the first condition that asks for it.
     pub fn turn_first(&self, w: &mut Work, x: &[f64], t: f64) -> bool {
-        self.flip_asking(w, x, t, true, |_, _| true)
+        self.flip_asking(w, x, t, true, |_, _, _| true)
     }
 
     /// Nothing is remembered: what Newton's method passes through on its way to an operating point is no scale.

@@ -167,7 +167,7 @@ impl<'a> Multirate<'a> {
             &self.tol,
             true,
         );
-        self.sys.update_flags(self.w, &self.x, 0.0, false);
+        self.sys.update_flags(self.w, &self.x, 0.0);
         let pick = |x: &[f64], of: &[usize]| of.iter().map(|&i| x[i]).collect::<Vec<f64>>();
         let (mut y, z) = (pick(&self.x, &fast.of), pick(&self.x, &slow.of));
         y.resize(fast.system.n, 0.0); // integrals begin with nothing
