@@ -135,6 +135,11 @@ class Compiler:
             return b.time()
         if node.id == "temper":
             return b.const(self.ctx.temp)
+        if node.id == "hertz" and any(a.kind == "ac" for a in self.ctx.flat.analyses):
+            return self._error(
+                "E282", "`hertz` in an expression has no value under .ac yet", node,
+                "an element whose value depends on the frequency is written as R, L, C",
+            )  # fmt: skip
         if node.id in CONSTANTS:
             return b.const(CONSTANTS[node.id])
         if node.id.startswith("@"):

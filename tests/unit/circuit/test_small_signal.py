@@ -265,3 +265,9 @@ def test_ngspice_loads_a_complex_raw_file(tmp_path):
     )
     said = float(done.stdout.split("db(v(b))[6] =")[1].split()[0])
     assert said == pytest.approx(r["db(v(b))"][6], rel=1e-5)
+
+
+def test_a_value_that_depends_on_the_frequency_is_refused_under_ac():
+    deck = "hertz\nV1 a 0 dc 1 ac 1\nB1 b 0 V={v(a)*hertz}\nR1 b 0 1k\n.ac dec 5 1 1k\n.end\n"
+    with pytest.raises(emsim.DeckError, match="hertz"):
+        emsim.run(deck)
