@@ -16,6 +16,7 @@ FINER, SHARE = 10.0, 0.03
 RELTOL = 1e-3  # where the deck says nothing
 FREE = 2  # degrees of freedom: with one, errors shift the phase and no more
 MOST = 5000  # rows of a run that is short enough to be run twice
+WORK = 1e5  # steps times unknowns of such a run: it takes some hundredths of a second
 ZERO = 1e-20  # divisors below this make results of no sense
 
 
@@ -108,6 +109,8 @@ def _amplified(assembly: Assembly, run: Run) -> None:
     """Motions that amplify errors: a body that flips about its middle axis, a double pendulum, a ball on an edge."""
     machine, options = assembly.machine, assembly.options
     if machine.found.dof < FREE or run.waves.rows > MOST or run.grid is None:
+        return
+    if run.waves.stats["steps"] * len(assembly.system.names) > WORK:
         return
     from array import array
 
