@@ -548,8 +548,10 @@ pub fn consistent(
             for i in 0..sys.n {
                 let at_start = 2.0 * y1[i] - y2[i];
                 let state = sys.differential[i] && !floats(i);
-                let stays =
-                    sys.unknowns[i].kind.mechanical() || (at_start - x[i]).abs() <= tol.weight(i, at_start, x[i]);
+                // what moves with its slope is twice as far after twice the time, what has jumped is where it was
+                let moves = (y2[i] - y1[i]).abs() > 0.5 * (y1[i] - x[i]).abs();
+                let near = (at_start - x[i]).abs() <= tol.weight(i, at_start, x[i]);
+                let stays = sys.unknowns[i].kind.mechanical() || near || moves;
                 if !(state && stays) {
                     x[i] = at_start;
                 }

@@ -15,6 +15,7 @@ struct Basis {
     barycentric: [f64; MOST + 1], // 1 / prod_k (node_j - node_k), over all of them
     stages: [f64; MOST],          // the same over c_1 .. c_s alone
     back: [f64; MOST],            // Lagrange's weights of the stages alone, at the start of the step
+    fewer: [f64; MOST],           // the same of all stages but the first
     correction: [f64; MOST + 1],  // coefficients of phi / phi'(0), ascending from theta
     weakest: f64,                 // where `nodal` is largest
 }
@@ -32,6 +33,10 @@ fn basis(scheme: &Scheme) -> &'static Basis {
         let stages: [f64; MOST] = std::array::from_fn(|j| if j < scheme.s { over(scheme.c, j) } else { 0.0 });
         let mut back = [0.0; MOST];
         lagrange(scheme.c, &stages, One::all(0.0), &mut back, 0, 1);
+        let rest = &scheme.c[1..];
+        let without: [f64; MOST] = std::array::from_fn(|j| if j < rest.len() { over(rest, j) } else { 0.0 });
+        let mut fewer = [0.0; MOST];
+        lagrange(rest, &without, One::all(0.0), &mut fewer, 0, 1);
         // phi'(t) / phi'(0) = product of (1 - t / c_i)
         let mut p = [0.0; MOST + 1];
         p[0] = 1.0;
@@ -43,7 +48,7 @@ fn basis(scheme: &Scheme) -> &'static Basis {
         let correction = std::array::from_fn(|k| p[k] / (k + 1) as f64);
         let size = |k: &usize| nodal(scheme, *k as f64 / 200.0).abs();
         let weakest = (0..200).max_by(|a, b| size(a).total_cmp(&size(b))).unwrap_or(0) as f64 / 200.0;
-        Basis { nodes, barycentric, stages, back, correction, weakest }
+        Basis { nodes, barycentric, stages, back, fewer, correction, weakest }
     })
 }
 
@@ -88,6 +93,11 @@ by_lanes! {
 /// Lagrange's weights of the stages alone, at the start of the step.
 pub fn back(scheme: &Scheme) -> &'static [f64] {
     &basis(scheme).back[..scheme.s]
+}
+
+/// ... of all stages but the first.
+pub fn back_without_first(scheme: &Scheme) -> &'static [f64] {
+    &basis(scheme).fewer[..scheme.s - 1]
 }
 
 /// The polynomial through (0, x0), (c_1, X1) .. (1, Xs) at theta.

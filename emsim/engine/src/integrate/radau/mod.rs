@@ -284,13 +284,23 @@ impl Radau {
         Ok(())
     }
 
-    /// What a step that begins anew has on one curve with its start: a transient, and what algebraic unknowns were, is not.
+    /// What a step that begins anew has on one curve with its start, to the tolerance: a transient, and what algebraic unknowns were,
+    /// is not. Steps of one length keep to no tolerance: there the start is to lie as near to the curve through the stages as the
+    /// one through all but the first of them does.
     fn find_smooth(&mut self, tol: &Tolerances) {
-        let (back, s) = (dense::back(self.scheme), self.scheme.s);
+        let (back, fewer, s) = (dense::back(self.scheme), dense::back_without_first(self.scheme), self.scheme.s);
+        let at_start = |weights: &[f64], stages: &[Vec<f64>], i: usize| {
+            weights.iter().zip(stages).map(|(l, x)| l * x[i]).sum::<f64>()
+        };
         for i in 0..self.x0.len() {
-            let start = back.iter().zip(&self.stage).map(|(l, x)| l * x[i]).sum::<f64>();
+            let start = at_start(back, &self.stage, i);
+            let off = (self.x0[i] - start).abs();
             let allowed = tol.weight(i, self.x0[i], self.stage[s - 1][i]);
-            self.smooth[i] = self.corrected[i] && (self.x0[i] - start).abs() <= allowed;
+            self.smooth[i] = if self.fixed {
+                off <= allowed.max((start - at_start(fewer, &self.stage[1..], i)).abs())
+            } else {
+                self.corrected[i] && off <= allowed
+            };
         }
     }
 
@@ -553,9 +563,9 @@ impl Method for Radau {
             dense::polynomial(scheme, theta, x0, stage, out);
         }
         let correction = scheme.gamma * dense::correction(scheme, theta);
-        let corrected = if bent || anew { &self.smooth } else { &self.corrected };
-        for ((o, e), corrected) in out.iter_mut().zip(e).zip(corrected) {
-            if *corrected {
+        let smooth = |i: usize| !(bent || anew) || self.smooth[i];
+        for (i, (o, e)) in out.iter_mut().zip(e).enumerate() {
+            if self.corrected[i] && smooth(i) {
                 *o += correction * e;
             }
         }
