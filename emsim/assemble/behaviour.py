@@ -63,7 +63,7 @@ RANDOM = ("gauss", "agauss", "unif", "aunif")
 CONVERSIONS = {"deg": 180.0 / math.pi, "rpm": 30.0 / math.pi}
 MECHANICAL_WORDS = """
     angle omega alpha pos vel acc x y z vx vy vz ax ay az fx fy fz mx my mz
-    force torque i v p gap energy ke pe power loss
+    force torque i v p gap energy ke pe power loss supplied
 """
 MECHANICAL = frozenset(MECHANICAL_WORDS.split())
 # functions whose value ngspice computes from one argument compared with zero
@@ -316,6 +316,11 @@ class Compiler:
             return self._voltage(node)
         if fn == "i" and len(args) == 1 and (found := self._current(args[0])) is not None:
             return found
+        if not args and fn in ("energy", "loss", "supplied"):
+            from .accounts import whole
+
+            self._probes += 1
+            return whole(ctx, fn, node.span or self._where)
         if ctx.machine is not None and _reads_machine(fn):
             probe: Expr | None = ctx.machine.probe(fn, args, node.span or self._where)
             if probe is not None:

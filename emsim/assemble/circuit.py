@@ -84,6 +84,8 @@ def _currents_read(ctx: Context) -> set[str]:
                 found.add(ctx.element_name(call.args[0].id))
             elif call.fn == "i" and len(call.args) == 1:
                 found.add(repr(call.args[0]))
+            elif call.fn == "loss" and not call.args:
+                found.update(e.name for e in ctx.elements.values() if e.is_metered)
         for name in _device_names(ast):
             found.add(ctx.element_name(name))
     return found

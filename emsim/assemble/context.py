@@ -67,6 +67,8 @@ class Context:
         self.conditions: dict[int, Span | None] = {}
         self.series: dict[str, tuple[int, int, float]] = {}  # of diodes: node, inner node, conductance [S]
         self.domains: dict[str, tuple[Expr, str, Span | None]] = {}
+        self.wholes: dict[str, Expr] = {}  # energy(), loss(), supplied()
+        self.summing: set[str] = set()  # those that are being made
         self.divisors: dict[int, tuple[Expr, Expr, Span | None]] = {}
         self.poles: list[tuple[Expr, list[tuple[Expr, Span | None]]]] = []
         self.coupled: dict[tuple[int, int], float] = {}

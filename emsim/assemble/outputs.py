@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from .context import Context
 
 UNITS = {
-    "v": "V", "i": "A", "p": "W", "power": "W", "loss": "W", "energy": "J", "ke": "J", "pe": "J",
+    "v": "V", "i": "A", "p": "W", "power": "W", "loss": "W", "supplied": "W", "energy": "J", "ke": "J", "pe": "J",
     "angle": "rad", "omega": "rad/s", "alpha": "rad/s^2", "pos": "m", "vel": "m/s", "acc": "m/s^2",
     "x": "m", "y": "m", "z": "m", "vx": "m/s", "vy": "m/s", "vz": "m/s",
     "ax": "m/s^2", "ay": "m/s^2", "az": "m/s^2",

@@ -1,4 +1,4 @@
-"""Reading the machine by name: angle(j) x(P) fx(j) torque(c) energy() ... as expressions.
+"""Reading the machine by name: angle(j) x(P) fx(j) torque(c) pe() ... as expressions.
 
 A function is mechanical only when its argument names something mechanical; else `probe` answers None and the
 circuit may know the name. Time derivatives (alpha acc ax ay az, the current of a C-like TRANSDUCER) are
@@ -29,7 +29,7 @@ TWINS = {"angle": "pos", "omega": "vel", "alpha": "acc", "pos": "angle", "vel": 
 PLACES = {"x": (0, 0), "y": (1, 0), "z": (2, 0), "vx": (0, 1), "vy": (1, 1), "vz": (2, 1),
           "ax": (0, 2), "ay": (1, 2), "az": (2, 2)}  # fmt: skip
 COUPLING = ("force", "torque", "i", "v", "p", "gap", "power")
-WHOLE = ("energy", "pe", "loss", "ke", "power")
+WHOLE = ("pe", "ke", "power")
 UNITS = {"alpha": "rad/s^2", "acc": "m/s^2", "ax": "m/s^2", "ay": "m/s^2", "az": "m/s^2"}
 # functions that no circuit has: an unknown name in them is an error here
 ONLY_MECHANICAL = (*MOTIONS, *PLACES, *reactions.REACTIONS, "force", "torque", "gap", "ke")
@@ -281,17 +281,12 @@ def _kinetic(m: Mechanism, name: str, span: Span | None) -> Expr | None:
 
 
 def _whole(m: Mechanism, fn: str) -> Expr:
-    """energy() = kinetic + potential + stored in couplings; pe() ke() loss(); power() of all applied."""
+    """pe() ke(); power(): what all cards bring into the machine."""
     from .equations import total
 
     if fn == "power":
         terms = [e * f for card in m.active for e, f in card.powers(m)]
         return total(m, [m.public(t) for t in terms])
-    if fn == "loss":
-        return m.public(total(m, [card.losses(m) for card in m.active]))
-    kinetic, potential = m.kinetic, total(m, [card.potential(m) for card in m.active])
     if fn == "ke":
-        return m.public(kinetic)
-    if fn == "pe":
-        return m.public(potential)
-    return m.public(kinetic + potential + total(m, [card.stored(m) for card in m.active]))
+        return m.public(m.kinetic)
+    return m.public(total(m, [card.potential(m) for card in m.active]))

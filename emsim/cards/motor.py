@@ -230,10 +230,13 @@ class Motor(Card):
         gain = self.torque_constant - self.emf_constant
         return gain * s.b.x(self.row) * self._speed() if gain else None
 
+    def _effort(self, s: Scene) -> Scalar:
+        """On the joint, what the bearing takes left out: times its speed it is the power brought in."""
+        return self._lever() * (self.torque_constant * s.b.x(self.row) - self.b * self._speed())
+
     def probes(self, s: Scene) -> Probes:
         i, v = s.b.x(self.row), s.v(self.plus, self.minus)
-        effort = self.torque_constant * self._lever() * i
-        return {"torque" if self.joint.rotary else "force": effort, "i": i, "v": v, "p": v * i}
+        return {"torque" if self.joint.rotary else "force": self._effort(s), "i": i, "v": v, "p": v * i}
 
     def losses(self, s: Scene) -> Scalar | None:
         i, w = s.b.x(self.row), self._speed()
@@ -245,11 +248,11 @@ class Motor(Card):
 
     def glyph(self, draw: Pen) -> None:
         word, unit = ("torque", "N m") if self.joint.rotary else ("force", "N")
-        i, gain = draw.m.b.x(self.row), self.torque_constant * self._lever()
+        i = draw.m.b.x(self.row)
         draw.add(
             "motor", self, **draw.joint(self.joint.name), unit=unit,
             current=draw.channel(f"i({self.name})", "A", i),
-            effort=draw.channel(f"{word}({self.name})", unit, gain * i),
+            effort=draw.channel(f"{word}({self.name})", unit, self._effort(draw.m)),
         )  # fmt: skip
 
     def analogue(self, net: Net) -> None:

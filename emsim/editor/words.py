@@ -56,11 +56,12 @@ PROBES = {
     "torque": ("torque(card)", "N m", "what a coupling or element applies"),
     "p": ("p(coupling)", "W", "electrical power taken"),
     "gap": ("gap(card)", "m", "distance of a STOP or CONTACT"),
-    "energy": ("energy()", "J", "kinetic and potential energy of the machine and its fields"),
+    "energy": ("energy()", "J", "what circuit and machine hold: kinetic, potential, of fields, coils and capacitors"),
     "ke": ("ke() | ke(body)", "J", "kinetic energy"),
     "pe": ("pe()", "J", "potential energy"),
     "power": ("power() | power(card)", "W", "power brought in"),
-    "loss": ("loss()", "W", "power turned into heat"),
+    "loss": ("loss()", "W", "what circuit and machine turn into heat, and what diodes take"),
+    "supplied": ("supplied()", "W", "what sources and drives bring in: d/dt energy() + loss()"),
 }  # fmt: skip
 # what their arguments name
 READS = {

@@ -126,6 +126,7 @@ class Element:
     model_words: ClassVar[dict[str, Param]] = {}
     value_or_model: ClassVar[bool] = False  # a word in the value's place names a model or a parameter
     may_have_tc: ClassVar[bool] = False  # tc=2m 1u: a number behind it is tc2
+    accounted: ClassVar[str] = "dissipated"  # or stored, supplied: what its `account` is about
     is_metered: ClassVar[bool] = False  # its current becomes an unknown where something reads it
     current_name: ClassVar[str] = "i"  # of @name[..]; "" where the current is recorded as i(name) anyhow
     holds_voltage: ClassVar[bool] = False  # the row of its branch reads v+ - v- = value

@@ -20,6 +20,7 @@ EPS0 = 8.8541878128e-12  # [F/m]
 
 class Capacitor(Passive):
     __slots__ = ()
+    accounted = "stored"
     letter = "c"
     what = "capacitor"
     form = "Cname n+ n- value [ic=] [m=], or Cname n+ n- C={expression}"

@@ -33,6 +33,7 @@ GROUND = ("0", "gnd")
 
 class Controlled(Element):
     __slots__ = ()
+    accounted = "supplied"
     instance: ClassVar[dict[str, Param]] = {
         "m": Param("factor on the value", default=1.0), "temp": Param("its temperature", "C"),
         "dtemp": Param("degrees above that of the circuit", "K", 0.0), **TC,

@@ -125,7 +125,11 @@ class Diode(Element):
             ctx.sink.error("E299", f"`{self.name}`, .model `{self.model.name}`: {trouble}", span)
 
     def account(self, ctx: Context, book: Accounts) -> None:
-        """The engine keeps heat v i(v) and charge v dq of the junction; the series resistance is said here."""
+        """The engine keeps heat v i(v) and charge v dq of the junction; the series resistance is said here.
+        At an instant: all that goes in."""
+        if not book.engine:
+            book.dissipates(self, self.between(ctx) * self.flow(ctx))
+            return
         if self.name in ctx.series:
             p, inner, gs = ctx.series[self.name]
             drop = ctx.b.x(p) - ctx.b.x(inner) if p >= 0 else -ctx.b.x(inner)

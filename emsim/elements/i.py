@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 
 class CurrentSource(Independent):
     __slots__ = ()
+    accounted = "supplied"
     letter = "i"
     what = "current source"
     form = Independent.form.format("I")

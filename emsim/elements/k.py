@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 
 class Coupling(Element):
     __slots__ = ()
+    accounted = "stored"
     letter = "k"
     what = "mutual inductance"
     form = "Kname Lname Lname [Lname ..] coupling"

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
 class Inductor(Passive):
     __slots__ = ()
+    accounted = "stored"
     letter = "l"
     what = "inductor"
     form = "Lname n+ n- value [ic=] [m=], or Lname n+ n- L={expression}"

@@ -17,6 +17,7 @@ ROUNDING = 1e-15  # sin(pi) is not quite 0
 
 class VoltageSource(Independent):
     __slots__ = ()
+    accounted = "supplied"
     letter = "v"
     what = "voltage source"
     form = Independent.form.format("V")
