@@ -114,6 +114,11 @@ class Tran(Analysis):
             from .failure import explain
 
             trouble = explain(assembly, self, waves, names)
+        if assembly.machine is not None:
+            from .gaps import closed
+
+            gap = closed(assembly, waves, names)
+            trouble = [gap] if gap is not None else trouble
         return Run(
             self, ["time", *names], ["s", *units], waves, self.axis, derived=derived(assembly, self),
             grid=(self.tstep, self.tstop, self.tstart), trouble=trouble, uic=self.uic,

@@ -89,6 +89,7 @@ class Machine(Mechanism):
         self._watch_redundant()
         self._locked_note()
         self._gravity_note()
+        self._undetermined_reactions()
 
     def _errors(self) -> int:
         return sum(1 for d in self.sink.diagnostics if d.severity == "error")
@@ -336,6 +337,21 @@ class Machine(Mechanism):
                 self.span_of(self.rows[-1].owner),
                 hint="`emsim check` lists coordinates and constraints",
             )
+
+    def _undetermined_reactions(self) -> None:
+        """Reactions that the deck reads and that equilibrium alone does not determine."""
+        read = reactions.not_unique(self) if self.found.redundant else []
+        if not read:
+            return
+        idle = list(dict.fromkeys(f"{row.owner} ({row.label})" for row in self.found.redundant))
+        self.sink.warning(
+            "W240",
+            f"{', '.join(read)}: not unique; joints hold more than there is to hold, and equilibrium alone does not say how they "
+            "share the load",
+            self.span_of(self.found.redundant[0].owner),
+            f"what is shown is one of many answers, with nothing at {', '.join(idle)}; in nature stiffness decides: a SPRING in "
+            "place of one of them, or leave one out",
+        )
 
     def _gravity_note(self) -> None:
         """Masses that gravity would move, and no .gravity card."""

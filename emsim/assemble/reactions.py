@@ -15,12 +15,14 @@ from ..cards.kinematics import is_zero, settle, times
 from .asked import FORCES, REACTIONS
 from .coordinates import single
 from .scene import Virtual, displaced
+from .start import RANK
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any
 
     from .._engine import Expr
+    from .loops import Row
     from .mechanism import Mechanism
     from .scene import JointState
 
@@ -127,6 +129,44 @@ def _from_multipliers(m: Mechanism, joint: JointState, kind: str, axis: int) -> 
             weight = m.b.substitute(m.b.grad(h, [virtual.s]), here)[0]
             result = result + m.b.x(row.row) * weight
     return m.public(result)
+
+
+def not_unique(m: Mechanism) -> list[str]:
+    """Reactions that the deck reads and that equilibrium does not determine, where rows are redundant. Multipliers are known up
+    to z with z^T H = 0; a reaction sum lambda dh/ds is unique where dh/ds is in the range of H."""
+    rows, jacobian, x = m.found.all_rows, m.found.jacobian, m.found.x
+    whole = m.b.rank(jacobian, RANK)[0]
+    found = []
+    for fn, name in sorted(m.wanted, key=lambda one: (one[1], one[0])):
+        key, joint = REACTIONS.get(fn), m.joints.get(name)
+        if key is not None and joint is not None:
+            slopes = _slopes(m, joint, key, rows)
+        elif name in m.couplings:
+            slopes = [m.b.const(float(row.owner == name)) for row in rows]
+        else:
+            continue
+        column = m.b.eval(m.public_all(slopes), x, 0.0)
+        wider = [[*row, v] for row, v in zip(jacobian, column, strict=True)]
+        if any(column) and m.b.rank(wider, RANK)[0] > whole:
+            found.append(f"{fn}({name})")
+    return found
+
+
+def _slopes(m: Mechanism, joint: JointState, key: tuple[str, int], rows: list[Row]) -> list[Expr]:
+    """dh/ds of all rows, s the virtual motion of B."""
+    if not joint.cut:
+        s = joint.virtuals[key].s
+        return [m.b.grad(row.h, [s])[0] for row in rows]
+    virtual = Virtual(m.b, *key)
+    own = joint.closure(m.b, m.frames[joint.a], displaced(m.frames[joint.b], joint.pb, virtual))
+    here = [(virtual.s, m.b.const(0.0)), (virtual.rate, m.b.const(0.0))]
+    zero = m.b.const(0.0)
+    return [
+        m.b.substitute(m.b.grad(zero + own[row.place][1], [virtual.s]), here)[0]
+        if row.owner == joint.name
+        else zero
+        for row in rows
+    ]
 
 
 def of_coupling(m: Mechanism, name: str) -> Expr:

@@ -68,6 +68,8 @@ def assemble(m: Mechanism) -> Start:
         gradient = [m.public_all(m.along_speeds(row.h)) for row in m.rows]
         keep, result.singular = _independent(m, x, gradient, mass)
         result.redundant = [row for k, row in enumerate(m.rows) if k not in keep]
+        if result.redundant:
+            result.all_rows, result.jacobian = list(m.rows), _matrix(m, gradient, x)
         m.rows[:] = [m.rows[k] for k in keep]
         gradient = [gradient[k] for k in keep]
         jacobian = _matrix(m, gradient, x)

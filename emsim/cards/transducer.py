@@ -89,8 +89,10 @@ class Transducer(Card):
         conjugate = s.b.grad(energy, [variable])[0]  # charge or flux linkage
         force = s.b.grad(energy, [self.own.coordinate])[0]
         places = [(variable, actual), (self.own.coordinate, self.joint.q)]
-        real = s.b.substitute([value, energy, conjugate, force], places)
-        self.value, self.energy, self.conjugate, self.effort = real
+        # C or L itself; of a co-energy what a small change of v or i sees
+        capacity = s.b.grad(conjugate, [variable])[0]
+        real = s.b.substitute([value, energy, conjugate, force, capacity], places)
+        self.value, self.energy, self.conjugate, self.effort, self.capacity = real
         self.variable = actual
 
     def coenergy(self, s: Scene) -> Scalar | None:

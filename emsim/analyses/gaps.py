@@ -1,0 +1,111 @@
+"""Gaps of TRANSDUCERs that have closed: where C(q) or L(q) has no finite value, and beyond which it is negative.
+
+A force that grows as 1/gap^2 closes a gap in finite time where nothing stops the joint. What follows is no solution: steps
+shrink to nothing, or one leaps over the pole and goes on with a negative inductance.
+"""
+
+from __future__ import annotations
+
+from ..diagnostics import Diagnostic
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from .._engine import Waveforms
+    from ..assemble import Assembly
+    from ..cards.transducer import Transducer
+
+NEAR = 0.05  # of the way gone: so near to the zero of the gap, a run that failed there failed for that
+SEARCH = 60  # steps of Newton's method
+
+
+def closed(assembly: Assembly, waves: Waveforms, names: Sequence[str]) -> Diagnostic | None:
+    """The first gap found closed: crossed, or reached by a run that failed."""
+    from ..cards.transducer import Transducer
+
+    machine = assembly.machine
+    if machine is None or waves.rows < 2:
+        return None
+    for card in machine.couplings.values():
+        if isinstance(card, Transducer) and card.form != "k":
+            found = _of(assembly, card, waves, names)
+            if found is not None:
+                return found
+    return None
+
+
+def _of(assembly: Assembly, card: Transducer, waves: Waveforms, names: Sequence[str]) -> Diagnostic | None:
+    m = assembly.machine
+    joint = m.joints[card.joint.name]
+    c = joint.coordinates[0] if len(joint.coordinates) == 1 else None
+    if c is None or c.row < 0 or c.q_name not in names:
+        return None
+    column, rows = 1 + names.index(c.q_name), waves.rows
+    start, last = waves.value(0, column), waves.value(rows - 1, column)
+    farthest = max((waves.value(k, column) for k in range(rows)), key=lambda q: abs(q - start))
+    capacity = m.public(card.capacity)
+    if capacity.value is not None:
+        return None
+    state = list(m.found.x) + [0.0] * (assembly.system.n - len(m.found.x))
+
+    def value(q: float) -> float:
+        """C or L there."""
+        state[c.row] = q
+        return assembly.system.values([capacity], state, 0.0)[0]
+
+    if not value(start) > 0.0:
+        return None
+    beyond = next((q for q in (farthest, last) if not value(q) > 0.0), None)
+    if beyond is not None:
+        pole = _crossing(value, start, beyond)
+        row = next(
+            (k for k in range(rows) if (waves.value(k, column) - pole) * (pole - start) >= 0.0), rows - 1
+        )
+        return _said(card, c.q_name, pole, c.unit, waves.value(row, 0))
+    if waves.status != "failed":
+        return None
+    ahead = _ahead(value, last, abs(last - start))
+    if ahead is None or not abs(ahead - last) < NEAR * abs(ahead - start):
+        return None
+    return _said(card, c.q_name, ahead, c.unit, waves.value(rows - 1, 0))
+
+
+def _said(card: Transducer, coordinate: str, pole: float, unit: str, t: float) -> Diagnostic:
+    what = "capacitance" if card.charge_like else "inductance"
+    return Diagnostic(
+        "error",
+        "E415",
+        f"the gap of TRANSDUCER `{card.name}` has closed at t = {t:.6g} s: {coordinate} reached {pole:.6g} {unit}, where its "
+        f"{what} has no finite positive value",
+        card.place(card.form),
+        f"nothing holds {card.joint.name} off: a stop before {pole:.6g} {unit} (a STOP where it is supported, or a SPRING with a "
+        f"force that grows steeply there), or a weaker field; what is recorded behind that time is no motion",
+    )
+
+
+def _crossing(value: Callable[[float], float], low: float, high: float) -> float:
+    """Between a positive value and one that is not: the pole, or the zero."""
+    while (middle := 0.5 * (low + high)) not in (low, high):
+        if value(middle) > 0.0:
+            low = middle
+        else:
+            high = middle
+    return middle
+
+
+def _ahead(value: Callable[[float], float], q: float, way: float) -> float | None:
+    """Where 1/C comes to zero, by Newton's method from q."""
+    for _ in range(SEARCH):
+        h = 1e-7 * (abs(q) + way)
+        here = value(q)
+        if here != here or abs(here) > 1e300:
+            return q
+        slope = (1.0 / value(q + h) - 1.0 / value(q - h)) / (2.0 * h)
+        if not slope or slope != slope:
+            return None
+        step = 1.0 / (here * slope)
+        q -= step
+        if abs(step) < 1e-9 * (abs(q) + way):
+            return q
+    return None
