@@ -184,6 +184,8 @@ def _left_out(ctx: Context, ast: Node, span: Span) -> bool:
         ast = Call("v", [ast], ast.at)
     if not isinstance(ast, Call) or ast.fn != "v":
         return False
+    if ctx.machine is not None and ctx.machine.probe("v", ast.args, ast.span or span) is not None:
+        return False  # the voltage of a card of the machine
     for arg in ast.args:
         if isinstance(arg, Name) and arg.id not in ctx.nodes and arg.id not in ("0", "gnd"):
             near = suggest(arg.id, ctx.nodes)

@@ -20,6 +20,8 @@ const SHORT: f64 = 1e-4;
 /// it than this.
 const ROUNDED: f64 = 1e-10;
 const MOST: f64 = 1e-2;
+/// States that differ by more tolerances are those of another row; dense output by itself is off by one or two.
+const OTHER_ROW: f64 = 10.0;
 /// After a jump nothing says how fast things move: so much of the stretch that begins.
 const SHORTER: f64 = 1e-6;
 
@@ -220,7 +222,7 @@ impl Forces {
             let at = |i: usize| (8.0 * one[i] - 6.0 * two[i] + four[i]) / 3.0;
             // what follows from other states than the row shows belongs to another row
             let found: Vec<f64> = (0..sys.n).map(at).collect();
-            if tol.states_apart(&found, x, 1.0).is_none() {
+            if tol.states_apart(&found, x, OTHER_ROW).is_none() {
                 (0..sys.n).filter(|&i| self.lags[i]).for_each(|i| x[i] = found[i]);
             }
         }
