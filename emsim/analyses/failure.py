@@ -92,7 +92,7 @@ def explain_failure(
         hints.append(f"everything up to t = {kept:.6g} s is kept")
     mechanical, static = _mechanical(assembly, unknown), assembly.machine is not None and _static(analysis)
     if mechanical and static:
-        what = f"the machine has no equilibrium, or is free to move, at {where}"
+        what = f"no equilibrium was found: there is none, the machine is free to move, or the search fails, at {where}"
         hints.append(
             "to rest, the machine needs a SPRING or gravity that brings every joint back, and no constant torque "
             "or voltage that keeps one moving; .op without static holds it at ic="

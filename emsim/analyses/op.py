@@ -34,8 +34,24 @@ class Op(Analysis):
 
     def run(self, assembly: Assembly, progress: Progress | None = None) -> Run:
         names, units, exprs = recorded(assembly, self)
-        waves = assembly.system.op(exprs, assembly.options, self.static)
+        machine = assembly.machine if self.static else None
+        state = (
+            [machine.b.x(k) for k in range(assembly.system.n)] if machine is not None and machine.own else []
+        )
+        waves = assembly.system.op([*exprs, *state], assembly.options, self.static)
         trouble = explain(assembly, self, waves) if waves.status == "failed" else []
+        if state and not trouble:
+            from .rest import unstable
+
+            at = 1 + len(exprs)
+            falls = unstable(assembly, [waves.value(0, at + k) for k in range(len(state))])
+            if falls is not None:
+                assembly.flat.sink.warning(
+                    "W241",
+                    f"the machine is at rest where it does not stay: the least push and {falls} moves on, away from it",
+                    self.card.span,
+                    "start a little aside, with ic= or guess= of that joint, and it comes to the rest that lies downhill",
+                )
         return Run(self, names, units, waves, None, derived=derived(assembly, self), trouble=trouble)
 
     def text(self) -> str:

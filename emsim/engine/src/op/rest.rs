@@ -30,6 +30,9 @@ pub(super) fn descend(dc: &mut Dc, w: &mut Work, x: &mut [f64], tol: &Tolerances
     let mut last = Failure::Diverged { unknown: dc.pairs.first().map_or(0, |p| p.0), row: 0 };
     let mut first = true;
     let mut refused = 0;
+    // gaps that close belong to what a circuit drives
+    let no_gaps = dc.sys.unknowns.iter().all(|u| u.kind.mechanical());
+    let mut peaks = vec![0.0_f64; dc.pairs.len()];
     for _ in 0..2000 {
         let mut trial = x.to_vec();
         let held = w.held();
@@ -56,12 +59,17 @@ pub(super) fn descend(dc: &mut Dc, w: &mut Work, x: &mut [f64], tol: &Tolerances
                 dc.sys.eval(w, at, 0.0);
                 dc.pairs.iter().map(|&(_, u, _)| w.f[u].abs()).collect()
             };
-            let ends = (force(dc, x), force(dc, &trial));
+            // of links that turn, beside the largest that there was on the way: near the rest both ends have next to none
+            for ((peak, here), &(q, _, _)) in peaks.iter_mut().zip(force(dc, x)).zip(&dc.pairs) {
+                let link = no_gaps && dc.sys.unknowns[q].unit != "m";
+                *peak = if link { here.max(*peak) } else { here };
+            }
+            let there = force(dc, &trial);
             // as near to either end as the pole may be
             let shares = (1..NEAREST).map(|k| 0.5_f64.powi(k));
             for share in shares.flat_map(|s| [s, 1.0 - s]) {
                 let between: Vec<f64> = x.iter().zip(&trial).map(|(a, b)| a + share * (b - a)).collect();
-                let most = ends.0.iter().zip(&ends.1).map(|(here, there)| 1.2 * here.max(*there) + 1e-30);
+                let most = peaks.iter().zip(&there).map(|(peak, there)| 1.2 * peak.max(*there) + 1e-30);
                 leaps |= force(dc, &between).iter().zip(most).any(|(middle, most)| !(*middle <= most));
             }
             leaps &= moved > 1.0;
