@@ -31,7 +31,7 @@ pub(super) fn descend(dc: &mut Dc, w: &mut Work, x: &mut [f64], tol: &Tolerances
     let mut first = true;
     let mut refused = 0;
     // gaps that close belong to what a circuit drives
-    let no_gaps = dc.sys.unknowns.iter().all(|u| u.kind.mechanical());
+    let no_gaps = !dc.sys.unknowns.iter().any(|u| matches!(u.kind, Kind::Node | Kind::Branch));
     let mut peaks = vec![0.0_f64; dc.pairs.len()];
     for _ in 0..2000 {
         let mut trial = x.to_vec();
