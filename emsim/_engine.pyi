@@ -323,6 +323,9 @@ class Trees:
 def devices() -> list[tuple[str, list[str]]]:
     """(name, terminals) of every device; the name is the word of its .model."""
 
+def methods() -> list[str]:
+    """Names of the integrators, as `.options method=` has them."""
+
 def device_parameters(kind: str, of: str = "model") -> list[tuple[list[str], str, float, str]]:
     """(names, unit, default, meaning) of every parameter of a device's .model, or of "instance"; the default is nan where it
     depends on others."""

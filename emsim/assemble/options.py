@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+from .._engine import methods
 from ..diagnostics import suggest
 from ..units import ABSOLUTE_ZERO
 
@@ -140,6 +141,8 @@ def _number(name: str, value: object, sink: Sink, span: Span | None) -> float | 
 
 def _method(word: str, sink: Sink, span: Span | None) -> str | None:
     name = SPELLINGS.get(word.lower())
+    if name is None and word.lower() in methods():
+        return word.lower()
     if name is None:
         near = suggest(word, SPELLINGS)
         sink.error(

@@ -6,7 +6,8 @@
 //!     is linear: a step of `SMOOTH` is one solution there, with a factorisation that is kept, from one corner to the next. Nor with
 //!     more than `LOOPS` closed loops, which every stage has to be brought onto.
 //!  2. Otherwise implicit (`implicit`): `SMOOTH` where nothing turns within a step, `GENTLE` where exponentials alone do, `SHORT` where they
-//!     do beside what throws many-step methods back: switches, machines, coils that ring on with what a junction has left in them.
+//!     do beside what throws many-step methods back: switches, machines, coils that ring on with what a junction has left in them. Exponentials written as
+//!     expressions bend what rings beside them more gently than a junction: `SMOOTH` there.
 //!  3. A run begins implicitly where its fastest eigenvalue is `FAST` times faster than the shortest time that its sources and its print
 //!     grid speak of: order is lost on what follows such a mode long before stability is. Also where that mode is damped and `LASTING` times
 //!     faster than the run is long: it will have died, and stability will want all those steps.
@@ -14,9 +15,9 @@
 //!     steps in a row, when the step collapses, when a stage cannot be solved, or where a loop comes near a loss of rank, this for good. Back after `TRIAL` implicit steps, on probation: the first explicit
 //!     step must have room to spare, and no less than a quarter of the implicit one. A return that is regretted makes the next one
 //!     twice as rare.
-//!  5. Where a method gives up, or would take too many steps, the others go on from the last good point in the order of `OTHERS`.
+//!  5. Where a method gives up, the others go on from the last good point in the order of `OTHERS`.
 use super::explicit::place;
-use super::{make, Attempt, Character, Limit, Lost, Method, Response, Used};
+use super::{make, Attempt, Character, Limit, Method, Response, Used};
 use crate::ledger::Stages;
 use crate::newton::{Failure, Options, Tolerances};
 use crate::reduced::Point;
@@ -82,8 +83,8 @@ fn explicit(sys: &System) -> Result<&'static str, String> {
 
 /// Rule 2.
 fn implicit(sys: &System, o: &Options) -> &'static str {
-    let turns = sys.devices() > 0 || (sys.bends() && !mechanical(sys));
     let thrown_back = !sys.flags.is_empty() || mechanical(sys) || sys.has_coils();
+    let turns = sys.devices() > 0 || (sys.bends() && !thrown_back);
     match (turns, thrown_back) {
         _ if o.reltol < TIGHT => SMOOTH,
         (false, _) => SMOOTH,
@@ -397,25 +398,16 @@ impl Method for Auto<'_> {
     }
 
     /// Rule 5.
-    fn fallback(&mut self, w: &mut Work, x: &[f64], why: Lost) -> Option<f64> {
+    fn fallback(&mut self, w: &mut Work, x: &[f64]) -> Option<f64> {
         self.x.copy_from_slice(x);
         self.probation = None;
         loop {
             let given_up = self.name();
             self.tried.push(given_up);
-            let one_step = if self.o.reltol < TIGHT { SMOOTH } else { SHORT };
-            let first = if why == Lost::Slow { one_step } else { self.implicit };
-            let mut order = std::iter::once(first).chain(OTHERS);
+            let mut order = std::iter::once(self.implicit).chain(OTHERS);
             let next = order.find(|m| !self.tried.contains(m))?;
-            if why == Lost::Slow {
-                if next != one_step {
-                    return None;
-                }
-                self.implicit = next;
-            }
             if self.switch(w, next).is_ok() {
-                let what = if why == Lost::Slow { "would take too long" } else { "could not get on" };
-                self.tell(&format!("{given_up} {what}"));
+                self.tell(&format!("{given_up} could not get on"));
                 return Some(self.longest);
             }
         }

@@ -314,7 +314,7 @@ impl<'a, S: Sink> Run<'a, S> {
         let mut s = Passage { h, first, normal: self.next.normal, coarse: still, ..Passage::default() };
         while self.until - self.t > self.slack && self.outcome.status == Status::Ok {
             s.count += 1;
-            if s.count % TICK == 0 && !self.looks_up(&mut s, method, tick) {
+            if s.count % TICK == 0 && !self.looks_up(&mut s, tick) {
                 return;
             }
             // how far may this step go

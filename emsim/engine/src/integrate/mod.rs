@@ -160,22 +160,13 @@ pub trait Method: Response {
         Limit::None
     }
     /// The driver would give up at the present point x: the length of the step to try instead, where another way is left.
-    fn fallback(&mut self, _w: &mut Work, _x: &[f64], _why: Lost) -> Option<f64> {
+    fn fallback(&mut self, _w: &mut Work, _x: &[f64]) -> Option<f64> {
         None
     }
     /// Which methods did the work, from when on and why, where it is a choice.
     fn used(&self) -> Vec<Used> {
         Vec::new()
     }
-}
-
-/// Why the driver would give up.
-#[derive(Clone, Copy, PartialEq, Eq)]
-pub enum Lost {
-    /// no step gets on
-    Stuck,
-    /// the run would take too many steps
-    Slow,
 }
 
 /// A method that took over at t.
@@ -210,8 +201,12 @@ pub fn make<'a>(sys: &'a System, o: &Options, name: &str) -> Result<Box<dyn Meth
 }
 
 /// Names that `.options method=` understands.
+pub fn names() -> Vec<&'static str> {
+    REGISTRY.iter().flat_map(|(names, _)| names.iter().copied()).chain(["multirate"]).collect()
+}
+
 pub fn known(method: &str) -> bool {
-    splits(method) || REGISTRY.iter().any(|(names, _)| names.contains(&method))
+    names().contains(&method)
 }
 
 /// Does the run need the equations as an explicit ODE (`System::reduce`)?

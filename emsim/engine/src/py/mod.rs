@@ -22,6 +22,7 @@ fn _engine(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_class::<syntax::Trees>()?;
     m.add_function(wrap_pyfunction!(device_parameters, m)?)?;
     m.add_function(wrap_pyfunction!(devices, m)?)?;
+    m.add_function(wrap_pyfunction!(methods, m)?)?;
     Ok(())
 }
 
@@ -39,4 +40,10 @@ fn device_parameters(kind: &str, of: &str) -> PyResult<Vec<(Vec<&'static str>, &
 #[pyfunction]
 fn devices() -> Vec<(&'static str, Vec<&'static str>)> {
     crate::devices::REGISTRY.iter().map(|m| (m.spec().name, m.spec().terminals.to_vec())).collect()
+}
+
+/// Names of the integrators, as `.options method=` has them.
+#[pyfunction]
+fn methods() -> Vec<&'static str> {
+    crate::integrate::names()
 }

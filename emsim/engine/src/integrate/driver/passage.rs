@@ -1,7 +1,7 @@
 //! What the loop over steps does now and then: kept out of it, so that what runs at every step lies close together.
 
 use super::super::rows::Sink;
-use super::super::{Lost, Method};
+use super::super::Method;
 use super::jumps::JUMP;
 use super::{newton, Run, Status, Tick, TICK};
 use crate::newton::Failure;
@@ -50,7 +50,7 @@ impl<S: Sink> Run<'_, S> {
     /// Is the run to go on? Looked at every `TICK` steps.
     #[cold]
     #[inline(never)]
-    pub(super) fn looks_up(&mut self, s: &mut Passage, method: &mut dyn Method, tick: &mut Tick) -> bool {
+    pub(super) fn looks_up(&mut self, s: &mut Passage, tick: &mut Tick) -> bool {
         // so many steps for so little: the run would never end
         if s.count % PATIENCE == 0 {
             if self.t - s.mark < LEAST * self.a.tstop && self.o.fixed_step.is_none() {
@@ -64,13 +64,8 @@ impl<S: Sink> Run<'_, S> {
             return false;
         }
         if let Some(why) = self.watch.cost(s.count, self.t, s.h, &self.tol) {
-            match method.fallback(self.w, &self.x, Lost::Slow) {
-                Some(next) => s.h = next,
-                None => {
-                    self.fail(s.h, why, vec![]);
-                    return false;
-                }
-            }
+            self.fail(s.h, why, vec![]);
+            return false;
         }
         true
     }
@@ -102,7 +97,7 @@ impl<S: Sink> Run<'_, S> {
         let [halved, by] = self.tried(step, method);
         let (step, why, tried) = s.gave_up.get_or_insert_with(|| (step, *why, vec![halved]));
         tried.push(by);
-        if let Some(next) = if last { None } else { method.fallback(self.w, &self.x, Lost::Stuck) } {
+        if let Some(next) = if last { None } else { method.fallback(self.w, &self.x) } {
             (s.h, s.failures) = (next, 0);
             return true;
         }
@@ -115,7 +110,7 @@ impl<S: Sink> Run<'_, S> {
     #[cold]
     #[inline(never)]
     pub(super) fn lost(&mut self, s: &mut Passage, method: &mut dyn Method, smallest: f64) -> bool {
-        if let Some(next) = method.fallback(self.w, &self.x, Lost::Stuck) {
+        if let Some(next) = method.fallback(self.w, &self.x) {
             (s.h, s.failures) = (next, 0);
             return true;
         }
