@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 from support import run
 
+import emsim
+
 METHODS = ["auto", "radau", "esdirk", "trbdf2", "gear", "trap"]
 
 STAR = """source and coil in series, star point floating: i(v1) must be -i(l1)
@@ -103,6 +105,23 @@ R16 15 7 167.9
 .tran 0.03u 14.6u
 .end
 """
+GAUSS_RC = """rc
+V1 in 0 SIN(0 1 24k)
+R1 in a 54
+C1 a b 1n
+R2 b 0 53
+.tran 0.02u 110u
+.end
+"""
+GAUSS_PLAIN = """random linear 112
+R4 4 3 58.8
+R5 5 4 16020.0
+C4 15 3 15n
+V1 19 0 SIN(1.0 1 0.054meg)
+R19 19 3 76.6
+.tran 0.02u 11.6u
+.end
+"""
 
 
 def largest(result, signal, exact, other, times) -> float:
@@ -187,3 +206,37 @@ def test_rounding_of_what_capacitors_tie_together_is_no_error(reltol):
     times = 0.03e-6 * np.arange(1, 480)
     for signal in ("v(1)", "v(9)", "v(10)"):
         assert largest(found, signal, exact, signal, times) <= 10 * reltol, signal
+
+
+@pytest.mark.parametrize("method", ["gauss", "gauss4"])
+@pytest.mark.parametrize("text, signals", [(GAUSS_RC, "ab"), (GAUSS_PLAIN, "34")], ids=["rc", "plain"])
+def test_gauss_keeps_what_capacitors_have_in_common(text, signals, method):
+    """The common voltage of two nodes is no state, and nothing damps an error in it: 3 V on the node of a 1 V source, or E412."""
+    exact, found = run(text, "method=radau5 reltol=1e-8"), run(text, f"method={method} reltol=1e-5")
+    assert found.stats["steps"] < 5000
+    times = np.linspace(0, exact.time[-1], 300)[1:]
+    for name in signals:
+        assert largest(found, f"v({name})", exact, f"v({name})", times) <= 1e-4
+
+
+MANY_ROWS = """a band-pass filter in steps of microseconds, with a row every picosecond
+V1 in 0 SIN(0 5 10k 50u 4k)
+R1 in a 100
+L1 a b 10m
+C1 b out 25.33n
+R2 out 0 200
+.tran 1p 8u
+.end
+"""
+
+
+def test_many_rows_of_one_step_can_be_stopped():
+    """Nobody was asked between the rows of a step: no progress and no Ctrl-C for 20 s."""
+    asked = []
+
+    def progress(t: float, stop: float, h: float, steps: int, events: int) -> bool:
+        asked.append((t, steps))
+        return len(asked) >= 3
+
+    result = emsim.run(MANY_ROWS, progress=progress)
+    assert result.status == "interrupted" and asked[-1][0] < 7e-6

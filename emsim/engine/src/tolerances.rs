@@ -379,14 +379,14 @@ impl Tolerances {
         self.tied.iter().map(of).fold(0.0, |worst, r| if r.is_finite() { worst.max(r) } else { f64::INFINITY })
     }
 
-    /// An unknown under d/dt in which a and b differ by more than so many tolerances: by itself, or, tied by capacitors to others, against
-    /// these, for what they have in common is no state.
-    pub fn states_apart(&self, a: &[f64], b: &[f64], most: f64) -> Option<usize> {
+    /// Do a and b differ by more than so many tolerances in one of these unknowns under d/dt: by itself, or, tied by capacitors to others,
+    /// against these, for what they have in common is no state?
+    pub fn states_apart(&self, a: &[f64], b: &[f64], most: f64, of: impl Fn(usize) -> bool) -> bool {
         let by = |i: usize| a[i] - b[i];
         let weight = |i: usize| most * self.error_weight(i, a[i], b[i]);
-        let tied = |&(node, root): &(usize, usize)| (by(node) - by(root)).abs() > weight(node);
-        let alone = (0..a.len()).find(|&i| self.share(i).is_some() && by(i).abs() > weight(i));
-        alone.or_else(|| self.tied.iter().copied().find(tied).map(|(node, _)| node))
+        let tied = |&(node, root): &(usize, usize)| of(node) && (by(node) - by(root)).abs() > weight(node);
+        let alone = |i: usize| of(i) && self.share(i).is_some() && by(i).abs() > weight(i);
+        (0..a.len()).any(alone) || self.tied.iter().any(tied)
     }
 
     /// Does unknown i count by itself in the local error norm, and for how much?

@@ -379,10 +379,11 @@ impl<'a, S: Sink> Run<'a, S> {
                     }
                     let event = match sys.edges.all_timed() {
                         true => Event::None,
-                        false => self.event(method, t1, step, next, smallest, &mut s.failures),
+                        false => self.event(method, t1, step, next, smallest, &mut s.failures, tick),
                     };
                     match event {
                         Event::None => {}
+                        Event::Ended => return,
                         Event::Refused(_) if s.failures > FAILURES => match self.lost(&mut s, method, smallest) {
                             true => continue,
                             false => return,
@@ -407,7 +408,9 @@ impl<'a, S: Sink> Run<'a, S> {
                 return self.runs_away(step, unknown, method);
             }
             self.escape.step(&self.x, &self.tol, &sys.differential, step / span);
-            self.keep(method);
+            if !self.keep(method, tick) {
+                return;
+            }
             self.detector.accept(sys, self.w, &self.x, self.t, &mut self.check);
             if !(lands && self.t >= self.stop) {
                 s.normal = s.h;
@@ -421,9 +424,9 @@ impl<'a, S: Sink> Run<'a, S> {
         self.next = Next { h: Some(s.h), normal: s.normal };
     }
 
-    /// Records the accepted step up to its end x at t.
+    /// Records the accepted step up to its end x at t; false where the run is stopped meanwhile.
     #[inline(always)]
-    fn keep(&mut self, method: &dyn Method) {
+    fn keep(&mut self, method: &dyn Method, tick: &mut Tick) -> bool {
         let width = self.t - self.kept;
         let forces = match method.character().lags {
             Lags::Nothing => None,
@@ -433,9 +436,14 @@ impl<'a, S: Sink> Run<'a, S> {
             }
         };
         self.settles = forces.is_some();
+        let (steps, events) = (self.w.counters.steps, self.w.counters.events);
         let mut row =
             Row { sink: self.record, forces, x: &mut self.scratch, width, whole: self.a.tstop, check: &mut self.check };
-        self.grid.fill(method, self.t, self.sys, self.w, &self.tol, &mut row);
+        let mut goes_on = |t: f64| tick(t, width, steps, events);
+        if !self.grid.fill(method, self.t, self.sys, self.w, &self.tol, &mut row, &mut goes_on) {
+            self.outcome.status = Status::Interrupted;
+            return false;
+        }
         if self.t >= self.a.tstart {
             row.end(self.sys, self.w, self.t, &self.x, &self.tol);
         }
@@ -445,10 +453,12 @@ impl<'a, S: Sink> Run<'a, S> {
         self.record.step(self.sys, self.w, self.t, &self.x, &inside);
         self.tol.observe(&self.x, self.t);
         self.watch.step(self.t, &self.x, method, &self.tol);
+        true
     }
 
     /// A flag that turns inside the attempted step (t, t1]: the step ends there, the flag flips, the method restarts.
     #[inline(never)]
+    #[allow(clippy::too_many_arguments)]
     fn event(
         &mut self,
         method: &mut dyn Method,
@@ -457,6 +467,7 @@ impl<'a, S: Sink> Run<'a, S> {
         next: f64,
         smallest: f64,
         failures: &mut u32,
+        tick: &mut Tick,
     ) -> Event {
         let (sys, t) = (self.sys, self.t);
         let inside = |t: f64, out: &mut [f64]| method.dense(t, out);
@@ -499,7 +510,9 @@ impl<'a, S: Sink> Run<'a, S> {
             method.accept(te);
             self.w.counters.steps += 1;
             self.x.copy_from_slice(method.candidate());
-            self.keep(method);
+            if !self.keep(method, tick) {
+                return Event::Ended;
+            }
         }
         // the flags flip, then the algebraic unknowns jump
         sys.remember(self.w, &self.x, te);
@@ -530,6 +543,8 @@ enum Event {
     None,
     /// the shortened step failed; the length to try
     Refused(f64),
+    /// the run was stopped while rows were made
+    Ended,
     /// the run stands behind the event; the length of the next step
     Passed(f64),
 }

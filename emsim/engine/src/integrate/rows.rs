@@ -222,8 +222,11 @@ impl Forces {
             let at = |i: usize| (8.0 * one[i] - 6.0 * two[i] + four[i]) / 3.0;
             // what follows from other states than the row shows belongs to another row
             let found: Vec<f64> = (0..sys.n).map(at).collect();
-            if tol.states_apart(&found, x, OTHER_ROW).is_none() {
-                (0..sys.n).filter(|&i| self.lags[i]).for_each(|i| x[i] = found[i]);
+            let mechanical = |i: usize| sys.unknowns[i].kind.mechanical() || sys.unknowns[i].kind.enters_linearly();
+            for side in [false, true] {
+                if !tol.states_apart(&found, x, OTHER_ROW, |i| mechanical(i) == side) {
+                    (0..sys.n).filter(|&i| self.lags[i] && mechanical(i) == side).for_each(|i| x[i] = found[i]);
+                }
             }
         }
         w.ports = ports;
@@ -306,6 +309,8 @@ const FEWEST: usize = 3;
 /// sixth of a period, known to 1.1e-8 inside, had none, and values between the rows were off by 8e-3 of the range; 9e-5 now.)
 const ROUGH: f64 = 1e-5;
 const CUBIC: usize = 3;
+/// So many rows of a step are made before it is asked whether the run is to go on.
+const SPELL: usize = 1024;
 /// A step's own row that lies next to another one, by less than this part of their distance, is left out.
 const BESIDE: f64 = 0.2;
 
@@ -424,8 +429,9 @@ impl Grid {
         }
     }
 
-    /// Rows strictly before `t1`, which is recorded by the caller.
+    /// Rows strictly before `t1`, which is recorded by the caller; false where the run is not to go on.
     #[inline(always)]
+    #[allow(clippy::too_many_arguments)]
     pub fn fill(
         &mut self,
         m: &dyn Method,
@@ -434,16 +440,19 @@ impl Grid {
         w: &mut Work,
         tol: &Tolerances,
         row: &mut Row<impl Sink>,
-    ) {
+        goes_on: &mut dyn FnMut(f64) -> bool,
+    ) -> bool {
         let near = 1e-9 * self.print;
         if self.parts == 1 && self.due.min(self.arrived) > t1 + near {
             (self.last, self.jumped) = (t1, false);
         } else {
-            self.fill_due(m, t1, sys, w, tol, row);
+            return self.fill_due(m, t1, sys, w, tol, row, goes_on);
         }
+        true
     }
 
     #[inline(never)]
+    #[allow(clippy::too_many_arguments)]
     fn fill_due(
         &mut self,
         m: &dyn Method,
@@ -452,13 +461,15 @@ impl Grid {
         w: &mut Work,
         tol: &Tolerances,
         row: &mut Row<impl Sink>,
-    ) {
+        goes_on: &mut dyn FnMut(f64) -> bool,
+    ) -> bool {
         let near = 1e-9 * self.print;
         let begin = t1 - row.width;
         let part = if self.parts > 1 { row.width / self.parts as f64 } else { f64::INFINITY };
         let mut newest = self.start.max(self.last);
         let mut left = self.parts;
         let mut own = begin + part;
+        let mut rows = 0;
         loop {
             let asked = self.dense || self.k == 0.0;
             let point = if asked { self.point(self.k) } else { f64::INFINITY };
@@ -479,7 +490,7 @@ impl Grid {
             if t > t1 + near || t > self.stop {
                 (self.last, self.parts, self.jumped) = (t1, 1, false);
                 self.due = point.min(self.corner).min(extra);
-                return;
+                return true;
             }
             if t == self.arrived {
                 self.arrived = f64::INFINITY;
@@ -497,6 +508,10 @@ impl Grid {
             if t < t1 - near && t > self.last {
                 self.push(m, t, sys, w, tol, row);
                 newest = t;
+                rows += 1;
+                if rows % SPELL == 0 && !goes_on(t) {
+                    return false;
+                }
             }
         }
     }

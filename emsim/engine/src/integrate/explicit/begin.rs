@@ -11,9 +11,8 @@ use crate::system::{System, Work};
 
 const CHANGE: f64 = 0.01;
 const AT_MOST: f64 = 100.0;
-/// What the slope over a jump may change by, in parts of the state over the step, which is a billionth of what lies ahead, or of itself.
+/// What a slope that changes over a jump may move an unknown by, in parts of itself: the step is a billionth of what lies ahead.
 const HELD: f64 = 1e-8;
-const TURNED: f64 = 0.1;
 
 /// Puts a point where the states have what x has, with flags as they are now.
 pub(in crate::integrate) fn place(
@@ -61,11 +60,12 @@ impl Explicit<'_> {
             *y += h * k;
         }
         self.reduced.arrive(point, waves, t + h, false, Some(&mut after[..m]), &mut self.ex)?;
-        let held = |((y, before), after): ((&f64, &f64), &f64)| {
-            let change = h * (after - before).abs();
-            change <= HELD * y.abs() || change <= TURNED * h * before.abs()
-        };
-        Ok(self.reduced.y(point).iter().zip(&*before).zip(&after[..m]).all(held))
+        for ((e, before), after) in self.e.iter_mut().zip(&*before).zip(&after[..m]) {
+            *e = h * (after - before);
+        }
+        self.reduced.changes(&mut self.point, &self.e[..m], &mut self.difference);
+        let mut unknowns = self.difference.iter().zip(&self.ex).zip(&self.point.floor);
+        Ok(unknowns.all(|((change, x), floor)| change.abs() <= HELD * x.abs() + floor))
     }
 
     /// Longer than `little`, if that can be seen.
