@@ -103,6 +103,8 @@ class Computed:
         self.stats = {"points": self.rows, **(stats or {})}
         self.steady: list[bool] = []
         self.events: list[tuple[float, int, int]] = []
+        self.broken: list[tuple[float, int]] = []
+        self.chattering: list[int] = []
         self.watch: dict[str, Any] = {}
 
     def column(self, i: int, /) -> bytes:

@@ -320,9 +320,12 @@ def test_a_flag_that_does_not_turn_is_told(deck, method, monkeypatch):
 # -- random networks ---------------------------------------------------------------------------------
 
 NETWORKS = 60
+# found among the first thousand: a plateau that a run stood a few roundings before, a switch that starts at a threshold below 0,
+# a comparison whose other side jumps as it turns, a touch between two plateaus
+FOUND = [151, 208, 215, 218, 238, 296, 346, 392, 466, 568, 668, 686, 719, 842, 859, 894, 961]
 
 
-@pytest.mark.parametrize("seed", range(NETWORKS))
+@pytest.mark.parametrize("seed", [*range(NETWORKS), *FOUND])
 def test_random_networks_of_conditions_are_what_their_text_says(seed, record_property):
     net = network(seed)
     rows = net.quiet_rows()
@@ -338,7 +341,7 @@ def test_random_networks_of_conditions_are_what_their_text_says(seed, record_pro
         assert not told, (method, told, net.deck())
         for name in net.columns():
             values = np.array([float(r.at(f"v({name})", t)) for t in rows * GRID])
-            tolerance = 0.02 * scale if name == "lp" else 1e-4
+            tolerance = max(0.02 * scale, 0.01) if name == "lp" else 1e-4
             off = np.abs(values - at[name])
             if off.max() > tolerance:
                 k = int(off.argmax())

@@ -15,13 +15,21 @@ pub struct Standing {
     pub fresh: Vec<f64>,
     /// by flag: from so far on its operand is not at the threshold
     pub band: Vec<f64>,
+    /// the run begins with given values: switches that stand at their thresholds are what their cards say
+    pub given: bool,
     /// a flag that is kept from turning, so that a test can see the check of flags fire
     pub stuck: Option<usize>,
 }
 
 impl Standing {
     pub fn new(flags: usize) -> Standing {
-        Standing { armed: vec![true; flags], fresh: vec![f64::NAN; flags], band: vec![0.0; flags], stuck: None }
+        Standing {
+            armed: vec![true; flags],
+            fresh: vec![f64::NAN; flags],
+            band: vec![0.0; flags],
+            given: false,
+            stuck: None,
+        }
     }
 
     /// Positive asks for a turn. `beyond` is the operand, counted towards the other side of the flag.

@@ -16,7 +16,7 @@ use crate::derive::substitute;
 use crate::graph::{Graph, Id, Node};
 use crate::model::{Kind, Law, Model};
 use crate::tape::{Inputs, Tape};
-use crate::waves::Wave;
+use crate::waves::{Wave, GUARD};
 use std::collections::BTreeMap;
 
 type Entries = BTreeMap<(usize, usize), f64>;
@@ -25,6 +25,8 @@ type Entries = BTreeMap<(usize, usize), f64>;
 const CORNERS: usize = 64;
 /// Crossings nearer than this part of the piece are one edge.
 const TOGETHER: f64 = 1e-9;
+/// ... and their operands are nearer to their thresholds than this part of what is added up in them.
+const ROUGHLY: f64 = 1e-6;
 
 pub struct Edges {
     /// by flag: decided by sources alone
@@ -197,11 +199,14 @@ impl Edges {
         }
         let when = w.when * (1.0 + 1e-12);
         let mut from = t;
-        self.evaluate(w, standing, flags, from, |k| waves[k].value(from), false);
+        // as far behind t as the next corner is at least: a corner that t stands on to rounding has been passed
+        let behind = t + GUARD * t;
+        self.evaluate(w, standing, flags, behind, |k| waves[k].value(behind), false);
         if from <= when {
-            // a flag that has just turned stands on its threshold, whatever rounding says
+            // a flag that has just turned stands on its threshold, whatever rounding says, if nothing has jumped
             for (early, k) in w.early.iter_mut().zip(&self.flags) {
-                *early = if w.flipped.contains(k) { early.min(0.0) } else { *early };
+                let stands = w.flipped.contains(k) && *early <= ROUGHLY * standing.size(*k);
+                *early = if stands { early.min(0.0) } else { *early };
             }
         }
         for _ in 0..CORNERS {
@@ -240,6 +245,30 @@ impl Edges {
             from = corner;
         }
         Some(Edge { t: from, flips: false })
+    }
+
+    /// Flags that are not what their operands say at t, a time between two steps' ends where none turns.
+    pub fn broken(
+        &self,
+        w: &mut EdgeWork,
+        standing: &mut Standing,
+        waves: &[Wave],
+        flags: &[f64],
+        t: f64,
+        mut tell: impl FnMut(usize),
+    ) {
+        if self.flags.is_empty() {
+            return;
+        }
+        self.evaluate(w, standing, flags, t, |k| waves[k].value(t), true);
+        for (m, &k) in self.flags.iter().enumerate() {
+            let beyond = w.late[m];
+            // rounding of ramps that meet is no fault
+            let clear = beyond.abs() <= standing.band[k] || beyond > TOGETHER * standing.size(k);
+            if clear && standing.asks(k, self.laws[m], flags[k] != 0.0, beyond) > 0.0 {
+                tell(k);
+            }
+        }
     }
 
     /// Flips what waits for t; each flipped flag is given to `say`.

@@ -44,6 +44,7 @@ pub struct Candidate<'a> {
 pub struct Check {
     since: Vec<(f64, f64)>, // by flag: from this end of a step on it asks to turn, at each, and its value then; INFINITY: it does not
     roots: Vec<f64>,
+    last: f64, // where the step began
     pub broken: Vec<(f64, usize)>,
 }
 
@@ -52,24 +53,39 @@ const STUCK: f64 = 1e-9;
 /// Between the ends of steps values are known to so many tolerances.
 const INSIDE: f64 = 10.0;
 
+fn tell(broken: &mut Vec<(f64, usize)>, k: usize, t: f64) {
+    if !broken.iter().any(|&(_, other)| other == k) {
+        broken.push((t, k));
+    }
+}
+
 impl Check {
-    fn tell(&mut self, k: usize, t: f64) {
-        if !self.broken.iter().any(|&(_, other)| other == k) {
-            self.broken.push((t, k));
-        }
+    /// Steps go on from t.
+    pub fn begin(&mut self, t: f64) {
+        self.last = t;
     }
 
-    fn at_end(&mut self, roots: &[f64], flags: &[f64], quiet_until: &[f64], t: f64) {
+    /// At corners and edges what sources decide is about to turn, or touches its threshold: half-way is between two of them.
+    fn half_way(&mut self, sys: &System, w: &mut Work, t: f64) {
+        let (middle, long) = (0.5 * (self.last + t), t - self.last > STUCK * t);
+        self.last = t;
+        if !long {
+            return; // flags that set each other off take a few roundings of time
+        }
+        sys.broken_edges(w, middle, |k| tell(&mut self.broken, k, middle));
+    }
+
+    fn at_end(&mut self, sys: &System, w: &Work, roots: &[f64], quiet_until: &[f64], t: f64) {
         const NEVER: f64 = f64::INFINITY;
         self.since.resize(roots.len(), (NEVER, 0.0));
-        for (k, &root) in roots.iter().enumerate() {
+        for (k, &root) in roots.iter().enumerate().filter(|&(k, _)| !sys.is_timed(k)) {
             let (since, value) = &mut self.since[k];
             if !(root > 0.0 && t >= quiet_until[k]) {
                 *since = NEVER;
-            } else if *since == NEVER || *value != flags[k] {
-                (*since, *value) = (t, flags[k]);
+            } else if *since == NEVER || *value != w.flags[k] {
+                (*since, *value) = (t, w.flags[k]);
             } else if t - *since > STUCK * t {
-                self.tell(k, t);
+                tell(&mut self.broken, k, t);
             }
         }
     }
@@ -84,7 +100,7 @@ impl Check {
         sys.eval_all_roots(w, x, t, &mut roots);
         for (k, &root) in roots.iter().enumerate() {
             if root > INSIDE * reltol * sys.operand_size(w, k) {
-                self.tell(k, t);
+                tell(&mut self.broken, k, t);
             }
         }
         self.roots = roots;
@@ -128,9 +144,10 @@ impl Detector {
     }
 
     pub fn accept(&mut self, sys: &System, w: &mut Work, x: &[f64], t: f64, check: &mut Check) {
+        check.half_way(sys, w, t);
         sys.observe_flags(w, x, t);
         sys.eval_all_roots(w, x, t, &mut self.before);
-        check.at_end(&self.before, &w.flags, &self.quiet_until, t);
+        check.at_end(sys, w, &self.before, &self.quiet_until, t);
         sys.mask_timed(w, &mut self.before);
         // a root that crosses while its flag rests is still to fire when the rest is over, wherever it then goes
         for (root, &rest) in self.before.iter_mut().zip(&self.quiet_until) {

@@ -159,6 +159,11 @@ impl Work {
         t > self.before
     }
 
+    /// The values at the start are given: see `Standing::given`.
+    pub fn start_from_given(&mut self) {
+        self.standing.given = true;
+    }
+
     pub fn hold_flag(&mut self, flag: Option<usize>) {
         self.standing.stuck = flag;
     }

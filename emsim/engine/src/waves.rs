@@ -28,7 +28,7 @@ use crate::tape::sin_cos;
 use std::f64::consts::TAU;
 
 /// `next_breakpoint(t)` gives nothing nearer than this part of t.
-const GUARD: f64 = 1e-12;
+pub const GUARD: f64 = 1e-12;
 /// A time this near to a corner, relative to the times it is made of, is the corner.
 const SNAP: f64 = 8.0 * f64::EPSILON;
 

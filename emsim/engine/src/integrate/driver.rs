@@ -183,7 +183,7 @@ pub(super) fn starting_point(sys: &System, w: &mut Work, a: Transient, o: &Optio
     w.gmin = o.gmin;
     let mut x = op::initial(sys);
     if a.uic {
-        sys.stand_at_thresholds(w);
+        w.start_from_given();
     }
     let found = if a.uic {
         op::initial_conditions(sys, w, &mut x, a.tstep, &tol)
@@ -290,6 +290,7 @@ impl<'a, S: Sink> Run<'a, S> {
         self.watch.cut(method, &self.tol);
         method.restart(self.sys, self.w, self.t, &self.x);
         self.detector.start(self.sys, self.w, &self.x, self.t);
+        self.check.begin(self.t);
         self.memory.restart(self.sys.stretch(self.w, self.t));
     }
 

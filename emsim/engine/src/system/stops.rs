@@ -16,6 +16,15 @@ impl System {
         self.mask_timed(w, out);
     }
 
+    /// Flags that sources decide and that are not what these say at t, a time at which none turns.
+    pub fn broken_edges(&self, w: &mut Work, t: f64, tell: impl FnMut(usize)) {
+        self.edges.broken(&mut w.edges, &mut w.standing, &self.waves, &w.flags, t, tell);
+    }
+
+    pub fn is_timed(&self, k: usize) -> bool {
+        self.edges.timed[k]
+    }
+
     pub fn mask_timed(&self, w: &Work, out: &mut [f64]) {
         if let Some(k) = w.standing.stuck {
             out[k] = -1.0;
@@ -92,13 +101,6 @@ impl System {
         w.standing.fresh[k] = self.roots.output(&w.roots, 2 * k);
     }
 
-    /// Switches that stand at their thresholds stay as their cards say (a run from given values).
-    pub fn stand_at_thresholds(&self, w: &mut Work) {
-        for (armed, flag) in w.standing.armed.iter_mut().zip(&self.flags) {
-            *armed &= flag.law != Law::Arrival;
-        }
-    }
-
     /// Sets every flag as it asks at (x, t), before a run; true when one changed.
     pub fn update_flags(&self, w: &mut Work, x: &[f64], t: f64) -> bool {
         self.remeasure_flags(w, x, t);
@@ -126,6 +128,7 @@ impl System {
 
     /// Does any condition ask to turn at (x, t)?
     pub fn is_asked(&self, w: &mut Work, x: &[f64], t: f64) -> bool {
+        self.remeasure_flags(w, x, t);
         let mut r = std::mem::take(&mut w.asked);
         r.resize(self.flags.len(), 0.0);
         self.eval_all_roots(w, x, t, &mut r);
@@ -136,12 +139,17 @@ impl System {
 
     /// Turns the first condition that asks for it.
     pub fn turn_first(&self, w: &mut Work, x: &[f64], t: f64) -> bool {
+        self.remeasure_flags(w, x, t);
         self.flip_asking(w, x, t, true, |_, _, _| true)
     }
 
     /// Nothing is remembered: what Newton's method passes through on its way to an operating point is no scale.
     fn remeasure_flags(&self, w: &mut Work, x: &[f64], t: f64) {
         if !self.flags.is_empty() {
+            // a switch without hysteresis is on at its threshold, or as its card says: no matter what it was on the way
+            for k in (0..self.flags.len()).filter(|&k| self.flags[k].law == Law::Arrival) {
+                w.standing.armed[k] = !w.standing.given && w.flags[k] == 0.0;
+            }
             w.scale = Scale::default();
             w.standing.band.fill(0.0);
             self.measure_flags(w, x, t);

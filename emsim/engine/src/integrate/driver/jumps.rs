@@ -48,7 +48,7 @@ impl<S: Sink> Run<'_, S> {
         let rounds = self.sys.rounds();
         for again in 0..rounds {
             // latches that are let go together fall to one side when they are asked one by one
-            let one = 2 * again > rounds;
+            let (one, seen) = (2 * again > rounds, self.outcome.events.len());
             // edges that are due at once
             let (t, events) = (self.t, &mut self.outcome.events);
             let due = self.stop <= t;
@@ -75,10 +75,11 @@ impl<S: Sink> Run<'_, S> {
                     self.outcome.events.push((self.t, k, *new != 0.0));
                 }
             }
-            if settled && self.stop > self.t {
+            let turned = self.outcome.events.len() > seen;
+            if settled && (self.stop > self.t || again > 0 && !turned) {
                 break;
             }
-            if again + 1 == rounds {
+            if turned && again + 1 == rounds {
                 return self.contradicts(h);
             }
         }
