@@ -44,6 +44,8 @@ pub const LOCAL: f64 = 0.33;
 const STRICT: f64 = 0.1;
 /// Beside diodes without coils, where long steps are held to less (`control::Pace`), short ones to so many times that.
 const SHORT: f64 = 3.0;
+/// Beside junctions looser tolerances than this save hardly a step and lose their digits all the same: errors are held to this one.
+const FAITHFUL: f64 = 1e-4;
 /// The slope of the formula of order k lacks (Q1 - what the polynomial through the k + 1 points behind says)/(t1 - t_{1-k-1}) of that of
 /// order k + 1. With a share of it the order stays, and the error is so much smaller: the numerical differentiation formulas of
 /// Klopfenstein (1971), on unequal points. Shampine and Reichelt (The MATLAB ODE suite, 1997) take 0.37, 0.5, 0.6 and 0.43 from order 1
@@ -192,7 +194,7 @@ impl Gear {
                 (true, ..) => o.trtol,
                 (false, true, _) => 1.0,
                 (false, false, strict) => {
-                    let longer = if weighs { SHORT } else { 1.0 };
+                    let longer = if weighs { SHORT * (FAITHFUL / o.reltol).min(1.0) } else { 1.0 };
                     longer * if strict { STRICT } else { LOCAL }
                 }
             },
