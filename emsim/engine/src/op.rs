@@ -546,14 +546,8 @@ pub fn consistent(
             // of nodes that capacitors tie together the differences are states, what they have in common is not
             let floats = |i: usize| sys.sums.iter().any(|s| s.node == i || s.root == i);
             for i in 0..sys.n {
-                let at_start = 2.0 * y1[i] - y2[i];
-                let state = sys.differential[i] && !floats(i);
-                // what moves with its slope is twice as far after twice the time, what has jumped is where it was
-                let moves = (y2[i] - y1[i]).abs() > 0.5 * (y1[i] - x[i]).abs();
-                let near = (at_start - x[i]).abs() <= tol.weight(i, at_start, x[i]);
-                let stays = sys.unknowns[i].kind.mechanical() || near || moves;
-                if !(state && stays) {
-                    x[i] = at_start;
+                if !sys.differential[i] || floats(i) {
+                    x[i] = 2.0 * y1[i] - y2[i];
                 }
             }
             return true;

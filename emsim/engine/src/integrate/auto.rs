@@ -47,6 +47,8 @@ const STIFF: u32 = 6;
 /// A step of so little of the longest one is of rounding's size in charges.
 const COLLAPSE: f64 = 1e-7;
 const TRIAL: u32 = 40;
+/// A return that lasted for fewer steps is regretted: what they saved was spent on the way.
+const WORTH: u32 = 100;
 const RAREST: u32 = 1 << 20;
 /// An implicit step is worth so many explicit ones.
 const PRICE: f64 = 4.0;
@@ -196,7 +198,7 @@ impl<'a> Auto<'a> {
 
     /// Rule 4, one way.
     fn go_implicit(&mut self, w: &mut Work, why: &str) -> Result<(), Failure> {
-        self.patience = if self.steps < TRIAL { (2 * self.patience).min(RAREST) } else { TRIAL };
+        self.patience = if self.steps < WORTH { (2 * self.patience).min(RAREST) } else { TRIAL };
         self.switch(w, self.implicit)?;
         self.tell(why);
         Ok(())
