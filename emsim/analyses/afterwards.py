@@ -4,6 +4,8 @@ from __future__ import annotations
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from typing import Any
+
     from .._engine import Waveforms
     from ..assemble import Assembly
     from ..diagnostics import Span
@@ -71,13 +73,14 @@ def _domains(assembly: Assembly, run: Run) -> None:
 
 def _conditions(assembly: Assembly, run: Run) -> None:
     """Flags that were not what their conditions say: stuck, or sliding along their threshold."""
-    for t, k in run.waves.broken:
+    waves: Any = run.waves  # of a transient
+    for t, k in waves.broken:
         what, span = condition(assembly, k)
         assembly.flat.sink.warning(
             "W404", f"{what} is not what it says, first at t = {t:.6g} s", span,
             hint="this is a fault of emsim, please report it with the deck; a smaller tmax on .tran may help",
         )  # fmt: skip
-    for k in run.waves.chattering:
+    for k in waves.chattering:
         what, span = condition(assembly, k)
         assembly.flat.sink.warning(
             "W405", f"{what} turns again and again: it is followed to 1e-4 of the run", span,

@@ -59,6 +59,8 @@ const LEAP: f64 = 8.0;
 
 /// An estimate that stays as it is at this share of the step does not fall with it.
 const STAYS: f64 = 0.02;
+/// An error beside a junction moves the instant at which it turns, and with it all that follows: so much of it is allowed.
+const JUNCTIONS: f64 = 0.7;
 
 /// A step that has changed the determinant's sign is shortened so often, by four; then the sign counts as that of the equations:
 /// what they give without d/dt may have several solutions of its own.
@@ -340,7 +342,8 @@ impl Dirk {
     fn error(&mut self, sys: &System, w: &mut Work, h: f64, tol: &Tolerances) -> f64 {
         // a h = 1/gamma
         let k = &self.k[self.now.by].k;
-        let (scale, local) = (1.0 / k.a[0][1], k.local);
+        let junctions = if sys.exponentials() > 0 { JUNCTIONS } else { 1.0 };
+        let (scale, local) = (1.0 / k.a[0][1], junctions * k.local);
         weighted_sum(k.d.iter().zip(&self.f).map(|(&d, f)| (d, f.as_slice())), &mut self.e);
         self.fast.copy_from_slice(&self.e);
         let of_charge = |&(i, c): &(usize, f64)| {
