@@ -1,6 +1,8 @@
 //! The equations linearised about a point x0, for small signals of frequency s = j w:
 //!
+//! ```text
 //!     (G + s C) X = b,    G = dF/dx, C = dQ/dx at x0,    b = -dF/du U - s dQ/du U                     (1)
+//! ```
 //!
 //! with U the complex amplitudes of the sources u. Circuit and machine are one matrix. What an expression e(x, u) comes to is
 //! de/dx X + de/du U. The transposed solution a = (G + s C)^-T de/dx gives the same as a . b for any number of b at the price of

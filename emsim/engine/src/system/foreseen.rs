@@ -384,7 +384,9 @@ mod tests {
             let (first, last) = (cells[0], cells[cells.len() - 1]);
             assert!(first.start > 0.3333 - 8.0 * width && first.start < 0.3333 - 0.5 * width, "{width} {first:?}");
             assert!(last.end < 0.3333 + 8.0 * width && last.end > 0.3333 + 0.5 * width, "{width} {last:?}");
-            assert!(cells.iter().all(|c| c.pace <= 4.0 * width), "{width} {cells:?}");
+            // where it is above a quarter of its height; a cell of the rest moves by less than that
+            let high = |c: &&Cell| (c.start - 0.3333).abs().min((c.end - 0.3333).abs()) < 1.17 * width;
+            assert!(cells.iter().filter(high).all(|c| c.pace <= 4.0 * width), "{width} {cells:?}");
         }
     }
 
