@@ -21,7 +21,7 @@ const SHORT: f64 = 1e-4;
 const ROUNDED: f64 = 1e-10;
 const MOST: f64 = 1e-2;
 /// States that differ by more tolerances are those of another row; dense output by itself is off by one or two.
-const OTHER_ROW: f64 = 10.0;
+const OTHER_ROW: f64 = 100.0;
 /// After a jump nothing says how fast things move: so much of the stretch that begins.
 const SHORTER: f64 = 1e-6;
 
