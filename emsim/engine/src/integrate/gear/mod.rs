@@ -44,6 +44,10 @@ pub const LOCAL: f64 = 0.33;
 const STRICT: f64 = 0.1;
 /// Beside diodes without coils, where long steps are held to less (`control::Pace`), short ones to so many times that.
 const SHORT: f64 = 3.0;
+/// Of nodes that capacitors tie together what they have in common hardly counts in the norm, and errs with the rest: that is held to less.
+const TIED: f64 = 0.25;
+/// At looser tolerances the share of it is below them.
+const TIED_BELOW: f64 = 5e-6;
 /// Beside junctions looser tolerances than this save hardly a step and lose their digits all the same: errors are held to this one.
 const FAITHFUL: f64 = 1e-4;
 /// The slope of the formula of order k lacks (Q1 - what the polynomial through the k + 1 points behind says)/(t1 - t_{1-k-1}) of that of
@@ -195,7 +199,8 @@ impl Gear {
                 (false, true, _) => 1.0,
                 (false, false, strict) => {
                     let longer = if weighs { SHORT * (FAITHFUL / o.reltol).min(1.0) } else { 1.0 };
-                    longer * if strict { STRICT } else { LOCAL }
+                    let tied = if sys.sums.is_empty() || o.reltol > TIED_BELOW { 1.0 } else { TIED };
+                    tied * longer * if strict { STRICT } else { LOCAL }
                 }
             },
             fixed,
