@@ -6,8 +6,11 @@ Nothing here knows how emsim computes; a deck is text, options are changed in th
 from __future__ import annotations
 
 import csv
+import os
 import re
 import shutil
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -86,3 +89,26 @@ def reference(name: str) -> dict[str, np.ndarray]:
         rows = list(csv.reader(line for line in f if not line.startswith("#")))
     data = np.array(rows[1:], dtype=float)
     return {key: data[:, k] for k, key in enumerate(rows[0])}
+
+
+def copied_tree(to: Path) -> Path:
+    """The project's sources in `to`, with the compiled engine of the emsim that is tested: for tests that edit them."""
+    leave = shutil.ignore_patterns("__pycache__", "docs", "grammar", "_engine*", "target")
+    shutil.copytree(ROOT / "emsim", to / "emsim", ignore=leave)
+    shutil.copytree(ROOT / "grammar", to / "grammar")
+    shutil.copy(ROOT / "pyproject.toml", to)  # by this the grammar is found where it is edited
+    for engine in Path(emsim.__file__).parent.glob("_engine.*"):
+        shutil.copy(engine, to / "emsim")
+    return to
+
+
+def build_engine(tree: Path) -> None:
+    """Compiles a copied tree's engine and puts it where the tree's emsim imports it."""
+    env = {**os.environ, "CARGO_TARGET_DIR": str(ROOT / "target" / "house"), "PYO3_PYTHON": sys.executable}
+    build = "cargo build -q --manifest-path emsim/engine/Cargo.toml --features extension-module"
+    done = subprocess.run(build.split(), cwd=tree, env=env, capture_output=True, text=True, timeout=1200)
+    assert done.returncode == 0, done.stderr
+    for old in (tree / "emsim").glob("_engine.*"):
+        old.unlink()
+    built = next((ROOT / "target" / "house" / "debug").glob("*_engine.[sd][oy]*"))
+    shutil.copy(built, tree / "emsim" / "_engine.abi3.so")

@@ -4,16 +4,12 @@ from __future__ import annotations
 
 import os
 import re
-import shutil
 import subprocess
 import sys
-from pathlib import Path
 
 import pytest
-from support import ROOT
+from support import copied_tree
 from test_pages import PAGES, blocks
-
-import emsim
 
 PAGE = PAGES / "internals" / "add_card.md"
 
@@ -30,14 +26,7 @@ def change(text: str, edit: str) -> str:
 @pytest.fixture
 def copy(tmp_path):
     """The package that is tested, with its compiled engine, in the shape of the tree."""
-    leave = shutil.ignore_patterns("__pycache__", "engine", "docs", "grammar")
-    shutil.copytree(Path(emsim.__file__).parent, tmp_path / "emsim", ignore=leave)
-    shutil.copytree(ROOT / "grammar", tmp_path / "grammar")
-    (tmp_path / "emsim" / "engine" / "src" / "syntax").mkdir(parents=True)
-    tables = Path("emsim") / "engine" / "src" / "syntax" / "tables.txt"
-    shutil.copy(ROOT / tables, tmp_path / tables)
-    shutil.copy(ROOT / "pyproject.toml", tmp_path)  # by this the grammar is found where it is edited
-    return tmp_path
+    return copied_tree(tmp_path)
 
 
 def test_the_card_of_the_page_works(copy):

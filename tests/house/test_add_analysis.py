@@ -10,17 +10,14 @@ from __future__ import annotations
 import json
 import os
 import re
-import shutil
 import subprocess
 import sys
 from math import pi
-from pathlib import Path
 
 import numpy as np
 import pytest
-from support import ROOT
+from support import copied_tree
 
-import emsim
 from emsim.outputs import load, raw
 
 FILE = '''"""`.zin source n fstart fstop`: the impedance that a voltage source sees, over frequency."""
@@ -77,14 +74,7 @@ L1 b 0 {l}
 
 @pytest.fixture(scope="module")
 def copy(tmp_path_factory):
-    to = tmp_path_factory.mktemp("copy")
-    leave = shutil.ignore_patterns("__pycache__", "engine", "docs", "grammar")
-    shutil.copytree(Path(emsim.__file__).parent, to / "emsim", ignore=leave)
-    shutil.copytree(ROOT / "grammar", to / "grammar")
-    (to / "emsim" / "engine" / "src" / "syntax").mkdir(parents=True)
-    tables = Path("emsim") / "engine" / "src" / "syntax" / "tables.txt"
-    shutil.copy(ROOT / tables, to / tables)
-    shutil.copy(ROOT / "pyproject.toml", to)
+    to = copied_tree(tmp_path_factory.mktemp("copy"))
     analyses = to / "emsim" / "analyses"
     (analyses / "zin.py").write_text(FILE, encoding="utf-8")
     lists = analyses / "__init__.py"

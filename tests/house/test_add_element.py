@@ -8,16 +8,12 @@ from __future__ import annotations
 
 import json
 import os
-import shutil
 import subprocess
 import sys
 from math import exp
-from pathlib import Path
 
 import pytest
-from support import ROOT
-
-import emsim
+from support import copied_tree
 
 FILE = '''"""Y: a gyrator, i_a = g v_b and i_b = -g v_a, against a common terminal; it turns a capacitor into an inductor."""
 
@@ -112,14 +108,7 @@ C1 b 0 10u
 
 @pytest.fixture(scope="module")
 def copy(tmp_path_factory):
-    to = tmp_path_factory.mktemp("copy")
-    leave = shutil.ignore_patterns("__pycache__", "engine", "docs", "grammar")
-    shutil.copytree(Path(emsim.__file__).parent, to / "emsim", ignore=leave)
-    shutil.copytree(ROOT / "grammar", to / "grammar")
-    (to / "emsim" / "engine" / "src" / "syntax").mkdir(parents=True)
-    tables = Path("emsim") / "engine" / "src" / "syntax" / "tables.txt"
-    shutil.copy(ROOT / tables, to / tables)
-    shutil.copy(ROOT / "pyproject.toml", to)
+    to = copied_tree(tmp_path_factory.mktemp("copy"))
     (to / "emsim" / "elements" / "y.py").write_text(FILE, encoding="utf-8")
     (to / "emsim" / "elements" / "n.py").write_text(CHANNEL, encoding="utf-8")
     listed = to / "emsim" / "elements" / "__init__.py"

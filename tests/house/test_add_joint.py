@@ -7,15 +7,13 @@ omega' = m g r/(J + m r^2).
 from __future__ import annotations
 
 import os
-import shutil
 import subprocess
 import sys
 from math import pi
 from pathlib import Path
 
 import pytest
-
-import emsim
+from support import copied_tree
 
 SCREW = '''"""screw: B turns about an axis and advances along it, lead a turn."""
 
@@ -62,8 +60,7 @@ CUT = BODY + "JOINT c 0 nut cylinder ic=(0,0)\nJOINT s 0 nut screw lead=20m cut=
 
 @pytest.fixture
 def copy(tmp_path):
-    leave = shutil.ignore_patterns("__pycache__", "engine", "docs", "grammar")
-    shutil.copytree(Path(emsim.__file__).parent, tmp_path / "emsim", ignore=leave)
+    copied_tree(tmp_path)
     (tmp_path / "emsim/cards/joints/screw.py").write_text(SCREW, encoding="utf-8")
     listed = tmp_path / "emsim/cards/joints/__init__.py"
     text = listed.read_text(encoding="utf-8")

@@ -11,22 +11,16 @@ import sys
 from pathlib import Path
 
 import pytest
-from support import ROOT
-
-import emsim
+from support import build_engine, copied_tree
 
 LINE = '    (&["sdirk2"], |sys, o| Ok(Box::new(sdirk2::Sdirk2::new(sys, o)?))),\n'
-BUILD = "cargo build -q --manifest-path emsim/engine/Cargo.toml --features extension-module"
 
 pytestmark = pytest.mark.skipif(shutil.which("cargo") is None, reason="needs cargo")
 
 
 @pytest.fixture(scope="module")
 def copy(tmp_path_factory):
-    to = tmp_path_factory.mktemp("copy")
-    leave = shutil.ignore_patterns("__pycache__", "docs", "grammar", "*.so", "target")
-    shutil.copytree(Path(emsim.__file__).parent, to / "emsim", ignore=leave)
-    shutil.copytree(ROOT / "grammar", to / "grammar")
+    to = copied_tree(tmp_path_factory.mktemp("copy"))
     integrate = to / "emsim" / "engine" / "src" / "integrate"
     shutil.copy(Path(__file__).parent / "method_example.rs", integrate / "sdirk2.rs")
     text = (integrate / "mod.rs").read_text(encoding="utf-8")
@@ -37,11 +31,7 @@ def copy(tmp_path_factory):
         assert text.count(before) == 1
         text = text.replace(before, before + line)
     (integrate / "mod.rs").write_text(text, encoding="utf-8")
-    env = {**os.environ, "CARGO_TARGET_DIR": str(ROOT / "target" / "house"), "PYO3_PYTHON": sys.executable}
-    done = subprocess.run(BUILD.split(), cwd=to, env=env, capture_output=True, text=True, timeout=1200)
-    assert done.returncode == 0, done.stderr
-    built = next((ROOT / "target" / "house" / "debug").glob("*_engine.[sd][oy]*"))
-    shutil.copy(built, to / "emsim" / "_engine.abi3.so")
+    build_engine(to)
     return to
 
 

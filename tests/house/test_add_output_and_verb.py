@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import os
-import shutil
 import subprocess
 import sys
 from pathlib import Path
 
-import emsim
+from support import copied_tree
 
 GNUPLOT = '''"""Columns for gnuplot: a comment with the names, then one line a point."""
 
@@ -48,16 +47,7 @@ def with_line(path: Path, before: str, line: str) -> None:
 
 
 def test_they_work(tmp_path):
-    leave = shutil.ignore_patterns("__pycache__", "engine", "docs")
-    package = tmp_path / "emsim"
-    shutil.copytree(Path(emsim.__file__).parent, package, ignore=leave)
-    # where the grammar does not lie in the package, the tree has it beside
-    if not (package / "grammar").exists():
-        shutil.copytree(Path(__file__).resolve().parents[2] / "grammar", tmp_path / "grammar")
-        shutil.copy(Path(__file__).resolve().parents[2] / "pyproject.toml", tmp_path)
-        (package / "engine" / "src" / "syntax").mkdir(parents=True)
-        tables = Path("engine") / "src" / "syntax" / "tables.txt"
-        shutil.copy(Path(__file__).resolve().parents[2] / "emsim" / tables, package / tables)
+    package = copied_tree(tmp_path) / "emsim"
     (package / "outputs" / "gnuplot.py").write_text(GNUPLOT, encoding="utf-8")
     with_line(package / "outputs" / "__init__.py", "FORMATS = {\n", '    ".dat": "gnuplot",\n')
     (package / "cli" / "last.py").write_text(LAST, encoding="utf-8")
