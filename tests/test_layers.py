@@ -73,6 +73,7 @@ RUST_ROWS = [
     ["twice"],
     ["lanes"],
     ["tape"],
+    ["veriloga"],
     ["derive"],
     ["graph"],
     ["syntax"],

@@ -28,4 +28,5 @@ pub mod system; // equation (1): what was compiled, and the scratch of a run
 pub mod tape; // native evaluation of a set of expressions
 pub mod tolerances; // options of a run, absolute tolerances by kind of quantity, weights
 mod twice; // loops for registers of two numbers and of four
+pub mod veriloga; // Verilog-A modules: from text to expressions of branch voltages
 pub mod waves; // PULSE SIN EXP PWL SFFM AM: values and breakpoints // the Python face

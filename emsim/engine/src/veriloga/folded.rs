@@ -1,0 +1,113 @@
+//! What a module comes to once parameters, geometry and temperature are known: currents, charges and limits as expressions of
+//! voltages. The elaborator makes it, a class of devices runs it; neither knows more of the other.
+use crate::graph::{Graph, Id};
+
+/// The other end of a port or flow that ends at the reference node.
+pub const GROUND: usize = usize::MAX;
+/// `Node::Symbol` of the smallest conductance that lies across junctions ($simparam("gmin")), [S].
+pub const GMIN: u32 = 0;
+/// `Node::Symbol` of the factor that sources are multiplied with while an operating point is looked for ($simparam("sourceScaleFactor")).
+pub const SOURCE_SCALE: u32 = 1;
+
+/// One instance. Expressions read port k as `Node::Unknown(k)` and time as `Node::Time`. Nothing else is free: every parameter is a
+/// constant. Conditions are `Select` and comparisons as values; none of them is an event.
+pub struct Folded {
+    pub graph: Graph,
+    /// Terminals first, in the order of the module's ports, then inner nodes and unknown currents.
+    pub unknowns: Vec<Unknown>,
+    pub terminals: usize,
+    /// Pairs of unknowns that are one (branches whose potential is contributed as 0: a series resistance of 0).
+    pub merged: Vec<(usize, usize)>,
+    /// What expressions read: the potential from one unknown to another; of an unknown current (k, GROUND).
+    pub ports: Vec<Port>,
+    /// What goes from the row of one unknown to that of another; in the row of an unknown current (k, GROUND) it is what must be 0.
+    pub flows: Vec<Flow>,
+    pub noise: Vec<Noise>,
+    /// Variables of the module with a description: operating-point values.
+    pub outputs: Vec<Output>,
+    /// The longest step that the module allows ($bound_step) [s].
+    pub bound_step: Option<Id>,
+    /// What $warning, $strobe and the like said while nothing but parameters decided.
+    pub said: Vec<String>,
+}
+
+#[derive(Clone, Debug, PartialEq)]
+pub struct Unknown {
+    pub name: String,
+    pub kind: Kind,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// a node: its row is Kirchhoff's current law
+    Voltage,
+    /// a current of a branch whose potential is given, or an implicit variable: its row is an equation of its own
+    Current,
+    /// a node of another discipline (thermal, rotational, ...): named by the discipline
+    Other(&'static str),
+}
+
+#[derive(Clone, Debug, PartialEq)]
+pub struct Port {
+    pub from: usize,
+    pub to: usize,
+    /// It is read through $limit: Newton's steps of this port are limited, and what is read is where limiting left it.
+    pub limit: Option<Limit>,
+}
+
+/// A limiting function with its arguments, which are constants.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Limit {
+    pub function: String, // pnjlim, fetlim, limvds, limitlog
+    pub arguments: Vec<f64>,
+}
+
+/// Current i + dq/dt from the row of `from` to that of `to`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Flow {
+    pub from: usize,
+    pub to: usize,
+    pub i: Id,
+    pub q: Id,
+}
+
+/// A current of noise from `from` to `to`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Noise {
+    pub from: usize,
+    pub to: usize,
+    pub name: String,
+    /// power density [A^2/Hz]; with an exponent it is that at 1 Hz and falls with frequency to it
+    pub power: Id,
+    pub exponent: Option<Id>,
+}
+
+#[derive(Clone, Debug, PartialEq)]
+pub struct Output {
+    pub name: String,
+    pub unit: String,
+    pub meaning: String,
+    pub value: Id,
+}
+
+/// What a module says of itself: for checks of a .model card, help, hover and the reference.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Description {
+    pub module: String,
+    pub meaning: String,
+    pub terminals: Vec<String>,
+    pub parameters: Vec<Parameter>,
+}
+
+#[derive(Clone, Debug, PartialEq)]
+pub struct Parameter {
+    pub names: Vec<String>, // the first is the module's own, the rest are aliases
+    pub unit: String,
+    pub meaning: String,
+    /// None where it hangs on others
+    pub default: Option<f64>,
+    /// (* type="instance" *): may stand on the element's line as well
+    pub instance: bool,
+    pub integer: bool,
+    pub text: bool,
+}
