@@ -3,7 +3,7 @@
 //! Reverse mode: with adjoints  ybar_i = dy/dnode_i,  a node f(a, b) adds  ybar * df/da  to a's adjoint. One sweep gives
 //! the derivatives with respect to all leaves, which is what a scalar energy with many coordinates asks for.
 use crate::graph::{Fun, Graph, Id, Node};
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 
 /// dy/dx for each x in `xs` (leaves: unknowns, symbols, time). Flags are constant between events: derivative zero.
 pub fn gradient(g: &mut Graph, y: Id, xs: &[Id]) -> Vec<Id> {
@@ -270,4 +270,71 @@ pub fn tangent(g: &mut Graph, ys: &[Id], seed: &[(Id, Id)]) -> Vec<Id> {
         dot.insert(id, sum);
     }
     ys.iter().map(|y| dot[y]).collect()
+}
+
+/// d y / d x of every y by every x, for a few leaves and many expressions that share most of what they are made of: forward mode
+/// between the nodes that several read, reverse mode inside (a statement of a program, as it were). A selection's slope is a
+/// selection, so that no slope of the side that does not hold is ever added.
+pub fn slopes(g: &mut Graph, ys: &[Id], xs: &[Id]) -> Vec<Vec<Id>> {
+    type Dot = BTreeMap<usize, Id>;
+    let order = g.reachable(ys);
+    let mut readers: HashMap<Id, u32> = HashMap::with_capacity(order.len());
+    let mut active: HashMap<Id, bool> = HashMap::with_capacity(order.len());
+    ys.iter().for_each(|&y| *readers.entry(y).or_default() += 2);
+    for &id in &order {
+        let node = g.node(id);
+        let weight = if matches!(node, Node::Select(..)) { 2 } else { 1 };
+        node.operands().for_each(|o| *readers.entry(o).or_default() += weight);
+        let on = xs.contains(&id) || node.operands().any(|o| active[&o]);
+        active.insert(id, on);
+    }
+    let selects = |g: &Graph, id: Id| matches!(g.node(id), Node::Select(..));
+    let mut dots: HashMap<Id, Dot> = HashMap::new();
+    let (zero, one) = (g.constant(0.0), g.constant(1.0));
+    for &id in order.iter().filter(|id| active[id]) {
+        if let Some(k) = xs.iter().position(|&x| x == id) {
+            dots.insert(id, Dot::from([(k, one)]));
+            continue;
+        }
+        if readers[&id] < 2 && !selects(g, id) {
+            continue;
+        }
+        let mut dot = Dot::new();
+        if let Node::Select(c, a, b) = g.node(id) {
+            let of = |o: Id| dots.get(&o).cloned().unwrap_or_default();
+            let (da, db) = (of(a), of(b));
+            let by: std::collections::BTreeSet<usize> = da.keys().chain(db.keys()).copied().collect();
+            for k in by {
+                let [p, q] = [&da, &db].map(|d| d.get(&k).copied().unwrap_or(zero));
+                dot.insert(k, g.select(c, p, q));
+            }
+        } else {
+            // adjoints inside: every node there has one reader, so its adjoint is whole when it is met
+            let mut inside = vec![(id, one)];
+            let mut ends: BTreeMap<Id, Id> = BTreeMap::new();
+            while let Some((at, bar)) = inside.pop() {
+                for (operand, partial) in partials(g, at, bar, &active) {
+                    if readers[&operand] < 2 && !selects(g, operand) && !xs.contains(&operand) {
+                        inside.push((operand, partial));
+                    } else {
+                        let sum = ends.get(&operand).map_or(partial, |&old| g.add(old, partial));
+                        ends.insert(operand, sum);
+                    }
+                }
+            }
+            for (end, bar) in ends {
+                for (k, d) in dots[&end].clone() {
+                    let term = g.mul(bar, d);
+                    let sum = dot.get(&k).map_or(term, |&old| g.add(old, term));
+                    dot.insert(k, sum);
+                }
+            }
+        }
+        dots.insert(id, dot);
+    }
+    let row = |y: &Id| {
+        let dot = dots.get(y);
+        (0..xs.len()).map(|k| dot.and_then(|d| d.get(&k).copied()).unwrap_or(zero)).collect()
+    };
+    ys.iter().map(row).collect()
 }

@@ -206,6 +206,12 @@ impl Graph {
         self.intern(Node::Symbol(self.symbols))
     }
 
+    /// The symbol of that number.
+    pub fn given(&mut self, k: u32) -> Id {
+        self.symbols = self.symbols.max(k);
+        self.intern(Node::Symbol(k))
+    }
+
     pub fn neg(&mut self, a: Id) -> Id {
         match self.node(a) {
             Node::Const(bits) => self.constant(-f64::from_bits(bits)),

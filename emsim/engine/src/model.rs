@@ -1,7 +1,8 @@
 //! What the cards contribute to equation (1), before it is compiled: see `system`.
 use crate::devices::class::Series;
-use crate::devices::{maker, Class, Climate};
+use crate::devices::{compiled, maker, Class, Climate};
 use crate::graph::{Graph, Id, Node};
+use crate::veriloga::folded::{self, Folded};
 use crate::waves::Wave;
 use std::collections::{BTreeMap, HashMap};
 
@@ -125,7 +126,7 @@ impl Model {
         at: Climate,
     ) -> Result<Vec<Series>, String> {
         let maker = maker(kind).ok_or_else(|| format!("there is no device {kind}"))?;
-        let k = self.classes.iter().position(|c| c.spec().name == kind).unwrap_or_else(|| {
+        let k = self.classes.iter().position(|c| c.kind() == kind).unwrap_or_else(|| {
             self.classes.push(maker.class());
             self.classes.len() - 1
         });
@@ -145,6 +146,29 @@ impl Model {
             }
         }
         Ok(series)
+    }
+
+    /// An instance of a module more, between unknowns (-1: ground), with its inner unknowns. Errors are sentences for the user.
+    pub fn add_module(
+        &mut self,
+        module: &str,
+        name: &str,
+        terminals: &[i32],
+        folded: &Folded,
+        (m, off): (f64, bool),
+    ) -> Result<(), String> {
+        let unknowns = &mut self.unknowns;
+        let mut inner = |node: &str, kind: folded::Kind| {
+            let name = format!("{name}#{node}");
+            let (kind, unit) = match kind {
+                folded::Kind::Current => (Kind::Branch, "A"),
+                folded::Kind::Voltage => (Kind::Node, "V"),
+                folded::Kind::Other(_) => (Kind::Node, ""),
+            };
+            unknowns.push(Unknown { name, kind, unit: unit.into(), initial: 0.0 });
+            unknowns.len() - 1
+        };
+        compiled::seat(&mut self.classes, module, name, terminals, folded, (m, off), &mut inner)
     }
 
     /// Expressions that are linear forms of unknowns and sources become constants of G and C, if all of them are: a motor on a

@@ -118,14 +118,9 @@ impl Layout {
         2 * self.ports + 3 * self.branches * (1 + self.ports)
     }
 
-    /// Room for so many instances, ...
+    /// Room for so many instances.
     pub fn room(self, count: usize) -> usize {
         count.div_ceil(LANES) * self.numbers() * LANES
-    }
-
-    /// ... and for the port voltages that limiting holds.
-    pub fn room_held(self, count: usize) -> usize {
-        count.div_ceil(LANES) * self.ports * LANES
     }
 
     #[inline(always)]
@@ -180,8 +175,27 @@ pub struct Asked<'a> {
 }
 
 pub trait Class: Send + Sync {
-    fn spec(&self) -> &'static Spec;
-    fn layout(&self) -> Layout;
+    /// The device's name.
+    fn kind(&self) -> &str;
+    fn terminals(&self) -> usize;
+    /// Port voltages of an instance.
+    fn ports(&self) -> usize;
+    /// Room for the numbers of so many instances, ...
+    fn room(&self, count: usize) -> usize;
+    /// ... and for the port voltages that limiting holds.
+    fn room_held(&self, count: usize) -> usize {
+        count.div_ceil(LANES) * self.ports() * LANES
+    }
+    /// Where a number of an instance lies.
+    fn place(&self, instance: usize, number: Number) -> usize;
+    /// What an evaluation of an instance with its slopes takes, in operations of expressions.
+    fn operations(&self, k: usize) -> f64 {
+        PER_SLOPE * self.shape(k).links.len() as f64
+    }
+    /// Itself, where it was compiled from a text.
+    fn compiled(&mut self) -> Option<&mut super::compiled::Compiled> {
+        None
+    }
 
     /// An instance more, between these terminals; `inner` makes a node of that name. Errors are sentences for the user.
     fn add(
@@ -220,6 +234,9 @@ pub trait Class: Send + Sync {
     /// Current and charge of each branch as nodes of the graph, of its port voltages and gmin.
     fn symbols(&self, k: usize, g: &mut Graph, v: &[Id], gmin: Id) -> Vec<(Id, Id)>;
 }
+
+/// An operation of a law with its derivatives costs as much as so many of an expression (both sides of what is picked are computed).
+const PER_SLOPE: f64 = 30.0;
 
 /// Volts between two unknowns, -1 being ground.
 #[inline(always)]
@@ -538,12 +555,24 @@ fn symbols<D: Device<P, B, K>, const P: usize, const B: usize, const K: usize>(
 }
 
 impl<D: Device<P, B, K>, const P: usize, const B: usize, const K: usize> Class for Instances<D, P, B, K> {
-    fn spec(&self) -> &'static Spec {
-        Self::SPEC
+    fn kind(&self) -> &str {
+        Self::SPEC.name
     }
 
-    fn layout(&self) -> Layout {
-        Self::LAYOUT
+    fn terminals(&self) -> usize {
+        Self::SPEC.terminals.len()
+    }
+
+    fn ports(&self) -> usize {
+        P
+    }
+
+    fn room(&self, count: usize) -> usize {
+        Self::LAYOUT.room(count)
+    }
+
+    fn place(&self, instance: usize, number: Number) -> usize {
+        Self::LAYOUT.place(instance, number)
     }
 
     fn add(

@@ -24,3 +24,112 @@ pub fn junction(vnew: f64, vold: f64, vt: f64, vcrit: f64) -> (f64, bool) {
 pub fn critical(vt: f64, saturation: f64) -> f64 {
     vt * (vt / (std::f64::consts::SQRT_2 * saturation)).ln().max(2.0 * vt)
 }
+
+/// Old voltage, new one -> one that Newton's method may go to, and whether that is another (SPICE's fetlim): no step of a gate is longer
+/// than the channel's state allows.
+pub fn gate(new: f64, old: f64, threshold: f64) -> (f64, bool) {
+    let most_up = (2.0 * (old - threshold)).abs() + 2.0;
+    let most_down = 0.5 * most_up + 2.0;
+    let above = threshold + 3.5;
+    let step = new - old;
+    let to = if old >= threshold {
+        if old >= above {
+            if step <= 0.0 {
+                if new >= above {
+                    if -step > most_down {
+                        old - most_down
+                    } else {
+                        new
+                    }
+                } else {
+                    new.max(threshold + 2.0)
+                }
+            } else if step >= most_up {
+                old + most_up
+            } else {
+                new
+            }
+        } else if step <= 0.0 {
+            new.max(threshold - 0.5)
+        } else {
+            new.min(threshold + 4.0)
+        }
+    } else if step <= 0.0 {
+        if -step > most_up {
+            old - most_up
+        } else {
+            new
+        }
+    } else if new <= threshold + 0.5 {
+        if step > most_down {
+            old + most_down
+        } else {
+            new
+        }
+    } else {
+        threshold + 0.5
+    };
+    (to, to != new)
+}
+
+/// SPICE's limvds: the drain of a transistor.
+pub fn drain(new: f64, old: f64) -> (f64, bool) {
+    let to = if old >= 3.5 {
+        if new > old {
+            new.min(3.0 * old + 2.0)
+        } else if new < 3.5 {
+            new.max(2.0)
+        } else {
+            new
+        }
+    } else if new > old {
+        new.min(4.0)
+    } else {
+        new.max(-0.5)
+    };
+    (to, to != new)
+}
+
+/// A step of more than `most` grows by its logarithm alone (SPICE's limitlog).
+pub fn logarithmic(new: f64, old: f64, most: f64) -> (f64, bool) {
+    let step = new - old;
+    if step.abs() <= most {
+        return (new, false);
+    }
+    (old + step.signum() * (most + (step.abs() / most).log10()), true)
+}
+
+/// A limiting function of Verilog-A's $limit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Limiter {
+    Junction,
+    Gate,
+    Drain,
+    Logarithmic,
+}
+
+impl Limiter {
+    pub fn named(name: &str, arguments: usize) -> Result<Limiter, String> {
+        let (limiter, wants) = match name {
+            "pnjlim" => (Limiter::Junction, 2),
+            "fetlim" => (Limiter::Gate, 1),
+            "limvds" => (Limiter::Drain, 0),
+            "limitlog" => (Limiter::Logarithmic, 1),
+            _ => return Err(format!("$limit knows pnjlim, fetlim, limvds and limitlog, not {name}")),
+        };
+        if arguments < wants {
+            return Err(format!("$limit: {name} wants {wants} arguments, it has {arguments}"));
+        }
+        Ok(limiter)
+    }
+
+    #[inline]
+    pub fn apply(self, new: f64, old: f64, arguments: &[f64]) -> (f64, bool) {
+        match self {
+            Limiter::Junction => junction(new, old, arguments[0], arguments[1]),
+            Limiter::Gate => gate(new, old, arguments[0]),
+            Limiter::Drain => drain(new, old),
+            Limiter::Logarithmic => logarithmic(new, old, arguments[0]),
+        }
+    }
+}

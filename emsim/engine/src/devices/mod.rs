@@ -10,7 +10,7 @@
 //!
 //! and, where the defaults do not hold, the rest of `Device`. Matrix places, derivatives, four instances at a time, sums of floating
 //! islands, explicit methods, energy accounts, the choice of a method and error messages need nothing more: they ask `Class`
-//! (class.rs), which `Instances` implements for every `Device`, and which a class compiled from a text may implement by itself.
+//! (class.rs), which `Instances` implements for every `Device`, and `Compiled` (compiled.rs) for every module of Verilog-A.
 /// Numbers 0, 1, ... for the constants of a card.
 macro_rules! constants {
     ($($(#[$about:meta])* $name:ident),* $(,)?) => {
@@ -27,9 +27,11 @@ macro_rules! constants {
 }
 
 pub mod class;
+pub mod compiled;
 pub mod diode;
 pub mod limits;
 pub mod number;
+pub mod shape;
 
 pub use class::{Class, Facts, Instances, Layout, Line, Met, Near, Number, Seat, Shape, LANES};
 use number::{Lane, Real};

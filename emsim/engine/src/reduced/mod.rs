@@ -545,7 +545,7 @@ impl Reduced {
         let (mut share, mut at) = (1.0_f64, 0);
         for &(class, k) in &limits.list {
             let class = &self.classes[class];
-            let own = at..at + class.layout().ports;
+            let own = at..at + class.ports();
             at = own.end;
             let (old, new) = (&p.ports[0][own.clone()], &p.ports[1][own]);
             let mut to = new.to_vec();

@@ -86,7 +86,7 @@ impl System {
     /// The nodes that an instance is joined to; ground is none.
     fn terminals(&self, i: Instance) -> impl Iterator<Item = usize> + '_ {
         let class = self.devices.class(i);
-        let nodes = class.seats()[i.number].nodes.iter().take(class.spec().terminals.len());
+        let nodes = class.seats()[i.number].nodes.iter().take(class.terminals());
         nodes.filter_map(|&k| usize::try_from(k).ok())
     }
 
@@ -123,7 +123,7 @@ impl System {
         let i = bend.instance;
         let class = self.devices.class(i);
         class.at(i.number, &self.devices.voltages(i, x), w.gmin, line);
-        let ports = class.layout().ports;
+        let ports = class.ports();
         line.g.iter().skip(bend.port).step_by(ports).any(|g| self.conducts(w, bend, g.abs()))
     }
 

@@ -1,7 +1,7 @@
 //! Devices in the equations: where the numbers of every class go, in rows, in the matrix, and in programs.
 use super::{System, Work};
 use crate::devices::class::{across, add};
-use crate::devices::{Class, Layout, Line, Met, Near, Number};
+use crate::devices::{Class, Line, Met, Near, Number};
 use crate::sparse::Pattern;
 use std::ops::Range;
 use std::sync::Arc;
@@ -9,7 +9,6 @@ use std::sync::Arc;
 /// A class, and where its numbers lie and go. `lines` and `held` are those of all classes, one behind the other.
 pub struct Placed {
     pub class: Arc<dyn Class>,
-    pub layout: Layout,
     lines: Range<usize>,
     held: Range<usize>,
 }
@@ -66,9 +65,6 @@ pub fn ends((p, n): (i32, i32)) -> impl Iterator<Item = (usize, f64)> {
     [(p, 1.0), (n, -1.0)].into_iter().filter_map(|(k, sign)| Some((usize::try_from(k).ok()?, sign)))
 }
 
-/// An operation of a law with its derivatives costs as much as so many of an expression (both sides of what is picked are computed).
-const PER_SLOPE: f64 = 30.0;
-
 /// Places (row, column) in the matrix of what a class's currents hang on.
 pub fn places(class: &dyn Class) -> Vec<(usize, usize)> {
     let mut places = Vec::new();
@@ -93,14 +89,14 @@ impl Devices {
         let (mut lines, mut held) = (0, 0);
         for (n, mut class) in classes.into_iter().enumerate() {
             class.settle();
-            let (layout, count) = (class.layout(), class.seats().len());
+            let count = class.seats().len();
             for (k, seat) in class.seats().iter().enumerate() {
                 let (shape, facts) = (class.shape(k), class.facts(k));
                 all.instances.push(Instance { class: n, number: k });
                 all.exponentials += usize::from(facts.exponential);
                 all.passive &= facts.passive;
-                all.operations += PER_SLOPE * shape.links.len() as f64;
-                let place = |number| lines + layout.place(k, number);
+                all.operations += class.operations(k);
+                let place = |number| lines + class.place(k, number);
                 for (j, &rows) in seat.rows.iter().enumerate() {
                     let charge = shape.stores(j).then(|| place(Number::Charge(j)));
                     all.currents.push(Current { stage: place(Number::StageCurrent(j)), charge, rows });
@@ -127,8 +123,8 @@ impl Devices {
                     }
                 }
             }
-            let room = (lines + layout.room(count), held + layout.room_held(count));
-            all.classes.push(Placed { class: class.into(), layout, lines: lines..room.0, held: held..room.1 });
+            let room = (lines + class.room(count), held + class.room_held(count));
+            all.classes.push(Placed { class: class.into(), lines: lines..room.0, held: held..room.1 });
             (lines, held) = room;
         }
         all

@@ -459,15 +459,14 @@ fn four_are_as_one() {
         for first in 0..=all.len() - count {
             let diodes: Vec<&One> = all[first..first + count].iter().collect();
             let class = together(&diodes);
-            let layout = class.layout();
-            let (mut held, mut lines) = (vec![0.0; layout.room_held(count)], vec![0.0; layout.room(count)]);
+            let (mut held, mut lines) = (vec![0.0; class.room_held(count)], vec![0.0; class.room(count)]);
             for k in -2400..1200 {
                 // the ends of every branch, and far beyond
                 let v = 0.01 * f64::from(k) + 1e-4 * f64::from(k % 7) + if k == 1199 { 1e3 } else { 0.0 };
                 let asked = Asked { x: &[v], a: A, gmin: 1e-12, limit: false, near: None };
                 assert!(!class.linearise(&asked, &mut held, &mut lines).moved);
                 for (lane, d) in diodes.iter().enumerate() {
-                    let got = |number| lines[layout.place(lane, number)];
+                    let got = |number| lines[class.place(lane, number)];
                     let (i, g) = (got(Number::Current(0)), got(Number::Conductance(0, 0)));
                     let (q, c) = (got(Number::Charge(0)), got(Number::Capacitance(0, 0)));
                     let want = d.eval(v, 1e-12);

@@ -1,0 +1,499 @@
+//! The shape of a module's instance: what is left of a `Folded` when its constants are put aside. Instances of one shape share one program,
+//! and keep their constants.
+//!
+//!   Folded      merged unknowns become one, ports that nothing reads go, currents between the same nodes are added
+//!   anonymous   every constant but 0 and 1 becomes Wave(k): constant number k of the instance
+//!   slopes      of every current and charge by every port voltage it hangs on (derive::slopes)
+//!   hoisted     what hangs on constants alone is computed once for an instance (`prologue`), and is a constant too from then on
+//!
+//! A program reads port p as Unknown(p), gmin as Unknown(P).
+use super::class::{Link, Shape};
+use super::limits::Limiter;
+use crate::derive;
+use crate::graph::{Graph, Id, Node};
+use crate::tape::{Inputs, Tape};
+use crate::veriloga::folded::{self, Folded, GMIN, SOURCE_SCALE};
+use std::collections::{BTreeMap, HashMap};
+use std::sync::OnceLock;
+
+/// Constants of an instance, one after the other.
+pub type Constants = Vec<f64>;
+
+/// What two instances must have in common to share a program.
+#[derive(Clone, PartialEq, Eq, Hash)]
+pub struct Key {
+    module: String,
+    nodes: Vec<Node>,
+    results: Vec<Id>,
+    ports: Vec<(usize, usize, Option<Limiter>)>,
+    branches: Vec<(usize, usize)>,
+    unknowns: Vec<(String, u8)>,
+    terminals: usize,
+    outputs: Vec<String>,
+}
+
+/// Where results of the program stand, of one branch.
+pub struct Current {
+    pub i: usize,
+    pub q: Option<usize>,
+}
+
+/// ... and of a slope: of branch `branch` by port `port`.
+pub struct Slope {
+    pub branch: usize,
+    pub port: usize,
+    pub g: Option<usize>,
+    pub c: Option<usize>,
+}
+
+/// A source of noise: branch from node to node, results of `Program::told`.
+pub struct Noise {
+    pub branch: (usize, usize),
+    pub name: String,
+    pub power: usize,
+    pub exponent: Option<usize>,
+}
+
+pub struct Program {
+    pub module: String,
+    /// Unknowns of an instance that it does not share with others: name and kind; terminals come before them.
+    pub inner: Vec<(String, folded::Kind)>,
+    pub terminals: usize,
+    pub shape: Shape,
+    pub limited: Vec<(usize, Limiter)>, // ports
+    pub exponential: bool,
+    pub currents: Vec<Current>,
+    pub slopes: Vec<Slope>,
+    /// of each branch: its voltage as a sum of port voltages, where it is one
+    pub along: Vec<Option<Vec<(usize, f64)>>>,
+    pub noise: Vec<Noise>,
+    /// operating-point values: name, unit, meaning
+    pub outputs: Vec<[String; 3]>,
+    /// current and charge of each branch; noise and operating-point values
+    graph: Graph,
+    flows: Vec<(Id, Id)>,
+    told: Vec<Id>,
+    prologue: Tape,
+    /// everything that an iteration wants ...
+    pub lines: Tape,
+    /// ... and currents and charges alone: i, q of each branch.
+    pub values: Tape,
+    tell: OnceLock<Tape>,
+    constants: usize,
+}
+
+/// One instance of a `Folded`, its constants put aside.
+pub struct Anonymous {
+    pub key: Key,
+    pub constants: Constants,
+    /// of every limited port
+    pub arguments: Vec<Vec<f64>>,
+    graph: Graph,
+    flows: Vec<(Id, Id)>,
+    told: Vec<Id>,
+    noise: Vec<Noise>,
+    outputs: Vec<[String; 3]>,
+    inner: Vec<(String, folded::Kind)>,
+}
+
+/// Unknowns that are one: number of each among those that are left, the terminals first, None for the reference node.
+fn places(folded: &Folded) -> Result<(Vec<Option<usize>>, Vec<usize>), String> {
+    let n = folded.unknowns.len();
+    // the reference node is number n
+    let mut root: Vec<usize> = (0..=n).collect();
+    let find = |root: &[usize], mut k: usize| {
+        while root[k] != k {
+            k = root[k];
+        }
+        k
+    };
+    let rank = |k: usize| if k == n { 0 } else { k + 1 };
+    for &(a, b) in &folded.merged {
+        let (a, b) = (find(&root, a.min(n)), find(&root, b.min(n)));
+        let (to, from) = if rank(a) <= rank(b) { (a, b) } else { (b, a) };
+        if from < folded.terminals && from != to {
+            let name = |k: usize| folded.unknowns.get(k).map_or("ground", |u| u.name.as_str());
+            return Err(format!("its terminals {} and {} are joined by a resistance of 0", name(to), name(from)));
+        }
+        root[from] = to;
+    }
+    let (mut place, mut left) = (vec![None; n], Vec::new());
+    for k in 0..n {
+        let to = find(&root, k);
+        if to == k {
+            place[k] = Some(left.len());
+            left.push(k);
+        } else if to < n {
+            place[k] = place[to];
+        }
+    }
+    Ok((place, left))
+}
+
+/// Copies expressions to another graph; `leaf` says what becomes of leaves.
+fn copied(from: &Graph, outs: &[Id], to: &mut Graph, mut leaf: impl FnMut(Node, &mut Graph) -> Option<Id>) -> Vec<Id> {
+    let mut image: HashMap<Id, Id> = HashMap::new();
+    for id in from.reachable(outs) {
+        let node = from.node(id);
+        let new = leaf(node, to).unwrap_or_else(|| {
+            let mut operands = [0; 3];
+            node.operands().enumerate().for_each(|(k, o)| operands[k] = image[&o]);
+            to.rebuild(node, operands)
+        });
+        image.insert(id, new);
+    }
+    outs.iter().map(|o| image[o]).collect()
+}
+
+impl Anonymous {
+    /// `m`: so many in parallel.
+    pub fn of(module: &str, folded: &Folded, m: f64) -> Result<Anonymous, String> {
+        let (place, left) = places(folded)?;
+        let (ground, n) = (left.len(), folded.unknowns.len());
+        let at = |k: usize| if k >= n { ground } else { place[k].unwrap_or(ground) };
+
+        // currents: those between the same nodes are one; m of them
+        let mut g = Graph::new();
+        let mut ports: Vec<(usize, usize, Option<Limiter>)> = Vec::new();
+        let (mut arguments, mut constants): (Vec<Vec<f64>>, Constants) = Default::default();
+        let mut outs: Vec<Id> = folded.flows.iter().flat_map(|f| [f.i, f.q]).collect();
+        outs.extend(folded.noise.iter().flat_map(|s| [Some(s.power), s.exponent]).flatten());
+        outs.extend(folded.outputs.iter().map(|o| o.value));
+        let read: std::collections::BTreeSet<u32> = folded
+            .graph
+            .reachable(&outs)
+            .into_iter()
+            .filter_map(|id| if let Node::Unknown(k) = folded.graph.node(id) { Some(k) } else { None })
+            .collect();
+        // of each port of the module: the port here, and whether it looks the same way
+        let mut seen: HashMap<u32, Option<(u32, bool)>> = HashMap::new();
+        for &k in &read {
+            let port = folded.ports.get(k as usize).ok_or("a port that is not there")?;
+            let (from, to) = (at(port.from), at(port.to));
+            if from == to {
+                seen.insert(k, None);
+                continue;
+            }
+            let limiter = port.limit.as_ref().map(|l| Limiter::named(&l.function, l.arguments.len())).transpose()?;
+            let same = |a, b| ports.iter().position(|p| limiter.is_none() && *p == (a, b, None));
+            let (number, along) = match (same(from, to), same(to, from)) {
+                (Some(p), _) => (p, true),
+                (_, Some(p)) => (p, false),
+                _ => {
+                    ports.push((from, to, limiter));
+                    arguments.extend(port.limit.as_ref().map(|l| l.arguments.clone()));
+                    (ports.len() - 1, true)
+                }
+            };
+            seen.insert(k, Some((number as u32, along)));
+        }
+        let gmin = ports.len() as u32;
+        let mut slots: HashMap<u64, u32> = HashMap::new();
+        let mut refused = None;
+        let images = copied(&folded.graph, &outs, &mut g, |node, g| match node {
+            Node::Const(bits) => {
+                let v = f64::from_bits(bits);
+                if v == 0.0 || v == 1.0 {
+                    return Some(g.constant(v));
+                }
+                let next = slots.len() as u32;
+                let slot = *slots.entry(bits).or_insert(next);
+                if slot == next {
+                    constants.push(v);
+                }
+                Some(g.wave(slot))
+            }
+            Node::Unknown(k) => Some(match seen[&k] {
+                None => g.constant(0.0),
+                Some((p, true)) => g.unknown(p),
+                Some((p, false)) => {
+                    let v = g.unknown(p);
+                    g.neg(v)
+                }
+            }),
+            Node::Symbol(GMIN) => Some(g.unknown(gmin)),
+            Node::Symbol(SOURCE_SCALE) => Some(g.constant(1.0)),
+            Node::Time | Node::Symbol(_) | Node::Wave(_) | Node::Flag(_) => {
+                refused = Some("it reads the time, which a device cannot yet");
+                Some(g.constant(0.0))
+            }
+            _ => None,
+        });
+        if let Some(why) = refused {
+            return Err(why.into());
+        }
+        let mut images = images.into_iter();
+        let mut next = || images.next().expect("as many images as expressions");
+        let multiple = if m == 1.0 {
+            g.constant(1.0)
+        } else {
+            constants.push(m);
+            g.wave(constants.len() as u32 - 1)
+        };
+        let mut branches: Vec<(usize, usize)> = Vec::new();
+        let mut flows: Vec<(Id, Id)> = Vec::new();
+        for flow in &folded.flows {
+            let (mut i, mut q) = (next(), next());
+            let (from, to) = (at(flow.from), at(flow.to));
+            let nothing = |g: &Graph, e: Id| g.value(e) == Some(0.0);
+            if from == to || (nothing(&g, i) && nothing(&g, q)) {
+                continue;
+            }
+            if folded.unknowns[flow.from.min(n - 1)].kind != folded::Kind::Current {
+                (i, q) = (g.mul(multiple, i), g.mul(multiple, q));
+            }
+            if let Some(k) = branches.iter().position(|&b| b == (from, to)) {
+                flows[k] = (g.add(flows[k].0, i), g.add(flows[k].1, q));
+            } else if let Some(k) = branches.iter().position(|&b| b == (to, from)) {
+                flows[k] = (g.sub(flows[k].0, i), g.sub(flows[k].1, q));
+            } else {
+                branches.push((from, to));
+                flows.push((i, q));
+            }
+        }
+        let (mut noise, mut told) = (Vec::new(), Vec::new());
+        for source in &folded.noise {
+            let power = next();
+            let power = g.mul(multiple, power);
+            let exponent = source.exponent.map(|_| next());
+            let branch = (at(source.from), at(source.to));
+            if branch.0 != branch.1 && g.value(power) != Some(0.0) {
+                told.push(power);
+                let power = told.len() - 1;
+                told.extend(exponent);
+                let exponent = exponent.map(|_| told.len() - 1);
+                noise.push(Noise { branch, name: source.name.clone(), power, exponent });
+            }
+        }
+        let mut outputs = Vec::new();
+        for output in &folded.outputs {
+            told.push(next());
+            outputs.push([output.name.clone(), output.unit.clone(), output.meaning.clone()]);
+        }
+        let inner: Vec<(String, folded::Kind)> = left
+            .iter()
+            .filter(|&&k| k >= folded.terminals)
+            .map(|&k| (folded.unknowns[k].name.clone(), folded.unknowns[k].kind))
+            .collect();
+        let results: Vec<Id> = flows.iter().flat_map(|f| [f.0, f.1]).chain(told.iter().copied()).collect();
+        let reached = g.reachable(&results);
+        let mut number: HashMap<Id, Id> = HashMap::new();
+        let mut nodes = Vec::with_capacity(reached.len());
+        for (k, &id) in reached.iter().enumerate() {
+            number.insert(id, k as Id);
+            nodes.push(numbered(g.node(id), &number));
+        }
+        let kind = |kind: &folded::Kind| match kind {
+            folded::Kind::Voltage => 0,
+            folded::Kind::Current => 1,
+            folded::Kind::Other(_) => 2,
+        };
+        let key = Key {
+            module: module.to_string(),
+            nodes,
+            results: results.iter().map(|r| number[r]).collect(),
+            ports,
+            branches,
+            unknowns: inner.iter().map(|(name, k)| (name.clone(), kind(k))).collect(),
+            terminals: folded.terminals,
+            outputs: outputs.iter().map(|o: &[String; 3]| o[0].clone()).collect(),
+        };
+        Ok(Anonymous { key, constants, arguments, graph: g, flows, told, noise, outputs, inner })
+    }
+}
+
+/// A node whose operands are numbered anew.
+fn numbered(node: Node, number: &HashMap<Id, Id>) -> Node {
+    let n = |id: Id| number[&id];
+    match node {
+        Node::Neg(a) => Node::Neg(n(a)),
+        Node::Add(a, b) => Node::Add(n(a), n(b)),
+        Node::Sub(a, b) => Node::Sub(n(a), n(b)),
+        Node::Mul(a, b) => Node::Mul(n(a), n(b)),
+        Node::Div(a, b) => Node::Div(n(a), n(b)),
+        Node::Pow(a, b) => Node::Pow(n(a), n(b)),
+        Node::Powi(a, k) => Node::Powi(n(a), k),
+        Node::Atan2(a, b) => Node::Atan2(n(a), n(b)),
+        Node::Call(f, a) => Node::Call(f, n(a)),
+        Node::Select(c, a, b) => Node::Select(n(c), n(a), n(b)),
+        Node::NotLess(a, b) => Node::NotLess(n(a), n(b)),
+        leaf => leaf,
+    }
+}
+
+impl Program {
+    pub fn new(of: Anonymous) -> Program {
+        let Anonymous { key, graph: mut g, flows, told, noise, outputs, inner, constants, .. } = of;
+        let count = key.ports.len();
+        let ports: Vec<Id> = (0..count as u32).map(|p| g.unknown(p)).collect();
+        let both: Vec<Id> = flows.iter().flat_map(|f| [f.0, f.1]).collect();
+        let slopes_of = derive::slopes(&mut g, &both, &ports);
+        let there = |g: &Graph, e: Id| g.value(e) != Some(0.0);
+        let mut links = vec![Link::default(); flows.len() * count];
+        for (j, pair) in slopes_of.chunks_exact(2).enumerate() {
+            for p in 0..count {
+                links[j * count + p] = Link { current: there(&g, pair[0][p]), charge: there(&g, pair[1][p]) };
+            }
+        }
+        let branches = key.branches.clone();
+        let shape = Shape { ports: key.ports.iter().map(|p| (p.0, p.1)).collect(), branches, links };
+
+        let (mut results, mut currents, mut slopes) = (Vec::new(), Vec::new(), Vec::new());
+        let mut put = |e: Id| {
+            results.push(e);
+            results.len() - 1
+        };
+        for (j, &(i, q)) in flows.iter().enumerate() {
+            currents.push(Current { i: put(i), q: shape.stores(j).then(|| put(q)) });
+            for p in 0..count {
+                let link = shape.link(j, p);
+                if link.current || link.charge {
+                    let g = link.current.then(|| put(slopes_of[2 * j][p]));
+                    let c = link.charge.then(|| put(slopes_of[2 * j + 1][p]));
+                    slopes.push(Slope { branch: j, port: p, g, c });
+                }
+            }
+        }
+        let exponential = g.has_exponentials(&both);
+
+        let (hoisted, program, outs) = hoist(&g, &[&results, &both]);
+        let prologue = Tape::new(&g, &hoisted);
+        let lines = Tape::new(&program, &outs[0]).native_into();
+        let values = Tape::new(&program, &outs[1]).native_into();
+        let along = shape.branches.iter().map(|&branch| path(&shape.ports, branch)).collect();
+        let limited = key.ports.iter().enumerate().filter_map(|(p, port)| Some((p, port.2?))).collect();
+        Program {
+            module: key.module,
+            inner,
+            terminals: key.terminals,
+            shape,
+            limited,
+            exponential,
+            currents,
+            slopes,
+            along,
+            noise,
+            outputs,
+            graph: g,
+            flows,
+            told,
+            prologue,
+            lines,
+            values,
+            tell: OnceLock::new(),
+            constants: constants.len(),
+        }
+    }
+
+    /// What programs read as constants: those of the instance, and what hangs on them alone.
+    pub fn all_constants(&self, of: &[f64]) -> Constants {
+        let mut all = of.to_vec();
+        all.extend(self.prologue.eval(&Inputs { x: &[], t: 0.0, waves: of, flags: &[] }));
+        all
+    }
+
+    pub fn ports(&self) -> usize {
+        self.shape.ports.len()
+    }
+
+    /// Noise and operating-point values at port voltages; `x` ends with gmin.
+    pub fn tell(&self, x: &[f64], constants: &[f64]) -> Vec<f64> {
+        let tape = self.tell.get_or_init(|| Tape::new(&self.graph, &self.told));
+        tape.eval(&Inputs { x, t: 0.0, waves: &constants[..self.constants], flags: &[] })
+    }
+
+    /// Result of `tell` that is operating-point value k.
+    pub fn output(&self, k: usize) -> usize {
+        self.told.len() - self.outputs.len() + k
+    }
+
+    /// Currents and charges in another graph, with an instance's constants.
+    pub fn symbols(&self, constants: &[f64], g: &mut Graph, v: &[Id], gmin: Id) -> Vec<(Id, Id)> {
+        let outs: Vec<Id> = self.flows.iter().flat_map(|f| [f.0, f.1]).collect();
+        let images = copied(&self.graph, &outs, g, |node, g| match node {
+            Node::Unknown(p) => Some(v.get(p as usize).copied().unwrap_or(gmin)),
+            Node::Wave(k) => Some(g.constant(constants[k as usize])),
+            Node::Const(bits) => Some(g.constant(f64::from_bits(bits))),
+            _ => None,
+        });
+        images.chunks_exact(2).map(|pair| (pair[0], pair[1])).collect()
+    }
+}
+
+/// Expressions of constants alone go: (those, a graph in which they are constants behind the others, the results there).
+fn hoist(g: &Graph, results: &[&[Id]]) -> (Vec<Id>, Graph, Vec<Vec<Id>>) {
+    let all = results.concat();
+    let order = g.reachable(&all);
+    let mut moves: HashMap<Id, bool> = HashMap::with_capacity(order.len());
+    let mut first = 0;
+    for &id in &order {
+        let node = g.node(id);
+        if let Node::Wave(k) = node {
+            first = first.max(k + 1);
+        }
+        let on = matches!(node, Node::Unknown(_) | Node::Time) || node.operands().any(|o| moves[&o]);
+        moves.insert(id, on);
+    }
+    let still = |id: Id| !moves[&id] && !g.node(id).is_leaf();
+    let mut wanted: BTreeMap<Id, u32> = BTreeMap::new();
+    let mut want = |id: Id| {
+        if still(id) {
+            wanted.insert(id, 0);
+        }
+    };
+    all.iter().copied().for_each(&mut want);
+    order.iter().filter(|&id| moves[id]).flat_map(|&id| g.node(id).operands()).for_each(&mut want);
+    // (the instance has as many constants as it has, whether or not the results read the last ones)
+    let first = first.max((0..g.len() as Id).filter_map(|id| wave(g.node(id))).map(|k| k + 1).max().unwrap_or(0));
+    wanted.values_mut().zip(first..).for_each(|(place, k)| *place = k);
+    let mut program = Graph::new();
+    let mut image: HashMap<Id, Id> = HashMap::new();
+    for &id in &order {
+        let node = g.node(id);
+        let new = match node {
+            _ if wanted.contains_key(&id) => program.wave(wanted[&id]),
+            Node::Const(bits) => program.constant(f64::from_bits(bits)),
+            _ if node.is_leaf() || moves[&id] => {
+                let mut operands = [0; 3];
+                node.operands().enumerate().for_each(|(k, o)| operands[k] = image[&o]);
+                program.rebuild(node, operands)
+            }
+            _ => continue, // inside of what is hoisted
+        };
+        image.insert(id, new);
+    }
+    let outs = results.iter().map(|part| part.iter().map(|id| image[id]).collect()).collect();
+    (wanted.into_keys().collect(), program, outs)
+}
+
+fn wave(node: Node) -> Option<u32> {
+    if let Node::Wave(k) = node {
+        Some(k)
+    } else {
+        None
+    }
+}
+
+/// The voltage along a branch as a sum of port voltages, the shortest there is.
+fn path(ports: &[(usize, usize)], (from, to): (usize, usize)) -> Option<Vec<(usize, f64)>> {
+    let mut came: BTreeMap<usize, Option<(usize, usize, f64)>> = BTreeMap::from([(from, None)]);
+    let mut queue = std::collections::VecDeque::from([from]);
+    while let Some(at) = queue.pop_front() {
+        if at == to {
+            break;
+        }
+        for (p, &(a, b)) in ports.iter().enumerate() {
+            let step = [(a, b, 1.0), (b, a, -1.0)].into_iter().find(|s| s.0 == at);
+            if let Some((_, next, sign)) = step.filter(|s| !came.contains_key(&s.1)) {
+                came.insert(next, Some((at, p, sign)));
+                queue.push_back(next);
+            }
+        }
+    }
+    let (mut at, mut sum) = (to, Vec::new());
+    while let Some((before, p, sign)) = *came.get(&at)? {
+        sum.push((p, sign));
+        at = before;
+    }
+    Some(sum)
+}
