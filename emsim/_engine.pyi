@@ -68,6 +68,10 @@ class Builder:
         it starts as `initial` in a run from given values, as `rest` at the operating point (-1: as it comes). `law` says
         what holds exactly at a threshold: "" 0 there, "arrival" turns on arriving there from either side, "stays" as it
         was; "memory" is no condition but the value of `up` at the last event. ValueError for another one."""
+    def memory(self, name: str) -> Expr:
+        """What `keep` gives it, as it was just before the last event; 0 before the first."""
+    def keep(self, memory: Expr, value: Expr | float) -> None:
+        """What a memory keeps; it may read the memory itself. ValueError where there is none."""
     def grad(self, y: Expr, xs: Sequence[Expr]) -> list[Expr]:
         """dy/dx for each leaf x, by reverse mode."""
     def tangent(self, ys: Sequence[Expr], seed: Sequence[tuple[Expr, Expr | float]]) -> list[Expr]:

@@ -326,7 +326,7 @@ OF_COLUMNS = ("mag", "ph", "cph", "re", "real", "im", "imag", "conj")
 PROBES = frozenset(
     """
     v i vm vp vr vi vdb vph im ip ir ii idb angle omega alpha pos vel acc x y z vx vy vz ax ay az
-    fx fy fz mx my mz force torque p gap energy ke pe power loss supplied
+    fx fy fz mx my mz force torque p gap slip mode hits impulse energy ke pe power loss supplied
     """.split()
 )
 RUN_TIME_NAMES = frozenset(("time", "temper", "hertz"))

@@ -117,12 +117,12 @@ FORMS = {
     "spring": "SPRING name joint k= [q0=], or SPRING name P Q k= [l0=]",
     "damper": "DAMPER name joint c=, or DAMPER name P Q c=",
     "friction": "FRICTION name joint fc= [fs=] [vs=] [b=]",
-    "stop": "STOP name joint min= max= k= [c=]",
+    "stop": "STOP name joint [min=] [max=] k= [c= or e=]",
     "gear": "GEAR name j1 j2 ratio=",
     "force": "FORCE name P dir=(x,y) value|{expression}|PULSE(..)",
     "torque": "TORQUE name joint tau=value|{expression}|PULSE(..)",
     "drive": "DRIVE name joint q={expression}",
-    "contact": "CONTACT name P Q k= [c=] [mu=]",
+    "contact": "CONTACT name P Q line=(nx,ny) or rq= k= [r=] [c= or e=]",
     "transducer": "TRANSDUCER name n+ n- joint C={..}|L={..}|K={..}|W={..}",
 }
 
@@ -142,7 +142,7 @@ MARKS = {
     "force": "dir=, fx= or fy=",
     "torque": "tau=",
     "drive": "q= or qd=",
-    "contact": "k= or e=",
+    "contact": "k=, e=, line= or rq=",
     "transducer": "C=, L=, K= or W=",
 }
 

@@ -334,6 +334,16 @@ TRAJECTORIES = [
         {"revolute1.phi": "angle(rev1)", "revolute1.w": "omega(rev1)"},
     ),
     Trajectory(
+        "mechanical/ref_msl_elastogap",
+        "msl_trans_elastogap",
+        {
+            "elastoGap1.v_rel": "vel(rail2)",
+            "elastoGap2.s_rel": lambda v: 2.0 - v("pos(rail2)"),
+            "springDamper1.v_rel": "vel(rail1)",
+            "springDamper2.s_rel": lambda v: 2.0 - v("pos(rail1)"),
+        },
+    ),
+    Trajectory(
         "mechanical/ref_msl_rot_first",
         "msl_rot_first",
         {

@@ -79,8 +79,8 @@ def _said(card: Transducer, coordinate: str, pole: float, unit: str, t: float) -
         f"the gap of TRANSDUCER `{card.name}` has closed at t = {t:.6g} s: {coordinate} reached {pole:.6g} {unit}, where its "
         f"{what} has no finite positive value",
         card.place(card.form),
-        f"nothing holds {card.joint.name} off: a stop before {pole:.6g} {unit} (a STOP where it is supported, or a SPRING with a "
-        f"force that grows steeply there), or a weaker field; what is recorded behind that time is no motion",
+        f"nothing holds {card.joint.name} off: a stop before {pole:.6g} {unit} (STOP with min= or max= and k=), "
+        f"or a weaker field; what is recorded behind that time is no motion",
     )
 
 

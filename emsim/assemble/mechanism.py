@@ -224,6 +224,19 @@ class Mechanism(Binding):
     def abs(self, e: Scalar) -> Expr:
         return self.ctx.abs_(self.public(e))
 
+    def minimum(self, a: Scalar, b: Scalar) -> Expr:
+        return self.ctx.min_(self.public(a), self.public(b))
+
+    def maximum(self, a: Scalar, b: Scalar) -> Expr:
+        return self.ctx.max_(self.public(a), self.public(b))
+
+    def body_of(self, card: Card, terminal: str) -> Frame:
+        """The frame of the body that a point terminal is on."""
+        ref = next(ref for name, _, ref in card.terminals if name == terminal)
+        found = self.locate(ref.name, None if ref.point is None else tuple(float(v) for v in ref.point))
+        assert found is not None
+        return self.frames[found[0]]
+
     def clamp(self, e: Scalar, lo: float, hi: float, name: str, warn: str) -> Expr:
         e = self.public(e)
         if e.value is not None:

@@ -28,7 +28,7 @@ UNITS = {
     "x": "m", "y": "m", "z": "m", "vx": "m/s", "vy": "m/s", "vz": "m/s",
     "ax": "m/s^2", "ay": "m/s^2", "az": "m/s^2",
     "fx": "N", "fy": "N", "fz": "N", "mx": "N m", "my": "N m", "mz": "N m", "force": "N", "torque": "N m",
-    "gap": "m", "deg": "deg", "rpm": "rpm", "db": "dB", "ph": "rad", "cph": "rad",
+    "gap": "m", "slip": "m/s", "impulse": "N s", "deg": "deg", "rpm": "rpm", "db": "dB", "ph": "rad", "cph": "rad",
 }  # fmt: skip
 KEEPS_UNIT = ("abs", "min", "max", "limit")
 # no source computes them

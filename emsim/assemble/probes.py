@@ -7,6 +7,7 @@ unknowns of their own: Q is what is differentiated, F = -unknown.
 
 from __future__ import annotations
 
+from ..cards.base import PROBES as CARD_PROBES
 from ..cards.joints import WORDS
 from ..cards.kinematics import WORLD_AXES, dot
 from ..diagnostics import suggest
@@ -28,11 +29,12 @@ ACCELERATIONS = {"alpha": "omega", "acc": "vel"}
 TWINS = {"angle": "pos", "omega": "vel", "alpha": "acc", "pos": "angle", "vel": "omega", "acc": "alpha"}
 PLACES = {"x": (0, 0), "y": (1, 0), "z": (2, 0), "vx": (0, 1), "vy": (1, 1), "vz": (2, 1),
           "ax": (0, 2), "ay": (1, 2), "az": (2, 2)}  # fmt: skip
-COUPLING = ("force", "torque", "i", "v", "p", "gap", "power")
+COUPLING = tuple(CARD_PROBES)
 WHOLE = ("pe", "ke", "power")
 UNITS = {"alpha": "rad/s^2", "acc": "m/s^2", "ax": "m/s^2", "ay": "m/s^2", "az": "m/s^2"}
 # functions that no circuit has: an unknown name in them is an error here
-ONLY_MECHANICAL = (*MOTIONS, *PLACES, *reactions.REACTIONS, "force", "torque", "gap", "ke")
+OF_TOUCH = ("gap", "slip", "mode", "hits", "impulse")
+ONLY_MECHANICAL = (*MOTIONS, *PLACES, *reactions.REACTIONS, "force", "torque", *OF_TOUCH, "ke")
 
 
 def probe(m: Mechanism, fn: str, args: list[Node], span: Span | None) -> Expr | None:

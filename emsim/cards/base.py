@@ -98,6 +98,11 @@ if TYPE_CHECKING:
         def derivative(self, name: str, unit: str, of: Expr) -> Expr: ...  # d(of)/dt as an unknown
         def distance(self, p: PointView, q: PointView) -> tuple[Expr, Expr]: ...  # [m], [m/s]
         def abs(self, e: Scalar) -> Expr: ...
+        def minimum(self, a: Scalar, b: Scalar) -> Expr: ...
+        def maximum(self, a: Scalar, b: Scalar) -> Expr: ...
+        def public(self, e: Scalar) -> Expr: ...  # in unknowns, for what is not differentiated
+        def rate(self, e: Scalar) -> Expr: ...  # of an expression of coordinates: de/dt along the motion
+        def body_of(self, card: Card, terminal: str) -> BodyView: ...  # of a point terminal
         def clamp(self, e: Scalar, lo: float, hi: float, name: str, warn: str) -> Expr: ...
         def reaction(self, name: str) -> Expr: ...  # effort of a GEAR or DRIVE on its joint
 
@@ -157,8 +162,11 @@ class Own:
 
 LEAVE_OUT = "leave it out, if the deck means the same without it"
 
-# words of force(c) torque(c) i(c) v(c) p(c) gap(c) power(c) that `probes` may answer, with their units
-PROBES = {"force": "N", "torque": "N m", "i": "A", "v": "V", "p": "W", "gap": "m", "power": "W"}
+# words of force(c) torque(c) i(c) v(c) gap(c) hits(c) .. that `probes` may answer, with their units
+PROBES = {
+    "force": "N", "torque": "N m", "i": "A", "v": "V", "p": "W", "power": "W",
+    "gap": "m", "slip": "m/s", "mode": "", "hits": "", "impulse": "N s",
+}  # fmt: skip
 
 
 class Param:

@@ -1,20 +1,89 @@
-"""CONTACT: a point or round shape against a line or round shape. Named, and refused: it has no equations yet."""
+"""CONTACT: a point or a round part against a line, which bounds a half-plane, or another round part.
+
+    line=   gap = n . (P - Q) - r           n the normal, fixed in Q's body, pointing to where P may be
+    rq=     gap = |P - Q| - r - rq          inside a ring of radius -rq:  gap = -rq - r - |P - Q|
+What happens where it closes stands in touch.py. `force` is what the parts press on each other with.
+"""
 
 from __future__ import annotations
 
+from . import touch
 from .base import Card, Default, Spec
+from .kinematics import dot, subtract
+from .touch import Touch, Touching
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from ..diagnostics import Sink
+    from .base import Pen, PointView, Probes, Scene
 
 
-class Contact(Card):
-    supported = False
+class Contact(Touching, Card):
     spec = Spec(
         "CONTACT",
-        "CONTACT name P Q k= or e= [c=] [mu=]",
+        "CONTACT name P Q line=(nx,ny) (or rq=) [r=] k= [c= or e=] [n=1]",
         terminals="p:point q:point",
-        mark=("k", "e"),
-        meaning="contact of a point or round shape with a line or round shape",
-        k=Default(None, "N/m", "stiffness", least=0.0),
-        e=Default(None, "", "coefficient of restitution", least=0.0),
-        c=Default(0.0, "N s/m", "damping", least=0.0),
-        mu=Default(0.0, "", "friction coefficient", least=0.0),
+        mark=("k", "e", "line", "rq"),
+        missing={"mu": "friction", "mus": "friction"},
+        meaning="contact of a point or round part with a line or another round part",
+        laws={
+            "V": "k d^(n+1)/(n+1), d how deep they are in each other",
+            "P": "c d'^2, or that which gives back e times the speed",
+        },
+        line=Default(
+            None, "", "normal of the line through Q, in the axes of Q's body; it points to P's side", "vector"
+        ),
+        r=Default(0.0, "m", "radius of the round part about P", least=0.0),
+        rq=Default(None, "m", "radius of the round part about Q; below 0: P is inside of that ring"),
+        **touch.LAW,
     )
+    line: tuple[float, ...] | None
+    r: float
+    rq: float | None
+    k: float | None
+    c: float
+    e: float | None
+    n: float
+    p: PointView
+    q: PointView
+
+    def check(self, sink: Sink) -> None:
+        what = f"CONTACT {self.name}"
+        if (self.line is None) == (self.rq is None):
+            said = f"{what} needs one of line=, a straight part, and rq=, a round one"
+            sink.error("E230", said, self.span, self.spec.form)
+        elif self.line is not None and (len(self.line) not in (2, 3) or not any(self.line)):
+            said = f"line= of {what} is a direction such as (0,1)"
+            sink.error("E232", said, self.place("line"))
+        elif self.rq is not None and -self.rq >= 0.0 and self.r >= -self.rq:
+            said = f"{what}: a round part of r={self.r:g} does not go into a ring of {-self.rq:g}"
+            sink.error("E238", said, self.place("rq"))
+        touch.check(self, self.k, self.c, self.e, sink)
+        if self.k is None and not (self.given("c") or self.given("n")):
+            said = f"CONTACT {self.name}: rigid parts are not supported yet"
+            sink.error("E254", said, self.span, "give it a stiffness k=")
+
+    def prepare(self, s: Scene) -> None:
+        away = subtract(self.p.pos, self.q.pos)
+        if self.line is not None:
+            size = sum(c * c for c in self.line) ** 0.5
+            local = tuple(c / size for c in (*self.line, 0.0)[:3])
+            gap = dot(away, s.body_of(self, "q").direction(local)) - self.r
+        else:
+            assert self.rq is not None
+            distance = s.b.call("sqrt", s.b.const(0.0) + dot(away, away))
+            gap = distance - self.r - self.rq if self.rq > 0.0 else -self.rq - self.r - distance
+        assert self.k is not None
+        self.touches = [(1.0, Touch(s, self.name, s.b.const(0.0) + gap, self.k, self.c, self.e, self.n))]
+
+    def probes(self, s: Scene) -> Probes:
+        return self.touch_probes(s, "force")
+
+    def glyph(self, draw: Pen) -> None:
+        effort = self.probes(draw.m)["force"]
+        assert not callable(effort)
+        draw.add(
+            "contact", self, p=draw.terminal(self, "p"), q_=draw.terminal(self, "q"), r=self.r, rq=self.rq,
+            line=None if self.line is None else [*(*self.line, 0.0)[:3]], unit="N",
+            effort=draw.channel(f"force({self.name})", "N", effort),
+        )  # fmt: skip

@@ -1,21 +1,76 @@
-"""STOP: ends of a joint's travel, elastic or with restitution. Named, and refused: it has no equations yet."""
+"""STOP: ends of a joint's travel, at min= and max= of its coordinate.
+
+Gaps q - min and max - q; what happens where one closes stands in touch.py. `force` (`torque` on a pin) is on the
+coordinate: the lower end pushes up it. `mode` is -1 at the lower end, 1 at the upper one.
+"""
 
 from __future__ import annotations
 
+from . import touch
 from .base import Card, Default, Spec
+from .touch import Touch, Touching
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from ..diagnostics import Sink
+    from .base import JointView, Pen, Probes, Scene
 
 
-class Stop(Card):
-    supported = False
+class Stop(Touching, Card):
     spec = Spec(
         "STOP",
-        "STOP name joint min= max= (k= [c=]) or e=",
+        "STOP name joint [min=] [max=] k= [c= or e=] [n=1]",
         terminals="joint:joint",
         mark=("min", "max"),
         meaning="ends of a joint's travel",
+        laws={
+            "V": "k d^(n+1)/(n+1), d how far beyond an end",
+            "P": "c d'^2, or that which gives back e times the speed",
+        },
         min=Default(None, "m or rad", "lower end"),
         max=Default(None, "m or rad", "upper end"),
-        k=Default(None, "N/m or N m/rad", "stiffness of the ends", least=0.0),
-        c=Default(0.0, "N s/m or N m s/rad", "damping of the ends", least=0.0),
-        e=Default(None, "", "coefficient of restitution", least=0.0),
+        **touch.LAW,
     )
+    min: float | None
+    max: float | None
+    k: float | None
+    c: float
+    e: float | None
+    n: float
+    joint: JointView
+
+    def check(self, sink: Sink) -> None:
+        what = f"STOP {self.name}"
+        if self.min is None and self.max is None:
+            sink.error("E230", f"{what} needs min= or max=", self.span, self.spec.form)
+        elif self.min is not None and self.max is not None and self.min >= self.max:
+            said = f"min= of {what} is {self.min:g} and max= {self.max:g}: nothing is left between them"
+            sink.error("E238", said, self.place("max"), "min= is the lower end of the coordinate")
+        touch.check(self, self.k, self.c, self.e, sink)
+        if self.k is None and not (self.given("c") or self.given("n")):
+            said = f"STOP {self.name}: rigid ends are not supported yet"
+            sink.error("E254", said, self.span, "give it a stiffness k=")
+
+    def prepare(self, s: Scene) -> None:
+        q = self.joint.q
+        ends = [(1.0, "min", self.min), (-1.0, "max", self.max)]
+        assert self.k is not None
+        self.touches = [
+            (sign, Touch(s, f"{self.name} {end}", sign * (q - at), self.k, self.c, self.e, self.n))
+            for sign, end, at in ends
+            if at is not None
+        ]
+
+    def probes(self, s: Scene) -> Probes:
+        found = self.touch_probes(s, "torque" if self.joint.rotary else "force")
+        found["mode"] = -found["mode"]  # type: ignore[operator]
+        return found
+
+    def glyph(self, draw: Pen) -> None:
+        word, unit = ("torque", "N m") if self.joint.rotary else ("force", "N")
+        effort = self.probes(draw.m)[word]
+        assert not callable(effort)
+        draw.add(
+            "stop", self, **draw.joint(self.joint.name), ends=[self.min, self.max], unit=unit,
+            effort=draw.channel(f"{word}({self.name})", unit, effort),
+        )  # fmt: skip

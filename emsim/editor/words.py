@@ -55,7 +55,11 @@ PROBES = {
     "force": ("force(card)", "N", "what a coupling or element applies"),
     "torque": ("torque(card)", "N m", "what a coupling or element applies"),
     "p": ("p(coupling)", "W", "electrical power taken"),
-    "gap": ("gap(card)", "m", "distance of a STOP or CONTACT"),
+    "gap": ("gap(card)", "m", "distance of a STOP or CONTACT, the smaller one of two ends"),
+    "slip": ("slip(friction)", "m/s", "speed of what rubs"),
+    "mode": ("mode(card)", "", "FRICTION: 0 sticks, -1 1 slides; STOP: -1 1 at an end; CONTACT: 1 closed"),
+    "hits": ("hits(card)", "", "how often the parts of a STOP or CONTACT have met"),
+    "impulse": ("impulse(card)", "N s", "sum of the impulses of a rigid STOP or CONTACT"),
     "energy": ("energy()", "J", "what circuit and machine hold: kinetic, potential, of fields, coils and capacitors"),
     "ke": ("ke() | ke(body)", "J", "kinetic energy"),
     "pe": ("pe()", "J", "potential energy"),
@@ -69,7 +73,7 @@ READS = {
     **dict.fromkeys(("angle", "omega", "alpha"), ("joint", "body")),
     **dict.fromkeys(("pos", "vel", "acc", "fx", "fy", "fz", "mx", "my", "mz"), ("joint",)),
     **dict.fromkeys(("x", "y", "z", "vx", "vy", "vz", "ax", "ay", "az"), ("point", "body")),
-    **dict.fromkeys(("force", "torque", "p", "gap", "power"), ("card",)),
+    **dict.fromkeys(("force", "torque", "p", "gap", "slip", "mode", "hits", "impulse", "power"), ("card",)),
     "ke": ("body",), "v": ("node", "card"), "i": ("element", "card"),
 }  # fmt: skip
 

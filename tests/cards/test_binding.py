@@ -167,7 +167,8 @@ def test_several_errors_come_at_once():
 
 
 @pytest.mark.parametrize(
-    "card", ["STOP s hinge min=0 max=1 e=0.5", "FRICTION f hinge fc=1", "CONTACT c arm 0 k=1k"]
+    "card",
+    ["STOP s hinge min=0 max=1 e=0.5", "FRICTION f hinge fc=1", "CONTACT c arm 0 line=(0,1) e=0.5"],
 )
 def test_cards_without_equations_are_refused_by_name(card):
     found = problems(ARM + ".gravity 9.81\n" + card)

@@ -94,11 +94,7 @@ def test_cart_pole_with_an_ideal_motor():
 
 @pytest.mark.parametrize(
     "card",
-    [
-        "STOP ends rail min=-0.8 max=0.8 k=20k c=50",
-        "FRICTION rub rail fc=1 vs=1m",
-        "CONTACT c pole(0.6,0) 0 k=1k",
-    ],
+    ["FRICTION rub rail fc=1 vs=1m", "CONTACT c pole(0.6,0) 0 line=(0,1)"],
 )
 def test_a_card_without_equations_is_refused_and_not_left_out(card):
     """Its force would read 0, and the motion be that of another machine."""

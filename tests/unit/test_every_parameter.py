@@ -228,6 +228,22 @@ MACHINES = {
         "ratio": (WHEEL + "pin\nGEAR e h g @\n", "ratio=2", "ratio=3"),
         "lead": (WHEEL + "slide axis=(1,0)\nGEAR e h g @\n", "lead=2", "lead=3"),
     },
+    "STOP": {
+        "min": (ROTOR + "STOP s h k=1 @\n", "min=-1", "min=0.3"), "max": (ROTOR + "STOP s h k=1 @\n", "max=1", "max=0.3"),
+        "k": (ROTOR + "STOP s h min=0.4 max=0.6 @\n", "k=1", "k=2"),
+        "c": (ROTOR + "STOP s h min=0.4 max=0.6 k=1 @\n", "c=0.1", "c=0.2"),
+        "e": (ROTOR + "STOP s h min=0.4 max=0.6 k=1 @\n", "e=0.1", "e=0.2"),
+        "n": (ROTOR + "STOP s h min=0.4 max=0.6 k=1 @\n", "n=1", "n=2"),
+    },
+    "CONTACT": {
+        "line": (ARM + "CONTACT t arm(1,0) 0(0,1) k=1 @\n", "line=(0,1)", "line=(1,1)"),
+        "r": (ARM + "CONTACT t arm(1,0) 0(0,1) k=1 line=(0,1) @\n", "r=0.5", "r=1"),
+        "rq": (ARM + "CONTACT t arm(1,0) 0(0,1) k=1 @\n", "rq=2", "rq=3"),
+        **{
+            key: (ARM + f"CONTACT t arm(1,0) 0(0,1) {'' if key == 'k' else 'k=1'} rq=2 @\n", f"{key}={a}", f"{key}={b}")
+            for key, a, b in (("k", 1, 2), ("c", 0.1, 0.2), ("e", 0.1, 0.2), ("n", 1, 2))
+        },
+    },
     "FORCE": {
         "dir": (ARM + "FORCE f arm(1,0) @ 2\n", "dir=(1,0)", "dir=(0,1)"),
         "value": (ARM + "FORCE f arm(1,0) dir=(1,0) @\n", "2", "3"),
@@ -248,7 +264,7 @@ MACHINES = {
     },
 }  # fmt: skip
 WITHOUT_EQUATIONS = {
-    "STOP": "STOP s h min=-1 max=1 k=1\n", "FRICTION": "FRICTION f h fc=1\n", "CONTACT": "CONTACT c rotor(1,0) 0 k=1\n",
+    "FRICTION": "FRICTION f h fc=1\n",
 }  # fmt: skip
 
 
@@ -271,7 +287,11 @@ def test_a_card_without_equations_is_refused(word):
     ("word", "key"), [(word, key) for word, card in CARDS.items() for key in card.spec.missing]
 )
 def test_a_parameter_without_equations_is_refused_by_name(word, key):
-    deck = {"GEAR": WHEEL + "pin\nGEAR e h g ratio=2 @\n", "MOTOR": MOTOR + " kt=1 r=1\n"}[word]
+    deck = {
+        "GEAR": WHEEL + "pin\nGEAR e h g ratio=2 @\n",
+        "MOTOR": MOTOR + " kt=1 r=1\n",
+        "CONTACT": ARM + "CONTACT t arm(1,0) 0 k=1 line=(0,1) @\n",
+    }[word]
     with pytest.raises(emsim.DeckError) as error:
         emsim.compile("deck\n" + deck.replace("@", f"{key}=1") + ".tran 1m 1\n.end\n")
     assert [d.code for d in error.value.diagnostics] == ["E254"] and f"{key}=" in error.value.diagnostics[

@@ -187,6 +187,29 @@ impl Builder {
         Ok(self.expr(id))
     }
 
+    /// What `keep` gives it, as it was just before the last event; 0 before the first. It may read itself.
+    fn memory(&mut self, name: String) -> PyResult<Expr> {
+        let nothing = lock(&self.graph).constant(0.0);
+        let m = self.model()?;
+        m.flags.push(FlagSpec { up: nothing, down: nothing, name, initial: -1, rest: -1, law: Law::Memory });
+        let k = m.flags.len() - 1;
+        let id = lock(&self.graph).flag(k as u32);
+        Ok(self.expr(id))
+    }
+
+    fn keep(&mut self, memory: &Expr, value: &Bound<'_, PyAny>) -> PyResult<()> {
+        let value = Expr::operand(&self.graph, value)?;
+        let node = lock(&self.graph).node(memory.id);
+        match node {
+            Node::Flag(k) if self.model()?.flags[k as usize].law == Law::Memory => {
+                let flag = &mut self.model()?.flags[k as usize];
+                (flag.up, flag.down) = (value, value);
+                Ok(())
+            }
+            _ => Err(PyValueError::new_err("no memory")),
+        }
+    }
+
     fn grad(&self, y: &Bound<'_, PyAny>, xs: Vec<Bound<'_, PyAny>>) -> PyResult<Vec<Expr>> {
         let y = Expr::operand(&self.graph, y)?;
         let xs = self.ids(&xs)?;
