@@ -38,7 +38,9 @@ def options_of(verb: str) -> list[Option]:
 def words_of(verb: str) -> list[str] | None:
     """What may stand where a verb has its words; None for files, see `extensions_of`."""
     if verb == "help":
-        return list(VERBS)
+        from ..editor import meanings
+
+        return [*VERBS, *meanings.known()]
     if verb == "completion":
         return list(SHELLS)
     return [] if verb in ("new", "version", "lsp") else None

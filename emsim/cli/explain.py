@@ -1,8 +1,9 @@
 """usage: emsim explain [options] WHAT
 
 Explains a deck: its equations with the cards that the terms come from, energies, degrees of freedom, index, what folded
-away; as LaTeX with --latex. deck.cir:12 says how that line was read and what it contributes. MOTOR, R, .tran: the reference
-of a card. E203: a diagnostic, with a deck that gives it, the message, and the deck mended; 3: an exit code."""
+away; as LaTeX with --latex. deck.cir:12 says how that line was read and what it contributes. MOTOR, R, .tran, PULSE, omega,
+reltol, radau: what a word of the language means. cards, elements, joints, dots, waveforms, probes, functions, options, methods:
+lists of them. E203: a diagnostic, with a deck that gives it, the message, and the deck mended; 3: an exit code."""
 
 from __future__ import annotations
 
@@ -59,13 +60,13 @@ def main(args: Sequence[str]) -> int:
 
 def unknown(what: str) -> NoReturn:
     """An argument of no form, or of a form but without an entry."""
-    from ..cards import CARDS
+    from ..editor import meanings
     from ..reports.codes import catalogue
 
     known = catalogue()
     # the beginning of a code says more than a code that is off by a digit
     near = ", ".join(code for code in known if code.startswith(what.upper())) or suggest(
-        what, [*known, *CARDS]
+        what, [*known, *meanings.known()]
     )
     shapes = ", ".join(form.shape for form in FORMS)
     hint = f"did you mean {near}?" if near else f"emsim explain takes {shapes}; emsim explain --list"
@@ -224,11 +225,10 @@ def is_line(what: str) -> bool:
 
 
 def is_word(what: str) -> bool:
-    """MOTOR, R, .tran"""
-    from ..editor.words import DOTS
-    from ..reports import words
+    """MOTOR, R, .tran, PULSE, omega, reltol, methods"""
+    from ..editor import meanings
 
-    return words.is_word(what) or what.lower() in DOTS
+    return bool(meanings.lines(what))
 
 
 def tell_deck(what: str, given: Arguments) -> int:
@@ -299,20 +299,20 @@ def tell_line(what: str, given: Arguments) -> int:
 
 
 def tell_word(what: str, given: Arguments) -> int:
-    """The reference of a card."""
+    """What a word of the language means."""
+    from ..editor import meanings
     from ..editor.words import DOTS
     from ..reports import words
 
-    if what.lower() in DOTS:
+    if not given.has("json"):
+        print_lines(meanings.lines(what))
+    elif words.is_word(what):
+        print_json(OK, [], card=words.facts(what))
+    elif what.lower() in DOTS:
         form, meaning = DOTS[what.lower()]
-        data: dict[str, object] = {"word": what.lower(), "form": form, "meaning": meaning}
-        lines = [f"{what.lower()}: {meaning}", "", f"  {form}"]
+        print_json(OK, [], card={"word": what.lower(), "form": form, "meaning": meaning})
     else:
-        data, lines = words.facts(what), list(words.lines(what))
-    if given.has("json"):
-        print_json(OK, [], card=data)
-    else:
-        print_lines(lines)
+        print_json(OK, [], word=what.lower(), lines=meanings.lines(what))
     return OK
 
 
@@ -321,6 +321,6 @@ FORMS = (
     Form("CODE", is_code, tell_code),
     Form("EXIT CODE", str.isdigit, tell_code),
     Form("DECK:LINE", is_line, tell_line),
-    Form("CARD", is_word, tell_word),
+    Form("WORD", is_word, tell_word),
     Form("DECK", is_deck, tell_deck),
 )

@@ -1,4 +1,4 @@
-"""`emsim help [VERB]`, and every verb's `--help`."""
+"""`emsim help [VERB | WORD]`, and every verb's `--help`. A word of the language: what it means, as `emsim explain` says it."""
 
 from __future__ import annotations
 
@@ -18,9 +18,19 @@ exit codes: 0 ok, 1 deck wrong, 2 command line wrong, 3 no convergence (partial 
 
 def main(args: Sequence[str]) -> int:
     if len(args) > 1:
-        raise UsageError("help takes one verb")
-    print(verb_help(args[0]) if args else overview())
+        raise UsageError("help takes one verb or one word of the language")
+    if args and args[0] not in VERBS and (lines := meaning(args[0])):
+        print("\n".join(lines))
+    else:
+        print(verb_help(args[0]) if args else overview())
     return 0
+
+
+def meaning(word: str) -> list[str]:
+    """What a word of the language means; empty where it is none."""
+    from ..editor import meanings
+
+    return meanings.lines(word)
 
 
 def overview() -> str:
@@ -30,7 +40,9 @@ def overview() -> str:
         "emsim simulates SPICE decks that may hold machines: bodies, joints, motors.\n\n"
         "usage: emsim deck.cir             the same as emsim run deck.cir\n"
         "       emsim VERB [options] ...\n\n"
-        f"verbs:\n{verbs}\n\n`emsim help VERB` lists the options of a verb.\n\n{EXIT_CODES}"
+        f"verbs:\n{verbs}\n\n`emsim help VERB` lists the options of a verb.\n"
+        "`emsim help WORD` says what a word of a deck means: SPRING, .tran, PULSE, omega, reltol; or lists cards, elements,\n"
+        f"joints, dots, waveforms, probes, functions, options, methods.\n\n{EXIT_CODES}"
     )
 
 
@@ -45,7 +57,10 @@ def verb_help(verb: str) -> str:
         text = module.__doc__
     else:
         from ..diagnostics import suggest
+        from ..editor import meanings
 
-        near = suggest(verb, VERBS)
-        raise UsageError(f"no verb {verb!r}" + (f", did you mean {near}?" if near else ""))
+        near = suggest(verb, [*VERBS, *meanings.known()])
+        raise UsageError(
+            f"no verb and no word of the language {verb!r}" + (f", did you mean {near}?" if near else "")
+        )
     return f"{(text or '').strip()}\n\noptions:\n{describe(options)}"

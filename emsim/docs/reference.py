@@ -196,24 +196,6 @@ def functions() -> str:
     )
 
 
-# waveform -> (meaning, arguments: name, unit, what stands for one that is left out); "~" where 0 counts as left out
-WAVES = {
-    "PULSE": (
-        "pulses with straight edges",
-        "v1 V -, v2 V -, td s 0, tr s ~tstep, tf s ~tstep, pw s ~tstop, per s ~tstop, n - without_end",
-    ),
-    "SIN": ("a sine that begins at td and decays with theta; the phase in degrees",
-            "vo V -, va V 0, freq Hz ~1/tstop, td s 0, theta 1/s 0, phase deg 0"),
-    "EXP": ("two exponential steps, to v2 and back",
-            "v1 V -, v2 V -, td1 s ~tstep, tau1 s ~tstep, td2 s ~td1+tstep, tau2 s ~tstep"),
-    "PWL": ("straight lines between points; td= delays, r= repeats from that time on", "t1 s -, v1 V -, .. - .."),
-    "SFFM": ("a sine whose frequency a sine changes",
-             "vo V -, va V 0, fc Hz ~1/tstop, mdi - 0, fs Hz ~1/tstop, phc deg 0, phs deg 0"),
-    "AM": ("a sine whose amplitude a sine changes; as in ngspice the phase stands in the seventh place and the sixth is ignored",
-           "va V -, vo V 0, mf Hz ~1/tstop, fc Hz 0, td s 0, - - -, ph deg 0"),
-}  # fmt: skip
-
-
 def waveforms() -> str:
     """Of V and I, and of FORCE, TORQUE, DRIVE (in N, N m, rad or m there)."""
     parts = [
@@ -221,21 +203,11 @@ def waveforms() -> str:
         "values are then N, N m, rad or m). `tstep` and `tstop` are those of `.tran`. Where the default is marked *or 0*, "
         "a written 0 counts as left out, as in ngspice. Corners of PULSE and PWL are stepped onto exactly.\n"
     ]
-    for word, (what, arguments) in WAVES.items():
-        rows = [argument.split() for argument in arguments.split(",")]
-        names = [row[0] for row in rows]
-        form = f"{word}({' '.join(names)}{' [td=] [r=]' if word == 'PWL' else ''})"
-        cells = [[code(name), unit, left_out(value)] for name, unit, value in rows if name not in ("-", "..")]
-        parts.append(f"## {word}\n\n{what[0].upper()}{what[1:]}.\n\n```spice\n{form}\n```\n")
+    for word, (what, _) in words.WAVES.items():
+        cells = [[code(name), unit, value] for name, unit, value in words.arguments(word)]
+        parts.append(f"## {word}\n\n{what[0].upper()}{what[1:]}.\n\n```spice\n{words.wave_form(word)}\n```\n")
         parts.append(table(["argument", "unit", "if left out"], cells))
     return "\n".join(parts)
-
-
-def left_out(value: str) -> str:
-    if value == "-":
-        return "must be given"
-    word = value.removeprefix("~").replace("_", " ").replace("+", " + ")
-    return word + (", *or 0*" if value.startswith("~") else "")
 
 
 # ---- machine and numbers ------------------------------------------------------------------------

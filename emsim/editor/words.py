@@ -163,6 +163,41 @@ FUNCTIONS = {
 }  # fmt: skip
 
 
+# waveform -> (meaning, arguments: name, unit, what stands for one that is left out); "~" where 0 counts as left out
+WAVES = {
+    "PULSE": (
+        "pulses with straight edges",
+        "v1 V -, v2 V -, td s 0, tr s ~tstep, tf s ~tstep, pw s ~tstop, per s ~tstop, n - without_end",
+    ),
+    "SIN": ("a sine that begins at td and decays with theta; the phase in degrees",
+            "vo V -, va V 0, freq Hz ~1/tstop, td s 0, theta 1/s 0, phase deg 0"),
+    "EXP": ("two exponential steps, to v2 and back",
+            "v1 V -, v2 V -, td1 s ~tstep, tau1 s ~tstep, td2 s ~td1+tstep, tau2 s ~tstep"),
+    "PWL": ("straight lines between points; td= delays, r= repeats from that time on", "t1 s -, v1 V -, .. - .."),
+    "SFFM": ("a sine whose frequency a sine changes",
+             "vo V -, va V 0, fc Hz ~1/tstop, mdi - 0, fs Hz ~1/tstop, phc deg 0, phs deg 0"),
+    "AM": ("a sine whose amplitude a sine changes; as in ngspice the phase stands in the seventh place and the sixth is ignored",
+           "va V -, vo V 0, mf Hz ~1/tstop, fc Hz 0, td s 0, - - -, ph deg 0"),
+}  # fmt: skip
+
+# method -> (order, kind, what it is for)
+METHODS = {
+    "auto": ("-", "chooses", "the default: explicit where nothing is stiff, implicit otherwise, and changes on the way"),
+    "trap": ("2", "trapezoidal rule, A-stable, keeps every oscillation and every ringing", "what SPICE does"),
+    "gear": ("1 to 5", "backward differentiation; damps", "driven nonlinear circuits; maxord=2 is SPICE's other method"),
+    "trbdf2": ("2", "one step, L-stable", "circuits of diodes at loose tolerances"),
+    "esdirk": ("4", "one step, L-stable", "switches and diodes"),
+    "radau": ("5, 9 or 13", "collocation, L-stable", "accuracy; linear circuits; stiff machines; closed loops"),
+    "radau5": ("5", "radau of one order", "comparisons"),
+    "radau9": ("9", "radau of one order", "comparisons"),
+    "radau13": ("13", "radau of one order", "comparisons"),
+    "gauss": ("4 or 6", "collocation, symmetric, steps of one length", "energy over 100 000 periods"),
+    "rk45": ("5", "explicit", "lossless circuits whose sources have corners, loose tolerances"),
+    "dop853": ("8", "explicit", "machines that are not stiff, many digits"),
+    "multirate": ("5 and 4", "two paces", "a slow machine beside a fast circuit"),
+}  # fmt: skip
+
+
 def option(name: str) -> str:
     """An option in a line: meaning, unit, default."""
     unit, default, meaning = OPTIONS[name]
@@ -172,3 +207,22 @@ def option(name: str) -> str:
 def reads(function: str) -> tuple[str, ...]:
     """Kinds of things that a probe's argument may name."""
     return READS.get(function, ())
+
+
+def wave_form(word: str) -> str:
+    """A waveform as it is written."""
+    names = [row.split()[0] for row in WAVES[word][1].split(",")]
+    return f"{word}({' '.join(names)}{' [td=] [r=]' if word == 'PWL' else ''})"
+
+
+def arguments(word: str) -> list[tuple[str, str, str]]:
+    """Of a waveform's arguments: name, unit, what stands for one that is left out."""
+    rows = [row.split() for row in WAVES[word][1].split(",")]
+    return [(name, unit, _left_out(value)) for name, unit, value in rows if name not in ("-", "..")]
+
+
+def _left_out(value: str) -> str:
+    if value == "-":
+        return "must be given"
+    word = value.removeprefix("~").replace("_", " ").replace("+", " + ")
+    return word + (", *or 0*" if value.startswith("~") else "")

@@ -61,7 +61,7 @@ def _card(word: str) -> Iterator[str]:
         yield f"  A line that begins with {spec.word} is this card where it has {marks}; otherwise it is SPICE."
     if spec.params:
         yield ""
-        yield from _table([(key, p.unit or "-", default(p), meaning(p)) for key, p in spec.params.items()])
+        yield from table([(key, p.unit or "-", default(p), meaning(p)) for key, p in spec.params.items()])
     if spec.laws:
         yield ""
         for kind, law in spec.laws.items():
@@ -107,12 +107,12 @@ def _element(kind: type[Element]) -> Iterator[str]:
     ]
     if known:
         yield ""
-        yield from _table(known)
+        yield from table(known)
     rows = [(names[0], unit or "-", _value(value), said) for names, unit, value, said in kind.model_table()]
     if rows:
         yield ""
         yield f"  .model name {kind.model_types[0]}(..)"
-        yield from _table(rows)
+        yield from table(rows)
 
 
 def _value(default: float | None) -> str:
@@ -120,7 +120,8 @@ def _value(default: float | None) -> str:
     return "-" if default is None or default != default else f"{default:g}"
 
 
-def _table(rows: Sequence[tuple[str, ...]]) -> Iterator[str]:
+def table(rows: Sequence[tuple[str, ...]]) -> Iterator[str]:
+    """Columns of equal width."""
     widths = [max(len(row[k]) for row in rows) for k in range(len(rows[0]))]
     for row in rows:
         yield ("  " + "  ".join(f"{cell:<{width}}" for cell, width in zip(row, widths, strict=True))).rstrip()
