@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
     from typing import Any
 
-    from .deck import Probe
+    from .deck import Measure, Probe
     from .expr import Node
 
 _LETTERS = frozenset("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ")
@@ -142,6 +142,17 @@ def parse_signals(text: str, name: str = "signals") -> list[Probe]:
     line.text, line.single = card + _blank_commas(" ".join(text.splitlines())), True
     try:
         return _Builder(file, Sink()).probes(parse_line(line, "dot")[1], line)
+    except LineError as error:
+        raise DeckError(error.diagnostic) from None
+
+
+def parse_measure(text: str, name: str = "meas") -> Measure:
+    """A measurement given on its own, as .meas takes it: "tran delay trig v(a) val=1 rise=1 targ ...". Raises DeckError."""
+    from .build_measure import measure
+
+    file = SourceFile(name, " ".join(text.splitlines()))
+    try:
+        return measure(Line(file, 1, 1, 0, len(file.text)), 0)
     except LineError as error:
         raise DeckError(error.diagnostic) from None
 

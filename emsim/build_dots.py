@@ -19,8 +19,6 @@ if TYPE_CHECKING:
 # analyses kept as text: later stages say that they do not run yet
 _ANALYSES = frozenset(
     [
-        "meas",
-        "measure",
         "noise",
         "four",
         "tf",
@@ -115,10 +113,14 @@ class DotCards(Cards):
         elif kind in _OF_THE_CIRCUIT:
             hint = _OF_THE_CIRCUIT[kind]
             raise LineError(Diagnostic("error", "E113", f".{kind} is not supported", line.span(ch[0]), hint))
+        elif kind in ("meas", "measure"):
+            from .build_measure import measure
+
+            return measure(line, ch[0].end_pos)
         elif is_analysis(kind):
             return Analysis(kind, self.words(ch, line), set(), line.whole)
         elif kind in _ANALYSES:
-            return Analysis("meas" if kind == "measure" else kind, rest.split(), set(), line.whole)
+            return Analysis(kind, rest.split(), set(), line.whole)
         elif kind in _KEPT:
             return Dot(kind, rest.split(), line.whole)
         return None

@@ -141,6 +141,32 @@ class Print:
         self.span = span
 
 
+class Clause:
+    """One word of a .meas card with what it is about: `find v(out)`, `when v(a)=v(b)`, `trig v(in)`. `level` stands behind the
+    `=`; `values` are those of `val rise fall cross td at from to`, as expressions; LAST is Name("last")."""
+
+    __slots__ = ("body", "level", "span", "values", "word")
+
+    def __init__(self, word: str, body: Node | None, level: Node | None, span: Span) -> None:
+        self.word, self.body, self.level, self.span = word, body, level, span
+        self.values: dict[str, Node] = {}
+
+    def __repr__(self) -> str:
+        return f"{self.word} {self.body}={self.level} {self.values}"
+
+
+class Measure:
+    """.meas: `analysis` is the word of the one that it is about, "" where the card does not say."""
+
+    __slots__ = ("analysis", "clauses", "name", "span")
+
+    def __init__(self, analysis: str, name: str, clauses: list[Clause], span: Span) -> None:
+        self.analysis, self.name, self.clauses, self.span = analysis, name, clauses, span
+
+    def __repr__(self) -> str:
+        return f".meas {self.analysis} {self.name} {self.clauses}"
+
+
 class Probe:
     """One thing of .save or .probe: v(a), i(v1), angle(hinge), or Name("all")."""
 
@@ -165,6 +191,7 @@ class FlatDeck:
         "gravity",
         "ics",
         "machine",
+        "measures",
         "models",
         "nodesets",
         "option_spans",
@@ -201,6 +228,7 @@ class FlatDeck:
         self.saves: list[Probe] = []
         self.probes: list[Probe] = []
         self.prints: list[Print] = []
+        self.measures: list[Measure] = []
         self.also: list[Probe] = []  # asked for from outside the deck
         self.views: list[dict[str, Any]] = []
         self.sources: list[SourceFile] = []

@@ -181,6 +181,10 @@ class Scope:
         """Parameters in sight, for suggestions."""
         return self.values
 
+    def unknown(self, node: Name) -> Node | None:
+        """What a name that is no parameter stands for, where it may be something else."""
+        return None
+
     def reads(self, function: str) -> bool:
         """Is this a function by which a kind of joint is read?"""
         return False
@@ -321,7 +325,11 @@ _BRANCHING = ("if", "ternary_fcn")
 # left to the run: they need time or the solution
 _DYNAMIC = ("ddt", "idt", "sdt", "idtmod", "delay", "absdelay")
 # functions of a run's columns (signals.py), which no source knows; im(v1) is the size of a current as well
-OF_COLUMNS = ("mag", "ph", "cph", "re", "real", "im", "imag", "conj")
+OF_COLUMNS = (
+    "mag", "ph", "cph", "re", "real", "im", "imag", "conj", "avg", "mean", "rms", "pp", "integ", "deriv", "maximum", "minimum",
+)  # fmt: skip
+# another measurement, where a .meas reads one: meas(name)
+MEASURED = "meas"
 # functions that read circuit and machine; kinds of joints have words of their own beside them (Scope.reads)
 PROBES = frozenset(
     """
@@ -520,6 +528,8 @@ def _fold(node: Node, scope: Scope, bound: dict[str, Node], calls: _Calls) -> No
                 return node
             value = CONSTANTS.get(node.id)
         if value is None:
+            if (other := scope.unknown(node)) is not None:
+                return other
             raise undefined(node, scope)
         return Num(value, node.at)
     if isinstance(node, Binary):
@@ -553,6 +563,8 @@ def _fold_call(node: Call, scope: Scope, bound: dict[str, Node], calls: _Calls) 
         folded = _fold(body, scope, dict(zip(names, args, strict=True)), calls)
         calls.depth -= 1
         return folded
+    if node.fn == MEASURED:
+        return node
     if node.fn in OF_COLUMNS and not all(isinstance(a, (Name, Num)) for a in node.args):
         return Call(node.fn, [_fold(a, scope, bound, calls) for a in node.args], node.at)
     probes = node.fn in PROBES or node.fn in OF_COLUMNS

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from .analyses import Analysis, Run
     from .assemble import Assembly
     from .deck import FlatDeck, Probe
+    from .measures import Measured
     from .outputs.raw import Stream
     from .reports.equations import Explained
     from .result import Result, Table
@@ -168,6 +169,10 @@ def prepare(
     options = {key.lower(): value for key, value in (options or {}).items()}
     settings = resolve(flat, options)
     planned = plan(flat, settings.pop("tmax", None))
+    if flat.measures:
+        from .measures import check
+
+        check(flat.measures, flat.sink)
     times = next((found for a in planned if (found := a.times()) is not None), (1.0, 1.0))
     context = Context
     if recording:
@@ -245,9 +250,12 @@ def deliver(assembly: Assembly, runs: list[Run]) -> Result:
     for run in runs:
         remarks(assembly, run)
     tables = [_table(assembly, r) for r in runs]
+    measures = [m for table in tables for m in _measured(assembly, table)]
     deck = flat.sources[0].text if flat.sources else ""
     trouble, missing = [d for r in runs for d in r.trouble], refused(flat)
-    result = Result(flat.title, tables, [*flat.sink.diagnostics, *missing, *trouble], assembly.prints, deck)
+    lacking = [d for m in measures for d in (m.trouble, m.remark) if d is not None]
+    diagnostics = [*flat.sink.diagnostics, *missing, *trouble, *lacking]
+    result = Result(flat.title, tables, diagnostics, assembly.prints, deck, measures)
     if missing and not runs:
         from .diagnostics import DeckError
 
@@ -257,6 +265,16 @@ def deliver(assembly: Assembly, runs: list[Run]) -> Result:
 
         raise ConvergenceError(trouble, result)
     return result
+
+
+def _measured(assembly: Assembly, table: Table) -> list[Measured]:
+    """What the .meas cards of an analysis find in its table."""
+    cards = [card for card in assembly.flat.measures if card.analysis == table.kind]
+    if not cards:
+        return []
+    from .measures import measure
+
+    return measure(cards, table)
 
 
 def _table(assembly: Assembly, r: Run) -> Table:

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from .diagnostics import Diagnostic
+    from .measures import Measured
     from .outputs.picture import Picture
 
     class Waves(Protocol):
@@ -501,10 +502,11 @@ class Result:
     diagnostics  warnings and notes, in deck order, and what ended a run before its time
     prints       what .print asked for: (kind, column names)
     deck         the text that was run, "" for a result that was read from a file
+    measured     what .meas found, in order: name, value, unit, at, from, to ... (`measures` has the values by name)
     Everything a Table offers is offered here too, of the main table: the last transient, else the last.
     """
 
-    __slots__ = ("deck", "diagnostics", "plots", "prints", "title")
+    __slots__ = ("deck", "diagnostics", "measured", "plots", "prints", "title")
 
     def __init__(
         self,
@@ -513,9 +515,18 @@ class Result:
         diagnostics: Sequence[Diagnostic] = (),
         prints: Sequence[tuple[str, list[str]]] = (),
         deck: str = "",
+        measured: Sequence[Measured] = (),
     ) -> None:
         self.title, self.plots, self.deck = title, list(plots), deck
-        self.diagnostics, self.prints = list(diagnostics), list(prints)
+        self.diagnostics, self.prints, self.measured = list(diagnostics), list(prints), list(measured)
+
+    @property
+    def measures(self) -> dict[str, Any]:
+        """name -> value of what .meas found, nan where it found nothing; a list, one a step, where the run has steps."""
+        found: dict[str, list[float]] = {}
+        for one in self.measured:
+            found.setdefault(one.name, []).append(one.value)
+        return {name: values if len(values) > 1 else values[0] for name, values in found.items()}
 
     @property
     def main(self) -> Table:

@@ -13,13 +13,13 @@ import math
 
 import numpy as np
 
-from .assemble.outputs import KEEPS_UNIT, UNITS, unit_of_two
+from .assemble.outputs import KEEPS_UNIT, UNITS, WORDS, unit_of, unit_of_two
 from .diagnostics import deck_error
-from .expr import OF_COLUMNS, SOURCE_MATH, Binary, Call, Cond, Name, Num, Unary, to_text
+from .expr import MEASURED, OF_COLUMNS, SOURCE_MATH, Binary, Call, Cond, Name, Num, Unary, to_text
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Mapping
     from typing import Any, Protocol
 
     from .diagnostics import Span
@@ -83,6 +83,7 @@ def _value(table: Columns, node: Node, where: Span | None) -> tuple[Any, str]:
         isinstance(node, Call)
         and node.fn in (*FUNCTIONS, *SOURCE_MATH)
         and not table.has_column(to_text(node))
+        and not (node.fn == "im" and in_words(table, node) is not None)
     ):
         args = [_value(table, a, where) for a in node.args]
         unit = args[0][1] if node.fn in SAME_UNIT and args else UNITS.get(node.fn, "")
@@ -90,6 +91,8 @@ def _value(table: Columns, node: Node, where: Span | None) -> tuple[Any, str]:
     if isinstance(node, (Name, Call)):
         if isinstance(node, Name) and node.id == "pi":
             return math.pi, ""
+        if (word := in_words(table, node)) is not None:
+            return _value(table, word, where)
         return _column(table, node, where)
     if isinstance(node, Unary):
         a, unit = _value(table, node.a, where)
@@ -103,11 +106,22 @@ def _value(table: Columns, node: Node, where: Span | None) -> tuple[Any, str]:
     return np.where(np.not_equal(_value(table, node.c, where)[0], 0), a, b), unit
 
 
+def in_words(table: Columns, node: Node) -> Node | None:
+    """SPICE's vdb(a,b), vp(a), im(v1) ... in the words of this table: db(v(a,b)), ph(v(a)), mag(i(v1)). None for others."""
+    if not isinstance(node, Call) or node.fn[:1] not in ("v", "i") or table.has_column(to_text(node)):
+        return None
+    word = WORDS.get(node.fn[1:])
+    quantity = Call(node.fn[:1], node.args, node.at)
+    return Call(word, [quantity], node.at) if word and table.has_column(to_text(quantity)) else None
+
+
 def check(table: Columns, node: Node) -> bool:
     """Is every name of an expression a column, and every function known?"""
     if isinstance(node, Num) or (isinstance(node, Name) and node.id == "pi"):
         return True
     if isinstance(node, (Name, Call)) and table.has_column(to_text(node)):
+        return True
+    if in_words(table, node) is not None:
         return True
     if isinstance(node, Call):
         return (node.fn in FUNCTIONS or node.fn in SOURCE_MATH) and all(check(table, a) for a in node.args)
@@ -141,3 +155,16 @@ def _apply(node: Call, args: list[Any], where: Span | None) -> Any:
         if (found := FUNCTIONS.get(node.fn)) is not None:
             return found(*args)
         return np.asarray(np.frompyfunc(guarded, len(args), 1)(*args), dtype=float)
+
+
+def unit_of_values(node: Node, units: Mapping[str, str]) -> str:
+    """The unit of an expression of other measurements, whose units are known."""
+    if isinstance(node, Call) and node.fn == MEASURED:
+        return units.get(to_text(node.args[0]), "")
+    if isinstance(node, Binary):
+        return unit_of_two(node, unit_of_values(node.a, units), unit_of_values(node.b, units))
+    if isinstance(node, (Unary, Cond)):
+        return unit_of_values(node.a, units)
+    if isinstance(node, Call) and node.fn in SAME_UNIT and node.args:
+        return unit_of_values(node.args[0], units)
+    return unit_of(node)

@@ -188,3 +188,87 @@ def machine_number_problem(text: str) -> tuple[str, str]:
         value = f"{float(mantissa) * size:.12g}"
         return message, f"values on machine cards are SI: for {mantissa} {name} write `{value}`"
     return message, "values on machine cards are SI; units understood: " + " ".join(UNITS)
+
+
+# ---- units of products ----
+
+# kg, m, s, A, rad-like words, and all else by its own name
+_IN_BASE: dict[str, dict[str, int]] = {
+    "kg": {"kg": 1}, "m": {"m": 1}, "s": {"s": 1}, "A": {"A": 1},
+    "N": {"kg": 1, "m": 1, "s": -2}, "J": {"kg": 1, "m": 2, "s": -2}, "W": {"kg": 1, "m": 2, "s": -3},
+    "C": {"A": 1, "s": 1}, "V": {"kg": 1, "m": 2, "s": -3, "A": -1}, "Ohm": {"kg": 1, "m": 2, "s": -3, "A": -2},
+    "S": {"kg": -1, "m": -2, "s": 3, "A": 2}, "F": {"kg": -1, "m": -2, "s": 4, "A": 2},
+    "H": {"kg": 1, "m": 2, "s": -2, "A": -2}, "Wb": {"kg": 1, "m": 2, "s": -2, "A": -1}, "Hz": {"s": -1},
+}  # fmt: skip
+# what a product is called, where it has a name
+_NAMED = ("V", "A", "W", "J", "Ohm", "S", "F", "H", "Wb", "N", "m", "kg", "s", "Hz")
+
+
+def product(a: str, b: str, sign: int = 1) -> str:
+    """The unit of a product (or, sign -1, a quotient) of quantities in these units: V and A make W, V and s Wb, N m and rad/s W.
+    An angle counts for nothing in an energy or a power. What has no name of its own is written out: V^2, A/s."""
+    if not b:
+        return a
+    ours, others = _base(a), _base(b)
+    if ours is None or others is None:
+        return _written(a, b, sign)
+    total = {key: ours.get(key, 0) + sign * others.get(key, 0) for key in {**ours, **others}}
+    total = {key: power for key, power in total.items() if power}
+    without = {key: power for key, power in total.items() if key != "rad"}
+    if without != total:
+        for name in ("W", "J", "N"):
+            if _IN_BASE[name] == without:
+                return name
+    if not total:
+        return ""
+    for name in _NAMED:
+        if _IN_BASE[name] == total:
+            return name
+    return _written(a, b, sign)
+
+
+def quotient(a: str, b: str) -> str:
+    """The unit of a/b: V/A is Ohm, V/V nothing, V/s stays V/s."""
+    return product(a, b, -1)
+
+
+def _factors(unit: str) -> dict[str, int]:
+    """ "N m/s^2" -> {"N": 1, "m": 1, "s": -2}."""
+    found: dict[str, int] = {}
+    for k, part in enumerate(unit.split("/")):
+        for word in part.split():
+            name, _, power = word.partition("^")
+            if name != "1":
+                found[name] = found.get(name, 0) + (1 if k == 0 else -1) * int(power or 1)
+    return found
+
+
+def _base(unit: str) -> dict[str, int] | None:
+    """In kg, m, s, A, rad; None where the unit is none of SI's, such as dB."""
+    total: dict[str, int] = {}
+    try:
+        factors = _factors(unit)
+    except ValueError:
+        return None
+    for name, power in factors.items():
+        if name != "rad" and name not in _IN_BASE:
+            return None
+        for key, one in ({"rad": 1} if name == "rad" else _IN_BASE[name]).items():
+            total[key] = total.get(key, 0) + power * one
+    return {key: power for key, power in total.items() if power}
+
+
+def _written(a: str, b: str, sign: int) -> str:
+    """Both, written out: V^2, V/s, 1/s."""
+    try:
+        total = _factors(a)
+        for name, power in _factors(b).items():
+            total[name] = total.get(name, 0) + sign * power
+    except ValueError:
+        return ""
+
+    def side(of: int) -> str:
+        return " ".join(n if abs(p) == 1 else f"{n}^{abs(p)}" for n, p in total.items() if p * of > 0)
+
+    above, below = side(1), side(-1)
+    return above if not below else f"{above or 1}/{below.replace(' ', '/')}"

@@ -20,7 +20,7 @@ __all__ = ["ANALYSES", "Analysis", "Axis", "Run", "find", "plan", "refused", "tr
 
 ANALYSES: tuple[type[Analysis], ...] = (Op, Dc, Tran, Ac, Tf)
 # what is made of results rather than computed: a run is whole without it
-EVALUATED = ("meas", "four")
+EVALUATED = ("four",)
 
 
 def find(word: str) -> type[Analysis] | None:
@@ -39,6 +39,14 @@ def plan(flat: FlatDeck, tmax: float | None = None) -> list[Analysis]:
                 missing.setdefault(card.kind, card.span)
         elif (analysis := kind.read(card, flat.sink)) is not None:
             planned.append(analysis)
+    over = next((a for a in planned if a.axis is not None), None) or next(iter(planned), None)
+    for measure in flat.measures:
+        # LTspice leaves out which analysis is meant
+        if not measure.analysis and over is not None:
+            measure.analysis = over.word
+        elif measure.analysis not in [a.word for a in planned]:
+            said = f"`{measure.name}` is not measured: the deck has no .{measure.analysis or 'tran'}"
+            flat.sink.note("N282", said, measure.span)
     for word, span in missing.items():
         flat.sink.note("N282", f".{word} is not supported yet and is left out", span)
     for transient in transients(planned) if tmax is not None else ():

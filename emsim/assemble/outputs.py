@@ -9,7 +9,8 @@ What `.print` asks for is always there.
 from __future__ import annotations
 
 from ..diagnostics import suggest
-from ..expr import OF_COLUMNS, Binary, Call, Cond, Name, Node, Num, Unary, to_text
+from ..expr import MEASURED, OF_COLUMNS, Binary, Call, Cond, Name, Node, Num, Unary, to_text
+from ..units import product, quotient
 from .behaviour import MECHANICAL
 from .circuit import all_currents, lists_word, probes_currents
 
@@ -51,11 +52,11 @@ class Output:
 
 
 def columns(ctx: Context, word: str, axis: str = "", whole: bool = True) -> list[Output]:
-    """What an analysis records behind its axis: what is saved, and what the .print cards of that name ask for. Not `whole`: the
-    engine gives quantities alone, and expressions follow from these, as where columns are complex."""
+    """What an analysis records behind its axis: what is saved, and what the .print and .meas cards of that name ask for. Not
+    `whole`: the engine gives quantities alone, and expressions follow from these, as where columns are complex."""
     asked = [output for card in ctx.flat.prints if card.kind == word for output in _asked(ctx, card)]
     found: dict[str, Output] = {}
-    for output in (*saved(ctx).values(), *asked):
+    for output in (*saved(ctx).values(), *asked, *measured(ctx, word, axis)):
         for one in _split(ctx, output, whole):
             found.setdefault(one.name, one)
     found.pop(axis, None)  # there is that column, the first
@@ -85,6 +86,22 @@ def _asked(ctx: Context, card: Print, own: Container[str] = ()) -> Iterator[Outp
             yield column(ctx, text, ast, card.span)
 
 
+def measured(ctx: Context, word: str, axis: str = "") -> list[Output]:
+    """The quantities that the .meas cards of an analysis read, a column each."""
+    found: dict[str, Output] = {}
+    for card in ctx.flat.measures:
+        if card.analysis != word:
+            continue
+        for clause in card.clauses:
+            for node in (clause.body, clause.level, *clause.values.values()):
+                for leaf in () if node is None else _quantities(_in_words(ctx, node)):
+                    if isinstance(leaf, Name) and leaf.id in (axis, "last"):
+                        continue
+                    one = column(ctx, to_text(leaf), leaf, leaf.span or clause.span)
+                    found.setdefault(one.name, one)
+    return list(found.values())
+
+
 def _split(ctx: Context, output: Output, whole: bool) -> list[Output]:
     """A column that follows from others behind the quantities that it reads; any other one alone."""
     ast = output.ast
@@ -97,7 +114,7 @@ def _split(ctx: Context, output: Output, whole: bool) -> list[Output]:
 def _quantities(ast: Node) -> Iterator[Node]:
     if _is_quantity(ast):
         yield ast
-    else:
+    elif not (isinstance(ast, Call) and ast.fn == MEASURED):
         for part in _operands(ast):
             yield from _quantities(part)
 
@@ -282,15 +299,16 @@ def unit_of(ast: Node) -> str:
 
 
 def unit_of_two(ast: Binary, a: str, b: str) -> str:
-    """Unit of an operation on quantities of these units; numbers take the unit of what they stand beside."""
+    """Unit of an operation on quantities of these units; in sums numbers take the unit of what they stand beside."""
     if ast.op in ("+", "-"):
         return a if a == b or isinstance(ast.b, Num) else b if isinstance(ast.a, Num) else ""
-    if ast.op == "*" and isinstance(ast.a, Num):
-        return b
-    if ast.op in ("*", "/") and isinstance(ast.b, Num):
-        return a
-    if ast.op == "*" and {a, b} == {"V", "A"}:
-        return "W"
-    if ast.op == "/" and (a, b) == ("V", "A"):
-        return "Ohm"
+    if ast.op == "*":
+        return product(a, b)
+    if ast.op == "/":
+        return quotient(a, b)
+    if ast.op == "**" and isinstance(ast.b, Num) and ast.b.value in (1.0, 2.0, 3.0):
+        found = a
+        for _ in range(int(ast.b.value) - 1):
+            found = product(found, a)
+        return found
     return ""

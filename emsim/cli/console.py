@@ -1,7 +1,7 @@
 """What the verbs share towards the terminal: diagnostics on stderr, results on stdout, the progress line.
 
 Exit codes. 0 ok · 1 the deck is wrong · 2 the command line is wrong · 3 no convergence, partial results
-kept · 4 a comparison is over its tolerance · 5 the outside world (a file, ngspice) ·
+kept · 4 a comparison is over its tolerance, a measurement found nothing · 5 the outside world (a file, ngspice) ·
 70 an error inside emsim · 130 interrupted, partial results kept; so are they after SIGTERM, 143, and SIGHUP, 129.
 """
 

@@ -20,6 +20,7 @@ from .console import (
     DECK,
     OK,
     OUTSIDE,
+    TOLERANCE,
     Progress,
     check_targets,
     engineering,
@@ -106,10 +107,10 @@ def _run(given: Arguments) -> int:
             also=plots.signals,
             stream=stream,
         )
-        if any(d.severity == "error" for d in result.diagnostics):
-            code = (
-                DECK  # an analysis that emsim does not have; what the others computed is written all the same
-            )
+        errors = {d.code for d in result.diagnostics if d.severity == "error"}
+        if errors:
+            # what was computed is written all the same: an analysis that emsim does not have, or a .meas that found nothing
+            code = TOLERANCE if errors == {"E430"} else DECK
     except ConvergenceError as error:
         if error.partial is None:
             raise
@@ -235,6 +236,10 @@ def _deliver(
         from ..outputs import text
 
         print_lines(text.lines(result, unfinished=LAST_ROWS))
+    if result.measured and tables:
+        from ..outputs import text
+
+        print_lines(text.measured(result))
     if given.has("energy") and tables:
         for table in result.plots:
             if table.energy is not None:
@@ -251,6 +256,7 @@ def _deliver(
                 for p in result.plots
             ],
             statistics={p.kind: p.stats for p in result.plots},
+            measures=[m.to_dict() for m in result.measured],
             energy={p.kind: p.energy.to_dict() for p in result.plots if p.energy is not None},
         )
     elif result.plots and not given.has("quiet"):

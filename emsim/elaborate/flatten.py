@@ -20,6 +20,7 @@ from ..deck import (
     Include,
     Instance,
     MachineCard,
+    Measure,
     Model,
     Param,
     Print,
@@ -33,6 +34,7 @@ from ..source import NoCollection
 from ..syntax import LineError
 from ..units import ABSOLUTE_ZERO, spice_leftover, spice_number
 from .bind import Level, bind_element, bind_machine_card
+from .measures import bind_measure
 from .models import Models
 from .scope import DeckScope, as_float
 
@@ -263,6 +265,9 @@ class _Flattener:
                 elif kind is Print:
                     items = [(text, self.output(ast, level)) for text, ast in card.items]
                     self.flat.prints.append(Print(card.kind, items, card.span))
+                elif kind is Measure:
+                    others = [c.name for c in cards if c.__class__ is Measure]
+                    self.flat.measures.append(bind_measure(card, level, others))
                 elif kind is Dot:
                     self.dot(card, level)
             except ExprError as error:

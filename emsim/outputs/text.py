@@ -34,6 +34,17 @@ def lines(result: Result, unfinished: int | None = None) -> Iterator[str]:
                 yield from table_lines(table, names, last=None if table.status == "ok" else unfinished)
 
 
+def measured(result: Result) -> Iterator[str]:
+    """What .meas found, as ngspice -b prints it."""
+    before = None
+    for one in result.measured:
+        if one.analysis != before:
+            before = one.analysis
+            yield from ("", f"  Measurements for {result.table(before).plotname}", "")
+        yield one.text()
+    yield ""
+
+
 def table_lines(
     table: Table, names: Sequence[str], digits: int = 6, last: int | None = None
 ) -> Iterator[str]:

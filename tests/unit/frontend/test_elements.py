@@ -158,9 +158,10 @@ def test_dot_cards():
         ".options reltol=1e-4 method=gear temp=50 acct\n.save v(a) i(v1) all\n.probe v(b)\n.temp 85\n.global vdd\n"
         ".print tran v(a) v(a,b) {v(a)*2} angle(hinge) i(v1)\n.gravity\n.view fps=30\n.meas tran x MAX v(a)\n.ac dec 10 1 1k"
     )
-    tran, op, meas, ac = deck.analyses
+    tran, op, ac = deck.analyses
     assert tran.args == pytest.approx([1e-6, 1e-5, 0, 1e-9]) and tran.flags == {"uic"}
-    assert op.flags == {"static"} and meas.kind == "meas" and (ac.kind, ac.args[0]) == ("ac", "dec")
+    assert op.flags == {"static"} and (ac.kind, ac.args[0]) == ("ac", "dec")
+    assert [(m.analysis, m.name, m.clauses[0].word) for m in deck.measures] == [("tran", "x", "max")]
     assert [(n, x) for n, x, _ in deck.ics] == [("a", 1), ("b", 3), ("c", -1)]
     assert [(n, x) for n, x, _ in deck.nodesets] == [("a", 2)]
     assert deck.options == {"reltol": 1e-4, "method": "gear", "temp": 50.0, "acct": True}

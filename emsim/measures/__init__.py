@@ -1,0 +1,90 @@
+"""Measurements of results: `.meas` in ngspice's and LTspice's spellings. One kind a class, and the one list of what there is.
+
+`check` says what is wrong with cards before the run, `measure` finds their values in a table: the pipeline calls them, and
+whatever else has a table and cards (`build.parse_measure` reads one that stands alone).
+"""
+
+from __future__ import annotations
+
+from .base import Kind, Measured, NotFound
+from .param import Param
+from .trigger import Trigger
+from .when import Deriv, Find, When
+from .window import (
+    Average,
+    Integral,
+    Maximum,
+    Minimum,
+    PeakToPeak,
+    PlaceOfMaximum,
+    PlaceOfMinimum,
+    Rms,
+)
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Sequence
+
+    from ..deck import Measure as Card
+    from ..diagnostics import Diagnostic, Sink
+    from ..expr import Node
+    from ..result import Table
+
+__all__ = ["KINDS", "Kind", "Measured", "NotFound", "check", "find", "measure"]
+
+KINDS: tuple[type[Kind], ...] = (
+    Trigger, When, Find, Deriv, Average, Rms, Minimum, Maximum, PeakToPeak, Integral, PlaceOfMinimum, PlaceOfMaximum, Param,
+)  # fmt: skip
+
+
+def find(card: Card) -> Kind:
+    """The measurement that a card asks for."""
+    word = card.clauses[0].word
+    return next(kind for kind in KINDS if word in kind.words)(card)
+
+
+def check(cards: Iterable[Card], sink: Sink) -> None:
+    """Errors of cards that cannot be: E330, E331."""
+    for card in cards:
+        find(card).read(sink)
+
+
+def measure(
+    cards: Sequence[Card], table: Table, given: Iterable[Measured] = (), fine: tuple[Table, int] | None = None
+) -> list[Measured]:
+    """The values of cards in a table, of every course where it has several (`Table.steps`), in order of courses and cards. A card
+    may read those before it, and `given` from elsewhere. `fine`: the same course at Chebyshev's points of each step, and their
+    number less one. What finds nothing has the value nan and a diagnostic E430 in `trouble`."""
+    from ..diagnostics import Diagnostic
+    from .points import Points
+
+    found: list[Measured] = []
+    for step, rows in enumerate(table.blocks() or [(0, len(table))]):
+        points = Points(fine[0], None, fine[1]) if fine is not None else Points(table, rows)
+        known = {m.name: m for m in given}
+        for card in cards:
+            try:
+                if rows[1] <= rows[0]:
+                    raise NotFound("there are no results")
+                one = find(card).find(points, known)
+            except NotFound as error:
+                said = f"`{card.name}` is not found: {error.said}"
+                where = error.span or card.span
+                one = Measured(
+                    card.name, table.kind, trouble=Diagnostic("error", "E430", said, where, error.hint)
+                )
+            one.step = step
+            if points.real_parts:
+                one.remark = _real_part(points.real_parts.pop(0), card)
+                points.real_parts.clear()
+            known[card.name] = one
+            found.append(one)
+    return found
+
+
+def _real_part(node: Node, card: Card) -> Diagnostic:
+    from ..diagnostics import Diagnostic
+
+    said = f"`{card.name}` takes the real part of `{node!r}`, as ngspice does"
+    hint = f"mag({node!r}), db({node!r}) or ph({node!r}); re({node!r}) where the real part is meant"
+    return Diagnostic("note", "N331", said, node.span or card.span, hint)

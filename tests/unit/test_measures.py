@@ -1,0 +1,250 @@
+"""`.meas`: spellings, values with closed forms, units, what is said of cards that find nothing."""
+
+import json
+import math
+
+import numpy as np
+import pytest
+
+import emsim
+from emsim.build import parse_measure
+from emsim.cli import main
+from emsim.deck import Measure
+from emsim.diagnostics import DeckError
+from emsim.measures import KINDS, measure
+from emsim.measures.curve import Curve, areas, between, nodes, slopes
+from emsim.result import Columns, Table
+from emsim.units import product, quotient
+
+R, C = 1e3, 1e-9
+TAU = R * C
+STEP = "t\nV1 in 0 PULSE(0 1 0 1n 1n 1 2)\nR1 in out 1k\nC1 out 0 1n\n.tran 10n 10u\n{}\n.end\n"
+
+
+def found(deck: str, *lines: str) -> dict[str, emsim.measures.Measured]:
+    return {m.name: m for m in emsim.run(deck.format("\n".join(lines))).measured}
+
+
+def one(card: str, deck: str = STEP) -> float:
+    return found(deck, f".meas tran x {card}")["x"].value
+
+
+# ---- curves ---------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("n", [3, 4, 8])
+def test_polynomials_of_the_degree_are_exact(n):
+    t, p = nodes(n), np.polynomial.Polynomial(np.arange(1.0, n + 2))
+    at = np.linspace(0, 1, 7)
+    assert between(p(t), at) == pytest.approx(p(at), rel=1e-12)
+    assert slopes(n) @ p(t) == pytest.approx(p.deriv()(t), rel=1e-11)
+    assert p(t) @ areas(n) == pytest.approx(p.integ()(1.0), rel=1e-13)
+
+
+def test_a_curve_crosses_where_its_polynomial_does_also_at_a_jump():
+    x = np.array([nodes(4), 1 + nodes(4)])
+    y = np.array([nodes(4) ** 2, 3 + nodes(4)])
+    curve = Curve(x, y)
+    at = [t for t, _ in curve.crossings(Curve(x, 0 * x + 0.25), 0, 2)]
+    assert at == [pytest.approx(0.5, abs=1e-14)]
+    assert list(curve.crossings(Curve(x, 0 * x + 2), 0, 2)) == [(1.0, 1)]
+    assert curve.value(1.0) == pytest.approx(3.0)
+
+
+def test_an_extreme_between_the_points_is_found():
+    x = np.array([nodes(4)])
+    value, at = Curve(x, 1 - (x - 0.4) ** 2).extreme(1.0)
+    assert (value, at) == (pytest.approx(1.0, abs=1e-15), pytest.approx(0.4, abs=1e-14))
+
+
+# ---- spellings ------------------------------------------------------------------------------------------
+
+SAME = [
+    ("tran x trig v(a) val=0.5 rise=1 targ v(b) val=0.5 fall=last", "TRAN x TRIG V(a)=0.5 RISE=1 TARG V(b)=0.5 FALL=LAST"),
+    ("tran x avg v(a) from=1u to=2u", "x AVG v(a) FROM 1u TO 2u"),
+    ("tran x find v(b) when v(a)=1 td=1u", "tran x FIND v(b) WHEN v(a) = 1 TD=1u"),
+    ("tran x param='a+b'", "tran x PARAM a+b"),
+    ("tran x param='a+b'", "tran x param={a+b}"),
+    ("tran x integ v(a)*i(r1)", "tran x INTEGRAL par('v(a)*i(r1)')"),
+    ("tran x deriv v(a) at=1u", "tran x derivative v(a) AT=1u"),
+    ("tran x max max(v(a),0) from=1u", "tran x MAX max(v(a),0) from=1u"),
+    ("tran x min_at v(at)", "tran x MIN_AT v(at)"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("ours", "other"), SAME)
+def test_ngspices_and_ltspices_spellings_are_one(ours, other):
+    def told(card: Measure) -> list[object]:
+        return [(c.word, c.body, c.level, sorted(c.values.items())) for c in card.clauses]
+
+    a, b = parse_measure(ours), parse_measure(other)
+    # LTspice writes levels behind `=`, ngspice as val=
+    for card in (a, b):
+        for clause in card.clauses:
+            if "val" in clause.values and clause.level is None:
+                clause.level = clause.values.pop("val")
+    assert told(a) == told(b)
+    assert a.name == "x" and {a.analysis, b.analysis} <= {"tran", ""}
+
+
+def test_a_card_over_several_lines_with_comments_is_one():
+    lines = [
+        ".meas tran x trig v(in) val=0.5 rise=1",
+        "* between",
+        "+ targ v(out) val=0.5 ; the end",
+        "+ rise=1",
+    ]
+    assert found(STEP, *lines)["x"].value == pytest.approx(TAU * math.log(2), rel=1e-3)
+
+
+def test_a_signal_and_a_time_of_the_same_name_as_a_word_are_told_apart():
+    deck = "t\nV1 at 0 PULSE(0 1 0 1n 1n 1 2)\nR1 at to 1k\nC1 to 0 1n\n.tran 10n 10u\n.meas tran x find v(to) at=1u\n.end\n"
+    assert emsim.run(deck).measures["x"] == pytest.approx(1 - math.exp(-1), rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("card", "said"),
+    [
+        ("x", "does not say what"),
+        ("x trig v(in) val=0.5 targ v(out)", "`targ` does not say at which value"),
+        ("x trig v(in) val=0.5", "`targ` is missing"),
+        ("x find v(out)", "does not say where"),
+        ("x when v(out)=0.5 rise=1 fall=1", "not by both"),
+        ("x max v(out) when v(in)=1", "does not go with `max`"),
+        ("x avg from=0 to=1u", "of which signal"),
+        ("x when v(out)=", "is missing here"),
+        ("x max v(nowhere)", "no node"),
+        ("x param='y+1'", "no"),
+    ],
+)
+def test_a_wrong_card_is_said_before_the_run(card, said):
+    with pytest.raises(DeckError) as error:
+        emsim.run(STEP.format(f".meas tran {card}"))
+    assert said in str(error.value)
+
+
+# ---- values ---------------------------------------------------------------------------------------------
+
+
+def test_statistics_of_a_sine_over_whole_periods():
+    deck = "t\nV1 a 0 SIN(1 2 1k)\nR1 a 0 1\n.tran 1u 4m\n.options reltol=1e-6\n{}\n.end\n"
+    words = ("avg", "rms", "min", "max", "pp", "integ", "min_at", "max_at")
+    got = found(deck, *(f".meas tran {w}_ {w} v(a) from=1m to=3m" for w in words))
+    expected = [1, math.sqrt(1 + 2), -1, 3, 4, 2e-3, 1.75e-3, 1.25e-3]
+    for word, value in zip(words, expected, strict=True):
+        assert got[f"{word}_"].value == pytest.approx(value, rel=1e-5), word
+
+
+def test_crossings_are_counted_by_direction_and_from_a_delay():
+    deck = "t\nV1 a 0 SIN(0 1 1k)\nR1 a 0 1\n.tran 1u 4m\n.options reltol=1e-6\n{}\n.end\n"
+    at = math.asin(0.5) / (2 * math.pi * 1e3)
+    cases = {
+        "rise=1": at, "rise=3": 2e-3 + at, "fall=1": 0.5e-3 - at, "cross=2": 0.5e-3 - at, "fall=last": 3.5e-3 - at,
+        "td=1.2m rise=1": 2e-3 + at, "rise=1 from=1.2m to=3m": 2e-3 + at, "rise=-2": 2e-3 + at,
+    }  # fmt: skip
+    for words, expected in cases.items():
+        assert one(f"when v(a)=0.5 {words}", deck) == pytest.approx(expected, abs=2e-9), words
+
+
+def test_a_chain_of_measurements_and_parameters():
+    lines = [
+        ".param half=0.5", ".meas tran t1 when v(out)=half", ".meas tran t2 when v(out)='0.5*half+0.5'",
+        ".meas tran ratio param='(t2-t1)/t1'", ".meas tran again find v(out) at=t1", ".meas tran top max v(out) to='t1+t2'",
+    ]  # fmt: skip
+    got = found(STEP, *lines)
+    assert got["ratio"].value == pytest.approx(1.0, rel=2e-3)
+    assert got["again"].value == pytest.approx(0.5, rel=1e-9)
+    assert got["top"].value == pytest.approx(1 - math.exp(-3 * math.log(2)), rel=1e-3)
+    assert (got["t1"].unit, got["ratio"].unit, got["again"].unit) == ("s", "", "V")
+
+
+def test_what_reads_a_measurement_that_found_nothing_has_no_value_either():
+    got = found(STEP, ".meas tran never when v(out)=2", ".meas tran twice param='2*never'")
+    assert math.isnan(got["twice"].value) and "reads `never`" in got["twice"].trouble.message
+    assert "never crosses 2" in got["never"].trouble.message and "between 0" in got["never"].trouble.hint
+
+
+def test_a_machine_is_measured_like_a_circuit():
+    deck = (
+        "a pendulum\nBODY rod shape=rod(1) m=1\nJOINT hinge 0 rod pin ic=0.1\n.gravity 9.81\n.tran 1m 10\n"
+        ".options reltol=1e-8\n.meas tran period trig angle(hinge)=0 fall=1 targ angle(hinge)=0 fall=2\n"
+        ".meas tran fastest max omega(hinge)\n.meas tran drift pp energy()\n.meas tran turned integ rpm(omega(hinge))\n.end\n"
+    )
+    got = {m.name: m for m in emsim.run(deck).measured}
+    # a rod about its end: I = l^2/3, so omega0^2 = 3 g/(2 l); the angle from hanging has its own zero
+    assert got["fastest"].unit == "rad/s" and got["drift"].unit == "J" and got["period"].unit == "s"
+    assert got["drift"].value < 1e-6 and got["period"].value > 1.0
+
+
+def test_small_signals_are_measured_in_decibels_and_a_note_tells_of_real_parts():
+    deck = "t\nV1 in 0 ac 1\nR1 in out 1k\nC1 out 0 1n\n.ac dec 20 1k 100meg\n{}\n.end\n"
+    corner = 1 / (2 * math.pi * TAU)
+    lines = (
+        ".meas ac f3 when vdb(out)='-10*log10(2)'", f".meas ac phase find vp(out) at={corner!r}",
+        f".meas ac size find mag(v(out)) at={corner!r}", f".meas ac bare find v(out) at={corner!r}",
+        ".meas ac slope deriv vm(out) at=1k", ".meas ac top max vdb(out)",
+    )  # fmt: skip
+    got = found(deck, *lines)
+    assert got["f3"].value == pytest.approx(corner, rel=1e-4)
+    assert got["phase"].value == pytest.approx(-math.pi / 4, rel=1e-4)
+    assert got["size"].value == pytest.approx(math.sqrt(0.5), rel=1e-4)
+    assert got["bare"].value == pytest.approx(0.5, rel=1e-4) and got["bare"].remark.code == "N331"
+    assert got["f3"].remark is None and got["top"].more == {"at": 1e3}
+
+
+def test_a_sweep_is_measured_in_the_direction_in_which_it_goes():
+    deck = "t\nV1 in 0 0\nB1 out 0 V=v(in)*v(in)*v(in)\nR1 out 0 1k\n.dc V1 {} \n.meas dc x when v(out)=1 {}=1\n.end\n"
+    assert emsim.run(deck.format("-2 2 0.1", "rise")).measures["x"] == pytest.approx(1.0, abs=1e-4)
+    assert emsim.run(deck.format("2 -2 -0.1", "fall")).measures["x"] == pytest.approx(1.0, abs=1e-4)
+
+
+def test_a_table_that_nobody_ran_is_measured_too():
+    """As a command of .control has it: a card from text, a table of columns."""
+    t = np.linspace(0, 1, 201)
+    table = Table("tran", ["time", "v(a)"], ["s", "V"], Columns([t, np.sin(7 * t)]))
+    value = measure([parse_measure("tran x when v(a)=0.5 fall=1")], table)[0].value
+    assert value == pytest.approx((math.pi - math.asin(0.5)) / 7, rel=1e-6)
+
+
+# ---- units ----------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("a", "b", "times", "over"),
+    [
+        ("V", "A", "W", "Ohm"), ("V", "V", "V^2", ""), ("V", "s", "Wb", "V/s"), ("N m", "rad/s", "W", "N m s/rad"),
+        ("W", "s", "J", "W/s"), ("A", "V", "W", "S"), ("rad", "s", "rad s", "rad/s"), ("dB", "Hz", "dB Hz", "dB/Hz"),
+        ("m", "s", "m s", "m/s"), ("", "s", "s", "Hz"), ("V", "", "V", "V"),
+    ],
+)  # fmt: skip
+def test_units_of_products_and_quotients(a, b, times, over):
+    assert (product(a, b), quotient(a, b)) == (times, over)
+
+
+# ---- the command line -----------------------------------------------------------------------------------
+
+
+def test_the_command_prints_as_ngspice_does_and_ends_with_4_where_something_is_not_found(
+    tmp_path, capsys, monkeypatch
+):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "d.cir").write_text(
+        STEP.format(".meas tran half when v(out)=0.5\n.meas tran never when v(out)=2")
+    )
+    assert main(["d.cir"]) == 4
+    said = capsys.readouterr()
+    assert "  Measurements for Transient Analysis\n" in said.out
+    assert "half                =  6.9" in said.out and "never               = failed" in said.out
+    assert "error[E430]: `never` is not found" in said.err and (tmp_path / "d.raw").exists()
+    assert main(["--json", "d.cir"]) == 4
+    told = json.loads(capsys.readouterr().out)["measures"]
+    assert (
+        [m["name"] for m in told] == ["half", "never"] and told[1]["value"] is None and told[0]["unit"] == "s"
+    )
+
+
+def test_every_kind_says_what_it_is_and_reads_its_own_form():
+    for kind in KINDS:
+        assert kind.meaning and parse_measure(
+            kind.form.split(", .meas")[0].removeprefix(".meas ").partition(" (")[0]
+        )
