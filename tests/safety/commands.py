@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import signal
 import subprocess
 import sys
 import time
@@ -27,6 +28,8 @@ def command(*words: str) -> list[str]:
 
 
 def start(*words: str, **more: Any) -> subprocess.Popen[str]:
+    """The program as a child that can be interrupted, even where the tests run in the background."""
+    more.setdefault("preexec_fn", lambda: signal.signal(signal.SIGINT, signal.SIG_DFL))
     return subprocess.Popen(
         command(*words), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, **more
     )
