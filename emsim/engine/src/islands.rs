@@ -7,7 +7,7 @@
 //! left in it, and methods see an algebraic equation for what it is.
 //!
 //! An island whose voltage a source fixes is left as it is: there nothing hangs on the sum but the source's current. So is one that
-//! resistances hold firmly: the sum has more entries than the row it replaces (a multiplier of ten stages took 12 % longer).
+//! resistances hold firmly: the sum has more entries than the row it replaces.
 //!
 //! The same befalls a whole part of a circuit that hangs on nothing but megohms, as the secondary of a transformer with all that it
 //! feeds: its nodes may be held firmly, but only by each other. Such a part gets a sum of its own, of the islands' sums in it

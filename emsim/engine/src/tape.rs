@@ -20,7 +20,7 @@ pub use written::{Leaf, Signed, Value, Written};
 /// Shorter programs are interpreted: calling them would cost what they do.
 const LEAST: usize = 8;
 
-/// Machine code that takes long to make (Cranelift: some 15 us an instruction, saving some 2 ns whenever it runs): the part is
+/// Machine code that takes long to make (Cranelift: an instruction costs as much as it saves in thousands of runs): the part is
 /// interpreted until it has run so often that the code pays. Outputs lie at the same places of the workspace either way.
 #[derive(Default)]
 struct Later {

@@ -305,8 +305,7 @@ const INTERVALS: f64 = 50.0;
 const LONGER: f64 = 2.0;
 const FEWEST: usize = 3;
 /// Without rows a reader draws a cubic, and is off by far more than this part of a signal where the step follows a polynomial of higher
-/// degree: such rows need be no nearer, however tight the tolerance. (A flyback's leakage under `radau` at 1e-8: steps of 24 ns, a
-/// sixth of a period, known to 1.1e-8 inside, had none, and values between the rows were off by 8e-3 of the range; 9e-5 now.)
+/// degree: such rows need be no nearer, however tight the tolerance.
 const ROUGH: f64 = 1e-5;
 const CUBIC: usize = 3;
 /// So many rows of a step are made before it is asked whether the run is to go on.

@@ -31,9 +31,7 @@ const CALM: u32 = 3;
 /// Error of the parabola between the ends of a step, in parts of what it missed.
 const INSIDE: f64 = 0.25;
 /// Beside diodes: a step that is no longer than the time in which they turn meets them without being refused, and the errors of equal
-/// steps cancel where those of unequal ones add up (netlists/electrical at reltol 1e-3, without this bound and with it: multiplier10 7e-2,
-/// 1e-3, for 6480 and 6180 iterations; halfwave_rectifier 1e-2, 9e-4, for 265 and 420; voltage_doubler 6e-3, 6e-4, for 1130 and 1200). A
-/// hundredth of a period is as good for 5 % more iterations in the mean of eleven circuits, a sixtieth no longer is.
+/// steps cancel where those of unequal ones add up. A hundredth of a period is as good for more iterations, a sixtieth no longer is.
 pub const IN_A_PERIOD: f64 = 80.0;
 /// What a junction's voltage may miss when an iteration ends, in parts of its tolerance: on ten circuits of diodes as near to the
 /// solution as 1 is, for up to an eighth of the iterations less (methods of higher order gain nothing).

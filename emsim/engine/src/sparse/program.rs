@@ -9,7 +9,7 @@ use crate::tape::{Code, Inputs, Leaf, Tape, Value, Written};
 use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
-/// What has recurred so often with the same pivots is written as a program: that takes some 8 us, and pays after about as many (numerics chapter, hot path).
+/// What has recurred so often with the same pivots is written as a program: writing it costs about as much as so many runs save.
 const WORTH: u64 = 150;
 /// Cranelift takes so many times as long to write it. (Unit tests do not wait for it.)
 const CRANELIFT: u64 = if cfg!(test) { 1 } else { 100 };

@@ -58,8 +58,7 @@ impl Dirk {
     /// Error of dense output in a first step, for which there is no step before to be compared with: what it is off the
     /// stages behind the jump, where it is no curve through all of them. Not where the jump kicks coils, by megavolts
     /// that last for picoseconds: what each of them has behind that hangs on the way there, and the shorter the step
-    /// the more it knows of it. (A buck converter with rows every 0.1 us at 1e-2 took 5800 iterations when such a step
-    /// had to end at its first row, 1700 without.)
+    /// the more it knows of it.
     pub(super) fn interior_of_first(&self, sys: &System, tol: &Tolerances) -> f64 {
         let (of, x) = (&self.k[self.now.by], &self.now.x);
         let kicked = |i: usize| self.quick[i] && sys.differential[i] && sys.unknowns[i].kind == Kind::Branch;
@@ -128,7 +127,7 @@ impl Dirk {
 
     /// The charges from which the run goes on behind a leap: of what moved at once those of the unknowns, not what the stages have spread
     /// of them as well. They differ by charge that the others' sums are to know of as it would have flowed, the last of it, in a next
-    /// step. (A buck converter's next steps were femtoseconds; its rows every 0.1 us took twice the iterations at 1e-6.)
+    /// step. (A converter's next steps would be femtoseconds.)
     pub(super) fn settle(&mut self, sys: &System, w: &mut Work, tol: &Tolerances) {
         let a = 1.0 / (self.k[FIRST].k.a[0][1] * self.last.h);
         let end = self.last.x.len() - 1;

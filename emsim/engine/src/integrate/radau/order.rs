@@ -16,16 +16,13 @@ use crate::sparse::Lu;
 use crate::system::{Kind, System};
 
 /// The order changes only for a gain of so much: a change costs a Jacobian and its factorisations, the first ones with pivots to
-/// find, and loses the step control its memory. (Over 19 decks of the benchmark set, at errors from 1e-3 to 1e-8, the variable order
-/// takes 1.10 times the time of the best single one in the mean, with 0.95 it takes 1.15.)
+/// find, and loses the step control its memory.
 const GAIN: f64 = 0.7;
-/// ... and falls only for more, where it begins higher: it is soon up again (transistor amplifier at errors of 1e-3 and 1e-4 0.86 and
-/// 0.84 of the time that it takes with one gain for both, ring modulator at 1e-8 0.79, two-link arm at 1e-6 0.85; with 0.4 as long. A
-/// flyback converter takes 1.4 times as long, and forty flat windows at 1e-12 are off by 1e-5.)
+/// ... and falls only for more, where it begins higher: it is soon up again.
 const FALL: f64 = 0.5;
 /// After a change, so many steps pass before the next; after a failure of Newton's method, so many before a rise: twice as many as
 /// after the last one, where that is no further back than so many times these steps. Beside change points of linkages the iteration
-/// of the higher orders fails again and again. (Forty flat windows at 1e-6: 24 failures and 3.9e-4 rad/s of error, now 10 and 2e-5.)
+/// of the higher orders fails again and again.
 const REST: u32 = 8;
 const WAIT: u32 = 10;
 const RECENT: u32 = 10;
@@ -89,8 +86,7 @@ pub struct Orders {
     /// order 9 where no exponential asks for the full Newton method and no loop for short steps beside its change points:
     /// the way up takes as long as a short run
     start: usize,
-    /// the same of a run that asks for much: order 13 where that is order 9 (a pendulum's servo to 1e-4, 1e-6, 1e-8: 0.83, 0.81, 0.82
-    /// of the time; behind jumps order 9 is the better one, a motor's bridge takes 1.12 times as long with order 13)
+    /// the same of a run that asks for much: order 13 where that is order 9; behind jumps order 9 is the better one
     opening: Option<usize>,
     turns: bool, // conductances turn within a step
     fall: f64,   // gain for which the order falls

@@ -75,8 +75,7 @@ impl Track {
         }
     }
 
-    /// Was it excited anew before the burst that begins with this amplitude? It has fallen by less than within the bursts at both ends. A
-    /// ring modulator's coils ring at 5 MHz from every turn of its diodes for 50 us: three bursts.
+    /// Was it excited anew before the burst that begins with this amplitude? It has fallen by less than within the bursts at both ends.
     pub fn excited(&self, t: f64, amplitude: f64, burst: (f64, f64)) -> bool {
         let rate = (self.burst.0 + burst.0) / (self.burst.1 + burst.1);
         let falls = rate * (t - self.last.0);

@@ -1,5 +1,5 @@
-//! Executable memory. What the system takes to map, write, protect and unmap pages is longer than writing a small program:
-//! 25 us against 8. So programs lie side by side in the pages of a file in memory, where the system has such (Linux): they are
+//! Executable memory. What the system takes to map, write, protect and unmap pages takes longer than writing a small program.
+//! So programs lie side by side in the pages of a file in memory, where the system has such (Linux): they are
 //! mapped to be executed, and written through the file. At no address are they writable.
 //!
 //! Pages are shared with a forked child: what has been written is never written again, a child begins pages of its own, and all
