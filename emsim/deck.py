@@ -8,6 +8,7 @@ parameters evaluated, models looked up. All names are lower-case.
 from __future__ import annotations
 
 from .diagnostics import Placed
+from .draws import Draws
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -187,6 +188,7 @@ class FlatDeck:
     __slots__ = (
         "also",
         "analyses",
+        "draws",
         "elements",
         "gravity",
         "ics",
@@ -219,6 +221,7 @@ class FlatDeck:
         self.option_spans: dict[str, Span] = {}
         self.params: dict[str, float] = {}  # of the top level
         self.reads_temper = False  # a parameter does
+        self.draws = Draws()  # random values
         self.temp = 27.0
         self.tnom = 27.0
         self.gravity: tuple[float, float, float] | None = None

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 
 from .diagnostics import Placed, suggest
+from .draws import RANDOM, Draws, is_random
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -169,6 +170,11 @@ class Scope:
     def __init__(self, values: dict[str, float] | None = None) -> None:
         self.values: dict[str, float] = {} if values is None else values
 
+    @property
+    def draws(self) -> Draws:
+        """Where random values come from."""
+        return Draws()
+
     def lookup(self, name: str) -> float | None:
         """The value of a parameter, or None when there is none of that name. May raise ExprError."""
         return self.values.get(name)
@@ -200,6 +206,10 @@ class _FuncScope(Scope):
     def __init__(self, outer: Scope, values: dict[str, float]) -> None:
         super().__init__(values)
         self.outer = outer
+
+    @property
+    def draws(self) -> Draws:
+        return self.outer.draws
 
     def lookup(self, name: str) -> float | None:
         value = self.values.get(name)
@@ -313,11 +323,6 @@ _MATH: dict[str, tuple[int, int, Callable[..., float]]] = {
     "limit": (3, 3, lambda x, a, b: min(max(x, min(a, b)), max(a, b))),
     "deg": (1, 1, math.degrees),
     "rpm": (1, 1, lambda x: x * 30.0 / math.pi),
-    # random numbers are taken at their nominal value
-    "agauss": (3, 3, lambda nominal, *_: nominal),
-    "gauss": (3, 3, lambda nominal, *_: nominal),
-    "aunif": (2, 2, lambda nominal, *_: nominal),
-    "unif": (2, 2, lambda nominal, *_: nominal),
 }
 # in sources ngspice's pow() takes |x| and pwr() keeps the sign, in .param the other way round (ngspice 39, run)
 SOURCE_MATH = {**_MATH, "pow": (2, 2, _power), "pwr": (2, 2, _signed_power)}
@@ -422,6 +427,11 @@ def _evaluate_call(node: Call, scope: Scope, calls: _Calls) -> float:
     if node.fn in _BRANCHING:
         _check_count(node, 3, 3)
         return _evaluate(node.args[1 if _evaluate(node.args[0], scope, calls) else 2], scope, calls)
+    if is_random(node.fn, len(node.args)):
+        least, most, _ = RANDOM[node.fn]
+        _check_count(node, least, most)
+        draw = scope.draws.of(node.fn)
+        return _apply(draw, tuple(_evaluate(a, scope, calls) for a in node.args), node)
     if node.fn in _MATH:
         least, most, function = _MATH[node.fn]
         _check_count(node, least, most)
@@ -495,7 +505,7 @@ FOREIGN = {
 
 
 def unknown_function(node: Call) -> ExprError:
-    near = SYNONYMS.get(node.fn) or suggest(node.fn, [*_MATH, *_BRANCHING, *PROBES, *_DYNAMIC])
+    near = SYNONYMS.get(node.fn) or suggest(node.fn, [*_MATH, *RANDOM, *_BRANCHING, *PROBES, *_DYNAMIC])
     if near in PROBES:
         near = to_text(Call(near, node.args))
     return ExprError(
@@ -572,7 +582,7 @@ def _fold_call(node: Call, scope: Scope, bound: dict[str, Node], calls: _Calls) 
         args = [_fold_place(a, scope, bound, calls) for a in node.args]
         changed = any(a is not b for a, b in zip(args, node.args, strict=True))
         return scope.probe(Call(node.fn, args, node.at) if changed else node)
-    if node.fn not in _BRANCHING and node.fn not in SOURCE_MATH and node.fn not in _DYNAMIC:
+    if node.fn not in (*_BRANCHING, *_DYNAMIC, *RANDOM) and node.fn not in SOURCE_MATH:
         raise unknown_function(node)  # before its arguments: they may be what a probe that was meant takes
     args = [_fold(a, scope, bound, calls) for a in node.args]
     if node.fn in _BRANCHING:
@@ -580,9 +590,10 @@ def _fold_call(node: Call, scope: Scope, bound: dict[str, Node], calls: _Calls) 
         if isinstance(args[0], Num):
             return args[1 if args[0].value else 2]
         return Cond(args[0], args[1], args[2], node.at)
-    if node.fn in SOURCE_MATH:
-        least, most, function = SOURCE_MATH[node.fn]
+    if (random := is_random(node.fn, len(args))) or node.fn in SOURCE_MATH:
+        least, most, function = RANDOM[node.fn] if random else SOURCE_MATH[node.fn]
         _check_count(node, least, most)
+        function = scope.draws.of(node.fn) if random else function
         call = Call(node.fn, args, node.at)
         numbers = [a.value for a in args if isinstance(a, Num)]
         return _constant(function, numbers, call) if len(numbers) == len(args) else call

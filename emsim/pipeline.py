@@ -140,7 +140,7 @@ def read(
     options: Options | None = None,
 ) -> FlatDeck:
     """Text or file -> typed deck -> flat deck: one level, parameters evaluated, models looked up. Of the options it is
-    `temp` that parameters can read."""
+    `temp` and `seed` that parameters can read."""
     from .build import parse_signals
     from .build import read as build
     from .elaborate import flatten
@@ -154,7 +154,8 @@ def read(
         also = (also,) if isinstance(also, str) else also
         probes = [p for given in also for p in (parse_signals(given) if isinstance(given, str) else (given,))]
         temp = next((value for key, value in (options or {}).items() if key.lower() == "temp"), None)
-        return flatten(build(source, dict(defines or {}), probes), temp)
+        seed = next((value for key, value in (options or {}).items() if key.lower() == "seed"), None)
+        return flatten(build(source, dict(defines or {}), probes), temp, seed)
 
 
 def prepare(
@@ -179,6 +180,12 @@ def prepare(
         from .assemble.recording import Recording as context
     with NoCollection():
         assembly = assemble(flat, settings, times, energy, context, planned)
+    if flat.draws.count:
+        values = "value was" if flat.draws.count == 1 else "values were"
+        flat.sink.note(
+            "N285", f"{flat.draws.count} random {values} drawn, with seed {flat.draws.seed}",
+            hint="--seed N or .options seed=N draws others; ngspice draws anew in every run",
+        )  # fmt: skip
     if not planned and not refused(flat):
         flat.sink.note(
             "N283", "the deck asks for no analysis that can run", hint="add .tran tstep tstop, or .op"

@@ -44,7 +44,7 @@ ROWS = [
     ["elements", "mistakes"],
     ["build_expr"],
     ["deck", "expr", "syntax", "lark_grammar", "source"],
-    ["units"],
+    ["draws", "units"],
     ["diagnostics"],
     ["_engine"],
 ]

@@ -20,13 +20,13 @@ from __future__ import annotations
 import math
 
 from ..diagnostics import suggest
+from ..draws import RANDOM
 from ..elements.base import CURRENT_NAMES
 from ..expr import Binary, Call, Cond, Name, Num, Unary
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Callable
-    from random import Random
 
     from .._engine import Expr
     from ..diagnostics import Span
@@ -59,7 +59,6 @@ ROUNDING: dict[str, Callable[[float], int]] = {
     "int": math.trunc,
 }
 ALIASES = {"arctan": "atan", "sign": "sgn", "stp": "gt0", "round": "nint", "fmod": "mod"}
-RANDOM = ("gauss", "agauss", "unif", "aunif")
 CONVERSIONS = {"deg": 180.0 / math.pi, "rpm": 30.0 / math.pi}
 MECHANICAL_WORDS = """
     angle omega alpha pos vel acc x y z vx vy vz ax ay az fx fy fz mx my mz
@@ -79,7 +78,6 @@ class Compiler:
         self._where: Span | None = None
         self._truths: set[int] = set()
         self._holds: Callable[[], frozenset[str]] | None = None
-        self._random: Random | None = None
         self._count = 0
         self._divisors: list[
             tuple[Expr, Span | None]
@@ -344,7 +342,7 @@ class Compiler:
         if fn in ZERO_TESTS and self._expects(node, 1):
             return self._compare(ZERO_TESTS[fn], self._node(args[0]), b.const(0.0))
         if fn in RANDOM:
-            return self._draw(node)
+            return self._error("E286", f"`{fn}` draws from constants", node)
         if _reads_machine(fn):
             return self._not_mechanical(node)
         if fn in (*DIRECT, *ROUNDING, *CONVERSIONS, *ZERO_TESTS):
@@ -528,7 +526,7 @@ class Compiler:
 
     def _fn_limit(self, node: Call) -> Expr:
         if len(node.args) == 2:
-            return self._draw(node)
+            return self._error("E286", "`limit` draws from constants", node)
         if not self._expects(node, 3):
             return self.ctx.b.const(0.0)
         self.ctx.sink.warning(
@@ -585,28 +583,6 @@ class Compiler:
             sign = ctx.b.select(ctx.flag(a), ctx.b.const(1.0), ctx.b.const(-1.0))
             return sign * ctx.floor_(sign * a)
         return ctx.floor_(a + 0.5, halves_to_even=True) if fn == "nint" else ctx.floor_(a)
-
-    def _draw(self, node: Call) -> Expr:
-        """gauss(nominal, relative, sigmas), agauss(nominal, absolute, sigmas), unif, aunif, limit."""
-        values = [self._node(a).value for a in node.args]
-        wanted = 3 if node.fn.endswith("gauss") else 2
-        if not self._expects(node, wanted):
-            return self.ctx.b.const(0.0)
-        if None in values:
-            return self._error("E286", f"`{node.fn}` draws from constants", node)
-        if self._random is None:
-            import random
-
-            self._random = random.Random(1)
-        rng = self._random
-        nominal, spread = values[0] or 0.0, values[1] or 0.0
-        if node.fn in ("gauss", "unif"):
-            spread *= nominal
-        if node.fn.endswith("gauss"):
-            return self.ctx.b.const(nominal + spread / (values[2] or 1.0) * rng.gauss(0.0, 1.0))
-        if node.fn == "limit":
-            return self.ctx.b.const(nominal + (spread if rng.random() > 0.5 else -spread))
-        return self.ctx.b.const(nominal + spread * rng.uniform(-1.0, 1.0))
 
 
 FUNCTIONS = (

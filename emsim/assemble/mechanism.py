@@ -115,8 +115,10 @@ class Mechanism(Binding):
         """Own speeds: as many as there are degrees of freedom without loops."""
         return [c for c in self.own if c.speed_row >= 0]
 
-    def rate(self, e: Expr) -> Expr:
+    def rate(self, e: Expr | float) -> Expr:
         """de/dt along the motion."""
+        if isinstance(e, float):
+            return self.b.const(0.0)
         seed: list[tuple[Expr, Any]] = [(c.q, c.rate) for c in self.places]
         seed += [(c.q, c.u) for c in self.given]
         seed += [(v.s, v.rate) for v in self.virtuals]

@@ -76,7 +76,7 @@ SILENT_WORDS = """
     temp tnom acct noacct noinit nomod nopage list node opts numdgt post brief fast
     savecurrents interp plotwinsize cptime limpts lvlcod lvltim itl3 itl5 itl6 pivtol pivrel badmos3
     bypass delmin keepopinfo klu sparse noopiter noopac gminsteps srcsteps gminfactor minbreak
-    autostop seed seedinfo warn maxwarns scale defl defw defad defas xmu xtrtol nostepsizelimit
+    autostop seedinfo warn maxwarns scale defl defw defad defas xmu xtrtol nostepsizelimit
     ramptime convstep convabsstep altinit width probe ingold measdgt captab filetype ngdebug wnflag
     oldlimit trytocompact reltolfactor runlvl delmax accurate parhier co
 """
@@ -107,6 +107,8 @@ def resolve(flat: FlatDeck, above: dict[str, Any] | None = None) -> dict[str, An
             number = _number(name, value, sink, span)
             if number is not None:
                 out[name] = number
+        elif name == "seed":
+            _seed(value, sink, span)
         elif name in TEMPERATURES:
             number = _number(name, value, sink, span)
             if number is not None and name in above:  # the deck's own are read where .temp is
@@ -114,7 +116,7 @@ def resolve(flat: FlatDeck, above: dict[str, Any] | None = None) -> dict[str, An
         elif name not in SILENT:
             strange.append(name)
     if strange:
-        known = [*NUMBERS, "method", "formulation", "temp", "tnom"]
+        known = [*NUMBERS, "method", "formulation", "seed", "temp", "tnom"]
         near = {s: suggest(s, known) for s in strange}
         hints = ", ".join(f"`{n}` for `{s}`" for s, n in near.items() if n)
         hint = f"did you mean {hints}?" if hints else None
@@ -137,6 +139,12 @@ def _number(name: str, value: object, sink: Sink, span: Span | None) -> float | 
     if name == "maxord":
         return min(int(value), 6)
     return int(value) if name in ("itl1", "itl2", "itl4") else float(value)
+
+
+def _seed(value: object, sink: Sink, span: Span | None) -> None:
+    """It has been read where the deck's parameters were (elaborate/flatten.py)."""
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or value != abs(value) // 1:
+        sink.error("E293", "option seed needs a whole number, 0 or more", span)
 
 
 def _method(word: str, sink: Sink, span: Span | None) -> str | None:

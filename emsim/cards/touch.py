@@ -17,12 +17,14 @@ from .base import Default
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from typing import Any
+
     from .._engine import Expr
     from ..diagnostics import Sink
     from .base import Card, Powers, Probes, Scalar, Scene
 
 # parameters of an elastic law, with the unit of a force over that of a length or angle
-LAW = {
+LAW: dict[str, Any] = {
     "k": Default(None, "N/m or N m/rad", "stiffness; without it the parts are rigid", above=0.0),
     "c": Default(0.0, "N s/m or N m s/rad", "damping while they touch; it never pulls", least=0.0),
     "e": Default(None, "", "coefficient of restitution: speed after by speed before", least=0.0),

@@ -52,6 +52,7 @@ METHOD_OPTIONS = [
     ),
     Option("--reltol", "relative tolerance, instead of .options reltol", "X"),
     Option("--tmax", "largest time step, instead of .tran's", "SECONDS"),
+    Option("--seed", "of random values: agauss, unif, mc, ..; instead of .options seed", "N"),
 ]
 OPTIONS = [
     Option("-o --output -r", "raw file to write instead of deck.raw", "FILE"),
@@ -155,7 +156,7 @@ def overrides(given: Arguments) -> dict[str, float | str]:
             hint = f"did you mean {near}?" if near else f"there are {', '.join(METHODS + SPECIAL)}"
             raise UsageError(f"there is no method {method!r}, {hint}")
         options["method"] = method.lower()
-    for key in ("reltol", "tmax"):
+    for key in ("reltol", "tmax", "seed"):
         if (value := given.number(key)) is not None:
             options[key] = value
     return options

@@ -28,6 +28,7 @@ from ..deck import (
     Subckt,
 )
 from ..diagnostics import OutsideError, suggest
+from ..draws import SEED
 from ..elements import CLASSES, Element
 from ..expr import ExprError, Name, Node, evaluate, fold
 from ..source import NoCollection
@@ -50,11 +51,11 @@ MAX_INSTANCES = 1_000_000
 STANDARD_GRAVITY = 9.80665
 
 
-def flatten(deck: Deck, temp: object = None) -> FlatDeck:
+def flatten(deck: Deck, temp: object = None, seed: object = None) -> FlatDeck:
     """The flat deck. Raises DeckError with everything that is wrong in the text, its numbers and its names
-    (OutsideError when nothing but missing files is wrong). `temp` [C] stands above the deck's own, if it is a number."""
+    (OutsideError when nothing but missing files is wrong). `temp` [C] and `seed` stand above the deck's own."""
     with NoCollection():
-        flat = _Flattener(deck, temp).run()
+        flat = _Flattener(deck, temp, seed).run()
     errors = [d for d in flat.sink.diagnostics if d.severity == "error"]
     if errors and all(d.code.startswith("E5") for d in errors):
         raise OutsideError(flat.sink.diagnostics)
@@ -63,9 +64,9 @@ def flatten(deck: Deck, temp: object = None) -> FlatDeck:
 
 
 class _Flattener:
-    def __init__(self, deck: Deck, temp: object = None) -> None:
+    def __init__(self, deck: Deck, temp: object = None, seed: object = None) -> None:
         self.deck = deck
-        self.temp_above = temp
+        self.temp_above, self.seed_above = temp, seed
         self.sink = deck.sink
         self.flat = FlatDeck(deck.title, deck.sink)
         self.heated = False  # by a .temp
@@ -87,6 +88,7 @@ class _Flattener:
         path = self.deck.file.path
         cards = self.expand(self.deck.body, top.scope, (os.path.realpath(path),) if path else ())
         self.unknown_defines(top.scope)
+        top.scope.draws.seed = self.seed(cards, top.scope)
         top.scope.temper = self.temperature(cards, top.scope)
         top.scope.check_all()
         self.flat.params = top.scope.values
@@ -99,6 +101,7 @@ class _Flattener:
         if not (self.flat.elements or self.flat.machine or self.sink.has_errors):
             self.sink.error("E128", "the deck is empty: it has no element and no machine card")
         self.flat.reads_temper = top.scope.read_temper
+        self.flat.draws = top.scope.draws
         return self.flat
 
     # ---- parameters given from outside ----
@@ -146,6 +149,22 @@ class _Flattener:
             return as_float(found, scope)
         except (ExprError, ValueError):
             return self.flat.temp
+
+    def seed(self, cards: list[Any], scope: DeckScope) -> int:
+        """Of random values. What is no whole number is said where options are checked."""
+        found = self.seed_above
+        if found is None:
+            options = (
+                item
+                for card in cards
+                if card.__class__ is Dot and card.kind == "options"
+                for item in card.items
+            )
+            found = next((value for key, value, _ in reversed(list(options)) if key == "seed"), SEED)
+        try:
+            return abs(int(as_float(found, scope)))
+        except (ExprError, TypeError, ValueError, OverflowError):
+            return SEED
 
     # ---- first visit: declarations, includes, conditions ----
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from ..deck import Func, Model, Param, Subckt
 from ..diagnostics import Sink
+from ..draws import Draws
 from ..expr import ExprError, Node, Num, Scope, evaluate
 
 TYPE_CHECKING = False
@@ -30,6 +31,7 @@ class DeckScope(Scope):
     def __init__(self, sink: Sink, caller: DeckScope | None = None, home: DeckScope | None = None) -> None:
         super().__init__()
         self.sink = sink
+        self._draws = caller.draws if caller is not None else Draws()
         self.caller = caller
         self.home = home
         self.exprs: dict[str, Param] = {}
@@ -48,6 +50,10 @@ class DeckScope(Scope):
         from ..cards.joints import WORDS
 
         return function in WORDS
+
+    @property
+    def draws(self) -> Draws:
+        return self._draws
 
     # ---- parameters ----
 
