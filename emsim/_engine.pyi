@@ -10,6 +10,7 @@ from typing import Any, final
 __version__: str
 
 _Place = tuple[int, int, int, int]
+_Pair = tuple[int, int]
 
 @final
 class Expr:
@@ -242,6 +243,23 @@ class SmallSignal:
     ) -> list[bytes]:
         """What expressions come to at each s, when sources (by their waves) have these amplitudes and so much goes into these
         rows: for each expression native complex128. ValueError ("singular: ...") where there is no solution."""
+    def values(self, outputs: Sequence[Expr | float]) -> list[float]:
+        """Values of expressions at the point."""
+    def device_noise(
+        self,
+    ) -> tuple[list[tuple[str, str, _Pair, float, float]], list[tuple[str, str, _Pair, float]]]:
+        """Sources of noise of devices: (instance, source, rows from and to or -1, power density at 1 Hz [A^2/Hz], exponent with
+        which it falls); and their series resistances: (instance, terminal, rows, conductance [S])."""
+    def noise(
+        self,
+        frequencies: Sequence[float],
+        output: Expr,
+        wave: int,
+        sources: Sequence[tuple[Sequence[tuple[int, float]], float, float]],
+    ) -> list[bytes]:
+        """Columns of native float64 over frequencies [Hz]: the square of the gain from a source to the output, then for each
+        source of noise (rows of F with factors, power density at 1 Hz, exponent) the density at the output. ValueError
+        ("singular: ...") where there is no solution."""
     def adjoint(self, s: tuple[float, float], output: Expr) -> list[tuple[float, float]]:
         """For each row what 1 into it gives in the output."""
     def pencil(self) -> tuple[list[int], list[int], list[float], list[float]]:

@@ -210,13 +210,15 @@ def solve(
             assembly.drawing(), own.drawing()
         if stream is not None and analysis.streams and not derived(own, analysis):
             analysis.into = _streamed(own, analysis, runs, stream)
-        runs.append(analysis.run(own, progress))
-        if runs[-1].waves.status != "ok":
+        run = analysis.run(own, progress)
+        runs += (run, *run.beside)
+        if run.waves.status != "ok":
             break
-        if gaps := runs[-1].gaps():
-            from .analyses.failure import not_finite
+        for made in (run, *run.beside):
+            if gaps := made.gaps():
+                from .analyses.failure import not_finite
 
-            runs[-1].trouble.append(not_finite(gaps, analysis))
+                made.trouble.append(not_finite(gaps, analysis))
     return runs
 
 
@@ -257,12 +259,13 @@ def deliver(assembly: Assembly, runs: list[Run]) -> Result:
     for run in runs:
         remarks(assembly, run)
     tables = [_table(assembly, r) for r in runs]
+    prints = [*assembly.prints, *_own_prints(assembly, tables)]
     measures = [m for table in tables for m in _measured(assembly, table)]
     deck = flat.sources[0].text if flat.sources else ""
     trouble, missing = [d for r in runs for d in r.trouble], refused(flat)
     lacking = [d for m in measures for d in (m.trouble, m.remark) if d is not None]
     diagnostics = [*flat.sink.diagnostics, *missing, *trouble, *lacking]
-    result = Result(flat.title, tables, diagnostics, assembly.prints, deck, measures)
+    result = Result(flat.title, tables, diagnostics, prints, deck, measures)
     if missing and not runs:
         from .diagnostics import DeckError
 
@@ -282,6 +285,29 @@ def _measured(assembly: Assembly, table: Table) -> list[Measured]:
     from .measures import measure
 
     return measure(cards, table)
+
+
+def _own_prints(assembly: Assembly, tables: list[Table]) -> list[tuple[str, list[str]]]:
+    """(table, columns) that are to be shown of analyses whose columns are their own: known when these have run."""
+    found: list[tuple[str, list[str]]] = []
+    for analysis in {a.word: a for a in assembly.analyses if a.names_itself}.values():
+        cards = [card for card in assembly.flat.prints if card.kind == analysis.word]
+        kinds = analysis.tables or (analysis.word,)
+        own = {kind: t for kind in kinds for t in tables if t.kind == kind}
+        for card in cards:
+            for kind, table in own.items():
+                names = [n for n, _ in card.items if n == "all" or n in table]
+                names = [name for n in names for name in (table.signals if n == "all" else [n])]
+                if names:
+                    found.append((kind, names))
+            for text, ast in card.items:
+                if text != "all" and own and not any(text in table for table in own.values()):
+                    said = f".{analysis.word} has no column `{text}`: it is left out"
+                    some = ", ".join(name for table in own.values() for name in table.signals[-4:])
+                    assembly.flat.sink.warning("W287", said, ast.span or card.span, f"there are {some}")
+        if not cards:
+            found += [(kind, own[kind].signals) for kind in analysis.shown if kind in own]
+    return found
 
 
 def _table(assembly: Assembly, r: Run) -> Table:
@@ -311,6 +337,7 @@ def _named(assembly: Assembly, r: Run, **more: Any) -> Table:
     from .result import Table
 
     title = assembly.flat.title
+    more.setdefault("plotname", r.plotname)
     table = Table(r.kind, r.names, r.units, r.store, title=title, axis=r.axis, steps=r.steps, **more)
     return table.extended(r.derived) if r.derived else table
 

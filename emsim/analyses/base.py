@@ -9,6 +9,8 @@ The duties of an author, in the order in which they are asked for:
  5. `run(assembly, progress)`   the computation
  6. `axis`, `complex`           what its table is like: over what, of complex numbers or not; writers and pictures
                                 ask the table and never the kind
+ 7. `names_itself`              where columns are its own (onoise_r1) rather than signals of the deck; `tables`, `shown`: kinds of
+                                its tables, where there are several, and which of them are printed without .print
 """
 
 from __future__ import annotations
@@ -126,11 +128,12 @@ class Run:
     uic                  it started from initial values, without an operating point
     channels             columns beyond the named ones, which move a drawing
     trouble              diagnostics of a run that did not reach its end
+    beside               further tables of the same analysis
     """
 
     __slots__ = (
-        "analysis", "axis", "channels", "derived", "grid", "kind", "names", "steps", "store", "trouble", "uic", "units",
-        "waves",
+        "analysis", "axis", "beside", "channels", "derived", "grid", "kind", "names", "plotname", "steps", "store", "trouble",
+        "uic", "units", "waves",
     )  # fmt: skip
 
     def __init__(
@@ -147,10 +150,14 @@ class Run:
         grid: tuple[float, float, float] | None = None,
         trouble: list[Diagnostic] | None = None,
         uic: bool = False,
+        kind: str = "",
+        plotname: str = "",
     ) -> None:
+        self.beside: list[Run] = []
+        self.plotname = plotname
         self.analysis, self.kind, self.names, self.units, self.waves = (
             analysis,
-            analysis.word,
+            kind or analysis.word,
             names,
             units,
             waves,
@@ -189,6 +196,9 @@ class Analysis(ABC):
     axis: Axis | None = None
     complex: ClassVar[bool] = False
     streams: ClassVar[bool] = False  # rows can go to a file while the run goes on
+    names_itself: ClassVar[bool] = False  # its columns are no signals of the deck
+    tables: ClassVar[tuple[str, ...]] = ()  # kinds of its tables, where there are several
+    shown: ClassVar[tuple[str, ...]] = ()  # ... that are printed where no .print asks for any
 
     card: Card
     into: tuple[str, bool, Any] | None = None  # ... to this one, see outputs/raw.py

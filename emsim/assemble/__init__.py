@@ -8,7 +8,7 @@ from .outputs import Output, printed
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Sequence
-    from typing import Any, Protocol
+    from typing import Any, ClassVar, Protocol
 
     from .._engine import System
     from ..deck import FlatDeck
@@ -21,6 +21,11 @@ if TYPE_CHECKING:
 
         @property
         def word(self) -> str: ...
+
+        names_itself: ClassVar[bool]
+        tables: ClassVar[tuple[str, ...]]
+        shown: ClassVar[tuple[str, ...]]
+
         def columns(self, ctx: Context) -> list[Output]: ...
 
 
@@ -103,7 +108,7 @@ def assemble(
         ctx.machine.check_poles()
 
     outputs = {a: a.columns(ctx) for a in analyses}
-    prints = printed(ctx, {a.word: o for a, o in outputs.items()})
+    prints = printed(ctx, {a.word: o for a, o in outputs.items() if not a.names_itself})
     flat.sink.raise_if_errors()
     book = None
     if energy:

@@ -20,6 +20,7 @@ from math import isfinite
 
 from ..cards.coordinate import OnJointOrPoints
 from ..cards.kinematics import constant, dot, is_zero, subtract
+from ..elements.base import BOLTZMANN, ZERO_CELSIUS
 from . import closing, coordinates, equations, loops, prescribed, probes, reactions, start
 from .loops import Row
 from .mechanism import Mechanism
@@ -90,6 +91,19 @@ class Machine(Mechanism):
         self._locked_note()
         self._gravity_note()
         self._undetermined_reactions()
+
+    def noise(self) -> list[tuple[str, str, list[tuple[int, Expr | float]], Expr | float, float]]:
+        """Sources of noise: card, word, rows of F with what 1 of it puts there, power density, exponent of frequency."""
+        electrical = [*self.ctx.nodes.values(), *self.ctx.branches.values()]
+        rows = [c.speed_row for c in self.motions] + electrical
+        factor = 4.0 * BOLTZMANN * (float(self.ctx.temp) + ZERO_CELSIUS)
+        found: list[tuple[str, str, list[tuple[int, Expr | float]], Expr | float, float]] = []
+        for card in self.active:
+            for word, resistance, flow in card.thermal(self):
+                slopes = self.b.grad(self.public(flow), [self.b.x(row) for row in rows])
+                own = [(row, k) for row, k in zip(rows, slopes, strict=True) if k.value != 0.0]
+                found.append((card.name, word, [*own], factor * self.public(resistance), 0.0))
+        return found
 
     def _errors(self) -> int:
         return sum(1 for d in self.sink.diagnostics if d.severity == "error")

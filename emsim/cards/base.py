@@ -17,8 +17,10 @@ The duties of a card, all optional but the first. `s` is the scene (see `Scene` 
                       arguments where reading costs an unknown, so that it is made only when asked for.
 10. `losses(s)`       power turned into heat [W], >= 0, for loss(); `stored(s)` electrical energy held [J];
                       `supplied(s)` power brought in from outside the deck [W].
-11. `analogue(net)`   its electrical counterpart in a one-dimensional machine (see `Net`).
-12. `glyph(draw)`     its shapes in body frames, and the channels that change them (see `Pen`).
+11. `thermal(s)`      list of (word, resistance, flow): effort = -resistance*flow, and it fluctuates with 4 k T resistance; for
+                      .noise. A damping with a speed, a resistance [Ohm] with a current, a conductance [S] with a voltage.
+12. `analogue(net)`   its electrical counterpart in a one-dimensional machine (see `Net`).
+13. `glyph(draw)`     its shapes in body frames, and the channels that change them (see `Pen`).
 No card writes a mass matrix or a force direction.
 """
 
@@ -40,6 +42,7 @@ if TYPE_CHECKING:
 
     Scalar = Expr | float
     Powers = list[tuple[Scalar, Scalar]]
+    Resistances = list[tuple[str, Scalar, Scalar]]
     Probes = dict[str, Scalar | Callable[[], Scalar]]
 
     class JointView(Protocol):
@@ -312,6 +315,9 @@ class Card:
 
     def supplied(self, s: Scene) -> Scalar | None:
         return None
+
+    def thermal(self, s: Scene) -> Resistances:
+        return []
 
     def glyph(self, draw: Pen) -> None:
         """Shapes."""

@@ -8,22 +8,24 @@ from .coordinate import OnJointOrPoints
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from .._engine import Expr
-    from .base import Net, Pen, Powers, Probes, Scalar, Scene
+    from .base import Net, Pen, Powers, Probes, Resistances, Scalar, Scene
 
 
 class Damper(OnJointOrPoints):
     spec = Spec(
         "DAMPER",
-        "DAMPER name (joint or P Q) c= [c2=]",
+        "DAMPER name (joint or P Q) c= [c2=] [noisy=yes]",
         terminals="joint:joint | p:point q:point",
         mark=("c",),
         meaning="a viscous damper, with a quadratic part for fluids",
         laws={"P": "c u^2 + c2 |u| u^2"},
         c=Required("N s/m or N m s/rad", "damping", least=0.0),
         c2=Default(0.0, "N s^2/m^2 or N m s^2/rad^2", "quadratic damping", least=0.0),
+        noisy=Default(False, "", "its thermal noise counts in .noise", "flag"),
     )
     c: float
     c2: float
+    noisy: bool
 
     def _effort(self, s: Scene) -> tuple[Expr, Expr]:
         _, u = self.coordinate(s)
@@ -42,6 +44,12 @@ class Damper(OnJointOrPoints):
     def losses(self, s: Scene) -> Scalar | None:
         effort, u = self._effort(s)
         return -(effort * u)
+
+    def thermal(self, s: Scene) -> Resistances:
+        if not self.noisy:
+            return []
+        _, u = self.coordinate(s)
+        return [("", self.c + 2.0 * self.c2 * s.abs(u) if self.c2 else self.c, u)]
 
     def glyph(self, draw: Pen) -> None:
         self.glyph_between(draw, "damper")

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
     from .._engine import Expr
     from ..diagnostics import Span
-    from .base import JointView, Net, Pen, Powers, Probes, Scalar, Scene
+    from .base import JointView, Net, Pen, Powers, Probes, Resistances, Scalar, Scene
 
 MODEL_TYPES = ("dcmotor",)
 
@@ -220,6 +220,9 @@ class Motor(Card):
         s.add_f(self.minus, -i)
         s.add_f(self.row, self.r * i + self.emf_constant * self._speed() - s.v(self.plus, self.minus))
         s.add_q(self.row, self.l * i)
+
+    def thermal(self, s: Scene) -> Resistances:
+        return [("", self.r, s.b.x(self.row))] if self.r else []
 
     def supplied(self, s: Scene) -> Scalar | None:
         """Nothing, where kt and ke are one number."""

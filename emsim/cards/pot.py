@@ -19,7 +19,7 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from .._engine import Expr
     from ..diagnostics import Sink
-    from .base import JointView, Net, Pen, Probes, Scalar, Scene
+    from .base import JointView, Net, Pen, Probes, Resistances, Scalar, Scene
 
 LOG_BASE = 81.0
 
@@ -93,6 +93,10 @@ class Pot(Card):
 
     def losses(self, s: Scene) -> Scalar | None:
         return self._heat(s)
+
+    def thermal(self, s: Scene) -> Resistances:
+        upper, lower = s.v(self.top, self.wiper), s.v(self.wiper, self.bottom)
+        return [("upper", self.upper, upper), ("lower", self.lower, lower)]
 
     def glyph(self, draw: Pen) -> None:
         volts = draw.m.v(self.wiper, -1)

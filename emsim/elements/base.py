@@ -14,7 +14,8 @@ The duties of an element, by who asks; `ctx` is assemble.context.Context. A file
  8. `probe(ctx, name)`  what @name[..] reads.
  9. `account(ctx, book)`  energies and powers, so that a deck audits itself.
 10. `excite(ctx)`       the amplitudes of its waveforms in a small-signal analysis, from AC on its line.
-11. `analogue(net)`     its line in an ngspice deck.
+11. `noise(ctx)`       its sources of noise at the operating point, those aside that a device of the engine has.
+12. `analogue(net)`     its line in an ngspice deck.
 
 Linear elements are constant stamps (`b.g`, `b.c`, `b.f_wave`), which the engine sums once; anything else goes through the
 expression graph. Defaults and temperature rules are ngspice 39's, checked against its runs (tests/unit/circuit).
@@ -42,6 +43,8 @@ if TYPE_CHECKING:
     from ..reports.analogue import Net
     from ..source import Line, SourceFile
 
+    Scalar = Expr | float
+
 # two terminals and what may flow between them: "conducts", "voltage" (it holds one), "inductor", "blocks" (at DC),
 # "drives" (a current that does not depend on the voltage)
 Path = tuple[int, int, str]
@@ -50,6 +53,9 @@ VOLTAGE: tuple[Path, ...] = ((0, 1, "voltage"),)
 DRIVES: tuple[Path, ...] = ((0, 1, "drives"),)
 
 CURRENT_NAMES = ("i", "id", "current")  # of @name[..]
+# as the devices of the engine have them, and ngspice 39
+BOLTZMANN = 1.38064852e-23  # J/K
+ZERO_CELSIUS = 273.15  # K
 
 _new = object.__new__
 NOTHING: Any = type(type.__dict__)({})  # parameters of a plain element; nobody can put one in
@@ -424,6 +430,15 @@ class Element:
     def excite(self, ctx: Context) -> Sequence[tuple[int, complex]]:
         """(number of the waveform, complex amplitude) of what is its own and oscillates in a small-signal analysis."""
         return ()
+
+    def noise(self, ctx: Context) -> Sequence[tuple[str, Scalar, float]]:
+        """Currents of noise from the first terminal to the second: (name behind that of the element, power density at 1 Hz
+        [A^2/Hz], exponent of frequency with which it falls)."""
+        return ()
+
+    def thermal(self, ctx: Context, conductance: Scalar) -> Scalar:
+        """4 k T G, the power density of a conductance's current of noise [A^2/Hz]."""
+        return 4.0 * BOLTZMANN * (self.temperature(ctx) + ZERO_CELSIUS) * conductance
 
     def quantity(self, ctx: Context) -> float | None:
         """Its value in SI units, of `unit`; None where it is no number."""

@@ -24,9 +24,9 @@ MISSING_CURRENTS = {
 IDEAL = frozenset("ron roff vfwd vrev rrev ilimit revilimit epsilon revepsilon".split())
 # overlap of metal and poly, of level 3, which is refused
 OVERLAP = frozenset("lm lp wm wp xom xoi xm xp xw cmetal cpoly".split())
-# noise, limits that only warn, what the missing currents and self-heating read, and who made it
+# limits that only warn, what the missing currents and self-heating read, and who made it
 HARMLESS = frozenset(
-    """kf af nlev fv_max bv_max id_max te_max pd_max rth0 cth0 nr ntun xtitun keg level mfg vendor type iave ipk ipeak vpk irms
+    """nlev fv_max bv_max id_max te_max pd_max rth0 cth0 nr ntun xtitun keg level mfg vendor type iave ipk ipeak vpk irms
     diss icrating vcrating""".split()
 )
 

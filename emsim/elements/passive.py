@@ -19,7 +19,7 @@ FILAMENT = 10e-6  # default width and length of R and C models [m]
 
 SCALED = {
     **M, **TEMPERATURE, **TC, "tce": Param("exponential change with temperature", "%/K", 0.0),
-    "scale": Param("factor on the value", default=1.0), **ignored("noisy noise bv_max"),
+    "scale": Param("factor on the value", default=1.0), **ignored("bv_max"),
 }  # fmt: skip
 LENGTH, WIDTH = Param("length, with a model", "m"), Param("width, with a model", "m")
 OF_MODEL = {
@@ -46,6 +46,8 @@ class Passive(Element):
                 value = cards.word(item, line)
                 if isinstance(value, str):
                     if value in ("off", "noiseless"):
+                        if value == "noiseless":
+                            self.params["noisy"] = 0.0
                         continue
                     if self.model_name is not None:
                         raise cards.fail("E102", f"`{item}` does not fit here", line, item, self.hint)

@@ -30,13 +30,16 @@ class Resistor(Passive):
     plain = ("resistor", 4, True)
     instance: ClassVar[dict[str, Param]] = {
         **SCALED, **ignored("ac"), "l": LENGTH, "w": WIDTH, "resistance": Param("resistance", "Ohm"),
+        "noisy": Param("0: it makes no noise", default=1.0), "noise": Param("noisy= by another name"),
     }  # fmt: skip
     model_types = ("r", "res")
     model_words: ClassVar[dict[str, Param]] = {
         "r": Param("resistance", "Ohm"), "res": Param("resistance", "Ohm"), "rsh": Param("sheet resistance", "Ohm"),
         "l": LENGTH, "w": WIDTH, "defw": Param("width where none is given", "m", FILAMENT),
         "narrow": Param("etched off the width", "m", 0.0), "short": Param("etched off the length", "m", 0.0),
-        **OF_MODEL, **ignored("kf af wf lf ef bv_max"),
+        **OF_MODEL, **ignored("bv_max"), "kf": Param("1/f noise: kf |i|^af / (l^lf w^wf f^ef)", default=0.0),
+        **{key: Param(f"1/f noise: exponent of the {of}", default=by)
+           for key, of, by in (("af", "current", 2.0), ("lf", "length", 1.0), ("wf", "width", 1.0), ("ef", "frequency", 1.0))},
         "dw": Param("narrow= by another name", "m", 0.0), "dlr": Param("short= by another name", "m", 0.0),
         "tc1r": OF_MODEL["tc1"], "tc2r": OF_MODEL["tc2"], "tce": SCALED["tce"],
     }  # fmt: skip
@@ -44,12 +47,15 @@ class Resistor(Passive):
 
     def from_model(self, p: dict[str, Any]) -> float | None:
         if p.get("rsh"):
-            # sheet resistance times squares; both ends and both edges are over-etched
-            length = self.number("l", p.get("l", FILAMENT)) - 2 * p.get("short", p.get("dlr", 0.0))
-            edge = p.get("narrow", p.get("dw", 0.0))
-            width = self.number("w", p.get("w", p.get("defw", FILAMENT))) - 2 * edge
+            length, width = self.squares(p)
             return float(p["rsh"] * length / width) if width else None
         return float(p.get("r", p.get("res", 0.0)))
+
+    def squares(self, p: dict[str, Any]) -> tuple[float, float]:
+        """Length and width of its film [m]; both ends and both edges are over-etched."""
+        length = self.number("l", p.get("l", FILAMENT)) - 2 * p.get("short", p.get("dlr", 0.0))
+        edge = p.get("narrow", p.get("dw", 0.0))
+        return length, self.number("w", p.get("w", p.get("defw", FILAMENT))) - 2 * edge
 
     def no_value(self, cards: ElementCards, ch: list[Any], line: Line) -> None:
         said = f"{ch[0]} has no value, taken as 1 mOhm as in ngspice"
@@ -78,6 +84,20 @@ class Resistor(Passive):
         plain = self.value and not self.params and self.model is None
         g = 1.0 / self.value if plain else self.number("m", 1.0) / self.quantity(ctx)
         ctx.b.conductance(ctx.node(self.nodes[0]), ctx.node(self.nodes[1]), g)
+
+    def noise(self, ctx: Context) -> list[tuple[str, Expr | float, float]]:
+        """Thermal; 1/f by the parameters of its model. None of an expression, as in ngspice."""
+        if isinstance(self.value, Node) or not self.number("noisy", self.number("noise", 1.0)):
+            return []
+        m, p = self.number("m", 1.0), self.model.params if self.model is not None else {}
+        g = m / self.quantity(ctx)
+        length, width = self.squares(p)
+        flicker: Expr | float = 0.0
+        if kf := p.get("kf", 0.0):
+            one = ctx.b.call("abs", g * self.between(ctx)) / m
+            area = length ** p.get("lf", 1.0) * width ** p.get("wf", 1.0)
+            flicker = m * kf / area * one ** p.get("af", 2.0)
+        return [("thermal", self.thermal(ctx, g), 0.0), ("1overf", flicker, p.get("ef", 1.0))]
 
     def flow(self, ctx: Context) -> Expr:
         m = self.number("m", 1.0)

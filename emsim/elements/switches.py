@@ -54,11 +54,17 @@ class Switch(Element):
         raise NotImplementedError
 
     def flow(self, ctx: Context) -> Expr:
+        return self.conductance(ctx) * self.between(ctx)
+
+    def noise(self, ctx: Context) -> list[tuple[str, Expr | float, float]]:
+        return [("", self.thermal(ctx, self.conductance(ctx)), 0.0)]
+
+    def conductance(self, ctx: Context) -> Expr:
         assert self.model is not None
         p = {key: value for key, value in self.model.params.items() if isinstance(value, (int, float))}
         unit = self.unit_letter
         if self.is_smooth:
-            return self.smooth_conductance(ctx, p) * self.between(ctx)
+            return self.smooth_conductance(ctx, p)
         at, half = p.get(unit + "t", 0.0), abs(p.get(unit + "h", 0.0))
         if p.get(unit + "h", 0.0) < 0:
             ctx.remark(
@@ -80,7 +86,7 @@ class Switch(Element):
         on = 1.0 / (p.get("ron", 1.0) or LEAST_RESISTANCE)
         roff = p.get("roff", 0.0)
         off = 1.0 / roff if roff else ctx.gmin
-        return ctx.b.select(ctx.flags[self.name], ctx.b.const(on), ctx.b.const(off)) * self.between(ctx)
+        return ctx.b.select(ctx.flags[self.name], ctx.b.const(on), ctx.b.const(off))
 
     @property
     def is_smooth(self) -> bool:

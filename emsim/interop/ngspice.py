@@ -76,10 +76,13 @@ def last_words(log: str) -> str:
 
 
 def named_alike(result: Result) -> Result:
-    """ngspice's names as emsim spells them: the current of x1.v1 is `i(v.x1.v1)` there, `i(x1.v1)` here."""
+    """ngspice's names as emsim spells them: the current of x1.v1 is `i(v.x1.v1)` there, `i(x1.v1)` here; so are columns of
+    noise, `v(onoise_total_r.x1.r1)`, and of poles, `v(pole(1))`."""
     plots = []
     for table in result.plots:
         names = [re.sub(r"^i\([a-z]\.(.*)\)$", r"i(\1)", name) for name in table.names]
+        names = [re.sub(r"^[vi]\(([oi]noise_.*|(?:pole|zero)\(\d+\))\)$", r"\1", name) for name in names]
+        names = [re.sub(r"^([oi]noise_(?:total_)?)[a-z]\.", r"\1", name) for name in names]
         renamed = Table(table.kind, names, table.units, table.waves, title=table.title, axis=table.axis)
         renamed.plotname = table.plotname
         plots.append(renamed)

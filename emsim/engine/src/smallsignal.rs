@@ -86,6 +86,24 @@ impl SmallSignal {
     }
 }
 
+/// A source of noise: what it drives into rows of F, for 1 of it; power density at 1 Hz, and the exponent of frequency with which
+/// it falls.
+pub struct NoiseSource {
+    pub rows: Vec<(usize, f64)>,
+    pub power: f64,
+    pub exponent: f64,
+}
+
+impl NoiseSource {
+    /// Density of what it gives at a frequency, with `a` the solution of the transposed equations for 1 of the output.
+    pub fn density(&self, a: &[Complex], frequency: f64) -> f64 {
+        let mut gain = Complex::ZERO;
+        self.rows.iter().for_each(|&(row, k)| gain += a[row].scale(k));
+        let falls = if self.exponent == 0.0 { 1.0 } else { frequency.powf(-self.exponent) };
+        (gain.re * gain.re + gain.im * gain.im) * self.power * falls
+    }
+}
+
 /// Derivatives of expressions by unknowns and sources, ready to be evaluated at a point.
 pub struct Gradients {
     tape: Tape,
@@ -158,7 +176,7 @@ impl Slopes {
         sum + self.by_sources(sources)
     }
 
-    fn by_sources(&self, sources: &[(usize, Complex)]) -> Complex {
+    pub fn by_sources(&self, sources: &[(usize, Complex)]) -> Complex {
         let mut sum = Complex::ZERO;
         for &(k, d) in &self.waves {
             sources.iter().filter(|s| s.0 == k).for_each(|s| sum += s.1.scale(d));

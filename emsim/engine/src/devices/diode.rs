@@ -28,7 +28,7 @@
 
 use super::class::GAUSS;
 use super::number::{Dual, Lane, Real};
-use super::{limits, p, Card, Climate, Constants, Device, Flow, Given, Inner, OrElse, Parameter, Spec};
+use super::{limits, p, Card, Climate, Constants, Device, Flow, Given, Inner, Line, Noise, OrElse, Parameter, Spec};
 
 pub const MODEL: &[Parameter] = &[
     p(&["is", "js"], "A", 1e-14, "saturation current"),
@@ -65,6 +65,8 @@ pub const MODEL: &[Parameter] = &[
     p(&["tpb", "tvj"], "V/K", 0.0, "temperature coefficient of vj (tlevc = 1)"),
     p(&["ctp"], "1/K", 0.0, "temperature coefficient of cjp (tlevc = 1)"),
     p(&["tphp"], "V/K", 0.0, "temperature coefficient of php (tlevc = 1)"),
+    p(&["kf"], "A^(2-af)", 0.0, "1/f noise"),
+    p(&["af"], "", 1.0, "1/f noise: exponent of the current"),
     p(&["tnom", "tref"], "C", f64::NAN, "temperature at which the parameters were measured (default: option tnom)"),
     p(&["area"], "", 1.0, "area of instances that give none"),
     p(&["pj"], "", 0.0, "perimeter of instances that give none"),
@@ -91,6 +93,8 @@ const HUGE_VOLTAGE: f64 = 1e100;
 /// Roots are taken of no less, so that they have a slope.
 const TINY: f64 = 1e-300;
 
+/// Of 1/f noise [A], as in ngspice.
+const LEAST_CURRENT: f64 = 1e-38;
 /// More intervals than any diode's energy wants.
 const PANELS: usize = 4000;
 
@@ -114,6 +118,8 @@ constants! {
     QUIET,
     /// below it limiting looks at breakdown
     NEAR_KNEE,
+    // of noise: power of 1/f at 1 Hz and 1 A, exponent
+    FLICKER, FLICKER_EXPONENT,
 }
 
 /// Parts of the law.
@@ -200,6 +206,14 @@ impl Device<1, 1, CONSTANTS> for Diode {
 
     fn series(card: &Card<CONSTANTS>, _: usize) -> Option<f64> {
         Some(card.of[SERIES]).filter(|&g| g > 0.0)
+    }
+
+    /// 2 q i, and m kf (i / m)^af / f.
+    fn noise(card: &Card<CONSTANTS>, at: &Line, each: &mut dyn FnMut(Noise)) {
+        let (c, i) = (&card.of, at.i[0].abs());
+        let mut one = |name, power, exponent| each(Noise { name, from: 2, to: 1, power, exponent });
+        one("id", 2.0 * CHARGE * i, 0.0);
+        one("1overf", c[FLICKER] * i.max(LEAST_CURRENT).powf(c[FLICKER_EXPONENT]), 1.0);
     }
 
     /// Of the depletion charge in closed form, of the diffusion charge by Gauss-Legendre's rule on intervals over which the current
@@ -293,6 +307,8 @@ impl Device<1, 1, CONSTANTS> for Diode {
         c[TRANSIT_TIME] = not_negative("tt")? * (1.0 + get("ttt1") * rise + get("ttt2") * rise * rise);
         (c[VTE], c[VTB], c[VCRIT]) = (vte, vte, limits::critical(vte, saturation));
 
+        c[FLICKER_EXPONENT] = get("af");
+        c[FLICKER] = not_negative("kf")? * multiplicity.powf(1.0 - get("af"));
         let rs = not_negative("rs")? * (1.0 + get("trs1") * rise + get("trs2") * rise * rise);
         if rs > 0.0 {
             c[SERIES] = scale / rs;

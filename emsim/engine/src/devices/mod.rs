@@ -194,16 +194,21 @@ pub trait Device<const P: usize, const B: usize, const K: usize>: Send + Sync + 
         None
     }
 
-    /// Its sources of noise at an operating point: branch number and power density [A^2/Hz], white and at 1 Hz of 1/f.
+    /// Its sources of noise at an operating point, those of series resistances aside.
     fn noise(_card: &Card<K>, _at: &Line, _each: &mut dyn FnMut(Noise)) {}
 }
 
-/// A current of noise along a branch.
+/// A current of noise.
 #[derive(Clone, Copy, Debug)]
-pub struct Noise {
-    pub branch: usize,
-    pub white: f64,
-    pub flicker: f64,
+pub struct Noise<'a> {
+    /// as columns show it behind the instance's name; a name may come twice, and means the sum
+    pub name: &'a str,
+    /// nodes of the instance: terminals first, then inner ones; any other number is ground
+    pub from: usize,
+    pub to: usize,
+    /// power density [A^2/Hz] at 1 Hz; it falls with frequency to the exponent
+    pub power: f64,
+    pub exponent: f64,
 }
 
 /// Makes classes without instances.

@@ -1,8 +1,9 @@
 //! `SmallSignal`: the equations linearised about an operating point.
 use super::expr::{lock, Expr, SharedGraph};
-use crate::smallsignal::{self, Excitation, Gradients};
-use crate::sparse::{Complex, Singular};
+use crate::smallsignal::{self, Excitation, Gradients, NoiseSource};
+use crate::sparse::{Complex, Scalar, Singular};
 use crate::system::{System, Work};
+use crate::tape::{Inputs, Tape};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
@@ -93,6 +94,82 @@ impl SmallSignal {
                 let value = slopes.of(&b, &sources);
                 column.extend(value.re.to_ne_bytes());
                 column.extend(value.im.to_ne_bytes());
+            }
+        }
+        Ok(columns.iter().map(|c| PyBytes::new(py, c)).collect())
+    }
+
+    /// Values of expressions at the point.
+    fn values(&self, outputs: Vec<Bound<'_, PyAny>>) -> PyResult<Vec<f64>> {
+        let ids = outputs.iter().map(|o| Expr::operand(&self.graph, o)).collect::<PyResult<Vec<_>>>()?;
+        let tape = Tape::new(&lock(&self.graph), &ids);
+        let mut held = self.held.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+        let w = &mut held.1;
+        self.system.set_time(w, 0.0);
+        Ok(tape.eval(&Inputs { x: &self.x, t: 0.0, waves: &w.waves, flags: &w.flags }).to_vec())
+    }
+
+    /// Sources of noise of devices at the point: (instance, source, nodes from and to, power density at 1 Hz, exponent of 1/f); and
+    /// their series resistances: (instance, terminal, nodes, conductance).
+    #[allow(clippy::type_complexity)]
+    fn device_noise(&self) -> (Vec<(String, String, [i32; 2], f64, f64)>, Vec<(String, &'static str, [i32; 2], f64)>) {
+        let held = self.held.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+        let mut found = Vec::new();
+        self.system.each_noise(&held.1, &self.x, |name, n, nodes| {
+            found.push((name.to_owned(), n.name.to_owned(), nodes, n.power, n.exponent));
+        });
+        (found, self.system.series())
+    }
+
+    /// At each frequency [Hz], as columns: the square of the gain from a source (its wave) to an expression, and for each source of
+    /// noise (rows of F with factors, power density at 1 Hz, exponent of 1/f) the density in the expression.
+    #[allow(clippy::type_complexity)]
+    fn noise<'py>(
+        &self,
+        py: Python<'py>,
+        frequencies: Vec<f64>,
+        output: &Bound<'py, PyAny>,
+        wave: usize,
+        sources: Vec<(Vec<(usize, f64)>, f64, f64)>,
+    ) -> PyResult<Vec<Bound<'py, PyBytes>>> {
+        let id = Expr::operand(&self.graph, output)?;
+        let sums = &self.system.sums;
+        let sources: Vec<NoiseSource> = sources
+            .into_iter()
+            .map(|(mut rows, power, exponent)| {
+                for (row, k) in rows.clone() {
+                    rows.extend(sums.iter().filter(|s| s.node == row).map(|s| (s.root, k)));
+                }
+                NoiseSource { rows, power, exponent }
+            })
+            .collect();
+        if sources.iter().flat_map(|s| &s.rows).any(|&(row, _)| row >= self.system.n) {
+            return Err(PyValueError::new_err("no such row"));
+        }
+        let mut held = self.held.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+        let (linear, w) = &mut *held;
+        let (slopes, excitation) = {
+            let mut g = lock(&self.graph);
+            let slopes = Gradients::new(&mut g, &[id]).at(&self.system, w, &self.x).remove(0);
+            (slopes, Excitation::at(&self.system, &mut g, w, &self.x))
+        };
+        let mut columns = vec![Vec::with_capacity(8 * frequencies.len()); 1 + sources.len()];
+        let one = [(wave, Complex::ONE)];
+        for (k, &frequency) in frequencies.iter().enumerate() {
+            if k % 64 == 63 {
+                py.check_signals()?;
+            }
+            let s = Complex::new(0.0, 2.0 * std::f64::consts::PI * frequency);
+            let mut a = vec![Complex::ZERO; self.system.n];
+            slopes.unknowns.iter().for_each(|&(i, d)| a[i].re += d);
+            linear.solve_transposed(s, &mut a).map_err(|e| self.singular(e))?;
+            let mut gain = slopes.by_sources(&one);
+            for (b, &a) in excitation.of(s, &one).into_iter().zip(&a) {
+                gain += b * a;
+            }
+            columns[0].extend((gain.re * gain.re + gain.im * gain.im).to_ne_bytes());
+            for (column, source) in columns[1..].iter_mut().zip(&sources) {
+                column.extend(source.density(&a, frequency).to_ne_bytes());
             }
         }
         Ok(columns.iter().map(|c| PyBytes::new(py, c)).collect())

@@ -1,7 +1,7 @@
 //! Devices in the equations: where the numbers of every class go, in rows, in the matrix, and in programs.
 use super::{System, Work};
-use crate::devices::class::{across, add};
-use crate::devices::{Class, Line, Met, Near, Number};
+use crate::devices::class::{across, add, Series};
+use crate::devices::{Class, Line, Met, Near, Noise, Number};
 use crate::sparse::Pattern;
 use std::ops::Range;
 use std::sync::Arc;
@@ -216,6 +216,30 @@ impl System {
     pub fn device_energies(&self, w: &Work, x: &[f64]) -> Vec<f64> {
         let energy = |&i: &_| self.devices.class(i).energy(i.number, &self.devices.voltages(i, x), w.gmin);
         self.devices.instances.iter().map(energy).collect()
+    }
+
+    /// For every source of noise of every instance at x: the instance's name, the source, and the nodes it goes from and to (-1: ground).
+    pub fn each_noise(&self, w: &Work, x: &[f64], mut look: impl FnMut(&str, &Noise, [i32; 2])) {
+        for &i in &self.devices.instances {
+            let (class, line) = (self.devices.class(i), self.devices.at(i, x, w.gmin));
+            let seat = &class.seats()[i.number];
+            let node = |k: usize| seat.nodes.get(k).copied().unwrap_or(-1);
+            class.noise(i.number, &line, &mut |n| look(&seat.name, &n, [node(n.from), node(n.to)]));
+        }
+    }
+
+    /// The series resistances of all instances: the instance's name, the terminal's, nodes (-1: ground), conductance [S].
+    pub fn series(&self) -> Vec<(String, &'static str, [i32; 2], f64)> {
+        let mut found = Vec::new();
+        for &i in &self.devices.instances {
+            let (class, seat) = (self.devices.class(i), &self.devices.class(i).seats()[i.number]);
+            let of = |s: &Series| {
+                let terminal = class.spec().terminals[s.terminal];
+                (seat.name.clone(), terminal, [s.outer, s.inner as i32], s.conductance)
+            };
+            found.extend(seat.series.iter().map(of));
+        }
+        found
     }
 
     /// Every class as straight lines at x, with the a of a stage.
