@@ -247,9 +247,9 @@ class SmallSignal:
         """Values of expressions at the point."""
     def device_noise(
         self,
-    ) -> tuple[list[tuple[str, str, _Pair, float, float]], list[tuple[str, str, _Pair, float]]]:
+    ) -> tuple[list[tuple[str, str, _Pair, float, float]], list[tuple[str, int, _Pair, float]]]:
         """Sources of noise of devices: (instance, source, rows from and to or -1, power density at 1 Hz [A^2/Hz], exponent with
-        which it falls); and their series resistances: (instance, terminal, rows, conductance [S])."""
+        which it falls); and their series resistances: (instance, number of the terminal, rows, conductance [S])."""
     def noise(
         self,
         frequencies: Sequence[float],

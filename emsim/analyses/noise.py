@@ -215,7 +215,7 @@ def _sources(assembly: Assembly, linear: SmallSignal) -> Iterator[Source]:
     for name, terminal, nodes, conductance in series:
         e = ctx.elements[name]
         power = 4.0 * BOLTZMANN * (e.temperature(ctx) + ZERO_CELSIUS) * conductance
-        word = "rs" if behind[name] == 1 else f"r{terminal[0]}"
+        word = "rs" if behind[name] == 1 else f"r{e.terminals[terminal][0]}"
         devices.setdefault(name, []).append((name, word, _rows(nodes), power, 0.0))
     for name, word, nodes, power, exponent in of_devices:
         devices.setdefault(name, []).append((name, word, _rows(nodes), power, exponent))

@@ -230,7 +230,8 @@ pub trait Class: Send + Sync {
     /// Energy that the charges of an instance hold [J].
     fn energy(&self, k: usize, v: &[f64], gmin: f64) -> f64;
     fn output(&self, k: usize, word: &str, v: &[f64], at: &Line) -> Option<f64>;
-    fn noise(&self, k: usize, at: &Line, each: &mut dyn FnMut(Noise));
+    /// Sources of noise of an instance at these port voltages, where its currents are `at`.
+    fn noise(&self, k: usize, v: &[f64], at: &Line, each: &mut dyn FnMut(Noise));
     /// Current and charge of each branch as nodes of the graph, of its port voltages and gmin.
     fn symbols(&self, k: usize, g: &mut Graph, v: &[Id], gmin: Id) -> Vec<(Id, Id)>;
 }
@@ -741,7 +742,7 @@ impl<D: Device<P, B, K>, const P: usize, const B: usize, const K: usize> Class f
         D::output(&self.cards[k], word, Self::ports_of(v), at)
     }
 
-    fn noise(&self, k: usize, at: &Line, each: &mut dyn FnMut(Noise)) {
+    fn noise(&self, k: usize, _: &[f64], at: &Line, each: &mut dyn FnMut(Noise)) {
         D::noise(&self.cards[k], at, each);
     }
 

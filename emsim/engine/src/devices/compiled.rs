@@ -427,7 +427,7 @@ impl Class for Compiled {
         Some(self.program.tell(&x, &self.own[k].constants)[self.program.output(number)])
     }
 
-    fn noise(&self, _: usize, _: &Line, _: &mut dyn FnMut(Noise)) {}
+    fn noise(&self, _: usize, _: &[f64], _: &Line, _: &mut dyn FnMut(Noise)) {}
 
     fn symbols(&self, k: usize, g: &mut Graph, v: &[Id], gmin: Id) -> Vec<(Id, Id)> {
         self.program.symbols(&self.own[k].constants, g, v, gmin)

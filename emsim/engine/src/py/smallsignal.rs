@@ -112,7 +112,7 @@ impl SmallSignal {
     /// Sources of noise of devices at the point: (instance, source, nodes from and to, power density at 1 Hz, exponent of 1/f); and
     /// their series resistances: (instance, terminal, nodes, conductance).
     #[allow(clippy::type_complexity)]
-    fn device_noise(&self) -> (Vec<(String, String, [i32; 2], f64, f64)>, Vec<(String, &'static str, [i32; 2], f64)>) {
+    fn device_noise(&self) -> (Vec<(String, String, [i32; 2], f64, f64)>, Vec<(String, usize, [i32; 2], f64)>) {
         let held = self.held.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
         let mut found = Vec::new();
         self.system.each_noise(&held.1, &self.x, |name, n, nodes| {

@@ -224,22 +224,20 @@ impl System {
             let (class, line) = (self.devices.class(i), self.devices.at(i, x, w.gmin));
             let seat = &class.seats()[i.number];
             let node = |k: usize| seat.nodes.get(k).copied().unwrap_or(-1);
-            class.noise(i.number, &line, &mut |n| look(&seat.name, &n, [node(n.from), node(n.to)]));
+            class.noise(i.number, &self.devices.voltages(i, x), &line, &mut |n| {
+                look(&seat.name, &n, [node(n.from), node(n.to)])
+            });
         }
     }
 
-    /// The series resistances of all instances: the instance's name, the terminal's, nodes (-1: ground), conductance [S].
-    pub fn series(&self) -> Vec<(String, &'static str, [i32; 2], f64)> {
-        let mut found = Vec::new();
-        for &i in &self.devices.instances {
-            let (class, seat) = (self.devices.class(i), &self.devices.class(i).seats()[i.number]);
-            let of = |s: &Series| {
-                let terminal = class.spec().terminals[s.terminal];
-                (seat.name.clone(), terminal, [s.outer, s.inner as i32], s.conductance)
-            };
-            found.extend(seat.series.iter().map(of));
-        }
-        found
+    /// The series resistances of all instances: the instance's name, number of the terminal, nodes (-1: ground), conductance [S].
+    pub fn series(&self) -> Vec<(String, usize, [i32; 2], f64)> {
+        let of = |&i: &Instance| {
+            let seat = &self.devices.class(i).seats()[i.number];
+            let one = |s: &Series| (seat.name.clone(), s.terminal, [s.outer, s.inner as i32], s.conductance);
+            seat.series.iter().map(one).collect::<Vec<_>>()
+        };
+        self.devices.instances.iter().flat_map(of).collect()
     }
 
     /// Every class as straight lines at x, with the a of a stage.
