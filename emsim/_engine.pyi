@@ -168,6 +168,9 @@ class System:
     def linear(self) -> bool: ...
     @property
     def operations(self) -> tuple[int, int]: ...
+    def lags(self, outputs: Sequence[Expr], /) -> list[bool]:
+        """Of each expression: does it read an unknown of higher index (a multiplier, the current of a capacitor across a source),
+        which methods know less well than the state?"""
     def two_paces(self, tstop: float, /) -> bool:
         """Do circuit and machine want a pace each (method multirate) in a run of that length? A guess from the deck."""
     def initial(self) -> list[float]: ...
@@ -218,12 +221,14 @@ class System:
         accounts: tuple[Sequence[Expr], Sequence[Expr], bool] | None = None,
         drawn: bool = True,
         stream: tuple[str, bool, Any] | None = None,
+        inside: tuple[Sequence[Expr], int] | None = None,
     ) -> Waveforms:
         """options: method (trap gear radau trbdf2 esdirk rk45 dop853) reltol abstol vntol trtol gmin
         itl1 itl4 maxord fixed_step projection.
         progress(t, h, steps, events) is called about 20 times a second; a true value stops the run.
         Not drawn: beside the ends of steps only the print grid has rows, however far apart they are.
-        stream: (path, is there such a file already, head as write_raw has it): rows go there while the run goes on."""
+        stream: (path, is there such a file already, head as write_raw has it): rows go there while the run goes on.
+        inside: expressions that are kept within the steps as polynomials of that degree, see `Waveforms.inside`."""
 
 @final
 class SmallSignal:
@@ -312,6 +317,9 @@ class Waveforms:
         """Of every column: it is a state that no source fixes, and goes on smoothly where a source has a corner."""
     def column(self, k: int) -> bytes:
         """Column k as the bytes of native float64."""
+    def inside(self, k: int, /) -> bytes:
+        """Time (0) or an expression of tran(inside=...), float64 at Chebyshev's points of the second kind of every step, its
+        ends among them; empty where they were too many to keep. IndexError where there are none."""
     def value(self, row: int, column: int) -> float: ...
     def write_raw(self, path: str, table: Any, ascii: bool = False, first: int = 0) -> None:
         """Puts the columns from `first` on behind what a raw file holds; table: their title, date, plotname, command, names

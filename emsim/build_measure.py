@@ -46,7 +46,8 @@ def measure(line: Line, start: int) -> Measure:
     if head is None:
         raise wrong(line.whole, ".meas needs a name and what it measures")
     analysis, name, at = "", head[1], head.end(1)
-    if head[1].lower() in ANALYSES and head[2] is not None and not _begins(text, head.start(2)):
+    named = head[2] is not None and (_begins(text, head.end(2)) or not _begins(text, head.end(1)))
+    if head[1].lower() in ANALYSES and named:
         analysis, name, at = head[1].lower(), head[2], head.end(2)
     if not re.fullmatch(r"[^\s=(){}'\",]+", name):
         where = line.span_at(at - len(name), at)
@@ -115,8 +116,9 @@ def _outside(text: str, start: int) -> Iterator[int]:
 
 
 def _begins(text: str, at: int) -> bool:
-    """Does a clause begin here, where a name could stand?"""
-    return next((first == at for _, first, _ in _pieces(text, at)), False)
+    """Does a clause begin here?"""
+    begin = at + len(text[at:]) - len(text[at:].lstrip(" \t"))
+    return next((first == begin for _, first, _ in _pieces(text, begin)), False)
 
 
 def _pieces(text: str, start: int) -> Iterator[tuple[str, int, int]]:

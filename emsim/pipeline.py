@@ -260,7 +260,7 @@ def deliver(assembly: Assembly, runs: list[Run]) -> Result:
         remarks(assembly, run)
     tables = [_table(assembly, r) for r in runs]
     prints = [*assembly.prints, *_own_prints(assembly, tables)]
-    measures = [m for table in tables for m in _measured(assembly, table)]
+    measures = [m for run, table in zip(runs, tables, strict=True) for m in _measured(assembly, run, table)]
     deck = flat.sources[0].text if flat.sources else ""
     trouble, missing = [d for r in runs for d in r.trouble], refused(flat)
     lacking = [d for m in measures for d in (m.trouble, m.remark) if d is not None]
@@ -277,14 +277,23 @@ def deliver(assembly: Assembly, runs: list[Run]) -> Result:
     return result
 
 
-def _measured(assembly: Assembly, table: Table) -> list[Measured]:
+def _measured(assembly: Assembly, r: Run, table: Table) -> list[Measured]:
     """What the .meas cards of an analysis find in its table."""
     cards = [card for card in assembly.flat.measures if card.analysis == table.kind]
     if not cards:
         return []
     from .measures import measure
 
-    return measure(cards, table)
+    outputs, degree = r.inside
+    if not outputs or r.axis is None:
+        return measure(cards, table)
+    from .result import Columns, Table
+
+    names, units = [r.axis.name, *(o.name for o in outputs)], [r.axis.unit, *(o.unit for o in outputs)]
+    complex = [False, *(r.analysis.complex for _ in outputs)]
+    data = Columns((r.waves.inside(k) for k in range(len(names))), complex=complex)
+    fine = (Table(r.kind, names, units, data, axis=r.axis), degree) if data.rows else None
+    return measure(cards, table, fine=fine)
 
 
 def _own_prints(assembly: Assembly, tables: list[Table]) -> list[tuple[str, list[str]]]:

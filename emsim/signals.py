@@ -121,7 +121,7 @@ def check(table: Columns, node: Node) -> bool:
         return True
     if isinstance(node, (Name, Call)) and table.has_column(to_text(node)):
         return True
-    if in_words(table, node) is not None:
+    if in_words(table, node) is not None or (isinstance(node, Call) and node.fn == MEASURED):
         return True
     if isinstance(node, Call):
         return (node.fn in FUNCTIONS or node.fn in SOURCE_MATH) and all(check(table, a) for a in node.args)

@@ -8,6 +8,7 @@ are made of these, as in ngspice.
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 
 from .base import Analysis, Axis, Computed, Run, derived, recorded, wrong
 from .op import is_static
@@ -17,13 +18,14 @@ if TYPE_CHECKING:
     from typing import Self
 
     from .._engine import SmallSignal
-    from ..assemble import Assembly, Context
+    from ..assemble import Assembly, Context, Output
     from ..deck import Analysis as Card
     from ..diagnostics import Diagnostic, Sink
     from .base import Progress
 
 SPACINGS = ("dec", "oct", "lin")
 STOP = 1e-3  # the last point may lie so much of a step behind the end, as in ngspice
+DEGREE = 8  # of the polynomials in frequency that measurements see
 AT_REST = 1e-6  # of its terms: a force or torque below it moves nothing
 
 
@@ -48,6 +50,7 @@ class Ac(Analysis):
 
     def run(self, assembly: Assembly, progress: Progress | None = None) -> Run:
         names, units, exprs = recorded(assembly, self)
+        inside = [o for o in assembly.measured(self) if o.expr is not None]
         linear, trouble = linearised(assembly, self, self.static)
         waves = Computed([b""] * (1 + len(names)), [False] + [True] * len(names), "failed")
         if linear is not None:
@@ -60,12 +63,40 @@ class Ac(Analysis):
             s = [(0.0, 2.0 * math.pi * f) for f in self.frequencies]
             try:
                 found = linear.respond(s, exprs, sources)
-                waves = Computed([self.frequencies, *found], waves.complex)
+                within = self._inside(linear, inside, sources) if inside else []
+                waves = Computed([self.frequencies, *found], waves.complex, within=within)
             except ValueError as error:
                 trouble = [singular(assembly, self, error)]
         return Run(
-            self, ["frequency", *names], ["Hz", *units], waves, self.axis, derived=derived(assembly, self), trouble=trouble
+            self, ["frequency", *names], ["Hz", *units], waves, self.axis, derived=derived(assembly, self), trouble=trouble,
+            inside=(inside, DEGREE),
         )  # fmt: skip
+
+    def _inside(
+        self, linear: SmallSignal, outputs: list[Output], sources: list[tuple[int, tuple[float, float]]]
+    ) -> list[bytes]:
+        """What measurements read, solved between the frequencies of the table too."""
+        from array import array
+
+        f = between(self.frequencies, 1.0 + 1.0 / DEGREE if self.axis.log else 0.0)
+        s = [(0.0, 2.0 * math.pi * x) for x in f]
+        return [
+            array("d", f).tobytes(),
+            *linear.respond(s, [o.expr for o in outputs if o.expr is not None], sources),
+        ]
+
+
+def between(points: list[float], ratio: float) -> list[float]:
+    """Chebyshev's points of the second kind of each stretch between neighbours, of parts of it where they lie farther apart than
+    so many times the first."""
+    cosines = [0.5 - 0.5 * math.cos(math.pi * j / DEGREE) for j in range(DEGREE + 1)]
+    found: list[float] = []
+    for a, b in pairwise(points):
+        parts = max(1, math.ceil(math.log(b / a) / math.log(ratio))) if ratio and 0 < a < b else 1
+        ends = [a if k == 0 else b if k == parts else a * (b / a) ** (k / parts) for k in range(parts + 1)]
+        for c, d in pairwise(ends):
+            found += [c, *(c + (d - c) * x for x in cosines[1:-1]), d]
+    return found
 
 
 def grid(

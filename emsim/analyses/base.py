@@ -95,9 +95,11 @@ class Computed:
         complex: Sequence[bool] = (),
         status: str = "ok",
         stats: dict[str, Any] | None = None,
+        within: Sequence[bytes] = (),
     ) -> None:
         from array import array
 
+        self.within = within
         self._data = [c if isinstance(c, bytes) else array("d", c).tobytes() for c in data]
         self.columns, self.complex, self.status = len(self._data), list(complex), status
         width = 16 if self.complex and self.complex[0] else 8
@@ -111,6 +113,10 @@ class Computed:
 
     def column(self, i: int, /) -> bytes:
         return self._data[i]
+
+    def inside(self, i: int, /) -> bytes:
+        """The axis (0) or a quantity of `Run.inside`, at Chebyshev's points of the second kind of each stretch."""
+        return self.within[i] if self.within else b""
 
     def value(self, row: int, column: int) -> float:
         return memoryview(self._data[column]).cast("d")[row]
@@ -129,11 +135,12 @@ class Run:
     channels             columns beyond the named ones, which move a drawing
     trouble              diagnostics of a run that did not reach its end
     beside               further tables of the same analysis
+    inside               quantities that the record has within the steps too (Waveforms.inside), and the degree of the polynomials
     """
 
     __slots__ = (
-        "analysis", "axis", "beside", "channels", "derived", "grid", "kind", "names", "plotname", "steps", "store", "trouble",
-        "uic", "units", "waves",
+        "analysis", "axis", "beside", "channels", "derived", "grid", "inside", "kind", "names", "plotname", "steps", "store",
+        "trouble", "uic", "units", "waves",
     )  # fmt: skip
 
     def __init__(
@@ -152,6 +159,7 @@ class Run:
         uic: bool = False,
         kind: str = "",
         plotname: str = "",
+        inside: tuple[Sequence[Output], int] = ((), 0),
     ) -> None:
         self.beside: list[Run] = []
         self.plotname = plotname
@@ -163,7 +171,7 @@ class Run:
             waves,
         )
         self.axis, self.grid, self.trouble, self.uic = axis, grid, trouble or [], uic
-        self.derived, self.steps = list(derived), list(steps)
+        self.derived, self.steps, self.inside = list(derived), list(steps), inside
         first = 1 if axis is None and not isinstance(waves, Computed) else 0
         whole = len(names) == waves.columns
         self.store: Any = store or (waves if whole else Part(waves, first, len(names)))

@@ -16,13 +16,14 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Self
 
-    from ..assemble import Assembly
+    from ..assemble import Assembly, Output
     from ..deck import Analysis as Card
     from ..diagnostics import Sink
     from .base import Progress
 
 
 SMALL = 64e6  # bytes that are never too many
+DEGREE = 8  # of the polynomials within steps: no method's dense output has a higher one
 
 
 class Tran(Analysis):
@@ -96,6 +97,7 @@ class Tran(Analysis):
         kept = None
         if book is not None:
             kept = ([e.expr for e in book.powers], [e.expr for e in book.energies], drawn is not None)
+        inside = self.inside(assembly)
         waves = assembly.system.tran(
             self.tstep,
             self.tstop,
@@ -108,6 +110,7 @@ class Tran(Analysis):
             kept,
             True,
             self.into,
+            ([o.expr for o in inside if o.expr is not None], DEGREE) if inside else None,
         )
         trouble = []
         if waves.status == "failed":
@@ -121,8 +124,15 @@ class Tran(Analysis):
             trouble = [gap] if gap is not None else trouble
         return Run(
             self, ["time", *names], ["s", *units], waves, self.axis, derived=derived(assembly, self),
-            grid=(self.tstep, self.tstop, self.tstart), trouble=trouble, uic=self.uic,
+            grid=(self.tstep, self.tstop, self.tstart), trouble=trouble, uic=self.uic, inside=(inside, DEGREE),
         )  # fmt: skip
+
+    def inside(self, assembly: Assembly) -> list[Output]:
+        """What measurements read, to be kept within the steps: all but what rows compute anew because the method knows it less
+        well than the state."""
+        asked = [(o, o.expr) for o in assembly.measured(self) if o.expr is not None]
+        lags = assembly.system.lags([expr for _, expr in asked]) if asked else []
+        return [o for (o, _), late in zip(asked, lags, strict=True) if not late]
 
     def text(self) -> str:
         words = [f"{self.tstep:g}", f"{self.tstop:g}"]

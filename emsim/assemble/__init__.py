@@ -53,6 +53,13 @@ class Assembly:
         self.drawn: Drawing | None = None
         self.accounts = accounts
 
+    def measured(self, analysis: Analysis) -> list[Output]:
+        """The quantities that the .meas cards of an analysis read."""
+        from .outputs import measured
+
+        axis = getattr(analysis, "axis", None)
+        return measured(self.ctx, analysis.word, axis.name if axis else "")
+
     def columns(self, word: str) -> list[Output]:
         """Of the last analysis of that name, such as "tran"."""
         return next((o for a, o in reversed(self.outputs.items()) if a.word == word), [])

@@ -23,7 +23,7 @@ from .window import (
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
+    from collections.abc import Iterable, Iterator, Sequence
 
     from ..deck import Measure as Card
     from ..diagnostics import Diagnostic, Sink
@@ -55,14 +55,17 @@ def measure(
     """The values of cards in a table, of every course where it has several (`Table.steps`), in order of courses and cards. A card
     may read those before it, and `given` from elsewhere. `fine`: the same course at Chebyshev's points of each step, and their
     number less one. What finds nothing has the value nan and a diagnostic E430 in `trouble`."""
+    from .. import signals
     from ..diagnostics import Diagnostic
     from .points import Points
 
     found: list[Measured] = []
     for step, rows in enumerate(table.blocks() or [(0, len(table))]):
-        points = Points(fine[0], None, fine[1]) if fine is not None else Points(table, rows)
+        coarse = Points(table, rows)
+        inside = coarse if fine is None else Points(fine[0], None, fine[1], coarse.first)
         known = {m.name: m for m in given}
         for card in cards:
+            points = inside if all(signals.check(inside, node) for node in _nodes(card)) else coarse
             try:
                 if rows[1] <= rows[0]:
                     raise NotFound("there are no results")
@@ -80,6 +83,14 @@ def measure(
             known[card.name] = one
             found.append(one)
     return found
+
+
+def _nodes(card: Card) -> Iterator[Node]:
+    """All expressions of a card."""
+    for c in card.clauses:
+        for word, node in (("", c.body), ("", c.level), *c.values.items()):
+            if node is not None and word not in ("rise", "fall", "cross"):
+                yield node
 
 
 def _real_part(node: Node, card: Card) -> Diagnostic:

@@ -176,7 +176,9 @@ class Kind(ABC):
         way = next((w for w in ("rise", "fall") if w in c.values), "cross")
         verb = {"rise": "rises through", "fall": "falls through", "cross": "crosses"}[way]
         where = f"between {points.place(window[0])} and {points.place(window[1])}"
-        low, high = (curve.cut(*window).extreme(s)[0] for s in (-1.0, 1.0))
+        part = curve.cut(*window)
+        low, high = (part.extreme(s)[0] for s in (-1.0, 1.0))
+        low, high = (0.0 if abs(v) < 1e-12 * (high - low) else v for v in (low, high))
         hint = f"`{c.body!r}` lies between {low:g} and {high:g} there"
         if there:
             times = "once" if there == 1 else f"{there} times"

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
 DEGREE = 4  # between two points of a table
-UNCERTAIN = 1e-9  # of a segment: rounding of a place in it
+EQUAL = 1e-9  # of the whole swing: extremes that differ by less are equal
 
 
 @cache
@@ -180,24 +180,28 @@ class Curve:
         return float(np.sum((self.x[:, -1] - self.x[:, 0]) * (y @ areas(n))))
 
     def extreme(self, sign: float) -> tuple[float, float]:
-        """(value, place) of the largest value (sign 1) or the smallest one (-1); the first of several."""
+        """(value, place) of the largest value (sign 1) or the smallest one (-1); of several that are equal the first."""
         y = sign * self.y
         top, swing = y.max(axis=1), np.ptp(y, axis=1)
-        best = float(top.max())
-        at = int(np.argmax(y.ravel()))
-        place = float(self.x.ravel()[at])
+        best, first = float(top.max()), int(np.argmax(y.ravel()))
+        found = [(best, float(self.x.ravel()[first]))]
         # a polynomial may go beyond its values at the points, by less than they lie apart
         near = np.flatnonzero((swing > 0) & (top + swing > best))
-        if len(near):
-            slope = y[near] @ slopes(self.n).T
-            turns = (slope[:, :-1] > 0) & (slope[:, 1:] <= 0)
-            for row, j in np.argwhere(turns).tolist():
-                k = int(near[row])
-                c = _turn(slope[row], j)
-                value = float(between(y[k], np.array([c]))[0])
-                if value > best:
-                    best, place = value, float(self.x[k, 0] + c * (self.x[k, -1] - self.x[k, 0]))
-        return sign * best, place
+        slope = y[near] @ slopes(self.n).T
+        turns: list[tuple[float, float]] = []
+        for row, j in np.argwhere((slope[:, :-1] > 0) & (slope[:, 1:] <= 0)).tolist():
+            k = int(near[row])
+            c = _turn(slope[row], j)
+            value = float(between(y[k], np.array([c]))[0])
+            turns.append((value, float(self.x[k, 0] + c * (self.x[k, -1] - self.x[k, 0]))))
+        best = max(value for value, _ in (*found, *turns))
+        least = best - EQUAL * (best - float(y.min()))
+        if 0 < first < y.size - 1 and any(value >= least for value, _ in turns):
+            found = []  # a point beside the turn
+        value, place = next(
+            (value, place) for value, place in sorted((*found, *turns), key=lambda f: f[1]) if value >= least
+        )
+        return sign * max(value, best), place
 
 
 def _turn(slope: np.ndarray, j: int) -> float:

@@ -21,10 +21,12 @@ class Points:
     """One course of a table (`rows`: the first and behind the last). With `fine` its columns lie at Chebyshev's points of each
     step, that many and one a step; else they are what lies between neighbouring points of the table."""
 
-    def __init__(self, table: Table, rows: tuple[int, int] | None = None, fine: int = 0) -> None:
+    def __init__(
+        self, table: Table, rows: tuple[int, int] | None = None, fine: int = 0, start: float | None = None
+    ) -> None:
         self.table, self.analysis, self.n = table, table.kind, fine or DEGREE
         self.begin, self.end = rows or (0, len(table))
-        self.fine = bool(fine)
+        self.fine, self.start = bool(fine), start
         self.axis_name = table.axis.name if table.axis else ""
         self.axis_unit = table.axis.unit if table.axis else ""
         self._columns: dict[str, np.ndarray] = {}
@@ -75,7 +77,8 @@ class Points:
 
     @property
     def first(self) -> float:
-        return float(min(self.x[0, 0], self.x[-1, -1]))
+        """Where the results begin: a step may begin before."""
+        return float(min(self.x[0, 0], self.x[-1, -1])) if self.start is None else self.start
 
     @property
     def last(self) -> float:

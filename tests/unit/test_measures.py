@@ -97,6 +97,13 @@ def test_a_card_over_several_lines_with_comments_is_one():
     assert found(STEP, *lines)["x"].value == pytest.approx(TAU * math.log(2), rel=1e-3)
 
 
+def test_a_measurement_may_be_called_like_a_word_of_the_card():
+    assert found(STEP, ".meas tran max max v(out)", ".meas tran when find v(out) at=1u").keys() == {
+        "max",
+        "when",
+    }
+
+
 def test_a_signal_and_a_time_of_the_same_name_as_a_word_are_told_apart():
     deck = "t\nV1 at 0 PULSE(0 1 0 1n 1n 1 2)\nR1 at to 1k\nC1 to 0 1n\n.tran 10n 10u\n.meas tran x find v(to) at=1u\n.end\n"
     assert emsim.run(deck).measures["x"] == pytest.approx(1 - math.exp(-1), rel=1e-3)
@@ -174,6 +181,59 @@ def test_a_machine_is_measured_like_a_circuit():
     # a rod about its end: I = l^2/3, so omega0^2 = 3 g/(2 l); the angle from hanging has its own zero
     assert got["fastest"].unit == "rad/s" and got["drift"].unit == "J" and got["period"].unit == "s"
     assert got["drift"].value < 1e-6 and got["period"].value > 1.0
+
+
+RISE = (
+    "t\nV1 in 0 PULSE(0 1 1u 1n 1n 5u 10u)\nR1 in out 1k\nC1 out 0 1n\n.tran 10n 30u\n"
+    ".options reltol={} abstol=1e-18 vntol=1e-14 method={}\n"
+    ".meas tran rise trig v(out) val=0.1 rise=1 targ v(out) val=0.9 rise=1\n.end\n"
+)
+
+
+def rise_error(method: str, reltol: float) -> float:
+    return abs(emsim.run(RISE.format(reltol, method)).measures["rise"] / (TAU * math.log(9)) - 1)
+
+
+@pytest.mark.parametrize("method", ["auto", "radau", "dop853", "rk45", "esdirk", "gear"])
+def test_the_rise_time_of_an_rc_is_that_of_the_closed_form_to_1e_9(method):
+    assert rise_error(method, 1e-10) < 1e-9
+
+
+@pytest.mark.parametrize(
+    ("method", "reltol"), [("trap", 1e-7), ("gear", 1e-5), ("trbdf2", 1e-5), ("esdirk", 1e-5), ("rk45", 1e-4), ("radau", 1e-5)]
+)  # fmt: skip
+def test_a_crossing_follows_the_tolerance(method, reltol):
+    """Of the method's own dense output: a thousandth of the tolerance takes a tenth of the error at least, and it stays within
+    it; straight lines between rows would keep theirs."""
+    coarse, fine = rise_error(method, reltol), rise_error(method, 1e-3 * reltol)
+    assert fine < max(0.1 * coarse, 1e-3 * reltol)
+
+
+@pytest.mark.parametrize("method", ["dop853", "esdirk"])
+def test_half_the_tolerance_takes_its_part_of_the_error(method):
+    """Over ten halvings together, since steps that land elsewhere make one of them uneven."""
+    ladder = [rise_error(method, 1e-4 * 0.5**k) for k in range(11)]
+    assert ladder[10] < 0.02 * ladder[0]
+
+
+def test_what_lies_between_the_frequencies_of_a_sweep_is_solved_there():
+    """One point a decade, and the corner frequency to rounding."""
+    deck = (
+        "t\nV1 in 0 ac 1\nR1 in out 1k\nC1 out 0 1n\n.ac dec 1 1k 10meg\n.meas ac f3 when vdb(out)='-10*log10(2)'\n"
+        ".meas ac area integ mag(v(out)) from=1k to=1meg\n.end\n"
+    )
+    got, corner = emsim.run(deck).measures, 1 / (2 * math.pi * TAU)
+    assert got["f3"] == pytest.approx(corner, rel=1e-12)
+    area = corner * (math.asinh(1e6 / corner) - math.asinh(1e3 / corner))
+    assert got["area"] == pytest.approx(area, rel=1e-12)
+
+
+def test_measurements_begin_where_the_results_do():
+    deck = "t\nV1 a 0 SIN(0 1 1k)\nR1 a 0 1\n.tran 1u 2m 0.6m\n.meas tran lowest min_at v(a)\n.meas tran all avg v(a)\n.end\n"
+    got = {m.name: m for m in emsim.run(deck).measured}
+    assert got["lowest"].value == pytest.approx(0.75e-3, rel=1e-4) and got["all"].more[
+        "from"
+    ] == pytest.approx(0.6e-3)
 
 
 def test_small_signals_are_measured_in_decibels_and_a_note_tells_of_real_parts():

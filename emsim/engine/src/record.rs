@@ -7,6 +7,9 @@ use crate::tape::{Inputs, Tape};
 use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 use std::sync::Arc;
 
+mod inside;
+pub use inside::Samples;
+
 /// Room for so many numbers to begin with.
 const FIRST: usize = 512;
 /// Where there is no room for so many more, memory is at its end: what is left is for all else.
@@ -34,6 +37,8 @@ pub struct Record {
     pub corners: Vec<f64>,
     /// energy accounts, where they were asked for
     pub ledger: Option<Ledger>,
+    /// the insides of steps, where they were asked for
+    pub samples: Option<Box<Samples>>,
     /// the file that rows go to while the run goes on
     pub stream: Option<Stream>,
     pub gate: Arc<Gate>,
@@ -68,6 +73,7 @@ impl Record {
             data: Vec::new(),
             corners: Vec::new(),
             ledger: None,
+            samples: None,
             stream: None,
             gate: Arc::default(),
         }

@@ -34,6 +34,7 @@ use crate::newton::{Failure, Options, Tolerances};
 use crate::record::Record;
 use crate::sparse::Complex;
 use crate::system::{System, Work};
+pub use rows::undetermined;
 use rows::Lags;
 
 /// What came of one attempted step.

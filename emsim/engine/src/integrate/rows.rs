@@ -66,18 +66,27 @@ impl Sink for Record {
     }
 
     fn open(&mut self, sys: &System, w: &mut Work, t: f64, x: &[f64]) {
+        if let Some(samples) = &mut self.samples {
+            samples.begin(t, x);
+        }
         if let Some(ledger) = &mut self.ledger {
             ledger.open(sys, w, t, x);
         }
     }
 
     fn leap(&mut self, _sys: &System, _w: &mut Work, t: f64, x: &[f64]) {
+        if let Some(samples) = &mut self.samples {
+            samples.begin(t, x);
+        }
         if let Some(ledger) = &mut self.ledger {
             ledger.leap(t, x);
         }
     }
 
     fn step(&mut self, sys: &System, w: &mut Work, t: f64, x: &[f64], inside: &Inside) {
+        if let Some(samples) = &mut self.samples {
+            samples.step(sys, w, t, x, inside);
+        }
         if let Some(ledger) = &mut self.ledger {
             ledger.step(sys, w, t, x, inside);
         }

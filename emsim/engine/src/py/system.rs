@@ -1,13 +1,13 @@
 //! `System`: the compiled equations, open to anyone; and the analyses. `Waveforms`: what an analysis recorded.
 use super::expr::{lock, Expr, SharedGraph};
 use super::smallsignal::SmallSignal;
-use crate::graph::Id;
+use crate::graph::{Id, Node};
 use crate::integrate::{self, Failed, Status, Transient};
 use crate::ledger::Ledger;
 use crate::newton::{Failure, Newton, Options, Tolerances};
 use crate::op;
 use crate::raw;
-use crate::record::Record;
+use crate::record::{Record, Samples};
 use crate::system::{Counters, Kind, Work};
 use crate::tolerances::{Absolute, Quantity, QUANTITIES};
 use pyo3::exceptions::{PyIndexError, PyOSError, PyValueError};
@@ -138,6 +138,13 @@ impl System {
     /// Do circuit and machine want a pace each, `method=multirate`, in a run of that length?
     fn two_paces(&self, tstop: f64) -> bool {
         integrate::pays(&self.inner, tstop)
+    }
+    /// Of each expression: does it read an unknown of higher index?
+    fn lags(&self, outputs: Vec<Bound<'_, PyAny>>) -> PyResult<Vec<bool>> {
+        let (ids, graph) = (self.ids(&outputs)?, lock(&self.graph));
+        let late = integrate::undetermined(&self.inner);
+        let is_late = |&id: &Id| matches!(graph.node(id), Node::Unknown(i) if late[i as usize]);
+        Ok(ids.iter().map(|&id| graph.reachable(&[id]).iter().any(is_late)).collect())
     }
     fn initial(&self) -> Vec<f64> {
         op::initial(&self.inner)
@@ -391,7 +398,8 @@ impl System {
     /// Transient analysis. `progress(t, h, steps, events)` is called now and then; a true return value stops the run.
     /// `accounts`: (powers to integrate, energies to read at both ends, keep a trace of them). Not `drawn`, the rows beside
     /// the steps' ends are those of the print grid alone.
-    #[pyo3(signature = (tstep, tstop, tstart=0.0, tmax=None, uic=false, outputs=vec![], options_=None, progress=None, accounts=None, drawn=true, stream=None))]
+    /// `inside`: expressions to be kept within the steps, and the degree of their polynomials.
+    #[pyo3(signature = (tstep, tstop, tstart=0.0, tmax=None, uic=false, outputs=vec![], options_=None, progress=None, accounts=None, drawn=true, stream=None, inside=None))]
     #[allow(clippy::too_many_arguments)]
     fn tran(
         &self,
@@ -407,6 +415,7 @@ impl System {
         accounts: Option<(Vec<Bound<'_, PyAny>>, Vec<Bound<'_, PyAny>>, bool)>,
         drawn: bool,
         stream: Option<(String, bool, RawTable)>,
+        inside: Option<(Vec<Bound<'_, PyAny>>, usize)>,
     ) -> PyResult<Waveforms> {
         let good = |v: f64| v.is_finite() && v > 0.0;
         let ordered = tstart >= 0.0 && tstart < tstop;
@@ -421,6 +430,10 @@ impl System {
         if let Some((powers, energies, traced)) = accounts {
             let (powers, energies) = (self.ids(&powers)?, self.ids(&energies)?);
             record.ledger = Some(Ledger::new(&lock(&self.graph), &powers, &energies, traced));
+        }
+        if let Some((expressions, degree)) = inside {
+            let ids = self.ids(&expressions)?;
+            record.samples = Some(Box::new(Samples::new(&lock(&self.graph), &ids, degree, tstart)));
         }
         if let Some((path, append, table)) = stream {
             let rows = raw::Rows { width: record.columns, first: 0, columns: table.names.len() };
@@ -501,6 +514,19 @@ impl System {
             state: None,
         })
     }
+}
+
+fn column_of<'py>(py: Python<'py>, record: &Record, k: usize) -> PyResult<Bound<'py, PyBytes>> {
+    let (r, c) = (record.rows(), record.columns);
+    if k >= c {
+        return Err(PyIndexError::new_err("no such column"));
+    }
+    PyBytes::new_with(py, r * 8, |out| {
+        for (chunk, row) in out.chunks_exact_mut(8).zip(record.data.chunks_exact(c)) {
+            chunk.copy_from_slice(&row[k].to_ne_bytes());
+        }
+        Ok(())
+    })
 }
 
 fn no_point(e: op::NoPoint) -> Failed {
@@ -693,16 +719,14 @@ impl Waveforms {
 
     /// Column k (0 is time) as the bytes of native float64.
     fn column<'py>(&self, py: Python<'py>, k: usize) -> PyResult<Bound<'py, PyBytes>> {
-        let (r, c) = (self.record.rows(), self.record.columns);
-        if k >= c {
-            return Err(PyIndexError::new_err("no such column"));
-        }
-        PyBytes::new_with(py, r * 8, |out| {
-            for (chunk, row) in out.chunks_exact_mut(8).zip(self.record.data.chunks_exact(c)) {
-                chunk.copy_from_slice(&row[k].to_ne_bytes());
-            }
-            Ok(())
-        })
+        column_of(py, &self.record, k)
+    }
+
+    /// The time (0) or expression k - 1 of `inside`, as the bytes of native float64; empty where they were too many to keep.
+    fn inside<'py>(&self, py: Python<'py>, k: usize) -> PyResult<Bound<'py, PyBytes>> {
+        let samples =
+            self.record.samples.as_ref().ok_or_else(|| PyIndexError::new_err("nothing was asked for inside"))?;
+        column_of(py, samples.rows(), k)
     }
 
     /// Times of rows at which signals may bend or jump, as the bytes of native float64.

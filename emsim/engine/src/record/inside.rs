@@ -1,0 +1,73 @@
+//! What lies inside the steps: outputs at Chebyshev's points of every accepted step, by the method's own dense output.
+//!
+//! Values at n + 1 such points are a polynomial of degree n, so that crossings, extremes and integrals of a step are those of its
+//! dense output, whatever the rows are. The start of a step has the values behind a jump there.
+use super::Record;
+use crate::graph::{Graph, Id};
+use crate::ledger::Inside;
+use crate::system::{System, Work};
+use std::f64::consts::PI;
+
+/// More numbers than this are too many to keep: 512 MB.
+const MOST: usize = 1 << 26;
+
+pub struct Samples {
+    record: Record,
+    degree: usize,
+    nodes: Vec<f64>, // on 0 .. 1, between the ends
+    from: f64,       // steps that end before are of no use
+    at: f64,
+    x: Vec<f64>,
+    inside: Vec<f64>,
+    full: bool,
+}
+
+impl Samples {
+    pub fn new(g: &Graph, outputs: &[Id], degree: usize, from: f64) -> Samples {
+        let degree = degree.max(2);
+        let node = |j: usize| 0.5 - 0.5 * (PI * j as f64 / degree as f64).cos();
+        Samples {
+            record: Record::new(g, outputs),
+            degree,
+            nodes: (1..degree).map(node).collect(),
+            from,
+            at: 0.0,
+            x: Vec::new(),
+            inside: Vec::new(),
+            full: false,
+        }
+    }
+
+    /// The run goes on from (t, x).
+    pub fn begin(&mut self, t: f64, x: &[f64]) {
+        self.at = t;
+        self.x.clear();
+        self.x.extend_from_slice(x);
+    }
+
+    /// An accepted step up to (t1, x1).
+    pub fn step(&mut self, sys: &System, w: &mut Work, t1: f64, x1: &[f64], inside: &Inside) {
+        let (t0, whole) = (self.at, t1 - self.at);
+        if whole > 0.0 && t1 > self.from && !self.full {
+            let rows = self.record.data.len();
+            self.record.push(sys, w, t0, &self.x);
+            self.inside.resize(x1.len(), 0.0);
+            for &node in &self.nodes {
+                let t = t0 + node * whole;
+                (inside.dense)(t, &mut self.inside);
+                self.record.push(sys, w, t, &self.inside);
+            }
+            self.record.push(sys, w, t1, x1);
+            let written = self.record.data.len() - rows;
+            if self.record.data.len() > MOST || written != (self.degree + 1) * self.record.columns {
+                (self.full, self.record.data) = (true, Vec::new());
+            }
+        }
+        self.begin(t1, x1);
+    }
+
+    /// Rows of time and outputs, so many and one for every step; none where they were too many.
+    pub fn rows(&self) -> &Record {
+        &self.record
+    }
+}
