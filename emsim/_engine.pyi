@@ -204,6 +204,9 @@ class System:
     ) -> Waveforms:
         """Operating points along a sweep, one row each, whose first column is the number of the point. points: values of the
         sources `waves`; near: unknowns and conditions to begin from, as `Waveforms.state` has them."""
+    @property
+    def sums(self) -> list[tuple[int, int]]:
+        """(node, root) of nodes whose rows are part of the root's: what goes into one goes into the other."""
     def small_signal(
         self, options_: dict[str, Any] | None = None, statics: bool = False, hold: bool = False
     ) -> tuple[SmallSignal | None, dict[str, Any] | None]:

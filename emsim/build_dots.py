@@ -44,7 +44,16 @@ _OF_THE_CIRCUIT = {
     "hdl": "Verilog-A models cannot be loaded; take a .model",
     "loadbias": "set the voltages with .nodeset",
 }
-BESIDE = ("base", "afterwards", "facts", "failure", "watch")  # files of analyses/ that are none
+BESIDE = (
+    "base",
+    "afterwards",
+    "facts",
+    "failure",
+    "gaps",
+    "pencil",
+    "rest",
+    "watch",
+)  # files of analyses/ that are none
 _KEPT = frozenset(("plot", "graph"))  # everything else among the text cards is dropped in silence
 
 
@@ -118,14 +127,14 @@ class DotCards(Cards):
 
             return measure(line, ch[0].end_pos)
         elif is_analysis(kind):
-            return Analysis(kind, self.words(ch, line), set(), line.whole)
+            return Analysis(kind, self.words(kind, ch, line), set(), line.whole)
         elif kind in _ANALYSES:
             return Analysis(kind, rest.split(), set(), line.whole)
         elif kind in _KEPT:
             return Dot(kind, rest.split(), line.whole)
         return None
 
-    def words(self, ch: list[Any], line: Line) -> list[Any]:
+    def words(self, kind: str, ch: list[Any], line: Line) -> list[Any]:
         """What stands behind a dot word, as an analysis takes it: numbers, names, signals; expressions in braces are still to
         be evaluated."""
         import re
@@ -139,14 +148,14 @@ class DotCards(Cards):
                 place = Line(line.file, line.number, line.col + first, line.start + first, line.start + last)
                 found.append(expression(parse_line(place, "expression"), place))
             else:
-                value = spice_number(text)
+                value = None if kind == "pz" else spice_number(text)  # nodes may be numbers
                 found.append(text.lower() if value is None else value)
         return found
 
     def on_unknown(self, ch: list[Any], line: Line) -> Analysis:
         word = str(ch[0][1:].lower())
         if is_analysis(word):
-            return Analysis(word, self.words(ch, line), set(), line.whole)
+            return Analysis(word, self.words(word, ch, line), set(), line.whole)
         from .mistakes import unknown_dot
 
         raise LineError(unknown_dot(line, ch[0].lower()))

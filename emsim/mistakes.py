@@ -99,6 +99,8 @@ FORMS = {
     ".ac": ".ac dec|oct|lin points fstart fstop",
     ".noise": ".noise v(out) source dec|oct|lin points fstart fstop",
     ".tf": ".tf v(out) source",
+    ".pz": ".pz in+ in- out+ out- cur|vol pol|zer|pz",
+    ".modes": ".modes [static]",
     ".param": ".param name=value [name={expression} ..]",
     ".func": ".func name(a,b) {expression}",
     ".model": ".model name type(parameter=value ..)",

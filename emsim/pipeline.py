@@ -302,20 +302,17 @@ def _own_prints(assembly: Assembly, tables: list[Table]) -> list[tuple[str, list
     for analysis in {a.word: a for a in assembly.analyses if a.names_itself}.values():
         cards = [card for card in assembly.flat.prints if card.kind == analysis.word]
         kinds = analysis.tables or (analysis.word,)
-        own = {kind: t for kind in kinds for t in tables if t.kind == kind}
+        own = [t for t in tables if t.kind in kinds]
         for card in cards:
-            for kind, table in own.items():
-                names = [n for n, _ in card.items if n == "all" or n in table]
-                names = [name for n in names for name in (table.signals if n == "all" else [n])]
-                if names:
-                    found.append((kind, names))
+            names = [text for text, _ in card.items]
+            found += [(kind, names) for kind in kinds]
             for text, ast in card.items:
-                if text != "all" and own and not any(text in table for table in own.values()):
+                if text != "all" and own and not any(text in table for table in own):
                     said = f".{analysis.word} has no column `{text}`: it is left out"
-                    some = ", ".join(name for table in own.values() for name in table.signals[-4:])
+                    some = ", ".join(name for table in own for name in table.signals[-4:])
                     assembly.flat.sink.warning("W287", said, ast.span or card.span, f"there are {some}")
         if not cards:
-            found += [(kind, own[kind].signals) for kind in analysis.shown if kind in own]
+            found += [(kind, ["all"]) for kind in analysis.shown]
     return found
 
 

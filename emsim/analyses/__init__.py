@@ -5,8 +5,10 @@ from __future__ import annotations
 from .ac import Ac
 from .base import Analysis, Axis, Run
 from .dc import Dc
+from .modes import Modes
 from .noise import Noise
 from .op import Op
+from .pz import Pz
 from .tf import Tf
 from .tran import Tran
 
@@ -19,7 +21,7 @@ if TYPE_CHECKING:
 
 __all__ = ["ANALYSES", "Analysis", "Axis", "Run", "find", "plan", "refused", "transients"]
 
-ANALYSES: tuple[type[Analysis], ...] = (Op, Dc, Tran, Ac, Noise, Tf)
+ANALYSES: tuple[type[Analysis], ...] = (Op, Dc, Tran, Ac, Noise, Pz, Modes, Tf)
 # what is made of results rather than computed: a run is whole without it
 EVALUATED = ("four",)
 

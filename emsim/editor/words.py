@@ -3,11 +3,13 @@ parameters mean stands in the cards' own specs, what elements are in the classes
 
 from __future__ import annotations
 
+from ..analyses import ANALYSES
 from ..cards.joints import WORDS as JOINT_WORDS
 from ..cards.joints import readers
 
 # dot card -> (form, meaning)
 DOTS = {
+    **{f".{a.word}": (a.form, a.meaning) for a in ANALYSES},
     ".tran": (".tran tstep tstop [tstart [tmax]] [uic]", "transient analysis [s]; uic: start from given values"),
     ".op": (".op [static]", "operating point, mechanics held where it starts; static: everything comes to rest"),
     ".param": (".param name=value [name={expression} ..]", "parameters, of the deck or of the subcircuit"),

@@ -31,7 +31,11 @@ def lines(result: Result, unfinished: int | None = None) -> Iterator[str]:
     for kind, names in result.prints:
         for table in result.plots:
             if table.kind == kind:
-                yield from table_lines(table, names, last=None if table.status == "ok" else unfinished)
+                own = [
+                    n for name in names for n in (table.signals if name == "all" else [name]) if n in table
+                ]
+                if own or not names:
+                    yield from table_lines(table, own, last=None if table.status == "ok" else unfinished)
 
 
 def measured(result: Result) -> Iterator[str]:

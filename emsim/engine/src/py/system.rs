@@ -361,6 +361,12 @@ impl System {
         })
     }
 
+    /// (node, root) of nodes whose rows are part of the root's.
+    #[getter]
+    fn sums(&self) -> Vec<(usize, usize)> {
+        self.inner.sums.iter().map(|s| (s.node, s.root)).collect()
+    }
+
     /// The equations linearised about the operating point: (found, what was linearised, failure). `hold`: the machine does not
     /// move.
     #[pyo3(signature = (options_=None, statics=false, hold=false))]

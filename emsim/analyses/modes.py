@@ -1,0 +1,115 @@
+"""`.modes [static]`: the modes of circuit and mechanism about the operating point: frequency, damping and shape of each.
+
+A mode is a motion x exp(s t) that (G + s C) x = 0 allows. One row each, conjugate pairs once: its frequency |Im s|/2 pi, its
+damping ratio -Re s/|s| (1 dies out without swinging, below 0 it grows), its rate -Re s. The shape is what the deck's signals
+come to, as complex amplitudes of which the largest is 1. A free motion, of frequency and rate 0, is there as often as its
+equations have such solutions: twice, place and speed.
+"""
+
+from __future__ import annotations
+
+import math
+
+from .ac import linearised
+from .base import Analysis, Axis, Computed, Run, derived, recorded
+from .op import is_static
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any, ClassVar, Self
+
+    from .._engine import Expr, SmallSignal
+    from ..assemble import Assembly, Context, Output
+    from ..deck import Analysis as Card
+    from ..diagnostics import Diagnostic, Sink
+    from .base import Progress
+
+
+class Modes(Analysis):
+    word = "modes"
+    form = ".modes [static]"
+    meaning = "frequency, damping and shape of every mode of circuit and mechanism"
+    plotname = "Modes"
+    axis: Axis | None = Axis("mode", "")
+    names_itself = True
+    shown: ClassVar[tuple[str, ...]] = ("modes",)
+    complex = True
+
+    def __init__(self, card: Card) -> None:
+        self.card, self.static = card, is_static(card)
+
+    @classmethod
+    def read(cls, card: Card, sink: Sink) -> Self | None:
+        from .base import wrong
+
+        if any(a != "static" for a in card.args):
+            wrong(cls, card, sink, f".modes takes nothing but static, not `{card.args[0]}`")
+            return None
+        return cls(card)
+
+    def columns(self, ctx: Context) -> list[Output]:
+        from ..assemble.outputs import columns
+
+        return columns(ctx, "", "", whole=False)
+
+    def run(self, assembly: Assembly, progress: Progress | None = None) -> Run:
+        names, units, exprs = recorded(assembly, self)
+        linear, trouble = linearised(assembly, self, self.static)
+        heads = ["mode", "frequency", "damping", "rate"]
+        columns: list[Any] = [[] for _ in (*heads, *names)]
+        if linear is not None:
+            from .pencil import SingularPencil, dense, eigenvalues, vectors
+
+            g, c = dense(linear)
+            try:
+                found = eigenvalues(g, c)
+            except SingularPencil:
+                trouble = [_undetermined(self)]
+            else:
+                found = found[found.imag >= 0.0]
+                found = found[sorted(range(len(found)), key=lambda k: (found[k].imag, abs(found[k].real)))]
+                shapes = _shapes(assembly, linear, exprs, vectors(g, c, found))
+                size = [abs(s) for s in found]
+                columns = [
+                    list(range(1, len(found) + 1)),
+                    [s.imag / (2.0 * math.pi) for s in found],
+                    [-s.real / a if a else 0.0 for s, a in zip(found, size, strict=True)],
+                    [0.0 - s.real for s in found],
+                    *([part for z in column for part in (z.real, z.imag)] for column in shapes),
+                ]
+        waves = Computed(columns, [False] * 4 + [True] * len(names), "failed" if trouble else "ok")
+        return Run(
+            self, [*heads, *names], ["", "Hz", "", "1/s", *units], waves, self.axis, derived=derived(assembly, self),
+            trouble=trouble,
+        )  # fmt: skip
+
+
+def _undetermined(analysis: Modes) -> Diagnostic:
+    from ..diagnostics import Diagnostic
+
+    said = "the modes are not determined: the equations have a solution at every frequency"
+    return Diagnostic("error", "E411", said, analysis.card.span, "something of the deck hangs on nothing")
+
+
+def _shapes(
+    assembly: Assembly, linear: SmallSignal, exprs: list[Expr], found: list[Any]
+) -> list[list[complex]]:
+    """What signals come to in each mode, the largest of them 1."""
+    b, n = assembly.ctx.b, assembly.system.n
+    xs = [b.x(k) for k in range(n)]
+    terms: list[list[tuple[int, float]]] = []
+    for e in exprs:
+        kind, number, _ = e.node
+        if kind == "x":
+            terms.append([(int(number), 1.0)])
+            continue
+        read = [k for k, depends in enumerate(b.depends(e, [x]) for x in xs) if depends[0]]
+        slopes = linear.values(b.grad(e, [xs[k] for k in read])) if read else []
+        terms.append(list(zip(read, slopes, strict=True)))
+    columns: list[list[complex]] = [[] for _ in exprs]
+    for x in found:
+        shape = [complex(sum(d * x[k] for k, d in row)) for row in terms]
+        largest = max(shape, key=abs, default=0.0)
+        for column, value in zip(columns, shape, strict=True):
+            column.append(value / largest if largest else 0j)
+    return columns
