@@ -353,6 +353,45 @@ class Trees:
         """Title, stray continuation lines, the first .control, the lines of .control sections, and the cards: see
         source.Reading. A place is (line, column, start, end)."""
 
+@final
+class VerilogA:
+    """A Verilog-A text that was read, or what is wrong with it."""
+
+    @property
+    def messages(self) -> list[dict[str, Any]]:
+        """What is wrong: text, file, line, column (from 1), length, source (the line), hint, through (macros, innermost first:
+        name, file, line, column of its use). Empty where the text is right."""
+    @property
+    def modules(self) -> list[str]: ...
+    @property
+    def files(self) -> list[str]:
+        """Every file that was read."""
+    def describe(self, module: str) -> dict[str, Any]:
+        """module, meaning, terminals, parameters: dicts of names (aliases last), unit, meaning, default (None where it
+        hangs on others), instance, integer, text. KeyError."""
+    def evaluate(
+        self,
+        module: str,
+        parameters: dict[str, float | str | list[float]] = {},
+        temp: float = 27.0,
+        voltages: dict[str, float] = {},
+        gmin: float = 0.0,
+        tnom: float = 27.0,
+        instance: dict[str, float | str | list[float]] = {},
+        connected: int | None = None,
+        multiplier: float = 1.0,
+        time: float = 0.0,
+        symbols: dict[int, float] = {},
+        slopes: bool = False,
+    ) -> dict[str, Any]:
+        """An instance at voltages of its unknowns (by name, 0 where none is given; [V], temperatures in Celsius): unknowns (name,
+        kind), terminals, merged (name, name), ports (from, to, limit), flows (from, to, i, q), noise (from, to, name, power,
+        exponent), outputs, bound_step, said, operations; with `slopes` those of i and q of every flow, a row of ports each.
+        ValueError with messages where the module refuses, KeyError."""
+
+def veriloga(text: str, name: str = "", folders: list[str] = [], defines: dict[str, str] = {}) -> VerilogA:
+    """Reads a Verilog-A text: `name` is what messages call it, includes are looked for in its folder and in `folders`."""
+
 def devices() -> list[tuple[str, list[str]]]:
     """(name, terminals) of every device; the name is the word of its .model."""
 

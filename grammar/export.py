@@ -1,7 +1,8 @@
-"""Writes the tables of the grammar for the engine's own parser: emsim/engine/src/syntax/tables.txt.
+"""Writes the tables of the grammars for the engine's own parser: emsim/engine/src/syntax/tables.txt for decks,
+emsim/engine/src/veriloga/tables.txt for Verilog-A.
 
-python grammar/export.py          rewrite the file
-python grammar/export.py --check  exit 1 if it is out of date
+python grammar/export.py          rewrite the files
+python grammar/export.py --check  exit 1 if one is out of date
 
 The grammar in grammar/*.lark stays the only source of the syntax. Lark computes everything here: the LALR(1)
 actions, the terminals that its contextual lexer looks for in each state, in Lark's order (priority, longest
@@ -19,9 +20,10 @@ import sys
 from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
-TARGET = HERE.parent / "emsim" / "engine" / "src" / "syntax" / "tables.txt"
+ENGINE = HERE.parent / "emsim" / "engine" / "src"
 sys.path.insert(0, str(HERE.parent))
 
+from lark import Lark  # noqa: E402
 from lark.lexer import PatternRE, PatternStr, _create_unless  # noqa: E402
 from lark.parsers.lalr_analysis import Shift  # noqa: E402
 
@@ -122,8 +124,19 @@ def _ranges(numbers: list[int]) -> list[tuple[int, int]]:
     return out
 
 
-def tables() -> str:
-    lark = lark_grammar.build_parser(lark_grammar.grammar_text())
+def deck() -> str:
+    return tables(
+        lark_grammar.build_parser(lark_grammar.grammar_text()), lark_grammar.STARTS, "grammar/*.lark"
+    )
+
+
+def veriloga() -> str:
+    text = (HERE / "veriloga.lark").read_text(encoding="utf-8")
+    lark = Lark(text, parser="lalr", lexer="contextual", start=["start"], maybe_placeholders=False)
+    return tables(lark, ("start",), "grammar/veriloga.lark")
+
+
+def tables(lark: Lark, starts: tuple[str, ...], source: str) -> str:
     table, lexer = lark.parser.parser._parse_table, lark.parser.lexer
     terminals = sorted(lark.terminals, key=lambda t: t.name)
     patterns = Patterns()
@@ -131,7 +144,7 @@ def tables() -> str:
     symbol["$END"] = len(symbol)
     origins = sorted({str(rule.origin.name) for rule in lark.rules})
     symbol.update({name: len(symbol) + k for k, name in enumerate(origins)})
-    out = ["# the tables of grammar/*.lark, written by grammar/export.py", f"terminals {len(terminals)}"]
+    out = [f"# the tables of {source}, written by grammar/export.py", f"terminals {len(terminals)}"]
     for t in terminals:
         ignored = "i" if t.name in lark.ignore_tokens else "."
         out.append(f"{t.name} {ignored} {patterns.notation(t.pattern.to_regexp())}")
@@ -153,7 +166,7 @@ def tables() -> str:
     out += [f"names {len(names)}", *names, f"rules {len(lines)}", *lines]
     # states in the order in which they are met
     order: dict[int, int] = {}
-    queue = [table.start_states[start] for start in lark_grammar.STARTS]
+    queue = [table.start_states[start] for start in starts]
     while queue:
         state = queue.pop(0)
         if state in order:
@@ -178,8 +191,8 @@ def tables() -> str:
             words.append(f"{lookaheads.setdefault(key, len(lookaheads))}@{rule_number}")
         rows.append(" ".join(words))
     out += [f"lexers {len(lexers)}", *lexers, f"lookaheads {len(lookaheads)}", *lookaheads]
-    out += [f"states {len(rows)}", *rows, f"starts {len(lark_grammar.STARTS)}"]
-    out += [f"{s} {order[table.start_states[s]]} {order[table.end_states[s]]}" for s in lark_grammar.STARTS]
+    out += [f"states {len(rows)}", *rows, f"starts {len(starts)}"]
+    out += [f"{s} {order[table.start_states[s]]} {order[table.end_states[s]]}" for s in starts]
     words = [str(s.name).lower() for r in rules if r.origin.name == "_card_word" for s in r.expansion]
     out += [f"cards {len(words)}", *words]
     return "\n".join(out) + "\n"
@@ -207,8 +220,12 @@ def _lexer(basic, symbol: dict[str, int]) -> str:
     return " ".join(words)
 
 
+TARGETS = {ENGINE / "syntax" / "tables.txt": deck, ENGINE / "veriloga" / "tables.txt": veriloga}
+
 if __name__ == "__main__":
-    text = tables()
-    if "--check" in sys.argv:
-        sys.exit(not TARGET.exists() or TARGET.read_text(encoding="utf-8") != text)
-    TARGET.write_text(text, encoding="utf-8")
+    for target, made in TARGETS.items():
+        text = made()
+        if "--check" not in sys.argv:
+            target.write_text(text, encoding="utf-8")
+        elif not target.exists() or target.read_text(encoding="utf-8") != text:
+            sys.exit(f"{target.name} of {target.parent.name}/ is out of date")

@@ -1,10 +1,11 @@
 //! The Python face: thin, one file for the expressions, one for the builder, one for the compiled
-//! system, one for syntax trees.
+//! system, one for syntax trees, one for Verilog-A.
 mod builder;
 mod expr;
 mod smallsignal;
 mod syntax;
 mod system;
+mod veriloga;
 
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -20,6 +21,8 @@ fn _engine(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_class::<system::Waveforms>()?;
     m.add_class::<smallsignal::SmallSignal>()?;
     m.add_class::<syntax::Trees>()?;
+    m.add_class::<veriloga::VerilogA>()?;
+    m.add_function(wrap_pyfunction!(veriloga::veriloga, m)?)?;
     m.add_function(wrap_pyfunction!(device_parameters, m)?)?;
     m.add_function(wrap_pyfunction!(devices, m)?)?;
     m.add_function(wrap_pyfunction!(methods, m)?)?;

@@ -90,6 +90,36 @@ impl Parser {
         }
     }
 
+    /// The tree of tokens that were cut elsewhere, each given by its terminal; leaves hold their numbers. Otherwise the number of
+    /// the token that does not fit (their count: the end does not) and what would.
+    pub fn tokens(&mut self, table: &Table, start: (u16, u16), tokens: &[u8]) -> Result<(), (usize, Vec<u8>)> {
+        self.tree.nodes.clear();
+        self.tree.children.clear();
+        self.states.clear();
+        self.values.clear();
+        self.states.push(start.0);
+        for (k, &terminal) in tokens.iter().enumerate() {
+            self.tree.nodes.push(Node::Leaf { terminal, start: k as u32, end: k as u32 + 1 });
+            let leaf = self.tree.nodes.len() as u32 - 1;
+            if !self.feed(table, terminal as usize, Some(leaf), start.1) {
+                return Err((k, self.awaited(table)));
+            }
+        }
+        if self.feed(table, table.end(), None, start.1) {
+            if let Some(Value::Node(root)) = self.values.pop() {
+                self.tree.root = root;
+                return Ok(());
+            }
+        }
+        Err((tokens.len(), self.awaited(table)))
+    }
+
+    /// The terminals that the state can take.
+    fn awaited(&self, table: &Table) -> Vec<u8> {
+        let Some(state) = self.states.last().and_then(|&s| table.state(s)) else { return Vec::new() };
+        (0..table.end()).filter(|&k| state.action(k) != Action::Error).map(|k| k as u8).collect()
+    }
+
     /// What looks for the terminals of the state.
     fn lexer<'t>(&self, table: &'t Table) -> Option<&'t Lexer> {
         table.lexer(table.state(*self.states.last()?)?.lexer)

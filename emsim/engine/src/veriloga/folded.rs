@@ -9,6 +9,15 @@ pub const GMIN: u32 = 0;
 /// `Node::Symbol` of the factor that sources are multiplied with while an operating point is looked for ($simparam("sourceScaleFactor")).
 pub const SOURCE_SCALE: u32 = 1;
 
+/// `Node::Symbol` that is 1 while an operating point is looked for (`idt` with an initial value reads it), else 0.
+pub const STATIC: u32 = 2;
+/// analysis("name") reads these symbols, each 1 or 0; "ic" is a transient's operating point. Who runs a module gives every symbol
+/// that is read a value, or refuses it by name.
+pub const ANALYSES: &[(&str, u32)] =
+    &[("static", STATIC), ("dc", 3), ("tran", 4), ("ac", 5), ("noise", 6), ("ic", 7), ("nodeset", 8)];
+/// Symbols below this have a meaning; no other is left in what is handed over.
+pub const SYMBOLS: u32 = 9;
+
 /// One instance. Expressions read port k as `Node::Unknown(k)` and time as `Node::Time`. Nothing else is free: every parameter is a
 /// constant. Conditions are `Select` and comparisons as values; none of them is an event.
 pub struct Folded {

@@ -1,0 +1,234 @@
+//! Verilog-A for Python: what a text declares, what is wrong with it, and the numbers of an instance at given voltages.
+use crate::derive::gradient;
+use crate::graph::{Id, Node};
+use crate::tape::{Inputs, Tape};
+use crate::veriloga::folded::{Kind, GMIN, GROUND, SOURCE_SCALE};
+use crate::veriloga::{Folded, Given, Library, Message, Value};
+use pyo3::exceptions::{PyKeyError, PyValueError};
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyList};
+use std::collections::HashMap;
+use std::path::PathBuf;
+
+/// A text that was read, or what is wrong with it.
+#[pyclass(frozen)]
+pub struct VerilogA {
+    library: Library,
+    messages: Vec<Message>,
+}
+
+/// Reads a text: `name` is what messages call it, `folders` are looked in for what it includes.
+#[pyfunction]
+#[pyo3(signature = (text, name="", folders=Vec::new(), defines=HashMap::new()))]
+pub fn veriloga(text: &str, name: &str, folders: Vec<PathBuf>, defines: HashMap<String, String>) -> VerilogA {
+    let mut defines: Vec<(String, String)> = defines.into_iter().collect();
+    defines.sort();
+    match Library::parse(text, name, &folders, &defines) {
+        Ok(library) => VerilogA { library, messages: Vec::new() },
+        Err(messages) => VerilogA { library: Library::default(), messages },
+    }
+}
+
+fn told<'py>(py: Python<'py>, messages: &[Message]) -> PyResult<Bound<'py, PyList>> {
+    let out = PyList::empty(py);
+    for m in messages {
+        let d = PyDict::new(py);
+        d.set_item("text", &m.text)?;
+        d.set_item("file", &m.file)?;
+        d.set_item("line", m.line)?;
+        d.set_item("column", m.column)?;
+        d.set_item("length", m.length)?;
+        d.set_item("source", &m.source)?;
+        d.set_item("hint", &m.hint)?;
+        d.set_item("through", m.through.clone())?;
+        out.append(d)?;
+    }
+    Ok(out)
+}
+
+fn values(of: HashMap<String, Bound<'_, PyAny>>) -> PyResult<HashMap<String, Value>> {
+    let one = |v: &Bound<'_, PyAny>| {
+        if let Ok(text) = v.extract::<String>() {
+            Ok(Value::Text(text))
+        } else if let Ok(number) = v.extract::<f64>() {
+            Ok(Value::Number(number))
+        } else {
+            v.extract::<Vec<f64>>().map(Value::Numbers)
+        }
+    };
+    of.into_iter().map(|(k, v)| Ok((k, one(&v)?))).collect()
+}
+
+fn folded(this: &VerilogA, py: Python<'_>, module: &str, given: &Given) -> PyResult<Folded> {
+    let Some(module) = this.library.module(module) else {
+        return Err(PyKeyError::new_err(format!("there is no module {module}")));
+    };
+    module.fold(given).map_err(|m| match told(py, &m) {
+        Ok(list) => PyValueError::new_err(list.unbind()),
+        Err(e) => e,
+    })
+}
+
+#[pymethods]
+impl VerilogA {
+    /// What is wrong with the text: dicts of text, file, line, column, length, source, hint, through (the macros: name, file, line,
+    /// column).
+    #[getter]
+    fn messages<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyList>> {
+        told(py, &self.messages)
+    }
+
+    #[getter]
+    fn modules(&self) -> Vec<String> {
+        self.library.modules().map(|m| m.name().to_string()).collect()
+    }
+
+    #[getter]
+    fn files(&self) -> Vec<String> {
+        self.library.files()
+    }
+
+    /// module, meaning, terminals, parameters (names, unit, meaning, default, instance, integer, text).
+    fn describe<'py>(&self, py: Python<'py>, module: &str) -> PyResult<Bound<'py, PyDict>> {
+        let Some(module) = self.library.module(module) else {
+            return Err(PyKeyError::new_err(format!("there is no module {module}")));
+        };
+        let about = module.describe();
+        let d = PyDict::new(py);
+        d.set_item("module", about.module)?;
+        d.set_item("meaning", about.meaning)?;
+        d.set_item("terminals", about.terminals)?;
+        let list = PyList::empty(py);
+        for p in about.parameters {
+            let one = PyDict::new(py);
+            one.set_item("names", p.names)?;
+            one.set_item("unit", p.unit)?;
+            one.set_item("meaning", p.meaning)?;
+            one.set_item("default", p.default)?;
+            one.set_item("instance", p.instance)?;
+            one.set_item("integer", p.integer)?;
+            one.set_item("text", p.text)?;
+            list.append(one)?;
+        }
+        d.set_item("parameters", list)?;
+        Ok(d)
+    }
+
+    /// The numbers of an instance: `temp`, `tnom` in Celsius; `voltages` of unknowns by name, 0 where none is given, as limiting
+    /// left them. ValueError with messages where the module refuses. `slopes`: of i and q of every flow, one row of ports each.
+    #[pyo3(signature = (module, parameters=HashMap::new(), temp=27.0, voltages=HashMap::new(), gmin=0.0, tnom=27.0, instance=HashMap::new(),
+        connected=None, multiplier=1.0, time=0.0, symbols=HashMap::new(), slopes=false))]
+    #[allow(clippy::too_many_arguments)]
+    fn evaluate<'py>(
+        &self,
+        py: Python<'py>,
+        module: &str,
+        parameters: HashMap<String, Bound<'py, PyAny>>,
+        temp: f64,
+        voltages: HashMap<String, f64>,
+        gmin: f64,
+        tnom: f64,
+        instance: HashMap<String, Bound<'py, PyAny>>,
+        connected: Option<usize>,
+        multiplier: f64,
+        time: f64,
+        symbols: HashMap<u32, f64>,
+        slopes: bool,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        let given = Given {
+            model: values(parameters)?,
+            instance: values(instance)?,
+            temperature: temp + 273.15,
+            tnom: tnom + 273.15,
+            multiplier,
+            connected: connected.unwrap_or(usize::MAX),
+        };
+        let mut f = folded(self, py, module, &given)?;
+        let name = |k: usize| if k == GROUND { "0".to_string() } else { f.unknowns[k].name.clone() };
+        for unknown in voltages.keys() {
+            if !f.unknowns.iter().any(|u| u.name == *unknown) {
+                return Err(PyKeyError::new_err(format!("there is no unknown {unknown}")));
+            }
+        }
+        let at = |k: usize| if k == GROUND { 0.0 } else { voltages.get(&f.unknowns[k].name).copied().unwrap_or(0.0) };
+        let x: Vec<f64> = f.ports.iter().map(|p| at(p.from) - at(p.to)).collect();
+        let names: Vec<(String, String)> = f.flows.iter().map(|w| (name(w.from), name(w.to))).collect();
+        let noisy: Vec<(String, String)> = f.noise.iter().map(|w| (name(w.from), name(w.to))).collect();
+        let merged: Vec<(String, String)> = f.merged.iter().map(|&(a, b)| (name(a), name(b))).collect();
+        let ports: Vec<_> = f
+            .ports
+            .iter()
+            .map(|p| (name(p.from), name(p.to), p.limit.as_ref().map(|l| (l.function.clone(), l.arguments.clone()))))
+            .collect();
+        // one program for all numbers, symbols as they are given
+        let mut outs: Vec<Id> = f.flows.iter().flat_map(|w| [w.i, w.q]).collect();
+        let operations = f.graph.count(&outs);
+        outs.extend(f.noise.iter().flat_map(|n| [n.power, n.exponent.unwrap_or(n.power)]));
+        outs.extend(f.outputs.iter().map(|o| o.value));
+        outs.extend(f.bound_step);
+        let leaves: Vec<Id> = (0..f.ports.len() as u32).map(|k| f.graph.unknown(k)).collect();
+        if slopes {
+            for k in 0..2 * f.flows.len() {
+                let row = gradient(&mut f.graph, outs[k], &leaves);
+                outs.extend(row);
+            }
+        }
+        let mut values: Vec<(Id, Id)> = Vec::new();
+        for id in f.graph.reachable(&outs) {
+            if let Node::Symbol(k) = f.graph.node(id) {
+                let value = match k {
+                    GMIN => gmin,
+                    SOURCE_SCALE => 1.0,
+                    _ => symbols.get(&k).copied().unwrap_or(0.0),
+                };
+                values.push((id, f.graph.constant(value)));
+            }
+        }
+        let outs = crate::derive::substitute(&mut f.graph, &outs, &values);
+        let tape = Tape::new(&f.graph, &outs);
+        let mut w = tape.workspace();
+        tape.run(&Inputs { x: &x, t: time, waves: &[], flags: &[] }, &mut w);
+        let mut next = 0;
+        let mut take = || {
+            next += 1;
+            tape.output(&w, next - 1)
+        };
+        let d = PyDict::new(py);
+        let kinds = f.unknowns.iter().map(|u| {
+            let kind = match u.kind {
+                Kind::Voltage => "voltage",
+                Kind::Current => "current",
+                Kind::Other(other) => other,
+            };
+            (u.name.clone(), kind)
+        });
+        d.set_item("unknowns", kinds.collect::<Vec<_>>())?;
+        d.set_item("terminals", f.terminals)?;
+        d.set_item("merged", merged)?;
+        d.set_item("ports", ports)?;
+        let flows: Vec<_> = names.into_iter().map(|(a, b)| (a, b, take(), take())).collect();
+        d.set_item("flows", flows)?;
+        let noise: Vec<_> = noisy
+            .into_iter()
+            .zip(&f.noise)
+            .map(|((a, b), n)| {
+                let (power, exponent) = (take(), take());
+                (a, b, n.name.clone(), power, n.exponent.map(|_| exponent))
+            })
+            .collect();
+        d.set_item("noise", noise)?;
+        let outputs = PyDict::new(py);
+        for o in &f.outputs {
+            outputs.set_item(&o.name, take())?;
+        }
+        d.set_item("outputs", outputs)?;
+        d.set_item("bound_step", f.bound_step.map(|_| take()))?;
+        d.set_item("said", &f.said)?;
+        d.set_item("operations", operations)?;
+        if slopes {
+            let rows: Vec<Vec<f64>> = (0..2 * f.flows.len()).map(|_| leaves.iter().map(|_| take()).collect()).collect();
+            d.set_item("slopes", rows)?;
+        }
+        Ok(d)
+    }
+}

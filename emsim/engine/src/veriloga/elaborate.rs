@@ -1,0 +1,1094 @@
+//! Partial evaluation: a module is run once, as it stands in the text, with numbers where parameters decide and with expressions
+//! where voltages do. What it contributes to its branches is gathered and becomes rows.
+//!
+//! A value is  id + d/dt q + noise: a charge goes along with what it is added to and multiplied by constants; anything else makes
+//! an unknown of its own of it. Noise likewise.
+use super::ast::{Allowed, Expression, Type, E};
+use super::folded::{self, Description, Flow, Folded, Kind, Limit, Output, Port, Unknown, GMIN, GROUND, SOURCE_SCALE};
+use super::source::{Place, Word};
+use super::{Given, Library, Message, Value};
+use crate::graph::{Graph, Id, Node};
+use std::collections::HashMap;
+use std::rc::Rc;
+use std::sync::Arc;
+
+pub type Stop = Box<Message>;
+pub type Answer<T> = Result<T, Stop>;
+
+/// A number: id + d/dt q, and sources of noise with their factors.
+#[derive(Clone, Debug)]
+pub struct Num {
+    pub id: Id,
+    pub whole: bool,
+    pub q: Option<Id>,
+    pub noise: Option<Rc<Vec<(usize, Id)>>>,
+}
+
+#[derive(Clone, Debug)]
+pub enum Val {
+    Num(Num),
+    Text(Arc<str>),
+    /// the first index and the elements
+    Row(i64, Rc<Vec<Val>>),
+}
+
+/// A source of noise, before it is known where it goes.
+pub struct Source {
+    pub name: String,
+    pub power: Id,
+    pub exponent: Option<Id>,
+    /// where it goes: from, to, factor
+    pub uses: Vec<(usize, usize, Id)>,
+    /// the unknown that carries it where it goes to several places
+    pub unknown: Option<Id>,
+}
+
+/// What was contributed to a branch so far: a flow i + d/dt iq, or a potential v + d/dt vq, as `is_potential` says (0, 1, or by
+/// voltages).
+#[derive(Clone, Copy, PartialEq)]
+pub struct State {
+    pub is_potential: Id,
+    pub i: Id,
+    pub iq: Id,
+    pub v: Id,
+    pub vq: Id,
+    pub touched: bool,
+    /// does what was contributed before the condition that is run count (0, 1, or by voltages)? Not where it became one of the
+    /// other kind since; the sums are of what came since
+    pub keep: Id,
+}
+
+pub struct Branch {
+    pub from: usize,
+    pub to: usize,
+    pub state: State,
+    /// the unknown that is its flow, where that is read or not given
+    pub flow: Option<usize>,
+    /// the equation that an indirect contribution asks for: id + d/dt q = 0
+    pub indirect: Option<(Id, Option<Id>)>,
+    /// noise of its potential
+    pub noise: Vec<(usize, Id)>,
+    pub at: Place,
+}
+
+/// The variables of a module or function while it is run.
+#[derive(Default)]
+pub struct Frame {
+    pub values: Vec<Val>,
+    /// what was changed in the condition that is run
+    pub journal: Vec<(u32, Val)>,
+    pub stamps: Vec<u32>,
+    /// variables that were read before they had a value
+    pub early: HashMap<u32, Place>,
+    /// of a function: its number + 1
+    pub function: usize,
+}
+
+/// One module of the hierarchy.
+pub struct Scope {
+    pub module: usize,
+    pub prefix: String,
+    pub nodes: HashMap<(Word, Option<i64>), usize>,
+    pub ranges: HashMap<Word, (i64, i64)>,
+    pub parameters: Vec<Option<Val>>,
+    pub given: HashMap<u32, Val>,
+    pub connected: Vec<bool>,
+    pub branches: HashMap<(usize, Option<i64>), usize>, // named
+    pub pairs: HashMap<(usize, usize), usize>,          // between two nodes
+}
+
+pub struct Elaborator<'a> {
+    pub library: &'a Library,
+    pub given: &'a Given,
+    pub g: Graph,
+    pub scope: Scope,
+    pub frame: Frame,
+    pub unknowns: Vec<Unknown>,
+    pub terminals: usize,
+    pub ports: Vec<Port>,
+    pub branches: Vec<Branch>,
+    pub rows: Vec<Flow>,
+    pub sources: Vec<Source>,
+    /// (node, unknown) of flows into a port that were read
+    pub port_flows: Vec<(usize, Id, usize)>,
+    /// variables without a value: symbols
+    pub unset: HashMap<Id, (Word, Place)>,
+    /// conditions that voltages decide, and how they came out where the run is
+    pub path: Vec<(Id, bool)>,
+    pub stamp: u32,
+    pub next_stamp: u32,
+    pub steps: usize,
+    pub calls: usize,
+    pub loops: usize,
+    pub open_parameters: Vec<u32>,
+    pub bound_step: Option<Id>,
+    pub said: Vec<String>,
+    pub outputs: Vec<Output>,
+    /// Only parameters have values.
+    pub only_parameters: bool,
+}
+
+/// More statements than a model has, even with its loops.
+pub const MOST_STEPS: usize = 5_000_000;
+pub const MOST_NODES: usize = 2_000_000;
+
+impl<'a> Elaborator<'a> {
+    fn new(library: &'a Library, given: &'a Given) -> Self {
+        let mut g = Graph::new();
+        // those that have a meaning for who runs the result
+        for k in 0..folded::SYMBOLS {
+            g.given(k);
+        }
+        Elaborator {
+            library,
+            given,
+            g,
+            scope: Scope::of(0, String::new()),
+            frame: Frame::default(),
+            unknowns: Vec::new(),
+            terminals: 0,
+            ports: Vec::new(),
+            branches: Vec::new(),
+            rows: Vec::new(),
+            sources: Vec::new(),
+            port_flows: Vec::new(),
+            unset: HashMap::new(),
+            path: Vec::new(),
+            stamp: 0,
+            next_stamp: 0,
+            steps: 0,
+            calls: 0,
+            loops: 0,
+            open_parameters: Vec::new(),
+            bound_step: None,
+            said: Vec::new(),
+            outputs: Vec::new(),
+            only_parameters: false,
+        }
+    }
+
+    pub fn stop<T>(&self, at: Place, text: impl Into<String>, hint: impl Into<String>) -> Answer<T> {
+        Err(Box::new(self.library.sources.message(at, text, hint)))
+    }
+
+    pub fn place(&self, e: E) -> Place {
+        self.library.expression_places[e as usize]
+    }
+
+    pub fn word(&self, word: Word) -> &'a str {
+        self.library.sources.word(word)
+    }
+
+    // ---- numbers ----
+
+    pub fn constant(&mut self, value: f64) -> Num {
+        Num { id: self.g.constant(value), whole: false, q: None, noise: None }
+    }
+
+    pub fn whole(&mut self, value: f64) -> Num {
+        Num { whole: true, ..self.constant(value) }
+    }
+
+    pub fn real(&self, id: Id) -> Num {
+        Num { id, whole: false, q: None, noise: None }
+    }
+
+    pub fn value_of(&self, n: &Num) -> Option<f64> {
+        if n.q.is_some() || n.noise.is_some() {
+            return None;
+        }
+        self.g.value(n.id)
+    }
+
+    /// A new unknown with a row of its own: i + dq/dt = 0 is to be given.
+    pub fn unknown(&mut self, name: String) -> (usize, Id) {
+        let k = self.unknowns.len();
+        self.unknowns.push(Unknown { name: format!("{}{name}", self.scope.prefix), kind: Kind::Current });
+        let id = self.port(k, GROUND, None);
+        (k, id)
+    }
+
+    pub fn row(&mut self, k: usize, i: Id, q: Id) {
+        self.rows.push(Flow { from: k, to: GROUND, i, q });
+    }
+
+    /// The same value without d/dt and noise, which become unknowns.
+    pub fn plain(&mut self, n: &Num) -> Num {
+        let mut id = n.id;
+        if let Some(q) = n.q {
+            let name = format!("ddt#{}", self.unknowns.len());
+            let (k, u) = self.unknown(name);
+            let minus = self.g.neg(u);
+            self.row(k, minus, q);
+            id = self.g.add(id, u);
+        }
+        if let Some(noise) = &n.noise {
+            for &(source, factor) in noise.iter() {
+                let u = self.noise_unknown(source);
+                let term = self.g.mul(factor, u);
+                id = self.g.add(id, term);
+            }
+        }
+        Num { id, whole: n.whole, q: None, noise: None }
+    }
+
+    /// The unknown that a source of noise drives: its row is u = 0 plus the noise.
+    pub fn noise_unknown(&mut self, source: usize) -> Id {
+        if let Some(u) = self.sources[source].unknown {
+            return u;
+        }
+        let name = format!("noise#{}", self.unknowns.len());
+        let (k, u) = self.unknown(name);
+        let zero = self.g.constant(0.0);
+        let one = self.g.constant(1.0);
+        self.row(k, u, zero);
+        self.sources[source].unknown = Some(u);
+        // uses so far read the unknown, see `finish`
+        self.sources[source].uses.insert(0, (k, GROUND, one));
+        u
+    }
+
+    // ---- nodes and ports ----
+
+    /// The potential from one unknown to another, or an unknown current (k, GROUND).
+    pub fn port(&mut self, from: usize, to: usize, limit: Option<Limit>) -> Id {
+        if from == to {
+            return self.g.constant(0.0);
+        }
+        if let Some(k) = self.ports.iter().position(|p| p.from == from && p.to == to && p.limit == limit) {
+            return self.g.unknown(k as u32);
+        }
+        if limit.is_none() {
+            if let Some(k) = self.ports.iter().position(|p| p.from == to && p.to == from && p.limit.is_none()) {
+                let x = self.g.unknown(k as u32);
+                return self.g.neg(x);
+            }
+        }
+        if from == GROUND {
+            if limit.is_some() {
+                let x = self.port(to, from, None);
+                return self.g.neg(x);
+            }
+            self.ports.push(Port { from: to, to: from, limit });
+            let x = self.g.unknown(self.ports.len() as u32 - 1);
+            return self.g.neg(x);
+        }
+        self.ports.push(Port { from, to, limit });
+        self.g.unknown(self.ports.len() as u32 - 1)
+    }
+
+    fn kind_of(&self, discipline: Option<Word>) -> Kind {
+        let Some(word) = discipline else { return Kind::Voltage };
+        let found = self.library.disciplines.iter().find(|d| d.name == word);
+        let volts = |nature: Word| self.word(nature) == "Voltage";
+        if found.is_none_or(|d| d.potential.is_some_and(volts) || d.potential.is_none()) {
+            return Kind::Voltage;
+        }
+        const KNOWN: &[&str] = &["thermal", "magnetic", "kinematic", "kinematic_v", "rotational", "rotational_omega"];
+        let name = self.word(word);
+        Kind::Other(KNOWN.iter().find(|k| **k == name).copied().unwrap_or("other"))
+    }
+
+    /// The nodes of the scope: ports as they are bound, others made.
+    fn make_nodes(&mut self, bound: &[Option<usize>]) -> Answer<()> {
+        let module = &self.library.modules[self.scope.module];
+        let mut seat = 0;
+        for (k, node) in module.nodes.iter().enumerate() {
+            let mut indices = vec![None];
+            if let Some((a, b)) = node.range {
+                let (low, high) = (self.index_of(a)?, self.index_of(b)?);
+                if (high - low).abs() > 1000 {
+                    return self.stop(node.at, "a row of more than 1000 nodes", "");
+                }
+                self.scope.ranges.insert(node.name, (low.min(high), low.max(high)));
+                let step = if high >= low { 1 } else { -1 };
+                indices = (0..=(high - low).abs()).map(|j| Some(low + step * j)).collect();
+            }
+            for index in indices {
+                let port = k < module.ports;
+                let known = if port { bound.get(seat).copied().flatten() } else { None };
+                seat += usize::from(port);
+                let at = if node.ground {
+                    GROUND
+                } else if let Some(known) = known {
+                    known
+                } else {
+                    let name = match index {
+                        Some(j) => format!("{}{}[{j}]", self.scope.prefix, self.word(node.name)),
+                        None => format!("{}{}", self.scope.prefix, self.word(node.name)),
+                    };
+                    self.unknowns.push(Unknown { name, kind: self.kind_of(node.discipline) });
+                    self.unknowns.len() - 1
+                };
+                if port {
+                    self.scope
+                        .connected
+                        .push(known.is_some() || (self.scope.prefix.is_empty() && seat <= self.given.connected));
+                }
+                self.scope.nodes.insert((node.name, index), at);
+            }
+        }
+        Ok(())
+    }
+
+    pub fn index_of(&mut self, e: E) -> Answer<i64> {
+        let n = self.number(e)?;
+        match self.value_of(&n) {
+            Some(v) if v == v.round() && v.abs() < 1e9 => Ok(v as i64),
+            Some(v) => self.stop(self.place(e), format!("{v} is no index"), "an index is a whole number"),
+            None => self.stop(self.place(e), "this index hangs on voltages", "it must follow from parameters alone"),
+        }
+    }
+
+    pub fn node_at(&mut self, e: E) -> Answer<usize> {
+        let Expression::Name(word, index) = self.library.expressions[e as usize] else {
+            return self.stop(self.place(e), "a node is expected here", "");
+        };
+        let index = match index {
+            Some(i) => Some(self.index_of(i)?),
+            None => None,
+        };
+        match self.scope.nodes.get(&(word, index)) {
+            Some(&node) => Ok(node),
+            None if self.scope.ranges.contains_key(&word) => {
+                let (low, high) = self.scope.ranges[&word];
+                let what = format!("{} is a row of nodes from {low} to {high}", self.word(word));
+                self.stop(self.place(e), what, "write one of them: name[index]")
+            }
+            None => self.stop(self.place(e), format!("there is no node {}", self.word(word)), ""),
+        }
+    }
+
+    // ---- branches ----
+
+    /// The branch that an access names, and whether it is read against its direction.
+    pub fn branch_of(&mut self, arguments: &[E], at: Place) -> Answer<(usize, bool)> {
+        let module = &self.library.modules[self.scope.module];
+        if let [only] = arguments {
+            if let Expression::Name(word, index) = self.library.expressions[*only as usize] {
+                if let Some(k) = module.branches.iter().position(|b| b.name == word) {
+                    let index = match index {
+                        Some(i) => Some(self.index_of(i)?),
+                        None => None,
+                    };
+                    if let Some(&known) = self.scope.branches.get(&(k, index)) {
+                        return Ok((known, false));
+                    }
+                    let branch = &module.branches[k];
+                    let from = self.node_at(branch.ends.0)?;
+                    let to = match branch.ends.1 {
+                        Some(e) => self.node_at(e)?,
+                        None => GROUND,
+                    };
+                    let made = self.make_branch(from, to, at);
+                    self.scope.branches.insert((k, index), made);
+                    return Ok((made, false));
+                }
+            }
+        }
+        let from = self.node_at(arguments[0])?;
+        let to = match arguments.get(1) {
+            Some(&e) => self.node_at(e)?,
+            None => GROUND,
+        };
+        if let Some(&known) = self.scope.pairs.get(&(from, to)) {
+            return Ok((known, false));
+        }
+        if let Some(&known) = self.scope.pairs.get(&(to, from)) {
+            return Ok((known, true));
+        }
+        let made = self.make_branch(from, to, at);
+        self.scope.pairs.insert((from, to), made);
+        Ok((made, false))
+    }
+
+    fn make_branch(&mut self, from: usize, to: usize, at: Place) -> usize {
+        let (zero, one) = (self.g.constant(0.0), self.g.constant(1.0));
+        let state = State { is_potential: zero, i: zero, iq: zero, v: zero, vq: zero, touched: false, keep: one };
+        self.branches.push(Branch { from, to, state, flow: None, indirect: None, noise: Vec::new(), at });
+        self.branches.len() - 1
+    }
+
+    /// The flow of a branch as an unknown.
+    pub fn flow_of(&mut self, branch: usize) -> Id {
+        if let Some(k) = self.branches[branch].flow {
+            return self.port(k, GROUND, None);
+        }
+        let name = |k: usize| self.unknowns.get(k).map_or("0", |u| u.name.as_str());
+        let name = format!("I({},{})", name(self.branches[branch].from), name(self.branches[branch].to));
+        let k = self.unknowns.len();
+        self.unknowns.push(Unknown { name, kind: Kind::Current });
+        self.branches[branch].flow = Some(k);
+        self.port(k, GROUND, None)
+    }
+
+    // ---- parameters ----
+
+    pub fn parameter(&mut self, k: u32) -> Answer<Val> {
+        if let Some(Some(known)) = self.scope.parameters.get(k as usize) {
+            return Ok(known.clone());
+        }
+        let parameter = &self.library.modules[self.scope.module].parameters[k as usize];
+        let name = self.word(parameter.name);
+        if self.open_parameters.contains(&k) {
+            return self.stop(
+                parameter.at,
+                format!("the default of {name} hangs on {name} itself"),
+                "give it a number",
+            );
+        }
+        self.open_parameters.push(k);
+        let given = self.scope.given.get(&k).cloned();
+        let is_given = given.is_some();
+        let value = match given {
+            Some(value) => value,
+            None => {
+                // a default is read outside of what is run
+                let frame = std::mem::take(&mut self.frame);
+                let value = self.eval(parameter.default);
+                self.frame = frame;
+                value?
+            }
+        };
+        self.open_parameters.pop();
+        let kind = match (parameter.kind, &value) {
+            (Some(kind), _) => kind,
+            (None, Val::Text(_)) => Type::Text,
+            (None, Val::Num(n)) if n.whole => Type::Integer,
+            _ => Type::Real,
+        };
+        let value = match parameter.size {
+            Some((a, b)) => {
+                let (low, high) = (self.index_of(a)?, self.index_of(b)?);
+                let Val::Row(_, items) = value else {
+                    return self.stop(parameter.at, format!("{name} is a row of numbers"), "give it '{1, 2, ...}");
+                };
+                if items.len() as i64 != (high - low).abs() + 1 {
+                    let what = format!("{name} has {} numbers, here are {}", (high - low).abs() + 1, items.len());
+                    return self.stop(parameter.at, what, "");
+                }
+                let mut row = Vec::new();
+                for item in items.iter() {
+                    row.push(self.converted(item.clone(), kind, parameter.at)?);
+                }
+                Val::Row(low.min(high), Rc::new(row))
+            }
+            None => self.converted(value, kind, parameter.at)?,
+        };
+        if let Val::Num(n) = &value {
+            if self.value_of(n).is_none() {
+                return self.stop(
+                    parameter.at,
+                    format!("the value of {name} hangs on voltages"),
+                    "parameters are numbers",
+                );
+            }
+        }
+        if is_given {
+            self.check(k, &value)?;
+        }
+        if self.scope.parameters.len() <= k as usize {
+            self.scope.parameters.resize(k as usize + 1, None);
+        }
+        self.scope.parameters[k as usize] = Some(value.clone());
+        Ok(value)
+    }
+
+    /// A value as a variable of this type keeps it.
+    pub fn converted(&mut self, value: Val, kind: Type, at: Place) -> Answer<Val> {
+        Ok(match (value, kind) {
+            (Val::Num(n), Type::Integer) if !n.whole => {
+                let n = self.plain(&n);
+                Val::Num(self.rounded(&n))
+            }
+            (Val::Num(n), Type::Integer) => Val::Num(n),
+            (Val::Num(n), Type::Real) => Val::Num(Num { whole: false, ..n }),
+            (Val::Text(t), Type::Text) => Val::Text(t),
+            (Val::Row(..), _) => return self.stop(at, "a row of values where one is expected", ""),
+            (Val::Text(_), _) => return self.stop(at, "a string where a number is expected", ""),
+            (Val::Num(_), Type::Text) => {
+                return self.stop(at, "a number where a string is expected", "strings stand in quotes")
+            }
+        })
+    }
+
+    /// Is a value that was given one of those that are allowed?
+    fn check(&mut self, k: u32, value: &Val) -> Answer<()> {
+        let parameter = &self.library.modules[self.scope.module].parameters[k as usize];
+        let values = match value {
+            Val::Row(_, items) => items.to_vec(),
+            other => vec![other.clone()],
+        };
+        for value in &values {
+            // several `from` add up
+            let mut inside = parameter.limits.iter().all(|l| l.0);
+            let mut out = false;
+            for (excluded, allowed) in &parameter.limits {
+                let holds = match (allowed, value) {
+                    (Allowed::Interval(low, high, closed_low, closed_high), Val::Num(n)) => {
+                        let (low, high) = (self.number(*low)?, self.number(*high)?);
+                        let v = self.g.value(n.id).unwrap_or(f64::NAN);
+                        let (low, high) =
+                            (self.g.value(low.id).unwrap_or(f64::NAN), self.g.value(high.id).unwrap_or(f64::NAN));
+                        (v > low || (*closed_low && v == low)) && (v < high || (*closed_high && v == high))
+                    }
+                    (Allowed::Interval(..), _) => false,
+                    (Allowed::Values(list), value) => {
+                        let mut any = false;
+                        for &e in list {
+                            any |= match (self.eval(e)?, value) {
+                                (Val::Text(a), Val::Text(b)) => a == *b,
+                                (Val::Num(a), Val::Num(b)) => self.g.value(a.id) == self.g.value(b.id),
+                                _ => false,
+                            };
+                        }
+                        any
+                    }
+                };
+                if *excluded {
+                    out |= holds;
+                } else {
+                    inside |= holds;
+                }
+            }
+            if !inside || out {
+                let shown = match value {
+                    Val::Text(t) => format!("{t:?}"),
+                    Val::Num(n) => format!("{}", self.g.value(n.id).unwrap_or(f64::NAN)),
+                    Val::Row(..) => String::new(),
+                };
+                let limits: Vec<String> = parameter.limits.iter().map(|(x, a)| self.shown(*x, a)).collect();
+                let what = format!("{} = {shown} is not allowed", self.word(parameter.name));
+                return self.stop(parameter.at, what, format!("it must be {}", limits.join(", ")));
+            }
+        }
+        Ok(())
+    }
+
+    fn shown(&mut self, excluded: bool, allowed: &Allowed) -> String {
+        let mut one = |e: E| match self.eval(e) {
+            Ok(Val::Text(t)) => format!("{t:?}"),
+            Ok(Val::Num(n)) => self.g.value(n.id).map_or("?".to_string(), |v| format!("{v}")),
+            _ => "?".to_string(),
+        };
+        let word = if excluded { "not " } else { "" };
+        match allowed {
+            Allowed::Interval(low, high, a, b) => {
+                let (low, high) = (one(*low), one(*high));
+                format!("{word}in {}{low}:{high}{}", if *a { "[" } else { "(" }, if *b { "]" } else { ")" })
+            }
+            Allowed::Values(list) => {
+                let list: Vec<String> = list.iter().map(|&e| one(e)).collect();
+                format!("{word}one of {}", list.join(" "))
+            }
+        }
+    }
+
+    /// The parameter of the module that a name means; the exact spelling comes first.
+    fn parameter_named(&self, module: usize, name: &str) -> Option<u32> {
+        let parameters = &self.library.modules[module].parameters;
+        let is = |same: &dyn Fn(&str) -> bool| {
+            parameters
+                .iter()
+                .position(|p| !p.local && std::iter::once(&p.name).chain(&p.aliases).any(|&w| same(self.word(w))))
+        };
+        is(&|w| w == name).or_else(|| is(&|w| w.eq_ignore_ascii_case(name))).map(|k| k as u32)
+    }
+
+    fn take(&mut self, value: &Value) -> Val {
+        match value {
+            Value::Number(v) => Val::Num(self.constant(*v)),
+            Value::Text(t) => Val::Text(t.as_str().into()),
+            Value::Numbers(list) => {
+                let row = list.iter().map(|&v| Val::Num(self.constant(v))).collect();
+                Val::Row(0, Rc::new(row))
+            }
+        }
+    }
+
+    /// What the deck gave, for the module of the scope.
+    fn take_given(&mut self) -> Answer<()> {
+        let module = self.scope.module;
+        let given = self.given;
+        for of in [&given.model, &given.instance] {
+            for (name, value) in of {
+                let Some(k) = self.parameter_named(module, name) else {
+                    let known: Vec<&str> = self.library.modules[module]
+                        .parameters
+                        .iter()
+                        .filter(|p| !p.local)
+                        .map(|p| self.word(p.name))
+                        .collect();
+                    let hint = match super::nearest(name, known.into_iter()) {
+                        Some(near) => format!("did you mean {near}?"),
+                        None => String::new(),
+                    };
+                    let about = &self.library.modules[module];
+                    let what = format!("{} has no parameter {name}", self.word(about.name));
+                    return self.stop(about.at, what, hint);
+                };
+                let value = self.take(value);
+                self.scope.given.insert(k, value);
+            }
+        }
+        Ok(())
+    }
+
+    // ---- the hierarchy ----
+
+    /// Runs the module of the scope.
+    fn run_module(&mut self, bound: &[Option<usize>]) -> Answer<()> {
+        let module = &self.library.modules[self.scope.module];
+        self.make_nodes(bound)?;
+        for k in 0..module.parameters.len() {
+            self.parameter(k as u32)?;
+        }
+        self.frame = self.new_frame(&module.variables, 0)?;
+        for k in 0..module.variables.len() {
+            if let Some(e) = module.variables[k].initial {
+                self.begin(k as u32, Some(e))?;
+            }
+        }
+        for &s in module.initial.iter().chain(&module.analog) {
+            self.execute(s)?;
+        }
+        self.operating_values()?;
+        for instance in &module.instances {
+            self.instance(instance)?;
+        }
+        Ok(())
+    }
+
+    fn instance(&mut self, instance: &super::ast::Instance) -> Answer<()> {
+        let name = self.word(instance.module);
+        let Some(child) = self.library.modules.iter().position(|m| m.name == instance.module) else {
+            let known = self.library.modules.iter().map(|m| self.library.sources.word(m.name));
+            let hint = match super::nearest(name, known) {
+                Some(near) => format!("did you mean {near}?"),
+                None => "it must stand in the same text or in an included one".to_string(),
+            };
+            return self.stop(instance.at, format!("there is no module {name}"), hint);
+        };
+        if self.scope.prefix.matches('.').count() > 20 || self.unknowns.len() > 10_000 {
+            return self.stop(instance.at, "modules are nested too deeply", "does one hold itself?");
+        }
+        // values and nodes, as this module has them
+        let mut values: Vec<(u32, Val)> = Vec::new();
+        let of = &self.library.modules[child];
+        let open: Vec<u32> = (0..of.parameters.len() as u32).filter(|&k| !of.parameters[k as usize].local).collect();
+        for (k, &(word, e)) in instance.parameters.iter().enumerate() {
+            let number = match word {
+                Some(w) => self.parameter_named(child, self.word(w)),
+                None => open.get(k).copied(),
+            };
+            let Some(number) = number else {
+                let what = match word {
+                    Some(w) => format!("{name} has no parameter {}", self.word(w)),
+                    None => format!("{name} has {} parameters", open.len()),
+                };
+                return self.stop(self.place(e), what, "");
+            };
+            values.push((number, self.eval(e)?));
+        }
+        let mut bound: Vec<Option<usize>> = vec![None; of.ports];
+        for (k, &(word, e)) in instance.nodes.iter().enumerate() {
+            let seat = match word {
+                Some(w) => of.nodes[..of.ports].iter().position(|n| n.name == w),
+                None => Some(k).filter(|&k| k < of.ports),
+            };
+            let Some(seat) = seat else {
+                return self.stop(self.place(e), format!("{name} has no such port"), format!("it has {}", of.ports));
+            };
+            if !matches!(self.library.expressions[e as usize], Expression::Empty) {
+                bound[seat] = Some(self.node_at(e)?);
+            }
+        }
+        let prefix = format!("{}{}.", self.scope.prefix, self.word(instance.name));
+        let mut scope = Scope::of(child, prefix);
+        scope.given.extend(values);
+        let outer = std::mem::replace(&mut self.scope, scope);
+        let frame = std::mem::take(&mut self.frame);
+        self.resolve_set()?;
+        self.run_module(&bound)?;
+        self.scope = outer;
+        self.frame = frame;
+        Ok(())
+    }
+
+    /// Of a paramset: its choices become what its module is given.
+    fn resolve_set(&mut self) -> Answer<()> {
+        let mut nested = 0;
+        while let Some(base) = self.library.modules[self.scope.module].base {
+            nested += 1;
+            let set = &self.library.modules[self.scope.module];
+            let Some(target) = self.library.modules.iter().position(|m| m.name == base).filter(|_| nested < 20) else {
+                return self.stop(
+                    set.at,
+                    format!("there is no module {}", self.word(base)),
+                    "a paramset stands behind its module",
+                );
+            };
+            for k in 0..set.parameters.len() {
+                self.parameter(k as u32)?;
+            }
+            self.frame = self.new_frame(&set.variables, 0)?;
+            let mut given = HashMap::new();
+            for &(word, e, at) in &set.choices {
+                let Some(k) = self.parameter_named(target, self.word(word)) else {
+                    return self.stop(at, format!("{} has no parameter {}", self.word(base), self.word(word)), "");
+                };
+                given.insert(k, self.eval(e)?);
+            }
+            let prefix = std::mem::take(&mut self.scope.prefix);
+            self.scope = Scope::of(target, prefix);
+            self.scope.given = given;
+        }
+        Ok(())
+    }
+
+    /// Variables with a description are the module's operating-point values.
+    fn operating_values(&mut self) -> Answer<()> {
+        let module = &self.library.modules[self.scope.module];
+        for (k, variable) in module.variables.iter().enumerate() {
+            if !variable.described {
+                continue;
+            }
+            if let Val::Num(n) = &self.frame.values[k] {
+                if n.q.is_none() && n.noise.is_none() && !self.unset.contains_key(&n.id) {
+                    let name = format!("{}{}", self.scope.prefix, self.word(variable.name));
+                    let (unit, meaning) = (variable.unit.clone(), variable.meaning.clone());
+                    self.outputs.push(Output { name, unit, meaning, value: n.id });
+                }
+            }
+        }
+        Ok(())
+    }
+
+    // ---- the end ----
+
+    fn finish(mut self) -> Answer<Folded> {
+        let zero = self.g.constant(0.0);
+        let mut merged: Vec<(usize, usize)> = Vec::new();
+        let mut sets: Vec<usize> = (0..self.unknowns.len()).collect();
+        let mut flows: Vec<Flow> = Vec::new();
+        for b in 0..self.branches.len() {
+            let (from, to, state) = (self.branches[b].from, self.branches[b].to, self.branches[b].state);
+            if let Some((i, q)) = self.branches[b].indirect {
+                let x = self.flow_of(b);
+                let k = self.branches[b].flow.unwrap_or(0);
+                self.row(k, i, q.unwrap_or(zero));
+                flows.push(Flow { from, to, i: x, q: zero });
+                continue;
+            }
+            let kind = self.g.value(state.is_potential);
+            let read = self.branches[b].flow.is_some();
+            if !state.touched && !read {
+                continue;
+            }
+            if kind == Some(0.0) && state.touched {
+                if !read {
+                    flows.push(Flow { from, to, i: state.i, q: state.iq });
+                    continue;
+                }
+                let x = self.flow_of(b);
+                let i = self.g.sub(x, state.i);
+                let q = self.g.neg(state.iq);
+                self.row(self.branches[b].flow.unwrap_or(0), i, q);
+                flows.push(Flow { from, to, i: x, q: zero });
+                continue;
+            }
+            // nothing but 0 V between two nodes, one of them inside: they are one
+            let short =
+                state.v == zero && state.vq == zero && kind == Some(1.0) && !read && self.branches[b].noise.is_empty();
+            if short && (from == to || self.join(&mut sets, from, to)) {
+                if from != to {
+                    merged.push((from, to));
+                }
+                continue;
+            }
+            let v = self.port(from, to, None);
+            let x = self.flow_of(b);
+            let k = self.branches[b].flow.unwrap_or(0);
+            let (v, vq) = (self.g.sub(v, state.v), self.g.neg(state.vq));
+            // a flow that is read and nowhere given: potential 0
+            let is_potential = if state.touched { state.is_potential } else { self.g.constant(1.0) };
+            let (i, iq) = (self.g.sub(x, state.i), self.g.neg(state.iq));
+            let i = self.g.select(is_potential, v, i);
+            let q = self.g.select(is_potential, vq, iq);
+            self.row(k, i, q);
+            flows.push(Flow { from, to, i: x, q: zero });
+            for (source, factor) in std::mem::take(&mut self.branches[b].noise) {
+                self.sources[source].uses.push((k, GROUND, factor));
+            }
+        }
+        // noise that goes to several places goes there through an unknown
+        let mut noise = Vec::new();
+        for s in 0..self.sources.len() {
+            let shared = self.sources[s].unknown.is_some() || self.sources[s].uses.len() > 1;
+            if shared {
+                let u = self.noise_unknown(s);
+                for (from, to, factor) in self.sources[s].uses.clone().into_iter().skip(1) {
+                    let i = self.g.mul(factor, u);
+                    // in the row of an unknown current the sign does not matter
+                    flows.push(Flow { from, to, i, q: zero });
+                }
+                self.sources[s].uses.truncate(1);
+            }
+            let source = &self.sources[s];
+            if let Some(&(from, to, factor)) = source.uses.first() {
+                let squared = self.g.mul(factor, factor);
+                let (name, exponent) = (source.name.clone(), source.exponent);
+                let power = self.g.mul(source.power, squared);
+                if self.g.value(power) != Some(0.0) {
+                    noise.push(folded::Noise { from, to, name, power, exponent });
+                }
+            }
+        }
+        // flows between the same nodes are one
+        let mut joined: Vec<Flow> = Vec::new();
+        let mut seats: HashMap<(usize, usize), usize> = HashMap::new();
+        for flow in flows.into_iter().chain(std::mem::take(&mut self.rows)) {
+            let Flow { mut from, mut to, mut i, mut q } = flow;
+            if from == to {
+                continue;
+            }
+            let current = |k: usize| self.unknowns.get(k).is_some_and(|u| u.kind == Kind::Current);
+            if (from == GROUND || seats.contains_key(&(to, from))) && !current(from) && !current(to) {
+                (from, to) = (to, from);
+                (i, q) = (self.g.neg(i), self.g.neg(q));
+            }
+            match seats.get(&(from, to)) {
+                Some(&k) => {
+                    joined[k].i = self.g.add(joined[k].i, i);
+                    joined[k].q = self.g.add(joined[k].q, q);
+                }
+                None => {
+                    seats.insert((from, to), joined.len());
+                    joined.push(Flow { from, to, i, q });
+                }
+            }
+        }
+        // flows into ports that were read: the sum of what leaves the node
+        for (node, u, k) in std::mem::take(&mut self.port_flows) {
+            let (mut i, mut q) = (zero, zero);
+            for flow in &joined {
+                if flow.from == node {
+                    i = self.g.add(i, flow.i);
+                    q = self.g.add(q, flow.q);
+                } else if flow.to == node {
+                    i = self.g.sub(i, flow.i);
+                    q = self.g.sub(q, flow.q);
+                }
+            }
+            let i = self.g.sub(i, u);
+            joined.push(Flow { from: k, to: GROUND, i, q });
+        }
+        joined.retain(|f| self.g.value(f.i) != Some(0.0) || self.g.value(f.q) != Some(0.0));
+        self.complete(joined, noise, merged)
+    }
+
+    /// Everything that is computed has a value.
+    fn complete(mut self, flows: Vec<Flow>, noise: Vec<folded::Noise>, merged: Vec<(usize, usize)>) -> Answer<Folded> {
+        let zero = self.g.constant(0.0);
+        let mut needed: Vec<Id> = flows.iter().flat_map(|f| [f.i, f.q]).collect();
+        needed.extend(noise.iter().flat_map(|n| [Some(n.power), n.exponent]).flatten());
+        needed.extend(self.bound_step);
+        for id in self.g.reachable(&needed) {
+            if let Some(&(word, at)) = self.unset.get(&id) {
+                let what =
+                    format!("{} has no value in some cases, and keeps that of an earlier evaluation", self.word(word));
+                return self.stop(
+                    at,
+                    what,
+                    "assign to it before the conditions: state between evaluations is not supported",
+                );
+            }
+            if let Node::Const(bits) = self.g.node(id) {
+                if f64::from_bits(bits).is_nan() {
+                    let about = &self.library.modules[self.scope.module];
+                    let what = format!("{} is no number for these parameters", self.word(about.name));
+                    return self.stop(
+                        about.at,
+                        what,
+                        "a parameter leads to 0/0, or to the logarithm or root of a negative number",
+                    );
+                }
+            }
+        }
+        if self.g.len() > MOST_NODES {
+            let at = self.library.modules[self.scope.module].at;
+            return self.stop(
+                at,
+                "the module comes to too many operations",
+                "are loops unrolled that end on voltages?",
+            );
+        }
+        let holes: Vec<(Id, Id)> = self.unset.keys().map(|&id| (id, zero)).collect();
+        let values: Vec<Id> = self.outputs.iter().map(|o| o.value).collect();
+        let values = crate::derive::substitute(&mut self.g, &values, &holes);
+        for (output, value) in self.outputs.iter_mut().zip(values) {
+            output.value = value;
+        }
+        Ok(Folded {
+            graph: self.g,
+            unknowns: self.unknowns,
+            terminals: self.terminals,
+            merged,
+            ports: self.ports,
+            flows,
+            noise,
+            outputs: self.outputs,
+            bound_step: self.bound_step,
+            said: self.said,
+        })
+    }
+
+    /// Makes two unknowns one, unless that would join two terminals.
+    fn join(&self, sets: &mut [usize], a: usize, b: usize) -> bool {
+        fn root(sets: &[usize], mut k: usize) -> usize {
+            while k != GROUND && sets[k] != k {
+                k = sets[k];
+            }
+            k
+        }
+        let (a, b) = (root(sets, a), root(sets, b));
+        let fixed = |k: usize| k == GROUND || k < self.terminals;
+        if a == b {
+            return true;
+        }
+        if fixed(a) && fixed(b) {
+            return false;
+        }
+        // the smaller number stays: terminals come first
+        let (keep, drop) = if fixed(a) || (!fixed(b) && a < b) { (a, b) } else { (b, a) };
+        sets[drop] = keep;
+        true
+    }
+
+    pub fn gmin(&mut self) -> Id {
+        self.g.given(GMIN)
+    }
+
+    pub fn source_scale(&mut self) -> Id {
+        self.g.given(SOURCE_SCALE)
+    }
+}
+
+impl Scope {
+    fn of(module: usize, prefix: String) -> Scope {
+        Scope {
+            module,
+            prefix,
+            nodes: HashMap::new(),
+            ranges: HashMap::new(),
+            parameters: Vec::new(),
+            given: HashMap::new(),
+            connected: Vec::new(),
+            branches: HashMap::new(),
+            pairs: HashMap::new(),
+        }
+    }
+}
+
+/// The instance of a module, or of the first paramset of its name whose ranges hold what is given.
+pub fn fold(library: &Library, index: usize, given: &Given) -> Answer<Folded> {
+    let word = library.modules[index].name;
+    let mut answer = None;
+    for k in (0..library.modules.len()).filter(|&k| library.modules[k].name == word) {
+        let mut run = Elaborator::new(library, given);
+        run.scope = Scope::of(k, String::new());
+        let ready = run.take_given().and_then(|()| run.resolve_set());
+        match ready {
+            Ok(()) => {
+                let module = &library.modules[run.scope.module];
+                let ports = run.port_count(module)?;
+                run.terminals = ports;
+                run.run_module(&[])?;
+                return run.finish();
+            }
+            Err(message) => answer = answer.or(Some(message)),
+        }
+    }
+    Err(answer.unwrap_or_default())
+}
+
+impl Elaborator<'_> {
+    /// Terminals, rows of them counted one by one.
+    fn port_count(&mut self, module: &super::ast::Module) -> Answer<usize> {
+        let mut count = 0;
+        for node in &module.nodes[..module.ports] {
+            count += match node.range {
+                Some((a, b)) => (self.index_of(a)? - self.index_of(b)?).unsigned_abs() as usize + 1,
+                None => 1,
+            };
+        }
+        Ok(count)
+    }
+}
+
+pub fn describe(library: &Library, index: usize) -> Description {
+    let module = &library.modules[index];
+    let given = Given::default();
+    let word = |w: Word| library.sources.word(w).to_string();
+    // a paramset has the terminals of its module
+    let mut base = module;
+    for _ in 0..20 {
+        match base.base.and_then(|b| library.modules.iter().find(|m| m.name == b)) {
+            Some(next) => base = next,
+            None => break,
+        }
+    }
+    let mut run = Elaborator::new(library, &given);
+    run.scope = Scope::of(index, String::new());
+    run.only_parameters = true;
+    let mut terminals = Vec::new();
+    for node in &base.nodes[..base.ports] {
+        match node.range.and_then(|(a, b)| Some((run.index_of(a).ok()?, run.index_of(b).ok()?))) {
+            Some((a, b)) if (a - b).abs() < 1000 => {
+                let step = if b >= a { 1 } else { -1 };
+                terminals.extend((0..=(b - a).abs()).map(|j| format!("{}[{}]", word(node.name), a + step * j)));
+            }
+            _ => terminals.push(word(node.name)),
+        }
+    }
+    let mut parameters = Vec::new();
+    for (k, p) in module.parameters.iter().enumerate().filter(|p| !p.1.local) {
+        let own = !run.hangs_on_others(p.default, 0);
+        let value = if own { run.parameter(k as u32).ok() } else { None };
+        let default = match &value {
+            Some(Val::Num(n)) => run.g.value(n.id),
+            _ => None,
+        };
+        let text = p.kind == Some(Type::Text) || matches!(value, Some(Val::Text(_)));
+        let integer = match &value {
+            Some(Val::Num(n)) => n.whole,
+            _ => p.kind == Some(Type::Integer),
+        };
+        parameters.push(folded::Parameter {
+            names: std::iter::once(&p.name).chain(&p.aliases).map(|&w| word(w)).collect(),
+            unit: p.unit.clone(),
+            meaning: p.meaning.clone(),
+            default,
+            instance: p.instance,
+            integer,
+            text,
+        });
+    }
+    Description { module: word(module.name), meaning: module.meaning.clone(), terminals, parameters }
+}
+
+impl Elaborator<'_> {
+    /// Does a default read other parameters, or the temperature?
+    fn hangs_on_others(&self, e: E, depth: usize) -> bool {
+        let again = |e: E| self.hangs_on_others(e, depth + 1);
+        match &self.library.expressions[e as usize] {
+            Expression::Number(..) | Expression::Text(_) => false,
+            Expression::Unary(_, a) => again(*a),
+            Expression::Binary(_, a, b) => again(*a) || again(*b),
+            Expression::Conditional(a, b, c) => again(*a) || again(*b) || again(*c),
+            Expression::List(list) => list.iter().any(|&e| again(e)),
+            Expression::Call(_, list) => list.iter().any(|&e| again(e)),
+            _ => true,
+        }
+    }
+}
