@@ -128,6 +128,39 @@ def reread_as_element(line: Line, sink: Sink) -> Element | None:
     return card if isinstance(card, Element) else None
 
 
+def command_card(text: str, line: Line, at: int, span: Span) -> Any:
+    """The dot card that a command of .control is, with places in the deck where the text is the deck's own: `at` is where the
+    command begins in its line, `span` its place. Raises LineError."""
+    own = line.single and line.text.startswith(text, at)
+    given = (
+        Line(line.file, line.number, line.col + at - 1, 0, 0)
+        if own
+        else Line(SourceFile("<command>", ""), 1, 0, 0, 0)
+    )
+    given.text, given.single = "." + text, True
+    builder = _Builder(given.file, Sink())
+    try:
+        try:
+            card = builder.convert(*parse_line(given, "dot"), given)
+        except LineError:
+            if syntax.first_word(text) != "save":
+                raise
+            card = builder.piece_by_piece(given, ".save")
+    except LineError as error:
+        if not own:
+            error.diagnostic.span = span
+        error.diagnostic.message = error.diagnostic.message.replace(
+            "`." + syntax.first_word(text), "`" + syntax.first_word(text)
+        )
+        raise
+    errors = [d for d in builder.sink.diagnostics if d.severity == "error"]
+    if errors:
+        raise LineError(errors[0])
+    if card is not None:
+        card.span = span
+    return card
+
+
 def parse_expression(text: str, name: str = "<expression>") -> Node:
     """The tree of an expression given on its own (a command-line option). Raises LineError."""
     line = Line(SourceFile(name, text), 1, 1, 0, len(text))
@@ -262,42 +295,23 @@ class _Builder(ElementCards, DotCards):
         return method(children, line)
 
     def commands(self, reading: Any) -> None:
-        """A .control section: see build_control.py."""
+        """A .control section: its lines, and what of it is known before it runs (build_control.py)."""
         if reading.control_span is None:
             return
-        from .build_control import Section
-
-        section = Section(self.sink, self.convert)
-        section.read(reading.control)
-        own = [(card.kind, card.args, card.flags) for card in self.body if isinstance(card, Analysis)]
-        run = []
-        for card in section.cards:
-            if not isinstance(card, Analysis):
-                self.body.append(card)
-            elif (card.kind, card.args, card.flags) not in own:
-                self.body.append(card)
-                own.append((card.kind, card.args, card.flags))
-                run.append(card.kind)
+        words = [syntax.first_word(line.text) for line in reading.control]
         # an .end among the commands is the deck's own
-        if (
-            any(syntax.first_word(line.text) == ".end" for line in section.unknown)
-            and len(section.unknown) > 1
-        ):
-            said = "this .control has no .endc, and cards of the deck stand behind it"
-            self.sink.error("E106", said, reading.control_span, "close it with .endc")
-            return
-        words = [syntax.first_word(line.text) for line in section.unknown]
-        words = [word for word in dict.fromkeys(words) if word != ".end"]
-        if not (section.passed or words):
-            return
-        self.sink.note(
-            "N107",
-            "of the .control section only what computes is run"
-            + (f", here {' and '.join(dict.fromkeys(run))}" if run else "")
-            + (f"; `{words[0]}` is no command of it" if words else ""),
-            reading.control_span,
-            "what it prints, plots and measures is not there yet; .print, .save and emsim view are",
-        )
+        if ".end" in words:
+            if any(word[:1] == "." and word != ".end" for word in words) or words[-1] != ".end":
+                said = "this .control has no .endc, and cards of the deck stand behind it"
+                self.sink.error("E106", said, reading.control_span, "close it with .endc")
+                return
+            del reading.control[words.index(".end") :]
+        from .build_control import foreseen
+
+        cards = foreseen(reading.control, self.convert)
+        self.body += [card for card in cards if not isinstance(card, Analysis)]
+        analyses = [card for card in cards if isinstance(card, Analysis)]
+        self.body.append(Dot("control", (reading.control, analyses), reading.control_span))
 
     @staticmethod
     def has_nodes(letter: str) -> bool:

@@ -188,6 +188,8 @@ class FlatDeck:
     __slots__ = (
         "also",
         "analyses",
+        "commanded",
+        "commands",
         "draws",
         "elements",
         "gravity",
@@ -209,6 +211,7 @@ class FlatDeck:
         "title",
         "tnom",
         "views",
+        "wanted",
     )
 
     def __init__(self, title: str, sink: Sink) -> None:
@@ -233,6 +236,9 @@ class FlatDeck:
         self.prints: list[Print] = []
         self.measures: list[Measure] = []
         self.also: list[Probe] = []  # asked for from outside the deck
+        self.wanted: list[Probe] = []  # by commands of .control: recorded where the deck has them
+        self.commands: list[Any] = []  # lines of its .control sections
+        self.commanded: list[Analysis] = []  # of `analyses` those that stand there plainly
         self.views: list[dict[str, Any]] = []
         self.sources: list[SourceFile] = []
 

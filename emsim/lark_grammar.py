@@ -18,8 +18,8 @@ if TYPE_CHECKING:
 
     from .syntax import Tree
 
-PARTS = ("deck", "lexical", "spice", "mechanics", "expression")
-STARTS = ("dot", "card", "element", "command", "expression")
+PARTS = ("deck", "lexical", "spice", "mechanics", "expression", "control")
+STARTS = ("dot", "card", "element", "command", "expression", "vectors", "let")
 
 _parser: Any = None
 
@@ -48,7 +48,7 @@ def grammar_folder() -> str:
 
 
 def grammar_text() -> str:
-    """All five parts as one grammar."""
+    """All parts as one grammar."""
     parts = []
     for name in PARTS:
         with open(os.path.join(grammar_folder(), name + ".lark"), encoding="utf-8") as handle:

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
     from .analyses import Analysis, Run
     from .assemble import Assembly
-    from .deck import FlatDeck, Probe
+    from .deck import Deck, FlatDeck, Probe
     from .measures import Measured
     from .outputs.raw import Stream
     from .reports.equations import Explained
@@ -37,8 +37,9 @@ def run(
     energy: bool | None = None,
     also: str | Sequence[str | Probe] = (),
     stream: Stream | None = None,
+    say: Callable[[str], object] | None = None,
 ) -> Result:
-    """Simulates a deck: a path, the text itself, or a PySpice Circuit.
+    """Simulates a deck: a path, the text itself, or a PySpice Circuit. One with a .control section does what that says.
 
     defines    parameters that stand above the deck's .param
     method     "trap", "gear", "radau", "trbdf2", "esdirk", "gauss", "rk45", "dop853"; otherwise .options method,
@@ -49,6 +50,7 @@ def run(
     energy     keep energy accounts (`Result.energy`); left out: where the deck has a machine
     also       further columns: expressions as .print takes them, such as "fx(pin) x(arm(0.3,0))", one text or several
     stream     a raw file that the rows go to while the run goes on (outputs/raw.py); `raw.write` completes it
+    say        gets what a .control section prints, as it comes; left out: `Result.output` has it
     progress   called now and then with (t, tstop, step [s], steps, events); a true return value stops the run, whose
                result then has the status "interrupted"; what it raises is raised here
     Raises DeckError, ConvergenceError (with the partial Result), OutsideError; after Ctrl-C Interrupted, a
@@ -56,14 +58,20 @@ def run(
     """
     options = _merged(options, method, reltol, tmax)
     # text to flat deck
-    flat = read(source, defines, also, options)
-    # flat deck to equations
-    assembly, planned = prepare(flat, options, flat.machine != [] if energy is None else energy)
-    # equations to solutions
+    deck = load(source, defines, also)
+    flat = flatten(deck, options)
+    energy = flat.machine != [] if energy is None else energy
     heard = None if progress is None else Heard(progress)
-    runs = solve(assembly, planned, heard, in_notebook() if scene is None else scene, stream)
-    # solutions to a result
-    result = deliver(assembly, runs)
+    scene = in_notebook() if scene is None else scene
+    if flat.commands:
+        result = command(deck, flat, options, energy, heard, scene, say)
+    else:
+        # flat deck to equations
+        assembly, planned = prepare(flat, options, energy)
+        # equations to solutions
+        runs = solve(assembly, planned, heard, scene, stream)
+        # solutions to a result
+        result = deliver(assembly, runs)
     if result.status == "interrupted" and not (heard and heard.stopped):
         if heard and heard.error:
             raise heard.error
@@ -141,9 +149,15 @@ def read(
 ) -> FlatDeck:
     """Text or file -> typed deck -> flat deck: one level, parameters evaluated, models looked up. Of the options it is
     `temp` and `seed` that parameters can read."""
+    return flatten(load(source, defines, also), options)
+
+
+def load(
+    source: Any, defines: Mapping[str, Any] | None = None, also: str | Sequence[str | Probe] = ()
+) -> Deck:
+    """Text or file -> typed deck."""
     from .build import parse_signals
     from .build import read as build
-    from .elaborate import flatten
     from .source import NoCollection
 
     if not isinstance(source, (str, bytes)) and not hasattr(source, "__fspath__"):
@@ -153,9 +167,18 @@ def read(
     with NoCollection():
         also = (also,) if isinstance(also, str) else also
         probes = [p for given in also for p in (parse_signals(given) if isinstance(given, str) else (given,))]
-        temp = next((value for key, value in (options or {}).items() if key.lower() == "temp"), None)
-        seed = next((value for key, value in (options or {}).items() if key.lower() == "seed"), None)
-        return flatten(build(source, dict(defines or {}), probes), temp, seed)
+        return build(source, dict(defines or {}), probes)
+
+
+def flatten(deck: Deck, options: Options | None = None) -> FlatDeck:
+    """Typed deck -> flat deck."""
+    from .elaborate import flatten as flat
+
+    return flat(deck, _option(options, "temp"), _option(options, "seed"))
+
+
+def _option(options: Options | None, name: str) -> Any:
+    return next((value for key, value in (options or {}).items() if key.lower() == name), None)
 
 
 def prepare(
@@ -220,6 +243,48 @@ def solve(
 
                 made.trouble.append(not_finite(gaps, analysis))
     return runs
+
+
+def command(
+    deck: Deck,
+    flat: FlatDeck,
+    options: Options | None = None,
+    energy: bool = False,
+    progress: Progress | None = None,
+    scene: bool = False,
+    say: Callable[[str], object] | None = None,
+) -> Result:
+    """A deck with a .control section: what that says, as under ngspice -b. The analyses of the deck's dot cards run where it says
+    `run`, or behind it where it never does. Plots are the tables of the result, the current one the last."""
+    from .control import Session
+    from .diagnostics import ConvergenceError, DeckError
+    from .elaborate.altered import Altered
+    from .result import Result
+
+    said: list[str] = []
+    first = list(flat.sink.diagnostics)
+
+    def analyse(flat: FlatDeck, cards: list[Any]) -> Result:
+        flat.analyses = cards
+        assembly, planned = prepare(flat, options, energy)
+        return deliver(assembly, solve(assembly, planned, progress, scene))
+
+    session = Session(
+        Altered(deck, flat, _temperature(options)),
+        analyse,
+        say or said.append,
+        [f.path for f in flat.sources if f.path],
+    )
+    session.run(flat.commands)
+    result = Result(
+        flat.title, session.tables(), [*first, *(d for d in session.sink.diagnostics if d not in first), *session.trouble],
+        session.prints, deck.file.text, session.measured, "".join(said), session.files, session.code,
+    )  # fmt: skip
+    if session.trouble:
+        raise ConvergenceError(session.trouble, result)
+    if session.sink.has_errors and not result.plots:
+        raise DeckError(result.diagnostics)
+    return result
 
 
 def _streamed(

@@ -503,10 +503,11 @@ class Result:
     prints       what .print asked for: (kind, column names)
     deck         the text that was run, "" for a result that was read from a file
     measured     what .meas found, in order: name, value, unit, at, from, to ... (`measures` has the values by name)
+    output       what a .control section printed, where nobody listened; files: what it wrote; code: that of its `quit`
     Everything a Table offers is offered here too, of the main table: the last transient, else the last.
     """
 
-    __slots__ = ("deck", "diagnostics", "measured", "plots", "prints", "title")
+    __slots__ = ("code", "deck", "diagnostics", "files", "measured", "output", "plots", "prints", "title")
 
     def __init__(
         self,
@@ -516,7 +517,11 @@ class Result:
         prints: Sequence[tuple[str, list[str]]] = (),
         deck: str = "",
         measured: Sequence[Measured] = (),
+        output: str = "",
+        files: Sequence[str] = (),
+        code: int | None = None,
     ) -> None:
+        self.output, self.files, self.code = output, list(files), code
         self.title, self.plots, self.deck = title, list(plots), deck
         self.diagnostics, self.prints, self.measured = list(diagnostics), list(prints), list(measured)
 

@@ -27,6 +27,7 @@ ROWS = [
     ["editor"],
     ["__init__"],
     ["pipeline"],
+    ["control"],
     ["system"],
     ["reports"],
     ["interop"],

@@ -188,11 +188,25 @@ def _find_saved(ctx: Context) -> dict[str, Output]:
     for name, power in ctx.machine.imbalances if ctx.machine is not None else ():
         saved[f"imbalance({name})"] = Output(f"imbalance({name})", "W", power)
 
+    for probe in ctx.flat.wanted:
+        if _is_there(ctx, probe.ast):
+            output = column(ctx, probe.text, probe.ast, probe.span)
+            saved.setdefault(output.name, output)
     for probe in ctx.flat.also:
         if not (isinstance(probe.ast, Name) and probe.ast.id in ("all", "time")):
             output = column(ctx, probe.text, probe.ast, probe.span)
             saved.setdefault(output.name, output)
     return saved
+
+
+def _is_there(ctx: Context, ast: Node) -> bool:
+    """Does the deck have what a command of .control reads? Where it has not, the command tells."""
+    if isinstance(ast, Name) and ast.id.startswith("@"):
+        from .behaviour import device_value
+
+        device, _, parameter = ast.id[1:].rstrip("]").partition("[")
+        return device_value(ctx, device, parameter) is not None
+    return ctx.machine is not None and isinstance(ast, Call)
 
 
 def _left_out(ctx: Context, ast: Node, span: Span) -> bool:

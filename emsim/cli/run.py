@@ -10,7 +10,7 @@ from itertools import pairwise
 from os.path import basename, splitext
 
 from .. import pipeline
-from ..diagnostics import ConvergenceError, DeckError, Diagnostic, Interrupted, suggest
+from ..diagnostics import ConvergenceError, DeckError, Diagnostic, Interrupted, inert, suggest
 from ..outputs import raw
 from ..outputs.beside import can_be_replaced
 from ..source import SameFiles
@@ -107,7 +107,10 @@ def _run(given: Arguments) -> int:
             energy=True if given.has("energy") or given.has("html") else None,
             also=plots.signals,
             stream=stream,
+            say=None if given.has("json") or given.text("csv") == "-" else Said(progress),
         )
+        if result.code is not None:
+            code = result.code & 0xFF
         errors = {d.code for d in result.diagnostics if d.severity == "error"}
         if errors:
             # what was computed is written all the same: an analysis that emsim does not have, or a .meas that found nothing
@@ -123,6 +126,18 @@ def _run(given: Arguments) -> int:
         if progress:
             progress.clear()
     return _deliver(given, result, files, plots, films, source, code, trouble, stream)
+
+
+class Said:
+    """What a .control section prints, on stdout as it comes."""
+
+    def __init__(self, progress: Progress | None) -> None:
+        self.progress = progress
+
+    def __call__(self, text: str) -> None:
+        if self.progress:
+            self.progress.clear()
+        sys.stdout.write(inert(text))
 
 
 def _stream(targets: Sequence[Target]) -> raw.Stream | None:

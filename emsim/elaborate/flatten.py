@@ -430,3 +430,12 @@ class _Flattener:
             flat.gravity = (g[0], g[1], g[2] if len(g) > 2 else 0.0)
         elif card.kind == "view":
             flat.views.append(card.items)
+        elif card.kind == "control":
+            lines, analyses = card.items
+            flat.commands += lines
+            known = [(a.kind, a.args, a.flags) for a in flat.analyses]
+            for a in analyses:
+                args = [as_float(v, scope) if isinstance(v, Node) else v for v in a.args]
+                if (a.kind, args, a.flags) not in known:
+                    flat.commanded.append(Analysis(a.kind, args, a.flags, a.span))
+                    flat.analyses.append(flat.commanded[-1])

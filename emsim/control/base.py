@@ -1,0 +1,37 @@
+"""What a command is, for the families of commands in the other files."""
+
+from __future__ import annotations
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from .program import Statement
+    from .session import Session
+
+
+class Command:
+    """One command of .control.
+
+    word, form, meaning   its name, how it is written, what it does: for help, messages, editors
+    run(session, text, statement)   carries it out; `text` is what stands behind the word, with variables put in
+    grammar   what the text is in grammar/control.lark: "vectors", "let", or None for words
+    raw       variables are not put in: the command does it
+    records   its text names quantities that analyses have to record
+    """
+
+    __slots__ = ("form", "grammar", "meaning", "raw", "records", "run", "word")
+
+    def __init__(
+        self,
+        word: str,
+        form: str,
+        meaning: str,
+        run: Callable[[Session, str, Statement], None],
+        grammar: str | None = None,
+        raw: bool = False,
+        records: bool | None = None,
+    ) -> None:
+        self.word, self.form, self.meaning, self.run = word, form, meaning, run
+        self.grammar, self.raw = grammar, raw
+        self.records = grammar is not None if records is None else records

@@ -1,0 +1,252 @@
+"""What is written and read: write, wrdata, load, source. Only below the working directory and the deck's folder."""
+
+from __future__ import annotations
+
+import os
+
+import numpy as np
+
+from ..diagnostics import OutsideError
+from . import words
+from .base import Command
+from .errors import CommandError, usage
+from .plots import Plot, Vector
+from .session import MOST_SOURCES, column_name
+from .vectors import _stretched
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from ..result import Table
+    from .program import Statement
+    from .session import Session
+
+DIGITS = 8  # of wrdata
+
+
+def folders(s: Session) -> list[str]:
+    path = s.deck.deck.file.path
+    return [
+        os.path.realpath(f)
+        for f in (os.getcwd(), *([os.path.dirname(os.path.abspath(path))] if path else []))
+    ]
+
+
+def target(s: Session, name: str, what: str = "write") -> str:
+    """A path that a command may write. Raises CommandError for one outside, for the deck itself, for what is no file."""
+    path = os.path.expanduser(name)
+    if not name or "\0" in name or name.startswith("~"):
+        raise CommandError(
+            "E163",
+            f"`{name}` is no name of a file here",
+            "write it into the working directory or the deck's folder",
+        )
+    real = os.path.realpath(path)
+    if not any(os.path.commonpath([real, f]) == f for f in folders(s)):
+        raise CommandError("E163", f"`{name}` lies outside of the working directory and the deck's folder")
+    if real in s.own:
+        raise CommandError("E163", f"`{name}` is the deck itself", "call the file otherwise")
+    if os.path.exists(real) and not os.path.isfile(real):
+        raise CommandError("E163", f"`{name}` is no file")
+    if not os.path.isdir(os.path.dirname(real)):
+        raise CommandError("E163", f"there is no folder for `{name}`")
+    return path
+
+
+def readable(s: Session, name: str) -> str:
+    """A path that a command may read: in the working directory, or beside the deck."""
+    for folder in ("", os.path.dirname(s.deck.deck.file.path or "")):
+        path = os.path.join(folder, name)
+        if os.path.isfile(path):
+            real = os.path.realpath(path)
+            if not any(os.path.commonpath([real, f]) == f for f in folders(s)):
+                raise CommandError(
+                    "E163", f"`{name}` lies outside of the working directory and the deck's folder"
+                )
+            return path
+    raise CommandError("E166", f"there is no file `{name}`")
+
+
+def wrote(s: Session, path: str) -> None:
+    if path not in s.files:
+        s.files.append(path)
+
+
+def tables_of(s: Session, vectors: list[Vector]) -> list[Table]:
+    """Vectors as tables, plot by plot, each with its scale in front."""
+    from ..result import Columns, Table
+
+    found = []
+    plots: list[Plot] = []
+    for v in vectors:
+        plot = v.plot or s.plots.current
+        if plot not in plots:
+            plots.append(plot)
+    for plot in plots:
+        own = [v for v in vectors if (v.plot or s.plots.current) is plot]
+        scale = plot.scale if plot.has_scale else None
+        if scale is not None:
+            own = [scale, *(v for v in own if v.key != scale.key)]
+        rows = max(map(len, own))
+        store = Columns(
+            (np.ascontiguousarray(_stretched(v.values, rows)).tobytes() for v in own),
+            complex=[v.is_complex for v in own],
+        )
+        axis = (
+            plot.table.axis
+            if plot.table is not None and scale is plot.vectors.get(plot.table.names[0])
+            else scale is not None
+        )
+        names = [column_name(plot.vectors[v.key], plot) if v.key in plot.vectors else v.name for v in own]
+        found.append(
+            Table(
+                plot.kind,
+                names,
+                [v.unit for v in own],
+                store,
+                title=plot.title,
+                axis=axis,
+                plotname=plot.plotname,
+            )
+        )
+    return found
+
+
+def write(s: Session, text: str, at: Statement) -> None:
+    from ..outputs import raw
+    from ..result import Result
+
+    given = text.strip()
+    name, _, rest = given.partition(" ")
+    names = words.split(name)
+    path = target(s, names[0] if names else "rawspice.raw")
+    vectors = s.vectors(rest.strip() or "all", at)
+    ascii = str(s.variables.get("filetype", "binary")).lower() == "ascii"
+    result = Result(s.deck.title, tables_of(s, vectors))
+    try:
+        if "appendwrite" in s.variables and os.path.exists(path):
+            for table in result.plots:
+                with open(path, "ab") as file:
+                    raw.write_table(file, table, ascii)
+        else:
+            raw.write(path, result, ascii=ascii)
+    except OSError as error:
+        raise CommandError("E163", f"cannot write {path}: {error.strerror or error}") from None
+    wrote(s, path)
+    s.say(f'{"ASCII" if ascii else "binary"} raw file "{path}"')
+
+
+def wrdata(s: Session, text: str, at: Statement) -> None:
+    """Columns of text: before each vector its scale (`set wr_singlescale`: once), of complex ones two columns."""
+    name, _, rest = text.strip().partition(" ")
+    if not rest.strip():
+        usage("wrdata file vector ..", "a file and vectors are needed")
+    path = target(s, words.split(name)[0])
+    vectors = s.vectors(rest.strip(), at)
+    digits = s.digits if "numdgt" in s.variables else DIGITS
+    single = "wr_singlescale" in s.variables
+    if single and len({len(v) for v in vectors}) > 1:
+        raise CommandError("E164", "with wr_singlescale the vectors need one length")
+    columns: list[tuple[str, list[float] | None]] = []
+    for k, v in enumerate(vectors):
+        plot = v.plot or s.plots.current
+        scale = v.scale or plot.scale
+        if (not single or not k) and scale is not None:
+            fits = len(scale) == len(v)
+            columns.append((scale.name, scale.values.real.tolist() if fits else list(range(len(v)))))
+        if v.is_complex:
+            columns += [(v.name, v.values.real.tolist()), (v.name, v.values.imag.tolist())]
+        else:
+            columns.append((v.name, v.values.tolist()))
+    wide = digits + 7
+    lines = []
+    if "wr_vecnames" in s.variables:
+        lines.append("".join(f" {title:<{wide}}" for title, _ in columns))
+    for row in range(max(map(len, vectors))):
+        cells = [
+            f"{values[row]: .{digits}e} " if values is not None and row < len(values) else " " * (wide + 1)
+            for _, values in columns
+        ]
+        lines.append("".join(cells))
+    try:
+        with open(path, "a" if "appendwrite" in s.variables else "w", encoding="utf-8") as file:
+            file.write("\n".join(lines) + "\n")
+    except OSError as error:
+        raise CommandError("E163", f"cannot write {path}: {error.strerror or error}") from None
+    wrote(s, path)
+
+
+def load(s: Session, text: str, at: Statement) -> None:
+    """A raw file's plots."""
+    from ..outputs import raw
+
+    for name in words.split(text) or ["rawspice.raw"]:
+        path = readable(s, name)
+        s.say(f'Loading raw data file ("{name}") ... ', end="")
+        try:
+            result = raw.read(path)
+        except (ValueError, OSError, OutsideError) as error:
+            raise CommandError("E166", f"`{name}` is no raw file: {error}") from None
+        s.say("done.")
+        for table in result.plots:
+            s.plots.new(table.kind or "unknown", table.title or result.title, table.plotname, table)
+            s.say(f"Title:  {table.title}\nName: {table.plotname}\nDate: {s.plots.current.date}\n")
+
+
+def source(s: Session, text: str, at: Statement) -> None:
+    """The commands of another file, carried out here."""
+    from ..source import Line
+    from ..source import load as load_file
+    from .program import Block  # noqa: F401
+
+    for name in words.split(text):
+        path = readable(s, name)
+        if s._depth >= MOST_SOURCES:
+            raise CommandError("E165", f"{MOST_SOURCES} files that source each other are the most")
+        try:
+            file = load_file(path, at.span)
+        except (OSError, ValueError) as error:
+            raise CommandError("E166", f"cannot read `{name}`: {error}") from None
+        lines, start, within, has_section = [], 0, False, ".control" in file.text.lower()
+        for number, line in enumerate(file.text.split("\n"), 1):
+            word = line.strip().lower()
+            if word in (".control", ".endc"):
+                within = word == ".control"
+            elif word and (within or not has_section) and not (number == 1 and word.startswith("*")):
+                lines.append(Line(file, number, 1, start, start + len(line)))
+            start += len(line) + 1
+        if has_section and any(
+            w.strip()[:1].lower() in "rcvil"
+            for w in file.text.lower().split(".control")[0].split("\n")[1:]
+            if w.strip()
+        ):
+            raise CommandError(
+                "E163", f"`{name}` is a deck of its own", "run it by itself; source takes a file of commands"
+            )
+        body = s.read(lines)
+        if body is None:
+            return
+        s._depth += 1
+        try:
+            s.body(body)
+        finally:
+            s._depth -= 1
+
+
+COMMANDS = (
+    Command(
+        "write",
+        "write file [vector ..]",
+        "a raw file; `set filetype=ascii`, `set appendwrite`",
+        write,
+        records=True,
+    ),
+    Command(
+        "wrdata",
+        "wrdata file vector ..",
+        "columns of text; `set wr_singlescale`, `set wr_vecnames`",
+        wrdata,
+        records=True,
+    ),
+    Command("load", "load file ..", "the plots of a raw file", load),
+    Command("source", "source file", "the commands of a file, carried out here", source),
+)

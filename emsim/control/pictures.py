@@ -1,0 +1,180 @@
+"""Pictures: plot, hardcopy, gnuplot write a file and name it. matplotlib is loaded when one is drawn."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+
+from . import words
+from .base import Command
+from .errors import CommandError, usage
+from .files import target, wrote
+from .plots import Vector
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any
+
+    from .program import Statement
+    from .session import Session
+
+PLOT = "plot vector .. [vs vector] [xlimit low high] [ylimit low high] [xlog] [ylog] [loglog] [title text]"
+# words of plot, with how many values follow
+WORDS = {
+    **dict.fromkeys("xlimit xl ylimit yl xindices".split(), 2),
+    **dict.fromkeys("xcompress xdelta ydelta title xlabel ylabel sgraphid".split(), 1),
+    **dict.fromkeys(
+        "linear lingrid loglog xlog ylog polar smith smithgrid nogrid linplot combplot pointplot".split(), 0
+    ),
+    **dict.fromkeys("nointerp samep kicad plainplot digitop".split(), 0),
+}
+MOST_PICTURES = 200
+
+
+def divided(text: str) -> tuple[str, dict[str, list[str]]]:
+    """The vectors, and the words of plot with their values."""
+    tokens = re.findall(
+        r"\"[^\"]*\"|'[^']*'|[^\s\"'(\[]*(?:\((?:[^()]|\([^()]*\))*\)|\[[^\]]*\]|[^\s\"'(\[]+)+|\S+", text
+    )
+    kept, options = [], {}
+    k = 0
+    while k < len(tokens):
+        key = tokens[k].lower()
+        if key in WORDS:
+            options[key] = [t.strip("\"'") for t in tokens[k + 1 : k + 1 + WORDS[key]]]
+            k += 1 + WORDS[key]
+            continue
+        kept.append(tokens[k])
+        k += 1
+    return " ".join(kept), options
+
+
+def curves(s: Session, text: str) -> list[tuple[Vector, np.ndarray, str]]:
+    """(vector, what it is over, the name of that) of a list with `vs` in it."""
+    text = words.without_braces(text)
+    tree = s.tree(text, "vectors")
+    from .vectors import Evaluator
+
+    evaluator, found, waiting = Evaluator(s, text), [], []
+    items = list(tree[1])
+    k = 0
+    while k < len(items):
+        if items[k].__class__ is not tuple and items[k].type == "VERSUS":
+            if k + 1 >= len(items) or not waiting:
+                usage(PLOT, "`vs` stands between vectors")
+            over = evaluator.named(items[k + 1])[0]
+            found += [(v, over.values.real, over.name) for v in waiting]
+            waiting, k = [], k + 2
+            continue
+        waiting += evaluator.named(items[k])
+        k += 1
+    for v in waiting:
+        plot = v.plot or s.plots.current
+        scale = v.scale or plot.scale
+        if scale is not None and len(scale) == len(v):
+            name = plot.scale.name if plot.scale is not None and v.scale is not None else scale.name
+            found.append((v, scale.values.real, name))
+        else:
+            found.append((v, np.arange(len(v), dtype=float), "index"))
+    for v, x, _ in found:
+        if len(x) != len(v):
+            raise CommandError("E164", f"`{v.name}` has {len(v)} numbers over {len(x)}")
+    return found
+
+
+def draw(s: Session, path: str, text: str) -> None:
+    listed, options = divided(text)
+    if not listed:
+        usage(PLOT, "no vector is named")
+    found = [c for c in curves(s, listed) if len(c[0])]
+    found = [c for c in found if c[0] is not (c[0].plot.scale if c[0].plot else None)] or found
+    try:
+        from matplotlib.figure import Figure
+    except ImportError:
+        s.note("no picture is drawn: matplotlib is not installed", "pip install 'emsim[plot]'")
+        return
+    figure = Figure(figsize=(8, 5), layout="constrained")
+    axes: Any = figure.add_subplot()
+    for v, x, _ in found:
+        y = v.values
+        if np.iscomplexobj(y):
+            y = np.abs(y) if np.any(y.imag) else y.real
+        style: dict[str, Any] = (
+            {"marker": ".", "linestyle": "none"} if "pointplot" in options or len(x) == 1 else {}
+        )
+        axes.plot(np.nan_to_num(x, nan=np.nan), y, label=v.name, **style)
+    _axes(s, axes, found, options)
+    axes.legend(loc="best")
+    axes.set_title(next(iter(options.get("title", [])), s.plots.current.title))
+    try:
+        figure.savefig(path)
+    except (OSError, ValueError) as error:
+        raise CommandError("E163", f"cannot write {path}: {error}") from None
+    wrote(s, path)
+    s.note(f"the picture is {path}")
+
+
+def _axes(
+    s: Session, axes: Any, found: list[tuple[Vector, np.ndarray, str]], options: dict[str, list[str]]
+) -> None:
+    v, x, name = found[0]
+    table = v.plot.table if v.plot is not None else None
+    log = table is not None and table.axis is not None and table.axis.log and name == table.axis.name
+    if ("xlog" in options or "loglog" in options or log) and np.all(x > 0):
+        axes.set_xscale("log")
+    if "ylog" in options or "loglog" in options:
+        axes.set_yscale("log")
+    units = {v.unit for v, _, _ in found}
+    axes.set_xlabel(next(iter(options.get("xlabel", [])), name))
+    axes.set_ylabel(next(iter(options.get("ylabel", [])), units.pop() if len(units) == 1 else ""))
+    axes.grid("nogrid" not in options)
+    for key, set_ in (
+        ("xlimit", axes.set_xlim),
+        ("xl", axes.set_xlim),
+        ("ylimit", axes.set_ylim),
+        ("yl", axes.set_ylim),
+    ):
+        if key in options:
+            limits = s.numbers(" ".join(options[key]))
+            if len(limits) == 2 and limits[0] != limits[1] and all(map(np.isfinite, limits)):
+                set_(*limits)
+
+
+def picture_path(s: Session, stem: str) -> str:
+    return target(s, stem, "write")
+
+
+def plot(s: Session, text: str, at: Statement) -> None:
+    number = s.pictures + 1
+    if number > MOST_PICTURES:
+        raise CommandError("E165", f"{MOST_PICTURES} pictures are the most")
+    path = target(s, f"{s.stem}-{number}.png")
+    draw(s, path, text)
+    s.pictures = number
+
+
+def hardcopy(s: Session, text: str, at: Statement) -> None:
+    name, _, rest = text.strip().partition(" ")
+    if not name or not rest.strip():
+        usage("hardcopy file vector ..", "a file and vectors are needed")
+    kind = str(s.variables.get("hcopydevtype", "svg")).lower()
+    _, dot, extension = name.rpartition(".")
+    if not dot or extension.lower() not in ("svg", "png", "pdf", "ps", "eps"):
+        name += ".ps" if kind == "postscript" else ".svg" if kind == "svg" else ".png"
+    draw(s, target(s, name), rest)
+
+
+def gnuplot(s: Session, text: str, at: Statement) -> None:
+    """The picture that gnuplot would draw, and the data beside it."""
+    name, _, rest = text.strip().partition(" ")
+    if not name or not rest.strip():
+        usage("gnuplot file vector ..", "a name and vectors are needed")
+    draw(s, target(s, name + ".png"), rest)
+
+
+COMMANDS = (
+    Command("plot", PLOT, "draws a picture, into DECK-1.png, DECK-2.png ..", plot, records=True),
+    Command("hardcopy", "hardcopy file vector ..", "draws a picture into that file", hardcopy, records=True),
+    Command("gnuplot", "gnuplot name vector ..", "draws a picture into name.png", gnuplot, records=True),
+)

@@ -1,0 +1,218 @@
+"""Plots, the sets of vectors that commands work on, and their vectors.
+
+A vector is called as in ngspice: `out` is v(out), `v1#branch` is i(v1). What no circuit has keeps the name of its column.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+
+import numpy as np
+
+from ..diagnostics import suggest
+from .errors import CommandError, Followed
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from ..result import Table
+
+# unit -> the type of a vector that `display` names, and the words of `settype`
+TYPES = {
+    "V": "voltage", "A": "current", "s": "time", "Hz": "frequency", "C": "temp-sweep", "Ohm": "impedance", "S": "admittance",
+    "W": "power", "rad": "phase", "deg": "phase", "dB": "decibel", "F": "capacitance", "Q": "charge",
+    "V/sqrt(Hz)": "onoise-spectrum",
+}  # fmt: skip
+UNITS = {word: unit for unit, word in reversed(TYPES.items())}
+CONSTANTS = {
+    "boltz": 1.38064852e-23, "c": 299792458.0, "e": math.e, "echarge": 1.6021766208e-19, "false": 0.0, "i": 1j,
+    "kelvin": -273.15, "no": 0.0, "pi": math.pi, "planck": 6.62607015e-34, "true": 1.0, "yes": 1.0,
+}  # fmt: skip
+
+
+class Vector:
+    """Numbers under a name: `values` of shape (length,), float64 or complex128. `dims` is its shape where it has several,
+    `scale` the vector that it is over where that is not its plot's."""
+
+    __slots__ = ("_values", "dims", "key", "name", "plot", "scale", "unit")
+
+    def __init__(
+        self, name: str, values: np.ndarray | tuple[Table, int], unit: str = "", plot: Plot | None = None
+    ) -> None:
+        self.name, self.key, self.unit, self.plot = name, name.lower(), unit, plot
+        self._values = values
+        self.dims: tuple[int, ...] = ()
+        self.scale: Vector | None = None
+
+    @property
+    def values(self) -> np.ndarray:
+        if isinstance(self._values, tuple):
+            table, column = self._values
+            self._values = (
+                table.column(table.names[column])
+                if table.index(table.names[column]) == column
+                else _raw(table, column)
+            )
+        return self._values
+
+    @property
+    def is_complex(self) -> bool:
+        return np.iscomplexobj(self.values)
+
+    def __len__(self) -> int:
+        return len(self.values)
+
+    @property
+    def type(self) -> str:
+        return TYPES.get(self.unit, "notype")
+
+    def copied(self, name: str, plot: Plot | None = None) -> Vector:
+        v = Vector(name, self.values, self.unit, plot or self.plot)
+        v.dims, v.scale = self.dims, self.scale
+        return v
+
+
+def _raw(table: Table, column: int) -> np.ndarray:
+    kind = np.complex128 if table.is_complex(column) else np.float64
+    return np.frombuffer(table.waves.column(column), dtype=kind)
+
+
+class Plot:
+    """Vectors of one analysis, or those that commands made.
+
+    name      "tran1"; kind: "tran"; plotname: "Transient Analysis"; title: the deck's
+    vectors   by their lower-case names; scale: what the others are over, None where there is nothing
+    table     what an analysis gave
+    beside    names of what commands read that ngspice has in no plot: recorded, and not among `all`
+    failed    why there are no vectors, where an analysis was to give them
+    """
+
+    def __init__(self, name: str, kind: str, title: str, plotname: str, table: Table | None = None) -> None:
+        self.name, self.kind, self.title, self.plotname, self.table = name, kind, title, plotname, table
+        self.date = time.strftime("%a %b %d %H:%M:%S  %Y")
+        self.vectors: dict[str, Vector] = {}
+        self.scale: Vector | None = None
+        self.failed = False
+        self.beside: set[str] = set()
+        self.has_scale = False
+        self.shows_scale = True  # print puts it in front
+        if table is None:
+            return
+        for k, (column, unit) in enumerate(zip(table.names, table.units, strict=True)):
+            self.add(Vector(spelled(column), (table, k), unit, self))
+        if table.axis is not None:
+            self.scale, self.has_scale = self.vectors[spelled(table.names[0]).lower()], True
+        elif self.vectors:
+            self.scale = min(self.vectors.values(), key=lambda v: (v.key[0] == "@", v.key))
+
+    def add(self, v: Vector) -> Vector:
+        v.plot = self
+        self.vectors[v.key] = v
+        if self.scale is not None and self.scale.key == v.key:
+            self.scale = v
+        return v
+
+    def find(self, name: str) -> Vector | None:
+        """A vector as people call it: out, v(out), v1#branch, i(v1), @r1[i]."""
+        key = "".join(name.split()).lower()
+        if (found := self.vectors.get(key)) is not None:
+            return found
+        if key[1:2] == "(" and key[-1] == ")" and key[0] in "vi":
+            inner = key[2:-1] + ("" if key[0] == "v" else "#branch")
+            return self.vectors.get(inner)
+        return None
+
+    def sorted(self) -> list[Vector]:
+        return [self.vectors[k] for k in sorted(self.vectors) if k not in self.beside]
+
+
+def spelled(column: str) -> str:
+    """The name of a vector for a column: v(out) is `out`, i(v1) is `v1#branch`."""
+    if column.startswith("v(") and column.endswith(")") and "," not in column:
+        return column[2:-1]
+    if column.startswith("i(") and column.endswith(")"):
+        return column[2:-1] + "#branch"
+    return column
+
+
+class Plots:
+    """All plots, the oldest first, and the current one."""
+
+    def __init__(self) -> None:
+        const = Plot("const", "const", "Constant values", "constants")
+        for name, value in CONSTANTS.items():
+            const.add(Vector(name, np.array([value])))
+        const.date = ""
+        self.all: list[Plot] = [const]
+        self.const = self.current = const
+        self.counter = 1
+
+    def name_for(self, kind: str) -> str:
+        """tran1: the first number, from the last one given on, that this kind has not."""
+        names = {p.name for p in self.all}
+        while f"{kind}{self.counter}" in names:
+            self.counter += 1
+        return f"{kind}{self.counter}"
+
+    def new(self, kind: str, title: str, plotname: str, table: Table | None = None) -> Plot:
+        plot = Plot(self.name_for(kind), kind, title, plotname, table)
+        self.all.append(plot)
+        self.current = plot
+        return plot
+
+    def named(self, name: str) -> Plot | None:
+        return next((p for p in self.all if p.name == name.lower()), None)
+
+    def get(self, name: str) -> Plot:
+        found = self.named(name)
+        if found is None:
+            near = suggest(name, [p.name for p in self.all])
+            hint = f"did you mean `{near}`?" if near else "there are " + ", ".join(p.name for p in self.all)
+            raise CommandError("E162", f"there is no plot `{name}`", hint)
+        return found
+
+    def remove(self, plot: Plot) -> None:
+        if plot is self.const:
+            return
+        self.all.remove(plot)
+        if self.current is plot:
+            self.current = self.all[-1]
+
+    def vector(self, name: str) -> Vector:
+        """A vector of the current plot, of a named one (tran1.v(out)), or a constant. Raises CommandError."""
+        found = self.known(name)
+        if found is None:
+            raise self.missing(name)
+        return found
+
+    def known(self, name: str) -> Vector | None:
+        if (found := self.current.find(name)) is not None:
+            return found
+        head, dot, rest = name.partition(".")
+        if dot and (plot := self.named(head)) is not None:
+            return plot.find(rest)
+        return self.const.find(name)
+
+    def missing(self, name: str) -> CommandError:
+        head, dot, _ = name.partition(".")
+        plot = (self.named(head) if dot else None) or self.current
+        if plot.failed:
+            return Followed("E162", f"`{plot.name}` has no vectors")
+        shown = [v.name for v in plot.vectors.values()] if plot is not self.const else []
+        near = suggest(name.lower(), [*shown, *(f"v({n})" for n in shown)])
+        if near:
+            hint = f"did you mean `{near}`?"
+        elif plot is self.const and len(self.all) == 1:
+            hint = "no analysis has run yet: run, op, tran .."
+        else:
+            hint = (
+                f"{plot.name} has "
+                + (", ".join(shown[:8]) or "no vectors")
+                + (" .." if len(shown) > 8 else "")
+            )
+        return CommandError("E162", f"there is no vector `{name}` in {plot.name}", hint)
+
+    def __iter__(self) -> Iterator[Plot]:
+        return iter(self.all)

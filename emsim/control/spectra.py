@@ -1,0 +1,293 @@
+"""Spectra, and what makes even steps of them: linearize, fft, psd, spec, fourier."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from . import words
+from .base import Command
+from .errors import CommandError, usage
+from .plots import Plot, Vector
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from .program import Statement
+    from .session import Session
+
+
+def linearize(s: Session, text: str, at: Statement) -> None:
+    """The vectors of the current plot on even steps: those of the transient, or of lin-tstep, lin-tstart, lin-tstop."""
+    old = s.plots.current
+    time = old.scale
+    if time is None or time.key != "time":
+        raise CommandError("E164", "linearize needs a plot over time", "tran or run makes one")
+    x = time.values.real
+    grid = old.table.grid if old.table is not None else None
+    step, start, stop = grid or ((x[-1] - x[0]) / max(len(x) - 1, 1), x[0], x[-1])
+    step, start, stop = (
+        _own(old, n, v)
+        for n, v in (("lin-tstep", step), ("lin-tstart", start), ("lin-tstop", min(stop, x[-1])))
+    )
+    if not step > 0 or not stop > start:
+        raise CommandError("E164", f"no even steps of {step:g} from {start:g} to {stop:g}")
+    count = (stop - start) / step
+    if count > 1e8:
+        raise CommandError("E165", f"{count:.3g} steps are too many")
+    times = start + step * np.arange(int(count + 1.5))
+    names = words.split(text) or [v.name for v in old.sorted() if v is not time and len(v) == len(x)]
+    found = [s.plots.vector(n) for n in names]
+    new = s.plots.new("tran", old.title, f"{old.plotname.removesuffix(' (linearized)')} (linearized)")
+    new.scale, new.has_scale, new.shows_scale = new.add(Vector("time", times, "s", new)), True, False
+    for v in found:
+        new.add(Vector(v.key if v.key in old.vectors else v.name, _sampled(old, v, times), v.unit, new))
+
+
+def _own(plot: Plot, name: str, value: float) -> float:
+    found = plot.vectors.get(name)
+    return float(found.values[0].real) if found is not None and len(found) else float(value)
+
+
+def _sampled(plot: Plot, v: Vector, times: np.ndarray) -> np.ndarray:
+    """Values between the points: of a column by its table's own rule, else on straight lines."""
+    assert plot.scale is not None
+    x, y = plot.scale.values.real, v.values
+    if v.is_complex:
+        return np.interp(times, x, y.real) + 1j * np.interp(times, x, y.imag)
+    return np.interp(times, x, y)
+
+
+WINDOWS = (
+    "none",
+    "rectangular",
+    "bartlet",
+    "bartlett",
+    "triangle",
+    "hann",
+    "hanning",
+    "cosine",
+    "hamming",
+    "blackman",
+    "flattop",
+    "gaussian",
+)
+
+
+def window(s: Session, x: np.ndarray) -> np.ndarray:
+    """`set specwindow`, hanning where it is not set, with a mean of 1."""
+    name = str(s.variables.get("specwindow", "hanning")).lower()
+    n = len(x)
+    u = (x - x[0]) / (x[-1] - x[0]) if n > 1 else np.zeros(n)
+    c = np.cos
+    if name in ("none", "rectangular"):
+        return np.ones(n)
+    if name in ("bartlet", "bartlett", "triangle"):
+        return 2.0 - np.abs(2.0 + 4.0 * (u - 1.0))
+    if name in ("hann", "hanning", "cosine"):
+        return 1.0 - c(2 * np.pi * u)
+    if name == "hamming":
+        return 1.0 - 0.46 / 0.54 * c(2 * np.pi * u)
+    if name == "blackman":
+        return 1.0 - 0.50 / 0.42 * c(2 * np.pi * u) + 0.08 / 0.42 * c(4 * np.pi * u)
+    if name == "flattop":
+        return (
+            1.0
+            - 1.93 * c(2 * np.pi * u)
+            + 1.29 * c(4 * np.pi * u)
+            - 0.388 * c(6 * np.pi * u)
+            + 0.032 * c(8 * np.pi * u)
+        )
+    if name == "gaussian":
+        order = max(2, s.integer("specwindoworder", 2))
+        sigma = 1.0 / order
+        scale = 0.83 / sigma
+        return scale * np.exp(-0.5 * ((u - 0.5) / (sigma / 2.0)) ** 2) / 1.0
+    from ..diagnostics import suggest
+
+    near = suggest(name, WINDOWS)
+    raise CommandError(
+        "E162",
+        f"there is no window `{name}`",
+        f"did you mean `{near}`?" if near else "there are " + ", ".join(WINDOWS),
+    )
+
+
+def _even(s: Session, form: str, text: str) -> tuple[Plot, np.ndarray, list[Vector]]:
+    """The plot, its times, which need even steps, and the vectors."""
+    plot = s.plots.current
+    if plot.scale is None or plot.scale.key != "time":
+        raise CommandError("E164", "a spectrum needs a plot over time", "tran or run makes one")
+    if not text.strip():
+        usage(form, "no vector is named")
+    x = plot.scale.values.real
+    found = s.vectors(text)
+    if len(x) < 2 or any(len(v) != len(x) for v in found):
+        raise CommandError("E164", "the vectors are not as long as the time")
+    if any(v.is_complex for v in found):
+        raise CommandError("E164", "a spectrum is of real vectors")
+    return plot, x, found
+
+
+def _heed_steps(s: Session, x: np.ndarray) -> None:
+    steps = np.diff(x)
+    if steps.max() > 1.01 * steps.min():
+        s.warn(
+            "the times have uneven steps, and the spectrum takes them for even ones, as in ngspice",
+            "linearize makes even steps of them",
+        )
+
+
+def fft(s: Session, text: str, at: Statement) -> None:
+    """The amplitudes of the frequencies 0 to half of those of the points."""
+    plot, x, found = _even(s, "fft vector ..", text)
+    _heed_steps(s, x)
+    n, span = len(x), x[-1] - x[0]
+    w = window(s, x)
+    half = n // 2 + 1
+    step = (n - 1) / (span * n) if span else 0.0
+    del plot
+    s.say(f"FFT: Time span: {span:g} s, input length: {n}, zero padding: 0")
+    s.say(f"FFT: Frequency resolution: {1 / span:g} Hz, output length: {half}")
+    new = s.plots.new("sp", s.deck.title, "Spectrum")
+    new.scale, new.has_scale, new.shows_scale = (
+        new.add(Vector("frequency", np.arange(half) / span, "Hz", new)),
+        True,
+        False,
+    )
+    del step
+    for v in found:
+        spectrum = np.fft.rfft(v.values * w) / n
+        spectrum[1:] *= 2.0
+        new.add(Vector(v.name, spectrum, "", new))
+
+
+def psd(s: Session, text: str, at: Statement) -> None:
+    """The power over frequency, averaged over so many neighbours."""
+    count, _, rest = text.strip().partition(" ")
+    form = "psd averages vector .."
+    try:
+        smooth = int(float(count))
+    except ValueError:
+        usage(form, "the number of neighbours is missing")
+    _, x, found = _even(s, form, rest)
+    _heed_steps(s, x)
+    n, span = len(x), x[-1] - x[0]
+    w, half = window(s, x), n // 2 + 1
+    new = s.plots.new("sp", s.deck.title, "PSD")
+    new.scale, new.has_scale, new.shows_scale = (
+        new.add(Vector("frequency", np.arange(half) / span, "Hz", new)),
+        True,
+        False,
+    )
+    noise = np.sum(w**2) / n
+    for v in found:
+        power = np.abs(np.fft.rfft(v.values * w) / n) ** 2
+        power[1:] *= 2.0
+        power /= noise
+        if smooth > 1:
+            kernel = np.ones(min(smooth, half)) / min(smooth, half)
+            power = np.convolve(power, kernel, mode="same")
+        new.add(Vector(v.name, power.astype(complex), "", new))
+        s.say(
+            f"Total noise power up to Nyquist frequency {half / span:.3e} Hz:\n{power.sum():.6e} V^2 (or A^2),"
+        )
+
+
+def spec(s: Session, text: str, at: Statement) -> None:
+    """The spectrum at the frequencies asked for, by the sums themselves."""
+    form = "spec fstart fstop fstep vector .."
+    given = text.split(None, 3)
+    if len(given) < 4:
+        usage(form, "three frequencies and vectors are needed")
+    low, high, step = s.numbers(" ".join(given[:3]))
+    _, x, found = _even(s, form, given[3])
+    _heed_steps(s, x)
+    if not (step > 0 and 0 <= low <= high):
+        usage(form, "frequencies are not negative, and the step is positive")
+    count = int((high - low) / step + 1e-9) + 1
+    if count * len(x) > 1e9:
+        raise CommandError("E165", f"{count} frequencies of {len(x)} points are too many")
+    frequencies = low + step * np.arange(count)
+    w, n = window(s, x), len(x)
+    new = s.plots.new("sp", s.deck.title, "Spectrum")
+    new.scale, new.has_scale, new.shows_scale = (
+        new.add(Vector("frequency", frequencies, "Hz", new)),
+        True,
+        False,
+    )
+    for v in found:
+        y = v.values * w
+        values = np.array([np.sum(y[1:] * np.exp(-2j * np.pi * f * (x[1:] - x[0]))) for f in frequencies]) / (
+            n - 1
+        )
+        values[frequencies > 0] *= 2.0
+        new.add(Vector(v.name, values, "", new))
+
+
+def fourier(s: Session, text: str, at: Statement) -> None:
+    """Harmonics of the last period: amplitude and phase of each, and their distortion."""
+    given, _, rest = text.strip().partition(" ")
+    form = "fourier frequency vector .."
+    if not rest.strip():
+        usage(form, "a frequency and vectors are needed")
+    base = s.numbers(given)[0]
+    plot = s.plots.current
+    if plot.scale is None or plot.scale.key != "time":
+        raise CommandError("E164", "fourier needs a plot over time", "tran or run makes one")
+    if not base > 0:
+        usage(form, "the frequency is positive")
+    x = plot.scale.values.real
+    period = 1.0 / base
+    if x[-1] - x[0] < period * (1 - 1e-9):
+        raise CommandError("E164", f"the run is shorter than a period of {period:g} s")
+    harmonics = max(1, min(s.integer("nfreqs", 10), 10_000))
+    grid = max(2, min(s.integer("fourgridsize", 200), 1_000_000))
+    degree = s.integer("polydegree", 1)
+    for v in s.vectors(rest):
+        if len(v) != len(x) or v.is_complex:
+            raise CommandError("E164", f"`{v.name}` is no real vector over time")
+        _four(s, v, x, base, harmonics, grid, degree)
+
+
+def _four(s: Session, v: Vector, x: np.ndarray, base: float, count: int, grid: int, degree: int) -> None:
+    times = x[-1] - 1.0 / base + np.arange(grid) / base / grid
+    y = np.interp(times, x, v.values)
+    angles = 2 * np.pi * base * times
+    found = [np.mean(y) + 0j] + [2 * np.mean(y * np.exp(-1j * k * angles)) for k in range(1, count)]
+    magnitude = [abs(c) for c in found]
+    # phases of sines
+    phase = [0.0] + [float(np.degrees(np.arctan2(c.real, -c.imag))) for c in found[1:]]
+    first = magnitude[1] if count > 1 and magnitude[1] else 1.0
+    thd = 100 * np.sqrt(sum((m / first) ** 2 for m in magnitude[2:]))
+    s.say(f"Fourier analysis for {v.name}:")
+    s.say(f"  No. Harmonics: {count}, THD: {thd:g} %, Gridsize: {grid}, Interpolation Degree: {degree}\n")
+    s.say("Harmonic Frequency    Magnitude    Phase        Norm. Mag    Norm. Phase")
+    s.say("-------- ---------    ---------    -----        ---------    -----------")
+    for k in range(count):
+        norm, turned = (magnitude[k] / first, phase[k] - phase[1]) if k else (0.0, 0.0)
+        cells = (f"{t:<12.6g} " for t in (k * base, magnitude[k], phase[k], norm, turned))
+        s.say(f" {k:<8d}" + "".join(cells).rstrip())
+    s.say("")
+    plot = s.plots.current
+    number = 1
+    while f"fourier{number}1" in plot.vectors:
+        number += 1
+    values = np.array([[k * base for k in range(count)], magnitude, phase])
+    made = Vector(f"fourier{number}1", values.reshape(-1), "", plot)
+    made.dims = values.shape
+    plot.add(made)
+
+
+COMMANDS = (
+    Command("linearize", "linearize [vector ..]", "a plot on even steps of time", linearize, records=True),
+    Command("fft", "fft vector ..", "a spectrum; `set specwindow`", fft, "vectors"),
+    Command("psd", "psd averages vector ..", "power over frequency", psd, records=True),
+    Command(
+        "spec",
+        "spec fstart fstop fstep vector ..",
+        "a spectrum at frequencies of your choice",
+        spec,
+        records=True,
+    ),
+    Command("fourier", "fourier frequency vector ..", "harmonics of the last period", fourier, records=True),
+    Command("four", "four frequency vector ..", "the same", fourier, records=True),
+)

@@ -1,0 +1,260 @@
+"""A deck that is altered between its runs: values of elements, models, parameters and options, without reading its text again.
+
+An alteration acts on the flat deck; a changed .param, and `reset`, flatten the nested deck anew.
+"""
+
+from __future__ import annotations
+
+from ..deck import Analysis, MachineCard, Probe, Waveform
+from ..diagnostics import Sink, suggest
+from ..elements import MODEL_TYPES, Element
+from ..expr import ExprError, Node
+from .flatten import flatten
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+    from typing import Any
+
+    from ..deck import Deck, FlatDeck, Model
+
+    Value = float | Sequence[float]
+
+# a device's parameter that is its value; of sources `dc`
+VALUES = {
+    "r": ("resistance", "r", "value"), "c": ("capacitance", "c", "value", "cap"), "l": ("inductance", "l", "value", "ind"),
+    "e": ("gain", "value"), "g": ("gain", "value"), "f": ("gain", "value"), "h": ("gain", "value"),
+    "k": ("coupling", "k", "coefficient", "value"),
+}  # fmt: skip
+WAVES = ("pulse", "sin", "sine", "exp", "pwl", "sffm", "am")
+
+
+class Altered:
+    """A nested deck and what was changed of it.
+
+    `options` stand above the deck's own; `wanted` are signals that every run records, where the deck has them.
+    Errors are ExprError: E166 for what the deck does not have, E167 for what cannot be altered.
+    """
+
+    def __init__(
+        self, deck: Deck, flat: FlatDeck | None = None, temp: object = None, seed: object = None
+    ) -> None:
+        self.deck, self.temp, self.seed = deck, temp, seed
+        self.options: dict[str, Any] = {}
+        self.saves: list[Probe] = []
+        self.wanted: list[Probe] = []
+        self.waiting: list[str] = []  # parameters that were altered since the last reset
+        self._changes: list[Callable[[FlatDeck], None]] = []
+        self._flat = flat
+        self._own = [] if flat is None else _own(flat)
+        self._places: dict[str, int] = {}
+        self.title = deck.title
+
+    def flat(self) -> FlatDeck:
+        """The flat deck as it stands. Raises DeckError where altered parameters make no sense."""
+        flat = self._flat
+        if flat is None:
+            self.deck.sink = Sink()
+            temp = self.options.get("temp", self.temp)
+            flat = self._flat = flatten(self.deck, temp, self.seed)
+            self._places, self._own = {}, _own(flat)
+            for change in self._changes:
+                change(flat)
+        flat.options.update(self.options)
+        for key in ("temp", "tnom"):
+            if isinstance(value := self.options.get(key), float):
+                setattr(flat, key, value)
+        flat.wanted = self.wanted
+        flat.saves += [p for p in self.saves if p not in flat.saves]
+        return flat
+
+    def analyses(self) -> list[Analysis]:
+        """Those of the deck's own dot cards."""
+        self.flat()
+        return self._own
+
+    # ---- changes ----
+
+    def _change(self, change: Callable[[FlatDeck], None]) -> None:
+        change(self.flat())
+        self._changes.append(change)
+
+    def alter(self, device: str, parameter: str | None, value: Value) -> None:
+        """A value of an element or a machine card: its main one where `parameter` is None."""
+        self._change(lambda flat: self._alter(flat, device.lower(), parameter and parameter.lower(), value))
+
+    def alter_model(self, model: str, parameter: str, value: float) -> None:
+        self._change(lambda flat: _alter_model(flat, model.lower(), parameter.lower(), value))
+
+    def alter_parameter(self, name: str, value: float, subckt: str | None = None) -> None:
+        """A .param of the top level, or one of a .subckt line."""
+        name = name.lower()
+        if subckt is not None:
+            found = next(
+                (c for c in self.deck.body if c.__class__.__name__ == "Subckt" and c.name == subckt.lower()),
+                None,
+            )
+            if found is None or name not in found.params:
+                near = suggest(name, found.params) if found is not None else None
+                what = (
+                    f"the subcircuit `{subckt}` has no parameter `{name}`"
+                    if found
+                    else f"no subcircuit is called `{subckt}`"
+                )
+                raise ExprError("E166", what, None, near and f"did you mean `{near}`?")
+            found.params[name] = value
+        else:
+            known = self.flat().params
+            if name not in known and name not in self.deck.params:
+                near = suggest(name, known)
+                hint = f"did you mean `{near}`?" if near else "parameters: " + (", ".join(known) or "none")
+                raise ExprError("E166", f"the deck has no parameter `{name}`", None, hint)
+            self.deck.defines[name] = value
+        self.waiting.append(name)
+        self._flat = None
+
+    def set_option(self, name: str, value: Any) -> None:
+        self.options[name.lower()] = value
+        if name.lower() == "temp" and self._flat is not None and self._flat.reads_temper:
+            self._flat = None
+
+    def reset(self) -> None:
+        """The deck as it was written, with altered parameters."""
+        self._changes.clear()
+        self.waiting.clear()
+        self._flat = None
+
+    # ---- elements ----
+
+    def element(self, name: str, flat: FlatDeck | None = None) -> Element | None:
+        """An element by its flat name, or as ngspice calls it: r.x1.r1 is x1.r1."""
+        flat = flat or self.flat()
+        if not self._places:
+            self._places = {e.name: k for k, e in enumerate(flat.elements)}
+        name = name.lower()
+        spelt = name if name in self._places else name[2:] if name[1:2] == "." else name
+        at = self._places.get(spelt)
+        return None if at is None else flat.elements[at]
+
+    def _alter(self, flat: FlatDeck, device: str, parameter: str | None, value: Value) -> None:
+        element = self.element(device, flat)
+        if element is None:
+            card = next((k for k, c in enumerate(flat.machine) if c.name == device), None)
+            if card is not None:
+                flat.machine[card] = _altered_card(flat.machine[card], parameter, _one(value))
+                return
+            near = suggest(device, [*self._places, *(c.name for c in flat.machine)])
+            raise ExprError(
+                "E166", f"the deck has no element `{device}`", None, near and f"did you mean `{near}`?"
+            )
+        fresh = element.at_level(element.name, element.nodes)
+        fresh.model_name, fresh.model = element.model_name, element.model
+        _set(fresh, parameter, value)
+        flat.elements[self._places[element.name]] = fresh
+
+    def value(self, device: str, parameter: str) -> float | list[float] | None:
+        """The value of @device[parameter] or @model[parameter] as the deck states it; None for what it does not."""
+        flat, e = self.flat(), self.element(device)
+        if e is None:
+            model = flat.models.get(device)
+            found = None if model is None else model.params.get(parameter)
+            return float(found) if isinstance(found, (int, float)) else None
+        if parameter in VALUES.get(e.letter, ()) and parameter not in e.params:
+            return float(e.value) if isinstance(e.value, (int, float)) else None
+        if e.letter in "vi":
+            ac = e.extra.get("ac") or (0.0, 0.0)
+            own = {"dc": e.extra.get("dc") or 0.0, "acmag": ac[0], "acphase": ac[1]}
+            if parameter in own:
+                return float(own[parameter])
+            if e.wave is not None and parameter.replace("sine", "sin") == e.wave.kind:
+                return [float(a) for a in e.wave.args]
+        found = e.params.get(parameter)
+        if found is None and parameter in e.instance:
+            found = e.instance[parameter].default
+        return float(found) if isinstance(found, (int, float)) else None
+
+
+def _own(flat: FlatDeck) -> list[Analysis]:
+    return [a for a in flat.analyses if a not in flat.commanded]
+
+
+def _one(value: Value) -> float:
+    if isinstance(value, (int, float)):
+        return float(value)
+    if len(value) != 1:
+        raise ExprError("E167", f"one number is needed here, not {len(value)}")
+    return float(value[0])
+
+
+def _set(e: Element, parameter: str | None, value: Value) -> None:
+    if e.letter in "vi":
+        if parameter in ("ac", "acmag", "acphase"):
+            magnitude, phase = e.extra.get("ac") or (0.0, 0.0)
+            numbers = [float(value)] if isinstance(value, (int, float)) else [float(v) for v in value]
+            if parameter == "acphase":
+                e.extra["ac"] = (magnitude, _one(value))
+            else:
+                e.extra["ac"] = (numbers[0], numbers[1] if numbers[1:] else phase)
+            return
+        if parameter in WAVES:
+            args = [float(value)] if isinstance(value, (int, float)) else [float(v) for v in value]
+            if parameter == "pwl" and len(args) % 2:
+                raise ExprError(
+                    "E167",
+                    "PWL needs pairs of time and value",
+                    None,
+                    f"alter @{e.name}[pwl] = [ t1 v1 t2 v2 ]",
+                )
+            span = e.span if e.wave is None else e.wave.span
+            e.wave = Waveform(parameter.replace("sine", "sin"), args, {}, span)
+            return
+        if parameter in (None, "dc", "value"):
+            e.extra["dc"] = _one(value)
+            return
+    elif parameter is None or (parameter in VALUES.get(e.letter, ()) and parameter not in e.params):
+        if e.letter not in VALUES or isinstance(e.value, Node):
+            words = ", ".join(e.instance)
+            raise ExprError(
+                "E167",
+                f"`{e.name}` has no single value",
+                None,
+                f"name a parameter: alter {e.name} {words or 'name'} = ..",
+            )
+        e.value, e.model_name = _one(value), e.model_name
+        return
+    if parameter not in e.known():
+        known = [*VALUES.get(e.letter, ()), *e.known()]
+        near = suggest(str(parameter), known)
+        hint = f"did you mean `{near}`?" if near else "it has: " + (", ".join(known) or "none")
+        raise ExprError("E166", f"a {e.what} has no parameter `{parameter}`", None, hint)
+    e.params = {**e.params, str(parameter): _one(value)}
+    e.is_plain = False
+
+
+def _altered_card(card: MachineCard, parameter: str | None, value: float) -> MachineCard:
+    if parameter is None or (parameter not in card.params and parameter != "value"):
+        hint = "it has: " + ", ".join(k for k, v in card.params.items() if isinstance(v, (int, float)))
+        raise ExprError(
+            "E166", f"the {card.kind} `{card.name}` has no `{parameter or 'value'}` on its line", None, hint
+        )
+    params = {**card.params, parameter: value}
+    return MachineCard(
+        card.kind, card.name, card.args, params, card.wave, card.span, card.param_spans, card.line, card.units
+    )
+
+
+def _alter_model(flat: FlatDeck, name: str, parameter: str, value: float) -> None:
+    model: Model | None = flat.models.get(name)
+    if model is None:
+        near = suggest(name, flat.models)
+        hint = f"did you mean `{near}`?" if near else "models: " + (", ".join(flat.models) or "none")
+        raise ExprError("E166", f"the deck has no .model `{name}`", None, hint)
+    kind = MODEL_TYPES.get(model.type)
+    known = None if kind is None else kind.model_names()
+    if known is not None and parameter not in known:
+        near = suggest(parameter, known)
+        hint = f"did you mean `{near}`?" if near else "it has: " + ", ".join(sorted(known))
+        raise ExprError(
+            "E166", f"a model of type {model.type.upper()} has no parameter `{parameter}`", None, hint
+        )
+    model.params[parameter] = value
