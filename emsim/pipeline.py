@@ -113,7 +113,12 @@ def check(
 ) -> dict[str, Any]:
     """The facts of a deck, without running it: unknowns by kind, degrees of freedom, loops, what folded away,
     tolerances, events, diagnostics. Raises DeckError."""
-    assembly, planned = prepare(read(source, defines, options=options), options)
+    flat = read(source, defines, options=options)
+    if flat.commands:
+        from .control import check as check_commands
+
+        check_commands(flat.commands, flat.sink)
+    assembly, planned = prepare(flat, options)
     from .analyses.facts import facts
 
     return facts(assembly, planned)
@@ -269,12 +274,8 @@ def command(
         assembly, planned = prepare(flat, options, energy)
         return deliver(assembly, solve(assembly, planned, progress, scene))
 
-    session = Session(
-        Altered(deck, flat, _temperature(options)),
-        analyse,
-        say or said.append,
-        [f.path for f in flat.sources if f.path],
-    )
+    altered = Altered(deck, flat, _option(options, "temp"), _option(options, "seed"))
+    session = Session(altered, analyse, say or said.append, [f.path for f in flat.sources if f.path])
     session.run(flat.commands)
     result = Result(
         flat.title, session.tables(), [*first, *(d for d in session.sink.diagnostics if d not in first), *session.trouble],

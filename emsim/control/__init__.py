@@ -2,11 +2,24 @@
 
 from __future__ import annotations
 
-from . import analyse, arrays, assign, change, files, pictures, show, spectra
+from . import analyse, arrays, assign, change, files, pictures, program, show, spectra
 from .base import Command
 from .session import Session
 
-__all__ = ["COMMANDS", "Command", "Session"]
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from ..diagnostics import Sink
+    from ..source import Line
+
+__all__ = ["COMMANDS", "Command", "Session", "check"]
 
 FAMILIES = (analyse, assign, change, show, files, arrays, spectra, pictures)
+
+
+def check(lines: list[Line], sink: Sink) -> None:
+    """What is wrong with commands before any is carried out: words that are none, blocks that do not close, expressions that
+    cannot be read."""
+    program.check(program.program(lines, sink), sink, COMMANDS)
+
+
 COMMANDS: dict[str, Command] = {c.word: c for family in FAMILIES for c in family.COMMANDS}

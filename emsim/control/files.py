@@ -83,7 +83,7 @@ def tables_of(s: Session, vectors: list[Vector]) -> list[Table]:
             plots.append(plot)
     for plot in plots:
         own = [v for v in vectors if (v.plot or s.plots.current) is plot]
-        scale = plot.scale if plot.has_scale else None
+        scale = plot.scale
         if scale is not None:
             own = [scale, *(v for v in own if v.key != scale.key)]
         rows = max(map(len, own))
@@ -91,24 +91,26 @@ def tables_of(s: Session, vectors: list[Vector]) -> list[Table]:
             (np.ascontiguousarray(_stretched(v.values, rows)).tobytes() for v in own),
             complex=[v.is_complex for v in own],
         )
-        axis = (
-            plot.table.axis
-            if plot.table is not None and scale is plot.vectors.get(plot.table.names[0])
-            else scale is not None
-        )
-        names = [column_name(plot.vectors[v.key], plot) if v.key in plot.vectors else v.name for v in own]
+        axis = plot.table.axis if plot.table is not None and _is_first(plot) else plot.has_scale
+        names, units = [column_name(_stored(plot, v), plot) for v in own], [v.unit for v in own]
         found.append(
-            Table(
-                plot.kind,
-                names,
-                [v.unit for v in own],
-                store,
-                title=plot.title,
-                axis=axis,
-                plotname=plot.plotname,
-            )
+            Table(plot.kind, names, units, store, title=plot.title, axis=axis, plotname=plot.plotname)
         )
     return found
+
+
+def _is_first(plot: Plot) -> bool:
+    """Is what the vectors are over still what the analysis said?"""
+    return plot.table is not None and plot.scale is plot.find(plot.table.names[0])
+
+
+def _stored(plot: Plot, v: Vector) -> Vector:
+    """The plot's own vector, where a list named it: tran1.v(out) is v(out) of tran1."""
+    for name in (v.name, v.name.partition(".")[2]):
+        known = plot.find(name) if name else None
+        if known is not None and known.values is v.values:
+            return known
+    return v
 
 
 def write(s: Session, text: str, at: Statement) -> None:

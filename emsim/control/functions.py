@@ -219,6 +219,7 @@ def apply(s: Session, name: str, v: Vector) -> Vector:
         unit = "deg"
     values = np.asarray(values)
     out = Vector(name, values if np.iscomplexobj(values) else values.astype(float), unit, v.plot)
+    out.derived = True
     if len(out) == len(v):
         out.dims, out.scale = v.dims, v.scale
     return out

@@ -34,15 +34,16 @@ CONSTANTS = {
 
 class Vector:
     """Numbers under a name: `values` of shape (length,), float64 or complex128. `dims` is its shape where it has several,
-    `scale` the vector that it is over where that is not its plot's."""
+    `scale` the vector that it is over where that is not its plot's. `derived`: an expression made it."""
 
-    __slots__ = ("_values", "dims", "key", "name", "plot", "scale", "unit")
+    __slots__ = ("_values", "derived", "dims", "key", "name", "plot", "scale", "unit")
 
     def __init__(
         self, name: str, values: np.ndarray | tuple[Table, int], unit: str = "", plot: Plot | None = None
     ) -> None:
         self.name, self.key, self.unit, self.plot = name, name.lower(), unit, plot
         self._values = values
+        self.derived = False
         self.dims: tuple[int, ...] = ()
         self.scale: Vector | None = None
 
@@ -66,11 +67,11 @@ class Vector:
 
     @property
     def type(self) -> str:
-        return TYPES.get(self.unit, "notype")
+        return "notype" if self.derived else TYPES.get(self.unit, "notype")
 
     def copied(self, name: str, plot: Plot | None = None) -> Vector:
         v = Vector(name, self.values, self.unit, plot or self.plot)
-        v.dims, v.scale = self.dims, self.scale
+        v.dims, v.scale, v.derived = self.dims, self.scale, self.derived
         return v
 
 

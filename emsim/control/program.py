@@ -10,11 +10,13 @@ from ..syntax import LineError, parse_line
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
+    from collections.abc import Iterable, Iterator, Mapping
     from typing import Any
 
     from ..diagnostics import Sink, Span
+    from .base import Command
 
+CONDITIONS = ("if", "elseif", "while")
 BLOCKS = ("if", "while", "dowhile", "repeat", "foreach")
 FLOW = {
     "if": ("if condition", "the commands up to else, elseif or end where the condition is not 0"),
@@ -87,22 +89,6 @@ class Block:
 Body = list["Statement | Block"]
 
 
-def behind_semicolons(lines: Iterable[Line], words: Iterable[str], sink: Sink) -> None:
-    """A command behind a `;` is part of a comment, as in ngspice: told where it looks like one."""
-    known = {*words, *FLOW}
-    for line in lines:
-        at = comment(line.text)
-        word = line.text[at + 1 :].split()[:1]
-        if (
-            line.text[at : at + 1] == ";"
-            and word
-            and word[0].lower() in known
-            and line.text[:at].strip()[:1] not in ("*", "#", "")
-        ):
-            said = f"`;` begins a comment, as in ngspice: this `{word[0]}` is not carried out"
-            sink.note("N160", said, line.span_at(at, len(line.text)), "write it on a line of its own")
-
-
 def statements(lines: Iterable[Line]) -> Iterator[Statement]:
     for line in lines:
         for at, text in commands(line.text):
@@ -156,22 +142,32 @@ def every(body: Body) -> Iterator[Statement]:
             yield one
 
 
-def check(body: Body, sink: Sink, words: Iterable[str], parsed: dict[str, str]) -> None:
-    """Words that are no commands, and expressions that cannot be read: told before anything runs. `parsed`: command -> what
-    its text has to be in the grammar."""
-    known = {*words, *FLOW}
+def check(body: Body, sink: Sink, commands: Mapping[str, Command]) -> None:
+    """Words that are no commands, and expressions that cannot be read: told before anything runs."""
+    known = {*commands, *FLOW}
     for s in every(body):
+        behind_semicolon(s, known, sink)
         if s.word not in known:
-            near = suggest(s.word, known)
-            sink.add(unknown(s, near))
+            sink.add(unknown(s, suggest(s.word, known)))
             continue
-        start = parsed.get(s.word)
+        command = commands.get(s.word)
+        start = "vectors" if s.word in CONDITIONS else command.grammar if command is not None else None
         if start is None or not s.rest or any(c in s.rest for c in "$`{"):
             continue
         try:
             s.tree(s.rest, start)
         except LineError as error:
             sink.add(error.diagnostic)
+
+
+def behind_semicolon(s: Statement, known: Iterable[str], sink: Sink) -> None:
+    """A command behind a `;` is part of a comment, as in ngspice: told where it looks like one."""
+    text = s.line.text
+    at = comment(text)
+    word = text[at + 1 :].split()[:1]
+    if text[at : at + 1] == ";" and word and word[0].lower() in known:
+        said = f"`;` begins a comment, as in ngspice: this `{word[0]}` is not carried out"
+        sink.note("N160", said, s.line.span_at(at, len(text)), "write it on a line of its own")
 
 
 def unknown(s: Statement, near: str | None) -> Diagnostic:

@@ -133,14 +133,7 @@ class Session:
         body = program.program(lines, self.sink)
         if self.sink.error_count > before:
             return None
-        program.behind_semicolons(lines, self.commands, self.sink)
-        parsed = {c.word: c.grammar for c in self.commands.values() if c.grammar}
-        program.check(
-            body,
-            self.sink,
-            self.commands,
-            {**parsed, "if": "vectors", "while": "vectors", "elseif": "vectors"},
-        )
+        program.check(body, self.sink, self.commands)
         return body
 
     def body(self, body: program.Body) -> None:
@@ -486,6 +479,11 @@ def column_name(v: Vector, plot: Plot) -> str:
                 return name
     if v.key.endswith("#branch"):
         return f"i({v.key[:-7]})"
-    if v.unit == "V" and v is not plot.scale and v.key.replace("_", "").replace(".", "").isalnum():
+    if (
+        v.unit == "V"
+        and not v.derived
+        and v is not plot.scale
+        and v.key.replace("_", "").replace(".", "").isalnum()
+    ):
         return f"v({v.key})"
     return v.name

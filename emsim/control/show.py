@@ -148,7 +148,8 @@ def settype(s: Session, text: str, at: Statement) -> None:
             f"did you mean `{near}`?" if near else "there are " + ", ".join(sorted(UNITS)),
         )
     for name in given[1:]:
-        s.plots.vector(name).unit = UNITS.get(kind, "")
+        v = s.plots.vector(name)
+        v.unit, v.derived = UNITS.get(kind, ""), False
 
 
 def setscale(s: Session, text: str, at: Statement) -> None:

@@ -250,7 +250,7 @@ class Evaluator:
         of, op = self.value(ch[-1], given), ch[0] if len(ch) == 2 else "not"
         values = -of.values if op == "-" else of.values if op == "+" else (of.values == 0) * 1.0
         found = Vector("", values, of.unit if op in "+-" else "", of.plot)
-        found.dims, found.scale = of.dims, of.scale
+        found.dims, found.scale, found.derived = of.dims, of.scale, True
         return found
 
     def joined(self, a: Vector, b: Vector, f: Callable[[Any, Any], Any], unit: str) -> Vector:
@@ -262,7 +262,7 @@ class Evaluator:
         longer = a if len(a) >= len(b) and (a.plot is not None or b.plot is None) else b if len(b) == n else a
         plots = [v.plot for v in (a, b) if v.plot not in (None, self.s.plots.const)]
         found = Vector("", values, unit, plots[0] if plots else longer.plot)
-        found.dims, found.scale = longer.dims, longer.scale
+        found.dims, found.scale, found.derived = longer.dims, longer.scale, True
         return found
 
     # ---- places ----

@@ -46,6 +46,7 @@ class Altered:
         self.waiting: list[str] = []  # parameters that were altered since the last reset
         self._changes: list[Callable[[FlatDeck], None]] = []
         self._flat = flat
+        self._seed, self._resets = (None if flat is None else flat.draws.seed), 0
         self._own = [] if flat is None else _own(flat)
         self._places: dict[str, int] = {}
         self.title = deck.title
@@ -56,7 +57,8 @@ class Altered:
         if flat is None:
             self.deck.sink = Sink()
             temp = self.options.get("temp", self.temp)
-            flat = self._flat = flatten(self.deck, temp, self.seed)
+            seed = self.seed if self._seed is None else self._seed + self._resets
+            flat = self._flat = flatten(self.deck, temp, seed)
             self._places, self._own = {}, _own(flat)
             for change in self._changes:
                 change(flat)
@@ -119,7 +121,8 @@ class Altered:
             self._flat = None
 
     def reset(self) -> None:
-        """The deck as it was written, with altered parameters."""
+        """The deck as it was written, with altered parameters, and new random values."""
+        self._resets += 1
         self._changes.clear()
         self.waiting.clear()
         self._flat = None

@@ -79,8 +79,11 @@ def work(job: Job, progress: Callable[..., object] | None = None) -> tuple[dict[
     result = None
     if flat is not None:
         try:
-            assembly, planned = pipeline.prepare(flat, job["options"], True)
-            result = pipeline.deliver(assembly, pipeline.solve(assembly, planned, progress, scene=True))
+            if deck is not None and flat.commands:
+                result = pipeline.command(deck, flat, job["options"], True, progress, scene=True)
+            else:
+                assembly, planned = pipeline.prepare(flat, job["options"], True)
+                result = pipeline.deliver(assembly, pipeline.solve(assembly, planned, progress, scene=True))
         except Exception as failed:
             error, result = failed, getattr(failed, "partial", None)
     said = [] if result is None else list(result.diagnostics)

@@ -24,7 +24,17 @@ from typing import NamedTuple
 
 FOLDER = join(dirname(dirname(abspath(__file__))), "messages")
 # the files, in the order in which a deck meets them
-FAMILIES = ("reading", "control", "names", "machine", "circuit", "running", "results", "outside", "exit_codes")
+FAMILIES = (
+    "reading",
+    "control",
+    "names",
+    "machine",
+    "circuit",
+    "running",
+    "results",
+    "outside",
+    "exit_codes",
+)
 COMMAND = "emsim deck.cir"
 _HEAD = re.compile(r"## ([EWN]\d{3}|exit \d+) (.+)")
 _FENCE = re.compile(r"```(\w*) *(.*)")

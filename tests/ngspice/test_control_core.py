@@ -18,7 +18,8 @@ SECTIONS = {
     "ac": "ac dec 2 10 1k\nprint v(out)\nprint db(v(out)) ph(v(out))\nprint line v(out)\ndisplay",
     "dc": "dc v1 0 1 0.25\nprint v(out)\ndisplay\nprint v-sweep".replace("\nprint v-sweep", ""),
     "echo": "op\nlet a = 1/3\nlet b = vector(3)*1.5\necho $&a $&b\necho \"a  'b'  c\" done\necho -n abc\necho def\necho $curplot",
-    "variables": 'set list = ( 3 4 five )\necho $list $list[2] $#list $?list $?none\nset y = "hello there"\necho $y\nset z=1e-12\necho $z',
+    "variables": 'set list = ( 3 4 five )\necho $list $list[2] $#list $?list $?none\nset y = "hello there"\necho $y',
+    "numbers as words": "set z=1e-12\necho $z\nset x = 0.123456789\necho $x\nlet v = 1e-12*1.2345678\necho $&v",
     "while": "let k = 0\nwhile k < 3\n echo k = $&k\n let k = k + 1\nend\nprint k",
     "dowhile": "let k = 0\ndowhile k < 3\n let k = k + 1\nend\nprint k",
     "repeat": "repeat 3\n echo again\nend",
@@ -111,7 +112,7 @@ def test_columns_of_text_are_those_of_ngspice(name, tmp_path):
     [
         "ac lin 3 10 1k\nwrite x.raw",
         "op\nlet a = 2*v(out)\nwrite x.raw a v(out)",
-        "dc v1 0 1 0.5\nop\nwrite x.raw op1.v(out) dc1.v(in)",
+        "dc v1 0 1 0.5\nop\nwrite x.raw\nset appendwrite\nac lin 3 1 10\nwrite x.raw v(out)",
     ],
 )
 def test_raw_files_hold_the_same_plots(commands, tmp_path):
