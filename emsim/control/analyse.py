@@ -41,7 +41,7 @@ def card(s: Session, text: str, at: Statement) -> Analysis | Dot:
     if isinstance(found, Analysis):
         scope = Scope(s.deck.flat().params)
         found.args = [as_float(a, scope) if isinstance(a, Node) else a for a in found.args]
-    return found  # type: ignore[no-any-return]
+    return found
 
 
 def run(s: Session, text: str, at: Statement) -> None:

@@ -87,9 +87,11 @@ def _series(o: dict[str, float]) -> np.ndarray:
         return np.linspace(start, stop, int(count))
     if not (start > 0 and stop > 0):
         usage(COMPOSE, "by ratios from a positive start to a positive stop")
-    n = count if "log" in o else count * abs(np.log(stop / start) / np.log(10.0 if "dec" in o else 2.0)) + 1
-    _check(n)
-    return np.geomspace(start, stop, int(np.floor(n + 1e-9)))
+    points: float = (
+        count if "log" in o else count * abs(np.log(stop / start) / np.log(10.0 if "dec" in o else 2.0)) + 1
+    )
+    _check(points)
+    return np.geomspace(start, stop, int(np.floor(points + 1e-9)))
 
 
 def _check(n: float) -> None:

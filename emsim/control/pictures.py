@@ -56,7 +56,9 @@ def curves(s: Session, text: str) -> list[tuple[Vector, np.ndarray, str]]:
     tree = s.tree(text, "vectors")
     from .vectors import Evaluator
 
-    evaluator, found, waiting = Evaluator(s, text), [], []
+    evaluator = Evaluator(s, text)
+    found: list[tuple[Vector, np.ndarray, str]] = []
+    waiting: list[Vector] = []
     items = list(tree[1])
     k = 0
     while k < len(items):

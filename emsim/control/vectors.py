@@ -100,7 +100,7 @@ class Evaluator:
         if tree.__class__ is not tuple:
             return self.leaf(tree, given)
         rule, ch = tree
-        return getattr(self, "on_" + rule)(ch, given)  # type: ignore[no-any-return]
+        return getattr(self, "on_" + rule)(ch, given)
 
     def leaf(self, leaf: Any, given: dict[str, Any] | None) -> Vector:
         kind = leaf.type
