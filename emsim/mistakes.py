@@ -100,6 +100,7 @@ FORMS = {
     ".noise": ".noise v(out) source dec|oct|lin points fstart fstop",
     ".tf": ".tf v(out) source",
     ".pz": ".pz in+ in- out+ out- cur|vol pol|zer|pz",
+    ".sens": ".sens v(out) [ac dec|oct|lin points fstart fstop]",
     ".modes": ".modes [static]",
     ".param": ".param name=value [name={expression} ..]",
     ".func": ".func name(a,b) {expression}",

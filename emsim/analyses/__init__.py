@@ -9,6 +9,7 @@ from .modes import Modes
 from .noise import Noise
 from .op import Op
 from .pz import Pz
+from .sens import Sens
 from .tf import Tf
 from .tran import Tran
 
@@ -21,7 +22,7 @@ if TYPE_CHECKING:
 
 __all__ = ["ANALYSES", "Analysis", "Axis", "Run", "find", "plan", "refused", "transients"]
 
-ANALYSES: tuple[type[Analysis], ...] = (Op, Dc, Tran, Ac, Noise, Pz, Modes, Tf)
+ANALYSES: tuple[type[Analysis], ...] = (Op, Dc, Tran, Ac, Noise, Pz, Sens, Modes, Tf)
 # what is made of results rather than computed: a run is whole without it
 EVALUATED = ("four",)
 

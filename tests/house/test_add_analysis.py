@@ -125,6 +125,6 @@ def test_page_and_picture(copy):
 
 def test_check_and_the_list_of_what_there_is(copy):
     assert ".zin v1" in python(copy, "-m", "emsim", "check", "deck.cir")
-    (copy / "other.cir").write_text(DECK.replace(".zin v1", ".sens v(b) "))
+    (copy / "other.cir").write_text(DECK.replace(".zin v1 5 10 {1k*10}", ".hb 1k"))
     done = python(copy, "-m", "emsim", "--json", "other.cir", code=1)
     assert ".zin" in json.loads(done)["diagnostics"][0]["hint"]

@@ -80,14 +80,14 @@ def test_analyses_run_in_order() -> None:
 
 
 def test_other_analyses_make_one_error_each_and_the_rest_runs() -> None:
-    r = emsim.run(deck(*RC, ".disto dec 10 1 1k", ".sens v(b)", ".sens v(a)", ".tran 1m 10m"))
+    r = emsim.run(deck(*RC, ".hb 1k", ".mc 10", ".mc 20", ".tran 1m 10m"))
     assert [(d.severity, d.code) for d in r.diagnostics] == [("error", "E306"), ("error", "E306")]
     assert [p.kind for p in r.plots] == ["tran"] and r.time[-1] == pytest.approx(10e-3)
 
 
 def test_a_deck_with_no_other_analysis_is_refused() -> None:
     with pytest.raises(emsim.DeckError, match="E306"):
-        emsim.run(deck(*RC, ".disto dec 10 1 1k"))
+        emsim.run(deck(*RC, ".hb 1k"))
 
 
 def test_no_analysis() -> None:

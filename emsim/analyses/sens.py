@@ -1,0 +1,347 @@
+"""`.sens v(node[,node])|i(source) [ac dec|oct|lin n fstart fstop] [static]`: how an output changes with every parameter.
+
+With F(x, p) = 0 at the operating point and a = G^-T dy/dx of the output y, dy/dp = -a . dF/dp; no operating point is sought
+again. Over frequency, with (G + s C) X = b, it is -a . (dG/dp + s dC/dp) X; G and C change with the parameter itself and with
+the operating point that it moves, dx/dp = -G^-1 dF/dp. What an element adds to F and Q is known as a function of its numbers
+alone, so its derivatives are differences of sixth order of that one element, exact to some 1e-12.
+
+Columns as ngspice names them: r1 of its value, r1_tc1 of a word of its line, d1:is of a word of its model.
+"""
+
+from __future__ import annotations
+
+import math
+
+from ..diagnostics import Sink as Silent
+from ..expr import Call
+from .ac import excited, grid, linearised, singular
+from .base import Analysis, Axis, Computed, Run, wrong
+from .op import is_static
+from .tf import source_of
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+    from typing import Any, ClassVar, Self
+
+    import numpy as np
+
+    from .._engine import SmallSignal
+    from ..assemble import Assembly, Context, Output
+    from ..deck import Analysis as Card
+    from ..deck import Probe
+    from ..diagnostics import Sink
+    from ..elements import Element
+    from .base import Progress
+
+STEP = 3e-3  # of a parameter's value, or of 1 where that is 0
+POINTS = ((1, 45.0), (2, -9.0), (3, 1.0))  # central difference of order 6: sum k (f(j h) - f(-j h))/(60 h)
+ANCHOR = 1e-30  # S, from each node to ground: nothing, and no node floats
+TIED = ("coordinate", "speed", "lambda", "mu")  # unknowns of the machine
+MAIN = {"e": "gain", "f": "gain", "g": "gain", "h": "gain"}  # of the value of controlled sources
+ALWAYS = ("m", "scale")  # words that count as given
+
+
+class Sens(Analysis):
+    word = "sens"
+    form = ".sens v(node[,node])|i(source) [ac dec|oct|lin points fstart fstop]"
+    meaning = "how an output changes with every parameter"
+    plotname = "Sensitivity Analysis"
+    names_itself = True
+    shown: ClassVar[tuple[str, ...]] = ("sens",)
+    axis: Axis | None = None
+
+    def __init__(self, card: Card, output: Probe, frequencies: list[float] | None, log: bool) -> None:
+        self.card, self.output, self.frequencies = card, output, frequencies
+        self.static = is_static(card)
+        if frequencies is not None:
+            self.axis = Axis("frequency", "Hz", log)
+
+    @classmethod
+    def read(cls, card: Card, sink: Sink) -> Self | None:
+        from ..build import parse_signals
+
+        args = [a.lower() if isinstance(a, str) else a for a in card.args if a != "static"]
+        at = next((k for k, a in enumerate(args) if a in ("ac", "dc")), len(args))
+        asked = parse_signals(" ".join(map(str, args[:at])), ".sens") if at else []
+        if len(asked) != 1 or (args[at:] and args[at] == "dc" and args[at + 1 :]):
+            wrong(cls, card, sink, ".sens takes one signal, and for frequencies ac with dec, oct or lin")
+            return None
+        if not args[at:] or args[at] == "dc":
+            return cls(card, asked[0], None, False)
+        words = [a for a in args[at + 1 :] if isinstance(a, str)]
+        numbers = [float(a) for a in args[at + 1 :] if not isinstance(a, str)]
+        found = grid(cls, card, sink, words[0] if words else "", numbers, words[1:])
+        return None if found is None else cls(card, asked[0], found, words[0] != "lin")
+
+    def columns(self, ctx: Context) -> list[Output]:
+        from ..assemble.outputs import column
+
+        output = column(ctx, self.output.text, self.output.ast, self.card.span)
+        ast = output.ast
+        name = repr(ast.args[0]) if isinstance(ast, Call) and ast.fn == "i" and len(ast.args) == 1 else None
+        source = None if name is None else source_of(ctx, name)
+        if output.expr is None or (name is not None and (source is None or source.letter not in "Vv")):
+            said = f".sens takes voltages, currents of voltage sources and joints, not `{self.output.text}`"
+            wrong(type(self), self.card, ctx.sink, said)
+            return []
+        return [output]
+
+    def run(self, assembly: Assembly, progress: Progress | None = None) -> Run:
+        (output,) = assembly.outputs[self]
+        assert output.expr is not None
+        names: list[str] = []
+        units: list[str] = []
+        columns: list[list[complex]] = []
+        linear, trouble = linearised(assembly, self, self.static, not self.static)
+        over = None
+        if linear is not None and self.frequencies is not None:
+            over, trouble = linearised(assembly, self, self.static)
+        if linear is not None and not trouble:
+            try:
+                for name, unit, column in self._all(assembly, linear, over):
+                    names.append(name)
+                    units.append(_ratio(output.unit, unit))
+                    columns.append(column)
+            except ValueError as error:
+                trouble = [singular(assembly, self, error)]
+        if self.frequencies is None:
+            real = [[z.real for z in column] for column in columns]
+            waves = Computed(real, status="failed" if trouble else "ok")
+            return Run(self, names, units, waves, None, trouble=trouble)
+        data = [[part for z in column for part in (z.real, z.imag)] for column in columns]
+        waves = Computed(
+            [self.frequencies, *data], [False] + [True] * len(data), "failed" if trouble else "ok"
+        )
+        return Run(self, ["frequency", *names], ["Hz", *units], waves, self.axis, trouble=trouble)
+
+    def _all(
+        self, assembly: Assembly, linear: SmallSignal, over: SmallSignal | None
+    ) -> Iterator[tuple[str, str, list[complex]]]:
+        """Name, unit and derivative by every parameter; over frequency, or the one number of the operating point."""
+        import numpy as np
+
+        from .pencil import dense
+
+        ctx, system = assembly.ctx, assembly.system
+        output = assembly.outputs[self][0].expr
+        assert output is not None
+        n, x = system.n, np.array(linear.x)
+        held = np.array([not self.static and kind in TIED for kind in system.kinds])
+        adjoint = np.array([z[0] for z in linear.adjoint((0.0, 0.0), output)])
+        spectra = None
+        if over is not None:
+            assert self.frequencies is not None
+            s = [2j * math.pi * f for f in self.frequencies]
+            pairs = [(z.real, z.imag) for z in s]
+            whole = over.respond(pairs, [ctx.b.x(k) for k in range(n)], excited(ctx))
+            answers = np.array([np.frombuffer(column, complex) for column in whole]).T
+            adjoints = np.array([[complex(*z) for z in over.adjoint(p, output)] for p in pairs])
+            spectra = s, answers, adjoints
+            solve = np.linalg.inv(dense(linear)[0])
+
+        def result(df: np.ndarray, dg: np.ndarray | None, dc: np.ndarray | None) -> list[complex]:
+            df[held] = 0.0
+            if spectra is None:
+                return [complex(0.0 - adjoint @ df)]
+            moved = -(solve @ df)
+            if moved.any():
+                more = _along(system, x, moved)
+                dg, dc = (b if a is None else a + b for a, b in zip((dg, dc), more, strict=True))
+            if dg is None or dc is None:
+                return [0j] * len(spectra[0])
+            return [0.0 - complex(a @ (dg @ v + s * (dc @ v))) for s, v, a in zip(*spectra, strict=True)]
+
+        for e in ctx.elements.values():
+            if e.letter in "VvIi":
+                yield from self._of_source(assembly, linear, over, e, result)
+                continue
+            for name, unit, read, write in _parameters(e):
+                found = _changes(assembly, e, x, read, write, over is not None)
+                if found is not None:
+                    yield name, unit, result(*found)
+
+    def _of_source(
+        self,
+        assembly: Assembly,
+        linear: SmallSignal,
+        over: SmallSignal | None,
+        e: Element,
+        result: Callable[..., Any],
+    ) -> Iterator[tuple[str, str, list[complex]]]:
+        """The value of a source, and the magnitude of its small signal."""
+        import numpy as np
+
+        ctx, output = assembly.ctx, assembly.outputs[self][0].expr
+        assert output is not None
+        one = [(ctx.wave(e), (1.0, 0.0))]
+        unit = "A" if e.letter in "Ii" else "V"
+        xs = [ctx.b.x(k) for k in range(assembly.system.n)]
+        if over is None:
+            (gain,) = linear.respond([(0.0, 0.0)], [output], one)
+            yield e.name, unit, [complex(np.frombuffer(gain, complex)[0])]
+            return
+        assert self.frequencies is not None
+        moved = np.array([np.frombuffer(c, complex)[0].real for c in linear.respond([(0.0, 0.0)], xs, one)])
+        from .pencil import dense
+
+        yield e.name, unit, result(-(dense(linear)[0] @ moved), None, None)
+        for k, z in e.excite(ctx):
+            unit_phasor = z / abs(z)
+            pairs = [(0.0, 2.0 * math.pi * f) for f in self.frequencies]
+            found = over.respond(pairs, [output], [(k, (unit_phasor.real, unit_phasor.imag))])
+            yield f"{e.name}_acmag", unit, list(np.frombuffer(found[0], complex))
+
+
+def _parameters(e: Element) -> Iterator[tuple[str, str, Callable[[], float], Callable[[float], None]]]:
+    """Name, unit, how it is read and how it is set, of everything that is a number of an element's line and model."""
+
+    def of_line(key: str, value: float) -> tuple[Callable[[], float], Callable[[float], None]]:
+        return (lambda: value), (lambda v: e.params.__setitem__(key, v))
+
+    def of_model(key: str, value: float) -> tuple[Callable[[], float], Callable[[float], None]]:
+        return (lambda: value), (lambda v: e.model.params.__setitem__(key, v))  # type: ignore[union-attr]
+
+    if isinstance(e.value, (int, float)) and e.letter not in "BbSsWw":
+        word = MAIN.get(e.letter.lower())
+        yield (
+            f"{e.name}_{word}" if word else e.name,
+            e.unit,
+            lambda: float(e.value),
+            lambda v: setattr(e, "value", v),
+        )
+    for key, param in e.instance.items():
+        value = e.params.get(
+            key, param.default if key in ALWAYS or (e.model_types and key == "area") else None
+        )
+        if (
+            param.meaning
+            and isinstance(value, (int, float))
+            and key not in (*e.flags, "ic", "noisy", "noise")
+        ):
+            yield f"{e.name}_{key}", param.unit, *of_line(key, float(value))
+    if e.model is None:
+        return
+    for words, unit, default, _ in e.model_table():
+        key = next((w for w in words if w in e.model.params), words[0])
+        value = e.model.params.get(key, default)
+        if key == "level" or not isinstance(value, (int, float)) or not math.isfinite(value):
+            continue
+        if value or key in e.model.params:
+            yield f"{e.name}:{key}", unit, *of_model(key, float(value))
+
+
+def _changes(
+    assembly: Assembly,
+    e: Element,
+    x: np.ndarray,
+    read: Callable[[], float],
+    write: Callable[[float], None],
+    matrices: bool,
+) -> tuple[np.ndarray, np.ndarray | None, np.ndarray | None] | None:
+    """dF/dp, dG/dp, dC/dp of what an element adds, at x; None where there is no such derivative."""
+    import numpy as np
+
+    n, value = assembly.system.n, read()
+    params, own = e.params, dict(e.model.params) if e.model is not None else {}
+    e.params = dict(params)
+    before = e.value
+    step = STEP * (abs(value) or 1.0)
+    sums: list[Any] = [
+        np.zeros(n),
+        np.zeros((n, n)) if matrices else None,
+        np.zeros((n, n)) if matrices else None,
+    ]
+    try:
+        for j, weight in POINTS:
+            for side in (1, -1):
+                write(value + side * j * step)
+                found = _own(assembly, e, x, matrices)
+                if found is None:
+                    return None
+                for total, part in zip(sums, found, strict=False):
+                    if total is not None:
+                        total += side * weight / (60.0 * step) * part
+    finally:
+        e.value, e.params = before, params
+        if e.model is not None:
+            e.model.params.clear()
+            e.model.params.update(own)
+    for node, root in assembly.system.sums:
+        for total in sums:
+            if total is not None:
+                total[root] += total[node]
+    return sums[0], sums[1], sums[2]
+
+
+def _own(assembly: Assembly, e: Element, x: np.ndarray, matrices: bool) -> Any:
+    """F, and G and C, of an element alone, in the rows of the whole; None where it cannot be what it is made."""
+    import numpy as np
+
+    from .._engine import Builder
+    from ..assemble import circuit
+    from ..assemble.context import Context
+
+    names = {name: k for k, name in enumerate(assembly.system.names)}
+    ctx = Context(Builder(), assembly.flat, assembly.options)
+    ctx.sink, ctx.times, ctx.machine = Silent(), assembly.ctx.times, None
+    circuit.allocate(ctx)
+    for row in ctx.nodes.values():
+        ctx.b.g(row, row, ANCHOR)
+    also = [
+        k
+        for k in ctx.elements.values()
+        if k.letter in "Kk" and e.name in map(ctx.element_name, k.extra["inductors"])
+    ]
+    try:
+        for one in (e, *also):
+            one.contribute(ctx)
+    except ValueError:
+        return None
+    if ctx.sink.error_count:
+        return None
+    small = ctx.b.compile()
+    try:
+        at = np.array([names[name] for name in small.names])
+    except KeyError:
+        return None
+    own = x[at].tolist()
+    parts = [np.zeros(len(x))]
+    np.add.at(parts[0], at, small.f(own, 0.0))
+    if matrices:
+        parts += [_whole(small, values, at, len(x)) for values in reversed(small.jac(own, 0.0))]
+    for node, root in small.sums:  # its own rows, not sums of them
+        for part in parts:
+            part[at[root]] -= part[at[node]]
+    return parts
+
+
+def _whole(system: Any, values: list[float], at: np.ndarray, n: int) -> np.ndarray:
+    """A matrix on a system's pattern, in the rows and columns `at` of one of n."""
+    import numpy as np
+
+    indptr, rows = system.pattern()
+    columns = np.repeat(np.arange(system.n), np.diff(indptr))
+    whole = np.zeros((n, n))
+    np.add.at(whole, (at[np.array(rows, int)], at[columns]), values)
+    return whole
+
+
+def _along(system: Any, x: np.ndarray, direction: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Derivatives of G and C at x along a direction."""
+    import numpy as np
+
+    at = np.arange(system.n)
+    scale = 1e-3 / np.abs(direction).max()
+    sums = [np.zeros((system.n, system.n)), np.zeros((system.n, system.n))]
+    for j, weight in POINTS:
+        for side in (1, -1):
+            c, g = system.jac((x + side * j * scale * direction).tolist(), 0.0)
+            for total, values in zip(sums, (g, c), strict=True):
+                total += side * weight / (60.0 * scale) * _whole(system, values, at, system.n)
+    return sums[0], sums[1]
+
+
+def _ratio(unit: str, by: str) -> str:
+    """The unit of a quotient."""
+    return f"{unit}/({by})" if set(by) & set(" /") else f"{unit}/{by}" if by else unit
