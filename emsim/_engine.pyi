@@ -73,6 +73,19 @@ class Builder:
         """What `keep` gives it, as it was just before the last event; 0 before the first."""
     def keep(self, memory: Expr, value: Expr | float) -> None:
         """What a memory keeps; it may read the memory itself. ValueError where there is none."""
+    def law(
+        self,
+        form: str,
+        row: int,
+        flow: Expr,
+        bound: Expr,
+        stick: Expr,
+        gap: Expr,
+        restitution: float,
+        flags: Sequence[Expr],
+    ) -> None:
+        """A law between the unknown `row` and a flow: form relay (flags of laws "mode" "kept" "kept": slides, share, mode), corner
+        (closed, hits, impulse, energy lost), one way (closed). ValueError for another one."""
     def grad(self, y: Expr, xs: Sequence[Expr]) -> list[Expr]:
         """dy/dx for each leaf x, by reverse mode."""
     def tangent(self, ys: Sequence[Expr], seed: Sequence[tuple[Expr, Expr | float]]) -> list[Expr]:

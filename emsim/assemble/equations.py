@@ -6,11 +6,14 @@
     (with N not 1:   dL/dq becomes N^T dL/dq, and F has the kind's gyration(u, p))
     lambda row       Q = 0                  F = dh/dt
     mu row           Q = 0                  F = h
+Laws with modes add their powers and rows as loops do (laws.py).
 (GGL, the stabilised index-2 form of Gear, Gupta and Leimkuhler.) Virtual and prescribed motions get the
 momentum expressions too: d/dt p + F of such a motion is the force that keeps it what it is (reactions.py).
 """
 
 from __future__ import annotations
+
+from . import laws
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -74,8 +77,8 @@ def contribute(m: Mechanism) -> None:
     # loops
     drift: list[Expr] = [b.const(0.0)] * len(us)
     drifts: list[Expr] = []
-    if m.rows:
-        rates, positions = b.const(0.0), b.const(0.0)
+    if m.rows or m.laws:
+        rates, positions = laws.powers(m)
         for row in m.rows:
             drifts.append(m.rate(row.h))
             rates = rates + b.x(row.row) * drifts[-1]
@@ -119,6 +122,8 @@ def contribute(m: Mechanism) -> None:
     for k, row in enumerate(m.rows):
         b.add_f(row.row, rates_and_gaps[k])
         b.add_f(row.mu_row, rates_and_gaps[count + k])
+
+    laws.contribute(m)
 
     # the electrical side
     for card in m.ctx.in_turn(m.active):

@@ -21,7 +21,7 @@ from math import isfinite
 from ..cards.coordinate import OnJointOrPoints
 from ..cards.kinematics import constant, dot, is_zero, subtract
 from ..elements.base import BOLTZMANN, ZERO_CELSIUS
-from . import closing, coordinates, equations, loops, prescribed, probes, reactions, start
+from . import closing, coordinates, equations, laws, loops, prescribed, probes, reactions, start
 from .loops import Row
 from .mechanism import Mechanism
 from .scene import JointState, place
@@ -87,6 +87,8 @@ class Machine(Mechanism):
             row.mu_row = self.b.unknown(f"mu({label})", "mu", "", 0.0)
         for row in self.norms:
             row.mu_row = self.b.unknown(f"mu({row.owner},norm)", "mu", "", 0.0)
+        for card in self.active:
+            laws.allocate(self, card)
         self._watch_redundant()
         self._locked_note()
         self._gravity_note()

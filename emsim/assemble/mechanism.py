@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from .._engine import Expr
     from ..cards.base import Card, Own, PointView, Scalar
     from ..cards.kinematics import Frame
+    from ..cards.laws import Law
     from ..diagnostics import Span
     from .context import Context
     from .loops import Row, Start
@@ -50,6 +51,7 @@ class Mechanism(Binding):
         # the equations
         self.kinetic: Expr = self.b.const(0.0)
         self.momenta: list[Expr] = []
+        self.laws: list[tuple[Card, Law]] = []  # with modes
         self.efforts: list[tuple[Card, Scalar, Scalar]] = []  # of all powers: effort and flow
         self.momentum: dict[int, tuple[Expr, Expr]] = {}
         self.operations = 0

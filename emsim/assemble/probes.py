@@ -288,6 +288,7 @@ def _whole(m: Mechanism, fn: str) -> Expr:
 
     if fn == "power":
         terms = [e * f for card in m.active for e, f in card.powers(m)]
+        terms += [law.effort * law.flow for _, law in m.laws if law.flow is not None]
         return total(m, [m.public(t) for t in terms])
     if fn == "ke":
         return m.public(m.kinetic)

@@ -21,6 +21,7 @@ The duties of a card, all optional but the first. `s` is the scene (see `Scene` 
                       .noise. A damping with a speed, a resistance [Ohm] with a current, a conductance [S] with a voltage.
 12. `analogue(net)`   its electrical counterpart in a one-dimensional machine (see `Net`).
 13. `glyph(draw)`     its shapes in body frames, and the channels that change them (see `Pen`).
+14. `laws(s)`         laws with modes (laws.py): friction, rigid stops; asked once, before anything is read.
 No card writes a mass matrix or a force direction.
 """
 
@@ -39,6 +40,7 @@ if TYPE_CHECKING:
     from .._engine import Builder, Expr
     from ..deck import MachineCard, Model, Ref
     from ..diagnostics import Sink, Span
+    from .laws import Law
 
     Scalar = Expr | float
     Powers = list[tuple[Scalar, Scalar]]
@@ -306,6 +308,9 @@ class Card:
 
     def probes(self, s: Scene) -> Probes:
         return {}
+
+    def laws(self, s: Scene) -> list[Law]:
+        return []
 
     def losses(self, s: Scene) -> Scalar | None:
         return None

@@ -1,7 +1,7 @@
 """MOTOR: a permanent-magnet direct-current machine on a joint.
 
     d/dt(l i) + r i + ke w - v = 0        w = gear * u, on a slide with radius=: gear * u / radius
-    T = j/2 (w + w_A)^2,  power into the machine: kt i w - b w^2
+    T = j/2 (w + w_A)^2,  power into the machine: kt i w - b w^2, and friction of at most tc, against w
 w is the rotor against its stator, which A carries: what turns the winding's voltage and the bearing. The rotor's energy is
 that of its whole speed about its axis, A's own turn w_A about that axis counted in, so a wheel on a satellite turns the
 satellite back, and the gyroscopic moment of a rotor on an arm follows.
@@ -19,6 +19,7 @@ from ..units import known_unit, machine_number, machine_number_problem, spice_nu
 from . import quantities
 from .base import LEAVE_OUT, Card, Default, Spec, is_number, limit
 from .kinematics import dot, is_zero
+from .laws import Relay
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -27,6 +28,7 @@ if TYPE_CHECKING:
     from .._engine import Expr
     from ..diagnostics import Span
     from .base import JointView, Net, Pen, Powers, Probes, Resistances, Scalar, Scene
+    from .laws import Law
 
 MODEL_TYPES = ("dcmotor",)
 
@@ -34,14 +36,13 @@ MODEL_TYPES = ("dcmotor",)
 class Motor(Card):
     spec = Spec(
         "MOTOR",
-        "MOTOR name n+ n- joint kt= (or ke=, kv=) [r=] [l=] [j=] [b=] [gear=] [radius=] or model=name",
+        "MOTOR name n+ n- joint kt= (or ke=, kv=) [r=] [l=] [j=] [b=] [tc=] [gear=] [radius=] or model=name",
         terminals="plus:node minus:node joint:joint",
         mark=("kt", "ke", "kv", "model"),
-        missing={"tc": "Coulomb friction"},
         meaning="a direct-current motor, or a voice coil on a slide",
         laws={
             "T": "j (w + w_A)^2/2, w = gear u, w_A: A's own speed about the axis",
-            "P": "r i^2 + b w^2",
+            "P": "r i^2 + b w^2 + tc |w|",
             "i": "l di/dt + r i + ke w = v, torque kt i, w = gear u",
         },
         kt=Default(
@@ -59,6 +60,9 @@ class Motor(Card):
             least=0.0,
         ),
         b=Default(0.0, "N m s/rad (N s/m)", "viscous friction, on the motor's side", least=0.0),
+        tc=Default(
+            0.0, "N m (N)", "dry friction of brushes and bearing, on the motor's side; at rest it holds", least=0.0
+        ),
         gear=Default(1.0, "", "motor turns per joint turn"),
         radius=Default(None, "m", "radius of the pulley or pinion on a slide", above=0.0),
         model=Default(None, "", "name of a .model of type dcmotor that gives any of these", "word"),
@@ -70,12 +74,14 @@ class Motor(Card):
     l: float  # noqa: E741
     j: float
     b: float
+    tc: float
     gear: float
     radius: float | None
     model: str | None
     plus: int
     minus: int
     joint: JointView
+    dry: Relay | None = None  # tc=
 
     def prepare(self, s: Scene) -> None:
         if self.model is not None and not self._from_model(s):
@@ -207,6 +213,13 @@ class Motor(Card):
         w = self._speed() + self._carried(s)
         return 0.5 * self.j * w * w
 
+    def laws(self, s: Scene) -> list[Law]:
+        if not self.tc:
+            return []
+        turns = self.joint.rotary or self.radius is not None
+        self.dry = Relay(self._speed(), self.tc, self.tc, "N m" if turns else "N")
+        return [self.dry]
+
     def powers(self, s: Scene) -> Powers:
         i, w = s.b.x(self.row), self._speed()
         result: Powers = [(self.torque_constant * i, w)]
@@ -235,15 +248,25 @@ class Motor(Card):
 
     def _effort(self, s: Scene) -> Scalar:
         """On the joint, what the bearing takes left out: times its speed it is the power brought in."""
-        return self._lever() * (self.torque_constant * s.b.x(self.row) - self.b * self._speed())
+        dry = 0.0 if self.dry is None else self.dry.effort
+        return self._lever() * (self.torque_constant * s.b.x(self.row) - self.b * self._speed() + dry)
 
     def probes(self, s: Scene) -> Probes:
         i, v = s.b.x(self.row), s.v(self.plus, self.minus)
-        return {"torque" if self.joint.rotary else "force": self._effort(s), "i": i, "v": v, "p": v * i}
+        found: Probes = {
+            "torque" if self.joint.rotary else "force": self._effort(s),
+            "i": i,
+            "v": v,
+            "p": v * i,
+        }
+        if self.dry is not None:
+            found["mode"] = self.dry.mode
+        return found
 
     def losses(self, s: Scene) -> Scalar | None:
         i, w = s.b.x(self.row), self._speed()
-        return self.r * i * i + self.b * w * w
+        heat = self.r * i * i + self.b * w * w
+        return heat if self.dry is None else heat - self.dry.effort * w
 
     def stored(self, s: Scene) -> Scalar | None:
         i = s.b.x(self.row)
@@ -260,6 +283,8 @@ class Motor(Card):
 
     def analogue(self, net: Net) -> None:
         """Winding, and an ideal transformer between the worlds: v = ke w, torque = kt i."""
+        if self.tc:
+            return net.refuse(self, "has dry friction (tc=), and no element of a circuit has")
         b, a = net.across(self.joint.name)
         n, gain = self.name.replace(".", "_"), self._lever()
         plus, minus = net.terminal_node(self, "plus"), net.terminal_node(self, "minus")

@@ -17,6 +17,8 @@ pub struct Standing {
     pub band: Vec<f64>,
     /// the run begins with given values: switches that stand at their thresholds are what their cards say
     pub given: bool,
+    /// by flag of a law's mode: how far beyond its threshold it asks while it has not been clear of it, [off, on]
+    pub modes: Vec<[f64; 2]>,
     /// a flag that is kept from turning, so that a test can see the check of flags fire
     pub stuck: Option<usize>,
 }
@@ -28,19 +30,27 @@ impl Standing {
             fresh: vec![f64::NAN; flags],
             band: vec![0.0; flags],
             given: false,
+            modes: Vec::new(),
             stuck: None,
         }
     }
 
     /// Positive asks for a turn. `beyond` is the operand, counted towards the other side of the flag.
     pub fn asks(&self, k: usize, law: Law, on: bool, beyond: f64) -> f64 {
+        if law.of_modes() {
+            return match law {
+                Law::Mode if self.armed[k] => beyond,
+                Law::Mode => beyond - self.mode_band(k, on),
+                _ => -1.0,
+            };
+        }
         let band = self.band[k];
         let at_threshold = self.armed[k]
             && match law {
                 Law::Condition => on,
                 Law::Arrival => true,
                 Law::Stays => false,
-                Law::Memory => return -1.0,
+                Law::Memory | Law::Mode | Law::Kept => return -1.0,
             };
         match at_threshold {
             // on the threshold is too far
@@ -48,6 +58,15 @@ impl Standing {
             true => beyond + band,
             false => beyond - band,
         }
+    }
+
+    pub fn mode_band(&self, k: usize, on: bool) -> f64 {
+        self.modes.get(k).map_or(0.0, |bands| bands[usize::from(on)])
+    }
+
+    /// Is an operand so far on the flag's own side that it is clear of the threshold?
+    pub fn clears(&self, k: usize, law: Law, on: bool, beyond: f64) -> bool {
+        beyond < -if law.of_modes() { self.mode_band(k, on) } else { self.band[k] }
     }
 
     pub fn size(&self, k: usize) -> f64 {

@@ -20,8 +20,8 @@
 //! 7. Logic of flags alone (`!`, `&&`, `==` of comparisons, their sums) is no flag: it is computed from them, exactly.
 //!
 //! `System::eval_roots` gives of each flag a number that is positive where the flag asks to turn, and continuous. Times that sources
-//! alone decide are computed, not searched: edges.rs follows the same rules. Laws with more than two modes will be settled where
-//! flags are (jumps.rs): a set that is asked together and turns together.
+//! alone decide are computed, not searched: edges.rs follows the same rules. Modes of laws (friction, rigid stops) are flags whose roots are searched
+//! like the others'; where one asks, modes.rs decides all of them together.
 //!
 //! After a step the roots are looked at in its middle and at its end; the earliest crossing is bracketed and narrowed by
 //! the Illinois variant of regula falsi. The step is then repeated up to there, and once more where its end tells another
@@ -78,7 +78,7 @@ impl Check {
     fn at_end(&mut self, sys: &System, w: &Work, roots: &[f64], quiet_until: &[f64], t: f64) {
         const NEVER: f64 = f64::INFINITY;
         self.since.resize(roots.len(), (NEVER, 0.0));
-        for (k, &root) in roots.iter().enumerate().filter(|&(k, _)| !sys.is_timed(k)) {
+        for (k, &root) in roots.iter().enumerate().filter(|&(k, _)| !sys.is_timed(k) && !sys.flags[k].law.of_modes()) {
             let (since, value) = &mut self.since[k];
             if !(root > 0.0 && t >= quiet_until[k]) {
                 *since = NEVER;
@@ -98,7 +98,7 @@ impl Check {
         let mut roots = std::mem::take(&mut self.roots);
         roots.resize(sys.flags.len(), 0.0);
         sys.eval_all_roots(w, x, t, &mut roots);
-        for (k, &root) in roots.iter().enumerate() {
+        for (k, &root) in roots.iter().enumerate().filter(|&(k, _)| !sys.flags[k].law.of_modes()) {
             if root > INSIDE * reltol * sys.operand_size(w, k) {
                 tell(&mut self.broken, k, t);
             }
@@ -281,9 +281,9 @@ impl Detector {
 
     /// Book-keeping after the flags have been flipped at t: a flag that flips again and again in no time rests a while.
     /// Returns a flag that has just been put to rest.
-    pub fn flipped(&mut self, t: f64, span: f64) -> Option<usize> {
+    pub fn flipped(&mut self, sys: &System, t: f64, span: f64) -> Option<usize> {
         let mut resting = None;
-        for &k in &self.fired {
+        for &k in self.fired.iter().filter(|&&k| !sys.flags[k].law.of_modes()) {
             let (begin, count) = self.recent[k];
             self.recent[k] = if t - begin < SHORT * span { (begin, count + 1) } else { (t, 1) };
             if self.recent[k].1 >= MANY {

@@ -14,6 +14,7 @@ pub mod islands; // sums of the rows of nodes that only capacitors tie together
 mod lanes; // four numbers in one register
 pub mod ledger; // energy accounts: integrals of powers on the dense output
 pub mod model; // contributions, as the cards make them
+pub mod modes; // laws with modes (friction, rigid stops), decided together
 pub mod newton; // one implicit stage: Newton's method
 pub mod op; // the starting point: operating point, initial conditions, consistent values
 pub mod passive; // is the linear part a passive network without gain

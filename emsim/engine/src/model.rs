@@ -74,6 +74,42 @@ pub enum Law {
     Stays,
     /// no condition: the operand's own value at the last event, for what holds itself
     Memory,
+    /// in which mode a law is: asks as its operands say, and is turned together with the other laws (modes.rs)
+    Mode,
+    /// a number that goes with a law's mode; asks nothing
+    Kept,
+}
+
+impl Law {
+    /// Is it decided where the laws are?
+    pub fn of_modes(self) -> bool {
+        matches!(self, Law::Mode | Law::Kept)
+    }
+}
+
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Form {
+    /// |effort| <= bound, effort = -bound where flow > 0
+    Relay,
+    /// 0 <= gap, 0 <= effort, one of them is 0; flow is the gap's rate
+    Corner,
+    /// 0 <= flow, 0 <= effort, one of them is 0
+    OneWay,
+}
+
+/// A set-valued law between an effort, which is the unknown `row`, and a flow, which is linear in the speeds. Its flags:
+/// relay: does it slide, share of the bound (as a sign where it slides), mode as it is shown; corner and one way: is it closed, then
+/// how often it has hit, its impulses, the energy that they took.
+#[derive(Clone, Debug)]
+pub struct LawSpec {
+    pub form: Form,
+    pub row: usize,
+    pub flow: Id,
+    pub bound: Id,
+    pub stick: Id,
+    pub gap: Id,
+    pub restitution: f64,
+    pub flags: Vec<usize>,
 }
 
 /// 0/1 state held between events: becomes 1 when `up` > 0, 0 when `down` < 0. Between the two it is what it was: at the start
@@ -108,6 +144,7 @@ pub struct Model {
     pub q: BTreeMap<usize, Id>,
     pub classes: Vec<Box<dyn Class>>,
     pub flags: Vec<FlagSpec>,
+    pub laws: Vec<LawSpec>,
     pub forces: Vec<Force>,
     /// Branch currents held while a run's start is sought: of coils that would short a voltage.
     pub starting_currents: Vec<(usize, f64)>,
@@ -177,7 +214,7 @@ impl Model {
         if !self.classes.is_empty() || !self.flags.is_empty() {
             return;
         }
-        let forms = |rows: &BTreeMap<usize, Id>| -> Option<Vec<(usize, Form)>> {
+        let forms = |rows: &BTreeMap<usize, Id>| -> Option<Vec<(usize, LinearForm)>> {
             rows.iter().map(|(&row, &e)| Some((row, linear_form(g, e)?))).collect()
         };
         let (Some(f), Some(q)) = (forms(&self.f), forms(&self.q)) else { return };
@@ -206,13 +243,13 @@ enum Leaf {
 }
 
 /// Coefficients.
-type Form = BTreeMap<Leaf, f64>;
+type LinearForm = BTreeMap<Leaf, f64>;
 
 /// `e` as a linear form; None where it is none, or has a constant term.
-fn linear_form(g: &Graph, e: Id) -> Option<Form> {
+fn linear_form(g: &Graph, e: Id) -> Option<LinearForm> {
     // factor of each node's value in e, passed down from e to the leaves
     let mut factors: BTreeMap<Id, f64> = BTreeMap::from([(e, 1.0)]);
-    let mut form = Form::new();
+    let mut form = LinearForm::new();
     while let Some((id, factor)) = factors.pop_last() {
         let mut pass = |to: Id, factor: f64| *factors.entry(to).or_default() += factor;
         match g.node(id) {

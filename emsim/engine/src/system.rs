@@ -26,6 +26,7 @@ mod bends;
 mod devices;
 pub mod foreseen;
 mod guests;
+mod laws;
 mod linear;
 mod phases;
 mod reduce;
@@ -38,6 +39,7 @@ mod together;
 use self::bends::{Bend, Gate};
 pub use self::devices::{Devices, Instance};
 use self::foreseen::Foreseen;
+pub use self::laws::{Laws, Reading};
 use self::linear::Linear;
 use crate::devices::{Met, Near};
 
@@ -54,6 +56,7 @@ pub struct System {
     pub unknowns: Vec<Unknown>,
     pub waves: Vec<Wave>,
     pub flags: Vec<FlagSpec>,
+    pub laws: Laws,
     pub forces: Vec<Force>,
     pub starting_currents: Vec<(usize, f64)>,
     pub ic_charge: Vec<(usize, f64)>,
@@ -333,6 +336,7 @@ impl System {
                 }
             }
         }
+        let laws = Laws::new(g, model.laws);
         let devices = Devices::new(model.classes, &pattern);
         let mut sums = Vec::new();
         for (layer, tied) in islands.iter().zip([true, false]) {
@@ -376,6 +380,7 @@ impl System {
             n,
             waves: model.waves,
             flags: model.flags,
+            laws,
             forces: model.forces,
             starting_currents: model.starting_currents,
             ic_charge: model.ic_charge,

@@ -4,6 +4,7 @@
 //! after the last jump of the same kind is remembered. What was computed is kept whatever ends the run.
 mod escape;
 mod jumps;
+mod laws;
 mod memory;
 mod passage;
 mod stretch;
@@ -19,6 +20,7 @@ use super::watch::{Report, Watch};
 use super::{make, Attempt, Character, Method, Used};
 use crate::events::{Candidate, Check, Detector, Located};
 use crate::ledger::Inside;
+use crate::modes::{put_thresholds, Modes};
 use crate::newton::{Failure, Newton, Options, Tolerances};
 use crate::op;
 use crate::record::Record;
@@ -85,6 +87,7 @@ pub(super) struct Run<'a, S: Sink> {
     pub record: &'a mut S,
     tol: Tolerances,
     newton: Option<Newton>, // for values after a jump: its symbolic analysis is done once, when it is needed
+    modes: Option<Modes>,   // of laws, where there are any
     detector: Detector,
     check: Check,
     grid: Grid,
@@ -185,6 +188,10 @@ pub(super) fn starting_point(sys: &System, w: &mut Work, a: Transient, o: &Optio
     if a.uic {
         w.start_from_given();
     }
+    if sys.has_laws() {
+        put_thresholds(sys, w, &x, 0.0, &tol);
+        Modes::begin(sys, w, &x, 0.0, &tol);
+    }
     let found = if a.uic {
         op::initial_conditions(sys, w, &mut x, a.tstep, &tol)
             .map_err(|why| Failed::at_start("initial conditions", why, vec!["charges as given by IC=".into()]))
@@ -217,6 +224,7 @@ impl<'a, S: Sink> Run<'a, S> {
             record,
             tol,
             newton: None,
+            modes: Modes::new(sys),
             detector: Detector::new(sys),
             check: Check::default(),
             grid: Grid::new(sys, a, dense, shows_silent),
@@ -265,6 +273,7 @@ impl<'a, S: Sink> Run<'a, S> {
                 return self.contradicts(1e-9 * feature);
             }
         }
+        self.begin_laws(feature);
         if self.a.tstart <= 0.0 {
             self.record.row(self.sys, self.w, 0.0, &self.x);
         }
@@ -517,12 +526,13 @@ impl<'a, S: Sink> Run<'a, S> {
         }
         // the flags flip, then the algebraic unknowns jump
         sys.remember(self.w, &self.x, te);
-        for &k in self.detector.fired() {
+        for &k in self.detector.fired().iter().filter(|&&k| !sys.flags[k].law.of_modes()) {
             self.sys.flip(self.w, k);
             self.outcome.events.push((te, k, self.w.flags[k] != 0.0));
         }
         self.w.counters.events += 1;
-        if let Some(k) = self.detector.flipped(te, self.a.tstop) {
+        self.turn_laws(step);
+        if let Some(k) = self.detector.flipped(sys, te, self.a.tstop) {
             if !self.outcome.resting.contains(&k) {
                 self.outcome.resting.push(k);
             }

@@ -129,7 +129,9 @@ pub fn undetermined(sys: &System) -> Vec<bool> {
             augment(r, &|r| reads[r].clone(), &mut by, &mut of);
         }
     }
-    let mut left: Vec<usize> = (0..sys.n).filter(|&k| algebraic(k) && by[k].is_none()).collect();
+    // (the effort of a law is one while its flow is 0, whatever its row reads in its other modes)
+    let laws = sys.laws.list.iter().map(|law| law.row);
+    let mut left: Vec<usize> = (0..sys.n).filter(|&k| algebraic(k) && by[k].is_none()).chain(laws).collect();
     let mut found = vec![false; sys.n];
     while let Some(k) = left.pop() {
         if !std::mem::replace(&mut found[k], true) {

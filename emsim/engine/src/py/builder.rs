@@ -5,7 +5,7 @@ use crate::assembly;
 use crate::derive;
 use crate::devices::Climate;
 use crate::graph::{Fun, Id, Node};
-use crate::model::Law;
+use crate::model::{Form, Law, LawSpec};
 use crate::system::{FlagSpec, Force, Kind, Model, Unknown};
 use crate::tape::{Inputs, Tape};
 use crate::waves::Wave;
@@ -162,13 +162,15 @@ impl Builder {
             "stays" | "" => Law::Stays,
             "arrival" => Law::Arrival,
             "memory" => Law::Memory,
+            "mode" => Law::Mode,
+            "kept" => Law::Kept,
             _ => return Err(PyValueError::new_err(format!("no law `{law}` of a flag"))),
         };
         let up = Expr::operand(&self.graph, up)?;
         let down = down.map_or(Ok(up), |d| Expr::operand(&self.graph, d))?;
         if up == down {
             let known = lock(&self.graph).value(up); // the guard must be gone before the next lock
-            if let Some(v) = known {
+            if let (Some(v), false) = (known, law.of_modes()) {
                 let c = lock(&self.graph).constant(if v > 0.0 { 1.0 } else { 0.0 });
                 return Ok(self.expr(c));
             }
@@ -208,6 +210,41 @@ impl Builder {
             }
             _ => Err(PyValueError::new_err("no memory")),
         }
+    }
+
+    /// A set-valued law between the unknown `row` and a flow: see `LawSpec`.
+    #[pyo3(signature = (form, row, flow, bound, stick, gap, restitution, flags))]
+    #[allow(clippy::too_many_arguments)]
+    fn law(
+        &mut self,
+        form: &str,
+        row: usize,
+        flow: &Bound<'_, PyAny>,
+        bound: &Bound<'_, PyAny>,
+        stick: &Bound<'_, PyAny>,
+        gap: &Bound<'_, PyAny>,
+        restitution: f64,
+        flags: Vec<Bound<'_, PyAny>>,
+    ) -> PyResult<()> {
+        let form = match form {
+            "relay" => Form::Relay,
+            "corner" => Form::Corner,
+            "one way" => Form::OneWay,
+            _ => return Err(PyValueError::new_err(format!("no form `{form}` of a law"))),
+        };
+        let ids = self.ids(&[flow.clone(), bound.clone(), stick.clone(), gap.clone()])?;
+        let [flow, bound, stick, gap] = [ids[0], ids[1], ids[2], ids[3]];
+        let mut numbers = Vec::new();
+        for flag in self.ids(&flags)? {
+            let node = lock(&self.graph).node(flag);
+            match node {
+                Node::Flag(k) => numbers.push(k as usize),
+                _ => return Err(PyValueError::new_err("no flag")),
+            }
+        }
+        self.row(row as i64)?;
+        self.model()?.laws.push(LawSpec { form, row, flow, bound, stick, gap, restitution, flags: numbers });
+        Ok(())
     }
 
     fn grad(&self, y: &Bound<'_, PyAny>, xs: Vec<Bound<'_, PyAny>>) -> PyResult<Vec<Expr>> {

@@ -200,6 +200,14 @@ impl Plan<'_> {
         rows.sort_unstable();
         momenta.sort_unstable();
         let paired = |a: &[usize], b: &[(usize, usize)]| a.iter().eq(b.iter().map(|(row, _)| row));
+        // of laws alone: a general block
+        let laws = lambdas.iter().filter(|&&l| self.source.laws.iter().any(|law| law.row == l)).count();
+        if laws > 0 && laws == lambdas.len() {
+            return Ok(false);
+        }
+        if laws > 0 {
+            return Err("friction acts within a closed loop".into());
+        }
         if lambdas.is_empty() || !paired(&lambdas, &rows) || !paired(&speeds, &momenta) {
             return Ok(false);
         }

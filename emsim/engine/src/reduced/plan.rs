@@ -5,6 +5,7 @@
 //!   Q_i(x, t) - y_i = 0          differential rows, y being the state
 //!   F_i(x, t) = 0                algebraic rows
 //!   d/dt F_k = 0                 rows of multipliers: the velocity constraint, differentiated (mu = 0, its row is dropped)
+//!   d/dt w = 0 or f + s F = 0    rows of laws with modes, as their flags choose
 //!   d/dt Q_k + F_k = 0           rows of derivatives that are shown or read
 //!   d/dt Q_i + F_i = 0, d/dt F_i = 0    for z where it is asked for
 //!
@@ -20,7 +21,7 @@ use super::{Reduced, Step};
 use crate::derive::tangent;
 use crate::devices::Class;
 use crate::graph::{Graph, Id, Node};
-use crate::model::{Kind, Unknown};
+use crate::model::{Form, Kind, LawSpec, Unknown};
 use crate::tape::Tape;
 use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
@@ -36,6 +37,7 @@ pub struct Source<'a> {
     pub classes: Vec<Arc<dyn Class>>,
     pub waves: usize,
     pub flags: usize,
+    pub laws: &'a [LawSpec],
 }
 
 /// Numbers of the leaves: x, z, gmin, y, changes of y.
@@ -342,7 +344,14 @@ impl Plan<'_> {
         let mut fresh: Vec<Id> = Vec::new();
         let mut constraints: Vec<usize> = Vec::new();
         for &k in &lambdas {
-            let expr = checked(self, self.f[k], k)?;
+            let law = self.source.laws.iter().find(|law| law.row == k);
+            let expr = match law {
+                Some(law) => {
+                    let still = checked(self, law.flow, k)?;
+                    self.law_row(law, still)
+                }
+                None => checked(self, self.f[k], k)?,
+            };
             fresh.push(expr);
             constraints.push(self.equations.len());
             self.equations.push(Equation { expr, unknown: usize::MAX, state: None, row: k });
@@ -407,6 +416,18 @@ impl Plan<'_> {
             }
         }
         Ok(())
+    }
+
+    /// The row of a law, with the rate of its flow in the flow's place.
+    fn law_row(&mut self, law: &LawSpec, still: Id) -> Id {
+        let (effort, chosen) = (self.leaf(law.row), self.g.flag(law.flags[0] as u32));
+        if law.form != Form::Relay {
+            return self.g.select(chosen, still, effort);
+        }
+        let share = self.g.flag(law.flags[1] as u32);
+        let bound = self.g.mul(share, law.bound);
+        let slides = self.g.add(effort, bound);
+        self.g.select(chosen, slides, still)
     }
 
     /// Strong components of "reads", each after those it reads; the first `stage` of them are what `roots` need.

@@ -1,12 +1,16 @@
 //! The equations as an explicit ODE: compiled when a method first asks for it.
 use super::System;
 use crate::graph::Graph;
+use crate::model::Form;
 use crate::reduced::{Reduced, Source};
 
 impl System {
     /// Compiles the equations as an explicit ODE, once; for methods that need it.
     pub fn reduce(&self, g: &mut Graph) {
         self.reduced.get_or_init(|| {
+            if self.laws.list.iter().any(|law| law.form == Form::Corner) {
+                return Err("rigid stops hold positions only while they are closed".into());
+            }
             let [f, q] = self.rows.clone();
             let source = Source {
                 unknowns: &self.unknowns,
@@ -18,6 +22,7 @@ impl System {
                 classes: self.devices.classes.iter().map(|c| c.class.clone()).collect(),
                 waves: self.waves.len(),
                 flags: self.flags.len(),
+                laws: &self.laws.list,
             };
             Reduced::compile(g, &source)
         });

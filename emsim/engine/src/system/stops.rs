@@ -71,7 +71,8 @@ impl System {
         self.eval_operands(w, x, t);
         w.standing.fresh.fill(f64::NAN);
         for k in 0..self.flags.len() {
-            w.standing.armed[k] |= self.beyond(w, k) < -w.standing.band[k];
+            let clear = w.standing.clears(k, self.flags[k].law, w.flags[k] != 0.0, self.beyond(w, k));
+            w.standing.armed[k] |= clear;
         }
     }
 
@@ -132,7 +133,7 @@ impl System {
         let mut r = std::mem::take(&mut w.asked);
         r.resize(self.flags.len(), 0.0);
         self.eval_all_roots(w, x, t, &mut r);
-        let asked = r.iter().any(|&r| r > 0.0);
+        let asked = r.iter().zip(&self.flags).any(|(&r, f)| r > 0.0 && !f.law.of_modes());
         w.asked = r;
         asked
     }
@@ -165,7 +166,7 @@ impl System {
         self.eval_all_roots(w, x, t, &mut r);
         let mut changed = false;
         let stuck = w.standing.stuck;
-        for k in (0..r.len()).filter(|&k| r[k] > 0.0 && stuck != Some(k)) {
+        for k in (0..r.len()).filter(|&k| r[k] > 0.0 && stuck != Some(k) && !self.flags[k].law.of_modes()) {
             if !asked(k, self.roots.output(&w.roots, 2 * k), w.standing.size(k)) {
                 continue;
             }

@@ -1,5 +1,5 @@
 //! At a corner of a source, an edge or an event: what jumps there, and the point from which the run goes on.
-use super::super::rows::{undetermined, Forces, Sink};
+use super::super::rows::{undetermined, Sink};
 use super::super::Method;
 use super::Run;
 
@@ -45,7 +45,7 @@ impl<S: Sink> Run<'_, S> {
     /// Something has jumped at t, from where the next stop is known: a step of nearly no length gives the values after it, and
     /// their time: the method's own, or an implicit one.
     pub(super) fn jump(&mut self, width: f64, method: &mut dyn Method) {
-        let rounds = self.sys.rounds();
+        let (rounds, mut asked) = (self.sys.rounds(), 0);
         for again in 0..rounds {
             // latches that are let go together fall to one side when they are asked one by one
             let (one, seen) = (2 * again > rounds, self.outcome.events.len());
@@ -76,7 +76,7 @@ impl<S: Sink> Run<'_, S> {
                 }
             }
             let turned = self.outcome.events.len() > seen;
-            if settled && (self.stop > self.t || again > 0 && !turned) {
+            if settled && (self.stop > self.t || again > 0 && !turned) && !self.laws_ask(width, &mut asked) {
                 break;
             }
             if turned && again + 1 == rounds {
@@ -84,13 +84,8 @@ impl<S: Sink> Run<'_, S> {
             }
         }
         // over a step of no length slopes are rounding
-        if self.slopes == Some(true) || self.settles {
-            let everything = || (0..self.sys.n as u32).collect::<Vec<_>>();
-            let begin = self.begin.get_or_insert_with(|| Forces::new(self.sys, &everything()));
-            if let Some(forces) = begin {
-                let h = Forces::behind(width.min(self.stop - self.t), self.a.tstop);
-                forces.settle(self.sys, self.w, (self.t, &mut self.x), h, &self.tol);
-            }
+        if self.slopes == Some(true) || self.settles || self.modes.is_some() {
+            self.find_forces(width);
         }
         if self.t >= self.a.tstart {
             self.record.row(self.sys, self.w, self.t, &self.x);

@@ -103,6 +103,11 @@ pub struct Gauss {
 impl Gauss {
     pub fn new(sys: &System, o: &Options) -> Result<Gauss, Failure> {
         let of = |kinds: &[Kind]| (0..sys.n).filter(|&i| kinds.contains(&sys.unknowns[i].kind)).collect::<Vec<_>>();
+        if sys.has_laws() {
+            return Err(Failure::Unfit {
+                why: "friction and rigid stops have modes, and gauss takes no step that ends where one ends".into(),
+            });
+        }
         let multipliers = of(&[Kind::Lambda, Kind::Mu]);
         let k = match (o.method.as_str(), multipliers.is_empty()) {
             ("gauss4", _) | ("gauss", false) => &TWO,

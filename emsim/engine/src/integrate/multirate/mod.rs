@@ -83,6 +83,10 @@ pub fn pays(sys: &System, tstop: f64) -> bool {
 }
 
 pub fn run(sys: &System, w: &mut Work, a: Transient, o: &Options, record: &mut Record, tick: &mut Tick) -> Outcome {
+    if sys.has_laws() {
+        let why = "friction and rigid stops have modes, which multirate does not decide".to_string();
+        return Outcome::failed(Failed::at_start("transient", Failure::Unfit { why }, vec![]));
+    }
     let parts = match sys.parts() {
         Ok(parts) => parts,
         Err(why) => {

@@ -1,0 +1,82 @@
+"""Laws with modes: unknowns, flags and rows (cards/laws.py says what they are, engine/src/modes.rs decides their modes).
+
+    relay     sticks: w = 0               slides: f + s F = 0            s: sign of the flow, or its share where others hold the motion
+    corner    open:   f = 0, mu = 0       closed: dg/dt = 0, g = 0       (stabilised as closed loops are, see equations.py)
+    one way   open:   f = 0               closed: w = 0
+One pattern: the flags choose. Power f w of every law, and mu g of every corner, act as those of closed loops do.
+"""
+
+from __future__ import annotations
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from .._engine import Expr
+    from ..cards.base import Card
+    from ..cards.laws import Law
+    from .mechanism import Mechanism
+
+
+def allocate(m: Mechanism, card: Card) -> None:
+    """Unknowns and flags of a card's laws; the card may read them from now on."""
+    b = m.b
+    for k, law in enumerate(card.laws(m)):
+        label = f"{card.name},{k + 1}"
+        law.row = b.unknown(f"lambda({label})", "lambda", law.unit, 0.0)
+        law.effort = b.x(law.row)
+        if law.gap is not None:
+            law.second = b.unknown(f"mu({label})", "mu", "", 0.0)
+            law.flow = m.rate(b.const(0.0) + law.gap)
+        assert law.flow is not None
+        flow = m.public(law.flow)
+        name = f"{card.spec.word} {card.name}"
+        if law.form == "relay":
+            bound, stick = m.public(law.bound), m.public(law.stick)
+            share = b.flag(law.effort, None, f"{name} {k} share", law="kept")
+            mode = b.flag(law.effort, None, f"{name} {k} mode", law="kept")
+            free = b.call("abs", law.effort) - stick
+            # behind its threshold where it slides back; held by others where any motion is one
+            moves = b.select(mode, share * flow, -b.call("abs", flow))
+            slides = b.flag(free, moves, f"{name} slides", law="mode")
+            law.flags = [slides, share, mode]
+        else:
+            gap = flow if law.gap is None else m.public(law.gap)
+            closed = b.flag(-gap, law.effort, f"{name} {k} closed", law="mode")
+            words = ("hits", "impulse", "lost") if law.gap is not None else ()
+            law.flags = [
+                closed,
+                *(b.flag(law.effort, None, f"{name} {k} {word}", law="kept") for word in words),
+            ]
+            bound = stick = b.const(0.0)
+        shown = b.const(0.0) if law.gap is None else m.public(law.gap)
+        b.law(law.form, law.row, flow, bound, stick, shown, law.e, law.flags)
+        m.laws.append((card, law))
+
+
+def powers(m: Mechanism) -> tuple[Expr, Expr]:
+    """f w of all laws, and mu g of corners, efforts and mu to be held while they are differentiated."""
+    rates = positions = m.b.const(0.0)
+    for _, law in m.laws:
+        assert law.flow is not None
+        rates = rates + law.effort * law.flow
+        if law.gap is not None:
+            positions = positions + m.b.x(law.second) * law.gap
+    return rates, positions
+
+
+def contribute(m: Mechanism) -> None:
+    """Rows of all laws."""
+    b = m.b
+    for _, law in m.laws:
+        assert law.flow is not None
+        flow = m.public(law.flow)
+        if law.form == "relay":
+            slides, share = law.flags[:2]
+            b.add_f(law.row, b.select(slides, law.effort + share * m.public(law.bound), flow))
+            continue
+        b.add_f(law.row, b.select(law.flags[0], flow, law.effort))
+        if law.gap is not None:
+            b.add_f(law.second, b.select(law.flags[0], m.public(law.gap), b.x(law.second)))
+
+
+def of(m: Mechanism, card: Card) -> list[Law]:
+    return [law for owner, law in m.laws if owner is card]

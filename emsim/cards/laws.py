@@ -1,0 +1,91 @@
+"""Laws with modes, as cards state them (duty `laws`): between an effort, which becomes an unknown, and a flow, which is linear in the
+speeds, with a convex dissipation potential or the indicator of an inequality.
+
+    Relay(flow, bound, stick)    effort = -bound sgn(flow); at rest anything up to stick     Coulomb friction, clutches, brakes
+    Corner(gap, e)               0 <= gap, 0 <= effort, one of them is 0; restitution e      rigid stops
+    OneWay(flow)                 0 <= flow, 0 <= effort, one of them is 0                    freewheels
+
+A stop is an ideal diode, friction a limiter of current. The power effort * flow goes into the machine: forces follow by differentiation.
+The engine knows when a mode ends and which follow (engine/src/modes.rs); no card writes event logic. Once the compiler has seen it,
+a law has its `effort`, and flags of its mode.
+"""
+
+from __future__ import annotations
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from .._engine import Expr
+    from .base import Scalar
+
+
+class Law:
+    """What laws have in common; `form` is the engine's word. Expressions before symbols are replaced."""
+
+    __slots__ = ("bound", "e", "effort", "flags", "flow", "form", "gap", "row", "second", "stick", "unit")
+
+    def __init__(
+        self,
+        form: str,
+        flow: Scalar | None,
+        bound: Scalar,
+        stick: Scalar,
+        gap: Scalar | None,
+        e: float,
+        unit: str,
+    ) -> None:
+        self.form, self.flow, self.bound, self.stick, self.gap, self.e = form, flow, bound, stick, gap, e
+        self.unit = unit  # of the effort
+        # by the compiler
+        self.row = self.second = -1  # unknowns: the effort, and of a corner the correction of positions
+        self.effort: Expr
+        self.flags: list[Expr]
+
+
+class Relay(Law):
+    def __init__(self, flow: Scalar, bound: Scalar, stick: Scalar, unit: str) -> None:
+        super().__init__("relay", flow, bound, stick, None, 0.0, unit)
+
+    @property
+    def slides(self) -> Expr:
+        return self.flags[0]
+
+    @property
+    def share(self) -> Expr:
+        """-effort by bound where it slides: 1 or -1; where others hold the same motion, what it carries of them."""
+        return self.flags[1]
+
+    @property
+    def mode(self) -> Expr:
+        """0 sticks, -1 and 1 slide."""
+        return self.flags[2]
+
+
+class Corner(Law):
+    def __init__(self, gap: Scalar, e: float, unit: str) -> None:
+        super().__init__("corner", None, 0.0, 0.0, gap, e, unit)
+
+    @property
+    def closed(self) -> Expr:
+        return self.flags[0]
+
+    @property
+    def hits(self) -> Expr:
+        return self.flags[1]
+
+    @property
+    def impulse(self) -> Expr:
+        return self.flags[2]
+
+    @property
+    def lost(self) -> Expr:
+        """Kinetic energy that impacts have taken [J]."""
+        return self.flags[3]
+
+
+class OneWay(Law):
+    def __init__(self, flow: Scalar, unit: str) -> None:
+        super().__init__("one way", flow, 0.0, 0.0, None, 0.0, unit)
+
+    @property
+    def closed(self) -> Expr:
+        return self.flags[0]

@@ -1,0 +1,70 @@
+//! Where a law with modes (friction, a rigid stop) asks for another mode: all of them are decided together by modes.rs, then values
+//! follow as behind any jump.
+use super::super::rows::{Forces, Sink};
+use super::jumps::JUMP;
+use super::Run;
+use crate::model::Law;
+use crate::modes::{Modes, Short};
+
+/// The modes are asked so much of a step behind the event: at the event itself what is let go has no acceleration yet.
+const AHEAD: f64 = 1e-3;
+/// So often at one time, behind a jump.
+const AGAIN: u32 = 4;
+
+impl<S: Sink> Run<'_, S> {
+    /// Flags of laws among those that fired at t, in a step of this width: the modes that follow. False where there was none.
+    pub(super) fn turn_laws(&mut self, width: f64) -> bool {
+        let fired: Vec<usize> = self.detector.fired().to_vec();
+        fired.iter().any(|&k| self.sys.flags[k].law == Law::Mode) && self.decide(width, &fired)
+    }
+
+    /// Values have jumped at t: do laws ask for other modes? `times` is how often they have done so here.
+    pub(super) fn laws_ask(&mut self, width: f64, times: &mut u32) -> bool {
+        if self.modes.is_none() || *times >= AGAIN {
+            return false;
+        }
+        self.find_forces(width);
+        *times += 1;
+        Modes::ask(self.sys, self.w, &self.x, self.t) && self.decide(width, &[])
+    }
+
+    /// Before the first step: which laws stick, which slide.
+    pub(super) fn begin_laws(&mut self, width: f64) {
+        if self.modes.is_some() {
+            self.decide(width, &[]);
+            self.t = 0.0;
+            self.settle(0.0, JUMP * width, false);
+            self.find_forces(width);
+        }
+    }
+
+    fn decide(&mut self, width: f64, fired: &[usize]) -> bool {
+        let Some(modes) = &mut self.modes else { return false };
+        let width = width.min(self.until - self.t).max(1e-9 * self.a.tstop);
+        let least = (JUMP * width).max(64.0 * f64::EPSILON * self.t).max(1e-18 * self.a.tstop);
+        let short = Short { instant: least, ahead: (AHEAD * width).max(10.0 * least) };
+        let before = self.w.flags.clone();
+        modes.decide(self.sys, self.w, &mut self.x, &mut self.t, short, fired, &self.tol);
+        self.late = 0.0;
+        let mut changed = false;
+        for (k, flag) in
+            self.sys.flags.iter().enumerate().filter(|(k, f)| f.law.of_modes() && before[*k] != self.w.flags[*k])
+        {
+            changed = true;
+            if flag.law == Law::Mode {
+                self.outcome.events.push((self.t, k, self.w.flags[k] != 0.0));
+            }
+        }
+        changed || !fired.is_empty()
+    }
+
+    /// Efforts at (t, x) by way of slopes: over a step of no length they are rounding.
+    pub(super) fn find_forces(&mut self, width: f64) {
+        let everything = || (0..self.sys.n as u32).collect::<Vec<_>>();
+        let begin = self.begin.get_or_insert_with(|| Forces::new(self.sys, &everything()));
+        if let Some(forces) = begin {
+            let h = Forces::behind(width.min(self.stop.max(self.t + 1e-9 * self.a.tstop) - self.t), self.a.tstop);
+            forces.settle(self.sys, self.w, (self.t, &mut self.x), h, &self.tol);
+        }
+    }
+}

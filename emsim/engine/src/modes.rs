@@ -1,0 +1,410 @@
+//! Laws with modes, decided together at an event (Pfeiffer and Glocker 1996).
+//!
+//! A law ties an effort f, an unknown of equation (1), to a flow w, which is linear in the speeds:
+//!
+//!   relay     f = -F where w > 0, F where w < 0, |f| <= Fs at w = 0       Coulomb friction, clutch, brake
+//!   corner    0 <= g, 0 <= f, g f = 0, w = dg/dt, restitution e           rigid stop
+//!   one way   0 <= w, 0 <= f, w f = 0                                     freewheel
+//!
+//! Between events each is in a mode, which its flags tell, and equation (1) is smooth: a relay sticks (w = 0) or slides
+//! (f = -s F), a corner is open (f = 0) or closed (w = 0 with g = 0). Where a mode ends:
+//!
+//! 1. Impact, where a gap is closed and closing. Over an instant momenta alone change: u+ - u- = A p. Poisson's law in two problems,
+//!    compression (0 <= u, 0 <= p) and expansion (p >= (1 + e) p of the compression), which never raises the energy. Contacts that
+//!    approach are solved, then those that approach on account of that, and so on, as a shock wave goes through a row of balls. A rebound
+//!    lower than the length tolerance is none, which ends every series of them.
+//! 2. What has died is made exactly 0, by the least change of momenta.
+//! 3. Which modes follow is asked a little later: of a step of implicit Euler with f as parameters, w = b + A f, which is a
+//!    complementarity problem. At the event itself a law that is let go has f = F and no acceleration, to rounding, and would stick
+//!    again for ever. Laws that lock the same motion are redundant: one sticks, the others are held at the share of the load that
+//!    the solution of least norm gives them.
+//! 4. Where fs > fc those that let go pull the others: they are asked again until no more go.
+//! 5. Way out, where events pile up at one time: that short step itself is taken (Moreau 1988).
+//!
+//! A = W^T M^-1 W and all that circuits and closed loops add to it is read from the factors of that step, a column a law.
+use crate::model::{Form, Law, LawSpec};
+use crate::newton::{Newton, Tolerances};
+use crate::system::{Kind, Reading, System, Work};
+
+mod lcp;
+
+/// Thresholds of modes, in absolute tolerances of what they are about.
+const WIDE: f64 = 10.0;
+/// A gap is closed within so many of its thresholds, and a rebound that rises less than two of them is none.
+const TOUCHES: f64 = 3.0;
+const REST: f64 = 2.0;
+/// Events at one time, before the way out.
+const MANY: u32 = 12;
+/// Rounds of impacts, before all that touch are taken together without restitution.
+const ROUNDS: u32 = 150;
+/// A flow of so much of what it is made of is 0; an effort so near to its bound is at it.
+const NOTHING: f64 = 1e-9;
+
+/// Of a relay's flags.
+const SLIDES: usize = 0;
+const SIDE: usize = 1;
+const SHOWN: usize = 2;
+/// Of a corner's and a one way's.
+const CLOSED: usize = 0;
+const HITS: usize = 1;
+const IMPULSE: usize = 2;
+const LOST: usize = 3;
+
+pub struct Modes {
+    newton: Newton,
+    at: f64, // when events have begun to pile up, how many there are
+    count: u32,
+    /// times at which the way out was taken
+    pub stepped: Vec<f64>,
+}
+
+/// Lengths of the short steps.
+#[derive(Clone, Copy)]
+pub struct Short {
+    /// nearly none: over it momenta alone change
+    pub instant: f64,
+    /// to where the modes are asked
+    pub ahead: f64,
+}
+
+/// A step of implicit Euler with efforts as parameters.
+struct Look {
+    y: Vec<f64>,            // without them
+    columns: Vec<Vec<f64>>, // dy/df of the laws in question
+    a: Vec<f64>,            // their flows: w = b + A f
+    b: Vec<f64>,
+}
+
+impl Look {
+    fn at(&self, f: &[f64]) -> Vec<f64> {
+        let mut x = self.y.clone();
+        for (column, f) in self.columns.iter().zip(f) {
+            x.iter_mut().zip(column).for_each(|(x, c)| *x += f * c);
+        }
+        x
+    }
+}
+
+impl Modes {
+    pub fn new(sys: &System) -> Option<Modes> {
+        let newton = Newton::new(sys).ok().filter(|_| sys.has_laws())?;
+        Some(Modes { newton, at: f64::NEG_INFINITY, count: 0, stepped: Vec::new() })
+    }
+
+    /// Modes for the start, until they are decided: what moves slides, all else is free.
+    pub fn begin(sys: &System, w: &mut Work, x: &[f64], t: f64, tol: &Tolerances) {
+        let (readings, slopes) = sys.read_laws(w, x, t);
+        let moves = thresholds(sys, &slopes, tol);
+        for (k, law) in sys.laws.list.iter().enumerate() {
+            if law.form == Form::Relay {
+                let side = if readings[k].flow.abs() > moves[k] { readings[k].flow.signum() } else { 0.0 };
+                put_relay(sys, w, law, true, side, side);
+            } else {
+                sys.put_mode(w, law.flags[CLOSED], 0.0);
+            }
+        }
+    }
+
+    /// Does a law ask for another mode at (x, t), where something has jumped?
+    pub fn ask(sys: &System, w: &mut Work, x: &[f64], t: f64) -> bool {
+        let mut roots = vec![0.0; sys.flags.len()];
+        sys.eval_all_roots(w, x, t, &mut roots);
+        let (readings, _) = sys.read_laws(w, x, t);
+        sys.laws.list.iter().zip(readings).any(|(law, reading)| {
+            let sticks = law.form == Form::Relay && w.flags[law.flags[SLIDES]] == 0.0;
+            // of efforts rounding is more than their threshold
+            let floor = if sticks { 1e-6 * reading.stick } else { 0.0 };
+            sys.flags[law.flags[0]].law == Law::Mode && roots[law.flags[0]] > floor
+        })
+    }
+
+    /// The modes that follow (x, t), where the flags `fired` ask for others; x and t move on by next to nothing. False where no step
+    /// finds values.
+    #[allow(clippy::too_many_arguments)]
+    pub fn decide(
+        &mut self,
+        sys: &System,
+        w: &mut Work,
+        x: &mut [f64],
+        t: &mut f64,
+        short: Short,
+        fired: &[usize],
+        tol: &Tolerances,
+    ) -> bool {
+        let list = &sys.laws.list;
+        let piles = *t - self.at < short.ahead;
+        (self.at, self.count) = if piles { (self.at, self.count + 1) } else { (*t, 1) };
+        let (_, slopes) = sys.read_laws(w, x, *t);
+        let moves = thresholds(sys, &slopes, tol);
+        let gaps = gap_thresholds(sys, tol);
+        let hit = |k: usize| fired.contains(&list[k].flags[0]);
+        if !self.strike(sys, w, x, t, short, (&moves, &gaps), &hit, tol) {
+            return false;
+        }
+
+        // those in question are free, the others in their modes
+        let (readings, _) = sys.read_laws(w, x, *t);
+        let mut asked = Vec::new();
+        for (k, law) in list.iter().enumerate() {
+            let Reading { flow, gap, .. } = readings[k];
+            if law.form != Form::Relay {
+                let closed = w.flags[law.flags[CLOSED]] != 0.0;
+                let touches = law.form == Form::OneWay || closed || gap <= TOUCHES * gaps[k];
+                sys.put_mode(w, law.flags[CLOSED], 0.0);
+                if touches && flow <= moves[k] {
+                    asked.push(k);
+                }
+                continue;
+            }
+            let [slid, side] = [SLIDES, SIDE].map(|j| w.flags[law.flags[j]]);
+            let returns = hit(k) && slid != 0.0 && flow * side <= 0.0 && side.abs() == 1.0;
+            if flow.abs() > moves[k] && !returns {
+                if !(slid != 0.0 && side == flow.signum()) {
+                    put_relay(sys, w, law, true, flow.signum(), flow.signum());
+                }
+            } else {
+                put_relay(sys, w, law, true, 0.0, 0.0);
+                asked.push(k);
+            }
+        }
+        if asked.is_empty() {
+            return true;
+        }
+
+        // what has died
+        let Some(look) = self.look(sys, w, x, *t, short.instant, &asked, tol) else { return false };
+        let lo = vec![f64::NEG_INFINITY; asked.len()];
+        let hi = vec![f64::INFINITY; asked.len()];
+        let Some(solution) = lcp::solve(&look.a, &look.b, &lo, &hi) else { return false };
+        self.go(sys, x, &look.at(&solution.f));
+        *t += short.instant;
+
+        // a little later
+        let (readings, _) = sys.read_laws(w, x, *t);
+        let longer = 10f64.powi((self.count.saturating_sub(MANY) / MANY).min(6) as i32);
+        let ahead = short.ahead * longer;
+        let Some(look) = self.look(sys, w, x, *t, ahead, &asked, tol) else { return false };
+        let bounds = |k: usize| match list[k].form {
+            Form::Relay => (-readings[k].stick.max(readings[k].bound), readings[k].stick.max(readings[k].bound)),
+            _ => (0.0, f64::INFINITY),
+        };
+        let (mut lo, mut hi): (Vec<f64>, Vec<f64>) = asked.iter().map(|&k| bounds(k)).unzip();
+        let m = asked.len();
+        let mut goes = vec![0.0; m];
+        let solution = loop {
+            let Some(solution) = lcp::solve(&look.a, &look.b, &lo, &hi) else { return false };
+            let size =
+                |i: usize| look.b[i].abs() + (0..m).map(|j| (look.a[i * m + j] * solution.f[j]).abs()).sum::<f64>();
+            let before = goes.clone();
+            for (i, &k) in asked.iter().enumerate().filter(|&(_, &k)| list[k].form == Form::Relay) {
+                let w = solution.w[i];
+                if goes[i] == 0.0 && w.abs() > NOTHING * size(i) && (solution.f[i] == lo[i] || solution.f[i] == hi[i]) {
+                    goes[i] = w.signum();
+                    (lo[i], hi[i]) = (-goes[i] * readings[k].bound, -goes[i] * readings[k].bound);
+                }
+            }
+            if goes == before {
+                break solution;
+            }
+        };
+        if self.count > MANY && self.count % MANY == 1 {
+            self.go(sys, x, &look.at(&solution.f));
+            *t += ahead;
+            self.stepped.push(*t);
+        }
+        let locks: Vec<usize> = (0..m)
+            .filter(|&i| match list[asked[i]].form {
+                Form::Relay => goes[i] == 0.0 && solution.f[i] > lo[i] && solution.f[i] < hi[i],
+                _ => solution.f[i] > 0.0,
+            })
+            .collect();
+        let locked = lcp::independent(&look.a, m, &locks);
+        for (i, &k) in asked.iter().enumerate() {
+            let (law, f, bound) = (&list[k], solution.f[i], readings[k].bound);
+            let locked = locked.contains(&i);
+            if law.form != Form::Relay {
+                sys.put_mode(w, law.flags[CLOSED], f64::from(u8::from(locked)));
+            } else if goes[i] != 0.0 {
+                put_relay(sys, w, law, true, goes[i], goes[i]);
+            } else if locked {
+                put_relay(sys, w, law, false, 0.0, 0.0);
+            } else {
+                put_relay(sys, w, law, true, if bound > 0.0 { -f / bound } else { 0.0 }, 0.0);
+            }
+        }
+        true
+    }
+
+    /// Impacts, until nothing approaches.
+    #[allow(clippy::too_many_arguments)]
+    fn strike(
+        &mut self,
+        sys: &System,
+        w: &mut Work,
+        x: &mut [f64],
+        t: &mut f64,
+        short: Short,
+        (moves, gaps): (&[f64], &[f64]),
+        hit: &dyn Fn(usize) -> bool,
+        tol: &Tolerances,
+    ) -> bool {
+        let list = &sys.laws.list;
+        let mut falls: Option<Vec<f64>> = None; // accelerations of gaps where nothing touches
+        for round in 0..2 * ROUNDS {
+            let (readings, _) = sys.read_laws(w, x, *t);
+            let near = |k: usize| match list[k].form {
+                Form::Relay => false,
+                Form::OneWay => true,
+                Form::Corner => readings[k].gap <= TOUCHES * gaps[k] || round == 0 && hit(k),
+            };
+            let approaches = |k: usize| near(k) && readings[k].flow < -moves[k];
+            if !(0..list.len()).any(approaches) {
+                return true;
+            }
+            let together = round >= ROUNDS;
+            let struck: Vec<usize> = (0..list.len())
+                .filter(|&k| {
+                    let rests = near(k) && readings[k].flow <= moves[k] && (list[k].restitution == 0.0 || together);
+                    approaches(k) || rests
+                })
+                .collect();
+            for law in list {
+                match law.form {
+                    Form::Relay if w.flags[law.flags[SLIDES]] == 0.0 => put_relay(sys, w, law, true, 0.0, 0.0),
+                    Form::Relay => {}
+                    _ => sys.put_mode(w, law.flags[CLOSED], 0.0),
+                }
+            }
+            let all: Vec<usize> = (0..list.len()).collect();
+            if falls.is_none() {
+                let Some(look) = self.look(sys, w, x, *t, short.ahead, &all, tol) else { return false };
+                falls = Some((0..list.len()).map(|k| (readings[k].flow - look.b[k]) / short.ahead).collect());
+            }
+            let falls = falls.as_deref().unwrap_or(&[]);
+            let Some(look) = self.look(sys, w, x, *t, short.instant, &struck, tol) else { return false };
+            let m = struck.len();
+            let endless = vec![f64::INFINITY; m];
+            let Some(press) = lcp::solve(&look.a, &look.b, &vec![0.0; m], &endless) else { return false };
+            let restitution = |k: usize| {
+                let rebound = list[k].restitution * readings[k].flow.abs();
+                let rests = falls[k] > 0.0 && rebound * rebound < 2.0 * falls[k] * REST * gaps[k];
+                if rests || together || list[k].form == Form::OneWay {
+                    0.0
+                } else {
+                    list[k].restitution
+                }
+            };
+            let least: Vec<f64> = struck.iter().zip(&press.f).map(|(&k, f)| (1.0 + restitution(k)) * f).collect();
+            let Some(whole) = lcp::solve(&look.a, &look.b, &least, &endless) else { return false };
+            for (i, &k) in struck.iter().enumerate() {
+                let impulse = whole.f[i] * short.instant;
+                let lost = -0.5 * impulse * (look.b[i] + whole.w[i]);
+                for (which, by) in [(HITS, f64::from(u8::from(approaches(k)))), (IMPULSE, impulse), (LOST, lost)] {
+                    if let Some(&flag) = list[k].flags.get(which) {
+                        w.flags[flag] += by;
+                    }
+                }
+            }
+            self.go(sys, x, &look.at(&whole.f));
+            *t += short.instant;
+        }
+        true
+    }
+
+    /// A step of implicit Euler from x, with the efforts of `which`, whose modes are free, as parameters.
+    #[allow(clippy::too_many_arguments)]
+    fn look(
+        &mut self,
+        sys: &System,
+        w: &mut Work,
+        x: &[f64],
+        t: f64,
+        h: f64,
+        which: &[usize],
+        tol: &Tolerances,
+    ) -> Option<Look> {
+        let ports = w.ports.clone();
+        sys.eval(w, x, t);
+        let r: Vec<f64> = w.q.iter().map(|q| -q / h).collect();
+        let mut y = x.to_vec();
+        self.newton.forget();
+        let solved = (0..2).all(|_| self.newton.solve(sys, w, 1.0 / h, &r, &mut y, t + h, tol, 100).is_ok());
+        w.ports = ports;
+        if !solved {
+            return None;
+        }
+        sys.stage_expand(w, &y, t + h, 1.0 / h);
+        if !self.newton.hold(sys, w, 1.0 / h) {
+            return None;
+        }
+        let columns: Vec<Vec<f64>> = which
+            .iter()
+            .map(|&k| {
+                let mut column = vec![0.0; sys.n];
+                column[sys.laws.list[k].row] = 1.0;
+                self.newton.solve_held(w, &mut column);
+                column
+            })
+            .collect();
+        let (readings, slopes) = sys.read_laws(w, &y, t + h);
+        let m = which.len();
+        let mut a = vec![0.0; m * m];
+        for (i, k) in which.iter().enumerate() {
+            for &(_, unknown, slope) in slopes.iter().filter(|s| s.0 == *k) {
+                (0..m).for_each(|j| a[i * m + j] += slope * columns[j][unknown]);
+            }
+        }
+        let b = which.iter().map(|&k| readings[k].flow).collect();
+        Some(Look { y, columns, a, b })
+    }
+
+    /// To what a short step has found; efforts over it are none of what follows.
+    fn go(&self, sys: &System, x: &mut [f64], to: &[f64]) {
+        x.copy_from_slice(to);
+        sys.laws.list.iter().for_each(|law| x[law.row] = 0.0);
+    }
+}
+
+fn put_relay(sys: &System, w: &mut Work, law: &LawSpec, slides: bool, side: f64, shown: f64) {
+    for (which, value) in [(SLIDES, f64::from(u8::from(slides))), (SIDE, side), (SHOWN, shown)] {
+        sys.put_mode(w, law.flags[which], value);
+    }
+}
+
+/// From which flow on a law moves: tolerances of the speeds that it is made of.
+fn thresholds(sys: &System, slopes: &[(usize, usize, f64)], tol: &Tolerances) -> Vec<f64> {
+    let mut found = vec![0.0_f64; sys.laws.list.len()];
+    for &(k, unknown, slope) in slopes.iter().filter(|s| sys.unknowns[s.1].kind == Kind::Speed) {
+        found[k] = found[k].max(WIDE * slope.abs() * tol.atol[unknown]);
+    }
+    found
+}
+
+/// The same of gaps.
+fn gap_thresholds(sys: &System, tol: &Tolerances) -> Vec<f64> {
+    let least = |unit: &str| {
+        let of = |i: &usize| sys.unknowns[*i].kind == Kind::Coordinate && sys.unknowns[*i].unit == unit;
+        (0..sys.n).filter(of).map(|i| WIDE * tol.atol[i]).reduce(f64::max)
+    };
+    let (length, angle) = (least("m"), least("rad"));
+    let of = |law: &LawSpec| match sys.unknowns[law.row].unit.as_str() {
+        "N m" => angle.or(length),
+        _ => length.or(angle),
+    };
+    sys.laws.list.iter().map(|law| of(law).unwrap_or(0.0)).collect()
+}
+
+/// Widths of the modes' thresholds, once for a run.
+pub fn put_thresholds(sys: &System, w: &mut Work, x: &[f64], t: f64, tol: &Tolerances) {
+    let (_, slopes) = sys.read_laws(w, x, t);
+    let (moves, gaps) = (thresholds(sys, &slopes, tol), gap_thresholds(sys, tol));
+    for (k, law) in sys.laws.list.iter().enumerate() {
+        let effort = WIDE * tol.atol[law.row];
+        let bands = match law.form {
+            Form::Relay => [effort, moves[k]],
+            Form::Corner => [gaps[k], effort],
+            Form::OneWay => [moves[k], effort],
+        };
+        sys.put_mode_bands(w, law.flags[0], bands);
+    }
+}

@@ -1,0 +1,78 @@
+//! Laws with modes (Coulomb friction, rigid stops, freewheels): what they read, compiled. Which mode each is in stands in its flags,
+//! by which the rows of its unknowns are chosen; who decides them is modes.rs.
+use super::{System, Work};
+use crate::derive::gradient;
+use crate::graph::{Graph, Id, Node};
+use crate::model::LawSpec;
+use crate::tape::{Inputs, Tape};
+
+/// The laws of a system: per law flow, bound, sticking bound and gap, then the slopes of flows.
+pub struct Laws {
+    pub list: Vec<LawSpec>,
+    tape: Tape,
+    slopes: Vec<(usize, usize)>, // law and unknown
+}
+
+/// What a law reads at a point. Of a corner the flow is the rate of its gap.
+#[derive(Clone, Copy, Debug)]
+pub struct Reading {
+    pub flow: f64,
+    pub bound: f64,
+    pub stick: f64,
+    pub gap: f64,
+}
+
+impl Laws {
+    pub fn new(g: &mut Graph, list: Vec<LawSpec>) -> Laws {
+        let mut outs: Vec<Id> = list.iter().flat_map(|l| [l.flow, l.bound, l.stick, l.gap]).collect();
+        let mut slopes = Vec::new();
+        for (k, law) in list.iter().enumerate() {
+            let read: Vec<Id> =
+                g.reachable(&[law.flow]).into_iter().filter(|&id| matches!(g.node(id), Node::Unknown(_))).collect();
+            for (&leaf, slope) in read.iter().zip(gradient(g, law.flow, &read)) {
+                if let (Node::Unknown(i), true) = (g.node(leaf), g.value(slope) != Some(0.0)) {
+                    slopes.push((k, i as usize));
+                    outs.push(slope);
+                }
+            }
+        }
+        Laws { tape: Tape::new(g, &outs), list, slopes }
+    }
+}
+
+impl System {
+    pub fn has_laws(&self) -> bool {
+        !self.laws.list.is_empty()
+    }
+
+    /// What every law reads at (x, t), and the slopes of flows, (law, unknown, value).
+    pub fn read_laws(&self, w: &mut Work, x: &[f64], t: f64) -> (Vec<Reading>, Vec<(usize, usize, f64)>) {
+        self.set_time(w, t);
+        let mut slots = self.laws.tape.workspace();
+        self.laws.tape.run(&Inputs { x, t, waves: &w.waves, flags: &w.flags }, &mut slots);
+        let out = |k: usize| self.laws.tape.output(&slots, k);
+        let count = self.laws.list.len();
+        let readings = (0..count).map(|k| Reading {
+            flow: out(4 * k),
+            bound: out(4 * k + 1).max(0.0),
+            stick: out(4 * k + 2).max(0.0),
+            gap: out(4 * k + 3),
+        });
+        let slopes = self.laws.slopes.iter().enumerate().map(|(j, &(k, i))| (k, i, out(4 * count + j)));
+        (readings.collect(), slopes.collect())
+    }
+
+    /// Puts a flag of a law; it stands on its threshold until it has been clear of it.
+    pub fn put_mode(&self, w: &mut Work, flag: usize, value: f64) {
+        w.flags[flag] = value;
+        w.standing.armed[flag] = false;
+    }
+
+    /// How far beyond its threshold a mode is left that has just begun, [off, on].
+    pub fn put_mode_bands(&self, w: &mut Work, flag: usize, bands: [f64; 2]) {
+        if w.standing.modes.len() != self.flags.len() {
+            w.standing.modes = vec![[0.0; 2]; self.flags.len()];
+        }
+        w.standing.modes[flag] = bands;
+    }
+}
