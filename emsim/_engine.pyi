@@ -84,8 +84,8 @@ class Builder:
         restitution: float,
         flags: Sequence[Expr],
     ) -> None:
-        """A law between the unknown `row` and a flow: form relay (flags of laws "mode" "kept" "kept": slides, share, mode), corner
-        (closed, hits, impulse, energy lost), one way (closed). ValueError for another one."""
+        """A law between the unknown `row` and a flow: form relay (flags of laws "mode" "kept" "kept": slides, share, mode),
+        corner (closed, hits, impulse, energy lost), one way (closed). ValueError for another one."""
     def grad(self, y: Expr, xs: Sequence[Expr]) -> list[Expr]:
         """dy/dx for each leaf x, by reverse mode."""
     def tangent(self, ys: Sequence[Expr], seed: Sequence[tuple[Expr, Expr | float]]) -> list[Expr]:

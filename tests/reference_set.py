@@ -353,6 +353,43 @@ TRAJECTORIES = [
             "inertia3.w": "omega(load)",
         },
     ),
+    Trajectory(
+        "mechanical/ref_msl_friction",
+        "msl_rot_friction",
+        {
+            "clutch.phi_rel": "angle(clutch)",
+            "clutch.w_rel": "omega(clutch)",
+            "inertia3.phi": "angle(p3)",
+            "inertia3.w": "omega(p3)",
+            "spring.phi_rel": "angle(shaft)",
+            "spring.w_rel": "omega(shaft)",
+        },
+    ),
+    Trajectory(
+        "mechanical/ref_msl_friction_stop",
+        "msl_trans_friction_stop",
+        {
+            "stop1.s": "pos(s1)",
+            "stop1.v": "vel(s1)",
+            "stop2.s": "pos(s2)",
+            "stop2.v": "vel(s2)",
+            "mass.s": "pos(s3)",
+            "mass.v": "vel(s3)",
+        },
+    ),
+    Trajectory(
+        "mechanical/ref_msl_brake", "msl_trans_brake", {"mass1.s": "pos(rail)", "mass1.v": "vel(rail)"}
+    ),
+    Trajectory(
+        "mechanical/ref_fric_two_on_shaft", "fric_two_on_shaft", {"q": "angle(slow)", "u": "omega(slow)"}
+    ),
+    Trajectory(
+        "mechanical/ref_fric_arm10",
+        "fric_arm10",
+        {**{f"th{k}": f"angle(l{k})" for k in range(1, 11)}, "w1": "omega(h1)", "w10": "omega(l10)"},
+    ),
+    Trajectory("mechanical/ref_stop_pendulum", "stop_pendulum", {"th": "angle(hinge)", "w": "omega(hinge)"}),
+    Trajectory("mechanical/ref_newton_cradle", "newton_cradle5", {"th1": "angle(h1)", "th5": "angle(h5)"}),
     Trajectory("electrical/ref_msl_hbridge_rl", "msl_hbridge_rl", {"inductor.i": "i(l1)"}),
     Trajectory(
         "electrical/ref_msl_cauer",
@@ -377,6 +414,11 @@ TRAJECTORIES = [
     Trajectory(
         "paper/motor_pendulum_kp30",
         "paper_motor_pendulum_kp30",
+        {"i": "i(m1)", "theta": "angle(hinge)", "w": "omega(hinge)", "x_cm": "x(arm.com)", "V": "v(drive)"},
+    ),
+    Trajectory(
+        "paper/motor_pendulum_kp30_friction",
+        "paper_motor_pendulum_kp30_friction",
         {"i": "i(m1)", "theta": "angle(hinge)", "w": "omega(hinge)", "x_cm": "x(arm.com)", "V": "v(drive)"},
     ),
     Trajectory(

@@ -62,7 +62,7 @@ RUST_ROWS = [
     ["lib"],
     ["py"],
     ["integrate"],
-    ["events", "op", "record", "smallsignal"],
+    ["events", "modes", "op", "record", "smallsignal"],
     ["ledger", "raw"],
     ["newton"],
     ["tolerances"],

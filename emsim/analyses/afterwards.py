@@ -82,10 +82,26 @@ def _conditions(assembly: Assembly, run: Run) -> None:
         )  # fmt: skip
     for k in waves.chattering:
         what, span = condition(assembly, k)
+        hint = "a hysteresis, or a capacitance behind it, says how fast it turns"
+        if _pushes(assembly, span):
+            hint = "dry friction is a card, which sticks exactly: FRICTION name joint fc=.. (and rigid ends are STOP, or CONTACT)"
         assembly.flat.sink.warning(
-            "W405", f"{what} turns again and again: it is followed to 1e-4 of the run", span,
-            hint="a hysteresis, or a capacitance behind it, says how fast it turns",
-        )  # fmt: skip
+            "W405", f"{what} turns again and again: it is followed to 1e-4 of the run", span, hint
+        )
+
+
+def _pushes(assembly: Assembly, span: Span | None) -> bool:
+    """Does the place lie on a card that acts on the machine?"""
+    cards = [] if assembly.machine is None else [*assembly.machine.couplings.values()]
+    return span is not None and any(
+        card.spec.word in ("FORCE", "TORQUE")
+        and (card.span.file, card.span.line) <= (span.file, span.line)
+        and any(
+            at is not None and at.line == span.line and at.file == span.file
+            for at in card.raw.param_spans.values()
+        )
+        for card in cards
+    )
 
 
 def condition(assembly: Assembly, k: int) -> tuple[str, Span | None]:

@@ -150,7 +150,9 @@ def _cards(m: Mechanism, book: Accounts) -> None:
         for part in (card.kinetic(m), card.stored(m), card.potential(m)):
             if part is not None:
                 book.energy(card.name, word, STORED, m.public(part))
-        losses, supply = card.losses(m), card.supplied(m)
+        losses, supply, taken = card.losses(m), card.supplied(m), card.taken(m)
+        if taken is not None:
+            book.energy(card.name, word, DISSIPATED, m.public(taken))
         if losses is not None:
             book.power(card.name, word, DISSIPATED, m.public(losses))
         if supply is not None:

@@ -1,8 +1,8 @@
 """Laws with modes: unknowns, flags and rows (cards/laws.py says what they are, engine/src/modes.rs decides their modes).
 
-    relay     sticks: w = 0               slides: f + s F = 0            s: sign of the flow, or its share where others hold the motion
-    corner    open:   f = 0, mu = 0       closed: dg/dt = 0, g = 0       (stabilised as closed loops are, see equations.py)
-    one way   open:   f = 0               closed: w = 0
+    relay     sticks: w = 0            slides: f + s F = 0         s: sign of w, or a share where others hold the motion
+    corner    open:   f = 0, mu = 0    closed: dg/dt = 0, g = 0    (stabilised as closed loops are, see equations.py)
+    one way   open:   f = 0            closed: w = 0
 One pattern: the flags choose. Power f w of every law, and mu g of every corner, act as those of closed loops do.
 """
 

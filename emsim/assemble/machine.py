@@ -42,6 +42,7 @@ if TYPE_CHECKING:
     from .context import Context
 
 
+INSIDE = 1e-9  # of the machine's size, rad: a gap that is closed by less is closed by rounding
 OPENS = 1e-4  # of the machine's size, rad: a row that was left out and is this far from 0 was not redundant
 
 
@@ -89,6 +90,7 @@ class Machine(Mechanism):
             row.mu_row = self.b.unknown(f"mu({row.owner},norm)", "mu", "", 0.0)
         for card in self.active:
             laws.allocate(self, card)
+        self._check_gaps()
         self._watch_redundant()
         self._locked_note()
         self._gravity_note()
@@ -313,6 +315,22 @@ class Machine(Mechanism):
                     f"{warn} already at the start",
                     self.span_of(name),
                     "widen range=, or start the joint inside of it",
+                )
+
+    def _check_gaps(self) -> None:
+        """Rigid parts that are in each other where the machine starts."""
+        x = [*self.found.x, *([0.0] * (2 * len(self.rows) + 2 * len(self.laws) + len(self.norms)))]
+        for card, law in self.laws:
+            if law.gap is None:
+                continue
+            gap = self.b.eval([self.public(law.gap)], x, 0.0)[0]
+            unit = "rad" if law.unit == "N m" else "m"
+            if gap < -INSIDE * (1.0 if unit == "rad" else closing.size(self, self.found.x)):
+                self._fail(
+                    "E258",
+                    f"rigid parts of {card.spec.word} {card.name} are {-gap:.6g} {unit} in each other at the start",
+                    card.span,
+                    f"start {-gap:.6g} {unit} further off (ic= of its joint), or give it a stiffness k=",
                 )
 
     def check_poles(self) -> None:

@@ -117,7 +117,7 @@ class Mechanism(Binding):
         """Own speeds: as many as there are degrees of freedom without loops."""
         return [c for c in self.own if c.speed_row >= 0]
 
-    def rate(self, e: Expr | float) -> Expr:
+    def rate(self, e: Scalar) -> Expr:
         """de/dt along the motion."""
         if isinstance(e, float):
             return self.b.const(0.0)

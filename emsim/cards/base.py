@@ -16,7 +16,7 @@ The duties of a card, all optional but the first. `s` is the scene (see `Scene` 
  9. `probes(s)`       what can be read by name, of PROBES below: {"torque": Expr, ...}; a function without
                       arguments where reading costs an unknown, so that it is made only when asked for.
 10. `losses(s)`       power turned into heat [W], >= 0, for loss(); `stored(s)` electrical energy held [J];
-                      `supplied(s)` power brought in from outside the deck [W].
+                      `supplied(s)` power brought in from outside the deck [W]; `taken(s)` energy that impacts took [J].
 11. `thermal(s)`      list of (word, resistance, flow): effort = -resistance*flow, and it fluctuates with 4 k T resistance; for
                       .noise. A damping with a speed, a resistance [Ohm] with a current, a conductance [S] with a voltage.
 12. `analogue(net)`   its electrical counterpart in a one-dimensional machine (see `Net`).
@@ -313,6 +313,9 @@ class Card:
         return []
 
     def losses(self, s: Scene) -> Scalar | None:
+        return None
+
+    def taken(self, s: Scene) -> Scalar | None:
         return None
 
     def stored(self, s: Scene) -> Scalar | None:

@@ -10,7 +10,7 @@ from __future__ import annotations
 from . import touch
 from .base import Card, Default, Spec
 from .kinematics import dot, subtract
-from .touch import Touch, Touching
+from .touch import Touching
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -21,13 +21,14 @@ if TYPE_CHECKING:
 class Contact(Touching, Card):
     spec = Spec(
         "CONTACT",
-        "CONTACT name P Q line=(nx,ny) (or rq=) [r=] k= [c= or e=] [n=1]",
+        "CONTACT name P Q line=(nx,ny) (or rq=) [r=] [e=0]   or with k= [c= or e=] [n=1]",
         terminals="p:point q:point",
         mark=("k", "e", "line", "rq"),
         missing={"mu": "friction", "mus": "friction"},
         meaning="contact of a point or round part with a line or another round part",
         laws={
-            "V": "k d^(n+1)/(n+1), d how deep they are in each other",
+            "q": "gap >= 0; after an impact e times the speed before it",
+            "V": "with k=: k d^(n+1)/(n+1), d how deep they are in each other",
             "P": "c d'^2, or that which gives back e times the speed",
         },
         line=Default(
@@ -59,9 +60,6 @@ class Contact(Touching, Card):
             said = f"{what}: a round part of r={self.r:g} does not go into a ring of {-self.rq:g}"
             sink.error("E238", said, self.place("rq"))
         touch.check(self, self.k, self.c, self.e, sink)
-        if self.k is None and not (self.given("c") or self.given("n")):
-            said = f"CONTACT {self.name}: rigid parts are not supported yet"
-            sink.error("E254", said, self.span, "give it a stiffness k=")
 
     def prepare(self, s: Scene) -> None:
         away = subtract(self.p.pos, self.q.pos)
@@ -73,8 +71,7 @@ class Contact(Touching, Card):
             assert self.rq is not None
             distance = s.b.call("sqrt", s.b.const(0.0) + dot(away, away))
             gap = distance - self.r - self.rq if self.rq > 0.0 else -self.rq - self.r - distance
-        assert self.k is not None
-        self.touches = [(1.0, Touch(s, self.name, s.b.const(0.0) + gap, self.k, self.c, self.e, self.n))]
+        self.set_gaps(s, [(1.0, self.name, s.b.const(0.0) + gap)], "N")
 
     def probes(self, s: Scene) -> Probes:
         return self.touch_probes(s, "force")

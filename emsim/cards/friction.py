@@ -52,7 +52,9 @@ class Friction(Card):
             sink.error("E238", said, self.place("fc"))
         elif is_number(self.fc) and self.fs is not None and self.fs < self.fc:
             said = f"fs= of {what} is {self.fs:g}, less than fc= {self.fc:g}: what slides would be held more than what rests"
-            sink.error("E238", said, self.place("fs"), "fs= is the friction that must be overcome, the larger one")
+            sink.error(
+                "E238", said, self.place("fs"), "fs= is the friction that must be overcome, the larger one"
+            )
         if self.model == "smooth":
             if self.vs is None:
                 said = f"{what} needs vs= for model=smooth: the speed over which the force is smoothed"
@@ -61,8 +63,11 @@ class Friction(Card):
                 said = f"fs= of {what} does not fit model=smooth, which sticks nowhere"
                 sink.error("E240", said, self.place("fs"), "leave one of them out")
         elif self.vs is not None and self.fs is None:
-            said = f"vs= of {what} says over which speed fs= falls to fc=, and there is no fs="
-            sink.error("E240", said, self.place("vs"), "give fs=, or model=smooth, or leave vs= out: fc alone is exact")
+            said = (
+                f"vs= of {what} has no effect: it says over which speed fs= falls to fc=, and there is no fs="
+            )
+            hint = "friction sticks and slides exactly, nothing is smoothed; model=smooth would"
+            sink.note("N232", said, self.place("vs"), hint)
 
     def prepare(self, s: Scene) -> None:
         sliding: Expr = s.compile(self.fc, self.place("fc"))

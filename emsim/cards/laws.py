@@ -1,13 +1,13 @@
-"""Laws with modes, as cards state them (duty `laws`): between an effort, which becomes an unknown, and a flow, which is linear in the
-speeds, with a convex dissipation potential or the indicator of an inequality.
+"""Laws with modes, as cards state them (duty `laws`): between an effort, which becomes an unknown, and a flow, which is linear
+in the speeds, with a convex dissipation potential or the indicator of an inequality.
 
     Relay(flow, bound, stick)    effort = -bound sgn(flow); at rest anything up to stick     Coulomb friction, clutches, brakes
     Corner(gap, e)               0 <= gap, 0 <= effort, one of them is 0; restitution e      rigid stops
     OneWay(flow)                 0 <= flow, 0 <= effort, one of them is 0                    freewheels
 
-A stop is an ideal diode, friction a limiter of current. The power effort * flow goes into the machine: forces follow by differentiation.
-The engine knows when a mode ends and which follow (engine/src/modes.rs); no card writes event logic. Once the compiler has seen it,
-a law has its `effort`, and flags of its mode.
+A stop is an ideal diode, friction a limiter of current. The power effort * flow goes into the machine: forces follow by
+differentiation. The engine knows when a mode ends and which follow (engine/src/modes.rs); no card writes event logic. Once the
+compiler has seen it, a law has its `effort`, and flags of its mode.
 """
 
 from __future__ import annotations

@@ -61,7 +61,10 @@ class Motor(Card):
         ),
         b=Default(0.0, "N m s/rad (N s/m)", "viscous friction, on the motor's side", least=0.0),
         tc=Default(
-            0.0, "N m (N)", "dry friction of brushes and bearing, on the motor's side; at rest it holds", least=0.0
+            0.0,
+            "N m (N)",
+            "dry friction of brushes and bearing, on the motor's side; at rest it holds",
+            least=0.0,
         ),
         gear=Default(1.0, "", "motor turns per joint turn"),
         radius=Default(None, "m", "radius of the pulley or pinion on a slide", above=0.0),

@@ -8,23 +8,25 @@ from __future__ import annotations
 
 from . import touch
 from .base import Card, Default, Spec
-from .touch import Touch, Touching
+from .touch import Touching
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from ..diagnostics import Sink
-    from .base import JointView, Pen, Probes, Scene
+    from .base import JointView, Pen, Probes, Scalar, Scene
 
 
 class Stop(Touching, Card):
     spec = Spec(
         "STOP",
-        "STOP name joint [min=] [max=] k= [c= or e=] [n=1]",
+        "STOP name joint [min=] [max=] [e=0]   or with k= [c= or e=] [n=1]",
         terminals="joint:joint",
         mark=("min", "max"),
         meaning="ends of a joint's travel",
+        missing={},
         laws={
-            "V": "k d^(n+1)/(n+1), d how far beyond an end",
+            "q": "min <= q <= max; after an impact e times the speed before it",
+            "V": "with k=: k d^(n+1)/(n+1), d how far beyond an end",
             "P": "c d'^2, or that which gives back e times the speed",
         },
         min=Default(None, "m or rad", "lower end"),
@@ -47,19 +49,14 @@ class Stop(Touching, Card):
             said = f"min= of {what} is {self.min:g} and max= {self.max:g}: nothing is left between them"
             sink.error("E238", said, self.place("max"), "min= is the lower end of the coordinate")
         touch.check(self, self.k, self.c, self.e, sink)
-        if self.k is None and not (self.given("c") or self.given("n")):
-            said = f"STOP {self.name}: rigid ends are not supported yet"
-            sink.error("E254", said, self.span, "give it a stiffness k=")
 
     def prepare(self, s: Scene) -> None:
         q = self.joint.q
         ends = [(1.0, "min", self.min), (-1.0, "max", self.max)]
-        assert self.k is not None
-        self.touches = [
-            (sign, Touch(s, f"{self.name} {end}", sign * (q - at), self.k, self.c, self.e, self.n))
-            for sign, end, at in ends
-            if at is not None
+        gaps: list[tuple[float, str, Scalar]] = [
+            (sign, f"{self.name} {end}", sign * (q - at)) for sign, end, at in ends if at is not None
         ]
+        self.set_gaps(s, gaps, "N m" if self.joint.rotary else "N")
 
     def probes(self, s: Scene) -> Probes:
         found = self.touch_probes(s, "torque" if self.joint.rotary else "force")

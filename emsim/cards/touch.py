@@ -14,6 +14,7 @@ from __future__ import annotations
 from math import log1p
 
 from .base import Default
+from .laws import Corner
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
     from .._engine import Expr
     from ..diagnostics import Sink
     from .base import Card, Powers, Probes, Scalar, Scene
+    from .laws import Law
 
 # parameters of an elastic law, with the unit of a force over that of a length or angle
 LAW: dict[str, Any] = {
@@ -116,10 +118,52 @@ class Touch:
         return s.b.select(self.on, power * (self.k / (self.n + 1.0)), 0.0)
 
 
+class Rigid:
+    """The same without a stiffness: a corner of laws.py, closed or open, with impacts."""
+
+    def __init__(self, gap: Scalar, e: float | None, unit: str) -> None:
+        self.gap = gap
+        self.law = Corner(gap, 0.0 if e is None else e, unit)
+
+    @property
+    def on(self) -> Expr:
+        return self.law.closed
+
+    @property
+    def count(self) -> Expr:
+        return self.law.hits
+
+    @property
+    def force(self) -> Expr:
+        return self.law.effort
+
+
 class Touching:
-    """What cards with touches have in common. `touches`: with the sign of its force in `force` of the card."""
+    """What cards with touches have in common: each with the sign of its force in `force` of the card, elastic or rigid."""
 
     touches: list[tuple[float, Touch]]
+    corners: list[tuple[float, Rigid]]
+
+    def set_gaps(self, s: Scene, gaps: list[tuple[float, str, Scalar]], unit: str) -> None:
+        """(sign, name, gap) of every place of touch; `unit` of its force. The law's parameters are attributes of the card."""
+        k, c, e, n = (getattr(self, key) for key in LAW)
+        self.touches, self.corners = [], []
+        for sign, name, gap in gaps:
+            if k is None:
+                self.corners.append((sign, Rigid(gap, e, unit)))
+            else:
+                self.touches.append((sign, Touch(s, name, gap, k, c, e, n)))
+
+    @property
+    def places(self) -> list[tuple[float, Touch | Rigid]]:
+        return [*self.touches, *self.corners]
+
+    def laws(self, s: Scene) -> list[Law]:
+        return [corner.law for _, corner in self.corners]
+
+    def taken(self, s: Scene) -> Scalar | None:
+        """Kinetic energy that impacts have taken so far [J]."""
+        return _sum(s, [corner.law.lost for _, corner in self.corners]) if self.corners else None
 
     def potential(self, s: Scene) -> Scalar | None:
         return _sum(s, [touch.energy(s) for _, touch in self.touches])
@@ -131,14 +175,17 @@ class Touching:
         return _sum(s, [-(touch.damped * touch.rate) for _, touch in self.touches])
 
     def touch_probes(self, s: Scene, word: str) -> Probes:
-        gaps = [touch.gap for _, touch in self.touches]
-        return {
-            word: _sum(s, [sign * touch.force for sign, touch in self.touches]),
+        gaps = [place.gap for _, place in self.places]
+        found: Probes = {
+            word: _sum(s, [sign * place.force for sign, place in self.places]),
             "gap": gaps[0] if len(gaps) == 1 else s.minimum(gaps[0], gaps[1]),
-            "hits": _sum(s, [touch.count for _, touch in self.touches]),
-            "mode": _sum(s, [sign * touch.on for sign, touch in self.touches]),
+            "hits": _sum(s, [place.count for _, place in self.places]),
+            "mode": _sum(s, [sign * place.on for sign, place in self.places]),
             "power": _sum(s, [touch.force * touch.rate for _, touch in self.touches]),
         }
+        if self.corners:
+            found["impulse"] = _sum(s, [sign * corner.law.impulse for sign, corner in self.corners])
+        return found
 
 
 def _sum(s: Scene, terms: list[Expr]) -> Expr:

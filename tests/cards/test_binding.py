@@ -166,16 +166,6 @@ def test_several_errors_come_at_once():
     assert codes == {"E238", "E232", "E235"}
 
 
-@pytest.mark.parametrize(
-    "card",
-    ["STOP s hinge min=0 max=1 e=0.5", "FRICTION f hinge fc=1", "CONTACT c arm 0 line=(0,1) e=0.5"],
-)
-def test_cards_without_equations_are_refused_by_name(card):
-    found = problems(ARM + ".gravity 9.81\n" + card)
-    assert [(d.severity, d.code) for d in found] == [("error", "E254")]
-    assert card.split()[1] in found[0].message and "not supported yet" in found[0].message
-
-
 def test_every_parameter_says_what_it_is():
     for card in CARDS.values():
         assert card.spec.form.startswith(card.spec.word)

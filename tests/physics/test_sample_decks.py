@@ -11,8 +11,6 @@ import numpy as np
 import pytest
 from support import deck, run
 
-import emsim
-
 
 @cache
 def sample(name: str):
@@ -90,16 +88,3 @@ def test_cart_pole_with_an_ideal_motor():
     t, angle, travel = np.asarray(r.time), np.degrees(r["angle(hinge)"]), np.asarray(r["pos(rail)"])
     assert angle[t > 3].max() == pytest.approx(17.4, abs=0.06)
     assert travel.min() == pytest.approx(-0.10, abs=0.005) and travel.max() == pytest.approx(0.36, abs=0.005)
-
-
-@pytest.mark.parametrize(
-    "card",
-    ["FRICTION rub rail fc=1 vs=1m", "CONTACT c pole(0.6,0) 0 line=(0,1)"],
-)
-def test_a_card_without_equations_is_refused_and_not_left_out(card):
-    """Its force would read 0, and the motion be that of another machine."""
-    text = deck("coupled/cart_pole").replace(".tran", f"{card}\n.print tran force({card.split()[1]})\n.tran")
-    with pytest.raises(emsim.DeckError) as error:
-        emsim.run(text)
-    assert [d.code for d in error.value.diagnostics if d.severity == "error"] == ["E254"]
-    assert " ".join(card.split()[:2]) in error.value.diagnostics[-1].message

@@ -13,7 +13,8 @@
 //!    compression (0 <= u, 0 <= p) and expansion (p >= (1 + e) p of the compression), which never raises the energy. Contacts that
 //!    approach are solved, then those that approach on account of that, and so on, as a shock wave goes through a row of balls. A rebound
 //!    lower than the length tolerance is none, which ends every series of them.
-//! 2. What has died is made exactly 0, by the least change of momenta.
+//! 2. What has died is made exactly 0, by the least change of momenta; of relays where their friction has it done so in the time by which
+//!    the event was found late. (The flow of a piston is 0 at its dead centre too, and no friction stops the crank there.)
 //! 3. Which modes follow is asked a little later: of a step of implicit Euler with f as parameters, w = b + A f, which is a
 //!    complementarity problem. At the event itself a law that is let go has f = F and no acceleration, to rounding, and would stick
 //!    again for ever. Laws that lock the same motion are redundant: one sticks, the others are held at the share of the load that
@@ -40,6 +41,9 @@ const ROUNDS: u32 = 150;
 /// A flow of so much of what it is made of is 0; an effort so near to its bound is at it.
 const NOTHING: f64 = 1e-9;
 
+/// Friction alone stops a flow in half of that: what pulls it on is less.
+const LATE: f64 = 4.0;
+
 /// Of a relay's flags.
 const SLIDES: usize = 0;
 const SIDE: usize = 1;
@@ -63,6 +67,8 @@ pub struct Modes {
 pub struct Short {
     /// nearly none: over it momenta alone change
     pub instant: f64,
+    /// by which an event may be found late
+    pub late: f64,
     /// to where the modes are asked
     pub ahead: f64,
 }
@@ -173,10 +179,22 @@ impl Modes {
 
         // what has died
         let Some(look) = self.look(sys, w, x, *t, short.instant, &asked, tol) else { return false };
-        let lo = vec![f64::NEG_INFINITY; asked.len()];
-        let hi = vec![f64::INFINITY; asked.len()];
-        let Some(solution) = lcp::solve(&look.a, &look.b, &lo, &hi) else { return false };
-        self.go(sys, x, &look.at(&solution.f));
+        let mut free = vec![f64::INFINITY; asked.len()];
+        let stopped = loop {
+            let least: Vec<f64> = free.iter().map(|f| -f).collect();
+            let Some(solution) = lcp::solve(&look.a, &look.b, &least, &free) else { return false };
+            let mut dies = true;
+            for (i, &k) in asked.iter().enumerate().filter(|&(_, &k)| list[k].form == Form::Relay) {
+                let most = LATE * short.late * readings[k].stick.max(readings[k].bound);
+                if free[i] > 0.0 && solution.f[i].abs() * short.instant > most {
+                    (free[i], dies) = (0.0, false);
+                }
+            }
+            if dies {
+                break solution;
+            }
+        };
+        self.go(sys, x, &look.at(&stopped.f));
         *t += short.instant;
 
         // a little later

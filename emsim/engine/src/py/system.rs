@@ -43,6 +43,7 @@ impl System {
                 break;
             }
         }
+        self.inner.show_modes(&mut w, x, t);
         Ok(w)
     }
 }

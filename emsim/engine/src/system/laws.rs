@@ -3,7 +3,7 @@
 use super::{System, Work};
 use crate::derive::gradient;
 use crate::graph::{Graph, Id, Node};
-use crate::model::LawSpec;
+use crate::model::{Form, LawSpec};
 use crate::tape::{Inputs, Tape};
 
 /// The laws of a system: per law flow, bound, sticking bound and gap, then the slopes of flows.
@@ -60,6 +60,23 @@ impl System {
         });
         let slopes = self.laws.slopes.iter().enumerate().map(|(j, &(k, i))| (k, i, out(4 * count + j)));
         (readings.collect(), slopes.collect())
+    }
+
+    /// Modes that a point by itself shows: what moves slides, at rest it sticks; a gap that is closed and does not open is closed.
+    pub fn show_modes(&self, w: &mut Work, x: &[f64], t: f64) {
+        if !self.has_laws() {
+            return;
+        }
+        let (readings, _) = self.read_laws(w, x, t);
+        for (law, at) in self.laws.list.iter().zip(readings) {
+            if law.form == Form::Relay {
+                let side = if at.flow == 0.0 { 0.0 } else { at.flow.signum() };
+                let values = [f64::from(u8::from(side != 0.0)), side, side];
+                law.flags.iter().zip(values).for_each(|(&flag, value)| w.flags[flag] = value);
+            } else {
+                w.flags[law.flags[0]] = f64::from(u8::from(at.gap <= 0.0 && at.flow <= 0.0));
+            }
+        }
     }
 
     /// Puts a flag of a law; it stands on its threshold until it has been clear of it.

@@ -2,7 +2,7 @@
 //! follow as behind any jump.
 use super::super::rows::{Forces, Sink};
 use super::jumps::JUMP;
-use super::Run;
+use super::{Run, LATE};
 use crate::model::Law;
 use crate::modes::{Modes, Short};
 
@@ -42,7 +42,8 @@ impl<S: Sink> Run<'_, S> {
         let Some(modes) = &mut self.modes else { return false };
         let width = width.min(self.until - self.t).max(1e-9 * self.a.tstop);
         let least = (JUMP * width).max(64.0 * f64::EPSILON * self.t).max(1e-18 * self.a.tstop);
-        let short = Short { instant: least, ahead: (AHEAD * width).max(10.0 * least) };
+        let late = (2.0 * LATE * self.tol.reltol * width).max(10.0 * least);
+        let short = Short { instant: least, late, ahead: (AHEAD * width).max(10.0 * least) };
         let before = self.w.flags.clone();
         modes.decide(self.sys, self.w, &mut self.x, &mut self.t, short, fired, &self.tol);
         self.late = 0.0;
