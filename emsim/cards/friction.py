@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
     from .._engine import Expr
     from ..diagnostics import Sink
-    from .base import JointView, Net, Pen, Powers, Probes, Scalar, Scene
+    from .base import JointView, Net, Pen, Powers, Probes, Resistances, Scalar, Scene
     from .laws import Law
 
 
@@ -110,6 +110,9 @@ class Friction(Card):
 
     def losses(self, s: Scene) -> Scalar | None:
         return -(self._effort(s) * self.joint.u)
+
+    def thermal(self, s: Scene) -> Resistances:
+        return [("", self.b, self.joint.u)] if self.b else []
 
     def glyph(self, draw: Pen) -> None:
         word, unit = ("torque", "N m") if self.joint.rotary else ("force", "N")
