@@ -8,12 +8,11 @@ use super::shape::{Anonymous, Constants, Key, Program};
 use super::{Climate, Noise};
 use crate::graph::{Graph, Id};
 use crate::tape::Inputs;
+use crate::twice::in_blocks_mut;
 use crate::veriloga::folded::{self, Folded};
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex};
 
-/// Numbers of a branch: stage's current, current, charge; those of a slope likewise.
-const KINDS: usize = 3;
 /// Energy: intervals of at most so many volts, and at most so many.
 const PANEL: f64 = 0.05;
 const MOST_PANELS: f64 = 400.0;
@@ -25,6 +24,8 @@ pub struct Compiled {
     seats: Vec<Seat>,
     own: Vec<Own>,
     wires: Vec<Wires>,
+    /// constants of up to four instances, side by side; none where there is no code for that
+    fours: Vec<Vec<[f64; LANES]>>,
     /// of each branch and port: the slope, if there is one
     slope_of: Vec<Option<usize>>,
     /// what programs run on; another thread that is here at the same time makes its own
@@ -35,7 +36,8 @@ pub struct Compiled {
 #[derive(Clone)]
 struct Own {
     constants: Constants, // those of the shape, then what hangs on them alone
-    arguments: Vec<Vec<f64>>,
+    /// of every limited port: arguments, and a change of voltage that is never limited
+    arguments: Vec<(Vec<f64>, f64)>,
     start: Vec<f64>,
 }
 
@@ -50,7 +52,9 @@ struct Scratch {
     values: Vec<f64>,
     x: Vec<f64>,
     out: Vec<f64>,
-    voltages: Vec<f64>,
+    four: Vec<[f64; LANES]>,
+    x4: Vec<[f64; LANES]>,
+    before: Vec<[f64; LANES]>,
 }
 
 impl Scratch {
@@ -61,7 +65,9 @@ impl Scratch {
             values: program.values.workspace(),
             x: vec![0.0; program.ports() + 1],
             out: vec![0.0; results],
-            voltages: vec![0.0; program.ports()],
+            four: program.four.as_ref().map_or(Vec::new(), |four| four.workspace()),
+            x4: vec![[0.0; LANES]; program.ports() + 1],
+            before: vec![[0.0; LANES]; program.ports()],
         }
     }
 }
@@ -79,8 +85,8 @@ impl Compiled {
         let mut slope_of = vec![None; program.shape.links.len()];
         program.slopes.iter().enumerate().for_each(|(k, s)| slope_of[s.branch * ports + s.port] = Some(k));
         let kind = format!("module {}", program.module);
-        let (seats, own, wires) = Default::default();
-        Compiled { kind, key, program, seats, own, wires, slope_of, scratch: Mutex::new(None) }
+        let (seats, own, wires, fours) = Default::default();
+        Compiled { kind, key, program, seats, own, wires, fours, slope_of, scratch: Mutex::new(None) }
     }
 
     pub fn is_of(&self, key: &Key) -> bool {
@@ -107,6 +113,11 @@ impl Compiled {
         let rows = program.shape.branches.iter().map(|&(from, to)| [nodes[from], nodes[to], -1, -1]).collect();
         let constants = program.all_constants(&constants);
         let start = first_voltages(program, &arguments, off);
+        let quiet = |(arguments, &(_, limiter)): (Vec<f64>, &(usize, Limiter))| {
+            let quiet = limiter.quiet(&arguments);
+            (arguments, quiet)
+        };
+        let arguments = arguments.into_iter().zip(&program.limited).map(quiet).collect();
         self.own.push(Own { constants, arguments, start });
         self.seats.push(Seat { name: name.to_string(), nodes, rows, series: Vec::new() });
     }
@@ -121,22 +132,27 @@ impl Compiled {
         result
     }
 
+    /// Numbers of an instance: port voltages asked for, those that were taken, what the program gives, and of the stage the currents
+    /// and slopes.
     fn numbers(&self) -> usize {
-        2 * self.ports() + KINDS * (self.program.currents.len() + self.program.slopes.len())
+        self.row_of_slope(self.program.slopes.len())
     }
 
-    /// Row of the first number of a branch, of a slope.
-    fn row_of_branch(&self, branch: usize) -> usize {
-        2 * self.ports() + KINDS * branch
+    fn row_of_result(&self, k: usize) -> usize {
+        2 * self.ports() + k
+    }
+
+    fn row_of_current(&self, branch: usize) -> usize {
+        self.row_of_result(self.program.lines.outputs()) + branch
     }
 
     fn row_of_slope(&self, slope: usize) -> usize {
-        2 * self.ports() + KINDS * (self.program.currents.len() + slope)
+        self.row_of_current(self.program.currents.len()) + slope
     }
 
     fn limit_ports(program: &Program, own: &Own, new: &mut [f64], old: impl Fn(usize) -> f64) -> bool {
         let mut moved = false;
-        for (&(p, limiter), arguments) in program.limited.iter().zip(&own.arguments) {
+        for (&(p, limiter), (arguments, _)) in program.limited.iter().zip(&own.arguments) {
             let (to, by) = limiter.apply(new[p], old(p), arguments);
             new[p] = to;
             moved |= by;
@@ -154,63 +170,120 @@ impl Compiled {
         &s.out
     }
 
-    /// One instance: its numbers into its places of the group; was a voltage moved, is a current apart?
-    fn one(&self, k: usize, asked: &Asked, held: &mut [f64], lines: &mut [f64], s: &mut Scratch) -> (bool, bool) {
-        let (program, own, wires, lane) = (&*self.program, &self.own[k], &self.wires[k], k % LANES);
-        let ports = program.ports();
-        let mut v = std::mem::take(&mut s.voltages);
-        for (v, &(p, n)) in v.iter_mut().zip(&wires.ports) {
-            *v = across(asked.x, p, n);
+    /// A group of instances, from number `first` on: the voltages that are asked for to `rows`, limited ones to `held`; was one moved?
+    fn gather(&self, first: usize, asked: &Asked, held: &mut [[f64; LANES]], rows: &mut [[f64; LANES]]) -> bool {
+        let (program, ports) = (&*self.program, self.ports());
+        let mut moved = false;
+        let group = self.wires.iter().zip(&self.own).skip(first).take(LANES);
+        for (lane, (wires, own)) in group.enumerate() {
+            for (p, &(from, to)) in wires.ports.iter().enumerate() {
+                rows[p][lane] = across(asked.x, from, to);
+            }
+            if asked.limit {
+                for (&(p, limiter), (arguments, quiet)) in program.limited.iter().zip(&own.arguments) {
+                    let (new, old) = (rows[p][lane], held[p][lane]);
+                    if !((new - old).abs() <= *quiet) {
+                        let (to, by) = limiter.apply(new, old, arguments);
+                        moved |= by;
+                        rows[ports + p][lane] = to;
+                    } else {
+                        rows[ports + p][lane] = new;
+                    }
+                }
+            }
         }
-        s.x[..ports].copy_from_slice(&v);
-        let moved = asked.limit && {
-            let old = |p: usize| held[p * LANES + lane];
-            Self::limit_ports(program, own, &mut s.x[..ports], old)
-        };
-        (0..ports).for_each(|p| held[p * LANES + lane] = s.x[p]);
-        s.x[ports] = asked.gmin;
-        let inputs = Inputs { x: &s.x, t: 0.0, waves: &own.constants, flags: &[] };
-        program.lines.run_into(0, &inputs, &mut s.lines, &mut s.out);
-        let (at, out) = (&s.x, &s.out);
-        let value = |k: Option<usize>| k.map_or(0.0, |k| out[k]);
+        if asked.limit {
+            let mut limited = program.limited.iter().map(|l| l.0).peekable();
+            for p in 0..ports {
+                held[p] = if limited.next_if_eq(&p).is_some() { rows[ports + p] } else { rows[p] };
+            }
+        } else {
+            held[..ports].copy_from_slice(&rows[..ports]);
+        }
+        rows[ports..2 * ports].copy_from_slice(&held[..ports]);
+        moved
+    }
+
+    /// What the program gives at the voltages that were taken.
+    fn evaluate(&self, n: usize, gmin: f64, rows: &mut [[f64; LANES]], s: &mut Scratch) {
+        let (program, ports) = (&*self.program, self.ports());
+        let (at, out) = rows[ports..].split_at_mut(ports);
+        if let (Some(four), Some(constants)) = (&program.four, self.fours.get(n)) {
+            s.x4[..ports].copy_from_slice(at);
+            s.x4[ports] = [gmin; LANES];
+            return four.run(&s.x4, constants, &mut s.four, out);
+        }
+        let results = program.lines.outputs();
+        for (lane, own) in self.own.iter().skip(n * LANES).take(LANES).enumerate() {
+            s.x.iter_mut().zip(&*at).for_each(|(x, at)| *x = at[lane]);
+            s.x[ports] = gmin;
+            let inputs = Inputs { x: &s.x, t: 0.0, waves: &own.constants, flags: &[] };
+            program.lines.run_into(0, &inputs, &mut s.lines, &mut s.out);
+            out.iter_mut().zip(&s.out[..results]).for_each(|(row, v)| row[lane] = *v);
+        }
+    }
+
+    /// Straight lines of the stage; of an instance a current is apart from the line that led here.
+    #[inline(always)]
+    fn stage(&self, count: usize, asked: &Asked, before: &[[f64; LANES]], rows: &mut [[f64; LANES]]) -> bool {
+        let (program, ports, a) = (&*self.program, self.ports(), asked.a);
+        let (first, first_slope) = (self.row_of_current(0), self.row_of_slope(0));
+        let results = self.row_of_result(0);
         let mut apart = false;
         let mut slope = 0;
         for (j, current) in program.currents.iter().enumerate() {
-            let (i, q) = (out[current.i], value(current.q));
-            let mut stage = i + asked.a * q;
-            let place = |row: usize| row * LANES + lane;
-            let base = self.row_of_branch(j);
-            let near = asked.near.map(|near| (near, lines[place(base)]));
-            let (mut line, mut worth) = (near.map_or(0.0, |n| n.1), 0.0);
+            let mut stage = rows[results + current.i];
+            if let Some(q) = current.q {
+                let q = rows[results + q];
+                (0..LANES).for_each(|k| stage[k] += a * q[k]);
+            }
+            let (mut line, mut worth) = (rows[first + j], [0.0; LANES]);
             while let Some(of) = program.slopes.get(slope).filter(|of| of.branch == j) {
-                let (p, row) = (of.port, self.row_of_slope(slope));
-                let (g, c) = (value(of.g), value(of.c));
-                let both = g + asked.a * c;
-                stage += both * (v[p] - at[p]);
-                if let Some((near, _)) = near {
-                    line += lines[place(row)] * (v[p] - lines[place(p)]);
-                    worth += both.abs() * (near.reltol * v[p].abs() + near.vntol);
+                let mut both = rows[results + of.g];
+                if let Some(c) = of.c {
+                    let c = rows[results + c];
+                    (0..LANES).for_each(|k| both[k] += a * c[k]);
                 }
-                lines[place(row)] = both;
-                lines[place(row + 1)] = g;
-                lines[place(row + 2)] = c;
+                let (v, at) = (rows[of.port], rows[ports + of.port]);
+                (0..LANES).for_each(|k| stage[k] += both[k] * (v[k] - at[k]));
+                let row = first_slope + slope;
+                if let Some(near) = asked.near {
+                    let (led, old) = (rows[row], before[of.port]);
+                    for k in 0..LANES {
+                        line[k] += led[k] * (v[k] - old[k]);
+                        worth[k] += both[k].abs() * (near.reltol * v[k].abs() + near.vntol);
+                    }
+                }
+                rows[row] = both;
                 slope += 1;
             }
-            if let Some((near, _)) = near {
-                worth += near.share * stage.abs().max(near.least);
-                // (a number that is none is not near anything)
-                apart |= !((stage - line).abs() < worth + f64::MIN_POSITIVE);
+            if let Some(near) = asked.near {
+                for k in 0..count {
+                    let worth = worth[k] + near.share * stage[k].abs().max(near.least);
+                    // (a number that is none is not near anything)
+                    apart |= !((stage[k] - line[k]).abs() < worth + f64::MIN_POSITIVE);
+                }
             }
-            lines[place(base)] = stage;
-            lines[place(base + 1)] = i;
-            lines[place(base + 2)] = q;
+            rows[first + j] = stage;
         }
-        for p in 0..ports {
-            lines[p * LANES + lane] = v[p];
-            lines[(ports + p) * LANES + lane] = at[p];
+        apart
+    }
+
+    fn groups(&self, asked: &Asked, held: &mut [f64], lines: &mut [f64], s: &mut Scratch) -> Met {
+        let (mut met, count, ports) = (Met::default(), self.own.len(), self.ports());
+        let (mut held, mut lines) = (in_blocks_mut(held), in_blocks_mut(lines));
+        for n in 0..count.div_ceil(LANES) {
+            let (own, others) = held.split_at_mut(ports);
+            let (rows, rest) = lines.split_at_mut(self.numbers());
+            (held, lines) = (others, rest);
+            if asked.near.is_some() {
+                s.before.copy_from_slice(&rows[..ports]);
+            }
+            met.moved |= self.gather(n * LANES, asked, own, rows);
+            self.evaluate(n, asked.gmin, rows, s);
+            met.apart |= self.stage((count - n * LANES).min(LANES), asked, &s.before, rows);
         }
-        s.voltages = v;
-        (moved, apart)
+        met
     }
 }
 
@@ -251,18 +324,19 @@ impl Class for Compiled {
     }
 
     fn place(&self, instance: usize, number: Number) -> usize {
-        let ports = self.ports();
-        let slope =
-            |j: usize, p: usize| self.row_of_slope(self.slope_of[j * ports + p].expect("a slope that is there"));
+        let (program, ports) = (&*self.program, self.ports());
+        let slope = |j: usize, p: usize| self.slope_of[j * ports + p].expect("a slope that is there");
         let row = match number {
             Number::Voltage(p) => p,
             Number::At(p) => ports + p,
-            Number::StageCurrent(j) => self.row_of_branch(j),
-            Number::Current(j) => self.row_of_branch(j) + 1,
-            Number::Charge(j) => self.row_of_branch(j) + 2,
-            Number::StageConductance(j, p) => slope(j, p),
-            Number::Conductance(j, p) => slope(j, p) + 1,
-            Number::Capacitance(j, p) => slope(j, p) + 2,
+            Number::StageCurrent(j) => self.row_of_current(j),
+            Number::Current(j) => self.row_of_result(program.currents[j].i),
+            Number::Charge(j) => self.row_of_result(program.currents[j].q.expect("a charge that is there")),
+            Number::StageConductance(j, p) => self.row_of_slope(slope(j, p)),
+            Number::Conductance(j, p) => self.row_of_result(program.slopes[slope(j, p)].g),
+            Number::Capacitance(j, p) => {
+                self.row_of_result(program.slopes[slope(j, p)].c.expect("a capacitance that is there"))
+            }
         };
         (instance / LANES * self.numbers() + row) * LANES + instance % LANES
     }
@@ -301,6 +375,14 @@ impl Class for Compiled {
             Wires { ports, rows: seat.rows.clone() }
         };
         self.wires = self.seats.iter().map(wires).collect();
+        if self.program.four.is_some() {
+            // (the last one stands for those that are missing)
+            let four = |own: &[Own]| {
+                let number = |k: usize| std::array::from_fn(|lane| own[lane.min(own.len() - 1)].constants[k]);
+                (0..own[0].constants.len()).map(number).collect()
+            };
+            self.fours = self.own.chunks(LANES).map(four).collect();
+        }
     }
 
     fn moved(&self, place: &dyn Fn(i32) -> i32) -> Box<dyn Class> {
@@ -324,7 +406,7 @@ impl Class for Compiled {
     fn bend(&self, k: usize, port: usize) -> f64 {
         let mut limited = self.program.limited.iter().zip(&self.own[k].arguments);
         let junction = limited.find(|((p, limiter), _)| *p == port && *limiter == Limiter::Junction);
-        junction.map_or(f64::INFINITY, |(_, arguments)| arguments[0])
+        junction.map_or(f64::INFINITY, |(_, (arguments, _))| arguments[0])
     }
 
     fn values(&self, x: &[f64], gmin: f64, f: &mut [f64], q: &mut [f64]) {
@@ -346,18 +428,7 @@ impl Class for Compiled {
     }
 
     fn linearise(&self, asked: &Asked, held: &mut [f64], lines: &mut [f64]) -> Met {
-        let mut met = Met::default();
-        let groups = held.chunks_mut(self.ports().max(1) * LANES).zip(lines.chunks_mut(self.numbers() * LANES));
-        self.with_scratch(|s| {
-            for (n, (held, lines)) in groups.enumerate() {
-                for k in n * LANES..((n + 1) * LANES).min(self.own.len()) {
-                    let (moved, apart) = self.one(k, asked, held, lines, s);
-                    met.moved |= moved;
-                    met.apart |= apart;
-                }
-            }
-        });
-        met
+        self.with_scratch(|s| self.groups(asked, held, lines, s))
     }
 
     fn start(&self, held: &mut [f64]) {
@@ -384,7 +455,7 @@ impl Class for Compiled {
             line.q.extend(program.currents.iter().map(|c| value(c.q)));
             for slope in &program.slopes {
                 let at = slope.branch * ports + slope.port;
-                (line.g[at], line.c[at]) = (value(slope.g), value(slope.c));
+                (line.g[at], line.c[at]) = (out[slope.g], value(slope.c));
             }
         });
     }

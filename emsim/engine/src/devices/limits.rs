@@ -72,8 +72,12 @@ pub fn gate(new: f64, old: f64, threshold: f64) -> (f64, bool) {
     (to, to != new)
 }
 
-/// SPICE's limvds: the drain of a transistor.
+/// SPICE's limvds: the drain of a transistor, which may as well be its source.
 pub fn drain(new: f64, old: f64) -> (f64, bool) {
+    if old < 0.0 {
+        let (to, moved) = drain(-new, -old);
+        return (-to, moved);
+    }
     let to = if old >= 3.5 {
         if new > old {
             new.min(3.0 * old + 2.0)
@@ -121,6 +125,15 @@ impl Limiter {
             return Err(format!("$limit: {name} wants {wants} arguments, it has {arguments}"));
         }
         Ok(limiter)
+    }
+
+    /// A change of voltage that is never limited.
+    pub fn quiet(self, arguments: &[f64]) -> f64 {
+        match self {
+            Limiter::Junction => (2.0 * arguments[0]).min(1.0),
+            Limiter::Gate | Limiter::Drain => 0.5,
+            Limiter::Logarithmic => arguments[0],
+        }
     }
 
     #[inline]

@@ -11,7 +11,7 @@ use super::class::{Link, Shape};
 use super::limits::Limiter;
 use crate::derive;
 use crate::graph::{Graph, Id, Node};
-use crate::tape::{Inputs, Tape};
+use crate::tape::{Four, Inputs, Tape};
 use crate::veriloga::folded::{self, Folded, GMIN, SOURCE_SCALE};
 use std::collections::{BTreeMap, HashMap};
 use std::sync::OnceLock;
@@ -42,7 +42,7 @@ pub struct Current {
 pub struct Slope {
     pub branch: usize,
     pub port: usize,
-    pub g: Option<usize>,
+    pub g: usize,
     pub c: Option<usize>,
 }
 
@@ -78,6 +78,8 @@ pub struct Program {
     pub lines: Tape,
     /// ... and currents and charges alone: i, q of each branch.
     pub values: Tape,
+    /// `lines` on four instances at once, where there is machine code for that
+    pub four: Option<Four>,
     tell: OnceLock<Tape>,
     constants: usize,
 }
@@ -348,7 +350,7 @@ impl Program {
             for p in 0..count {
                 let link = shape.link(j, p);
                 if link.current || link.charge {
-                    let g = link.current.then(|| put(slopes_of[2 * j][p]));
+                    let g = put(slopes_of[2 * j][p]);
                     let c = link.charge.then(|| put(slopes_of[2 * j + 1][p]));
                     slopes.push(Slope { branch: j, port: p, g, c });
                 }
@@ -378,6 +380,7 @@ impl Program {
             flows,
             told,
             prologue,
+            four: lines.four(),
             lines,
             values,
             tell: OnceLock::new(),

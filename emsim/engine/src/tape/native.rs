@@ -1,11 +1,12 @@
 //! Straight-line machine code for a tape: by an encoder of our own for x86-64 with AVX2 and FMA, by Cranelift elsewhere
 //! (`cranelift.rs`). Where there is neither the tape is interpreted. `Code` chooses, and EMSIM_CODE may.
 //!
-//! Our own code: //! Every instruction of the tape becomes one machine instruction on scalar doubles, in the tape's order and with its
+//! Our own code: every instruction of the tape becomes one machine instruction on scalar doubles, in the tape's order and with its
 //! rounding (no fused multiply-add), so both ways give the same numbers to the bit. An operand that is needed again stays in a
 //! register, or waits in the workspace (`values.rs`). Functions of the mathematical library are calls (`calls.rs`), before
 //! which everything that is still needed goes to the workspace. Sines and cosines stand in the code itself, those of up to four
-//! arguments side by side (`sines.rs`). Instructions take as few bytes as will do (`encode.rs`).
+//! arguments side by side (`sines.rs`). The same program runs on four sets of numbers when it is `wide`: every register, every place in memory
+//! is four numbers then. Instructions take as few bytes as will do (`encode.rs`).
 //!
 //!   registers:  xmm0-13 values   xmm14, 15 scratch   the others in `encode.rs`
 use super::{Inputs, Instr, Op};
@@ -117,9 +118,20 @@ impl Native {
     pub fn new(part: &Part) -> Option<Native> {
         match Code::chosen() {
             #[cfg(all(target_arch = "x86_64", unix))]
-            Ok(Code::Native) => x86::program(part).map(Native::of),
+            Ok(Code::Native) => x86::program(part, false).map(Native::of),
             #[cfg(cranelift)]
             Ok(Code::Cranelift) => cranelift::program(part).map(Native::of),
+            _ => None,
+        }
+    }
+
+    /// The program on four sets of numbers side by side: of all that it reads and writes, four numbers are one; by our own encoder
+    /// alone.
+    #[allow(unused_variables)]
+    pub fn four(part: &Part) -> Option<Native> {
+        match Code::chosen() {
+            #[cfg(all(target_arch = "x86_64", unix))]
+            Ok(Code::Native) => x86::program(part, true).map(Native::of),
             _ => None,
         }
     }
@@ -168,9 +180,10 @@ mod x86 {
     }
 
     /// Entry, code, and length of the workspace that it wants. None where the system forbids executable memory.
-    pub fn program(part: &Part) -> Option<(Entry, Held, u32)> {
+    /// `wide`: on four numbers for each.
+    pub fn program(part: &Part, wide: bool) -> Option<(Entry, Held, u32)> {
         let functions: Box<[Fun]> = part.functions.into();
-        let mut writer = Writer::new(part, &functions);
+        let mut writer = Writer::new(part, &functions, wide);
         writer.write()?;
         let (code, length) = (writer.out, writer.length);
         held(&code, length, functions, Box::default())
@@ -180,7 +193,7 @@ mod x86 {
     pub fn sequence(part: &Part, moves: &[Move], width: usize, y: usize, h: usize) -> Option<(Entry, Held, u32)> {
         let functions: Box<[Fun]> = part.functions.into();
         let coefficients: Box<[f64]> = moves.iter().flat_map(|m| m.row).map(|c| c.1).collect();
-        let mut writer = Writer::new(part, &functions);
+        let mut writer = Writer::new(part, &functions, false);
         writer.sequence(moves, &coefficients, width, y, h)?;
         let (code, length) = (writer.out, writer.length);
         held(&code, length, functions, coefficients)
@@ -234,12 +247,15 @@ mod x86 {
         pub results: Vec<bool>,           // that have been written
         pub wanted: Vec<(u32, u32)>,      // slot and number of each result, by slot
         pub aside: Vec<Aside>,
-        pub calls: bool, // of the library, on the straight way
+        pub calls: bool,         // of the library, on the straight way
+        pub wide: bool,          // four numbers in each register
+        pub second: Option<u32>, // place of the second arguments of functions, when wide
     }
 
     /// Is it a function of the library?
-    fn is_call(i: &Instr) -> bool {
+    fn is_call(i: &Instr, wide: bool) -> bool {
         match i.op {
+            Op::Sin | Op::Cos => wide,
             Op::Powi => !(2..=8).contains(&(i.b as i32)),
             op => matches!(op, Op::Exp | Op::Call | Op::Pow | Op::Atan2),
         }
@@ -253,7 +269,7 @@ mod x86 {
     }
 
     impl<'a> Writer<'a> {
-        fn new(part: &'a Part<'a>, functions: &'a [Fun]) -> Writer<'a> {
+        fn new(part: &'a Part<'a>, functions: &'a [Fun], wide: bool) -> Writer<'a> {
             let n = part.code.len();
             let own = |slot: u32| (slot as usize).checked_sub(part.first);
             let mut ahead = vec![(0, 0); n];
@@ -299,7 +315,9 @@ mod x86 {
                 results: vec![false; part.results.len()],
                 wanted,
                 aside: Vec::new(),
-                calls: part.code.iter().any(is_call),
+                calls: part.code.iter().any(|i| is_call(i, wide)),
+                wide,
+                second: None,
             }
         }
 
@@ -378,7 +396,8 @@ mod x86 {
                     let ra = self.load(i.a, &[]);
                     self.release(k);
                     let r = self.target(k, ra, &[ra]);
-                    self.vex(0x51, F2, 1, r, ra, Place::Register(ra));
+                    // (of packed numbers it has no second operand)
+                    self.vex(0x51, F2, 1, r, if self.wide { 0 } else { ra }, Place::Register(ra));
                     self.done(k);
                 }
                 Op::Select => {
@@ -395,7 +414,7 @@ mod x86 {
                     self.out.push(MASK << 4);
                     self.done(k);
                 }
-                Op::Powi if !is_call(&i) => {
+                Op::Powi if !is_call(&i, self.wide) => {
                     // square and multiply in the order of the library's powi
                     let ra = self.load(i.a, &[]);
                     self.release(k);
@@ -420,8 +439,10 @@ mod x86 {
                     self.vex(0x28, P66, 1, r, 0, Place::Register(ZERO));
                     self.done(k);
                 }
+                Op::Sin | Op::Cos if self.wide => self.function_of_four(k),
                 Op::Sin | Op::Cos if self.called[k] => self.release(k),
                 Op::Sin | Op::Cos => self.sines_cosines(k),
+                Op::Exp | Op::Call | Op::Powi | Op::Pow | Op::Atan2 if self.wide => self.function_of_four(k),
                 Op::Exp | Op::Call | Op::Powi | Op::Pow | Op::Atan2 => self.function(k),
                 Op::Free => return None,
             }

@@ -5,7 +5,7 @@
 //!   workspace   unknowns   waves   results   flags   time   tables   stack
 //!   rdi         rsi        rdx     rcx       r8      r9     rax      rsp
 //!   rbx         rbp        r13     r12       r14     r15    rax      rsp     with calls
-use super::x86::{Base, Place, Writer, DOUBLE};
+use super::x86::{Base, Place, Writer, DOUBLE, P66, WIDE};
 
 /// The first five of them point so many bytes behind the first number: twice as many numbers are within reach of a displacement
 /// of one byte.
@@ -35,6 +35,9 @@ impl Writer<'_> {
     }
 
     pub fn leave(&mut self) {
+        if self.wide {
+            self.out.extend([0xc5, 0xf8, 0x77]); // vzeroupper
+        }
         if self.calls {
             self.out.extend([0x48, 0x83, 0xc4, 8, 0x41, 0x5f, 0x41, 0x5e, 0x41, 0x5d, 0x41, 0x5c, 0x5d, 0x5b]);
         }
@@ -55,6 +58,13 @@ impl Writer<'_> {
         }
     }
 
+    /// Address of a place in the workspace into rdi or rsi, while the library is called.
+    pub fn address(&mut self, to: u8, index: u32) {
+        let displacement = (index as i32).wrapping_mul(32).wrapping_sub(BEGIN);
+        self.out.extend([0x48, 0x8d, 0x80 | to << 3 | KEPT[Base::Work as usize]]); // lea
+        self.out.extend(displacement.to_le_bytes());
+    }
+
     /// A base register that points so many bytes further.
     pub fn advance(&mut self, base: Base, by: i32) {
         let r = self.number(base);
@@ -71,11 +81,12 @@ impl Writer<'_> {
 
     /// One VEX instruction:  reg <- op(second, rm).
     pub fn vex(&mut self, opcode: u8, prefix: u8, map: u8, reg: u8, second: u8, rm: Place) {
+        let (prefix, size) = if self.wide { (P66 | WIDE, 32) } else { (prefix, 8) };
         let (base, displacement) = match rm {
             Place::Register(r) => (r, None),
             Place::Memory { base, index } => {
                 let begin = if POINTERS.contains(&base) { BEGIN } else { 0 };
-                (self.number(base), Some((index as i32).wrapping_mul(8).wrapping_sub(begin)))
+                (self.number(base), Some((index as i32).wrapping_mul(size).wrapping_sub(begin)))
             }
         };
         let inverted = |r: u8| u8::from(r < 8);
