@@ -41,7 +41,6 @@ PRINT_KINDS = frozenset(("tran", "op", "ac", "dc", "noise", "tf", "disto", "sens
 _OF_THE_CIRCUIT = {
     "connect": "give both nodes one name",
     "alter": "write a deck for each case, or .param and -D name=value",
-    "hdl": "Verilog-A models cannot be loaded; take a .model",
     "loadbias": "set the voltages with .nodeset",
 }
 BESIDE = (
@@ -119,6 +118,11 @@ class DotCards(Cards):
         rest = line.text[ch[1].start_pos : code_end(line.text)[0]] if len(ch) > 1 else ""
         if kind == "title":
             self.deck.title = rest
+        elif kind == "hdl":
+            if len(ch) < 2:
+                hint = 'form: .hdl "file.va"'
+                raise LineError(Diagnostic("error", "E118", ".hdl names no file", line.whole, hint))
+            return Dot("hdl", _unquoted(rest.strip()), line.whole)
         elif kind in _OF_THE_CIRCUIT:
             hint = _OF_THE_CIRCUIT[kind]
             raise LineError(Diagnostic("error", "E113", f".{kind} is not supported", line.span(ch[0]), hint))

@@ -197,6 +197,7 @@ class FlatDeck:
         "machine",
         "measures",
         "models",
+        "modules",
         "nodesets",
         "option_spans",
         "options",
@@ -220,6 +221,7 @@ class FlatDeck:
         self.elements: list[Element] = []
         self.machine: list[MachineCard] = []
         self.models: dict[str, Model] = {}
+        self.modules: dict[str, Any] = {}  # of Verilog-A, from files that .hdl names
         self.options: dict[str, float | str | bool] = {}
         self.option_spans: dict[str, Span] = {}
         self.params: dict[str, float] = {}  # of the top level

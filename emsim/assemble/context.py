@@ -81,6 +81,7 @@ class Context:
         self._waves: dict[str, int] = {}
         self._ddts: dict[int, int] = {}
         self._flag_count = 0
+        self.checked: set[str] = set()  # names of models whose parameters have been looked at
         self._remarked: set[str] = set()
         self._compiler: Compiler | None = None
 

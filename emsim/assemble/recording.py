@@ -124,6 +124,13 @@ class Recorder:
         return series
 
 
+    def module(self, texts: Any, module: str, name: str, nodes: Sequence[int], model: Any, instance: Any, *rest: Any) -> Any:
+        said = self._builder.module(texts, module, name, nodes, model, instance, *rest)
+        branches = self._builder.device_branches(name)
+        self.devices.append(Placed(module, name, branches, model, instance, rest[0], rest[1]))
+        return said
+
+
 class Recording(Context):
     """The context of a deck that is to be explained."""
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 
 from ..build import read_file
-from ..deck import Deck, Include
+from ..deck import Deck, Dot, Include
 from ..diagnostics import Sink, suggest
 from ..source import MOST_BYTES
 
@@ -76,6 +76,30 @@ class Files:
             )
             return [], chain
         return deck.sections[card.section], (*chain, link)
+
+    def modules(self, card: Dot, known: dict[str, Any]) -> None:
+        """The Verilog-A modules of a file that .hdl names; of a library compiled for ngspice (x.osdi) the text beside it."""
+        from ..elements.modules import ModuleError, read, where
+
+        base = os.path.dirname(card.span.file.path) if card.span.file.path else "."
+        given = str(card.items).replace("\0", "")
+        path = os.path.normpath(os.path.join(base, os.path.expanduser(given)))
+        if path.endswith(".osdi"):
+            path = path[: -len("osdi")] + "va"
+        if path not in self.named:
+            self.named.append(path)
+        try:
+            found = read(path)
+        except ModuleError as trouble:
+            for message in trouble.messages:
+                self.sink.error("E154", message["text"] + where(message), card.span, message["hint"] or None)
+            return
+        except OSError as error:
+            near = suggest(os.path.basename(path), _listing(os.path.dirname(path) or "."))
+            hint = f"did you mean `{near}`?" if near else f"looked for {path}"
+            self.sink.error("E501", f"cannot read {given}: {error.strerror or error}", card.span, hint)
+            return
+        known.update({module.name.lower(): module for module in found})
 
     def _too_much(self, card: Include, most: str) -> None:
         hint = "a file that several others need is included once, by the deck"

@@ -216,12 +216,16 @@ class _Flattener:
                 out.append(card)
         return conditions
 
-    def included(self, card: Include, chain: tuple[str, ...]) -> tuple[list[Any], tuple[str, ...]]:
+    @property
+    def reader(self) -> Files:
         if self.files is None:
             from .files import Files
 
             self.files = Files(self.sink, self.flat.sources, self.deck.named)
-        return self.files.cards(card, chain)
+        return self.files
+
+    def included(self, card: Include, chain: tuple[str, ...]) -> tuple[list[Any], tuple[str, ...]]:
+        return self.reader.cards(card, chain)
 
     def declare_subckt(self, card: Subckt, scope: DeckScope, chain: tuple[str, ...]) -> None:
         known = scope.subckts.get(card.name)
@@ -403,7 +407,9 @@ class _Flattener:
 
     def dot(self, card: Dot, level: Level) -> None:
         flat, scope = self.flat, level.scope
-        if card.kind in ("ic", "nodeset"):
+        if card.kind == "hdl":
+            self.reader.modules(card, flat.modules)
+        elif card.kind in ("ic", "nodeset"):
             target = flat.ics if card.kind == "ic" else flat.nodesets
             for node, value, span in card.items:
                 target.append((level.node(node, span), as_float(value, scope), span))

@@ -23,6 +23,15 @@ LEAST_WORD = 4
 UNITS = ("ohm", "ohms", "farad", "farads", "henry", "henries", "f", "h", "volt", "volts", "v", "a")
 
 
+TINY = 1e-12  # lengths that differ by less are one [m]
+
+
+def _bins(scope: DeckScope, name: str) -> list[str]:
+    """Models name.1, name.2, ... in the order of the text."""
+    start = name + "."
+    return [m for m in scope.all_models() if m.startswith(start) and m[len(start) :].isdigit()]
+
+
 class Models:
     """Finds and evaluates models; every one that is found stands in `flat.models` under its flat name."""
 
@@ -76,7 +85,7 @@ class Models:
         """The model of R C L D S W; problems go to the sink."""
         name = e.model_name
         assert name is not None
-        model = self.at(name, level.scope)
+        model = self.at(name, level.scope) or self._of_its_bin(e, name, level)
         if model is None:
             self._missing(e, name, level)
             return None
@@ -90,6 +99,24 @@ class Models:
             )
             return None
         return model
+
+    def _of_its_bin(self, e: Element, name: str, level: Level) -> Model | None:
+        """Of the models name.1, name.2, ... the one for the element's l and w, as in ngspice: lmin <= l < lmax, wmin <= w < wmax."""
+        bins = [m for word in _bins(level.scope, name) if (m := self.at(word, level.scope)) is not None]
+        if not bins:
+            return None
+        size = {key: e.number(key, float(bins[0].params.get(key, 1e-4))) for key in ("l", "w")}
+
+        def fits(model: Model, key: str) -> bool:
+            low, high = (model.params.get(key + end, bound) for end, bound in (("min", 0.0), ("max", 1e30)))
+            return float(low) - TINY <= size[key] < float(high) + TINY
+
+        for model in bins:
+            if fits(model, "l") and fits(model, "w"):
+                return model
+        said = f"`{e.name}` has l = {size['l']:g}, w = {size['w']:g}: no bin of `{name}` holds these"
+        self.sink.error("E143", said, e.model_span or e.span, f"{len(bins)} models {name}.* say lmin lmax wmin wmax")
+        return bins[0]
 
     def _missing(self, e: Element, name: str, level: Level) -> None:
         if e.value_or_model and e.value is None:
@@ -138,7 +165,7 @@ class Models:
             return
         for i in range(first, len(words)):
             word = words[i]
-            if isinstance(word, str) and level.scope.find_model(word) is not None:
+            if isinstance(word, str) and (level.scope.find_model(word) is not None or _bins(level.scope, word)):
                 e.model_name, e.model_span = word, spans[i]
                 e.model = self.of_element(e, level)
                 e.nodes = [level.node(str(w), s) for w, s in zip(words[:i], spans, strict=False)]

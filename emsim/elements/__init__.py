@@ -13,14 +13,19 @@ from .f import CurrentByCurrent
 from .g import CurrentByVoltage
 from .h import VoltageByCurrent
 from .i import CurrentSource
+from .j import Jfet
 from .k import Coupling
 from .l import Inductor
 from .later import LATER
+from .m import Mosfet
+from .n import OfModule
+from .q import Bipolar
 from .r import Resistor
 from .s import VoltageSwitch
 from .v import VoltageSource
 from .w import CurrentSwitch
 from .x import Use
+from .z import Mesfet
 
 ELEMENTS: tuple[type[Element], ...] = (
     Resistor,
@@ -37,6 +42,11 @@ ELEMENTS: tuple[type[Element], ...] = (
     VoltageSwitch,
     CurrentSwitch,
     Diode,
+    Bipolar,
+    Jfet,
+    Mosfet,
+    Mesfet,
+    OfModule,
     Use,
 )
 

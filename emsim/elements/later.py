@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from .base import Element, ignored
+from .base import Element
 
 
 class Later(Element):
@@ -18,29 +18,12 @@ class CodeModel(Later):
     letter, what, least = "a", "XSPICE code model", 0
 
 
-class Jfet(Later):
-    letter, what, model_types, instance = "j", "JFET", ("njf", "pjf"), ignored("m")
-
-
-class Mosfet(Later):
-    letter, what, usual, instance = "m", "MOSFET", 4, ignored("m")
-    model_types = ("nmos", "pmos", "vdmos", "vdmosn", "vdmosp", "nsoi", "psoi")
-
-
-class Compiled(Later):
-    letter, what, least = "n", "OSDI model", 0
-
-
 class LossyLine(Later):
     letter, what, model_types, least = "o", "lossy line", ("ltra",), 4
 
 
 class CoupledLines(Later):
     letter, what, model_types, least = "p", "coupled lines", ("cpl",), 0
-
-
-class Bipolar(Later):
-    letter, what, model_types, instance = "q", "bipolar transistor", ("npn", "pnp", "lpnp"), ignored("m")
 
 
 class TransmissionLine(Later):
@@ -55,10 +38,4 @@ class SingleLine(Later):
     letter, what, model_types, least = "y", "lossy line", ("txl",), 0
 
 
-class Mesfet(Later):
-    letter, what, model_types = "z", "MESFET", ("nmf", "pmf", "nhfet", "phfet")
-
-
-LATER: tuple[type[Element], ...] = (
-    CodeModel, Jfet, Mosfet, Compiled, LossyLine, CoupledLines, Bipolar, TransmissionLine, RcLine, SingleLine, Mesfet,
-)  # fmt: skip
+LATER: tuple[type[Element], ...] = (CodeModel, LossyLine, CoupledLines, TransmissionLine, RcLine, SingleLine)

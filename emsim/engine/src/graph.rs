@@ -206,8 +206,8 @@ impl Graph {
         self.intern(Node::Symbol(self.symbols))
     }
 
-    /// The symbol of that number.
-    pub fn given(&mut self, k: u32) -> Id {
+    /// The symbol of this number.
+    pub fn symbol_of(&mut self, k: u32) -> Id {
         self.symbols = self.symbols.max(k);
         self.intern(Node::Symbol(k))
     }

@@ -22,6 +22,7 @@ pub struct Compiled {
     key: Arc<Key>,
     program: Arc<Program>,
     seats: Vec<Seat>,
+    numbers: HashMap<String, usize>,
     own: Vec<Own>,
     wires: Vec<Wires>,
     /// constants of up to four instances, side by side; none where there is no code for that
@@ -85,8 +86,8 @@ impl Compiled {
         let mut slope_of = vec![None; program.shape.links.len()];
         program.slopes.iter().enumerate().for_each(|(k, s)| slope_of[s.branch * ports + s.port] = Some(k));
         let kind = format!("module {}", program.module);
-        let (seats, own, wires, fours) = Default::default();
-        Compiled { kind, key, program, seats, own, wires, fours, slope_of, scratch: Mutex::new(None) }
+        let (seats, numbers, own, wires, fours) = Default::default();
+        Compiled { kind, key, program, seats, numbers, own, wires, fours, slope_of, scratch: Mutex::new(None) }
     }
 
     pub fn is_of(&self, key: &Key) -> bool {
@@ -95,6 +96,25 @@ impl Compiled {
 
     pub fn program(&self) -> &Program {
         &self.program
+    }
+
+    /// The instance of that name.
+    pub fn number(&self, name: &str) -> Option<usize> {
+        self.numbers.get(name).copied()
+    }
+
+    /// An operating-point value of instance k as an expression of the system's unknowns.
+    pub fn output_symbol(&self, k: usize, word: &str, g: &mut Graph, gmin: f64) -> Option<Id> {
+        let number = self.program.outputs.iter().position(|o| o[0].eq_ignore_ascii_case(word))?;
+        let seat = &self.seats[k];
+        let mut node = |k: usize| match usize::try_from(seat.nodes[k]) {
+            Ok(unknown) => g.unknown(unknown as u32),
+            Err(_) => g.constant(0.0),
+        };
+        let ends: Vec<(Id, Id)> = self.program.shape.ports.iter().map(|&(p, n)| (node(p), node(n))).collect();
+        let v: Vec<Id> = ends.into_iter().map(|(p, n)| g.sub(p, n)).collect();
+        let gmin = g.constant(gmin);
+        Some(self.program.output_symbol(number, &self.own[k].constants, g, &v, gmin))
     }
 
     /// An instance more; `inner` makes an unknown of that name and kind.
@@ -119,6 +139,7 @@ impl Compiled {
         };
         let arguments = arguments.into_iter().zip(&program.limited).map(quiet).collect();
         self.own.push(Own { constants, arguments, start });
+        self.numbers.insert(name.to_string(), self.seats.len());
         self.seats.push(Seat { name: name.to_string(), nodes, rows, series: Vec::new() });
     }
 
@@ -389,6 +410,7 @@ impl Class for Compiled {
         let mut other = Compiled::running(self.key.clone(), self.program.clone());
         other.own.clone_from(&self.own);
         other.seats.clone_from(&self.seats);
+        other.numbers.clone_from(&self.numbers);
         for seat in &mut other.seats {
             seat.nodes.iter_mut().chain(seat.rows.as_flattened_mut()).for_each(|k| *k = place(*k));
         }

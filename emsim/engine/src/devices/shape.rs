@@ -410,15 +410,24 @@ impl Program {
         self.told.len() - self.outputs.len() + k
     }
 
-    /// Currents and charges in another graph, with an instance's constants.
-    pub fn symbols(&self, constants: &[f64], g: &mut Graph, v: &[Id], gmin: Id) -> Vec<(Id, Id)> {
-        let outs: Vec<Id> = self.flows.iter().flat_map(|f| [f.0, f.1]).collect();
-        let images = copied(&self.graph, &outs, g, |node, g| match node {
+    fn in_graph(&self, outs: &[Id], constants: &[f64], g: &mut Graph, v: &[Id], gmin: Id) -> Vec<Id> {
+        copied(&self.graph, outs, g, |node, g| match node {
             Node::Unknown(p) => Some(v.get(p as usize).copied().unwrap_or(gmin)),
             Node::Wave(k) => Some(g.constant(constants[k as usize])),
             Node::Const(bits) => Some(g.constant(f64::from_bits(bits))),
             _ => None,
-        });
+        })
+    }
+
+    /// An operating-point value in another graph.
+    pub fn output_symbol(&self, number: usize, constants: &[f64], g: &mut Graph, v: &[Id], gmin: Id) -> Id {
+        self.in_graph(&[self.told[self.output(number)]], constants, g, v, gmin)[0]
+    }
+
+    /// Currents and charges in another graph, with an instance's constants.
+    pub fn symbols(&self, constants: &[f64], g: &mut Graph, v: &[Id], gmin: Id) -> Vec<(Id, Id)> {
+        let outs: Vec<Id> = self.flows.iter().flat_map(|f| [f.0, f.1]).collect();
+        let images = self.in_graph(&outs, constants, g, v, gmin);
         images.chunks_exact(2).map(|pair| (pair[0], pair[1])).collect()
     }
 }

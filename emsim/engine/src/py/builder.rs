@@ -1,8 +1,10 @@
 //! `Builder`: collects the contributions of one deck and compiles them.
 use super::expr::{lock, Expr, SharedGraph};
 use super::system::System;
+use super::veriloga::{self, VerilogA};
 use crate::assembly;
 use crate::derive;
+use crate::devices::compiled::Compiled;
 use crate::devices::Climate;
 use crate::graph::{Fun, Id, Node};
 use crate::model::{Form, Law, LawSpec};
@@ -409,6 +411,48 @@ impl Builder {
         Ok(series.iter().map(|s| (s.terminal, s.inner, s.conductance)).collect())
     }
 
+    /// An instance of a Verilog-A module between `nodes`, -1 being ground, with its inner unknowns; `connected`: so many terminals stand in
+    /// the deck. Returns what the module said.
+    #[pyo3(signature = (modules, module, name, nodes, model, instance, temp_c=27.0, tnom_c=27.0, m=1.0, off=false, connected=usize::MAX))]
+    #[allow(clippy::too_many_arguments)]
+    fn module(
+        &mut self,
+        py: Python<'_>,
+        modules: &VerilogA,
+        module: &str,
+        name: &str,
+        nodes: Vec<i64>,
+        model: HashMap<String, Bound<'_, PyAny>>,
+        instance: HashMap<String, Bound<'_, PyAny>>,
+        temp_c: f64,
+        tnom_c: f64,
+        m: f64,
+        off: bool,
+        connected: usize,
+    ) -> PyResult<Vec<String>> {
+        let rows = nodes.into_iter().map(|k| Ok(self.row(k)?.map_or(-1, |k| k as i32)));
+        let nodes = rows.collect::<PyResult<Vec<i32>>>()?;
+        let given = veriloga::given([model, instance], [temp_c, tnom_c], m, connected)?;
+        let folded = veriloga::folded(modules, py, module, &given)?;
+        self.model()?.add_module(module, name, &nodes, &folded, (m, off)).map_err(PyValueError::new_err)?;
+        Ok(folded.said)
+    }
+
+    /// Names, units and meanings of the operating-point values of a module's instance.
+    fn module_outputs(&mut self, name: &str) -> PyResult<Vec<(String, String, String)>> {
+        let (class, _) = self.compiled(name)?;
+        Ok(class.program().outputs.iter().map(|[name, unit, meaning]| (name.clone(), unit.clone(), meaning.clone())).collect())
+    }
+
+    /// An operating-point value of a module's instance as an expression.
+    #[pyo3(signature = (name, output, gmin=0.0))]
+    fn module_output(&mut self, name: &str, output: &str, gmin: f64) -> PyResult<Option<Expr>> {
+        let graph = self.graph.clone();
+        let (class, k) = self.compiled(name)?;
+        let id = class.output_symbol(k, output, &mut lock(&graph), gmin);
+        Ok(id.map(|id| self.expr(id)))
+    }
+
     /// Of an instance: the nodes that each current goes from and to (-1: ground), and whether charge goes with it.
     fn device_branches(&mut self, name: &str) -> PyResult<Vec<(i32, i32, bool)>> {
         for class in &self.model()?.classes {
@@ -550,6 +594,14 @@ impl Builder {
 }
 
 impl Builder {
+    /// The class of a module's instance, and its number there.
+    fn compiled(&mut self, name: &str) -> PyResult<(&Compiled, usize)> {
+        let classes = self.model()?.classes.iter_mut().filter_map(|c| c.compiled());
+        let mut found = classes.filter_map(|c| Some((c.number(name)?, c)));
+        let (k, class) = found.next().ok_or_else(|| PyKeyError::new_err(name.to_string()))?;
+        Ok((class, k))
+    }
+
     fn pairs(&self, map: Vec<(Bound<'_, PyAny>, Bound<'_, PyAny>)>) -> PyResult<Vec<(Id, Id)>> {
         map.iter().map(|(a, b)| Ok((Expr::operand(&self.graph, a)?, Expr::operand(&self.graph, b)?))).collect()
     }

@@ -1,0 +1,260 @@
+"""What elements share whose law is a module of Verilog-A (Q J M Z N): the engine has the module's currents and charges."""
+
+from __future__ import annotations
+
+from ..diagnostics import suggest
+from .base import TEMPERATURE, Element, M, Param
+from .modules import Module, shipped, where
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Sequence
+    from typing import Any, ClassVar
+
+    from .._engine import Expr
+    from ..assemble.accounts import Accounts
+    from ..assemble.context import Context
+    from ..deck import Model
+    from ..diagnostics import Span
+    from .base import Path
+
+START = {"off": Param("off at the start"), "ic": Param()}
+# of every .model, whatever its module knows
+HARMLESS = frozenset(
+    """level version mfg vendor type icrating vceo vds_max vgs_max vbs_max vbd_max vgb_max vgsr_max vgbr_max vbsr_max vbdr_max
+    id_max ic_max ib_max pd_max te_max rth0 cth0 lmin lmax wmin wmax ron qg vds""".split()
+)
+
+
+class Compiled(Element):
+    """`sorts`: word of .model -> (module, its `type`); `levels`: level -> module, or words in capitals for one that users have."""
+
+    __slots__ = ("module", "sign")
+    behind = ("model",)
+    flags = ("off",)
+    is_metered = True
+    jumps = 10
+    instance: ClassVar[dict[str, Param]] = {**M, **TEMPERATURE, **START}
+    sorts: ClassVar[dict[str, tuple[str, float]]] = {}
+    levels: ClassVar[dict[int, str]] = {}
+    currents: ClassVar[tuple[str, ...]] = ()  # of the terminals, as @name[..] has them
+    at_ground: ClassVar[bool] = False  # terminals that are left out
+
+    module: Module | None
+    sign: float
+
+    @classmethod
+    def shown(cls) -> list[Module]:
+        """The modules that its tables tell of."""
+        names = dict.fromkeys([*(m for m, _ in cls.sorts.values()), *cls.levels.values()])
+        return [m for name in names if name and (m := shipped(name)) is not None]
+
+    @classmethod
+    def model_table(cls) -> list[tuple[list[str], str, float, str]]:
+        rows: dict[str, tuple[list[str], str, float, str]] = {}
+        for module in cls.shown():
+            for row in module.rows():
+                if row[0][0] != "type":
+                    rows.setdefault(row[0][0], row)
+        return list(rows.values())
+
+    # ---- which module ----
+
+    def find(self, ctx: Context) -> Module | None:
+        """The module of its model, and what its .model's word makes of `type`; what is missing is reported."""
+        assert self.model is not None
+        kind = self.model.type
+        loaded = ctx.flat.modules
+        sort = self.sorts.get(kind)
+        if sort is None:
+            self.sign = 0.0
+            module = loaded.get(kind) or shipped(kind)
+            if module is None:
+                near = suggest(kind, [*loaded, *_all()])
+                hint = f"did you mean `{near}`?" if near else 'write .hdl "file.va" with the module in it'
+                ctx.sink.error("E297", f"no module is called `{kind}`", self.model.span, hint)
+            return module
+        name, self.sign = sort
+        level = self.model.params.get("level")
+        if level is not None and level == level and name in self.levels.values():
+            known = self.levels.get(int(level)) if isinstance(level, (int, float)) else None
+            if known is None:
+                there = ", ".join(f"{k}" for k, v in self.levels.items() if shipped(v) is not None)
+                said = f".model `{self.model.name}`: {self.what} level {level:g} is not known"
+                ctx.sink.error("E297", said, self._at("level"), f"known levels: {there}")
+                return None
+            name = known
+        theirs = next((m for key, m in loaded.items() if key.lower().startswith(name)), None)
+        module = theirs or shipped(name)
+        if module is None:
+            said = f".model `{self.model.name}`: {self.what} level {level or 1:g} ({name.upper()}) is not among the devices here"
+            ctx.sink.error("E297", said, self._at("level"), f'write .hdl "{name}.va" with the public source of that model')
+        return module
+
+    def _at(self, word: str) -> Span:
+        assert self.model is not None
+        return self.model.param_spans.get(word, self.model.span)
+
+    # ---- its words ----
+
+    def known(self) -> Iterable[str]:
+        own = getattr(self, "module", None)
+        words = dict.fromkeys(self.instance)
+        if own is not None:
+            words.update(dict.fromkeys(key for key, p in own.parameters.items() if p["instance"]))
+        return words
+
+    def check(self, ctx: Context) -> None:
+        self.module = self.find(ctx) if self.model is not None else None
+        if self.model is not None and self.module is None:
+            return
+        super().check(ctx)
+        if self.params.get("ic") and any("uic" in analysis.flags for analysis in ctx.flat.analyses):
+            said = f"ic= of `{self.name}` (charges at the start) is not supported yet"
+            ctx.sink.error("E297", said, self.span, ".ic v(node)=value sets its nodes")
+        if self.module is not None and not self.fewest() <= len(self.nodes) <= len(self.module.terminals):
+            count = len(self.module.terminals)
+            ctx.sink.error(
+                "E109", f"`{self.name}` has {len(self.nodes)} nodes, `{self.module.name}` {count} terminals",
+                self.span, f"they are: {' '.join(self.module.terminals)}",
+            )  # fmt: skip
+            self.module = None
+
+    def _check_model(self, ctx: Context, model: Model) -> None:
+        module = self.module
+        if module is None or model.name in ctx.checked:
+            return
+        ctx.checked.add(model.name)
+        for name, value in list(model.params.items()):
+            at = model.param_spans.get(name, model.span)
+            known = module.parameters.get(name)
+            if known is None and name not in HARMLESS and not (value == 1.0 and name in self.words_of_model):
+                near = suggest(name, module.parameters)
+                ctx.sink.warning(
+                    "W284", f".model `{model.name}`: `{module.name}` takes no {name}=, it has no effect",
+                    at, hint=f"did you mean {near}=?" if near else None,
+                )  # fmt: skip
+            elif known is not None and isinstance(value, str) and not known["text"]:
+                ctx.sink.error(
+                    "E110", f"{name}= of .model `{model.name}` is no number: `{value}`", at,
+                    "write a number, or the name of a .param",
+                )  # fmt: skip
+                del model.params[name]
+
+    words_of_model: ClassVar[frozenset[str]] = frozenset()  # that stand in a .model without a value
+
+    # ---- the circuit's graph ----
+
+    def terminal_names(self) -> tuple[str, ...]:
+        return self.currents or tuple(f"i{k + 1}" for k in range(len(self.nodes)))
+
+    def branches(self, is_read: bool) -> Sequence[tuple[str, float]]:
+        """A 0 V branch before every terminal."""
+        return [(self._branch(k), 0.0) for k in range(len(self.nodes))] if is_read else ()
+
+    def _branch(self, k: int) -> str:
+        return f"{self.name}#{k}" if k else self.name
+
+    def paths(self) -> Sequence[Path]:
+        return [(0, k, "conducts") for k in range(1, len(self.nodes))]
+
+    # ---- equation (1) ----
+
+    def contribute(self, ctx: Context) -> None:
+        module = getattr(self, "module", None)
+        if module is None or self.model is None:
+            return
+        nodes = []
+        for k, name in enumerate(self.nodes):
+            p, br = ctx.node(name), ctx.branch(self._branch(k))
+            if br is not None:
+                inner = ctx.inner_node(f"{self.name}#{module.terminals[k]}")
+                ctx.b.g(p, br, 1.0)
+                ctx.b.g(inner, br, -1.0)
+                ctx.b.g(br, p, 1.0)
+                ctx.b.g(br, inner, -1.0)
+                p = inner
+            nodes.append(p)
+        for name in module.terminals[len(nodes) :]:
+            nodes.append(-1 if self.at_ground else ctx.inner_node(f"{self.name}#{name}"))
+        model = {
+            key: value for key, value in self.model.params.items()
+            if key in module.parameters and key not in ("temp", "dtemp")
+        }  # fmt: skip
+        if self.sign and "type" in module.parameters:
+            model["type"] = self.sign * self.polarity()
+        try:
+            said = ctx.b.module(
+                module.texts, module.name, self.name, nodes, model, self.given(ctx), self.temperature(ctx),
+                float(self.model.params.get("tnom", ctx.tnom)), self.number("m", 1.0), bool(self.params.get("off")),
+                len(self.nodes),
+            )  # fmt: skip
+        except ValueError as trouble:
+            self._told(ctx, trouble.args[0])
+            return
+        for text in said:
+            ctx.remark("W288", f"`{module.name}` says: {text}", self.model.span)
+
+    def polarity(self) -> float:
+        """What words of the .model turn about."""
+        return 1.0
+
+    def given(self, ctx: Context) -> dict[str, Any]:
+        """Parameters of the line that the module takes."""
+        assert self.module is not None
+        known = self.module.parameters
+        return {
+            key: float(value) for key, value in self.params.items()
+            if key in known and key not in ("m", "temp", "dtemp", "off", "ic") and isinstance(value, (int, float))
+        }  # fmt: skip
+
+    def _told(self, ctx: Context, told: str | list[dict[str, Any]]) -> None:
+        """What the module, or who puts it into the circuit, refused."""
+        assert self.model is not None and self.module is not None
+        head = f"`{self.name}`, .model `{self.model.name}`: "
+        if isinstance(told, str):
+            ctx.sink.error("E299", f"{head}{told}", self.model.span)
+            return
+        for message in told:
+            words = message["text"].replace("`", " ").replace("=", " ").split()
+            spans = self.model.param_spans
+            at = next((spans[w] for w in words if w in spans), self.model.span)
+            ctx.sink.error("E299", head + message["text"] + where(message), at, message["hint"] or None)
+
+    def flow(self, ctx: Context) -> Expr:
+        return self.current(ctx)
+
+    def current(self, ctx: Context, terminal: int = 0) -> Expr:
+        return ctx.b.x(ctx.branches[self._branch(terminal)])
+
+    def probe(self, ctx: Context, name: str) -> Expr | None:
+        """Currents of terminals, what the module describes of its operating point, its power, and what stands on its line."""
+        module = getattr(self, "module", None)
+        if module is None:
+            return ctx.b.const(0.0)
+        if name in ("i", "current"):
+            return self.current(ctx)
+        if name in self.currents[: len(self.nodes)]:
+            return self.current(ctx, self.currents.index(name))
+        if name in ("p", "power"):
+            return self._power(ctx)
+        if name in self.params and isinstance(self.params[name], (int, float)):
+            return ctx.b.const(float(self.params[name]))
+        return ctx.b.module_output(self.name, name, ctx.gmin)
+
+    def _power(self, ctx: Context) -> Expr:
+        total = ctx.b.const(0.0)
+        for k, node in enumerate(self.nodes):
+            total = total + ctx.v(node) * self.current(ctx, k)
+        return total
+
+    def account(self, ctx: Context, book: Accounts) -> None:
+        """The engine keeps heat and charges of all its currents. At an instant: all that goes in."""
+        if not book.engine:
+            book.dissipates(self, self._power(ctx))
+
+
+def _all() -> list[str]:
+    from .modules import names
+
+    return names()

@@ -1,0 +1,71 @@
+"""M: a MOSFET: Shichman and Hodges (devices/mos1.va), levels 2 and 3 (mos2.va, mos3.va), power transistors (vdmos.va)."""
+
+from __future__ import annotations
+
+from .base import Param
+from .compiled import Compiled
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+    from typing import Any, ClassVar
+
+    from ..assemble.context import Context
+    from .base import Path
+
+# options that stand for what the line leaves out
+DEFAULTS = {"l": "defl", "w": "defw", "ad": "defad", "as": "defas"}
+
+
+class Mosfet(Compiled):
+    __slots__ = ()
+    letter = "m"
+    what = "MOSFET"
+    form = "Mname drain gate source [bulk] model [l=] [w=] [ad=] [as=] [pd=] [ps=] [nrd=] [nrs=] [off] [ic=] [temp=] [m=]"
+    law = "id = kp w/l (vgs - vt - vds/2) vds (1 + lambda vds) below saturation: the module of its level"
+    terminals = ("drain", "gate", "source", "bulk", "tj", "tcase", "t7", "t8")
+    least = 3
+    usual = 4
+    sorts: ClassVar[dict[str, tuple[str, float]]] = {
+        "nmos": ("mos1", 1.0), "pmos": ("mos1", -1.0),
+        "vdmos": ("vdmos", 1.0), "vdmosn": ("vdmos", 1.0), "vdmosp": ("vdmos", -1.0),
+        "nsoi": ("bsimsoi", 1.0), "psoi": ("bsimsoi", -1.0),
+    }  # fmt: skip
+    levels: ClassVar[dict[int, str]] = {
+        1: "mos1", 2: "mos2", 3: "mos3", 4: "bsim1", 5: "bsim2", 6: "mos6", 8: "bsim3", 9: "mos9", 10: "bsimsoi", 14: "bsim4",
+        44: "ekv", 45: "psp", 49: "bsim3", 54: "bsim4", 58: "bsimsoi", 68: "hisim2", 69: "psp", 70: "bsimsoi", 72: "bsimcmg",
+        73: "hisim_hv", 77: "bsimbulk",
+    }  # fmt: skip
+    model_types = tuple(sorts)
+    words_of_model = frozenset(("nchan", "pchan"))
+    instance: ClassVar[dict[str, Param]] = {
+        **Compiled.instance,
+        "l": Param("length of the channel", "m", 1e-4), "w": Param("width of the channel", "m", 1e-4),
+        "ad": Param("area of the drain", "m^2", 0.0), "as": Param("area of the source", "m^2", 0.0),
+        "pd": Param("perimeter of the drain", "m", 0.0), "ps": Param("perimeter of the source", "m", 0.0),
+        "nrd": Param("squares of the drain", "", 1.0), "nrs": Param("squares of the source", "", 1.0),
+    }  # fmt: skip
+    current_name = "id"
+    currents = ("id", "ig", "is", "ib")
+
+    def paths(self) -> Sequence[Path]:
+        own: list[Path] = [(0, 2, "conducts"), (1, 2, "blocks")]
+        junctions: list[Path] = [(3, 2, "conducts"), (3, 0, "conducts")]
+        return [*own, *(junctions if len(self.nodes) > 3 else [])]
+
+    def polarity(self) -> float:
+        assert self.model is not None
+        return -1.0 if self.model.type == "vdmos" and self.model.params.get("pchan") else 1.0
+
+    def given(self, ctx: Context) -> dict[str, Any]:
+        assert self.module is not None
+        found = super().given(ctx)
+        for key, option in DEFAULTS.items():
+            value = ctx.flat.options.get(option)
+            if key not in found and key in self.module.parameters and isinstance(value, (int, float)):
+                found[key] = float(value)
+        scale = ctx.flat.options.get("scale", 1.0)
+        if isinstance(scale, (int, float)) and scale != 1.0:
+            powers = {"l": 1, "w": 1, "pd": 1, "ps": 1, "ad": 2, "as": 2}
+            found = {key: value * scale ** powers.get(key, 0) for key, value in found.items()}
+        return found

@@ -1,0 +1,39 @@
+"""Q: a bipolar transistor after Gummel and Poon (devices/bjt.va)."""
+
+from __future__ import annotations
+
+from .base import Param
+from .compiled import Compiled
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+    from typing import ClassVar
+
+    from .base import Path
+
+
+class Bipolar(Compiled):
+    __slots__ = ()
+    letter = "q"
+    what = "bipolar transistor"
+    form = "Qname collector base emitter [substrate] model [area] [off] [ic=] [temp=] [m=]"
+    law = "ic = (ibe - ibc)/qb - ..., charges of both junctions, resistances: the module bjt"
+    terminals = ("collector", "base", "emitter", "substrate")
+    least = 3
+    usual = 3
+    positional = ("area",)
+    sorts: ClassVar[dict[str, tuple[str, float]]] = {"npn": ("bjt", 1.0), "pnp": ("bjt", -1.0), "lpnp": ("bjt", -1.0)}
+    levels: ClassVar[dict[int, str]] = {1: "bjt", 2: "bjt", 4: "vbic", 8: "hicum", 9: "vbic"}
+    model_types = tuple(sorts)
+    instance: ClassVar[dict[str, Param]] = {
+        **Compiled.instance, "area": Param("area of the emitter, in units of the model's", default=1.0),
+        "areab": Param("area of the base (default: area)"), "areac": Param("area of the collector (default: area)"),
+    }  # fmt: skip
+    current_name = "ic"
+    currents = ("ic", "ib", "ie", "is")
+    at_ground = True
+
+    def paths(self) -> Sequence[Path]:
+        own: list[Path] = [(0, 2, "conducts"), (1, 2, "conducts"), (1, 0, "conducts")]
+        return [*own, (3, 0, "conducts")] if len(self.nodes) > 3 else own

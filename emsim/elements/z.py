@@ -1,0 +1,24 @@
+"""Z: a MESFET after Statz (devices/mesfet.va)."""
+
+from __future__ import annotations
+
+from .compiled import Compiled
+from .j import Jfet
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import ClassVar
+
+    from .base import Param
+
+
+class Mesfet(Jfet):
+    __slots__ = ()
+    letter = "z"
+    what = "MESFET"
+    form = "Zname drain gate source model [area] [off] [ic=] [m=]"
+    law = "Statz: id = beta (vgs - vto)^2/(1 + b (vgs - vto)) (1 + lambda vds), saturating with alpha: the module mesfet"
+    sorts: ClassVar[dict[str, tuple[str, float]]] = {"nmf": ("mesfet", 1.0), "pmf": ("mesfet", -1.0)}
+    levels: ClassVar[dict[int, str]] = {1: "mesfet", 2: "mesa", 3: "mesa", 4: "mesa"}
+    model_types = tuple(sorts)
+    instance: ClassVar[dict[str, Param]] = {**Compiled.instance, "area": Jfet.instance["area"]}
