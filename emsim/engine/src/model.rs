@@ -1,8 +1,9 @@
 //! What the cards contribute to equation (1), before it is compiled: see `system`.
 use crate::devices::class::Series;
+use crate::devices::shape::Sort;
 use crate::devices::{compiled, maker, Class, Climate};
 use crate::graph::{Graph, Id, Node};
-use crate::veriloga::folded::{self, Folded};
+use crate::veriloga::Folded;
 use crate::waves::Wave;
 use std::collections::{BTreeMap, HashMap};
 
@@ -195,12 +196,12 @@ impl Model {
         (m, off): (f64, bool),
     ) -> Result<(), String> {
         let unknowns = &mut self.unknowns;
-        let mut inner = |node: &str, kind: folded::Kind| {
+        let mut inner = |node: &str, sort: Sort| {
             let name = format!("{name}#{node}");
-            let (kind, unit) = match kind {
-                folded::Kind::Current => (Kind::Branch, "A"),
-                folded::Kind::Voltage => (Kind::Node, "V"),
-                folded::Kind::Other(_) => (Kind::Node, ""),
+            let (kind, unit) = match sort {
+                Sort::Node => (Kind::Node, "V"),
+                Sort::Current => (Kind::Branch, "A"),
+                Sort::Rate => (Kind::Derivative, ""),
             };
             unknowns.push(Unknown { name, kind, unit: unit.into(), initial: 0.0 });
             unknowns.len() - 1

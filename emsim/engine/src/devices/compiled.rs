@@ -4,12 +4,12 @@
 //! everywhere else at 0 V; any other at the critical voltage of its first junction (pnjlim). An instance that is `off` starts at 0 V.
 use super::class::{across, add, Asked, Class, Facts, Line, Met, Number, Seat, Shape, GAUSS, LANES};
 use super::limits::Limiter;
-use super::shape::{Anonymous, Constants, Key, Program};
+use super::shape::{Anonymous, Constants, Key, Program, Sort};
 use super::{Climate, Noise};
 use crate::graph::{Graph, Id};
 use crate::tape::Inputs;
 use crate::twice::in_blocks_mut;
-use crate::veriloga::folded::{self, Folded};
+use crate::veriloga::Folded;
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex};
 
@@ -124,11 +124,11 @@ impl Compiled {
         terminals: &[i32],
         (constants, arguments): (Constants, Vec<Vec<f64>>),
         off: bool,
-        inner: &mut dyn FnMut(&str, folded::Kind) -> usize,
+        inner: &mut dyn FnMut(&str, Sort) -> usize,
     ) {
         let program = &*self.program;
         let mut nodes = terminals.to_vec();
-        nodes.extend(program.inner.iter().map(|(name, kind)| inner(name, *kind) as i32));
+        nodes.extend(program.inner.iter().map(|(name, sort)| inner(name, *sort) as i32));
         nodes.push(-1); // the reference node
         let rows = program.shape.branches.iter().map(|&(from, to)| [nodes[from], nodes[to], -1, -1]).collect();
         let constants = program.all_constants(&constants);
@@ -535,7 +535,7 @@ pub fn seat(
     terminals: &[i32],
     folded: &Folded,
     (m, off): (f64, bool),
-    inner: &mut dyn FnMut(&str, folded::Kind) -> usize,
+    inner: &mut dyn FnMut(&str, Sort) -> usize,
 ) -> Result<(), String> {
     if terminals.len() != folded.terminals {
         return Err(format!("{module} has {} terminals", folded.terminals));

@@ -16,6 +16,15 @@ use crate::veriloga::folded::{self, Folded, GMIN, SOURCE_SCALE};
 use std::collections::{BTreeMap, HashMap};
 use std::sync::OnceLock;
 
+/// What an unknown of an instance is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Sort {
+    Node,
+    Current,
+    /// d/dt of something: its row says so, and nothing else
+    Rate,
+}
+
 /// Constants of an instance, one after the other.
 pub type Constants = Vec<f64>;
 
@@ -27,7 +36,7 @@ pub struct Key {
     results: Vec<Id>,
     ports: Vec<(usize, usize, Option<Limiter>)>,
     branches: Vec<(usize, usize)>,
-    unknowns: Vec<(String, u8)>,
+    inner: Vec<(String, Sort)>,
     terminals: usize,
     outputs: Vec<String>,
 }
@@ -57,7 +66,7 @@ pub struct Noise {
 pub struct Program {
     pub module: String,
     /// Unknowns of an instance that it does not share with others: name and kind; terminals come before them.
-    pub inner: Vec<(String, folded::Kind)>,
+    pub inner: Vec<(String, Sort)>,
     pub terminals: usize,
     pub shape: Shape,
     pub limited: Vec<(usize, Limiter)>, // ports
@@ -95,7 +104,7 @@ pub struct Anonymous {
     told: Vec<Id>,
     noise: Vec<Noise>,
     outputs: Vec<[String; 3]>,
-    inner: Vec<(String, folded::Kind)>,
+    inner: Vec<(String, Sort)>,
 }
 
 /// Unknowns that are one: number of each among those that are left, the terminals first, None for the reference node.
@@ -215,8 +224,12 @@ impl Anonymous {
             }),
             Node::Symbol(GMIN) => Some(g.unknown(gmin)),
             Node::Symbol(SOURCE_SCALE) => Some(g.constant(1.0)),
-            Node::Time | Node::Symbol(_) | Node::Wave(_) | Node::Flag(_) => {
-                refused = Some("it reads the time, which a device cannot yet");
+            Node::Time => {
+                refused = Some("it reads the time ($abstime), which devices cannot yet");
+                Some(g.constant(0.0))
+            }
+            Node::Symbol(_) | Node::Wave(_) | Node::Flag(_) => {
+                refused = Some("it asks for the kind of analysis (analysis(), idt()), which devices cannot yet");
                 Some(g.constant(0.0))
             }
             _ => None,
@@ -272,11 +285,21 @@ impl Anonymous {
             told.push(next());
             outputs.push([output.name.clone(), output.unit.clone(), output.meaning.clone()]);
         }
-        let inner: Vec<(String, folded::Kind)> = left
-            .iter()
-            .filter(|&&k| k >= folded.terminals)
-            .map(|&k| (folded.unknowns[k].name.clone(), folded.unknowns[k].kind))
-            .collect();
+        // the row of a rate: its own unknown, and the rate of something
+        let is_rate = |place: usize| {
+            let own = ports.iter().position(|p| (p.0, p.1) == (place, ground)).map(|p| Node::Unknown(p as u32));
+            let mut rows = branches.iter().zip(&flows).filter(|(b, _)| b.0 == place || b.1 == place);
+            let Some((_, &(i, q))) = rows.next().filter(|_| own.is_some()) else { return false };
+            let i = if let Node::Neg(a) = g.node(i) { a } else { i };
+            Some(g.node(i)) == own && g.value(q).is_none() && rows.next().is_none()
+        };
+        let sort = |&(place, k): &(usize, usize)| match folded.unknowns[k].kind {
+            folded::Kind::Current if is_rate(place) => Sort::Rate,
+            folded::Kind::Current => Sort::Current,
+            _ => Sort::Node,
+        };
+        let inner = left.iter().copied().enumerate().filter(|&(_, k)| k >= folded.terminals);
+        let inner: Vec<(String, Sort)> = inner.map(|own| (folded.unknowns[own.1].name.clone(), sort(&own))).collect();
         let results: Vec<Id> = flows.iter().flat_map(|f| [f.0, f.1]).chain(told.iter().copied()).collect();
         let reached = g.reachable(&results);
         let mut number: HashMap<Id, Id> = HashMap::new();
@@ -285,18 +308,13 @@ impl Anonymous {
             number.insert(id, k as Id);
             nodes.push(numbered(g.node(id), &number));
         }
-        let kind = |kind: &folded::Kind| match kind {
-            folded::Kind::Voltage => 0,
-            folded::Kind::Current => 1,
-            folded::Kind::Other(_) => 2,
-        };
         let key = Key {
             module: module.to_string(),
             nodes,
             results: results.iter().map(|r| number[r]).collect(),
             ports,
             branches,
-            unknowns: inner.iter().map(|(name, k)| (name.clone(), kind(k))).collect(),
+            inner: inner.clone(),
             terminals: folded.terminals,
             outputs: outputs.iter().map(|o: &[String; 3]| o[0].clone()).collect(),
         };
