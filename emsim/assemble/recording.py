@@ -123,8 +123,9 @@ class Recorder:
             self._between(nodes[terminal], inner, False, conductance, True)
         return series
 
-
-    def module(self, texts: Any, module: str, name: str, nodes: Sequence[int], model: Any, instance: Any, *rest: Any) -> Any:
+    def module(
+        self, texts: Any, module: str, name: str, nodes: Sequence[int], model: Any, instance: Any, *rest: Any
+    ) -> Any:
         said = self._builder.module(texts, module, name, nodes, model, instance, *rest)
         branches = self._builder.device_branches(name)
         self.devices.append(Placed(module, name, branches, model, instance, rest[0], rest[1]))

@@ -115,7 +115,9 @@ class Models:
             if fits(model, "l") and fits(model, "w"):
                 return model
         said = f"`{e.name}` has l = {size['l']:g}, w = {size['w']:g}: no bin of `{name}` holds these"
-        self.sink.error("E143", said, e.model_span or e.span, f"{len(bins)} models {name}.* say lmin lmax wmin wmax")
+        self.sink.error(
+            "E143", said, e.model_span or e.span, f"{len(bins)} models {name}.* say lmin lmax wmin wmax"
+        )
         return bins[0]
 
     def _missing(self, e: Element, name: str, level: Level) -> None:
@@ -165,7 +167,9 @@ class Models:
             return
         for i in range(first, len(words)):
             word = words[i]
-            if isinstance(word, str) and (level.scope.find_model(word) is not None or _bins(level.scope, word)):
+            if isinstance(word, str) and (
+                level.scope.find_model(word) is not None or _bins(level.scope, word)
+            ):
                 e.model_name, e.model_span = word, spans[i]
                 e.model = self.of_element(e, level)
                 e.nodes = [level.node(str(w), s) for w, s in zip(words[:i], spans, strict=False)]

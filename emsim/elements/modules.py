@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-from functools import cache
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -64,9 +63,17 @@ def read(path: str) -> list[Module]:
     return [Module(texts, name) for name in texts.modules]
 
 
-@cache
+_SHIPPED: dict[str, Module | None] = {}
+
+
 def shipped(name: str) -> Module | None:
     """A module of devices/, which stands in the file of its name."""
+    if name not in _SHIPPED:
+        _SHIPPED[name] = _shipped(name)
+    return _SHIPPED[name]
+
+
+def _shipped(name: str) -> Module | None:
     path = os.path.join(FOLDER, name + ".va")
     if not name.isidentifier() or not os.path.isfile(path):
         return None

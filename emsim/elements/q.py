@@ -23,7 +23,11 @@ class Bipolar(Compiled):
     least = 3
     usual = 3
     positional = ("area",)
-    sorts: ClassVar[dict[str, tuple[str, float]]] = {"npn": ("bjt", 1.0), "pnp": ("bjt", -1.0), "lpnp": ("bjt", -1.0)}
+    sorts: ClassVar[dict[str, tuple[str, float]]] = {
+        "npn": ("bjt", 1.0),
+        "pnp": ("bjt", -1.0),
+        "lpnp": ("bjt", -1.0),
+    }
     levels: ClassVar[dict[int, str]] = {1: "bjt", 2: "bjt", 4: "vbic", 8: "hicum", 9: "vbic"}
     model_types = tuple(sorts)
     instance: ClassVar[dict[str, Param]] = {
@@ -32,6 +36,7 @@ class Bipolar(Compiled):
     }  # fmt: skip
     current_name = "ic"
     currents = ("ic", "ib", "ie", "is")
+    may_lack = 1
     at_ground = True
 
     def paths(self) -> Sequence[Path]:

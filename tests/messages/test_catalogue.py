@@ -179,7 +179,7 @@ def forced(code: str) -> str:
 
 # what stands beside the code, and why
 ALSO = {
-    "N137": {"E297"},  # transistors are not supported yet
+    "N137": {"E307"},  # no transistor has a kt=
     "W236": {"N231"},  # what only can stand still has no degree of freedom
 }
 

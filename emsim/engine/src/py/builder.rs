@@ -441,7 +441,12 @@ impl Builder {
     /// Names, units and meanings of the operating-point values of a module's instance.
     fn module_outputs(&mut self, name: &str) -> PyResult<Vec<(String, String, String)>> {
         let (class, _) = self.compiled(name)?;
-        Ok(class.program().outputs.iter().map(|[name, unit, meaning]| (name.clone(), unit.clone(), meaning.clone())).collect())
+        Ok(class
+            .program()
+            .outputs
+            .iter()
+            .map(|[name, unit, meaning]| (name.clone(), unit.clone(), meaning.clone()))
+            .collect())
     }
 
     /// An operating-point value of a module's instance as an expression.
