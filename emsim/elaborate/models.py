@@ -101,7 +101,7 @@ class Models:
         return model
 
     def _of_its_bin(self, e: Element, name: str, level: Level) -> Model | None:
-        """Of the models name.1, name.2, ... the one for the element's l and w, as in ngspice: lmin <= l < lmax, wmin <= w < wmax."""
+        """Of the models name.1, name.2, ... the one for the element's l and w, as in ngspice: lmin <= l < lmax, likewise w."""
         bins = [m for word in _bins(level.scope, name) if (m := self.at(word, level.scope)) is not None]
         if not bins:
             return None

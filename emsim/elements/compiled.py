@@ -27,7 +27,7 @@ HARMLESS = frozenset(
 
 
 class Compiled(Element):
-    """`sorts`: word of .model -> (module, its `type`); `levels`: level -> module, or words in capitals for one that users have."""
+    """`sorts`: word of .model -> (module, its `type`); `levels`: level -> module, here or the beginning of its name in .hdl."""
 
     __slots__ = ("module", "sign")
     behind = ("model",)
