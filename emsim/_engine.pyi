@@ -119,6 +119,26 @@ class Builder:
     ) -> list[tuple[int, int, float]]:
         """An instance of a device (`devices()`) between its terminals. Gives its series resistances: number of the terminal,
         inner node, conductance [S]. ValueError: what is wrong with a parameter, as a sentence."""
+    def module(
+        self,
+        modules: VerilogA,
+        module: str,
+        name: str,
+        nodes: Sequence[int],
+        model: dict[str, Any],
+        instance: dict[str, Any],
+        temp_c: float = ...,
+        tnom_c: float = ...,
+        m: float = ...,
+        off: bool = ...,
+        connected: int = ...,
+    ) -> list[str]:
+        """An instance of a Verilog-A module between its terminals (-1: ground), m in parallel; `connected`: so many of them
+        stand in the deck. Gives what the module says. ValueError: messages as VerilogA has them, or a sentence."""
+    def module_outputs(self, name: str) -> list[tuple[str, str, str]]:
+        """(name, unit, meaning) of every operating-point value of a module's instance."""
+    def module_output(self, name: str, output: str, gmin: float = ...) -> Expr | None:
+        """An operating-point value of a module's instance as an expression of unknowns."""
     def device_branches(self, name: str) -> list[tuple[int, int, bool]]:
         """Of an instance: the nodes that each current goes from and to (-1: ground), and whether charge goes with it."""
     def force(self, row: int, value: float, kind: str) -> None:

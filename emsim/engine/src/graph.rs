@@ -207,7 +207,7 @@ impl Graph {
     }
 
     /// The symbol of this number.
-    pub fn symbol_of(&mut self, k: u32) -> Id {
+    pub fn given(&mut self, k: u32) -> Id {
         self.symbols = self.symbols.max(k);
         self.intern(Node::Symbol(k))
     }

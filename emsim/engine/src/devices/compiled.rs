@@ -290,6 +290,11 @@ impl Compiled {
         apart
     }
 
+    /// Port voltages, and no gmin.
+    fn inputs(&self, v: &[f64]) -> Vec<f64> {
+        v.iter().copied().chain([0.0]).collect()
+    }
+
     fn groups(&self, asked: &Asked, held: &mut [f64], lines: &mut [f64], s: &mut Scratch) -> Met {
         let (mut met, count, ports) = (Met::default(), self.own.len(), self.ports());
         let (mut held, mut lines) = (in_blocks_mut(held), in_blocks_mut(lines));
@@ -515,12 +520,16 @@ impl Class for Compiled {
 
     fn output(&self, k: usize, word: &str, v: &[f64], _: &Line) -> Option<f64> {
         let number = self.program.outputs.iter().position(|o| o[0].eq_ignore_ascii_case(word))?;
-        let mut x = v.to_vec();
-        x.push(0.0);
-        Some(self.program.tell(&x, &self.own[k].constants)[self.program.output(number)])
+        Some(self.program.tell(&self.inputs(v), &self.own[k].constants)[self.program.output(number)])
     }
 
-    fn noise(&self, _: usize, _: &[f64], _: &Line, _: &mut dyn FnMut(Noise)) {}
+    fn noise(&self, k: usize, v: &[f64], _: &Line, each: &mut dyn FnMut(Noise)) {
+        let told = self.program.tell(&self.inputs(v), &self.own[k].constants);
+        for source in &self.program.noise {
+            let ((from, to), exponent) = (source.branch, source.exponent.map_or(0.0, |k| told[k]));
+            each(Noise { name: &source.name, from, to, power: told[source.power], exponent });
+        }
+    }
 
     fn symbols(&self, k: usize, g: &mut Graph, v: &[Id], gmin: Id) -> Vec<(Id, Id)> {
         self.program.symbols(&self.own[k].constants, g, v, gmin)

@@ -59,7 +59,18 @@ fn values(of: HashMap<String, Bound<'_, PyAny>>) -> PyResult<HashMap<String, Val
     of.into_iter().map(|(k, v)| Ok((k, one(&v)?))).collect()
 }
 
-fn folded(this: &VerilogA, py: Python<'_>, module: &str, given: &Given) -> PyResult<Folded> {
+/// What an instance is given; temperatures [temp, tnom] in Celsius.
+pub fn given(
+    [model, instance]: [HashMap<String, Bound<'_, PyAny>>; 2],
+    [temp, tnom]: [f64; 2],
+    multiplier: f64,
+    connected: usize,
+) -> PyResult<Given> {
+    let (temperature, tnom) = (temp + 273.15, tnom + 273.15);
+    Ok(Given { model: values(model)?, instance: values(instance)?, temperature, tnom, multiplier, connected })
+}
+
+pub fn folded(this: &VerilogA, py: Python<'_>, module: &str, given: &Given) -> PyResult<Folded> {
     let Some(module) = this.library.module(module) else {
         return Err(PyKeyError::new_err(format!("there is no module {module}")));
     };

@@ -13,7 +13,7 @@ fn transistor(saturation: f64, beta: f64, rb: f64) -> Folded {
     let vt = g.constant(VT);
     let is = g.constant(saturation);
     let one = g.constant(1.0);
-    let gmin = g.symbol_of(GMIN);
+    let gmin = g.given(GMIN);
     let mut current = |v: Id| {
         let x = g.div(v, vt);
         let e = g.call(Fun::Exp, x);
