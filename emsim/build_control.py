@@ -34,6 +34,11 @@ def foreseen(lines: list[Line], convert: Callable[[str, list[Any], Line], Any]) 
             if word in ("quit", "exit", "bye") and not depth:
                 return cards
             depth += (word in BLOCKS) - (word == "end")
+            if word in ("osdi", "pre_osdi"):
+                from .deck import Dot
+
+                cards += [Dot("hdl", path.strip("\"'"), line.whole) for path in rest.split()]
+                continue
             is_analysis = word in ANALYSES
             is_option = word in ("option", "options") or (
                 word == "set" and rest.partition("=")[0].strip().lower() in OPTIONS
