@@ -204,10 +204,7 @@ impl Reader<'_> {
         let body: Vec<S> = self.find(node, "statement").into_iter().map(|s| self.statement(s)).collect();
         self.scopes = scopes;
         let variables = std::mem::replace(&mut self.frame, outer);
-        let (name, at) = (self.word(leaf), self.place(leaf));
-        if arguments.is_empty() {
-            self.error(at, format!("the function {} has no argument", self.spelled(name)), "declare one: input x;");
-        }
+        let name = self.word(leaf);
         self.module.functions.push(Function { name, kind, variables, arguments, result, body });
     }
 

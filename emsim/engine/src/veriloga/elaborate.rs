@@ -8,7 +8,7 @@ use super::folded::{self, Description, Flow, Folded, Kind, Limit, Output, Port, 
 use super::source::{Place, Word};
 use super::{Given, Library, Message, Value};
 use crate::graph::{Graph, Id, Node};
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::rc::Rc;
 use std::sync::Arc;
 
@@ -893,27 +893,25 @@ impl<'a> Elaborator<'a> {
         let mut needed: Vec<Id> = flows.iter().flat_map(|f| [f.i, f.q]).collect();
         needed.extend(noise.iter().flat_map(|n| [Some(n.power), n.exponent]).flatten());
         needed.extend(self.bound_step);
-        for id in self.g.reachable(&needed) {
-            if let Some(&(word, at)) = self.unset.get(&id) {
-                let what =
-                    format!("{} has no value in some cases, and keeps that of an earlier evaluation", self.word(word));
-                return self.stop(
-                    at,
-                    what,
-                    "assign to it before the conditions: state between evaluations is not supported",
-                );
-            }
-            if let Node::Const(bits) = self.g.node(id) {
-                if f64::from_bits(bits).is_nan() {
-                    let about = &self.library.modules[self.scope.module];
-                    let what = format!("{} is no number for these parameters", self.word(about.name));
-                    return self.stop(
-                        about.at,
-                        what,
-                        "a parameter leads to 0/0, or to the logarithm or root of a negative number",
-                    );
-                }
-            }
+        let unset = |id: Id| self.unset.contains_key(&id);
+        if let Some(id) = self.reached(&needed, &unset) {
+            let (word, at) = self.unset[&id];
+            let what =
+                format!("{} has no value in some cases, and keeps that of an earlier evaluation", self.word(word));
+            return self.stop(
+                at,
+                what,
+                "assign to it before the conditions: state between evaluations is not supported",
+            );
+        }
+        if self.reached(&needed, &|id| self.g.value(id).is_some_and(f64::is_nan)).is_some() {
+            let about = &self.library.modules[self.scope.module];
+            let what = format!("{} is no number for these parameters", self.word(about.name));
+            return self.stop(
+                about.at,
+                what,
+                "a parameter leads to 0/0, or to the logarithm or root of a negative number",
+            );
         }
         if self.g.len() > MOST_NODES {
             let at = self.library.modules[self.scope.module].at;
@@ -924,10 +922,15 @@ impl<'a> Elaborator<'a> {
             );
         }
         let holes: Vec<(Id, Id)> = self.unset.keys().map(|&id| (id, zero)).collect();
-        let values: Vec<Id> = self.outputs.iter().map(|o| o.value).collect();
-        let values = crate::derive::substitute(&mut self.g, &values, &holes);
-        for (output, value) in self.outputs.iter_mut().zip(values) {
-            output.value = value;
+        // what is never read is 0
+        let values: Vec<Id> = self.outputs.iter().map(|o| o.value).chain(needed).collect();
+        let mut values = crate::derive::substitute(&mut self.g, &values, &holes).into_iter();
+        let (mut flows, mut noise) = (flows, noise);
+        let outputs = self.outputs.iter_mut().map(|o| &mut o.value);
+        let flown = flows.iter_mut().flat_map(|f| [&mut f.i, &mut f.q]);
+        let heard = noise.iter_mut().flat_map(|n| std::iter::once(&mut n.power).chain(n.exponent.as_mut()));
+        for (place, value) in outputs.chain(flown).chain(heard).chain(self.bound_step.as_mut()).zip(&mut values) {
+            *place = value;
         }
         Ok(Folded {
             graph: self.g,
@@ -941,6 +944,65 @@ impl<'a> Elaborator<'a> {
             bound_step: self.bound_step,
             said: self.said,
         })
+    }
+
+    /// What is bad and can be reached: not what lies behind conditions that exclude each other.
+    fn reached(&self, needed: &[Id], bad: &dyn Fn(Id) -> bool) -> Option<Id> {
+        let mut tainted: HashSet<Id> = HashSet::new();
+        for id in self.g.reachable(needed) {
+            if bad(id) || self.g.node(id).operands().any(|o| tainted.contains(&o)) {
+                tainted.insert(id);
+            }
+        }
+        let (mut assumed, mut clean, mut budget) = (HashMap::new(), vec![HashSet::new()], 200_000);
+        needed.iter().find_map(|&id| self.leads(id, bad, &tainted, &mut assumed, &mut clean, &mut budget))
+    }
+
+    /// `clean`: what was found to lead nowhere, for each assumption more; what does under few assumptions does under more of them.
+    fn leads(
+        &self,
+        id: Id,
+        bad: &dyn Fn(Id) -> bool,
+        tainted: &HashSet<Id>,
+        assumed: &mut HashMap<Id, bool>,
+        clean: &mut Vec<HashSet<Id>>,
+        budget: &mut usize,
+    ) -> Option<Id> {
+        if !tainted.contains(&id) || clean.iter().any(|c| c.contains(&id)) {
+            return None;
+        }
+        if bad(id) || *budget == 0 {
+            // of what takes too long to follow any one is told
+            return tainted.iter().copied().find(|&t| bad(t) && (t == id || *budget == 0));
+        }
+        *budget -= 1;
+        let mut found = None;
+        if let Node::Select(c, a, b) = self.g.node(id) {
+            if let Some(&known) = assumed.get(&c) {
+                found = self.leads(if known { a } else { b }, bad, tainted, assumed, clean, budget);
+            } else {
+                found = self.leads(c, bad, tainted, assumed, clean, budget);
+                for (side, holds) in [(a, true), (b, false)] {
+                    if found.is_none() {
+                        assumed.insert(c, holds);
+                        clean.push(HashSet::new());
+                        found = self.leads(side, bad, tainted, assumed, clean, budget);
+                        clean.pop();
+                        assumed.remove(&c);
+                    }
+                }
+            }
+        } else {
+            for o in self.g.node(id).operands() {
+                found = found.or_else(|| self.leads(o, bad, tainted, assumed, clean, budget));
+            }
+        }
+        if found.is_none() {
+            if let Some(top) = clean.last_mut() {
+                top.insert(id);
+            }
+        }
+        found
     }
 
     /// Makes two unknowns one, unless that would join two terminals.

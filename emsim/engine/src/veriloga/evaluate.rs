@@ -494,6 +494,8 @@ impl Elaborator<'_> {
 
     fn whole_quotient(&mut self, a: &Num, b: &Num, at: E) -> Answer<Num> {
         let n = match (self.value_of(a), self.value_of(b)) {
+            // behind a condition that voltages decide it may never be read
+            (_, Some(0.0)) if !self.path.is_empty() => self.constant(f64::NAN),
             (_, Some(0.0)) => {
                 return self.stop(
                     self.place(at),

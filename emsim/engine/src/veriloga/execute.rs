@@ -2,7 +2,7 @@
 use super::ast::{Expression, Statement, Type, Variable, E, S};
 use super::elaborate::{Answer, Elaborator, Frame, Num, State, Val, MOST_STEPS};
 use super::source::Place;
-use crate::graph::Id;
+use crate::graph::{Id, Node};
 use std::rc::Rc;
 
 /// How often a loop is repeated whose end hangs on voltages, if it does not say.
@@ -338,7 +338,8 @@ impl Elaborator<'_> {
         }
         // branches: each side began its sums at 0
         for b in 0..self.branches.len() {
-            let old = untouched[b];
+            let fresh = State { is_potential: zero, i: zero, iq: zero, v: zero, vq: zero, touched: false, keep: one };
+            let old = untouched.get(b).copied().unwrap_or(fresh);
             let here = self.branches[b].state;
             let there = firsts.get(b).copied().unwrap_or(State { touched: false, ..old });
             self.branches[b].state = self.joined(c, old, there, here);
@@ -554,13 +555,11 @@ impl Elaborator<'_> {
             );
         }
         for (k, old) in journal {
-            let known = match &self.frame.values[k as usize] {
-                Val::Num(n) => self.value_of(n).is_some(),
-                Val::Text(_) => true,
-                Val::Row(_, items) => items.iter().all(
-                    |i| !matches!(i, Val::Num(n) if self.value_of(n).is_none() && !self.unset.contains_key(&n.id)),
-                ),
-            };
+            let mut ids = Vec::new();
+            gathered(&self.frame.values[k as usize], &mut ids);
+            ids.retain(|id| !self.unset.contains_key(id));
+            let moves = |node: Node| matches!(node, Node::Unknown(_) | Node::Time);
+            let known = !self.g.reachable(&ids).into_iter().any(|id| moves(self.g.node(id)));
             if !known {
                 let name = self.word(self.variable(k).name);
                 let what = format!("{name} is kept from @(initial_step), and hangs on voltages");
@@ -691,5 +690,14 @@ impl Elaborator<'_> {
             }
         }
         Ok(Some(out.trim_end().to_string()))
+    }
+}
+
+/// The expressions that a value is made of.
+fn gathered(value: &Val, ids: &mut Vec<Id>) {
+    match value {
+        Val::Num(n) => ids.extend([Some(n.id), n.q].into_iter().flatten()),
+        Val::Text(_) => {}
+        Val::Row(_, items) => items.iter().for_each(|item| gathered(item, ids)),
     }
 }

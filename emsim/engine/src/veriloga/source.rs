@@ -113,6 +113,7 @@ const OWN: &[(&str, &str)] = &[
     ("constants.vams", include_str!("../../../devices/constants.vams")),
     ("disciplines.vams", include_str!("../../../devices/disciplines.vams")),
     ("constants.h", include_str!("../../../devices/constants.vams")),
+    ("discipline.h", include_str!("../../../devices/disciplines.vams")),
     ("disciplines.h", include_str!("../../../devices/disciplines.vams")),
 ];
 
