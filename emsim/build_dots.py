@@ -20,7 +20,6 @@ if TYPE_CHECKING:
 _ANALYSES = frozenset(
     [
         "noise",
-        "four",
         "tf",
         "sens",
         "pz",
@@ -28,7 +27,6 @@ _ANALYSES = frozenset(
         "sp",
         "pss",
         "hb",
-        "step",
         "data",
         "modes",
         "mc",
@@ -130,22 +128,30 @@ class DotCards(Cards):
             from .build_measure import measure
 
             return measure(line, ch[0].end_pos)
+        elif kind in ("four", "fourier"):
+            from .build_measure import fourier
+
+            return fourier(line, ch[0].end_pos)
         elif is_analysis(kind):
             return Analysis(kind, self.words(kind, ch, line), set(), line.whole)
+        elif kind == "step":
+            return Dot("step", self.words(kind, ch, line, ","), line.whole)
         elif kind in _ANALYSES:
             return Analysis(kind, rest.split(), set(), line.whole)
         elif kind in _KEPT:
             return Dot(kind, rest.split(), line.whole)
         return None
 
-    def words(self, kind: str, ch: list[Any], line: Line) -> list[Any]:
+    def words(self, kind: str, ch: list[Any], line: Line, between: str = "") -> list[Any]:
         """What stands behind a dot word, as an analysis takes it: numbers, names, signals; expressions in braces are still to
-        be evaluated."""
+        be evaluated. `between` separates as blanks do."""
         import re
 
         found: list[Any] = []
         start, end = (ch[1].start_pos, code_end(line.text)[0]) if len(ch) > 1 else (0, 0)
-        for word in re.finditer(r"\{[^}]*\}|[^\s(]*\([^)]*\)|\S+", line.text[start:end]):
+        for word in re.finditer(
+            rf"\{{[^}}]*\}}|[^\s({between}]*\([^)]*\)|[^\s{between}]+", line.text[start:end]
+        ):
             text = word[0]
             if text[0] == "{":
                 first, last = start + word.start() + 1, start + word.end() - 1
@@ -156,8 +162,12 @@ class DotCards(Cards):
                 found.append(text.lower() if value is None else value)
         return found
 
-    def on_unknown(self, ch: list[Any], line: Line) -> Analysis:
+    def on_unknown(self, ch: list[Any], line: Line) -> Any:
         word = str(ch[0][1:].lower())
+        if word == "fourier":
+            from .build_measure import fourier
+
+            return fourier(line, ch[0].end_pos)
         if is_analysis(word):
             return Analysis(word, self.words(word, ch, line), set(), line.whole)
         from .mistakes import unknown_dot
@@ -297,11 +307,7 @@ class DotCards(Cards):
                     "error", "E118", ".temp needs a temperature in Celsius", line.whole, "form: .temp 85"
                 )
             )
-        if len(values) > 1:
-            self.sink.note(
-                "N118", "only the first temperature is used", line.whole, "run the deck once for each"
-            )
-        return Dot("temp", values[0], line.whole)
+        return Dot("temp", values, line.whole)
 
     def on_global(self, ch: list[Any], line: Line) -> Dot:
         return Dot("global", [str(n.lower()) for n in ch], line.whole)

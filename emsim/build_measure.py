@@ -171,3 +171,21 @@ def _piece(line: Line, text: str, start: int, end: int) -> Node:
     if isinstance(node, Call) and node.fn == "par" and len(node.args) == 1:
         node = node.args[0]  # ngspice's brackets about an expression
     return node
+
+
+def fourier(line: Line, start: int) -> Measure:
+    """`.four f v(a) v(b) ...`: a clause for each signal, with the frequency among its values. Raises LineError."""
+    text = _blanked(line.text[: code_end(line.text)[0]])
+    places = [at for at in _outside(text, start) if text[at] in " \t,"]
+    starts = [at + 1 for at in places if text[at + 1 : at + 2] not in ("", " ", "\t", ",")]
+    ends = [min((p for p in (*places, len(text)) if p > at), default=len(text)) for at in starts]
+    pieces = list(zip(starts, ends, strict=True))
+    if len(pieces) < 2:
+        said = ".four needs a frequency and signals"
+        raise LineError(Diagnostic("error", "E333", said, line.whole, "form: .four 1k v(out) v(in)"))
+    found = []
+    for first, last in pieces[1:]:
+        clause = Clause("four", _piece(line, text, first, last), None, line.span_at(first, last))
+        clause.values["freq"] = _piece(line, text, *pieces[0])
+        found.append(clause)
+    return Measure("tran", "four", found, line.whole)

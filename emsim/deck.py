@@ -192,6 +192,7 @@ class FlatDeck:
         "commands",
         "draws",
         "elements",
+        "fours",
         "gravity",
         "ics",
         "machine",
@@ -208,6 +209,7 @@ class FlatDeck:
         "saves",
         "sink",
         "sources",
+        "steps",
         "temp",
         "title",
         "tnom",
@@ -237,10 +239,12 @@ class FlatDeck:
         self.probes: list[Probe] = []
         self.prints: list[Print] = []
         self.measures: list[Measure] = []
+        self.fours: list[Measure] = []  # .four, a clause a signal
         self.also: list[Probe] = []  # asked for from outside the deck
         self.wanted: list[Probe] = []  # by commands of .control: recorded where the deck has them
         self.commands: list[Any] = []  # lines of its .control sections
         self.commanded: list[Analysis] = []  # of `analyses` those that stand there plainly
+        self.steps: list[Any] = []  # elaborate.steps.Step, the one that runs fastest first
         self.views: list[dict[str, Any]] = []
         self.sources: list[SourceFile] = []
 

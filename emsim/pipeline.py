@@ -15,7 +15,10 @@ if TYPE_CHECKING:
     from .analyses import Analysis, Run
     from .assemble import Assembly
     from .deck import Deck, FlatDeck, Probe
+    from .diagnostics import Diagnostic
+    from .elaborate.steps import Change
     from .measures import Measured
+    from .measures.fourier import Spectrum
     from .outputs.raw import Stream
     from .reports.equations import Explained
     from .result import Result, Table
@@ -57,27 +60,71 @@ def run(
     KeyboardInterrupt with the partial Result.
     """
     options = _merged(options, method, reltol, tmax)
-    # text to flat deck
+    # text to typed deck, typed deck to flat deck
     deck = load(source, defines, also)
     flat = flatten(deck, options)
     energy = flat.machine != [] if energy is None else energy
     heard = None if progress is None else Heard(progress)
     scene = in_notebook() if scene is None else scene
+    # flat deck to a result: by its commands, with .step of each of its variants
+    if flat.commands and flat.steps:
+        from .diagnostics import deck_error
+
+        said = f"the deck has a .control section, and steps `{flat.steps[0].column}`: commands say themselves what is run"
+        hint = "loop over it there (foreach v 1k 2k, alterparam, reset, run), or take the section out"
+        deck_error("E332", said, flat.steps[0].span, hint)
     if flat.commands:
         result = command(deck, flat, options, energy, heard, scene, say)
+    elif flat.steps:
+        result = _stepped(deck, flat, options, energy, heard, scene)
     else:
-        # flat deck to equations
-        assembly, planned = prepare(flat, options, energy)
-        # equations to solutions
-        runs = solve(assembly, planned, heard, scene, stream)
-        # solutions to a result
-        result = deliver(assembly, runs)
+        result = _once(flat, options, energy, heard, scene, stream)
     if result.status == "interrupted" and not (heard and heard.stopped):
         if heard and heard.error:
             raise heard.error
         from .diagnostics import Interrupted
 
         raise Interrupted(result)
+    return result
+
+
+def _once(
+    flat: FlatDeck, options: Options, energy: bool, heard: Heard | None, scene: bool, stream: Stream | None = None
+) -> Result:  # fmt: skip
+    """A flat deck run."""
+    # flat deck to equations
+    assembly, planned = prepare(flat, options, energy)
+    # equations to solutions
+    runs = solve(assembly, planned, heard, scene, stream)
+    # solutions to a result
+    return deliver(assembly, runs)
+
+
+def _stepped(
+    deck: Deck, flat: FlatDeck, options: Options, energy: bool, heard: Heard | None, scene: bool
+) -> Result:
+    """A deck run once for each value of its steps; the first run that fails is the last."""
+    from .diagnostics import ConvergenceError
+    from .elaborate.steps import points
+    from .stepped import join, stopped
+
+    results: list[Result] = []
+    failed, done = None, []
+    for changes in points(flat.steps):
+        own = {**options, **{step.name: value for step, value in changes if step.kind == "temp"}}
+        done.append([value for _, value in changes])
+        try:
+            results.append(_once(flatten(deck, options, changes), own, energy, heard, scene))
+        except ConvergenceError as error:
+            if error.partial is None:
+                raise
+            results.append(error.partial)
+            failed = error
+        if failed or results[-1].status != "ok":
+            break
+    result = join(results, flat.steps, done)
+    if failed:
+        raise ConvergenceError(stopped(failed.diagnostics, flat.steps, done), result)
     return result
 
 
@@ -175,11 +222,11 @@ def load(
         return build(source, dict(defines or {}), probes)
 
 
-def flatten(deck: Deck, options: Options | None = None) -> FlatDeck:
-    """Typed deck -> flat deck."""
+def flatten(deck: Deck, options: Options | None = None, changes: Sequence[Change] = ()) -> FlatDeck:
+    """Typed deck -> flat deck, with the `changes` of a step. Of the options it is `temp` and `seed` that parameters can read."""
     from .elaborate import flatten as flat
 
-    return flat(deck, _option(options, "temp"), _option(options, "seed"))
+    return flat(deck, _option(options, "temp"), _option(options, "seed"), changes)
 
 
 def _option(options: Options | None, name: str) -> Any:
@@ -326,12 +373,16 @@ def deliver(assembly: Assembly, runs: list[Run]) -> Result:
         remarks(assembly, run)
     tables = [_table(assembly, r) for r in runs]
     prints = [*assembly.prints, *_own_prints(assembly, tables)]
-    measures = [m for run, table in zip(runs, tables, strict=True) for m in _measured(assembly, run, table)]
+    measures, spectra, lacking = [], [], []
+    for run, table in zip(runs, tables, strict=True):
+        found, own, trouble_of = _measured(assembly, run, table)
+        measures += found
+        spectra += own
+        lacking += trouble_of
     deck = flat.sources[0].text if flat.sources else ""
     trouble, missing = [d for r in runs for d in r.trouble], refused(flat)
-    lacking = [d for m in measures for d in (m.trouble, m.remark) if d is not None]
     diagnostics = [*flat.sink.diagnostics, *missing, *trouble, *lacking]
-    result = Result(flat.title, tables, diagnostics, prints, deck, measures)
+    result = Result(flat.title, tables, diagnostics, prints, deck, measures, spectra=spectra)
     if missing and not runs:
         from .diagnostics import DeckError
 
@@ -343,23 +394,28 @@ def deliver(assembly: Assembly, runs: list[Run]) -> Result:
     return result
 
 
-def _measured(assembly: Assembly, r: Run, table: Table) -> list[Measured]:
-    """What the .meas cards of an analysis find in its table."""
+def _measured(
+    assembly: Assembly, r: Run, table: Table
+) -> tuple[list[Measured], list[Spectrum], list[Diagnostic]]:
+    """What the .meas and .four cards of an analysis find in its table, and what is to be said of that."""
     cards = [card for card in assembly.flat.measures if card.analysis == table.kind]
-    if not cards:
-        return []
-    from .measures import measure
+    fours = [card for card in assembly.flat.fours if card.analysis == table.kind]
+    if not (cards or fours):
+        return [], [], []
+    from .measures import harmonics, measure
 
     outputs, degree = r.inside
-    if not outputs or r.axis is None:
-        return measure(cards, table)
-    from .result import Columns, Table
+    fine = None
+    if outputs and r.axis is not None:
+        from .result import Columns, Table
 
-    names, units = [r.axis.name, *(o.name for o in outputs)], [r.axis.unit, *(o.unit for o in outputs)]
-    complex = [False, *(r.analysis.complex for _ in outputs)]
-    data = Columns((r.waves.inside(k) for k in range(len(names))), complex=complex)
-    fine = (Table(r.kind, names, units, data, axis=r.axis), degree) if data.rows else None
-    return measure(cards, table, fine=fine)
+        names, units = [r.axis.name, *(o.name for o in outputs)], [r.axis.unit, *(o.unit for o in outputs)]
+        complex = [False, *(r.analysis.complex for _ in outputs)]
+        data = Columns((r.waves.inside(k) for k in range(len(names))), complex=complex)
+        fine = (Table(r.kind, names, units, data, axis=r.axis), degree) if data.rows else None
+    found = measure(cards, table, fine=fine)
+    spectra, trouble = harmonics(fours, table, fine)
+    return found, spectra, [*(d for m in found for d in (m.trouble, m.remark) if d is not None), *trouble]
 
 
 def _own_prints(assembly: Assembly, tables: list[Table]) -> list[tuple[str, list[str]]]:

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 
     from .diagnostics import Diagnostic
     from .measures import Measured
+    from .measures.fourier import Spectrum
     from .outputs.picture import Picture
 
     class Waves(Protocol):
@@ -100,8 +101,8 @@ class Table:
     """
 
     __slots__ = (
-        "_complex", "_index", "_numpy", "axis", "energy", "grid", "kind", "names", "plotname", "scene", "stats", "status",
-        "steps", "title", "units", "waves",
+        "_complex", "_courses", "_index", "_numpy", "axis", "energy", "grid", "kind", "names", "plotname", "scene", "stats",
+        "status", "steps", "title", "units", "waves",
     )  # fmt: skip
 
     def __init__(
@@ -120,12 +121,13 @@ class Table:
         plotname: str = "",
         scene: Scene | None = None,
         energy: Any = None,
+        courses: Sequence[Table] = (),
     ) -> None:
         if not len(names) == len(units) == waves.columns:
             raise ValueError(f"{len(names)} names and {len(units)} units for {waves.columns} columns")
         self.kind, self.title, self.plotname = kind, title, plotname or plotname_of(kind)
         self.names, self.units, self.steps = list(names), list(units), list(steps)
-        self.waves, self.grid = waves, grid
+        self.waves, self.grid, self._courses = waves, grid, list(courses)
         self._complex = {k for k, z in enumerate(getattr(waves, "complex", ())) if z}
         if axis is True:
             axis = self._found_axis() if self.names else None
@@ -340,6 +342,32 @@ class Table:
         starts = [0, *(k for k in range(1, n) if any(c[k] != c[k - 1] for c in outer))] if n else []
         return list(zip(starts, [*starts[1:], n], strict=True))
 
+    def courses(self) -> list[Table]:
+        """Each course of a sweep within sweeps as a table of its own, without the columns that hold still in it: [self] where
+        there are no steps. Of a deck with .step these are its single runs."""
+        if self._courses or not self.steps:
+            return self._courses or [self]
+        kept = [k for k, name in enumerate(self.names) if name not in self.steps]
+        names, units = [self.names[k] for k in kept], [self.units[k] for k in kept]
+        columns = [(self.waves.column(k), 16 if self.is_complex(k) else 8, self.is_complex(k)) for k in kept]
+        return [
+            Table(
+                self.kind, names, units, Columns((c[w * a : w * b] for c, w, _ in columns), complex=[z for _, _, z in columns]),
+                title=self.title, axis=self.axis, grid=self.grid, status=self.status, plotname=self.plotname,
+            )
+            for a, b in self.blocks()
+        ]  # fmt: skip
+
+    @property
+    def is_stepped(self) -> bool:
+        """Are its courses single runs of a deck with .step, to be told apart in tables and pictures?"""
+        return bool(self._courses) or (bool(self.steps) and self.kind != "dc")
+
+    def step_values(self) -> list[dict[str, float]]:
+        """The values of `steps` in each course."""
+        outer = {name: self.doubles(name) for name in self.steps}
+        return [{name: values[a] for name, values in outer.items()} for a, _ in self.blocks()]
+
     @property
     def smooth(self) -> bool:
         """Do columns go on smoothly between their points, as what an analysis computes over time does?"""
@@ -503,11 +531,13 @@ class Result:
     prints       what .print asked for: (kind, column names)
     deck         the text that was run, "" for a result that was read from a file
     measured     what .meas found, in order: name, value, unit, at, from, to ... (`measures` has the values by name)
+    spectra      harmonics that .four asked for, one a signal
+    steps        values of what .step and .temp change, by name, one dict a run; empty without. `Table.courses()` are the runs
     output       what a .control section printed, where nobody listened; files: what it wrote; code: that of its `quit`
     Everything a Table offers is offered here too, of the main table: the last transient, else the last.
     """
 
-    __slots__ = ("code", "deck", "diagnostics", "files", "measured", "output", "plots", "prints", "title")
+    __slots__ = ("code", "deck", "diagnostics", "files", "measured", "output", "plots", "prints", "spectra", "steps", "title")
 
     def __init__(
         self,
@@ -520,10 +550,13 @@ class Result:
         output: str = "",
         files: Sequence[str] = (),
         code: int | None = None,
+        steps: Sequence[dict[str, float]] = (),
+        spectra: Sequence[Spectrum] = (),
     ) -> None:
         self.output, self.files, self.code = output, list(files), code
         self.title, self.plots, self.deck = title, list(plots), deck
         self.diagnostics, self.prints, self.measured = list(diagnostics), list(prints), list(measured)
+        self.steps, self.spectra = list(steps), list(spectra)
 
     @property
     def measures(self) -> dict[str, Any]:

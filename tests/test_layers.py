@@ -32,6 +32,7 @@ ROWS = [
     ["reports"],
     ["interop"],
     ["outputs"],
+    ["stepped"],
     ["result"],
     ["measures"],
     ["signals"],

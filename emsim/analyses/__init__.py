@@ -23,8 +23,6 @@ if TYPE_CHECKING:
 __all__ = ["ANALYSES", "Analysis", "Axis", "Run", "find", "plan", "refused", "transients"]
 
 ANALYSES: tuple[type[Analysis], ...] = (Op, Dc, Tran, Ac, Noise, Pz, Sens, Modes, Tf)
-# what is made of results rather than computed: a run is whole without it
-EVALUATED = ("four",)
 
 
 def find(word: str) -> type[Analysis] | None:
@@ -35,24 +33,18 @@ def find(word: str) -> type[Analysis] | None:
 def plan(flat: FlatDeck, tmax: float | None = None) -> list[Analysis]:
     """Every analysis that can run, in deck order; `tmax` [s] stands above the one of a transient."""
     planned: list[Analysis] = []
-    missing: dict[str, Span] = {}
     for card in flat.analyses:
         kind = find(card.kind)
-        if kind is None:
-            if card.kind in EVALUATED:
-                missing.setdefault(card.kind, card.span)
-        elif (analysis := kind.read(card, flat.sink)) is not None:
+        if kind is not None and (analysis := kind.read(card, flat.sink)) is not None:
             planned.append(analysis)
     over = next((a for a in planned if a.axis is not None), None) or next(iter(planned), None)
-    for measure in flat.measures:
+    for measure in (*flat.measures, *flat.fours):
         # LTspice leaves out which analysis is meant
         if not measure.analysis and over is not None:
             measure.analysis = over.word
         elif measure.analysis not in [a.word for a in planned]:
             said = f"`{measure.name}` is not measured: the deck has no .{measure.analysis or 'tran'}"
             flat.sink.note("N282", said, measure.span)
-    for word, span in missing.items():
-        flat.sink.note("N282", f".{word} is not supported yet and is left out", span)
     for transient in transients(planned) if tmax is not None else ():
         if not (tmax or 0.0) > 0:
             said = f"the largest step is {tmax:g} s, it must be positive"
@@ -67,7 +59,7 @@ def refused(flat: FlatDeck) -> list[Diagnostic]:
 
     missing: dict[str, Span] = {}
     for card in flat.analyses:
-        if find(card.kind) is None and card.kind not in EVALUATED:
+        if find(card.kind) is None:
             missing.setdefault(card.kind, card.span)
     hint = "there are " + ", ".join(f".{a.word}" for a in ANALYSES)
     return [

@@ -108,7 +108,10 @@ class Dc(Analysis):
             elif s.name == "temp" and ctx.flat.reads_temper:
                 said = "a parameter reads `temper`, which .dc temp would have to change"
                 ctx.sink.error(
-                    "E309", said, self.card.span, "run the deck once for each temperature: .temp 85"
+                    "E309",
+                    said,
+                    self.card.span,
+                    "run the deck once for each temperature: .temp 27 85, or .step temp",
                 )
         return super().columns(ctx)
 

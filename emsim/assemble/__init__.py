@@ -54,7 +54,7 @@ class Assembly:
         self.accounts = accounts
 
     def measured(self, analysis: Analysis) -> list[Output]:
-        """The quantities that the .meas cards of an analysis read."""
+        """The quantities that the .meas and .four cards of an analysis read."""
         from .outputs import measured
 
         axis = getattr(analysis, "axis", None)

@@ -87,9 +87,9 @@ def _asked(ctx: Context, card: Print, own: Container[str] = ()) -> Iterator[Outp
 
 
 def measured(ctx: Context, word: str, axis: str = "") -> list[Output]:
-    """The quantities that the .meas cards of an analysis read, a column each."""
+    """The quantities that the .meas and .four cards of an analysis read, a column each."""
     found: dict[str, Output] = {}
-    for card in ctx.flat.measures:
+    for card in (*ctx.flat.measures, *ctx.flat.fours):
         if card.analysis != word:
             continue
         for clause in card.clauses:

@@ -256,6 +256,10 @@ def _deliver(
         from ..outputs import text
 
         print_lines(text.measured(result))
+    if result.spectra and tables:
+        from ..outputs import text
+
+        print_lines(text.harmonics(result))
     if given.has("energy") and tables:
         for table in result.plots:
             if table.energy is not None:
@@ -268,10 +272,19 @@ def _deliver(
             diagnostics,
             files=written,
             analyses=[
-                {"kind": p.kind, "points": len(p), "signals": p.names, "units": p.units, "status": p.status}
+                {
+                    "kind": p.kind,
+                    "points": len(p),
+                    "signals": p.names,
+                    "units": p.units,
+                    "status": p.status,
+                    "steps": p.steps,
+                }
                 for p in result.plots
             ],
             statistics={p.kind: p.stats for p in result.plots},
+            steps=result.steps,
+            fourier=[s.to_dict() for s in result.spectra],
             measures=[m.to_dict() for m in result.measured],
             energy={p.kind: p.energy.to_dict() for p in result.plots if p.energy is not None},
         )
@@ -302,6 +315,8 @@ def _summary(result: Result, written: Sequence[str]) -> str:
         spent = f" in {engineering(seconds)}s" if isinstance(seconds, float) else ""
         points = "1 point" if len(table) == 1 else f"{len(table)} points"
         end = "" if table.status == "ok" else f" ({table.status})"
+        if table.is_stepped:
+            points += f" in {len(table.courses())} steps"
         lines.append(f"{table.kind}: {points}{spent}{_chosen(table)}{end}")
     ledgers = [table.energy.summary() for table in result.plots if table.energy is not None]
     return "\n".join(["; ".join(lines) + (f" -> {', '.join(written)}" if written else ""), *ledgers])

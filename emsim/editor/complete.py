@@ -77,6 +77,9 @@ def _items(document: Document, place: Place, kind: str, row: int) -> Iterator[It
         for name in options:
             yield Item("word", name)
     elif kind == "probe":
+        if place.card in (".meas", ".measure") and not place.call:
+            for name, (form, meaning) in words.MEASURES.items():
+                yield Item("word", name, form, meaning)
         for name, (form, unit, meaning) in words.PROBES.items():
             yield Item("function", name, f"{form} [{unit}]", meaning, name + "(")
         for name, (form, meaning) in words.FUNCTIONS.items():

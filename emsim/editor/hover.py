@@ -41,6 +41,9 @@ def hover(document: Document, row: int, col: int) -> str | None:
         return said
     if place.card in (".options", ".option", ".opt") and place.word.lower() in words.OPTIONS:
         return f"**{place.word.lower()}** — {words.option(place.word.lower())}"
+    if place.card in (".meas", ".measure") and not place.call and place.word.lower() in words.MEASURES:
+        form, meaning = words.MEASURES[place.word.lower()]
+        return f"**{place.word.lower()}** — {meaning}\n\n    {form}"
     if place.is_call and (said := _function(place.name.lower())):
         return said
     symbol = symbol_at(document, place, row)

@@ -8,6 +8,7 @@ from __future__ import annotations
 from ..cards import CARDS
 from ..cards.joints import KINDS
 from ..elements import ELEMENTS
+from ..measures import KINDS as MEASURES
 from ..reports import words as references
 from . import words
 
@@ -40,7 +41,10 @@ def _dot(word: str) -> Iterator[str] | None:
     if (found := words.DOTS.get(word.lower())) is None:
         return None
     form, meaning = found
-    return iter((f"{word.lower()}: {meaning}", "", f"  {form}"))
+    more: list[str] = []
+    if word.lower() == ".meas":
+        more = ["", *references.table([(kind.words[0], kind.meaning, kind.form) for kind in MEASURES])]
+    return iter((f"{word.lower()}: {meaning}", "", f"  {form}", *more))
 
 
 def _wave(word: str) -> Iterator[str] | None:

@@ -16,7 +16,21 @@ if TYPE_CHECKING:
 
 ENDS_WORD = " \t\r\f\v\xa0=(){},;\"'"
 EXPRESSION_CARDS = frozenset(
-    (".param", ".csparam", ".func", ".if", ".elseif", ".elif", ".print", ".save", ".probe")
+    (
+        ".param",
+        ".csparam",
+        ".func",
+        ".if",
+        ".elseif",
+        ".elif",
+        ".print",
+        ".save",
+        ".probe",
+        ".meas",
+        ".measure",
+        ".four",
+        ".step",
+    )
 )
 
 

@@ -6,6 +6,7 @@ from __future__ import annotations
 from ..analyses import ANALYSES
 from ..cards.joints import WORDS as JOINT_WORDS
 from ..cards.joints import readers
+from ..measures import KINDS
 
 # dot card -> (form, meaning)
 DOTS = {
@@ -27,7 +28,12 @@ DOTS = {
     ".save": (".save v(node) angle(joint) .. | all", "what goes to the raw file; otherwise everything"),
     ".probe": (".probe v(node) angle(joint) ..", "what is recorded besides; alli: the currents of all elements"),
     ".options": (".options name=value ..", "tolerances, method, formulation"),
-    ".temp": (".temp value", "temperature [C]"),
+    ".meas": (".meas tran name trig .. targ .. | find .. when .. | max v(out) from= to= | param='..'",
+              "a number made of results: `emsim help .meas` lists the kinds"),
+    ".four": (".four frequency v(out) ..", "harmonics of signals over the last period of a transient, and their distortion"),
+    ".step": (".step param name start stop step | list a b ..", "runs the deck once for each value of a parameter, an element, "
+              "a model's parameter or the temperature"),
+    ".temp": (".temp value ..", "temperature [C]; of several the deck is run at each"),
     ".if": (".if (condition)", "cards that count where the condition is not 0"),
     ".elseif": (".elseif (condition)", "another condition of an .if"),
     ".else": (".else", "cards where no condition of the .if holds"),
@@ -36,7 +42,22 @@ DOTS = {
     ".view": (".view [fps=] [speed=] [trace=point] [scale=]", "how the machine is drawn"),
     ".title": (".title text", "another title"),
     ".end": (".end", "the end of the deck"),
+    **{f".{a.word}": (a.form, a.meaning) for a in ANALYSES if a.word not in ("tran", "op")},
 }  # fmt: skip
+# word of .meas -> (form, meaning)
+MEASURES = {
+    **{kind.words[0]: (kind.form.partition(", .meas")[0], kind.meaning) for kind in KINDS},
+    "targ": ("targ v(b) val=0.5 fall=1", "where it ends"),
+    "when": ("when v(a)=0.5 rise=2", "the place where a signal crosses a value or another signal"),
+    "val": ("val=0.5", "the value that a signal crosses; as trig v(a)=0.5"),
+    "rise": ("rise=1, rise=last", "which crossing upwards, counted from `td` or `from` on"),
+    "fall": ("fall=1, fall=last", "which crossing downwards"),
+    "cross": ("cross=1, cross=last", "which crossing, in either direction"),
+    "td": ("td=1m", "crossings before this place do not count"),
+    "from": ("from=1m", "where the part begins; left out: with the results"),
+    "to": ("to=2m", "where the part ends"),
+    "at": ("at=1m", "a place on the axis: a time, a frequency, a swept value"),
+}
 
 # function that reads the circuit or the machine -> (form, unit, meaning)
 PROBES = {

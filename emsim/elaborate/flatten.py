@@ -34,6 +34,7 @@ from ..expr import ExprError, Name, Node, evaluate, fold
 from ..source import NoCollection
 from ..syntax import LineError
 from ..units import ABSOLUTE_ZERO, spice_leftover, spice_number
+from . import steps
 from .bind import Level, bind_element, bind_machine_card
 from .measures import bind_measure
 from .models import Models
@@ -41,21 +42,23 @@ from .scope import DeckScope, as_float
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from collections.abc import Sequence
     from typing import Any
 
     from ..diagnostics import Span
     from .files import Files
+    from .steps import Change
 
 MAX_LEVELS = 60
 MAX_INSTANCES = 1_000_000
 STANDARD_GRAVITY = 9.80665
 
 
-def flatten(deck: Deck, temp: object = None, seed: object = None) -> FlatDeck:
-    """The flat deck. Raises DeckError with everything that is wrong in the text, its numbers and its names
-    (OutsideError when nothing but missing files is wrong). `temp` [C] and `seed` stand above the deck's own."""
+def flatten(deck: Deck, temp: object = None, seed: object = None, changes: Sequence[Change] = ()) -> FlatDeck:
+    """The flat deck, with the `changes` of a step. Raises DeckError with everything that is wrong in the text, its numbers and
+    its names (OutsideError when nothing but missing files is wrong). `temp` [C] and `seed` stand above the deck's own."""
     with NoCollection():
-        flat = _Flattener(deck, temp, seed).run()
+        flat = _Flattener(deck, temp, seed, changes).run()
     errors = [d for d in flat.sink.diagnostics if d.severity == "error"]
     if errors and all(d.code.startswith("E5") for d in errors):
         raise OutsideError(flat.sink.diagnostics)
@@ -64,9 +67,13 @@ def flatten(deck: Deck, temp: object = None, seed: object = None) -> FlatDeck:
 
 
 class _Flattener:
-    def __init__(self, deck: Deck, temp: object = None, seed: object = None) -> None:
-        self.deck = deck
-        self.temp_above, self.seed_above = temp, seed
+    def __init__(
+        self, deck: Deck, temp: object = None, seed: object = None, changes: Sequence[Change] = ()
+    ) -> None:
+        self.deck, self.changes = deck, changes
+        # the temperature of a step stands above all others
+        self.temp_above = next((value for step, value in changes if step.kind == "temp"), temp)
+        self.seed_above = seed
         self.sink = deck.sink
         self.flat = FlatDeck(deck.title, deck.sink)
         self.heated = False  # by a .temp
@@ -87,12 +94,15 @@ class _Flattener:
         # declare, settle conditions, then emit
         path = self.deck.file.path
         cards = self.expand(self.deck.body, top.scope, (os.path.realpath(path),) if path else ())
+        steps.change_models(top.scope, self.changes, self.sink)
         self.unknown_defines(top.scope)
         top.scope.draws.seed = self.seed(cards, top.scope)
         top.scope.temper = self.temperature(cards, top.scope)
         top.scope.check_all()
         self.flat.params = top.scope.values
         self.emit(cards, top)
+        steps.change_elements(self.flat, self.changes)
+        steps.check(self.flat.steps, self.sink)
         for name in top.scope.models:
             try:
                 self.models.at(name, top.scope)
@@ -123,6 +133,17 @@ class _Flattener:
             except ExprError as error:
                 scope.report(error)
 
+        # a parameter that is stepped need not be defined
+        for card in self.deck.body:
+            if card.__class__ is Dot and card.kind == "step":
+                found = steps.stepped_parameter(card.items)
+                if found is not None:
+                    first = found[1] if isinstance(found[1], Node) else float(found[1])
+                    scope.exprs.setdefault(found[0], Param(found[0], first, card.span))
+        for step, value in self.changes:
+            if step.kind == "param":
+                scope.values[step.name] = value
+
     def unknown_defines(self, scope: DeckScope) -> None:
         for key in self.deck.defines:
             if key.lower() not in scope.exprs:
@@ -144,7 +165,7 @@ class _Flattener:
             if card.kind == "options":
                 found = next((value for key, value, _ in card.items if key == "temp"), found)
         # .temp stands above .options temp=, wherever it stands
-        found = next((card.items for card in reversed(dots) if card.kind == "temp"), found)
+        found = next((card.items[0] for card in reversed(dots) if card.kind == "temp"), found)
         try:
             return as_float(found, scope)
         except (ExprError, ValueError):
@@ -290,7 +311,8 @@ class _Flattener:
                     self.flat.prints.append(Print(card.kind, items, card.span))
                 elif kind is Measure:
                     others = [c.name for c in cards if c.__class__ is Measure]
-                    self.flat.measures.append(bind_measure(card, level, others))
+                    bound = bind_measure(card, level, others)
+                    (self.flat.fours if card.clauses[0].word == "four" else self.flat.measures).append(bound)
                 elif kind is Dot:
                     self.dot(card, level)
             except ExprError as error:
@@ -423,9 +445,18 @@ class _Flattener:
                 above = key == "temp" and self.heated
                 if key in ("temp", "tnom") and not above and not isinstance(flat.options[key], (str, bool)):
                     setattr(flat, key, float(flat.options[key]))
+        elif card.kind == "step":
+            if (step := steps.read(card, scope, self.sink)) is not None:
+                # .temp stands outermost
+                flat.steps.insert(
+                    len([s for s in flat.steps if s.kind != "temp" or step.kind == "temp"]), step
+                )
         elif card.kind == "temp":
-            flat.temp = as_float(card.items, scope)
+            values = [as_float(value, scope) for value in card.items]
+            flat.temp = values[0]
             self.heated = True
+            if len(values) > 1:
+                flat.steps.append(steps.Step("temp", "temp", values, card.span, unit="C"))
             if flat.temp < ABSOLUTE_ZERO:
                 hint = f"temperatures are in Celsius, {ABSOLUTE_ZERO:g} or more"
                 self.sink.error("E293", f".temp {flat.temp:g} is below absolute zero", card.span, hint)

@@ -29,8 +29,9 @@ if TYPE_CHECKING:
     from ..diagnostics import Diagnostic, Sink
     from ..expr import Node
     from ..result import Table
+    from .fourier import Spectrum
 
-__all__ = ["KINDS", "Kind", "Measured", "NotFound", "check", "find", "measure"]
+__all__ = ["KINDS", "Kind", "Measured", "NotFound", "check", "find", "harmonics", "measure"]
 
 KINDS: tuple[type[Kind], ...] = (
     Trigger, When, Find, Deriv, Average, Rms, Minimum, Maximum, PeakToPeak, Integral, PlaceOfMinimum, PlaceOfMaximum, Param,
@@ -83,6 +84,37 @@ def measure(
             known[card.name] = one
             found.append(one)
     return found
+
+
+def harmonics(
+    cards: Sequence[Card], table: Table, fine: tuple[Table, int] | None = None
+) -> tuple[list[Spectrum], list[Diagnostic]]:
+    """The harmonics that .four asks for, of every course, and what could not be found (E430). Each card has a clause a signal."""
+    from .. import signals
+    from ..diagnostics import Diagnostic
+    from .fourier import spectrum
+    from .points import Points
+
+    found, trouble = [], []
+    for step, rows in enumerate(table.blocks()):
+        coarse = Points(table, rows)
+        inside = coarse if fine is None else Points(fine[0], None, fine[1], coarse.first)
+        for card in cards:
+            for c in card.clauses:
+                assert c.body is not None
+                points = inside if signals.check(inside, c.body) else coarse
+                try:
+                    frequency = points.number(c.values["freq"], "the frequency of .four", card.span)
+                    if not frequency > 0:
+                        raise NotFound(f"the frequency is {frequency:g} Hz, it must be positive")
+                    curve, unit = points.curve(c.body, card.span)
+                    one = spectrum(repr(c.body), unit, curve, frequency, points.last, points.first)
+                    one.step = step
+                    found.append(one)
+                except NotFound as error:
+                    said = f"no harmonics of `{c.body!r}`: {error.said}"
+                    trouble.append(Diagnostic("error", "E430", said, error.span or card.span, error.hint))
+    return found, trouble
 
 
 def _nodes(card: Card) -> Iterator[Node]:

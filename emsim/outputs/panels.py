@@ -23,7 +23,7 @@ from .raw import TYPES
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Iterator, Mapping, Sequence
 
     from ..deck import Probe
     from ..result import Table
@@ -98,26 +98,43 @@ def panels(
     Raises DeckError for signals that are not there, and where there is no course to draw."""
     if len(table) < 2:
         deck_error("E349", "there is nothing to draw: no analysis of several points ran")
-    axis = table.column(table.names[0])
-    window = _window(table, axis, start, stop)
     # phases are read in degrees
     degrees = degrees or table.names[0] == "frequency"
+    # of a deck with .step each run is a curve of its own
+    parts = [("", table)]
+    if table.is_stepped:
+        steps = table.step_values()
+        parts = [(_written(v), c) for v, c in zip(steps, table.courses(), strict=True) if len(c) > 1]
     found: list[Panel] = []
     for given in asked:
         wanted, across = split(parse_signals(given) if isinstance(given, str) else list(given))
-        xname, xunit, x = table.names[0], table.units[0], axis
-        if across is not None:
-            ((xname, xunit, x),) = _signals(table, [across], degrees)
         own: dict[str, Panel] = {}
-        log = across is None and table.axis is not None and table.axis.log and axis[0] > 0
-        for name, unit, y in _signals(table, wanted, degrees):
-            if not np.isfinite(y).any():
-                deck_error("E349", f"there is nothing to draw: {name} is nowhere a finite number")
-            panel = own.setdefault(unit, Panel(unit, xname, xunit, log))
-            course = _course(axis, x, y, window, table.smooth, table.corners())
-            panel.curves.append(Curve(name, *(_apart(table, *course) if window is None else course)))
+        for step, part in parts:
+            axis = part.column(part.names[0])
+            window = _window(part, axis, start, stop)
+            xname, xunit, x = part.names[0], part.units[0], axis
+            if across is not None:
+                ((xname, xunit, x),) = _signals(part, [across], degrees)
+            log = across is None and part.axis is not None and part.axis.log and axis[0] > 0
+            for name, unit, y in _signals(part, wanted, degrees):
+                if not np.isfinite(y).any():
+                    deck_error("E349", f"there is nothing to draw: {name} is nowhere a finite number")
+                panel = own.setdefault(unit, Panel(unit, xname, xunit, log))
+                course = _course(axis, x, y, window, part.smooth, part.corners())
+                panel.curves.append(
+                    Curve(name + step, *(_apart(part, *course) if window is None else course))
+                )
         found += own.values()
     return found
+
+
+def _written(values: Mapping[str, float]) -> str:
+    """Which step a curve is of: ` r=1k`."""
+    found = []
+    for name, value in values.items():
+        factor, prefix = prefixed("V", abs(value))
+        found.append(f"{name}={value * factor:.4g}{prefix[:-1]}")
+    return " " + ",".join(found)
 
 
 def _window(

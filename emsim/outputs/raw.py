@@ -15,6 +15,7 @@ from __future__ import annotations
 
 import os
 import sys
+from itertools import pairwise
 
 from ..diagnostics import inert
 from .beside import create, keep_mode, remove, replacing
@@ -175,7 +176,7 @@ def write_table(file: IO[bytes], table: Table, ascii: bool = False) -> None:
         f"Title: {' '.join(table.title.split())}\n"
         f"Date: {_date()}\n"
         f"Plotname: {table.plotname}\n"
-        f"Flags: {'complex' if wide else 'real'}\n"
+        f"Flags: {'complex' if wide else 'real'}{' stepped' if table.is_stepped else ''}\n"
         f"No. Variables: {len(table.names)}\n"
         f"No. Points: {len(table)}\n"
         f"Command: {_command()}\n"
@@ -286,6 +287,7 @@ def _table(file: IO[bytes], header: dict[str, list[str]], wide: bool, path: str)
         raise RawFileError(f"{path}: {count} variables announced, {len(names)} listed")
     flags = header.get("flags", [""])[0].lower().split()
     width = 2 if "complex" in flags else 1
+    stepped = "stepped" in flags
     foreign = "ltspice" in header.get("command", [""])[0].lower()
     if "values" in header:
         records = _values(file, count, points, width, wide, path)
@@ -311,17 +313,29 @@ def _table(file: IO[bytes], header: dict[str, list[str]], wide: bool, path: str)
         if types[:1] == ["time"]:
             records[::count] = array("d", map(abs, records[::count]))
     columns, complex = [], []
+    leading = stepped and not foreign  # behind the axis stand the stepped quantities, which are real
     for k in range(count):
         # of a complex table the axis is real, and so is what has the type of a magnitude or of a phase
         complex.append(
             width == 2 and not (k == 0 and _has_axis(names, types)) and types[k] not in ("decibel", "phase")
         )
+        if leading and complex[k]:
+            complex[k] = any(records[2 * k + 1 :: 2 * count])
+            leading = not complex[k]
         if width == 1 or not complex[k]:
             columns.append(records[width * k :: width * count].tobytes())
         else:
             both = array("d", bytes(16 * points))
             both[::2], both[1::2] = records[2 * k :: 2 * count], records[2 * k + 1 :: 2 * count]
             columns.append(both.tobytes())
+    if stepped and foreign and _has_axis(names, types) and points:
+        # LTspice tells the steps in its log file alone: here they are counted
+        counted = array("d", bytes(8 * points))
+        for k in _restarts(array("d", columns[0])):
+            counted[k:] = array("d", [counted[k] + 1]) * (points - k)
+        columns.insert(1, counted.tobytes())
+        names, types = [names[0], "step", *names[1:]], [types[0], "notype", *types[1:]]
+        complex.insert(1, False)
     return _named(header, names, types, Columns(columns, complex=complex))
 
 
@@ -334,14 +348,44 @@ def _has_axis(names: Sequence[str], types: Sequence[str]) -> bool:
 
 
 def _named(header: dict[str, list[str]], names: list[str], types: list[str], waves: Waves) -> Table:
-    from ..analyses import ANALYSES
+    from ..analyses import ANALYSES, Axis
     from ..result import Table
 
     plotname = header.get("plotname", [""])[0]
     kind = next((a.word for a in ANALYSES if a.plotname.lower() == plotname.lower()), plotname.lower())
     names = [SWEEPS.get(names[0].lower(), names[0]), *names[1:]]
     units, axis = [UNITS.get(t, "") for t in types], _has_axis(names, types)
-    return Table(kind, names, units, waves, title=header["title"][0], axis=axis, plotname=plotname)
+    table = Table(kind, names, units, waves, title=header["title"][0], axis=axis, plotname=plotname)
+    if "stepped" in header.get("flags", [""])[0].lower().split() and len(table):
+        if table.axis is None:  # of operating points the first stepped quantity is the axis
+            table = Table(
+                kind, names, units, waves, title=table.title, axis=Axis(names[0], units[0]), plotname=plotname
+            )
+        table.steps = _steps(table)
+    return table
+
+
+def _restarts(x: Sequence[float]) -> list[int]:
+    """Rows at which an axis begins anew."""
+    sign = next((b - a for a, b in pairwise(x) if a != b), 1.0)
+    return [k + 1 for k, (a, b) in enumerate(pairwise(x)) if (b - a) * sign < 0]
+
+
+def _steps(table: Table) -> list[str]:
+    """The columns behind the axis that hold still until it begins anew."""
+    ends = [0, *_restarts(table.doubles(0)), len(table)]
+    found = []
+    for k, name in enumerate(table.names[1:], 1):
+        if table.is_complex(k):
+            break
+        values = table.doubles(k)
+        if any(min(values[a:b]) != max(values[a:b]) for a, b in pairwise(ends)):
+            break
+        found.append(name)
+    # a signal that never changes is none of them
+    while found and min(table.doubles(found[-1])) == max(table.doubles(found[-1])):
+        found.pop()
+    return found
 
 
 class Mapped:

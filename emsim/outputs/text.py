@@ -11,7 +11,7 @@ from .beside import replacing
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Iterator, Mapping, Sequence
 
     from ..result import Result, Table
 
@@ -40,13 +40,30 @@ def lines(result: Result, unfinished: int | None = None) -> Iterator[str]:
 
 def measured(result: Result) -> Iterator[str]:
     """What .meas found, as ngspice -b prints it."""
-    before = None
+    before: tuple[str, int] | None = None
     for one in result.measured:
-        if one.analysis != before:
-            before = one.analysis
-            yield from ("", f"  Measurements for {result.table(before).plotname}", "")
+        place = (one.analysis, one.step)
+        if place != before:
+            if before is None or before[0] != one.analysis:
+                yield from ("", f"  Measurements for {result.table(one.analysis).plotname}", "")
+            if one.step < len(result.steps):
+                yield said(result.steps[one.step])
+            before = place
         yield one.text()
     yield ""
+
+
+def harmonics(result: Result) -> Iterator[str]:
+    """What .four found, as ngspice prints it."""
+    for one in result.spectra:
+        if one.step < len(result.steps):
+            yield said(result.steps[one.step])
+        yield from one.lines()
+
+
+def said(values: Mapping[str, float]) -> str:
+    """A step of a sweep, above what is told of it."""
+    return "Step: " + ", ".join(f"{name} = {value:g}" for name, value in values.items())
 
 
 def table_lines(
@@ -54,6 +71,11 @@ def table_lines(
 ) -> Iterator[str]:
     """One table; with `last` its last rows only, numbered as in the whole."""
     if not len(table):
+        return
+    if table.is_stepped:
+        for values, course in zip(table.step_values(), table.courses(), strict=True):
+            yield said(values)
+            yield from table_lines(course, names, digits, last)
         return
     if not table.axis:
         for name in names:
