@@ -190,6 +190,22 @@ def parse_measure(text: str, name: str = "meas") -> Measure:
         raise DeckError(error.diagnostic) from None
 
 
+def parse_analysis(text: str, name: str = "analyses") -> Analysis:
+    """An analysis given beside a deck, as its dot card: ".tran 1u 1m", with or without the dot. Raises DeckError."""
+    file = SourceFile(name, "." + " ".join(text.split()).removeprefix("."))
+    line = Line(file, 1, 1, 0, len(file.text))
+    try:
+        rule, children = parse_line(line, "dot")
+        card = _Builder(file, Sink()).convert(rule, children, line)
+    except LineError as error:
+        raise DeckError(error.diagnostic) from None
+    if not isinstance(card, Analysis):
+        raise DeckError(
+            Diagnostic("error", "E306", f"`{text}` is no analysis", line.whole, "for example .tran 1u 1m")
+        )
+    return card
+
+
 def _blank_commas(text: str) -> str:
     """Commas outside brackets as blanks: they separate."""
     out, depth = [], 0

@@ -344,9 +344,9 @@ class Deck:
     """One text, parsed: title and cards in order, `sections` the .lib/.endl parts by name.
 
     Flattening fills in, and leaves also where it fails: `params`, the .param of the top level by name, and `named`,
-    the path of every file that is included, found or not."""
+    the path of every file that is included, found or not. `asked`: analyses that stand in place of the deck's own."""
 
-    __slots__ = ("body", "defines", "file", "named", "params", "sections", "sink", "title")
+    __slots__ = ("asked", "body", "defines", "file", "named", "params", "sections", "sink", "title")
 
     def __init__(self, title: str, file: SourceFile, sink: Sink) -> None:
         self.title = title
@@ -357,3 +357,4 @@ class Deck:
         self.defines: dict[str, float] = {}
         self.params: dict[str, Param] = {}
         self.named: list[str] = []
+        self.asked: list[Analysis] | None = None

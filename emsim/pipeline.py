@@ -41,6 +41,7 @@ def run(
     also: str | Sequence[str | Probe] = (),
     stream: Stream | None = None,
     say: Callable[[str], object] | None = None,
+    analyses: Sequence[str] | None = None,
 ) -> Result:
     """Simulates a deck: a path, the text itself, or a PySpice Circuit. One with a .control section does what that says.
 
@@ -52,6 +53,7 @@ def run(
     scene      record what moves the drawing of the machine, for pages and films; left out: in a notebook
     energy     keep energy accounts (`Result.energy`); left out: where the deck has a machine
     also       further columns: expressions as .print takes them, such as "fx(pin) x(arm(0.3,0))", one text or several
+    analyses   dot cards that stand in place of the deck's own analyses: [".tran 1u 1m", "ac dec 10 1 1meg"]
     stream     a raw file that the rows go to while the run goes on (outputs/raw.py); `raw.write` completes it
     say        gets what a .control section prints, as it comes; left out: `Result.output` has it
     progress   called now and then with (t, tstop, step [s], steps, events); a true return value stops the run, whose
@@ -61,12 +63,14 @@ def run(
     """
     options = _merged(options, method, reltol, tmax)
     # text to typed deck, typed deck to flat deck
-    deck = load(source, defines, also)
+    deck = load(source, defines, also, analyses)
     flat = flatten(deck, options)
     energy = flat.machine != [] if energy is None else energy
     heard = None if progress is None else Heard(progress)
     scene = in_notebook() if scene is None else scene
     # flat deck to a result: by its commands, with .step of each of its variants
+    if analyses is not None:
+        flat.commands = []
     if flat.commands and flat.steps:
         from .diagnostics import deck_error
 
@@ -205,10 +209,13 @@ def read(
 
 
 def load(
-    source: Any, defines: Mapping[str, Any] | None = None, also: str | Sequence[str | Probe] = ()
+    source: Any,
+    defines: Mapping[str, Any] | None = None,
+    also: str | Sequence[str | Probe] = (),
+    analyses: Sequence[str] | None = None,
 ) -> Deck:
     """Text or file -> typed deck."""
-    from .build import parse_signals
+    from .build import parse_analysis, parse_signals
     from .build import read as build
     from .source import NoCollection
 
@@ -219,7 +226,10 @@ def load(
     with NoCollection():
         also = (also,) if isinstance(also, str) else also
         probes = [p for given in also for p in (parse_signals(given) if isinstance(given, str) else (given,))]
-        return build(source, dict(defines or {}), probes)
+        deck = build(source, dict(defines or {}), probes)
+        if analyses is not None:
+            deck.asked = [parse_analysis(text) for text in analyses]
+        return deck
 
 
 def flatten(deck: Deck, options: Options | None = None, changes: Sequence[Change] = ()) -> FlatDeck:

@@ -304,7 +304,7 @@ class Table:
             return None
         from .build import parse_signals
         from .diagnostics import DeckError
-        from .expr import Call, Name
+        from .expr import Name
 
         try:
             asked = parse_signals(name)
@@ -313,10 +313,8 @@ class Table:
         ast = asked[0].ast if len(asked) == 1 else None
         if ast is None or isinstance(ast, Name):
             return None
-        from .signals import FUNCTIONS, SOURCE_MATH, check
+        from .signals import check
 
-        if isinstance(ast, Call) and ast.fn not in FUNCTIONS and ast.fn not in SOURCE_MATH:
-            return None
         return ast if check(self, ast) else None
 
     @property
@@ -367,6 +365,16 @@ class Table:
         """The values of `steps` in each course."""
         outer = {name: self.doubles(name) for name in self.steps}
         return [{name: values[a] for name, values in outer.items()} for a, _ in self.blocks()]
+
+    @property
+    def axis_unit(self) -> str:
+        return self.axis.unit if self.axis else ""
+
+    def axis_values(self) -> np.ndarray:
+        """The axis; the numbers of the rows where there is none."""
+        import numpy as np
+
+        return self.column(self.names[0]) if self.axis else np.arange(float(len(self)))
 
     @property
     def smooth(self) -> bool:
@@ -581,6 +589,31 @@ class Result:
             if table.kind == kind:
                 return table
         raise KeyError(f"no {kind!r} ran; there is {', '.join(p.kind for p in self.plots) or 'nothing'}")
+
+    @property
+    def op(self) -> Table:
+        """The last operating point; KeyError where there is none. So of the others."""
+        return self.table("op")
+
+    @property
+    def dc(self) -> Table:
+        return self.table("dc")
+
+    @property
+    def tran(self) -> Table:
+        return self.table("tran")
+
+    @property
+    def ac(self) -> Table:
+        return self.table("ac")
+
+    @property
+    def noise(self) -> Table:
+        return self.table("noise")
+
+    @property
+    def tf(self) -> Table:
+        return self.table("tf")
 
     @property
     def status(self) -> str:

@@ -16,6 +16,7 @@ import numpy as np
 from .assemble.outputs import KEEPS_UNIT, UNITS, WORDS, unit_of, unit_of_two
 from .diagnostics import deck_error
 from .expr import MEASURED, OF_COLUMNS, SOURCE_MATH, Binary, Call, Cond, Name, Num, Unary, to_text
+from .units import product, quotient
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -32,6 +33,10 @@ if TYPE_CHECKING:
         def column(self, name: str) -> np.ndarray: ...
         def column_unit(self, name: str) -> str: ...
         def has_column(self, name: str) -> bool: ...
+        @property
+        def axis_unit(self) -> str: ...
+        def axis_values(self) -> np.ndarray: ...  # row numbers where there is no axis
+        def blocks(self) -> list[tuple[int, int]]: ...  # rows of each course
 
 
 def _phase(z: Any) -> Any:
@@ -50,13 +55,64 @@ def _power(a: Any, b: Any) -> Any:
 
 FUNCTIONS: dict[str, Callable[..., Any]] = {
     "abs": np.abs, "mag": np.abs, "re": np.real, "real": np.real, "im": np.imag, "imag": np.imag, "conj": np.conj,
-    "ph": _phase, "cph": lambda z: np.unwrap(_phase(z)), "db": lambda z: 20 * np.log10(np.abs(z)),
+    "ph": _phase, "db": lambda z: 20 * np.log10(np.abs(z)),
     "sqrt": _real(np.sqrt), "exp": np.exp, "ln": _real(np.log), "log": _real(np.log), "log10": _real(np.log10),
     "sin": np.sin, "cos": np.cos, "tan": np.tan, "atan": np.arctan, "sinh": np.sinh, "cosh": np.cosh, "tanh": np.tanh,
     "atan2": np.arctan2, "hypot": np.hypot, "deg": np.degrees, "rpm": lambda x: np.asarray(x) * 30 / np.pi,
 }  # fmt: skip
 # how many arguments those take that no source knows
-COUNTS = dict.fromkeys(OF_COLUMNS, 1)
+COUNTS = dict.fromkeys((*OF_COLUMNS, "ddt"), 1)
+
+
+def _pieces(x: np.ndarray) -> list[tuple[int, int]]:
+    """Stretches between jumps, which have two rows at one place."""
+    ends = np.flatnonzero(np.diff(x) == 0) + 1
+    return list(zip([0, *ends], [*ends, len(x)], strict=True))
+
+
+def _middles(x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    """Values half-way between rows, of the cubic through them (interpolate.py)."""
+    from .interpolate import cubic_many
+
+    if x[-1] < x[0]:
+        return _middles(x[::-1], y[::-1])[::-1]
+    at = 0.5 * (x[1:] + x[:-1])
+    if np.iscomplexobj(y):
+        return cubic_many(x, y.real, at) + 1j * cubic_many(x, y.imag, at)
+    return cubic_many(x, y, at)
+
+
+def _integral(x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    """Along the axis, from its start: Simpson's rule, exact for the cubics between rows."""
+    if len(x) < 2:
+        return np.zeros(len(x))
+    parts = np.diff(x) * (y[:-1] + 4 * _middles(x, y) + y[1:]) / 6
+    return np.concatenate([[0.0], np.cumsum(np.where(np.diff(x) == 0, 0.0, parts))])
+
+
+def _slope(x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    """Of second order in the distance of rows, one-sided at ends and jumps."""
+    found = np.zeros(len(x), dtype=np.result_type(y, float))
+    for a, b in _pieces(x):
+        if b - a > 1:
+            found[a:b] = np.gradient(y[a:b], x[a:b], edge_order=2 if b - a > 2 else 1)
+    return found
+
+
+def _mean(x: np.ndarray, y: np.ndarray) -> Any:
+    return _integral(x, y)[-1] / (x[-1] - x[0]) if len(x) > 1 and x[-1] != x[0] else y[:1].mean()
+
+
+# functions of a whole course, which follow it along its axis x [its unit]: (function, how the unit follows)
+WHOLE: dict[str, tuple[Callable[[np.ndarray, np.ndarray], Any], Callable[[str, str], str]]] = {
+    "cph": (lambda x, y: np.unwrap(_phase(y)), lambda unit, axis: "rad"),
+    "avg": (_mean, lambda unit, axis: unit), "mean": (_mean, lambda unit, axis: unit),
+    "rms": (lambda x, y: np.sqrt(_mean(x, np.abs(y) ** 2)), lambda unit, axis: unit),
+    "pp": (lambda x, y: np.ptp(y.real), lambda unit, axis: unit),
+    "maximum": (lambda x, y: y.real.max(), lambda unit, axis: unit),
+    "minimum": (lambda x, y: y.real.min(), lambda unit, axis: unit),
+    "integ": (_integral, product), "ddt": (_slope, quotient), "deriv": (_slope, quotient),
+}  # fmt: skip
 SAME_UNIT = (*KEEPS_UNIT, "mag", "re", "real", "im", "imag", "conj")
 OPERATORS: dict[str, Callable[..., Any]] = {
     "+": np.add, "-": np.subtract, "*": np.multiply, "/": np.divide, "**": _power,
@@ -81,11 +137,15 @@ def _value(table: Columns, node: Node, where: Span | None) -> tuple[Any, str]:
         return node.value, ""
     if (
         isinstance(node, Call)
-        and node.fn in (*FUNCTIONS, *SOURCE_MATH)
+        and node.fn in (*FUNCTIONS, *SOURCE_MATH, *WHOLE)
         and not table.has_column(to_text(node))
         and not (node.fn == "im" and in_words(table, node) is not None)
     ):
         args = [_value(table, a, where) for a in node.args]
+        if node.fn in WHOLE:
+            _check_count(node, len(args), where)
+            values, unit = args[0]
+            return _along(table, node.fn, values), WHOLE[node.fn][1](unit, table.axis_unit)
         unit = args[0][1] if node.fn in SAME_UNIT and args else UNITS.get(node.fn, "")
         return _apply(node, [a for a, _ in args], where), unit
     if isinstance(node, (Name, Call)):
@@ -124,7 +184,8 @@ def check(table: Columns, node: Node) -> bool:
     if in_words(table, node) is not None or (isinstance(node, Call) and node.fn == MEASURED):
         return True
     if isinstance(node, Call):
-        return (node.fn in FUNCTIONS or node.fn in SOURCE_MATH) and all(check(table, a) for a in node.args)
+        known = node.fn in FUNCTIONS or node.fn in SOURCE_MATH or node.fn in WHOLE
+        return known and all(check(table, a) for a in node.args)
     parts = [getattr(node, key, None) for key in ("a", "b", "c")]
     return not isinstance(node, Name) and all(check(table, part) for part in parts if part is not None)
 
@@ -139,11 +200,29 @@ def _column(table: Columns, node: Node, where: Span | None) -> tuple[np.ndarray,
         deck_error("E352", f"there is {said} in these results", node.span or where, hint)
 
 
-def _apply(node: Call, args: list[Any], where: Span | None) -> Any:
+def _along(table: Columns, fn: str, values: Any) -> np.ndarray:
+    """A function of a whole course, of each of them where the table has several."""
+    y = np.broadcast_to(np.asarray(values), (len(table),))
+    own = getattr(table, "along", None)
+    if own is not None:
+        found: np.ndarray = own(fn, y)
+        return found
+    x = table.axis_values()
+    with np.errstate(all="ignore"):
+        parts = [np.broadcast_to(WHOLE[fn][0](x[a:b], y[a:b]), (b - a,)) for a, b in table.blocks()]
+    return np.concatenate(parts) if parts else y
+
+
+def _check_count(node: Call, count: int, where: Span | None) -> tuple[int, int, Callable[..., float]]:
     least, most, function = SOURCE_MATH.get(node.fn) or (COUNTS[node.fn], COUNTS[node.fn], float)
-    if not least <= len(args) <= most:
+    if not least <= count <= most:
         wanted = f"{least} argument" + ("s" if least != 1 else "")
-        deck_error("E121", f"{node.fn} takes {wanted}, there are {len(args)}", node.span or where)
+        deck_error("E121", f"{node.fn} takes {wanted}, there are {count}", node.span or where)
+    return least, most, function
+
+
+def _apply(node: Call, args: list[Any], where: Span | None) -> Any:
+    function = _check_count(node, len(args), where)[2]
 
     def guarded(*values: float) -> float:
         try:

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 
     from .document import Document
 
+OF_RESULTS = (".print", ".meas", ".measure", ".four")  # cards that read results
 NAMES = frozenset(("node", "joint", "body", "point", "card", "element", "model", "subckt", "param", "func"))
 
 
@@ -82,7 +83,8 @@ def _items(document: Document, place: Place, kind: str, row: int) -> Iterator[It
                 yield Item("word", name, form, meaning)
         for name, (form, unit, meaning) in words.PROBES.items():
             yield Item("function", name, f"{form} [{unit}]", meaning, name + "(")
-        for name, (form, meaning) in words.FUNCTIONS.items():
+        results = words.OF_RESULTS if place.card in OF_RESULTS else {}
+        for name, (form, meaning) in {**words.FUNCTIONS, **results}.items():
             yield Item("function", name, form, meaning, name + "(")
     elif kind == "option":
         yield from _options(place)

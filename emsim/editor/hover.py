@@ -142,8 +142,8 @@ def _function(name: str) -> str | None:
     if name in words.PROBES:
         form, unit, meaning = words.PROBES[name]
         return f"**{form}** [{unit}] — {meaning}"
-    if name in words.FUNCTIONS:
-        form, meaning = words.FUNCTIONS[name]
+    if name in words.FUNCTIONS or name in words.OF_RESULTS:
+        form, meaning = words.FUNCTIONS.get(name) or words.OF_RESULTS[name]
         return f"**{form}** — {meaning}"
     return None
 

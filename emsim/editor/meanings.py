@@ -28,8 +28,8 @@ def lines(word: str) -> list[str]:
 def known() -> list[str]:
     """All words that mean something."""
     return [
-        *TOPICS, *CARDS, *references.LETTERS, *words.DOTS, *words.WAVES, *words.PROBES, *words.FUNCTIONS, *words.OPTIONS,
-        *words.METHODS, *KINDS, *MODELS,
+        *TOPICS, *CARDS, *references.LETTERS, *words.DOTS, *words.WAVES, *words.PROBES, *words.FUNCTIONS,
+        *words.OF_RESULTS, *words.OPTIONS, *words.METHODS, *KINDS, *MODELS,
     ]  # fmt: skip
 
 
@@ -67,10 +67,13 @@ def _probe(word: str) -> Iterator[str] | None:
 
 
 def _function(word: str) -> Iterator[str] | None:
-    if (found := words.FUNCTIONS.get(word.lower())) is None:
+    if (found := words.FUNCTIONS.get(word.lower())) is not None:
+        form, meaning = found
+        return iter((f"{form}  function of expressions", "", f"  {meaning}"))
+    if (found := words.OF_RESULTS.get(word.lower())) is None:
         return None
     form, meaning = found
-    return iter((f"{form}  function of expressions", "", f"  {meaning}"))
+    return iter((f"{form}  function of results: of .print, .meas, --plot, the page", "", f"  {meaning}"))
 
 
 def _option(word: str) -> Iterator[str] | None:

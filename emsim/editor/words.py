@@ -189,6 +189,24 @@ FUNCTIONS = {
 }  # fmt: skip
 
 
+# function of results, in .print, .meas, --plot, the page and Result[...] -> (form, meaning)
+OF_RESULTS = {
+    "db": ("db(z)", "20 log10 |z|"),
+    "mag": ("mag(z)", "magnitude of a complex signal"),
+    "ph": ("ph(z)", "phase of a complex signal [rad]"),
+    "cph": ("cph(z)", "phase that goes on without jumps [rad]"),
+    "re": ("re(z)", "real part"),
+    "im": ("im(z)", "imaginary part"),
+    "conj": ("conj(z)", "conjugate"),
+    "avg": ("avg(x)", "mean along the axis; as mean(x)"),
+    "rms": ("rms(x)", "root of the mean square along the axis"),
+    "pp": ("pp(x)", "from the smallest to the largest value"),
+    "maximum": ("maximum(x)", "the largest value of all rows"),
+    "minimum": ("minimum(x)", "the smallest value of all rows"),
+    "integ": ("integ(x)", "integral along the axis, from its start"),
+    "deriv": ("deriv(x)", "slope along the axis; as ddt(x)"),
+}
+
 # waveform -> (meaning, arguments: name, unit, what stands for one that is left out); "~" where 0 counts as left out
 WAVES = {
     "PULSE": (

@@ -36,7 +36,7 @@ from ..syntax import LineError
 from ..units import ABSOLUTE_ZERO, spice_leftover, spice_number
 from . import steps
 from .bind import Level, bind_element, bind_machine_card
-from .measures import bind_measure
+from .measures import OfResults, bind_measure
 from .models import Models
 from .scope import DeckScope, as_float
 
@@ -100,6 +100,8 @@ class _Flattener:
         top.scope.temper = self.temperature(cards, top.scope)
         top.scope.check_all()
         self.flat.params = top.scope.values
+        if self.deck.asked is not None:
+            cards = [*(card for card in cards if card.__class__ is not Analysis), *self.deck.asked]
         self.emit(cards, top)
         steps.change_elements(self.flat, self.changes)
         steps.check(self.flat.steps, self.sink)
@@ -339,7 +341,7 @@ class _Flattener:
         """What .print, .save and .probe name: a bare name stays one."""
         if isinstance(ast, Name):
             return ast if ast.id in ("all", "alli", "allv") else Name(level.node(ast.id, ast.span), ast.at)
-        return fold(ast, level.scope)
+        return fold(ast, OfResults(level))
 
     # ---- subcircuits ----
 

@@ -57,6 +57,12 @@ def areas(n: int) -> np.ndarray:
     return np.linalg.solve(values, moments)
 
 
+@cache
+def integrals(n: int) -> np.ndarray:
+    """The matrix that takes values at (1) on 0 .. 1 to integrals from 0 to each point."""
+    return np.array([t * areas(n) @ resampling(n, t * nodes(n)) for t in nodes(n)])
+
+
 def between(y: np.ndarray, at: np.ndarray) -> np.ndarray:
     """Polynomials with values y (..., n+1) at (1), evaluated at places 0 .. 1 of shape (m,): (..., m)."""
     n = y.shape[-1] - 1

@@ -6,9 +6,9 @@ import numpy as np
 
 from ..diagnostics import DeckError
 from ..expr import Num
-from ..signals import evaluate
+from ..signals import WHOLE, evaluate
 from .base import NotFound
-from .curve import DEGREE, Curve, nodes
+from .curve import DEGREE, Curve, integrals, nodes, slopes
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -72,6 +72,32 @@ class Points:
         if len(y) < 2:
             return np.repeat(y[:1], self.n + 1)
         return _smooth(table, name, self.x, table.column(table.names[0])[self.begin : self.end], y)
+
+    def axis_values(self) -> np.ndarray:
+        flat: np.ndarray = self.x.ravel()
+        return flat
+
+    def blocks(self) -> list[tuple[int, int]]:
+        return [(0, len(self))]
+
+    def along(self, fn: str, values: np.ndarray) -> np.ndarray:
+        """A function of the whole course (signals.WHOLE), by the polynomials of the segments."""
+        y, width = values.reshape(self.x.shape), (self.x[:, -1] - self.x[:, 0])[:, None]
+        sums = (y @ integrals(self.n).T) * width
+        if fn in ("ddt", "deriv"):
+            with np.errstate(all="ignore"):
+                found = np.where(width == 0, 0.0, (y @ slopes(self.n).T) / width)
+        elif fn == "integ":
+            found = sums + (np.cumsum(sums[:, -1]) - sums[:, -1])[:, None]
+        elif fn in ("avg", "mean", "rms"):
+            if fn == "rms":
+                sums = (np.abs(y) ** 2 @ integrals(self.n).T) * width
+            mean = sums[:, -1].sum() / width.sum() if width.sum() else y.ravel()[0]
+            found = np.full(self.x.shape, np.sqrt(abs(mean)) if fn == "rms" else mean)
+        else:
+            found = np.broadcast_to(WHOLE[fn][0](self.axis_values(), values), (len(self),))
+        flat: np.ndarray = found.ravel()
+        return flat
 
     # ---- what measurements ask ----
 

@@ -68,6 +68,7 @@ def document(result: Result, deck: str = "", sheets: Iterable[Sheet] = ()) -> di
     """The run as the page's scripts take it."""
     table = result.main
     said = list(result.diagnostics)
+    sheets = [*_numbers(result), *sheets]
     run: dict[str, Any] = {
         "title": result.title or "emsim",
         "facts": _facts(table),
@@ -172,13 +173,56 @@ def shown(result: Result, table: Table) -> list[str]:
     printed = [n for kind, names in result.prints if kind == table.kind for n in names if n in table.signals]
     if printed:
         return list(dict.fromkeys(printed))
-    moving = [n for n in table.signals if any(len(c) and max(c) > min(c) for c in table.parts(n))]
+    moving = [
+        n
+        for n in table.signals
+        if n not in table.steps and any(len(c) and max(c) > min(c) for c in table.parts(n))
+    ]
     order = ("angle(", "pos(", "x(", "y(", "v(", "torque(", "force(", "i(", "omega(", "vel(")
 
     def rank(name: str) -> int:
         return next((k for k, word in enumerate(order) if name.startswith(word)), len(order))
 
     return sorted(moving, key=rank)[:SHOWN] or table.signals[:SHOWN]
+
+
+def _numbers(result: Result) -> list[Sheet]:
+    """What .meas and .four found."""
+    found: list[Sheet] = []
+    if result.measured:
+        head = [
+            "",
+            *(", ".join(f"{n} = {v:g}" for n, v in step.items()) for step in result.steps or [{}]),
+            "unit",
+        ]
+        rows: dict[str, list[str]] = {}
+        for one in result.measured:
+            value = (
+                "not found"
+                if one.trouble
+                else " ".join([f"{one.value:.7g}", *(f"{k} {v:.7g}" for k, v in one.more.items())])
+            )
+            rows.setdefault(one.name, [one.unit]).append(value)
+        cells = [[name, *values, unit] for name, (unit, *values) in rows.items()]
+        found.append(("measures", "Measurements", _table([head, *cells] if result.steps else cells)))
+    if result.spectra:
+        blocks = []
+        for spectrum in result.spectra:
+            step = result.steps[spectrum.step] if spectrum.step < len(result.steps) else {}
+            name = ", ".join([spectrum.signal, *(f"{n} = {v:g}" for n, v in step.items())])
+            head = ["", "Hz", spectrum.unit, "degrees", "of the first"]
+            rows_of = [
+                [str(h.k), f"{h.frequency:g}", f"{h.magnitude:.6g}", f"{h.phase:.4g}", f"{h.normalised:.4g}"]
+                for h in spectrum.harmonics
+            ]
+            blocks.append(f"<p>{escape(name)}: THD {spectrum.thd:.4g} %</p>{_table([head, *rows_of])}")
+        found.append(("harmonics", "Harmonics", "".join(blocks)))
+    return found
+
+
+def _table(rows: Sequence[Sequence[str]]) -> str:
+    lines = ("".join(f"<td>{escape(cell)}</td>" for cell in row) for row in rows)
+    return f'<table class="numbers">{"".join(f"<tr>{line}</tr>" for line in lines)}</table>'
 
 
 def deck_sheet(deck: str, said: Sequence[Diagnostic]) -> Sheet:

@@ -266,6 +266,55 @@ def test_a_table_that_nobody_ran_is_measured_too():
     assert value == pytest.approx((math.pi - math.asin(0.5)) / 7, rel=1e-6)
 
 
+WHOLE_COURSE = {
+    "avg(v(a))": 1.0, "rms(v(a))": math.sqrt(3), "pp(v(a))": 4.0, "maximum(v(a))": 3.0, "minimum(v(a))": -1.0,
+    "integ(v(a))": 4e-3, "ddt(v(a))": 4e3 * math.pi, "deriv(v(a))": 4e3 * math.pi, "avg(v(a)*i(r1))": 3e-3,
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(("text", "last"), WHOLE_COURSE.items())
+def test_functions_of_a_whole_course(text, last):
+    """In .print, in Result[...] and in .meas they are the same, the latter on the polynomials within the steps."""
+    deck = f"t\nV1 a 0 SIN(1 2 1k)\nR1 a 0 1k\n.tran 10u 4m\n.options reltol=1e-7\n.save v(a) i(r1)\n.meas tran x find {text} at=4m\n"
+    dynamic = "" if text.startswith("ddt") else f".print tran {text}\n"
+    result = emsim.run(deck + dynamic + ".end\n")
+    tolerance = 1e-3 if "d" in text.partition("(")[0] else 1e-5
+    assert result[text][-1] == pytest.approx(last, rel=tolerance)
+    assert result.measures["x"] == pytest.approx(last, rel=1e-5)
+    unit = {"integ(v(a))": "Wb", "ddt(v(a))": "V/s", "deriv(v(a))": "V/s", "avg(v(a)*i(r1))": "W"}.get(
+        text, "V"
+    )
+    assert result.unit(text) == unit and result.measured[0].unit == unit
+
+
+def test_functions_of_a_course_are_of_each_course():
+    result = emsim.run("t\nV1 a 0 {v}\nR1 a 0 1k\n.tran 1u 5u\n.step param v list 1 3\n.end\n")
+    averages = result["avg(v(a))"]
+    assert averages[0] == pytest.approx(1) and averages[-1] == pytest.approx(3)
+
+
+def test_columns_of_an_analysis_of_its_own_stand_in_expressions():
+    deck = "t\nV1 in 0 dc 1 ac 1\nR1 in out 1k\nR2 out 0 1k\n.tf v(out) V1\n.noise v(out) V1 dec 1 1k 10k\n"
+    deck += ".print tf db(transfer_function)\n.print noise db(onoise_spectrum)\n.meas noise loud find onoise_spectrum at=2k\n"
+    result = emsim.run(deck + ".end\n")
+    from emsim.outputs import text
+
+    said = "\n".join(text.lines(result))
+    assert "db(transfer_function) = -6.0206" in said and "db(onoise_spectrum)" in said
+    assert result.measures["loud"] == pytest.approx(result.noise["onoise_spectrum"][0], rel=1e-3)
+
+
+def test_analyses_may_be_given_beside_the_deck():
+    deck = "t\nV1 in 0 dc 1 ac 1\nR1 in out 1k\nC1 out 0 1n\n.tran 1u 10u\n.end\n"
+    result = emsim.run(deck, analyses=[".op", "ac dec 10 1k {f}".format(f="1meg")])
+    assert [t.kind for t in result.plots] == ["op", "ac"]
+    assert result.ac["v(out)"].dtype == complex and result.op["v(out)"] == pytest.approx([1.0])
+    with pytest.raises(DeckError, match="no analysis"):
+        emsim.run(deck, analyses=[".param x=1"])
+    with pytest.raises(KeyError):
+        _ = result.tran
+
+
 # ---- units ----------------------------------------------------------------------------------------------
 
 

@@ -191,7 +191,7 @@ function computed(run, text) {
     if (name === run.axisName) return run.time;
     if (run.complexNames.has(name)) throw new Error(`${name} is complex: db(), ph(), mag(), re() or im() of it is a signal`);
     return run.columns.find((c) => c.name.replace(/\s/g, "") === name)?.values;
-  });
+  }, { x: run.over ? run.columns.find((c) => c.name === run.over).values : run.time, starts: [0, ...run.blocks] });
   return { name: text, unit: "", computed: true, values: Float32Array.from({ length: run.rows }, (_, k) => f(k)) };
 }
 

@@ -140,8 +140,26 @@ Object.assign(FUNCTIONS, {
 const SUFFIXES = { t: 1e12, g: 1e9, meg: 1e6, k: 1e3, mil: 25.4e-6, m: 1e-3, u: 1e-6, "\u00b5": 1e-6, "\u03bc": 1e-6, n: 1e-9, p: 1e-12, f: 1e-15, a: 1e-18 };
 const NUMBER = /^((?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:e[-+]?[0-9]+)?)(meg|mil|[tgkmun\u00b5\u03bcpfa])?[a-z]*/;
 
-// "v(out) - 2*i(m1)" -> a function of the row; `column(name)` finds signals. Throws Error with what is wrong.
-function compileExpression(text, column) {
+// what follows a whole course along its axis: (x, y) of its rows -> a value for all of them, or one a row
+const SUM = (x, f) => { let s = 0; for (let k = 1; k < x.length; k++) s += (x[k] - x[k - 1]) * (f(k) + f(k - 1)) / 2; return s; };
+const MEAN = (x, y) => x.length > 1 && x[x.length - 1] !== x[0] ? SUM(x, (k) => y[k]) / (x[x.length - 1] - x[0]) : y[0];
+const SLOPE = (x, y) => y.map((_, k) => {
+  const a = k > 0 && x[k - 1] !== x[k] ? k - 1 : k, b = k + 1 < x.length && x[k + 1] !== x[k] ? k + 1 : k;
+  if (a === k || b === k) return a === b ? 0 : (y[b] - y[a]) / (x[b] - x[a]);
+  const h = x[k] - x[a], g = x[b] - x[k], left = (y[k] - y[a]) / h, right = (y[b] - y[k]) / g;
+  return (left * g + right * h) / (g + h);
+});
+const WHOLE = {
+  avg: MEAN, mean: MEAN, rms: (x, y) => Math.sqrt(MEAN(x, y.map((v) => v * v))),
+  maximum: (x, y) => y.reduce((a, b) => Math.max(a, b)), minimum: (x, y) => y.reduce((a, b) => Math.min(a, b)),
+  pp: (x, y) => WHOLE.maximum(x, y) - WHOLE.minimum(x, y), ddt: SLOPE, deriv: SLOPE,
+  integ: (x, y) => { let s = 0; return y.map((v, k) => (s += k ? (x[k] - x[k - 1]) * (v + y[k - 1]) / 2 : 0)); },
+  cph: (x, y) => { let turns = 0; return y.map((v, k) => (turns -= k ? Math.round((v - y[k - 1]) / (2 * Math.PI)) : 0) * 2 * Math.PI + v); },
+};
+
+// "v(out) - 2*i(m1)" -> a function of the row; `column(name)` finds signals. `course`: the axis x of all rows, and the row at
+// which each course of a sweep begins. Throws Error with what is wrong.
+function compileExpression(text, column, course = null) {
   const source = text.toLowerCase().replace(/\s+/g, "");
   let at = 0;
   const fail = (what) => { throw new Error(`${what} at ${at + 1} of ${text}`); };
@@ -184,6 +202,16 @@ function compileExpression(text, column) {
       if (values) { at = end; return (k) => values[k]; }
       const [, a, b] = /^v\(([^(),]+),([^(),]+)\)$/.exec(whole) ?? [], between = a && [column(`v(${a})`), column(`v(${b})`)];
       if (between?.[0] && between[1]) { at = end; return (k) => between[0][k] - between[1][k]; }
+      if (WHOLE[name] && course) {
+        at++;
+        const inner = sum(), y = Float64Array.from(course.x, (_, k) => inner(k)), found = new Float64Array(y.length);
+        if (!take(")")) fail("a ) is missing");
+        course.starts.forEach((a, k) => {
+          const b = course.starts[k + 1] ?? y.length, got = WHOLE[name](course.x.slice(a, b), y.slice(a, b));
+          typeof got === "number" ? found.fill(got, a, b) : found.set(got, a);
+        });
+        return (k) => found[k];
+      }
       if (FUNCTIONS[name]) {
         const f = FUNCTIONS[name], given = [];
         at++;
