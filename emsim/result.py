@@ -545,7 +545,19 @@ class Result:
     Everything a Table offers is offered here too, of the main table: the last transient, else the last.
     """
 
-    __slots__ = ("code", "deck", "diagnostics", "files", "measured", "output", "plots", "prints", "spectra", "steps", "title")
+    __slots__ = (
+        "code",
+        "deck",
+        "diagnostics",
+        "files",
+        "measured",
+        "output",
+        "plots",
+        "prints",
+        "spectra",
+        "steps",
+        "title",
+    )
 
     def __init__(
         self,

@@ -77,7 +77,9 @@ def join(results: Sequence[Result], steps: Sequence[Step], points: Sequence[Sequ
                 seen.add(key)
                 diagnostics.append(d)
     told = [dict(zip((s.column for s in steps), p, strict=True)) for p in points]
-    return Result(first.title, plots, diagnostics, first.prints, first.deck, found, steps=told, spectra=spectra)
+    return Result(
+        first.title, plots, diagnostics, first.prints, first.deck, found, steps=told, spectra=spectra
+    )
 
 
 def _joined(

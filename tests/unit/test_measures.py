@@ -275,10 +275,11 @@ WHOLE_COURSE = {
 @pytest.mark.parametrize(("text", "last"), WHOLE_COURSE.items())
 def test_functions_of_a_whole_course(text, last):
     """In .print, in Result[...] and in .meas they are the same, the latter on the polynomials within the steps."""
-    deck = f"t\nV1 a 0 SIN(1 2 1k)\nR1 a 0 1k\n.tran 10u 4m\n.options reltol=1e-7\n.save v(a) i(r1)\n.meas tran x find {text} at=4m\n"
+    deck = "t\nV1 a 0 SIN(1 2 1k)\nR1 a 0 1k\n.tran 10u 4m\n.options reltol=1e-7\n.save v(a) i(r1)\n"
+    deck += f".meas tran x find {text} at=4m\n"
     dynamic = "" if text.startswith("ddt") else f".print tran {text}\n"
     result = emsim.run(deck + dynamic + ".end\n")
-    tolerance = 1e-3 if "d" in text.partition("(")[0] else 1e-5
+    tolerance = 2e-3 if "d" in text.partition("(")[0] else 1e-5
     assert result[text][-1] == pytest.approx(last, rel=tolerance)
     assert result.measures["x"] == pytest.approx(last, rel=1e-5)
     unit = {"integ(v(a))": "Wb", "ddt(v(a))": "V/s", "deriv(v(a))": "V/s", "avg(v(a)*i(r1))": "W"}.get(

@@ -2,11 +2,11 @@
 
 import json
 import math
-import shutil
 import subprocess
 
 import numpy as np
 import pytest
+from support import needs_ngspice
 
 import emsim
 from emsim.cli import main
@@ -204,7 +204,7 @@ def test_the_command_tells_steps_and_measurements(tmp_path, capsys, monkeypatch)
     assert told["steps"] == [{"r": 1e3}, {"r": 2e3}] and [m["step"] for m in told["measures"]] == [0, 1]
 
 
-@pytest.mark.skipif(shutil.which("ngspice") is None, reason="ngspice is not installed")
+@needs_ngspice
 def test_ngspice_loads_a_stepped_file(tmp_path):
     emsim.run(RC + ".step param r list 1k 2k\n.end\n").save(tmp_path / "x.raw")
     (tmp_path / "l.cir").write_text(
@@ -246,7 +246,7 @@ def test_results_shorter_than_a_period_have_no_harmonics():
     assert "a period of 1000 Hz" in result.diagnostics[0].message
 
 
-@pytest.mark.skipif(shutil.which("ngspice") is None, reason="ngspice is not installed")
+@needs_ngspice
 def test_harmonics_are_ngspices(tmp_path):
     deck = (
         "t\nV1 in 0 SIN(0 2 1k)\nR1 in out 1k\nD1 out 0 dd\nR2 out 0 10k\n.model dd d(is=1e-14)\n.tran 1u 10m 0 1u\n"
