@@ -124,9 +124,13 @@ class Curve:
 
     def crossings(self, level: Curve, begin: float, end: float) -> Iterator[tuple[float, int]]:
         """(place, 1 rising or -1 falling) of each time at which y comes to `level` from one side, within begin .. end and in
-        the direction of the axis. Touching from below is rising; what starts on the level does not come to it."""
+        the direction of the axis. Touching from below is rising; what starts on the level crosses it where it leaves, as in
+        ngspice."""
         d = self.y - level.y
         flat = d.ravel()
+        leaves = int(np.argmax(flat != 0.0))
+        if leaves and begin <= (t := float(self.x.ravel()[leaves - 1])) <= end:
+            yield t, 1 if flat[leaves] > 0 else -1
         before, now = flat[:-1], flat[1:]
         found = np.flatnonzero(((before < 0) & (now >= 0)) | ((before > 0) & (now <= 0)))
         for i in found.tolist():

@@ -48,6 +48,7 @@ def test_a_curve_crosses_where_its_polynomial_does_also_at_a_jump():
     at = [t for t, _ in curve.crossings(Curve(x, 0 * x + 0.25), 0, 2)]
     assert at == [pytest.approx(0.5, abs=1e-14)]
     assert list(curve.crossings(Curve(x, 0 * x + 2), 0, 2)) == [(1.0, 1)]
+    assert list(curve.crossings(Curve(x, 0 * x), 0, 2)) == [(0.0, 1)]  # it starts there
     assert curve.value(1.0) == pytest.approx(3.0)
 
 
