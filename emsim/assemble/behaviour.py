@@ -408,7 +408,17 @@ class Compiler:
             return self._no_current(Call("i", [Name(device, node.span)], node.span))
         found = device_value(self.ctx, device, parameter)
         if found is None:
-            return self._error("E282", f"`{node.id}` is not computed", node, f"the current is @{device}[i]")
+            element = self.ctx.elements.get(self.ctx.element_name(device))
+            words = [] if element is None else [*element.probes(self.ctx)]
+            near = suggest(parameter, words)
+            hint = (
+                f"the current is @{device}[i]"
+                if len(words) <= len(CURRENT_NAMES)
+                else f"there are {', '.join(words)}"
+            )
+            return self._error(
+                "E282", f"`{node.id}` is not computed", node, f"did you mean {near}?" if near else hint
+            )
         return found
 
     def _not_mechanical(self, node: Call) -> Expr:
@@ -637,6 +647,13 @@ def device_value(ctx: Context, device: str, parameter: str) -> Expr | None:
     if element is not None:
         return element.probe(ctx, parameter)
     return element_current(ctx, device) if parameter in CURRENT_NAMES else None
+
+
+def device_unit(ctx: Context, word: str) -> str:
+    """Unit of @device[parameter]."""
+    device, _, parameter = word[1:].rstrip("]").partition("[")
+    element = ctx.elements.get(ctx.element_name(device))
+    return "A" if element is None else element.probes(ctx).get(parameter, "A")
 
 
 def element_current(ctx: Context, name: str) -> Expr | None:

@@ -287,7 +287,12 @@ def column(ctx: Context, text: str, ast: Node, span: Span) -> Output:
             text = repr(ast)
     name = "".join(text.split()).lower().strip("{}'\"")
     ast = _in_words(ctx, ast)
-    return Output(name, unit_of(ast), None if _of_columns(ast) else ctx.compile(ast, ast.span or span), ast)
+    unit = unit_of(ast)
+    if isinstance(ast, Name) and ast.id.startswith("@"):
+        from .behaviour import device_unit
+
+        unit = device_unit(ctx, ast.id)
+    return Output(name, unit, None if _of_columns(ast) else ctx.compile(ast, ast.span or span), ast)
 
 
 def unit_of(ast: Node) -> str:

@@ -423,6 +423,10 @@ class Element:
         """@name[..]; None for what is not computed."""
         return self.current(ctx) if name in CURRENT_NAMES else None
 
+    def probes(self, ctx: Context) -> dict[str, str]:
+        """What @name[..] reads, with its unit."""
+        return dict.fromkeys(CURRENT_NAMES, "A")
+
     def account(self, ctx: Context, book: Accounts) -> None:
         """Energies and powers. The default: it dissipates v i."""
         book.dissipates(self, self.between(ctx) * self.flow(ctx))

@@ -251,7 +251,23 @@ class Compiled(Element):
             return self._power(ctx)
         if name in self.params and isinstance(self.params[name], (int, float)):
             return ctx.b.const(float(self.params[name]))
-        return ctx.b.module_output(self.name, name, ctx.gmin)
+        try:
+            return ctx.b.module_output(self.name, name, ctx.gmin)
+        except KeyError:
+            return ctx.b.const(0.0)  # what it is made of was refused
+
+    def probes(self, ctx: Context) -> dict[str, str]:
+        module = getattr(self, "module", None)
+        if module is None:
+            return {}
+        found = dict.fromkeys((*self.currents[: len(self.nodes)], "i"), "A") | {"p": "W"}
+        try:
+            found = {name: unit for name, unit, _ in ctx.b.module_outputs(self.name)} | found
+        except KeyError:
+            pass  # what it is made of was refused
+        return found | {
+            key: module.parameters[key]["unit"] for key in self.params if key in module.parameters
+        }
 
     def _power(self, ctx: Context) -> Expr:
         total = ctx.b.const(0.0)

@@ -56,8 +56,9 @@ class Ledger:
                 account = line(entry.name, entry.word)
                 setattr(account, entry.kind, getattr(account, entry.kind) + value)
         for name, (heat, charge) in zip(devices, found["devices"], strict=False):
-            line(name, "D").dissipated += heat
-            line(name, "D").stored += charge
+            letter = name.rpartition(".")[2][:1].upper()
+            line(name, letter).dissipated += heat
+            line(name, letter).stored += charge
         self.lines = list(lines.values())
         self.open = list(book.open)
         self.supplied, self.dissipated, self.stored = (
