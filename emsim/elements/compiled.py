@@ -262,9 +262,10 @@ class Compiled(Element):
             return {}
         found = dict.fromkeys((*self.currents[: len(self.nodes)], "i"), "A") | {"p": "W"}
         try:
-            found = {name: unit for name, unit, _ in ctx.b.module_outputs(self.name)} | found
+            told = ctx.b.module_outputs(self.name)
         except KeyError:
-            pass  # what it is made of was refused
+            told = []  # what it is made of was refused
+        found = {name: unit for name, unit, _ in told} | found
         return found | {
             key: module.parameters[key]["unit"] for key in self.params if key in module.parameters
         }

@@ -1,7 +1,8 @@
 """Circuits of transistors under several methods, each against one tight run of ngspice: every signal within 0.5 % of its range.
 
 Currents of sources at gates are left out: they jump where a source has a corner and where Meyer's capacitances have a kink, and
-what either grid has there differs. Where ngspice's own slopes are not those of its currents .ac is not compared (NGSPICE_DEVICES 1.8).
+what either grid has there differs. Where ngspice's own slopes
+are not those of its currents .ac is not compared.
 """
 
 from __future__ import annotations
