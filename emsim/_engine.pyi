@@ -99,6 +99,11 @@ class Builder:
     def wave(self, kind: str, args: Sequence[float], dc: float | None = None) -> int:
         """kind: dc pulse sin exp pwl pwlr sffm am, every argument given. ValueError when they do not fit."""
     def wave_expr(self, k: int) -> Expr: ...
+    def still(self) -> int:
+        """The wave that is 1 until a run begins, 0 from then on."""
+    def delay(self, row: int, of: Expr, by: float, initial: float) -> int:
+        """A wave that is what an expression was a time `by` [s] ago, for that unknown's row; before a start from
+        given values `initial`. ValueError for no positive time."""
     def g(self, row: int, col: int, v: float) -> None: ...
     def c(self, row: int, col: int, v: float) -> None: ...
     def conductance(self, p: int, n: int, v: float) -> None:

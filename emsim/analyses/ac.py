@@ -142,6 +142,15 @@ def linearised(
     return linear, []
 
 
+def without_delays(analysis: Analysis, ctx: Context) -> None:
+    """An error where something is late: the equations are then no pencil, and have poles without number."""
+    if ctx.delayed:
+        said = f".{analysis.word} finds no poles of lines: they have more than there are numbers"
+        ctx.sink.error(
+            "E305", said, analysis.card.span, "put some coils and capacitors in the place of each line"
+        )
+
+
 def singular(assembly: Assembly, analysis: Analysis, error: ValueError) -> Diagnostic:
     """The error of a frequency at which there is no solution."""
     from .failure import explain_failure

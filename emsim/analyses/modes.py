@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 
-from .ac import linearised
+from .ac import linearised, without_delays
 from .base import Analysis, Axis, Computed, Run, derived, recorded
 from .op import is_static
 
@@ -50,6 +50,7 @@ class Modes(Analysis):
     def columns(self, ctx: Context) -> list[Output]:
         from ..assemble.outputs import columns
 
+        without_delays(self, ctx)
         return columns(ctx, "", "", whole=False)
 
     def run(self, assembly: Assembly, progress: Progress | None = None) -> Run:

@@ -7,7 +7,7 @@ the input. A source across the input that is a voltage source already drives it.
 
 from __future__ import annotations
 
-from .ac import linearised
+from .ac import linearised, without_delays
 from .base import Analysis, Computed, Run, wrong
 from .op import is_static
 
@@ -53,6 +53,7 @@ class Pz(Analysis):
         return cls(card, nodes, words[4], words[5])
 
     def columns(self, ctx: Context) -> list[Output]:
+        without_delays(self, ctx)
         for name in self.nodes:
             if name not in ctx.nodes and name not in ("0", "gnd"):
                 ctx.unknown(

@@ -156,6 +156,8 @@ class Sens(Analysis):
             if e.letter in "VvIi":
                 yield from self._of_source(assembly, linear, over, e, result)
                 continue
+            if e.letter in "Tt":
+                continue  # over frequency its numbers turn phases, which no difference of G and C tells
             for name, unit, read, write in _parameters(e):
                 found = _changes(assembly, e, x, read, write, over is not None)
                 if found is not None:

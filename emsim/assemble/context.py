@@ -79,6 +79,8 @@ class Context:
         self.ics: dict[str, float] = {}
         self.saved: dict[str, Output] | None = None  # columns that every analysis records (outputs.py)
         self._waves: dict[str, int] = {}
+        self.still: Expr | None = None  # 1 at the DC point, 0 in a run
+        self.delayed: list[int] = []  # unknowns that read what was a time ago
         self._ddts: dict[int, int] = {}
         self._flag_count = 0
         self.checked: set[str] = set()  # names of models whose parameters have been looked at
@@ -143,6 +145,18 @@ class Context:
         self.b.c(index, index, 1.0)
         self.b.add_f(index, -e)
         return self.b.x(index)
+
+    def delay(self, e: Expr, td: float, name: str, initial: float = 0.0) -> Expr:
+        """What e was `td` [s] ago, a current unknown of its own; at the DC point e itself, before a start from given values
+        `initial`. Runs keep what was, small signals turn its phase (engine/src/system/delays.rs)."""
+        b = self.b
+        index = b.unknown(name, "branch", "A", initial)
+        if self.still is None:
+            self.still = b.wave_expr(b.still())
+        past = b.wave_expr(b.delay(index, e, td, initial))
+        b.add_f(index, b.x(index) - self.still * e - (1.0 - self.still) * past)
+        self.delayed.append(index)
+        return b.x(index)
 
     def wave(self, e: Element) -> int:
         """The engine's number of an independent source's waveform."""

@@ -22,6 +22,7 @@ from .n import OfModule
 from .q import Bipolar
 from .r import Resistor
 from .s import VoltageSwitch
+from .t import Line
 from .v import VoltageSource
 from .w import CurrentSwitch
 from .x import Use
@@ -47,6 +48,7 @@ ELEMENTS: tuple[type[Element], ...] = (
     Mosfet,
     Mesfet,
     OfModule,
+    Line,
     Use,
 )
 

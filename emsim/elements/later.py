@@ -26,10 +26,6 @@ class CoupledLines(Later):
     letter, what, model_types, least = "p", "coupled lines", ("cpl",), 0
 
 
-class TransmissionLine(Later):
-    letter, what, least = "t", "transmission line", 0
-
-
 class RcLine(Later):
     letter, what, model_types = "u", "RC line", ("urc",)
 
@@ -38,4 +34,4 @@ class SingleLine(Later):
     letter, what, model_types, least = "y", "lossy line", ("txl",), 0
 
 
-LATER: tuple[type[Element], ...] = (CodeModel, LossyLine, CoupledLines, TransmissionLine, RcLine, SingleLine)
+LATER: tuple[type[Element], ...] = (CodeModel, LossyLine, CoupledLines, RcLine, SingleLine)

@@ -133,11 +133,26 @@ pub struct Force {
     pub release: bool, // nodeset: released before the final solution
 }
 
+/// What an expression was a time ago (system/delays.rs).
+#[derive(Clone, Copy, Debug)]
+pub struct Delay {
+    pub of: Id,
+    pub by: f64,
+    pub wave: usize,
+    /// the row that reads it, as unknown = expression(t - by)
+    pub row: usize,
+    /// before a run that starts from given values
+    pub initial: f64,
+}
+
 /// Contributions, as the cards make them.
 #[derive(Default)]
 pub struct Model {
     pub unknowns: Vec<Unknown>,
     pub waves: Vec<Wave>,
+    pub delays: Vec<Delay>,
+    /// the wave that is 1 where a run has not begun: what is late is there what it will be
+    pub still: Option<usize>,
     pub g: Vec<(usize, usize, f64)>,
     pub c: Vec<(usize, usize, f64)>,
     pub f_wave: Vec<(usize, usize, f64)>,

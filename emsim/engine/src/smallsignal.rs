@@ -17,7 +17,8 @@ pub struct SmallSignal {
     pattern: Pattern,
     g: Vec<f64>, // on the pattern
     c: Vec<f64>,
-    held: Vec<bool>, // this unknown stays where it is
+    held: Vec<bool>,            // this unknown stays where it is
+    delayed: Vec<(usize, f64)>, // places in G, and by how long what they read is late
     lu: Lu<Complex>,
     matrix: Vec<Complex>,
     s: Option<Complex>, // what was factored last
@@ -45,9 +46,14 @@ impl SmallSignal {
                 g[at] = 1.0;
             }
         }
+        let mut delayed = Vec::new();
+        for d in &sys.delays.list {
+            let others = (0..sys.n).filter(|&col| col != d.row);
+            delayed.extend(others.filter_map(|col| Some((pattern.position(d.row, col)?, d.by))));
+        }
         let lu = Lu::new(&Symbolic::analyse(&pattern)?);
         let matrix = vec![Complex::ZERO; pattern.nnz()];
-        Ok(SmallSignal { pattern, g, c, held, lu, matrix, s: None })
+        Ok(SmallSignal { pattern, g, c, held, delayed, lu, matrix, s: None })
     }
 
     /// G and C on their common pattern.
@@ -62,6 +68,10 @@ impl SmallSignal {
         self.s = None;
         for (m, (&g, &c)) in self.matrix.iter_mut().zip(self.g.iter().zip(&self.c)) {
             *m = Complex::from(g) + s.scale(c);
+        }
+        for &(k, by) in &self.delayed {
+            let (decay, angle) = ((-s.re * by).exp(), -s.im * by);
+            self.matrix[k] = Complex::new(decay * angle.cos(), decay * angle.sin()).scale(self.g[k]);
         }
         // pivots are chosen anew at every frequency: entries change by orders of magnitude between two
         self.lu.factor(&self.matrix)?;

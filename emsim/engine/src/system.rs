@@ -14,6 +14,7 @@ use crate::reduced::Reduced;
 use crate::sparse::{reciprocal, Once, Pattern, Rows, Singular, Stamp, Symbolic};
 use crate::tape::{Inputs, Tape};
 use crate::waves::Wave;
+use delays::{Delays, Past};
 pub use guests::{Guests, Polynomial, DEGREE};
 pub use phases::Phase;
 pub use split::{Part, Parts};
@@ -23,6 +24,7 @@ use std::sync::OnceLock;
 pub use together::{Together, POINTS};
 
 mod bends;
+pub mod delays;
 mod devices;
 pub mod foreseen;
 mod guests;
@@ -55,6 +57,7 @@ pub struct System {
     pub n: usize,
     pub unknowns: Vec<Unknown>,
     pub waves: Vec<Wave>,
+    pub delays: Delays,
     pub flags: Vec<FlagSpec>,
     pub laws: Laws,
     pub forces: Vec<Force>,
@@ -117,6 +120,8 @@ pub struct Work {
     before: f64, // from here on sources have the value before their jump: what lies at a step's end
     /// values that another system gives, in place of the last waves
     pub guests: Guests,
+    /// ... and those that the past gives
+    pub past: Past,
     pub source_factor: f64,
     pub dc: bool, // independent sources at their DC value
     /// ... but for these, with the value that a sweep gives them
@@ -378,6 +383,7 @@ impl System {
         let yielding = (0..n).filter_map(own).collect();
         let mut system = System {
             n,
+            delays: Delays::new(g, model.delays, model.still),
             waves: model.waves,
             flags: model.flags,
             laws,
@@ -443,6 +449,7 @@ impl System {
             wave_time: f64::NAN,
             before: f64::INFINITY,
             guests: Guests::default(),
+            past: self.delays.past(),
             source_factor: 1.0,
             dc: false,
             given: Vec::new(),
@@ -499,6 +506,7 @@ impl System {
             w.given.iter().for_each(|&(k, v)| w.waves[k] = w.source_factor * v);
         }
         w.guests.write(t, &mut w.waves);
+        w.past.write(t, t >= w.before, &mut w.waves);
         w.wave_time = if w.dc { f64::NAN } else { t };
     }
 

@@ -187,6 +187,7 @@ pub(super) fn starting_point(sys: &System, w: &mut Work, a: Transient, o: &Optio
     let mut x = op::initial(sys);
     if a.uic {
         w.start_from_given();
+        w.past.begin();
     }
     if sys.has_laws() {
         put_thresholds(sys, w, &x, 0.0, &tol);
@@ -215,7 +216,12 @@ impl<'a, S: Sink> Run<'a, S> {
         let mut tol = Tolerances::new(sys, o);
         tol.observe(&x, 0.0);
         let (dense, shows_silent) = (character.dense_record, record.shows_silent(sys));
-        let tmax = a.tmax.unwrap_or_else(|| memory::longest(sys, &a, character));
+        let known = sys.delays.shortest();
+        let tmax = a.tmax.unwrap_or_else(|| memory::longest(sys, &a, character)).min(known);
+        if o.fixed_step.is_some_and(|h| h > known) {
+            let why = format!("steps of a fixed length are longer than a delay of {known:e} s");
+            return Err(Failure::Unfit { why });
+        }
         Ok(Run {
             sys,
             w,
@@ -253,6 +259,7 @@ impl<'a, S: Sink> Run<'a, S> {
     }
 
     pub(super) fn start(&mut self, method: &mut dyn Method) {
+        self.sys.begin_past(self.w, &self.x, self.a.uic);
         let feature = self.sys.shortest_feature().min(self.a.tstep).min(self.tmax);
         // within so little of the run charges are not known to rounding: what need not be computed from their change is not
         let (short, rounded) = (1e-5 * feature, 1e-10 * self.a.tstop);
@@ -297,6 +304,7 @@ impl<'a, S: Sink> Run<'a, S> {
 
     fn restart(&mut self, method: &mut dyn Method) {
         self.watch.cut(method, &self.tol);
+        self.w.past.resume(self.t);
         method.restart(self.sys, self.w, self.t, &self.x);
         self.detector.start(self.sys, self.w, &self.x, self.t);
         self.check.begin(self.t);
@@ -313,7 +321,7 @@ impl<'a, S: Sink> Run<'a, S> {
             None if self.dense => 1e-2 * feature,
             None => (0.01 * feature).min(1e-3 * span),
         };
-        let fixed = self.o.fixed_step.is_some();
+        let (fixed, known) = (self.o.fixed_step.is_some(), sys.delays.shortest());
         let h = match self.next.h {
             Some(h) => h,
             None if fixed => first,
@@ -330,7 +338,7 @@ impl<'a, S: Sink> Run<'a, S> {
             // how far may this step go
             let t = self.t;
             let left = (self.stop - t) - self.late;
-            let mut step = s.h.min(if fixed { s.h } else { memory::bound(&a, t, tmax) });
+            let mut step = s.h.min(if fixed { s.h } else { memory::bound(&a, t, tmax).min(known) });
             if let Some(ahead) = self.ahead.as_ref().filter(|_| !fixed) {
                 step = step.min(ahead.limit(t));
             }
@@ -458,6 +466,7 @@ impl<'a, S: Sink> Run<'a, S> {
             row.end(self.sys, self.w, self.t, &self.x, &self.tol);
         }
         self.kept = self.t;
+        self.sys.keep_past(self.w, self.t, &|t, out| method.dense(t, out), &mut self.scratch);
         let dense = |t: f64, out: &mut [f64]| method.dense(t, out);
         let inside = Inside { dense: &dense, parts: if self.dense { 4 } else { 1 }, stages: &|| method.stages() };
         self.record.step(self.sys, self.w, self.t, &self.x, &inside);
@@ -524,6 +533,7 @@ impl<'a, S: Sink> Run<'a, S> {
                 return Event::Ended;
             }
         }
+        self.w.past.corner(te);
         // the flags flip, then the algebraic unknowns jump
         sys.remember(self.w, &self.x, te);
         for &k in self.detector.fired().iter().filter(|&&k| !sys.flags[k].law.of_modes()) {

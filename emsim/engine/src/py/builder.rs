@@ -7,7 +7,7 @@ use crate::derive;
 use crate::devices::compiled::Compiled;
 use crate::devices::Climate;
 use crate::graph::{Fun, Id, Node};
-use crate::model::{Form, Law, LawSpec};
+use crate::model::{Delay, Form, Law, LawSpec};
 use crate::system::{FlagSpec, Force, Kind, Model, Unknown};
 use crate::tape::{Inputs, Tape};
 use crate::waves::Wave;
@@ -320,6 +320,26 @@ impl Builder {
         let wave = Wave::new(kind, &args, dc).map_err(PyValueError::new_err)?;
         let m = self.model()?;
         m.waves.push(wave);
+        Ok(m.waves.len() - 1)
+    }
+
+    /// Makes the row of an unknown read an expression a time ago, as a source; gives its number.
+    fn delay(&mut self, row: usize, of: &Bound<'_, PyAny>, by: f64, initial: f64) -> PyResult<usize> {
+        let of = Expr::operand(&self.graph, of)?;
+        if !(by > 0.0 && by.is_finite()) {
+            return Err(PyValueError::new_err("a delay is positive"));
+        }
+        let m = self.model()?;
+        m.waves.push(Wave::guest());
+        m.delays.push(Delay { of, by, wave: m.waves.len() - 1, row, initial });
+        Ok(m.waves.len() - 1)
+    }
+
+    /// The wave that is 1 until a run begins, 0 from then on.
+    fn still(&mut self) -> PyResult<usize> {
+        let m = self.model()?;
+        m.waves.push(Wave::guest());
+        m.still = Some(m.waves.len() - 1);
         Ok(m.waves.len() - 1)
     }
 

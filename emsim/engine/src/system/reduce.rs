@@ -11,6 +11,9 @@ impl System {
             if self.laws.list.iter().any(|law| law.form == Form::Corner) {
                 return Err("rigid stops hold positions only while they are closed".into());
             }
+            if !self.delays.list.is_empty() {
+                return Err("it reads what was a time ago".into());
+            }
             let [f, q] = self.rows.clone();
             let source = Source {
                 unknowns: &self.unknowns,

@@ -83,6 +83,9 @@ impl<'a> Splitter<'a> {
     }
 
     fn split(&self, g: &mut Graph) -> Result<Parts, String> {
+        if !self.sys.delays.list.is_empty() {
+            return Err("there are delays".into());
+        }
         if !self.slow.contains(&true) || !self.slow.contains(&false) {
             return Err("it takes a circuit and a machine".into());
         }

@@ -190,7 +190,7 @@ impl System {
     /// Where the integration stops next: a corner of a source that matters, an edge before it, or `tstop`. Until this is asked for again
     /// a source that jumps there has not jumped yet.
     pub fn next_stop(&self, w: &mut Work, t: f64, tstop: f64) -> f64 {
-        let corner = self.next_corner(t).min(tstop);
+        let corner = self.next_corner(t).min(w.past.next_corner(t)).min(tstop);
         let stop =
             self.edges.next(&mut w.edges, &mut w.standing, &self.waves, &w.flags, t, corner).map_or(corner, |e| e.t);
         w.before = stop * (1.0 - 8.0 * f64::EPSILON);

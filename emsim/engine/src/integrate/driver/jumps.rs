@@ -14,10 +14,14 @@ impl<S: Sink> Run<'_, S> {
     pub(super) fn land(&mut self, method: &mut dyn Method) -> bool {
         let mut jumped = false;
         self.sys.remember(self.w, &self.x, self.t);
+        self.w.past.corner(self.t);
         for _ in 0..self.sys.rounds() {
             let before = self.outcome.events.len();
             let bends = self.slopes_jump(method);
-            let jumps = bends || self.sys.jumps_at(self.t) || self.sys.hidden_corner(self.t).is_some();
+            let jumps = bends
+                || self.w.past.corner_at(self.t)
+                || self.sys.jumps_at(self.t)
+                || self.sys.hidden_corner(self.t).is_some();
             let (t, events) = (self.t, &mut self.outcome.events);
             self.sys.flip_edges(self.w, t, false, |k, on| events.push((t, k, on)));
             let flipped = self.outcome.events.len() > before;
