@@ -91,8 +91,9 @@ def test_as_runs_with_another_value(template, out, over):
 @pytest.mark.parametrize("template", [LINEAR, JUNCTIONS.replace("area={d1_area=1.5}", "")])
 @pytest.mark.parametrize("over", ["", " ac lin 1 10k 10k"])
 def test_as_ngspice(tmp_path, template, over):
-    """What ngspice leaves out is not looked at: of small signals their operating point, of coupled coils the mutual part. Its
-    own quotient is of first order, which shows where things bend."""
+    """What ngspice leaves out is not looked at: of small signals their operating point, of coupled coils the mutual part; its
+    d1_area is 16 V where twice the area changes the voltage by 30 mV, its k1 66 kV. Its own quotient is of first order, which
+    shows where things bend."""
     if over and template is not LINEAR:
         return
     out = "w" if "s1 " not in template else "out"
@@ -107,13 +108,15 @@ def test_as_ngspice(tmp_path, template, over):
     shared = 0
     for name in theirs.names:
         plain = re.sub(r"^[vi]\((.*)\)$", r"\1", name).replace("_tc", "_tc1")
-        if plain not in ours.names or plain in ("frequency", "r3", "d1_temp", "l1", "l2"):
+        if plain not in ours.names or plain.startswith(
+            ("frequency", "r3", "d1_temp", "d1_area", "k1", "l1", "l2")
+        ):
             continue
         a, b = ours.column(plain), theirs.column(name)
         if not np.abs(b).max() or (plain.endswith("_m") and plain[0] in "di"):
             continue  # ngspice has no such derivative
         shared += 1
-        assert np.abs(a - b).max() <= (3e-6 if template is LINEAR else 3e-5) * np.abs(b).max(), plain
+        assert np.abs(a - b).max() <= (3e-6 if out == "w" else 3e-5) * np.abs(b).max(), plain
     assert shared >= (12 if out == "w" else 6)
 
 
