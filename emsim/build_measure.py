@@ -12,7 +12,7 @@ import re
 from .build_expr import expression
 from .deck import Clause, Measure
 from .diagnostics import Diagnostic
-from .expr import Call, Node
+from .expr import Call, Name, Node, Num
 from .source import Line
 from .syntax import LineError, code_end, parse_line
 
@@ -60,6 +60,12 @@ def clauses(line: Line, text: str, start: int) -> list[Clause]:
     found: list[Clause] = []
     early: dict[str, Node] = {}  # values before the clause that they belong to
     pieces = list(_pieces(text, start))
+    between = text[start : pieces[0][1] if pieces else len(text)]
+    if strange := between.strip():
+        first = start + between.index(strange[0])
+        raise wrong(
+            line.span_at(first, first + len(strange)), f"`{strange}` stands where .meas says what it measures"
+        )
     for k, (word, first, at) in enumerate(pieces):
         end = pieces[k + 1][1] if k + 1 < len(pieces) else len(text)
         body = text[at:end]
@@ -73,6 +79,8 @@ def clauses(line: Line, text: str, start: int) -> list[Clause]:
             continue
         equal = _equal(text, begin, end)
         node = None if begin >= (equal or end) else _piece(line, text, begin, end if equal is None else equal)
+        if isinstance(node, Num) and word != "param":
+            node = Name(repr(node), node.at)  # a node whose name is a number
         level = None if equal is None else _piece(line, text, equal + 1, end)
         found.append(Clause(STATISTICS.get(word, word), node, level, span))
     if not found:
@@ -185,7 +193,10 @@ def fourier(line: Line, start: int) -> Measure:
         raise LineError(Diagnostic("error", "E333", said, line.whole, "form: .four 1k v(out) v(in)"))
     found = []
     for first, last in pieces[1:]:
-        clause = Clause("four", _piece(line, text, first, last), None, line.span_at(first, last))
+        signal = _piece(line, text, first, last)
+        if isinstance(signal, Num):
+            signal = Name(repr(signal), signal.at)  # a node whose name is a number
+        clause = Clause("four", signal, None, line.span_at(first, last))
         clause.values["freq"] = _piece(line, text, *pieces[0])
         found.append(clause)
     return Measure("tran", "four", found, line.whole)

@@ -164,6 +164,11 @@ class Measure:
     def __init__(self, analysis: str, name: str, clauses: list[Clause], span: Span) -> None:
         self.analysis, self.name, self.clauses, self.span = analysis, name, clauses, span
 
+    def expressions(self) -> list[Node]:
+        """All that stand on the card."""
+        parts = ((c.body, c.level, *c.values.values()) for c in self.clauses)
+        return [node for part in parts for node in part if node is not None]
+
     def __repr__(self) -> str:
         return f".meas {self.analysis} {self.name} {self.clauses}"
 

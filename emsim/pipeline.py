@@ -68,21 +68,10 @@ def run(
     energy = flat.machine != [] if energy is None else energy
     heard = None if progress is None else Heard(progress)
     scene = in_notebook() if scene is None else scene
-    # flat deck to a result: by its commands, with .step of each of its variants
     if analyses is not None:
         flat.commands = []
-    if flat.commands and flat.steps:
-        from .diagnostics import deck_error
-
-        said = f"the deck has a .control section, and steps `{flat.steps[0].column}`: commands say themselves what is run"
-        hint = "loop over it there (foreach v 1k 2k, alterparam, reset, run), or take the section out"
-        deck_error("E332", said, flat.steps[0].span, hint)
-    if flat.commands:
-        result = command(deck, flat, options, energy, heard, scene, say)
-    elif flat.steps:
-        result = _stepped(deck, flat, options, energy, heard, scene)
-    else:
-        result = _once(flat, options, energy, heard, scene, stream)
+    # flat deck to a result
+    result = carry_out(deck, flat, options, energy, heard, scene, say, stream)
     if result.status == "interrupted" and not (heard and heard.stopped):
         if heard and heard.error:
             raise heard.error
@@ -92,20 +81,44 @@ def run(
     return result
 
 
+def carry_out(
+    deck: Deck,
+    flat: FlatDeck,
+    options: Options,
+    energy: bool,
+    progress: Progress | None = None,
+    scene: bool = False,
+    say: Callable[[str], object] | None = None,
+    stream: Stream | None = None,
+) -> Result:
+    """A deck run: by its commands, with .step each of its variants, or as it is."""
+    if flat.commands and flat.steps:
+        from .diagnostics import deck_error
+
+        said = f"the deck has a .control section, and steps `{flat.steps[0].column}`: commands say themselves what is run"
+        hint = "loop over it there (foreach v 1k 2k, alterparam, reset, run), or take the section out"
+        deck_error("E332", said, flat.steps[0].span, hint)
+    if flat.commands:
+        return command(deck, flat, options, energy, progress, scene, say)
+    if flat.steps:
+        return _stepped(deck, flat, options, energy, progress, scene)
+    return _once(flat, options, energy, progress, scene, stream)
+
+
 def _once(
-    flat: FlatDeck, options: Options, energy: bool, heard: Heard | None, scene: bool, stream: Stream | None = None
+    flat: FlatDeck, options: Options, energy: bool, progress: Progress | None, scene: bool, stream: Stream | None = None
 ) -> Result:  # fmt: skip
     """A flat deck run."""
     # flat deck to equations
     assembly, planned = prepare(flat, options, energy)
     # equations to solutions
-    runs = solve(assembly, planned, heard, scene, stream)
+    runs = solve(assembly, planned, progress, scene, stream)
     # solutions to a result
     return deliver(assembly, runs)
 
 
 def _stepped(
-    deck: Deck, flat: FlatDeck, options: Options, energy: bool, heard: Heard | None, scene: bool
+    deck: Deck, flat: FlatDeck, options: Options, energy: bool, progress: Progress | None, scene: bool
 ) -> Result:
     """A deck run once for each value of its steps; the first run that fails is the last."""
     from .diagnostics import ConvergenceError
@@ -118,7 +131,7 @@ def _stepped(
         own = {**options, **{step.name: value for step, value in changes if step.kind == "temp"}}
         done.append([value for _, value in changes])
         try:
-            results.append(_once(flatten(deck, options, changes), own, energy, heard, scene))
+            results.append(_once(flatten(deck, options, changes), own, energy, progress, scene))
         except ConvergenceError as error:
             if error.partial is None:
                 raise
@@ -265,6 +278,10 @@ def prepare(
         from .assemble.recording import Recording as context
     with NoCollection():
         assembly = assemble(flat, settings, times, energy, context, planned)
+    for step in flat.steps:
+        value = flat.params.get(step.name) if step.kind == "param" else None
+        said = f"`{step.column}` is not stepped here" + ("" if value is None else f": it is {value:g}")
+        flat.sink.note("N332", said, step.span, "`emsim run` takes one value after the other")
     if flat.draws.count:
         values = "value was" if flat.draws.count == 1 else "values were"
         flat.sink.note(
@@ -422,7 +439,7 @@ def _measured(
         names, units = [r.axis.name, *(o.name for o in outputs)], [r.axis.unit, *(o.unit for o in outputs)]
         complex = [False, *(r.analysis.complex for _ in outputs)]
         data = Columns((r.waves.inside(k) for k in range(len(names))), complex=complex)
-        fine = (Table(r.kind, names, units, data, axis=r.axis), degree) if data.rows else None
+        fine = (Table(r.kind, names, units, data, axis=r.axis, steps=r.steps), degree) if data.rows else None
     found = measure(cards, table, fine=fine)
     spectra, trouble = harmonics(fours, table, fine)
     return found, spectra, [*(d for m in found for d in (m.trouble, m.remark) if d is not None), *trouble]

@@ -727,7 +727,8 @@ class Result:
         }
 
     def __repr__(self) -> str:
-        return "\n".join([self.title, *(map(repr, self.plots) if self.plots else ["(nothing ran)"])])
+        tables = map(repr, self.plots) if self.plots else ["(nothing ran)"]
+        return "\n".join([self.title, *tables, *map(repr, self.measured)])
 
 
 def _table(

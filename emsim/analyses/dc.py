@@ -8,7 +8,10 @@ Sources change in the compiled equations; for a resistance or a temperature thes
 from __future__ import annotations
 
 import math
+from array import array
+from itertools import pairwise
 
+from ..assemble.outputs import Output
 from .base import Analysis, Axis, Computed, Run, derived, recorded, wrong
 from .failure import explain
 from .op import is_static
@@ -16,10 +19,10 @@ from .op import is_static
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Iterator
-    from typing import Any, Self
+    from typing import Self
 
     from .._engine import Waveforms
-    from ..assemble import Assembly, Context, Output
+    from ..assemble import Assembly, Context
     from ..deck import Analysis as Card
     from ..diagnostics import Sink
     from ..elements import Element
@@ -28,6 +31,7 @@ if TYPE_CHECKING:
 SWEEPS = {"v": Axis("v-sweep", "V"), "i": Axis("i-sweep", "A"), "r": Axis("res-sweep", "Ohm")}
 TEMPERATURE = Axis("temp-sweep", "C")
 STOP = 1e-9  # of a step: rounding of the last point
+PARTS = 4  # of a step, where measurements look between the points
 
 
 class Sweep:
@@ -119,10 +123,12 @@ class Dc(Analysis):
         names, units, _ = recorded(assembly, self)
         inner, outer = self.sweeps[0], self.sweeps[1:]
         assert inner.axis is not None
+        asked = [o for o in assembly.measured(self) if o.expr is not None]
+        parts_of = PARTS if asked and len(inner.values) > 1 else 1
         parts: list[Waveforms] = []
         points: list[list[float]] = []
         trouble, near = [], None
-        for made, sources, block in self._blocks(assembly):
+        for made, sources, block in self._blocks(assembly, parts_of):
             waves = [made.ctx.wave(e) for s in sources if (e := s.element(made.ctx)) is not None]
             values = [[p[self.sweeps.index(s)] for s in sources] for p in block]
             exprs = recorded(made, self)[2]
@@ -132,38 +138,51 @@ class Dc(Analysis):
             near = part.state
             if part.status == "failed":
                 trouble = explain(made, self, part)
-            if part.status != "ok" or (progress and progress(len(points), self._count, 0.0, len(points), 0)):
+            count = self._count(parts_of)
+            if part.status != "ok" or (progress and progress(len(points), count, 0.0, len(points), 0)):
                 break
         steps = [f"sweep({s.name})" for s in outer]
-        columns: list[Any] = [[p[k] for p in points] for k in range(len(self.sweeps))]
-        columns += [b"".join(part.column(1 + k) for part in parts) for k in range(len(names))]
+        columns = [array("d", (p[k] for p in points)) for k in range(len(self.sweeps))]
+        columns += [array("d", b"".join(part.column(1 + k) for part in parts)) for k in range(len(names))]
+        within: list[bytes] = []
+        if parts_of > 1:
+            # the points of the table, and for measurements those between them
+            read = [names.index(o.name) + len(self.sweeps) for o in asked]
+            within = [columns[k].tobytes() for k in (*range(len(self.sweeps)), *read)]
+            length = (len(inner.values) - 1) * parts_of + 1
+            kept = [k for k in range(len(points)) if k % length % parts_of == 0]
+            columns = [array("d", (c[k] for k in kept)) for c in columns]
         status = next((part.status for part in parts if part.status != "ok"), "ok")
-        if status == "ok" and len(points) < self._count:
+        if status == "ok" and len(points) < self._count(parts_of):
             status = "interrupted"
         stats = {
             key: sum(p.stats[key] for p in parts) for key in ("iterations", "factorisations", "solve_time")
         }
         outer_units = [s.axis.unit for s in outer if s.axis is not None]
-        whole = Computed(columns, (), status, stats)
+        whole = Computed(columns, (), status, stats, within)
+        between = [Output(name, unit, None) for name, unit in zip(steps, outer_units, strict=True)]
         return Run(
             self, [inner.axis.name, *steps, *names], [inner.axis.unit, *outer_units, *units], whole, inner.axis,
-            derived=derived(assembly, self), steps=steps, trouble=trouble,
+            derived=derived(assembly, self), steps=steps, trouble=trouble, inside=([*between, *asked] if within else (), 0),
         )  # fmt: skip
 
-    @property
-    def _count(self) -> int:
-        return math.prod(len(s.values) for s in self.sweeps)
+    def _count(self, parts: int) -> int:
+        return len(self._points(parts))
 
-    def _points(self) -> list[list[float]]:
-        """Values of the sweeps at every point, the first one running fastest."""
+    def _points(self, parts: int) -> list[list[float]]:
+        """Values of the sweeps at every point, the first one running fastest, in so many parts of its steps."""
         inner, *outer = (s.values for s in self.sweeps)
+        if parts > 1:
+            inner = [a + (b - a) * j / parts for a, b in pairwise(inner) for j in range(parts)] + inner[-1:]
         return [[a, *([b] if outer else [])] for b in (outer[0] if outer else [0.0]) for a in inner]
 
-    def _blocks(self, assembly: Assembly) -> Iterator[tuple[Assembly, list[Sweep], list[list[float]]]]:
+    def _blocks(
+        self, assembly: Assembly, parts: int
+    ) -> Iterator[tuple[Assembly, list[Sweep], list[list[float]]]]:
         """Stretches of points that have the equations in common: these, the sources swept in them, the points."""
         sources = [s for s in self.sweeps if s.is_source(assembly.ctx)]
         others = [k for k, s in enumerate(self.sweeps) if s not in sources]
-        points, first = self._points(), 0
+        points, first = self._points(parts), 0
         for k in range(1, len(points) + 1):
             here = [points[first][i] for i in others]
             if k < len(points) and [points[k][i] for i in others] == here:

@@ -39,6 +39,8 @@ def _expressions(flat: Any) -> Iterator[Any]:
         yield from card.params.values()
     for request in flat.prints:
         yield from (ast for _, ast in request.items)
+    for card in (*flat.measures, *flat.fours):
+        yield from card.expressions()
     for probe in (*flat.saves, *flat.probes, *flat.also):
         yield probe.ast
     for analysis in flat.analyses:

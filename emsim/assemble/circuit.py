@@ -116,6 +116,8 @@ def _expressions(ctx: Context) -> Iterator[Node]:
     for p in flat.prints:
         for _, ast in p.items:
             yield ast
+    for measure in (*flat.measures, *flat.fours):
+        yield from measure.expressions()
     for probe in (*flat.saves, *flat.probes, *flat.also):
         yield probe.ast
 

@@ -92,13 +92,12 @@ def measured(ctx: Context, word: str, axis: str = "") -> list[Output]:
     for card in (*ctx.flat.measures, *ctx.flat.fours):
         if card.analysis != word:
             continue
-        for clause in card.clauses:
-            for node in (clause.body, clause.level, *clause.values.values()):
-                for leaf in () if node is None else _quantities(_in_words(ctx, node)):
-                    if isinstance(leaf, Name) and leaf.id in (axis, "last"):
-                        continue
-                    one = column(ctx, to_text(leaf), leaf, leaf.span or clause.span)
-                    found.setdefault(one.name, one)
+        for node in card.expressions():
+            for leaf in _quantities(_in_words(ctx, node)):
+                if isinstance(leaf, Name) and leaf.id in (axis, "last"):
+                    continue
+                one = column(ctx, to_text(leaf), leaf, leaf.span or card.span)
+                found.setdefault(one.name, one)
     return list(found.values())
 
 

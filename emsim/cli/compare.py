@@ -63,6 +63,9 @@ def main(args: Sequence[str]) -> int:
                 "error", "E350", "there is no analysis to compare", None, "add .tran tstep tstop, or .op"
             )
         )
+    if ours.steps:
+        hint = "take .step out, and give one value: -D name=value"
+        raise OutsideError(Diagnostic("error", "E511", "ngspice knows no .step", None, hint))
     if any(table.energy is not None for table in ours.plots):
         hint = "`emsim analogue` writes a one-dimensional machine as a plain deck: compare that"
         raise OutsideError(Diagnostic("error", "E511", "ngspice knows no bodies and joints", None, hint))

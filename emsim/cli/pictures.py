@@ -133,7 +133,7 @@ class Films:
 
     def draw(self, result: Result) -> None:
         """Writes them. DeckError where there is no machine, or nothing to draw of it."""
-        table = result.main
+        table = result.main.courses()[-1]  # of a deck with .step the last run
         from ..diagnostics import deck_error
         from ..outputs import film
 

@@ -261,9 +261,13 @@ def _deliver(
 
         print_lines(text.harmonics(result))
     if given.has("energy") and tables:
+        from ..outputs import text
+
         for table in result.plots:
-            if table.energy is not None:
-                print_lines(["", *table.energy.table()])
+            steps = table.step_values() if table.is_stepped else [{}]
+            for values, course in zip(steps, table.courses() if table.is_stepped else [table], strict=True):
+                if course.energy is not None:
+                    print_lines(["", *([text.said(values)] if values else []), *course.energy.table()])
     # where nothing ran the note is all that says why there is no file
     show(diagnostics, given.has("quiet") and bool(result.plots))
     if given.has("json"):

@@ -105,6 +105,8 @@ class _Flattener:
         self.emit(cards, top)
         steps.change_elements(self.flat, self.changes)
         steps.check(self.flat.steps, self.sink)
+        if self.changes:  # one of the runs: nothing is left to step
+            self.flat.steps = []
         for name in top.scope.models:
             try:
                 self.models.at(name, top.scope)

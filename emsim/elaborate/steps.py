@@ -76,7 +76,8 @@ def points(steps: Sequence[Step]) -> Iterator[list[Change]]:
 def stepped_parameter(words: Sequence[Any]) -> tuple[str, Any] | None:
     """Name and first value of a card that steps a parameter: a deck need not have a .param of that name."""
     rest = [w for w in words if w not in (*SPACINGS, "list")]
-    return (rest[1], rest[2]) if len(rest) > 2 and rest[0] == "param" and isinstance(rest[1], str) else None
+    known = len(rest) > 2 and rest[0] == "param" and isinstance(rest[1], str) and not isinstance(rest[2], str)
+    return (rest[1], rest[2]) if known else None
 
 
 def read(card: Dot, scope: DeckScope, sink: Sink) -> Step | None:

@@ -79,11 +79,8 @@ def work(job: Job, progress: Callable[..., object] | None = None) -> tuple[dict[
     result = None
     if flat is not None:
         try:
-            if deck is not None and flat.commands:
-                result = pipeline.command(deck, flat, job["options"], True, progress, scene=True)
-            else:
-                assembly, planned = pipeline.prepare(flat, job["options"], True)
-                result = pipeline.deliver(assembly, pipeline.solve(assembly, planned, progress, scene=True))
+            assert deck is not None
+            result = pipeline.carry_out(deck, flat, job["options"], True, progress, scene=True)
         except Exception as failed:
             error, result = failed, getattr(failed, "partial", None)
     said = [] if result is None else list(result.diagnostics)

@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from ..expr import Node
     from ..result import Table
     from .fourier import Spectrum
+    from .points import Points
 
 __all__ = ["KINDS", "Kind", "Measured", "NotFound", "check", "find", "harmonics", "measure"]
 
@@ -54,8 +55,18 @@ def measure(
     cards: Sequence[Card], table: Table, given: Iterable[Measured] = (), fine: tuple[Table, int] | None = None
 ) -> list[Measured]:
     """The values of cards in a table, of every course where it has several (`Table.steps`), in order of courses and cards. A card
-    may read those before it, and `given` from elsewhere. `fine`: the same course at Chebyshev's points of each step, and their
-    number less one. What finds nothing has the value nan and a diagnostic E430 in `trouble`."""
+    may read those before it, and `given` from elsewhere. `fine`: a table with more points, at Chebyshev's of each step, and
+    their number less one; or 0, where they lie anyhow. What finds nothing has the value nan and a diagnostic E430 in
+    `trouble`."""
+    import numpy as np
+
+    with np.errstate(all="ignore"):  # of db(0) and its like a measurement says itself that it has no value
+        return _measure(cards, table, given, fine)
+
+
+def _measure(
+    cards: Sequence[Card], table: Table, given: Iterable[Measured], fine: tuple[Table, int] | None
+) -> list[Measured]:
     from .. import signals
     from ..diagnostics import Diagnostic
     from .points import Points
@@ -63,7 +74,7 @@ def measure(
     found: list[Measured] = []
     for step, rows in enumerate(table.blocks() or [(0, len(table))]):
         coarse = Points(table, rows)
-        inside = coarse if fine is None else Points(fine[0], None, fine[1], coarse.first)
+        inside = _inside(fine, step, coarse)
         known = {m.name: m for m in given}
         for card in cards:
             points = inside if all(signals.check(inside, node) for node in _nodes(card)) else coarse
@@ -98,7 +109,7 @@ def harmonics(
     found, trouble = [], []
     for step, rows in enumerate(table.blocks()):
         coarse = Points(table, rows)
-        inside = coarse if fine is None else Points(fine[0], None, fine[1], coarse.first)
+        inside = _inside(fine, step, coarse)
         for card in cards:
             for c in card.clauses:
                 assert c.body is not None
@@ -115,6 +126,17 @@ def harmonics(
                     said = f"no harmonics of `{c.body!r}`: {error.said}"
                     trouble.append(Diagnostic("error", "E430", said, error.span or card.span, error.hint))
     return found, trouble
+
+
+def _inside(fine: tuple[Table, int] | None, step: int, coarse: Points) -> Points:
+    """What is known between the points of a table, else the table itself."""
+    from .points import Points
+
+    if fine is None:
+        return coarse
+    table, degree = fine
+    blocks = table.blocks()
+    return Points(table, blocks[step] if step < len(blocks) else None, degree, coarse.first)
 
 
 def _nodes(card: Card) -> Iterator[Node]:

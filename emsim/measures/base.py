@@ -7,6 +7,7 @@ with a card; `find`, its value. A measurement that finds nothing raises NotFound
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from math import isfinite
 
 from ..deck import Clause
 from ..diagnostics import Diagnostic
@@ -77,8 +78,6 @@ class Kind(ABC):
     words: ClassVar[tuple[str, ...]]  # clauses that tell it: the first one's word
     form: ClassVar[str]
     meaning: ClassVar[str]
-    known: ClassVar[tuple[str, ...]] = ()  # values that its clauses may have
-    needs_signal: ClassVar[bool] = True
 
     def __init__(self, card: Card) -> None:
         self.card = card
@@ -93,7 +92,7 @@ class Kind(ABC):
     def read(self, sink: Sink) -> None:
         """What is wrong with the card, as far as it tells by itself."""
         for c in self.card.clauses:
-            if c.body is None and self.needs_signal and "at" not in c.values:
+            if c.body is None and not (c.word in ("trig", "targ") and "at" in c.values):
                 self.wrong(sink, f"`{c.word}` does not say of which signal", c.span)
 
     def wrong(self, sink: Sink, said: str, span: Span | None = None, hint: str | None = None) -> None:
@@ -107,7 +106,7 @@ class Kind(ABC):
     def measured(
         self, points: Points, value: float, unit: str, more: Mapping[str, float] | None = None
     ) -> Measured:
-        if value != value:
+        if not isfinite(value):
             raise NotFound(f"what `{self.card.name}` measures has no value there")
         return Measured(self.card.name, points.analysis, value, unit, more)
 

@@ -146,6 +146,11 @@ class Curve:
         a, b, fa, fb = at[j], at[j + 1], d[k, j], d[k, j + 1]
         width, start = self.x[k, -1] - self.x[k, 0], self.x[k, 0]
         c = b
+        if not np.isfinite(d[k]).all():  # no polynomial: a straight line, or the point where it has a value
+            share = (
+                -fa / (fb - fa) if np.isfinite(fa) and np.isfinite(fb) else 1.0 if np.isfinite(fb) else 0.0
+            )
+            return float(start + (a + share * (b - a)) * width)
         if fb != 0.0:
             for _ in range(80):
                 c = b - fb * (b - a) / (fb - fa)
@@ -191,7 +196,7 @@ class Curve:
 
     def extreme(self, sign: float) -> tuple[float, float]:
         """(value, place) of the largest value (sign 1) or the smallest one (-1); of several that are equal the first."""
-        y = sign * self.y
+        y = np.where(np.isnan(self.y), -np.inf, sign * self.y)
         top, swing = y.max(axis=1), np.ptp(y, axis=1)
         best, first = float(top.max()), int(np.argmax(y.ravel()))
         found = [(best, float(self.x.ravel()[first]))]
@@ -205,7 +210,10 @@ class Curve:
             value = float(between(y[k], np.array([c]))[0])
             turns.append((value, float(self.x[k, 0] + c * (self.x[k, -1] - self.x[k, 0]))))
         best = max(value for value, _ in (*found, *turns))
-        least = best - EQUAL * (best - float(y.min()))
+        finite = y[np.isfinite(y)]
+        if not np.isfinite(best) or not finite.size:
+            return sign * best, found[0][1]
+        least = best - EQUAL * (best - float(finite.min()))
         if 0 < first < y.size - 1 and any(value >= least for value, _ in turns):
             found = []  # a point beside the turn
         value, place = next(

@@ -78,3 +78,18 @@ def test_the_page_knows_the_functions_of_the_command_line(page_of: Any) -> None:
     known = set(page.evaluate("() => Object.keys(FUNCTIONS)"))
     assert set(FUNCTIONS) | set(SOURCE_MATH) <= known
     assert set(page.evaluate("() => Object.keys(WHOLE)")) == set(WHOLE)
+
+
+def test_functions_of_a_whole_course_are_those_of_the_command_line(page_of: Any) -> None:
+    result = emsim.run(
+        "t\nV1 a 0 SIN(1 2 1k)\nR1 a 0 {r}\n.tran 5u 3m\n.step param r list 1 2\n.meas tran x avg v(a)\n.end\n"
+    )
+    page = page_of(result)
+    for text in ("avg(v(a))", "rms(v(a))", "pp(i(v1))", "integ(v(a))", "ddt(v(a))"):
+        page.fill("#expression", text)
+        page.keyboard.press("Enter")
+        values = page.evaluate("() => [...window.emsim.run.columns.at(-1).values]")
+        expected = result[text]
+        assert values[-1] == pytest.approx(expected[-1], rel=2e-3), text
+        assert values[0] == pytest.approx(expected[0], rel=2e-3, abs=1e-6), text
+    assert "Measurements" in page.inner_text("#tabs")

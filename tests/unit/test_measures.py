@@ -98,6 +98,16 @@ def test_a_card_over_several_lines_with_comments_is_one():
     assert found(STEP, *lines)["x"].value == pytest.approx(TAU * math.log(2), rel=1e-3)
 
 
+def test_a_node_whose_name_is_a_number_is_one():
+    deck = "t\nV1 1 0 3\nR1 1 2 1k\nR2 2 0 2k\n.tran 1u 5u\n.meas tran x find 2 at=1u\n.four 1meg 2\n.end\n"
+    result = emsim.run(deck)
+    assert result.measures["x"] == pytest.approx(2.0) and result.spectra[0].harmonics[
+        0
+    ].magnitude == pytest.approx(2.0)
+    with pytest.raises(DeckError, match="7"):
+        emsim.run(deck.replace("find 2", "find 7"))
+
+
 def test_a_measurement_may_be_called_like_a_word_of_the_card():
     assert found(STEP, ".meas tran max max v(out)", ".meas tran when find v(out) at=1u").keys() == {
         "max",
@@ -237,6 +247,16 @@ def test_measurements_begin_where_the_results_do():
     ] == pytest.approx(0.6e-3)
 
 
+def test_what_only_a_measurement_reads_is_computed_for_it():
+    """Reactions and currents of elements are made only where something asks for them."""
+    deck = (
+        "t\n.gravity 9.81\nBODY rod shape=rod(1) m=2\nJOINT hinge 0 rod pin ic=-90deg\nV1 a 0 3\nR1 a b 1k\nS1 b 0 a 0 sw\n"
+        ".model sw sw(ron=1k)\n.tran 1m 0.5\n.meas tran weight max fy(hinge)\n.meas tran current find i(S1) at=0.1\n.end\n"
+    )
+    got = emsim.run(deck).measures
+    assert got["weight"] == pytest.approx(2 * 9.81, rel=1e-6) and got["current"] == pytest.approx(1.5e-3)
+
+
 def test_small_signals_are_measured_in_decibels_and_a_note_tells_of_real_parts():
     deck = "t\nV1 in 0 ac 1\nR1 in out 1k\nC1 out 0 1n\n.ac dec 20 1k 100meg\n{}\n.end\n"
     corner = 1 / (2 * math.pi * TAU)
@@ -257,6 +277,19 @@ def test_a_sweep_is_measured_in_the_direction_in_which_it_goes():
     deck = "t\nV1 in 0 0\nB1 out 0 V=v(in)*v(in)*v(in)\nR1 out 0 1k\n.dc V1 {} \n.meas dc x when v(out)=1 {}=1\n.end\n"
     assert emsim.run(deck.format("-2 2 0.1", "rise")).measures["x"] == pytest.approx(1.0, abs=1e-4)
     assert emsim.run(deck.format("2 -2 -0.1", "fall")).measures["x"] == pytest.approx(1.0, abs=1e-4)
+
+
+def test_a_coarse_sweep_is_solved_between_its_points():
+    """A diode's voltage is 0.6 V where its law says, on a grid of 0.2 V, for each temperature of the outer sweep."""
+    deck = (
+        "t\nV1 in 0 0\nR1 in a 1k\nD1 a 0 dd\n.model dd d(is=1e-14)\n.dc V1 0 5 {} temp 27 47 20\n"
+        ".meas dc x find v(in) when v(a)=0.6\n.end\n"
+    )
+    coarse, fine = (emsim.run(deck.format(step)) for step in (0.2, 0.01))
+    assert len(coarse.main) == 52 and len(coarse.measured) == 2
+    current = 1e-14 * (math.exp(0.6 / (1.380649e-23 * 300.15 / 1.602176634e-19)) - 1)
+    assert fine.measures["x"][0] == pytest.approx(0.6 + 1e3 * current, rel=1e-4)
+    assert coarse.measures["x"] == pytest.approx(fine.measures["x"], rel=2e-3)
 
 
 def test_a_table_that_nobody_ran_is_measured_too():

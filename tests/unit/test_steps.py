@@ -94,6 +94,18 @@ def test_a_machine_is_stepped_too():
     assert emsim.run(deck).measures["speed"] == pytest.approx([1.0, 0.5], rel=1e-6)
 
 
+def test_each_run_of_a_machine_has_its_ledger(tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    deck = (
+        "t\n.gravity 0\nBODY cart m={m}\nJOINT rail 0 cart slide axis=(1,0)\nFORCE f cart fx=1\n.tran 1m 1\n"
+    )
+    deck += ".step param m list 1 2\n.end\n"
+    (tmp_path / "d.cir").write_text(deck)
+    assert main(["--energy", "--no-files", "d.cir"]) == 0
+    said = capsys.readouterr().out
+    assert said.count("Step: m = ") == 2 and said.count("supplied") >= 2
+
+
 def test_a_measurement_that_is_not_found_in_one_step_has_the_others():
     deck = RC + ".step param r list 1k 100k\n.meas tran most when v(out)=0.9\n.end\n"
     result = emsim.run(deck)
@@ -189,8 +201,26 @@ def test_pictures_have_a_curve_for_each_step_and_tables_a_line(tmp_path):
 
     said = "\n".join(text.lines(result))
     assert said.count("Step: r = ") == 2 and said.count("Index   time") == 2
-    result.save(tmp_path / "x.html")
-    assert (tmp_path / "x.html").stat().st_size > 1000
+
+
+def test_the_page_has_what_is_measured_in_each_step():
+    from emsim.outputs import html
+
+    deck = RC + ".step param r list 1k 2k\n.meas tran half when v(out)=0.5\n.four 100k v(out)\n.end\n"
+    run = html.document(emsim.run(deck))
+    sheets = {name: inner for name, _, inner in run["sheets"]}
+    assert (
+        sheets["measures"].count("<tr>") == 2
+        and "r = 2000" in sheets["measures"]
+        and "<td>s</td>" in sheets["measures"]
+    )
+    assert sheets["harmonics"].count("THD") == 2
+    assert "r" not in run["shown"] and len(run["blocks"]) == 1
+
+
+def test_commands_and_steps_do_not_go_together():
+    with pytest.raises(DeckError, match="section, and steps"):
+        emsim.run(RC + ".step param r list 1k 2k\n.control\nrun\n.endc\n.end\n")
 
 
 def test_the_command_tells_steps_and_measurements(tmp_path, capsys, monkeypatch):
