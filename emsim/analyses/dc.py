@@ -8,7 +8,6 @@ Sources change in the compiled equations; for a resistance or a temperature thes
 from __future__ import annotations
 
 import math
-from array import array
 from itertools import pairwise
 
 from ..assemble.outputs import Output
@@ -120,6 +119,8 @@ class Dc(Analysis):
         return super().columns(ctx)
 
     def run(self, assembly: Assembly, progress: Progress | None = None) -> Run:
+        from array import array  # loads late: its import takes a millisecond
+
         names, units, _ = recorded(assembly, self)
         inner, outer = self.sweeps[0], self.sweeps[1:]
         assert inner.axis is not None
