@@ -14,6 +14,7 @@ from .result import Result, Table
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Sequence
+    from typing import Any
 
     from .diagnostics import Diagnostic
     from .elaborate.steps import Step
@@ -69,17 +70,33 @@ def join(results: Sequence[Result], steps: Sequence[Step], points: Sequence[Sequ
         for spectrum in r.spectra:
             spectrum.step = k
             spectra.append(spectrum)
-    seen, diagnostics = set(), []
-    for r in results:
-        for d in r.diagnostics:
-            key = (d.code, d.message, d.span)
-            if key not in seen:
-                seen.add(key)
-                diagnostics.append(d)
     told = [dict(zip((s.column for s in steps), p, strict=True)) for p in points]
+    diagnostics = _told_once(results, told)
     return Result(
         first.title, plots, diagnostics, first.prints, first.deck, found, steps=told, spectra=spectra
     )
+
+
+def _told_once(results: Sequence[Result], steps: Sequence[dict[str, float]]) -> list[Diagnostic]:
+    """What is said in several steps stands once; of measurements that are not found with the step, and in how many."""
+    from .diagnostics import Diagnostic
+
+    found: dict[tuple[Any, ...], Diagnostic] = {}
+    missing: dict[tuple[Any, ...], int] = {}
+    for r, step in zip(results, steps, strict=True):
+        for d in r.diagnostics:
+            if d.code != "E430":
+                found.setdefault((d.code, d.message, d.span), d)
+                continue
+            key = (d.code, d.span)
+            if key not in found:
+                said = f"at {', '.join(f'{n} = {v:g}' for n, v in step.items())}: {d.message}"
+                found[key] = Diagnostic(d.severity, d.code, said, d.span, d.hint, d.labels)
+            missing[key] = missing.get(key, 0) + 1
+    for key, count in missing.items():
+        if count > 1:
+            found[key].message += f" (and in {count - 1} further step{'s' * (count > 2)})"
+    return list(found.values())
 
 
 def _joined(

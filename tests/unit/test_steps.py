@@ -112,6 +112,9 @@ def test_a_measurement_that_is_not_found_in_one_step_has_the_others():
     assert result.measures["most"][0] == pytest.approx(1e-6 * math.log(10), rel=1e-2)
     assert math.isnan(result.measures["most"][1])
     assert [d.code for d in result.diagnostics] == ["E430"]
+    assert result.diagnostics[0].message.startswith("at r = 100000: `most` is not found")
+    many = emsim.run(RC + ".step param r 100k 105k 1k\n.meas tran most when v(out)=0.9\n.end\n").diagnostics
+    assert [d.code for d in many] == ["E430"] and many[0].message.endswith("(and in 5 further steps)")
 
 
 @pytest.mark.parametrize(
