@@ -1,8 +1,9 @@
-"""The devices of emsim/devices against ngspice 39.3: 164 sets of parameters, 20 points each, currents and admittances at every terminal.
+"""The devices of emsim/devices against ngspice 39.3: 164 sets of parameters, 20 points each, currents and admittances at every
+terminal.
 
 `device_points.json.xz` was made by ngspice's .op and .ac at 10 kHz. Its head says what stands where. A slope of ours is the exact
-derivative of the current; ngspice's small-signal models are not in the places that `frozen` and `inexact` name, and there the slope is
-held to differences of ngspice's own currents (`slope_differs`), or to a looser figure.
+derivative of the current; ngspice's small-signal models are not in the places that `freeze_base` and `inexact` name, and there the
+slope is held to differences of ngspice's own currents (`slope_differs`), or to a looser figure.
 """
 
 from __future__ import annotations
@@ -11,6 +12,7 @@ import json
 import lzma
 import math
 from functools import cache
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -21,7 +23,7 @@ import emsim
 from emsim import _engine
 
 DEVICES = Path(emsim.__file__).parent / "devices"
-POINTS = json.loads(lzma.open(Path(__file__).parent / "device_points.json.xz").read())
+POINTS = json.loads(lzma.decompress((Path(__file__).parent / "device_points.json.xz").read_bytes()))
 OMEGA = 2 * math.pi * POINTS["frequency"]
 GMIN = 1e-12
 # the terminal at which an inner node starts
@@ -46,7 +48,9 @@ class Device:
 
     def __init__(self, device: str, of: dict, gmin: float = GMIN):
         self.device, self.gmin = device, gmin
-        self.model = {k: v for k, v in of["model"].items() if k not in ("gap1", "gap2")}  # unknown to ngspice as well
+        self.model = {
+            k: v for k, v in of["model"].items() if k not in ("gap1", "gap2")
+        }  # unknown to ngspice as well
         if "cj" in self.model and "cjo" in self.model:
             del self.model["cjo"]  # two names of one parameter: the later one counts
         self.instance = dict(of["instance"])
@@ -214,7 +218,8 @@ def test_currents_and_admittances_are_those_of_ngspice(device, k):
         theirs = np.array(p["c"])
         allowed = 1e-5
         if device == "bjt" and of["model"].get("ptf"):
-            allowed = 1e-4  # ngspice's .ac delays gm alone, its .tran the forward current with its Early effect: ours is the latter
+            # ngspice's .ac delays gm alone, its .tran the forward current with its Early effect: ours is the latter
+            allowed = 1e-4
         if series and (off or marked) and device != "bjt":
             continue
         assert np.all(np.abs(imaginary - theirs) <= allowed * np.max(np.abs(theirs)) + 1e-20), (
@@ -235,7 +240,9 @@ def test_slopes_are_derivatives_of_the_currents(device, k):
             up[column] += h
             down[column] -= h
             fu, fd = it.at(up)[0], it.at(down)[0]
-            rough = np.max(np.abs(it.at(up)[1] - it.at(down)[1]), axis=1)  # a kink, or an exponential within h
+            rough = np.max(
+                np.abs(it.at(up)[1] - it.at(down)[1]), axis=1
+            )  # a kink, or an exponential within h
             assert np.all(
                 np.abs((fu - fd) / (2 * h) - g[:, column])
                 <= 1e-6 * np.max(np.abs(g), axis=1) + rough + 1e-15 * np.abs(fu) / h + 1e-15
@@ -270,7 +277,7 @@ def test_charge_is_conserved_over_a_cycle(device):
     moved: dict[int, float] = {}
     for second, (c, d) in others or [(first, (a, b))]:
         corners = [(a, c), (b, c), (b, d), (a, d), (a, c)] if others else [(a, a), (b, b), (a, a)]
-        for (u0, w0), (u1, w1) in zip(corners, corners[1:], strict=False):
+        for (u0, w0), (u1, w1) in pairwise(corners):
             for panel in range(24):
                 for node, weight in zip(nodes, weights, strict=True):
                     s = (panel + 0.5 + 0.5 * node) / 24
