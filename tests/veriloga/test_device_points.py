@@ -2,7 +2,7 @@
 terminal.
 
 `device_points.json.xz` was made by ngspice's .op and .ac at 10 kHz. Its head says what stands where. A slope of ours is the exact
-derivative of the current; ngspice's small-signal models are not in the places that `freeze_base` and `inexact` name, and there the
+derivative of the current; the small-signal models of ngspice are not where `freeze_base` and `inexact` say, and there the
 slope is held to differences of ngspice's own currents (`slope_differs`), or to a looser figure.
 """
 
