@@ -36,6 +36,7 @@ OPTIONS = [
     HELP,
 ]
 
+PATIENCE = 45.0  # for those that a looser one can follow [s]
 TIGHT = (1e-6, 1e-5, 1e-4)  # reltol of the reference run: the first that ngspice gets through
 
 
@@ -163,7 +164,10 @@ def _tight(
     said = ""
     for reltol in TIGHT:
         try:
-            return engine(ngspice.tightened(text, folder, grid, tmax, reltol)), reltol
+            deck = ngspice.tightened(text, folder, grid, tmax, reltol)
+            # a run that is too tight for ngspice may go on for ever with steps of nothing
+            patient = engine is not ngspice.run or reltol == TIGHT[-1]
+            return (engine(deck) if patient else ngspice.run(deck, timeout=PATIENCE)), reltol
         except ngspice.NgspiceError as error:
             said = str(error)
     raise OutsideError(Diagnostic("error", "E511", f"ngspice does not run this deck: {said}"))

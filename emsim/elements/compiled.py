@@ -202,6 +202,7 @@ class Compiled(Element):
             )  # fmt: skip
         except ValueError as trouble:
             self._told(ctx, trouble.args[0])
+            self.module = None  # nothing to read there
             return
         for text in said:
             ctx.remark("W288", f"`{module.name}` says: {text}", self.model.span)
