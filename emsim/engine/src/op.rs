@@ -481,8 +481,6 @@ fn pseudo_transient(dc: &mut Dc, w: &mut Work, x: &mut [f64], tol: &Tolerances) 
 /// The accepted point must satisfy the equations themselves: no device limited, no condition left behind, and the
 /// residual of each row small against its terms.
 fn polish(dc: &mut Dc, w: &mut Work, x: &mut [f64], tol: &Tolerances, o: &Options) -> Result<(), Failure> {
-    // at rest nothing has a rate; the way here leaves what rounding makes of large ones
-    (0..dc.sys.n).filter(|&i| dc.sys.unknowns[i].kind == Kind::Derivative).for_each(|i| x[i] = 0.0);
     dc.newton(w, x, 0.0, None, tol, o.itl1)?;
     let sys = dc.sys;
     sys.eval(w, x, 0.0);
