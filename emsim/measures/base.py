@@ -25,6 +25,9 @@ if TYPE_CHECKING:
     from .points import Points
 
 
+GOALS = ("goal", "minval", "weight")
+
+
 class NotFound(Exception):
     """Why a measurement has no value."""
 
@@ -94,6 +97,11 @@ class Kind(ABC):
         for c in self.card.clauses:
             if c.body is None and not (c.word in ("trig", "targ") and "at" in c.values):
                 self.wrong(sink, f"`{c.word}` does not say of which signal", c.span)
+
+        goals = [word for word in GOALS if any(word in c.values for c in self.card.clauses)]
+        if goals:
+            said = f"`{goals[0]}=` of `{self.card.name}` has no effect: it is for optimisers"
+            sink.note("N333", said, self.card.span)
 
     def wrong(self, sink: Sink, said: str, span: Span | None = None, hint: str | None = None) -> None:
         sink.error("E330", said, span or self.card.span, hint or f"form: {self.form}")
