@@ -93,3 +93,23 @@ def test_functions_of_a_whole_course_are_those_of_the_command_line(page_of: Any)
         assert values[-1] == pytest.approx(expected[-1], rel=2e-3), text
         assert values[0] == pytest.approx(expected[0], rel=2e-3, abs=1e-6), text
     assert "Measurements" in page.inner_text("#tabs")
+
+
+def test_runs_of_a_stepped_deck_have_a_colour_and_a_name_each(page_of: Any) -> None:
+    page = page_of(
+        emsim.run(
+            "t\nV1 a 0 ac 1\nR1 a b {r}\nC1 b 0 1u\n.ac dec 10 1 1meg\n.step param r list 1k 10k 100k\n.end\n"
+        )
+    )
+    known = page.evaluate(
+        "() => [window.emsim.run.courses, window.emsim.run.overLog, window.emsim.waves.xname]"
+    )
+    assert known == [["r = 1000", "r = 10000", "r = 100000"], True, "frequency"]
+    colours = """() => {
+      const c = document.querySelector('#panels canvas'), found = new Set();
+      const d = c.getContext('2d').getImageData(0, 0, c.width, c.height).data;
+      const hex = (v) => v.toString(16).padStart(2, '0');
+      for (let k = 0; k < d.length; k += 4) found.add('#' + hex(d[k]) + hex(d[k + 1]) + hex(d[k + 2]));
+      return COLOURS.filter((colour) => found.has(colour)).length;
+    }"""
+    assert page.evaluate(colours) >= 3

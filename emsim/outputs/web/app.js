@@ -44,7 +44,7 @@ async function unpacked(run) {
   if (run.blocks.length) {
     // several courses over one axis: rows have a number, and the axis is a signal that the others are drawn over
     run.columns.unshift({ name: run.axisName, unit: run.axisUnit, values: run.time });
-    Object.assign(run, { over: run.axisName, time: run.time.map((_, k) => k), axisName: "row", axisUnit: "", axisLog: false });
+    Object.assign(run, { over: run.axisName, overLog: run.axisLog, time: run.time.map((_, k) => k), axisName: "row", axisUnit: "", axisLog: false });
   }
   run.complexNames = complex;
   run.names = run.columns.map((c) => c.name);

@@ -198,6 +198,8 @@ function padded(u, low, high) {
   return [low - pad, high + pad];
 }
 
+const NAMED = 10; // courses that a legend names
+
 // Signals over another signal: a phase portrait. The clock is a dot on each curve.
 class Portrait {
   constructor(waves, holder, columns, unit, height, colours) {
@@ -213,38 +215,60 @@ class Portrait {
     const ctx = canvas.getContext("2d"), xc = run.columns.find((c) => c.name === waves.xname), xs = waves.scaled(xc);
     ctx.scale(ratio, ratio);
     const first = before(run.time, waves.range[0]), last = before(run.time, waves.range[1]);
-    const span = (columns) => {
+    const span = (columns, f = (v) => v) => {
       let low = Infinity, high = -Infinity;
-      for (const c of columns) for (let k = first; k <= last; k++) { if (c[k] < low) low = c[k]; if (c[k] > high) high = c[k]; }
+      for (const c of columns) for (let k = first; k <= last; k++) { const v = f(c[k]); if (v < low) low = v; if (v > high) high = v; }
       return padded(null, low <= high ? low : null, high);
     };
-    const ys = this.columns.map((c) => waves.inScale(c)), [x0, x1] = span([waves.inScale(xc)]), [y0, y1] = span(ys), breaks = new Set(run.blocks);
-    const left = 66, bottom = height - 34, X = (v) => left + (v - x0) / (x1 - x0) * (width - left - 10), Y = (v) => bottom - (v - y0) / (y1 - y0) * (bottom - 8);
+    // over the axis of a sweep within sweeps, which may be logarithmic
+    const log = run.overLog && waves.xname === run.over, place = log ? Math.log10 : (v) => v;
+    const ys = this.columns.map((c) => waves.inScale(c)), [x0, x1] = span([waves.inScale(xc)], place), [y0, y1] = span(ys);
+    const courses = [0, ...run.blocks], names = run.courses || [];
+    const left = 66, bottom = height - 34, X = (v) => left + (place(v) - x0) / (x1 - x0) * (width - left - 10), Y = (v) => bottom - (v - y0) / (y1 - y0) * (bottom - 8);
     ctx.font = "12px system-ui";
     ctx.fillStyle = this.colours.ink;
     ctx.strokeStyle = this.colours.line;
     ctx.textAlign = "center";
-    for (const v of ticks(x0, x1, width / 110)) { line(ctx, X(v), 8, X(v), bottom); ctx.fillText(written(v, waves.unit(xc)), X(v), bottom + 14); }
+    const marks = log ? decades(x0, x1) : ticks(x0, x1, width / 110);
+    for (const v of marks) { line(ctx, X(v), 8, X(v), bottom); ctx.fillText(written(v, waves.unit(xc)), X(v), bottom + 14); }
     ctx.fillText(waves.xname, (left + width) / 2, height - 5);
     ctx.textAlign = "right";
     for (const v of ticks(y0, y1, height / 40)) { line(ctx, left, Y(v), width - 10, Y(v)); ctx.fillText(written(v, this.unit), left - 5, Y(v) + 4); }
     const stride = Math.max(1, Math.floor((last - first) / 40000));
+    // a colour a course, where there are several
+    const colour = (i, n) => COLOURS[(i + n * ys.length) % COLOURS.length];
     ys.forEach((y, i) => {
-      ctx.strokeStyle = ctx.fillStyle = COLOURS[i % COLOURS.length];
+      ctx.strokeStyle = ctx.fillStyle = colour(i, 0);
       ctx.lineWidth = 1.3;
-      ctx.beginPath();
-      let pen = false;
-      for (let k = first; k <= last; k += stride) {
-        const known = Number.isFinite(xs[k]) && Number.isFinite(y[k]);
-        if (known && pen && !breaks.has(k)) ctx.lineTo(X(xs[k]), Y(y[k])); else if (known) ctx.moveTo(X(xs[k]), Y(y[k]));
-        pen = known;
-      }
-      ctx.stroke();
+      courses.forEach((begin, n) => {
+        const end = Math.min(last, (courses[n + 1] ?? Infinity) - 1);
+        ctx.strokeStyle = colour(i, n);
+        ctx.beginPath();
+        let pen = false;
+        for (let k = Math.max(first, begin); k <= end; k = k < end ? Math.min(end, k + stride) : end + 1) {
+          const known = Number.isFinite(xs[k]) && Number.isFinite(y[k]);
+          if (known && pen) ctx.lineTo(X(xs[k]), Y(y[k])); else if (known) ctx.moveTo(X(xs[k]), Y(y[k]));
+          pen = known;
+        }
+        ctx.stroke();
+      });
       ctx.beginPath();
       ctx.arc(X(valueAt(run.time, xs, waves.clock.t)), Y(valueAt(run.time, y, waves.clock.t)), 4.5, 0, 7);
       ctx.fill();
     });
+    ctx.textAlign = "right";
+    names.slice(0, NAMED).forEach((name, n) => {
+      ctx.fillStyle = colour(0, n);
+      ctx.fillText(n === NAMED - 1 && names.length > NAMED ? `and ${names.length - n} more` : name, width - 14, 22 + 15 * n);
+    });
   }
+}
+
+// powers of ten between two logarithms, or both ends where there is none
+function decades(low, high) {
+  const found = [], by = Math.max(1, Math.ceil((high - low) / 12));
+  for (let e = Math.ceil(low); e <= high; e += by) found.push(10 ** e);
+  return found.length > 1 ? found : [10 ** low, 10 ** high];
 }
 
 function line(ctx, x0, y0, x1, y1) { ctx.beginPath(); ctx.moveTo(x0, y0); ctx.lineTo(x1, y1); ctx.stroke(); }
