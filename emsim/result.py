@@ -457,6 +457,42 @@ class Table:
             stats=self.stats, status=self.status, plotname=self.plotname, scene=self.scene, energy=self.energy,
         )  # fmt: skip
 
+    def fft(
+        self, *signals: str, window: str = "hann", points: int | None = None, start: float | None = None,
+        stop: float | None = None,
+    ) -> Table:  # fmt: skip
+        """The spectra of signals (columns or expressions) of a transient: a table over frequency of complex amplitudes, columns
+        `fft(v(out))`, so that a sine of 2 V is a line of 2 V. `window`: none hann hamming blackman flattop; `points` equally
+        spaced ones are taken between start and stop [s], left out: a power of two, as many as there are rows at least.
+
+        ValueError where the table is not one course over time, a signal is complex, or there is no such window."""
+        import numpy as np
+
+        from .spectrum import WINDOWS, amplitudes
+
+        if not self.axis or self.axis.name != "time" or self.steps or len(self) < 2:
+            raise ValueError(f"{self.plotname!r} is not one course over time")
+        if window not in WINDOWS:
+            raise ValueError(f"there is no window {window!r}: {', '.join(WINDOWS)}")
+        x = self.doubles(0)
+        begin, end = x[0] if start is None else start, x[-1] if stop is None else stop
+        n = points or min(max(1 << (len(self) - 1).bit_length(), 1024), 1 << 20)
+        at = begin + (end - begin) * np.arange(n) / n
+        columns: list[bytes] = []
+        names, units = ["frequency"], ["Hz"]
+        for signal in signals or self.signals:
+            y = self.at(signal, at)
+            if np.iscomplexobj(y):
+                raise ValueError(f"{signal} is complex")
+            f, z = amplitudes(y, (end - begin) / n, window)
+            columns = columns or [f.tobytes()]
+            columns.append(z.tobytes())
+            names.append(f"fft({_plain(signal)})")
+            units.append(self.unit(signal))
+        store = Columns(columns, complex=[False, *(True for _ in names[1:])])
+        axis = Axis("frequency", "Hz")
+        return Table("fft", names, units, store, title=self.title, axis=axis, plotname="Spectrum")
+
     # conversions -------------------------------------------------------------------------------------
 
     def to_pandas(self) -> pd.DataFrame:
@@ -679,6 +715,13 @@ class Result:
 
     def at(self, name: str, t: float | Sequence[float] | np.ndarray) -> Any:
         return self.main.at(name, t)
+
+    def fft(
+        self, *signals: str, window: str = "hann", points: int | None = None, start: float | None = None,
+        stop: float | None = None,
+    ) -> Table:  # fmt: skip
+        """Spectra of signals of the main table, see Table.fft."""
+        return self.main.fft(*signals, window=window, points=points, start=start, stop=stop)
 
     def to_pandas(self) -> pd.DataFrame:
         return self.main.to_pandas()

@@ -36,7 +36,7 @@ ROWS = [
     ["result"],
     ["measures"],
     ["signals"],
-    ["interpolate"],
+    ["interpolate", "spectrum"],
     ["analyses"],
     ["assemble"],
     ["elaborate"],

@@ -83,7 +83,18 @@ class Plots:
     @property
     def signals(self) -> list[Probe]:
         """Everything that has to be recorded."""
-        return [p for items in self.lists for p in items if getattr(p.ast, "id", "") != "vs"]
+        if not self.lists:
+            return []
+        from ..outputs.panels import transformed
+
+        asked = [p for items in self.lists for p in items if getattr(p.ast, "id", "") != "vs"]
+        inner = [(p, transformed(p.ast)) for p in asked]
+        # of fft(v(out)) the signal is recorded
+        return [
+            q
+            for p, parts in inner
+            for q in ([type(p)(repr(ast), ast, p.span) for ast in parts] if parts else [p])
+        ]
 
     def draw(self, result: Result) -> None:
         """Files, then the terminal. DeckError where there is nothing to draw."""

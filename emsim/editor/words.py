@@ -205,6 +205,7 @@ OF_RESULTS = {
     "minimum": ("minimum(x)", "the smallest value of all rows"),
     "integ": ("integ(x)", "integral along the axis, from its start"),
     "deriv": ("deriv(x)", "slope along the axis; as ddt(x)"),
+    "fft": ("fft(x)", 'spectrum of a transient, in --plot; in Python r.fft("v(out)")'),
 }
 
 # waveform -> (meaning, arguments: name, unit, what stands for one that is left out); "~" where 0 counts as left out

@@ -90,7 +90,9 @@ def document(result: Result, deck: str = "", sheets: Iterable[Sheet] = ()) -> di
         run["packed"] = [pack(_single(numbers)) for _, _, numbers in table.flat()[1:]]
         run["blocks"] = [first for first, _ in table.blocks()[1:]]
         steps = table.step_values() if table.steps else []
-        run["courses"] = [", ".join(f"{name} = {value:.6g}" for name, value in step.items()) for step in steps]
+        run["courses"] = [
+            ", ".join(f"{name} = {value:.6g}" for name, value in step.items()) for step in steps
+        ]
         if table.energy is not None:
             run["energy"] = _energy(table.energy)
             run["sheets"] = [("energy", "Energy", ""), *run["sheets"]]

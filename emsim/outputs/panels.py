@@ -16,7 +16,7 @@ import numpy as np
 
 from ..build import parse_signals
 from ..diagnostics import deck_error
-from ..expr import Name
+from ..expr import Call, Name, to_text
 from ..interpolate import cubic_many
 from ..signals import FUNCTIONS, evaluate
 from .raw import TYPES
@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
 
     from ..deck import Probe
+    from ..expr import Node
     from ..result import Table
 
 FAR = 1e6  # times the distance of all else from the middle: such rows are off the scale
@@ -109,6 +110,8 @@ def panels(
     for given in asked:
         wanted, across = split(parse_signals(given) if isinstance(given, str) else list(given))
         own: dict[str, Panel] = {}
+        spectral = [probe for probe in wanted if transformed(probe.ast)]
+        wanted = [probe for probe in wanted if probe not in spectral]
         for step, part in parts:
             axis = part.column(part.names[0])
             window = _window(part, axis, start, stop)
@@ -124,6 +127,9 @@ def panels(
                 panel.curves.append(
                     Curve(name + step, *(_apart(part, *course) if window is None else course))
                 )
+            for name, unit, f, y in _spectra(part, spectral, start, stop):
+                panel = own.setdefault(f"fft {unit}", Panel(unit, "frequency", "Hz", True))
+                panel.curves.append(Curve(name + step, f, y))
         found += own.values()
     return found
 
@@ -135,6 +141,28 @@ def _written(values: Mapping[str, float]) -> str:
         factor, prefix = prefixed("V", abs(value))
         found.append(f"{name}={value * factor:.4g}{prefix[:-1]}")
     return " " + ",".join(found)
+
+
+def transformed(ast: Node) -> list[Node]:
+    """What is transformed in an expression with fft()."""
+    if isinstance(ast, Call) and ast.fn == "fft" and len(ast.args) == 1:
+        return [ast.args[0]]
+    parts = ast.args if isinstance(ast, Call) else [getattr(ast, key, None) for key in "cab"]
+    return [found for part in parts if part is not None for found in transformed(part)]
+
+
+def _spectra(
+    table: Table, items: Sequence[Probe], start: float | None, stop: float | None
+) -> Iterator[tuple[str, str, np.ndarray, np.ndarray]]:
+    """Name, unit, frequencies and values of expressions with fft(): of a spectrum its size in dB. Without its mean."""
+    for probe in items:
+        signals = [to_text(ast) for ast in transformed(probe.ast)]
+        try:
+            spectrum = table.fft(*signals, start=start, stop=stop)
+        except (KeyError, ValueError) as error:
+            deck_error("E352", f"no spectrum of {', '.join(signals)}: {error.args[0]}", probe.span)
+        shown = next(_signals(spectrum, [probe], False))  # of complex ones db() comes first
+        yield shown[0], shown[1], spectrum.column("frequency")[1:], shown[2][1:]
 
 
 def _window(

@@ -40,7 +40,9 @@ def test_the_point_satisfies_the_equations(name):
     """What one more step of Newton's method would change, full F and full G: less than a hundredth of the tolerances."""
     s = emsim.compile(deck(name))
     x = s.x0
-    x[np.array(s.kinds) == "derivative"] = 0.0  # at rest; what a run starts with is a difference over a very short step
+    x[np.array(s.kinds) == "derivative"] = (
+        0.0  # at rest; what a run starts with is a difference over a very short step
+    )
     _, g = s.dense(x, 0.0)
     left = np.abs(np.linalg.lstsq(g, s.F(x, 0.0), rcond=None)[0])
     allowed = 1e-6 + 1e-4 * np.abs(x)
