@@ -129,7 +129,7 @@ pub struct Elaborator<'a> {
 }
 
 /// More statements than a model has, even with its loops.
-pub const MOST_STEPS: usize = 5_000_000;
+pub const MOST_STEPS: usize = 1_000_000;
 pub const MOST_NODES: usize = 2_000_000;
 
 impl<'a> Elaborator<'a> {

@@ -1,6 +1,6 @@
 //! Statements: assignments, conditions, loops, contributions.
 use super::ast::{Expression, Statement, Type, Variable, E, S};
-use super::elaborate::{Answer, Elaborator, Frame, Num, State, Val, MOST_STEPS};
+use super::elaborate::{Answer, Branch, Elaborator, Frame, Num, State, Val, MOST_STEPS};
 use super::source::Place;
 use crate::graph::{Id, Node};
 use std::rc::Rc;
@@ -252,7 +252,11 @@ impl Elaborator<'_> {
                 Some(false) => break,
                 Some(true) => {
                     if self.steps > MOST_STEPS {
-                        return self.stop(self.place(c), "this loop does not end", "its condition stays true");
+                        return self.stop(
+                            self.place(c),
+                            "the module takes too many steps",
+                            "the condition of this loop stays true",
+                        );
                     }
                     for &s in body {
                         self.execute(s)?;
@@ -547,7 +551,9 @@ impl Elaborator<'_> {
         let journal = std::mem::replace(&mut self.frame.journal, outer);
         self.stamp = stamp;
         let at = library.statement_places[s as usize];
-        if self.branches.iter().zip(&touched).any(|(b, t)| b.state != *t) || self.branches.len() > touched.len() {
+        let changed =
+            |(b, branch): (usize, &Branch)| touched.get(b).map_or(branch.state.touched, |t| branch.state != *t);
+        if self.branches.iter().enumerate().any(changed) {
             return self.stop(
                 at,
                 "a contribution at @(initial_step) is not supported",

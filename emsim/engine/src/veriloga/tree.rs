@@ -169,24 +169,53 @@ fn unexpected(library: &Library, tokens: &[Token], at: usize, wanted: &[u8], nam
     let expected = if words.is_empty() { String::new() } else { format!("expected here: {}", words.join("  or  ")) };
     let Some(token) = tokens.get(at) else {
         let place = tokens.last().map(|t| t.at).unwrap_or_default();
-        return library.sources.message(place, "the text ends too early", expected);
+        // what is open
+        let mut open: Vec<Token> = Vec::new();
+        for token in tokens {
+            match library.sources.word(token.word) {
+                "module" | "macromodule" | "begin" | "case" | "function" | "nature" | "discipline" | "paramset" => {
+                    open.push(*token)
+                }
+                "end" | "endmodule" | "endcase" | "endfunction" | "endnature" | "enddiscipline" | "endparamset" => {
+                    open.pop();
+                }
+                _ => {}
+            }
+        }
+        let hint = open.last().map_or(expected, |t| {
+            let word = library.sources.word(t.word);
+            let close = match word {
+                "begin" => "end".to_string(),
+                "macromodule" => "endmodule".to_string(),
+                word => format!("end{word}"),
+            };
+            format!("{close} is missing: the {word} of line {} is open", library.sources.message(t.at, "", "").line)
+        });
+        return library.sources.message(place, "the text ends too early", hint);
     };
     let word = library.sources.word(token.word);
-    if DIGITAL.contains(&word) {
-        let what = format!("{word} belongs to digital or structural Verilog, which is not supported");
-        return library.sources.message(token.at, what, "an analogue module says what it does in analog begin ... end");
+    let before = at.checked_sub(1).map(|k| tokens[k]);
+    for token in before.iter().chain([token]) {
+        let word = library.sources.word(token.word);
+        if DIGITAL.contains(&word) {
+            let what = format!("{word} belongs to digital or structural Verilog, which is not supported");
+            return library.sources.message(
+                token.at,
+                what,
+                "an analogue module says what it does in analog begin ... end",
+            );
+        }
     }
     let has = |name: &str| wanted.iter().any(|&k| names[k as usize] == name);
-    let before = at.checked_sub(1).map(|k| tokens[k]);
+    if has("CONTRIBUTES") && word == "=" {
+        return library.sources.message(token.at, "a branch cannot be assigned to", "contribute to it with <+");
+    }
     // a statement that is not closed is told where it ends
     if let Some(before) = before {
         if (has("SEMICOLON") || has("EMPTY")) && !has("BEGIN") && token.at.call == before.at.call {
             let place = Place { start: before.at.start + before.at.length.max(1) - 1, length: 1, ..before.at };
             let what = format!("a ; is missing before {word}");
             return library.sources.message(place, what, "statements and declarations end with ;");
-        }
-        if has("CONTRIBUTES") && word == "=" {
-            return library.sources.message(token.at, "a branch cannot be assigned to", "contribute to it with <+");
         }
     }
     library.sources.message(token.at, format!("{word} is not expected here"), expected)
