@@ -69,7 +69,7 @@ REFUSED = {
     "whole division by zero": (body("x = 1 / 0; I(a, b) <+ x;"), 7, "by 0", "1.0"),
     "root of a negative number": (body("I(a, b) <+ sqrt(-r);"), 7, "sqrt(-1) has no value", "parameters"),
     "index outside": (body("w[5] = 1; I(a, b) <+ w[5];", "real w[0:3];"), 7, "5 is outside of 0:3", ""),
-    "endless loop": (body("x = 1; while (x > 0) x = x + 1; I(a, b) <+ x;"), 7, "too many steps", "stays true"),
+    "endless loop": (body("x = 1; while (x > 0) x = x + 1; I(a, b) <+ x;"), 7, "too many steps", "loop"),
     "two kinds of contribution": (body("V(a) : V(b) == 0; V(a) <+ 1;"), 7, "given indirectly already", "keep one"),
     "limiting that is not known": (
         body('I(a, b) <+ $limit(V(a, b), "pnjlin", 1, 1);'), 7, "no limiting function pnjlin", "pnjlim",
