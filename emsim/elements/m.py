@@ -1,4 +1,4 @@
-"""M: a MOSFET: Shichman and Hodges (devices/mos1.va), levels 2 and 3 (mos2.va, mos3.va), power transistors (vdmos.va)."""
+"""M: a MOSFET: Shichman and Hodges (devices/mos1.va), levels 2, 3 and 6 (mos2.va, mos3.va, mos6.va), power transistors (vdmos.va)."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class Mosfet(Compiled):
         "nsoi": ("bsimsoi", 1.0), "psoi": ("bsimsoi", -1.0),
     }  # fmt: skip
     levels: ClassVar[dict[int, str]] = {
-        1: "mos1", 2: "mos2", 3: "mos3", 4: "bsim1", 5: "bsim2", 6: "mos6", 8: "bsim3", 9: "mos9", 10: "bsimsoi", 14: "bsim4",
+        1: "mos1", 2: "mos2", 3: "mos3", 4: "bsim1", 5: "bsim2", 6: "mos6", 8: "bsim3", 9: "mos3", 10: "bsimsoi", 14: "bsim4",
         44: "ekv", 45: "psp", 49: "bsim3", 54: "bsim4", 58: "bsimsoi", 68: "hisim2", 69: "psp", 70: "bsimsoi", 72: "bsimcmg",
         73: "hisim_hv", 77: "bsimbulk",
     }  # fmt: skip

@@ -77,10 +77,11 @@ def last_words(log: str) -> str:
 
 def named_alike(result: Result) -> Result:
     """ngspice's names as emsim spells them: the current of x1.v1 is `i(v.x1.v1)` there, `i(x1.v1)` here; so are columns of
-    noise, `v(onoise_total_r.x1.r1)`, and of poles, `v(pole(1))`."""
+    noise, `v(onoise_total_r.x1.r1)`, of poles, `v(pole(1))`, and what devices say, `i(@q.x1.q1[ic])`."""
     plots = []
     for table in result.plots:
         names = [re.sub(r"^i\([a-z]\.(.*)\)$", r"i(\1)", name) for name in table.names]
+        names = [re.sub(r"^[vi]\(@(?:[a-z]\.)?(.*\])\)$", r"@\1", name) for name in names]
         names = [re.sub(r"^[vi]\(([oi]noise_.*|(?:pole|zero)\(\d+\))\)$", r"\1", name) for name in names]
         names = [re.sub(r"^([oi]noise_(?:total_)?)[a-z]\.", r"\1", name) for name in names]
         renamed = Table(table.kind, names, table.units, table.waves, title=table.title, axis=table.axis)
