@@ -7,6 +7,8 @@ use super::limits::Limiter;
 use super::shape::{Anonymous, Constants, Key, Program, Sort};
 use super::{Climate, Noise};
 use crate::graph::{Graph, Id};
+#[cfg(target_arch = "x86_64")]
+use crate::tape::vectors;
 use crate::tape::Inputs;
 use crate::twice::in_blocks_mut;
 use crate::veriloga::Folded;
@@ -16,6 +18,8 @@ use std::sync::{Arc, Mutex};
 /// Energy: intervals of at most so many volts, and at most so many.
 const PANEL: f64 = 0.05;
 const MOST_PANELS: f64 = 400.0;
+/// So many ports are limited at most.
+pub const MOST_LIMITED: usize = 32;
 
 pub struct Compiled {
     kind: String,
@@ -25,8 +29,7 @@ pub struct Compiled {
     numbers: HashMap<String, usize>,
     own: Vec<Own>,
     wires: Vec<Wires>,
-    /// constants of up to four instances, side by side; none where there is no code for that
-    fours: Vec<Vec<[f64; LANES]>>,
+    groups: Vec<Group>,
     /// of each branch and port: the slope, if there is one
     slope_of: Vec<Option<usize>>,
     /// what programs run on; another thread that is here at the same time makes its own
@@ -40,6 +43,13 @@ struct Own {
     /// of every limited port: arguments, and a change of voltage that is never limited
     arguments: Vec<(Vec<f64>, f64)>,
     start: Vec<f64>,
+}
+
+/// Up to four instances, side by side.
+struct Group {
+    ports: Vec<[(i32, i32); LANES]>,
+    quiet: Vec<[f64; LANES]>,             // of every limited port
+    constants: Option<Vec<[f64; LANES]>>, // none where there is no code for four
 }
 
 /// Places in the system.
@@ -86,8 +96,8 @@ impl Compiled {
         let mut slope_of = vec![None; program.shape.links.len()];
         program.slopes.iter().enumerate().for_each(|(k, s)| slope_of[s.branch * ports + s.port] = Some(k));
         let kind = format!("module {}", program.module);
-        let (seats, numbers, own, wires, fours) = Default::default();
-        Compiled { kind, key, program, seats, numbers, own, wires, fours, slope_of, scratch: Mutex::new(None) }
+        let (seats, numbers, own, wires, groups) = Default::default();
+        Compiled { kind, key, program, seats, numbers, own, wires, groups, slope_of, scratch: Mutex::new(None) }
     }
 
     pub fn is_of(&self, key: &Key) -> bool {
@@ -191,45 +201,54 @@ impl Compiled {
         &s.out
     }
 
-    /// A group of instances, from number `first` on: the voltages that are asked for to `rows`, limited ones to `held`; was one moved?
-    fn gather(&self, first: usize, asked: &Asked, held: &mut [[f64; LANES]], rows: &mut [[f64; LANES]]) -> bool {
-        let (program, ports) = (&*self.program, self.ports());
-        let mut moved = false;
-        let group = self.wires.iter().zip(&self.own).skip(first).take(LANES);
-        for (lane, (wires, own)) in group.enumerate() {
-            for (p, &(from, to)) in wires.ports.iter().enumerate() {
-                rows[p][lane] = across(asked.x, from, to);
-            }
-            if asked.limit {
-                for (&(p, limiter), (arguments, quiet)) in program.limited.iter().zip(&own.arguments) {
-                    let (new, old) = (rows[p][lane], held[p][lane]);
-                    if !((new - old).abs() <= *quiet) {
-                        let (to, by) = limiter.apply(new, old, arguments);
-                        moved |= by;
-                        rows[ports + p][lane] = to;
-                    } else {
-                        rows[ports + p][lane] = new;
-                    }
-                }
-            }
+    /// Group n: the voltages that are asked for to `rows`, limited ones to `held`; was one moved?
+    #[inline(always)]
+    fn gather(&self, n: usize, asked: &Asked, held: &mut [[f64; LANES]], rows: &mut [[f64; LANES]]) -> bool {
+        let (ports, limited) = (self.ports(), self.program.limited.len());
+        let (group, rows) = (&self.groups[n], &mut rows[..2 * ports]);
+        let (v, at) = rows.split_at_mut(ports);
+        for (v, ends) in v.iter_mut().zip(&group.ports) {
+            *v = std::array::from_fn(|lane| across(asked.x, ends[lane].0, ends[lane].1));
         }
+        let mut calm = true;
         if asked.limit {
-            let mut limited = program.limited.iter().map(|l| l.0).peekable();
-            for p in 0..ports {
-                held[p] = if limited.next_if_eq(&p).is_some() { rows[ports + p] } else { rows[p] };
+            for (&(p, _), quiet) in self.program.limited.iter().zip(&group.quiet[..limited]) {
+                // (a number that is none is not calm)
+                calm &= (0..LANES).all(|lane| (v[p][lane] - held[p][lane]).abs() <= quiet[lane]);
             }
-        } else {
-            held[..ports].copy_from_slice(&rows[..ports]);
         }
-        rows[ports..2 * ports].copy_from_slice(&held[..ports]);
+        let moved = !calm && self.limit_group(n, v, held);
+        if calm {
+            held[..ports].copy_from_slice(v);
+        }
+        at.copy_from_slice(&held[..ports]);
+        moved
+    }
+
+    /// The same where a voltage may have to be limited.
+    #[inline(never)]
+    fn limit_group(&self, n: usize, v: &[[f64; LANES]], held: &mut [[f64; LANES]]) -> bool {
+        let mut moved = false;
+        let mut before = [[0.0; LANES]; MOST_LIMITED];
+        let limited = &self.program.limited;
+        limited.iter().zip(&mut before).for_each(|(l, before)| *before = held[l.0]);
+        held[..v.len()].copy_from_slice(v);
+        for (lane, own) in self.own.iter().skip(n * LANES).take(LANES).enumerate() {
+            for ((&(p, limiter), (arguments, _)), before) in limited.iter().zip(&own.arguments).zip(&before) {
+                let (to, by) = limiter.apply(v[p][lane], before[lane], arguments);
+                moved |= by;
+                held[p][lane] = to;
+            }
+        }
         moved
     }
 
     /// What the program gives at the voltages that were taken.
+    #[inline(always)]
     fn evaluate(&self, n: usize, gmin: f64, rows: &mut [[f64; LANES]], s: &mut Scratch) {
         let (program, ports) = (&*self.program, self.ports());
         let (at, out) = rows[ports..].split_at_mut(ports);
-        if let (Some(four), Some(constants)) = (&program.four, self.fours.get(n)) {
+        if let (Some(four), Some(constants)) = (&program.four, self.groups[n].constants.as_deref()) {
             s.x4[..ports].copy_from_slice(at);
             s.x4[ports] = [gmin; LANES];
             return four.run(&s.x4, constants, &mut s.four, out);
@@ -295,7 +314,16 @@ impl Compiled {
         v.iter().copied().chain([0.0]).collect()
     }
 
-    fn groups(&self, asked: &Asked, held: &mut [f64], lines: &mut [f64], s: &mut Scratch) -> Met {
+    /// # Safety
+    /// The processor has AVX2 and FMA.
+    #[cfg(target_arch = "x86_64")]
+    #[target_feature(enable = "avx2,fma")]
+    unsafe fn wide(&self, asked: &Asked, held: &mut [f64], lines: &mut [f64], s: &mut Scratch) -> Met {
+        self.each_group(asked, held, lines, s)
+    }
+
+    #[inline(always)]
+    fn each_group(&self, asked: &Asked, held: &mut [f64], lines: &mut [f64], s: &mut Scratch) -> Met {
         let (mut met, count, ports) = (Met::default(), self.own.len(), self.ports());
         let (mut held, mut lines) = (in_blocks_mut(held), in_blocks_mut(lines));
         for n in 0..count.div_ceil(LANES) {
@@ -305,7 +333,7 @@ impl Compiled {
             if asked.near.is_some() {
                 s.before.copy_from_slice(&rows[..ports]);
             }
-            met.moved |= self.gather(n * LANES, asked, own, rows);
+            met.moved |= self.gather(n, asked, own, rows);
             self.evaluate(n, asked.gmin, rows, s);
             met.apart |= self.stage((count - n * LANES).min(LANES), asked, &s.before, rows);
         }
@@ -401,14 +429,21 @@ impl Class for Compiled {
             Wires { ports, rows: seat.rows.clone() }
         };
         self.wires = self.seats.iter().map(wires).collect();
-        if self.program.four.is_some() {
-            // (the last one stands for those that are missing)
-            let four = |own: &[Own]| {
-                let number = |k: usize| std::array::from_fn(|lane| own[lane.min(own.len() - 1)].constants[k]);
-                (0..own[0].constants.len()).map(number).collect()
-            };
-            self.fours = self.own.chunks(LANES).map(four).collect();
-        }
+        // (the last one stands for those that are missing)
+        let four = |first: usize| {
+            let last = self.own.len() - 1;
+            let at = |lane: usize| (first + lane).min(last);
+            let ends = |p: usize| std::array::from_fn(|lane| self.wires[at(lane)].ports[p]);
+            let constant = |k: usize| std::array::from_fn(|lane| self.own[at(lane)].constants[k]);
+            let quiet = |k: usize| std::array::from_fn(|lane| self.own[at(lane)].arguments[k].1);
+            let constants = (0..self.own[first].constants.len()).map(constant);
+            Group {
+                ports: (0..self.program.ports()).map(ends).collect(),
+                quiet: (0..self.program.limited.len()).map(quiet).collect(),
+                constants: self.program.four.as_ref().map(|_| constants.collect()),
+            }
+        };
+        self.groups = (0..self.own.len()).step_by(LANES).map(four).collect();
     }
 
     fn moved(&self, place: &dyn Fn(i32) -> i32) -> Box<dyn Class> {
@@ -455,7 +490,12 @@ impl Class for Compiled {
     }
 
     fn linearise(&self, asked: &Asked, held: &mut [f64], lines: &mut [f64]) -> Met {
-        self.with_scratch(|s| self.groups(asked, held, lines, s))
+        #[cfg(target_arch = "x86_64")]
+        if vectors() {
+            // SAFETY: the processor has them
+            return self.with_scratch(|s| unsafe { self.wide(asked, held, lines, s) });
+        }
+        self.with_scratch(|s| self.each_group(asked, held, lines, s))
     }
 
     fn start(&self, held: &mut [f64]) {

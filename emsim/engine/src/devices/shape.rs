@@ -8,6 +8,7 @@
 //!
 //! A program reads port p as Unknown(p), gmin as Unknown(P).
 use super::class::{Link, Shape};
+use super::compiled::MOST_LIMITED;
 use super::limits::Limiter;
 use crate::derive;
 use crate::graph::{Graph, Id, Node};
@@ -197,6 +198,9 @@ impl Anonymous {
                 }
             };
             seen.insert(k, Some((number as u32, along)));
+        }
+        if ports.iter().filter(|p| p.2.is_some()).count() > MOST_LIMITED {
+            return Err(format!("$limit is asked for at more than {MOST_LIMITED} voltages"));
         }
         let gmin = ports.len() as u32;
         let mut slots: HashMap<u64, u32> = HashMap::new();
