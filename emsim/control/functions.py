@@ -49,8 +49,21 @@ def _unwrapped(x: np.ndarray) -> np.ndarray:
     return np.unwrap(_phase(x))
 
 
+def _of_positive(name: str, f: Callable[[Any], Any]) -> Callable[[Session, np.ndarray], Any]:
+    """A logarithm: of complex numbers too, not of negative ones."""
+
+    def found(s: Session, x: np.ndarray) -> Any:
+        if not np.iscomplexobj(x) and (x < 0).any():
+            raise CommandError(
+                "E164", f"{name}() of a negative number", f"{name}(mag(..)), or of a complex number"
+            )
+        return f(x)
+
+    return found
+
+
 def _complex_where_negative(f: Callable[[Any], Any]) -> Callable[[Any], Any]:
-    """sqrt, log: of negative numbers complex."""
+    """sqrt: of negative numbers complex."""
     return lambda x: f(x.astype(complex)) if not np.iscomplexobj(x) and (x < 0).any() else f(x)
 
 
@@ -64,8 +77,8 @@ EACH: dict[str, Callable[[Any, np.ndarray], Any]] = {
     "unwrap": lambda s, x: np.unwrap(x.real / RAD) * RAD if _degrees(s) else np.unwrap(x.real),
     "j": _plain(lambda x: x * 1j), "real": _plain(np.real), "re": _plain(np.real), "imag": _plain(np.imag), "im": _plain(np.imag),
     "conj": _plain(np.conj), "pos": _plain(lambda x: (x.real > 0) * 1.0), "db": _plain(lambda x: 20.0 * np.log10(np.abs(x))),
-    "log": _plain(_complex_where_negative(np.log)), "ln": _plain(_complex_where_negative(np.log)),
-    "log10": _plain(_complex_where_negative(np.log10)), "exp": _plain(np.exp), "sqrt": _plain(_complex_where_negative(np.sqrt)),
+    "log": _of_positive("log", np.log), "ln": _of_positive("ln", np.log), "log10": _of_positive("log10", np.log10),
+    "exp": _plain(np.exp), "sqrt": _plain(_complex_where_negative(np.sqrt)),
     "sin": _angle(np.sin), "cos": _angle(np.cos), "tan": _angle(np.tan), "atan": _into_angle(np.arctan),
     "asin": _into_angle(np.arcsin), "acos": _into_angle(np.arccos),
     "sinh": _angle(np.sinh), "cosh": _angle(np.cosh), "tanh": _angle(np.tanh),
@@ -92,23 +105,39 @@ def _needs_scale(s: Session, v: Vector, name: str) -> np.ndarray:
     return x
 
 
+def _uneven(s: Session, v: Vector, name: str) -> np.ndarray | None:
+    """The times of a vector whose steps are uneven: there the mean of the points says little, and that over time is taken."""
+    plot = v.plot if v.plot is not None else s.plots.current
+    x = scale_of(s, v)
+    if x is None or len(x) < 3 or plot.scale is None or plot.scale.key != "time" or v.scale is not None:
+        return None
+    steps = np.diff(x)
+    if steps.max() <= 1.001 * steps.min() or x[-1] <= x[0]:
+        return None
+    s.note(f"{name}() is taken over time, since the steps are uneven; ngspice takes that of the points")
+    return x
+
+
+def _areas(x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    return np.concatenate([[0.0], np.cumsum(0.5 * (y[1:] + y[:-1]) * np.diff(x))])
+
+
 def _mean(s: Session, v: Vector) -> Any:
-    return [v.values.mean()]
+    x = _uneven(s, v, "mean")
+    return [v.values.mean() if x is None else _areas(x, v.values)[-1] / (x[-1] - x[0])]
 
 
 def _avg(s: Session, v: Vector) -> Any:
-    """The mean so far, over the scale."""
-    x, y = _needs_scale(s, v, "avg"), v.values
-    if len(y) < 2:
-        return y
-    area = np.concatenate([[0.0], np.cumsum(0.5 * (y[1:] + y[:-1]) * np.diff(x))])
+    """The mean so far."""
+    x, y = _uneven(s, v, "avg"), v.values
+    if x is None:
+        return np.cumsum(y) / np.arange(1, len(y) + 1)
     with np.errstate(all="ignore"):
-        return np.where(x > x[0], area / (x - x[0]), y[0])
+        return np.where(x > x[0], _areas(x, y) / (x - x[0]), y[0])
 
 
 def _integ(s: Session, v: Vector) -> Any:
-    x, y = _needs_scale(s, v, "integ"), v.values
-    return np.concatenate([[0.0], np.cumsum(0.5 * (y[1:] + y[:-1]) * np.diff(x))])
+    return _areas(_needs_scale(s, v, "integ"), v.values)
 
 
 def _deriv(s: Session, v: Vector) -> Any:
@@ -183,7 +212,7 @@ WHOLE: dict[str, Callable[[Any, Vector], Any]] = {
     "stddev": lambda s, v: [float(np.std(np.abs(v.values) if v.is_complex else v.values, ddof=1)) if len(v) > 1 else 0.0],
     "norm": _normed, "sortorder": lambda s, v: np.argsort(v.values.real, kind="stable").astype(float),
     "vecmin": _extreme(np.min), "minimum": _extreme(np.min), "vecmax": _extreme(np.max), "maximum": _extreme(np.max),
-    "vecd": lambda s, v: np.diff(v.values), "rms": lambda s, v: [_rms(s, v)],
+    "rms": lambda s, v: [_rms(s, v)],
     "vector": lambda s, v: np.arange(_count(v, "vector"), dtype=float),
     "cvector": lambda s, v: np.arange(_count(v, "cvector")) * (1.0 + 1.0j),
     "unitvec": lambda s, v: np.ones(_count(v, "unitvec")),

@@ -444,30 +444,35 @@ class Session:
 
     def tables(self) -> list[Table]:
         """The plots as tables of a result, the current one last; what commands added among them where it has their length."""
-        from ..result import Columns, Table
 
-        found = []
-        plots = [p for p in self.plots if p is not self.plots.const and p is not self.plots.current]
-        for plot in [*plots, *([self.plots.current] if self.plots.current is not self.plots.const else [])]:
-            if plot.table is not None and len(plot.vectors) == len(plot.table.names):
-                found.append(plot.table)
-                continue
-            listed = list(plot.vectors.values())
-            if plot.scale is not None and plot.has_scale:
-                listed = [plot.scale, *(v for v in listed if v is not plot.scale)]
-            rows = len(listed[0]) if listed else 0
-            listed = [v for v in listed if len(v) == rows and not v.dims]
-            if not rows:
-                continue
-            store = Columns((v.values.tobytes() for v in listed), complex=[v.is_complex for v in listed])
-            names, units = [column_name(v, plot) for v in listed], [v.unit for v in listed]
-            own = plot.table
-            axis = own.axis if own is not None else plot.has_scale
-            made = Table(plot.kind, names, units, store, title=plot.title, axis=axis, plotname=plot.plotname)
-            if own is not None:
-                made.stats, made.grid, made.status = own.stats, own.grid, own.status
-            found.append(made)
-        return found
+        const, current = self.plots.const, self.plots.current
+        plots = [p for p in self.plots if p is not const and p is not current] + [current] * (
+            current is not const
+        )
+        return [table for p in plots if (table := table_of(p)) is not None]
+
+
+def table_of(plot: Plot) -> Table | None:
+    """A plot as a table, with what commands added where it is as long as the rest; None where there are no numbers."""
+    from ..result import Columns, Table
+
+    own = plot.table
+    if own is not None and len(plot.vectors) == len(own.names):
+        return own
+    listed = list(plot.vectors.values())
+    if plot.scale is not None and plot.has_scale:
+        listed = [plot.scale, *(v for v in listed if v is not plot.scale)]
+    rows = len(listed[0]) if listed else 0
+    if not rows:
+        return None
+    listed = [v for v in listed if len(v) == rows and not v.dims]
+    store = Columns((v.values.tobytes() for v in listed), complex=[v.is_complex for v in listed])
+    names, units = [column_name(v, plot) for v in listed], [v.unit for v in listed]
+    axis = own.axis if own is not None else plot.has_scale
+    made = Table(plot.kind, names, units, store, title=plot.title, axis=axis, plotname=plot.plotname)
+    if own is not None:
+        made.stats, made.grid, made.status = own.stats, own.grid, own.status
+    return made
 
 
 def column_name(v: Vector, plot: Plot) -> str:

@@ -137,23 +137,17 @@ def _heed_steps(s: Session, x: np.ndarray) -> None:
 
 
 def fft(s: Session, text: str, at: Statement) -> None:
-    """The amplitudes of the frequencies 0 to half of those of the points."""
-    plot, x, found = _even(s, "fft vector ..", text)
+    """The amplitudes of the frequencies from 0 to half of that of the points."""
+    _, x, found = _even(s, "fft vector ..", text)
     _heed_steps(s, x)
     n, span = len(x), x[-1] - x[0]
-    w = window(s, x)
-    half = n // 2 + 1
-    step = (n - 1) / (span * n) if span else 0.0
-    del plot
+    w, half = window(s, x), n // 2 + 1
     s.say(f"FFT: Time span: {span:g} s, input length: {n}, zero padding: 0")
     s.say(f"FFT: Frequency resolution: {1 / span:g} Hz, output length: {half}")
+    s.note("at 0 Hz stands the mean of the vector; ngspice shows twice of it")
     new = s.plots.new("sp", s.deck.title, "Spectrum")
-    new.scale, new.has_scale, new.shows_scale = (
-        new.add(Vector("frequency", np.arange(half) / span, "Hz", new)),
-        True,
-        False,
-    )
-    del step
+    frequency = new.add(Vector("frequency", np.arange(half) / span, "Hz", new))
+    new.scale, new.has_scale, new.shows_scale = frequency, True, False
     for v in found:
         spectrum = np.fft.rfft(v.values * w) / n
         spectrum[1:] *= 2.0
@@ -161,35 +155,32 @@ def fft(s: Session, text: str, at: Statement) -> None:
 
 
 def psd(s: Session, text: str, at: Statement) -> None:
-    """The power over frequency, averaged over so many neighbours."""
+    """The power density over frequency, averaged over so many neighbours."""
     count, _, rest = text.strip().partition(" ")
     form = "psd averages vector .."
-    try:
-        smooth = int(float(count))
-    except ValueError:
-        usage(form, "the number of neighbours is missing")
+    if not rest.strip():
+        usage(form, "a number of neighbours and vectors are needed")
+    smooth = int(s.numbers(count)[0])
     _, x, found = _even(s, form, rest)
     _heed_steps(s, x)
     n, span = len(x), x[-1] - x[0]
     w, half = window(s, x), n // 2 + 1
+    s.say(f"PSD: Time span: {span:g} s, input length: {n}, zero padding: 0")
+    s.say(f"PSD: Frequency resolution: {1 / span:g} Hz, output length: {half}")
     new = s.plots.new("sp", s.deck.title, "PSD")
-    new.scale, new.has_scale, new.shows_scale = (
-        new.add(Vector("frequency", np.arange(half) / span, "Hz", new)),
-        True,
-        False,
-    )
-    noise = np.sum(w**2) / n
+    frequency = new.add(Vector("frequency", np.arange(half) / span, "Hz", new))
+    new.scale, new.has_scale, new.shows_scale = frequency, True, False
     for v in found:
         power = np.abs(np.fft.rfft(v.values * w) / n) ** 2
         power[1:] *= 2.0
-        power /= noise
+        s.say(
+            f"Total noise power up to Nyquist frequency {(half - 1) / span:5.3e} Hz: {power.sum():e} V^2 (or A^2), \n"
+            f"Noise voltage or current: {np.sqrt(power.sum()):e} V (or A)"
+        )
         if smooth > 1:
             kernel = np.ones(min(smooth, half)) / min(smooth, half)
             power = np.convolve(power, kernel, mode="same")
-        new.add(Vector(v.name, power.astype(complex), "", new))
-        s.say(
-            f"Total noise power up to Nyquist frequency {half / span:.3e} Hz:\n{power.sum():.6e} V^2 (or A^2),"
-        )
+        new.add(Vector(v.name, (power * span).astype(complex), "", new))
 
 
 def spec(s: Session, text: str, at: Statement) -> None:
@@ -260,12 +251,12 @@ def _four(s: Session, v: Vector, x: np.ndarray, base: float, count: int, grid: i
     thd = 100 * np.sqrt(sum((m / first) ** 2 for m in magnitude[2:]))
     s.say(f"Fourier analysis for {v.name}:")
     s.say(f"  No. Harmonics: {count}, THD: {thd:g} %, Gridsize: {grid}, Interpolation Degree: {degree}\n")
-    s.say("Harmonic Frequency    Magnitude    Phase        Norm. Mag    Norm. Phase")
-    s.say("-------- ---------    ---------    -----        ---------    -----------")
+    s.say("Harmonic Frequency   Magnitude   Phase       Norm. Mag   Norm. Phase")
+    s.say("-------- ---------   ---------   -----       ---------   -----------")
     for k in range(count):
         norm, turned = (magnitude[k] / first, phase[k] - phase[1]) if k else (0.0, 0.0)
-        cells = (f"{t:<12.6g} " for t in (k * base, magnitude[k], phase[k], norm, turned))
-        s.say(f" {k:<8d}" + "".join(cells).rstrip())
+        cells = (f"{t:<11.{5 if t < 0 else 6}g} " for t in (k * base, magnitude[k], phase[k], norm, turned))
+        s.say(f" {k:<4d}    " + "".join(cells))
     s.say("")
     plot = s.plots.current
     number = 1

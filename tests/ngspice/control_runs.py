@@ -12,7 +12,7 @@ import emsim
 # what ngspice tells of itself
 CHATTER = re.compile(
     r"\s*(Note:|Circuit:|Doing analysis|No\. of Data|Initial Transient|Node\s+Voltage|-+\s*$|----|ngspice-|Reset re-loads|"
-    r"Warning|binary raw|ASCII raw|Reference value|Using |.*%|No compat)"
+    r"linearize t|Warning|binary raw|ASCII raw|Reference value|Using |.*%|No compat)"
 )
 NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?")
 DATE = re.compile(r"\s+(Mon|Tue|Wed|Thu|Fri|Sat|Sun) \w{3} .*$")

@@ -17,14 +17,20 @@ SECTIONS = {
     "complex": "op\nlet c = (1,2)*3\nprint c\nlet d = vector(3)+j(vector(3))\nprint d mag(d) re(d) im(d)\nprint line d",
     "ac": "ac dec 2 10 1k\nprint v(out)\nprint db(v(out)) ph(v(out))\nprint line v(out)\ndisplay",
     "dc": "dc v1 0 1 0.25\nprint v(out)\ndisplay\nprint v-sweep".replace("\nprint v-sweep", ""),
-    "echo": "op\nlet a = 1/3\nlet b = vector(3)*1.5\necho $&a $&b\necho \"a  'b'  c\" done\necho -n abc\necho def\necho $curplot",
+    "echo": (
+        "op\nlet a = 1/3\nlet b = vector(3)*1.5\necho $&a $&b\n"
+        "echo \"a  'b'  c\" done\necho -n abc\necho def\necho $curplot"
+    ),
     "variables": 'set list = ( 3 4 five )\necho $list $list[2] $#list $?list $?none\nset y = "hello there"\necho $y',
     "numbers as words": "set z=1e-12\necho $z\nset x = 0.123456789\necho $x\nlet v = 1e-12*1.2345678\necho $&v",
     "while": "let k = 0\nwhile k < 3\n echo k = $&k\n let k = k + 1\nend\nprint k",
     "dowhile": "let k = 0\ndowhile k < 3\n let k = k + 1\nend\nprint k",
     "repeat": "repeat 3\n echo again\nend",
     "foreach": "op\nforeach v 1 2 3\n let z = $v*2\n print z\nend\nset l = ( a b )\nforeach w $l\n echo $w\nend",
-    "if": "let k = 2\nif k > 3\n echo big\nelse\n echo small\nend\nif k = 2 and 1\n echo two\nend\nif k <> 2\n echo other\nend",
+    "if": (
+        "let k = 2\nif k > 3\n echo big\nelse\n echo small\nend\n"
+        "if k = 2 and 1\n echo two\nend\nif k <> 2\n echo other\nend"
+    ),
     "elseif": "let k = 2\nif k = 1\necho one\nelse\nif k = 2\necho two\nend\nend",
     "break": "let k = 0\nwhile 1\n let k = k + 1\n if k = 2\n continue\n end\n echo $&k\n if k > 3\n break\n end\nend",
     "break of two": "foreach a 1 2\nforeach b 1 2\necho $a $b\nbreak 2\nend\nend\necho done",

@@ -1,0 +1,59 @@
+"""meas: a measurement of the current plot, as .meas has it; its value is a vector of that name."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..diagnostics import DeckError
+from .base import Command
+from .errors import CommandError, usage
+from .plots import Vector
+from .session import table_of
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from .program import Statement
+    from .session import Session
+
+MEAS = "meas tran|ac|dc|sp name what .., as .meas has it"
+# how ngspice lines up what it finds
+WIDTH = 20
+
+
+def meas(s: Session, text: str, at: Statement) -> None:
+    from ..build import parse_measure
+    from ..measures import find, measure
+
+    if len(text.split()) < 3:
+        usage(MEAS, "an analysis, a name and what is measured are needed")
+    try:
+        card = parse_measure(text)
+        card.span = at.span
+        find(card).read(s.sink)
+    except DeckError as error:
+        for d in error.diagnostics:
+            d.span = at.span
+        raise
+    plot = s.plots.current
+    table = None if plot.failed else table_of(plot)
+    if table is None:
+        raise (
+            s.plots.missing(card.name)
+            if plot.failed
+            else CommandError("E164", f"{plot.name} has nothing to be measured")
+        )
+    (found,) = measure([card], table)[:1] or (None,)
+    assert found is not None
+    if found.trouble is not None:
+        found.trouble.span = at.span
+        s.say(f"\n meas {text.strip()} failed!\n")
+        s.sink.add(found.trouble)
+        return
+    s.say(found.text())
+    plot.add(Vector(card.name, np.array([found.value]), found.unit, plot))
+
+
+COMMANDS = (
+    Command("meas", MEAS, "measures the current plot", meas, records=True),
+    Command("measure", MEAS.replace("meas ", "measure "), "the same", meas, records=True),
+)
