@@ -3,6 +3,7 @@
     run(source)      simulate a deck: path or text -> Result
     compile(source)  the deck's equations -> System
     check(source)    the facts of a deck without running it
+    Deck(source)     a deck that is read once, altered and run as often as one likes
     Result, Table, System, DeckError, ConvergenceError, OutsideError, Interrupted
 
 Importing emsim costs nothing: each name is loaded when it is first used.
@@ -14,18 +15,20 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any
 
+    from .bench import Deck
     from .diagnostics import ConvergenceError, DeckError, Interrupted, OutsideError
     from .pipeline import check, compile, run
     from .result import Result, Table
     from .system import System
 
 __all__ = [
-    "ConvergenceError", "DeckError", "Interrupted", "OutsideError", "Result", "System", "Table", "check", "compile", "run",
+    "ConvergenceError", "Deck", "DeckError", "Interrupted", "OutsideError", "Result", "System", "Table", "check", "compile",
+    "run",
 ]  # fmt: skip
 
 _HOMES = {
     "run": "pipeline", "compile": "pipeline", "check": "pipeline",
-    "Result": "result", "Table": "result", "System": "system",
+    "Deck": "bench", "Result": "result", "Table": "result", "System": "system",
     "DeckError": "diagnostics", "ConvergenceError": "diagnostics", "OutsideError": "diagnostics",
     "Interrupted": "diagnostics",
 }  # fmt: skip

@@ -26,6 +26,7 @@ ROWS = [
     ["live"],
     ["editor"],
     ["__init__"],
+    ["bench"],
     ["pipeline"],
     ["control"],
     ["system"],

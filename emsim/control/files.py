@@ -119,8 +119,7 @@ def write(s: Session, text: str, at: Statement) -> None:
 
     given = text.strip()
     name, _, rest = given.partition(" ")
-    names = words.split(name)
-    path = target(s, names[0] if names else "rawspice.raw")
+    path = target(s, name.strip("\"'") or "rawspice.raw")
     vectors = s.vectors(rest.strip() or "all", at)
     ascii = str(s.variables.get("filetype", "binary")).lower() == "ascii"
     result = Result(s.deck.title, tables_of(s, vectors))
@@ -142,7 +141,7 @@ def wrdata(s: Session, text: str, at: Statement) -> None:
     name, _, rest = text.strip().partition(" ")
     if not rest.strip():
         usage("wrdata file vector ..", "a file and vectors are needed")
-    path = target(s, words.split(name)[0])
+    path = target(s, name.strip("\"'"))
     vectors = s.vectors(rest.strip(), at)
     digits = s.digits if "numdgt" in s.variables else DIGITS
     single = "wr_singlescale" in s.variables

@@ -35,6 +35,7 @@ if TYPE_CHECKING:
     Analyse = Callable[[FlatDeck, list[Analysis]], Result]
 
 MOST_COMMANDS = 1_000_000  # that a section carries out
+RUN = 20  # commands that an analysis counts as
 MOST_SOURCES = 20  # files within each other
 MOST_OUTPUT = 200_000_000  # characters
 SEED = 1
@@ -95,11 +96,6 @@ class Session:
             return
         self.deck.wanted += self.wanted(body)
         self.carry_out(body)
-        # as under ngspice -b, where the deck asks for tables; or else nothing would have run
-        if not (self.quit or self.has_run or self.interrupted) and (
-            self.deck.flat().prints or len(self.plots.all) == 1
-        ):
-            self.run_deck()
 
     def wanted(self, body: program.Body) -> list[Probe]:
         """What runs have to record besides what they record anyhow: currents of devices, quantities of the machine."""
@@ -116,16 +112,22 @@ class Session:
         return list(found.values())
 
     def carry_out(self, body: program.Body) -> None:
-        """A section from its first command to its end."""
+        """A section from its first command to its end, and the deck's own analyses where it has not run them and the deck asks
+        for tables, as under ngspice -b; or where nothing else would have run."""
         try:
-            self.body(body)
+            try:
+                self.body(body)
+            except Jump as jump:
+                what = (
+                    f"no label `{jump.label}` is in reach"
+                    if jump.label
+                    else f"`{jump.kind}` stands in no loop"
+                )
+                self.report(CommandError("E160", what))
+            if not (self.quit or self.has_run) and (self.deck.flat().prints or len(self.plots.all) == 1):
+                self.run_deck()
         except Stop:
             pass
-        except Jump as jump:
-            what = (
-                f"no label `{jump.label}` is in reach" if jump.label else f"`{jump.kind}` stands in no loop"
-            )
-            self.report(CommandError("E160", what))
 
     def read(self, lines: list[Line]) -> program.Body | None:
         """The program of lines; None where its blocks do not fit together: then nothing of it is carried out."""
@@ -157,9 +159,9 @@ class Session:
                 return at
         raise jump
 
-    def count(self, statement: Statement) -> None:
+    def count(self, statement: Statement, worth: int = 1) -> None:
         self._now = statement
-        self._count += 1
+        self._count += worth
         if self._count > self._most:
             said = f"the section has carried out {self._most:,} commands and is stopped here"
             self.sink.error(
@@ -390,6 +392,8 @@ class Session:
     def compute(self, cards: list[Analysis]) -> list[Table]:
         """Runs analyses of the deck as it stands; their tables become plots, the last one the current one. What fails leaves a
         plot without vectors, so that nobody takes those of an earlier run for its own."""
+        if self._now is not None:
+            self.count(self._now, RUN * len(cards))
         try:
             flat = self.deck.flat()
         except DeckError as error:

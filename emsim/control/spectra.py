@@ -207,7 +207,7 @@ def spec(s: Session, text: str, at: Statement) -> None:
     )
     for v in found:
         y = v.values * w
-        values = np.array([np.sum(y[1:] * np.exp(-2j * np.pi * f * (x[1:] - x[0]))) for f in frequencies]) / (
+        values = np.array([np.sum(y[1:] * np.exp(2j * np.pi * f * (x[1:] - x[0]))) for f in frequencies]) / (
             n - 1
         )
         values[frequencies > 0] *= 2.0

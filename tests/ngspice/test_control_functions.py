@@ -16,67 +16,27 @@ ONE_NUMBER_EACH = "mag magnitude ph phase cph cphase unwrap j real re pos exp ab
 WHOLE = "length mean avg stddev vecmin minimum vecmax maximum norm sortorder integ deriv"
 
 
-@pytest.mark.parametrize("name", f"{ONE_NUMBER_EACH} {WHOLE}".split())
-def test_a_function_of_a_real_vector(name, tmp_path):
-    agree(RC, f"{SWEEP}print {name}(y)", tmp_path)
+OF_POSITIVE = "log ln log10 sqrt db tan"
+OF_COMPLEX = "mag ph cph re im real imag db exp log abs length mean sin cos norm"
+OVER_FREQUENCY = "mag db ph cph group_delay re im length mean"
+
+# one run of both programs for each: (what is set up, what is printed)
+GROUPS = {
+    "real": (SWEEP, [f"{name}(y)" for name in f"{ONE_NUMBER_EACH} {WHOLE}".split()]),
+    "positive": (SWEEP, [f"{name}(mag(y)+0.1)" for name in OF_POSITIVE.split()]),
+    "complex": (SWEEP, [f"{name}(z+2)" for name in OF_COMPLEX.split()]),
+    "over frequency": (AC, [f"{name}(h)" for name in OVER_FREQUENCY.split()]),
+    "of voltages": (AC, [f"{name}(out)" for name in ("vdb", "vm", "vp", "vr", "vi")]),
+    "phases in degrees": (AC + "set units=degrees\n", ["ph(h)", "cph(h)"]),
+    "degrees": (SWEEP + "set units=degrees\n", [f"{name}(y)" for name in ("sin", "cos", "atan")]),
+    "made": ("op\n", ["vector(4)", "unitvec(3)", "vector(1)", "length(vector(7))", "floor(vector(3)*0.7)"]),
+}
 
 
-@pytest.mark.parametrize("name", ["log", "ln", "log10", "sqrt", "db", "tan"])
-def test_a_function_of_positive_numbers(name, tmp_path):
-    agree(RC, f"{SWEEP}print {name}(mag(y)+0.1)", tmp_path)
-
-
-@pytest.mark.parametrize(
-    "name",
-    [
-        "mag",
-        "ph",
-        "cph",
-        "re",
-        "im",
-        "real",
-        "imag",
-        "db",
-        "exp",
-        "log",
-        "abs",
-        "length",
-        "mean",
-        "sin",
-        "cos",
-        "norm",
-    ],
-)
-def test_a_function_of_a_complex_vector(name, tmp_path):
-    agree(RC, f"{SWEEP}print {name}(z+2)", tmp_path)
-
-
-@pytest.mark.parametrize(
-    "name",
-    ["mag", "db", "ph", "cph", "group_delay", "re", "im", "length", "mean", "vdb", "vm", "vp", "vr", "vi"],
-)
-def test_a_function_over_frequency(name, tmp_path):
-    of = "out" if name[0] == "v" else "h"
-    agree(RC, f"{AC}print {name}({of})", tmp_path)
-
-
-@pytest.mark.parametrize("name", ["ph", "cph", "sin", "cos", "atan"])
-def test_degrees(name, tmp_path):
-    agree(
-        RC,
-        f"{AC}set units=degrees\nprint {name}(h)"
-        if name in ("ph", "cph")
-        else f"{SWEEP}set units=degrees\nprint {name}(y)",
-        tmp_path,
-    )
-
-
-@pytest.mark.parametrize(
-    "text",
-    ["vector(4)", "unitvec(3)", "vector(1)", "length(vector(7))", "floor(vector(3)*0.7)"],
-)
-def test_vectors_that_are_made(text, tmp_path):
-    agree(RC, f"op\nprint {text}", tmp_path)
+@pytest.mark.parametrize("name", GROUPS)
+def test_functions(name, tmp_path):
+    first, texts = GROUPS[name]
+    agree(RC, first + "\n".join(f"print {text}" for text in texts), tmp_path)
 
 
 OPERATORS = [
@@ -88,9 +48,10 @@ OPERATORS = [
 ]  # fmt: skip
 
 
-@pytest.mark.parametrize("text", OPERATORS)
-def test_an_operator(text, tmp_path):
-    agree(RC, f"{SWEEP}let q = {text}\nprint q", tmp_path)
+@pytest.mark.parametrize("third", range(3))
+def test_operators(third, tmp_path):
+    shown = "\n".join(f"let q{k} = {text}\nprint q{k}" for k, text in enumerate(OPERATORS[third::3]))
+    agree(RC, SWEEP + shown, tmp_path)
 
 
 def test_a_range_of_the_scale(tmp_path):
@@ -101,8 +62,11 @@ def test_interpolate_puts_a_vector_on_the_current_scale(tmp_path):
     agree(RC, "dc v1 0 2 1\ndc v1 0 2 0.25\nlet q = interpolate(dc1.v(out))\nprint q", tmp_path)
 
 
-@pytest.mark.parametrize("name", ["sgauss", "sunif", "rnd", "poisson", "exponential"])
-def test_random_vectors_have_the_length_and_the_spread_that_ngspice_s_have(name, tmp_path):
+def test_random_vectors_have_the_length_and_the_spread_that_ngspice_s_have(tmp_path):
     """Numbers differ; their mean over many does not."""
-    commands = f"let n = {name}(5 + 0*vector(20000))\nlet m = mean(n)\nlet s = stddev(n)\nprint length(n) m s"
-    agree(RC, commands, tmp_path, within=0.05, small=0.06)
+    names = ["sgauss", "sunif", "rnd", "poisson", "exponential"]
+    commands = [
+        f"let n = {f}(5 + 0*vector(20000))\nlet m = mean(n)\nlet s = stddev(n)\nprint length(n) m s"
+        for f in names
+    ]
+    agree(RC, "\n".join(commands), tmp_path, within=0.05, small=0.06)
