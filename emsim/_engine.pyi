@@ -263,13 +263,15 @@ class System:
         drawn: bool = True,
         stream: tuple[str, bool, Any] | None = None,
         inside: tuple[Sequence[Expr], int] | None = None,
+        closures: Sequence[Expr] = (),
     ) -> Waveforms:
         """options: method (trap gear radau trbdf2 esdirk rk45 dop853) reltol abstol vntol trtol gmin
         itl1 itl4 maxord fixed_step projection.
         progress(t, h, steps, events) is called about 20 times a second; a true value stops the run.
         Not drawn: beside the ends of steps only the print grid has rows, however far apart they are.
         stream: (path, is there such a file already, head as write_raw has it): rows go there while the run goes on.
-        inside: expressions that are kept within the steps as polynomials of that degree, see `Waveforms.inside`."""
+        inside: expressions that are kept within the steps as polynomials of that degree, see `Waveforms.inside`.
+        closures: how far loops are open, for `Waveforms.gaps`."""
 
 @final
 class SmallSignal:
@@ -334,6 +336,13 @@ class Waveforms:
     @property
     def broken(self) -> list[tuple[float, int]]:
         """(time, flag): flags that were not what their conditions say, each with its first time"""
+    @property
+    def unbalanced(self) -> list[tuple[int, float, float, float, float]]:
+        """(row, first time, worst time, what is left of it there, what the tolerances allow): algebraic rows of the equations
+        that did not hold at a recorded row"""
+    @property
+    def gaps(self) -> list[tuple[float, float]]:
+        """(time, how wide) of each closure that tran() was given, where it was widest"""
     @property
     def accounts(self) -> dict[str, Any] | None:
         """powers, devices [(heat, charge energy)], first, last [J]; trace: float64 rows of time, powers, two a device,

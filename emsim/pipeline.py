@@ -482,6 +482,8 @@ def _table(assembly: Assembly, r: Run) -> Table:
 
     stats = dict(r.waves.stats)
     stats.setdefault("seconds", stats.get("solve_time"))
+    if assembly.machine is not None and r.waves.gaps:
+        stats["open"] = assembly.machine.widest([wide for _, wide in r.waves.gaps])
     grid = None if r.grid is None else (r.grid[0], r.grid[2], r.grid[1])
     scene = None if drawing is None else Scene(drawing.data(), r.channels)
     return _named(assembly, r, grid=grid, stats=stats, status=r.waves.status, scene=scene, energy=ledger)

@@ -65,7 +65,7 @@ RUST_ROWS = [
     ["py"],
     ["integrate"],
     ["events", "modes", "op", "record", "smallsignal"],
-    ["ledger", "raw"],
+    ["invariants", "ledger", "raw"],
     ["newton"],
     ["tolerances"],
     ["system", "assembly"],

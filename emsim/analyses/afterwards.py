@@ -19,6 +19,7 @@ RELTOL = 1e-3  # where the deck says nothing
 FREE = 2  # degrees of freedom: with one, errors shift the phase and no more
 MOST = 5000  # rows of a run that is short enough to be run twice
 WORK = 1e5  # steps times unknowns of such a run: it takes some hundredths of a second
+SMALLER = "the results around there are wrong by as much; take a smaller reltol, or another .options method="
 ZERO = 1e-20  # divisors below this make results of no sense
 
 
@@ -32,6 +33,8 @@ def remarks(assembly: Assembly, run: Run) -> None:
         teach(assembly, run.waves.watch, run.waves.value(rows - 1, 0) if rows else 0.0)
     if run.kind == "tran":
         _conditions(assembly, run)
+        if run.waves.status != "failed":
+            _invariants(assembly, run)
     if assembly.machine is None:
         return
     _limits(assembly, run)
@@ -102,6 +105,39 @@ def _pushes(assembly: Assembly, span: Span | None) -> bool:
         )
         for card in cards
     )
+
+
+def _invariants(assembly: Assembly, run: Run) -> None:
+    """Rows of the equations that did not hold: nodes, laws of branches, loops; each with its worst time."""
+    from .failure import locate
+
+    waves: Any = run.waves  # of a transient
+    names, kinds = assembly.system.names, assembly.system.kinds
+    loops = {} if assembly.machine is None else {row.mu_row: row for row in assembly.machine.loop_rows}
+    drifts = "open" in waves.watch  # told by itself, where closures are kept in their derivatives alone
+    for row, first, worst, left, bound in waves.unbalanced:
+        when = f"first at t = {first:.6g} s, most at {worst:.6g} s"
+        allowed = f"where the tolerances allow {bound:.2g}"
+        where, lines = locate(assembly, names[row])
+        span = lines[0][0] if lines else None
+        if kinds[row] in ("mu", "lambda"):
+            if drifts:
+                continue
+            loop = loops.get(row)
+            span = span if loop is None else assembly.machine.span_of(loop.owner)
+            what = "is open by" if kinds[row] == "mu" else "opens at"
+            unit = "" if loop is None else " m" if loop.unit == "N" else " rad"
+            said = f"the loop closed by {where if loop is None else loop.owner} {what} {abs(left):.3g}{unit}"
+            assembly.flat.sink.warning("W407", f"{said}, {allowed}, {when}", span, SMALLER)
+        else:
+            what, unit = (
+                ("the currents of", "A do not cancel")
+                if kinds[row] == "node"
+                else ("the law of", "V are left over")
+            )
+            assembly.flat.sink.warning(
+                "W406", f"{what} {where}: {abs(left):.3g} {unit}, {allowed}, {when}", span, SMALLER
+            )
 
 
 def condition(assembly: Assembly, k: int) -> tuple[str, Span | None]:

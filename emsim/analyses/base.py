@@ -108,6 +108,8 @@ class Computed:
         self.steady: list[bool] = []
         self.events: list[tuple[float, int, int]] = []
         self.broken: list[tuple[float, int]] = []
+        self.unbalanced: list[tuple[int, float, float, float, float]] = []
+        self.gaps: list[tuple[float, float]] = []
         self.chattering: list[int] = []
         self.watch: dict[str, Any] = {}
 

@@ -111,6 +111,7 @@ class Tran(Analysis):
             True,
             self.into,
             ([o.expr for o in inside if o.expr is not None], DEGREE) if inside else None,
+            assembly.machine.closures if assembly.machine is not None else (),
         )
         trouble = []
         if waves.status == "failed":

@@ -351,6 +351,23 @@ class Machine(Mechanism):
                         "start the joint elsewhere (ic=), or add to the divisor what is left there, a gap for instance",
                     )
 
+    @property
+    def closures(self) -> list[Expr]:
+        """How far every loop is open, by the rows that hold it and those that said nothing new: 0 where it is closed."""
+        return [] if self.broken else self.public_all([row.h for row in self.loop_rows])
+
+    @property
+    def loop_rows(self) -> list[Row]:
+        return [*self.rows, *self.found.redundant]
+
+    def widest(self, gaps: list[float]) -> dict[str, float]:
+        """The largest of what `closures` came to, by unit: m, rad."""
+        found: dict[str, float] = {}
+        for row, wide in zip(self.loop_rows, gaps, strict=True):
+            unit = "m" if row.unit == "N" else "rad"
+            found[unit] = max(found.get(unit, 0.0), wide)
+        return found
+
     def _watch_redundant(self) -> None:
         """Rows that said nothing new at the start are left out: should they come open later on, the run says so."""
         for row in self.found.redundant:

@@ -311,6 +311,16 @@ def _chosen(table: Table) -> str:
     return f", auto: {', '.join(parts)}{more}"
 
 
+def _closed(table: Table) -> str:
+    """How far the loops of the machine were open in the worst row: `, loops closed to 2e-12 m`."""
+    found = table.stats.get("open")
+    return (
+        f", loops closed to {' and '.join(f'{wide:.1g} {unit}' for unit, wide in found.items())}"
+        if found
+        else ""
+    )
+
+
 def _summary(result: Result, written: Sequence[str]) -> str:
     """One line for the analyses and the files: `tran: 3104 points in 12.1ms -> deck.raw`; one for the energy."""
     lines = []
@@ -321,6 +331,6 @@ def _summary(result: Result, written: Sequence[str]) -> str:
         end = "" if table.status == "ok" else f" ({table.status})"
         if table.is_stepped:
             points += f" in {len(table.courses())} steps"
-        lines.append(f"{table.kind}: {points}{spent}{_chosen(table)}{end}")
+        lines.append(f"{table.kind}: {points}{spent}{_chosen(table)}{_closed(table)}{end}")
     ledgers = [table.energy.summary() for table in result.plots if table.energy is not None]
     return "\n".join(["; ".join(lines) + (f" -> {', '.join(written)}" if written else ""), *ledgers])

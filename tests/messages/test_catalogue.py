@@ -140,6 +140,18 @@ def with_a_stuck_flag(patch: pytest.MonkeyPatch) -> None:
     patch.setattr(options, "resolve", lambda *a, **k: {**resolve(*a, **k), "stuck_flag": 0})
 
 
+def with_a_spoiled(place: int):
+    """Rows show this unknown wrongly by a tenth."""
+
+    def change(patch: pytest.MonkeyPatch) -> None:
+        from emsim.assemble import options
+
+        resolve = options.resolve
+        patch.setattr(options, "resolve", lambda *a, **k: {**resolve(*a, **k), "spoiled": place})
+
+    return change
+
+
 # code: (command, what is changed)
 FORCED = {
     "E153": ("emsim including.cir", lambda p: p.setattr("emsim.elaborate.files.MAX_INCLUDES", 0)),
@@ -147,6 +159,8 @@ FORCED = {
     "E499": (HERE, lambda p: p.setattr("emsim.pipeline.solve", raising(RuntimeError("a bug")))),
     "E502": (WRONG, without_grammar),
     "W404": ("emsim gate.cir", with_a_stuck_flag),
+    "W406": ("emsim divider.cir", with_a_spoiled(1)),
+    "W407": ("emsim bar.cir", with_a_spoiled(0)),
     "E505": ("emsim chart --suite", lambda p: p.setattr("pathlib.Path.is_file", lambda path: False)),
     "E508": (
         "emsim view --live --no-open --port 8123 deck.cir",
@@ -171,11 +185,25 @@ def forced(code: str) -> str:
             "wrong.cir": RC.replace("out 1k", "out {1k"),
             "including.cir": "t\n.include parts.inc\n",
             "parts.inc": "* none\n",
+            "divider.cir": "divider\nV1 a 0 SIN(0 1 1k)\nR1 a b 1k\nR2 b 0 1k\n.tran 10u 1m\n.end\n",
+            "bar.cir": BAR,
             "gate.cir": "gate\nV1 d 0 PULSE(0 1 1m 1u 1u 1m 3m)\nB1 o 0 V={v(d)>0 ? 5 : 0}\n.tran 10u 5m\n.end\n",
         }
         _, said = perform(command, {"deck.cir": RC, **files})
     return "\n\n".join(text for found, text in blocks(said) if found == code)
 
+
+BAR = """four-bar linkage
+BODY crank shape=rod(0.10) m=0.10
+BODY coupler shape=rod(0.24) m=0.24
+BODY rocker shape=rod(0.20) m=0.20
+JOINT a 0 crank pin ic=(0,10)
+JOINT b crank(0.10,0) coupler pin guess=56deg
+JOINT d 0(0.22,0) rocker pin guess=86deg
+JOINT close coupler(0.24,0) rocker(0.20,0) pin
+.tran 10m 0.5
+.end
+"""
 
 # what stands beside the code, and why
 ALSO = {

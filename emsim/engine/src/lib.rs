@@ -10,6 +10,7 @@ pub mod edges; // switching times that sources alone decide
 pub mod events; // state events on dense output
 pub mod graph; // hash-consed expression nodes with folding
 pub mod integrate; // the methods and the driver
+pub mod invariants; // what must hold at every recorded row
 pub mod islands; // sums of the rows of nodes that only capacitors tie together
 mod lanes; // four numbers in one register
 pub mod ledger; // energy accounts: integrals of powers on the dense output

@@ -504,6 +504,9 @@ fn polish(dc: &mut Dc, w: &mut Work, x: &mut [f64], tol: &Tolerances, o: &Option
     }
 }
 
+/// Nothing is divided by the length over which what is stored is held: so much of the other.
+const STILL: f64 = 1e-3;
+
 /// Does `consistent` with `refine` leave everything as it is?
 pub fn is_all_state(sys: &System) -> bool {
     sys.devices() == 0 && sys.differential.iter().all(|&d| d)
@@ -541,24 +544,44 @@ pub fn consistent(
         w.ports = ports;
         return false;
     };
-    if refine {
-        if let Some(y2) = step(w, 2.0 * h, &y1) {
-            // of nodes that capacitors tie together the differences are states, what they have in common is not
-            let floats = |i: usize| sys.sums.iter().any(|s| s.node == i || s.root == i);
-            for i in 0..sys.n {
-                if !sys.differential[i] || floats(i) {
-                    x[i] = 2.0 * y1[i] - y2[i];
-                }
+    let y2 = if refine { step(w, 2.0 * h, &y1) } else { None };
+    if let Some(y2) = y2 {
+        // of nodes that capacitors tie together the differences are states, what they have in common is not
+        let floats = |i: usize| sys.sums.iter().any(|s| s.node == i || s.root == i);
+        for i in 0..sys.n {
+            if !sys.differential[i] || floats(i) {
+                x[i] = 2.0 * y1[i] - y2[i];
             }
-            return true;
+        }
+    } else {
+        for i in 0..sys.n {
+            if !(sys.differential[i] && sys.unknowns[i].kind.mechanical() && refine) {
+                x[i] = y1[i];
+            }
         }
     }
-    for i in 0..sys.n {
-        if !(sys.differential[i] && sys.unknowns[i].kind.mechanical() && refine) {
-            x[i] = y1[i];
-        }
+    if refine {
+        hold(sys, newton, w, x, t, STILL * h, tol);
     }
     true
+}
+
+/// Algebraic unknowns that satisfy their rows at (t, x) with what is stored as it is: over a length of h the fastest may move, and
+/// what was extrapolated from there does not fit the state at t. What follows from changes of what is stored alone stays. Twice, for
+/// what the first pass corrects moves a coil of nanohenries.
+fn hold(sys: &System, newton: &mut Newton, w: &mut Work, x: &mut [f64], t: f64, h: f64, tol: &Tolerances) {
+    for _ in 0..2 {
+        let ports = w.ports.clone();
+        sys.eval(w, x, t);
+        let held: Vec<f64> = (0..sys.n).map(|i| if sys.has_q[i] { -(w.q[i] / h + w.f[i]) } else { 0.0 }).collect();
+        newton.forget();
+        let mut y = x.to_vec();
+        if newton.solve(sys, w, 1.0 / h, &held, &mut y, t, tol, 100).is_err() {
+            w.ports = ports;
+            return;
+        }
+        (0..sys.n).filter(|&i| !sys.differential[i]).for_each(|i| x[i] = y[i]);
+    }
 }
 
 /// UIC: the charges and fluxes that x, `.ic` and `IC=` give, then values that fit them.

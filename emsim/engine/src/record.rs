@@ -1,5 +1,6 @@
 //! Recorded waveforms: time and the asked outputs at every kept point, row by row.
 use crate::graph::{Graph, Id, Node};
+use crate::invariants::Invariants;
 use crate::ledger::Ledger;
 use crate::raw::Stream;
 use crate::system::{System, Work};
@@ -39,6 +40,10 @@ pub struct Record {
     pub ledger: Option<Ledger>,
     /// the insides of steps, where they were asked for
     pub samples: Option<Box<Samples>>,
+    /// what must hold at every row of a transient
+    pub invariants: Option<Invariants>,
+    /// an unknown that the rows show wrongly by a tenth: for tests of what is told then
+    pub spoiled: Option<usize>,
     /// the file that rows go to while the run goes on
     pub stream: Option<Stream>,
     pub gate: Arc<Gate>,
@@ -74,6 +79,8 @@ impl Record {
             corners: Vec::new(),
             ledger: None,
             samples: None,
+            invariants: None,
+            spoiled: None,
             stream: None,
             gate: Arc::default(),
         }
@@ -128,6 +135,19 @@ impl Record {
 
     #[inline(always)]
     pub fn push(&mut self, sys: &System, w: &mut Work, t: f64, x: &[f64]) {
+        let mut wrong = Vec::new();
+        let x = match self.spoiled {
+            Some(k) => {
+                wrong.extend_from_slice(x);
+                wrong[k] *= 1.1;
+                self.invariants.iter_mut().for_each(Invariants::forget);
+                &wrong
+            }
+            None => x,
+        };
+        if let Some(invariants) = &mut self.invariants {
+            invariants.row(sys, w, t, x);
+        }
         if !self.tape.is_empty() {
             sys.set_time(w, t);
             self.tape.run(&Inputs { x, t, waves: &w.waves, flags: &w.flags }, &mut self.scratch);

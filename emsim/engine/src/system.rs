@@ -176,6 +176,14 @@ impl Work {
         self.standing.stuck = flag;
     }
 
+    /// What hangs on the time and on conditions as in `other`, for a look at the equations beside the run.
+    pub fn follow(&mut self, other: &Work) {
+        self.flags.copy_from_slice(&other.flags);
+        self.guests.clone_from(&other.guests);
+        (self.gmin, self.source_factor) = (other.gmin, other.source_factor);
+        (self.before, self.wave_time) = (other.before, f64::NAN);
+    }
+
     /// As a run begins.
     pub fn reset_flags(&mut self, sys: &System) {
         let fresh = sys.work();
@@ -526,6 +534,11 @@ impl System {
         self.set_time(w, t);
         self.eval_linear(w, x);
         &self.g_linear
+    }
+
+    /// (row, unknown, coefficient) of what is constant in F.
+    pub fn constant_terms(&self) -> impl Iterator<Item = (usize, usize, f64)> + '_ {
+        self.g_rows.entries()
     }
 
     /// (row, source, coefficient) of sources that come into F as they are.

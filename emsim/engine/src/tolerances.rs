@@ -60,6 +60,8 @@ pub struct Options {
     pub grid: f64,
     /// a flag that does not turn during a transient: for tests of what is told then
     pub stuck_flag: Option<usize>,
+    /// an unknown that rows show wrongly, for the same
+    pub spoiled: Option<usize>,
 }
 
 impl Default for Options {
@@ -80,6 +82,7 @@ impl Default for Options {
             span: 0.0,
             grid: 0.0,
             stuck_flag: None,
+            spoiled: None,
         }
     }
 }

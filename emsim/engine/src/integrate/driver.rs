@@ -15,7 +15,7 @@ pub use self::memory::IMPOSED;
 use self::passage::{Passage, FAILURES};
 pub(super) use self::stretch::Mark;
 
-use super::rows::{undetermined, Forces, Grid, Lags, Row, Sink};
+use super::rows::{undetermined, Fitting, Forces, Grid, Lags, Row, Sink};
 use super::watch::{Report, Watch};
 use super::{make, Attempt, Character, Method, Used};
 use crate::events::{Candidate, Check, Detector, Located};
@@ -107,6 +107,7 @@ pub(super) struct Run<'a, S: Sink> {
     scratch: Vec<f64>,
     watch: Watch,
     forces: Option<Option<Forces>>, // multipliers of the rows, where they are asked for and the method's own lag behind
+    fitting: Option<Fitting>,       // algebraic equations at rows between the ends of steps
     settles: bool,                  // it is so at present
     begin: Option<Option<Forces>>,  // the same after a jump
     slopes: Option<bool>,           // unknowns follow from the slopes of others: a corner is a jump to them
@@ -249,6 +250,7 @@ impl<'a, S: Sink> Run<'a, S> {
             dense,
             scratch: vec![0.0; sys.n],
             forces: None,
+            fitting: None,
             settles: false,
             begin: None,
             slopes: None,
@@ -455,8 +457,9 @@ impl<'a, S: Sink> Run<'a, S> {
         };
         self.settles = forces.is_some();
         let (steps, events) = (self.w.counters.steps, self.w.counters.events);
+        let (check, fitting) = (&mut self.check, &mut self.fitting);
         let mut row =
-            Row { sink: self.record, forces, x: &mut self.scratch, width, whole: self.a.tstop, check: &mut self.check };
+            Row { sink: self.record, forces, x: &mut self.scratch, width, whole: self.a.tstop, check, fitting };
         let mut goes_on = |t: f64| tick(t, width, steps, events);
         if !self.grid.fill(method, self.t, self.sys, self.w, &self.tol, &mut row, &mut goes_on) {
             self.outcome.status = Status::Interrupted;

@@ -36,6 +36,10 @@ pub trait Sink {
     fn shows_silent(&self, _sys: &System) -> bool {
         true
     }
+    /// Do the algebraic equations hold at (t, x)?
+    fn holds(&mut self, _sys: &System, _w: &mut Work, _t: f64, _x: &[f64]) -> bool {
+        true
+    }
     /// The run begins at (t, x).
     fn open(&mut self, sys: &System, w: &mut Work, t: f64, x: &[f64]);
     /// Something jumped: (t, x) is where the run goes on.
@@ -63,6 +67,10 @@ impl Sink for Record {
 
     fn shows_silent(&self, sys: &System) -> bool {
         Record::shows_silent(self, sys)
+    }
+
+    fn holds(&mut self, sys: &System, w: &mut Work, t: f64, x: &[f64]) -> bool {
+        self.invariants.as_mut().is_none_or(|invariants| invariants.holds(sys, w, t, x))
     }
 
     fn open(&mut self, sys: &System, w: &mut Work, t: f64, x: &[f64]) {
@@ -244,6 +252,34 @@ impl Forces {
     }
 }
 
+/// Nothing is divided by that length where only index 1 is solved for: so much of it will do, ...
+const BRIEF: f64 = 1e-3;
+/// ... in which states move by no more tolerances than dense output is off by.
+const MOVED: f64 = 10.0;
+
+/// What solves the algebraic equations at a row.
+pub struct Fitting {
+    newton: Newton,
+    lags: Vec<bool>, // what follows from changes of what is stored
+}
+
+impl Fitting {
+    /// Algebraic unknowns of index 1 at (t, x), by an implicit Euler step of h, which moves no state. x stays where that fails.
+    fn fit(&mut self, sys: &System, w: &mut Work, (t, x): (f64, &mut [f64]), h: f64, tol: &Tolerances) {
+        let ports = w.ports.clone();
+        sys.eval(w, x, t);
+        let r: Vec<f64> = w.q.iter().map(|q| -q / h).collect();
+        let mut y = x.to_vec();
+        self.newton.forget();
+        if self.newton.solve(sys, w, 1.0 / h, &r, &mut y, t, tol, 100).is_ok()
+            && !tol.states_apart(&y, x, MOVED, |_| true)
+        {
+            (0..sys.n).filter(|&i| !sys.differential[i] && !self.lags[i]).for_each(|i| x[i] = y[i]);
+        }
+        w.ports = ports;
+    }
+}
+
 /// The row that is being made.
 pub struct Row<'a, S: Sink> {
     pub sink: &'a mut S,
@@ -252,6 +288,7 @@ pub struct Row<'a, S: Sink> {
     pub width: f64, // of the step it lies in
     pub whole: f64, // and of the run
     pub check: &'a mut Check,
+    pub fitting: &'a mut Option<Fitting>,
 }
 
 impl<S: Sink> Row<'_, S> {
@@ -266,15 +303,29 @@ impl<S: Sink> Row<'_, S> {
             return self.sink.row(sys, w, t, x);
         }
         self.x.copy_from_slice(x);
-        self.push(sys, w, t, tol);
+        self.settle(sys, w, t, tol);
+        self.sink.row(sys, w, t, self.x);
     }
 
-    #[inline(never)]
-    pub fn push(&mut self, sys: &System, w: &mut Work, t: f64, tol: &Tolerances) {
+    /// Between the ends of steps a polynomial follows states better than what is algebraic, and behind a bend by far: where the
+    /// algebraic equations do not hold that is solved for, with the states as they are.
+    fn fit(&mut self, sys: &System, w: &mut Work, t: f64, tol: &Tolerances) {
+        if self.sink.holds(sys, w, t, self.x) {
+            return;
+        }
+        if self.fitting.is_none() {
+            *self.fitting = Newton::new(sys).ok().map(|newton| Fitting { newton, lags: undetermined(sys) });
+        }
+        if let Some(fitting) = self.fitting {
+            fitting.fit(sys, w, (t, self.x), BRIEF * Forces::inside(self.width, self.whole), tol);
+        }
+    }
+
+    #[inline]
+    fn settle(&mut self, sys: &System, w: &mut Work, t: f64, tol: &Tolerances) {
         if let Some(forces) = &mut self.forces {
             forces.settle(sys, w, (t, self.x), Forces::inside(self.width, self.whole), tol);
         }
-        self.sink.row(sys, w, t, self.x);
     }
 }
 
@@ -530,6 +581,8 @@ impl Grid {
         m.dense(t, row.x);
         sys.pin(w, t, row.x());
         row.check.inside(sys, w, row.x, t, tol.reltol);
-        row.push(sys, w, t, tol);
+        row.settle(sys, w, t, tol);
+        row.fit(sys, w, t, tol);
+        row.sink.row(sys, w, t, row.x);
     }
 }

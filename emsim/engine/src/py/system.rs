@@ -3,6 +3,7 @@ use super::expr::{lock, Expr, SharedGraph};
 use super::smallsignal::SmallSignal;
 use crate::graph::{Id, Node};
 use crate::integrate::{self, Failed, Status, Transient};
+use crate::invariants::Invariants;
 use crate::ledger::Ledger;
 use crate::newton::{Failure, Newton, Options, Tolerances};
 use crate::op;
@@ -61,6 +62,7 @@ fn options(given: Option<&Bound<'_, PyDict>>) -> PyResult<Options> {
             "itl4" => o.itl4 = value.extract::<f64>()?.max(10.0) as usize,
             "maxord" => o.maxord = Some(value.extract::<f64>()? as usize),
             "fixed_step" => o.fixed_step = value.extract()?,
+            "spoiled" => o.spoiled = Some(value.extract()?),
             "stuck_flag" => o.stuck_flag = Some(value.extract()?),
             "maxsteps" => o.maxsteps = value.extract()?,
             "projection" => o.projection = value.extract::<f64>()? != 0.0,
@@ -406,7 +408,7 @@ impl System {
     /// `accounts`: (powers to integrate, energies to read at both ends, keep a trace of them). Not `drawn`, the rows beside
     /// the steps' ends are those of the print grid alone.
     /// `inside`: expressions to be kept within the steps, and the degree of their polynomials.
-    #[pyo3(signature = (tstep, tstop, tstart=0.0, tmax=None, uic=false, outputs=vec![], options_=None, progress=None, accounts=None, drawn=true, stream=None, inside=None))]
+    #[pyo3(signature = (tstep, tstop, tstart=0.0, tmax=None, uic=false, outputs=vec![], options_=None, progress=None, accounts=None, drawn=true, stream=None, inside=None, closures=vec![]))]
     #[allow(clippy::too_many_arguments)]
     fn tran(
         &self,
@@ -423,6 +425,7 @@ impl System {
         drawn: bool,
         stream: Option<(String, bool, RawTable)>,
         inside: Option<(Vec<Bound<'_, PyAny>>, usize)>,
+        closures: Vec<Bound<'_, PyAny>>,
     ) -> PyResult<Waveforms> {
         let good = |v: f64| v.is_finite() && v > 0.0;
         let ordered = tstart >= 0.0 && tstart < tstop;
@@ -434,6 +437,9 @@ impl System {
         (o.accounts, o.span, o.grid) = (accounts.is_some(), tstop, tstep);
         let sys = self.inner.clone();
         let mut record = Record::new(&lock(&self.graph), &ids);
+        let closures = self.ids(&closures)?;
+        record.invariants = Some(Invariants::new(&lock(&self.graph), &sys, &o, &closures));
+        record.spoiled = o.spoiled;
         if let Some((powers, energies, traced)) = accounts {
             let (powers, energies) = (self.ids(&powers)?, self.ids(&energies)?);
             record.ledger = Some(Ledger::new(&lock(&self.graph), &powers, &energies, traced));
@@ -692,6 +698,17 @@ impl Waveforms {
     #[getter]
     fn columns(&self) -> usize {
         self.record.columns
+    }
+    /// (row, first time, worst time, what is left there, what tolerances allow) of algebraic rows that did not hold at a recorded row.
+    #[getter]
+    fn unbalanced(&self) -> Vec<(usize, f64, f64, f64, f64)> {
+        let broken = self.record.invariants.iter().flat_map(|i| &i.broken);
+        broken.map(|b| (b.row, b.first, b.t, b.left, b.bound)).collect()
+    }
+    /// (time, how wide) of each of the closures that were asked for, where it was widest.
+    #[getter]
+    fn gaps(&self) -> Vec<(f64, f64)> {
+        self.record.invariants.iter().flat_map(|i| &i.gaps).map(|g| (g.t, g.wide)).collect()
     }
     #[getter]
     fn failure(&self, py: Python<'_>) -> Option<Py<PyDict>> {

@@ -74,6 +74,11 @@ impl System {
         End { own: place(row, node), outer }
     }
 
+    /// (the nodes, volts for a factor of e) of voltages that exponential currents hang on.
+    pub fn exponential_ports(&self) -> impl Iterator<Item = ((i32, i32), f64)> + '_ {
+        self.bent.iter().map(|bend| (bend.nodes, bend.volts))
+    }
+
     /// Nodes that devices have for themselves, behind their series resistances.
     pub fn behind_resistances(&self) -> impl Iterator<Item = usize> + '_ {
         self.seats().flat_map(|(_, seat)| &seat.series).map(|series| series.inner)

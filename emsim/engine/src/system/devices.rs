@@ -180,6 +180,13 @@ impl Slope {
 
 impl System {
     /// How many instances of devices there are, ...
+    /// Rows that currents of devices enter.
+    pub fn rows_of_devices(&self) -> Vec<bool> {
+        let mut rows = vec![false; self.n];
+        self.devices.currents.iter().flat_map(|c| signed(c.rows)).for_each(|(row, _)| rows[row] = true);
+        rows
+    }
+
     pub fn devices(&self) -> usize {
         self.devices.instances.len()
     }

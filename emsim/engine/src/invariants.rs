@@ -1,0 +1,322 @@
+//! What must hold at every recorded row, whichever method made it: the algebraic rows of equation (1), F_i(x, t) = 0. These are
+//! Kirchhoff's law at nodes without a capacitor of their own (of nodes that capacitors tie together: of their sum, islands.rs), the
+//! laws of branches, and the closures of loops with their rates.
+//!
+//! A row is asked for as much as the tolerances of what it adds up:  |F_i| <= MOST sum_j |G_ij| weight_j,  or it is told. Rows between
+//! the ends of steps can be made better (`holds`): at a node where all is linear no more than MOST reltol of its largest current is left there,
+//! for voltages within their tolerances make any current in a small resistance. The bounds are renewed, with the matrix, every RENEWED rows and wherever one is passed. In between one sum stands for all of them,
+//!
+//!   | sum_i s_i F_i / bound_i | <= 1,   s_i of either sign and of different sizes,
+//!
+//! which is a product of x with one row of numbers; where it is larger they are looked at one by one. Where currents of devices enter,
+//! which are dear, rows are looked at when the bounds are renewed, and between the ends of steps where a voltage has gone up an exponential since then.
+use crate::graph::{Graph, Id};
+use crate::system::{Kind, System, Work};
+use crate::tape::{Inputs, Tape};
+use crate::tolerances::{Options, Quantity, Tolerances};
+use std::collections::BTreeMap;
+
+/// So many tolerances: dense output and values that were settled anew are off by a few.
+const MOST: f64 = 10.0;
+const RENEWED: u32 = 1024;
+/// Up an exponential: by so many times what makes a factor of e, and to where there is a current at all.
+const UP: f64 = 4.0;
+const CONDUCTS: f64 = 12.0;
+/// Rounding of so much of what is added up.
+const ROUNDED: f64 = 1e-12;
+/// So many rows are told, each with its worst place.
+const TOLD: usize = 8;
+
+/// A row that does not hold: what is left of it, what the tolerances allow, and where this was worst.
+#[derive(Clone, Copy, Debug)]
+pub struct Broken {
+    pub row: usize,
+    pub first: f64,
+    pub t: f64,
+    pub left: f64,
+    pub bound: f64,
+}
+
+/// The widest that a closure has come open.
+#[derive(Clone, Copy, Default, Debug)]
+pub struct Gap {
+    pub t: f64,
+    pub wide: f64,
+}
+
+/// A voltage that an exponential current hangs on, and how far up it may go before rows are looked at.
+struct Port {
+    nodes: (i32, i32),
+    volts: f64,
+    reach: f64,
+}
+
+impl Port {
+    #[inline]
+    fn voltage(&self, x: &[f64]) -> f64 {
+        let at = |k: i32| usize::try_from(k).map_or(0.0, |k| x[k]);
+        at(self.nodes.0) - at(self.nodes.1)
+    }
+}
+
+pub struct Invariants {
+    watched: Vec<usize>,           // algebraic rows, those without devices first
+    terms: Vec<(u32, u32, f64)>,   // (place in `watched`, unknown, coefficient) of these
+    sources: Vec<(u32, u32, f64)>, // the same of sources
+    expressions: Vec<u32>,         // places that outputs of the tape are added to
+    tape: Tape,                    // those expressions, then closures
+    scratch: Vec<f64>,
+    left: Vec<f64>,             // F_i of those without devices
+    bent: Vec<f64>,             // ... of the others, when the bounds are renewed
+    bounds: Vec<f64>,           // of all
+    loose: Vec<f64>,            // ... by the tolerances of what is added up alone: beyond these it is told
+    seen: f64,                  // time of the row that was asked for, and holds
+    sums: [Vec<(u32, f64)>; 3], // of unknowns, sources and outputs of the tape, what they count for in all rows together
+    ports: Vec<Port>,
+    until: u32, // rows until they are renewed
+    tol: Tolerances,
+    abstol: f64,
+    work: Option<Box<Work>>, // what a method knows in its own is not touched
+    pub gaps: Vec<Gap>,
+    pub broken: Vec<Broken>,
+}
+
+impl Invariants {
+    /// `closures`: how far loops are open, to be told of.
+    pub fn new(g: &Graph, sys: &System, o: &Options, closures: &[Id]) -> Invariants {
+        let bends = sys.rows_of_devices();
+        let kind = |i: usize| matches!(sys.unknowns[i].kind, Kind::Node | Kind::Branch | Kind::Lambda | Kind::Mu);
+        let algebraic = |i: &usize| !sys.has_q[*i] && kind(*i);
+        let plain: Vec<usize> = (0..sys.n).filter(algebraic).filter(|&i| !bends[i]).collect();
+        let mut place = vec![None; sys.n];
+        plain.iter().enumerate().for_each(|(k, &i)| place[i] = Some(k as u32));
+        let terms = sys.constant_terms().filter_map(|(row, col, v)| Some((place[row]?, col as u32, v))).collect();
+        let sources = sys.source_rows().iter().filter_map(|&(row, k, v)| Some((place[row]?, k as u32, v))).collect();
+        let found = sys.expression_ids(0).iter().filter_map(|&(row, id)| Some((place[row]?, id)));
+        let (expressions, mut ids): (Vec<u32>, Vec<Id>) = found.unzip();
+        ids.extend(closures);
+        let tape = Tape::new(g, &ids).native();
+        let scratch = tape.workspace();
+        let left = vec![0.0; plain.len()];
+        let watched: Vec<usize> = plain.into_iter().chain((0..sys.n).filter(algebraic).filter(|&i| bends[i])).collect();
+        let bounds = vec![0.0; watched.len()];
+        let ports =
+            sys.exponential_ports().map(|(nodes, volts)| Port { nodes, volts, reach: f64::NEG_INFINITY }).collect();
+        let gaps = vec![Gap::default(); closures.len()];
+        let tol = Tolerances::new(sys, o);
+        Invariants {
+            watched,
+            terms,
+            sources,
+            expressions,
+            tape,
+            scratch,
+            left,
+            bent: Vec::new(),
+            bounds,
+            loose: Vec::new(),
+            seen: f64::NAN,
+            sums: Default::default(),
+            ports,
+            until: 0,
+            tol,
+            abstol: o.absolute.of(Quantity::Current, o.reltol),
+            work: None,
+            gaps,
+            broken: Vec::new(),
+        }
+    }
+
+    /// The row (t, x) is recorded.
+    #[inline]
+    pub fn row(&mut self, sys: &System, w: &mut Work, t: f64, x: &[f64]) {
+        if self.watched.is_empty() && self.gaps.is_empty() {
+            return;
+        }
+        // what was just asked for needs no second look
+        let good = t == self.seen || self.sum(sys, w, t, x).abs() <= 1.0;
+        self.seen = f64::NAN;
+        for (k, gap) in self.gaps.iter_mut().enumerate() {
+            let wide = self.tape.output(&self.scratch, self.expressions.len() + k).abs();
+            if wide > gap.wide {
+                *gap = Gap { t, wide };
+            }
+        }
+        if self.until > 0 && good {
+            self.until -= 1;
+        } else {
+            self.look(sys, w, t, x);
+        }
+    }
+
+    /// The next row is not the one that was asked for.
+    pub fn forget(&mut self) {
+        self.seen = f64::NAN;
+    }
+
+    /// Does (t, x) hold?
+    #[inline]
+    pub fn holds(&mut self, sys: &System, w: &mut Work, t: f64, x: &[f64]) -> bool {
+        let good = self.sum(sys, w, t, x).abs() <= 1.0 && self.within_reach(x);
+        self.seen = if good { t } else { f64::NAN };
+        good || self.holds_one_by_one(sys, w, t, x)
+    }
+
+    /// What stands for all rows without devices, in units of their bounds; closures.
+    #[inline]
+    fn sum(&mut self, sys: &System, w: &mut Work, t: f64, x: &[f64]) -> f64 {
+        sys.set_time(w, t);
+        let [unknowns, sources, outputs] = &self.sums;
+        let mut sum: f64 = unknowns.iter().map(|&(j, v)| v * x[j as usize]).sum();
+        sum += sources.iter().map(|&(k, v)| v * w.waves[k as usize]).sum::<f64>();
+        if !self.tape.is_empty() {
+            self.tape.run(&Inputs { x, t, waves: &w.waves, flags: &w.flags }, &mut self.scratch);
+            sum += outputs.iter().map(|&(k, v)| v * self.tape.output(&self.scratch, k as usize)).sum::<f64>();
+        }
+        sum
+    }
+
+    #[inline]
+    fn within_reach(&self, x: &[f64]) -> bool {
+        self.ports.iter().all(|port| port.voltage(x) <= port.reach)
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn holds_one_by_one(&mut self, sys: &System, w: &mut Work, t: f64, x: &[f64]) -> bool {
+        self.one_by_one(w, x);
+        if self.within_reach(x) && within(&self.left, &self.bounds) {
+            return true;
+        }
+        self.renew(sys, w, t, x);
+        let (plain, bent) = self.bounds.split_at(self.left.len());
+        within(&self.left, plain) && within(&self.bent, bent)
+    }
+
+    /// All rows against their bounds.
+    #[cold]
+    #[inline(never)]
+    fn look(&mut self, sys: &System, w: &mut Work, t: f64, x: &[f64]) {
+        self.one_by_one(w, x);
+        if self.until > 0 && within(&self.left, &self.bounds) {
+            self.until -= 1;
+            return;
+        }
+        self.until = RENEWED;
+        self.renew(sys, w, t, x);
+        self.tell(t);
+    }
+
+    /// F_i of what has no devices, behind `sum`.
+    fn one_by_one(&mut self, w: &Work, x: &[f64]) {
+        self.left.fill(0.0);
+        for &(k, j, v) in &self.terms {
+            self.left[k as usize] += v * x[j as usize];
+        }
+        for &(k, j, v) in &self.sources {
+            self.left[k as usize] += v * w.waves[j as usize];
+        }
+        for (output, &k) in self.expressions.iter().enumerate() {
+            self.left[k as usize] += self.tape.output(&self.scratch, output);
+        }
+    }
+
+    /// The bounds anew; and what is left in rows with devices.
+    #[cold]
+    #[inline(never)]
+    fn renew(&mut self, sys: &System, w: &mut Work, t: f64, x: &[f64]) {
+        self.tol.observe(x, t);
+        let mut own = self.work.take().unwrap_or_else(|| Box::new(sys.work()));
+        own.follow(w);
+        let w = &mut *own;
+        sys.eval_jacobian(w, x, t, false);
+        let mut sums = vec![0.0; sys.n];
+        for j in 0..sys.n {
+            let weight = self.tol.error_weight(j, x[j], x[j]);
+            for k in sys.pattern.colptr[j]..sys.pattern.colptr[j + 1] {
+                sums[sys.pattern.rowidx[k]] += w.gv[k].abs() * weight;
+            }
+        }
+        let plain = self.left.len();
+        self.bounds.iter_mut().zip(&self.watched).for_each(|(bound, &row)| *bound = MOST * sums[row]);
+        for port in &mut self.ports {
+            port.reach = (port.voltage(x) + UP * port.volts).max(CONDUCTS * port.volts);
+        }
+        self.loose.clone_from(&self.bounds);
+        let largest = self.largest_currents(sys, w, x);
+        let mut sizes = vec![0.0; sys.n];
+        sys.terms(x, &mut sizes);
+        for ((bound, &row), largest) in self.bounds.iter_mut().zip(&self.watched).zip(largest) {
+            let tight = MOST * (self.tol.reltol * largest + self.abstol) + ROUNDED * sizes[row];
+            *bound = bound.min(tight);
+        }
+        let share: Vec<f64> = self.bounds[..plain].iter().enumerate().map(|(k, bound)| sign(k) / bound).collect();
+        let of = |terms: &[(u32, u32, f64)]| -> Vec<(u32, f64)> {
+            let mut sums = BTreeMap::new();
+            terms.iter().for_each(|&(k, j, v)| *sums.entry(j).or_default() += share[k as usize] * v);
+            sums.into_iter().collect()
+        };
+        let outputs = (0..).zip(&self.expressions).map(|(output, &k)| (output, share[k as usize]));
+        self.sums = [of(&self.terms), of(&self.sources), outputs.collect()];
+        self.bent.clear();
+        self.bent.extend(self.watched[plain..].iter().map(|&row| w.f[row]));
+        self.work = Some(own);
+    }
+
+    /// The largest current at each node without devices or expressions; infinite where that means nothing.
+    fn largest_currents(&self, sys: &System, w: &Work, x: &[f64]) -> Vec<f64> {
+        let (mut largest, mut whole) = (vec![0.0_f64; self.left.len()], vec![0.0; self.left.len()]);
+        let node = |i: usize| sys.unknowns[i].kind == Kind::Node;
+        for &(k, j, v) in &self.terms {
+            let (k, j, row) = (k as usize, j as usize, self.watched[k as usize]);
+            let across = if node(j) { x[j] - x[row] } else { x[j] };
+            largest[k] = largest[k].max((v * across).abs());
+            whole[k] += if node(j) { v } else { 0.0 };
+        }
+        for &(k, j, v) in &self.sources {
+            largest[k as usize] = largest[k as usize].max((v * w.waves[j as usize]).abs());
+        }
+        for (k, &row) in self.watched[..self.left.len()].iter().enumerate() {
+            largest[k] = if node(row) { largest[k].max((whole[k] * x[row]).abs()) } else { f64::INFINITY };
+        }
+        self.expressions.iter().for_each(|&k| largest[k as usize] = f64::INFINITY);
+        largest
+    }
+
+    /// Those that are beyond their bounds.
+    fn tell(&mut self, t: f64) {
+        let left = self.left.iter().chain(&self.bent);
+        for ((&row, &bound), &left) in self.watched.iter().zip(&self.loose).zip(left) {
+            if left.abs() <= bound || !left.is_finite() {
+                continue;
+            }
+            let found = Broken { row, first: t, t, left, bound };
+            match self.broken.iter().position(|b| b.row == row) {
+                Some(at) => {
+                    let b = &mut self.broken[at];
+                    if left.abs() * b.bound > b.left.abs() * bound {
+                        *b = Broken { first: b.first, ..found };
+                    }
+                }
+                None if self.broken.len() < TOLD => self.broken.push(found),
+                None => {}
+            }
+        }
+    }
+}
+
+/// Of either sign and of different sizes, so that an error that several rows have in common does not cancel.
+fn sign(k: usize) -> f64 {
+    let mixed = (k as u64 + 1).wrapping_mul(0x9E37_79B9_7F4A_7C15) >> 11;
+    let size = 0.5 + (mixed >> 1 & 0xFFFF) as f64 / 65536.0;
+    if mixed & 1 == 1 {
+        -size
+    } else {
+        size
+    }
+}
+
+#[inline]
+fn within(left: &[f64], bounds: &[f64]) -> bool {
+    left.iter().zip(bounds).all(|(left, bound)| left.abs() <= *bound)
+}
