@@ -1,9 +1,9 @@
 """Random linear networks whose solution is known at every instant: for test_linear_networks.py.
 
-The reference is a modified nodal analysis of its own,  E x' + A x = B w,  with the sources as solutions of w' = S w (a sine and its
-cosine; a line's value and its slope), so that the whole is  E z' + A z = 0.  What such a system can do is the range of
-T^k, T = (s E + A)^-1 E, for k from its index on; there  y' = -(T^-1 - s) y,  and a matrix exponential is the solution, capacitor loops
-and inductor cutsets included. At a corner of a source w jumps, and z goes onto that range along the null space of T^k.
+The reference is a modified nodal analysis of its own,  E x' + A x = B w,  with the sources as solutions of w' = S w (a sine
+and its cosine; a line's value and its slope), so that the whole is  E z' + A z = 0.  What such a system can do is the range
+of T^k, T = (s E + A)^-1 E, for k from its index on; there  y' = -(T^-1 - s) y,  and a matrix exponential is the solution,
+capacitor loops and inductor cutsets included. At a corner of a source w jumps, and z goes onto that range along the null space of T^k.
 Times are microseconds.
 """
 
@@ -98,7 +98,8 @@ class Network:
         return sorted({t for w in self.waves for t in w.times if 0.0 < t < SPAN})
 
     def solution(self, times: np.ndarray) -> np.ndarray | None:
-        """x at each of the times [us], a row each, just before a corner where one is; None where nothing determines the start, or the network runs away."""
+        """x at each of the times [us], a row each, just before a corner where one is; None where nothing determines the
+        start, where ranks cannot be told, or where the network runs away."""
         n, sizes = len(self.unknowns), [len(w.block) for w in self.waves]
         m = n + sum(sizes)
         e, a = np.eye(m), np.zeros((m, m))

@@ -86,7 +86,9 @@ impl Invariants {
     pub fn new(g: &Graph, sys: &System, o: &Options, closures: &[Id]) -> Invariants {
         let bends = sys.rows_of_devices();
         let kind = |i: usize| matches!(sys.unknowns[i].kind, Kind::Node | Kind::Branch | Kind::Lambda | Kind::Mu);
-        let algebraic = |i: &usize| !sys.has_q[*i] && kind(*i);
+        // laws with modes are asked at their events
+        let asked = |i: usize| sys.laws.list.iter().all(|law| law.row != i);
+        let algebraic = |i: &usize| !sys.has_q[*i] && kind(*i) && asked(*i);
         let plain: Vec<usize> = (0..sys.n).filter(algebraic).filter(|&i| !bends[i]).collect();
         let mut place = vec![None; sys.n];
         plain.iter().enumerate().for_each(|(k, &i)| place[i] = Some(k as u32));
@@ -227,7 +229,7 @@ impl Invariants {
     fn renew(&mut self, sys: &System, w: &mut Work, t: f64, x: &[f64]) {
         self.tol.observe(x, t);
         let mut own = self.work.take().unwrap_or_else(|| Box::new(sys.work()));
-        own.follow(w);
+        own.follow(w, t);
         let w = &mut *own;
         sys.eval_jacobian(w, x, t, false);
         let mut sums = vec![0.0; sys.n];

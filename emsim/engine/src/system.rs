@@ -176,12 +176,11 @@ impl Work {
         self.standing.stuck = flag;
     }
 
-    /// What hangs on the time and on conditions as in `other`, for a look at the equations beside the run.
-    pub fn follow(&mut self, other: &Work) {
+    /// Conditions, and sources at t, as in `other`, for a look at the equations beside the run.
+    pub fn follow(&mut self, other: &Work, t: f64) {
         self.flags.copy_from_slice(&other.flags);
-        self.guests.clone_from(&other.guests);
-        (self.gmin, self.source_factor) = (other.gmin, other.source_factor);
-        (self.before, self.wave_time) = (other.before, f64::NAN);
+        self.waves.copy_from_slice(&other.waves);
+        (self.gmin, self.source_factor, self.wave_time) = (other.gmin, other.source_factor, t);
     }
 
     /// As a run begins.
