@@ -3,7 +3,8 @@
 The reference is a modified nodal analysis of its own,  E x' + A x = B w,  with the sources as solutions of w' = S w (a sine
 and its cosine; a line's value and its slope), so that the whole is  E z' + A z = 0.  What such a system can do is the range
 of T^k, T = (s E + A)^-1 E, for k from its index on; there  y' = -(T^-1 - s) y,  and a matrix exponential is the solution,
-capacitor loops and inductor cutsets included. At a corner of a source w jumps, and z goes onto that range along the null space of T^k.
+capacitor loops and inductor cutsets included. At a corner of a source w jumps, and z goes onto that range along the null
+space of T^k.
 Times are microseconds.
 """
 
