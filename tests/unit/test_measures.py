@@ -392,3 +392,18 @@ def test_every_kind_says_what_it_is_and_reads_its_own_form():
         assert kind.meaning and parse_measure(
             kind.form.split(", .meas")[0].removeprefix(".meas ").partition(" (")[0]
         )
+
+
+def test_a_gate_that_only_switches_read_is_measured_at_its_edges():
+    """No step ends at the edges of such a source: what lies between the ends is not one polynomial."""
+    deck = (
+        "t\nVg g 0 PULSE(0 5 0 1u 1u 48u 100u)\nVs s 0 12\nS1 s a g 0 sw\nD1 0 a dd\nL1 a b 1m\nC1 b 0 10u\nR1 b 0 10\n"
+        ".model sw sw(vt=2.5 ron=0.01 roff=1meg)\n.model dd d(is=1e-14)\n.tran 10u 2m\n"
+        ".meas tran top max v(g)\n.meas tran low min v(g)\n.meas tran mean avg v(g) from=0.5m to=1.5m\n"
+        ".meas tran rise trig v(g)=0.5 rise=3 targ v(g)=4.5 rise=3\n.end\n"
+    )
+    got = emsim.run(deck).measures
+    assert got["top"] == pytest.approx(5, rel=1e-9) and got["low"] == pytest.approx(0, abs=1e-9)
+    assert got["mean"] == pytest.approx(5 * 49 / 100, rel=1e-6) and got["rise"] == pytest.approx(
+        0.8e-6, rel=1e-4
+    )

@@ -8,8 +8,8 @@ use crate::ledger::Inside;
 use crate::system::{System, Work};
 use std::f64::consts::PI;
 
-/// More numbers than this are too many to keep: 512 MB.
-const MOST: usize = 1 << 26;
+/// More numbers than this are too many to keep: 128 MB.
+const MOST: usize = 1 << 24;
 
 pub struct Samples {
     record: Record,
@@ -45,25 +45,45 @@ impl Samples {
         self.x.extend_from_slice(x);
     }
 
-    /// An accepted step up to (t1, x1).
+    /// An accepted step up to (t1, x1). Corners of sources that no step ends at part it.
     pub fn step(&mut self, sys: &System, w: &mut Work, t1: f64, x1: &[f64], inside: &Inside) {
-        let (t0, whole) = (self.at, t1 - self.at);
-        if whole > 0.0 && t1 > self.from && !self.full {
-            let rows = self.record.data.len();
-            self.record.push(sys, w, t0, &self.x);
-            self.inside.resize(x1.len(), 0.0);
-            for &node in &self.nodes {
-                let t = t0 + node * whole;
-                (inside.dense)(t, &mut self.inside);
-                self.record.push(sys, w, t, &self.inside);
+        if t1 > self.at && t1 > self.from && !self.full {
+            let silent = self.record.shows_silent(sys);
+            let mut t0 = self.at;
+            while t0 < t1 {
+                let corner = if silent { sys.next_silent_corner(t0) } else { f64::INFINITY };
+                let end = if corner > t0 { corner.min(t1) } else { t1 };
+                self.part(sys, w, (t0, end), (t1, x1), inside);
+                t0 = end;
             }
-            self.record.push(sys, w, t1, x1);
-            let written = self.record.data.len() - rows;
-            if self.record.data.len() > MOST || written != (self.degree + 1) * self.record.columns {
-                (self.full, self.record.data) = (true, Vec::new());
-            }
+            sys.set_time(w, t1);
         }
         self.begin(t1, x1);
+    }
+
+    fn part(&mut self, sys: &System, w: &mut Work, (a, b): (f64, f64), (t1, x1): (f64, &[f64]), inside: &Inside) {
+        let rows = self.record.data.len();
+        for j in 0..=self.degree {
+            let t = match j {
+                0 => a,
+                j if j == self.degree => b,
+                j => a + self.nodes[j - 1] * (b - a),
+            };
+            if t == self.at {
+                self.record.push(sys, w, t, &self.x);
+            } else if t == t1 {
+                self.record.push(sys, w, t, x1);
+            } else {
+                self.inside.resize(x1.len(), 0.0);
+                (inside.dense)(t, &mut self.inside);
+                sys.pin(w, t, &mut self.inside);
+                self.record.push(sys, w, t, &self.inside);
+            }
+        }
+        let written = self.record.data.len() - rows;
+        if self.record.data.len() > MOST || written != (self.degree + 1) * self.record.columns {
+            (self.full, self.record.data) = (true, Vec::new());
+        }
     }
 
     /// Rows of time and outputs, so many and one for every step; none where they were too many.
