@@ -101,6 +101,7 @@ FORMS = {
     ".tf": ".tf v(out) source",
     ".pz": ".pz in+ in- out+ out- cur|vol pol|zer|pz",
     ".sens": ".sens v(out) [ac dec|oct|lin points fstart fstop]",
+    ".sp": ".sp dec|oct|lin points fstart fstop",
     ".modes": ".modes [static]",
     ".param": ".param name=value [name={expression} ..]",
     ".func": ".func name(a,b) {expression}",

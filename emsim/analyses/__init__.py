@@ -10,6 +10,7 @@ from .noise import Noise
 from .op import Op
 from .pz import Pz
 from .sens import Sens
+from .sp import Sp
 from .tf import Tf
 from .tran import Tran
 
@@ -22,7 +23,7 @@ if TYPE_CHECKING:
 
 __all__ = ["ANALYSES", "Analysis", "Axis", "Run", "find", "plan", "refused", "transients"]
 
-ANALYSES: tuple[type[Analysis], ...] = (Op, Dc, Tran, Ac, Noise, Pz, Sens, Modes, Tf)
+ANALYSES: tuple[type[Analysis], ...] = (Op, Dc, Tran, Ac, Noise, Pz, Sens, Sp, Modes, Tf)
 
 
 def find(word: str) -> type[Analysis] | None:

@@ -218,6 +218,8 @@ def _sources(assembly: Assembly, linear: SmallSignal) -> Iterator[Source]:
         word = "rs" if behind[name] == 1 else f"r{e.terminals[terminal][0]}"
         devices.setdefault(name, []).append((name, word, _rows(nodes), power, 0.0))
     for name, word, nodes, power, exponent in of_devices:
+        if word == "flicker" and ctx.elements[name].letter != "n":
+            word = "1overf"  # ngspice's word for its own devices
         devices.setdefault(name, []).append((name, word, _rows(nodes), power, exponent))
     found: list[tuple[str, str, list[tuple[int, Expr | float]], Expr | float, float]] = []
     for e in ctx.elements.values():

@@ -5,13 +5,17 @@ again. Over frequency, with (G + s C) X = b, it is -a . (dG/dp + s dC/dp) X; G a
 the operating point that it moves, dx/dp = -G^-1 dF/dp. What an element adds to F and Q is known as a function of its numbers
 alone, so its derivatives are differences of sixth order of that one element, exact to some 1e-12.
 
-Columns as ngspice names them: r1 of its value, r1_tc1 of a word of its line, d1:is of a word of its model.
+Columns as ngspice names them: r1 of its value, r1_tc1 of a word of its line, d1:is of a word of its model, s1_k of a machine
+card. What the machine stands still for at the operating point, its springs and masses, counts with `static` and
+over frequency.
 """
 
 from __future__ import annotations
 
 import math
+from functools import partial
 
+from ..cards import CARDS
 from ..diagnostics import Sink as Silent
 from ..expr import Call
 from .ac import excited, grid, linearised, singular
@@ -21,7 +25,7 @@ from .tf import source_of
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
+    from collections.abc import Callable, Iterator, Sequence
     from typing import Any, ClassVar, Self
 
     import numpy as np
@@ -29,7 +33,7 @@ if TYPE_CHECKING:
     from .._engine import SmallSignal
     from ..assemble import Assembly, Context, Output
     from ..deck import Analysis as Card
-    from ..deck import Probe
+    from ..deck import MachineCard, Probe
     from ..diagnostics import Sink
     from ..elements import Element
     from .base import Progress
@@ -37,6 +41,16 @@ if TYPE_CHECKING:
 STEP = 3e-3  # of a parameter's value, or of 1 where that is 0
 POINTS = ((1, 45.0), (2, -9.0), (3, 1.0))  # central difference of order 6: sum k (f(j h) - f(-j h))/(60 h)
 ANCHOR = 1e-30  # S, from each node to ground: nothing, and no node floats
+PLACES = (
+    "ic",
+    "guess",
+    "x",
+    "y",
+    "angle",
+    "vx",
+    "vy",
+    "omega",
+)  # where the machine begins, not what its equations are
 TIED = ("coordinate", "speed", "lambda", "mu")  # unknowns of the machine
 MAIN = {"e": "gain", "f": "gain", "g": "gain", "h": "gain"}  # of the value of controlled sources
 ALWAYS = ("m", "scale")  # words that count as given
@@ -158,10 +172,27 @@ class Sens(Analysis):
                 continue
             if e.letter in "Tt":
                 continue  # over frequency its numbers turn phases, which no difference of G and C tells
-            for name, unit, read, write in _parameters(e):
-                found = _changes(assembly, e, x, read, write, over is not None)
+            for name, unit, value, write in _parameters(e):
+                found = _changes(
+                    n, value, over is not None, _of_element(assembly, e, x, over is not None, write)
+                )
                 if found is not None:
                     yield name, unit, result(*found)
+        for card in assembly.flat.machine:
+            for key, number in card.params.items():
+                spec = CARDS[card.kind].spec.params.get(key)
+                if (
+                    spec is None
+                    or spec.kind not in ("number", "value", "vector")
+                    or not isinstance(number, float)
+                    or key in PLACES
+                ):
+                    continue
+                found = _changes(
+                    n, number, over is not None, _of_card(assembly, card, key, x, over is not None)
+                )
+                if found is not None:
+                    yield f"{card.name}_{key}", spec.unit, result(*found)
 
     def _of_source(
         self,
@@ -195,22 +226,16 @@ class Sens(Analysis):
             yield f"{e.name}_acmag", unit, list(np.frombuffer(found[0], complex))
 
 
-def _parameters(e: Element) -> Iterator[tuple[str, str, Callable[[], float], Callable[[float], None]]]:
-    """Name, unit, how it is read and how it is set, of everything that is a number of an element's line and model."""
-
-    def of_line(key: str, value: float) -> tuple[Callable[[], float], Callable[[float], None]]:
-        return (lambda: value), (lambda v: e.params.__setitem__(key, v))
-
-    def of_model(key: str, value: float) -> tuple[Callable[[], float], Callable[[float], None]]:
-        return (lambda: value), (lambda v: e.model.params.__setitem__(key, v))  # type: ignore[union-attr]
+def _parameters(e: Element) -> Iterator[tuple[str, str, float, Callable[[float], None]]]:
+    """Name, unit, value and how it is set, of everything that is a number of an element's line and model."""
 
     if isinstance(e.value, (int, float)) and e.letter not in "BbSsWw":
         word = MAIN.get(e.letter.lower())
         yield (
             f"{e.name}_{word}" if word else e.name,
             e.unit,
-            lambda: float(e.value),
-            lambda v: setattr(e, "value", v),
+            float(e.value),
+            partial(setattr, e, "value"),
         )
     for key, param in e.instance.items():
         value = e.params.get(
@@ -221,62 +246,94 @@ def _parameters(e: Element) -> Iterator[tuple[str, str, Callable[[], float], Cal
             and isinstance(value, (int, float))
             and key not in (*e.flags, "ic", "noisy", "noise")
         ):
-            yield f"{e.name}_{key}", param.unit, *of_line(key, float(value))
+            yield f"{e.name}_{key}", param.unit, float(value), partial(_put, e, key)
     if e.model is None:
         return
+    model = e.model.params
     for words, unit, default, _ in e.model_table():
-        key = next((w for w in words if w in e.model.params), words[0])
-        value = e.model.params.get(key, default)
+        key = next((w for w in words if w in model), words[0])
+        value = model.get(key, default)
         if key == "level" or not isinstance(value, (int, float)) or not math.isfinite(value):
             continue
-        if value or key in e.model.params:
-            yield f"{e.name}:{key}", unit, *of_model(key, float(value))
+        if value or key in model:
+            yield f"{e.name}:{key}", unit, float(value), partial(model.__setitem__, key)
+
+
+def _put(e: Element, key: str, value: float) -> None:
+    e.params[key] = value
 
 
 def _changes(
-    assembly: Assembly,
-    e: Element,
-    x: np.ndarray,
-    read: Callable[[], float],
-    write: Callable[[float], None],
-    matrices: bool,
+    n: int, value: float, matrices: bool, parts: Callable[[float], Sequence[np.ndarray] | None]
 ) -> tuple[np.ndarray, np.ndarray | None, np.ndarray | None] | None:
-    """dF/dp, dG/dp, dC/dp of what an element adds, at x; None where there is no such derivative."""
+    """dF/dp, dG/dp, dC/dp of `parts`, what a parameter adds to F, G and C; None where there is no such derivative."""
     import numpy as np
 
-    n, value = assembly.system.n, read()
-    params, own = e.params, dict(e.model.params) if e.model is not None else {}
-    e.params = dict(params)
-    before = e.value
     step = STEP * (abs(value) or 1.0)
-    sums: list[Any] = [
-        np.zeros(n),
-        np.zeros((n, n)) if matrices else None,
-        np.zeros((n, n)) if matrices else None,
-    ]
-    try:
-        for j, weight in POINTS:
-            for side in (1, -1):
-                write(value + side * j * step)
-                found = _own(assembly, e, x, matrices)
-                if found is None:
-                    return None
-                for total, part in zip(sums, found, strict=False):
-                    if total is not None:
-                        total += side * weight / (60.0 * step) * part
-    finally:
-        e.value, e.params = before, params
-        if e.model is not None:
-            e.model.params.clear()
-            e.model.params.update(own)
-    for node, root in assembly.system.sums:
-        for total in sums:
-            if total is not None:
-                total[root] += total[node]
-    return sums[0], sums[1], sums[2]
+    sums = [np.zeros(n), *([np.zeros((n, n)), np.zeros((n, n))] if matrices else [])]
+    for j, weight in POINTS:
+        for side in (1, -1):
+            found = parts(value + side * j * step)
+            if found is None:
+                return None
+            for total, part in zip(sums, found, strict=True):
+                total += side * weight / (60.0 * step) * part
+    return sums[0], sums[1] if matrices else None, sums[2] if matrices else None
 
 
-def _own(assembly: Assembly, e: Element, x: np.ndarray, matrices: bool) -> Any:
+def _of_element(
+    assembly: Assembly, e: Element, x: np.ndarray, matrices: bool, write: Callable[[float], None]
+) -> Callable[[float], Sequence[np.ndarray] | None]:
+    """What an element adds, with another value of one of its parameters."""
+
+    def parts(value: float) -> Sequence[np.ndarray] | None:
+        before, params = e.value, e.params
+        model = {} if e.model is None else dict(e.model.params)
+        e.params = dict(params)
+        try:
+            write(value)
+            return _own(assembly, e, x, matrices)
+        finally:
+            e.value, e.params = before, params
+            if e.model is not None:
+                e.model.params.clear()
+                e.model.params.update(model)
+
+    return parts
+
+
+def _of_card(
+    assembly: Assembly, card: MachineCard, key: str, x: np.ndarray, matrices: bool
+) -> Callable[[float], Sequence[np.ndarray] | None]:
+    """The whole of the equations, with another value of a parameter of a machine card."""
+    import numpy as np
+
+    from ..assemble import assemble
+    from ..diagnostics import DeckError
+
+    flat, at = assembly.flat, np.arange(len(x))
+
+    def parts(value: float) -> Sequence[np.ndarray] | None:
+        before, sink = card.params[key], flat.sink
+        card.params[key], flat.sink = value, Silent()
+        try:
+            system = assemble(flat, dict(assembly.options), assembly.ctx.times).system
+        except DeckError:
+            return None
+        finally:
+            card.params[key], flat.sink = before, sink
+        if system.names != assembly.system.names:
+            return None
+        found = [np.array(system.f(x.tolist(), 0.0))]
+        if matrices:
+            c, g = system.jac(x.tolist(), 0.0)
+            found += [_whole(system, g, at, len(x)), _whole(system, c, at, len(x))]
+        return found
+
+    return parts
+
+
+def _own(assembly: Assembly, e: Element, x: np.ndarray, matrices: bool) -> Sequence[np.ndarray] | None:
     """F, and G and C, of an element alone, in the rows of the whole; None where it cannot be what it is made."""
     import numpy as np
 
@@ -315,6 +372,9 @@ def _own(assembly: Assembly, e: Element, x: np.ndarray, matrices: bool) -> Any:
     for node, root in small.sums:  # its own rows, not sums of them
         for part in parts:
             part[at[root]] -= part[at[node]]
+    for node, root in assembly.system.sums:
+        for part in parts:
+            part[root] += part[node]
     return parts
 
 

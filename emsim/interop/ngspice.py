@@ -82,7 +82,10 @@ def named_alike(result: Result) -> Result:
     for table in result.plots:
         names = [re.sub(r"^i\([a-z]\.(.*)\)$", r"i(\1)", name) for name in table.names]
         names = [re.sub(r"^[vi]\(@(?:[a-z]\.)?(.*\])\)$", r"@\1", name) for name in names]
-        names = [re.sub(r"^[vi]\(([oi]noise_.*|(?:pole|zero)\(\d+\))\)$", r"\1", name) for name in names]
+        names = [
+            re.sub(r"^[vi]\(([oi]noise_.*|(?:pole|zero)\(\d+\)|[SYZ]_\d+_\d+)\)$", r"\1", name)
+            for name in names
+        ]
         names = [re.sub(r"^([oi]noise_(?:total_)?)[a-z]\.", r"\1", name) for name in names]
         renamed = Table(table.kind, names, table.units, table.waves, title=table.title, axis=table.axis)
         renamed.plotname = table.plotname

@@ -63,6 +63,42 @@ w1 out 0 v1 ws
 .model ws csw it=1 ih=0.1 ron=1 roff=10k
 .noise v(out) v1 dec 4 100 10meg 1
 """,
+    "a bipolar stage": """noise
+vcc vcc 0 12
+v1 in 0 ac 1
+cin in b 10u
+r1 vcc b 68k
+r2 b 0 12k
+rc vcc c 4.7k
+re e 0 1k
+ce e 0 100u
+q1 c b e qm
+cl c out 10u
+rl out 0 100k
+.model qm npn is=1e-14 bf=150 vaf=80 rb=200 rc=5 re=1 cje=10p cjc=4p tf=0.4n kf=1e-14 af=1.1
+.noise v(out) v1 dec 5 10 100meg 1
+""",
+    "a MOS stage": """noise
+vdd vdd 0 5
+v1 in 0 dc 1.5 ac 1
+rd vdd d 10k
+m1 d in 0 0 nm w=20u l=1u
+cl d 0 1p
+.model nm nmos level=1 vto=0.7 kp=100u lambda=0.02 rd=50 rs=20 kf=1e-26 af=1 cgso=1n cgdo=1n tox=20n
+.noise v(d) v1 dec 5 10 100meg 1
+""",
+    "a JFET stage": """noise
+vdd vdd 0 12
+v1 in 0 ac 1
+cin in g 1u
+rg g 0 1meg
+rd vdd d 3.3k
+rs s 0 1k
+cs s 0 100u
+j1 d g s jm
+.model jm njf vto=-2 beta=1m lambda=0.01 rd=10 rs=10 cgs=3p cgd=2p kf=1e-16 af=1.1 is=1e-14
+.noise v(d) v1 dec 5 10 100meg 1
+""",
     "every third point": """noise
 v1 in 0 dc 1 ac 1
 r1 in out 1k

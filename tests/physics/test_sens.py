@@ -151,3 +151,31 @@ def test_the_deck_is_as_it_was():
     r = emsim.run(text)
     assert r.table("op")["v(b)"][0] == pytest.approx(4.0, rel=1e-12)
     assert r.table("sens")["r1:rsh"][0] == pytest.approx(-6 * 2e3 / 3e3**2, rel=1e-11)
+
+
+def test_a_scale_pan_on_a_spring():
+    """At rest it hangs lower by m g/k."""
+    deck = "scale\n.gravity 9.81\nBODY b m=2\nJOINT j 0 b slide axis=(0,1)\nSPRING s j k=500\nR1 a 0 1\n"
+    r = emsim.run(deck + ".sens pos(j) static\n.end\n").table("sens")
+    assert r["s_k"][0] == pytest.approx(2 * 9.81 / 500**2, rel=1e-10)
+    assert r["b_m"][0] == pytest.approx(-9.81 / 500, rel=1e-10)
+
+
+def test_a_motor_over_frequency():
+    """omega/v = kt/((r + s l)(j s + b) + kt^2), by every one of these."""
+    text = (
+        "motor\nV1 a 0 ac 1\nMOTOR m a 0 j kt={kt} r={r} l={l}\nBODY rotor m=1 j={j}\nJOINT j 0 rotor pin\n"
+        "DAMPER d j c={c}\n.sens omega(j) ac lin 1 5 5\n.end\n"
+    )
+    values = {"kt": 0.1, "r": 2.0, "l": 1e-3, "j": 1e-3, "c": 2e-4}
+    table = emsim.run(text.format(**values)).table("sens")
+
+    def gain(kt, r, l, j, c):  # noqa: E741
+        s = 2j * np.pi * 5
+        return kt / ((r + s * l) * (j * s + c) + kt * kt)
+
+    for name, key in (("m_kt", "kt"), ("m_r", "r"), ("m_l", "l"), ("rotor_j", "j"), ("d_c", "c")):
+        h = 1e-4 * values[key]
+        up, down, up2, down2 = (gain(**{**values, key: values[key] + k * h}) for k in (1, -1, 2, -2))
+        expected = (8 * (up - down) - (up2 - down2)) / (12 * h)
+        assert table.column(name)[0] == pytest.approx(expected, rel=1e-8), name
