@@ -204,6 +204,11 @@ def compile(source: Any, defines: Mapping[str, Any] | None = None, options: Opti
     from .system import System
 
     assembly, planned = prepare(read(source, defines, options=options), options)
+    if assembly.ctx.delayed:
+        from .diagnostics import deck_error
+
+        said = "lines read what was a time ago: their equations are not of the form d/dt Q(x) + F(x, t) = 0"
+        raise deck_error("E413", said, None, "take the lines out, or run the deck")
     return System(assembly, planned)
 
 

@@ -2,8 +2,8 @@
 
 A mode is a motion x exp(s t) that (G + s C) x = 0 allows. One row each, conjugate pairs once: its frequency |Im s|/2 pi, its
 damping ratio -Re s/|s| (1 dies out without swinging, below 0 it grows), its rate -Re s. The shape is what the deck's signals
-come to, as complex amplitudes of which the largest is 1. A free motion, of frequency and rate 0, is there as often as its
-equations have such solutions: twice, place and speed.
+come to, as complex amplitudes: the largest coordinate is 1, or the largest signal where the machine does not move. A free
+motion, of frequency and rate 0, is there as often as its equations have such solutions: twice, place and speed.
 """
 
 from __future__ import annotations
@@ -23,6 +23,10 @@ if TYPE_CHECKING:
     from ..deck import Analysis as Card
     from ..diagnostics import Diagnostic, Sink
     from .base import Progress
+
+SEEN = 1e-6  # of a mode's largest signal: a speed above it is a motion of the machine
+ROUNDING = 1e-8  # of a vector
+NOTHING = 1e-12
 
 
 class Modes(Analysis):
@@ -69,12 +73,12 @@ class Modes(Analysis):
             else:
                 found = found[found.imag >= 0.0]
                 found = found[sorted(range(len(found)), key=lambda k: (found[k].imag, abs(found[k].real)))]
-                shapes = _shapes(assembly, linear, exprs, vectors(g, c, found))
+                shapes = _shapes(assembly, linear, exprs, units, found, vectors(g, c, found))
                 size = [abs(s) for s in found]
                 columns = [
                     list(range(1, len(found) + 1)),
                     [s.imag / (2.0 * math.pi) for s in found],
-                    [-s.real / a if a else 0.0 for s, a in zip(found, size, strict=True)],
+                    [(0.0 - s.real) / a if a else 0.0 for s, a in zip(found, size, strict=True)],
                     [0.0 - s.real for s in found],
                     *([part for z in column for part in (z.real, z.imag)] for column in shapes),
                 ]
@@ -92,10 +96,22 @@ def _undetermined(analysis: Modes) -> Diagnostic:
     return Diagnostic("error", "E411", said, analysis.card.span, "something of the deck hangs on nothing")
 
 
+def _tidy(z: complex) -> complex:
+    """Without what is rounding: of the other part, or of 1."""
+    if abs(z) < NOTHING:
+        return 0j
+    return complex(*(part if abs(part) > ROUNDING * abs(z) else 0.0 for part in (z.real, z.imag)))
+
+
 def _shapes(
-    assembly: Assembly, linear: SmallSignal, exprs: list[Expr], found: list[Any]
+    assembly: Assembly,
+    linear: SmallSignal,
+    exprs: list[Expr],
+    units: list[str],
+    found: Any,
+    vectors: list[Any],
 ) -> list[list[complex]]:
-    """What signals come to in each mode, the largest of them 1."""
+    """What signals come to in each mode."""
     b, n = assembly.ctx.b, assembly.system.n
     xs = [b.x(k) for k in range(n)]
     terms: list[list[tuple[int, float]]] = []
@@ -108,9 +124,13 @@ def _shapes(
         slopes = linear.values(b.grad(e, [xs[k] for k in read])) if read else []
         terms.append(list(zip(read, slopes, strict=True)))
     columns: list[list[complex]] = [[] for _ in exprs]
-    for x in found:
+    places = [k for k, unit in enumerate(units) if unit in ("rad", "m")]
+    for s, x in zip(found, vectors, strict=True):
         shape = [complex(sum(d * x[k] for k, d in row)) for row in terms]
-        largest = max(shape, key=abs, default=0.0)
+        largest = max(shape, key=abs, default=0j)
+        place = max((shape[k] for k in places), key=abs, default=0j)
+        if abs(place) * max(abs(s), 1.0) > SEEN * abs(largest):
+            largest = place
         for column, value in zip(columns, shape, strict=True):
-            column.append(value / largest if largest else 0j)
+            column.append(_tidy(value / largest) if largest else 0j)
     return columns

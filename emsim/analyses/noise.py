@@ -224,8 +224,8 @@ def _sources(assembly: Assembly, linear: SmallSignal) -> Iterator[Source]:
     found: list[tuple[str, str, list[tuple[int, Expr | float]], Expr | float, float]] = []
     for e in ctx.elements.values():
         yield from devices.get(e.name, ())
-        for word, density, exponent in e.noise(ctx):
-            nodes = ctx.node(e.nodes[0]), ctx.node(e.nodes[1])
+        for word, density, exponent, *between in e.noise(ctx):
+            nodes = between[0] if between else (ctx.node(e.nodes[0]), ctx.node(e.nodes[1]))
             found.append((e.name, word, [*_rows(nodes)], density, exponent))
     if assembly.machine is not None:
         found += assembly.machine.noise()

@@ -13,9 +13,7 @@ over frequency.
 from __future__ import annotations
 
 import math
-from functools import partial
 
-from ..cards import CARDS
 from ..diagnostics import Sink as Silent
 from ..expr import Call
 from .ac import excited, grid, linearised, singular
@@ -135,6 +133,7 @@ class Sens(Analysis):
         """Name, unit and derivative by every parameter; over frequency, or the one number of the operating point."""
         import numpy as np
 
+        from ..cards import CARDS
         from .pencil import dense
 
         ctx, system = assembly.ctx, assembly.system
@@ -235,7 +234,7 @@ def _parameters(e: Element) -> Iterator[tuple[str, str, float, Callable[[float],
             f"{e.name}_{word}" if word else e.name,
             e.unit,
             float(e.value),
-            partial(setattr, e, "value"),
+            _put_value(e),
         )
     for key, param in e.instance.items():
         value = e.params.get(
@@ -246,7 +245,7 @@ def _parameters(e: Element) -> Iterator[tuple[str, str, float, Callable[[float],
             and isinstance(value, (int, float))
             and key not in (*e.flags, "ic", "noisy", "noise")
         ):
-            yield f"{e.name}_{key}", param.unit, float(value), partial(_put, e, key)
+            yield f"{e.name}_{key}", param.unit, float(value), _put(e, key)
     if e.model is None:
         return
     model = e.model.params
@@ -256,11 +255,28 @@ def _parameters(e: Element) -> Iterator[tuple[str, str, float, Callable[[float],
         if key == "level" or not isinstance(value, (int, float)) or not math.isfinite(value):
             continue
         if value or key in model:
-            yield f"{e.name}:{key}", unit, float(value), partial(model.__setitem__, key)
+            yield f"{e.name}:{key}", unit, float(value), _put_model(model, key)
 
 
-def _put(e: Element, key: str, value: float) -> None:
-    e.params[key] = value
+def _put(e: Element, key: str) -> Callable[[float], None]:
+    def put(value: float) -> None:
+        e.params[key] = value
+
+    return put
+
+
+def _put_value(e: Element) -> Callable[[float], None]:
+    def put(value: float) -> None:
+        e.value = value
+
+    return put
+
+
+def _put_model(params: dict[str, Any], key: str) -> Callable[[float], None]:
+    def put(value: float) -> None:
+        params[key] = value
+
+    return put
 
 
 def _changes(

@@ -23,6 +23,7 @@ from .q import Bipolar
 from .r import Resistor
 from .s import VoltageSwitch
 from .t import Line
+from .u import RcLine
 from .v import VoltageSource
 from .w import CurrentSwitch
 from .x import Use
@@ -49,6 +50,7 @@ ELEMENTS: tuple[type[Element], ...] = (
     Mesfet,
     OfModule,
     Line,
+    RcLine,
     Use,
 )
 

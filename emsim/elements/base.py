@@ -435,9 +435,9 @@ class Element:
         """(number of the waveform, complex amplitude) of what is its own and oscillates in a small-signal analysis."""
         return ()
 
-    def noise(self, ctx: Context) -> Sequence[tuple[str, Scalar, float]]:
+    def noise(self, ctx: Context) -> Sequence[tuple[Any, ...]]:
         """Currents of noise from the first terminal to the second: (name behind that of the element, power density at 1 Hz
-        [A^2/Hz], exponent of frequency with which it falls)."""
+        [A^2/Hz], exponent of frequency with which it falls); from one unknown to another where a pair of these stands behind."""
         return ()
 
     def thermal(self, ctx: Context, conductance: Scalar) -> Scalar:

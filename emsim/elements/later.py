@@ -26,12 +26,8 @@ class CoupledLines(Later):
     letter, what, model_types, least = "p", "coupled lines", ("cpl",), 0
 
 
-class RcLine(Later):
-    letter, what, model_types = "u", "RC line", ("urc",)
-
-
 class SingleLine(Later):
     letter, what, model_types, least = "y", "lossy line", ("txl",), 0
 
 
-LATER: tuple[type[Element], ...] = (CodeModel, LossyLine, CoupledLines, RcLine, SingleLine)
+LATER: tuple[type[Element], ...] = (CodeModel, LossyLine, CoupledLines, SingleLine)

@@ -165,3 +165,36 @@ def test_methods_that_cannot_say_so(method):
         emsim.run(
             f"line\nv1 a 0 1\nt1 a 0 b 0 z0=50 td=1n\nr2 b 0 120\n.options method={method}\n.tran 1n 10n\n.end\n"
         )
+
+
+RC_LINES = {
+    "three lumps": "u1 a b 0 um l=50u\n.model um urc k=1.8 fmax=2g rperl=20meg cperl=2p",
+    "as many as are asked for": "u1 a b 0 um l=50u n=5\n.model um urc k=1.5 rperl=20meg cperl=20n",
+    "as many as fmax wants": "u1 a b 0 um l=5\n.model um urc k=2 fmax=1meg rperl=1k cperl=1n",
+    "with its own ground": "u1 a b g um l=5\nrg g 0 200\n.model um urc k=2 fmax=100k rperl=1k cperl=1n",
+}
+
+
+@needs_ngspice
+@pytest.mark.ngspice
+@pytest.mark.parametrize("name", RC_LINES)
+def test_rc_lines_as_ngspice(tmp_path, name):
+    text = f"urc\nv1 in 0 dc 1 ac 1\nr1 in a 100\n{RC_LINES[name]}\nr2 b 0 10k\n.ac dec 4 1k 1g\n"
+    text += ".noise v(b) v1 dec 4 1k 1meg\n.end\n"
+    (tmp_path / "deck.cir").write_text(text)
+    subprocess.run(
+        ["ngspice", "-b", "-r", "out.raw", "deck.cir"], cwd=tmp_path, capture_output=True, timeout=60, stdin=subprocess.DEVNULL
+    )  # fmt: skip
+    theirs = {t.plotname: t for t in named_alike(raw.read(str(tmp_path / "out.raw"))).plots}
+    ours = emsim.run(text)
+    for kind, column in (("ac", "v(b)"), ("noise", "onoise_spectrum"), ("integrated noise", "onoise_total")):
+        a = ours.table(kind)
+        b = theirs[a.plotname]
+        assert np.abs(a.column(column) - b.column(column)).max() <= 1e-5 * np.abs(b.column(column)).max(), (
+            kind
+        )
+
+
+def test_lines_have_no_equations_for_other_integrators():
+    with pytest.raises(emsim.DeckError, match="E413"):
+        emsim.compile("line\nv1 a 0 1\nt1 a 0 b 0 z0=50 td=1n\nr2 b 0 120\n.tran 1n 10n\n.end\n")

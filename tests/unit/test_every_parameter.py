@@ -37,7 +37,10 @@ NOT_IN_THE_EQUATIONS = {
 }  # fmt: skip
 
 # tested below
-ELSEWHERE = {"D model level"}
+ELSEWHERE = {
+    "D model level", "T z0", "T zo", "T td", "T f", "T nl", "T ic",  # of lines: tests/ngspice/test_lines.py
+    "U model isperl", "U model rsperl",  # refused, and nothing without it
+}  # fmt: skip
 
 # decks with @ in place of a parameter with its value, and the two values where 1.3 and 2.1 do not fit
 DRIVEN = "V1 a 0 SIN(1 1 1k)\nR2 a b 1k\n"
@@ -48,6 +51,7 @@ OF_MODEL = {
     "L": DRIVEN + "L1 b 0 m\n.model m l(ind=1m tnom=25 tc1=1m @)\n",
     "S": DRIVEN + "S1 b 0 a 0 m\n.model m sw(vt=1 vh=0.1 ron=2 roff=1meg @)\n",
     "W": DRIVEN + "W1 b 0 V1 m\n.model m csw(it=1 ih=0.1 ron=2 roff=1meg @)\n",
+    "U": DRIVEN + "U1 b 0 0 m l=1\n.model m urc(k=2 fmax=1meg rperl=1k cperl=1n @)\n",
     "D": "V1 a 0 SIN(0 3 1k)\nR1 a b 10\nD1 b 0 m\n.model m d(is=1e-12 n=1.1 rs=1 cjo=10p vj=0.8 m=0.4 jsw=1e-13 cjp=5p php=0.9 "
     "mjsw=0.3 tt=5n bv=5 ibv=1m ikf=10m ikr=20m nbv=1.2 pj=2 tnom=25 @)\n",
 }
@@ -79,6 +83,8 @@ DECKS = {
     "R model tc1r": DRIVEN + "R1 b 0 m\n.model m r(r=1k @)\n", "R model tc2r": DRIVEN + "R1 b 0 m\n.model m r(r=1k @)\n",
     "C model thick": DRIVEN + "C1 b 0 m l=100u w=50u\n.model m c(@)\n",
     "C model di": DRIVEN + "C1 b 0 m l=100u w=50u\n.model m c(thick=1u @)\n",
+    "U l": DRIVEN + "U1 b 0 0 m @\n.model m urc(rperl=1k cperl=1n)\n",
+    "U n": DRIVEN + "U1 b 0 0 m l=1 @\n.model m urc(rperl=1k cperl=1n)\n",
     "V z0": "V1 a 0 1 portnum=1 @\nR1 a 0 1k\n", "V portnum": "V1 a 0 1 z0=50 @\nR1 a 0 1k\n",
     "K k": DRIVEN + "L1 b 0 1m\nL2 c 0 1m\nR3 c 0 1\nK1 L1 L2 @\n",
     "S model von": DRIVEN + "S1 b 0 a 0 m\n.model m vswitch(voff=0.1 @)\n",
@@ -94,6 +100,7 @@ BESIDE = {
     **dict.fromkeys(("D model tpb", "D model tphp", "D model cta", "D model ctp"), "tlevc=1"),
 }  # fmt: skip
 VALUES = {
+    "U n": "3 5", "U model k": "1.3 2.1", "U model fmax": "10meg 1g",
     "temp": "60 90", "m": "2 3",
     "reciproctc": "0 1", "reciprocm": "0 1", "tnom": "20 35", "k": "0.5 0.7", "von": "1 5", "ion": "1 5",
     "voff": "0.1 5", "ioff": "0.1 5", "vt": "0.3 2", "it": "0.3 2", "vh": "0.1 0.9", "ih": "0.1 0.9", "D model m": "0.3 0.6",
