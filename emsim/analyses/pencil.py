@@ -53,8 +53,16 @@ def eigenvalues(g: np.ndarray, c: np.ndarray) -> np.ndarray:
     found = np.array([_refined(g, c, s) for s in found])
     for part in (found.real, found.imag):
         part[np.abs(part) <= ROUNDING * np.abs(found)] = 0.0
-    keys = np.lexsort((found.imag, found.real, np.round(np.log(np.abs(found)), 9)))
-    return np.concatenate([zeros, found[keys]])
+    return np.concatenate([zeros, found[in_order(found)]])
+
+
+def in_order(s: Any) -> list[int]:
+    """Places of numbers by magnitude, of equal ones by real part, the conjugate of each pair first."""
+    import numpy as np
+
+    s = np.asarray(s, dtype=complex)
+    size = np.round(np.log(np.maximum(np.abs(s), 1e-300)), 6)
+    return [int(k) for k in np.lexsort((s.imag, np.round(s.real / np.maximum(np.abs(s), 1e-300), 6), size))]
 
 
 def _scaled(g: np.ndarray, c: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

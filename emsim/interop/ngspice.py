@@ -16,7 +16,7 @@ import tempfile
 
 from ..diagnostics import Diagnostic, OutsideError
 from ..outputs import raw
-from ..result import Result, Table
+from ..result import Columns, Result, Table
 from .spice_deck import cards, first_word, flattened, passes
 
 INSTALL = "Debian, Ubuntu: apt install ngspice; macOS: brew install ngspice; Windows: https://ngspice.sourceforge.io"
@@ -77,7 +77,8 @@ def last_words(log: str) -> str:
 
 def named_alike(result: Result) -> Result:
     """ngspice's names as emsim spells them: the current of x1.v1 is `i(v.x1.v1)` there, `i(x1.v1)` here; so are columns of
-    noise, `v(onoise_total_r.x1.r1)`, of poles, `v(pole(1))`, and what devices say, `i(@q.x1.q1[ic])`."""
+    noise, `v(onoise_total_r.x1.r1)`, of what devices say, `i(@q.x1.q1[ic])`, and of poles, `v(pole(1))`, which have another order.
+    Without inoise_total and its parts: ngspice integrates them with the slope of the noise at the output."""
     plots = []
     for table in result.plots:
         names = [re.sub(r"^i\([a-z]\.(.*)\)$", r"i(\1)", name) for name in table.names]
@@ -87,7 +88,23 @@ def named_alike(result: Result) -> Result:
             for name in names
         ]
         names = [re.sub(r"^([oi]noise_(?:total_)?)[a-z]\.", r"\1", name) for name in names]
-        renamed = Table(table.kind, names, table.units, table.waves, title=table.title, axis=table.axis)
+        columns = [k for k, name in enumerate(names) if not name.startswith("inoise_total")]
+        if any(name.startswith(("pole(", "zero(")) for name in names):
+            from ..analyses.pencil import in_order
+
+            for word in ("pole", "zero"):
+                own = [k for k in columns if names[k].startswith(word)]
+                if own:
+                    order = in_order([complex(*(p[0] for p in table.parts(k))) for k in own])
+                    for to, k in enumerate(order, 1):
+                        names[own[k]] = f"{word}({to})"
+            columns.sort(key=lambda k: (names[k][:4], int(names[k][5:-1])))
+        store = Columns(
+            (table.waves.column(k) for k in columns), complex=[table.is_complex(k) for k in columns]
+        )
+        renamed = Table(
+            table.kind, [names[k] for k in columns], [table.units[k] for k in columns], store, title=table.title, axis=table.axis,
+        )  # fmt: skip
         renamed.plotname = table.plotname
         plots.append(renamed)
     return Result(result.title, plots)

@@ -160,7 +160,7 @@ class Judge:
 
         reference = self.reference[name]
         if not self.reference.axis:
-            off = abs(float(self.run[name][-1] - reference[-1])) / scale
+            off = float(abs(self.run[name][-1] - reference[-1])) / scale
             return off, off, None
         value = cubic_many(self.run.time, self.run[name], self.time, self.run.corners(name))
         before, after = cubic_many(self.reference.time, reference, self.ends)
