@@ -106,6 +106,16 @@ class Recorder:
         self.waves.append((kind, list(args), self.owner))
         return k
 
+    def delay(self, row: int, of: Any, by: float, initial: float) -> int:
+        k = self._builder.delay(row, of, by, initial)
+        self.waves.append(("delay", [by], f"{self.owner}_{k}"))
+        return k
+
+    def still(self) -> int:
+        k = self._builder.still()
+        self.waves.append(("still", [0.0], ""))
+        return k
+
     def device(
         self,
         kind: str,

@@ -24,7 +24,9 @@ if TYPE_CHECKING:
 
     Shares = dict[tuple[int, bool], list[Share]]
 
+CONSTANT = ("dc", "still")  # kinds of waves in whose place a number stands: a run has begun
 WAVE_ARGUMENTS = {
+    "delay": "by",
     "pulse": "v1 v2 td tr tf pw per np", "sin": "vo va f td theta phase", "exp": "v1 v2 td1 tau1 td2 tau2",
     "sffm": "vo va fc mdi fs phc phs", "am": "va vo mf fc td phase",
 }  # fmt: skip
@@ -120,7 +122,7 @@ class Explained:
         self.ctx, self.system, self.machine = ctx, system, assembly.machine
         self.title = assembly.flat.title
         self.recorder: Recorder = ctx.b  # type: ignore[assignment]
-        constants = {k: args[0] for k, (kind, args, _) in enumerate(self.recorder.waves) if kind == "dc"}
+        constants = {k: args[0] for k, (kind, args, _) in enumerate(self.recorder.waves) if kind in CONSTANT}
         self.algebra = Algebra(system.flags, constants)
         self.names = Names(system.names, system.kinds, self._wave_names(), system.flag_names)
         self.layout = Layout(self.names)
@@ -498,7 +500,7 @@ class Explained:
     def _sources(self) -> list[tuple[str, str]]:
         found = []
         for k, (kind, args, _) in enumerate(self.recorder.waves[: self.MOST_ROWS]):
-            if kind == "dc":
+            if kind in CONSTANT:
                 continue
             words = WAVE_ARGUMENTS.get(kind, "").split()
             shown = [f"{w}={v:g}" for w, v in zip(words, args, strict=False)] or [f"{v:g}" for v in args[:24]]

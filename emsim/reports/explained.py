@@ -5,7 +5,7 @@ from __future__ import annotations
 from html import escape
 
 from . import notation
-from .equations import BRANCHES, CIRCUIT, CLOSURE, MOTION, OTHERS, Energy, Explained, Part, Row
+from .equations import BRANCHES, CIRCUIT, CLOSURE, CONSTANT, MOTION, OTHERS, Energy, Explained, Part, Row
 from .notation import latex_text
 
 TYPE_CHECKING = False
@@ -374,7 +374,7 @@ def latex(x: Explained) -> Iterator[str]:
 
 def _wave_atoms(x: Explained) -> list[Any]:
     """The symbols of the sources that are listed."""
-    numbers = [k for k, (kind, _, _) in enumerate(x.recorder.waves[: x.MOST_ROWS]) if kind != "dc"]
+    numbers = [k for k, (kind, _, _) in enumerate(x.recorder.waves[: x.MOST_ROWS]) if kind not in CONSTANT]
     return [next(iter(x.algebra.atom("wave", k).atoms())) for k in numbers]
 
 

@@ -198,3 +198,12 @@ def test_rc_lines_as_ngspice(tmp_path, name):
 def test_lines_have_no_equations_for_other_integrators():
     with pytest.raises(emsim.DeckError, match="E413"):
         emsim.compile("line\nv1 a 0 1\nt1 a 0 b 0 z0=50 td=1n\nr2 b 0 120\n.tran 1n 10n\n.end\n")
+
+
+def test_the_equations_of_a_line_can_be_read():
+    from emsim import pipeline
+    from emsim.reports import explained
+
+    deck = "line\nr1 in a 50\nt1 a 0 b 0 z0=50 td=2n\nr2 b 0 150\nv1 in 0 sin(0 1 1meg)\n.tran 1n 20n\n.end\n"
+    text = "\n".join(explained.page(pipeline.explain(deck)))
+    assert "DELAY(by=2e-09)" in text and "SIN(" in text and "source" not in text
