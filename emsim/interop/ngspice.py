@@ -19,6 +19,10 @@ from ..outputs import raw
 from ..result import Columns, Result, Table
 from .spice_deck import cards, first_word, flattened, passes
 
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import Any
+
 INSTALL = "Debian, Ubuntu: apt install ngspice; macOS: brew install ngspice; Windows: https://ngspice.sourceforge.io"
 ANALYSES = (".tran", ".op", ".dc", ".ac", ".noise", ".tf", ".pz", ".sens", ".disto", ".pss", ".sp")
 
@@ -99,9 +103,11 @@ def named_alike(result: Result) -> Result:
                     for to, k in enumerate(order, 1):
                         names[own[k]] = f"{word}({to})"
             columns.sort(key=lambda k: (names[k][:4], int(names[k][5:-1])))
-        store = Columns(
-            (table.waves.column(k) for k in columns), complex=[table.is_complex(k) for k in columns]
-        )
+        store: Any = table.waves
+        if columns != list(range(len(names))):
+            store = Columns(
+                (store.column(k) for k in columns), complex=[table.is_complex(k) for k in columns]
+            )
         renamed = Table(
             table.kind, [names[k] for k in columns], [table.units[k] for k in columns], store, title=table.title, axis=table.axis,
         )  # fmt: skip
