@@ -81,8 +81,8 @@ def last_words(log: str) -> str:
 
 def named_alike(result: Result) -> Result:
     """ngspice's names as emsim spells them: the current of x1.v1 is `i(v.x1.v1)` there, `i(x1.v1)` here; so are columns of
-    noise, `v(onoise_total_r.x1.r1)`, of what devices say, `i(@q.x1.q1[ic])`, and of poles, `v(pole(1))`, which have another order.
-    Without inoise_total and its parts: ngspice integrates them with the slope of the noise at the output."""
+    noise, `v(onoise_total_r.x1.r1)`, of what devices say, `i(@q.x1.q1[ic])`, and of poles, `v(pole(1))`, which have another
+    order. Without inoise_total and its parts: ngspice integrates them with the slope of the noise at the output."""
     plots = []
     for table in result.plots:
         names = [re.sub(r"^i\([a-z]\.(.*)\)$", r"i(\1)", name) for name in table.names]

@@ -206,4 +206,4 @@ def test_the_equations_of_a_line_can_be_read():
 
     deck = "line\nr1 in a 50\nt1 a 0 b 0 z0=50 td=2n\nr2 b 0 150\nv1 in 0 sin(0 1 1meg)\n.tran 1n 20n\n.end\n"
     text = "\n".join(explained.page(pipeline.explain(deck)))
-    assert "DELAY(by=2e-09)" in text and "SIN(" in text and "source" not in text
+    assert "DELAY(by=2e-09)" in text and "SIN(" in text and "source2" not in text
