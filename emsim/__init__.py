@@ -4,6 +4,7 @@
     compile(source)  the deck's equations -> System
     check(source)    the facts of a deck without running it
     Deck(source)     a deck that is read once, altered and run as often as one likes
+    sweep(source)    many runs of a deck -> Swept
     Result, Table, System, DeckError, ConvergenceError, OutsideError, Interrupted
 
 Importing emsim costs nothing: each name is loaded when it is first used.
@@ -19,15 +20,16 @@ if TYPE_CHECKING:
     from .diagnostics import ConvergenceError, DeckError, Interrupted, OutsideError
     from .pipeline import check, compile, run
     from .result import Result, Table
+    from .sweeps import sweep
     from .system import System
 
 __all__ = [
     "ConvergenceError", "Deck", "DeckError", "Interrupted", "OutsideError", "Result", "System", "Table", "check", "compile",
-    "run",
+    "run", "sweep",
 ]  # fmt: skip
 
 _HOMES = {
-    "run": "pipeline", "compile": "pipeline", "check": "pipeline",
+    "run": "pipeline", "sweep": "sweeps", "compile": "pipeline", "check": "pipeline",
     "Deck": "bench", "Result": "result", "Table": "result", "System": "system",
     "DeckError": "diagnostics", "ConvergenceError": "diagnostics", "OutsideError": "diagnostics",
     "Interrupted": "diagnostics",

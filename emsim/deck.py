@@ -359,7 +359,7 @@ class Deck:
         self.sink = sink
         self.body: list[Any] = []
         self.sections: dict[str, list[Any]] = {}
-        self.defines: dict[str, float] = {}
+        self.defines: dict[str, float | str] = {}
         self.params: dict[str, Param] = {}
         self.named: list[str] = []
         self.asked: list[Analysis] | None = None

@@ -1,52 +1,92 @@
 """Random values of a deck: gauss, agauss, unif, aunif, limit (ngspice's), mc, flat (LTspice's).
 
 A run draws each once, from the seed that `.options seed=` or `--seed` gives, 1 otherwise: the same deck gives the same values.
+Each draw is a place u between 0 and 1 in its distribution, so a sweep may choose the places itself (sweeps/samples.py).
 """
 
 from __future__ import annotations
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from collections.abc import Callable
-    from random import Random
+    from collections.abc import Callable, Sequence
+    from typing import Any
 
 SEED = 1
+# a normal distribution of one number has no bounds of its own: corners are taken at so many sigmas
+SIGMAS = 3.0
 
-# name -> (least and most arguments, value); limit(x,lo,hi) is no random value
-RANDOM: dict[str, tuple[int, int, Callable[..., float]]] = {
-    "gauss": (1, 3, lambda r, nominal, spread=None, sigmas=1.0: (
-        nominal * r.gauss(0.0, 1.0) if spread is None else nominal * (1.0 + spread / sigmas * r.gauss(0.0, 1.0)))),
-    "agauss": (3, 3, lambda r, nominal, spread, sigmas: nominal + spread / sigmas * r.gauss(0.0, 1.0)),
-    "unif": (2, 2, lambda r, nominal, spread: nominal * (1.0 + spread * r.uniform(-1.0, 1.0))),
-    "aunif": (2, 2, lambda r, nominal, spread: nominal + spread * r.uniform(-1.0, 1.0)),
-    "limit": (2, 2, lambda r, nominal, spread: nominal + (spread if r.random() > 0.5 else -spread)),
-    "mc": (2, 2, lambda r, nominal, spread: nominal * (1.0 + spread * r.uniform(-1.0, 1.0))),
-    "flat": (1, 1, lambda r, spread: spread * r.uniform(-1.0, 1.0)),
+# name -> (least and most arguments, (centre, greatest deviation, sigmas in that or the distribution's name))
+Spread = tuple[float, float, "float | str"]
+RANDOM: dict[str, tuple[int, int, Callable[..., Spread]]] = {
+    "gauss": (1, 3, lambda nominal, spread=None, sigmas=SIGMAS: (
+        (0.0, SIGMAS * nominal, SIGMAS) if spread is None else (nominal, nominal * spread, sigmas))),
+    "agauss": (3, 3, lambda nominal, spread, sigmas: (nominal, spread, sigmas)),
+    "unif": (2, 2, lambda nominal, spread: (nominal, nominal * spread, "even")),
+    "aunif": (2, 2, lambda nominal, spread: (nominal, spread, "even")),
+    "limit": (2, 2, lambda nominal, spread: (nominal, spread, "ends")),
+    "mc": (2, 2, lambda nominal, spread: (nominal, nominal * spread, "even")),
+    "flat": (1, 1, lambda spread: (0.0, spread, "even")),
 }  # fmt: skip
 
 
 def is_random(function: str, arguments: int) -> bool:
+    """limit(x,lo,hi) is no random value."""
     return function in RANDOM and not (function == "limit" and arguments == 3)
 
 
 class Draws:
-    """The random values of one reading of a deck, in the order in which they are asked for."""
+    """The random values of one reading of a deck, in the order in which they are asked for.
 
-    __slots__ = ("_random", "count", "seed")
+    places   where in its distribution each draw lies, 0 to 1; 0 and 1 are the centre -+ its greatest deviation. Draws beyond
+             them come from the seed
+    """
 
-    def __init__(self, seed: int = SEED) -> None:
-        self.seed, self.count = seed, 0
-        self._random: Random | None = None
+    __slots__ = ("_numbers", "asked", "count", "places", "seed")
 
-    def of(self, function: str) -> Callable[..., float]:
-        """What draws a value from its arguments. It raises ZeroDivisionError for 0 sigmas."""
+    def __init__(self, seed: int = SEED, places: Sequence[float] = ()) -> None:
+        self.seed, self.places, self.count = seed, places, 0
+        self._numbers: Callable[[], float] | None = None
+        self.asked: list[Any] = []  # the calls, in order
+
+    def of(self, call: Any) -> Callable[..., float]:
+        """What draws a value from the arguments of a call in an expression. It raises ZeroDivisionError for 0 sigmas."""
+        function: str = call.fn
 
         def draw(*arguments: float) -> float:
-            if self._random is None:
-                from random import Random
-
-                self._random = Random(self.seed)
             self.count += 1
-            return float(RANDOM[function][2](self._random, *arguments))
+            self.asked.append(call)
+            return at(self._place(), *RANDOM[function][2](*arguments))
 
         return draw
+
+    def labels(self) -> list[str]:
+        """What was drawn, in words."""
+        return [f"{call} line {call.span.line}" if call.span else str(call) for call in self.asked]
+
+    def _place(self) -> float:
+        if self.count <= len(self.places):
+            return self.places[self.count - 1]
+        if self._numbers is None:
+            from random import Random
+
+            self._numbers = Random(self.seed).random
+        return self._numbers()
+
+
+def at(place: float, centre: float, deviation: float, kind: float | str) -> float:
+    """The value at a place of a distribution."""
+    if place <= 0.0 or place >= 1.0:
+        return centre + (deviation if place >= 1.0 else -deviation)
+    if kind == "ends":
+        return centre + (deviation if place > 0.5 else -deviation)
+    if isinstance(kind, str):
+        return centre + deviation * (2.0 * place - 1.0)
+    from statistics import NormalDist
+
+    return centre + deviation / kind * NormalDist().inv_cdf(place)
+
+
+def seeded(seed: object) -> Draws | None:
+    """Draws of a seed that was given from outside; None where none was, or it is no number (options.py says so)."""
+    good = isinstance(seed, (int, float)) and 0 <= seed < 1e18
+    return Draws(int(seed)) if good else None  # type: ignore[call-overload]

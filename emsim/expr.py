@@ -430,7 +430,7 @@ def _evaluate_call(node: Call, scope: Scope, calls: _Calls) -> float:
     if is_random(node.fn, len(node.args)):
         least, most, _ = RANDOM[node.fn]
         _check_count(node, least, most)
-        draw = scope.draws.of(node.fn)
+        draw = scope.draws.of(node)
         return _apply(draw, tuple(_evaluate(a, scope, calls) for a in node.args), node)
     if node.fn in _MATH:
         least, most, function = _MATH[node.fn]
@@ -591,9 +591,9 @@ def _fold_call(node: Call, scope: Scope, bound: dict[str, Node], calls: _Calls) 
             return args[1 if args[0].value else 2]
         return Cond(args[0], args[1], args[2], node.at)
     if (random := is_random(node.fn, len(args))) or node.fn in SOURCE_MATH:
-        least, most, function = RANDOM[node.fn] if random else SOURCE_MATH[node.fn]
+        least, most, _ = RANDOM[node.fn] if random else SOURCE_MATH[node.fn]
         _check_count(node, least, most)
-        function = scope.draws.of(node.fn) if random else function
+        function = scope.draws.of(node) if random else SOURCE_MATH[node.fn][2]
         call = Call(node.fn, args, node.at)
         numbers = [a.value for a in args if isinstance(a, Num)]
         return _constant(function, numbers, call) if len(numbers) == len(args) else call

@@ -252,9 +252,10 @@ def load(
 
 def flatten(deck: Deck, options: Options | None = None, changes: Sequence[Change] = ()) -> FlatDeck:
     """Typed deck -> flat deck, with the `changes` of a step. Of the options it is `temp` and `seed` that parameters can read."""
+    from .draws import seeded
     from .elaborate import flatten as flat
 
-    return flat(deck, _option(options, "temp"), _option(options, "seed"), changes)
+    return flat(deck, _option(options, "temp"), seeded(_option(options, "seed")), changes)
 
 
 def _option(options: Options | None, name: str) -> Any:

@@ -26,7 +26,7 @@ ROWS = [
     ["live"],
     ["editor"],
     ["__init__"],
-    ["bench"],
+    ["bench", "sweeps"],
     ["pipeline"],
     ["control"],
     ["system"],

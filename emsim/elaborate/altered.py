@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from ..deck import Analysis, MachineCard, Probe, Waveform
 from ..diagnostics import Sink, suggest
+from ..draws import seeded
 from ..elements import MODEL_TYPES, Element
 from ..expr import ExprError, Node
 from .flatten import flatten
@@ -58,7 +59,7 @@ class Altered:
             self.deck.sink = Sink()
             temp = self.options.get("temp", self.temp)
             seed = self.seed if self._seed is None else self._seed + self._resets
-            flat = self._flat = flatten(self.deck, temp, seed)
+            flat = self._flat = flatten(self.deck, temp, seeded(seed))
             self._places, self._own = {}, _own(flat)
             for change in self._changes:
                 change(flat)

@@ -28,7 +28,7 @@ from ..deck import (
     Subckt,
 )
 from ..diagnostics import OutsideError, suggest
-from ..draws import SEED
+from ..draws import SEED, Draws
 from ..elements import CLASSES, Element
 from ..expr import ExprError, Name, Node, evaluate, fold
 from ..source import NoCollection
@@ -54,11 +54,14 @@ MAX_INSTANCES = 1_000_000
 STANDARD_GRAVITY = 9.80665
 
 
-def flatten(deck: Deck, temp: object = None, seed: object = None, changes: Sequence[Change] = ()) -> FlatDeck:
+def flatten(
+    deck: Deck, temp: object = None, draws: Draws | None = None, changes: Sequence[Change] = ()
+) -> FlatDeck:
     """The flat deck, with the `changes` of a step. Raises DeckError with everything that is wrong in the text, its numbers and
-    its names (OutsideError when nothing but missing files is wrong). `temp` [C] and `seed` stand above the deck's own."""
+    its names (OutsideError when nothing but missing files is wrong). `temp` [C] stands above the deck's own, `draws` of random
+    values above its seed."""
     with NoCollection():
-        flat = _Flattener(deck, temp, seed, changes).run()
+        flat = _Flattener(deck, temp, draws, changes).run()
     errors = [d for d in flat.sink.diagnostics if d.severity == "error"]
     if errors and all(d.code.startswith("E5") for d in errors):
         raise OutsideError(flat.sink.diagnostics)
@@ -68,12 +71,11 @@ def flatten(deck: Deck, temp: object = None, seed: object = None, changes: Seque
 
 class _Flattener:
     def __init__(
-        self, deck: Deck, temp: object = None, seed: object = None, changes: Sequence[Change] = ()
+        self, deck: Deck, temp: object = None, draws: Draws | None = None, changes: Sequence[Change] = ()
     ) -> None:
-        self.deck, self.changes = deck, changes
+        self.deck, self.changes, self.draws = deck, changes, draws
         # the temperature of a step stands above all others
         self.temp_above = next((value for step, value in changes if step.kind == "temp"), temp)
-        self.seed_above = seed
         self.sink = deck.sink
         self.flat = FlatDeck(deck.title, deck.sink)
         self.heated = False  # by a .temp
@@ -88,7 +90,7 @@ class _Flattener:
         self.machine_names: dict[str, Span] = {}
 
     def run(self) -> FlatDeck:
-        top = Level("", DeckScope(self.sink), {}, self.globals, self.sink)
+        top = Level("", DeckScope(self.sink, draws=self.draws), {}, self.globals, self.sink)
         self.define(top.scope)
         self.deck.params = top.scope.exprs
         # declare, settle conditions, then emit
@@ -96,7 +98,8 @@ class _Flattener:
         cards = self.expand(self.deck.body, top.scope, (os.path.realpath(path),) if path else ())
         steps.change_models(top.scope, self.changes, self.sink)
         self.unknown_defines(top.scope)
-        top.scope.draws.seed = self.seed(cards, top.scope)
+        if self.draws is None:
+            top.scope.draws.seed = self.seed(cards, top.scope)
         top.scope.temper = self.temperature(cards, top.scope)
         top.scope.check_all()
         self.flat.params = top.scope.values
@@ -177,15 +180,10 @@ class _Flattener:
 
     def seed(self, cards: list[Any], scope: DeckScope) -> int:
         """Of random values. What is no whole number is said where options are checked."""
-        found = self.seed_above
-        if found is None:
-            options = (
-                item
-                for card in cards
-                if card.__class__ is Dot and card.kind == "options"
-                for item in card.items
-            )
-            found = next((value for key, value, _ in reversed(list(options)) if key == "seed"), SEED)
+        options = (
+            item for card in cards if card.__class__ is Dot and card.kind == "options" for item in card.items
+        )
+        found = next((value for key, value, _ in reversed(list(options)) if key == "seed"), SEED)
         try:
             return abs(int(as_float(found, scope)))
         except (ExprError, TypeError, ValueError, OverflowError):

@@ -28,10 +28,16 @@ class DeckScope(Scope):
     `caller` is the scope of the X line, `home` the scope in whose text the subcircuit is defined.
     """
 
-    def __init__(self, sink: Sink, caller: DeckScope | None = None, home: DeckScope | None = None) -> None:
+    def __init__(
+        self,
+        sink: Sink,
+        caller: DeckScope | None = None,
+        home: DeckScope | None = None,
+        draws: Draws | None = None,
+    ) -> None:
         super().__init__()
         self.sink = sink
-        self._draws = caller.draws if caller is not None else Draws()
+        self._draws = caller.draws if caller is not None else draws or Draws()
         self.caller = caller
         self.home = home
         self.exprs: dict[str, Param] = {}

@@ -32,6 +32,7 @@ FAMILIES = (
     "circuit",
     "running",
     "results",
+    "sweeps",
     "outside",
     "exit_codes",
 )

@@ -158,6 +158,11 @@ FORCED = {
     "E421": ("emsim chart --alone deck.cir", lambda p: p.setattr("emsim.reports.reference.WORST", 0.0)),
     "E499": (HERE, lambda p: p.setattr("emsim.pipeline.solve", raising(RuntimeError("a bug")))),
     "E502": (WRONG, without_grammar),
+    "E433": (
+        "emsim sweep deck.cir -D c1=1u,2u -j 1",
+        lambda p: p.setattr("emsim.sweeps.runs.Runner.run", raising(KeyboardInterrupt())),
+    ),
+    "E522": ("emsim sweep deck.cir -D c1=1u,2u --dask tcp://127.0.0.1:9", lambda p: None),
     "W404": ("emsim gate.cir", with_a_stuck_flag),
     "W406": ("emsim divider.cir", with_a_spoiled(1)),
     "W407": ("emsim bar.cir", with_a_spoiled(0)),

@@ -1,0 +1,131 @@
+"""All runs of a sweep: in this process, on the cores of this machine, or on the workers of a Dask cluster.
+
+A batch of runs goes to whoever is free. A process reads the deck once and keeps it for its later batches.
+"""
+
+from __future__ import annotations
+
+from time import monotonic
+
+from .runs import Runner
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+    from concurrent.futures import Future
+
+    from .runs import Outcome, Point, Task
+
+BATCH_SECONDS = 0.5  # a batch takes about so long: a worker that dies costs no more
+_kept: dict[object, Runner] = {}
+
+
+def work(task: Task, points: list[Point]) -> list[Outcome]:
+    """Some runs, in whatever process this is called."""
+    key = _key(task)
+    runner = _kept.get(key)
+    if runner is None:
+        _kept.clear()
+        runner = _kept[key] = Runner(task)
+    return [runner.run(point) for point in points]
+
+
+def _key(task: Task) -> object:
+    return (
+        task.source,
+        tuple(task.fixed.items()),
+        task.names,
+        task.signals,
+        tuple(task.options.items()),
+        task.seed,
+    )
+
+
+def outcomes(
+    task: Task, points: list[Point], jobs: int, cluster: str | None = None
+) -> Iterator[list[Outcome]]:
+    """Batches of outcomes, in whatever order they come. Raises OutsideError where there is no cluster."""
+    if cluster is not None:
+        yield from _on_cluster(task, points, cluster)
+    elif jobs == 1 or len(points) == 1:
+        batches = _Batches(points, 1)
+        while batch := batches.next():
+            start = monotonic()
+            yield work(task, batch)
+            batches.took(len(batch), monotonic() - start)
+    else:
+        yield from _on_cores(task, points, jobs)
+
+
+class _Batches:
+    """The runs in batches: one run first, then as many as take BATCH_SECONDS by the speed of the batches before."""
+
+    def __init__(self, points: list[Point], jobs: int) -> None:
+        self.points, self.at, self.jobs, self.rate = points, 0, jobs, 0.0
+
+    def next(self) -> list[Point]:
+        """Empty at the end."""
+        left = len(self.points) - self.at
+        size = max(1, min(int(self.rate * BATCH_SECONDS), -(-left // self.jobs)))
+        part = self.points[self.at : self.at + size]
+        self.at += len(part)
+        return part
+
+    def took(self, runs: int, seconds: float) -> None:
+        self.rate = runs / max(seconds, 1e-9)
+
+
+def _on_cores(task: Task, points: list[Point], jobs: int) -> Iterator[list[Outcome]]:
+    from concurrent.futures import FIRST_COMPLETED, ProcessPoolExecutor, wait
+    from multiprocessing import get_context
+
+    batches = _Batches(points, jobs)
+    with ProcessPoolExecutor(jobs, mp_context=get_context("spawn"), initializer=_quiet) as pool:
+        running: dict[Future[list[Outcome]], tuple[int, float]] = {}
+        try:
+            while True:
+                while len(running) < jobs and (batch := batches.next()):
+                    running[pool.submit(work, task, batch)] = len(batch), monotonic()
+                if not running:
+                    return
+                done, _ = wait(running, return_when=FIRST_COMPLETED)
+                for future in done:
+                    runs, start = running.pop(future)
+                    batches.took(runs, monotonic() - start)
+                    yield future.result()
+        finally:
+            pool.shutdown(wait=False, cancel_futures=True)
+
+
+def _quiet() -> None:
+    """Ctrl-C is the parent's: it ends the workers."""
+    import signal
+
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+
+def _on_cluster(task: Task, points: list[Point], address: str) -> Iterator[list[Outcome]]:
+    """On the workers of a Dask scheduler, which must have emsim and see the deck's files. What a worker was at when it died is
+    run again by another."""
+    from ..diagnostics import Diagnostic, OutsideError
+    from ..outputs import missing_package
+
+    try:
+        from distributed import Client, as_completed
+    except ImportError:
+        raise missing_package("a cluster needs", "distributed", "cluster") from None
+    try:
+        client = Client(address, timeout=10, set_as_default=False)
+    except (OSError, ValueError) as error:
+        said = Diagnostic("error", "E522", f"there is no Dask scheduler at {address}: {error or 'no answer'}")
+        raise OutsideError(said) from None
+    with client:
+        workers = max(1, sum(client.nthreads().values()))
+        size = max(1, min(200, -(-len(points) // (4 * workers))))
+        parts = [points[k : k + size] for k in range(0, len(points), size)]
+        futures = [client.submit(work, task, part, pure=False) for part in parts]
+        try:
+            for future in as_completed(futures, loop=client.loop):
+                yield future.result()
+        finally:
+            client.cancel(futures)

@@ -1,0 +1,241 @@
+"""The labelled result of a sweep: measures and signals over what varied; statistics, yield, files."""
+
+from __future__ import annotations
+
+import math
+
+from .samples import Scheme
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+    from typing import Any
+
+    import numpy as np
+    import pandas as pd
+    import xarray as xr
+
+    from .axes import Axis
+    from .runs import Outcome, Task
+
+OPERATORS = ("<=", ">=", "<", ">")
+
+
+class Goal:
+    """What a measure is to be: `vmax<1.2`, `gain>=10`. Raises ValueError with a sentence."""
+
+    def __init__(self, text: str) -> None:
+        from ..units import spice_number
+
+        self.text = "".join(text.split()).lower()
+        self.operator = next((op for op in OPERATORS if op in self.text), "")
+        self.measure, _, given = self.text.partition(self.operator) if self.operator else ("", "", "")
+        bound = spice_number(given)
+        if not self.measure or bound is None:
+            raise ValueError(f"{text}: a goal is measure<number, as in vmax<1.2")
+        self.bound = float(bound)
+
+    def met(self, value: float) -> bool:
+        if "<" in self.operator:
+            return value < self.bound or (value == self.bound and self.operator == "<=")
+        return value > self.bound or (value == self.bound and self.operator == ">=")
+
+
+class Swept:
+    """Of every run, by its number: `values` of what varied, its measures, its signals, or why it failed.
+
+    axes      what varied, the last one fastest; then the runs of the scheme at each point
+    labels    the deck's random values, in words
+    failed    number -> reason
+    """
+
+    def __init__(self, task: Task, axes: list[Axis], scheme: Scheme, labels: list[str], size: int) -> None:
+        self.task, self.axes, self.scheme, self.labels, self.size = task, axes, scheme, labels, size
+        self.outcomes: dict[int, Outcome] = {}
+        self.resumed = 0
+
+    def __len__(self) -> int:
+        return self.size
+
+    @property
+    def complete(self) -> bool:
+        return len(self.outcomes) == self.size
+
+    @property
+    def failed(self) -> dict[int, str]:
+        return {k: o.error for k, o in sorted(self.outcomes.items()) if o.error}
+
+    @property
+    def warnings(self) -> dict[str, list[int]]:
+        """What runs said, and the numbers of those that did, by code and the first one's words."""
+        found: dict[str, tuple[str, list[int]]] = {}
+        for k, outcome in sorted(self.outcomes.items()):
+            for said in outcome.warnings:
+                found.setdefault(said.partition(":")[0], (said, []))[1].append(k)
+        return dict(found.values())
+
+    @property
+    def names(self) -> list[str]:
+        """Of the measures, in the order of the deck."""
+        return list(dict.fromkeys(name for _, o in sorted(self.outcomes.items()) for name in o.measures))
+
+    def values(self, number: int) -> dict[str, float]:
+        """What varied, in a run."""
+        number //= max(self.per_point, 1)
+        found: dict[str, float] = {}
+        for axis in reversed(self.axes):
+            number, k = divmod(number, len(axis.values))
+            found[axis.name] = axis.values[k]
+        return {axis.name: found[axis.name] for axis in self.axes}
+
+    @property
+    def per_point(self) -> int:
+        """Runs at each point of the grid."""
+        return self.size // math.prod(len(axis.values) for axis in self.axes)
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        per_point = self.per_point
+        return (
+            *(len(axis.values) for axis in self.axes),
+            *((per_point,) if per_point > 1 or not self.axes else ()),
+        )
+
+    def measure(self, name: str) -> np.ndarray:
+        """A measure in the shape of the sweep; nan where a run failed or found none."""
+        import numpy as np
+
+        flat = np.full(self.size, np.nan)
+        for k, outcome in self.outcomes.items():
+            flat[k] = outcome.measures.get(name, math.nan)
+        if name not in self.names:
+            raise KeyError(f"no measure {name!r}; there is {', '.join(self.names) or 'none'}")
+        return flat.reshape(self.shape)
+
+    def signal(self, name: str) -> tuple[np.ndarray, np.ndarray]:
+        """(its axis, the signal over sweep and axis): runs of different length end in nan."""
+        import numpy as np
+
+        longest = max(self.outcomes.values(), key=lambda o: len(o.axis))
+        found = np.full((self.size, len(longest.axis)), np.nan)
+        for k, outcome in self.outcomes.items():
+            values = outcome.signals.get(name.lower(), [])
+            found[k, : len(values)] = values
+        return np.array(longest.axis), found.reshape(*self.shape, -1)
+
+    # ---- statistics ----
+
+    def good(self) -> list[Outcome]:
+        return [o for _, o in sorted(self.outcomes.items()) if not o.error]
+
+    def statistics(self, name: str) -> dict[str, float]:
+        """Of a measure over all runs that have it: runs, mean, deviation (of the sample), least, greatest."""
+        found = [v for o in self.good() if math.isfinite(v := o.measures.get(name, math.nan))]
+        if not found:
+            return {"runs": 0}
+        mean = math.fsum(found) / len(found)
+        spread = math.fsum((v - mean) ** 2 for v in found) / (len(found) - 1) if len(found) > 1 else 0.0
+        return {
+            "runs": len(found),
+            "mean": mean,
+            "deviation": math.sqrt(spread),
+            "least": min(found),
+            "greatest": max(found),
+        }
+
+    def yielded(self, goals: Sequence[Goal]) -> tuple[int, int, float, float]:
+        """(runs that meet all goals, runs, 95 % bounds of the share): failed runs meet none. The bounds are Wilson's (1927)."""
+        for goal in goals:
+            if goal.measure not in self.names:
+                raise ValueError(
+                    f"goal {goal.text}: no measure {goal.measure}; there is {', '.join(self.names) or 'none'}"
+                )
+        n = len(self.outcomes)
+        met = sum(all(g.met(o.measures.get(g.measure, math.nan)) for g in goals) for o in self.good())
+        if not n:
+            return 0, 0, 0.0, 1.0
+        z, share = 1.959964, met / n
+        middle, width = share + z * z / (2 * n), z * math.sqrt(share * (1 - share) / n + z * z / (4 * n * n))
+        return (
+            met,
+            n,
+            max(0.0, (middle - width) / (1 + z * z / n)),
+            min(1.0, (middle + width) / (1 + z * z / n)),
+        )
+
+    def influences(self, name: str) -> list[tuple[str, float, float]]:
+        """Of a sweep one at a time: (random value, change of the measure at its least, at its greatest), the largest first."""
+        if self.scheme.name != "sensitivity" or self.axes:
+            raise ValueError(
+                "influences are those of a sweep with the scheme sensitivity, without other axes"
+            )
+        values = [float(v) for v in self.measure(name)]
+        low, high = values[1::2], values[2::2]
+        found = [
+            (label, a - values[0], b - values[0]) for label, a, b in zip(self.labels, low, high, strict=True)
+        ]
+        return sorted(found, key=lambda row: -max(abs(row[1]), abs(row[2])))
+
+    # ---- tables and files ----
+
+    def rows(self) -> Iterator[tuple[int, dict[str, float], Outcome]]:
+        for k, outcome in sorted(self.outcomes.items()):
+            yield k, self.values(k), outcome
+
+    def to_pandas(self) -> pd.DataFrame:
+        """A row a run: what varied, measures, error."""
+        import pandas as pd
+
+        def row(k: int, values: dict[str, float], o: Outcome) -> dict[str, Any]:
+            return {"run": k, **values, **{n: o.measures.get(n, math.nan) for n in names}, "error": o.error}
+
+        names = self.names
+        return pd.DataFrame([row(*one) for one in self.rows()]).set_index("run")
+
+    def to_xarray(self) -> xr.Dataset:
+        """Measures over what varied (and `run` where the scheme has several at a point), signals over these and their axis."""
+        import numpy as np
+        import xarray as xr
+
+        dims = [axis.name for axis in self.axes]
+        if len(self.shape) > len(dims):
+            dims.append("run")
+        data: dict[str, Any] = {name: (dims, self.measure(name)) for name in self.names}
+        coords: dict[str, Any] = {axis.name: list(axis.values) for axis in self.axes}
+        if self.task.signals and self.outcomes:
+            kept = next((list(o.signals) for o in self.good()), [])
+            for name in kept:
+                axis, values = self.signal(name)
+                coords["time"] = axis
+                data[name] = ([*dims, "time"], values)
+        error = np.full(self.size, "", dtype=object)
+        for k, said in self.failed.items():
+            error[k] = said
+        data["error"] = (dims, error.reshape(self.shape).astype(str))
+        return xr.Dataset(
+            data, coords, {"scheme": self.scheme.label(), "random_values": "; ".join(self.labels)}
+        )
+
+    def save(self, path: str) -> None:
+        """Writes .csv (a row a run), .nc or .zarr (measures and signals). Raises ValueError for another ending, OSError."""
+        if path.endswith(".csv"):
+            self._csv(path)
+        elif path.endswith(".nc"):
+            self.to_xarray().to_netcdf(path, engine="h5netcdf")
+        elif path.endswith(".zarr"):
+            self.to_xarray().to_zarr(path, mode="w")
+        else:
+            raise ValueError(f"{path}: a sweep is written as .csv, .nc or .zarr")
+
+    def _csv(self, path: str) -> None:
+        import csv
+
+        from ..outputs.beside import replacing
+
+        names = self.names
+        with replacing(path) as written, open(written, "w", newline="", encoding="utf-8") as file:
+            table = csv.writer(file, lineterminator="\n")
+            table.writerow(["run", *(axis.name for axis in self.axes), *names, "error"])
+            for k, values, o in self.rows():
+                numbers = (o.measures.get(n, math.nan) for n in names)
+                table.writerow([k, *map(repr, values.values()), *map(repr, numbers), o.error])
