@@ -433,7 +433,8 @@ class VerilogA:
     ) -> dict[str, Any]:
         """An instance at voltages of its unknowns (by name, 0 where none is given; [V], temperatures in Celsius): unknowns (name,
         kind), terminals, merged (name, name), ports (from, to, limit), flows (from, to, i, q), noise (from, to, name, power,
-        exponent), outputs, bound_step, said, operations; with `slopes` those of i and q of every flow, a row of ports each.
+        exponent), outputs, bound_step, said, operations; with `slopes` those of i and q of every flow, a row of ports each,
+        and operations_with_slopes.
         ValueError with messages where the module refuses, KeyError."""
 
 def veriloga(text: str, name: str = "", folders: list[str] = [], defines: dict[str, str] = {}) -> VerilogA:

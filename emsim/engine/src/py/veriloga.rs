@@ -1,5 +1,5 @@
 //! Verilog-A for Python: what a text declares, what is wrong with it, and the numbers of an instance at given voltages.
-use crate::derive::gradient;
+use crate::derive::slopes as slopes_of;
 use crate::graph::{Id, Node};
 use crate::tape::{Inputs, Tape};
 use crate::veriloga::folded::{Kind, GMIN, GROUND, SOURCE_SCALE};
@@ -178,11 +178,12 @@ impl VerilogA {
         outs.extend(f.outputs.iter().map(|o| o.value));
         outs.extend(f.bound_step);
         let leaves: Vec<Id> = (0..f.ports.len() as u32).map(|k| f.graph.unknown(k)).collect();
+        let mut with_slopes = 0;
         if slopes {
-            for k in 0..2 * f.flows.len() {
-                let row = gradient(&mut f.graph, outs[k], &leaves);
-                outs.extend(row);
-            }
+            let flown: Vec<Id> = outs[..2 * f.flows.len()].to_vec();
+            let rows = slopes_of(&mut f.graph, &flown, &leaves);
+            with_slopes = f.graph.count(&flown.iter().chain(rows.iter().flatten()).copied().collect::<Vec<_>>());
+            outs.extend(rows.into_iter().flatten());
         }
         let mut values: Vec<(Id, Id)> = Vec::new();
         for id in f.graph.reachable(&outs) {
@@ -239,6 +240,7 @@ impl VerilogA {
         if slopes {
             let rows: Vec<Vec<f64>> = (0..2 * f.flows.len()).map(|_| leaves.iter().map(|_| take()).collect()).collect();
             d.set_item("slopes", rows)?;
+            d.set_item("operations_with_slopes", with_slopes)?;
         }
         Ok(d)
     }
