@@ -418,10 +418,11 @@ class Session:
             tables = list(result.plots)
             for d in result.diagnostics:
                 self.sink.add(d)
-            self.prints, self._result = result.prints, result
+            self._result = result
         for table in tables:
             if len(table):
-                plot = self.plots.new(table.kind, self.deck.title, table.plotname, table)
+                kind = table.kind.rpartition(" ")[2]  # integrated noise is noise2
+                plot = self.plots.new(kind, self.deck.title, table.plotname, table)
                 plot.beside = {p.text for p in self.deck.wanted}
         done = {t.kind for t in tables if len(t)}
         self._without([c for c in cards if c.kind not in done])
@@ -442,7 +443,8 @@ class Session:
         if own:
             self._result = None
             self.last_run = self.compute(own)
-            self.measured = [] if self._result is None else self._result.measured
+            if self._result is not None:
+                self.prints, self.measured = self._result.prints, self._result.measured
 
     # ---- what is left at the end ----
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import re
-
 from . import words
 from .base import Command
 from .errors import CommandError, Stop, usage
@@ -22,21 +20,18 @@ if TYPE_CHECKING:
 PRINT = "print [col] [line] expression .."
 
 
+def to_file(text: str) -> None:
+    """`print v(a) > file`: ngspice writes what is shown into that file. E163."""
+    found = words.redirected(text)
+    if found is not None:
+        said = f"`{found}` would write what is shown into a file"
+        raise CommandError("E163", said, f"wrdata {found.lstrip('> ')} .. writes vectors as columns")
+
+
 def print_(s: Session, text: str, at: Statement) -> None:
     first, _, rest = text.strip().partition(" ")
     kind = first.lower() if first.lower() in ("col", "line") else ""
-    if (
-        (found := words.redirected(text)) is not None
-        and not kind
-        and found.startswith(">")
-        and re.search(r"\s>>?\s*[\w./-]+\s*$", text)
-    ):
-        name = found.lstrip("> ")
-        raise CommandError(
-            "E163",
-            "`>` would write what is printed into a file",
-            f"wrdata {name} .. or write {name} .. does",
-        )
+    to_file(text)
     vectors = s.vectors(rest if kind else text, at, lenient=True)
     if not vectors:
         return
@@ -62,6 +57,7 @@ def print_(s: Session, text: str, at: Statement) -> None:
 
 
 def echo(s: Session, text: str, at: Statement) -> None:
+    to_file(text)
     text = words.substituted(s, text, shown=True)
     found = words.split(text)
     end = "\n"

@@ -125,6 +125,7 @@ def without_braces(text: str) -> str:
 
 
 def redirected(text: str) -> str | None:
-    """The `>` by which ngspice would write what a command shows into a file."""
-    found = re.search(r">>?\s*\S+", re.sub(r"\([^()]*\)", "", _outside_quotes(text)))
-    return found[0] if found else None
+    """The `>` behind a blank, outside of quotes and brackets, by which ngspice would write what a command shows into a file."""
+    plain = re.sub(r"\([^()]*\)", lambda m: " " * len(m[0]), _outside_quotes(text))
+    found = re.search(r"(?:^|\s)(>>?\s*[\w./~-]*[A-Za-z_][\w./~-]*)\s*$", plain)
+    return found[1] if found else None

@@ -108,6 +108,25 @@ def _model(word: str) -> Iterator[str] | None:
     return iter((f"{word.lower()}: word of .model, for {letter}; its parameters: emsim help {letter}",))
 
 
+def _command(word: str) -> Iterator[str] | None:
+    """A command of .control."""
+    found = {name: (form, meaning) for name, form, meaning in _commands()}.get(word.lower())
+    if found is None:
+        return None
+    return iter((f"{word.lower()}: command of .control", "", f"  {found[0]}", f"  {found[1]}"))
+
+
+def _commands() -> list[tuple[str, str, str]]:
+    from ..control import COMMANDS
+    from ..control.program import FLOW
+
+    flow = [(name, form, meaning) for name, (form, meaning) in FLOW.items()]
+    return [
+        *((c.word, c.form, c.meaning) for c in COMMANDS.values() if not c.meaning.startswith("passed over")),
+        *flow,
+    ]
+
+
 def _topic(word: str) -> Iterator[str] | None:
     if (found := TOPICS.get(word.lower())) is None:
         return None
@@ -116,7 +135,7 @@ def _topic(word: str) -> Iterator[str] | None:
 
 
 TELLERS: tuple[Callable[[str], Iterator[str] | None], ...] = (
-    _reference, _dot, _wave, _probe, _function, _option, _method, _joint, _model, _topic,
+    _reference, _dot, _wave, _probe, _function, _option, _method, _joint, _model, _command, _topic,
 )  # fmt: skip
 
 Rows = list[tuple[str, ...]]
@@ -137,5 +156,6 @@ TOPICS: dict[str, tuple[str, Callable[[], Rows]]] = {
     "probes": ("what reads circuit and machine", lambda: list(words.PROBES.values())),
     "functions": ("of expressions", lambda: list(words.FUNCTIONS.values())),
     "options": ("of .options, with unit, default and meaning", _options),
+    "control": ("commands of a .control section", lambda: [(form, meaning) for _, form, meaning in _commands()]),
     "methods": ("with order, kind, use; .options method=", lambda: [(name, *told) for name, told in words.METHODS.items()]),
 }  # fmt: skip
