@@ -595,6 +595,12 @@ pub fn initial_conditions(
     for f in sys.forces.iter().filter(|f| !f.release) {
         x[f.row] = f.value;
     }
+    // a junction behind a series resistance has the voltage of the terminals, as in ngspice
+    for (inner, outer) in sys.tied_inside() {
+        if !sys.forces.iter().any(|f| !f.release && f.row == inner) {
+            x[inner] = usize::try_from(outer).map_or(0.0, |k| x[k]);
+        }
+    }
     // what a source's current decides is not known yet: it stays as its card says
     let unknown = |i: usize| sys.unknowns[i].kind == Kind::Branch && !sys.differential[i];
     let known: Vec<f64> = x.iter().enumerate().map(|(i, &v)| if unknown(i) { f64::NAN } else { v }).collect();

@@ -237,6 +237,33 @@ impl System {
         }
     }
 
+    /// Nodes inside of devices, each with the node (-1: ground) from which a current comes to it that hangs on the voltage between
+    /// the two, and that stores nothing: what stands for a series resistance.
+    pub fn tied_inside(&self) -> Vec<(usize, i32)> {
+        let mut tied = Vec::new();
+        for &i in &self.devices.instances {
+            let class = self.devices.class(i);
+            let (seat, shape) = (&class.seats()[i.number], class.shape(i.number));
+            tied.extend(seat.series.iter().map(|s| (s.inner, s.outer)));
+            let mut known: Vec<usize> = (0..class.terminals()).collect();
+            // of what a branch hangs on, and the node behind it
+            let look = |known: &[usize], b: usize| {
+                let (from, to) = shape.branches[b];
+                let (near, far) = if known.contains(&from) { (from, to) } else { (to, from) };
+                let inside = known.contains(&near) && !known.contains(&far) && seat.nodes[far] >= 0;
+                let own = shape.ports.iter().position(|&p| p == (from, to) || p == (to, from));
+                let links = &shape.links[b * shape.ports.len()..][..shape.ports.len()];
+                let resists = own.is_some_and(|p| links[p].current) && !links.iter().any(|l| l.charge);
+                (inside && resists).then(|| (links.iter().filter(|l| l.current).count(), near, far))
+            };
+            while let Some((_, near, far)) = (0..shape.branches.len()).filter_map(|b| look(&known, b)).min() {
+                known.push(far);
+                tied.push((seat.nodes[far] as usize, seat.nodes[near]));
+            }
+        }
+        tied
+    }
+
     /// The series resistances of all instances: the instance's name, number of the terminal, nodes (-1: ground), conductance [S].
     pub fn series(&self) -> Vec<(String, usize, [i32; 2], f64)> {
         let of = |&i: &Instance| {
