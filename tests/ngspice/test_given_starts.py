@@ -1,5 +1,5 @@
-"""`.tran ... uic`: a junction behind a series resistance starts with the voltage of its terminals. It started without any charge: the
-collector of a saturated transistor was off by 3.4 V."""
+"""`.tran ... uic`: a junction behind a series resistance starts with the voltage of its terminals. It started without any
+charge: the collector of a saturated transistor was off by 3.4 V."""
 
 from __future__ import annotations
 
