@@ -121,12 +121,13 @@ FORMS = {
     "spring": "SPRING name joint k= [q0=], or SPRING name P Q k= [l0=]",
     "damper": "DAMPER name joint c=, or DAMPER name P Q c=",
     "friction": "FRICTION name joint fc= [fs=] [vs=] [b=]",
-    "stop": "STOP name joint [min=] [max=] k= [c= or e=]",
+    "freewheel": "FREEWHEEL name joint dir=1",
+    "stop": "STOP name joint [min=] [max=] [e=] or k= [c= or e=]",
     "gear": "GEAR name j1 j2 ratio=",
     "force": "FORCE name P dir=(x,y) value|{expression}|PULSE(..)",
     "torque": "TORQUE name joint tau=value|{expression}|PULSE(..)",
     "drive": "DRIVE name joint q={expression}",
-    "contact": "CONTACT name P Q line=(nx,ny) or rq= k= [r=] [c= or e=]",
+    "contact": "CONTACT name P Q line=(nx,ny) or rq= [r=] [e=] or k= [c= or e=]",
     "transducer": "TRANSDUCER name n+ n- joint C={..}|L={..}|K={..}|W={..}",
 }
 
@@ -141,6 +142,7 @@ MARKS = {
     "spring": "k=",
     "damper": "c=",
     "friction": "fc=",
+    "freewheel": "dir=",
     "stop": "min= or max=",
     "gear": "ratio= or lead=",
     "force": "dir=, fx= or fy=",

@@ -29,6 +29,7 @@ CARD_WORDS = frozenset(
         "spring",
         "damper",
         "friction",
+        "freewheel",
         "stop",
         "gear",
         "force",

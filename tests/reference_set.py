@@ -354,6 +354,16 @@ TRAJECTORIES = [
         },
     ),
     Trajectory(
+        "mechanical/ref_msl_backlash",
+        "msl_rot_backlash",
+        {
+            "elastoBacklash.phi_rel": "angle(a)",
+            "elastoBacklash.w_rel": "omega(a)",
+            "springDamper.phi_rel": "angle(b)",
+            "springDamper.w_rel": "omega(b)",
+        },
+    ),
+    Trajectory(
         "mechanical/ref_msl_friction",
         "msl_rot_friction",
         {

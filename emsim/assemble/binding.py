@@ -74,7 +74,7 @@ class Binding:
                 self.couplings[card.name] = card
                 if raw.kind == "DRIVE":
                     self.drives.append(card)
-                elif raw.kind == "GEAR":
+                elif raw.kind == "GEAR" and card.backlash is None:  # play leaves both coordinates
                     self.gears.append(card)
         for name, (body, _) in self.points.items():
             if body != GROUND and body not in self.bodies:

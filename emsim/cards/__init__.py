@@ -8,6 +8,7 @@ from .contact import Contact
 from .damper import Damper
 from .drive import Drive
 from .force import Force
+from .freewheel import Freewheel
 from .friction import Friction
 from .gear import Gear
 from .joint import Joint
@@ -30,6 +31,7 @@ CARDS: dict[str, type[Card]] = {
         Spring,
         Damper,
         Friction,
+        Freewheel,
         Stop,
         Gear,
         Force,

@@ -76,11 +76,19 @@ class Contact(Touching, Card):
     def probes(self, s: Scene) -> Probes:
         return self.touch_probes(s, "force")
 
+    def _along(self) -> list[float] | None:
+        """The direction of the line in the xy plane of Q's body."""
+        if self.line is None:
+            return None
+        x, y = self.line[:2]
+        size = (x * x + y * y) ** 0.5
+        return [-y / size, x / size, 0.0] if size else [1.0, 0.0, 0.0]
+
     def glyph(self, draw: Pen) -> None:
         effort = self.probes(draw.m)["force"]
         assert not callable(effort)
         draw.add(
             "contact", self, p=draw.terminal(self, "p"), q_=draw.terminal(self, "q"), r=self.r, rq=self.rq,
-            line=None if self.line is None else [*(*self.line, 0.0)[:3]], unit="N",
+            along=self._along(), unit="N",
             effort=draw.channel(f"force({self.name})", "N", effort),
         )  # fmt: skip

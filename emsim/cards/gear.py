@@ -2,34 +2,49 @@
 
 Where one of the joints supplies a coordinate, that coordinate is replaced and no equation is added;
 otherwise the relation is a constraint row. `torque(gear)` is what the gear applies on j1.
+With backlash= both keep theirs, and the flanks touch at either end of the play (touch.py): gaps backlash/2 -+ d,
+d = q(j1) - ratio q(j2).
 """
 
 from __future__ import annotations
 
 from math import pi
 
+from . import touch
 from .base import Card, Default, Spec
+from .touch import Touching
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from ..diagnostics import Sink
-    from .base import JointView, Net, Pen, Probes, Scene
+    from .base import JointView, Net, Pen, Probes, Scalar, Scene
 
 
-class Gear(Card):
+class Gear(Touching, Card):
     spec = Spec(
         "GEAR",
-        "GEAR name j1 j2 ratio= (or lead=)",
+        "GEAR name j1 j2 ratio= (or lead=) [backlash= with e= or k= [c= or e=] [n=1]]",
         terminals="first:joint second:joint",
         mark=("ratio", "lead"),
-        missing={"backlash": "free play", "k": "stiffness of the teeth"},
+        missing={"eta": "efficiency"},
         meaning="a gear, belt or screw between the coordinates of two joints",
-        laws={"q": "q1 = ratio q2, of angle and travel q = lead/(2 pi) angle"},
+        laws={
+            "q": "q1 = ratio q2, of angle and travel q = lead/(2 pi) angle; with play |q1 - ratio q2| <= backlash/2",
+            "V": "with k=: k d^(n+1)/(n+1), d how far beyond the play",
+            "P": "c d'^2, or that which gives back e times the speed",
+        },
         ratio=Default(None, "", "q(j1) / q(j2)"),
         lead=Default(None, "m", "travel of the slide for one turn of the pin"),
+        backlash=Default(None, "rad or m", "play, measured at j1 from flank to flank", least=0.0),
+        **touch.LAW,
     )
     ratio: float | None
     lead: float | None
+    backlash: float | None
+    k: float | None
+    c: float
+    e: float | None
+    n: float
     first: JointView
     second: JointView
 
@@ -41,11 +56,39 @@ class Gear(Card):
                 sink.error(
                     "E238", f"{key}= of GEAR {self.name} cannot be 0", self.place(key), "DRIVE holds a joint"
                 )
+        touch.check(self, self.k, self.c, self.e, sink)
+        given = next((key for key in ("k", "e") if self.given(key)), None)
+        if self.backlash is None and given is not None:
+            said = f"{given}= of GEAR {self.name} belongs to backlash=: without play the teeth are one"
+            sink.error("E240", said, self.place(given), "give backlash=, or leave it out")
+        elif self.backlash is not None and given is None:
+            said = f"GEAR {self.name} with backlash= needs e= (rigid teeth) or k= (elastic ones): how the flanks meet"
+            sink.error("E230", said, self.place("backlash"), self.spec.form)
         names = [ref.name for _, _, ref in self.terminals]
         if len(set(names)) == 1:
             sink.error("E237", f"GEAR {self.name} couples {names[0]} to itself", self.span, "name two joints")
 
+    def prepare(self, s: Scene) -> None:
+        gaps: list[tuple[float, str, Scalar]] = []
+        if self.backlash is not None:
+            apart = self.first.q - self._factor(s) * self.second.q
+            half = 0.5 * self.backlash
+            gaps = [(1.0, f"{self.name} low", half + apart), (-1.0, f"{self.name} high", half - apart)]
+        self.set_gaps(s, gaps, "N m" if self.first.rotary else "N")
+
+    def _factor(self, s: Scene) -> float:
+        """q(j1) / q(j2)"""
+        if self.lead is None:
+            assert self.ratio is not None
+            return self.ratio
+        if self.first.rotary == self.second.rotary:
+            s.sink.error("E240", f"lead= of GEAR {self.name} couples a slide and a pin", self.place("lead"))
+        per_radian = self.lead / (2.0 * pi)
+        return 1.0 / per_radian if self.first.rotary else per_radian
+
     def probes(self, s: Scene) -> Probes:
+        if self.backlash is not None:
+            return self.touch_probes(s, "torque" if self.first.rotary else "force")
         return {"torque" if self.first.rotary else "force": lambda: s.reaction(self.name)}
 
     def glyph(self, draw: Pen) -> None:
@@ -55,6 +98,8 @@ class Gear(Card):
         )
 
     def analogue(self, net: Net) -> None:
+        if self.backlash is not None:
+            return net.refuse(self, "has play")
         """An ideal transformer: u1 = factor u2, and the force carried over the other way."""
         b1, a1 = net.across(self.first.name)
         b2, a2 = net.across(self.second.name)

@@ -166,12 +166,16 @@ class Touching:
         return _sum(s, [corner.law.lost for _, corner in self.corners]) if self.corners else None
 
     def potential(self, s: Scene) -> Scalar | None:
+        if not self.touches:
+            return None
         return _sum(s, [touch.energy(s) for _, touch in self.touches])
 
     def powers(self, s: Scene) -> Powers:
         return [(touch.damped, touch.rate) for _, touch in self.touches if touch.damped.value != 0.0]
 
     def losses(self, s: Scene) -> Scalar | None:
+        if not self.touches:
+            return None
         return _sum(s, [-(touch.damped * touch.rate) for _, touch in self.touches])
 
     def touch_probes(self, s: Scene, word: str) -> Probes:

@@ -227,6 +227,51 @@ def gear(m: Stage, pen: Pen, s: Shape) -> None:
     pen.label(middle(a, b), 6, 16, f"{s['name']} {s['ratio']:.4g}", "soft")
 
 
+def stop(m: Stage, pen: Pen, s: Shape) -> None:
+    x, y = at = m.place(s["a"])
+    u, share, angle = pen.unit, abs(m.share(s["effort"])), m.axis_angle(s)
+    c, d, colour = math.cos(angle), math.sin(angle), "force" if share > 0.01 else "edge"
+    for end in s["ends"]:
+        if end is None:
+            continue
+        if s["joint"] == "pin":
+            turn = m.poses[int(s["a"][0])].angle + end + s["zero"]
+            ends = [(x + r * u * math.cos(turn), y - r * u * math.sin(turn)) for r in (16, 34)]
+        else:
+            far = (end + s["zero"]) * m.scale
+            ends = [(x + far * c - k * u * d, y + far * d + k * u * c) for k in (14, -14)]
+        pen.line(ends, colour, 2.5 + 3 * share)
+        at = ends[1]
+    pen.label(at, 5, -4, s["name"], "soft")
+
+
+def contact(m: Stage, pen: Pen, s: Shape) -> None:
+    p, q = m.place(s["p"]), m.place(s["q_"])
+    share, far = abs(m.share(s["effort"])), 70 * pen.unit / m.scale
+    colour, width = "force" if share > 0.01 else "edge", 1.5 + 2.5 * share
+    if s["along"]:
+        ends = [m.place(moved(s["q_"], *(k * far * v for v in s["along"]))) for k in (-1, 1)]
+        pen.line(ends, colour, width)
+    for at, r in ((p, s["r"]), (q, s["rq"])):
+        if r:
+            pen.arc(at, abs(r) * m.scale, 0.0, 2 * math.pi, colour, width)
+    pen.label(q, 8, 14, s["name"], "soft")
+
+
+def friction(m: Stage, pen: Pen, s: Shape) -> None:
+    """The two shoes of a brake."""
+    turns, u, angle = s["joint"] == "pin", pen.unit, m.axis_angle(s)
+    x, y = at = m.place(s["a"] if turns else s["b"])
+    c, d, width = math.cos(angle), math.sin(angle), 1.6 + 3 * abs(m.share(s["effort"]))
+    for side in (-1, 1):
+        if turns:
+            pen.arc(at, 11 * u, side * 1.57 - 0.6, side * 1.57 + 0.6, "wiper", width)
+        else:
+            ends = [(x + u * (k * c - side * 8 * d), y + u * (k * d + side * 8 * c)) for k in (-12, 12)]
+            pen.line(ends, "wiper", width)
+    pen.label(at, 12, -12, s["name"], "wiper")
+
+
 # ---- what acts ----------------------------------------------------------------------------------
 
 
@@ -326,6 +371,7 @@ def transducer(m: Stage, pen: Pen, s: Shape) -> None:
 GLYPHS = {
     "rod": Glyph(0, rod), "box": Glyph(0, box), "disc": Glyph(0, disc), "bones": Glyph(0, bones),
     "joint": Glyph(1, joint), "spring": Glyph(1, elastic), "damper": Glyph(1, elastic), "gear": Glyph(1, gear),
+    "stop": Glyph(1, stop), "contact": Glyph(1, contact), "friction": Glyph(1, friction),
     "motor": Glyph(2, motor), "pot": Glyph(2, pot), "force": Glyph(2, force), "torque": Glyph(2, torque),
     "drive": Glyph(2, drive), "transducer": Glyph(2, transducer),
 }  # fmt: skip

@@ -159,8 +159,9 @@ class Stage:
             found += [(p, 0.0) for p in s.get("to", ())]
             if s.get("spin"):
                 found.append((at, 0.6 * s["spin"]))
-            if kind == "pot" and s["joint"] == "slide":
-                found += [(moved(s["a"], *((v + s["zero"]) * e for e in s["axis"])), 0.0) for v in s["range"]]
+            if kind in ("pot", "stop") and s["joint"] == "slide":
+                ends = s["range"] if kind == "pot" else [v for v in s["ends"] if v is not None]
+                found += [(moved(s["a"], *((v + s["zero"]) * e for e in s["axis"])), 0.0) for v in ends]
         return found
 
     def _measure(self) -> tuple[float, float, float, float]:

@@ -62,7 +62,7 @@ BAD = {
     "drive_and_ic": (ARM.replace("pin", "pin ic=(1,1)") + "DRIVE d hinge q={time}", "E244", "1 and 0 of hinge"),
     "drive_and_ic_speed": (ARM.replace("pin", "pin ic=(0,2)") + "DRIVE d hinge q={time}", "E244", "speed 2 and 1"),
     "drive_speed_and_ic": (ARM.replace("pin", "pin ic=(5,2)") + "DRIVE d hinge qd=3", "E244", "speed 2 and 3"),
-    "backlash": (TWO + "GEAR g j k ratio=2 backlash=1m", "E254", "backlash"),
+    "efficiency": (TWO + "GEAR g j k ratio=2 eta=0.9", "E254", "eta"),
     "lead_between_pins": (TWO + "GEAR g j k lead=1m", "E240", "lead="),
     "driven_twice": (ARM + "DRIVE d hinge q={time}\nDRIVE e hinge q={2*time}", "E245", "twice"),
     "drive_of_the_state": (ARM + "DRIVE d hinge q={angle(hinge)}", "E251", "more than time"),

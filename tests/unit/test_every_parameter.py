@@ -369,7 +369,13 @@ MACHINES = {
     "GEAR": {
         "ratio": (WHEEL + "pin\nGEAR e h g @\n", "ratio=2", "ratio=3"),
         "lead": (WHEEL + "slide axis=(1,0)\nGEAR e h g @\n", "lead=2", "lead=3"),
+        "backlash": (WHEEL + "pin\nGEAR e h g ratio=2 k=1 @\n", "backlash=0.1", "backlash=0.2"),
+        **{
+            key: (WHEEL + f"pin\nGEAR e h g ratio=2 backlash=0.1 {'' if key == 'k' else 'k=1'} @\n", f"{key}={a}", f"{key}={b}")
+            for key, a, b in (("k", 1, 2), ("c", 0.1, 0.2), ("e", 0.1, 0.2), ("n", 1, 2))
+        },
     },
+    "FREEWHEEL": {"dir": (ROTOR + "FREEWHEEL f h @\n", "dir=1", "dir=-1")},
     "FRICTION": {
         "fc": (ROTOR + "FRICTION f h @\n", "fc=1", "fc=2"),
         "fs": (ROTOR + "FRICTION f h fc=1 vs=1 @\n", "fs=1.5", "fs=2"),

@@ -31,13 +31,16 @@ mod lcp;
 
 /// Thresholds of modes, in absolute tolerances of what they are about.
 const WIDE: f64 = 10.0;
+/// ... and in tolerances of what they are parts of: so much an iteration leaves of a speed that was as large as its largest.
+const LEFT: f64 = 0.03;
+const NEARBY: f64 = 3e-3;
 /// A gap is closed within so many of its thresholds, and a rebound that rises less than two of them is none.
 const TOUCHES: f64 = 3.0;
 const REST: f64 = 2.0;
 /// Events at one time, before the way out.
 const MANY: u32 = 12;
 /// Rounds of impacts, before all that touch are taken together without restitution.
-const ROUNDS: u32 = 150;
+const ROUNDS: u32 = 60;
 /// A flow of so much of what it is made of is 0; an effort so near to its bound is at it.
 const NOTHING: f64 = 1e-9;
 
@@ -71,6 +74,8 @@ pub struct Short {
     pub late: f64,
     /// to where the modes are asked
     pub ahead: f64,
+    /// events that are nearer to one another pile up
+    pub near: f64,
 }
 
 /// A step of implicit Euler with efforts as parameters.
@@ -138,11 +143,13 @@ impl Modes {
         tol: &Tolerances,
     ) -> bool {
         let list = &sys.laws.list;
-        let piles = *t - self.at < short.ahead;
+        let longer = 10f64.powi((self.count.saturating_sub(MANY) / MANY).min(6) as i32);
+        let piles = *t - self.at < 4.0 * longer * short.near;
         (self.at, self.count) = if piles { (self.at, self.count + 1) } else { (*t, 1) };
         let (_, slopes) = sys.read_laws(w, x, *t);
         let moves = thresholds(sys, &slopes, tol);
         let gaps = gap_thresholds(sys, tol);
+        put_bands(sys, w, &moves, &gaps, tol);
         let hit = |k: usize| fired.contains(&list[k].flags[0]);
         if !self.strike(sys, w, x, t, short, (&moves, &gaps), &hit, tol) {
             return false;
@@ -162,10 +169,10 @@ impl Modes {
                 }
                 continue;
             }
-            let [slid, side] = [SLIDES, SIDE].map(|j| w.flags[law.flags[j]]);
+            let [slid, side, shown] = [SLIDES, SIDE, SHOWN].map(|j| w.flags[law.flags[j]]);
             let returns = hit(k) && slid != 0.0 && flow * side <= 0.0 && side.abs() == 1.0;
             if flow.abs() > moves[k] && !returns {
-                if !(slid != 0.0 && side == flow.signum()) {
+                if [slid, side, shown] != [1.0, flow.signum(), flow.signum()] {
                     put_relay(sys, w, law, true, flow.signum(), flow.signum());
                 }
             } else {
@@ -173,7 +180,7 @@ impl Modes {
                 asked.push(k);
             }
         }
-        if asked.is_empty() {
+        if asked.is_empty() && self.count <= MANY {
             return true;
         }
 
@@ -199,7 +206,6 @@ impl Modes {
 
         // a little later
         let (readings, _) = sys.read_laws(w, x, *t);
-        let longer = 10f64.powi((self.count.saturating_sub(MANY) / MANY).min(6) as i32);
         let ahead = short.ahead * longer;
         let Some(look) = self.look(sys, w, x, *t, ahead, &asked, tol) else { return false };
         let bounds = |k: usize| match list[k].form {
@@ -225,7 +231,7 @@ impl Modes {
                 break solution;
             }
         };
-        if self.count > MANY && self.count % MANY == 1 {
+        if self.count > MANY {
             self.go(sys, x, &look.at(&solution.f));
             *t += ahead;
             self.stepped.push(*t);
@@ -389,11 +395,16 @@ fn put_relay(sys: &System, w: &mut Work, law: &LawSpec, slides: bool, side: f64,
     }
 }
 
+/// What of a speed is not known: tolerances, and what Newton's method leaves.
+fn noise(tol: &Tolerances, i: usize) -> f64 {
+    (WIDE * tol.atol[i]).max(LEFT * tol.reltol * tol.peak[i])
+}
+
 /// From which flow on a law moves: tolerances of the speeds that it is made of.
 fn thresholds(sys: &System, slopes: &[(usize, usize, f64)], tol: &Tolerances) -> Vec<f64> {
     let mut found = vec![0.0_f64; sys.laws.list.len()];
     for &(k, unknown, slope) in slopes.iter().filter(|s| sys.unknowns[s.1].kind == Kind::Speed) {
-        found[k] = found[k].max(WIDE * slope.abs() * tol.atol[unknown]);
+        found[k] = found[k].max(slope.abs() * noise(tol, unknown));
     }
     found
 }
@@ -402,7 +413,8 @@ fn thresholds(sys: &System, slopes: &[(usize, usize, f64)], tol: &Tolerances) ->
 fn gap_thresholds(sys: &System, tol: &Tolerances) -> Vec<f64> {
     let least = |unit: &str| {
         let of = |i: &usize| sys.unknowns[*i].kind == Kind::Coordinate && sys.unknowns[*i].unit == unit;
-        (0..sys.n).filter(of).map(|i| WIDE * tol.atol[i]).reduce(f64::max)
+        let size = |i| (WIDE * tol.atol[i]).max(NEARBY * tol.reltol * tol.peak[i]);
+        (0..sys.n).filter(of).map(size).reduce(f64::max)
     };
     let (length, angle) = (least("m"), least("rad"));
     let of = |law: &LawSpec| match sys.unknowns[law.row].unit.as_str() {
@@ -412,10 +424,13 @@ fn gap_thresholds(sys: &System, tol: &Tolerances) -> Vec<f64> {
     sys.laws.list.iter().map(|law| of(law).unwrap_or(0.0)).collect()
 }
 
-/// Widths of the modes' thresholds, once for a run.
+/// Widths of the modes' thresholds, which grow with the largest speeds.
 pub fn put_thresholds(sys: &System, w: &mut Work, x: &[f64], t: f64, tol: &Tolerances) {
     let (_, slopes) = sys.read_laws(w, x, t);
-    let (moves, gaps) = (thresholds(sys, &slopes, tol), gap_thresholds(sys, tol));
+    put_bands(sys, w, &thresholds(sys, &slopes, tol), &gap_thresholds(sys, tol), tol);
+}
+
+fn put_bands(sys: &System, w: &mut Work, moves: &[f64], gaps: &[f64], tol: &Tolerances) {
     for (k, law) in sys.laws.list.iter().enumerate() {
         let effort = WIDE * tol.atol[law.row];
         let bands = match law.form {

@@ -67,7 +67,7 @@ class Machine {
       if (s.spin) places.push([s.at, 0.6 * s.spin, 0.6 * s.spin]);
     }
     // a linear pot lies along its axis in A
-    for (const s of shapes) if (s.kind === "pot" && s.joint === "slide") for (const v of s.range) places.push([s.a.map((x, i) => (i ? x + (v + s.zero) * s.axis[i - 1] : x)), 0, 0]);
+    for (const s of shapes) if ((s.kind === "pot" || s.kind === "stop") && s.joint === "slide") for (const v of (s.range || s.ends.filter((v) => v !== null))) places.push([s.a.map((x, i) => (i ? x + (v + s.zero) * s.axis[i - 1] : x)), 0, 0]);
     const stride = Math.max(1, Math.floor(time.length / 240));
     for (let k = 0; k < time.length; k += stride) {
       const poses = this.scene.bodies.map((_, b) => this.pose(b, time[k]));
@@ -398,6 +398,45 @@ const GLYPHS = {
     line(ctx, ...a, ...b);
     ctx.setLineDash([]);
     m.label(ctx, (a[0] + b[0]) / 2 + 6, (a[1] + b[1]) / 2 + 16, `${s.name} ${+(+s.ratio).toPrecision(4)}`, "soft");
+  } },
+  stop: { layer: 1, draw(m, ctx, s, t) {
+    const [x, y] = m.place(s.a), base = m.poses[s.a[0]].angle || 0, angle = m.axisAngle(s), share = Math.abs(m.share(s.effort, t));
+    const c = Math.cos(angle), d = Math.sin(angle), turns = s.joint === "pin";
+    let at = [x, y];
+    ctx.strokeStyle = m.colour(share > 0.01 ? "force" : "edge");
+    ctx.lineWidth = 2.5 + 3 * share;
+    for (const end of s.ends) if (end !== null) {
+      const turn = base + end + s.zero, far = (end + s.zero) * m.scale;
+      if (turns) line(ctx, x + 16 * Math.cos(turn), y - 16 * Math.sin(turn), x + 34 * Math.cos(turn), y - 34 * Math.sin(turn));
+      else line(ctx, x + far * c - 14 * d, y + far * d + 14 * c, x + far * c + 14 * d, y + far * d - 14 * c);
+      at = turns ? [x + 34 * Math.cos(turn), y - 34 * Math.sin(turn)] : [x + far * c + 14 * d, y + far * d - 14 * c];
+    }
+    m.label(ctx, at[0] + 5, at[1] - 4, s.name, "soft");
+  } },
+  contact: { layer: 1, draw(m, ctx, s, t) {
+    const p = m.place(s.p), q = m.place(s.q_), share = Math.abs(m.share(s.effort, t)), far = 70 / m.scale;
+    ctx.strokeStyle = m.colour(share > 0.01 ? "force" : "edge");
+    ctx.lineWidth = 1.5 + 2.5 * share;
+    if (s.along) line(ctx, ...m.place(s.q_.map((v, i) => (i ? v - far * s.along[i - 1] : v))), ...m.place(s.q_.map((v, i) => (i ? v + far * s.along[i - 1] : v))));
+    for (const [at, r] of [[p, s.r], [q, s.rq]]) if (r) {
+      ctx.beginPath();
+      ctx.arc(...at, Math.abs(r) * m.scale, 0, 7);
+      ctx.stroke();
+    }
+    m.label(ctx, q[0] + 8, q[1] + 14, s.name, "soft");
+  } },
+  friction: { layer: 1, draw(m, ctx, s, t) {
+    const [x, y] = m.place(s.joint === "pin" ? s.a : s.b), angle = m.axisAngle(s), share = Math.abs(m.share(s.effort, t));
+    const c = Math.cos(angle), d = Math.sin(angle);
+    ctx.strokeStyle = m.colour("wiper");
+    ctx.lineWidth = 1.6 + 3 * (m.arrows ? share : 0);
+    for (const side of [-1, 1]) {
+      ctx.beginPath();
+      if (s.joint === "pin") ctx.arc(x, y, 11, side * 1.57 - 0.6, side * 1.57 + 0.6);
+      else { ctx.moveTo(x - 12 * c - side * 8 * d, y - 12 * d + side * 8 * c); ctx.lineTo(x + 12 * c - side * 8 * d, y + 12 * d + side * 8 * c); }
+      ctx.stroke();
+    }
+    m.label(ctx, x + 12, y - 12, s.name, "wiper");
   } },
   drive: { layer: 2, draw(m, ctx, s) {
     const [x, y] = m.place(s.a);

@@ -60,6 +60,8 @@ pub struct Outcome {
     pub events: Vec<(f64, usize, bool)>,
     /// flags that chattered and were put to rest for a while
     pub resting: Vec<usize>,
+    /// times at which modes of laws were found by a step of Moreau's
+    pub stepped: Vec<f64>,
     /// flags that were not what their conditions say, and when first
     pub broken: Vec<(f64, usize)>,
     pub watch: Report,
@@ -163,6 +165,7 @@ impl Outcome {
             failed: None,
             events: Vec::new(),
             resting: Vec::new(),
+            stepped: Vec::new(),
             broken: Vec::new(),
             watch: Report::default(),
             used: Vec::new(),
@@ -191,7 +194,6 @@ pub(super) fn starting_point(sys: &System, w: &mut Work, a: Transient, o: &Optio
         w.past.begin();
     }
     if sys.has_laws() {
-        put_thresholds(sys, w, &x, 0.0, &tol);
         Modes::begin(sys, w, &x, 0.0, &tol);
     }
     let found = if a.uic {
@@ -216,6 +218,11 @@ impl<'a, S: Sink> Run<'a, S> {
     ) -> Result<Run<'a, S>, Failure> {
         let mut tol = Tolerances::new(sys, o);
         tol.observe(&x, 0.0);
+        if sys.has_laws() {
+            // (an operating point begins with fresh flags)
+            Modes::begin(sys, w, &x, 0.0, &tol);
+            put_thresholds(sys, w, &x, 0.0, &tol);
+        }
         let (dense, shows_silent) = (character.dense_record, record.shows_silent(sys));
         let known = sys.delays.shortest();
         let tmax = a.tmax.unwrap_or_else(|| memory::longest(sys, &a, character)).min(known);

@@ -8,6 +8,10 @@ use crate::modes::{Modes, Short};
 
 /// The modes are asked so much of a step behind the event: at the event itself what is let go has no acceleration yet.
 const AHEAD: f64 = 1e-3;
+/// ... of a step that is no shorter than this part of the longest one.
+const SHORTEST: f64 = 1e-5;
+/// Events within this part of the run are of one time.
+const PILES: f64 = 1e-9;
 /// So often at one time, behind a jump.
 const AGAIN: u32 = 4;
 
@@ -40,13 +44,20 @@ impl<S: Sink> Run<'_, S> {
 
     fn decide(&mut self, width: f64, fired: &[usize]) -> bool {
         let Some(modes) = &mut self.modes else { return false };
-        let width = width.min(self.until - self.t).max(1e-9 * self.a.tstop);
+        // a step that an event has cut is no measure of how fast things move
+        let width = width.max(SHORTEST * self.tmax).min(self.until - self.t).max(1e-9 * self.a.tstop);
         let least = (JUMP * width).max(64.0 * f64::EPSILON * self.t).max(1e-18 * self.a.tstop);
         let late = (2.0 * LATE * self.tol.reltol * width).max(10.0 * least);
-        let short = Short { instant: least, late, ahead: (AHEAD * width).max(10.0 * least) };
+        let short = Short { instant: least, late, ahead: (AHEAD * width).max(10.0 * least), near: 0.0 };
+        let short = Short { near: short.ahead.max(PILES * self.a.tstop), ..short };
         let before = self.w.flags.clone();
-        modes.decide(self.sys, self.w, &mut self.x, &mut self.t, short, fired, &self.tol);
+        let decided = modes.decide(self.sys, self.w, &mut self.x, &mut self.t, short, fired, &self.tol);
+        self.outcome.stepped = modes.stepped.clone();
         self.late = 0.0;
+        if !decided {
+            self.contradicts(short.instant);
+            return false;
+        }
         let mut changed = false;
         for (k, flag) in
             self.sys.flags.iter().enumerate().filter(|(k, f)| f.law.of_modes() && before[*k] != self.w.flags[*k])
