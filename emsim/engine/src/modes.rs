@@ -413,7 +413,7 @@ fn thresholds(sys: &System, slopes: &[(usize, usize, f64)], tol: &Tolerances) ->
 fn gap_thresholds(sys: &System, tol: &Tolerances) -> Vec<f64> {
     let least = |unit: &str| {
         let of = |i: &usize| sys.unknowns[*i].kind == Kind::Coordinate && sys.unknowns[*i].unit == unit;
-        let size = |i| (WIDE * tol.atol[i]).max(NEARBY * tol.reltol * tol.peak[i]);
+        let size = |i: usize| (WIDE * tol.atol[i]).max(NEARBY * tol.reltol * tol.peak[i]);
         (0..sys.n).filter(of).map(size).reduce(f64::max)
     };
     let (length, angle) = (least("m"), least("rad"));
