@@ -11,6 +11,7 @@ from support import ROOT
 
 from emsim.assemble import waves
 from emsim.cards import CARDS
+from emsim.editor import words
 
 DOCS = ROOT / "emsim" / "docs"
 
@@ -57,12 +58,11 @@ def test_lessons_show_their_deck_and_their_run(site):
         assert "\\(" not in text and "<!--" not in text.partition("<article")[2].partition("</article")[0]
 
 
-def test_waveforms_have_the_defaults_that_are_told(links):
-    _, reference = links
+def test_waveforms_have_the_defaults_that_are_told():
     tstep, tstop = 0.25, 8.0
     meanings = {"0": 0.0, "tstep": tstep, "tstop": tstop, "1/tstop": 1 / tstop, "without_end": 0.0}
-    assert {word.lower() for word in reference.WAVES} == set(waves.RULES) - {"dc"}
-    for word, (_, told) in reference.WAVES.items():
+    assert {word.lower() for word in words.WAVES} == set(waves.RULES) - {"dc"}
+    for word, (_, told) in words.WAVES.items():
         if word == "PWL":
             continue
         rows = [row.split() for row in told.split(",")]
