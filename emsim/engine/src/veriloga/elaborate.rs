@@ -1115,7 +1115,7 @@ pub fn describe(library: &Library, index: usize) -> Description {
     }
     let mut parameters = Vec::new();
     for (k, p) in module.parameters.iter().enumerate().filter(|p| !p.1.local) {
-        let own = !run.hangs_on_others(p.default, 0);
+        let own = !run.hangs_on_others(p.default);
         let value = if own { run.parameter(k as u32).ok() } else { None };
         let default = match &value {
             Some(Val::Num(n)) => run.g.value(n.id),
@@ -1141,8 +1141,8 @@ pub fn describe(library: &Library, index: usize) -> Description {
 
 impl Elaborator<'_> {
     /// Does a default read other parameters, or the temperature?
-    fn hangs_on_others(&self, e: E, depth: usize) -> bool {
-        let again = |e: E| self.hangs_on_others(e, depth + 1);
+    fn hangs_on_others(&self, e: E) -> bool {
+        let again = |e: E| self.hangs_on_others(e);
         match &self.library.expressions[e as usize] {
             Expression::Number(..) | Expression::Text(_) => false,
             Expression::Unary(_, a) => again(*a),

@@ -173,7 +173,7 @@ impl Elaborator<'_> {
             }
             Statement::Case(e, arms, otherwise) => {
                 let value = self.eval(*e)?;
-                self.case(value, *e, arms, *otherwise)?;
+                self.case(value, arms, *otherwise)?;
             }
             Statement::For(first, c, next, body) => {
                 self.execute(*first)?;
@@ -210,7 +210,7 @@ impl Elaborator<'_> {
         Ok(())
     }
 
-    fn case(&mut self, value: Val, of: E, arms: &[(Vec<E>, S)], otherwise: Option<S>) -> Answer<()> {
+    fn case(&mut self, value: Val, arms: &[(Vec<E>, S)], otherwise: Option<S>) -> Answer<()> {
         let Some(((labels, body), rest)) = arms.split_first() else {
             return otherwise.map_or(Ok(()), |s| self.execute(s));
         };
@@ -231,11 +231,11 @@ impl Elaborator<'_> {
         }
         match self.decided(holds.id) {
             Some(true) => self.execute(*body),
-            Some(false) => self.case(value, of, rest, otherwise),
+            Some(false) => self.case(value, rest, otherwise),
             None => {
                 let c = self.condition(holds.id);
                 let again = value.clone();
-                self.either(c, |run| run.execute(*body), |run| run.case(again, of, rest, otherwise))
+                self.either(c, |run| run.execute(*body), |run| run.case(again, rest, otherwise))
             }
         }
     }
