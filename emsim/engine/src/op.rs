@@ -9,8 +9,10 @@ pub mod sweep;
 
 use self::rest::{couples, descend};
 use crate::newton::{Failure, Newton, Options, Tolerances};
+use crate::reduced::augment;
 use crate::sparse::{Lu, Pattern, Singular, Symbolic};
 use crate::system::{Kind, System, Work};
+use crate::tolerances::Quantity;
 
 pub struct NoPoint {
     pub why: Failure,
@@ -408,8 +410,9 @@ pub fn operating_point(
         }
         // nodes that hang on capacitors alone: the shunt of gmin gives them a point
         reset(w, x);
-        if dc.walk(w, x, tol, 50, &mut |_, s| ladder(s).max(gmin)).is_ok() && !sys.update_flags(w, x, 0.0) {
-            w.gmin = gmin;
+        let shunted = dc.walk(w, x, tol, 50, &mut |_, s| ladder(s).max(gmin)).is_ok();
+        w.gmin = gmin;
+        if shunted && !sys.update_flags(w, x, 0.0) && balanced(&dc, w, x, tol, o).is_ok() {
             return Ok(());
         }
         tried.push("source stepping".into());
@@ -479,27 +482,39 @@ fn pseudo_transient(dc: &mut Dc, w: &mut Work, x: &mut [f64], tol: &Tolerances) 
 }
 
 /// The accepted point must satisfy the equations themselves: no device limited, no condition left behind, and the
-/// residual of each row small against its terms.
+/// residual of each row within the tolerances of its terms.
 fn polish(dc: &mut Dc, w: &mut Work, x: &mut [f64], tol: &Tolerances, o: &Options) -> Result<(), Failure> {
     dc.newton(w, x, 0.0, None, tol, o.itl1)?;
+    // where a run starts, a condition that found no rest may stay as it is; a point that is reported has none such
+    if w.dc {
+        dc.sys.update_flags(w, x, 0.0);
+    }
+    balanced(dc, w, x, tol, o)
+}
+
+/// Is F of the equations, without any shunt, nothing but what the tolerances of its terms allow? `abstol` besides, and what leaks
+/// through gmin where there is nothing else. Currents of sources are no part of Newton's norm, but their rows are equations too.
+fn balanced(dc: &Dc, w: &mut Work, x: &[f64], tol: &Tolerances, o: &Options) -> Result<(), Failure> {
     let sys = dc.sys;
-    sys.eval(w, x, 0.0);
-    let mut scale = vec![0.0; sys.n];
+    sys.eval_jacobian(w, x, 0.0, false);
+    let mut allowed: Vec<f64> = (0..sys.n)
+        .map(|i| match sys.unknowns[i].kind {
+            Kind::Node => o.absolute.of(Quantity::Current, o.reltol) + 2.0 * o.gmin * x[i].abs(),
+            _ => o.absolute.of(Quantity::Voltage, o.reltol),
+        })
+        .collect();
     for c in 0..sys.n {
         for k in sys.pattern.colptr[c]..sys.pattern.colptr[c + 1] {
-            scale[sys.pattern.rowidx[k]] += (w.gv[k] * x[c]).abs() + w.gv[k].abs() * tol.atol[c];
+            allowed[sys.pattern.rowidx[k]] += w.gv[k].abs() * (o.reltol * x[c].abs() + tol.floor[c]);
         }
     }
-    // where a run starts, a condition that found no rest may stay as it is; a point that is reported has none such
-    if w.dc && sys.update_flags(w, x, 0.0) {
-        sys.eval(w, x, 0.0);
-    }
     let forced: Vec<usize> = dc.forced.iter().map(|f| f.0).collect();
-    let excess = |i: usize| w.f[i].abs() - (1e-2 * scale[i] + 1e-9).max(1e-6);
-    let exempt = |i: &usize| dc.held[*i].is_some() || forced.contains(i) || !tol.in_norm[*i];
-    let worst = (0..sys.n).filter(|i| !exempt(i)).max_by(|&i, &j| excess(i).total_cmp(&excess(j)));
+    let excess = |i: usize| w.f[i].abs() / allowed[i];
+    let electrical = |i: usize| matches!(sys.unknowns[i].kind, Kind::Node | Kind::Branch);
+    let counts = |i: &usize| (electrical(*i) || tol.in_norm[*i]) && dc.held[*i].is_none() && !forced.contains(i);
+    let worst = (0..sys.n).filter(counts).max_by(|&i, &j| excess(i).total_cmp(&excess(j)));
     match worst {
-        Some(i) if excess(i) > 0.0 => Err(Failure::Diverged { unknown: i, row: i }),
+        Some(i) if excess(i) > 1.0 => Err(Failure::Diverged { unknown: i, row: i }),
         _ => Ok(()),
     }
 }
@@ -566,10 +581,53 @@ pub fn consistent(
     true
 }
 
+/// Unknowns that stand neither under d/dt nor are given, as index 1, by the rows without it: a maximum matching of these rows
+/// leaves them over, or could (the underdetermined part of Dulmage and Mendelsohn's decomposition). They are multipliers,
+/// derivatives, the current of a capacitor across a source, and what follows from them; the current that a motor of
+/// no inductance takes, r i = v - k omega, is none.
+pub fn undetermined(sys: &System) -> Vec<bool> {
+    // what nodes that capacitors tie together have in common is no state: their root stands for it, in every row that reads one of them
+    let tied: Vec<(usize, usize)> = sys.sums.iter().filter(|s| s.tied).map(|s| (s.node, s.root)).collect();
+    let algebraic = |k: usize| !sys.differential[k] || tied.iter().any(|&(_, root)| root == k);
+    let mut columns: Vec<Vec<usize>> = (0..sys.n).map(|k| sys.pattern.column(k).to_vec()).collect();
+    for &(node, root) in &tied {
+        let more = columns[node].clone();
+        columns[root].extend(more);
+    }
+    let mut reads = vec![Vec::new(); sys.n];
+    for k in (0..sys.n).filter(|&k| algebraic(k)) {
+        for &r in columns[k].iter().filter(|&&r| !sys.has_q[r]) {
+            if !reads[r].contains(&k) {
+                reads[r].push(k);
+            }
+        }
+    }
+    let (mut by, mut of) = (vec![None; sys.n], vec![None; sys.n]);
+    for r in (0..sys.n).filter(|r| reads[*r].contains(r)) {
+        (by[r], of[r]) = (Some(r), Some(r));
+    }
+    for r in 0..sys.n {
+        if of[r].is_none() && !reads[r].is_empty() {
+            augment(r, &|r| reads[r].clone(), &mut by, &mut of);
+        }
+    }
+    // (the effort of a law is one while its flow is 0, whatever its row reads in its other modes)
+    let laws = sys.laws.list.iter().map(|law| law.row);
+    let mut left: Vec<usize> = (0..sys.n).filter(|&k| algebraic(k) && by[k].is_none()).chain(laws).collect();
+    let mut found = vec![false; sys.n];
+    while let Some(k) = left.pop() {
+        if !std::mem::replace(&mut found[k], true) {
+            left.extend(columns[k].iter().filter_map(|&r| of[r]));
+        }
+    }
+    found
+}
+
 /// Algebraic unknowns that satisfy their rows at (t, x) with what is stored as it is: over a length of h the fastest may move, and
 /// what was extrapolated from there does not fit the state at t. What follows from changes of what is stored alone stays. Twice, for
 /// what the first pass corrects moves a coil of nanohenries.
 fn hold(sys: &System, newton: &mut Newton, w: &mut Work, x: &mut [f64], t: f64, h: f64, tol: &Tolerances) {
+    let lags = undetermined(sys);
     for _ in 0..2 {
         let ports = w.ports.clone();
         sys.eval(w, x, t);
@@ -580,7 +638,7 @@ fn hold(sys: &System, newton: &mut Newton, w: &mut Work, x: &mut [f64], t: f64, 
             w.ports = ports;
             return;
         }
-        (0..sys.n).filter(|&i| !sys.differential[i]).for_each(|i| x[i] = y[i]);
+        (0..sys.n).filter(|&i| !sys.differential[i] && !lags[i]).for_each(|i| x[i] = y[i]);
     }
 }
 

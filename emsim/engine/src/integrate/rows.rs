@@ -10,8 +10,8 @@ use super::Method;
 use crate::events::Check;
 use crate::ledger::Inside;
 use crate::newton::{Newton, Tolerances};
+pub use crate::op::undetermined;
 use crate::record::Record;
-use crate::reduced::augment;
 use crate::system::{Kind, System, Work};
 
 /// Length of those steps in units of the method's step: the error goes with its third power, rounding with its inverse.
@@ -105,48 +105,6 @@ impl Sink for Record {
             ledger.close(sys, w);
         }
     }
-}
-
-/// Unknowns that stand neither under d/dt nor are given, as index 1, by the rows without it: a maximum matching of these rows
-/// leaves them over, or could (the underdetermined part of Dulmage and Mendelsohn's decomposition). They are multipliers,
-/// derivatives, the current of a capacitor across a source, and what follows from them; the current that a motor of
-/// no inductance takes, r i = v - k omega, is none.
-pub fn undetermined(sys: &System) -> Vec<bool> {
-    // what nodes that capacitors tie together have in common is no state: their root stands for it, in every row that reads one of them
-    let tied: Vec<(usize, usize)> = sys.sums.iter().filter(|s| s.tied).map(|s| (s.node, s.root)).collect();
-    let algebraic = |k: usize| !sys.differential[k] || tied.iter().any(|&(_, root)| root == k);
-    let mut columns: Vec<Vec<usize>> = (0..sys.n).map(|k| sys.pattern.column(k).to_vec()).collect();
-    for &(node, root) in &tied {
-        let more = columns[node].clone();
-        columns[root].extend(more);
-    }
-    let mut reads = vec![Vec::new(); sys.n];
-    for k in (0..sys.n).filter(|&k| algebraic(k)) {
-        for &r in columns[k].iter().filter(|&&r| !sys.has_q[r]) {
-            if !reads[r].contains(&k) {
-                reads[r].push(k);
-            }
-        }
-    }
-    let (mut by, mut of) = (vec![None; sys.n], vec![None; sys.n]);
-    for r in (0..sys.n).filter(|r| reads[*r].contains(r)) {
-        (by[r], of[r]) = (Some(r), Some(r));
-    }
-    for r in 0..sys.n {
-        if of[r].is_none() && !reads[r].is_empty() {
-            augment(r, &|r| reads[r].clone(), &mut by, &mut of);
-        }
-    }
-    // (the effort of a law is one while its flow is 0, whatever its row reads in its other modes)
-    let laws = sys.laws.list.iter().map(|law| law.row);
-    let mut left: Vec<usize> = (0..sys.n).filter(|&k| algebraic(k) && by[k].is_none()).chain(laws).collect();
-    let mut found = vec![false; sys.n];
-    while let Some(k) = left.pop() {
-        if !std::mem::replace(&mut found[k], true) {
-            left.extend(columns[k].iter().filter_map(|&r| of[r]));
-        }
-    }
-    found
 }
 
 /// What a method knows less well than the state. Step by step it may be far worse: the error estimate is that of the state, which a
