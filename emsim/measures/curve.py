@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
 DEGREE = 4  # between two points of a table
+ROUNDED = 1e-12  # of the largest value: what differs by less at the start is on the level
 EQUAL = 1e-9  # of the whole swing: extremes that differ by less are equal
 
 
@@ -127,8 +128,10 @@ class Curve:
         the direction of the axis. Touching from below is rising; what starts on the level crosses it where it leaves, as in
         ngspice."""
         d = self.y - level.y
-        flat = d.ravel()
-        leaves = int(np.argmax(flat != 0.0))
+        flat = d.ravel().copy()
+        size = max(float(np.abs(self.y).max()), float(np.abs(level.y).max()))
+        leaves = int(np.argmax(np.abs(flat) > ROUNDED * size))
+        flat[:leaves] = 0.0
         if leaves and begin <= (t := float(self.x.ravel()[leaves - 1])) <= end:
             yield t, 1 if flat[leaves] > 0 else -1
         before, now = flat[:-1], flat[1:]
