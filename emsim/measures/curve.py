@@ -125,14 +125,14 @@ class Curve:
 
     def crossings(self, level: Curve, begin: float, end: float) -> Iterator[tuple[float, int]]:
         """(place, 1 rising or -1 falling) of each time at which y comes to `level` from one side, within begin .. end and in
-        the direction of the axis. Touching from below is rising; what starts on the level crosses it where it leaves, as in
-        ngspice."""
+        the direction of the axis. Touching from below is rising; what starts on a constant level crosses it where it
+        leaves, as in ngspice; what starts on another signal does not."""
         d = self.y - level.y
         flat = d.ravel().copy()
         size = max(float(np.abs(self.y).max()), float(np.abs(level.y).max()))
         leaves = int(np.argmax(np.abs(flat) > ROUNDED * size))
         flat[:leaves] = 0.0
-        if leaves and begin <= (t := float(self.x.ravel()[leaves - 1])) <= end:
+        if leaves and np.ptp(level.y) == 0.0 and begin <= (t := float(self.x.ravel()[leaves - 1])) <= end:
             yield t, 1 if flat[leaves] > 0 else -1
         before, now = flat[:-1], flat[1:]
         found = np.flatnonzero(((before < 0) & (now >= 0)) | ((before > 0) & (now <= 0)))
