@@ -142,10 +142,27 @@ fn places(folded: &Folded) -> Result<(Vec<Option<usize>>, Vec<usize>), String> {
     Ok((place, left))
 }
 
+/// What expressions need, operands first, in an order that hangs on their form alone: not on when their nodes were made, which differs
+/// with the parameters that a deck gives.
+fn in_order(g: &Graph, outs: &[Id]) -> Vec<Id> {
+    let (mut done, mut order) = (std::collections::HashSet::new(), Vec::new());
+    let mut stack: Vec<(Id, bool)> = outs.iter().rev().map(|&id| (id, false)).collect();
+    while let Some((id, ready)) = stack.pop() {
+        if ready {
+            order.push(id);
+        } else if done.insert(id) {
+            stack.push((id, true));
+            let operands: Vec<Id> = g.node(id).operands().collect();
+            stack.extend(operands.into_iter().rev().map(|o| (o, false)));
+        }
+    }
+    order
+}
+
 /// Copies expressions to another graph; `leaf` says what becomes of leaves.
 fn copied(from: &Graph, outs: &[Id], to: &mut Graph, mut leaf: impl FnMut(Node, &mut Graph) -> Option<Id>) -> Vec<Id> {
     let mut image: HashMap<Id, Id> = HashMap::new();
-    for id in from.reachable(outs) {
+    for id in in_order(from, outs) {
         let node = from.node(id);
         let new = leaf(node, to).unwrap_or_else(|| {
             let mut operands = [0; 3];

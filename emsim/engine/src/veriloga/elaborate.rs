@@ -611,6 +611,9 @@ impl<'a> Elaborator<'a> {
         let module = self.scope.module;
         let given = self.given;
         for of in [&given.model, &given.instance] {
+            // in one order, for what is made of them is numbered as it is made
+            let mut of: Vec<(&String, &Value)> = of.iter().collect();
+            of.sort_unstable_by_key(|g| g.0);
             for (name, value) in of {
                 let Some(k) = self.parameter_named(module, name) else {
                     let known: Vec<&str> = self.library.modules[module]
