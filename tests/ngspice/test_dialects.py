@@ -116,6 +116,6 @@ def test_what_is_not_read_is_told_with_what_to_write(cards):
     try:
         found = emsim.run(f"deck\n{cards}\n.end\n").diagnostics
         assert code[0] == "W"
-    except emsim.DeckError as error:
+    except (emsim.DeckError, emsim.OutsideError) as error:
         found = error.diagnostics
     assert any(d.code == code and words in f"{d.message} {d.hint}" for d in found), found

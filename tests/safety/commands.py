@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import subprocess
 import sys
@@ -28,8 +29,14 @@ def command(*words: str) -> list[str]:
 
 
 def start(*words: str, **more: Any) -> subprocess.Popen[str]:
-    """The program as a child that can be interrupted, even where the tests run in the background."""
-    more.setdefault("preexec_fn", lambda: signal.signal(signal.SIGINT, signal.SIG_DFL))
+    """The program as a child that listens to signals, even where the tests run in the background."""
+
+    def listen() -> None:
+        for number in (signal.SIGINT, signal.SIGHUP):
+            signal.signal(number, signal.SIG_DFL)
+
+    if os.name == "posix":
+        more.setdefault("preexec_fn", listen)
     return subprocess.Popen(
         command(*words), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, **more
     )

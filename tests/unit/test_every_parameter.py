@@ -258,6 +258,12 @@ def test_a_parameter_of_a_module_is_not_ignored(name):
         {"quasimod": 1.0},
         {"tlev": 2.0},
         {"level": 3.0},
+        # None: without what stands in place of it
+        {"js": None},
+        {"gamma": None, "phi": None},
+        {"lambda": None, "lambda0": 0.02},
+        {"lambda": None, "nsub": 1e16, "vmax": 1e5},
+        {"uexp": 0.2, "nsub": 1e16},
     ]
     biases = [
         {"c": 2.0, "ci": 1.9, "cx": 1.95, "b": 0.75, "bi": 0.7, "e": 0.02, "ei": 0.01, "s": -1.0, "d": 3.0, "di": 2.9, "g": 2.5,
@@ -267,7 +273,8 @@ def test_a_parameter_of_a_module_is_not_ignored(name):
         {"d": 40.0, "di": 39.0, "g": 1.0, "gi": 0.9, "b": -1.0, "bi": -1.1, "c": -0.6, "ci": -0.5, "a": -4.0, "ai": -3.9},
     ]  # fmt: skip
     for switch in switches:
-        given = {key: v for key, v in {**rich, **switch}.items() if key in module.parameters and key != word}
+        values = {key: v for key, v in {**rich, **switch}.items() if v is not None}
+        given = {key: v for key, v in values.items() if key in module.parameters and key != word}
         inst = {key: v for key, v in sizes.items() if key != word}
         for one, other in TRIED:
             for at in biases:
@@ -290,7 +297,7 @@ def test_a_parameter_of_a_module_is_not_ignored(name):
 IDLE_IN_MODULES = {
     "jfet gdsnoi",  # with nlev=3 alone
     "mesfet fc",  # as in ngspice
-    "mos1 is", "mos1 nsub",  # beside js; beside gamma and phi
+    "mos2 utra", "mos6 nvth",  # as in ngspice
     "vdmos phi",  # taken, since cards have it
 }  # fmt: skip
 

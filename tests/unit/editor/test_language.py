@@ -28,7 +28,9 @@ DECKS = sorted([*(ROOT / "netlists").rglob("*.cir"), *(ROOT / "tests" / "decks" 
 def test_every_function_of_the_machine_is_explained_with_its_unit():
     assert set(words.PROBES) == MECHANICAL | set(JOINT_WORDS)
     for name, (form, unit, _) in words.PROBES.items():
-        assert form.startswith(f"{name}(") and unit == {**JOINT_WORDS, **UNITS}.get(name, "")  # mode and hits are numbers
+        assert form.startswith(f"{name}(") and unit == {**JOINT_WORDS, **UNITS}.get(
+            name, ""
+        )  # mode and hits are numbers
 
 
 def test_every_function_of_expressions_is_explained():
