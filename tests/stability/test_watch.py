@@ -118,7 +118,11 @@ def test_what_is_excited_anew_is_not_damped_by_the_method():
 
 
 @pytest.mark.parametrize(
-    "tolerances, least", [((1.15e-3, 1e-3, 9e-4, 7e-4, 6e-4), 6), ((3e-4, 2.5e-4, 2e-4, 1.5e-4, 1e-4), 1)]
+    "tolerances, least",
+    [
+        ((1.15e-3, 1.1e-3, 1.05e-3, 1e-3, 9.5e-4, 9e-4, 8.5e-4, 8e-4, 7.5e-4, 7e-4, 6.5e-4, 6e-4), 6),
+        ((3e-4, 2.75e-4, 2.5e-4, 2.25e-4, 2e-4, 1.75e-4, 1.5e-4, 1.25e-4, 1e-4), 1),
+    ],
 )
 def test_what_is_excited_anew_is_another_oscillation(tolerances, least):
     """The same coils: within the 50 us (250 periods) from turn to turn gear at 1e-3 loses 10 to 17 % beside radau at 1e-8, at
@@ -131,7 +135,7 @@ def test_what_is_excited_anew_is_another_oscillation(tolerances, least):
         assert set(text) == {"W410"}
         periods.append(number(r"over (\d+) periods", text["W410"]))
         losses.append(number(r"about (\S+) % of its amplitude", text["W410"]))
-    assert np.median(periods) < 250 and max(periods) < 500
+    assert np.median(periods) < 250 and sum(p > 250 for p in periods) <= len(periods) / 8, periods
     assert least < np.median(losses) and max(losses) < 40
 
 
