@@ -54,7 +54,7 @@ class Gyrator(Element):
         """What goes in at a comes out at b."""
 '''
 # one with a .model and a number of nodes that varies, as transistors have
-CHANNEL = '''"""N: a channel whose conductance the gate sets, i = k area v(gate, source) v(drain, source)."""
+CHANNEL = '''"""P: a channel whose conductance the gate sets, i = k area v(gate, source) v(drain, source)."""
 
 from __future__ import annotations
 
@@ -63,9 +63,9 @@ from .base import Element, Param
 
 class Channel(Element):
     __slots__ = ()
-    letter = "n"
+    letter = "p"
     what = "channel"
-    form = "Nname drain gate source [bulk] model [area] [off]"
+    form = "Pname drain gate source [bulk] model [area] [off]"
     law = "i = k area v(gate, source) v(drain, source)"
     terminals = ("drain", "gate", "source", "bulk")
     least = 3
@@ -110,11 +110,11 @@ C1 b 0 10u
 def copy(tmp_path_factory):
     to = copied_tree(tmp_path_factory.mktemp("copy"))
     (to / "emsim" / "elements" / "y.py").write_text(FILE, encoding="utf-8")
-    (to / "emsim" / "elements" / "n.py").write_text(CHANNEL, encoding="utf-8")
+    (to / "emsim" / "elements" / "p.py").write_text(CHANNEL, encoding="utf-8")
     listed = to / "emsim" / "elements" / "__init__.py"
     text = listed.read_text(encoding="utf-8")
     for before, line in (
-        ("from .x import Use\n", "from .n import Channel\nfrom .y import Gyrator\n"),
+        ("from .x import Use\n", "from .p import Channel\nfrom .y import Gyrator\n"),
         ("    Diode,\n", "    Channel,\n    Gyrator,\n"),
     ):
         assert text.count(before) == 1
@@ -188,10 +188,10 @@ def run(*lines):
     head, tail = ("t", "V1 d 0 2", "V2 g 0 3"), (".model ch chan(k=1m)", ".op", ".end")
     return emsim.run("\\n".join((*head, *lines, *tail)))
 
-inside = (".subckt s a b", "N1 a b 0 ch area=4", ".ends", "X1 d g s")
-for lines in (("N1 d g 0 ch",), ("N1 d g 0 0 ch 2",), ("N1 d g 0 ch {1+2} off",), inside):
+inside = (".subckt s a b", "P1 a b 0 ch area=4", ".ends", "X1 d g s")
+for lines in (("P1 d g 0 ch",), ("P1 d g 0 0 ch 2",), ("P1 d g 0 ch {1+2} off",), inside):
     print(round(-float(run(*lines).table("op")["i(v1)"][0]), 9))
-for card in ("N1 d g ch", "N1 d g 0 0 0 ch", "N1 d g 0 ch 1 2", "N1 d g 0 ch width=2", "N1 d g 0 nope"):
+for card in ("P1 d g ch", "P1 d g 0 0 0 ch", "P1 d g 0 ch 1 2", "P1 d g 0 ch width=2", "P1 d g 0 nope"):
     try:
         run(card)
         print("ran")
@@ -204,4 +204,4 @@ def test_one_with_a_model_and_as_many_nodes_as_it_likes(copy):
     (copy / "channels.py").write_text(CHANNELS, encoding="utf-8")
     found = python(copy, "channels.py").split()
     assert found == ["0.006", "0.012", "0.018", "0.024", "E109", "E109", "E102", "E307", "E140"]
-    assert ".model name chan(..)" in python(copy, "-m", "emsim", "explain", "n")
+    assert ".model name chan(..)" in python(copy, "-m", "emsim", "explain", "p")
