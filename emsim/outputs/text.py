@@ -120,12 +120,20 @@ def _on_grid(
             return [complex(re, im) for re, im in zip(*table.parts(name), strict=True)]
         return table.doubles(name)
 
-    x = table.doubles(0)
-    if table.grid is None or len(x) < 2 or not table.grid[0] > 0:
+    times = print_grid(table)
+    if times is None:
+        x = table.doubles(0)
         first = max(len(x) - last, 0) if last is not None else 0
         return first, x[first:], [column(name)[first:] for name in names]
+    first = max(len(times) - last, 0) if last is not None else 0
+    return first, times[first:], [table.samples(name, times[first:]) for name in names]
+
+
+def print_grid(table: Table) -> list[float] | None:
+    """The times of a transient's print grid, as far as the run came [s]; None for a table without one."""
+    x = table.doubles(0)
+    if table.grid is None or len(x) < 2 or not table.grid[0] > 0:
+        return None
     step, start, stop = table.grid
     count = int((min(stop, x[-1]) - start) / step + 1e-9) + 1
-    first = max(count - last, 0) if last is not None else 0
-    times = [min(max(start + k * step, x[0]), x[-1]) for k in range(first, count)]
-    return first, times, [table.samples(name, times) for name in names]
+    return [min(max(start + k * step, x[0]), x[-1]) for k in range(count)]

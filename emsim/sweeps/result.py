@@ -204,10 +204,10 @@ class Swept:
         coords: dict[str, Any] = {axis.name: list(axis.values) for axis in self.axes}
         if self.task.signals and self.outcomes:
             kept = next((list(o.signals) for o in self.good()), [])
+            over = next((o.over for o in self.good()), "")
             for name in kept:
-                axis, values = self.signal(name)
-                coords["time"] = axis
-                data[name] = ([*dims, "time"], values)
+                coords[over], values = self.signal(name)
+                data[name] = ([*dims, over], values)
         error = np.full(self.size, "", dtype=object)
         for k, said in self.failed.items():
             error[k] = said

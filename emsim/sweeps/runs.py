@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from ..deck import Deck, FlatDeck
     from ..draws import Draws
     from ..elaborate.steps import Step
-    from ..result import Result, Table
+    from ..result import Result
 
 
 class Task(NamedTuple):
@@ -44,6 +44,7 @@ class Outcome(NamedTuple):
     axis: list[float]
     error: str
     warnings: list[str]
+    over: str = ""  # what the axis of the signals is
 
 
 class Runner:
@@ -127,13 +128,14 @@ class Runner:
             options = {**self.task.options, **{name: value for name, value in given if name == "temp"}}
             assembly, planned = pipeline.prepare(flat, options, False)
             result = pipeline.deliver(assembly, pipeline.solve(assembly, planned))
+            axis, signals = self.signals(result)
         except ConvergenceError as error:
             return Outcome(point.number, {}, {}, [], _first(error.diagnostics), [])
         except DeckError as error:
             return Outcome(point.number, {}, {}, [], _first(error.diagnostics), [])
         measures = {name: float(value) for name, value in self.measures(result).items()}
-        axis, signals = self.signals(result)
-        return Outcome(point.number, measures, signals, axis, "", _warnings(result))
+        over = result.main.axis.name if signals and result.main.axis is not None else ""
+        return Outcome(point.number, measures, signals, axis, "", _warnings(result), over)
 
     def measures(self, result: Result) -> dict[str, Any]:
         """What .meas found; of a deck without, the last values of what it prints."""
@@ -152,20 +154,17 @@ class Runner:
         """The signals that are kept: of a transient on the deck's print grid, which all runs share, else at all rows."""
         if not self.columns:
             return [], {}
+        from ..outputs.text import print_grid
+
         table = result.main
-        axis = printed(table)
+        if strange := next((name for name in self.columns if table.is_complex(name)), None):
+            deck_error(
+                "E348",
+                f"`{strange}` is complex, and a sweep keeps real signals",
+                hint=f"mag({strange}), db({strange}) or ph({strange})",
+            )
+        axis = print_grid(table) or [float(v) for v in table.floats(0)]
         return axis, {name: [float(v) for v in table.at(name, axis)] for name in self.columns}
-
-
-def printed(table: Table) -> list[float]:
-    """Where on its axis a table was asked for values."""
-    axis = [float(v) for v in table.floats(0)]
-    if table.grid is None or not table.grid[0] > 0.0:
-        return axis
-    step, start, stop = table.grid
-    count = round((stop - start) / step)
-    times = [start + step * k for k in range(count + 1)]
-    return [min(max(t, axis[0]), axis[-1]) for t in times]
 
 
 def changeable(flat: FlatDeck, name: str) -> None:

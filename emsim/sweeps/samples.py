@@ -12,7 +12,7 @@ A deck draws n values, in a fixed order (draws.py). A scheme gives each run n pl
 
 from __future__ import annotations
 
-from itertools import islice, product
+from itertools import product
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -28,7 +28,6 @@ Places = tuple[float, ...]
 
 class Scheme:
     name: ClassVar[str] = ""
-    about: ClassVar[str] = ""
 
     def __init__(self, runs: int = 1, seed: int = 1) -> None:
         self.runs, self.seed = runs, seed
@@ -46,7 +45,7 @@ class Scheme:
 
 
 class Nominal(Scheme):
-    name, about = "nominal", "one run at each point of the grid"
+    name = "nominal"
 
     def places(self, draws: int) -> list[Places]:
         return [()]
@@ -56,7 +55,7 @@ class Nominal(Scheme):
 
 
 class MonteCarlo(Scheme):
-    name, about = "mc", "N runs with random values of their own"
+    name = "mc"
 
     def places(self, draws: int) -> list[Places]:
         from numpy.random import PCG64, Generator, SeedSequence
@@ -66,7 +65,7 @@ class MonteCarlo(Scheme):
 
 
 class LatinHypercube(Scheme):
-    name, about = "lhs", "N runs, a Latin hypercube of the random values"
+    name = "lhs"
 
     def places(self, draws: int) -> list[Places]:
         from scipy.stats import qmc
@@ -78,7 +77,7 @@ class LatinHypercube(Scheme):
 
 
 class Sobol(Scheme):
-    name, about = "sobol", "N runs, a Sobol' sequence of the random values"
+    name = "sobol"
 
     def places(self, draws: int) -> list[Places]:
         from scipy.stats import qmc
@@ -91,7 +90,7 @@ class Sobol(Scheme):
 
 
 class Corners(Scheme):
-    name, about = "corners", "all random values at their least or greatest"
+    name = "corners"
 
     def count(self, draws: int) -> int:
         return 2**draws
@@ -107,7 +106,7 @@ class Corners(Scheme):
 
 
 class OneAtATime(Scheme):
-    name, about = "sensitivity", "each random value at its least and its greatest, the others at their centre"
+    name = "sensitivity"
 
     def count(self, draws: int) -> int:
         return 2 * draws + 1
@@ -134,9 +133,3 @@ def _open(places: list[float]) -> list[float]:
 def grid(axes: list[Axis]) -> Iterator[tuple[float, ...]]:
     """All combinations, the last axis fastest."""
     return product(*(axis.values for axis in axes))
-
-
-def batches(numbers: range, size: int) -> Iterator[list[int]]:
-    it = iter(numbers)
-    while part := list(islice(it, size)):
-        yield part

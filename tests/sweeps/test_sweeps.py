@@ -82,6 +82,23 @@ def test_a_grid_of_parameter_and_element_follows_its_closed_form():
     assert s.values(4) == {"r": 1e3, "c1": 2e-6}
 
 
+def test_signals_over_frequency_and_complex_ones():
+    """A complex signal was kept as its real part, over an axis that was called time."""
+    deck = (
+        "t\n.param r=1k\nV1 a 0 AC 1\nR1 a b {r}\nC1 b 0 1u\n.ac dec 3 10 1k\n.meas ac g MAX vdb(b)\n.end\n"
+    )
+    data = emsim.sweep(deck, ["r=1k,2k"], signals="vdb(b)").to_xarray()
+    assert data["vdb(b)"].dims == ("r", "frequency")
+    f, r = data["frequency"].to_numpy(), np.array([[1e3], [2e3]])
+    np.testing.assert_allclose(
+        data["vdb(b)"], -10.0 * np.log10(1.0 + (2.0 * np.pi * f * r * 1e-6) ** 2), atol=1e-9
+    )
+    assert all(
+        "E348: `v(b)` is complex" in said
+        for said in emsim.sweep(deck, ["r=1k,2k"], signals="v(b)").failed.values()
+    )
+
+
 def test_each_run_is_the_run_of_its_deck():
     s = emsim.sweep(RC, ["r=500,2k"])
     for value, top in zip((500, 2000), s.measure("top"), strict=True):
