@@ -211,14 +211,14 @@ def test_readers_get_the_newest_of_each_kind(asked: Asked):
     asked.board.put(run=b'"run 1"\n', state=b'"state 1"\n')
     asked.board.put(run=b'"run 2"\n', state=b'"state 2"\n')
     first = asked.request("GET", "/events")
-    assert [first.readline(), first.readline()] == [b'"run 2"\n', b'"state 2"\n']
+    assert [message(first), message(first)] == [b'"run 2"\n', b'"state 2"\n']
     asked.board.put(state=b'"state 3"\n')
-    assert first.readline() == b'"state 3"\n'
+    assert message(first) == b'"state 3"\n'
     # a second reader, at the same time
     second = asked.request("GET", "/events")
-    assert [second.readline(), second.readline()] == [b'"run 2"\n', b'"state 3"\n']
+    assert [message(second), message(second)] == [b'"run 2"\n', b'"state 3"\n']
     asked.board.put(run=b'"run 4"\n')
-    assert first.readline() == second.readline() == b'"run 4"\n'
+    assert message(first) == message(second) == b'"run 4"\n'
     asked.board.close()
     assert first.read().strip() == second.read().strip() == b""
 
@@ -238,6 +238,13 @@ def _status(asked: Asked) -> int:
         return asked.request("GET", "/").status
     except OSError:
         return 0
+
+
+def message(reader: HTTPResponse) -> bytes:
+    """The next line that is a message; on a slow machine empty ones, which keep the connection, come between."""
+    while (line := reader.readline()) == b"\n":
+        pass
+    return line
 
 
 def until(true: Callable[[], object], seconds: float = 60.0) -> None:
@@ -263,6 +270,6 @@ def test_slow_connections_make_room_for_others(asked: Asked):
         answer = asked.request("GET", "/", token=False)
         assert answer.status == 200 and answer.read()
     asked.board.put(hello=b'{"kind": "hello"}\n')
-    assert reader.readline() == b'{"kind": "hello"}\n'
+    assert message(reader) == b'{"kind": "hello"}\n'
     for s in slow:
         s.close()
