@@ -600,6 +600,22 @@ def _fold_call(node: Call, scope: Scope, bound: dict[str, Node], calls: _Calls) 
     return Call(node.fn, args, node.at)
 
 
+def rewritten(node: Node, change: Callable[[Node], Node | None]) -> Node:
+    """The expression with every part that `change` has something else for in its place; it is not asked about the new parts."""
+    if (other := change(node)) is not None:
+        return other
+    if isinstance(node, Call):
+        return Call(node.fn, [rewritten(a, change) for a in node.args], node.at)
+    if isinstance(node, Unary):
+        return Unary(node.op, rewritten(node.a, change), node.at)
+    if isinstance(node, Binary):
+        return Binary(node.op, rewritten(node.a, change), rewritten(node.b, change), node.at)
+    if isinstance(node, Cond):
+        c, a, b = (rewritten(part, change) for part in (node.c, node.a, node.b))
+        return Cond(c, a, b, node.at)
+    return node
+
+
 def _is_run_time(node: Name) -> bool:
     return node.__class__ is Name and (node.id in RUN_TIME_NAMES or node.id[0] == "@")
 

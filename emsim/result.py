@@ -205,6 +205,9 @@ class Table:
         for spelling in spellings:
             if spelling in self._index:
                 return self._index[spelling]
+        for spelling in map(without_letter, spellings):
+            if spelling in self._index:
+                return self._index[spelling]
         near = suggest(key, self.names)
         raise KeyError(f"no column {name!r}" + (f", did you mean {near!r}?" if near else ""))
 
@@ -831,6 +834,13 @@ def _by_ratios(x: Sequence[float]) -> bool:
         return False
     middle = x[len(x) // 2]
     return middle < 0.75 * (x[0] + x[-1]) / 2
+
+
+def without_letter(name: str) -> str:
+    """i(x1.v1) for i(v.x1.v1), as ngspice calls what is inside a subcircuit."""
+    import re
+
+    return re.sub(r"(^|[(@])[a-z]\.(?=[^.()]+\.)", r"\1", name)
 
 
 def _plain(name: str) -> str:

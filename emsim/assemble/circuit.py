@@ -118,7 +118,7 @@ def _expressions(ctx: Context) -> Iterator[Node]:
             yield ast
     for measure in (*flat.measures, *flat.fours):
         yield from measure.expressions()
-    for probe in (*flat.saves, *flat.probes, *flat.also):
+    for probe in (*flat.saves, *flat.probes, *flat.also, *flat.wanted):
         yield probe.ast
 
 

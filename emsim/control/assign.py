@@ -10,7 +10,7 @@ from ..build_control import OPTIONS
 from . import words
 from .base import Command
 from .errors import CommandError, usage
-from .plots import Vector
+from .plots import CONSTANTS, Vector
 from .vectors import Evaluator
 
 TYPE_CHECKING = False
@@ -40,6 +40,8 @@ def let(s: Session, text: str, at: Statement) -> None:
     head, dot, rest = name.partition(".")
     if dot and (other := s.plots.named(head)) is not None and plot.find(name) is None:
         plot, inner = other, rest
+    elif plot.find(name) is None and name not in CONSTANTS and s.plots.const.find(name) is not None:
+        plot = s.plots.const  # what was made before any analysis goes on counting there
     if plot is s.plots.const and (inner in ("pi", "e", "i", "c") or inner in _fixed(plot)):
         raise CommandError("E164", f"`{inner}` is a constant", "call the vector otherwise")
     if len(target[1]) > 1:
@@ -56,8 +58,6 @@ def let(s: Session, text: str, at: Statement) -> None:
 
 
 def _fixed(plot: Any) -> frozenset[str]:
-    from .plots import CONSTANTS
-
     return frozenset(CONSTANTS)
 
 

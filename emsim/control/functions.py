@@ -24,17 +24,17 @@ MOST = 100_000_000  # numbers of a vector that a command makes
 RAD = 180.0 / math.pi
 
 
-def _degrees(s: Session) -> bool:
+def in_degrees(s: Session) -> bool:
     return str(s.variables.get("units", "")).lower() == "degrees"
 
 
 def _angle(f: Callable[[Any], Any]) -> Callable[[Session, np.ndarray], Any]:
     """A function of an angle: in degrees after `set units=degrees`."""
-    return lambda s, x: f(x / RAD if _degrees(s) else x)
+    return lambda s, x: f(x / RAD if in_degrees(s) else x)
 
 
 def _into_angle(f: Callable[[Any], Any]) -> Callable[[Session, np.ndarray], Any]:
-    return lambda s, x: f(x) * (RAD if _degrees(s) else 1.0)
+    return lambda s, x: f(x) * (RAD if in_degrees(s) else 1.0)
 
 
 def _plain(f: Callable[[Any], Any]) -> Callable[[Session, np.ndarray], Any]:
@@ -74,7 +74,7 @@ def _parts(f: Callable[[Any], Any]) -> Callable[[Any], Any]:
 EACH: dict[str, Callable[[Any, np.ndarray], Any]] = {
     "mag": _plain(np.abs), "magnitude": _plain(np.abs), "abs": _plain(np.abs),
     "ph": _into_angle(_phase), "phase": _into_angle(_phase), "cph": _into_angle(_unwrapped), "cphase": _into_angle(_unwrapped),
-    "unwrap": lambda s, x: np.unwrap(x.real / RAD) * RAD if _degrees(s) else np.unwrap(x.real),
+    "unwrap": lambda s, x: np.unwrap(x.real / RAD) * RAD if in_degrees(s) else np.unwrap(x.real),
     "j": _plain(lambda x: x * 1j), "real": _plain(np.real), "re": _plain(np.real), "imag": _plain(np.imag), "im": _plain(np.imag),
     "conj": _plain(np.conj), "pos": _plain(lambda x: (x.real > 0) * 1.0), "db": _plain(lambda x: 20.0 * np.log10(np.abs(x))),
     "log": _of_positive("log", np.log), "ln": _of_positive("ln", np.log), "log10": _of_positive("log10", np.log10),
@@ -244,7 +244,7 @@ def apply(s: Session, name: str, v: Vector) -> Vector:
     with np.errstate(all="ignore"):
         values = EACH[name](s, v.values) if name in EACH else WHOLE[name](s, v)
     unit = v.unit if name in KEEP_UNIT else UNIT.get(name, "")
-    if unit == "rad" and _degrees(s):
+    if unit == "rad" and in_degrees(s):
         unit = "deg"
     values = np.asarray(values)
     out = Vector(name, values if np.iscomplexobj(values) else values.astype(float), unit, v.plot)

@@ -5,19 +5,41 @@ from __future__ import annotations
 import numpy as np
 
 from ..diagnostics import DeckError
+from ..elaborate.measures import changed
+from ..expr import Call, Name, Num, rewritten
 from .base import Command
 from .errors import CommandError, usage
+from .functions import in_degrees
 from .plots import Vector
 from .session import table_of
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from ..expr import Node
     from .program import Statement
     from .session import Session
 
 MEAS = "meas tran|ac|dc|sp name what .., as .meas has it"
 # how ngspice lines up what it finds
 WIDTH = 20
+
+
+PHASES = ("ph", "cph", "phase", "vp", "ip")
+
+
+def of_vectors(s: Session, node: Node) -> Node:
+    """What a measurement reads: a name of a vector of one value is that number, as `let` makes them; all else is a column.
+    Phases are in degrees where `set units=degrees` says so."""
+
+    def known(part: Node) -> Node | None:
+        if isinstance(part, Call) and part.fn in PHASES and in_degrees(s):
+            return Call("deg", [part], part.at)
+        found = s.plots.known(part.id) if isinstance(part, Name) else None
+        if found is None or len(found) != 1 or len(s.plots.current.scale or ()) == 1:
+            return None
+        return Num(float(found.values[0].real), part.at)
+
+    return rewritten(node, known)
 
 
 def meas(s: Session, text: str, at: Statement) -> None:
@@ -30,6 +52,7 @@ def meas(s: Session, text: str, at: Statement) -> None:
         card = parse_measure(text)
         card.span = at.span
         find(card).read(s.sink)
+        card = changed(card, lambda node: of_vectors(s, node))
     except DeckError as error:
         for d in error.diagnostics:
             d.span = at.span

@@ -11,6 +11,7 @@ import time
 import numpy as np
 
 from ..diagnostics import suggest
+from ..result import without_letter
 from .errors import CommandError, Followed
 
 TYPE_CHECKING = False
@@ -118,11 +119,13 @@ class Plot:
     def find(self, name: str) -> Vector | None:
         """A vector as people call it: out, v(out), v1#branch, i(v1), @r1[i]."""
         key = "".join(name.split()).lower()
-        if (found := self.vectors.get(key)) is not None:
-            return found
-        if key[1:2] == "(" and key[-1] == ")" and key[0] in "vi":
-            inner = key[2:-1] + ("" if key[0] == "v" else "#branch")
-            return self.vectors.get(inner)
+        for spelling in (key, without_letter(key)):
+            if (found := self.vectors.get(spelling)) is not None:
+                return found
+            if spelling[1:2] == "(" and spelling[-1] == ")" and spelling[0] in "vi":
+                inner = spelling[2:-1] + ("" if spelling[0] == "v" else "#branch")
+                if (found := self.vectors.get(inner)) is not None:
+                    return found
         return None
 
     def sorted(self) -> list[Vector]:

@@ -183,7 +183,9 @@ class Evaluator:
             columns = [_stretched(v.values.real, len(longest)) for v in values]
             with np.errstate(all="ignore"):
                 try:
-                    found = np.array([float(function(*row)) for row in zip(*columns, strict=True)])
+                    found = np.array(
+                        [float(function(*map(float, row))) for row in zip(*columns, strict=True)]
+                    )
                 except (ValueError, OverflowError, ZeroDivisionError):
                     raise CommandError("E164", f"{name}() has no value there") from None
             return Vector(name, found, "", longest.plot)

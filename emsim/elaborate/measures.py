@@ -7,7 +7,7 @@ from ..expr import MEASURED, Call, Name, Node, Scope, fold
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from collections.abc import Container, Iterable
+    from collections.abc import Callable, Container, Iterable
 
     from .bind import Level
 
@@ -45,12 +45,17 @@ class OfResults(Scope):
 def bind_measure(card: Measure, level: Level, names: Container[str]) -> Measure:
     """The card with parameters put in. Raises ExprError."""
     scope = OfResults(level, names)
+    return changed(card, lambda node: fold(node, scope))
+
+
+def changed(card: Measure, change: Callable[[Node], Node]) -> Measure:
+    """The card with all its expressions changed."""
     clauses = []
     for clause in card.clauses:
-        body, other = (None if part is None else fold(part, scope) for part in (clause.body, clause.level))
-        bound = Clause(clause.word, body, other, clause.span)
+        body, other = (None if part is None else change(part) for part in (clause.body, clause.level))
+        whole = Clause(clause.word, body, other, clause.span)
         for key, node in clause.values.items():
             last = key in COUNTED and isinstance(node, Name) and node.id == "last"
-            bound.values[key] = node if last else fold(node, scope)
-        clauses.append(bound)
+            whole.values[key] = node if last else change(node)
+        clauses.append(whole)
     return Measure(card.analysis, card.name, clauses, card.span)

@@ -53,6 +53,7 @@ VOLTAGE: tuple[Path, ...] = ((0, 1, "voltage"),)
 DRIVES: tuple[Path, ...] = ((0, 1, "drives"),)
 
 CURRENT_NAMES = ("i", "id", "current")  # of @name[..]
+POWER_NAMES = ("p", "power")
 # as the devices of the engine have them, and ngspice 39
 BOLTZMANN = 1.38064852e-23  # J/K
 ZERO_CELSIUS = 273.15  # K
@@ -421,11 +422,15 @@ class Element:
 
     def probe(self, ctx: Context, name: str) -> Expr | None:
         """@name[..]; None for what is not computed."""
-        return self.current(ctx) if name in CURRENT_NAMES else None
+        if name in CURRENT_NAMES:
+            return self.current(ctx)
+        if name in POWER_NAMES and len(self.nodes) > 1:
+            return self.between(ctx) * self.current(ctx)
+        return self.between(ctx) if name == "v" and len(self.nodes) > 1 else None
 
     def probes(self, ctx: Context) -> dict[str, str]:
         """What @name[..] reads, with its unit."""
-        return dict.fromkeys(CURRENT_NAMES, "A")
+        return dict.fromkeys(CURRENT_NAMES, "A") | dict.fromkeys(POWER_NAMES, "W") | {"v": "V"}
 
     def account(self, ctx: Context, book: Accounts) -> None:
         """Energies and powers. The default: it dissipates v i."""

@@ -211,6 +211,10 @@ class Compiled(Element):
         """What words of the .model turn about."""
         return 1.0
 
+    def sense(self) -> float:
+        """The sign of a terminal's current as @name[..] has it, beside that of what flows into the terminal."""
+        return 1.0
+
     def given(self, ctx: Context) -> dict[str, Any]:
         """Parameters of the line that the module takes."""
         assert self.module is not None
@@ -247,7 +251,7 @@ class Compiled(Element):
         if name in ("i", "current"):
             return self.current(ctx)
         if name in self.currents[: len(self.nodes)]:
-            return self.current(ctx, self.currents.index(name))
+            return self.current(ctx, self.currents.index(name)) * self.sense()
         if name in ("p", "power"):
             return self._power(ctx)
         if name in self.params and isinstance(self.params[name], (int, float)):

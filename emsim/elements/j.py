@@ -32,5 +32,9 @@ class Jfet(Compiled):
     current_name = "id"
     currents = ("id", "ig", "is")
 
+    def sense(self) -> float:
+        """Of a p channel as of an n channel, as in ngspice."""
+        return self.sign * self.polarity()
+
     def paths(self) -> Sequence[Path]:
         return [(0, 2, "conducts"), (1, 2, "conducts"), (1, 0, "conducts")]

@@ -48,6 +48,10 @@ class Mosfet(Compiled):
     current_name = "id"
     currents = ("id", "ig", "is", "ib")
 
+    def sense(self) -> float:
+        """Of a p channel as of an n channel, as in ngspice."""
+        return self.sign * self.polarity()
+
     def paths(self) -> Sequence[Path]:
         own: list[Path] = [(0, 2, "conducts"), (1, 2, "blocks")]
         junctions: list[Path] = [(3, 2, "conducts"), (3, 0, "conducts")]

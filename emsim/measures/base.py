@@ -11,7 +11,7 @@ from math import isfinite
 
 from ..deck import Clause
 from ..diagnostics import Diagnostic
-from ..expr import MEASURED, Binary, Call, Cond, Name, Node, Num, Unary
+from ..expr import MEASURED, Call, Name, Node, Num, rewritten
 from ..units import quotient
 
 TYPE_CHECKING = False
@@ -156,6 +156,8 @@ class Kind(ABC):
         begin, end = self.window(c, points, given)
         direction, count = self.counted(c, points, given)
         found = [(t, d) for t, d in curve.crossings(other, begin, end) if direction in (0, d)]
+        if not found and abs(count) == 1 and (t := curve.touch(other, begin, end, direction)) is not None:
+            return t
         if not found or count > len(found) or -count > len(found):
             raise NotFound(*self.no_crossing(c, level, curve, points, (begin, end), len(found), count))
         return found[count - 1 if count > 0 else count][0]
@@ -211,23 +213,18 @@ class Kind(ABC):
 
 def with_measures(node: Node, given: Mapping[str, Measured]) -> Node:
     """The expression with the values of other measurements. NotFound where one of them is not there."""
-    if isinstance(node, Call) and node.fn == MEASURED:
-        name = node.args[0].id  # type: ignore[attr-defined]
+
+    def known(part: Node) -> Node | None:
+        if not isinstance(part, Call) or part.fn != MEASURED:
+            return None
+        name = part.args[0].id  # type: ignore[attr-defined]
         other = given.get(name)
         if other is None:
             raise NotFound(
-                f"`{name}` is measured further down", "write the card below those that it reads", node.span
+                f"`{name}` is measured further down", "write the card below those that it reads", part.span
             )
         if other.trouble is not None:
-            raise NotFound(f"it reads `{name}`, which has no value", None, node.span)
-        return Num(other.value, node.at)
-    if isinstance(node, Call):
-        return Call(node.fn, [with_measures(a, given) for a in node.args], node.at)
-    if isinstance(node, Unary):
-        return Unary(node.op, with_measures(node.a, given), node.at)
-    if isinstance(node, Binary):
-        return Binary(node.op, with_measures(node.a, given), with_measures(node.b, given), node.at)
-    if isinstance(node, Cond):
-        c, a, b = (with_measures(part, given) for part in (node.c, node.a, node.b))
-        return Cond(c, a, b, node.at)
-    return node
+            raise NotFound(f"it reads `{name}`, which has no value", None, part.span)
+        return Num(other.value, part.at)
+
+    return rewritten(node, known)

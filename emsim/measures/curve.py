@@ -143,6 +143,17 @@ class Curve:
             if begin <= t <= end:
                 yield t, 1 if flat[i] < 0 else -1
 
+    def touch(self, level: Curve, begin: float, end: float, direction: int) -> float | None:
+        """Where y comes to a constant level and turns: its maximum (direction 1), its minimum (-1), either (0). It is how a
+        measurement finds the place of an extreme that another one has the value of, to rounding."""
+        part = self.cut(begin, end)
+        if np.ptp(level.y) == 0.0:
+            for sign in (1, -1):
+                value, place = part.extreme(sign)
+                if direction in (0, sign) and abs(value - level.y.flat[0]) <= EQUAL * np.ptp(part.y):
+                    return place
+        return None
+
     def _root(self, d: np.ndarray, k: int, j: int) -> float:
         """Where the polynomial of segment k is zero between two of its points: Illinois' regula falsi."""
         at = nodes(self.n)

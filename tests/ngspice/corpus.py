@@ -20,7 +20,7 @@ import numpy as np
 
 import emsim
 from emsim.outputs import raw
-from emsim.result import Table
+from emsim.result import Table, without_letter
 
 LIMIT = 0.005  # of a vector's range
 TIGHT = ".options reltol=1e-5 abstol=1e-12 vntol=1e-8 itl1=500 itl4=200"
@@ -129,9 +129,9 @@ def ngspice(text: str, folder: Path) -> tuple[list[Table], str, float, bool]:
 
 def key(name: str) -> str:
     """One spelling for what files call v(out), out, i(v1), v1#branch."""
-    name = "".join(name.lower().split())
+    name = without_letter("".join(name.lower().split()))
     if name.endswith("#branch"):
-        return f"i({name[:-7]})"
+        return f"i({without_letter(name[:-7])})"
     return name
 
 
@@ -157,7 +157,8 @@ def deviation(ours: Table, theirs: Table, name: str, own: str) -> float:
                 return float("inf")
             low, high = max(x[0], y[0]), min(x[-1], y[-1])
             merged = np.unique(np.concatenate([x, y]))
-            merged = merged[(merged >= low) & (merged <= high)]
+            # where a source bends at the start, one has its first row before the bend and the other behind it
+            merged = merged[(merged >= (low if np.iscomplexobj(b) else max(low, y[1]))) & (merged <= high)]
             # at a jump there are two values: beside it, not on it
             jumps = y[1:][np.diff(y) < 1e-9 * (high - low)]
             for t in jumps:
@@ -180,8 +181,13 @@ def deviation(ours: Table, theirs: Table, name: str, own: str) -> float:
 
 def nearest(at: np.ndarray, x: np.ndarray, y: np.ndarray, to: np.ndarray, step: float) -> np.ndarray:
     """Values within a step of each place that come nearest to `to`: an edge is no more known than the steps of the tight run."""
-    around = np.array([between(np.clip(at + k * step, x[0], x[-1]), x, y) for k in (-1, -0.5, 0, 0.5, 1)])
-    return np.clip(to, around.min(axis=0), around.max(axis=0))
+    low, high = np.clip(at - step, x[0], x[-1]), np.clip(at + step, x[0], x[-1])
+    ends = np.array([between(low, x, y), between(high, x, y)])
+    rows = np.stack([np.searchsorted(x, low), np.searchsorted(x, high, "right")], axis=1)
+    inside = [y[a:b] for a, b in rows]
+    least = [v.min(initial=e) for v, e in zip(inside, ends.min(axis=0), strict=True)]
+    most = [v.max(initial=e) for v, e in zip(inside, ends.max(axis=0), strict=True)]
+    return np.clip(to, least, most)
 
 
 def between(at: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
@@ -200,9 +206,12 @@ def compare(case: Case, ours: list[Table], theirs: list[Table]) -> None:
             continue
         left.remove(own)
         known = columns(own)
+        if "pole" in kind:
+            roots(case, own, plot)
+            continue
         for name in plot.names[1 if plot.axis else 0 :]:
-            if "$" in name:
-                continue  # a branch that ngspice makes of a POLY
+            if re.search(r"\$|_int\d|#i\d|#v\d|#int\d|:bv_max|_bv_max", name):
+                continue  # what ngspice makes of a POLY, an expression, a line; a limit that only warns
             mine = known.get(key(name))
             if (
                 mine is None
@@ -210,6 +219,8 @@ def compare(case: Case, ours: list[Table], theirs: list[Table]) -> None:
                 and (plot.axis is None or np.all(plot[name][1:] == plot[name][1]))
             ):
                 continue  # what commands made of another length than the plot's: compared where it is printed
+            if mine is None and kind.startswith("sens") and not np.any(plot[name]):
+                continue  # of a parameter without effect
             if mine is None:
                 case.missing = case.missing or f"{plot.plotname}: no {name}"
                 continue
@@ -219,12 +230,25 @@ def compare(case: Case, ours: list[Table], theirs: list[Table]) -> None:
                 case.deviation, case.where = found, f"{plot.plotname}: {name}"
 
 
+def roots(case: Case, ours: Table, theirs: Table) -> None:
+    """Poles, and zeros, in whatever order."""
+    for word in ("pole", "zero"):
+        mine, other = ([complex(t[n][0]) for n in t.names if word in n] for t in (ours, theirs))
+        if len(mine) != len(other):
+            case.missing = case.missing or f"{len(mine)} {word}s, not {len(other)}"
+        for z in other:
+            case.compared += 1
+            found = min((abs(z - w) for w in mine), default=float("inf")) / max(abs(z), 1e-9)
+            if found > case.deviation:
+                case.deviation, case.where = found, f"{word} {z:.6g}"
+
+
 def printed(case: Case, ours: str, theirs: str, deck: str) -> None:
     """`name = number` of both, in order of each name."""
     a, b = ({}, {})
     for text, found in ((ours, a), (theirs, b)):
         for name, re_, im in VALUE.findall(text):
-            if re.search(r"[A-Za-z.] [A-Za-z]", name):  # a sentence of ngspice about itself
+            if re.search(r"[A-Za-z.] [A-Za-z]|^\s*(pole|zero)\(", name):  # a sentence; roots have no order
                 continue
             found.setdefault(key(name), []).append(complex(float(re_), float(im or 0)))
     for name, values in b.items():
@@ -268,6 +292,9 @@ def run(path: Path, timed: bool = True) -> Case:
         except (emsim.DeckError, emsim.ConvergenceError, emsim.OutsideError) as error:
             result = getattr(error, "partial", None)
             errors = [d for d in error.diagnostics if d.severity == "error"]
+        except Exception as error:  # a fault of emsim's own, one deck's among many
+            result, errors = None, []
+            case.missing = f"crash: {type(error).__name__}: {error}"
         finally:
             case.cpu = time.process_time() - began
             os.chdir(here)
