@@ -440,6 +440,20 @@ class VerilogA:
 def veriloga(text: str, name: str = "", folders: list[str] = [], defines: dict[str, str] = {}) -> VerilogA:
     """Reads a Verilog-A text: `name` is what messages call it, includes are looked for in its folder and in `folders`."""
 
+def arrange_diagram(
+    parts: list[list[tuple[int, list[tuple[int, int, int, int]], list[tuple[int, int, int, int]]]]],
+    nets: list[list[tuple[int, int]]],
+    wishes: list[tuple[str, int, int, int]],
+    seed: int,
+    rounds: int,
+    moves: int,
+    polish: int,
+) -> tuple[list[tuple[int, int, int]], list[list[list[tuple[int, int]]]], list[int], int]:
+    """Places the parts of a diagram and wires them. Parts are lists of variants (cost, rectangles [x0, y0, x1, y1], pins
+    [x, y, dx, dy]), nets lists of (part, pin), wishes ("right" | "after" | "row" | "below" | "column", a, b, weight). Returns
+    places (x, y, variant), wires of every net as lists of corners, nets that are not wired whole, cost. ValueError for what
+    does not fit."""
+
 def devices() -> list[tuple[str, list[str]]]:
     """(name, terminals) of every device; the name is the word of its .model."""
 

@@ -218,6 +218,7 @@ class FlatDeck:
         "temp",
         "title",
         "tnom",
+        "uses",
         "views",
         "wanted",
     )
@@ -250,6 +251,9 @@ class FlatDeck:
         self.commands: list[Any] = []  # lines of its .control sections
         self.commanded: list[Analysis] = []  # of `analyses` those that stand there plainly
         self.steps: list[Any] = []  # elaborate.steps.Step, the one that runs fastest first
+        self.uses: list[
+            tuple[str, str, dict[str, str]]
+        ] = []  # of subcircuits: name, of what, nodes by terminal
         self.views: list[dict[str, Any]] = []
         self.sources: list[SourceFile] = []
 

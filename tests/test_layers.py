@@ -40,6 +40,7 @@ ROWS = [
     ["interpolate", "spectrum"],
     ["analyses"],
     ["assemble"],
+    ["schematic"],
     ["elaborate"],
     ["cards"],
     ["build"],
@@ -63,6 +64,7 @@ UPWARD = {
 RUST_ROWS = [
     ["lib"],
     ["py"],
+    ["schematic"],
     ["integrate"],
     ["events", "modes", "op", "record", "smallsignal"],
     ["invariants", "ledger", "raw"],

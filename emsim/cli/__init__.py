@@ -19,6 +19,7 @@ VERBS = {
     "view": "simulate a deck and open its page: waveforms and the moving machine on one clock",
     "explain": "the equations of a deck, how a line was read, a card's reference, a message by its code",
     "sweep": "run a deck many times: grids, random values, corners; measures, yield, pictures",
+    "draw": "draw the circuit of a deck: SVG or PNG",
     "plot": "draw signals of a raw, CSV, Parquet or NetCDF file: a picture, or text in the terminal",
     "compare": "run ngspice on the same deck, as written and at tight tolerances, and compare",
     "analogue": "write the electrical equivalent circuit of a one-dimensional machine as an ngspice deck",

@@ -386,6 +386,7 @@ class _Flattener:
         ports, words = {}, {}
         for port, ref in zip(subckt.ports, card.refs, strict=True):
             ports[port], words[port] = level.ref(ref), ref.name
+        self.flat.uses.append((name, subckt.name, {port: ref.name for port, ref in ports.items()}))
         inner = Level(name + ".", scope, ports, self.globals, self.sink, mult, card, level, words)
         self.active.append(subckt)
         try:

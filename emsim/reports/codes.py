@@ -33,6 +33,7 @@ FAMILIES = (
     "running",
     "results",
     "sweeps",
+    "drawing",
     "outside",
     "exit_codes",
 )

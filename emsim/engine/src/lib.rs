@@ -23,6 +23,7 @@ mod py;
 pub mod raw; // ngspice's raw file, whole or row by row
 pub mod record; // recorded waveforms
 pub mod reduced; // the equations as an explicit ODE
+pub mod schematic; // circuit diagrams: parts placed, wires routed
 pub mod smallsignal; // G, C and excitations at a point, for small signals
 pub mod sparse; // LU: matching, block triangular form, AMD, Gilbert-Peierls, refactorisation
 pub mod syntax; // deck text to syntax trees, by the grammar's tables

@@ -1,7 +1,8 @@
 //! The Python face: thin, one file for the expressions, one for the builder, one for the compiled
-//! system, one for syntax trees, one for Verilog-A.
+//! system, one for syntax trees, one for Verilog-A, one for circuit diagrams.
 mod builder;
 mod expr;
+mod schematic;
 mod smallsignal;
 mod syntax;
 mod system;
@@ -23,6 +24,7 @@ fn _engine(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_class::<syntax::Trees>()?;
     m.add_class::<veriloga::VerilogA>()?;
     m.add_function(wrap_pyfunction!(veriloga::veriloga, m)?)?;
+    m.add_function(wrap_pyfunction!(schematic::arrange_diagram, m)?)?;
     m.add_function(wrap_pyfunction!(device_parameters, m)?)?;
     m.add_function(wrap_pyfunction!(devices, m)?)?;
     m.add_function(wrap_pyfunction!(methods, m)?)?;
