@@ -4,7 +4,20 @@ from __future__ import annotations
 
 from .build_elements import Cards, form
 from .build_expr import expression, extent, machine_value, node_name
-from .deck import Analysis, Conditional, Deck, Dot, Func, Include, Model, Param, Print, Probe, Subckt
+from .deck import (
+    MOTOR_TYPES,
+    Analysis,
+    Conditional,
+    Deck,
+    Dot,
+    Func,
+    Include,
+    Model,
+    Param,
+    Print,
+    Probe,
+    Subckt,
+)
 from .diagnostics import Diagnostic
 from .expr import Call, Name, Num
 from .source import Leaf, Line, SourceFile
@@ -274,7 +287,7 @@ class DotCards(Cards):
                     params[name] = str(value)
                 elif value.__class__ is not tuple and value.type == "NAME_IN_QUOTES":
                     params[name] = self.word(_inside(value), line)  # a number or the name of a file
-                elif kind == "dcmotor" and value.__class__ is not tuple:
+                elif kind in MOTOR_TYPES and value.__class__ is not tuple:
                     number = spice_number(value)  # its unit is judged by the MOTOR, as on the card
                     params[name] = str(value.lower()) if number is None else number
                 else:

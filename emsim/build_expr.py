@@ -81,11 +81,12 @@ def expression(tree: Any, line: Line, machine: bool = False, depth: int = 0) -> 
         raise error_at(
             "E102", f"`{text}` does not fit here", line, tree, "a number or an expression stands here"
         )
-    return Call(
-        rule[0] if rule == "voltage" else "i",
-        [Name(node_name(n), (line, n.start_pos, n.end_pos)) for n in children[1:-1:2]],
-        at,
-    )
+    named: list[Node] = [Name(node_name(n), (line, n.start_pos, n.end_pos)) for n in children[1:-1:2]]
+    if rule == "current" and len(named) == 2:  # of a winding: i(m1,2)
+        if not children[3].isdecimal():
+            raise error_at("E102", f"`{children[3]}` is no number of a winding", line, children[3], "i(m1,2)")
+        named[1] = Num(float(children[3]), line.span(children[3]))
+    return Call(rule[0] if rule == "voltage" else "i", named, at)
 
 
 _OPS = {"^": "**", "<>": "!=", "|": "||", "&": "&&", "or": "||", "and": "&&"}

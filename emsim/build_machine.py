@@ -43,6 +43,8 @@ def machine_card(ch: list[Any], line: Line) -> MachineCard:
             point = tuple(machine_value(c, line) for c in parts(item[1][1][1]))
             _note_units(card, "", item, line)
             card.args.append(Ref(node_name(item[1][0]), point, line.span_at(*extent(item))))
+        elif rule == "tuple":
+            _group(card, item, line)
         elif rule == "braced" or (not rule and _is_value(card, item)):
             _positional(card, machine_value(item, line), item, line)
         else:
@@ -50,6 +52,18 @@ def machine_card(ch: list[Any], line: Line) -> MachineCard:
     if kind == "POINT":
         _point(card, line, ch[1])
     return card
+
+
+def _group(card: MachineCard, item: Any, line: Line) -> None:
+    """Names in parentheses behind the card's own: the nodes of several windings, several joints."""
+    if card.kind != "TRANSDUCER":
+        raise error_at("E102", "`(` does not fit here", line, item, form(card.kind.lower()))
+    names = parts(item[1])
+    for name in names:
+        if name.__class__ is tuple:
+            raise error_at("E102", "names of nodes or joints stand here", line, name, form(card.kind.lower()))
+        card.args.append(Ref(node_name(name), None, line.span(name)))
+    card.groups = (*card.groups, len(names))
 
 
 def _is_value(card: MachineCard, word: Any) -> bool:

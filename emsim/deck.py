@@ -42,6 +42,10 @@ class Waveform:
         return f"{self.kind}({' '.join(map(str, self.args))})"
 
 
+# types of .model that a MOTOR names
+MOTOR_TYPES = ("dcmotor", "dcwound", "pmsm", "bldc", "stepper", "induction")
+
+
 class Model:
     """A .model card. `type` is "d" "sw" "csw" "r" "c" "l" "nmos" "dcmotor" ...; flag parameters are 1.0."""
 
@@ -85,10 +89,11 @@ class MachineCard:
     `kind` is the upper-case card word. A positional number or {expr} is params["value"], a
     positional waveform (or key=SIN(...)) is `wave`. POINT has name "arm.tip" and params["at"] = (x, y[, z]).
     Numbers are SI: units and scale suffixes are already applied, angles are in radians. `units` are the units as
-    written: (parameter, or "" for a point's; kind of waveform or ""; which number of it; unit; place).
+    written: (parameter, or "" for a point's; kind of waveform or ""; which number of it; unit; place). `groups`: how
+    many of the args stood in each of the parentheses behind the name.
     """
 
-    __slots__ = ("args", "kind", "line", "name", "param_spans", "params", "span", "units", "wave")
+    __slots__ = ("args", "groups", "kind", "line", "name", "param_spans", "params", "span", "units", "wave")
 
     def __init__(
         self,
@@ -101,7 +106,9 @@ class MachineCard:
         param_spans: dict[str, Span],
         line: Any = None,
         units: list[Written] | None = None,
+        groups: tuple[int, ...] = (),
     ) -> None:
+        self.groups = groups
         self.kind = kind
         self.name = name
         self.args = args

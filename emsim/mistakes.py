@@ -124,11 +124,13 @@ FORMS = {
     "freewheel": "FREEWHEEL name joint dir=1",
     "stop": "STOP name joint [min=] [max=] [e=] or k= [c= or e=]",
     "gear": "GEAR name j1 j2 ratio=",
+    "belt": "BELT name j1 j2 r1= r2= k= [c=] [f0=] [cross=yes]",
+    "cam": "CAM name follower cam lift={expression} [k= or e=]",
     "force": "FORCE name P dir=(x,y) value|{expression}|PULSE(..)",
     "torque": "TORQUE name joint tau=value|{expression}|PULSE(..)",
     "drive": "DRIVE name joint q={expression}",
     "contact": "CONTACT name P Q line=(nx,ny) or rq= [r=] [e=] or k= [c= or e=]",
-    "transducer": "TRANSDUCER name n+ n- joint C={..}|L={..}|K={..}|W={..}",
+    "transducer": "TRANSDUCER name n+ n- joint C={..}|L={..}|K={..}|W={..}, or name (n1+ n1- n2+ n2- ..) (j1 j2 ..) W={..}",
 }
 
 
@@ -137,7 +139,7 @@ MARKS = {
     "body": "m=, shape= or fixed=",
     "point": "a name with a dot",
     "joint": "its kind (pin, slide, weld, ...) as the fourth word",
-    "motor": "kt=, ke=, kv= or model=",
+    "motor": "kt=, ke=, kv=, vnom= or model=",
     "pot": "range=",
     "spring": "k=",
     "damper": "c=",
@@ -145,6 +147,8 @@ MARKS = {
     "freewheel": "dir=",
     "stop": "min= or max=",
     "gear": "ratio= or lead=",
+    "belt": "r1=",
+    "cam": "lift=",
     "force": "dir=, fx= or fy=",
     "torque": "tau=",
     "drive": "q= or qd=",

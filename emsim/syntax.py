@@ -32,6 +32,8 @@ CARD_WORDS = frozenset(
         "freewheel",
         "stop",
         "gear",
+        "belt",
+        "cam",
         "force",
         "torque",
         "drive",

@@ -298,6 +298,26 @@ PROBLEMS = [
 ]  # fmt: skip
 
 TRAJECTORIES = [
+    Trajectory(
+        "coupled/ref_pmsm_interior",
+        "pmsm_interior",
+        {"w": "omega(shaft)", "id": "id(m1)", "iq": "iq(m1)", "ia": "i(m1,1)", "ib": "i(m1,2)"},
+        tight=1e-6,
+    ),
+    Trajectory(
+        "coupled/ref_bldc_six_step",
+        "bldc_six_step",
+        {"w": "omega(shaft)", "ia": "i(m1,1)", "ib": "i(m1,2)", "th": "angle(shaft)"},
+        tight=1e-6,
+    ),
+    Trajectory(
+        "coupled/ref_stepper_20_steps",
+        "stepper_20_steps",
+        {"th": "angle(shaft)", "w": "omega(shaft)", "ia": "i(m1,1)"},
+        tight=1e-6,
+    ),
+    Trajectory("coupled/ref_universal_ac", "universal_ac", {"w": "omega(shaft)", "i": "i(m1,1)"}, tight=1e-6),
+    Trajectory("coupled/ref_dc_datasheet", "dc_datasheet", {"w": "omega(shaft)", "i": "i(m1)"}, tight=1e-6),
     Trajectory("coupled/ref_ctms_motor_speed", "ctms_dc_motor_speed", {"w": "omega(shaft)", "i": "i(m1)"}),
     Trajectory(
         "coupled/ref_ctms_motor_position",

@@ -50,7 +50,7 @@ class Binding:
         taken: dict[str, Card] = {}
         joint_cards: list[Joint] = []
         for raw in self.ctx.flat.machine:
-            card: Any = CARDS[raw.kind](raw, self.sink)
+            card: Any = CARDS[raw.kind].variant(raw, self.models)(raw, self.sink)
             if not card.ok:
                 self.broken = True
                 self.failed.add(card.name)

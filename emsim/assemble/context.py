@@ -278,9 +278,10 @@ class Context:
         own = getattr(self.machine, "own_symbols", None)
         if own is None:
             return up
-        coordinate = self.machine.joints[own.joint].q
-        up = self.machine.public(self.b.substitute([up], [(own.coordinate, coordinate)])[0])
-        if any(self.b.depends(up, [own.voltage, own.current])):
+        joints = self.machine.joints
+        real = [(symbol, joints[name].q) for name, symbol in own.coordinates.items()]
+        up = self.machine.public(self.b.substitute([up], real)[0])
+        if any(self.b.depends(up, own.electrical)):
             card = self.machine.couplings.get(own.card)
             self.sink.error(
                 "E308", f"a condition in the energy of {own.card} depends on its own voltage or current",
@@ -306,9 +307,8 @@ class Context:
         own = getattr(self.machine, "own_symbols", None)
         if own is not None:
             places = [
-                (own.coordinate, self.machine.joints[own.joint].q),
-                (own.voltage, self.b.const(1.0)),
-                (own.current, self.b.const(1.0)),
+                *((symbol, self.machine.joints[name].q) for name, symbol in own.coordinates.items()),
+                *((symbol, self.b.const(1.0)) for symbol in own.electrical),
             ]
             es = self.b.substitute([whole, *(e for e, _ in divisors)], places)
             whole, divisors = es[0], [(e, at) for e, (_, at) in zip(es[1:], divisors, strict=True)]

@@ -19,8 +19,9 @@ def default_outputs(m: Mechanism) -> list[str]:
             names += [f"{word}({joint.name})" for word in words]
     for card in m.active:
         for word, value in card.probes(m).items():
-            if word in ("force", "torque") and not callable(value):
-                names.append(f"{word}({card.name})")
+            kind, comma, part = word.partition(",")
+            if kind in ("force", "torque") and not callable(value):
+                names.append(f"{kind}({card.name}{comma}{part})")
     return names
 
 

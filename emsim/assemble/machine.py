@@ -276,6 +276,8 @@ class Machine(Mechanism):
             self.active.append(card)
         for card in self.active[len(self.bodies) + len(self.joints) :]:
             card.prepare(self)
+            for k, (label, h, unit) in enumerate(card.constraints(self)):
+                self.rows.append(Row(card.name, k, label, self.b.const(0.0) + h, unit))
             gain = getattr(card, "imbalance", None)
             power = gain(self) if gain is not None else None
             if power is not None:

@@ -29,6 +29,7 @@ UNITS = {
     "x": "m", "y": "m", "z": "m", "vx": "m/s", "vy": "m/s", "vz": "m/s",
     "ax": "m/s^2", "ay": "m/s^2", "az": "m/s^2",
     "fx": "N", "fy": "N", "fz": "N", "mx": "N m", "my": "N m", "mz": "N m", "force": "N", "torque": "N m",
+    "id": "A", "iq": "A",
     "gap": "m", "slip": "m/s", "impulse": "N s", "deg": "deg", "rpm": "rpm", "db": "dB", "ph": "rad", "cph": "rad",
 }  # fmt: skip
 KEEPS_UNIT = ("abs", "min", "max", "limit")
@@ -234,8 +235,9 @@ def everything(ctx: Context) -> list[Output]:
     if ctx.machine is not None:
         for name in ctx.machine.default_outputs():
             fn, _, of = name.rstrip(")").partition("(")
-            ast = Call(fn, [Name(of)])
-            found.append(Output(name, unit_of(ast), ctx.compile(ast, ctx.machine.span_of(of))))
+            card, _, part = of.partition(",")
+            ast = Call(fn, [Name(card), Num(float(part))] if part else [Name(card)])
+            found.append(Output(name, unit_of(ast), ctx.compile(ast, ctx.machine.span_of(card))))
     return found
 
 

@@ -50,6 +50,13 @@ def probe(m: Mechanism, fn: str, args: list[Node], span: Span | None) -> Expr | 
         if len(args) == 2:
             return _between(m, fn, names[0] or "", names[1] or "", span)
         return _motion(m, fn, names[0] or "", span)
+    if (
+        len(args) == 2
+        and fn in COUPLING
+        and names[0] in m.couplings
+        and (part := _number(args[1])) is not None
+    ):
+        return _coupling(m, fn, names[0] or "", span, f",{part:g}")
     if len(args) == 1 and names[0]:
         name = names[0]
         if fn in reactions.REACTIONS:
@@ -123,9 +130,11 @@ def _motion(m: Mechanism, fn: str, name: str, span: Span | None) -> Expr | None:
         if fn in ("angle", "omega", "alpha") and (name in m.bodies or name == "0"):
             return _orientation(m, fn, name, MOTIONS[fn])
         return _unknown(m, fn, name, span)
+    kind, own = joint.kind, m.own_symbols
+    if own is not None and name in own.coordinates and any(c.word == fn for c in kind.coordinates):
+        return own.coordinates[name]
     found = _of_joint(joint, fn)
     if found is None:
-        kind = joint.kind
         words = " ".join(c.word for c in (*kind.coordinates, *kind.speeds))
         twin = TWINS.get(fn, "")
         hint: str | None
@@ -149,8 +158,6 @@ def _motion(m: Mechanism, fn: str, name: str, span: Span | None) -> Expr | None:
             hint,
         )
     value, order = found
-    if m.own_symbols is not None and m.own_symbols.joint == name and order == 0:
-        return m.own_symbols.coordinate
     return _derived(m, fn, name, value, order)
 
 
@@ -236,10 +243,17 @@ def _number(node: Node) -> float | None:
 # couplings and energies ---------------------------------------------------------------------------------
 
 
-def _coupling(m: Mechanism, fn: str, name: str, span: Span | None) -> Expr | None:
+def _coupling(m: Mechanism, fn: str, name: str, span: Span | None, part: str = "") -> Expr | None:
+    """What a card answers; `part` is the number of one of its windings, `,2`."""
     own = m.own_symbols
     if own is not None and own.card == name and fn in ("v", "i"):
-        return own.voltage if fn == "v" else own.current
+        if fn == "v" and own.voltage is not None:
+            return own.voltage
+        k = int(part[1:]) if part else len(own.currents) and (1 if len(own.currents) == 1 else 0)
+        if fn == "i" and 0 < k <= len(own.currents):
+            return own.currents[k - 1]
+        calls = ", ".join(f"i({name},{k + 1})" for k in range(len(own.currents)))
+        return _error(m, "E249", f"the energy of {name} has no {fn}({name}{part})", span, f"it has: {calls}")
     card = m.couplings.get(name)
     if card is None:
         joint = m.joints.get(name)
@@ -254,7 +268,7 @@ def _coupling(m: Mechanism, fn: str, name: str, span: Span | None) -> Expr | Non
     m.busy.add(name)
     try:
         answers = card.probes(m)
-        answer = answers.get(fn)
+        answer = answers.get(fn + part)
         if answer is None and fn == "power":
             answer = _power(m, card)
         if answer is not None:
@@ -262,8 +276,9 @@ def _coupling(m: Mechanism, fn: str, name: str, span: Span | None) -> Expr | Non
     finally:
         m.busy.discard(name)
     twin = {"force": "torque", "torque": "force"}.get(fn)
-    hint = f"did you mean {twin}({name})?" if twin in answers else f"it has: {', '.join(answers)}"
-    return _error(m, "E249", f"{card.spec.word} {name} has no {fn}()", span, hint)
+    offered = [f"{w}({name}{comma}{k})" for w, comma, k in (word.partition(",") for word in answers)]
+    hint = f"did you mean {twin}({name})?" if twin in answers else f"it has: {', '.join(offered)}"
+    return _error(m, "E249", f"{card.spec.word} {name} has no {fn}({name}{part})", span, hint)
 
 
 def _power(m: Mechanism, card: object) -> Expr:

@@ -15,6 +15,8 @@ With UIC in every transient there is no operating point and 4 stays silent where
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 from ..deck import MachineCard
 from ..diagnostics import suggest
 from ..elements import Element
@@ -42,12 +44,15 @@ class Start:
 
 
 class Edge:
-    """A current path between two nodes. role: "conducts", "voltage", "inductor", "blocks", "drives"."""
+    """A current path between two nodes. role: "conducts", "voltage", "inductor", "blocks", "drives"; `winding` is which of
+    several, ",2"."""
 
-    __slots__ = ("a", "b", "of", "role")
+    __slots__ = ("a", "b", "of", "role", "winding")
 
-    def __init__(self, of: Element | MachineCard | Start, a: str, b: str, role: str) -> None:
-        self.of, self.role = of, role
+    def __init__(
+        self, of: Element | MachineCard | Start, a: str, b: str, role: str, winding: str = ""
+    ) -> None:
+        self.of, self.role, self.winding = of, role, winding
         self.a, self.b = GROUND if a == "gnd" else a, GROUND if b == "gnd" else b
 
     @property
@@ -109,10 +114,13 @@ def _machine_edges(ctx: Context) -> Iterator[Edge]:
     for card in ctx.flat.machine:
         nodes = [ref.name for ref in card.args]
         if card.kind == "MOTOR" and len(nodes) >= 2:
-            yield Edge(card, nodes[0], nodes[1], _motor_role(ctx, card))
+            yield from _windings(ctx, card, nodes)
         elif card.kind == "POT" and len(nodes) >= 3:
             yield Edge(card, nodes[0], nodes[1], "conducts")
             yield Edge(card, nodes[1], nodes[2], "conducts")
+        elif card.kind == "TRANSDUCER" and card.groups:
+            for k in range(card.groups[0] // 2):
+                yield Edge(card, nodes[2 * k], nodes[2 * k + 1], "inductor", f",{k + 1}")
         elif card.kind == "TRANSDUCER" and len(nodes) >= 2:
             params = card.params
             role = (
@@ -131,10 +139,26 @@ def _machine_edges(ctx: Context) -> Iterator[Edge]:
             yield Edge(card, nodes[0], nodes[1], role)
 
 
-def _motor_role(ctx: Context, card: MachineCard) -> str:
+def _windings(ctx: Context, card: MachineCard, nodes: list[str]) -> Iterator[Edge]:
+    """What a motor connects: two ends of a winding, or the phases of a star."""
     model = ctx.flat.models.get(str(getattr(card.params.get("model"), "id", card.params.get("model"))))
     params = {**(model.params if model else {}), **card.params}
-    return "conducts" if params.get("r") else "inductor"
+
+    def role(*resistances: str) -> str:
+        return "conducts" if any(params.get(key) for key in resistances) else "inductor"
+
+    kind = model.type if model is not None else ""
+    if kind in ("dcwound", "stepper") and len(nodes) >= 4:
+        first, second = (("ra", "rs"), ("rf",)) if kind == "dcwound" else (("r",), ("r",))
+        yield Edge(card, nodes[0], nodes[1], role(*first), ",1")
+        yield Edge(card, nodes[2], nodes[3], role(*second), ",2")
+    elif kind in ("pmsm", "bldc", "induction") and len(nodes) >= 4:
+        ends = nodes[:-1]
+        pairs = [(node, ends[3]) for node in ends[:3]] if len(ends) == 4 else [*pairwise(ends)]
+        for k, (a, b) in enumerate(pairs):
+            yield Edge(card, a, b, role("r", "rs", "rtt"), f",{k + 1}")
+    else:
+        yield Edge(card, nodes[0], nodes[1], role("r", "istall"))
 
 
 def _imposes(ctx: Context, edge: Edge) -> bool:
@@ -177,7 +201,7 @@ def _voltage_loops(ctx: Context, edges: list[Edge]) -> None:
                 hint="a small resistor in series with one of them makes the currents definite",
             )  # fmt: skip
             continue
-        row = ctx.branch(edge.name)
+        row = ctx.branch(edge.name + edge.winding)
         if row is None:
             continue
         ctx.b.g(row, row, LOOP_RESISTANCE)
@@ -185,7 +209,7 @@ def _voltage_loops(ctx: Context, edges: list[Edge]) -> None:
             continue  # coils alone: they share the current
         if _keeps_its_current(edge):
             # nothing limits its current at rest: a run starts with what its card says, as under UIC
-            ctx.starting.add(edge.name)
+            ctx.starting.add(edge.name + edge.winding)
             ctx.b.start_current(row, edge.of.number("ic") if isinstance(edge.of, Element) else 0.0)
         if any(_imposes(ctx, e) for e in loop) and _needs_point(ctx):
             motor = any(e.name in ctx.machine.couplings for e in loop) if ctx.machine is not None else False
@@ -204,7 +228,9 @@ def _voltage_loops(ctx: Context, edges: list[Edge]) -> None:
 def _keeps_its_current(edge: Edge) -> bool:
     """Does an inductance hold the current, so that a run can start with any?"""
     return (
-        edge.of.kind != "MOTOR" or bool(edge.of.params.get("l")) if isinstance(edge.of, MachineCard) else True
+        edge.of.kind != "MOTOR" or bool(edge.winding) or bool(edge.of.params.get("l"))
+        if isinstance(edge.of, MachineCard)
+        else True
     )
 
 

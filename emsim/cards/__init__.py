@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from .base import Card, Spec
+from .belt import Belt
 from .body import Body
+from .cam import Cam
 from .contact import Contact
 from .damper import Damper
 from .drive import Drive
@@ -12,7 +14,7 @@ from .freewheel import Freewheel
 from .friction import Friction
 from .gear import Gear
 from .joint import Joint
-from .motor import Motor
+from .motors import Motor
 from .point import Point
 from .pot import Pot
 from .spring import Spring
@@ -34,6 +36,8 @@ CARDS: dict[str, type[Card]] = {
         Freewheel,
         Stop,
         Gear,
+        Belt,
+        Cam,
         Force,
         Torque,
         Drive,

@@ -22,6 +22,7 @@ The duties of a card, all optional but the first. `s` is the scene (see `Scene` 
 12. `analogue(net)`   its electrical counterpart in a one-dimensional machine (see `Net`).
 13. `glyph(draw)`     its shapes in body frames, and the channels that change them (see `Pen`).
 14. `laws(s)`         laws with modes (laws.py): friction, rigid stops; asked once, before anything is read.
+15. `constraints(s)`  rows [(label, h, unit of its multiplier)], h = 0 of the coordinates; asked once, after prepare.
 No card writes a mass matrix or a force direction.
 """
 
@@ -153,16 +154,18 @@ if TYPE_CHECKING:
 
 
 class Own:
-    """Free symbols for a card's own voltage, current and coordinate while its energy is compiled."""
+    """Free symbols for a card's own voltage, currents and coordinates, by joint, while its energy is compiled."""
 
-    __slots__ = ("card", "coordinate", "current", "joint", "voltage")
+    __slots__ = ("card", "coordinates", "currents", "voltage")
 
-    def __init__(self, card: str, joint: str, voltage: Expr, current: Expr, coordinate: Expr) -> None:
-        self.card = card
-        self.joint = joint
-        self.voltage = voltage
-        self.current = current
-        self.coordinate = coordinate
+    def __init__(
+        self, card: str, voltage: Expr | None, currents: list[Expr], coordinates: dict[str, Expr]
+    ) -> None:
+        self.card, self.voltage, self.currents, self.coordinates = card, voltage, currents, coordinates
+
+    @property
+    def electrical(self) -> list[Expr]:
+        return self.currents if self.voltage is None else [self.voltage, *self.currents]
 
 
 LEAVE_OUT = "leave it out, if the deck means the same without it"
@@ -170,7 +173,7 @@ LEAVE_OUT = "leave it out, if the deck means the same without it"
 # words of force(c) torque(c) i(c) v(c) gap(c) hits(c) .. that `probes` may answer, with their units
 PROBES = {
     "force": "N", "torque": "N m", "i": "A", "v": "V", "p": "W", "power": "W",
-    "gap": "m", "slip": "m/s", "mode": "", "hits": "", "impulse": "N s",
+    "id": "A", "iq": "A", "gap": "m", "slip": "m/s", "mode": "", "hits": "", "impulse": "N s",
 }  # fmt: skip
 
 
@@ -266,6 +269,16 @@ class Card:
     spec: Spec
     supported = True  # False: parsed and named, and a deck with one is refused
 
+    @classmethod
+    def variant(cls, raw: MachineCard, models: dict[str, Model]) -> type[Card]:
+        """The class that a card of this word is of, where its .model decides."""
+        return cls
+
+    @classmethod
+    def forms(cls, raw: MachineCard) -> list[list[tuple[str, str]]]:
+        """What its words may be, (terminal, kind) each."""
+        return cls.spec.forms
+
     def __init__(self, raw: MachineCard, sink: Sink) -> None:
         self.raw = raw
         self.name = raw.name
@@ -312,6 +325,9 @@ class Card:
     def laws(self, s: Scene) -> list[Law]:
         return []
 
+    def constraints(self, s: Scene) -> list[tuple[str, Scalar, str]]:
+        return []
+
     def losses(self, s: Scene) -> Scalar | None:
         return None
 
@@ -344,9 +360,10 @@ def bind(card: Card, raw: MachineCard, sink: Sink) -> bool:
     spec, before = card.spec, sink_errors(sink)
 
     # terminals: the form with as many words as the card has
-    forms = [f for f in spec.forms if len(f) == len(raw.args)]
+    possible = card.forms(raw)
+    forms = [f for f in possible if len(f) == len(raw.args)]
     if not forms:
-        wanted = " or ".join(str(len(f)) for f in spec.forms)
+        wanted = " or ".join(str(len(f)) for f in possible)
         units = [ref for ref in raw.args if ref.name in UNITS]
         sink.error(
             "E233",

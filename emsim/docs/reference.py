@@ -11,6 +11,7 @@ from emsim.cards import CARDS
 from emsim.cards.base import PROBES as CARD_PROBES
 from emsim.cards.base import Card, Param
 from emsim.cards.joints import ALIASES, KINDS
+from emsim.cards.motors import MODELS as MOTORS
 from emsim.cli import VERBS
 from emsim.cli.explain import message
 from emsim.cli.help import EXIT_CODES, verb_help
@@ -67,13 +68,17 @@ def cards() -> str:
         "otherwise it is SPICE, as ever. Values are SI, see [numbers and units](numbers.md).\n\n"
         f"{names}\n"
     )
-    return text + "\n".join(one_card(card) for card in CARDS.values())
+    motors = [one_card(machine, kind) for kind, machine in MOTORS.items() if machine is not CARDS["MOTOR"]]
+    return text + "\n".join([*(one_card(card) for card in CARDS.values()), *motors])
 
 
-def one_card(card: type[Card]) -> str:
+def one_card(card: type[Card], kind: str = "") -> str:
     """Form, mark, terminals, parameters, and the derivation that stands at the head of the card's file."""
     spec = card.spec
-    parts = [f"## {spec.word}\n", spec.meaning[0].upper() + spec.meaning[1:] + ".\n"]
+    parts = [
+        f"## {spec.word} {kind}".rstrip() + (f" {{ #{kind} }}\n" if kind else "\n"),
+        spec.meaning[0].upper() + spec.meaning[1:] + ".\n",
+    ]
     if not card.supported:
         parts.append("!!! note\n    Not supported yet: a deck with one is refused, by name.\n")
     parts.append(f"```spice\n{spec.form}\n```\n")
@@ -89,6 +94,15 @@ def one_card(card: type[Card]) -> str:
         parts.append(table(["parameter", "unit", "default", "meaning"], rows))
     if spec.word == "JOINT":
         parts.append(kinds())
+    if spec.word == "MOTOR" and card is CARDS["MOTOR"]:
+        names = (
+            [f"[{code(kind)}](#{kind})", machine.spec.meaning]
+            for kind, machine in MOTORS.items()
+            if machine is not card
+        )
+        parts.append(
+            "\nOther machines, by the type of their .model:\n\n" + table(["type", "what it is"], names)
+        )
     if spec.laws:
         parts.append(table(["brings", ""], ([BRINGS[kind], code(law)] for kind, law in spec.laws.items())))
     module = sys.modules[card.__module__]

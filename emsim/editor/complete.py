@@ -5,6 +5,7 @@ from __future__ import annotations
 from ..cards import CARDS
 from ..cards.joints import ALIASES
 from ..cards.joints import KINDS as JOINT_KINDS
+from ..cards.motors import MODELS as MOTORS
 from ..elements import LETTERS, MODEL_TYPES
 from . import words
 from .hover import about
@@ -128,12 +129,12 @@ def _options(place: Place) -> Iterator[Item]:
 
 def _model(place: Place) -> Iterator[Item]:
     if len(place.words) == 2 and not place.call:
-        for name in [*MODEL_TYPES, "dcmotor"]:
+        for name in [*MODEL_TYPES, *MOTORS]:
             yield Item("word", name, "type of model")
         return
     kind = place.words[2] if len(place.words) > 2 else place.call
-    if kind == "dcmotor":
-        for key, param in CARDS["MOTOR"].spec.params.items():
+    if kind in MOTORS:
+        for key, param in MOTORS[kind].spec.params.items():
             if key != "model":
                 yield Item("key", key, f"[{param.unit}]", param.meaning, key + "=")
     elif kind in MODEL_TYPES:

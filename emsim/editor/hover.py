@@ -4,6 +4,7 @@ they stand for and their values, numbers as they are read."""
 from __future__ import annotations
 
 from ..cards import CARDS
+from ..cards.motors import MODELS as MOTORS
 from ..deck import Func, Instance, MachineCard, Model, Param, Ref, Subckt
 from ..elements import LETTERS, MODEL_TYPES, Element
 from ..expr import Node, Num
@@ -156,8 +157,8 @@ def _model_key(place: Place) -> str | None:
             if key in names:
                 shown = "" if default != default else f"\n\ndefault {default:g}"
                 return f"**{key}=**" + (f" [{unit}]" if unit else "") + f" — {meaning}{shown}"
-    if kind == "dcmotor" and key in CARDS["MOTOR"].spec.params:
-        return _param(CARDS["MOTOR"].spec, key, CARDS["MOTOR"].spec.params[key])
+    if kind in MOTORS and key in MOTORS[kind].spec.params:
+        return _param(MOTORS[kind].spec, key, MOTORS[kind].spec.params[key])
     return None
 
 

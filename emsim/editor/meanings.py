@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from ..cards import CARDS
 from ..cards.joints import KINDS
+from ..cards.motors import MODELS as MOTORS
 from ..elements import ELEMENTS
 from ..measures import KINDS as MEASURES
 from ..reports import words as references
@@ -29,7 +30,7 @@ def known() -> list[str]:
     """All words that mean something."""
     return [
         *TOPICS, *CARDS, *references.LETTERS, *words.DOTS, *words.WAVES, *words.PROBES, *words.FUNCTIONS,
-        *words.OF_RESULTS, *words.OPTIONS, *words.METHODS, *KINDS, *MODELS,
+        *words.OF_RESULTS, *words.OPTIONS, *words.METHODS, *KINDS, *MODELS, *MOTORS,
     ]  # fmt: skip
 
 
@@ -149,6 +150,7 @@ TOPICS: dict[str, tuple[str, Callable[[], Rows]]] = {
     "cards": ("machine cards", lambda: [(word, card.spec.meaning) for word, card in CARDS.items()]),
     "elements": ("letters of SPICE", lambda: [(kind.letter.upper(), kind.what, kind.form) for kind in ELEMENTS]),
     "joints": ("kinds of joints", lambda: [(name, kind.meaning) for name, kind in KINDS.items()]),
+    "motors": ("types of .model for MOTOR", lambda: [(name, kind.spec.meaning) for name, kind in MOTORS.items()]),
     "dots": ("dot cards", lambda: list(words.DOTS.values())),
     "waveforms": (
         "values that change with time", lambda: [(words.wave_form(name), said) for name, (said, _) in words.WAVES.items()]

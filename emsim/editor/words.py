@@ -15,7 +15,7 @@ DOTS = {
     ".op": (".op [static]", "operating point, mechanics held where it starts; static: everything comes to rest"),
     ".param": (".param name=value [name={expression} ..]", "parameters, of the deck or of the subcircuit"),
     ".func": (".func name(a,b) {expression}", "a function for expressions"),
-    ".model": (".model name type(parameter=value ..)", "a model: d, sw, csw, r, c, l, dcmotor"),
+    ".model": (".model name type(parameter=value ..)", "a model: d, sw, csw, r, c, l, dcmotor, pmsm"),
     ".subckt": (".subckt name node .. [parameter=default ..]", "begins a subcircuit; its terminals may be nodes, bodies, joints"),
     ".ends": (".ends [name]", "ends a subcircuit"),
     ".include": (".include file", "reads another file here"),
@@ -63,7 +63,7 @@ MEASURES = {
 PROBES = {
     **{w: (f"{w}({readers(w)})", unit, "coordinate or speed of a joint") for w, unit in JOINT_WORDS.items()},
     "v": ("v(node) | v(a,b) | v(coupling)", "V", "voltage of a node, between two, or of a coupling"),
-    "i": ("i(element) | i(coupling)", "A", "current into the first terminal"),
+    "i": ("i(element) | i(coupling) | i(coupling,k)", "A", "current into the first terminal; of winding k"),
     "angle": ("angle(pin) | angle(body) | angle(a,b)", "rad", "coordinate of a pin, orientation of a body"),
     "omega": ("omega(pin) | omega(body)", "rad/s", "speed of a pin, rotation of a body"),
     "alpha": ("alpha(pin) | alpha(body)", "rad/s^2", "acceleration of a pin"),
@@ -77,6 +77,7 @@ PROBES = {
     **{f"m{c}": (f"m{c}(joint)", "N m", f"moment on B from A about {c}, world axes") for c in "xyz"},
     "force": ("force(card)", "N", "what a coupling or element applies"),
     "torque": ("torque(card)", "N m", "what a coupling or element applies"),
+    **{w: (f"{w}(motor)", "A", f"current of a pmsm {how} its magnets") for w, how in (("id", "along"), ("iq", "across"))},
     "p": ("p(coupling)", "W", "electrical power taken"),
     "gap": ("gap(card)", "m", "distance of a STOP or CONTACT, the smaller one of two ends"),
     "slip": ("slip(friction)", "m/s", "speed of what rubs"),
@@ -96,7 +97,7 @@ READS = {
     **dict.fromkeys(("angle", "omega", "alpha"), ("joint", "body")),
     **dict.fromkeys(("pos", "vel", "acc", "fx", "fy", "fz", "mx", "my", "mz"), ("joint",)),
     **dict.fromkeys(("x", "y", "z", "vx", "vy", "vz", "ax", "ay", "az"), ("point", "body")),
-    **dict.fromkeys(("force", "torque", "p", "gap", "slip", "mode", "hits", "impulse", "power"), ("card",)),
+    **dict.fromkeys(("force", "torque", "id", "iq", "p", "gap", "slip", "mode", "hits", "impulse", "power"), ("card",)),
     "ke": ("body",), "v": ("node", "card"), "i": ("element", "card"),
 }  # fmt: skip
 

@@ -226,6 +226,8 @@ def bind_wave(wave: Waveform, scope: Scope) -> Waveform:
 
 def bind_machine_card(card: MachineCard, level: Level, models: Models) -> MachineCard:
     """The machine card at its level. Raises ExprError."""
+    from ..cards import CARDS
+
     if level.mult != 1.0 and card.kind != "POINT":
         where = level
         while where.above is not None and where.above.mult == where.mult:
@@ -238,8 +240,6 @@ def bind_machine_card(card: MachineCard, level: Level, models: Models) -> Machin
         )
     word_at = _WORD_ARGS.get(card.kind, -1)
     args = [r if i == word_at else level.ref(r) for i, r in enumerate(card.args)]
-    if level.ports:
-        _note_uses(card, level, word_at)
     name = level.prefix + card.name
     if card.kind == "POINT":  # `arm.tip`: the body may come through a terminal
         name, tied = level.place(card.name, card)
@@ -256,17 +256,18 @@ def bind_machine_card(card: MachineCard, level: Level, models: Models) -> Machin
         else:
             params[key] = bind_value(value, level.scope)
     wave = None if card.wave is None else bind_wave(card.wave, level.scope)
-    return MachineCard(
-        card.kind, name, args, params, wave, card.span, card.param_spans, card.line, card.units
+    flat = MachineCard(
+        card.kind, name, args, params, wave, card.span, card.param_spans, card.line, card.units, card.groups
     )
+    if level.ports:
+        forms = CARDS[card.kind].variant(flat, models.flat.models).forms(flat)
+        _note_uses(card, forms, level, word_at)
+    return flat
 
 
-def _note_uses(card: MachineCard, level: Level, word_at: int) -> None:
+def _note_uses(card: MachineCard, forms: list[list[tuple[str, str]]], level: Level, word_at: int) -> None:
     """Which terminals of the subcircuit the card takes for nodes, and which for mechanical things."""
-    from ..cards import CARDS
-
-    spec = CARDS[card.kind].spec
-    form: list[tuple[str, str]] = next((f for f in spec.forms if len(f) == len(card.args)), [])
+    form: list[tuple[str, str]] = next((f for f in forms if len(f) == len(card.args)), [])
     for i, ((_, kind), ref) in enumerate(zip(form, card.args, strict=False)):
         if i != word_at:
             level.use(ref.name, kind == "node", f"{card.kind} {card.name}")

@@ -227,6 +227,31 @@ def gear(m: Stage, pen: Pen, s: Shape) -> None:
     pen.label(middle(a, b), 6, 16, f"{s['name']} {s['ratio']:.4g}", "soft")
 
 
+def belt(m: Stage, pen: Pen, s: Shape) -> None:
+    a, b = m.place(s["first"]["a"]), m.place(s["second"]["a"])
+    ra, rb = (r * m.scale for r in s["radii"])
+    d, way = math.dist(a, b), math.atan2(b[1] - a[1], b[0] - a[0])
+    for at, r in ((a, ra), (b, rb)):
+        pen.circle(at, r, None, "edge", 1.5)
+    wide = math.acos(max(-1.0, min(1.0, (ra + rb if s["cross"] else ra - rb) / (d or 1.0))))
+    for turn, tension in zip((-wide, wide), s["tensions"], strict=True):
+        share, c, f = abs(m.share(tension)), math.cos(way + turn), math.sin(way + turn)
+        far = -rb if s["cross"] else rb
+        ends = [(a[0] + ra * c, a[1] + ra * f), (b[0] + far * c, b[1] + far * f)]
+        pen.line(ends, "force" if share > 0.01 else "soft", 1.2 + 3 * share, 0 if share > 0 else 5)
+    pen.label(middle(a, b), 6, 4, f"{s['name']} {written(m.value(s['effort']), 'N')}", "soft")
+
+
+def cam(m: Stage, pen: Pen, s: Shape) -> None:
+    a, b = m.place(s["first"]["b"]), m.place(s["second"]["a"])
+    share, r = abs(m.share(s["effort"])), 18 * pen.unit
+    turn = m.poses[int(s["second"]["a"][0])].angle + m.value(s["second"]["q"]) + s["second"]["zero"]
+    at = (b[0] + 0.45 * r * math.cos(turn), b[1] - 0.45 * r * math.sin(turn))
+    pen.circle(at, r, None, "force" if share > 0.01 else "edge", 1.5 + 2.5 * share)
+    pen.line([a, b], "soft", 1.5, 5)
+    pen.label(b, 29, 18, s["name"], "soft")
+
+
 def stop(m: Stage, pen: Pen, s: Shape) -> None:
     x, y = at = m.place(s["a"])
     u, share, angle = pen.unit, abs(m.share(s["effort"])), m.axis_angle(s)
@@ -303,6 +328,9 @@ def motor(m: Stage, pen: Pen, s: Shape) -> None:
     else:
         w, h = 14 * u, 12 * u
         pen.line([(x - w, y - h), (x + w, y - h), (x + w, y + h), (x - w, y + h), (x - w, y - h)], colour, 5)
+    for k in range(s["poles"] if s["poles"] > 1 else 0):  # its phases, as spokes between stator and rotor
+        c, d = math.cos(2 * math.pi * k / s["poles"]), math.sin(2 * math.pi * k / s["poles"])
+        pen.line([(x + r * u * c, y - r * u * d) for r in (8, 14)], colour, 3)
     effort(m, pen, s, at, 26, "motor")
     pen.label(at, 22, 26, f"{s['name']} {written(m.value(s['current']), 'A')}", "motor")
 
@@ -365,12 +393,13 @@ def transducer(m: Stage, pen: Pen, s: Shape) -> None:
         for k in (-8, 0, 8):
             pen.arc((x + k * u, y - 14 * u), 4 * u, math.pi, 2 * math.pi, "coil", width)
     effort(m, pen, s, (x, y - 14 * u), 20, "coil")
-    pen.label((x, y), 12, -20, f"{s['name']} {written(m.value(s['volts']), 'V')}", "coil")
+    pen.label((x, y), 12, -20, f"{s['name']} {written(m.value(s['volts']), s.get('of', 'V'))}", "coil")
 
 
 GLYPHS = {
     "rod": Glyph(0, rod), "box": Glyph(0, box), "disc": Glyph(0, disc), "bones": Glyph(0, bones),
     "joint": Glyph(1, joint), "spring": Glyph(1, elastic), "damper": Glyph(1, elastic), "gear": Glyph(1, gear),
+    "belt": Glyph(1, belt), "cam": Glyph(1, cam),
     "stop": Glyph(1, stop), "contact": Glyph(1, contact), "friction": Glyph(1, friction),
     "motor": Glyph(2, motor), "pot": Glyph(2, pot), "force": Glyph(2, force), "torque": Glyph(2, torque),
     "drive": Glyph(2, drive), "transducer": Glyph(2, transducer),

@@ -29,6 +29,7 @@ FAMILIES = (
     "control",
     "names",
     "machine",
+    "motors",
     "circuit",
     "running",
     "results",

@@ -218,6 +218,8 @@ def _machine(raw: MachineCard, assembly: Assembly) -> Iterator[str]:
 
 
 def _derived(card: Any) -> Iterator[tuple[str, Any, str, str]]:
+    if hasattr(card, "derived"):
+        yield from card.derived()
     if card.spec.word == "BODY":
         if not card.given("com"):
             yield "com", tuple(card.centre), "m", "the centre of mass in body axes"

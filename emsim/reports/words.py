@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 from ..cards import CARDS
+from ..cards.motors import MODELS
 from ..elements import ELEMENTS
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from ..cards.base import Param
+    from ..cards.base import Card, Param
     from ..elements import Element
 
+# machine cards by their word, motors by the type of their .model as well
+KNOWN: dict[str, type[Card]] = {**CARDS, **{kind.upper(): card for kind, card in MODELS.items()}}
 LETTERS: dict[str, type[Element]] = {kind.letter.upper(): kind for kind in ELEMENTS}
 
 # what a card's laws are about
@@ -22,22 +25,22 @@ BRINGS = {
 
 def is_word(what: str) -> bool:
     """MOTOR, r, a letter with a card."""
-    return what.upper() in CARDS or what.upper() in LETTERS
+    return what.upper() in KNOWN or what.upper() in LETTERS
 
 
 def lines(what: str) -> Iterator[str]:
     """The reference, line by line."""
     word = what.upper()
-    yield from _card(word) if word in CARDS else _element(LETTERS[word])
+    yield from _card(word) if word in KNOWN else _element(LETTERS[word])
 
 
 def facts(what: str) -> dict[str, object]:
     """The same as plain data."""
     word = what.upper()
-    if word not in CARDS:
+    if word not in KNOWN:
         kind = LETTERS[word]
         return {"word": word, "meaning": kind.what, "form": kind.form, "laws": {"": kind.law}}
-    spec = CARDS[word].spec
+    spec = KNOWN[word].spec
     params = {
         key: {
             "unit": p.unit, "default": p.default if isinstance(p.default, (int, float, str, bool)) else None,
@@ -49,7 +52,7 @@ def facts(what: str) -> dict[str, object]:
 
 
 def _card(word: str) -> Iterator[str]:
-    card = CARDS[word]
+    card = KNOWN[word]
     spec = card.spec
     yield f"{spec.word}: {spec.meaning}"
     if not card.supported:
@@ -62,6 +65,12 @@ def _card(word: str) -> Iterator[str]:
     if spec.params:
         yield ""
         yield from table([(key, p.unit or "-", default(p), meaning(p)) for key, p in spec.params.items()])
+    if word == "MOTOR":
+        yield ""
+        yield "  other machines, by the type of their .model (emsim help pmsm, ..):"
+        yield from table(
+            [(kind, machine.spec.meaning) for kind, machine in MODELS.items() if machine is not card]
+        )
     if spec.laws:
         yield ""
         for kind, law in spec.laws.items():

@@ -13,6 +13,7 @@ import pytest
 
 import emsim
 from emsim.cards import CARDS
+from emsim.cards.motors import MODELS
 from emsim.elements import TABLE
 from emsim.elements.compiled import Compiled
 from emsim.elements.modules import names, shipped
@@ -25,6 +26,7 @@ NOT_IN_THE_EQUATIONS = {
     "R bv_max", "C bv_max", "L bv_max", "R model bv_max", "C model bv_max",  # limits that ngspice only warns of
     "C model defl",  # without l= on the line ngspice has no capacitance of a model either
     "L nt", "L model csect", "L model dia", "L model length", "L model nt", "L model mu",  # the inductance is given beside them
+    "MOTOR tstall",  # compared with what the others say
     "D off",  # where Newton's method begins
     "D ic",  # without uic; with it the deck is refused
     "D l", "D w", "D lm", "D lp", "D wm", "D wp",  # of level 3, where they are refused
@@ -335,8 +337,12 @@ LOOP = (
 )
 CLOSED = LOOP.format("guess=-60deg", "guess=60deg", "")
 WHEEL = ROTOR + "BODY w m=1 j=1\nJOINT g 0 w "
+BELT = ("r1=0.1", "r2=0.2", "k=100")
+PULLEYS = WHEEL + "pin\nBELT e h g @"
+CAM = WHEEL + "slide axis=(1,0) ic=-0.01\nCAM e g h lift={0.01*sin(angle(h))} @"
 RAILS = "BODY a m=1 j=1\nBODY b m=1 j=1\nJOINT h 0 a slide axis=(1,0)\nJOINT g 0 b slide axis=(0,1)\n"
 MOTOR = ROTOR + "V1 a 0 5\nMOTOR m1 a 0 h @"
+SHEET = ("vnom=9", "n0=1", "i0=0.1", "istall=5")
 POT = ROTOR + "V1 a 0 5\nR1 w 0 1k\nPOT p a w 0 h @"
 COIL = SLED + "V1 a 0 5\nR1 a b 1\nTRANSDUCER t b 0 h @\n"
 # card: parameter: deck, and what stands for its @ once and the other time
@@ -359,6 +365,11 @@ MACHINES = {
     },
     "MOTOR": {
         **{key: (MOTOR + " kt=1 r=1\n", f"{key}=1", f"{key}=2") for key in ("ke", "l", "j", "b", "tc", "gear")},
+        **{
+            key: (MOTOR + "".join(f" {other}" for other in SHEET if key not in other) + "\n", f"{key}={a}", f"{key}={b}")
+            for key, a, b in (("vnom", 9, 12), ("n0", 1, 2), ("i0", 0.1, 0.2), ("istall", 5, 6))
+        },
+        "loss": (MOTOR + " vnom=9 n0=1 i0=0.1 istall=5\n", "loss=coulomb", "loss=viscous"),
         "kt": (MOTOR + " r=1\n", "kt=1", "kt=2"), "kv": (MOTOR + " r=1\n", "kv=100", "kv=200"),
         "r": (MOTOR + " kt=1\n", "r=1", "r=2"),
         "radius": (MOTOR.replace(ROTOR, SLED) + " kt=1 r=1\n", "radius=0.1", "radius=0.2"),
@@ -379,6 +390,19 @@ MACHINES = {
         "backlash": (WHEEL + "pin\nGEAR e h g ratio=2 k=1 @\n", "backlash=0.1", "backlash=0.2"),
         **{
             key: (WHEEL + f"pin\nGEAR e h g ratio=2 backlash=0.1 {'' if key == 'k' else 'k=1'} @\n", f"{key}={a}", f"{key}={b}")
+            for key, a, b in (("k", 1, 2), ("c", 0.1, 0.2), ("e", 0.1, 0.2), ("n", 1, 2))
+        },
+    },
+    "BELT": {
+        **{
+            key: (PULLEYS + " ".join(x for x in ("", *BELT) if key not in x) + "\n", f"{key}={a}", f"{key}={b}")
+            for key, a, b in (("r1", 1, 2), ("r2", 1, 3), ("k", 10, 20), ("c", 1, 2), ("f0", 5, 9), ("cross", "yes", "no"))
+        },
+    },
+    "CAM": {
+        "lift": (WHEEL + "slide axis=(1,0)\nCAM e g h @\n", "lift={0.01*sin(angle(h))}", "lift={0.02*sin(angle(h))}"),
+        **{
+            key: (CAM + ("" if key == "k" else " k=1k") + "\n", f"{key}={a}", f"{key}={b}")
             for key, a, b in (("k", 1, 2), ("c", 0.1, 0.2), ("e", 0.1, 0.2), ("n", 1, 2))
         },
     },
@@ -425,6 +449,50 @@ MACHINES = {
         "k": (COIL, "k={3}", "k={4}"), "w": (COIL, "w={1m*i(t)^2/(1+pos(h))}", "w={2m*i(t)^2/(1+pos(h))}"),
     },
 }  # fmt: skip
+
+
+# type of a .model of MOTOR: its nodes, and parameters whose values change one at a time
+OF_MOTOR = {
+    "dcwound": (
+        "a 0 b 0",
+        {"ra": 1, "la": 0.1, "rf": 2, "lf": 0.2, "laf": 0.3, "rs": 0.4, "ls": 0.05, "lafs": 0.1},
+    ),
+    "pmsm": ("a b c 0", {"p": 2, "rs": 1, "ld": 0.1, "lq": 0.2, "psi": 0.3, "l0": 0.05}),
+    "bldc": ("a b c 0", {"p": 2, "ke": 0.1, "r": 1, "l": 0.1}),
+    "stepper": ("a 0 b 0", {"nr": 5, "km": 0.3, "r": 1, "l": 0.1, "td": 0.2}),
+    "induction": ("a b c 0", {"p": 2, "rs": 1, "rr": 0.5, "lm": 0.3, "lss": 0.02, "lsr": 0.03, "l0": 0.01}),
+}
+SHAFT = {"j": 0.1, "b": 0.2, "tc": 0.3, "gear": 2}
+INSTEAD = {
+    "pmsm ke": "psi", "bldc kt": "ke", "bldc rtt": "r", "bldc ltt": "l", "stepper step": "nr", "stepper hold": "km",
+    "stepper inom": "km",
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("kind", "key"),
+    [
+        (kind, key)
+        for kind, machine in MODELS.items()
+        if kind != "dcmotor"
+        for key in machine.spec.params
+        if key != "model"
+    ],
+)
+def test_a_parameter_of_a_kind_of_motor_is_not_ignored(kind, key):
+    nodes, own = OF_MOTOR[kind]
+    values = {**own, **SHAFT}
+    if (other := INSTEAD.get(f"{kind} {key}")) is not None:
+        del values[other]
+    values |= {"hold": 1, "inom": 2} if key in ("hold", "inom") else {key: values.get(key, 0.11)}
+    body = SLED if key == "radius" else ROTOR
+    sources = "V1 a 0 5\nV2 b 0 SIN(0 3 1)\nV3 c 0 1\nR1 c 0 1\n"
+
+    def deck(value: float) -> str:
+        told = " ".join(f"{k}={value if k == key else v}" for k, v in values.items())
+        return f"{body}{sources}MOTOR m1 {nodes} h model=m\n.model m {kind}({told})\n"
+
+    assert differ("@", deck(values[key]), deck(1.7 * values[key])), f"{key}= of .model {kind} has no effect"
 
 
 @pytest.mark.parametrize(

@@ -350,6 +350,11 @@ const GLYPHS = {
     ctx.beginPath();
     if (s.joint === "pin") ctx.arc(x, y, 16, 0, 7); else ctx.rect(x - 14, y - 12, 28, 24);
     ctx.stroke();
+    // its phases, as spokes between stator and rotor
+    for (let k = 0; s.poles > 1 && k < s.poles; k++) {
+      const c = Math.cos(2 * Math.PI * k / s.poles), d = Math.sin(2 * Math.PI * k / s.poles);
+      line(ctx, x + 8 * c, y - 8 * d, x + 14 * c, y - 14 * d);
+    }
     ctx.globalAlpha = 1;
     if (m.arrows) effort(m, ctx, s, t, x, y, 26, "motor");
     m.label(ctx, x + 22, y + 26, `${s.name} ${written(current, "A", 3)}`, "motor");
@@ -398,6 +403,36 @@ const GLYPHS = {
     line(ctx, ...a, ...b);
     ctx.setLineDash([]);
     m.label(ctx, (a[0] + b[0]) / 2 + 6, (a[1] + b[1]) / 2 + 16, `${s.name} ${+(+s.ratio).toPrecision(4)}`, "soft");
+  } },
+  belt: { layer: 1, draw(m, ctx, s, t) {
+    const a = m.place(s.first.a), b = m.place(s.second.a), [ra, rb] = s.radii.map((r) => r * m.scale);
+    const d = Math.hypot(b[0] - a[0], b[1] - a[1]), way = Math.atan2(b[1] - a[1], b[0] - a[0]);
+    ctx.strokeStyle = m.colour("edge");
+    ctx.lineWidth = 1.5;
+    for (const [at, r] of [[a, ra], [b, rb]]) { ctx.beginPath(); ctx.arc(...at, r, 0, 7); ctx.stroke(); }
+    const open = Math.acos(Math.max(-1, Math.min(1, (s.cross ? ra + rb : ra - rb) / (d || 1))));
+    [-open, open].forEach((turn, k) => {
+      const share = Math.abs(m.share(s.tensions[k], t)), c = Math.cos(way + turn), f = Math.sin(way + turn), far = s.cross ? -rb : rb;
+      ctx.strokeStyle = m.colour(share > 0.01 ? "force" : "soft");
+      ctx.lineWidth = 1.2 + 3 * share;
+      ctx.setLineDash(share > 0 ? [] : [5, 4]);
+      line(ctx, a[0] + ra * c, a[1] + ra * f, b[0] + far * c, b[1] + far * f);
+    });
+    ctx.setLineDash([]);
+    m.label(ctx, (a[0] + b[0]) / 2 + 6, (a[1] + b[1]) / 2 + 4, `${s.name} ${written(m.at(s.effort, t), "N", 3)}`, "soft");
+  } },
+  cam: { layer: 1, draw(m, ctx, s, t) {
+    const a = m.place(s.first.b), b = m.place(s.second.a), share = Math.abs(m.share(s.effort, t));
+    const turn = (m.poses[s.second.a[0]].angle || 0) + m.at(s.second.q, t) + s.second.zero, r = 18;
+    ctx.strokeStyle = m.colour(share > 0.01 ? "force" : "edge");
+    ctx.lineWidth = 1.5 + 2.5 * share;
+    ctx.beginPath();
+    ctx.arc(b[0] + 0.45 * r * Math.cos(turn), b[1] - 0.45 * r * Math.sin(turn), r, 0, 7);
+    ctx.stroke();
+    ctx.setLineDash([5, 4]);
+    line(ctx, ...a, ...b);
+    ctx.setLineDash([]);
+    m.label(ctx, b[0] + 1.6 * r, b[1] + r, s.name, "soft");
   } },
   stop: { layer: 1, draw(m, ctx, s, t) {
     const [x, y] = m.place(s.a), base = m.poses[s.a[0]].angle || 0, angle = m.axisAngle(s), share = Math.abs(m.share(s.effort, t));
@@ -454,7 +489,7 @@ const GLYPHS = {
     if (s.form === "c") { line(ctx, x - 4, y - 22, x - 4, y - 8); line(ctx, x + 4, y - 22, x + 4, y - 8); }
     else { ctx.beginPath(); for (let k = 0; k < 3; k++) ctx.arc(x - 8 + 8 * k, y - 14, 4, Math.PI, 0); ctx.stroke(); }
     if (m.arrows) effort(m, ctx, s, t, x, y - 14, 20, "coil");
-    m.label(ctx, x + 12, y - 20, `${s.name} ${written(m.at(s.volts, t), "V", 3)}`, "coil");
+    m.label(ctx, x + 12, y - 20, `${s.name} ${written(m.at(s.volts, t), s.of || "V", 3)}`, "coil");
   } },
 };
 

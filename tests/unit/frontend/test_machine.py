@@ -127,7 +127,7 @@ def test_every_card_word_has_its_terminal(word):
 
 def test_without_the_mark_the_hint_names_it():
     for card, mark in (
-        ("MOTOR m1 a 0 hinge r=2", "kt=, ke=, kv= or model="),
+        ("MOTOR m1 a 0 hinge r=2", "kt=, ke=, kv=, vnom= or model="),
         ("BODY arm j=1", "m=, shape= or fixed="),
     ):
         assert f"needs {mark}" in said(card)[0].hint
