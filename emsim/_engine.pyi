@@ -264,6 +264,7 @@ class System:
         stream: tuple[str, bool, Any] | None = None,
         inside: tuple[Sequence[Expr], int] | None = None,
         closures: Sequence[Expr] = (),
+        begin: tuple[Sequence[float], Sequence[float]] | None = None,
     ) -> Waveforms:
         """options: method (trap gear radau trbdf2 esdirk rk45 dop853) reltol abstol vntol trtol gmin
         itl1 itl4 maxord fixed_step projection.
@@ -271,7 +272,8 @@ class System:
         Not drawn: beside the ends of steps only the print grid has rows, however far apart they are.
         stream: (path, is there such a file already, head as write_raw has it): rows go there while the run goes on.
         inside: expressions that are kept within the steps as polynomials of that degree, see `Waveforms.inside`.
-        closures: how far loops are open, for `Waveforms.gaps`."""
+        closures: how far loops are open, for `Waveforms.gaps`.
+        begin: unknowns and conditions in place of an operating point, as `Waveforms.state` of another run has them."""
 
 @final
 class SmallSignal:
@@ -358,7 +360,7 @@ class Waveforms:
     def stats(self) -> dict[str, Any]: ...
     @property
     def state(self) -> tuple[list[float], list[float]] | None:
-        """Of a sweep: unknowns and conditions at its last point."""
+        """Unknowns and conditions where a sweep or a transient ended."""
     @property
     def corners(self) -> bytes:
         """Times of rows at which signals may bend or jump, as the bytes of native float64."""

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from .diagnostics import Span
 
 # analyses that a card may name; of those that are not there the card says so itself
-ANALYSES = frozenset("tran dc ac noise sp tf op disto pss sens".split())
+ANALYSES = frozenset("tran dc ac noise sp ss tf op disto pss sens".split())
 # statistics of a signal, which begin the card: `max(v(a),0)` further on is a function
 STATISTICS = {
     "avg": "avg", "mean": "avg", "rms": "rms", "min": "min", "max": "max", "pp": "pp", "integ": "integ", "integral": "integ",

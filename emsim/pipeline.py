@@ -278,7 +278,7 @@ def prepare(
         from .measures import check
 
         check(flat.measures, flat.sink)
-    times = next((found for a in planned if (found := a.times()) is not None), (1.0, 1.0))
+    times = next((found[:2] for a in planned if (found := a.times()) is not None), (1.0, 1.0))
     context = Context
     if recording:
         from .assemble.recording import Recording as context
@@ -486,7 +486,7 @@ def _table(assembly: Assembly, r: Run) -> Table:
         elif r.waves.status == "ok":
             doubt(ledger, assembly.flat.sink, assembly.options["method"])
 
-    stats = dict(r.waves.stats)
+    stats = {**r.waves.stats, **r.stats}
     stats.setdefault("seconds", stats.get("solve_time"))
     if assembly.machine is not None and r.waves.gaps:
         stats["open"] = assembly.machine.widest([wide for _, wide in r.waves.gaps])

@@ -11,6 +11,7 @@ from .op import Op
 from .pz import Pz
 from .sens import Sens
 from .sp import Sp
+from .ss import Ss
 from .tf import Tf
 from .tran import Tran
 
@@ -23,7 +24,7 @@ if TYPE_CHECKING:
 
 __all__ = ["ANALYSES", "Analysis", "Axis", "Run", "find", "plan", "refused", "transients"]
 
-ANALYSES: tuple[type[Analysis], ...] = (Op, Dc, Tran, Ac, Noise, Pz, Sens, Sp, Modes, Tf)
+ANALYSES: tuple[type[Analysis], ...] = (Op, Dc, Tran, Ac, Noise, Pz, Sens, Sp, Ss, Modes, Tf)
 
 
 def find(word: str) -> type[Analysis] | None:
@@ -39,11 +40,15 @@ def plan(flat: FlatDeck, tmax: float | None = None) -> list[Analysis]:
         if kind is not None and (analysis := kind.read(card, flat.sink)) is not None:
             planned.append(analysis)
     over = next((a for a in planned if a.axis is not None), None) or next(iter(planned), None)
+    words = [a.word for a in planned]
+    if "ss" in words and "tran" not in words:
+        for harmonics in flat.fours:
+            harmonics.analysis = "ss"
     for measure in (*flat.measures, *flat.fours):
         # LTspice leaves out which analysis is meant
         if not measure.analysis and over is not None:
             measure.analysis = over.word
-        elif measure.analysis not in [a.word for a in planned]:
+        elif measure.analysis not in words:
             said = f"`{measure.name}` is not measured: the deck has no .{measure.analysis or 'tran'}"
             flat.sink.note("N282", said, measure.span)
     for transient in transients(planned) if tmax is not None else ():

@@ -4,7 +4,7 @@ The duties of an author, in the order in which they are asked for:
 
  1. `word`, `form`, `meaning`   the dot card: its name, how it is written, what it computes
  2. `read(card, sink)`          the card's arguments, checked; None after an error, which the sink has
- 3. `times()`                   the (tstep, tstop) [s] that waveforms refer to where they leave times out
+ 3. `times()`                   the (tstep, tstop) [s] that waveforms refer to where they leave times out; a period behind them
  4. `columns(ctx)`              what is recorded; the default: what .save and .print ask for
  5. `run(assembly, progress)`   the computation
  6. `axis`, `complex`           what its table is like: over what, of complex numbers or not; writers and pictures
@@ -137,12 +137,13 @@ class Run:
     channels             columns beyond the named ones, which move a drawing
     trouble              diagnostics of a run that did not reach its end
     beside               further tables of the same analysis
+    stats                counters beside those of the record
     inside               quantities that the record has within the steps too (Waveforms.inside), and the degree of the polynomials
     """
 
     __slots__ = (
-        "analysis", "axis", "beside", "channels", "derived", "grid", "inside", "kind", "names", "plotname", "steps", "store",
-        "trouble", "uic", "units", "waves",
+        "analysis", "axis", "beside", "channels", "derived", "grid", "inside", "kind", "names", "plotname", "stats", "steps",
+        "store", "trouble", "uic", "units", "waves",
     )  # fmt: skip
 
     def __init__(
@@ -164,6 +165,7 @@ class Run:
         inside: tuple[Sequence[Output], int] = ((), 0),
     ) -> None:
         self.beside: list[Run] = []
+        self.stats: dict[str, Any] = {}
         self.plotname = plotname
         self.analysis, self.kind, self.names, self.units, self.waves = (
             analysis,
@@ -218,8 +220,9 @@ class Analysis(ABC):
     def read(cls, card: Card, sink: Sink) -> Self | None:
         """The card's arguments. None after an error, which the sink has."""
 
-    def times(self) -> tuple[float, float] | None:
-        """(tstep, tstop) [s] that waveforms refer to where they leave times out; None: to those of any other analysis."""
+    def times(self) -> tuple[float, ...] | None:
+        """(tstep, tstop) [s] that waveforms refer to where they leave times out, and a period with which they have to repeat
+        where one stands behind; None: to those of any other analysis."""
         return None
 
     def columns(self, ctx: Context) -> list[Output]:

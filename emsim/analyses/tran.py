@@ -35,6 +35,7 @@ class Tran(Analysis):
     plotname = "Transient Analysis"
     axis = Axis("time", "s")
     streams = True
+    begin: tuple[list[float], list[float]] | None = None  # unknowns and conditions that it goes on from
 
     def __init__(
         self, card: Card, tstep: float, tstop: float, tstart: float, tmax: float | None, uic: bool
@@ -78,7 +79,7 @@ class Tran(Analysis):
             return cls(card, tstep, tstop, tstart, largest, uic)
         return None
 
-    def times(self) -> tuple[float, float]:
+    def times(self) -> tuple[float, ...]:
         return self.tstep, self.tstop
 
     def run(self, assembly: Assembly, progress: Progress | None = None) -> Run:
@@ -112,6 +113,7 @@ class Tran(Analysis):
             self.into,
             ([o.expr for o in inside if o.expr is not None], DEGREE) if inside else None,
             assembly.machine.closures if assembly.machine is not None else (),
+            self.begin,
         )
         trouble = []
         if waves.status == "failed":

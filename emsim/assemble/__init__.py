@@ -80,13 +80,13 @@ class Assembly:
 def assemble(
     flat: FlatDeck,
     options: dict[str, Any],
-    times: tuple[float, float],
+    times: tuple[float, ...],
     energy: bool = False,
     context: type[Context] = Context,
     analyses: Sequence[Analysis] = (),
 ) -> Assembly:
-    """Circuit and machine in one system. `times` (tstep, tstop) [s] fill in waveform defaults; `context` is Recording where
-    the deck is to be explained; `analyses` are those whose columns are compiled.
+    """Circuit and machine in one system. `times` (tstep, tstop) [s] fill in waveform defaults, a period behind them is that of
+    all; `context` is Recording where the deck is to be explained; `analyses` are those whose columns are compiled.
 
     Raises DeckError with everything that is wrong with the deck.
     """

@@ -75,7 +75,7 @@ class Context:
         self.machine: Any = None
         self.scale: Any = None
         # (tstep, tstop) that waveform defaults refer to: of the first .tran, or of the one that runs
-        self.times = (1.0, 1.0)
+        self.times: tuple[float, ...] = (1.0, 1.0)
         self.ics: dict[str, float] = {}
         self.saved: dict[str, Output] | None = None  # columns that every analysis records (outputs.py)
         self._waves: dict[str, int] = {}

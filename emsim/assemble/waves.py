@@ -17,7 +17,7 @@ Times in s, frequencies in Hz, values in V or A. "0" for a time of PULSE or EXP 
 from __future__ import annotations
 
 from itertools import pairwise
-from math import isfinite
+from math import ceil, isfinite
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -31,7 +31,7 @@ Resolved = tuple[str, list[float], float | None]
 LEAST = {"pulse": 2, "sin": 1, "exp": 2, "pwl": 2, "sffm": 1, "am": 1, "dc": 1}
 
 
-def of_source(e: Element, times: tuple[float, float], sink: Sink) -> Resolved:
+def of_source(e: Element, times: tuple[float, ...], sink: Sink) -> Resolved:
     """(kind, arguments, dc) of a V or I element; dc is None when no DC value is written."""
     dc = e.extra.get("dc")
     if e.wave is None:
@@ -41,8 +41,9 @@ def of_source(e: Element, times: tuple[float, float], sink: Sink) -> Resolved:
     return kind, args, None if dc is None else float(dc)
 
 
-def resolve(wave: Waveform, times: tuple[float, float], sink: Sink) -> tuple[str, list[float]]:
-    """Kind and complete arguments. `times` are (tstep, tstop) of the transient analysis [s]."""
+def resolve(wave: Waveform, times: tuple[float, ...], sink: Sink) -> tuple[str, list[float]]:
+    """Kind and complete arguments. `times` are (tstep, tstop) of the transient analysis [s]; with a period behind them the
+    waveform is continued into the past, E440 where it does not repeat."""
     kind, given = wave.kind.lower(), [float(a) for a in wave.args]
     rule = RULES.get(kind)
     if rule is None:
@@ -62,11 +63,66 @@ def resolve(wave: Waveform, times: tuple[float, float], sink: Sink) -> tuple[str
         )
         return "dc", [0.0]
     try:
-        args = rule(Arguments(given), wave, *times)
+        args = rule(Arguments(given), wave, *times[:2])
     except ValueError as trouble:
         sink.error("E292", f"{kind.upper()}: {trouble}", wave.span)
         return "dc", [0.0]
-    return ("pwlr" if len(args) > len(given) and kind == "pwl" else kind), args
+    kind = "pwlr" if len(args) > len(given) and kind == "pwl" else kind
+    if len(times) > 2:
+        args, said = continued(kind, args, times[2])
+        if said:
+            sink.error(
+                "E440",
+                f"{wave.kind.upper()} {said}",
+                wave.span,
+                "give a period in which every source repeats",
+            )
+    return kind, args
+
+
+def continued(kind: str, args: list[float], period: float) -> tuple[list[float], str]:
+    """A waveform as if it had been running for ever, and what is wrong where it does not repeat with the period."""
+
+    def fits(frequency: float) -> bool:
+        turns = abs(frequency * period)
+        return abs(turns - round(turns)) <= 1e-6 * max(turns, 1.0)
+
+    def early(at: int, start: float = 0.0) -> list[float]:
+        late = args[at] + start
+        return [
+            *args[:at],
+            args[at] - ceil(late / period - 1e-9) * period if late > 0 else args[at],
+            *args[at + 1 :],
+        ]
+
+    every = f"does not repeat every {period:g} s"
+    if kind == "pulse" and args[0] != args[1]:
+        if args[7]:
+            return args, f"ends after {args[7]:g} pulses"
+        return early(2), "" if fits(1.0 / args[6]) else f"{every}: its period is {args[6]:g} s"
+    if kind == "sin" and args[1]:
+        if args[4]:
+            return args, "dies out"
+        return early(3), "" if fits(args[2]) else f"{every}: its frequency is {args[2]:g} Hz"
+    if (kind == "exp" and args[0] != args[1]) or (kind == "pwl" and len(set(args[1::2])) > 1):
+        return (
+            args,
+            f"does not repeat at all{'' if kind == 'exp' else ': r=0 behind its points repeats them'}",
+        )
+    if kind == "pwlr":
+        every_ = args[-2] - args[1]
+        if args[1] < 0:
+            return args, "does not repeat at all: r=0 behind its points repeats them"
+        return early(0, args[-2]), "" if every_ > 0 and fits(
+            1.0 / every_
+        ) else f"{every}: its period is {every_:g} s"
+    if kind in ("sffm", "am"):
+        own = (args[2], args[4]) if kind == "sffm" else (args[2], args[3])
+        wrong = next((f for f in own if not fits(f)), None)
+        return early(
+            4
+        ) if kind == "am" else args, "" if wrong is None else f"{every}: {wrong:g} Hz does not fit"
+    return args, ""
 
 
 class Arguments:

@@ -29,6 +29,10 @@ FORMS = {
     "sens": ("sens v(out) [ac ..]", "what the output depends on"),
     "disto": ("disto dec|oct|lin points fstart fstop [f2overf1]", "distortion of small signals"),
     "sp": ("sp dec|oct|lin points fstart fstop", "scattering parameters"),
+    "ss": (
+        "ss tstep period [tstab] [uic]",
+        "the periodic steady state of what sources drive, into a plot ss1",
+    ),
     "pss": ("pss ..", "the periodic steady state"),
 }
 

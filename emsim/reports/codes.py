@@ -32,6 +32,7 @@ FAMILIES = (
     "motors",
     "circuit",
     "running",
+    "steady",
     "results",
     "sweeps",
     "drawing",

@@ -122,6 +122,8 @@ pub struct Work {
     pub guests: Guests,
     /// ... and those that the past gives
     pub past: Past,
+    /// unknowns and flags that a run begins with, in place of an operating point
+    pub begin: Option<(Vec<f64>, Vec<f64>)>,
     pub source_factor: f64,
     pub dc: bool, // independent sources at their DC value
     /// ... but for these, with the value that a sweep gives them
@@ -457,6 +459,7 @@ impl System {
             before: f64::INFINITY,
             guests: Guests::default(),
             past: self.delays.past(),
+            begin: None,
             source_factor: 1.0,
             dc: false,
             given: Vec::new(),

@@ -34,6 +34,8 @@ pub struct Transient {
     pub tstart: f64,
     pub tmax: Option<f64>,
     pub uic: bool,
+    /// it begins with `Work::begin`
+    pub begun: bool,
     /// curves are drawn through the rows: none far apart, whatever tstep says
     pub drawn: bool,
 }
@@ -65,6 +67,8 @@ pub struct Outcome {
     /// flags that were not what their conditions say, and when first
     pub broken: Vec<(f64, usize)>,
     pub watch: Report,
+    /// unknowns where it ended
+    pub end: Vec<f64>,
     /// what `auto` chose
     pub used: Vec<Used>,
 }
@@ -150,6 +154,7 @@ fn conduct(
     run.advance(method, tick);
     run.record.close(run.sys, run.w);
     run.outcome.watch = run.watch.report(run.sys, run.w, (run.t, &run.x), method, &run.tol);
+    run.outcome.end.clone_from(&run.x);
     run.outcome.used = method.used();
     run.outcome.broken = std::mem::take(&mut run.check.broken);
     if run.outcome.used.is_empty() {
@@ -168,6 +173,7 @@ impl Outcome {
             stepped: Vec::new(),
             broken: Vec::new(),
             watch: Report::default(),
+            end: Vec::new(),
             used: Vec::new(),
         }
     }
@@ -184,10 +190,14 @@ impl Failed {
     }
 }
 
-/// Initial conditions, or the operating point with the machine held.
+/// Where another run ended, initial conditions, or the operating point with the machine held.
 pub(super) fn starting_point(sys: &System, w: &mut Work, a: Transient, o: &Options) -> Result<Vec<f64>, Box<Failed>> {
     let tol = Tolerances::new(sys, o);
     w.gmin = o.gmin;
+    if let Some((x, flags)) = w.begin.take() {
+        w.flags = flags;
+        return Ok(x);
+    }
     let mut x = op::initial(sys);
     if a.uic {
         w.start_from_given();
@@ -272,7 +282,7 @@ impl<'a, S: Sink> Run<'a, S> {
         let feature = self.sys.shortest_feature().min(self.a.tstep).min(self.tmax);
         // within so little of the run charges are not known to rounding: what need not be computed from their change is not
         let (short, rounded) = (1e-5 * feature, 1e-10 * self.a.tstop);
-        let fits = !self.a.uic && self.sys.forces.is_empty();
+        let fits = !(self.a.uic || self.a.begun) && self.sys.forces.is_empty();
         let known = || op::is_all_state(self.sys) || short < rounded && fits && !undetermined(self.sys).contains(&true);
         if !known() && (self.a.uic || !method.settle(self.sys, self.w, 0.0, 0.0, &mut self.x)) {
             self.settle(0.0, short.max(rounded.min(1e-3 * feature)), true);

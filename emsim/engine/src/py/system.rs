@@ -408,7 +408,8 @@ impl System {
     /// `accounts`: (powers to integrate, energies to read at both ends, keep a trace of them). Not `drawn`, the rows beside
     /// the steps' ends are those of the print grid alone.
     /// `inside`: expressions to be kept within the steps, and the degree of their polynomials.
-    #[pyo3(signature = (tstep, tstop, tstart=0.0, tmax=None, uic=false, outputs=vec![], options_=None, progress=None, accounts=None, drawn=true, stream=None, inside=None, closures=vec![]))]
+    /// `begin`: the `state` of another run, in place of an operating point.
+    #[pyo3(signature = (tstep, tstop, tstart=0.0, tmax=None, uic=false, outputs=vec![], options_=None, progress=None, accounts=None, drawn=true, stream=None, inside=None, closures=vec![], begin=None))]
     #[allow(clippy::too_many_arguments)]
     fn tran(
         &self,
@@ -426,7 +427,11 @@ impl System {
         stream: Option<(String, bool, RawTable)>,
         inside: Option<(Vec<Bound<'_, PyAny>>, usize)>,
         closures: Vec<Bound<'_, PyAny>>,
+        begin: Option<(Vec<f64>, Vec<f64>)>,
     ) -> PyResult<Waveforms> {
+        if begin.as_ref().is_some_and(|(x, flags)| x.len() != self.inner.n || flags.len() != self.inner.flags.len()) {
+            return Err(PyValueError::new_err("tran: begin is the state of a run of these equations"));
+        }
         let good = |v: f64| v.is_finite() && v > 0.0;
         let ordered = tstart >= 0.0 && tstart < tstop;
         if !(good(tstep) && good(tstop) && ordered && tmax.is_none_or(good)) {
@@ -456,7 +461,7 @@ impl System {
             record.stream = Some(raw::Stream::new(path, append, table.header()?, rows));
         }
         let gate = record.gate.clone();
-        let a = Transient { tstep, tstop, tstart, tmax, uic, drawn };
+        let a = Transient { tstep, tstop, tstart, tmax, uic, begun: begin.is_some(), drawn };
         if integrate::reduces(&sys, &o) {
             sys.reduce(&mut lock(&self.graph));
         }
@@ -467,6 +472,7 @@ impl System {
         let (outcome, w, record, seconds) = py.detach(move || {
             let clock = Clock::start();
             let mut w = sys.work();
+            w.begin = begin;
             let mut last = Instant::now();
             let mut tick = |t: f64, h: f64, steps: u64, events: u64| {
                 if last.elapsed() < Duration::from_millis(50) {
@@ -524,7 +530,7 @@ impl System {
             watch,
             used,
             steady,
-            state: None,
+            state: (!outcome.end.is_empty()).then_some((outcome.end, w.flags)),
         })
     }
 }
