@@ -127,10 +127,15 @@ def assemble(
 
 def _machine(ctx: Context) -> Machine:
     """The machine in the coordinates that the options ask for."""
+    from .machine import Machine
+
+    machine = None
+    if ctx.options["formulation"] == "auto":
+        machine = Machine(ctx)
+        deep = not machine.broken and machine.graph().is_deep
+        ctx.options["formulation"] = "absolute" if deep else "joint"
     if ctx.options["formulation"] == "absolute":
         from .absolute import Absolute
 
         return Absolute(ctx)
-    from .machine import Machine
-
-    return Machine(ctx)
+    return machine or Machine(ctx)

@@ -39,7 +39,7 @@ if TYPE_CHECKING:
     from .._engine import Builder, Expr
     from ..cards.body import Body
     from ..cards.drive import Drive
-    from ..cards.kinematics import Vector
+    from ..cards.kinematics import Scalar, Vector
     from .context import Context
     from .scene import JointState
 
@@ -78,8 +78,9 @@ class Absolute(Machine):
             joint.cut = True
             joint.kind.length = self.like.joints[joint.name].kind.length
         self.planar = _is_planar(self.like, moving)
+        self.poses = _poses(self.like, moving)
         coordinates = _planar if self.planar else _spatial
-        self.roots = {name: coordinates(self.like, self.bodies[name]) for name in moving}
+        self.roots = {name: coordinates(self.like, self.bodies[name], self.poses[name]) for name in moving}
         for drive in self.drives:
             if drive.qd is not None:
                 joint = self.joints[drive.terminals[0][2].name]
@@ -121,14 +122,14 @@ class Absolute(Machine):
 
     def _place_planar(self, body: Body, cs: list[Coordinate]) -> Frame:
         (x, y), angle = cs[:2], cs[2] if len(cs) > 2 else None
-        height = _value(self.like, self.like.frames[body.name].point(body.centre).pos[2])
-        moving = Moving(ground(self.b), (0.0, 0.0, height))
+        pose = self.poses[body.name]
+        moving = Moving(ground(self.b), (0.0, 0.0, pose.centre[2]))
         moving.slide(AXES["x"], x.q, x.u)
         moving.slide(AXES["y"], y.q, y.u)
         if angle is not None:
             moving.turn(AXES["z"], angle.q, angle.u)
         else:
-            moving.turn(AXES["z"], _value(self.like, self.like.frames[body.name].rot.about_z()), 0.0)
+            moving.turn(AXES["z"], pose.angle, 0.0)
         return moving.frame(body.name, body.centre)
 
     def _place_spatial(self, body: Body, cs: list[Coordinate]) -> Frame:
@@ -158,6 +159,11 @@ class Absolute(Machine):
 
     def _integral(self, drive: Drive, joint: JointState) -> Expr | None:
         return self.integrals[drive.name].q
+
+    @property
+    def start_is_known(self) -> bool:
+        """Joint coordinates have been asked; joints of a tree hold where they are put, and none repeats another."""
+        return not self.like.plan.cut and not self.like.rows
 
     def initial_state(self) -> list[float]:
         x = super().initial_state()
@@ -220,26 +226,48 @@ def _coordinate(of: str, name: str, speed: str, unit: str, start: float, start_s
     return c
 
 
-def _centre(like: Machine, body: Body, axes: str) -> list[Coordinate]:
+class Pose:
+    """Where a body starts and how it moves, as numbers: its centre of mass, its turn about z or as a matrix, in world axes."""
+
+    __slots__ = ("angle", "centre", "omega", "rotation", "velocity")
+
+    def __init__(self, values: list[float]) -> None:
+        self.centre, self.velocity, self.omega = values[:3], values[3:6], values[6:9]
+        self.rotation = [values[9:12], values[12:15], values[15:18]]
+        self.angle = values[18]
+
+
+def _poses(like: Machine, bodies: list[str]) -> dict[str, Pose]:
+    """Of all bodies in one evaluation: each is an expression of every joint below it."""
+    asked: list[Scalar] = []
+    for name in bodies:
+        frame = like.frames[name]
+        centre = frame.point(like.bodies[name].centre)
+        angle = frame.rot.about_z()
+        turns = [v for row in frame.rot.matrix() for v in row]
+        asked += [*centre.pos, *centre.vel, *frame.omega, *turns, 0.0 if angle is None else angle]
+    values = like.b.eval(like.public_all([like.b.const(0.0) + e for e in asked]), like.found.x, 0.0)
+    each = len(values) // max(1, len(bodies))
+    return {name: Pose(values[k * each : (k + 1) * each]) for k, name in enumerate(bodies)}
+
+
+def _centre(body: Body, pose: Pose, axes: str) -> list[Coordinate]:
     """x y z of the centre of mass."""
     name = f"{body.name}.com" if any(body.centre) else body.name
-    point = like.frames[body.name].point(body.centre)
     return [
-        _coordinate(body.name, f"{axis}({name})", f"v{axis}({name})", "m", _value(like, p), _value(like, v))
-        for axis, p, v in zip(axes, point.pos, point.vel, strict=False)
+        _coordinate(body.name, f"{axis}({name})", f"v{axis}({name})", "m", p, v)
+        for axis, p, v in zip(axes, pose.centre, pose.velocity, strict=False)
     ]
 
 
-def _planar(like: Machine, body: Body) -> list[Coordinate]:
-    name, frame = body.name, like.frames[body.name]
-    about = frame.rot.about_z()
+def _planar(like: Machine, body: Body, pose: Pose) -> list[Coordinate]:
+    name, about = body.name, like.frames[body.name].rot.about_z()
     assert about is not None  # planar
     if not body.inertia[2] and like.public(about).value is not None and not _moment_is_read(like, name):
         # it only slides, and a turn without inertia would be no explicit equation
-        return _centre(like, body, "xy")
-    angle, omega = _value(like, about), _value(like, frame.omega[2])
-    turn = _coordinate(name, f"angle({name})", f"omega({name})", "rad", angle, omega)
-    return [*_centre(like, body, "xy"), turn]
+        return _centre(body, pose, "xy")
+    turn = _coordinate(name, f"angle({name})", f"omega({name})", "rad", pose.angle, pose.omega[2])
+    return [*_centre(body, pose, "xy"), turn]
 
 
 def _moment_is_read(like: Machine, body: str) -> bool:
@@ -248,10 +276,9 @@ def _moment_is_read(like: Machine, body: str) -> bool:
     return any(joint.name in read and body in (joint.a, joint.b) for joint in like.joints.values())
 
 
-def _spatial(like: Machine, body: Body) -> list[Coordinate]:
-    name, frame = body.name, like.frames[body.name]
-    e = _quaternion([[_value(like, v) for v in row] for row in frame.rot.matrix()])
-    wx, wy, wz = (_value(like, w) for w in frame.omega)
+def _spatial(like: Machine, body: Body, pose: Pose) -> list[Coordinate]:
+    name, e = body.name, _quaternion(pose.rotation)
+    wx, wy, wz = pose.omega
     # e' = omega * e / 2 in quaternions, omega in world axes
     v = (
         -wx * e[1] - wy * e[2] - wz * e[3],
@@ -260,7 +287,7 @@ def _spatial(like: Machine, body: Body) -> list[Coordinate]:
         wx * e[2] - wy * e[1] + wz * e[0],
     )
     turn = [_coordinate(name, f"e{k}({name})", f"de{k}({name})", "rad", e[k], 0.5 * v[k]) for k in range(4)]
-    return [*_centre(like, body, "xyz"), *turn]
+    return [*_centre(body, pose, "xyz"), *turn]
 
 
 def _matrix(e0: Expr, e: list[Expr]) -> list[Vector]:

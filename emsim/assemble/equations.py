@@ -76,12 +76,11 @@ def contribute(m: Mechanism) -> None:
 
     # loops
     drift: list[Expr] = [b.const(0.0)] * len(us)
-    drifts: list[Expr] = []
+    drifts = m.rates([row.h for row in m.rows])
     if m.rows or m.laws:
         rates, positions = laws.powers(m)
-        for row in m.rows:
-            drifts.append(m.rate(row.h))
-            rates = rates + b.x(row.row) * drifts[-1]
+        for row, rate in zip(m.rows, drifts, strict=True):
+            rates = rates + b.x(row.row) * rate
             positions = positions + b.x(row.mu_row) * row.h
         force = [f + g for f, g in zip(force, b.grad(rates, us), strict=True)]
         drift = _on_speeds(m, b.grad(positions, qs))

@@ -25,7 +25,7 @@ from . import closing, coordinates, equations, laws, loops, prescribed, probes, 
 from .loops import Row
 from .mechanism import Mechanism
 from .scene import JointState, place
-from .tree import Edge, plan
+from .tree import Edge, Plan, plan
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -112,10 +112,14 @@ class Machine(Mechanism):
     def _errors(self) -> int:
         return sum(1 for d in self.sink.diagnostics if d.severity == "error")
 
-    def _graph(self) -> None:
+    def graph(self) -> Plan:
+        """The tree of the joints, and what closes loops."""
         edges = [Edge(j.name, j.a, j.b, j.card.cut or not j.kind.in_tree) for j in self.joints.values()]
         fixed = {name for name, body in self.bodies.items() if body.fixed}
-        self.plan = plan(list(self.bodies), fixed, edges)
+        return plan(list(self.bodies), fixed, edges)
+
+    def _graph(self) -> None:
+        self.plan = self.graph()
         for name in self.plan.cut:
             self.joints[name].cut = True
         for step in self.plan.steps:
@@ -197,13 +201,14 @@ class Machine(Mechanism):
 
     def _close(self, drives: list[Drive], gears: list[tuple[Gear, float]]) -> None:
         """Constraint rows of cut joints, and of drives and gears that found no coordinate to replace."""
+        differentiated: list[JointState] = []
         for name in self.plan.cut:
             joint = self.joints[name]
             fa, fb = self.frames[joint.a], self.frames[joint.b]
             joint.qs = self._measure(joint)
             speeds = joint.kind.measure_speeds(fa, fb)
             if speeds is None:
-                joint.us = [self.rate(q) for q in joint.qs]
+                differentiated.append(joint)
             else:
                 joint.us = [self.b.const(0.0) + u for u in speeds]
             self._check_measured(joint)
@@ -225,6 +230,9 @@ class Machine(Mechanism):
             for k in stay:
                 label, h, unit = rows[k]
                 self.rows.append(Row(name, k, label, self.b.const(0.0) + h, unit))
+        rates = iter(self.rates([q for joint in differentiated for q in joint.qs]))
+        for joint in differentiated:
+            joint.us = [next(rates) for _ in joint.qs]
         for group in self.groups:
             owner = group.places[0].of
             for k, h in enumerate(group.norms()):

@@ -87,6 +87,11 @@ class Mechanism(Binding):
             x[row] = card.search[k] if start is None else start
         return x
 
+    @property
+    def start_is_known(self) -> bool:
+        """Do all joints hold at the start, each by rows that say something new?"""
+        return False
+
     def is_unmeasured(self, owner: str) -> bool:
         """Is this a rod whose length follows from the start? Its row lacks that length until it is known."""
         joint = self.joints.get(owner)
@@ -119,13 +124,15 @@ class Mechanism(Binding):
 
     def rate(self, e: Scalar) -> Expr:
         """de/dt along the motion."""
-        if isinstance(e, float):
-            return self.b.const(0.0)
+        return self.b.const(0.0) if isinstance(e, float) else self.rates([e])[0]
+
+    def rates(self, es: list[Expr]) -> list[Expr]:
+        """The same of several, in one pass over what they share."""
         seed: list[tuple[Expr, Any]] = [(c.q, c.rate) for c in self.places]
         seed += [(c.q, c.u) for c in self.given]
         seed += [(v.s, v.rate) for v in self.virtuals]
         seed.append((self.b.time(), 1.0))
-        return self.b.tangent([e], seed)[0]
+        return self.b.tangent(es, seed)
 
     def on_speeds(self, by_place: list[Expr]) -> list[Expr]:
         """N^T of what belongs to the own coordinates, d/dq for instance: what it is for the own speeds."""

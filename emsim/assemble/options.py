@@ -94,7 +94,7 @@ def resolve(flat: FlatDeck, above: dict[str, Any] | None = None) -> dict[str, An
     out: dict[str, Any] = {
         "gmin": GMIN,
         "method": "auto",
-        "formulation": "joint",
+        "formulation": "auto",
     }
     strange: list[str] = []
     for name, value in given.items():
@@ -161,11 +161,12 @@ def _method(word: str, sink: Sink, span: Span | None) -> str | None:
 
 
 def _formulation(word: str, sink: Sink, span: Span | None) -> str:
-    if word.lower() not in FORMULATIONS:
-        near = suggest(word.lower(), FORMULATIONS)
+    known = ("auto", *FORMULATIONS)
+    if word.lower() not in known:
+        near = suggest(word.lower(), known)
         sink.error(
             "E294", f"there is no formulation `{word}`", span,
-            hint=f"did you mean `{near}`?" if near else f"there are {', '.join(FORMULATIONS)}",
+            hint=f"did you mean `{near}`?" if near else f"there are {', '.join(known)}",
         )  # fmt: skip
-        return FORMULATIONS[0]
+        return known[0]
     return word.lower()

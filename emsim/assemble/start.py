@@ -32,6 +32,7 @@ RANK = (
 MOVED = 1e-9
 LATER = (0.0, 0.01, 0.05, 0.13, 0.29, 0.47, 0.71, 0.97)  # parts of the run: where a driven loop is looked at
 SAID = 4  # coordinates that a message names
+EVIDENT = 1e-6  # of the largest one
 MASSLESS = 1e-13  # beside the heaviest neighbour: a bead of 1e-12 kg on a kilogram still has inertia
 
 
@@ -51,7 +52,9 @@ def assemble(m: Mechanism) -> Start:
         m.rows.clear()
         return result
 
-    if m.rows:
+    if m.start_is_known:
+        pass
+    elif m.rows:
         mass = mass_matrix(m, x)
         before = list(x)
         held = [(m.public(q), u) for q, u in held_at_cuts(m)]
@@ -83,10 +86,10 @@ def assemble(m: Mechanism) -> Start:
             for c in m.motions
             if abs(x[c.speed_row] - before[c.speed_row]) > MOVED * (1.0 + abs(before[c.speed_row]))
         ]
-    else:
-        jacobian = []
+        _inertia_everywhere(m, mass_matrix(m, x), jacobian)
+    elif not _all_have_inertia(m):
+        _inertia_everywhere(m, mass_matrix(m, x), [])
     result.dof = len(m.motions) - len(m.rows)
-    _inertia_everywhere(m, mass_matrix(m, x), jacobian)
     _write(m, x)
     return result
 
@@ -261,6 +264,18 @@ def _speeds(
         )
     for c, value in zip(own, u, strict=True):
         x[c.speed_row] = value
+
+
+def _all_have_inertia(m: Mechanism) -> bool:
+    """Has every moving body mass, and moments about all axes? Then a tree moves nothing without inertia, however it is jointed,
+    and nothing has to be worked out: what a row less would cost grows with the third power of their number."""
+    moving = [body for body in m.bodies.values() if not body.fixed]
+    spatial = any(joint.kind.leaves_plane() for joint in m.joints.values())
+    if spatial and any(any(body.inertia[3:]) for body in moving):
+        return False  # products of inertia: their tensor may be singular
+    masses = [body.m for body in moving]
+    moments = [j for body in moving for j in body.inertia[0 if spatial else 2 : 3]]
+    return all(min(values, default=0.0) > EVIDENT * max(values, default=0.0) for values in (masses, moments))
 
 
 def _inertia_everywhere(m: Mechanism, mass: list[list[float]], jacobian: list[list[float]]) -> None:

@@ -38,6 +38,9 @@ class Step:
         self.backward = backward
 
 
+DEEP = 35  # joints between a body and ground, root mean square: from here on maximal coordinates are cheaper
+
+
 class Plan:
     """`roots` are the free bodies, `steps` lead outwards from ground and roots, `cut` closes the loops."""
 
@@ -48,6 +51,20 @@ class Plan:
         self.steps = steps
         self.cut = cut
         self.above = {step.child: step for step in steps}
+
+    @property
+    def is_deep(self) -> bool:
+        """Is this a tree without loops in which a body hangs on so many joints that its own coordinates are cheaper?
+
+        Every joint on the way to a body has its part in the body's inertia: the work of joint coordinates grows with the square
+        of the depth, that of maximal coordinates with the number of bodies alone.
+        """
+        if self.cut:
+            return False
+        depth: dict[str, int] = {}
+        for step in self.steps:
+            depth[step.child] = 1 + depth.get(step.parent, 0)
+        return sum(d * d for d in depth.values()) > DEEP * DEEP * len(depth)
 
     def path(self, body: str) -> list[str]:
         """Joints from a body up to its root."""
