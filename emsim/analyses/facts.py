@@ -100,6 +100,11 @@ def _formulations(assembly: Assembly) -> dict[str, Any]:
     for formulation in FORMULATIONS:
         other: Assembly = assembly
         if formulation != assembly.options["formulation"]:
+            if assembly.machine.graph().is_deep:
+                found[formulation] = (
+                    "not written out: bodies hang on so many joints that its work grows with their square"
+                )
+                continue
             said, flat.sink = flat.sink, Sink()
             try:
                 options = {**assembly.options, "formulation": formulation}

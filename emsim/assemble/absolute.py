@@ -1,8 +1,9 @@
 """Maximal coordinates: every moving body has its own, every joint is constraint rows (`.options
 formulation=absolute`).
 
-The cross-check of joint coordinates, and the price of modelling more than the scene needs: a four-bar has one
-freedom, three joint coordinates with two rows, or nine coordinates of its bodies with eight rows.
+The default for deep trees (tree.Plan.is_deep), the cross-check of joint coordinates, and the price of modelling more than
+the scene needs: a four-bar has one freedom, three joint coordinates with two rows, or nine coordinates of its bodies with
+eight rows.
 
 A body's coordinates are those of its centre of mass, so its mass matrix is constant, and
     planar scene    x, y and the angle

@@ -38,7 +38,7 @@ class Step:
         self.backward = backward
 
 
-DEEP = 35  # joints between a body and ground, root mean square: from here on maximal coordinates are cheaper
+DEEP = 30  # joints between a body and ground, root mean square: beyond it joint coordinates cost more and lose digits
 
 
 class Plan:
@@ -57,7 +57,8 @@ class Plan:
         """Is this a tree without loops in which a body hangs on so many joints that its own coordinates are cheaper?
 
         Every joint on the way to a body has its part in the body's inertia: the work of joint coordinates grows with the square
-        of the depth, that of maximal coordinates with the number of bodies alone.
+        of the depth, that of maximal coordinates with the number of bodies alone. And speeds follow from momenta by a matrix
+        whose condition grows with the fourth power of the depth: what is lost there is taken for an error of the step.
         """
         if self.cut:
             return False

@@ -2,7 +2,8 @@
 
 Reads a deck, builds its equations and says what they are made of, without running it: unknowns, degrees of
 freedom, loops, what folded away, tolerances; with a machine what its equations cost in the coordinates of joints
-(the default) and in those of every body (.options formulation=absolute). Exit code 1 when the deck is wrong."""
+(the default but for long chains) and in those of every body (.options formulation=absolute). Exit code 1 when the deck
+is wrong."""
 
 from __future__ import annotations
 

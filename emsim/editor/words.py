@@ -104,7 +104,7 @@ READS = {
 # .options -> (unit, default, meaning)
 OPTIONS = {
     "method": ("", "auto", "integration method"),
-    "formulation": ("", "joint", "coordinates of the machine: of its joints, or of every body (absolute)"),
+    "formulation": ("", "auto", "coordinates of the machine: of joints, or of bodies (absolute), as long chains have them"),
     "reltol": ("", "1e-3", "relative tolerance of every quantity"),
     "vntol": ("V", "1e-6", "absolute tolerance of voltages"),
     "abstol": ("A", "1e-12", "absolute tolerance of currents"),

@@ -1,0 +1,101 @@
+"""Long chains: their work grows with the number of links, in coordinates that the run chooses by itself."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import emsim
+from emsim.diagnostics import DeckError
+
+
+def chain(links: int, tran: str = "10m 0.3", options: str = "", end: str = "", last: str = "") -> str:
+    """Uniform rods, one metre in all, let go from the horizontal."""
+    length = 1.0 / links
+    cards = ["a chain", ".gravity 9.81", f".options {options}" if options else "*"]
+    before = "0"
+    for k in range(1, links + 1):
+        mass = end if k == links and end else f"shape=rod({length}) m={length}"
+        cards += [
+            f"BODY b{k} {mass}",
+            f"JOINT p{k} {before} b{k} pin {'zero=-90deg ic=90deg' if k == 1 else ''}",
+        ]
+        before = f"b{k}({length},0)"
+    shown = f"x({before}) y({before}) angle(p1) omega(p2) fx(p1) energy()"
+    return "\n".join([*cards, last, f".print tran {shown}", f".tran {tran}", ".end", ""])
+
+
+def formulation(text: str) -> str:
+    return emsim.check(text)["machine"]["formulation"]
+
+
+@pytest.mark.parametrize(
+    ("links", "expected"), [(20, "joint"), (50, "joint"), (60, "absolute"), (200, "absolute")]
+)
+def test_long_chains_take_the_coordinates_of_bodies(links: int, expected: str):
+    assert formulation(chain(links)) == expected
+
+
+def test_the_deck_decides_otherwise():
+    assert formulation(chain(70, options="formulation=joint")) == "joint"
+    assert formulation(chain(5, options="formulation=absolute")) == "absolute"
+
+
+def test_what_hangs_on_few_joints_keeps_theirs():
+    """A thousand short arms: no body's inertia is anybody else's."""
+    arms = [
+        f"BODY a{k} shape=rod(0.1) m=1\nJOINT q{k} 0 a{k} pin\nBODY c{k} shape=rod(0.1) m=1\nJOINT r{k} a{k}(0.1,0) c{k} pin"
+        for k in range(300)
+    ]
+    text = "\n".join(["arms", ".gravity 9.81", *arms, ".tran 1m 10m", ".print tran angle(q7)", ".end", ""])
+    assert formulation(text) == "joint"
+
+
+def test_loops_keep_coordinates_of_joints():
+    closed = chain(70, last="JOINT back b70(0.01428571428571428,0) 0(1,0) pin")
+    assert formulation(closed) == "joint"
+
+
+def test_both_coordinates_move_alike():
+    by_choice = emsim.run(chain(52, options="reltol=1e-8"))
+    by_joints = emsim.run(chain(52, options="reltol=1e-8 formulation=joint"))
+    assert by_choice.stats["method"] != by_joints.stats["method"]
+    times = np.linspace(0.0, 0.3, 31)
+    for name in ("y(b52(0.019230769230769232,0))", "angle(p1)", "omega(p2)", "fx(p1)"):
+        a, b = by_choice.at(name, times), by_joints.at(name, times)
+        assert np.max(np.abs(a - b)) < 1e-6 * np.max(np.abs(b)), name
+
+
+def test_a_chain_of_four_hundred_keeps_its_energy():
+    """Nothing rubs: kinetic and potential energy add up to what they were."""
+    r = emsim.run(chain(400, tran="10m 0.1", options="reltol=1e-6"))
+    energy = r["energy()"]
+    assert np.ptp(energy) < 1e-7 * 9.81
+    # the free end of a chain let go from the horizontal falls freely at first
+    y = r.at("y(b400(0.0025,0))", np.array([0.05]))[0]
+    assert y == pytest.approx(-0.5 * 9.81 * 0.05**2, rel=1e-2)
+
+
+def test_work_and_memory_grow_with_the_number_of_links():
+    """Exponents of unknowns, nonzeros and operations over the number of links."""
+
+    def counts(links: int) -> np.ndarray:
+        facts = emsim.check(chain(links))
+        cost = facts["formulations"]["absolute"]
+        return np.array([cost["size"], cost["nonzeros"], cost["values"], cost["with_derivatives"]], float)
+
+    few, many = counts(100), counts(400)
+    assert np.all(np.log(many / few) / np.log(4.0) < 1.05)
+
+
+def test_a_link_without_inertia_is_named_in_a_long_chain_too():
+    with pytest.raises(DeckError) as caught:
+        emsim.run(chain(80, end="m=0"))
+    assert any(d.code == "E243" and "b80" in d.message for d in caught.value.diagnostics)
+
+
+def test_a_mistake_in_a_long_chain_is_told_once():
+    text = chain(80).replace("JOINT p7 ", "JOINT p7 nowhere ", 1)
+    with pytest.raises(DeckError) as caught:
+        emsim.run(text)
+    assert len(caught.value.diagnostics) == len({(d.code, d.message) for d in caught.value.diagnostics})
