@@ -5,7 +5,8 @@ the run as JSON in it. Columns travel as float32 (the axis as float64, and what 
 side by side by significance, deflated, base64; of a complex column real and imaginary parts, one after the other. An
 ordinary planar page stays below 200 kB. web/data.js unpacks them.
 
-The machine's channels are taken at no more than FRAMES times: a film needs no more, waveforms keep every point.
+The machine's channels are taken at no more than FRAMES times: a film needs no more, waveforms keep every point. A run whose
+columns would come to more than MOST characters is thinned (thin.py) to what can be seen, and the page says how far.
 """
 
 from __future__ import annotations
@@ -13,15 +14,16 @@ from __future__ import annotations
 import re
 from array import array
 from base64 import b64encode
-from bisect import bisect_right
+from bisect import bisect_left, bisect_right
 from html import escape
 from json import dumps
-from math import isfinite
+from math import inf, isfinite
 from os.path import dirname, join
 from zlib import compress
 
 from ..diagnostics import render_text
 from .beside import replacing
+from .thin import size, thinned
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -32,6 +34,7 @@ if TYPE_CHECKING:
     from ..result import Result, Scene, Table
 
 FRAMES = 1500
+MOST = 440_000  # characters of a run in a file; scripts and styles take 150 000 more
 SHOWN = 8  # signals drawn at first where the deck has no .print
 WEB = join(dirname(__file__), "web")
 SCRIPTS = ("vendor/uPlot.iife.min.js", "data.js", "waves.js", "machine.js", "energy.js", "app.js")
@@ -47,7 +50,7 @@ def write(path: str, result: Result, deck: str = "", sheets: Iterable[Sheet] = (
     if not result.plots:
         raise ValueError("no analysis ran, so there is nothing to show")
     with replacing(path) as beside, open(beside, "w", encoding="utf-8") as file:
-        file.write(page(document(result, deck or result.deck, sheets)))
+        file.write(page(document(result, deck or result.deck, sheets, MOST)))
 
 
 def page(run: dict[str, Any], scripts: Sequence[str] = SCRIPTS, styles: Sequence[str] = STYLES) -> str:
@@ -64,8 +67,10 @@ def page(run: dict[str, Any], scripts: Sequence[str] = SCRIPTS, styles: Sequence
     return re.sub(r"\{\{(\w+)\}\}", lambda found: parts[found[1]], template)
 
 
-def document(result: Result, deck: str = "", sheets: Iterable[Sheet] = ()) -> dict[str, Any]:
-    """The run as the page's scripts take it."""
+def document(
+    result: Result, deck: str = "", sheets: Iterable[Sheet] = (), most: float = inf
+) -> dict[str, Any]:
+    """The run as the page's scripts take it; `most`: characters of its columns, thinned where they would take more."""
     table = result.main
     said = list(result.diagnostics)
     sheets = [*_numbers(result), *sheets]
@@ -86,9 +91,6 @@ def document(result: Result, deck: str = "", sheets: Iterable[Sheet] = ()) -> di
         # an operating point
         run["point"] = [_number(table.parts(name)[0][-1]) for name in table.signals]
     if run["rows"]:
-        run["axis"] = pack(table.floats(0))
-        run["packed"] = [pack(_single(numbers)) for _, _, numbers in table.flat()[1:]]
-        run["blocks"] = [first for first, _ in table.blocks()[1:]]
         steps = table.step_values() if table.steps else []
         run["courses"] = [
             ", ".join(f"{name} = {value:.6g}" for name, value in step.items()) for step in steps
@@ -97,7 +99,10 @@ def document(result: Result, deck: str = "", sheets: Iterable[Sheet] = ()) -> di
             run["energy"] = _energy(table.energy)
             run["sheets"] = [("energy", "Energy", ""), *run["sheets"]]
         if table.scene is not None:
-            run["scene"] = _scene(table.scene, table.floats(0))
+            run["scene"] = _scene(table.scene, table.floats(0), most / 4)
+        # what the rest leaves
+        room = most - len(dumps(run)) if most < inf else most
+        run.update(_columns(table, [first for first, _ in table.blocks()[1:]], max(room, most / 4)))
     return run
 
 
@@ -113,11 +118,23 @@ def packed_sheet(name: str, title: str, inner: str) -> Sheet:
     return name, title, PACKED + b64encode(compress(inner.encode(), 9)).decode("ascii")
 
 
+def _columns(table: Table, starts: Sequence[int], most: float) -> dict[str, Any]:
+    """Axis and columns, every row or thinned to about `most` characters."""
+    axis, columns = table.floats(0), [numbers for _, _, numbers in table.flat()[1:]]
+    packed, total = [], 0
+    for column in (axis, *map(single, columns)):
+        packed.append(pack(column))
+        total += len(packed[-1])
+        if total > most and (found := thinned(axis, columns, starts, most)) is not None:
+            return found
+    return {"axis": packed[0], "packed": packed[1:], "blocks": starts}
+
+
 def _number(value: float) -> float | None:
     return value if isfinite(value) else None
 
 
-def _single(values: Sequence[float]) -> array[float]:
+def single(values: Sequence[float]) -> array[float]:
     """float32, or float64 where a finite number does not fit into it."""
     single = array("f", values)
     if isfinite(sum(single)) or all(isfinite(v) == isfinite(s) for v, s in zip(values, single, strict=True)):
@@ -125,19 +142,17 @@ def _single(values: Sequence[float]) -> array[float]:
     return array("d", values)
 
 
-def _scene(scene: Scene, time: array[float]) -> dict[str, Any]:
+def _scene(scene: Scene, time: array[float], most: float) -> dict[str, Any]:
     rows = frames(time)
-    packed = []
+    axis, columns = array("d", (time[r] for r in rows)), []
     for k in range(scene.waves.columns):
         column = array("d")
         column.frombytes(scene.waves.column(k))
-        packed.append(pack(array("f", (column[r] for r in rows))))
-    return {
-        **scene.data,
-        "rows": len(rows),
-        "axis": pack(array("d", (time[r] for r in rows))),
-        "packed": packed,
-    }
+        columns.append(array("f", (column[r] for r in rows)))
+    found = {**scene.data, "rows": len(rows), "axis": pack(axis), "packed": [*map(pack, columns)]}
+    if sum(map(size, found["packed"])) > most:
+        found.update(thinned(axis, columns, (), most) or {})
+    return found
 
 
 def _energy(ledger: Any) -> dict[str, Any]:
@@ -149,7 +164,7 @@ def _energy(ledger: Any) -> dict[str, Any]:
         found["rows"] = len(rows)
         found["axis"] = pack(array("d", (time[r] for r in rows)))
         found["packed"] = [
-            pack(_single([ledger.trace[key][r] for r in rows]))
+            pack(single([ledger.trace[key][r] for r in rows]))
             for key in ("supplied", "dissipated", "stored", "residual")
         ]
     return found

@@ -34,11 +34,12 @@ class Clock {
 // A run's columns as arrays: its signals, what moves the machine, the energies over time. All are unpacked at once.
 async function unpacked(run) {
   if (!run.rows) return;
-  const parts = [run, run.scene, run.energy].map((part) => part?.rows && Promise.all([part.axis, ...part.packed].map((c) => unpack(c, part.rows))));
+  const parts = [run, run.scene, run.energy].map((part) => part?.rows && unpackAll(part));
   const [own, moves, energies] = await Promise.all(parts);
   [run.time] = own;
   let at = 1;
   run.columns = run.names.flatMap((name, k) => (run.complex[k] ? partsOf(name, run.units[k], own[at++], own[at++]) : [{ name, unit: run.units[k], values: own[at++] }]));
+  run.columns.forEach((c, k) => (c.extremes = !!run.packed[k]?.extremes)); // complex ones, of which there are more, are never thinned so
   const complex = new Set(run.names.filter((_, k) => run.complex[k]));
   run.shown = run.shown.flatMap((n) => (complex.has(n) ? [`db(${n})`, `ph(${n})`] : [n]));
   if (run.blocks.length) {
@@ -62,7 +63,7 @@ async function show(run) {
   const old = window.emsim, field = $("expression"), typed = field && { text: field.value, busy: document.activeElement === field };
   $("title").textContent = run.title;
   document.title = run.title;
-  $("facts").textContent = run.facts;
+  $("facts").textContent = run.facts + (run.thinned ? ` \u00b7 curves thinned, right to ${+(100 * run.thinned).toPrecision(2)} % of their range` : "");
   $("error").hidden = !run.error;
   $("error").textContent = run.error || "";
   sheets(run);

@@ -11,15 +11,39 @@ async function inflate(text) {
 }
 
 // Columns are float32 or float64 as their length tells, bytes of equal significance side by side, deflated, base64.
-async function unpack(text, rows) {
+async function unpack(text, rows, whole = false) {
   const planes = await inflate(text), width = planes.length / rows;
   const bytes = new Uint8Array(rows * width);
   for (let k = 0; k < width; k++) for (let i = 0; i < rows; i++) bytes[i * width + k] = planes[k * rows + i];
-  return width === 8 ? new Float64Array(bytes.buffer) : new Float32Array(bytes.buffer);
+  return whole ? new Int32Array(bytes.buffer) : width === 8 ? new Float64Array(bytes.buffer) : new Float32Array(bytes.buffer);
+}
+
+// The numbers of a thinned column (outputs/thin.py): those of its kept rows.
+async function unpackKept(c) {
+  if (c.step === undefined) return unpack(c.packed, c.count);
+  let sum = 0;
+  return Float64Array.from(await unpack(c.packed, c.count, true), (k) => c.low + c.step * (c.sums ? (sum += k) : k));
+}
+
+// An axis and its columns; a thinned column is filled by the straight lines between its kept rows.
+async function unpackAll({ axis, packed, rows }) {
+  const time = await (typeof axis === "string" ? unpack(axis, rows) : unpackKept(axis));
+  return [time, ...await Promise.all(packed.map(async (c) => {
+    if (typeof c === "string") return unpack(c, rows);
+    const [at, kept] = await Promise.all([unpack(c.at, c.count, true), unpackKept(c)]), values = new Float32Array(rows);
+    let a = 0;
+    at.forEach((ahead, k) => {
+      const b = a + ahead, span = time[b] - time[a];
+      for (let i = a + 1; i < b; i++) values[i] = span > 0 ? kept[k - 1] + (kept[k] - kept[k - 1]) * (time[i] - time[a]) / span : kept[k - 1];
+      values[b] = kept[k];
+      a = b;
+    });
+    return values;
+  }))];
 }
 
 const PREFIXES = ["f", "p", "n", "\u00b5", "m", "", "k", "M", "G", "T"];
-const UNSCALED = new Set(["", "rad", "\u00b0", "rad/s", "\u00b0/s", "rad/s^2"]);
+const UNSCALED = new Set(["", "rad", "\u00b0", "rad/s", "\u00b0/s", "rad/s^2", "deg", "deg/s", "rpm", "dB", "C"]);
 
 // 0.00574 A -> "5.74 mA"
 function written(value, unit = "", digits = 4) {

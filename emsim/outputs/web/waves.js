@@ -182,6 +182,7 @@ class Waves {
         if (a !== null && b !== null) text += `  \u0394 ${say(valueAt(time, values, b) - valueAt(time, values, a))}`;
         else if (a !== null) text += `  A ${say(valueAt(time, values, a))}`;
         if (count) text += `  (${count} ${count > 1 ? "rows" : "row"} off the scale, ${say(values[worst])} at ${written(time[worst], this.run.axisUnit, 6)})`;
+        if (c.extremes && this.range[1] - this.range[0] < 0.1 * (this.full[1] - this.full[0])) text += `  (thinned: of ${this.run.parts} parts of the run its extremes, not its course)`;
         item.textContent = text;
         return item;
       }));
