@@ -69,7 +69,10 @@ class Drawing:
         local = None if ref.point is None else tuple(float(v) for v in ref.point)
         found = self.m.locate(ref.name, local)
         assert found is not None
-        return self.on(*found)
+        body, at = found
+        if body in self._attached:
+            self._attached[body].append(tuple(at))
+        return self.on(body, at)
 
     def ends(self, joint: str) -> tuple[Place, Place]:
         """Where a joint sits on its two bodies."""
@@ -102,6 +105,38 @@ class Drawing:
     def add(self, kind: str, card: Card, **what: Any) -> None:
         """One shape; `card` names it on the page and in its line of the deck."""
         self.shapes.append({"kind": kind, "card": card.spec.word, "name": card.name, **what})
+
+    def arrange(self) -> None:
+        """What shapes that share a place must know of each other, once all are there.
+
+        `to` of bones: everything that is fastened to them. `rings` of a POT: how many others lie within it. `below` of a
+        joint: a motor covers it. `radii` of a GEAR between pins that stand apart [m]: its wheels, in the ratio's proportion;
+        they touch (`meshed`) where they turn against each other, and have one between them otherwise. A body that is nothing
+        but a wheel (`spin`) takes the largest of its own."""
+        pots: dict[str, int] = {}
+        motors = {str(s["a"]) for s in self.shapes if s["kind"] == "motor"}
+        wheels: dict[int, float] = {}
+        for s in self.shapes:
+            if s["kind"] == "bones":
+                s["to"] = self.attached(self.names[int(s["at"][0])])
+            elif s["kind"] == "pot":
+                s["rings"] = pots[str(s["a"])] = pots.get(str(s["a"]), -1) + 1
+            elif s["kind"] == "joint":
+                s["below"] = str(s["a"]) in motors
+            elif s["kind"] == "gear":
+                (a, b), ratio = (s["first"], s["second"]), abs(s["ratio"])
+                apart = abs(a["a"][1] - b["a"][1]) + abs(a["a"][2] - b["a"][2])
+                both = a["a"][0] == b["a"][0] and a["joint"] == b["joint"] == "pin"
+                if both and apart and ratio:
+                    s["meshed"] = s["ratio"] < 0
+                    large = apart * (1.0 / (1.0 + min(ratio, 1.0 / ratio)) if s["meshed"] else 0.38)
+                    s["radii"] = [large / max(ratio, 1.0), large * min(ratio, 1.0)]
+                    for joint, radius in zip((a, b), s["radii"], strict=True):
+                        body = int(joint["b"][0])
+                        wheels[body] = max(radius, wheels.get(body, 0.0))
+        for s in self.shapes:
+            if s["kind"] == "bones" and s["spin"]:
+                s["spin"] = wheels.get(int(s["at"][0]), 0.38 * s["spin"])
 
     # the whole --------------------------------------------------------------------------------------------
 
@@ -167,4 +202,5 @@ def draw(m: Mechanism) -> Drawing:
     drawing = Drawing(m)
     for card in m.active:
         card.glyph(drawing)
+    drawing.arrange()
     return drawing

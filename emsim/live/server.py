@@ -124,6 +124,7 @@ class Server(ThreadingHTTPServer):
 def _policy(text: str) -> str:
     """The page's own scripts by their hashes and connections to this server; nothing else, and in no frame."""
     scripts = re.findall(r"<script>(.*?)</script>", text, re.S)
+    scripts += map(html.inflated, re.findall(r'<script id="code" type="text/plain">(.*?)</script>', text))
     hashes = [base64.b64encode(hashlib.sha256(s.encode()).digest()).decode() for s in scripts]
     allowed = " ".join(f"'sha256-{h}'" for h in hashes)
     return (

@@ -204,7 +204,8 @@ class Pen:
         self._image = Image.new("RGB", whole, COLOURS["back"])
         self._draw = ImageDraw.Draw(self._image)
         self._texts: list[tuple[float, float, str, str, str]] = []
-        self._boxes: list[tuple[float, float, float]] = []
+        self._labels: list[tuple[float, float, str, str]] = []
+        self._taken: list[tuple[float, float, float, float]] = []
 
     def _up(self, points: Sequence[Point]) -> list[Point]:
         return [(x * self._fine, y * self._fine) for x, y in points]
@@ -257,22 +258,48 @@ class Pen:
         self._draw.polygon(self._up([tip, *wings]), COLOURS[colour])
 
     def label(self, at: Point, dx: float, dy: float, text: str, colour: str = "ink") -> None:
-        """A name beside what it names, pushed down where another one lies."""
-        x, y = at[0] + dx * self.unit, at[1] + dy * self.unit
-        width, tall = self._font.getlength(text), 13 * self.unit
-        for _ in range(6):
-            if not any(abs(b[1] - y) < tall and x < b[0] + b[2] and b[0] < x + width for b in self._boxes):
-                break
-            y += tall
-        x = max(4.0, min(x, self._size[0] - width - 4))
-        self._boxes.append((x, y, width))
-        self.write(x, y, text, colour, anchor="ls")
+        """A name beside what it names, written when all is drawn, where there is room."""
+        self._labels.append((at[0] + dx * self.unit, at[1] + dy * self.unit, text, colour))
+
+    def keep_off(self, at: Point, r: float) -> None:
+        """A round thing that labels keep off."""
+        self._taken.append((at[0] - r, at[1] - r, at[0] + r, at[1] + r))
+
+    def _name(self) -> None:
+        """What acts first, then the names of bodies: of these, those for which there is no room are left out."""
+        u = self.unit
+        for x0, y0, text, colour in sorted(self._labels, key=lambda label: label[3] == "soft"):
+            width = self._font.getlength(text)
+
+            def box(x: float, y: float, width: float = width) -> tuple[float, float, float, float]:
+                return x - u, y - 11 * u, x + width + u, y + 2 * u
+
+            def free(place: Point) -> bool:
+                mine = box(*place)
+                apart = (
+                    b[2] <= mine[0] or mine[2] <= b[0] or b[3] <= mine[1] or mine[3] <= b[1]
+                    for b in self._taken
+                )  # fmt: skip
+                return 11 * u < place[1] < self._size[1] - 2 * u and all(apart)
+
+            lower = (0, 13, -13) if colour == "soft" else (0, 13, -13, 26, -26, 39, 52)
+            sides = [
+                max(4.0, min(x, self._size[0] - width - 4)) for x in (x0, x0 - width - 22 * u, x0 + 24 * u)
+            ]
+            places = [(x, y0 + dy * u) for dy in lower for x in sides]
+            found = next((place for place in places if free(place)), None)
+            if found is None and colour == "soft":
+                continue
+            x, y = found or places[0]
+            self._taken.append(box(x, y))
+            self.write(x, y, text, colour, anchor="ls")
 
     def write(self, x: float, y: float, text: str, colour: str, anchor: str) -> None:
         self._texts.append((x, y, text, colour, anchor))
 
     def picture(self) -> Image.Image:
         """The frame in its own size, with its writing."""
+        self._name()
         small = self._image.reduce(self._fine)
         draw = ImageDraw.Draw(small)
         for x, y, text, colour, anchor in self._texts:

@@ -12,7 +12,7 @@ from .stage import moved
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Sequence
     from typing import Any
 
     from .film import Pen
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 COLOURS = {
     "back": "#ffffff", "panel": "#f6f7f9", "ink": "#1c2430", "soft": "#667080", "accent": "#0b62c4", "body": "#c9d4e2",
-    "edge": "#3d4b5e", "ground": "#7a8594", "force": "#c8341f", "coil": "#8a4fb8", "motor": "#0b62c4", "wiper": "#0f7d46",
+    "edge": "#3d4b5e", "ground": "#66707f", "force": "#c8341f", "coil": "#8a4fb8", "motor": "#0b62c4", "wiper": "#0f7d46",
 }  # fmt: skip
 PREFIXES = {-12: "p", -9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}
 UNSCALED = ("", "rad", "rad/s")
@@ -83,7 +83,11 @@ def disc(m: Stage, pen: Pen, s: Shape) -> None:
     pen.polygon([m.place(moved(at, r * math.cos(a), r * math.sin(a))) for a in turns])
     x, y = m.place(at)
     pen.line([(x, y), m.place(moved(at, r))], "edge", 1.4)
-    pen.label((x, y), 8, -8, s["name"], "soft")
+    wide = r * m.scale
+    if wide > 30 * pen.unit:
+        pen.label((x - wide, y - 0.8 * wide), 0, 0, s["name"], "soft")
+    else:
+        pen.label((x, y), 8, -8, s["name"], "soft")
 
 
 def bones(m: Stage, pen: Pen, s: Shape) -> None:
@@ -91,7 +95,7 @@ def bones(m: Stage, pen: Pen, s: Shape) -> None:
     x, y = c = m.place(at)
     if s["spin"]:
         # nothing but an inertia: a wheel with a mark
-        r = 0.38 * s["spin"]
+        r = s["spin"]
         pen.circle(c, r * m.scale)
         pen.line([c, m.place(moved(at, r))], "edge", 1.4)
         pen.label((x - r * m.scale, y - r * m.scale), 0, -5, s["name"], "soft")
@@ -121,13 +125,12 @@ def joint(m: Stage, pen: Pen, s: Shape) -> None:
         angle = m.axis_angle(s)
         c, d = math.cos(angle), math.sin(angle)
         fixed = s["a"][0] == 0
-        reach = 0.62 * min(m.width, m.height) if fixed else 40 * u
-        pen.line(
-            [(xa - reach * c, ya - reach * d), (xa + reach * c, ya + reach * d)],
-            "ground",
-            1.5,
-            0 if fixed else 4,
-        )
+        # a rail of the frame goes from edge to edge, one on a body to its slider and beyond
+        far = 2.0 * (m.width + m.height)
+        along = (x - xa) * c + (y - ya) * d
+        low, high = (-far, far) if fixed else (min(-40 * u, along - 24 * u), max(40 * u, along + 24 * u))
+        ends = [(xa + reach * c, ya + reach * d) for reach in (low, high)]
+        pen.line(ends, "ground", 1.5, 0 if fixed else 4)
         corners = ((-7, -4), (7, -4), (7, 4), (-7, 4))
         pen.polygon([(x + u * (i * c - j * d), y + u * (i * d + j * c)) for i, j in corners], "panel")
         return
@@ -135,7 +138,7 @@ def joint(m: Stage, pen: Pen, s: Shape) -> None:
         pen.line([a, b], "edge", 3)
     for body, at in ((s["a"][0], a), (s["b"][0], b)):
         if body == 0 and kind == "pin":
-            ground(pen, *at)
+            ground(pen, *at, 27 if s["below"] else 15)
     if kind == "weld":
         pen.polygon(
             [(x - 4 * u, y - 4 * u), (x + 4 * u, y - 4 * u), (x + 4 * u, y + 4 * u), (x - 4 * u, y + 4 * u)],
@@ -145,12 +148,21 @@ def joint(m: Stage, pen: Pen, s: Shape) -> None:
         pen.circle(b, 4.5 * u, "panel")
 
 
-def ground(pen: Pen, x: float, y: float) -> None:
+def ground(pen: Pen, x: float, y: float, tall: float = 15) -> None:
     u = pen.unit
-    pen.line([(x, y), (x - 9 * u, y + 15 * u), (x + 9 * u, y + 15 * u), (x, y)], "ground", 1.5)
-    pen.line([(x - 14 * u, y + 15 * u), (x + 14 * u, y + 15 * u)], "ground", 1.5)
+    foot = y + tall * u
+    pen.line([(x, y), (x - 9 * u, foot), (x + 9 * u, foot), (x, y)], "ground", 1.5)
+    pen.line([(x - 14 * u, foot), (x + 14 * u, foot)], "ground", 1.5)
     for k in range(-12, 13, 6):
-        pen.line([(x + k * u, y + 15 * u), (x + (k - 4) * u, y + 20 * u)], "ground", 1.5)
+        pen.line([(x + k * u, foot), (x + (k - 4) * u, foot + 5 * u)], "ground", 1.5)
+
+
+def anchor(m: Stage, pen: Pen, place: Sequence[float]) -> None:
+    """What a spring or a damper hangs on."""
+    at = m.place(place)
+    if place[0] == 0:
+        ground(pen, *at, 9)
+    pen.circle(at, 3.2 * pen.unit, "panel")
 
 
 def elastic(m: Stage, pen: Pen, s: Shape) -> None:
@@ -160,6 +172,8 @@ def elastic(m: Stage, pen: Pen, s: Shape) -> None:
     if "p" in s:
         p, q = m.place(s["p"]), m.place(s["q_"])
         between(pen, p, q, kind, colour, width)
+        anchor(m, pen, s["p"])
+        anchor(m, pen, s["q_"])
         pen.label(middle(p, q), 10, 0, s["name"], colour)
         return
     a, b = m.place(s["a"]), m.place(s["b"])
@@ -223,8 +237,24 @@ def between(pen: Pen, start: Point, end: Point, kind: str, colour: str, width: f
 
 def gear(m: Stage, pen: Pen, s: Shape) -> None:
     a, b = m.place(s["first"]["a"]), m.place(s["second"]["a"])
-    pen.line([a, b], "soft", 1.5, 5)
-    pen.label(middle(a, b), 6, 16, f"{s['name']} {s['ratio']:.4g}", "soft")
+    if "radii" in s:
+        # wheels that mesh; those that turn the same way have one between them
+        r, q = (v * m.scale for v in s["radii"])
+        far, angle = math.hypot(b[0] - a[0], b[1] - a[1]), math.atan2(b[1] - a[1], b[0] - a[0])
+        wheels = [(a, r), (b, q)]
+        if not s["meshed"]:
+            way = (far + r - q) / 2
+            wheels.append(((a[0] + way * math.cos(angle), a[1] + way * math.sin(angle)), (far - r - q) / 2))
+        for at, radius in wheels:
+            pen.arc(at, radius, 0.0, 2 * math.pi, "soft", 1.5)
+            count = max(8, round(2 * math.pi * radius / (9 * pen.unit)))
+            for k in range(count):
+                c, d = math.cos(2 * math.pi * k / count), math.sin(2 * math.pi * k / count)
+                ends = [(at[0] + f * c, at[1] + f * d) for f in (radius - 2 * pen.unit, radius + 2 * pen.unit)]
+                pen.line(ends, "soft", 2.5)
+    else:
+        pen.line([a, b], "soft", 1.5, 5)
+    pen.label(middle(a, b), -6, 16, f"{s['name']} {s['ratio']:.4g}", "soft")
 
 
 def belt(m: Stage, pen: Pen, s: Shape) -> None:
@@ -322,17 +352,26 @@ def effort(m: Stage, pen: Pen, s: Shape, at: Point, r: float, colour: str, name:
 def motor(m: Stage, pen: Pen, s: Shape) -> None:
     x, y = at = m.place(s["a"])
     share, u = m.share(s["current"]), pen.unit
-    colour = mixed("force" if share < 0 else "motor", 0.15 + 0.75 * abs(share))
+    # its ring tells the current
+    colour = mixed("force" if share < 0 else "motor", 0.2 + 0.8 * abs(share))
     if s["joint"] == "pin":
-        pen.circle(at, 13.5 * u, None, colour, 5)
+        pen.circle(at, 18 * u, "panel")
+        pen.circle(at, 14.5 * u, None, colour, 5)
     else:
-        w, h = 14 * u, 12 * u
-        pen.line([(x - w, y - h), (x + w, y - h), (x + w, y + h), (x - w, y + h), (x - w, y - h)], colour, 5)
+        for r, edge, width, fill in ((18.0, "edge", 1.4, "panel"), (14.5, colour, 5.0, None)):
+            w, h = r * u, 0.8 * r * u
+            corners = [(x - w, y - h), (x + w, y - h), (x + w, y + h), (x - w, y + h)]
+            if fill:
+                pen.polygon(corners, fill, edge, width)
+            else:
+                pen.line([*corners, corners[0]], edge, width)
     for k in range(s["poles"] if s["poles"] > 1 else 0):  # its phases, as spokes between stator and rotor
         c, d = math.cos(2 * math.pi * k / s["poles"]), math.sin(2 * math.pi * k / s["poles"])
-        pen.line([(x + r * u * c, y - r * u * d) for r in (8, 14)], colour, 3)
+        pen.line([(x + r * u * c, y - r * u * d) for r in (8, 12)], colour, 3)
+    pen.write(x, y, "M", "ink", anchor="mm")
+    pen.keep_off(at, 19 * u)
     effort(m, pen, s, at, 26, "motor")
-    pen.label(at, 22, 26, f"{s['name']} {written(m.value(s['current']), 'A')}", "motor")
+    pen.label(at, 30, 26, f"{s['name']} {written(m.value(s['current']), 'A')}", "motor")
 
 
 def pot(m: Stage, pen: Pen, s: Shape) -> None:
@@ -341,10 +380,11 @@ def pot(m: Stage, pen: Pen, s: Shape) -> None:
     low, high = sorted(v + s["zero"] for v in s["range"])
     said = f"{s['name']} {written(m.value(s['wiper']), 'V')}"
     if s["joint"] == "pin":
-        base, r = m.poses[int(s["a"][0])].angle, 36 * u
+        base, r = m.poses[int(s["a"][0])].angle, (36 + 11 * s["rings"]) * u
+        pen.keep_off(at, r)
         pen.arc(at, r, -(base + low), -(base + high), "wiper", 3)
         held = base + min(max(q, low), high)
-        start, end = ((x + f * math.cos(held), y - f * math.sin(held)) for f in (20 * u, r))
+        start, end = ((x + f * math.cos(held), y - f * math.sin(held)) for f in (r - 16 * u, r))
         pen.arrow(start, end, "wiper", 3, 7)
         pen.label(at, 40, -22, said, "wiper")
         return

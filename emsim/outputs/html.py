@@ -1,9 +1,9 @@
 """One self-contained HTML page of a run: waveforms and the moving machine on one clock, no network.
 
-The page is web/page.html with the styles, uPlot (vendored, MIT, see web/vendor/LICENSE-uPlot), the scripts of web/ and
-the run as JSON in it. Columns travel as float32 (the axis as float64, and what float32 cannot hold): their bytes are laid
-side by side by significance, deflated, base64; of a complex column real and imaginary parts, one after the other. An
-ordinary planar page stays below 200 kB. web/data.js unpacks them.
+The page is web/page.html with the styles, uPlot (vendored, MIT, see web/vendor/LICENSE-uPlot) and the scripts of web/,
+deflated, and the run as JSON in it. Columns travel as float32 (the axis as float64, and what float32 cannot hold): their
+bytes are laid side by side by significance, deflated, base64; of a complex column real and imaginary parts, one after the
+other. An ordinary planar page stays below 200 kB. web/data.js unpacks them.
 
 The machine's channels are taken at no more than FRAMES times: a film needs no more, waveforms keep every point. A run whose
 columns would come to more than MOST characters is thinned (thin.py) to what can be seen, and the page says how far.
@@ -13,13 +13,13 @@ from __future__ import annotations
 
 import re
 from array import array
-from base64 import b64encode
-from bisect import bisect_left, bisect_right
+from base64 import b64decode, b64encode
+from bisect import bisect_right
 from html import escape
 from json import dumps
 from math import inf, isfinite
 from os.path import dirname, join
-from zlib import compress
+from zlib import compress, decompress
 
 from ..diagnostics import render_text
 from .beside import replacing
@@ -34,10 +34,20 @@ if TYPE_CHECKING:
     from ..result import Result, Scene, Table
 
 FRAMES = 1500
-MOST = 440_000  # characters of a run in a file; scripts and styles take 150 000 more
+MOST = 440_000  # characters of a run in a file; scripts and styles take 70 000 more
 SHOWN = 8  # signals drawn at first where the deck has no .print
 WEB = join(dirname(__file__), "web")
-SCRIPTS = ("vendor/uPlot.iife.min.js", "data.js", "waves.js", "machine.js", "energy.js", "app.js")
+SCRIPTS = (
+    "vendor/uPlot.iife.min.js",
+    "data.js",
+    "waves.js",
+    "measure.js",
+    "export.js",
+    "link.js",
+    "machine.js",
+    "energy.js",
+    "app.js",
+)
 STYLES = ("vendor/uPlot.min.css", "page.css")
 
 Sheet = tuple[str, str, str]  # name, title, inner HTML
@@ -59,7 +69,7 @@ def page(run: dict[str, Any], scripts: Sequence[str] = SCRIPTS, styles: Sequence
     parts = {
         "title": escape(run["title"]),
         "style": "\n".join(_lean(_file(name)) for name in styles),
-        "script": "\n".join(_lean(_file(name)) for name in scripts),
+        "code": _deflated("\n".join(_lean(_file(name)) for name in scripts)),
         # a deck may hold "</script>"; inside JSON the slash can be escaped
         "run": dumps(run, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c"),
     }
@@ -115,7 +125,15 @@ def pack(values: array[float]) -> str:
 
 def packed_sheet(name: str, title: str, inner: str) -> Sheet:
     """A sheet whose HTML travels deflated, as columns do; web/app.js unpacks it."""
-    return name, title, PACKED + b64encode(compress(inner.encode(), 9)).decode("ascii")
+    return name, title, PACKED + _deflated(inner)
+
+
+def inflated(text: str) -> str:
+    return decompress(b64decode(text)).decode()
+
+
+def _deflated(text: str) -> str:
+    return b64encode(compress(text.encode(), 9)).decode("ascii")
 
 
 def _columns(table: Table, starts: Sequence[int], most: float) -> dict[str, Any]:

@@ -158,7 +158,7 @@ class Stage:
                 ]
             found += [(p, 0.0) for p in s.get("to", ())]
             if s.get("spin"):
-                found.append((at, 0.6 * s["spin"]))
+                found.append((at, 1.5 * s["spin"]))
             if kind in ("pot", "stop") and s["joint"] == "slide":
                 ends = s["range"] if kind == "pot" else [v for v in s["ends"] if v is not None]
                 found += [(moved(s["a"], *((v + s["zero"]) * e for e in s["axis"])), 0.0) for v in ends]

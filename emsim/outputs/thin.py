@@ -16,7 +16,9 @@ if TYPE_CHECKING:
     from typing import Any
 
 SHARES = (1e-5, 1e-4, 3e-4, 1e-3, 3e-3)  # of a curve's range: how far a thinned one is off at most
-LINES = 0.75  # of that by lines, passes over passes together; the rest by numbers that are rounded to half of it
+LINES = (
+    0.75  # of that by lines, passes over passes together; the rest by numbers that are rounded to half of it
+)
 PARTS = (6000, 3000, 1500)  # of the axis
 TICKS = 2**30  # of the axis: its places are whole numbers of its span / TICKS
 
@@ -119,10 +121,14 @@ def thinned(
 
 def size(packed: str | dict[str, Any]) -> int:
     """Characters of it in the page."""
-    return len(packed) if isinstance(packed, str) else sum(len(v) for v in packed.values() if isinstance(v, str))
+    return (
+        len(packed) if isinstance(packed, str) else sum(len(v) for v in packed.values() if isinstance(v, str))
+    )
 
 
-def _column(values: Sequence[float], places: Sequence[int], rows: Sequence[int], step: float) -> dict[str, Any]:
+def _column(
+    values: Sequence[float], places: Sequence[int], rows: Sequence[int], step: float
+) -> dict[str, Any]:
     from .html import pack, single
 
     own = [values[r] for r in rows]

@@ -223,7 +223,7 @@ def test_keys_of_the_help_are_its_own(servo: tuple[Path, Result], visit: Any) ->
 def test_space_presses_the_button_that_has_the_focus(servo: tuple[Path, Result], visit: Any) -> None:
     """It set the clock running instead: nobody could choose a signal by keys."""
     page = visit(servo[0])
-    chip = page.locator("button[aria-pressed]").first
+    chip = page.locator("button.chip[aria-pressed]").first
     before = chip.get_attribute("aria-pressed")
     chip.focus()
     page.keyboard.press("Space")

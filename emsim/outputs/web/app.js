@@ -90,8 +90,10 @@ async function show(run) {
   const nearest = [1, ...speeds].reduce((a, b) => (Math.abs(Math.log(b / wanted)) < Math.abs(Math.log(a / wanted)) ? b : a));
   options($("speed"), [...new Set([1, ...speeds])].sort((a, b) => a - b).map((s) => [s, `${+s.toPrecision(2)} x`]));
   $("speed").value = clock.speed = nearest;
-  options($("xaxis"), [["", run.axisName], ...run.names.map((n) => [n, n])]);
-  if (old) carry(old, window.emsim);
+  options($("xaxis"), [["", run.axisName], ...(run.complexNames.size ? [[NYQUIST, "Nyquist"]] : []), ...run.names.map((n) => [n, n])]);
+  waves.watchers.push(() => cursorSheet(run, waves, clock), () => keepState(window.emsim));
+  if (old) carry(old, window.emsim); else restoreState(window.emsim);
+  reflect(window.emsim);
   clock.listen(() => {
     $("scrub").value = (clock.t - clock.first) / (span || 1);
     $("clock").textContent = written(clock.t, run.axisUnit, 6);
@@ -108,6 +110,17 @@ async function show(run) {
   if (playing) clock.play(true);
 }
 
+const NYQUIST = "nyquist ";
+
+// the controls as the views are
+function reflect({ waves, machine }) {
+  $("xaxis").value = waves.nyquist ? NYQUIST : waves.xname || "";
+  $("layout").value = waves.layout;
+  $("logx").checked = waves.logx;
+  $("degrees").checked = waves.degrees;
+  if (machine) $("follow").checked = machine.follow;
+}
+
 // The reader's clock, zoom, cursors, signals, expressions, x axis and view, from the run before.
 function carry(old, { run, clock, waves, machine }) {
   clock.t = Math.max(clock.first, Math.min(old.clock.t, clock.last));
@@ -121,8 +134,8 @@ function carry(old, { run, clock, waves, machine }) {
   }
   const { range, full } = old.waves, from = Math.max(clock.first, range[0]), to = Math.min(clock.last, range[1]);
   if (to > from && (range[0] > full[0] || range[1] < full[1])) waves.range = [from, to];
-  Object.assign(waves, { marks: old.waves.marks, degrees: old.waves.degrees, xname: names.has(old.waves.xname) ? old.waves.xname : null });
-  $("xaxis").value = waves.xname || "";
+  const { marks, degrees, layout, logx, logy, heights, nyquist } = old.waves;
+  Object.assign(waves, { marks, degrees, layout, logx, logy, heights, nyquist: nyquist && run.complexNames.size > 0, xname: names.has(old.waves.xname) ? old.waves.xname : null });
   if (machine && old.machine) machine.keep(old.machine);
 }
 
@@ -170,6 +183,15 @@ function chips(run, waves) {
     }
     return line;
   });
+  const filter = Object.assign(document.createElement("input"), { type: "text", id: "filter", placeholder: "filter", value: $("filter")?.value ?? "" });
+  filter.setAttribute("aria-label", "show signals whose names contain");
+  filter.oninput = () => {
+    const words = filter.value.toLowerCase().split(/\s+/);
+    for (const line of lines) {
+      for (const chip of line.querySelectorAll(".chip")) chip.hidden = !words.every((w) => chip.textContent.toLowerCase().includes(w));
+      line.hidden = ![...line.querySelectorAll(".chip")].some((chip) => !chip.hidden);
+    }
+  };
   const form = document.createElement("form"), said = document.createElement("span");
   form.innerHTML = '<input type="text" id="expression" size="32" placeholder="an expression, such as v(a)-v(b)" aria-label="expression"> <button>draw</button> ';
   form.append(said);
@@ -183,7 +205,8 @@ function chips(run, waves) {
       chips(run, waves);
     } catch (error) { said.textContent = error.message; }
   };
-  box.replaceChildren(...lines, form);
+  box.replaceChildren(...(run.columns.length > 12 ? [filter] : []), ...lines, form);
+  filter.oninput();
 }
 
 // A column by an expression of others. Throws Error with what is wrong.
@@ -202,23 +225,40 @@ async function unpackedSheet(html) { return html.startsWith(PACKED) ? new TextDe
 
 // the sheets below: signals, energy, equations, the deck, what was said
 function sheets(run) {
-  const made = [["signals", "Signals", ""], ...run.sheets], tabs = $("tabs"), box = $("sheets"), kept = tabs.querySelector("[aria-selected=true]")?.dataset.sheet;
+  const made = [["signals", "Signals", ""], ...(run.rows ? [["cursors", "Cursors", ""]] : []), ...run.sheets], tabs = $("tabs"), box = $("sheets"), kept = tabs.querySelector("[aria-selected=true]")?.dataset.sheet;
   tabs.replaceChildren();
   box.replaceChildren();
   const pick = (name) => {
-    for (const b of tabs.children) b.setAttribute("aria-selected", b.dataset.sheet === name);
+    for (const b of tabs.children) {
+      b.setAttribute("aria-selected", b.dataset.sheet === name);
+      b.tabIndex = b.dataset.sheet === name ? 0 : -1;
+    }
     for (const s of box.children) s.hidden = s.id !== "sheet-" + name;
   };
   for (const [name, title, html] of made) {
     const button = Object.assign(document.createElement("button"), { textContent: title, onclick: () => pick(name) });
     button.dataset.sheet = name;
     button.role = "tab";
+    button.id = "tab-" + name;
+    button.setAttribute("aria-controls", "sheet-" + name);
     const packed = html.startsWith(PACKED), sheet = document.createElement("div");
     Object.assign(sheet, { id: "sheet-" + name, className: "sheet", innerHTML: packed ? "" : html });
     if (packed) unpackedSheet(html).then((text) => (sheet.innerHTML = text));
+    sheet.role = "tabpanel";
+    sheet.tabIndex = 0;
+    sheet.setAttribute("aria-labelledby", button.id);
     tabs.append(button);
     box.append(sheet);
   }
+  tabs.onkeydown = (e) => {
+    const all = [...tabs.children], by = { ArrowLeft: -1, ArrowRight: 1 }[e.key], at = all.indexOf(document.activeElement);
+    const to = by ? all.at((at + by) % all.length) : e.key === "Home" ? all[0] : e.key === "End" ? all.at(-1) : null;
+    if (!to) return;
+    e.preventDefault();
+    e.stopPropagation();
+    to.focus();
+    to.click();
+  };
   pick(made.some(([name]) => name === kept) ? kept : "signals");
 }
 
@@ -243,9 +283,19 @@ function wire() {
   $("arrows").onchange = (e) => { now().machine.arrows = e.target.checked; now().machine.draw(); };
   $("labels").onchange = (e) => { now().machine.labels = e.target.checked; now().machine.draw(); };
   $("fit").onclick = () => { now().machine?.fit(); now().machine?.draw(); };
-  $("whole").onclick = () => now().waves.zoom(...now().waves.full);
+  $("follow").onchange = (e) => { now().machine.follow = e.target.checked; now().machine.fit(); now().machine.draw(); };
+  $("whole").onclick = () => now().waves.whole();
   $("degrees").onchange = (e) => { now().waves.degrees = e.target.checked; now().waves.build(); };
-  $("xaxis").onchange = (e) => { now().waves.xname = e.target.value || null; now().waves.build(); };
+  $("xaxis").onchange = (e) => {
+    const nyquist = e.target.value === NYQUIST;
+    Object.assign(now().waves, { nyquist, xname: nyquist ? now().waves.xname : e.target.value || null });
+    now().waves.build();
+  };
+  $("layout").onchange = (e) => { now().waves.layout = e.target.value; now().waves.heights.clear(); now().waves.build(); };
+  $("logx").onchange = (e) => { now().waves.logx = e.target.checked; now().waves.build(); };
+  for (const which of ["a", "b"]) $("mark-" + which).onclick = () => now().waves.mark(which, now().clock.t);
+  $("unmark").onclick = () => { now().waves.mark("a", null); now().waves.mark("b", null); };
+  for (const button of document.querySelectorAll("[data-save]")) button.onclick = () => now() && save(button.dataset.save, now());
   document.addEventListener("keydown", (e) => {
     if ($("keys").open) return; // its keys are its own: Esc closes it
     if (!now() || /INPUT|SELECT|TEXTAREA/.test(e.target.tagName) && e.target.id !== "scrub" || e.ctrlKey || e.metaKey || e.altKey) return;
@@ -253,7 +303,7 @@ function wire() {
     const { clock, waves, machine } = now();
     const keys = {
       " ": () => clock.play(), ArrowLeft: () => step(e.shiftKey ? -10 : -1), ArrowRight: () => step(e.shiftKey ? 10 : 1),
-      Home: () => waves.zoom(...waves.full), f: () => $("fit").click(), "+": () => waves.about(clock.t, 0.7), "-": () => waves.about(clock.t, 1.4),
+      Home: () => waves.whole(), f: () => $("fit").click(), "+": () => waves.about(clock.t, 0.7), "-": () => waves.about(clock.t, 1.4),
       a: () => waves.mark("a", clock.t), b: () => waves.mark("b", clock.t), Escape: () => { waves.mark("a", null); waves.mark("b", null); },
       d: () => $("theme").click(), "?": () => $("help").click(),
     };

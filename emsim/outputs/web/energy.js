@@ -22,9 +22,11 @@ function energySheet(run, clock) {
   const width = () => Math.max(300, Math.min(1100, box.clientWidth || innerWidth - 40));
   const plot = new uPlot({
     width: width(), height: 230, scales: { x: { time: false } },
-    series: [{ label: "time", value: (u, v) => (v === null ? "" : written(v, run.axisUnit, 6)) }, ...names.map((label, i) => ({ label, stroke: COLOURS[i], width: 1.5, points: { show: false }, value: (u, v) => (v === null ? "" : written(v, "J")) }))],
+    series: [{ label: "time", value: (u, v) => (v === null ? "" : written(v, run.axisUnit, 6)) }, ...names.map((label, i) => ({ label, stroke: () => colourOf(i), width: 1.5, points: { show: false }, value: (u, v) => (v === null ? "" : written(v, "J")) }))],
     axes: [{ ...axis, values: (u, t) => t.map((v) => written(v, run.axisUnit, 6)) }, { ...axis, size: 84, values: (u, t) => t.map((v) => written(v, "J")) }],
     hooks: { setCursor: [(u) => { if (u.cursor.left >= 0 && u.over.matches(":hover") && !clock.playing) clock.set(u.posToVal(u.cursor.left, "x")); }] },
   }, visible(time, columns, time[0], time[time.length - 1], width()), chart);
+  plot.ctx.canvas.setAttribute("role", "img");
+  plot.ctx.canvas.setAttribute("aria-label", "energies over time");
   new ResizeObserver(() => box.clientWidth && plot.setSize({ width: width(), height: 230 })).observe(box);
 }

@@ -3,6 +3,7 @@
 
 (() => {
   const token = location.hash.slice(1);
+  document.body.dataset.live = "";
   const made = (tag, properties = {}, ...inside) => {
     const element = Object.assign(document.createElement(tag), properties);
     element.append(...inside);

@@ -19,11 +19,12 @@ class Machine {
   // the view of the run before, where this one's machine fits into it: what grows is seen to grow
   keep(old) {
     const [x0, y0, x1, y1] = this.box, [a0, b0, a1, b1] = old.box, slack = 0.05 * old.size;
-    Object.assign(this, { yaw: old.yaw, pitch: old.pitch });
+    Object.assign(this, { yaw: old.yaw, pitch: old.pitch, follow: old.follow });
+    if (this.follow) this.fit();
     if (x0 < a0 - slack || y0 < b0 - slack || x1 > a1 + slack || y1 > b1 + slack || this.size < 0.4 * old.size) return;
     Object.assign(this, { box: old.box, size: old.size });
     this.fit();
-    if (old.moved) Object.assign(this, { middle: old.middle, scale: old.scale, moved: true });
+    if (old.moved) Object.assign(this, { middle: old.middle, scale: old.scale, moved: true, followed: old.followed });
   }
   at(ref, t) {
     if (typeof ref !== "string") return ref;
@@ -64,20 +65,19 @@ class Machine {
       else if (s.kind === "disc") places.push([s.at, w, w]);
       else for (const key of ["at", "a", "b", "p", "q_"]) if (Array.isArray(s[key])) places.push([s[key], 0, 0]);
       if (s.to) for (const p of s.to) places.push([p, 0, 0]);
-      if (s.spin) places.push([s.at, 0.6 * s.spin, 0.6 * s.spin]);
+      if (s.spin) places.push([s.at, 1.5 * s.spin, 1.5 * s.spin]);
     }
     // a linear pot lies along its axis in A
     for (const s of shapes) if ((s.kind === "pot" || s.kind === "stop") && s.joint === "slide") for (const v of (s.range || s.ends.filter((v) => v !== null))) places.push([s.a.map((x, i) => (i ? x + (v + s.zero) * s.axis[i - 1] : x)), 0, 0]);
+    this.places = places;
     const stride = Math.max(1, Math.floor(time.length / 240));
+    let wide = 0, tall = 0;
     for (let k = 0; k < time.length; k += stride) {
-      const poses = this.scene.bodies.map((_, b) => this.pose(b, time[k]));
-      for (const [place, w, h] of places) {
-        const [x, y] = this.flat(this.world(place, poses));
-        if (!Number.isFinite(x + y)) continue;
-        box[0] = Math.min(box[0], x - w); box[1] = Math.min(box[1], y - h);
-        box[2] = Math.max(box[2], x + w); box[3] = Math.max(box[3], y + h);
-      }
+      const now = this.boxAt(time[k]);
+      for (const i of [0, 1]) { box[i] = Math.min(box[i], now[i]); box[i + 2] = Math.max(box[i + 2], now[i + 2]); }
+      if (now[2] >= now[0]) { wide = Math.max(wide, now[2] - now[0]); tall = Math.max(tall, now[3] - now[1]); }
     }
+    this.largestPose = [wide, tall];
     // what ties a slide to its wall is drawn from behind the joint
     const far = 0.25 * Math.max(box[2] - box[0], box[3] - box[1]);
     for (const s of shapes) if ((s.kind === "spring" || s.kind === "damper") && s.joint === "slide" && far > 0) {
@@ -88,11 +88,28 @@ class Machine {
     this.box = Number.isFinite(box[0]) ? box : [-1, -1, 1, 1];
     const size = Math.max(this.box[2] - this.box[0], this.box[3] - this.box[1]) || 1e-3;
     this.size = size;
+    // what would be lost in the room that it crosses: the camera goes with it
+    this.follow ??= Math.max(wide, tall) > 0 && Math.max(wide, tall) < 0.15 * size;
+  }
+  // the box of all places at an instant
+  boxAt(t) {
+    const box = [Infinity, Infinity, -Infinity, -Infinity], poses = this.scene.bodies.map((_, b) => this.pose(b, t));
+    for (const [place, w, h] of this.places) {
+      const [x, y] = this.flat(this.world(place, poses));
+      if (!Number.isFinite(x + y)) continue;
+      box[0] = Math.min(box[0], x - w); box[1] = Math.min(box[1], y - h);
+      box[2] = Math.max(box[2], x + w); box[3] = Math.max(box[3], y + h);
+    }
+    return box;
   }
   fit() {
     const { canvas } = this, width = this.room();
     const [x0, y0, x1, y1] = this.box, margin = 46;
-    const w = Math.max(x1 - x0, 0.25 * this.size), h = Math.max(y1 - y0, 0.25 * this.size);
+    let w = Math.max(x1 - x0, 0.25 * this.size), h = Math.max(y1 - y0, 0.25 * this.size);
+    if (this.follow) {
+      const most = Math.max(...this.largestPose) || this.size;
+      w = h = 2.5 * most;
+    }
     const height = Math.max(220, Math.min(0.68 * innerHeight, width * Math.max(0.5, Math.min(1.15, h / w)) + 30));
     canvas.width = width * devicePixelRatio;
     canvas.height = height * devicePixelRatio;
@@ -103,30 +120,58 @@ class Machine {
     Object.assign(this, { width, height, moved: false });
   }
   room() { return Math.max(160, this.canvas.parentElement.clientWidth); }
+  // the wheel alone scrolls the page; with ctrl, which is what a trackpad's pinch sends too, it zooms. A mouse drags, or turns
+  // what is spatial; one finger turns it and scrolls the page otherwise, two pinch and drag.
   mouse() {
-    const c = this.canvas, { signal } = this.gone;
+    const c = this.canvas, { signal } = this.gone, held = new Map();
     c.addEventListener("wheel", (e) => {
+      if (!(e.ctrlKey || e.metaKey)) return;
       e.preventDefault();
-      const f = Math.exp(-0.0015 * e.deltaY), r = c.getBoundingClientRect(), x = e.clientX - r.left - this.centre[0], y = e.clientY - r.top - this.centre[1];
-      this.middle[0] += x / this.scale * (1 - 1 / f);
-      this.middle[1] -= y / this.scale * (1 - 1 / f);
-      this.scale *= f;
-      this.moved = true;
-      this.draw();
+      const r = c.getBoundingClientRect();
+      this.zoom(Math.exp(-0.005 * e.deltaY), e.clientX - r.left, e.clientY - r.top);
     }, { passive: false, signal });
-    c.addEventListener("pointerdown", (e) => c.setPointerCapture(e.pointerId), { signal });
+    c.addEventListener("pointerdown", (e) => { held.set(e.pointerId, [e.clientX, e.clientY]); c.setPointerCapture(e.pointerId); }, { signal });
+    for (const end of ["pointerup", "pointercancel", "lostpointercapture"]) c.addEventListener(end, (e) => held.delete(e.pointerId), { signal });
     c.addEventListener("pointermove", (e) => {
-      if (!(e.buttons & 1)) return;
-      if (!this.scene.planar && !e.shiftKey) {
-        this.yaw += 0.01 * e.movementX;
-        this.pitch = Math.max(-1.5, Math.min(1.5, this.pitch + 0.01 * e.movementY));
-      } else {
-        this.middle[0] -= e.movementX / this.scale;
-        this.middle[1] += e.movementY / this.scale;
-        this.moved = true;
-      }
-      this.draw();
+      const last = held.get(e.pointerId), at = [e.clientX, e.clientY];
+      if (!last) return;
+      held.set(e.pointerId, at);
+      const dx = at[0] - last[0], dy = at[1] - last[1], other = [...held].find(([id]) => id !== e.pointerId)?.[1];
+      if (other) {
+        const r = c.getBoundingClientRect(), far = (p) => Math.hypot(p[0] - other[0], p[1] - other[1]);
+        this.drag(dx / 2, dy / 2);
+        if (far(last) > 8) this.zoom(far(at) / far(last), (at[0] + other[0]) / 2 - r.left, (at[1] + other[1]) / 2 - r.top);
+      } else if (!this.scene.planar && !e.shiftKey) {
+        this.turn(0.01 * dx, 0.01 * dy);
+      } else if (e.pointerType !== "touch") this.drag(dx, dy);
     }, { signal });
+    c.addEventListener("keydown", (e) => {
+      const by = { ArrowLeft: [-0.1, 0], ArrowRight: [0.1, 0], ArrowUp: [0, -0.1], ArrowDown: [0, 0.1] }[e.key];
+      if (!by || this.scene.planar || !e.shiftKey) return;
+      e.preventDefault();
+      e.stopPropagation();
+      this.turn(...by);
+    }, { signal });
+  }
+  turn(yaw, pitch) {
+    this.yaw += yaw;
+    this.pitch = Math.max(-1.5, Math.min(1.5, this.pitch + pitch));
+    this.draw();
+  }
+  drag(dx, dy) {
+    this.middle[0] -= dx / this.scale;
+    this.middle[1] += dy / this.scale;
+    this.moved = true;
+    this.draw();
+  }
+  // about a place of the canvas
+  zoom(factor, px, py) {
+    const x = px - this.centre[0], y = py - this.centre[1];
+    this.middle[0] += x / this.scale * (1 - 1 / factor);
+    this.middle[1] -= y / this.scale * (1 - 1 / factor);
+    this.scale *= factor;
+    this.moved = true;
+    this.draw();
   }
 
   draw() {
@@ -138,11 +183,32 @@ class Machine {
     ctx.font = "12px system-ui";
     const poses = this.scene.bodies.map((_, k) => this.pose(k, t));
     this.poses = poses;
-    this.written = []; // boxes of labels, so that they do not lie on one another
+    this.wanted = []; // labels: written last, where there is room for them
+    this.taken = []; // boxes [left, top, right, bottom] on which no label may lie
+    if (this.follow) {
+      const [x0, y0, x1, y1] = this.boxAt(t);
+      if (x1 >= x0) {
+        const now = [(x0 + x1) / 2, (y0 + y1) / 2];
+        // what the reader has dragged stays beside the machine
+        this.middle = this.moved && this.followed ? this.middle.map((m, i) => m + now[i] - this.followed[i]) : now;
+        this.followed = now;
+      }
+      this.paper(ctx);
+    }
     this.grid(ctx);
     this.drawTrace(ctx, t);
     for (const s of this.scene.shapes) if (GLYPHS[s.kind] && GLYPHS[s.kind].layer === 0) GLYPHS[s.kind].draw(this, ctx, s, t);
     for (const layer of [1, 2]) for (const s of this.scene.shapes) if (GLYPHS[s.kind] && GLYPHS[s.kind].layer === layer) GLYPHS[s.kind].draw(this, ctx, s, t);
+    this.write(ctx);
+  }
+  // lines that stand still behind a camera that moves
+  paper(ctx) {
+    const ten = 10 ** Math.floor(Math.log10(80 / this.scale)), step = [10, 5, 2].find((m) => m * ten * this.scale >= 40) * ten || 10 * ten;
+    ctx.strokeStyle = this.colour("line");
+    ctx.lineWidth = 1;
+    const [x, y] = this.middle, w = this.width / this.scale / 2, h = this.height / this.scale / 2;
+    for (let k = Math.ceil((x - w) / step); k * step <= x + w; k++) { const px = this.centre[0] + (k * step - x) * this.scale; line(ctx, px, 0, px, this.height); }
+    for (let k = Math.ceil((y - h) / step); k * step <= y + h; k++) { const py = this.centre[1] - (k * step - y) * this.scale; line(ctx, 0, py, this.width, py); }
   }
   grid(ctx) {
     const metres = 110 / this.scale, ten = 10 ** Math.floor(Math.log10(metres));
@@ -175,19 +241,29 @@ class Machine {
     ctx.stroke();
   }
   pointAt(place, t) { const poses = []; poses[place[0]] = this.pose(place[0], t); return this.screen(this.world(place, poses)); }
-  label(ctx, x, y, text, colour = "ink") {
-    if (!this.labels) return;
-    const width = ctx.measureText(text).width, near = (b) => Math.abs(b[1] - y) < 13 && x < b[0] + b[2] && b[0] < x + width;
-    for (let tries = 0; tries < 6 && this.written.some(near); tries++) y += 13;
-    x = Math.max(4, Math.min(x, this.width - width - 4));
-    this.written.push([x, y, width]);
-    ctx.textAlign = "left";
-    ctx.lineWidth = 3;
-    ctx.strokeStyle = this.colour("panel");
-    ctx.strokeText(text, x, y);
-    ctx.fillStyle = this.colour(colour);
-    ctx.fillText(text, x, y);
+  label(ctx, x, y, text, colour = "ink") { if (this.labels) this.wanted.push([x, y, text, colour]); }
+  // what acts first, then the names of bodies: of these, those for which there is no room are left out
+  write(ctx) {
+    const acting = (l) => l[3] !== "soft";
+    for (const [x0, y0, text, colour] of [...this.wanted.filter(acting), ...this.wanted.filter((l) => !acting(l))]) {
+      const width = ctx.measureText(text).width, inside = (x) => Math.max(4, Math.min(x, this.width - width - 4));
+      const box = ([x, y]) => [x - 1, y - 11, x + width + 1, y + 2], apart = (a, b) => a[2] <= b[0] || b[2] <= a[0] || a[3] <= b[1] || b[3] <= a[1];
+      // a name that lies farther off tells nothing
+      const places = [0, 13, -13, ...(colour === "soft" ? [] : [26, -26, 39, 52])].flatMap((dy) => [0, -width - 22, 24].map((dx) => [inside(x0 + dx), y0 + dy]));
+      const free = places.find((p) => p[1] > 11 && p[1] < this.height - 2 && this.taken.every((b) => apart(box(p), b)));
+      if (!free && colour === "soft") continue;
+      const [x, y] = free ?? places[0];
+      this.taken.push(box([x, y]));
+      ctx.textAlign = "left";
+      ctx.lineWidth = 3;
+      ctx.strokeStyle = this.colour("panel");
+      ctx.strokeText(text, x, y);
+      ctx.fillStyle = this.colour(colour);
+      ctx.fillText(text, x, y);
+    }
   }
+  // a round thing that labels keep off
+  keepOff(x, y, r) { this.taken.push([x - r, y - r, x + r, y + r]); }
   place(p) { return this.screen(this.world(p, this.poses)); }
   // a joint's axis on the screen, as an angle
   axisAngle(s) {
@@ -247,14 +323,23 @@ function between(ctx, x0, y0, x1, y1, kind) {
   ctx.restore();
 }
 
-function ground(m, ctx, x, y) {
+function ground(m, ctx, x, y, tall = 15) {
   ctx.strokeStyle = m.colour("ground");
   ctx.lineWidth = 1.5;
   ctx.beginPath();
-  ctx.moveTo(x, y); ctx.lineTo(x - 9, y + 15); ctx.lineTo(x + 9, y + 15); ctx.closePath();
+  ctx.moveTo(x, y); ctx.lineTo(x - 9, y + tall); ctx.lineTo(x + 9, y + tall); ctx.closePath();
   ctx.stroke();
-  line(ctx, x - 14, y + 15, x + 14, y + 15);
-  for (let k = -12; k <= 12; k += 6) line(ctx, x + k, y + 15, x + k - 4, y + 20);
+  line(ctx, x - 14, y + tall, x + 14, y + tall);
+  for (let k = -12; k <= 12; k += 6) line(ctx, x + k, y + tall, x + k - 4, y + tall + 5);
+}
+
+// what a spring or a damper hangs on
+function anchor(m, ctx, place) {
+  const [x, y] = m.place(place);
+  if (place[0] === 0) ground(m, ctx, x, y, 9);
+  ctx.beginPath();
+  ctx.arc(x, y, 3.2, 0, 7);
+  filled(m, ctx, "panel");
 }
 
 const GLYPHS = {
@@ -281,17 +366,17 @@ const GLYPHS = {
     ctx.arc(x, y, r, 0, 7);
     filled(m, ctx);
     line(ctx, x, y, ...rim);
-    m.label(ctx, x + 8, y - 8, s.name, "soft");
+    if (r > 30) m.label(ctx, x - r, y - 0.8 * r, s.name, "soft"); else m.label(ctx, x + 8, y - 8, s.name, "soft");
   } },
   bones: { layer: 0, draw(m, ctx, s) {
     const c = m.place(s.at);
     if (s.spin) {
       // nothing but an inertia: a wheel with a mark
-      const r = 0.38 * s.spin * m.scale;
+      const r = s.spin * m.scale;
       ctx.beginPath();
       ctx.arc(...c, r, 0, 7);
       filled(m, ctx);
-      line(ctx, ...c, ...m.place([s.at[0], s.at[1] + 0.38 * s.spin, s.at[2], s.at[3]]));
+      line(ctx, ...c, ...m.place([s.at[0], s.at[1] + s.spin, s.at[2], s.at[3]]));
       return m.label(ctx, c[0] - r, c[1] - r - 5, s.name, "soft");
     }
     if (s.to.every((p) => p.every((v, i) => v === s.at[i]))) {
@@ -315,11 +400,12 @@ const GLYPHS = {
     const [x, y] = m.place(s.b), [xa, ya] = m.place(s.a);
     if (s.joint === "none") return;
     if (s.joint === "slide") {
-      const angle = m.axisAngle(s), reach = 0.62 * Math.min(m.width, m.height);
+      // a rail of the frame goes from edge to edge, one on a body to its slider and beyond
+      const angle = m.axisAngle(s), reach = 2 * (m.width + m.height), along = (x - xa) * Math.cos(angle) + (y - ya) * Math.sin(angle);
       ctx.strokeStyle = m.colour("ground");
       ctx.lineWidth = 1.5;
       ctx.setLineDash(s.a[0] === 0 ? [] : [4, 4]);
-      const from = s.a[0] === 0 ? -reach : -40, to = s.a[0] === 0 ? reach : 40;
+      const from = s.a[0] === 0 ? -reach : Math.min(-40, along - 24), to = s.a[0] === 0 ? reach : Math.max(40, along + 24);
       line(ctx, xa + from * Math.cos(angle), ya + from * Math.sin(angle), xa + to * Math.cos(angle), ya + to * Math.sin(angle));
       ctx.setLineDash([]);
       ctx.save();
@@ -336,28 +422,37 @@ const GLYPHS = {
       ctx.lineWidth = 3;
       line(ctx, xa, ya, x, y);
     }
-    if (s.a[0] === 0 && s.joint === "pin") ground(m, ctx, xa, ya);
-    if (s.b[0] === 0 && s.joint === "pin") ground(m, ctx, x, y);
+    if (s.a[0] === 0 && s.joint === "pin") ground(m, ctx, xa, ya, s.below ? 27 : 15);
+    if (s.b[0] === 0 && s.joint === "pin") ground(m, ctx, x, y, s.below ? 27 : 15);
     ctx.beginPath();
     if (s.joint === "weld") ctx.rect(x - 4, y - 4, 8, 8); else ctx.arc(x, y, 4.5, 0, 7);
     filled(m, ctx, "panel");
   } },
   motor: { layer: 2, draw(m, ctx, s, t) {
     const [x, y] = m.place(s.a), share = m.share(s.current, t), current = m.at(s.current, t);
-    ctx.globalAlpha = 0.15 + 0.75 * Math.abs(share);
+    const shape = (r) => { ctx.beginPath(); if (s.joint === "pin") ctx.arc(x, y, r, 0, 7); else ctx.rect(x - r, y - 0.8 * r, 2 * r, 1.6 * r); };
+    shape(18);
+    filled(m, ctx, "panel");
+    // its ring tells the current
+    ctx.globalAlpha = 0.2 + 0.8 * Math.abs(share);
     ctx.strokeStyle = m.colour(share < 0 ? "force" : "motor");
     ctx.lineWidth = 5;
-    ctx.beginPath();
-    if (s.joint === "pin") ctx.arc(x, y, 16, 0, 7); else ctx.rect(x - 14, y - 12, 28, 24);
+    shape(14.5);
     ctx.stroke();
     // its phases, as spokes between stator and rotor
     for (let k = 0; s.poles > 1 && k < s.poles; k++) {
       const c = Math.cos(2 * Math.PI * k / s.poles), d = Math.sin(2 * Math.PI * k / s.poles);
-      line(ctx, x + 8 * c, y - 8 * d, x + 14 * c, y - 14 * d);
+      line(ctx, x + 8 * c, y - 8 * d, x + 12 * c, y - 12 * d);
     }
     ctx.globalAlpha = 1;
+    ctx.textAlign = "center";
+    ctx.fillStyle = m.colour("ink");
+    ctx.font = "bold 13px system-ui";
+    ctx.fillText("M", x, y + 4.5);
+    ctx.font = "12px system-ui";
+    m.keepOff(x, y, 19);
     if (m.arrows) effort(m, ctx, s, t, x, y, 26, "motor");
-    m.label(ctx, x + 22, y + 26, `${s.name} ${written(current, "A", 3)}`, "motor");
+    m.label(ctx, x + 30, y + 26, `${s.name} ${written(current, "A", 3)}`, "motor");
   } },
   pot: { layer: 2, draw(m, ctx, s, t) {
     const [x, y] = m.place(s.a), q = m.at(s.q, t) + s.zero, [from, to] = s.range.map((v) => v + s.zero);
@@ -365,12 +460,13 @@ const GLYPHS = {
     ctx.fillStyle = m.colour("wiper");
     ctx.lineWidth = 3;
     if (s.joint === "pin") {
-      const base = m.poses[s.a[0]].angle || 0, r = 36;
+      const base = m.poses[s.a[0]].angle || 0, r = 36 + 11 * s.rings;
       ctx.beginPath();
       ctx.arc(x, y, r, -(base + Math.min(from, to)), -(base + Math.max(from, to)), true);
       ctx.stroke();
       const held = Math.max(Math.min(from, to), Math.min(Math.max(from, to), q)) + base;
-      arrow(ctx, x + 20 * Math.cos(held), y - 20 * Math.sin(held), x + r * Math.cos(held), y - r * Math.sin(held), 7);
+      m.keepOff(x, y, r);
+      arrow(ctx, x + (r - 16) * Math.cos(held), y - (r - 16) * Math.sin(held), x + r * Math.cos(held), y - r * Math.sin(held), 7);
       m.label(ctx, x + r + 4, y - 22, `${s.name} ${written(m.at(s.wiper, t), "V", 3)}`, "wiper");
       return;
     }
@@ -399,10 +495,29 @@ const GLYPHS = {
     const a = m.place(s.first.a), b = m.place(s.second.a);
     ctx.strokeStyle = m.colour("soft");
     ctx.lineWidth = 1.5;
-    ctx.setLineDash([5, 4]);
-    line(ctx, ...a, ...b);
-    ctx.setLineDash([]);
-    m.label(ctx, (a[0] + b[0]) / 2 + 6, (a[1] + b[1]) / 2 + 16, `${s.name} ${+(+s.ratio).toPrecision(4)}`, "soft");
+    if (s.radii) {
+      // wheels that mesh; those that turn the same way have one between them
+      const [r, q] = s.radii.map((v) => v * m.scale), far = Math.hypot(b[0] - a[0], b[1] - a[1]), angle = Math.atan2(b[1] - a[1], b[0] - a[0]);
+      const wheels = [[a, r], [b, q]], way = (far + r - q) / 2;
+      if (!s.meshed) wheels.push([[a[0] + way * Math.cos(angle), a[1] + way * Math.sin(angle)], (far - r - q) / 2]);
+      for (const [at, radius] of wheels) {
+        ctx.lineWidth = 1.5;
+        ctx.beginPath();
+        ctx.arc(...at, radius, 0, 7);
+        ctx.stroke();
+        ctx.lineWidth = 2.5;
+        const count = Math.max(8, Math.round(2 * Math.PI * radius / 9));
+        for (let k = 0; k < count; k++) {
+          const c = Math.cos(2 * Math.PI * k / count), d = Math.sin(2 * Math.PI * k / count);
+          line(ctx, at[0] + (radius - 2) * c, at[1] + (radius - 2) * d, at[0] + (radius + 2) * c, at[1] + (radius + 2) * d);
+        }
+      }
+    } else {
+      ctx.setLineDash([5, 4]);
+      line(ctx, ...a, ...b);
+      ctx.setLineDash([]);
+    }
+    m.label(ctx, (a[0] + b[0]) / 2 - 6, (a[1] + b[1]) / 2 + 16, `${s.name} ${+(+s.ratio).toPrecision(4)}`, "soft");
   } },
   belt: { layer: 1, draw(m, ctx, s, t) {
     const a = m.place(s.first.a), b = m.place(s.second.a), [ra, rb] = s.radii.map((r) => r * m.scale);
@@ -520,6 +635,8 @@ function elastic(m, ctx, s, t, kind) {
   if (s.p) {
     const p = m.place(s.p), q = m.place(s.q_);
     between(ctx, ...p, ...q, kind);
+    anchor(m, ctx, s.p);
+    anchor(m, ctx, s.q_);
     return m.label(ctx, (p[0] + q[0]) / 2 + 10, (p[1] + q[1]) / 2, s.name, colour);
   }
   const a = m.place(s.a), b = m.place(s.b);
