@@ -250,7 +250,9 @@ def gear(m: Stage, pen: Pen, s: Shape) -> None:
             count = max(8, round(2 * math.pi * radius / (9 * pen.unit)))
             for k in range(count):
                 c, d = math.cos(2 * math.pi * k / count), math.sin(2 * math.pi * k / count)
-                ends = [(at[0] + f * c, at[1] + f * d) for f in (radius - 2 * pen.unit, radius + 2 * pen.unit)]
+                ends = [
+                    (at[0] + f * c, at[1] + f * d) for f in (radius - 2 * pen.unit, radius + 2 * pen.unit)
+                ]
                 pen.line(ends, "soft", 2.5)
     else:
         pen.line([a, b], "soft", 1.5, 5)
