@@ -116,7 +116,7 @@ def document(
     return run
 
 
-def pack(values: array[float]) -> str:
+def pack(values: array[float] | array[int]) -> str:
     """Bytes side by side by significance, deflated, base64; little-endian on every machine."""
     width = values.itemsize
     data = values.tobytes()
