@@ -16,7 +16,7 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any
 
-    from .bench import Deck
+    from .alterable import Deck
     from .diagnostics import ConvergenceError, DeckError, Interrupted, OutsideError
     from .pipeline import check, compile, run
     from .result import Result, Table

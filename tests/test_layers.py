@@ -26,7 +26,7 @@ ROWS = [
     ["live"],
     ["editor"],
     ["__init__"],
-    ["bench", "sweeps"],
+    ["alterable", "sweeps"],
     ["pipeline"],
     ["control"],
     ["system"],

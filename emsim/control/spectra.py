@@ -4,13 +4,18 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..measures.curve import Curve
+from ..measures.fourier import HARMONICS, spectrum
+from ..measures.points import Points
 from . import words
 from .base import Command
 from .errors import CommandError, usage
 from .plots import Plot, Vector
+from .session import column_name, table_of
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from ..measures.fourier import Spectrum
     from .program import Statement
     from .session import Session
 
@@ -230,39 +235,43 @@ def fourier(s: Session, text: str, at: Statement) -> None:
     period = 1.0 / base
     if x[-1] - x[0] < period * (1 - 1e-9):
         raise CommandError("E164", f"the run is shorter than a period of {period:g} s")
-    harmonics = max(1, min(s.integer("nfreqs", 10), 10_000))
-    grid = max(2, min(s.integer("fourgridsize", 200), 1_000_000))
-    degree = s.integer("polydegree", 1)
+    count = max(1, min(s.integer("nfreqs", HARMONICS), 10_000))
+    if idle := [name for name in ("fourgridsize", "polydegree") if name in s.variables]:
+        s.note(f"{' and '.join(idle)}: no effect on harmonics, which are integrals and no sums over a grid")
+    table = table_of(plot)
+    assert table is not None
+    points = Points(table)
     for v in s.vectors(rest):
         if len(v) != len(x) or v.is_complex:
             raise CommandError("E164", f"`{v.name}` is no real vector over time")
-        _four(s, v, x, base, harmonics, grid, degree)
+        # a column by the table's own rule between points, what is computed here on straight lines
+        name = column_name(v, plot)
+        if v.plot is plot and table.has_column(name):
+            curve = Curve(points.x, points.column(name).reshape(points.x.shape))
+        else:
+            curve = Curve(np.stack([x[:-1], x[1:]], axis=1), np.stack([v.values[:-1], v.values[1:]], axis=1))
+        _told(s, spectrum(v.name, v.unit, curve, base, float(x[-1]), float(x[0]), count))
 
 
-def _four(s: Session, v: Vector, x: np.ndarray, base: float, count: int, grid: int, degree: int) -> None:
-    times = x[-1] - 1.0 / base + np.arange(grid) / base / grid
-    y = np.interp(times, x, v.values)
-    angles = 2 * np.pi * base * times
-    found = [np.mean(y) + 0j] + [2 * np.mean(y * np.exp(-1j * k * angles)) for k in range(1, count)]
-    magnitude = [abs(c) for c in found]
-    # phases of sines
-    phase = [0.0] + [float(np.degrees(np.arctan2(c.real, -c.imag))) for c in found[1:]]
-    first = magnitude[1] if count > 1 and magnitude[1] else 1.0
-    thd = 100 * np.sqrt(sum((m / first) ** 2 for m in magnitude[2:]))
-    s.say(f"Fourier analysis for {v.name}:")
-    s.say(f"  No. Harmonics: {count}, THD: {thd:g} %, Gridsize: {grid}, Interpolation Degree: {degree}\n")
+def _told(s: Session, found: Spectrum) -> None:
+    grid, degree, count = s.integer("fourgridsize", 200), s.integer("polydegree", 1), len(found.harmonics)
+    s.say(f"Fourier analysis for {found.signal}:")
+    s.say(
+        f"  No. Harmonics: {count}, THD: {found.thd:g} %, Gridsize: {grid}, Interpolation Degree: {degree}\n"
+    )
     s.say("Harmonic Frequency   Magnitude   Phase       Norm. Mag   Norm. Phase")
     s.say("-------- ---------   ---------   -----       ---------   -----------")
-    for k in range(count):
-        norm, turned = (magnitude[k] / first, phase[k] - phase[1]) if k else (0.0, 0.0)
-        cells = (f"{t:<11.{5 if t < 0 else 6}g} " for t in (k * base, magnitude[k], phase[k], norm, turned))
-        s.say(f" {k:<4d}    " + "".join(cells))
+    for h in found.harmonics:
+        numbers = (h.frequency, h.magnitude, h.phase, h.normalised, h.relative_phase)
+        s.say(f" {h.k:<4d}    " + "".join(f"{t:<11.{5 if t < 0 else 6}g} " for t in numbers))
     s.say("")
     plot = s.plots.current
     number = 1
     while f"fourier{number}1" in plot.vectors:
         number += 1
-    values = np.array([[k * base for k in range(count)], magnitude, phase])
+    values = np.array(
+        [[getattr(h, key) for h in found.harmonics] for key in ("frequency", "magnitude", "phase")]
+    )
     made = Vector(f"fourier{number}1", values.reshape(-1), "", plot)
     made.dims = values.shape
     plot.add(made)

@@ -196,13 +196,16 @@ def change_elements(flat: FlatDeck, changes: Iterable[Change]) -> None:
 
 def _with_value(element: Element, value: float) -> Element | None:
     """A copy with another value; None where it has no plain one."""
+    if not has_plain_value(element):
+        return None
     changed = copy.copy(element)
     if "dc" in element.extra:
-        if element.wave is not None:
-            return None
         changed.extra, changed.value = {**element.extra, "dc": value}, None
-    elif isinstance(element.value, (int, float)):
-        changed.value = value
     else:
-        return None
+        changed.value = value
     return changed
+
+
+def has_plain_value(element: Element) -> bool:
+    """Is its value one number that steps and sweeps can change: no expression, no waveform?"""
+    return element.wave is None if "dc" in element.extra else isinstance(element.value, (int, float))

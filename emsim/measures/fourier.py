@@ -88,8 +88,10 @@ class Spectrum:
         }
 
 
-def spectrum(signal: str, unit: str, curve: Curve, frequency: float, last: float, first: float) -> Spectrum:
-    """(1) of a curve. NotFound where the results are shorter than a period."""
+def spectrum(
+    signal: str, unit: str, curve: Curve, frequency: float, last: float, first: float, count: int = HARMONICS
+) -> Spectrum:
+    """(1) of a curve, `count` harmonics with the mean. NotFound where the results are shorter than a period."""
     period = 1.0 / frequency
     if last - first < period * (1 - 1e-9):
         said = f"a period of {frequency:g} Hz takes {period:g} s, the results {last - first:g} s"
@@ -98,24 +100,24 @@ def spectrum(signal: str, unit: str, curve: Curve, frequency: float, last: float
     part = curve.cut(begin, last)
     # pieces so short that the rule knows the fastest harmonic
     widths = part.x[:, -1] - part.x[:, 0]
-    longest = PIECE * period / (HARMONICS - 1) * RULE / 8
-    sums = np.zeros(HARMONICS, dtype=complex)
+    longest = PIECE * period / max(count - 1, 1) * RULE / 8
+    sums = np.zeros(max(count, 2), dtype=complex)
     parts = np.maximum(1, np.ceil(widths / longest)).astype(int)
-    for count in np.unique(parts):
-        own = parts == count
-        x0, y, w = part.x[own, 0], part.y[own], widths[own] / count
-        for j in range(count):
-            at = (j + nodes(RULE)) / count
+    for pieces in np.unique(parts):
+        own = parts == pieces
+        x0, y, w = part.x[own, 0], part.y[own], widths[own] / pieces
+        for j in range(pieces):
+            at = (j + nodes(RULE)) / pieces
             values = y @ resampling(part.n, at).T
             t = x0[:, None] + widths[own][:, None] * at - begin
-            for k in range(HARMONICS):
+            for k in range(len(sums)):
                 wave = np.exp(-2j * np.pi * k * frequency * t)
                 sums[k] += np.sum(w * ((values * wave) @ areas(RULE)))
     found = []
     mean = float(sums[0].real / period)
     first_one = 2j * sums[1] / period
     size = abs(first_one)
-    for k in range(HARMONICS):
+    for k in range(count):
         z = 2j * sums[k] / period
         magnitude, phase = (mean, 0.0) if k == 0 else (abs(z), math.degrees(math.atan2(z.imag, z.real)))
         normalised = 0.0 if k == 0 or not size else magnitude / size

@@ -169,6 +169,8 @@ class Runner:
 
 def changeable(flat: FlatDeck, name: str) -> None:
     """Raises DeckError for a name that is no element, or one without a single value."""
+    from ..elaborate.steps import has_plain_value
+
     element = next((e for e in flat.elements if e.name == name), None)
     if element is None:
         near = suggest(name, [*flat.params, *(e.name for e in flat.elements)])
@@ -178,8 +180,7 @@ def changeable(flat: FlatDeck, name: str) -> None:
             f"there is no parameter and no element `{name}`",
             hint=f"did you mean `{near}`?" if near else known,
         )
-    plain = element.wave is None if "dc" in element.extra else isinstance(element.value, (int, float))
-    if not plain:
+    if not has_plain_value(element):
         hint = "make it a parameter: .param x=.. and {x} on the card"
         deck_error("E345", f"`{name}` has no single value that a sweep could change", element.span, hint)
 
