@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 # A free motion of several coordinates is run once more with a reltol that is FINER times as small; where that changes a column
 # by more than SHARE of its range at some time of the print grid, errors of the tolerance's size have grown too much.
 FINER, SHARE = 10.0, 0.03
+KNOWN = 10.0  # tolerances of its size: nearer two runs need not be
 RELTOL = 1e-3  # where the deck says nothing
 FREE = 2  # degrees of freedom: with one, errors shift the phase and no more
 MOST = 5000  # rows of a run that is short enough to be run twice
@@ -171,7 +172,7 @@ def _amplified(assembly: Assembly, run: Run) -> None:
 
     from .base import recorded
 
-    names, _, exprs = recorded(assembly, run.analysis)
+    names, units, exprs = recorded(assembly, run.analysis)
     tstep, tstop, tstart = run.grid
     asked = float(options.get("reltol", RELTOL))
     reltol = asked / FINER
@@ -188,16 +189,27 @@ def _amplified(assembly: Assembly, run: Run) -> None:
 
     row_at = {t: row for row, t in enumerate(column(again, 0))}
     pairs = [(row, row_at[t]) for row, t in enumerate(column(run.waves, 0)) if t in row_at]
+    # the motion itself; a moment about a pin's own axis is rounding, and amplifies nothing
+    motions = {name for c in machine.all_coordinates() for name in (c.q_name, c.u_name)}
+    watched = [k for k, name in enumerate(names) if name in motions] or range(len(names))
+    finest = {k: column(again, k + 1) for k in watched}
+    ranges = {k: max(finer) - min(finer) for k, finer in finest.items()}
+    # ways count as turns at the machine's length
+    length = float(options.get("length") or 1.0)
+    lever = {k: 1.0 if units[k].startswith("rad") else length for k in watched}
+    widest: dict[str, float] = {}
+    for k, span in ranges.items():
+        rate = units[k].partition("/")[2]
+        widest[rate] = max(span / lever[k], widest.get(rate, 0.0))
     worst, at, name = 0.0, 0.0, ""
-    for k, title in enumerate(names, 1):
-        ours, finer = column(run.waves, k), column(again, k)
-        span = max(finer) - min(finer)
-        if not span > 1e-6 * max(map(abs, finer)):
-            continue
+    for k, finer in finest.items():
+        span, ours = ranges[k], column(run.waves, k + 1)
+        # what does not move beside others, or beside itself, is known to the tolerance
+        size = max(*map(abs, finer), widest[units[k].partition("/")[2]] * lever[k])
         for i, j in pairs:
-            share = abs(ours[i] - finer[j]) / span
-            if share > worst:
-                worst, at, name = share, run.waves.value(i, 0), title
+            apart = abs(ours[i] - finer[j])
+            if apart > KNOWN * asked * size and apart > worst * span:
+                worst, at, name = apart / span, run.waves.value(i, 0), names[k]
     if worst > SHARE:
         assembly.flat.sink.warning(
             "W417",

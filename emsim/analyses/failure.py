@@ -194,7 +194,8 @@ def _mechanical(assembly: Assembly, unknown: str) -> bool:
     kinds = dict(zip(assembly.system.names, assembly.system.kinds, strict=True))
     drives = [card.name for card in assembly.flat.machine if card.kind == "DRIVE"]
     given = any(unknown in (f"torque({name})", f"force({name})") for name in drives)
-    return given or kinds.get(unknown) in ("coordinate", "speed", "lambda", "mu")
+    moves = kinds.get(unknown) in ("coordinate", "speed", "lambda", "mu")
+    return given or moves or unknown in assembly.machine.derivatives
 
 
 def _driving(assembly: Assembly) -> list[str]:

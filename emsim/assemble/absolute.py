@@ -50,6 +50,8 @@ ORIGIN = (0.0, 0.0, 0.0)
 class Absolute(Machine):
     """The machine in maximal coordinates; `like` is the same in joint coordinates, assembled to its start."""
 
+    guessed = False  # (that one has listened to them)
+
     def __init__(self, ctx: Context) -> None:
         self.like = _in_joint_coordinates(ctx)
         super().__init__(ctx)

@@ -74,7 +74,7 @@ def close_loops(
     ok, q, residual = m.b.project(own, asked, weights, x, held, 0.0, 1e-13)
     if ok:
         q = _unturned(m, x, q, asked)
-    wanted, is_new = _guesses(m, x)
+    wanted, is_new = _guesses(m, x) if m.guessed else ([], False)
     if not wanted:
         wanted = _drawn(m, x, q)
     if wanted and (is_new or not ok or _off(m, x, q, wanted) > FAR):

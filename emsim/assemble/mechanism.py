@@ -27,6 +27,8 @@ if TYPE_CHECKING:
 
 
 class Mechanism(Binding):
+    guessed = True  # does guess= have a say in where it starts?
+
     def __init__(self, ctx: Context) -> None:
         super().__init__(ctx)
         self.active: list[Card] = []  # everything that contributes

@@ -26,6 +26,7 @@
 //! After a step the roots are looked at in its middle and at its end; the earliest crossing is bracketed and narrowed by
 //! the Illinois variant of regula falsi. The step is then repeated up to there, and once more where its end tells another
 //! place: what lies inside a long step of the trapezoid is known less well than its end.
+use crate::model::Law;
 use crate::system::{System, Work};
 
 pub struct Located {
@@ -44,12 +45,17 @@ pub struct Candidate<'a> {
 pub struct Check {
     since: Vec<(f64, f64)>, // by flag: from this end of a step on it asks to turn, at each, and its value then; INFINITY: it does not
     roots: Vec<f64>,
-    last: f64, // where the step began
+    last: f64, // where the step began, and the one before it
+    before: f64,
+    span: f64, // of the run
+    reltol: f64,
     pub broken: Vec<(f64, usize)>,
 }
 
 /// Asking to turn at the end of a step is what an event is; asking still, this part of the time later, is a flag that is stuck.
 const STUCK: f64 = 1e-9;
+/// ... of no less than this part of the run: what is let go from rest turns its kinks within roundings of time.
+const EARLY: f64 = 1e-3;
 /// Between the ends of steps values are known to so many tolerances.
 const INSIDE: f64 = 10.0;
 
@@ -60,17 +66,26 @@ fn tell(broken: &mut Vec<(f64, usize)>, k: usize, t: f64) {
 }
 
 impl Check {
+    pub fn new(span: f64, reltol: f64) -> Check {
+        Check { span, reltol, ..Check::default() }
+    }
+
+    /// Longer than flags take that set each other off: a few roundings of time.
+    fn long(&self, from: f64, t: f64) -> bool {
+        t - from > STUCK * t.max(EARLY * self.span)
+    }
+
     /// Steps go on from t.
     pub fn begin(&mut self, t: f64) {
-        self.last = t;
+        (self.before, self.last) = (t, t);
     }
 
     /// At corners and edges what sources decide is about to turn, or touches its threshold: half-way is between two of them.
     fn half_way(&mut self, sys: &System, w: &mut Work, t: f64) {
-        let (middle, long) = (0.5 * (self.last + t), t - self.last > STUCK * t);
-        self.last = t;
+        let (middle, long) = (0.5 * (self.last + t), self.long(self.last, t));
+        (self.before, self.last) = (self.last, t);
         if !long {
-            return; // flags that set each other off take a few roundings of time
+            return;
         }
         sys.broken_edges(w, middle, |k| tell(&mut self.broken, k, middle));
     }
@@ -79,27 +94,30 @@ impl Check {
         const NEVER: f64 = f64::INFINITY;
         self.since.resize(roots.len(), (NEVER, 0.0));
         for (k, &root) in roots.iter().enumerate().filter(|&(k, _)| !sys.is_timed(k) && !sys.flags[k].law.of_modes()) {
-            let (since, value) = &mut self.since[k];
-            if !(root > 0.0 && t >= quiet_until[k]) {
-                *since = NEVER;
-            } else if *since == NEVER || *value != w.flags[k] {
-                (*since, *value) = (t, w.flags[k]);
-            } else if t - *since > STUCK * t {
+            let (since, value) = self.since[k];
+            // both sides of a kink agree at it: within the tolerance either is right
+            let kink = if sys.flags[k].law == Law::Stays { self.reltol * sys.flag_size(w, k) } else { 0.0 };
+            if !(root > kink && t >= quiet_until[k]) {
+                self.since[k].0 = NEVER;
+            } else if since == NEVER || value != w.flags[k] {
+                self.since[k] = (t, w.flags[k]);
+            } else if self.long(since, t) {
                 tell(&mut self.broken, k, t);
             }
         }
     }
 
     /// A row inside a step.
-    pub fn inside(&mut self, sys: &System, w: &mut Work, x: &[f64], t: f64, reltol: f64) {
-        if sys.flags.is_empty() {
+    pub fn inside(&mut self, sys: &System, w: &mut Work, x: &[f64], t: f64) {
+        let began = if t > self.last { self.last } else { self.before };
+        if sys.flags.is_empty() || !self.long(began, t) {
             return;
         }
         let mut roots = std::mem::take(&mut self.roots);
         roots.resize(sys.flags.len(), 0.0);
         sys.eval_all_roots(w, x, t, &mut roots);
         for (k, &root) in roots.iter().enumerate().filter(|&(k, _)| !sys.flags[k].law.of_modes()) {
-            if root > INSIDE * reltol * sys.operand_size(w, k) {
+            if root > 0.0 && root > INSIDE * self.reltol * sys.flag_size_at(w, x, t, k) {
                 tell(&mut self.broken, k, t);
             }
         }

@@ -250,7 +250,7 @@ impl<'a, S: Sink> Run<'a, S> {
             newton: None,
             modes: Modes::new(sys),
             detector: Detector::new(sys),
-            check: Check::default(),
+            check: Check::new(a.tstop, o.reltol),
             grid: Grid::new(sys, a, dense, shows_silent),
             memory: Memory::default(),
             escape: Escape::default(),

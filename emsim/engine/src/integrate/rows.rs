@@ -538,7 +538,7 @@ impl Grid {
     fn push(&self, m: &dyn Method, t: f64, sys: &System, w: &mut Work, tol: &Tolerances, row: &mut Row<impl Sink>) {
         m.dense(t, row.x);
         sys.pin(w, t, row.x());
-        row.check.inside(sys, w, row.x, t, tol.reltol);
+        row.check.inside(sys, w, row.x, t);
         row.settle(sys, w, t, tol);
         row.fit(sys, w, t, tol);
         row.sink.row(sys, w, t, row.x);

@@ -34,9 +34,21 @@ impl System {
         }
     }
 
-    /// What is added up in a flag's operand.
-    pub fn operand_size(&self, w: &Work, k: usize) -> f64 {
+    /// What is added up in a flag's operand, with quantities as large as they have been.
+    pub fn flag_size(&self, w: &Work, k: usize) -> f64 {
         w.standing.size(k)
+    }
+
+    /// The same with those of x at t.
+    pub fn flag_size_at(&self, w: &mut Work, x: &[f64], t: f64, k: usize) -> f64 {
+        let mut scale = w.scale.clone();
+        if !scale.observe(&self.unknowns, x, t) {
+            return self.flag_size(w, k);
+        }
+        self.set_time(w, t);
+        let mut slots = self.sizes.workspace();
+        self.sizes.run(&Inputs { x: &scale.of, t, waves: &w.waves, flags: &w.flags }, &mut slots);
+        self.sizes.output(&slots, k).max(self.flag_size(w, k))
     }
 
     pub fn eval_all_roots(&self, w: &mut Work, x: &[f64], t: f64, out: &mut [f64]) {
