@@ -82,7 +82,7 @@ def drives_and_gears(m: Mechanism) -> tuple[list[Drive], list[tuple[Gear, float]
         if factor is None:
             continue
         c1, c2 = single(j1), single(j2)
-        if c1 is None or c2 is None:
+        if c1 is None or c2 is None or gear.rubs:
             rows_gear.append((gear, factor))
         elif _free(m, c1) and _leader(m, c2) is not c1:
             m.ties[id(c1)] = Tie(gear, c1, c2, factor)

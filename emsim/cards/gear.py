@@ -2,6 +2,9 @@
 
 Where one of the joints supplies a coordinate, that coordinate is replaced and no equation is added;
 otherwise the relation is a constraint row. `torque(gear)` is what the gear applies on j1.
+eta= puts friction into the mesh, (1/eta - 1) times the load |lambda| that it carries, against the motion of j1: a law with modes
+(laws.py), so it sticks. Where j1 drives, eta of its power arrives at j2; where j2 drives, 2 - 1/eta of it arrives at j1, and with
+eta at 1/2 or below nothing does: the gear locks itself. A row then, whose multiplier is the load.
 With backlash= both keep theirs, and the flanks touch at either end of the play (touch.py): gaps backlash/2 -+ d,
 d = q(j1) - ratio q(j2).
 """
@@ -12,34 +15,39 @@ from math import pi
 
 from . import touch
 from .base import Card, Default, Spec
+from .laws import Relay
 from .touch import Touching
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from ..diagnostics import Sink
     from .base import JointView, Net, Pen, Probes, Scalar, Scene
+    from .laws import Law
 
 
 class Gear(Touching, Card):
     spec = Spec(
         "GEAR",
-        "GEAR name j1 j2 ratio= (or lead=) [backlash= with e= or k= [c= or e=] [n=1]]",
+        "GEAR name j1 j2 ratio= (or lead=) [eta=] [backlash= with e= or k= [c= or e=] [n=1]]",
         terminals="first:joint second:joint",
         mark=("ratio", "lead"),
-        missing={"eta": "efficiency"},
         meaning="a gear, belt or screw between the coordinates of two joints",
         laws={
             "q": "q1 = ratio q2, of angle and travel q = lead/(2 pi) angle; with play |q1 - ratio q2| <= backlash/2",
             "V": "with k=: k d^(n+1)/(n+1), d how far beyond the play",
-            "P": "c d'^2, or that which gives back e times the speed",
+            "P": "with eta=: (1/eta - 1) |load u1|; with k=: c d'^2, or that which gives back e times the speed",
         },
         ratio=Default(None, "", "q(j1) / q(j2)"),
         lead=Default(None, "m", "travel of the slide for one turn of the pin"),
+        eta=Default(
+            None, "", "share of the power that arrives at j2 where j1 drives; 2 - 1/eta the other way, nothing from 1/2 down", above=0.0
+        ),
         backlash=Default(None, "rad or m", "play, measured at j1 from flank to flank", least=0.0),
         **touch.LAW,
     )
     ratio: float | None
     lead: float | None
+    eta: float | None
     backlash: float | None
     k: float | None
     c: float
@@ -64,6 +72,12 @@ class Gear(Touching, Card):
         elif self.backlash is not None and given is None:
             said = f"GEAR {self.name} with backlash= needs e= (rigid teeth) or k= (elastic ones): how the flanks meet"
             sink.error("E230", said, self.place("backlash"), self.spec.form)
+        if self.eta is not None and self.eta > 1.0:
+            said = f"eta= of GEAR {self.name} is {self.eta:g}: more would arrive than was put in"
+            sink.error("E238", said, self.place("eta"), "a gear with 5 % of losses has eta=0.95")
+        elif self.eta is not None and self.backlash is not None:
+            said = f"GEAR {self.name} has both eta= and backlash="
+            sink.error("E240", said, self.place("eta"), "with play, a FRICTION on one of the joints takes its share")
         names = [ref.name for _, _, ref in self.terminals]
         if len(set(names)) == 1:
             sink.error("E237", f"GEAR {self.name} couples {names[0]} to itself", self.span, "name two joints")
@@ -75,6 +89,22 @@ class Gear(Touching, Card):
             half = 0.5 * self.backlash
             gaps = [(1.0, f"{self.name} low", half + apart), (-1.0, f"{self.name} high", half - apart)]
         self.set_gaps(s, gaps, "N m" if self.first.rotary else "N")
+
+    @property
+    def rubs(self) -> bool:
+        """Is the load of the mesh an unknown that friction depends on?"""
+        return self.eta is not None and self.eta < 1.0
+
+    def laws(self, s: Scene) -> list[Law]:
+        if not self.rubs:
+            return super().laws(s)
+        assert self.eta is not None
+        bound = (1.0 / self.eta - 1.0) * s.abs(s.reaction(self.name))
+        self.mesh = Relay(self.first.u, bound, bound, "N m" if self.first.rotary else "N")
+        return [self.mesh]
+
+    def losses(self, s: Scene) -> Scalar | None:
+        return -(self.mesh.effort * self.first.u) if self.rubs else super().losses(s)
 
     def _factor(self, s: Scene) -> float:
         """q(j1) / q(j2)"""
@@ -89,7 +119,10 @@ class Gear(Touching, Card):
     def probes(self, s: Scene) -> Probes:
         if self.backlash is not None:
             return self.touch_probes(s, "torque" if self.first.rotary else "force")
-        return {"torque" if self.first.rotary else "force": lambda: s.reaction(self.name)}
+        word = "torque" if self.first.rotary else "force"
+        if self.rubs:
+            return {word: s.reaction(self.name) + self.mesh.effort, "mode": self.mesh.mode}
+        return {word: lambda: s.reaction(self.name)}
 
     def glyph(self, draw: Pen) -> None:
         ratio = self.ratio if self.ratio is not None else self.lead
@@ -98,8 +131,8 @@ class Gear(Touching, Card):
         )
 
     def analogue(self, net: Net) -> None:
-        if self.backlash is not None:
-            return net.refuse(self, "has play")
+        if self.backlash is not None or self.rubs:
+            return net.refuse(self, "has play" if self.backlash is not None else "rubs, and no element of a circuit does")
         """An ideal transformer: u1 = factor u2, and the force carried over the other way."""
         b1, a1 = net.across(self.first.name)
         b2, a2 = net.across(self.second.name)
