@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from .scene import FREE
+
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any
@@ -39,10 +41,15 @@ def report(m: Mechanism) -> dict[str, Any]:
                 "role": "cut" if j.cut else "tree",
                 "coordinates": [_coordinate_facts(m, c) for c in j.coordinates],
             }
-            for j in m.joints.values()
+            for key, j in m.joints.items()
+            if key[:1] != FREE
         ],
         "free_bodies": [
-            {"name": n, "coordinates": [_coordinate_facts(m, c) for c in cs]} for n, cs in m.roots.items()
+            {"name": n, "coordinates": [_coordinate_facts(m, c) for c in cs]}
+            for n, cs in (
+                *m.roots.items(),
+                *((j.name, j.coordinates) for key, j in m.joints.items() if key[:1] == FREE),
+            )
         ],
         "couplings": [{"name": n, "card": c.spec.word} for n, c in m.couplings.items()],
         "unknowns": len(m.places)

@@ -19,12 +19,13 @@ from __future__ import annotations
 from math import isfinite
 
 from ..cards.coordinate import OnJointOrPoints
+from ..cards.joints.free import FreeInSpace
 from ..cards.kinematics import constant, dot, is_zero, subtract
 from ..elements.base import BOLTZMANN, ZERO_CELSIUS
 from . import closing, coordinates, equations, laws, loops, prescribed, probes, reactions, start
 from .loops import Row
 from .mechanism import Mechanism
-from .scene import JointState, place
+from .scene import FREE, JointState, free_in_space, place
 from .tree import Edge, Plan, plan
 
 TYPE_CHECKING = False
@@ -37,6 +38,7 @@ if TYPE_CHECKING:
     from ..cards.drive import Drive
     from ..cards.gear import Gear
     from ..cards.kinematics import Frame
+    from ..deck import Ref
     from ..diagnostics import Span
     from ..expr import Node
     from .context import Context
@@ -61,7 +63,6 @@ class Machine(Mechanism):
         if self.broken:
             return
         self._graph()
-        self._check_space()
         rows_of = coordinates.drives_and_gears(self)
         if not self.broken and self._errors() == errors:
             reactions.prepare(self)
@@ -114,12 +115,22 @@ class Machine(Mechanism):
 
     def graph(self) -> Plan:
         """The tree of the joints, and what closes loops."""
-        edges = [Edge(j.name, j.a, j.b, j.card.cut or not j.kind.in_tree) for j in self.joints.values()]
+        edges = [Edge(key, j.a, j.b, j.card.cut or not j.kind.in_tree) for key, j in self.joints.items()]
         fixed = {name for name, body in self.bodies.items() if body.fixed}
         return plan(list(self.bodies), fixed, edges)
 
     def _graph(self) -> None:
+        why = self._out_of_plane()
+        for joint in self.joints.values():
+            if joint.kind.in_plane_only:
+                if why:
+                    joint.kind = FreeInSpace(joint.card)
+                joint.card.settle(joint.kind, self.sink)
         self.plan = self.graph()
+        if why and self.plan.roots:
+            for name in self.plan.roots:
+                self.joints[f"{FREE}{name}"] = free_in_space(self.bodies[name], self.sink)
+            self.plan = self.graph()
         for name in self.plan.cut:
             self.joints[name].cut = True
         for step in self.plan.steps:
@@ -127,10 +138,14 @@ class Machine(Mechanism):
             joint.coordinates = coordinates.of_joint(joint)
         self.roots = {name: coordinates.of_free_body(self.bodies[name]) for name in self.plan.roots}
         for name, body in self.bodies.items():
-            extra = [k for k in ("x", "y", "angle", "vx", "vy", "omega") if body.given(k)]
+            extra = [k for k in ("x", "y", "angle", "vx", "vy", "omega", "z", "vz", "rot") if body.given(k)]
             if body.fixed:
-                extra = [k for k in extra if k in ("vx", "vy", "omega") and getattr(body, k) != 0.0]
-            if extra and name not in self.roots:
+                extra = [
+                    k
+                    for k in extra
+                    if k in ("z", "vz", "rot") or (k in ("vx", "vy", "omega") and getattr(body, k) != 0.0)
+                ]
+            if extra and name not in self.roots and f"{FREE}{name}" not in self.joints:
                 why = "it is fixed" if body.fixed else "its joints say where it is"
                 self.sink.warning(
                     "W232",
@@ -141,24 +156,28 @@ class Machine(Mechanism):
                     else "ic= or guess= of the joint sets the start",
                 )
 
-    def _check_space(self) -> None:
-        """Free bodies and one-number inertias are for planar scenes."""
-        out = next((j for j in self.joints.values() if j.kind.leaves_plane()), None)
-        if out is None and not self.gravity[2]:
-            return
-        why = f"joint {out.name} leaves the plane" if out is not None else "gravity has a z component"
-        for name in self.roots:
-            self._fail(
-                "E247",
-                f"body {name} is free and {why}: free bodies in space are not supported yet",
-                self.bodies[name].span,
-                "tie it to ground through joints",
-            )
+    def _out_of_plane(self) -> str:
+        """What takes the scene out of the plane, for what is free: a joint, gravity, a start, something that acts so; or ""."""
         for joint in self.joints.values():
-            if joint.kind.name == "free":
-                self._fail(
-                    "E247", f"free joint {joint.name} in space is not supported yet ({why})", joint.card.span
-                )
+            if joint.kind.leaves_plane():
+                return f"joint {joint.name} leaves the plane"
+        if self.gravity[2]:
+            return "gravity has a z component"
+        for body in self.bodies.values():
+            if body.in_space and not body.fixed:
+                return f"body {body.name} starts out of it"
+        for card in self.couplings.values():
+            if card.leaves_plane() or any(
+                self._height(ref) for _, kind, ref in card.terminals if kind == "point"
+            ):
+                return f"{card.spec.word} {card.name} acts out of it"
+        return ""
+
+    def _height(self, ref: Ref) -> float:
+        """z of a place on a card, in its body."""
+        local = None if ref.point is None else tuple(float(v) for v in ref.point)
+        found = self.locate(ref.name, local)
+        return 0.0 if found is None else found[1][2]
 
     def _place(self) -> dict[str, Frame]:
         frames = place(self.b, self.plan, self.joints, self.roots, self._fixed())
@@ -212,6 +231,13 @@ class Machine(Mechanism):
             else:
                 joint.us = [self.b.const(0.0) + u for u in speeds]
             self._check_measured(joint)
+            if joint.kind.counts_turns and (name, 0) in self.turned:
+                self._fail(
+                    "E245",
+                    f"the {joint.kind.name} joint {name} closes a loop in space, where its whole turns cannot be counted",
+                    joint.card.span,
+                    f"cut another joint of the loop (cut=yes), so that {name} supplies its angle",
+                )
             rows = joint.closure(self.b, fa, fb)
             if joint.kind.unmeasured and (length := constant(rows[0][1])) is not None:
                 joint.kind.length, rows = length, []
@@ -263,7 +289,8 @@ class Machine(Mechanism):
 
     def _couple(self) -> None:
         """Terminals of the couplings become nodes, joints, points; branches are allocated."""
-        self.active = [*self.bodies.values(), *(j.card for j in self.joints.values())]
+        self.active = [*self.bodies.values(), *(j.card for key, j in self.joints.items() if key[:1] != FREE)]
+        count = len(self.active)
         for body in self.bodies.values():
             self._check_inertia(body)
         for card in self.couplings.values():
@@ -282,7 +309,7 @@ class Machine(Mechanism):
                 else:
                     setattr(target, label, self.joints[ref.name])
             self.active.append(card)
-        for card in self.active[len(self.bodies) + len(self.joints) :]:
+        for card in self.active[count:]:
             card.prepare(self)
             for k, (label, h, unit) in enumerate(card.constraints(self)):
                 self.rows.append(Row(card.name, k, label, self.b.const(0.0) + h, unit))

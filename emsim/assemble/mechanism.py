@@ -282,6 +282,8 @@ class Mechanism(Binding):
         joint = self.joints.get(owner)
         if joint is not None:
             return [*self.plan.loop(joint.a, joint.b), owner]
+        if owner in self.bodies:
+            return [owner]
         return [ref.name for _, _, ref in self.couplings[owner].terminals]
 
     def moved_by(self, c: Coordinate) -> str:

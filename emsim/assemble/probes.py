@@ -13,6 +13,7 @@ from ..cards.kinematics import WORLD_AXES, dot
 from ..diagnostics import suggest
 from ..expr import Call, Name, Num, Unary
 from . import reactions
+from .scene import FREE
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -44,7 +45,12 @@ def probe(m: Mechanism, fn: str, args: list[Node], span: Span | None) -> Expr | 
     names = [_name(a) for a in args]
     if fn in PLACES and len(args) == 1:
         return _place(m, fn, args[0], span)
-    if fn in WORDS and len(args) == 1 and names[0] in m.joints and fn not in MOTIONS:
+    if (
+        fn in WORDS
+        and len(args) == 1
+        and fn not in MOTIONS
+        and (names[0] in m.joints or _free(m, names[0], fn) is not None)
+    ):
         return _motion(m, fn, names[0] or "", span)
     if fn in MOTIONS and 1 <= len(args) <= 2 and all(names):
         if len(args) == 2:
@@ -125,7 +131,7 @@ def _other_way(m: Mechanism, fn: str, name: str) -> str | None:
 
 def _motion(m: Mechanism, fn: str, name: str, span: Span | None) -> Expr | None:
     """angle omega alpha pos vel acc, and what else a kind of joint calls its coordinates and speeds."""
-    joint = m.joints.get(name)
+    joint = m.joints.get(name) or _free(m, name, fn)
     if joint is None:
         if fn in ("angle", "omega", "alpha") and (name in m.bodies or name == "0"):
             return _orientation(m, fn, name, MOTIONS[fn])
@@ -159,6 +165,13 @@ def _motion(m: Mechanism, fn: str, name: str, span: Span | None) -> Expr | None:
         )
     value, order = found
     return _derived(m, fn, name, value, order)
+
+
+def _free(m: Mechanism, name: str | None, fn: str) -> JointState | None:
+    """What stands for a free body in space, where a function reads it."""
+    joint = m.joints.get(f"{FREE}{name}")
+    words = () if joint is None else (c.word for c in (*joint.kind.coordinates, *joint.kind.speeds))
+    return joint if fn in words else None
 
 
 def _of_joint(joint: JointState, fn: str) -> tuple[Expr, int] | None:

@@ -14,17 +14,21 @@ equation of motion is the reaction.
 from __future__ import annotations
 
 from ..cards.joints.base import AXES
+from ..cards.joints.free import FreeInSpace
 from ..cards.kinematics import WORLD_AXES, Frame, Moving, ground, subtract
+from ..deck import MachineCard, Ref
 from .tree import GROUND
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from .._engine import Builder, Expr
+    from ..cards.body import Body
     from ..cards.drive import Drive
     from ..cards.gear import Gear
     from ..cards.joint import Joint
     from ..cards.joints.base import Coord, JointKind, Passed
     from ..cards.kinematics import Scalar
+    from ..diagnostics import Sink
     from .tree import Plan
 
 
@@ -116,6 +120,29 @@ class Virtual:
         self.axis = axis
         self.s = b.symbol()
         self.rate = b.symbol()
+
+
+FREE = "#"  # before a body's name in the table of joints: what stands for a free body in space
+
+
+def free_in_space(body: Body, sink: Sink) -> JointState:
+    """A free body of a spatial scene, as a joint to ground that holds nothing, with the body's start."""
+    from ..cards.joint import Joint
+
+    words = [Ref(word, None, body.span) for word in (GROUND, body.name, "free")]
+    card = Joint(MachineCard("JOINT", body.name, words, {}, None, body.span, {}), sink)
+    card.settle(FreeInSpace(card), sink)
+    turned = body.rot if body.rot is not None else (0.0, 0.0, body.angle)
+    found = card.kind.start((body.x, body.y, body.z, *turned))
+    assert found is not None
+    placed = ("x", "y", "z")
+    card.search = found
+    card.start = [v if body.given(k) else None for k, v in zip(placed, found, strict=False)]
+    card.start += [v if body.given("rot") or body.given("angle") else None for v in found[3:]]
+    moving = (body.vx, body.vy, body.vz)
+    card.speed = [v if body.given(f"v{k}") else None for k, v in zip(placed, moving, strict=True)]
+    card.speed += [v if body.given("omega") else None for v in body.spins]
+    return JointState(card, (GROUND, (0.0, 0.0, 0.0)), (body.name, (0.0, 0.0, 0.0)))
 
 
 class Tie:

@@ -301,6 +301,10 @@ class Card:
     def check(self, sink: Sink) -> None:
         """Rules between parameters."""
 
+    def leaves_plane(self) -> bool:
+        """Does it push or turn free bodies out of the plane z = const, whatever its points are?"""
+        return False
+
     def prepare(self, s: Scene) -> None:
         """Rules between terminals; branches."""
 

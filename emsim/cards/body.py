@@ -25,7 +25,7 @@ class Body(Card):
     spec = Spec(
         "BODY",
         "BODY name m= [j=] [com=(x,y)] [shape=rod(l)/box(w,h)/disc(r)] "
-        "[x= y= angle= vx= vy= omega=] [fixed=yes]",
+        "[x= y= angle= vx= vy= omega=, in space z= vz= rot= omega=(wx,wy,wz)] [fixed=yes]",
         terminals="",
         mark=("m", "shape", "fixed"),
         meaning="a rigid body",
@@ -45,7 +45,15 @@ class Body(Card):
         angle=Default(0.0, "rad", "start orientation, free bodies"),
         vx=Default(0.0, "m/s", "start velocity of the origin, free bodies"),
         vy=Default(0.0, "m/s", "start velocity of the origin, free bodies"),
-        omega=Default(0.0, "rad/s", "start angular velocity, free bodies"),
+        omega=Default(
+            (0.0,),
+            "rad/s",
+            "start angular velocity, free bodies; in space (wx,wy,wz) in its own axes",
+            "vector",
+        ),
+        z=Default(0.0, "m", "start position of the origin, free bodies in space"),
+        rot=Default(None, "rad", "start orientation in space: a rotation vector, axis times angle", "vector"),
+        vz=Default(0.0, "m/s", "start velocity of the origin, free bodies in space"),
     )
     m: float
     j: tuple[float, ...] | None
@@ -57,9 +65,13 @@ class Body(Card):
     angle: float
     vx: float
     vy: float
-    omega: float
+    omega: Any  # a number, about z, once it has been checked
+    z: float
+    rot: tuple[float, ...] | None
+    vz: float
 
     def check(self, sink: Sink) -> None:
+        self._motion(sink)
         self.inertia: tuple[float, ...] = (0.0,) * 6  # Jxx Jyy Jzz Jxy Jxz Jyz about the centre of mass
         self.spatial_inertia = False  # are Jxx and Jyy known?
         centre: tuple[float, ...] = (0.0, 0.0, 0.0)
@@ -85,6 +97,20 @@ class Body(Card):
                 self.span,
                 f"the form is: {self.spec.form}",
             )
+
+    def _motion(self, sink: Sink) -> None:
+        """Where it starts, in space."""
+        if self.rot is not None and len(self.rot) != 3:
+            sink.error("E232", f"rot= of BODY {self.name} has three components", self.place("rot"))
+            self.rot = None
+        if len(self.omega) not in (1, 3):
+            sink.error("E232", f"omega= of BODY {self.name} has one or three components", self.place("omega"))
+        if self.given("rot") and self.given("angle"):
+            said = f"BODY {self.name} has rot= and angle=: each says how it stands"
+            sink.error("E240", said, self.place("rot"), "leave one of them out")
+        self.spins = self.omega if len(self.omega) == 3 else (0.0, 0.0, self.omega[0])
+        self.omega = self.spins[2]
+        self.in_space = bool(self.z or self.vz) or self.rot is not None or any(self.spins[:2])
 
     def _sizes(self, sink: Sink) -> tuple[tuple[float, float, float], tuple[float, float, float]] | None:
         """(J/m, centre of mass) of the shape."""

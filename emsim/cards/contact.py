@@ -61,6 +61,9 @@ class Contact(Touching, Card):
             sink.error("E238", said, self.place("rq"))
         touch.check(self, self.k, self.c, self.e, sink)
 
+    def leaves_plane(self) -> bool:
+        return self.line is not None and len(self.line) == 3 and bool(self.line[2])
+
     def prepare(self, s: Scene) -> None:
         away = subtract(self.p.pos, self.q.pos)
         if self.line is not None:

@@ -60,6 +60,9 @@ class Force(Card):
                 return
             self.unit = [*(c / length for c in self.dir), 0.0][:3]
 
+    def leaves_plane(self) -> bool:
+        return bool(self.unit[2]) if self.dir is not None else self.fz is not None
+
     def prepare(self, s: Scene) -> None:
         self.components: list[Expr | float] | None = None
 

@@ -40,7 +40,10 @@ class Gear(Touching, Card):
         ratio=Default(None, "", "q(j1) / q(j2)"),
         lead=Default(None, "m", "travel of the slide for one turn of the pin"),
         eta=Default(
-            None, "", "share of the power that arrives at j2 where j1 drives; 2 - 1/eta the other way, nothing from 1/2 down", above=0.0
+            None,
+            "",
+            "share of the power that arrives at j2 where j1 drives; 2 - 1/eta the other way, nothing from 1/2 down",
+            above=0.0,
         ),
         backlash=Default(None, "rad or m", "play, measured at j1 from flank to flank", least=0.0),
         **touch.LAW,
@@ -77,7 +80,9 @@ class Gear(Touching, Card):
             sink.error("E238", said, self.place("eta"), "a gear with 5 % of losses has eta=0.95")
         elif self.eta is not None and self.backlash is not None:
             said = f"GEAR {self.name} has both eta= and backlash="
-            sink.error("E240", said, self.place("eta"), "with play, a FRICTION on one of the joints takes its share")
+            sink.error(
+                "E240", said, self.place("eta"), "with play, a FRICTION on one of the joints takes its share"
+            )
         names = [ref.name for _, _, ref in self.terminals]
         if len(set(names)) == 1:
             sink.error("E237", f"GEAR {self.name} couples {names[0]} to itself", self.span, "name two joints")
@@ -132,7 +137,9 @@ class Gear(Touching, Card):
 
     def analogue(self, net: Net) -> None:
         if self.backlash is not None or self.rubs:
-            return net.refuse(self, "has play" if self.backlash is not None else "rubs, and no element of a circuit does")
+            return net.refuse(
+                self, "has play" if self.backlash is not None else "rubs, and no element of a circuit does"
+            )
         """An ideal transformer: u1 = factor u2, and the force carried over the other way."""
         b1, a1 = net.across(self.first.name)
         b2, a2 = net.across(self.second.name)

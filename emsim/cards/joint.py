@@ -7,9 +7,8 @@ free (assemble/loops.py). `damp=` takes damp * u^2 watts in each of its speeds.
 
 from __future__ import annotations
 
-from ..diagnostics import suggest
 from .base import Card, Default, Spec
-from .joints import ALIASES, KINDS, LATER
+from .joints import ALIASES, KINDS
 from .joints.base import AXES, unit_vector
 
 TYPE_CHECKING = False
@@ -50,30 +49,19 @@ class Joint(Card):
 
     def check(self, sink: Sink) -> None:
         ref = self.terminals[2][2]
-        word = ALIASES.get(ref.name, ref.name)
-        if word in LATER:
-            sink.error(
-                "E239",
-                f"joint kind {ref.name} (JOINT {self.name}) is not supported yet",
-                ref.span,
-                f"supported are: {', '.join(KINDS)}",
-            )
-            return
-        if word not in KINDS:
-            close = suggest(ref.name, [*KINDS, *ALIASES])
-            sink.error(
-                "E239",
-                f"JOINT {self.name}: {ref.name} is not a kind of joint",
-                ref.span,
-                f"did you mean {close}?" if close else f"kinds are: {', '.join(KINDS)}",
-            )
-            return
-        self.kind: JointKind = KINDS[word](self)
+        # the grammar knows a JOINT by its kind
+        self.kind: JointKind = KINDS[ALIASES.get(ref.name, ref.name)](self)
         for key in _own_params():
             if self.given(key) and key not in self.kind.params:
                 self._not_taken(key, sink)
         self.direction = self.kind.axis = self._axis(sink)
         self.kind.check(sink)
+        if not self.kind.in_plane_only:
+            self.settle(self.kind, sink)
+
+    def settle(self, kind: JointKind, sink: Sink) -> None:
+        """The kind that it is in this scene, and where it starts."""
+        self.kind = kind
         self._starts(sink)
 
     def _not_taken(self, key: str, sink: Sink) -> None:

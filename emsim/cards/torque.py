@@ -35,6 +35,9 @@ class Torque(Card):
             return
         self.unit = [c / length for c in self.axis]
 
+    def leaves_plane(self) -> bool:
+        return any(self.unit[:2])
+
     def prepare(self, s: Scene) -> None:
         self.effort: Expr | None = None
 

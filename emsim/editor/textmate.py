@@ -11,7 +11,7 @@ import json
 
 from ..assemble.behaviour import FUNCTIONS
 from ..cards import CARDS
-from ..cards.joints import ALIASES, KINDS, LATER
+from ..cards.joints import ALIASES, KINDS
 from .words import DOTS
 
 TYPE_CHECKING = False
@@ -25,7 +25,7 @@ KEY = r"(?i)(?<![\w.])([a-z_][\w.]*)\s*(=)(?!=)"
 
 def card_pattern(word: str) -> str:
     """The card word, where the rest of the line holds its mark."""
-    kinds = "|".join([*KINDS, *ALIASES, *LATER])
+    kinds = "|".join([*KINDS, *ALIASES])
     marks = rf"(?:[^;]*\s)?(?:{'|'.join(CARDS[word].spec.mark)})\s*=(?!=)"
     terminal = r"[^\s=(){},;\"']+(?:\s*\([^()]*\))?\s+"
     mark = {
@@ -95,7 +95,7 @@ def grammar() -> dict[str, Any]:
                     },
                     {"match": rf"(?i)(?<![\w.])(?:{functions})(?=\s*\()", "name": "support.function.emsim"},
                     {
-                        "match": rf"(?i)(?<=\s)(?:{'|'.join([*KINDS, *ALIASES, *LATER])})(?=[\s;,]|$)",
+                        "match": rf"(?i)(?<=\s)(?:{'|'.join([*KINDS, *ALIASES])})(?=[\s;,]|$)",
                         "name": "storage.modifier.joint.emsim",
                     },
                     {"match": NUMBER, "name": "constant.numeric.emsim"},

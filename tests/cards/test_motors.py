@@ -8,7 +8,7 @@ from math import cos, pi, radians, sin, sqrt
 import numpy as np
 import pytest
 from machines import machine
-from support import deck, reference, run, values_at
+from support import REFS, reference, run, values_at
 
 import emsim
 from emsim.cards.motors import MODELS
@@ -85,7 +85,7 @@ def test_smpm_spins_down_into_a_bridge_as_the_modelica_library_has_it(
     method: str, reltol: float, allowed: float
 ) -> None:
     ref = reference("msl_smpm_braking")
-    found = run(deck("coupled/ref_msl_smpm_braking"), f"reltol={reltol} method={method}")
+    found = run((REFS / "msl_smpm_braking.cir").read_text(), f"reltol={reltol} method={method}")
     signals = {
         "inertiaLoad.phi": "angle(shaft)", "inertiaLoad.w": "omega(shaft)", "smpm.is[1]": "i(m1,1)",
         "smpm.is[2]": "i(m1,2)", "smpm.idq_sr[1]": "id(m1)", "smpm.idq_sr[2]": "iq(m1)",

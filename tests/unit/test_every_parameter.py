@@ -329,6 +329,7 @@ ARM = ".gravity 9.81\nBODY arm m=1 shape=rod(1)\nJOINT h 0 arm pin ic=30deg\n"
 ROTOR = "BODY rotor m=1 j=0.01\nJOINT h 0 rotor pin ic=(0.3,2)\n"
 SLED = "BODY sled m=1 j=0.1\nJOINT h 0 sled slide axis=(1,0) ic=(0.3,2)\n"
 FREE = "BODY b m=1 j=0.1 @\nSPRING s b 0 k=3\n"
+TUMBLES = "BODY b m=1 j=(1,2,3) @\nSPRING s b(0.1,0.2,0.3) 0 k=3\n"
 SPATIAL = "BODY a m=1 j=(1,2,3)\n"
 BAR = "BODY a m=1 shape=rod(1)\nBODY b m=1 shape=rod(1.5)\nBODY c m=1 shape=rod(1)\nJOINT p1 0 a pin guess=60deg\n"
 LOOP = (
@@ -353,6 +354,8 @@ MACHINES = {
         "com": (ARM.replace("shape=rod(1)", "j=1 @"), "com=(0.1,0)", "com=(0.2,0)"),
         "fixed": ("BODY b m=1 j=1\nBODY c m=1 j=1 @\nJOINT h c b pin\n", "fixed=yes", "fixed=no"),
         **{key: (FREE, f"{key}=0.3", f"{key}=0.5") for key in ("x", "y", "angle", "vx", "vy", "omega")},
+        **{key: (TUMBLES, f"{key}=0.3", f"{key}=0.5") for key in ("z", "vz")},
+        "rot": (TUMBLES, "rot=(0.3,0,0)", "rot=(0.5,0,0)"),
     },
     "POINT": {"at": (ARM + "POINT arm.t @ 0\nSPRING s arm.t 0(1,1) k=3\n", "0.3", "0.5")},
     "JOINT": {
@@ -361,6 +364,7 @@ MACHINES = {
         "guess": (LOOP.format("@", "", ""), "guess=-60deg", "guess=60deg"),
         "cut": (LOOP.format("guess=-60deg @ ", "guess=60deg", ""), "cut=yes", ""),
         "damp": (ROTOR.replace("pin", "pin @"), "damp=1", "damp=2"), "l": (RAILS + "JOINT r a b rod @\n", "l=1", "l=2"),
+        "lead": (SPATIAL + ".gravity 0 0 -9\nJOINT h 0 a screw @\n", "lead=0.1", "lead=0.2"),
         "axis2": (SPATIAL + "JOINT h 0 a universal axis=(1,0,0) ic=(0.3,0.2) @\n", "axis2=(0,1,0)", "axis2=(0,0,1)"),
     },
     "MOTOR": {
@@ -387,6 +391,7 @@ MACHINES = {
     "GEAR": {
         "ratio": (WHEEL + "pin\nGEAR e h g @\n", "ratio=2", "ratio=3"),
         "lead": (WHEEL + "slide axis=(1,0)\nGEAR e h g @\n", "lead=2", "lead=3"),
+        "eta": (WHEEL + "pin\nGEAR e h g ratio=2 @\n", "eta=0.5", "eta=0.6"),
         "backlash": (WHEEL + "pin\nGEAR e h g ratio=2 k=1 @\n", "backlash=0.1", "backlash=0.2"),
         **{
             key: (WHEEL + f"pin\nGEAR e h g ratio=2 backlash=0.1 {'' if key == 'k' else 'k=1'} @\n", f"{key}={a}", f"{key}={b}")

@@ -9,6 +9,7 @@ from .pin import Pin
 from .pinslot import Pinslot
 from .planar import Planar
 from .rod import Rod
+from .screw import Screw
 from .slide import Slide
 from .universal import Universal
 from .weld import Weld
@@ -30,10 +31,10 @@ KINDS: dict[str, type[JointKind]] = {
         Ball,
         Universal,
         Cylinder,
+        Screw,
     )
 }
 ALIASES = {alias: kind.name for kind in KINDS.values() for alias in kind.aliases}
-LATER = tuple(word for word in ("screw",) if word not in KINDS)  # known words that are not built yet
 # functions that read a coordinate or a speed of a joint by the kind's own words -> unit
 WORDS = {c.word: c.unit for kind in KINDS.values() for c in (*kind.coordinates, *kind.speeds)}
 

@@ -81,6 +81,8 @@ class JointKind:
     quasi: ClassVar[bool] = False  # N is not the identity
     main: ClassVar[int] = -1  # the coordinate that a single number of zero= or guess= is for
     in_tree: ClassVar[bool] = True  # False: always cut
+    in_plane_only: ClassVar[bool] = False  # another kind stands for it in space
+    counts_turns: ClassVar[bool] = False  # does its closure need the whole turns of its angle?
     length: float | None = None  # of a rod
     drawn: ClassVar[str] = "pin"  # pin slide rod weld none
     carries: ClassVar[str] = ""  # in the analogue: turn, slide, weld; "": it has none
