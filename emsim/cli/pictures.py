@@ -104,7 +104,8 @@ class Plots:
         from ..outputs.html import shown
 
         lists = self.lists or [parse_signals(" ".join(shown(result, table)))]
-        found = panels.panels(table, lists, panels.writes_degrees(result.deck), self.start, self.stop)
+        degrees = panels.writes_degrees(result.deck)
+        found = [p for one in lists for p in panels.of_result(result, one, degrees, self.start, self.stop)]
         for path in self.files:
             from ..outputs import picture
 

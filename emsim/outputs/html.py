@@ -84,35 +84,50 @@ def document(
     table = result.main
     said = list(result.diagnostics)
     sheets = [*_numbers(result), *sheets]
+    sheets = [*sheets, deck_sheet(deck, said), *_messages(said)] if deck or said else sheets
+    others = [t for t in result.plots if t is not table and len(t)]
+    run: dict[str, Any] = {"title": result.title or "emsim", "printed": bool(result.prints), "scene": None}
+    run["others"] = [_plot(result, t, most / 8) for t in others]
+    if table.energy is not None and table.axis and len(table) > 1:
+        run["energy"] = _energy(table.energy)
+        sheets = [("energy", "Energy", ""), *sheets]
+    if table.scene is not None and table.axis and len(table) > 1:
+        run["scene"] = _scene(table.scene, table.floats(0), most / 4)
+    run["sheets"] = list(sheets)
+    # what the rest leaves
+    room = max(most - len(dumps(run)), most / 4) if most < inf else most
+    return {**run, **_plot(result, table, room)}
+
+
+def _plot(result: Result, table: Table, most: float) -> dict[str, Any]:
+    """One analysis: what it is, and its columns or its one point."""
     run: dict[str, Any] = {
-        "title": result.title or "emsim",
-        "facts": _facts(table),
+        "kind": table.kind, "facts": _facts(table),
         "error": None if table.status == "ok" else f"This run {ENDS[table.status]}: it ends before its time.",
         "rows": len(table) if table.axis and len(table) > 1 else 0,
         "axisName": table.names[0] if table.names else "", "axisUnit": table.units[0] if table.units else "",
         "axisLog": table.axis is not None and table.axis.log,
         "names": table.signals, "units": table.units[1:] if table.axis else table.units,
         "complex": [table.is_complex(name) for name in table.signals],
-        "shown": shown(result, table), "printed": bool(result.prints),
-        "sheets": [*sheets, deck_sheet(deck, said), *_messages(said)] if deck or said else [*sheets],
-        "scene": None,
+        "shown": shown(result, table),
     }  # fmt: skip
+    steps = table.step_values() if table.steps else []
+    run["courses"] = [", ".join(f"{name} = {value:.6g}" for name, value in step.items()) for step in steps]
+    if table.kind == "pz" and len(table):
+        # every pole and zero of every step, [real part, imaginary part, step]
+        found = [(name, *table.parts(name)) for name in table.signals if name.startswith(("pole(", "zero("))]
+        run["roots"] = [
+            [name, [[re[k], im[k], k] for k in range(len(table)) if isfinite(re[k]) and isfinite(im[k])]]
+            for name, re, im in found
+        ]
+        if table.axis and not steps:
+            run["courses"] = [f"{table.names[0]} = {value:.6g}" for value in table.parts(0)[0]]
+        run["rows"] = 0
     if not run["rows"] and len(table):
         # an operating point
-        run["point"] = [_number(table.parts(name)[0][-1]) for name in table.signals]
+        run["point"] = [[_number(part[-1]) for part in table.parts(name)] for name in table.signals]
     if run["rows"]:
-        steps = table.step_values() if table.steps else []
-        run["courses"] = [
-            ", ".join(f"{name} = {value:.6g}" for name, value in step.items()) for step in steps
-        ]
-        if table.energy is not None:
-            run["energy"] = _energy(table.energy)
-            run["sheets"] = [("energy", "Energy", ""), *run["sheets"]]
-        if table.scene is not None:
-            run["scene"] = _scene(table.scene, table.floats(0), most / 4)
-        # what the rest leaves
-        room = most - len(dumps(run)) if most < inf else most
-        run.update(_columns(table, [first for first, _ in table.blocks()[1:]], max(room, most / 4)))
+        run.update(_columns(table, [first for first, _ in table.blocks()[1:]], most))
     return run
 
 

@@ -15,7 +15,7 @@ import math
 import numpy as np
 
 from ..build import parse_signals
-from ..diagnostics import deck_error
+from ..diagnostics import DeckError, deck_error
 from ..expr import Call, Name, to_text
 from ..interpolate import cubic_many
 from ..signals import FUNCTIONS, evaluate
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
     from ..deck import Probe
     from ..expr import Node
-    from ..result import Table
+    from ..result import Result, Table
 
 FAR = 1e6  # times the distance of all else from the middle: such rows are off the scale
 FINE = 1500  # points that a curve has at least: between computed points it is not straight
@@ -97,7 +97,7 @@ def panels(
     """The panels of every list in turn. `degrees` shows rad as deg; `start`, `stop` cut the axis.
 
     Raises DeckError for signals that are not there, and where there is no course to draw."""
-    if len(table) < 2:
+    if len(table) < 2 or table.is_complex(0):
         deck_error("E349", "there is nothing to draw: no analysis of several points ran")
     # phases are read in degrees
     degrees = degrees or table.names[0] == "frequency"
@@ -117,7 +117,11 @@ def panels(
             window = _window(part, axis, start, stop)
             xname, xunit, x = part.names[0], part.units[0], axis
             if across is not None:
-                ((xname, xunit, x),) = _signals(part, [across], degrees)
+                (xname, xunit, x), *more = _signals(part, [across], degrees)
+                if more:
+                    said = "".join(across.text.split())
+                    hint = f"re({said}), im(), mag(), db() or ph() of it can be one"
+                    deck_error("E353", f"`{said}` is complex, and no x axis", across.span, hint)
             log = across is None and part.axis is not None and part.axis.log and axis[0] > 0
             for name, unit, y in _signals(part, wanted, degrees):
                 if not np.isfinite(y).any():
@@ -132,6 +136,27 @@ def panels(
                 panel.curves.append(Curve(name + step, f, y))
         found += own.values()
     return found
+
+
+def of_result(
+    result: Result,
+    asked: Sequence[Probe],
+    degrees: bool = False,
+    start: float | None = None,
+    stop: float | None = None,
+) -> list[Panel]:
+    """The panels of one list of signals, from the analysis that has them: of several the one that the result's `main` is,
+    or else the last. Raises as panels() does of `main`."""
+    wrong = None
+    others = (t for t in result.plots[::-1] if t is not result.main and t.axis is not None and len(t) > 1)
+    for table in [result.main, *others]:
+        try:
+            return panels(table, [asked], degrees, start, stop)
+        except DeckError as error:
+            # that a signal is nowhere says less than what is wrong where it is
+            wrong = error if wrong is None or wrong.diagnostics[0].code == "E352" else wrong
+    assert wrong is not None
+    raise wrong
 
 
 def _written(values: Mapping[str, float]) -> str:

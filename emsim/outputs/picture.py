@@ -16,7 +16,7 @@ from .panels import is_flat, prefixed, thinned
 try:
     from matplotlib import rc_context
     from matplotlib.figure import Figure
-    from matplotlib.ticker import LogLocator, MaxNLocator
+    from matplotlib.ticker import EngFormatter, LogLocator, MaxNLocator
 except ImportError:
     raise missing_package("a picture needs", "matplotlib", "plot") from None
 
@@ -82,7 +82,8 @@ def _draw(axis: Any, panel: Panel, width: int) -> None:
     largest = max(map(abs, panel.scale))
     factor, unit = prefixed(panel.unit, largest)
     xlargest = largest if panel.xunit == panel.unit else _largest([c.x for c in panel.curves])
-    xfactor, xunit = prefixed(panel.xunit, xlargest)
+    # over decades each mark has its own prefix
+    xfactor, xunit = (1.0, panel.xunit) if panel.log else prefixed(panel.xunit, xlargest)
     looks = cycle([(colour, line) for line in LINES for colour in COLOURS])
     for curve, (colour, line) in zip(panel.curves, looks, strict=False):
         x, y = thinned(curve.x, curve.y, width)
@@ -108,7 +109,12 @@ def _draw(axis: Any, panel: Panel, width: int) -> None:
     if panel.log:
         axis.set_xscale("log")
         axis.xaxis.set_major_locator(LogLocator())
-    for scale in (axis.yaxis, axis.xaxis)[: 1 if panel.log else 2]:
+        axis.xaxis.set_major_formatter(EngFormatter(sep=""))
+    # spectral densities span decades
+    density = panel.unit.endswith("/sqrt(Hz)") and low > 0
+    if density:
+        axis.set_yscale("log")
+    for scale in (*(() if density else (axis.yaxis,)), *(() if panel.log else (axis.xaxis,))):
         scale.get_major_formatter().set_useOffset(False)
     if len(panel.curves) > 1:
         axis.legend(

@@ -46,6 +46,7 @@ UNITS |= {
     "phase": "rad",
 }
 
+REAL = ("re(", "im(", "real(", "imag(", "mag(", "vm(", "vr(", "vi(")
 
 # the axis of a sweep, as raw files spell it and as it is called
 SWEEPS = {f"{kind}({kind}-sweep)": f"{kind}-sweep" for kind in "vi"} | {
@@ -319,9 +320,10 @@ def _table(file: IO[bytes], header: dict[str, list[str]], wide: bool, path: str)
         complex.append(
             width == 2 and not (k == 0 and _has_axis(names, types)) and types[k] not in ("decibel", "phase")
         )
-        if leading and complex[k]:
+        real = names[k].lower().startswith(REAL)  # and so is what a function has made real
+        if (leading or real) and complex[k]:
             complex[k] = any(records[2 * k + 1 :: 2 * count])
-            leading = not complex[k]
+            leading = leading and not complex[k]
         if width == 1 or not complex[k]:
             columns.append(records[width * k :: width * count].tobytes())
         else:

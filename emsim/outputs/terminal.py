@@ -97,9 +97,16 @@ def _panel(panel: Panel, look: Look, rows: int, with_axis: bool) -> Iterator[str
         return
     frame, text = [dash] * columns, [" "] * (columns + gutter + 2)
     ends = 0
-    for value in ticks(left * xfactor, right * xfactor, max(2, columns // 10)):
-        column = _place(value / xfactor, left, right, columns)
-        label = f"{value:.10g}"
+    if panel.log:
+        # powers of ten, each with its own prefix
+        exponents = range(math.ceil(math.log10(left) - 1e-9), math.floor(math.log10(right) + 1e-9) + 1)
+        places = [(math.log10(left), math.log10(right), float(e), _power(panel.xunit, e)) for e in exponents]
+        xunit = panel.xunit
+    else:
+        found = ticks(left * xfactor, right * xfactor, max(2, columns // 10))
+        places = [(left, right, value / xfactor, f"{value:.10g}") for value in found]
+    for low_end, high_end, at, label in places:
+        column = _place(at, low_end, high_end, columns)
         start = min(gutter + 2 + column - len(label) // 2, len(text) - len(label))
         if start <= ends and ends:
             continue
@@ -110,6 +117,12 @@ def _panel(panel: Panel, look: Look, rows: int, with_axis: bool) -> Iterator[str
     yield "".join(text).rstrip()
     name = f"{panel.x} [{xunit}]" if xunit else panel.x
     yield name.rjust(gutter + 2 + columns)
+
+
+def _power(unit: str, exponent: int) -> str:
+    """A power of ten as an axis says it: 10k."""
+    factor, prefixed_unit = prefixed(unit, 10.0**exponent)
+    return f"{10.0**exponent * factor:.10g}{prefixed_unit.removesuffix(unit)}"
 
 
 def _heading(panel: Panel, unit: str, look: Look) -> str:

@@ -33,7 +33,7 @@ class Clock {
 
 // A run's columns as arrays: its signals, what moves the machine, the energies over time. All are unpacked at once.
 async function unpacked(run) {
-  if (!run.rows) return;
+  if (!run.rows || run.columns) return;
   const parts = [run, run.scene, run.energy].map((part) => part?.rows && unpackAll(part));
   const [own, moves, energies] = await Promise.all(parts);
   [run.time] = own;
@@ -60,6 +60,7 @@ async function unpacked(run) {
 // stays, and nothing on the page changes before the new run is at hand.
 async function show(run) {
   await unpacked(run);
+  analyses(run);
   const old = window.emsim, field = $("expression"), typed = field && { text: field.value, busy: document.activeElement === field };
   $("title").textContent = run.title;
   document.title = run.title;
@@ -110,6 +111,24 @@ async function show(run) {
   if (playing) clock.play(true);
 }
 
+// Several analyses of a deck: each is a run of its own with the sheets of all.
+function analyses(run) {
+  const all = (run.all ??= [run, ...(run.others ?? []).map((o) => ({ ...run, scene: null, energy: undefined, sheets: run.sheets.filter(([name]) => name !== "energy"), ...o }))]);
+  for (const one of all) one.all = all;
+  const select = $("analysis");
+  select.hidden = all.length < 2;
+  $("facts").hidden = all.length > 1;
+  options(select, all.map((one, k) => [k, one.facts]));
+  select.value = all.indexOf(run);
+  select.onchange = () => {
+    const old = window.emsim;
+    if (old) { old.clock.play(false); old.waves.close(); old.machine?.close(); }
+    window.emsim = undefined;
+    forgetState();
+    return show(all[select.value]);
+  };
+}
+
 const NYQUIST = "nyquist ";
 
 // the controls as the views are
@@ -139,6 +158,13 @@ function carry(old, { run, clock, waves, machine }) {
   if (machine && old.machine) machine.keep(old.machine);
 }
 
+// the analysis that a link speaks of
+function chosen(run) {
+  const k = ours() && new URLSearchParams(location.hash.slice(1)).get("analysis");
+  analyses(run);
+  return run.all[k] ?? run;
+}
+
 function options(select, items) {
   select.replaceChildren(...items.map((item) => {
     const [value, text] = Array.isArray(item) ? item : [item, item || "none"];
@@ -146,16 +172,59 @@ function options(select, items) {
   }));
 }
 
-// an operating point: a table of its values
+// an operating point: a table of its values; poles and zeros: their picture too
 function point(run) {
-  const table = document.createElement("table");
+  const table = document.createElement("table"), box = $("sheet-signals");
   table.className = "numbers";
+  if (run.roots) {
+    for (const [name, places] of run.roots) for (const [re, im, k] of places) {
+      const row = table.insertRow();
+      row.insertCell().textContent = run.courses[k] ? `${name}, ${run.courses[k]}` : name;
+      row.insertCell().textContent = written(re, "1/s", 6) + (im ? ` ${im < 0 ? "\u2212" : "+"} j ${written(Math.abs(im), "1/s", 6)}` : "");
+      row.insertCell().textContent = written(Math.hypot(re, im) / (2 * Math.PI), "Hz", 5);
+    }
+    box.replaceChildren(rootsPicture(run, box.clientWidth), table);
+    return;
+  }
   run.names.forEach((name, k) => {
-    const row = table.insertRow();
+    const row = table.insertRow(), [re, im] = run.point?.[k] ?? [null, 0];
     row.insertCell().textContent = name;
-    row.insertCell().textContent = run.point?.[k] == null ? "" : written(run.point[k], run.units[k], 6);
+    row.insertCell().textContent = re === null ? "" : written(re, run.units[k], 6) + (run.complex[k] ? ` + j ${written(im, run.units[k], 6)}` : "");
   });
-  $("sheet-signals").replaceChildren(table);
+  box.replaceChildren(table);
+}
+
+// Poles as crosses, zeros as rings over the complex plane, a colour a step.
+function rootsPicture(run, room) {
+  const canvas = document.createElement("canvas"), ratio = devicePixelRatio, width = Math.max(280, Math.min(760, room || innerWidth - 40)), height = Math.round(0.62 * width), ctx = canvas.getContext("2d");
+  Object.assign(canvas, { width: width * ratio, height: height * ratio, className: "roots" });
+  canvas.style.width = width + "px";
+  canvas.setAttribute("role", "img");
+  canvas.setAttribute("aria-label", "poles and zeros in the complex plane");
+  const all = run.roots.flatMap(([, places]) => places), style = getComputedStyle(document.documentElement);
+  const reach = (k) => padded(null, Math.min(0, ...all.map((p) => p[k])), Math.max(0, ...all.map((p) => p[k])));
+  const [x0, x1] = reach(0), tall = Math.max(...all.map((p) => Math.abs(p[1]))), [y0, y1] = tall ? [-1.15 * tall, 1.15 * tall] : [(x0 - x1) * 0.31, (x1 - x0) * 0.31];
+  const left = 92, bottom = height - 34, X = (v) => left + (v - x0) / (x1 - x0) * (width - left - 12), Y = (v) => bottom - (v - y0) / (y1 - y0) * (bottom - 10);
+  ctx.scale(ratio, ratio);
+  ctx.font = "12px system-ui";
+  ctx.fillStyle = style.getPropertyValue("--soft");
+  ctx.strokeStyle = style.getPropertyValue("--line");
+  ctx.textAlign = "center";
+  for (const v of ticks(x0, x1, width / 130)) { line(ctx, X(v), 10, X(v), bottom); ctx.fillText(written(v, "1/s"), X(v), bottom + 15); }
+  ctx.textAlign = "right";
+  for (const v of ticks(y0, y1, height / 60)) { line(ctx, left, Y(v), width - 12, Y(v)); ctx.fillText(written(v, "1/s"), left - 6, Y(v) + 4); }
+  // the axes: left of the upright one a system is stable
+  ctx.strokeStyle = style.getPropertyValue("--ink");
+  line(ctx, X(0), 10, X(0), bottom);
+  line(ctx, left, Y(0), width - 12, Y(0));
+  ctx.lineWidth = 2;
+  for (const [name, places] of run.roots) for (const [re, im, k] of places) {
+    const x = X(re), y = Y(im);
+    ctx.strokeStyle = colourOf(k);
+    if (name.startsWith("pole")) { line(ctx, x - 5, y - 5, x + 5, y + 5); line(ctx, x - 5, y + 5, x + 5, y - 5); } else { ctx.beginPath(); ctx.arc(x, y, 5.5, 0, 7); ctx.stroke(); }
+  }
+  run.courses.slice(0, NAMED).forEach((name, k) => { ctx.fillStyle = colourOf(k); ctx.fillText(name, width - 16, 24 + 15 * k); });
+  return canvas;
 }
 
 // which signals are drawn, and new ones by expression
@@ -312,4 +381,4 @@ function wire() {
 }
 
 wire();
-show(JSON.parse($("run").textContent));
+show(chosen(JSON.parse($("run").textContent)));

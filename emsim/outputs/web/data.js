@@ -43,14 +43,14 @@ async function unpackAll({ axis, packed, rows }) {
 }
 
 const PREFIXES = ["f", "p", "n", "\u00b5", "m", "", "k", "M", "G", "T"];
-const UNSCALED = new Set(["", "rad", "\u00b0", "rad/s", "\u00b0/s", "rad/s^2", "deg", "deg/s", "rpm", "dB", "C"]);
+const UNSCALED = new Set(["", "rad", "\u00b0", "rad/s", "\u00b0/s", "rad/s^2", "deg", "deg/s", "rpm", "dB", "C", "1/s"]);
 
 // 0.00574 A -> "5.74 mA"
 function written(value, unit = "", digits = 4) {
   if (!Number.isFinite(value)) return Number.isNaN(value) ? "\u2013" : value > 0 ? "\u221e" : "-\u221e";
   const size = Math.abs(+value.toPrecision(digits)); // 0.99999 V is 1 V, not 1000 mV
   if (size === 0 || UNSCALED.has(unit) || size < 1e-16 || size >= 1e15) {
-    const plain = size === 0 ? "0" : size < 1e-4 || size >= 1e6 ? value.toExponential(digits - 1) : +value.toPrecision(digits) + "";
+    const plain = size === 0 ? "0" : size < 1e-4 || size >= 1e6 ? value.toExponential(digits - 1).replace(/\.?0+e/, "e") : +value.toPrecision(digits) + "";
     return unit ? `${plain} ${unit}` : plain;
   }
   const step = Math.max(-5, Math.min(4, Math.floor(Math.log10(size) / 3 + 1e-12)));

@@ -7,6 +7,7 @@ const ours = () => document.body.dataset.live === undefined;
 function keepState(now) {
   if (!now || !ours()) return;
   const { run, waves } = now, said = new URLSearchParams(), number = (v) => String(+v.toPrecision(9));
+  if (run.all.indexOf(run)) said.set("analysis", run.all.indexOf(run));
   const same = waves.shown.size === run.shown.length && run.shown.every((n) => waves.shown.has(n));
   if (!same) for (const name of waves.shown) said.append("show", name);
   if (waves.range[0] > waves.full[0] || waves.range[1] < waves.full[1]) said.set("range", waves.range.map(number).join(","));
@@ -17,7 +18,7 @@ function keepState(now) {
   if (waves.logx !== run.axisLog) said.set("logx", +waves.logx);
   for (const key of waves.logy) said.append("logy", key);
   for (const [key, spans] of waves.heights) said.append("height", `${key}=${spans.map((s) => (s ? s.map(number).join(",") : "")).join(";")}`);
-  if (waves.degrees !== (run.axisName === "frequency")) said.set("degrees", +waves.degrees);
+  if (waves.degrees !== inDegrees(run)) said.set("degrees", +waves.degrees);
   try {
     // a page within a notebook has no address of its own
     history.replaceState(null, "", said.size ? "#" + said : location.pathname + location.search);
@@ -44,4 +45,9 @@ function restoreState({ run, waves }) {
     if (spans.every((s) => !s || sound(s))) waves.heights.set(text.slice(0, at), spans);
   }
   if (said.has("degrees")) waves.degrees = said.get("degrees") === "1";
+}
+
+// another analysis has another axis and other signals
+function forgetState() {
+  if (ours()) try { history.replaceState(null, "", location.pathname + location.search); } catch { /* no address of its own */ }
 }

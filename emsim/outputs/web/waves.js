@@ -6,15 +6,20 @@ const COLOURS = ["#0b62c4", "#c8374d", "#1e7f3a", "#8a4fb8", "#a85f00", "#007575
 const ON_DARK = ["#6cb0ff", "#ff8494", "#5ccb7e", "#c79aeb", "#f0a63a", "#3cc8c8", "#ff86c0", "#b4c878"];
 const colourOf = (k) => (document.documentElement.classList.contains("dark") ? ON_DARK : COLOURS)[k % COLOURS.length];
 
+// phases over a frequency are read in degrees
+const inDegrees = (run) => (run.over ?? run.axisName) === "frequency";
+
 class Waves {
   // run: {time, columns: [{name, unit, values}]}; clock: {t, set(t), onchange}
   constructor(run, box, clock) {
-    Object.assign(this, { run, box, clock, panels: [], marks: { a: null, b: null }, degrees: run.axisName === "frequency", xname: run.over || null });
+    Object.assign(this, { run, box, clock, panels: [], marks: { a: null, b: null }, degrees: inDegrees(run), xname: run.over || null });
     // logy, heights: of panels by their key; ghosts: earlier runs; watchers: told when marks, range or signals change
     Object.assign(this, { layout: "unit", logx: run.axisLog, logy: new Set(), heights: new Map(), nyquist: false, ghosts: [], watchers: [] });
     this.full = [run.time[0], run.time[run.time.length - 1]];
     this.range = [...this.full];
     this.shown = new Set(run.shown);
+    // spectral densities span decades
+    for (const c of run.columns) if (c.unit.endsWith("/sqrt(Hz)")) this.logy.add(c.unit);
     clock.listen(() => this.panels.forEach((p) => (p.plot ? this.place(p.plot) : p.draw())));
     this.sizes = new ResizeObserver(() => this.resize());
     this.sizes.observe(box);
@@ -88,9 +93,9 @@ class Waves {
       const [holder, legend] = this.holder(`waveforms of ${columns.map((c) => c.name).join(", ")}`), unit = units[0];
       const last = k === groups.length - 1;
       if (this.xname) {
-        const p = new Portrait(this, holder, columns, unit, height, { ink, line });
+        const p = new Portrait(this, holder, columns, unit, height, { ink, line }, key);
         holder.append(legend);
-        return Object.assign(p, { legend });
+        return Object.assign(p, { legend, units, key });
       }
       const axis = { stroke: ink, grid: { stroke: line, width: 1 }, ticks: { stroke: line, width: 1 } };
       const scales = { x: { time: false, range: () => this.shownRange(), distr: this.logx ? 3 : 1 } }, axes = [
@@ -99,7 +104,7 @@ class Waves {
       units.forEach((own, n) => {
         const scale = `y${n || ""}`, log = this.logy.has(key);
         scales[scale] = { distr: log ? 3 : 1, range: (u, low, high) => this.heights.get(key)?.[n] ?? this.roomy(u, low, high, columns.filter((c) => this.unit(c) === own), log) };
-        axes.push({ ...axis, ...(log ? LOG : {}), scale, side: n ? 1 : 3, size: n ? 70 : 84, grid: { ...axis.grid, show: !n }, values: (u, ticks) => ticks.map((v) => (v === null ? "" : written(v, own, 4).replace(/\.?0+e/, "e"))) });
+        axes.push({ ...axis, ...(log ? LOG : {}), scale, side: n ? 1 : 3, size: n ? 70 : 84, grid: { ...axis.grid, show: !n }, values: (u, ticks) => ticks.map((v) => (v === null ? "" : written(v, own, 4))) });
       });
       const plot = new uPlot({
         width: this.width(), height: height + (last ? 26 : 0), padding: [6, units.length > 1 ? 0 : 26, 0, 0],
@@ -306,7 +311,7 @@ class Waves {
         item.textContent = text;
         return item;
       });
-      if (p.plot) p.log ??= this.logButton(p);
+      if (p.key !== null && p.units) p.log ??= this.logButton(p);
       p.legend.replaceChildren(...(p.log ? [p.log] : []), ...items);
     }
     const delta = document.getElementById("delta"), unit = this.run.axisUnit;
@@ -337,8 +342,8 @@ const NAMED = 10; // courses that a legend names
 
 // Signals over another signal: a phase portrait. The clock is a dot on each curve.
 class Portrait {
-  constructor(waves, holder, columns, unit, height, colours) {
-    Object.assign(this, { waves, columns, unit, height: Math.max(240, height), colours });
+  constructor(waves, holder, columns, unit, height, colours, key = null) {
+    Object.assign(this, { waves, columns, unit, height: Math.max(240, height), colours, key });
     this.canvas = holder.appendChild(document.createElement("canvas"));
     this.canvas.setAttribute("role", "img");
     this.canvas.setAttribute("aria-label", columns.map((c) => `${c.name} over ${c.over?.name ?? waves.xname}`).join(", "));
@@ -361,15 +366,18 @@ class Portrait {
     // over the axis of a sweep within sweeps, which may be logarithmic
     const log = run.overLog && waves.xname === run.over && !nyquist, place = log ? Math.log10 : (v) => v;
     const xss = xcs.map((c) => waves.inScale(c)), ys = this.columns.map((c) => waves.inScale(c)), courses = [0, ...run.blocks], names = run.courses || [];
-    let [x0, x1] = span(xss, place), [y0, y1] = span(ys);
-    const left = 66, bottom = height - 34, across = width - left - 10, up = bottom - 8;
+    // what is not positive has no logarithm
+    const logY = waves.logy.has(this.key), rise = logY ? (v) => (v > 0 ? Math.log10(v) : NaN) : (v) => v;
+    let [x0, x1] = span(xss, place), [y0, y1] = span(ys, rise);
+    ctx.font = "12px system-ui";
+    const heights = logY ? decades(y0, y1) : ticks(y0, y1, height / 40), bottom = height - 34;
+    const left = Math.max(66, 12 + Math.max(0, ...heights.map((v) => ctx.measureText(written(v, this.unit)).width))), across = width - left - 10, up = bottom - 8;
     if (nyquist || (xc && waves.unit(xc) === "m" && this.unit === "m")) {
       // what is round stays round
       const scale = Math.max((x1 - x0) / across, (y1 - y0) / up), x = (x0 + x1) / 2, y = (y0 + y1) / 2;
       [x0, x1, y0, y1] = [x - scale * across / 2, x + scale * across / 2, y - scale * up / 2, y + scale * up / 2];
     }
-    const X = (v) => left + (place(v) - x0) / (x1 - x0) * across, Y = (v) => bottom - (v - y0) / (y1 - y0) * up;
-    ctx.font = "12px system-ui";
+    const X = (v) => left + (place(v) - x0) / (x1 - x0) * across, Y = (v) => bottom - (rise(v) - y0) / (y1 - y0) * up;
     ctx.fillStyle = this.colours.ink;
     ctx.strokeStyle = this.colours.line;
     ctx.textAlign = "center";
@@ -377,7 +385,7 @@ class Portrait {
     for (const v of marks) { line(ctx, X(v), 8, X(v), bottom); ctx.fillText(written(v, waves.unit(xc)), X(v), bottom + 14); }
     ctx.fillText(nyquist ? "real part" : waves.xname, (left + width) / 2, height - 5);
     ctx.textAlign = "right";
-    for (const v of ticks(y0, y1, height / 40)) { line(ctx, left, Y(v), width - 10, Y(v)); ctx.fillText(written(v, this.unit), left - 5, Y(v) + 4); }
+    for (const v of heights.filter((v) => Y(v) < bottom + 1 && Y(v) > 7)) { line(ctx, left, Y(v), width - 10, Y(v)); ctx.fillText(written(v, this.unit), left - 5, Y(v) + 4); }
     ctx.save();
     ctx.beginPath();
     ctx.rect(left, 8, across, up);
@@ -408,7 +416,7 @@ class Portrait {
         ctx.beginPath();
         let pen = false;
         for (let k = Math.max(first, begin); k <= end; k = k < end ? Math.min(end, k + stride) : end + 1) {
-          const known = Number.isFinite(xs[k]) && Number.isFinite(y[k]);
+          const known = Number.isFinite(xs[k]) && Number.isFinite(rise(y[k]));
           if (known && pen) ctx.lineTo(X(xs[k]), Y(y[k])); else if (known) ctx.moveTo(X(xs[k]), Y(y[k]));
           pen = known;
         }
