@@ -416,8 +416,8 @@ class VerilogA:
     def files(self) -> list[str]:
         """Every file that was read."""
     def describe(self, module: str) -> dict[str, Any]:
-        """module, meaning, terminals, parameters: dicts of names (aliases last), unit, meaning, default (None where it
-        hangs on others), instance, integer, text. KeyError."""
+        """module, meaning, terminals, disciplines (one a terminal), parameters: dicts of names (aliases last), unit,
+        meaning, default (None where it hangs on others), instance, integer, text. KeyError."""
     def evaluate(
         self,
         module: str,

@@ -8,7 +8,7 @@ from .elements import LETTERS, Element
 from .elements.base import NOTHING
 from .expr import Bare, Num
 from .source import Line, SourceFile
-from .syntax import LineError
+from .syntax import CARD_WORDS, LineError
 from .units import spice_leftover, spice_number
 
 TYPE_CHECKING = False
@@ -36,6 +36,10 @@ class Cards:
 
     def fail(self, code: str, message: str, line: Line, leaf: Any, hint: str | None = None) -> LineError:
         start, end = extent(leaf)
+        if code == "E109" and (word := str(leaf).lower()) in CARD_WORDS:
+            from .mistakes import missing_mark
+
+            hint = missing_mark(word)
         return LineError(Diagnostic("error", code, message, line.span_at(start, end), hint))
 
     # ---- values on electrical cards ----

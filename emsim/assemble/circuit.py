@@ -28,7 +28,7 @@ def allocate(ctx: Context) -> None:
         if e.params or e.model is not None:
             e.check(ctx)
         ctx.elements[e.name] = e
-        for name in e.nodes:
+        for name in e.wired():
             if name not in nodes:
                 ctx.node(name)
         for name in e.reads():

@@ -83,6 +83,9 @@ class Context:
         self.delayed: list[int] = []  # unknowns that read what was a time ago
         self._ddts: dict[int, int] = {}
         self._flag_count = 0
+        self.shafts: dict[
+            tuple[str, int], tuple[int, int]
+        ] = {}  # (element, terminal on a joint) -> its node, its effort
         self.checked: set[str] = set()  # names of models whose parameters have been looked at
         self._remarked: set[str] = set()
         self._compiler: Compiler | None = None

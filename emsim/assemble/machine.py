@@ -22,7 +22,7 @@ from ..cards.coordinate import OnJointOrPoints
 from ..cards.joints.free import FreeInSpace
 from ..cards.kinematics import constant, dot, is_zero, subtract
 from ..elements.base import BOLTZMANN, ZERO_CELSIUS
-from . import closing, coordinates, equations, laws, loops, prescribed, probes, reactions, start
+from . import closing, coordinates, equations, laws, loops, prescribed, probes, reactions, shafts, start
 from .loops import Row
 from .mechanism import Mechanism
 from .scene import FREE, JointState, free_in_space, place
@@ -317,6 +317,7 @@ class Machine(Mechanism):
             power = gain(self) if gain is not None else None
             if power is not None:
                 self.imbalances.append((card.name, self.public(power)))
+        self.active += shafts.couple(self)
 
     def _check_inertia(self, body: Body) -> None:
         """One number for j= says nothing about turns that leave the plane."""

@@ -311,6 +311,10 @@ class Element:
         """Does the m= of a subcircuit's use count copies of it?"""
         return "m" in self.instance
 
+    def wired(self) -> Sequence[str]:
+        """Its terminals that are nodes of the circuit."""
+        return self.nodes
+
     # ---- parameters ----
 
     def number(self, key: str, default: float = 0.0) -> float:

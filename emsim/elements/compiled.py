@@ -26,10 +26,19 @@ HARMLESS = frozenset(
 )
 
 
+# discipline of a terminal -> what its potential is on a joint, does the joint turn, units of potential and flow
+MECHANICAL = {
+    "rotational": ("q", True, "rad", "N m"),
+    "rotational_omega": ("u", True, "rad/s", "N m"),
+    "kinematic": ("q", False, "m", "N"),
+    "kinematic_v": ("u", False, "m/s", "N"),
+}
+
+
 class Compiled(Element):
     """`sorts`: word of .model -> (module, its `type`); `levels`: level -> module, here or the beginning of its name in .hdl."""
 
-    __slots__ = ("module", "sign")
+    __slots__ = ("module", "shafts", "sign")
     behind = ("model",)
     flags = ("off",)
     is_metered = True
@@ -42,6 +51,7 @@ class Compiled(Element):
     at_ground: ClassVar[bool] = False  # ... and are ground then
 
     module: Module | None
+    shafts: dict[int, str]  # terminals that are joints
     sign: float
 
     @classmethod
@@ -111,6 +121,7 @@ class Compiled(Element):
         return words
 
     def check(self, ctx: Context) -> None:
+        self.shafts = {}
         self.module = self.find(ctx) if self.model is not None else None
         if self.model is not None and self.module is None:
             return
@@ -130,6 +141,22 @@ class Compiled(Element):
                 self.span, f"they are: {' '.join(module.terminals)}",
             )  # fmt: skip
             self.module = None
+            return
+        joints = {card.name for card in ctx.flat.machine if card.kind == "JOINT"}
+        for k, (name, discipline) in enumerate(zip(self.nodes, module.disciplines, strict=False)):
+            if discipline in MECHANICAL and name in joints:
+                self.shafts[k] = name
+
+    def wired(self) -> Sequence[str]:
+        return [name for k, name in enumerate(self.nodes) if k not in self.shafts]
+
+    def units(self) -> dict[str, str]:
+        """Of the potential of its nodes that are no volts."""
+        module = getattr(self, "module", None)
+        if module is None:
+            return {}
+        pairs = zip(self.nodes, module.disciplines, strict=False)
+        return {name: MECHANICAL[d][2] for name, d in pairs if d in MECHANICAL}
 
     def _check_model(self, ctx: Context, model: Model) -> None:
         module = self.module
@@ -161,13 +188,15 @@ class Compiled(Element):
 
     def branches(self, is_read: bool) -> Sequence[tuple[str, float]]:
         """A 0 V branch before every terminal."""
-        return [(self._branch(k), 0.0) for k in range(len(self.nodes))] if is_read else ()
+        wired = [k for k in range(len(self.nodes)) if k not in self.shafts]
+        return [(self._branch(k), 0.0) for k in wired] if is_read else ()
 
     def _branch(self, k: int) -> str:
         return f"{self.name}#{k}" if k else self.name
 
     def paths(self) -> Sequence[Path]:
-        return [(0, k, "conducts") for k in range(1, len(self.nodes))]
+        first, *others = [k for k in range(len(self.nodes)) if k not in self.shafts] or [0]
+        return [(first, k, "conducts") for k in others]
 
     # ---- equation (1) ----
 
@@ -177,6 +206,9 @@ class Compiled(Element):
             return
         nodes = []
         for k, name in enumerate(self.nodes):
+            if k in self.shafts:
+                nodes.append(ctx.shafts[self.name, k][0] if (self.name, k) in ctx.shafts else -1)
+                continue
             p, br = ctx.node(name), ctx.branch(self._branch(k))
             if br is not None:
                 inner = ctx.inner_node(f"{self.name}#{module.terminals[k]}")
@@ -241,6 +273,8 @@ class Compiled(Element):
         return self.current(ctx)
 
     def current(self, ctx: Context, terminal: int = 0) -> Expr:
+        if terminal in self.shafts:
+            return -ctx.b.x(ctx.shafts[self.name, terminal][1])
         return ctx.b.x(ctx.branches[self._branch(terminal)])
 
     def probe(self, ctx: Context, name: str) -> Expr | None:
@@ -278,11 +312,14 @@ class Compiled(Element):
     def _power(self, ctx: Context) -> Expr:
         total = ctx.b.const(0.0)
         for k, node in enumerate(self.nodes):
-            total = total + ctx.v(node) * self.current(ctx, k)
+            across = ctx.b.x(ctx.shafts[self.name, k][0]) if k in self.shafts else ctx.v(node)
+            total = total + across * self.current(ctx, k)
         return total
 
     def account(self, ctx: Context, book: Accounts) -> None:
         """The engine keeps heat and charges of all its currents. At an instant: all that goes in."""
+        if any(unit in ("rad", "m") for unit in self.units().values()):
+            book.open.append(self.name)  # potential times flow is no power there
         if not book.engine:
             book.dissipates(self, self._power(ctx))
 

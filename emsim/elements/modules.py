@@ -27,12 +27,13 @@ class ModuleError(Exception):
 class Module:
     """One module: its terminals, and its parameters by every name in lower case."""
 
-    __slots__ = ("about", "name", "parameters", "terminals", "texts")
+    __slots__ = ("about", "disciplines", "name", "parameters", "terminals", "texts")
 
     def __init__(self, texts: VerilogA, name: str) -> None:
         self.texts, self.name = texts, name
         self.about = texts.describe(name)
         self.terminals: list[str] = self.about["terminals"]
+        self.disciplines: list[str] = self.about["disciplines"]  # of each
         self.parameters: dict[str, dict[str, Any]] = {
             word.lower(): p for p in self.about["parameters"] for word in p["names"]
         }

@@ -109,6 +109,7 @@ impl VerilogA {
         d.set_item("module", about.module)?;
         d.set_item("meaning", about.meaning)?;
         d.set_item("terminals", about.terminals)?;
+        d.set_item("disciplines", about.disciplines)?;
         let list = PyList::empty(py);
         for p in about.parameters {
             let one = PyDict::new(py);

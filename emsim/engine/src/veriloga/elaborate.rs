@@ -1106,7 +1106,7 @@ pub fn describe(library: &Library, index: usize) -> Description {
     let mut run = Elaborator::new(library, &given);
     run.scope = Scope::of(index, String::new());
     run.only_parameters = true;
-    let mut terminals = Vec::new();
+    let (mut terminals, mut disciplines) = (Vec::new(), Vec::new());
     for node in &base.nodes[..base.ports] {
         match node.range.and_then(|(a, b)| Some((run.index_of(a).ok()?, run.index_of(b).ok()?))) {
             Some((a, b)) if (a - b).abs() < 1000 => {
@@ -1115,6 +1115,7 @@ pub fn describe(library: &Library, index: usize) -> Description {
             }
             _ => terminals.push(word(node.name)),
         }
+        disciplines.resize(terminals.len(), node.discipline.map_or_else(String::new, word));
     }
     let mut parameters = Vec::new();
     for (k, p) in module.parameters.iter().enumerate().filter(|p| !p.1.local) {
@@ -1139,7 +1140,7 @@ pub fn describe(library: &Library, index: usize) -> Description {
             text,
         });
     }
-    Description { module: word(module.name), meaning: module.meaning.clone(), terminals, parameters }
+    Description { module: word(module.name), meaning: module.meaning.clone(), terminals, disciplines, parameters }
 }
 
 impl Elaborator<'_> {

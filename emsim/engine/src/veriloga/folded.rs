@@ -105,6 +105,8 @@ pub struct Description {
     pub module: String,
     pub meaning: String,
     pub terminals: Vec<String>,
+    /// of each terminal; empty where it has none
+    pub disciplines: Vec<String>,
     pub parameters: Vec<Parameter>,
 }
 
