@@ -5,6 +5,8 @@
     check(source)    the facts of a deck without running it
     Deck(source)     a deck that is read once, altered and run as often as one likes
     sweep(source)    many runs of a deck -> Swept
+    fit(source, data, vary)        values from measured curves -> Fitted
+    optimise(source, vary, goals)  values from goals of .meas -> Optimised
     Result, Table, System, DeckError, ConvergenceError, OutsideError, Interrupted
 
 Importing emsim costs nothing: each name is loaded when it is first used.
@@ -18,6 +20,7 @@ if TYPE_CHECKING:
 
     from .alterable import Deck
     from .diagnostics import ConvergenceError, DeckError, Interrupted, OutsideError
+    from .fits import fit, optimise
     from .pipeline import check, compile, run
     from .result import Result, Table
     from .sweeps import sweep
@@ -25,11 +28,11 @@ if TYPE_CHECKING:
 
 __all__ = [
     "ConvergenceError", "Deck", "DeckError", "Interrupted", "OutsideError", "Result", "System", "Table", "check", "compile",
-    "run", "sweep",
+    "fit", "optimise", "run", "sweep",
 ]  # fmt: skip
 
 _HOMES = {
-    "run": "pipeline", "sweep": "sweeps", "compile": "pipeline", "check": "pipeline",
+    "run": "pipeline", "sweep": "sweeps", "fit": "fits", "optimise": "fits", "compile": "pipeline", "check": "pipeline",
     "Deck": "bench", "Result": "result", "Table": "result", "System": "system",
     "DeckError": "diagnostics", "ConvergenceError": "diagnostics", "OutsideError": "diagnostics",
     "Interrupted": "diagnostics",

@@ -265,6 +265,8 @@ class System:
         inside: tuple[Sequence[Expr], int] | None = None,
         closures: Sequence[Expr] = (),
         begin: tuple[Sequence[float], Sequence[float]] | None = None,
+        tangent: tuple[Sequence[float], Sequence[tuple[int, float, float, System, Sequence[Expr]]]]
+        | None = None,
     ) -> Waveforms:
         """options: method (trap gear radau trbdf2 esdirk rk45 dop853) reltol abstol vntol trtol gmin
         itl1 itl4 maxord fixed_step projection.
@@ -273,7 +275,9 @@ class System:
         stream: (path, is there such a file already, head as write_raw has it): rows go there while the run goes on.
         inside: expressions that are kept within the steps as polynomials of that degree, see `Waveforms.inside`.
         closures: how far loops are open, for `Waveforms.gaps`.
-        begin: unknowns and conditions in place of an operating point, as `Waveforms.state` of another run has them."""
+        begin: unknowns and conditions in place of an operating point, as `Waveforms.state` of another run has them.
+        tangent: sizes of parameters, and the equations with other values of them, for `Waveforms.tangent`: (which parameter,
+        by how much it is moved, weight in the derivative, system, outputs)."""
 
 @final
 class SmallSignal:
@@ -361,6 +365,13 @@ class Waveforms:
     @property
     def state(self) -> tuple[list[float], list[float]] | None:
         """Unknowns and conditions where a sweep or a transient ended."""
+    def tangent(self) -> tuple[int, bytes] | None:
+        """(numbers in a row, rows of float64): time, then for each parameter the derivative of each of its outputs. Four
+        rows for each part of a step: its start, Radau IIA's two inner stages, its end. None where tran() was given no
+        `tangent`."""
+    @property
+    def refused(self) -> dict[str, Any] | None:
+        """Why the derivatives end: kind (memory impact touch corner other singular full), t, flag, parameter."""
     @property
     def corners(self) -> bytes:
         """Times of rows at which signals may bend or jump, as the bytes of native float64."""

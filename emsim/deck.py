@@ -214,6 +214,7 @@ class FlatDeck:
         "nodesets",
         "option_spans",
         "options",
+        "origin",
         "params",
         "prints",
         "probes",
@@ -240,6 +241,9 @@ class FlatDeck:
         self.options: dict[str, float | str | bool] = {}
         self.option_spans: dict[str, Span] = {}
         self.params: dict[str, float] = {}  # of the top level
+        self.origin: Any = (
+            None  # what it was flattened from (elaborate/quantity.py); None where it was altered since
+        )
         self.reads_temper = False  # a parameter does
         self.draws = Draws()  # random values
         self.temp = 27.0

@@ -6,10 +6,11 @@ Each draw is a place u between 0 and 1 in its distribution, so a sweep may choos
 
 from __future__ import annotations
 
+from typing import Any, NamedTuple
+
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
-    from typing import Any
 
 SEED = 1
 # a normal distribution of one number has no bounds of its own: corners are taken at so many sigmas
@@ -34,17 +35,28 @@ def is_random(function: str, arguments: int) -> bool:
     return function in RANDOM and not (function == "limit" and arguments == 3)
 
 
+class Tolerance(NamedTuple):
+    """A draw that no call asks for: `tol=` of a card."""
+
+    text: str
+    span: Any
+
+    def __str__(self) -> str:
+        return self.text
+
+
 class Draws:
     """The random values of one reading of a deck, in the order in which they are asked for.
 
+    tolerances  are those of cards drawn too (tol=5%)? In a run of its own a part has the value on its card
     places   where in its distribution each draw lies, 0 to 1; 0 and 1 are the centre -+ its greatest deviation. Draws beyond
              them come from the seed
     """
 
-    __slots__ = ("_numbers", "asked", "count", "places", "seed")
+    __slots__ = ("_numbers", "asked", "count", "places", "seed", "tolerances")
 
-    def __init__(self, seed: int = SEED, places: Sequence[float] = ()) -> None:
-        self.seed, self.places, self.count = seed, places, 0
+    def __init__(self, seed: int = SEED, places: Sequence[float] = (), tolerances: bool = False) -> None:
+        self.seed, self.places, self.count, self.tolerances = seed, places, 0, tolerances
         self._numbers: Callable[[], float] | None = None
         self.asked: list[Any] = []  # the calls, in order
 
@@ -58,6 +70,14 @@ class Draws:
             return at(self._place(), *RANDOM[function][2](*arguments))
 
         return draw
+
+    def tolerance(self, name: str, share: float, span: Any) -> float:
+        """What a card's value is multiplied by: evenly between 1 - share and 1 + share."""
+        if not self.tolerances:
+            return 1.0
+        self.count += 1
+        self.asked.append(Tolerance(f"{name} tol={100 * share:g}%", span))
+        return at(self._place(), 1.0, share, "even")
 
     def labels(self) -> list[str]:
         """What was drawn, in words."""

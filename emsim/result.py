@@ -340,6 +340,8 @@ class Table:
         """Rows (first, behind the last) of each block of a sweep within sweeps: where an outer variable changes, another
         begins. One block where there are no steps."""
         n, outer = len(self), [self.doubles(name) for name in self.steps]
+        if not outer:
+            return [(0, n)] if n else []
         starts = [0, *(k for k in range(1, n) if any(c[k] != c[k - 1] for c in outer))] if n else []
         return list(zip(starts, [*starts[1:], n], strict=True))
 

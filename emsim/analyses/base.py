@@ -217,7 +217,7 @@ class Analysis(ABC):
 
     @classmethod
     @abstractmethod
-    def read(cls, card: Card, sink: Sink) -> Self | None:
+    def read(cls, card: Card, sink: Sink) -> Self | Analysis | None:
         """The card's arguments. None after an error, which the sink has."""
 
     def times(self) -> tuple[float, ...] | None:

@@ -19,6 +19,7 @@ from ..expr import Call
 from .ac import excited, grid, linearised, singular
 from .base import Analysis, Axis, Computed, Run, wrong
 from .op import is_static
+from .slopes import FORM, Slopes
 from .tf import source_of
 
 TYPE_CHECKING = False
@@ -56,7 +57,9 @@ ALWAYS = ("m", "scale")  # words that count as given
 
 class Sens(Analysis):
     word = "sens"
-    form = ".sens v(node[,node])|i(source) [ac dec|oct|lin points fstart fstop]"
+    form = ".sens v(node[,node])|i(source) [ac dec|oct|lin points fstart fstop], or " + FORM.removeprefix(
+        ".sens "
+    )
     meaning = "how an output changes with every parameter"
     plotname = "Sensitivity Analysis"
     names_itself = True
@@ -70,10 +73,12 @@ class Sens(Analysis):
             self.axis = Axis("frequency", "Hz", log)
 
     @classmethod
-    def read(cls, card: Card, sink: Sink) -> Self | None:
+    def read(cls, card: Card, sink: Sink) -> Self | Slopes | None:
         from ..build import parse_signals
 
         args = [a.lower() if isinstance(a, str) else a for a in card.args if a != "static"]
+        if "tran" in args:
+            return Slopes.read(card, sink)
         at = next((k for k, a in enumerate(args) if a in ("ac", "dc")), len(args))
         asked = parse_signals(" ".join(map(str, args[:at])), ".sens") if at else []
         if len(asked) != 1 or (args[at:] and args[at] == "dc" and args[at + 1 :]):

@@ -20,6 +20,8 @@ VERBS = {
     "explain": "the equations of a deck, how a line was read, a card's reference, a message by its code",
     "sweep": "run a deck many times: grids, random values, corners; measures, yield, pictures",
     "draw": "draw the circuit of a deck: SVG or PNG",
+    "fit": "find values with which a deck goes through measured curves, and how sure they are",
+    "optimise": "find values with which a deck's measures meet their goals",
     "plot": "draw signals of a raw, CSV, Parquet or NetCDF file: a picture, or text in the terminal",
     "compare": "run ngspice on the same deck, as written and at tight tolerances, and compare",
     "analogue": "write the electrical equivalent circuit of a one-dimensional machine as an ngspice deck",

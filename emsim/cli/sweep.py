@@ -180,6 +180,8 @@ def summary(swept: Swept, statistics: dict[str, dict[str, float]]) -> Iterator[s
             yield f"  what moves {name}, at the least and the greatest of:"
             for label, low, high in swept.influences(name)[:20]:
                 yield f"    {low:+.4g}  {high:+.4g}  {label}"
+            least, greatest = swept.worst(name)
+            yield f"    all together: {least:.6g} .. {greatest:.6g}"
 
 
 def _some(swept: Swept) -> str:

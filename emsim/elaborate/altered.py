@@ -63,6 +63,8 @@ class Altered:
             self._places, self._own = {}, _own(flat)
             for change in self._changes:
                 change(flat)
+            if self._changes:
+                flat.origin = None
         flat.options.update(self.options)
         for key in ("temp", "tnom"):
             if isinstance(value := self.options.get(key), float):
@@ -80,6 +82,7 @@ class Altered:
 
     def _change(self, change: Callable[[FlatDeck], None]) -> None:
         change(self.flat())
+        self.flat().origin = None
         self._changes.append(change)
 
     def alter(self, device: str, parameter: str | None, value: Value) -> None:
@@ -145,16 +148,13 @@ class Altered:
         if element is None:
             card = next((k for k, c in enumerate(flat.machine) if c.name == device), None)
             if card is not None:
-                flat.machine[card] = _altered_card(flat.machine[card], parameter, _one(value))
+                flat.machine[card] = altered_card(flat.machine[card], parameter, _one(value))
                 return
             near = suggest(device, [*self._places, *(c.name for c in flat.machine)])
             raise ExprError(
                 "E166", f"the deck has no element `{device}`", None, near and f"did you mean `{near}`?"
             )
-        fresh = element.at_level(element.name, element.nodes)
-        fresh.model_name, fresh.model = element.model_name, element.model
-        _set(fresh, parameter, value)
-        flat.elements[self._places[element.name]] = fresh
+        flat.elements[self._places[element.name]] = altered_element(element, parameter, value)
 
     def value(self, device: str, parameter: str) -> float | list[float] | None:
         """The value of @device[parameter] or @model[parameter] as the deck states it; None for what it does not."""
@@ -188,6 +188,14 @@ def _one(value: Value) -> float:
     if len(value) != 1:
         raise ExprError("E167", f"one number is needed here, not {len(value)}")
     return float(value[0])
+
+
+def altered_element(element: Element, parameter: str | None, value: Value) -> Element:
+    """A copy with another value. Raises ExprError."""
+    fresh = element.at_level(element.name, element.nodes)
+    fresh.model_name, fresh.model = element.model_name, element.model
+    _set(fresh, parameter, value)
+    return fresh
 
 
 def _set(e: Element, parameter: str | None, value: Value) -> None:
@@ -235,7 +243,7 @@ def _set(e: Element, parameter: str | None, value: Value) -> None:
     e.is_plain = False
 
 
-def _altered_card(card: MachineCard, parameter: str | None, value: float) -> MachineCard:
+def altered_card(card: MachineCard, parameter: str | None, value: float) -> MachineCard:
     if parameter is None or (parameter not in card.params and parameter != "value"):
         hint = "it has: " + ", ".join(k for k, v in card.params.items() if isinstance(v, (int, float)))
         raise ExprError(

@@ -161,6 +161,8 @@ def bind_element(e: Element, level: Level, models: Models) -> Element:
             level.use(n, True, e.name)
     if not e.is_plain:
         _bind_values(flat, e, level)
+    if "tol" in flat.params:
+        _tolerance(flat, level)
     if level.mult != 1.0 and e.is_multiplied:
         own = flat.params.get("m", 1.0)
         flat.params["m"] = level.mult * (own if isinstance(own, float) else 1.0)
@@ -173,6 +175,19 @@ def bind_element(e: Element, level: Level, models: Models) -> Element:
     elif "words" in e.extra:
         models.of_device(flat, level)
     return flat
+
+
+def _tolerance(flat: Element, level: Level) -> None:
+    """The value of a part that may be off, where a sweep asks for such values."""
+    share = flat.params["tol"]
+    if not isinstance(share, float) or not 0.0 <= share < 1.0:
+        raise ExprError(
+            "E358", f"`{flat.name}` cannot be off by {share:g} of its value", flat.span, "tol=5% or tol=0.05"
+        )
+    factor = level.scope.draws.tolerance(flat.name, share, flat.span)
+    if factor != 1.0:
+        scale = flat.params.get("scale", 1.0)
+        flat.params = {**flat.params, "scale": factor * (scale if isinstance(scale, float) else 1.0)}
 
 
 def _bind_values(flat: Element, e: Element, level: Level) -> None:

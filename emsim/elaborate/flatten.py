@@ -8,6 +8,7 @@ before the line that defines them) and settles .if; `emit` turns what is left in
 from __future__ import annotations
 
 import os
+from typing import NamedTuple
 
 from ..build import parse_expression
 from ..deck import (
@@ -62,11 +63,22 @@ def flatten(
     values above its seed."""
     with NoCollection():
         flat = _Flattener(deck, temp, draws, changes).run()
+        flat.origin = Origin(deck, dict(deck.defines), temp, draws, tuple(changes))
     errors = [d for d in flat.sink.diagnostics if d.severity == "error"]
     if errors and all(d.code.startswith("E5") for d in errors):
         raise OutsideError(flat.sink.diagnostics)
     flat.sink.raise_if_errors()
     return flat
+
+
+class Origin(NamedTuple):
+    """What a flat deck was made from."""
+
+    deck: Deck
+    defines: dict[str, float | str]
+    temp: object
+    draws: Draws | None
+    changes: tuple[Change, ...]
 
 
 class _Flattener:
@@ -96,7 +108,7 @@ class _Flattener:
         # declare, settle conditions, then emit
         path = self.deck.file.path
         cards = self.expand(self.deck.body, top.scope, (os.path.realpath(path),) if path else ())
-        steps.change_models(top.scope, self.changes, self.sink)
+        steps.change_models(top.scope, self.changes)
         self.unknown_defines(top.scope)
         if self.draws is None:
             top.scope.draws.seed = self.seed(cards, top.scope)
@@ -106,7 +118,7 @@ class _Flattener:
         if self.deck.asked is not None:
             cards = [*(card for card in cards if card.__class__ is not Analysis), *self.deck.asked]
         self.emit(cards, top)
-        steps.change_elements(self.flat, self.changes)
+        steps.change_elements(self.flat, self.changes, top.scope.models)
         steps.check(self.flat.steps, self.sink)
         if self.changes:  # one of the runs: nothing is left to step
             self.flat.steps = []

@@ -12,12 +12,12 @@ import copy
 import math
 
 from ..diagnostics import suggest
-from ..expr import Node
+from ..expr import ExprError, Node
 from .scope import as_float
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Sequence
+    from collections.abc import Iterable, Iterator, Mapping, Sequence
     from typing import Any
 
     from ..deck import Dot, FlatDeck
@@ -152,25 +152,22 @@ def check(steps: Sequence[Step], sink: Sink) -> None:
             sink.error("E332", f"`{step.column}` is stepped twice", step.span)
 
 
-def change_models(scope: DeckScope, changes: Iterable[Change], sink: Sink) -> None:
+def change_models(scope: DeckScope, changes: Iterable[Change]) -> None:
     """Models of the top level with a parameter of a step."""
     for step, value in changes:
-        if step.kind != "model":
-            continue
-        model = scope.models.get(step.name)
-        if model is None:
-            near = suggest(step.name, scope.models)
-            hint = f"did you mean `{near}`?" if near else None
-            sink.error("E332", f"no .model is called `{step.name}`", step.span, hint)
-            continue
-        changed = copy.copy(model)
-        changed.params = {**model.params, step.key: value}
-        scope.models[step.name] = changed
+        model = scope.models.get(step.name) if step.kind == "model" else None
+        if model is not None:
+            changed = copy.copy(model)
+            changed.params = {**model.params, step.key: value}
+            scope.models[step.name] = changed
 
 
-def change_elements(flat: FlatDeck, changes: Iterable[Change]) -> None:
-    """Elements with the value of a step: resistances and the like, DC values of sources."""
+def change_elements(flat: FlatDeck, changes: Iterable[Change], models: Mapping[str, Any]) -> None:
+    """Elements with the value of a step: resistances and the like, DC values of sources; words of their lines and of machine
+    cards', as in m1(ke)."""
     for step, value in changes:
+        if step.kind == "model" and step.name not in models:
+            _change_word(flat, step, value, models)
         if step.kind != "element":
             continue
         at = next((k for k, e in enumerate(flat.elements) if e.name == step.name), None)
@@ -192,6 +189,25 @@ def change_elements(flat: FlatDeck, changes: Iterable[Change]) -> None:
             )
         else:
             flat.elements[at], step.unit = e, e.unit
+
+
+def _change_word(flat: FlatDeck, step: Step, value: float, models: Mapping[str, Any]) -> None:
+    """An element or a machine card with another number on its line."""
+    from .altered import altered_card, altered_element
+
+    elements = [k for k, e in enumerate(flat.elements) if e.name == step.name]
+    cards = [k for k, card in enumerate(flat.machine) if card.name == step.name]
+    if not (elements or cards):
+        near = suggest(step.name, models)
+        said = f"no .model, no element and no machine card is called `{step.name}`"
+        flat.sink.error("E332", said, step.span, f"did you mean `{near}`?" if near else None)
+    try:
+        for k in elements:
+            flat.elements[k] = altered_element(flat.elements[k], step.key, value)
+        for k in cards:
+            flat.machine[k] = altered_card(flat.machine[k], step.key, value)
+    except ExprError as error:
+        flat.sink.error("E332", error.message, step.span, error.hint)
 
 
 def _with_value(element: Element, value: float) -> Element | None:

@@ -19,7 +19,8 @@ FILAMENT = 10e-6  # default width and length of R and C models [m]
 
 SCALED = {
     **M, **TEMPERATURE, **TC, "tce": Param("exponential change with temperature", "%/K", 0.0),
-    "scale": Param("factor on the value", default=1.0), **ignored("bv_max"),
+    "scale": Param("factor on the value", default=1.0),
+    "tol": Param("how far it may be off, for emsim sweep: 5% or 0.05"), **ignored("bv_max"),
 }  # fmt: skip
 LENGTH, WIDTH = Param("length, with a model", "m"), Param("width, with a model", "m")
 OF_MODEL = {
@@ -61,7 +62,7 @@ class Passive(Element):
                 self.value, self.value_span = self.params.pop(key), self.span
         if self.value is None and self.model_name is None:
             self.no_value(cards, ch, line)
-        self.is_plain = cards.are_numbers([self.value, *self.params.values()])
+        self.is_plain = cards.are_numbers([self.value, *self.params.values()]) and "tol" not in self.params
 
     def no_value(self, cards: ElementCards, ch: list[Any], line: Line) -> None:
         raise cards.fail("E109", f"{ch[0]} has no value", line, ch[2], self.hint)

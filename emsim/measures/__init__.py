@@ -106,8 +106,9 @@ def harmonics(
     from .fourier import spectrum
     from .points import Points
 
-    found, trouble = [], []
-    for step, rows in enumerate(table.blocks()):
+    found: list[Spectrum] = []
+    trouble: list[Diagnostic] = []
+    for step, rows in enumerate(table.blocks() if cards else ()):
         coarse = Points(table, rows)
         inside = _inside(fine, step, coarse)
         for card in cards:

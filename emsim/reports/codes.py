@@ -36,6 +36,7 @@ FAMILIES = (
     "results",
     "sweeps",
     "drawing",
+    "searching",
     "outside",
     "exit_codes",
 )

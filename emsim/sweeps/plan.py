@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 
 from .axes import Axis, parse
-from .pool import outcomes
+from .pool import keep, outcomes
 from .result import Swept
 from .runs import Point, Runner, Task
 from .samples import SCHEMES, Nominal, Scheme, grid
@@ -73,6 +73,7 @@ def sweep(
         book = Journal(journal, fingerprint(first, axes, chosen), fresh)
         found.update((k, outcome) for k, outcome in book.done.items() if k < len(points))
         result.resumed = len(found)
+    keep(task, first)
     left = [point for point in points if point.number not in found]
     cores = jobs or os.cpu_count() or 1
     try:

@@ -13,6 +13,7 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Iterator
     from concurrent.futures import Future
+    from typing import Any
 
     from .runs import Outcome, Point, Task
 
@@ -77,10 +78,9 @@ class _Batches:
 
 def _on_cores(task: Task, points: list[Point], jobs: int) -> Iterator[list[Outcome]]:
     from concurrent.futures import FIRST_COMPLETED, ProcessPoolExecutor, wait
-    from multiprocessing import get_context
 
     batches = _Batches(points, jobs)
-    with ProcessPoolExecutor(jobs, mp_context=get_context("spawn"), initializer=_quiet) as pool:
+    with ProcessPoolExecutor(jobs, mp_context=context(), initializer=_quiet) as pool:
         running: dict[Future[list[Outcome]], tuple[int, float]] = {}
         try:
             while True:
@@ -95,6 +95,23 @@ def _on_cores(task: Task, points: list[Point], jobs: int) -> Iterator[list[Outco
                     yield future.result()
         finally:
             pool.shutdown(wait=False, cancel_futures=True)
+
+
+def context() -> Any:
+    """How processes are made: by fork where nothing but this thread could hold a lock, which starts them with the deck read and
+    all modules loaded; else anew."""
+    import sys
+    import threading
+    from multiprocessing import get_context
+
+    alone = sys.platform == "linux" and threading.active_count() == 1
+    return get_context("fork" if alone else "spawn")
+
+
+def keep(task: Task, runner: Runner) -> None:
+    """The runner of a task, for the batches that this process and those forked from it work on."""
+    _kept.clear()
+    _kept[_key(task)] = runner
 
 
 def _quiet() -> None:

@@ -176,6 +176,21 @@ class Swept:
         ]
         return sorted(found, key=lambda row: -max(abs(row[1]), abs(row[2])))
 
+    def worst(self, name: str) -> tuple[float, float]:
+        """Of a sweep one at a time: the measure with every random value at that end at which it makes the measure less, and
+        at which it makes it greater. Two runs more; where each moves it one way only, these are its bounds. nan where the run
+        fails or finds none."""
+        from .runs import Point, Runner
+
+        self.influences(name)  # raises where the sweep is another one
+        values = [float(v) for v in self.measure(name)]
+        low, high = values[1::2], values[2::2]
+        least = tuple(float(a > b) for a, b in zip(low, high, strict=True))
+        runner = Runner(self.task)
+        ends = (Point(0, (), places) for places in (least, tuple(1.0 - p for p in least)))
+        found = [runner.run(point).measures.get(name, math.nan) for point in ends]
+        return found[0], found[1]
+
     # ---- tables and files ----
 
     def rows(self) -> Iterator[tuple[int, dict[str, float], Outcome]]:

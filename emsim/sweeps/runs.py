@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from ..diagnostics import ConvergenceError, DeckError, Sink, Span, deck_error, suggest
+from ..diagnostics import ConvergenceError, DeckError, Span, deck_error
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -13,7 +13,6 @@ if TYPE_CHECKING:
 
     from ..deck import Deck, FlatDeck
     from ..draws import Draws
-    from ..elaborate.steps import Step
     from ..result import Result
 
 
@@ -53,12 +52,16 @@ class Runner:
     def __init__(self, task: Task) -> None:
         from ..build import parse_signals
         from ..build import read as build
+        from ..elaborate import flatten
         from ..source import NoCollection
 
         self.task = task
         with NoCollection():
             probes = [p for text in task.signals for p in parse_signals(text)]
             self.deck: Deck = build(task.source, dict(task.fixed), probes)
+        flatten(
+            self.deck, task.options.get("temp")
+        )  # the names of its parameters are known behind a first reading
         self.place = Span(self.deck.file, 1, 1, 2)  # of what -D steps: there is no card
         self.parsed = list(self.deck.sink.diagnostics)
         self.columns = [p.text.strip().lower() for p in probes]
@@ -67,40 +70,24 @@ class Runner:
         """The deck with the values of a run."""
         from ..draws import Draws
 
-        draws = Draws(self.task.seed + point.number, point.places) if point.places is not None else None
+        places = point.places
+        draws = None if places is None else Draws(self.task.seed + point.number, places, tolerances=True)
         if draws is None and "seed" in self.task.options:
             draws = Draws(int(self.task.options["seed"]))
         return self.read(dict(zip(self.task.names, point.values, strict=True)), draws)
 
     def read(self, given: dict[str, float], draws: Draws | None = None) -> FlatDeck:
         """The deck with other values of some names. Raises DeckError."""
-        from ..elaborate import flatten
+        from ..elaborate.quantity import with_values
 
-        temp = self.task.options.get("temp")
-        if not self.deck.params:  # the names of its parameters are known behind a first reading
-            self.deck.defines = {**self.task.fixed}
-            flatten(self.deck, temp)
-        self.deck.sink = Sink()
-        for said in self.parsed:
-            self.deck.sink.add(said)
-        changes = [(step, value) for name, value in given.items() if (step := self.step(name)) is not None]
-        elsewhere = {step.column for step, _ in changes}
-        self.deck.defines = {**self.task.fixed, **{k: v for k, v in given.items() if k not in elsewhere}}
-        return flatten(self.deck, temp, draws, changes)
-
-    def step(self, name: str) -> Step | None:
-        """What a name means where it is no parameter: the temperature, a model's parameter as in dd(is), an element."""
-        from ..elaborate.steps import Step
-
-        if name in self.deck.params:
-            return None
-        model, bracket, key = name.partition("(")
-        if bracket:
-            return Step("model", model, [], self.place, key.removesuffix(")"))
-        return Step("temp" if name == "temp" else "element", name, [], self.place)
+        return with_values(
+            self.deck, given, self.place, self.task.options.get("temp"), draws, said=self.parsed
+        )
 
     def check(self, names: Iterable[str]) -> None:
         """Raises DeckError for a name that nothing has, and for a deck that says itself what is run."""
+        from ..elaborate.quantity import value
+
         flat = self.read({})
         if flat.steps or flat.commands:
             what, at = (".step", flat.steps[0].span) if flat.steps else (".control", None)
@@ -111,13 +98,14 @@ class Runner:
                 "take it out, and give its values by -D",
             )
         for name in names:
-            step = self.step(name)
-            if step is not None and step.kind == "element":
-                changeable(flat, name)
+            if name.partition("(")[0] not in flat.models and name not in self.deck.params:
+                value(flat, name)
 
     def draws(self) -> list[str]:
         """The deck's random values, in words."""
-        return self.read({}).draws.labels()
+        from ..draws import Draws
+
+        return self.read({}, Draws(tolerances=True)).draws.labels()
 
     def run(self, point: Point) -> Outcome:
         from .. import pipeline
@@ -165,24 +153,6 @@ class Runner:
             )
         axis = print_grid(table) or [float(v) for v in table.floats(0)]
         return axis, {name: [float(v) for v in table.at(name, axis)] for name in self.columns}
-
-
-def changeable(flat: FlatDeck, name: str) -> None:
-    """Raises DeckError for a name that is no element, or one without a single value."""
-    from ..elaborate.steps import has_plain_value
-
-    element = next((e for e in flat.elements if e.name == name), None)
-    if element is None:
-        near = suggest(name, [*flat.params, *(e.name for e in flat.elements)])
-        known = "a parameter (.param), the name of an element with a value, temp, or model(parameter)"
-        deck_error(
-            "E346",
-            f"there is no parameter and no element `{name}`",
-            hint=f"did you mean `{near}`?" if near else known,
-        )
-    if not has_plain_value(element):
-        hint = "make it a parameter: .param x=.. and {x} on the card"
-        deck_error("E345", f"`{name}` has no single value that a sweep could change", element.span, hint)
 
 
 def _first(diagnostics: Sequence[Any]) -> str:

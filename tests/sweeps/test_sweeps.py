@@ -375,3 +375,52 @@ def test_what_is_wrong_is_said(args, code, said, tmp_path, monkeypatch, capsys):
     (tmp_path / "d.cir").write_text(deck)
     assert main(["sweep", "d.cir", "-j", "1", *args]) == code
     assert said in capsys.readouterr().err
+
+
+TOLERANCES = """a divider of parts that are off
+V1 in 0 10
+R1 in out 1k tol=5%
+R2 out 0 1k tol=0.05
+.op
+.meas op vout FIND v(out)
+.end
+"""
+
+
+def test_tolerances_of_cards_are_drawn_in_sweeps_alone():
+    assert emsim.run(TOLERANCES).measures["vout"] == 5.0
+    assert emsim.sweep(TOLERANCES, {"v1": [10.0]}).measure("vout")[0] == 5.0
+    corners = emsim.sweep(TOLERANCES, scheme="corners")
+    # 10 * 1.05/(0.95 + 1.05) and its mirror
+    assert sorted(corners.measure("vout")) == pytest.approx([4.75, 5.0, 5.0, 5.25])
+    assert corners.labels == ["r1 tol=5% line 3", "r2 tol=5% line 4"]
+
+
+def test_the_yield_of_a_divider_with_tolerances_is_the_closed_form():
+    # the share of the square |a|, |b| <= 0.05 in which (1 + b)/(2 + a + b) < 0.51, or 0.49 b - 0.51 a < 0.02
+    a = (np.arange(4000) + 0.5) / 2000 - 1.0
+    share = np.mean(np.clip(((0.02 + 0.51 * 0.05 * a) / 0.49 / 0.05 + 1.0) / 2.0, 0.0, 1.0))
+    swept = emsim.sweep(TOLERANCES, scheme="sobol", runs=4096)
+    met, runs, low, high = swept.yielded([Goal("vout<5.1")])
+    assert met / runs == pytest.approx(share, abs=2e-3) and low < share < high
+
+
+def test_the_worst_case_by_sensitivities_is_that_of_the_corners():
+    swept = emsim.sweep(TOLERANCES, scheme="sensitivity")
+    assert swept.worst("vout") == pytest.approx((4.75, 5.25))
+
+
+def test_a_tolerance_of_more_than_all_is_refused():
+    with pytest.raises(emsim.DeckError, match="cannot be off"):
+        emsim.run(TOLERANCES.replace("5%", "150%"))
+
+
+def test_words_of_machine_cards_and_elements_are_swept():
+    deck = "a motor\nV1 a 0 1\nBODY rotor m=1 j=1m\nJOINT shaft 0 rotor pin\nMOTOR m1 a 0 shaft kt=0.1 r=1\n.tran 1m 0.5 uic\n"
+    deck += ".meas tran speed FIND omega(shaft) AT=0.5\n.end\n"
+    # w = v/k (1 - exp(-k^2 t/(r j)))
+    found = emsim.sweep(deck, {"m1(kt)": [0.1, 0.05]}).measure("speed")
+    exact = [1.0 / k * (1.0 - np.exp(-(k**2) * 0.5 / 1e-3)) for k in (0.1, 0.05)]
+    assert found == pytest.approx(exact, rel=1e-3)
+    with pytest.raises(emsim.DeckError, match="has no number `kv`"):
+        emsim.sweep(deck, {"m1(kv)": [0.1]})

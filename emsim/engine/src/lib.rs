@@ -28,6 +28,7 @@ pub mod smallsignal; // G, C and excitations at a point, for small signals
 pub mod sparse; // LU: matching, block triangular form, AMD, Gilbert-Peierls, refactorisation
 pub mod syntax; // deck text to syntax trees, by the grammar's tables
 pub mod system; // equation (1): what was compiled, and the scratch of a run
+pub mod tangent; // sensitivities beside a run
 pub mod tape; // native evaluation of a set of expressions
 pub mod tolerances; // options of a run, absolute tolerances by kind of quantity, weights
 mod twice; // loops for registers of two numbers and of four

@@ -4,6 +4,7 @@ use crate::invariants::Invariants;
 use crate::ledger::Ledger;
 use crate::raw::Stream;
 use crate::system::{System, Work};
+use crate::tangent::Tangent;
 use crate::tape::{Inputs, Tape};
 use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 use std::sync::Arc;
@@ -40,6 +41,8 @@ pub struct Record {
     pub ledger: Option<Ledger>,
     /// the insides of steps, where they were asked for
     pub samples: Option<Box<Samples>>,
+    /// sensitivities, where they were asked for
+    pub tangent: Option<Box<Tangent>>,
     /// what must hold at every row of a transient
     pub invariants: Option<Invariants>,
     /// an unknown that the rows show wrongly by a tenth: for tests of what is told then
@@ -79,6 +82,7 @@ impl Record {
             corners: Vec::new(),
             ledger: None,
             samples: None,
+            tangent: None,
             invariants: None,
             spoiled: None,
             stream: None,

@@ -169,6 +169,12 @@ impl Work {
         t > self.before
     }
 
+    /// From t on, sources have the value before their jumps: t ends a step.
+    pub fn until(&mut self, t: f64) {
+        self.before = t * (1.0 - 8.0 * f64::EPSILON);
+        self.wave_time = f64::NAN;
+    }
+
     /// The values at the start are given: see `Standing::given`.
     pub fn start_from_given(&mut self) {
         self.standing.given = true;

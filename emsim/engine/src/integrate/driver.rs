@@ -77,6 +77,8 @@ pub struct Outcome {
 pub type Tick<'a> = dyn FnMut(f64, f64, u64, u64) -> bool + 'a;
 
 const TICK: u64 = 64;
+/// Relative tolerance of starting points whose differences are formed.
+const START: f64 = 1e-9;
 /// Steps into what is too large are shortened to this part of the run.
 const RUNAWAY: f64 = 1e-6;
 /// So often a step is taken anew to end on an event, ...
@@ -133,6 +135,11 @@ pub fn run(sys: &System, w: &mut Work, a: Transient, o: &Options, record: &mut R
         Ok(x) => x,
         Err(failed) => return Outcome::failed(*failed),
     };
+    if let Some(tangent) = &mut record.tangent {
+        // differences of starts: these are to be known better than by the run's tolerance
+        let tight = Options { reltol: o.reltol.min(START), ..o.clone() };
+        tangent.begin(|sys, w| starting_point(sys, w, a, &tight).ok());
+    }
     let outcome = make(sys, o, &o.method).and_then(|mut method| conduct(sys, w, a, o, record, x, &mut *method, tick));
     outcome.unwrap_or_else(|why| Outcome::failed(Failed::at_start("transient", why, vec![])))
 }

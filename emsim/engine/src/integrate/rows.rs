@@ -80,14 +80,20 @@ impl Sink for Record {
         if let Some(ledger) = &mut self.ledger {
             ledger.open(sys, w, t, x);
         }
+        if let Some(tangent) = &mut self.tangent {
+            tangent.open(sys, w, t, x);
+        }
     }
 
-    fn leap(&mut self, _sys: &System, _w: &mut Work, t: f64, x: &[f64]) {
+    fn leap(&mut self, sys: &System, w: &mut Work, t: f64, x: &[f64]) {
         if let Some(samples) = &mut self.samples {
             samples.begin(t, x);
         }
         if let Some(ledger) = &mut self.ledger {
             ledger.leap(t, x);
+        }
+        if let Some(tangent) = &mut self.tangent {
+            tangent.leap(sys, w, t, x);
         }
     }
 
@@ -97,6 +103,9 @@ impl Sink for Record {
         }
         if let Some(ledger) = &mut self.ledger {
             ledger.step(sys, w, t, x, inside);
+        }
+        if let Some(tangent) = &mut self.tangent {
+            tangent.step(sys, w, t, x, inside);
         }
     }
 

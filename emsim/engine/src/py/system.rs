@@ -10,6 +10,8 @@ use crate::op;
 use crate::raw;
 use crate::record::{Record, Samples};
 use crate::system::{Counters, Kind, Work};
+use crate::tangent::{Beside, Refused, Tangent};
+use crate::tape::Tape;
 use crate::tolerances::{Absolute, Quantity, QUANTITIES};
 use pyo3::exceptions::{PyIndexError, PyOSError, PyValueError};
 use pyo3::prelude::*;
@@ -409,7 +411,8 @@ impl System {
     /// the steps' ends are those of the print grid alone.
     /// `inside`: expressions to be kept within the steps, and the degree of their polynomials.
     /// `begin`: the `state` of another run, in place of an operating point.
-    #[pyo3(signature = (tstep, tstop, tstart=0.0, tmax=None, uic=false, outputs=vec![], options_=None, progress=None, accounts=None, drawn=true, stream=None, inside=None, closures=vec![], begin=None))]
+    /// `tangent`: sizes of parameters, and the equations with other values of them: see `tangent::Beside`.
+    #[pyo3(signature = (tstep, tstop, tstart=0.0, tmax=None, uic=false, outputs=vec![], options_=None, progress=None, accounts=None, drawn=true, stream=None, inside=None, closures=vec![], begin=None, tangent=None))]
     #[allow(clippy::too_many_arguments)]
     fn tran(
         &self,
@@ -428,6 +431,7 @@ impl System {
         inside: Option<(Vec<Bound<'_, PyAny>>, usize)>,
         closures: Vec<Bound<'_, PyAny>>,
         begin: Option<(Vec<f64>, Vec<f64>)>,
+        tangent: Option<(Vec<f64>, Vec<Besides<'_>>)>,
     ) -> PyResult<Waveforms> {
         if begin.as_ref().is_some_and(|(x, flags)| x.len() != self.inner.n || flags.len() != self.inner.flags.len()) {
             return Err(PyValueError::new_err("tran: begin is the state of a run of these equations"));
@@ -452,6 +456,14 @@ impl System {
         if let Some((expressions, degree)) = inside {
             let ids = self.ids(&expressions)?;
             record.samples = Some(Box::new(Samples::new(&lock(&self.graph), &ids, degree, tstart)));
+        }
+        if let Some((sizes, others)) = tangent {
+            let besides = others.into_iter().map(Besides::compiled).collect::<PyResult<Vec<_>>>()?;
+            if besides.iter().any(|b| b.parameter >= sizes.len()) {
+                return Err(PyValueError::new_err("tran: no such parameter"));
+            }
+            let atol = Tolerances::new(&sys, &o).atol;
+            record.tangent = Some(Box::new(Tangent::new(&sys, besides, sizes, (o.reltol, atol), tstop)));
         }
         if let Some((path, append, table)) = stream {
             let rows = raw::Rows { width: record.columns, first: 0, columns: table.names.len() };
@@ -759,6 +771,36 @@ impl Waveforms {
         column_of(py, samples.rows(), k)
     }
 
+    /// Numbers in a row, and rows of time and derivatives of outputs (parameter by parameter), four for every part of a step, at its
+    /// ends and at the stages between them, as the bytes of native float64; None where nothing was asked for.
+    fn tangent<'py>(&self, py: Python<'py>) -> Option<(usize, Bound<'py, PyBytes>)> {
+        let tangent = self.record.tangent.as_ref()?;
+        let bytes: Vec<u8> = tangent.rows.iter().flat_map(|v| v.to_ne_bytes()).collect();
+        Some((tangent.width(), PyBytes::new(py, &bytes)))
+    }
+
+    /// Why there are no sensitivities from a time on: kind (memory, impact, touch, corner, other, singular, full), and t, flag, parameter where
+    /// they are known.
+    #[getter]
+    fn refused(&self, py: Python<'_>) -> PyResult<Option<Py<PyDict>>> {
+        let Some(why) = self.record.tangent.as_ref().and_then(|t| t.refused.as_ref()) else { return Ok(None) };
+        let (kind, t, flag, parameter) = match *why {
+            Refused::Memory { t, flag } => ("memory", Some(t), Some(flag), None),
+            Refused::Impact { t, flag } => ("impact", Some(t), Some(flag), None),
+            Refused::Touch { t, flag } => ("touch", Some(t), Some(flag), None),
+            Refused::Corner { t, parameter } => ("corner", Some(t), None, Some(parameter)),
+            Refused::Other { parameter } => ("other", None, None, Some(parameter)),
+            Refused::Singular(_) => ("singular", None, None, None),
+            Refused::Full => ("full", None, None, None),
+        };
+        let d = PyDict::new(py);
+        d.set_item("kind", kind)?;
+        d.set_item("t", t)?;
+        d.set_item("flag", flag)?;
+        d.set_item("parameter", parameter)?;
+        Ok(Some(d.unbind()))
+    }
+
     /// Times of rows at which signals may bend or jump, as the bytes of native float64.
     #[getter]
     fn corners<'py>(&self, py: Python<'py>) -> Bound<'py, PyBytes> {
@@ -823,6 +865,18 @@ impl Waveforms {
     fn finish_stream(&mut self) -> Option<(usize, Option<String>)> {
         let Record { stream, data, .. } = &mut self.record;
         stream.as_mut()?.finish(data).map(|(rows, error)| (rows, error.map(ToString::to_string)))
+    }
+}
+
+/// The equations with another value of a parameter: its number, how far it is moved, their weight in the derivative, outputs.
+#[derive(FromPyObject)]
+struct Besides<'py>(usize, f64, f64, PyRef<'py, System>, Vec<Bound<'py, PyAny>>);
+
+impl Besides<'_> {
+    fn compiled(self) -> PyResult<Beside> {
+        let Besides(parameter, by, weight, system, outputs) = self;
+        let outputs = Tape::new(&lock(&system.graph), &system.ids(&outputs)?);
+        Ok(Beside::new(system.inner.clone(), outputs, parameter, (by, weight)))
     }
 }
 

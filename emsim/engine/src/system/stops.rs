@@ -66,6 +66,12 @@ impl System {
         self.roots.run(&Inputs { x, t, waves: &w.waves, flags: &w.flags }, &mut w.roots);
     }
 
+    /// The operand that turns a flag as it stands.
+    pub fn operand(&self, w: &mut Work, x: &[f64], t: f64, k: usize) -> f64 {
+        self.eval_operands(w, x, t);
+        self.roots.output(&w.roots, 2 * k + usize::from(w.flags[k] != 0.0))
+    }
+
     /// The operand of a flag, counted towards the flag's other side.
     fn beyond(&self, w: &Work, k: usize) -> f64 {
         match w.flags[k] == 0.0 {
