@@ -107,8 +107,6 @@ class Cards:
             if item.__class__ is tuple and item[0] in ("param", "named"):
                 key = item[1][0].lower()
                 values = [self.number(v, line, f"{key}=") for v in item[1][1:]]
-                if key == "tol" and str(item[1][1]).endswith("%"):
-                    values = [0.01 * v if isinstance(v, float) else v for v in values]
                 if key == "tc":
                     element.params["tc1"] = values[0]
                     if len(values) > 1:

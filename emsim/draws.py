@@ -6,11 +6,10 @@ Each draw is a place u between 0 and 1 in its distribution, so a sweep may choos
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
-
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
+    from typing import Any
 
 SEED = 1
 # a normal distribution of one number has no bounds of its own: corners are taken at so many sigmas
@@ -35,11 +34,13 @@ def is_random(function: str, arguments: int) -> bool:
     return function in RANDOM and not (function == "limit" and arguments == 3)
 
 
-class Tolerance(NamedTuple):
+class Tolerance:
     """A draw that no call asks for: `tol=` of a card."""
 
-    text: str
-    span: Any
+    __slots__ = ("span", "text")
+
+    def __init__(self, text: str, span: Any) -> None:
+        self.text, self.span = text, span
 
     def __str__(self) -> str:
         return self.text

@@ -179,12 +179,12 @@ def bind_element(e: Element, level: Level, models: Models) -> Element:
 
 def _tolerance(flat: Element, level: Level) -> None:
     """The value of a part that may be off, where a sweep asks for such values."""
-    share = flat.params["tol"]
-    if not isinstance(share, float) or not 0.0 <= share < 1.0:
+    percent = flat.params["tol"]
+    if not isinstance(percent, float) or not 0.0 <= percent < 100.0:
         raise ExprError(
-            "E358", f"`{flat.name}` cannot be off by {share:g} of its value", flat.span, "tol=5% or tol=0.05"
+            "E358", f"`{flat.name}` cannot be off by {percent:g} %", flat.span, "tol=5% is 5 per cent"
         )
-    factor = level.scope.draws.tolerance(flat.name, share, flat.span)
+    factor = level.scope.draws.tolerance(flat.name, 0.01 * percent, flat.span)
     if factor != 1.0:
         scale = flat.params.get("scale", 1.0)
         flat.params = {**flat.params, "scale": factor * (scale if isinstance(scale, float) else 1.0)}

@@ -8,7 +8,6 @@ before the line that defines them) and settles .if; `emit` turns what is left in
 from __future__ import annotations
 
 import os
-from typing import NamedTuple
 
 from ..build import parse_expression
 from ..deck import (
@@ -63,7 +62,7 @@ def flatten(
     values above its seed."""
     with NoCollection():
         flat = _Flattener(deck, temp, draws, changes).run()
-        flat.origin = Origin(deck, dict(deck.defines), temp, draws, tuple(changes))
+        flat.origin = Origin(deck, temp, draws, changes)
     errors = [d for d in flat.sink.diagnostics if d.severity == "error"]
     if errors and all(d.code.startswith("E5") for d in errors):
         raise OutsideError(flat.sink.diagnostics)
@@ -71,14 +70,19 @@ def flatten(
     return flat
 
 
-class Origin(NamedTuple):
+class Origin:
     """What a flat deck was made from."""
 
-    deck: Deck
-    defines: dict[str, float | str]
-    temp: object
-    draws: Draws | None
-    changes: tuple[Change, ...]
+    __slots__ = ("changes", "deck", "defines", "draws", "temp")
+
+    def __init__(self, deck: Deck, temp: object, draws: Draws | None, changes: Sequence[Change]) -> None:
+        self.deck, self.defines, self.temp, self.draws, self.changes = (
+            deck,
+            dict(deck.defines),
+            temp,
+            draws,
+            tuple(changes),
+        )
 
 
 class _Flattener:

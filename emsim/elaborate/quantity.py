@@ -62,12 +62,13 @@ def with_values(
 
 def reread(flat: FlatDeck, given: Mapping[str, float]) -> FlatDeck:
     """A flat deck with other values of some quantities, read again from what it was made from. Raises DeckError."""
-    deck, defines, temp, draws, changes = flat.origin
+    origin = flat.origin
+    deck, draws = origin.deck, origin.draws
     before = deck.defines
-    deck.defines = defines
+    deck.defines = origin.defines
     same = None if draws is None else Draws(draws.seed, draws.places, draws.tolerances)
     try:
-        return with_values(deck, given, Span(deck.file, 1, 1, 2), temp, same, changes)
+        return with_values(deck, given, Span(deck.file, 1, 1, 2), origin.temp, same, origin.changes)
     finally:
         deck.defines = before
 

@@ -20,7 +20,7 @@ FILAMENT = 10e-6  # default width and length of R and C models [m]
 SCALED = {
     **M, **TEMPERATURE, **TC, "tce": Param("exponential change with temperature", "%/K", 0.0),
     "scale": Param("factor on the value", default=1.0),
-    "tol": Param("how far it may be off, for emsim sweep: 5% or 0.05"), **ignored("bv_max"),
+    "tol": Param("how far it may be off, for emsim sweep", "%"), **ignored("bv_max"),
 }  # fmt: skip
 LENGTH, WIDTH = Param("length, with a model", "m"), Param("width, with a model", "m")
 OF_MODEL = {

@@ -165,6 +165,10 @@ FORCED = {
     ),
     "E522": ("emsim sweep deck.cir -D c1=1u,2u --dask tcp://127.0.0.1:9", lambda p: None),
     "W404": ("emsim gate.cir", with_a_stuck_flag),
+    "W433": (
+        "emsim fit deck.cir data.csv -p c1",
+        lambda p: p.setattr("emsim.fits.fitted.RUNS", 1),
+    ),
     "W406": ("emsim divider.cir", with_a_spoiled(1)),
     "W407": ("emsim bar.cir", with_a_spoiled(0)),
     "E505": ("emsim chart --suite", lambda p: p.setattr("pathlib.Path.is_file", lambda path: False)),
@@ -193,6 +197,7 @@ def forced(code: str) -> str:
             "parts.inc": "* none\n",
             "divider.cir": "divider\nV1 a 0 SIN(0 1 1k)\nR1 a b 1k\nR2 b 0 1k\n.tran 10u 1m\n.end\n",
             "bar.cir": BAR,
+            "data.csv": "time,v(out)\n0,0\n5e-4,0.4\n1e-3,0.6\n1.5e-3,0.7\n2e-3,0.8\n",
             "gate.cir": "gate\nV1 d 0 PULSE(0 1 1m 1u 1u 1m 3m)\nB1 o 0 V={v(d)>0 ? 5 : 0}\n.tran 10u 5m\n.end\n",
         }
         _, said = perform(command, {"deck.cir": RC, **files})

@@ -380,7 +380,7 @@ def test_what_is_wrong_is_said(args, code, said, tmp_path, monkeypatch, capsys):
 TOLERANCES = """a divider of parts that are off
 V1 in 0 10
 R1 in out 1k tol=5%
-R2 out 0 1k tol=0.05
+R2 out 0 1k tol=5
 .op
 .meas op vout FIND v(out)
 .end
