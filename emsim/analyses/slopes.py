@@ -74,13 +74,13 @@ class Slopes(Analysis):
 
     def run(self, assembly: Assembly, progress: Progress | None = None) -> Run:
         from ..diagnostics import DeckError
-        from . import transients
+        from .tran import Tran
 
         outputs = assembly.outputs[self]
         names = list(self.names) or _all(assembly)
         trouble: list[Diagnostic] = []
         data: list[Any] = [[]] * (1 + len(outputs) * (1 + len(names)))
-        runs = transients(assembly.analyses)
+        runs = [a for a in assembly.analyses if isinstance(a, Tran)]
         grid, status = None, "failed"
         try:
             if not runs:
