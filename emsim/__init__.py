@@ -33,7 +33,7 @@ __all__ = [
 
 _HOMES = {
     "run": "pipeline", "sweep": "sweeps", "fit": "fits", "optimise": "fits", "compile": "pipeline", "check": "pipeline",
-    "Deck": "bench", "Result": "result", "Table": "result", "System": "system",
+    "Deck": "alterable", "Result": "result", "Table": "result", "System": "system",
     "DeckError": "diagnostics", "ConvergenceError": "diagnostics", "OutsideError": "diagnostics",
     "Interrupted": "diagnostics",
 }  # fmt: skip
