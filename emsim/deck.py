@@ -207,6 +207,7 @@ class FlatDeck:
         "fours",
         "gravity",
         "ics",
+        "is_drawn",
         "machine",
         "measures",
         "models",
@@ -266,6 +267,7 @@ class FlatDeck:
             tuple[str, str, dict[str, str]]
         ] = []  # of subcircuits: name, of what, nodes by terminal
         self.views: list[dict[str, Any]] = []
+        self.is_drawn = False  # the circuit with its currents: these are recorded then
         self.sources: list[SourceFile] = []
 
 

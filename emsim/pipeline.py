@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from .measures.fourier import Spectrum
     from .outputs.raw import Stream
     from .reports.equations import Explained
-    from .result import Result, Table
+    from .result import Result, Scene, Table
     from .system import System
 
     Options = Mapping[str, Any]
@@ -109,6 +109,7 @@ def _once(
     flat: FlatDeck, options: Options, energy: bool, progress: Progress | None, scene: bool, stream: Stream | None = None
 ) -> Result:  # fmt: skip
     """A flat deck run."""
+    flat.is_drawn = scene
     # flat deck to equations
     assembly, planned = prepare(flat, options, energy)
     # equations to solutions
@@ -350,7 +351,7 @@ def command(
     first = list(flat.sink.diagnostics)
 
     def analyse(flat: FlatDeck, cards: list[Any]) -> Result:
-        flat.analyses = cards
+        flat.analyses, flat.is_drawn = cards, scene
         assembly, planned = prepare(flat, options, energy)
         return deliver(assembly, solve(assembly, planned, progress, scene))
 
@@ -472,9 +473,11 @@ def _own_prints(assembly: Assembly, tables: list[Table]) -> list[tuple[str, list
 
 
 def _table(assembly: Assembly, r: Run) -> Table:
+    from .analyses.base import Part
     from .result import Scene
 
     drawing = assembly.drawn if r.channels.columns else None
+    moving = 0 if drawing is None else len(drawing.channels)
     found = r.waves.accounts if assembly.accounts is not None else None
     ledger = None
     if found is not None and assembly.accounts is not None:
@@ -491,8 +494,27 @@ def _table(assembly: Assembly, r: Run) -> Table:
     if assembly.machine is not None and r.waves.gaps:
         stats["open"] = assembly.machine.widest([wide for _, wide in r.waves.gaps])
     grid = None if r.grid is None else (r.grid[0], r.grid[2], r.grid[1])
-    scene = None if drawing is None else Scene(drawing.data(), r.channels)
-    return _named(assembly, r, grid=grid, stats=stats, status=r.waves.status, scene=scene, energy=ledger)
+    scene = None if drawing is None else Scene(drawing.data(), Part(r.channels, 0, moving))
+    circuit = _circuit(assembly, r, moving)
+    more = {"grid": grid, "stats": stats, "scene": scene, "energy": ledger, "circuit": circuit}
+    return _named(assembly, r, status=r.waves.status, **more)
+
+
+def _circuit(assembly: Assembly, r: Run, first: int) -> Scene | None:
+    """The circuit as it is drawn, with what flows in it; None where there is none, or too much of it."""
+    flows = assembly.flows
+    if flows is None or r.channels.columns < first + len(flows.channels):
+        return None
+    from .analyses.base import Part
+    from .result import Scene
+    from .schematic.picture import pictures
+
+    drawn = pictures(assembly.flat)
+    return (
+        Scene({**flows.data(), "pictures": drawn}, Part(r.channels, first, len(flows.channels)))
+        if drawn
+        else None
+    )
 
 
 def _named(assembly: Assembly, r: Run, **more: Any) -> Table:

@@ -73,7 +73,8 @@ class Columns:
 
 
 class Scene:
-    """The drawing of a machine (assemble/drawing.py) and the columns that move it, beside a table's time."""
+    """The drawing of a machine (assemble/drawing.py) or of a circuit (schematic/picture.py, assemble/flows.py) and the columns
+    that move it, beside a table's time."""
 
     __slots__ = ("data", "waves")
 
@@ -97,11 +98,13 @@ class Table:
     stats    counters of the run: steps, rejected, newton iterations, ...
     energy   the ledger of what was supplied, stored and dissipated (reports/energy.py), where it was kept
     scene    the drawing of the machine with the columns that move it, where it was asked for
+    circuit  the drawing of the circuit with its voltages and currents, likewise
     status   "ok", "failed" or "interrupted": whether the table reaches its end
     """
 
     __slots__ = (
-        "_complex", "_courses", "_index", "_numpy", "axis", "energy", "grid", "kind", "names", "plotname", "scene", "stats",
+        "_complex", "_courses", "_index", "_numpy", "axis", "circuit", "energy", "grid", "kind", "names", "plotname", "scene",
+        "stats",
         "status", "steps", "title", "units", "waves",
     )  # fmt: skip
 
@@ -121,6 +124,7 @@ class Table:
         plotname: str = "",
         scene: Scene | None = None,
         energy: Any = None,
+        circuit: Scene | None = None,
         courses: Sequence[Table] = (),
     ) -> None:
         if not len(names) == len(units) == waves.columns:
@@ -133,6 +137,7 @@ class Table:
             axis = self._found_axis() if self.names else None
         self.axis: Axis | None = axis or None
         self.stats, self.status, self.scene, self.energy = dict(stats or {}), status, scene, energy
+        self.circuit = circuit
         self._index: dict[str, int] = {}
         for k, name in enumerate(self.names):
             self._index.setdefault(_plain(name), k)
@@ -148,7 +153,7 @@ class Table:
             getattr(waves, "complex", ()),
         )
         given = (self.kind, self.names, self.units, columns, self.title, self.axis, self.steps, self.grid)
-        return _table, (*given, self.stats, self.status, self.plotname, self.scene, self.energy)
+        return _table, (*given, self.stats, self.status, self.plotname, self.scene, self.energy, self.circuit)
 
     def corners(self, name: str | int | None = None) -> memoryview[float]:
         """Times of rows at which the run knows that a column may bend or jump, any column without a name; none for a
@@ -460,6 +465,7 @@ class Table:
         return Table(
             self.kind, names, units, store, title=self.title, axis=self.axis, steps=self.steps, grid=self.grid,
             stats=self.stats, status=self.status, plotname=self.plotname, scene=self.scene, energy=self.energy,
+            circuit=self.circuit,
         )  # fmt: skip
 
     def fft(
@@ -782,11 +788,12 @@ class Result:
 def _table(
     kind: str, names: list[str], units: list[str], waves: Waves, title: str, axis: Axis | None, steps: list[str],
     grid: tuple[float, float, float] | None, stats: dict[str, Any], status: str, plotname: str, scene: Scene | None, energy: Any,
+    circuit: Scene | None = None,
 ) -> Table:  # fmt: skip
     """A table from its parts in order, for unpickling."""
     return Table(
         kind, names, units, waves, title=title, axis=axis, steps=steps, grid=grid, stats=stats, status=status,
-        plotname=plotname, scene=scene, energy=energy,
+        plotname=plotname, scene=scene, energy=energy, circuit=circuit,
     )  # fmt: skip
 
 

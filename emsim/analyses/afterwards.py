@@ -116,7 +116,13 @@ def _invariants(assembly: Assembly, run: Run) -> None:
     names, kinds = assembly.system.names, assembly.system.kinds
     loops = {} if assembly.machine is None else {row.mu_row: row for row in assembly.machine.loop_rows}
     drifts = "open" in waves.watch  # told by itself, where closures are kept in their derivatives alone
+    # what only the meters of a drawing make plain: not of the run as it is without one
+    metered = {
+        n for e in assembly.ctx.elements.values() if e.name in assembly.ctx.aside for n in (e.name, *e.nodes)
+    }
     for row, first, worst, left, bound in waves.unbalanced:
+        if names[row].partition("#")[0] in metered or names[row] in metered:
+            continue
         when = f"first at t = {first:.6g} s, most at {worst:.6g} s"
         allowed = f"where the tolerances allow {bound:.2g}"
         where, lines = locate(assembly, names[row])

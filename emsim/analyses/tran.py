@@ -95,6 +95,8 @@ class Tran(Analysis):
         drawn, book = assembly.drawn, assembly.accounts
         if drawn is not None:
             exprs = [*exprs, *(c.expr for c in drawn.channels)]
+        if assembly.flows is not None:
+            exprs = [*exprs, *(c.expr for c in assembly.flows.channels)]
         kept = None
         if book is not None:
             kept = ([e.expr for e in book.powers], [e.expr for e in book.energies], drawn is not None)

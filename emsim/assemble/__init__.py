@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from ..deck import FlatDeck
     from .accounts import Accounts
     from .drawing import Drawing
+    from .flows import Flows
     from .machine import Machine
 
     class Analysis(Protocol):
@@ -35,7 +36,18 @@ __all__ = ["Assembly", "Context", "Output", "assemble"]
 class Assembly:
     """A compiled deck. `outputs` maps each of the `analyses` to its columns, without the axis."""
 
-    __slots__ = ("accounts", "analyses", "ctx", "drawn", "flat", "options", "outputs", "prints", "system")
+    __slots__ = (
+        "accounts",
+        "analyses",
+        "ctx",
+        "drawn",
+        "flat",
+        "flows",
+        "options",
+        "outputs",
+        "prints",
+        "system",
+    )
 
     def __init__(
         self,
@@ -52,6 +64,7 @@ class Assembly:
         self.options: dict[str, Any] = ctx.options
         self.drawn: Drawing | None = None
         self.accounts = accounts
+        self.flows: Flows | None = None  # of a circuit that is drawn
 
     def measured(self, analysis: Analysis) -> list[Output]:
         """The quantities that the .meas and .four cards of an analysis read."""
@@ -122,7 +135,14 @@ def assemble(
         from .accounts import accounts
 
         book = accounts(ctx)
-    return Assembly(ctx, ctx.b.compile(), outputs, prints, book, analyses)
+    flows = None
+    if ctx.is_drawn:
+        from .flows import Flows
+
+        flows = Flows(ctx)
+    found = Assembly(ctx, ctx.b.compile(), outputs, prints, book, analyses)
+    found.flows = flows
+    return found
 
 
 def _machine(ctx: Context) -> Machine:

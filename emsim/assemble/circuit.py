@@ -45,7 +45,9 @@ def allocate(ctx: Context) -> None:
     _spread(ctx)
     read = set(ctx.elements) if all_currents(ctx) else _currents_read(ctx)
     for e in ctx.elements.values():
-        for name, initial in e.branches(e.name in read):
+        for name, initial in e.branches(e.name in read or (ctx.is_drawn and not e.has_series)):
+            if e.is_metered and e.name not in read:
+                ctx.aside.add(name)
             ctx.new_branch(name, initial)
 
 

@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     T = TypeVar("T")
 
 GROUND = ("0", "gnd")
+DRAWN = 200  # elements of a circuit whose drawing shows currents
 SHOWN = 8  # names that a hint lists
 ON_THE_NUMBER = 1e-9  # so little below a whole number is that number: rounding
 LEAST_EXCURSION = 1e-9  # below zero: less is rounding and truncation
@@ -78,6 +79,8 @@ class Context:
         self.times: tuple[float, ...] = (1.0, 1.0)
         self.ics: dict[str, float] = {}
         self.saved: dict[str, Output] | None = None  # columns that every analysis records (outputs.py)
+        self.is_drawn = flat.is_drawn and 0 < len(flat.elements) + len(flat.machine) <= DRAWN
+        self.aside: set[str] = set()  # branches that only the drawing of the circuit reads
         self._waves: dict[str, int] = {}
         self.still: Expr | None = None  # 1 at the DC point, 0 in a run
         self.delayed: list[int] = []  # unknowns that read what was a time ago

@@ -231,7 +231,7 @@ def everything(ctx: Context) -> list[Output]:
     """What is recorded when nothing is asked for."""
     x = ctx.b.x
     found = [Output(f"v({name})", "V", x(i)) for name, i in ctx.nodes.items()]
-    found += [Output(f"i({name})", "A", x(i)) for name, i in ctx.branches.items()]
+    found += [Output(f"i({name})", "A", x(i)) for name, i in ctx.branches.items() if name not in ctx.aside]
     if ctx.machine is not None:
         for name in ctx.machine.default_outputs():
             fn, _, of = name.rstrip(")").partition("(")

@@ -332,6 +332,10 @@ class Card:
     def constraints(self, s: Scene) -> list[tuple[str, Scalar, str]]:
         return []
 
+    def node_currents(self, s: Scene) -> Sequence[Scalar] | None:
+        """Into its nodes, in their order [A]; None: i(name) into the first one, and out of the second."""
+        return None
+
     def losses(self, s: Scene) -> Scalar | None:
         return None
 

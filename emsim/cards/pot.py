@@ -83,6 +83,10 @@ class Pot(Card):
         s.add_f(self.wiper, down - up)
         s.add_f(self.bottom, -down)
 
+    def node_currents(self, s: Scene) -> tuple[Expr, ...]:
+        up, down = self.upper * s.v(self.top, self.wiper), self.lower * s.v(self.wiper, self.bottom)
+        return up, down - up, -down
+
     def _heat(self, s: Scene) -> Expr:
         over, under = s.v(self.top, self.wiper), s.v(self.wiper, self.bottom)
         return self.upper * over * over + self.lower * under * under

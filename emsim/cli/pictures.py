@@ -28,6 +28,7 @@ PLOT_OPTIONS = [
 FILM_OPTIONS = [
     Option("--gif", "film the machine, as a GIF", "FILE"),
     Option("--frame", "draw the machine as a PNG, at --from or at the start", "FILE"),
+    Option("--circuit", "film the circuit too, above the machine: voltages as colours, currents as dots"),
     Option("--speed", "simulated seconds a second of the film, otherwise it lasts 4 to 10 s", "X"),
     Option("--duration", "seconds that the film lasts, in place of --speed", "SECONDS"),
     Option("--fps", "frames a second of the film, otherwise 20", "N"),
@@ -132,7 +133,7 @@ class Films:
             raise UsageError("--speed and --duration say the same thing in two ways; give one")
         for key in ("speed", "duration", "fps"):
             given.number(key)
-        for key in ("speed", "duration", "fps", "trace"):
+        for key in ("circuit", "speed", "duration", "fps", "trace"):
             if given.has(key) and not self.files:
                 raise UsageError(f"--{key} is for a film: --gif FILE, --frame FILE")
         for path in self.files:
@@ -149,8 +150,12 @@ class Films:
         from ..diagnostics import deck_error
         from ..outputs import film
 
-        if table.scene is None or len(table) < 2:
-            deck_error("E354", "there is no machine to draw", hint="a film needs a BODY and a .tran")
+        circuit = self._given.has("circuit")
+        if circuit and (table.circuit is None or len(table) < 2):
+            deck_error("E359", "there is no circuit to draw", hint="a film of it needs elements and a .tran")
+        if not circuit and (table.scene is None or len(table) < 2):
+            hint = "a film needs a BODY and a .tran; --circuit films the circuit"
+            deck_error("E354", "there is no machine to draw", hint=hint)
         given, start, trace = self._given, value_of(self._given, "from"), self._given.text("trace")
         width = width_of(given)
         if (path := given.text("gif")) is not None:
@@ -162,10 +167,10 @@ class Films:
                 given.number("speed"),
                 given.number("duration"),
             )
-            film.gif(path, table, timing, width or film.WIDTH, trace)
+            film.gif(path, table, timing, width or film.WIDTH, trace, circuit)
         if (path := given.text("frame")) is not None:
             at = float(table.time[0]) if start is None else start
-            film.png(path, table, at, width or 2 * film.WIDTH, trace)
+            film.png(path, table, at, width or 2 * film.WIDTH, trace, circuit)
 
 
 def check_window(given: Arguments, plots: Plots, films: Films) -> None:

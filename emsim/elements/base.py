@@ -397,6 +397,11 @@ class Element:
         """Current unknowns of its own, as (name, initial value under UIC [A]); `is_read`: something reads its current."""
         return ((self.name, 0.0),) if self.is_metered and is_read else ()
 
+    @property
+    def has_series(self) -> bool:
+        """Does its current follow from the voltage across a resistance of its own (`ctx.series`)?"""
+        return False
+
     def paths(self) -> Sequence[Path]:
         return CONDUCTS
 

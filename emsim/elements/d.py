@@ -98,6 +98,11 @@ class Diode(Element):
                 hint = "take is= and n= from a fit without it"
                 ctx.sink.error("E297", said, model.param_spans.get(name, model.span), hint)
 
+    @property
+    def has_series(self) -> bool:
+        rs = self.model.params.get("rs") if self.model is not None else None
+        return isinstance(rs, (int, float)) and rs > 0
+
     def contribute(self, ctx: Context) -> None:
         assert self.model is not None
         model = {

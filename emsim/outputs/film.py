@@ -76,9 +76,16 @@ class Timing:
         self.delays = [delay] * (len(self.times) - 1) + [delay + REST]
 
 
-def gif(path: str, table: Table, timing: Timing, width: int = WIDTH, trace: str | None = None) -> None:
-    """Writes the film. OSError; DeckError for a trace of no point."""
-    camera = Camera(table, width, 2, trace, timing.times[0])
+def gif(
+    path: str,
+    table: Table,
+    timing: Timing,
+    width: int = WIDTH,
+    trace: str | None = None,
+    circuit: bool = False,
+) -> None:
+    """Writes the film, with the `circuit` above the machine. OSError; DeckError for a trace of no point."""
+    camera = _camera(table, width, 2, trace, timing.times[0], circuit)
     palette = _palette()
 
     def frames() -> Iterator[Image.Image]:
@@ -117,13 +124,38 @@ def _palette() -> Image.Image:
     return image
 
 
-def png(path: str, table: Table, t: float, width: int = 2 * WIDTH, trace: str | None = None) -> None:
-    """Writes the machine at one instant [s]. OSError; DeckError for a trace of no point or another time."""
+def png(
+    path: str, table: Table, t: float, width: int = 2 * WIDTH, trace: str | None = None, circuit: bool = False
+) -> None:
+    """Writes the machine at one instant [s], the `circuit` above it. OSError; DeckError: no such point or time."""
     first, last = float(table.time[0]), float(table.time[-1])
     if not first <= t <= last:
         deck_error("E349", f"there is nothing to draw at {t:g} s: time goes from {first:g} s to {last:g} s")
     with replacing(path) as beside:
-        Camera(table, width, 3, trace, first).frame(t).save(beside, format="PNG")
+        _camera(table, width, 3, trace, first, circuit).frame(t).save(beside, format="PNG")
+
+
+def _camera(
+    table: Table, width: int, fine: int, trace: str | None, begin: float, circuit: bool
+) -> Camera | Both:
+    return Both(table, width, fine, trace, begin) if circuit else Camera(table, width, fine, trace, begin)
+
+
+class Both:
+    """Draws frames of the circuit, above the machine where there is one."""
+
+    def __init__(self, table: Table, width: int, fine: int, trace: str | None, begin: float) -> None:
+        from .schematic import Moving
+
+        self.circuit = Moving(table, width)
+        self.machine = Camera(table, width, fine, trace, begin) if table.scene is not None else None
+        self.seconds = 1 / FPS
+
+    def frame(self, t: float) -> Image.Image:
+        from .schematic import above
+
+        drawn = self.circuit.image(t, self.seconds)
+        return drawn if self.machine is None else above(drawn, self.machine.frame(t))
 
 
 class Camera:

@@ -45,10 +45,11 @@ SCRIPTS = (
     "export.js",
     "link.js",
     "machine.js",
+    "circuit.js",
     "energy.js",
     "app.js",
 )
-STYLES = ("vendor/uPlot.min.css", "page.css")
+STYLES = ("vendor/uPlot.min.css", "page.css", "circuit.css")
 
 Sheet = tuple[str, str, str]  # name, title, inner HTML
 PACKED = "deflate:"
@@ -93,6 +94,8 @@ def document(
         sheets = [("energy", "Energy", ""), *sheets]
     if table.scene is not None and table.axis and len(table) > 1:
         run["scene"] = _scene(table.scene, table.floats(0), most / 4)
+    if table.circuit is not None and table.axis and len(table) > 1 and not table.steps:
+        run["circuit"] = _circuit(table.circuit, table.floats(0), table.signals, most / 4)
     run["sheets"] = list(sheets)
     # what the rest leaves
     room = max(most - len(dumps(run)), most / 4) if most < inf else most
@@ -186,6 +189,28 @@ def _scene(scene: Scene, time: array[float], most: float) -> dict[str, Any]:
     if sum(map(size, found["packed"])) > most:
         found.update(thinned(axis, columns, (), most) or {})
     return found
+
+
+def _circuit(circuit: Scene, time: array[float], known: Sequence[str], most: float) -> dict[str, Any]:
+    """The circuit's pictures and flows, with the columns that the page does not have already. Colours and dots show three and a
+    half digits: the rest of a float32 is left out and packs to nothing."""
+    rows, pictures = frames(time), _deflated(dumps(circuit.data["pictures"], separators=(",", ":")))
+    own = [k for k, channel in enumerate(circuit.data["channels"]) if channel["name"] not in known]
+    axis, columns = array("d", (time[r] for r in rows)), []
+    for k in own:
+        column = array("d")
+        column.frombytes(circuit.waves.column(k))
+        columns.append(_coarse(column[r] for r in rows))
+    data = {**circuit.data, "pictures": pictures, "own": own, "rows": len(rows), "axis": pack(axis)}
+    found = {**data, "packed": [*map(pack, columns)]}
+    if sum(map(size, found["packed"])) > most:
+        found.update(thinned(axis, columns, (), most) or {})
+    return found
+
+
+def _coarse(values: Iterable[float]) -> array[float]:
+    bits = array("I", array("f", (max(-3e38, min(3e38, v)) if v == v else 0.0 for v in values)).tobytes())
+    return array("f", array("I", (b & 0xFFFFF000 for b in bits)).tobytes())
 
 
 def _energy(ledger: Any) -> dict[str, Any]:

@@ -135,8 +135,11 @@ def thinned(found: Result, cells: int = CELLS) -> Result:
     scene = t.scene
     if scene is not None:
         scene = Scene(scene.data, cut(scene.waves, scene.waves.columns))  # type: ignore[arg-type]
+    circuit = t.circuit
+    if circuit is not None:
+        circuit = Scene(circuit.data, cut(circuit.waves, circuit.waves.columns))  # type: ignore[arg-type]
     main = Table(
         t.kind, t.names, t.units, cut(t.waves, len(t.names)), title=t.title, axis=t.axis, steps=t.steps, grid=t.grid,  # type: ignore[arg-type]
-        stats=t.stats, status=t.status, plotname=t.plotname, scene=scene, energy=t.energy,
+        stats=t.stats, status=t.status, plotname=t.plotname, scene=scene, energy=t.energy, circuit=circuit,
     )  # fmt: skip
     return Result(found.title, [main], found.diagnostics, found.prints, found.deck)

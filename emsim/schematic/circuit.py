@@ -51,7 +51,7 @@ ABOVE, BELOW = ("vcc", "vdd", "v+", "vp", "vs+", "vpos"), ("vee", "vss", "v-", "
 class Part:
     """`nets` by pin of the symbol; `role` orders and turns it: source, series (two pins), transistor, box, amplifier, port."""
 
-    __slots__ = ("card", "current", "kind", "label", "name", "nets", "order", "role", "symbol", "terminals")
+    __slots__ = ("card", "kind", "label", "name", "nets", "role", "sources", "symbol")
 
     def __init__(
         self,
@@ -70,10 +70,10 @@ class Part:
             label,
             role,
         )
-        self.terminals: list[int] = list(range(len(nets)))  # of the card, by pin
+        self.sources: list[tuple[str, int]] = [
+            (name, k) for k in range(len(nets))
+        ]  # by pin: whose terminal it is
         self.card = ""  # machine card word
-        self.current = ""  # what reads its current
-        self.order = 0
 
     def __repr__(self) -> str:
         return f"<{self.kind} {self.name} {self.nets}>"
@@ -105,8 +105,6 @@ class Circuit:
             if net not in fixed and net in touched:
                 side = "out" if port.lower() in OUT or port.lower().startswith(("out", "q")) else "in"
                 self._part(f"{inside}:{port}", side, [net], symbols.port, [port], "port")
-        for k, part in enumerate(self.parts):
-            part.order = k
         self.pins: dict[str, list[tuple[int, int]]] = {}
         for k, part in enumerate(self.parts):
             for j, net in enumerate(part.nets):
@@ -199,8 +197,6 @@ class Circuit:
             left, right = [str(k + 1) for k in range(half)], [str(k + 1) for k in range(half, len(nodes))]
             of = e.model_name or ""
             self._part(e.name, "device", nodes, lambda look: s.box(left, right, 5), [title, of], "box")
-        part = self.parts[-1]
-        part.current = f"i({e.name})"
 
     def _mosfet(self, e: Element, title: str) -> None:
         kind = e.model.type if e.model is not None else "nmos"
@@ -212,7 +208,7 @@ class Circuit:
         threshold = float(e.model.params.get("vto", 0.0) or 0.0) if e.model is not None else 0.0
         depletion = threshold > 0 if p else threshold < 0
         nets = nodes[:4] if bulk else nodes[:3]
-        part = self._part(
+        self._part(
             e.name,
             "pmos" if p else "nmos",
             nets,
@@ -220,7 +216,6 @@ class Circuit:
             [title],
             "transistor",
         )
-        part.terminals = list(range(len(nets)))
 
     def _transformers(self, couplings: list[Element], own: list[Element]) -> set[str]:
         """Pairs of inductors that one K couples: drawn as one part; other K are written beside their inductors."""
@@ -240,7 +235,7 @@ class Circuit:
                 nets = [*pair[0].nodes, *pair[1].nodes]
                 make = lambda look, over=over: symbols.transformer(look, over)  # noqa: E731
                 part = self._part(k.name, "transformer", nets, make, label, "box")
-                part.current = f"i({pair[0].name}) i({pair[1].name})"
+                part.sources = [(e.name, k) for e in pair for k in (0, 1)]
                 found |= {e.name for e in pair}
         return found
 
@@ -248,8 +243,10 @@ class Circuit:
         from ..cards import CARDS
 
         cls = CARDS.get(card.kind)
-        forms = [form for form in cls.spec.forms if len(form) == len(card.args)] if cls is not None else []
-        kinds = forms[0] if forms else []
+        if cls is None:
+            return
+        cls = cls.variant(card, self.flat.models)
+        kinds = next((form for form in cls.forms(card) if len(form) == len(card.args)), [])
         nodes = [ref.name for ref, (_, kind) in zip(card.args, kinds, strict=False) if kind == "node"]
         if not nodes:
             return
@@ -258,7 +255,7 @@ class Circuit:
             (ref.name for ref, (_, kind) in zip(card.args, kinds, strict=False) if kind == "joint"), ""
         )
         label = [title, joint and f"on {self.shown(joint)}"]
-        if card.kind == "MOTOR":
+        if card.kind == "MOTOR" and len(nodes) == 2:
             part = self._part(card.name, "motor", nodes, symbols.motor, label)
         elif card.kind == "POT":
             part = self._part(
@@ -269,24 +266,18 @@ class Circuit:
                 [title, quantity(card.params.get("r"), "Ohm"), label[1]],
                 "box",
             )
-        elif card.kind == "TRANSDUCER":
+        elif card.kind == "TRANSDUCER" and len(nodes) == 2:
             form = next((key for key in ("c", "l", "k", "w") if card.params.get(key) is not None), "w")
             part = self._part(
                 card.name, "transducer", nodes, lambda look: symbols.transducer(look, form), label
             )
         else:
-            half = (len(nodes) + 1) // 2
-            names = [label for label, kind in kinds if kind == "node"]
+            names = [label.rstrip("_") for label, kind in kinds if kind == "node"]
+            make = lambda look: symbols.machine(names, "M" if card.kind == "MOTOR" else "W")  # noqa: E731
             part = self._part(
-                card.name,
-                "device",
-                nodes,
-                lambda look: symbols.box(names[:half], names[half:], 6),
-                label,
-                "box",
+                card.name, "motor" if card.kind == "MOTOR" else "transducer", nodes, make, label, "box"
             )
         part.card = card.kind
-        part.current = f"i({card.name})"
 
     def _use(self, name: str, of: str, nodes: dict[str, str]) -> None:
         """A box, or the triangle of an operational amplifier."""

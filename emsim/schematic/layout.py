@@ -205,7 +205,7 @@ class Layout:
             return [((0, part.kind == "out"), 0), ((0, part.kind != "out"), 12)]
         if part.role == "amplifier":
             return [((0, False), 0), ((2, True), 6)]
-        if part.kind in ("transformer", "line", "device", "use"):
+        if part.role == "box" and part.kind != "pot":
             return [((0, False), 0), ((0, True), 14 if part.kind == "transformer" else 40)]
         if part.kind == "pot":
             return [((0, False), 0), ((0, True), 3), ((2, False), 9), ((2, True), 9)]
@@ -242,6 +242,8 @@ class Layout:
             rails = self.circuit.rails
             words = self.circuit.port(net)
             half = ceil(wide(words) / 2)
+            if not self.wired(net):
+                boxes.append((x, y, x, y))
             if net == "0":
                 side = abs(dx)
                 decor.append(("ground", x, y, dx, dy, ""))
@@ -263,11 +265,7 @@ class Layout:
                     boxes.append(_hull((x - half, y + up), (x + half, y + 3 * up), 0))
                 elif dx:
                     cost += 9
-                    boxes.append(
-                        _hull((x + 2 * dx - half, y), (x + 2 * dx + half, y + 4 * up), 0)
-                        if half < 2
-                        else _hull((x + dx, y), (x + dx + 2 * half * dx, y + 4 * up), 0)
-                    )
+                    boxes.append(_hull((x + dx, y), (x + dx + 2 * half * dx, y + 4 * up), 0))
                 else:
                     cost += 60
                     boxes.append(_hull((x - half, y + dy), (x + half, y + 3 * dy), 0))

@@ -13,8 +13,9 @@ pin of that part.
 from __future__ import annotations
 
 from itertools import pairwise
+from math import ceil
 
-from ..diagnostics import deck_error, suggest
+from ..diagnostics import DeckError, deck_error, suggest
 from .layout import LINE, MOST, TEXTBOOK, Layout, turned, wide
 from .symbols import ground
 
@@ -129,7 +130,8 @@ class Picture:
         self.frames += [writing(*text) for text in texts]
         pins = [[*self._pin(k, j), net] for j, net in enumerate(part.nets)]
         return {
-            "name": part.name, "kind": part.kind, "card": part.card, "strokes": strokes, "texts": texts, "box": box, "pins": pins,
+            "name": part.name, "kind": part.kind, "card": part.card, "sources": part.sources,
+            "strokes": strokes, "texts": texts, "box": box, "pins": pins,
         }  # fmt: skip
 
     def _decor(
@@ -148,8 +150,9 @@ class Picture:
             positive = next((sign for n, sign in rails.items() if self.circuit.port(n) == words), True)
             up = dy if dy else (-1 if positive else 1)
             if dx:
-                strokes.append(["line", [(x, y), (x + 2 * dx, y)]])
-                x += 2 * dx
+                far = dx * (1 + max(1, ceil(wide(words) / 2)))
+                strokes.append(["line", [(x, y), (x + far, y)]])
+                x += far
             strokes += [["line", [(x, y), (x, y + up)]], ["line", [(x - 1, y + up), (x + 1, y + up)]]]
             texts.append((x, y + up + up * 0.9, "middle", words))
             self.frames.append((x - 1, min(y, y + up), x + 1, max(y, y + up)))
@@ -217,6 +220,25 @@ def draw(flat: FlatDeck, look: str = "ansi", inside: str = "", sink: Sink | None
     names = [*(e.name for e in flat.elements), *(card.name for card in flat.machine), *uses]
     found = [hint for file in flat.sources[:1] for hint in hints(file, names, sink)]
     return Picture(circuit, look, found)
+
+
+def pictures(flat: FlatDeck, look: str = "ansi") -> dict[str, dict[str, Any]]:
+    """Data of the whole circuit, under "", and of the insides of subcircuits by the use's name, as long as all of it comes to
+    MOST parts; empty where there is no circuit, or none that can be drawn."""
+    found: dict[str, dict[str, Any]] = {}
+    left = MOST
+    for inside in ("", *(name for name, *_ in flat.uses)):
+        try:
+            picture = draw(flat, look, inside)
+        except DeckError:
+            picture = None
+        if picture is None or len(picture.circuit.parts) > left:
+            if not inside:
+                break
+            continue
+        left -= len(picture.circuit.parts)
+        found[inside] = picture.data
+    return found
 
 
 def writing(x: float, y: float, anchor: str, words: str) -> Frame:

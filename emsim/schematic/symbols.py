@@ -282,6 +282,15 @@ def box(
     return Symbol(pins, (1, 0, 1 + width, tall), strokes)
 
 
+def machine(names: list[str], letter: str) -> Symbol:
+    """A machine of several windings: a ring in a box, all terminals on the left."""
+    body = box(names, [], 8)
+    middle = (body.box[1] + body.box[3]) / 2
+    return Symbol(
+        body.pins, body.box, [*body.strokes, ("ring", (6.2, middle), 1.6), ("text", (6.2, middle), letter)]
+    )
+
+
 def amplifier(look: str, supplies: bool) -> Symbol:
     """An operational amplifier: +, -, out (and the supplies above and below)."""
     strokes: list[Stroke] = [

@@ -34,8 +34,8 @@ class Clock {
 // A run's columns as arrays: its signals, what moves the machine, the energies over time. All are unpacked at once.
 async function unpacked(run) {
   if (!run.rows || run.columns) return;
-  const parts = [run, run.scene, run.energy].map((part) => part?.rows && unpackAll(part));
-  const [own, moves, energies] = await Promise.all(parts);
+  const parts = [run, run.scene, run.energy, run.circuit].map((part) => part?.rows && unpackAll(part));
+  const [own, moves, energies, flows] = await Promise.all(parts);
   [run.time] = own;
   let at = 1;
   run.columns = run.names.flatMap((name, k) => (run.complex[k] ? partsOf(name, run.units[k], own[at++], own[at++]) : [{ name, unit: run.units[k], values: own[at++] }]));
@@ -53,6 +53,11 @@ async function unpacked(run) {
     [run.scene.time] = moves;
     run.scene.channels.forEach((c, k) => (c.values = moves[k + 1]));
   }
+  if (flows) {
+    [run.circuit.time] = flows;
+    run.circuit.own.forEach((k, j) => (run.circuit.channels[k].values = flows[j + 1]));
+    run.circuit.pictures = JSON.parse(new TextDecoder().decode(await inflate(run.circuit.pictures)));
+  }
   if (energies) Object.assign(run.energy, { time: energies[0], columns: energies.slice(1) });
 }
 
@@ -69,7 +74,7 @@ async function show(run) {
   $("error").textContent = run.error || "";
   sheets(run);
   const playing = old?.clock.playing;
-  if (old) { old.clock.play(false); old.waves.close(); old.machine?.close(); }
+  if (old) { old.clock.play(false); old.waves.close(); old.machine?.close(); old.circuit?.close(); }
   window.emsim = undefined;
   $("panels").replaceChildren();
   $("stage").hidden = !run.scene;
@@ -84,7 +89,7 @@ async function show(run) {
     machine.arrows = $("arrows").checked;
     machine.labels = $("labels").checked;
   }
-  window.emsim = { run, clock, waves, machine };
+  window.emsim = { run, clock, waves, machine, circuit: circuit(run, clock, waves, machine) };
   const span = clock.last - clock.first, speeds = [];
   for (let s = 10 ** Math.ceil(Math.log10(span / 100)); s <= span * 2; s *= 10) speeds.push(s, 2 * s, 5 * s);
   const wanted = old?.clock.speed || Number(run.scene?.view?.speed) || Math.min(1, span / 5 || 1);
@@ -113,7 +118,7 @@ async function show(run) {
 
 // Several analyses of a deck: each is a run of its own with the sheets of all.
 function analyses(run) {
-  const all = (run.all ??= [run, ...(run.others ?? []).map((o) => ({ ...run, scene: null, energy: undefined, sheets: run.sheets.filter(([name]) => name !== "energy"), ...o }))]);
+  const all = (run.all ??= [run, ...(run.others ?? []).map((o) => ({ ...run, scene: null, circuit: null, energy: undefined, sheets: run.sheets.filter(([name]) => name !== "energy"), ...o }))]);
   for (const one of all) one.all = all;
   const select = $("analysis");
   select.hidden = all.length < 2;
@@ -122,7 +127,7 @@ function analyses(run) {
   select.value = all.indexOf(run);
   select.onchange = () => {
     const old = window.emsim;
-    if (old) { old.clock.play(false); old.waves.close(); old.machine?.close(); }
+    if (old) { old.clock.play(false); old.waves.close(); old.machine?.close(); old.circuit?.close(); }
     window.emsim = undefined;
     forgetState();
     return show(all[select.value]);

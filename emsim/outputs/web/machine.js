@@ -197,9 +197,22 @@ class Machine {
     }
     this.grid(ctx);
     this.drawTrace(ctx, t);
-    for (const s of this.scene.shapes) if (GLYPHS[s.kind] && GLYPHS[s.kind].layer === 0) GLYPHS[s.kind].draw(this, ctx, s, t);
-    for (const layer of [1, 2]) for (const s of this.scene.shapes) if (GLYPHS[s.kind] && GLYPHS[s.kind].layer === layer) GLYPHS[s.kind].draw(this, ctx, s, t);
+    for (const layer of [0, 1, 2]) for (const s of this.scene.shapes) if (GLYPHS[s.kind] && GLYPHS[s.kind].layer === layer) this.glyph(ctx, s, t);
     this.write(ctx);
+  }
+  // what is touched in the circuit stands in light
+  glyph(ctx, s, t) {
+    ctx.save();
+    if (this.lit && s.name === this.lit) Object.assign(ctx, { shadowColor: this.colour("accent"), shadowBlur: 18 * devicePixelRatio });
+    GLYPHS[s.kind].draw(this, ctx, s, t);
+    ctx.restore();
+  }
+  light(name) { if (this.lit !== name) { this.lit = name; this.draw(); } }
+  // the name of the coupling at a place of the canvas, or null
+  coupling(x, y) {
+    const far = (s) => { const at = s.kind === "transducer" ? s.b : s.a; return at ? Math.hypot(...this.place(at).map((v, i) => v - [x, y][i])) : Infinity; };
+    const found = this.scene.shapes.filter((s) => ["motor", "pot", "transducer"].includes(s.kind)).sort((a, b) => far(a) - far(b))[0];
+    return found && far(found) < 30 ? found.name : null;
   }
   // lines that stand still behind a camera that moves
   paper(ctx) {

@@ -89,6 +89,14 @@ def test_no_wire_runs_through_a_symbol(picture):
             assert not meet(line, p["box"], 1.5), (net, p["name"])
 
 
+def test_no_wire_touches_a_pin_of_another_net(picture):
+    for net, a, b in segments(picture):
+        for p in picture.data["parts"]:
+            for x, y, own in p["pins"]:
+                on = min(a[0], b[0]) <= x <= max(a[0], b[0]) and min(a[1], b[1]) <= y <= max(a[1], b[1])
+                assert own == net or not on, (net, p["name"], own)
+
+
 def test_no_writing_lies_on_a_symbol_a_wire_or_other_writing(picture):
     own = [(p["name"], t) for p in picture.data["parts"] for t in p["texts"]] + [
         ("", t) for t in picture.data["names"]

@@ -1,0 +1,181 @@
+"""The circuit in the page of a run: colours, dots that move with the sign of the current, touching, insides of subcircuits."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from emsim import pipeline
+from emsim.outputs import html
+
+ROOT = Path(__file__).resolve().parents[2]
+
+# a sine through a resistor; a source that turns about at 1 ms
+SWING = """swing
+V1 in 0 PULSE(5 -5 1m 1u 1u 5m 10m)
+R1 in out 1k
+R2 out 0 1k
+.tran 10u 2m
+.print tran v(out)
+.end
+"""
+
+
+def written(folder: Path, deck: str | Path, name: str) -> Path:
+    result = pipeline.run(deck, scene=True)
+    path = folder / f"{name}.html"
+    html.write(str(path), result)
+    return path
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("circuit")
+
+
+@pytest.fixture(scope="module")
+def swing(folder: Path) -> Path:
+    return written(folder, SWING, "swing")
+
+
+@pytest.fixture(scope="module")
+def servo(folder: Path) -> Path:
+    return written(folder, ROOT / "netlists/coupled/pendulum_servo.cir", "servo")
+
+
+def set_clock(page: Any, t: float) -> None:
+    page.evaluate("(t) => window.emsim.clock.set(t)", t)
+    page.wait_for_function("(t) => !window.emsim.clock.waiting && window.emsim.clock.t === t", arg=t)
+
+
+PHASE = (
+    "() => window.emsim.circuit.phases[window.emsim.circuit.wires.findIndex((w) => w.part?.name === 'r1')]"
+)
+
+
+def test_dots_move_with_the_sign_of_the_current(swing: Path, visit: Any) -> None:
+    page = visit(swing)
+    set_clock(page, 0.5e-3)
+    before = page.evaluate(PHASE)
+    page.evaluate("() => window.emsim.circuit.step(0.05)")
+    forwards = page.evaluate(PHASE)
+    assert forwards > before  # into R1's first pin
+    set_clock(page, 1.5e-3)
+    page.evaluate("() => window.emsim.circuit.step(0.05)")
+    assert page.evaluate("() => window.emsim.circuit.wires.find((w) => w.part?.name === 'r1').speed") < 0
+
+
+def test_the_current_of_a_wire_is_that_of_the_part_behind_it(swing: Path, visit: Any) -> None:
+    page = visit(swing)
+    set_clock(page, 0.5e-3)
+    flows = page.evaluate(
+        "() => window.emsim.circuit.wires.filter((w) => !w.part).map((w) => Math.abs(w.now))"
+    )
+    assert flows and all(abs(i - 2.5e-3) < 1e-6 for i in flows)
+
+
+def test_dots_can_be_switched_off(swing: Path, visit: Any) -> None:
+    page = visit(swing)
+    set_clock(page, 0.5e-3)
+    shown = (
+        "() => [...document.querySelectorAll('#circuit .dots')].filter((d) => +d.style.opacity > 0).length"
+    )
+    assert page.evaluate(shown) > 3
+    page.click("#flows")
+    assert page.evaluate(shown) == 0
+    page.click("#flows")
+    assert page.evaluate(shown) > 3
+
+
+def test_wires_have_the_colour_of_their_voltage(swing: Path, visit: Any) -> None:
+    page = visit(swing)
+    stroke = "() => document.querySelector('#circuit [data-net=in] path').style.stroke"
+    set_clock(page, 0.5e-3)
+    positive = page.evaluate(stroke)
+    set_clock(page, 1.5e-3)
+    negative = page.evaluate(stroke)
+    assert "--over" in positive and "--under" in negative
+    page.click("#volts")
+    assert "--over" not in page.evaluate(stroke) and "--under" not in page.evaluate(stroke)
+
+
+def test_touching_a_part_tells_its_values(swing: Path, visit: Any) -> None:
+    page = visit(swing)
+    set_clock(page, 0.5e-3)
+    page.hover("[data-part=r1] .lamp")
+    assert "v = 2.5 V" in page.inner_text("#circuit .told") and "i = 2.5 mA" in page.inner_text(
+        "#circuit .told"
+    )
+    set_clock(page, 1.5e-3)
+    assert "i = -2.5 mA" in page.inner_text("#circuit .told")
+
+
+def test_a_click_adds_the_signal_to_the_waves_and_takes_it_away(swing: Path, visit: Any) -> None:
+    page = visit(swing)
+    page.click("[data-part=r1] .lamp")
+    assert page.evaluate("() => [...window.emsim.waves.shown]") == ["v(out)", "i(r1)"]
+    value = "() => { const c = window.emsim.run.columns.find((c) => c.name === 'i(r1)'); return [c.unit, c.values[5]]; }"
+    unit, i = page.evaluate(value)
+    assert unit == "A" and abs(i - 2.5e-3) < 1e-8
+    page.click("[data-part=r1] .lamp")
+    assert page.evaluate("() => [...window.emsim.waves.shown]") == ["v(out)"]
+
+
+def test_a_touched_wire_tells_its_voltage(swing: Path, visit: Any) -> None:
+    page = visit(swing)
+    set_clock(page, 0.5e-3)
+    page.dispatch_event("#circuit [data-net=out] .grip", "pointerenter")
+    assert page.inner_text("#circuit .told") == "v(out) = 2.5 V"
+
+
+def test_a_motor_lights_up_in_both_worlds(servo: Path, visit: Any) -> None:
+    page = visit(servo)
+    page.hover("[data-part=m1] .lamp")
+    assert page.evaluate("() => window.emsim.machine.lit") == "m1"
+    page.mouse.move(5, 5)
+    assert page.evaluate("() => window.emsim.machine.lit") is None
+    # and from the machine
+    x, y = page.evaluate(
+        """() => { const m = window.emsim.machine, s = m.scene.shapes.find((s) => s.name === 'm1');
+            const r = m.canvas.getBoundingClientRect(), [x, y] = m.place(s.a); return [r.x + x, r.y + y]; }"""
+    )
+    page.mouse.move(x, y)
+    lit = page.evaluate("() => [...document.querySelectorAll('#circuit .lit')].map((g) => g.dataset.part)")
+    assert lit in (["m1"], ["p1"])  # both sit on the hinge
+
+
+def test_a_subcircuit_opens_and_closes(folder: Path, visit: Any) -> None:
+    page = visit(written(folder, ROOT / "netlists/electrical/sallen_key.cir", "filter"))
+    page.dblclick("[data-part=x1] .lamp")
+    inside = page.evaluate(
+        "() => [...document.querySelectorAll('#circuit .part')].map((g) => g.dataset.part)"
+    )
+    assert "x1.g1" in inside and "c1" not in inside
+    page.click("#circuit .way button")
+    assert page.locator("[data-part=c1]").count() == 1
+
+
+def test_what_flows_into_a_subcircuit_is_what_its_inside_takes(folder: Path, visit: Any) -> None:
+    page = visit(written(folder, ROOT / "netlists/electrical/sallen_key.cir", "filter2"))
+    set_clock(page, 0.5e-3)
+    ends = """() => { const c = window.emsim.circuit, at = (n) => c.parts.find((p) => p.part.name === n).part, t = c.clock.t;
+        return [c.current(at('x1'), 2, t), c.current(at('rl'), 0, t), c.current(at('c1'), 1, t), c.current(at('x1'), 1, t)]; }"""
+    out, load, feedback, inverting = page.evaluate(ends)
+    assert inverting == 0 and abs(out + load + feedback) < 0.02 * abs(load)
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+@pytest.mark.parametrize("width", [390, 1400])
+def test_it_fits_on_phone_and_desk(servo: Path, visit: Any, width: int, scheme: str) -> None:
+    page = visit(servo, width=width, scheme=scheme)
+    box = page.locator("#circuit svg").bounding_box()
+    assert box["width"] > 200 and box["x"] >= 0 and box["x"] + box["width"] <= width
+    assert page.evaluate("() => document.documentElement.scrollWidth") <= width
+
+
+def test_a_machine_without_a_circuit_has_no_empty_pane(folder: Path, visit: Any) -> None:
+    page = visit(written(folder, ROOT / "netlists/mechanical/ref_four_bar.cir", "bar"))
+    assert page.locator("#circuit").count() == 0 or not page.is_visible("#circuit")
+    assert page.is_visible("#machine")
