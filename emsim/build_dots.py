@@ -19,7 +19,7 @@ from .deck import (
     Subckt,
 )
 from .diagnostics import Diagnostic
-from .expr import Call, Name, Num
+from .expr import Call, Name, Num, names
 from .source import Leaf, Line, SourceFile
 from .syntax import LineError, code_end, first_word, parse_line
 from .units import spice_number
@@ -260,12 +260,17 @@ class DotCards(Cards):
     # ---- names and values ----
 
     def on_param_card(self, ch: list[Any], line: Line) -> None:
+        shared = line.text[:4].lower() == ".csp"
         for rule, parts in ch:
             if rule == "definition":
                 self.body.append(self.definition(parts, line))
             else:
-                name = parts[0]
-                self.body.append(Param(name.lower(), expression(parts[1], line), line.span(name)))
+                name, value = parts[0], expression(parts[1], line)
+                if shared:
+                    self.deck.shared.append((str(name.lower()), value))
+                    if name.lower() in names(value):
+                        continue  # .csparam t = t: only commands see it under this name
+                self.body.append(Param(name.lower(), value, line.span(name)))
 
     def on_func_card(self, ch: list[Any], line: Line) -> None:
         for _, parts in ch:

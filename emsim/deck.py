@@ -366,9 +366,10 @@ class Deck:
     """One text, parsed: title and cards in order, `sections` the .lib/.endl parts by name.
 
     Flattening fills in, and leaves also where it fails: `params`, the .param of the top level by name, and `named`,
-    the path of every file that is included, found or not. `asked`: analyses that stand in place of the deck's own."""
+    the path of every file that is included, found or not. `asked`: analyses that stand in place of the deck's own;
+    `shared`: parameters of .csparam, which commands of .control read as vectors."""
 
-    __slots__ = ("asked", "body", "defines", "file", "named", "params", "sections", "sink", "title")
+    __slots__ = ("asked", "body", "defines", "file", "named", "params", "sections", "shared", "sink", "title")
 
     def __init__(self, title: str, file: SourceFile, sink: Sink) -> None:
         self.title = title
@@ -380,3 +381,4 @@ class Deck:
         self.params: dict[str, Param] = {}
         self.named: list[str] = []
         self.asked: list[Analysis] | None = None
+        self.shared: list[tuple[str, Node]] = []

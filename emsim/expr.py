@@ -331,7 +331,8 @@ _BRANCHING = ("if", "ternary_fcn")
 _DYNAMIC = ("ddt", "idt", "sdt", "idtmod", "delay", "absdelay")
 # functions of a run's columns (signals.py), which no source knows; im(v1) is the size of a current as well
 OF_COLUMNS = (
-    "mag", "ph", "cph", "re", "real", "im", "imag", "conj", "avg", "mean", "rms", "pp", "integ", "deriv", "maximum", "minimum",
+    "mag", "ph", "phase", "cph", "cphase", "re", "real", "im", "imag", "conj", "avg", "mean", "rms", "pp", "integ", "deriv",
+    "maximum", "minimum",
 )  # fmt: skip
 # another measurement, where a .meas reads one: meas(name)
 MEASURED = "meas"

@@ -55,7 +55,7 @@ def _power(a: Any, b: Any) -> Any:
 
 FUNCTIONS: dict[str, Callable[..., Any]] = {
     "abs": np.abs, "mag": np.abs, "re": np.real, "real": np.real, "im": np.imag, "imag": np.imag, "conj": np.conj,
-    "ph": _phase, "db": lambda z: 20 * np.log10(np.abs(z)),
+    "ph": _phase, "phase": _phase, "db": lambda z: 20 * np.log10(np.abs(z)),
     "sqrt": _real(np.sqrt), "exp": np.exp, "ln": _real(np.log), "log": _real(np.log), "log10": _real(np.log10),
     "sin": np.sin, "cos": np.cos, "tan": np.tan, "atan": np.arctan, "sinh": np.sinh, "cosh": np.cosh, "tanh": np.tanh,
     "atan2": np.arctan2, "hypot": np.hypot, "deg": np.degrees, "rpm": lambda x: np.asarray(x) * 30 / np.pi,
@@ -105,7 +105,7 @@ def _mean(x: np.ndarray, y: np.ndarray) -> Any:
 
 # functions of a whole course, which follow it along its axis x [its unit]: (function, how the unit follows)
 WHOLE: dict[str, tuple[Callable[[np.ndarray, np.ndarray], Any], Callable[[str, str], str]]] = {
-    "cph": (lambda x, y: np.unwrap(_phase(y)), lambda unit, axis: "rad"),
+    **dict.fromkeys(("cph", "cphase"), (lambda x, y: np.unwrap(_phase(y)), lambda unit, axis: "rad")),
     "avg": (_mean, lambda unit, axis: unit), "mean": (_mean, lambda unit, axis: unit),
     "rms": (lambda x, y: np.sqrt(_mean(x, np.abs(y) ** 2)), lambda unit, axis: unit),
     "pp": (lambda x, y: np.ptp(y.real), lambda unit, axis: unit),

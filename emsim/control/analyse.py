@@ -60,6 +60,8 @@ def run(s: Session, text: str, at: Statement) -> None:
 def _analysis(word: str) -> Callable[[Session, str, Statement], None]:
     def command(s: Session, text: str, at: Statement) -> None:
         _heed_waiting(s)
+        if word == "op" and "static" not in text.split():
+            text = ""  # ngspice's op takes nothing, and says nothing of what stands there
         found = card(s, f"{word} {text}".strip(), at)
         if not isinstance(found, Analysis):
             raise CommandError("E161", f"this is no analysis: {word} {text}", f"form: {FORMS[word][0]}")

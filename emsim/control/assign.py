@@ -155,7 +155,17 @@ def assignments(s: Session, text: str) -> list[tuple[str, Any]]:
 
 def _set(s: Session, name: str, value: Any) -> None:
     if name == "curplot":
-        s.plots.current = s.plots.get(str(value))
+        if str(value).lower() == "new":
+            s.plots.new("unknown", "Anonymous", "unknown")
+        else:
+            s.plots.current = s.plots.get(str(value))
+        return
+    if name in ("curplottitle", "curplotname", "curplotdate"):
+        setattr(
+            s.plots.current,
+            {"curplottitle": "title", "curplotname": "plotname"}.get(name, "date"),
+            str(value),
+        )
         return
     if name == "rndseed" and isinstance(value, float):
         s.seed(int(value))

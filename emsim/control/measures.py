@@ -51,7 +51,11 @@ def meas(s: Session, text: str, at: Statement) -> None:
     try:
         card = parse_measure(text)
         card.span = at.span
+        before = s.sink.error_count
         find(card).read(s.sink)
+        if s.sink.error_count > before:
+            s.say(f"\n meas {text.strip()} failed!\n")
+            return
         card = changed(card, lambda node: of_vectors(s, node))
     except DeckError as error:
         for d in error.diagnostics:

@@ -27,6 +27,11 @@ TYPES = {
     "V/sqrt(Hz)": "onoise-spectrum",
 }  # fmt: skip
 UNITS = {word: unit for unit, word in reversed(TYPES.items())}
+# types of `settype` that are no unit
+WORDS = frozenset(
+    "voltage-density current-density sqr-voltage-density sqr-current-density sqr-voltage sqr-current pole zero s-param res-sweep "
+    "output-noise input-noise onoise-integrated inoise-integrated".split()
+)
 CONSTANTS = {
     "boltz": 1.38064852e-23, "c": 299792458.0, "e": math.e, "echarge": 1.6021766208e-19, "false": 0.0, "i": 1j,
     "kelvin": -273.15, "no": 0.0, "pi": math.pi, "planck": 6.62607015e-34, "true": 1.0, "yes": 1.0,
@@ -35,16 +40,17 @@ CONSTANTS = {
 
 class Vector:
     """Numbers under a name: `values` of shape (length,), float64 or complex128. `dims` is its shape where it has several,
-    `scale` the vector that it is over where that is not its plot's. `derived`: an expression made it."""
+    `scale` the vector that it is over where that is not its plot's. `derived`: an expression made it;
+    `word`: a type that is no unit."""
 
-    __slots__ = ("_values", "derived", "dims", "key", "name", "plot", "scale", "unit")
+    __slots__ = ("_values", "derived", "dims", "key", "name", "plot", "scale", "unit", "word")
 
     def __init__(
         self, name: str, values: np.ndarray | tuple[Table, int], unit: str = "", plot: Plot | None = None
     ) -> None:
         self.name, self.key, self.unit, self.plot = name, name.lower(), unit, plot
         self._values = values
-        self.derived = False
+        self.derived, self.word = False, ""
         self.dims: tuple[int, ...] = ()
         self.scale: Vector | None = None
 
@@ -68,7 +74,7 @@ class Vector:
 
     @property
     def type(self) -> str:
-        return "notype" if self.derived else TYPES.get(self.unit, "notype")
+        return self.word or ("notype" if self.derived else TYPES.get(self.unit, "notype"))
 
     def copied(self, name: str, plot: Plot | None = None) -> Vector:
         v = Vector(name, self.values, self.unit, plot or self.plot)

@@ -14,11 +14,11 @@ import numpy as np
 
 from ..build import parse_signals
 from ..diagnostics import ConvergenceError, DeckError, Diagnostic, OutsideError, Sink, suggest
-from ..expr import PROBES, ExprError
+from ..expr import PROBES, ExprError, Scope, evaluate
 from ..syntax import LineError
 from . import program, words
 from .errors import CommandError, Followed, Jump, Stop
-from .plots import Plot, Plots, Vector, spelled
+from .plots import CONSTANTS, Plot, Plots, Vector, spelled
 from .program import Block, Statement
 from .vectors import Evaluator
 
@@ -95,6 +95,11 @@ class Session:
         if body is None:
             return
         self.deck.wanted += self.wanted(body)
+        scope = Scope(dict(self.deck.flat().params))
+        for name, value in self.deck.deck.shared:
+            if name not in CONSTANTS:
+                scope.values[name] = evaluate(value, scope)
+                self.plots.const.add(Vector(name, np.array([scope.values[name]]), "", self.plots.const))
         self.carry_out(body)
 
     def wanted(self, body: program.Body) -> list[Probe]:
@@ -211,7 +216,11 @@ class Session:
         for head, body in block.branches:
             if head.word != "else":
                 self._now = head
-                if not self.truth(head):
+                try:
+                    if not self.truth(head):
+                        continue
+                except (CommandError, ExprError, LineError) as error:
+                    self.report(error)  # and counts as false, as in ngspice
                     continue
             self.body(body)
             return

@@ -6,7 +6,7 @@ from . import words
 from .base import Command
 from .errors import CommandError, Stop, usage
 from .numbers import LEAST_WIDTH, PAGE, columns, lines_of, number
-from .plots import UNITS, Plot, Vector
+from .plots import UNITS, WORDS, Plot, Vector
 from .vectors import plot_of
 
 TYPE_CHECKING = False
@@ -32,7 +32,7 @@ def print_(s: Session, text: str, at: Statement) -> None:
     first, _, rest = text.strip().partition(" ")
     kind = first.lower() if first.lower() in ("col", "line") else ""
     to_file(text)
-    vectors = s.vectors(rest if kind else text, at, lenient=True)
+    vectors = s.vectors((rest if kind else text).lower(), at, lenient=True)
     if not vectors:
         return
     long = next((v for v in vectors if len(v) > 1), None)
@@ -134,18 +134,18 @@ def settype(s: Session, text: str, at: Statement) -> None:
     if len(given) < 2:
         usage("settype type vector ..", "a type and vectors are needed")
     kind = given[0].lower()
-    if kind not in UNITS and kind != "notype":
+    if kind not in UNITS and kind not in WORDS and kind != "notype":
         from ..diagnostics import suggest
 
-        near = suggest(kind, UNITS)
+        near = suggest(kind, [*UNITS, *WORDS])
         raise CommandError(
             "E162",
             f"there is no type `{kind}`",
-            f"did you mean `{near}`?" if near else "there are " + ", ".join(sorted(UNITS)),
+            f"did you mean `{near}`?" if near else "there are " + ", ".join(sorted([*UNITS, *WORDS])),
         )
     for name in given[1:]:
         v = s.plots.vector(name)
-        v.unit, v.derived = UNITS.get(kind, ""), False
+        v.unit, v.derived, v.word = UNITS.get(kind, ""), False, kind if kind in WORDS else ""
 
 
 def setscale(s: Session, text: str, at: Statement) -> None:

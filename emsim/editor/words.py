@@ -195,6 +195,8 @@ OF_RESULTS = {
     "db": ("db(z)", "20 log10 |z|"),
     "mag": ("mag(z)", "magnitude of a complex signal"),
     "ph": ("ph(z)", "phase of a complex signal [rad]"),
+    "phase": ("phase(z)", "phase of a complex signal [rad], as ph"),
+    "cphase": ("cphase(z)", "phase of a complex signal without jumps [rad], as cph"),
     "cph": ("cph(z)", "phase that goes on without jumps [rad]"),
     "re": ("re(z)", "real part"),
     "im": ("im(z)", "imaginary part"),

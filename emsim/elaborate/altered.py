@@ -257,6 +257,9 @@ def altered_card(card: MachineCard, parameter: str | None, value: float) -> Mach
 
 def _alter_model(flat: FlatDeck, name: str, parameter: str, value: float) -> None:
     model: Model | None = flat.models.get(name)
+    if model is None:  # a device stands for its model
+        owner = next((e for e in flat.elements if e.name == name and e.model_name), None)
+        model = None if owner is None else owner.model or flat.models.get(owner.model_name or "")
     if model is None:
         near = suggest(name, flat.models)
         hint = f"did you mean `{near}`?" if near else "models: " + (", ".join(flat.models) or "none")

@@ -131,7 +131,7 @@ class _Flattener:
                 self.models.at(name, top.scope)
             except ExprError as error:
                 top.scope.report(error)
-        if not (self.flat.elements or self.flat.machine or self.sink.has_errors):
+        if not (self.flat.elements or self.flat.machine or self.flat.commands or self.sink.has_errors):
             self.sink.error("E128", "the deck is empty: it has no element and no machine card")
         self.flat.reads_temper = top.scope.read_temper
         self.flat.draws = top.scope.draws
