@@ -36,6 +36,8 @@ if TYPE_CHECKING:
 
 MOST_COMMANDS = 1_000_000  # that a section carries out
 RUN = 20  # commands that an analysis counts as
+# what `show` tells of a device's operating point, as far as the device knows it
+SHOWN = ("i", "p", "id", "ic", "ib", "vgs", "vds", "gm", "gds", "gmbs", "gpi", "go")
 MOST_SOURCES = 20  # files within each other
 MOST_OUTPUT = 200_000_000  # characters
 SEED = 1
@@ -109,7 +111,8 @@ class Session:
             command = self.commands.get(s.word)
             if command is not None and not command.records:
                 continue
-            for text in quantities(s.rest):
+            shown = s.rest.partition(":")[0].split() if s.word == "show" else ()
+            for text in (*quantities(s.rest), *(f"@{name}[{key}]" for name in shown for key in SHOWN)):
                 if text not in found:
                     for probe in parse_signals(text):
                         probe.span = s.span

@@ -7,6 +7,7 @@ from .base import Command
 from .errors import CommandError, Stop, usage
 from .numbers import LEAST_WIDTH, PAGE, columns, lines_of, number
 from .plots import UNITS, WORDS, Plot, Vector
+from .session import SHOWN
 from .vectors import plot_of
 
 TYPE_CHECKING = False
@@ -59,11 +60,21 @@ def print_(s: Session, text: str, at: Statement) -> None:
 def echo(s: Session, text: str, at: Statement) -> None:
     to_file(text)
     text = words.substituted(s, text, shown=True)
-    found = words.split(text)
+    found = words.split(_without_commas(text))
     end = "\n"
     if found[:1] == ["-n"]:
         found, end = found[1:], ""
     s.say(" ".join(found), end)
+
+
+def _without_commas(text: str) -> str:
+    """A comma behind a word separates it from the next one, as in ngspice; those in quotes stay."""
+    found, quote = "", ""
+    for k, c in enumerate(text):
+        if c in "'\"" and quote in ("", c):
+            quote = "" if quote else c
+        found += " " if c == "," and not quote and k and not text[k - 1].isspace() else c
+    return found
 
 
 # ---- plots ----
@@ -210,7 +221,7 @@ def _parameters(s: Session, e: Any) -> Iterable[tuple[str, float]]:
         if isinstance(value, float) and key not in seen:
             seen.add(key)
             yield key, value
-    for key in ("i", "id", "ic", "ib", "vbe", "vd", "gm", "gd", "gds"):
+    for key in SHOWN:
         known = s.plots.current.find(f"@{e.name}[{key}]") or (
             s.plots.current.find(f"{e.name}#branch") if key == "i" else None
         )
@@ -292,7 +303,9 @@ COMMANDS = (
     Command("settype", "settype type vector ..", "what a vector is: voltage, current, time ..", settype),
     Command("setscale", "setscale vector", "what the vectors of the plot are over", setscale),
     Command("listing", "listing", "the lines of the deck", listing),
-    Command("show", "show [device ..] [: parameter ..]", "elements with their parameters", show),
+    Command(
+        "show", "show [device ..] [: parameter ..]", "elements with their parameters", show, records=True
+    ),
     Command("showmod", "showmod [model ..]", "models with their parameters", showmod),
     Command("version", "version", "which program this is", version),
     Command("rusage", "rusage [all]", "counters of the last analysis", rusage),
