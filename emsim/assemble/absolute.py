@@ -24,13 +24,14 @@ joints, and both formulations must set out from one place. So what is wrong with
 
 from __future__ import annotations
 
+from ..cards.joints.ball import Ball
 from ..cards.joints.base import AXES, Coord
 from ..cards.kinematics import Frame, Moving, Rotation, add, cross, ground, scale, subtract
 from ..diagnostics import Sink
 from .asked import MOMENTS
 from .loops import Row
 from .machine import Machine
-from .scene import Coordinate
+from .scene import FREE, Coordinate
 from .tree import GROUND, Plan
 
 TYPE_CHECKING = False
@@ -182,6 +183,9 @@ class Absolute(Machine):
     def default_outputs(self) -> list[str]:
         joints = [j for j in self.joints.values() if len(j.qs) < len(j.kind.coordinates)]
         unmeasured = {f"{c.word}({j.name})" for j in joints for c in j.kind.coordinates}
+        # quaternions and body rates of free bodies are those of joints, and here there are none
+        free = [j.name for key, j in self.like.joints.items() if key[:1] == FREE]
+        unmeasured |= {f"{c.word}({name})" for name in free for c in (*Ball.coordinates, *Ball.speeds)}
         return [name for name in self.like.default_outputs() if name not in unmeasured]
 
     def report(self) -> dict[str, Any]:

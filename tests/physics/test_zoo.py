@@ -267,7 +267,7 @@ def test_atwoods_machine() -> None:
 
 
 def test_a_valve_leaves_its_cam_where_the_spring_is_too_weak() -> None:
-    t, mode, f = columns("mechanical/cam_follower", "mode(lobe)", "angle(shaft)")
+    _, mode, f = columns("mechanical/cam_follower", "mode(lobe)", "angle(shaft)")
     left = f[np.flatnonzero((mode[:-1] == 1) & (mode[1:] == 0))[0]]
     assert left == pytest.approx(np.arccos(-500 * 13e-3 / (0.1 * 3e-3 * 200**2 - 500 * 3e-3)), abs=0.011)
 
@@ -376,3 +376,24 @@ def test_a_ball_under_a_magnet_falls_at_its_own_pace() -> None:
         min(abs(p.real - want) for p in poles) < 1e-9 * want
         or min(abs(abs(p) - want) for p in poles) < 1e-8 * want
     )
+
+
+@pytest.mark.parametrize(
+    ("name", "signals"),
+    [
+        ("ball_chain", ("x(b3(0,-0.4,0))", "y(b3(0,-0.4,0))", "z(b1(0,-0.4,0))")),
+        ("heavy_top", ("x(top.com)", "z(top.com)")),
+        ("rssr", ("angle(drive)", "angle(rock)")),
+        ("stewart_springs", ("x(plate)", "y(plate)", "z(plate)")),
+        ("sarrus", ("y(top)", "angle(a1)")),
+        ("geneva", ("angle(cross)",)),
+        ("slider_crank_stop", ("angle(main)", "pos(guide)")),
+        ("two_clutches", ("omega(e)", "omega(s)")),
+    ],
+)
+def test_maximal_coordinates_move_alike(name: str, signals: tuple[str, ...]) -> None:
+    one, two = (solved(f"mechanical/{name}", f"reltol=1e-8 formulation={f}") for f in ("joint", "absolute"))
+    stop = float(one.time[-1])
+    for signal in signals:
+        a, b = (np.array([float(r.at(signal, t)) for t in np.linspace(0.0, stop, 21)]) for r in (one, two))
+        assert np.abs(a - b).max() < 1e-5 * max(np.ptp(a), 1e-9), signal
