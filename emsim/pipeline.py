@@ -194,7 +194,12 @@ def explain(
 ) -> Explained:
     """The deck's equations to be read by people, term by term with the cards that they come from; `reports.explained` writes
     them. Raises DeckError."""
-    assembly, planned = prepare(read(source, defines, options=options), options, energy=True, recording=True)
+    return explain_flat(read(source, defines, options=options), options)
+
+
+def explain_flat(flat: FlatDeck, options: Options | None = None) -> Explained:
+    """`explain` of a deck that is flat already."""
+    assembly, planned = prepare(flat, options, energy=True, recording=True)
     from .reports.equations import explain as explained
 
     return explained(assembly, planned)

@@ -31,7 +31,7 @@ def serve(given: Arguments) -> int:
     _readable(deck)
     session = Session(deck, defines(given), overrides(given), _Teller(given.has("quiet")).say)
     try:
-        server = Server(session.board, session.ask, port)
+        server = Server(session.board, session.ask, port, session.edit)
     except OSError as error:
         said = f"cannot listen on port {port}: {error.strerror or error}"
         hint = "another program may use it; without --port a free one is taken"

@@ -37,6 +37,7 @@ if TYPE_CHECKING:
 ADDRESS = "127.0.0.1"
 TOKEN = "X-Emsim-Token"
 MOST_BYTES = 64 * 1024  # of a request's body
+MOST_DECK = 4 * 1024 * 1024  # of one with a deck in it, twice
 MOST_READERS = 32  # connections at a time
 ALIVE = 10.0  # seconds of silence after which a reader gets an empty line
 TIMEOUT = 30.0  # seconds that a client may take to send or to take something
@@ -53,7 +54,8 @@ def page() -> str:
 
 
 class Server(ThreadingHTTPServer):
-    """`ask(change, number)` is called for every POST /set. `url` is the page's address with the token.
+    """`ask(change, number)` is called for every POST /set, `edit(text, was)` for every POST /deck. `url` is the page's address
+    with the token.
 
     port 0 takes a free one. Raises OSError where the port is taken."""
 
@@ -62,9 +64,13 @@ class Server(ThreadingHTTPServer):
     allow_reuse_address = os.name != "nt"
 
     def __init__(
-        self, board: Board, ask: Callable[[dict[str, str | None], int], object], port: int = 0
+        self,
+        board: Board,
+        ask: Callable[[dict[str, str | None], int], object],
+        port: int = 0,
+        edit: Callable[[str, str], bool] | None = None,
     ) -> None:
-        self.board, self.ask = board, ask
+        self.board, self.ask, self.edit = board, ask, edit
         self.token = secrets.token_urlsafe(24)
         self._open: dict[Any, bool] = {}  # connections, oldest first: have they shown the token?
         self._lock = Lock()
@@ -170,19 +176,47 @@ class Handler(BaseHTTPRequestHandler):
             self.wfile.write(b"".join(lines) or b"\n")
 
     def take_values(self) -> None:
-        if self.headers.get_content_type() != "application/json":
-            return self.refuse(415, "the body is to be JSON")
-        length = self.headers.get("Content-Length", "")
-        if not length.isdecimal():
-            return self.refuse(411, "the length of the body is missing")
-        if len(length) > 9 or int(length) > MOST_BYTES:
-            return self.refuse(413, f"the body may have {MOST_BYTES} bytes")
+        if (body := self.body(MOST_BYTES)) is None:
+            return
         try:
-            change, number = _wish(json.loads(self.rfile.read(int(length))))
+            change, number = _wish(json.loads(body))
         except (ValueError, RecursionError):
             return self.refuse(400, 'the body is to be {"set": {name: text or null}, "number": n}')
         self.server.ask(change, number)
         self.give(204, b"", {})
+
+    def take_deck(self) -> None:
+        if self.server.edit is None:
+            return self.refuse(404, "this deck is not edited here")
+        if (body := self.body(MOST_DECK)) is None:
+            return
+        try:
+            text, was = _edit(json.loads(body))
+        except (ValueError, RecursionError):
+            return self.refuse(400, 'the body is to be {"text": the deck, "was": the deck before}')
+        try:
+            written = self.server.edit(text, was)
+        except (OSError, UnicodeError) as error:
+            return self.refuse(500, f"the deck cannot be written: {error}")
+        if not written:
+            return self.give(
+                200, b"the deck's file was changed meanwhile", {"Content-Type": "text/plain; charset=utf-8"}
+            )
+        self.give(204, b"", {})
+
+    def body(self, most: int) -> bytes | None:
+        """The body of a request; None where it was refused."""
+        if self.headers.get_content_type() != "application/json":
+            self.refuse(415, "the body is to be JSON")
+            return None
+        length = self.headers.get("Content-Length", "")
+        if not length.isdecimal():
+            self.refuse(411, "the length of the body is missing")
+            return None
+        if len(length) > 9 or int(length) > most:
+            self.refuse(413, f"the body may have {most} bytes")
+            return None
+        return self.rfile.read(int(length))
 
     # ---- answers ----
 
@@ -224,7 +258,18 @@ ROUTES: dict[str, tuple[str, bool, Callable[[Handler], None]]] = {
     "/": ("GET", False, Handler.give_page),
     "/events": ("GET", True, Handler.give_events),
     "/set": ("POST", True, Handler.take_values),
+    "/deck": ("POST", True, Handler.take_deck),
 }
+
+
+def _edit(body: Any) -> tuple[str, str]:
+    """Raises ValueError for anything but the form above."""
+    if not isinstance(body, dict) or set(body) != {"text", "was"}:
+        raise ValueError
+    text, was = body["text"], body["was"]
+    if not isinstance(text, str) or not isinstance(was, str) or "\0" in text:
+        raise ValueError
+    return text, was
 
 
 def _wish(body: Any) -> tuple[dict[str, str | None], int]:

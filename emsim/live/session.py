@@ -12,6 +12,7 @@ import time
 from queue import Empty, SimpleQueue
 from threading import Condition, Event
 
+from ..outputs.beside import replacing
 from .runs import Runs
 from .watch import Watch
 
@@ -90,6 +91,16 @@ class Session:
         """Sets parameters, or with None gives them back to the deck. `number` comes back in the answer to it."""
         self._inbox.put(("ask", (change, number)))
 
+    def edit(self, text: str, was: str) -> bool:
+        """Writes the deck's file, as an editor would; False where it no longer holds `was`, as the page has it."""
+        with open(self.deck, encoding="utf-8", newline="") as file:
+            now = file.read()
+        if now.replace("\r\n", "\n").removeprefix("\ufeff") != was:
+            return False
+        with replacing(self.deck) as beside, open(beside, "w", encoding="utf-8", newline="") as file:
+            file.write(text.replace("\n", "\r\n") if "\r\n" in now else text)
+        return True
+
     def stop(self) -> None:
         self._stop.set()
 
@@ -163,13 +174,15 @@ class Session:
             self.watch.follow([self.deck, *head["named"]], self._started - 20_000_000)
             self._set = head["set"]
             if head["read"] or not self._params:
-                self._params = {p["name"]: p for p in head["params"]}
+                self._params = {p["name"]: p for p in [*head["params"], *head["values"]]}
         if self._by_file:
             self.say(head)
         state = _line(
             kind="state", number=number, asked=self._asked, deck=self.deck, ok=head["ok"], read=head["read"],
             drawn=bool(document), facts=head["facts"], seconds=head["seconds"], said=pieces(head["text"]),
-            lines=head["lines"], sheet=head["sheet"], params=list(self._params.values()),
+            lines=head["lines"], sheet=head["sheet"], source=head.get("source"),
+            params=[p for p in self._params.values() if "card" not in p],
+            values=[p for p in self._params.values() if "card" in p],
             set={k: v for k, (v, _) in self._set.items()},
         )  # fmt: skip
         busy = _line(kind="busy", number=number, share=None)

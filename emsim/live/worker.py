@@ -6,8 +6,9 @@
     job      the same with "explain": true, for a deck that has run: the sheet of its equations
     answer   {"kind": "done", "size": 0, "sheets": [[name, title, HTML]]}
 
-`set` are the page's own values; one whose .param has another text by now, or is gone, is left out: the deck's last edit
-counts. A run is ended by ending this process: neither the derivation of the equations nor a step can be interrupted.
+`set` are the page's own values, of .param and of numbers in cards (values.py); one whose text in the deck is another by
+now, or is gone, is left out: the deck's last edit counts. A run is ended by ending this process: neither the derivation of
+the equations nor a step can be interrupted.
 """
 
 from __future__ import annotations
@@ -20,11 +21,13 @@ from html import escape
 from time import monotonic, perf_counter
 
 from .. import pipeline
-from ..build import read
+from ..build import read, read_source
 from ..diagnostics import MAX_ERRORS_SHOWN, Diagnostic, DiagnosticError, render_text
 from ..elaborate import flatten
 from ..expr import Node, Num, Unary
 from ..outputs import html
+from ..source import SourceFile
+from .values import altered, places
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -32,6 +35,7 @@ if TYPE_CHECKING:
     from typing import Any, BinaryIO
 
     from ..deck import Deck, FlatDeck, Param
+    from .values import Place
 
     Job = dict[str, Any]
 
@@ -63,15 +67,15 @@ def work(job: Job, progress: Callable[..., object] | None = None) -> tuple[dict[
     ok       a run reached its end;  read: the deck itself is right
     text     all diagnostics as on a coloured terminal;  lines: (line of the deck, message and hint) of the errors
     sheet    the deck as text for the page, with its wrong lines marked
-    params   the .param of the deck, see `_param`; set: the page's values that counted
+    params   the .param of the deck, see `_param`; values: numbers of its cards, see `_value`; set: the page's values that counted
     named    every file that was read or looked for
     seconds  from the file to here; facts: one line
     """
     began = perf_counter()
     kept = dict(job["set"])
     while True:
-        deck, flat, error = _read(job["deck"], _defines(job["defines"], kept))
-        outdated = _outdated(deck, flat, kept)
+        deck, flat, error = _read(job["deck"], job["defines"], kept)
+        outdated = _outdated(deck, flat, kept, _text_of(job["deck"]))
         if not outdated:
             break
         for name in outdated:
@@ -85,7 +89,7 @@ def work(job: Job, progress: Callable[..., object] | None = None) -> tuple[dict[
             error, result = failed, getattr(failed, "partial", None)
     said = [] if result is None else list(result.diagnostics)
     said += [d for d in _explained(error) if d not in said]
-    text = "" if deck is None else deck.file.text
+    text = "" if deck is None else _text_of(job["deck"])
     drawn = result is not None and any(len(table) for table in result.plots)
     run: dict[str, Any] = {"facts": ""}
     if result is not None and drawn:
@@ -98,7 +102,11 @@ def work(job: Job, progress: Callable[..., object] | None = None) -> tuple[dict[
         "text": render_text(said, color=True),
         "lines": [(d.span.in_deck.line, _brief(d)) for d in errors if d.span is not None],
         "sheet": html.deck_sheet(text, said)[2],
+        "source": text,
         "params": [] if deck is None else [_param(p, flat, job["defines"]) for p in deck.params.values()],
+        "values": []
+        if deck is None
+        else [_value(n, p, text, deck.file.name) for n, p in places(text).items()],
         "set": kept,
         "named": [] if deck is None else deck.named,
         "facts": run["facts"],
@@ -112,7 +120,8 @@ def explain(job: Job) -> dict[str, Any]:
     from ..reports import explained
 
     try:
-        found = pipeline.explain(job["deck"], _defines(job["defines"], job["set"]), job["options"])
+        flat = pipeline.flatten(_deck(job["deck"], job["defines"], job["set"]), job["options"])
+        found = pipeline.explain_flat(flat, job["options"])
         return {"sheets": explained.sheets(found)}
     except Exception as error:  # the deck may have become wrong since it ran
         why = "".join(f"<pre>{escape(render_text([d]))}</pre>" for d in _explained(error))
@@ -123,21 +132,47 @@ def _defines(given: dict[str, str], kept: dict[str, list[str]]) -> dict[str, str
     return {**given, **{name: text for name, (text, _) in kept.items()}}
 
 
-def _read(path: str, defines: dict[str, str]) -> tuple[Deck | None, FlatDeck | None, Exception | None]:
+def _deck(path: str, defines: dict[str, str], kept: dict[str, list[str]]) -> Deck:
+    """The deck with the page's values in it."""
+    deck = read(path, _defines(defines, {name: value for name, value in kept.items() if ":" not in name}))
+    chosen = {name: text for name, (text, _) in kept.items() if ":" in name}
+    if not chosen:
+        return deck
+    file = deck.file
+    other = read_source(SourceFile(file.name, altered(file.text, chosen), file.path))
+    other.defines = deck.defines
+    return other
+
+
+def _read(
+    path: str, defines: dict[str, str], kept: dict[str, list[str]]
+) -> tuple[Deck | None, FlatDeck | None, Exception | None]:
     deck = None
     try:
-        deck = read(path, defines)
+        deck = _deck(path, defines, kept)
         return deck, flatten(deck), None
     except Exception as error:
         return deck, None, error
 
 
-def _outdated(deck: Deck | None, flat: FlatDeck | None, kept: dict[str, list[str]]) -> list[str]:
-    """Values of the page whose .param was edited since, or is gone from a deck that is right."""
+def _text_of(path: str) -> str:
+    """The deck's own text, whatever the page has set."""
+    try:
+        return read(path).file.text
+    except Exception:
+        return ""
+
+
+def _outdated(deck: Deck | None, flat: FlatDeck | None, kept: dict[str, list[str]], text: str) -> list[str]:
+    """Values of the page whose text was edited since, or is gone from a deck that is right."""
     if deck is None:
         return []
-    found = []
+    found, own = [], places(text)
     for name, (_, before) in kept.items():
+        if ":" in name:
+            if name not in own or own[name].text != before:
+                found.append(name)
+            continue
         param = deck.params.get(name)
         if (flat is not None) if param is None else _written(param) != before:
             found.append(name)
@@ -173,6 +208,15 @@ def _param(param: Param, flat: FlatDeck | None, defines: dict[str, str]) -> dict
         "given": defines.get(param.name), "value": _finite(flat.params.get(param.name)) if flat is not None else None,
         "file": os.path.basename(place.file.name), "line": place.line, "col": place.col, "end": place.end,
         "source": place.file.text_line(place.line),
+    }  # fmt: skip
+
+
+def _value(name: str, place: Place, text: str, file: str) -> dict[str, Any]:
+    """As of a .param, of a number in a card."""
+    return {
+        "name": name, "shown": place.shown, "text": place.text, "literal": True, "given": None, "value": None, "card": True,
+        "file": os.path.basename(file), "line": place.line, "col": place.col, "end": place.end,
+        "source": text.split("\n")[place.line - 1],
     }  # fmt: skip
 
 

@@ -35,7 +35,7 @@ def edited(tmp_path: Path) -> Iterator[tuple[Path, str, Session]]:
     deck = tmp_path / "arm.cir"
     deck.write_text(DECK)
     session = Session(str(deck))
-    server = Server(session.board, session.ask)
+    server = Server(session.board, session.ask, edit=session.edit)
     Thread(target=server.serve_forever, kwargs={"poll_interval": 0.01}, daemon=True).start()
     loop = Thread(target=session.serve, daemon=True)
     loop.start()
@@ -188,7 +188,7 @@ def test_a_slider_changes_the_run(edited: Any, watch: Any) -> None:
     _, url, _ = edited
     page = watch(url)
     until(page, SHOWN)
-    rows = page.locator(".knob")
+    rows = page.locator("#params .knob")
     assert rows.locator("label").all_text_contents() == ["len", "m"]
     assert page.locator(".computed").text_content() == "twice = 2*len = 0.6"
     slider, field = rows.nth(0).locator("input[type=range]"), rows.nth(0).locator("input[type=text]")
@@ -233,7 +233,7 @@ def test_equations_follow_the_slider(edited: Any, watch: Any) -> None:
     page.locator("#sheet-equations math").first.wait_for()
     # m g l / 2 of a rod of 0.3 m
     assert "0.2943" in sheet.text_content()
-    page.locator(".knob input[type=range]").first.evaluate(DRAG, 0.75)
+    page.locator("#params .knob input[type=range]").first.evaluate(DRAG, 0.75)
     until(page, "() => document.getElementById('sheet-equations').textContent.includes('0.44145')")
     assert tab.get_attribute("aria-selected") == "true"
     assert "before" not in sheet.get_attribute("class")
@@ -243,7 +243,7 @@ def test_a_slider_that_is_dragged_ends_where_it_was_left(edited: Any, watch: Any
     _, url, _ = edited
     page = watch(url)
     until(page, SHOWN)
-    slider = page.locator(".knob input[type=range]").first
+    slider = page.locator("#params .knob input[type=range]").first
     # a busy page follows the pointer later: it has let go when it says so
     slider.evaluate("(e) => e.addEventListener('change', () => { window.left = +e.value; })")
     box = slider.bounding_box()
@@ -253,7 +253,7 @@ def test_a_slider_that_is_dragged_ends_where_it_was_left(edited: Any, watch: Any
     page.mouse.move(box["x"] + 0.9 * box["width"], y, steps=60)
     page.mouse.up()
     assert until(page, "() => window.left") > 0.5
-    wanted = float(page.locator(".knob input[type=text]").first.input_value())
+    wanted = float(page.locator("#params .knob input[type=text]").first.input_value())
     until(page, ARM, wanted)
 
 
@@ -267,8 +267,8 @@ def test_an_operating_point_is_a_table(edited: Any, watch: Any) -> None:
     )
     until(page, cells + "'v(a) 10 V v(b) 5 V i(v1) -5 mA'")
     assert page.locator("main").is_hidden()
-    page.locator(".knob input[type=text]").fill("4k")
-    page.locator(".knob input[type=text]").press("Enter")
+    page.locator("#params .knob input[type=text]").fill("4k")
+    page.locator("#params .knob input[type=text]").press("Enter")
     until(page, cells + "'v(a) 10 V v(b) 2 V i(v1) -2 mA'")
     deck.write_text(DECK)
     until(page, SHOWN)
@@ -288,9 +288,9 @@ def test_a_run_that_stops_is_shown_with_its_reason_and_its_parameters(edited: An
     assert "E410" in page.text_content("#said pre")
     assert page.title() == "stuck"
     assert page.evaluate("() => getComputedStyle(document.querySelector('main')).filter") == "none"
-    assert page.locator(".knob label").all_text_contents() == ["up"]
-    page.locator(".knob input[type=text]").fill("0.2")
-    page.locator(".knob input[type=text]").press("Enter")
+    assert page.locator("#params .knob label").all_text_contents() == ["up"]
+    page.locator("#params .knob input[type=text]").fill("0.2")
+    page.locator("#params .knob input[type=text]").press("Enter")
     page.locator("#said").wait_for(state="hidden")
     assert page.evaluate("() => window.emsim.clock.last") == 5e-3
 
@@ -300,10 +300,10 @@ def test_two_pages_show_the_same(edited: Any, watch: Any) -> None:
     one, two = watch(url), watch(url, 390, 800, "dark")
     until(one, SHOWN)
     until(two, SHOWN)
-    one.locator(".knob input[type=range]").first.evaluate(DRAG, 0.75)
+    one.locator("#params .knob input[type=range]").first.evaluate(DRAG, 0.75)
     until(one, ARM, 0.45)
     until(two, ARM, 0.45)
-    until(two, "() => document.querySelector('.knob input[type=text]').value === '0.45'")
+    until(two, "() => document.querySelector('#params .knob input[type=text]').value === '0.45'")
     assert two.evaluate("() => document.documentElement.scrollWidth") <= 390
 
 
@@ -366,3 +366,73 @@ def test_pages_of_other_origins_learn_nothing(edited: Any, chromium: Any) -> Non
     assert tried == ["refused"] * 5
     assert session._set == {}
     page.close()
+
+
+def test_numbers_of_cards_are_sliders(edited: Any, watch: Any) -> None:
+    """Only .param were: a deck without one had nothing to move."""
+    deck, url, _ = edited
+    deck.write_text(
+        DECK.replace(".param len=0.3 m=200m\n.param twice={2*len}\n", "")
+        .replace("{len}", "0.3")
+        .replace("{m}", "200m")
+    )
+    page = watch(url)
+    until(page, SHOWN)
+    page.get_by_role("button", name="Values").click()
+    until(
+        page,
+        "() => [...document.querySelectorAll('.knob label')].some((e) => e.textContent === 'arm m' && e.offsetParent)",
+    )
+    field = page.get_by_label("hinge ic, as text")
+    field.fill("80deg")
+    field.press("Enter")
+    until(
+        page,
+        "() => Math.abs(window.emsim.run.columns.find((c) => c.name === 'angle(hinge)').values[0] - 80 * Math.PI / 180) < 1e-6",
+    )
+    assert "ic=40deg" in deck.read_text()
+    assert "ic=80deg" in page.inner_text("#written")
+
+
+def test_earlier_runs_stay_below_the_curves(edited: Any, watch: Any) -> None:
+    deck, url, _ = edited
+    page = watch(url)
+    until(page, SHOWN)
+    page.check("#family")
+    until(page, ARM, 0.3)
+    for length in (0.2, 0.4):
+        deck.write_text(DECK.replace("len=0.3", f"len={length}"))
+        until(page, ARM, length)
+    ghosts = "() => window.emsim.waves.ghosts.map((g) => g.columns.get('omega(hinge)').reduce((m, v) => Math.max(m, v), 0))"
+    first, second = page.evaluate(ghosts)
+    assert first < second  # the shorter arm swings faster
+    high = page.evaluate("() => window.emsim.waves.panels.at(-1).plot.scales.y.max")
+    assert high > second  # the scale holds them too
+    page.uncheck("#family")
+    assert page.evaluate(ghosts) == []
+
+
+def test_the_deck_is_edited_in_its_page(edited: Any, watch: Any) -> None:
+    deck, url, _ = edited
+    page = watch(url)
+    until(page, SHOWN)
+    page.locator("#tabs [data-sheet=deck]").click()
+    page.get_by_role("button", name="edit", exact=True).click()
+    text = page.get_by_label("the deck's text")
+    assert text.input_value() == DECK
+    text.fill(DECK.replace("len=0.3", "len=0.25"))
+    text.press("Control+s")
+    until(page, ARM, 0.25)
+    assert deck.read_text() == DECK.replace("len=0.3", "len=0.25")
+    # the text keeps the keys while runs come, and what is wrong stands at its line
+    assert page.evaluate("() => document.activeElement.id") == "deck-text"
+    text.fill(DECK.replace("len=0.3", "len=0.25 bad"))
+    text.press("Control+s")
+    until(page, "() => document.querySelector('#live.wrong') && document.querySelector('.deck em') && 1")
+    # changed elsewhere meanwhile: nothing is lost
+    deck.write_text(DECK.replace("len=0.3", "len=0.31"))
+    until(page, ARM, 0.31)
+    text.fill(DECK.replace("len=0.3", "len=0.22"))
+    text.press("Control+s")
+    until(page, "() => document.getElementById('desk').textContent.includes('changed')")
+    assert "len=0.31" in deck.read_text()

@@ -79,6 +79,7 @@ async function show(run) {
   $("panels").replaceChildren();
   $("stage").hidden = !run.scene;
   document.body.classList.toggle("still", !run.rows);
+  $("below").role = run.rows ? "region" : "main"; // what is above is hidden then
   if (!run.rows) return point(run);
   const clock = new Clock(run.time[0], run.time[run.time.length - 1]), waves = new Waves(run, $("panels"), clock);
   const { scene } = run, machine = scene ? new Machine(scene, $("machine"), clock) : null;

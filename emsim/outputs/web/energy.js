@@ -10,7 +10,7 @@ function energySheet(run, clock) {
   const cell = (v) => `<td>${v ? written(v, "J") : ""}</td><td><span class="bar" style="width:${(90 * Math.abs(v) / most).toFixed(1)}px;opacity:${v < 0 ? 0.4 : 1}"></span></td>`;
   const row = (name, a) => `<tr><td>${name}</td>${cell(a.supplied)}${cell(a.dissipated)}${cell(a.stored)}</tr>`;
   const safe = (s) => s.replace(/[&<>]/g, (c) => ({ "&": "&amp;", "<": "&lt;", ">": "&gt;" })[c]);
-  table.innerHTML = "<tr><th></th><th>supplied</th><th></th><th>dissipated</th><th></th><th>stored</th><th></th></tr>"
+  table.innerHTML = "<tr><td></td><th>supplied</th><td></td><th>dissipated</th><td></td><th>stored</th><td></td></tr>"
     + energy.accounts.map((a) => row(`${safe(a.card)} ${safe(a.name)}`, a)).join("") + row("sum", energy);
   const words = document.createElement("p");
   words.textContent = energy.summary;

@@ -57,7 +57,12 @@
       // the equations come later: until then those of the run before keep their place
       message.run.sheets.splice(message.run.sheets[0]?.[0] === "energy" ? 1 : 0, 0, ...explained);
       document.body.classList.remove("empty"); // what is hidden has no width to draw for
+      const ghosts = earlier();
       await show(message.run);
+      if (window.emsim) {
+        window.emsim.waves.ghosts = ghosts;
+        if (ghosts.length) window.emsim.waves.build();
+      }
       for (const [name] of explained) $("sheet-" + name).classList.add("before");
     } else if (message.kind === "sheets") await equations(message.sheets);
     else if (message.kind === "state") state(message);
@@ -65,6 +70,25 @@
       document.body.classList.toggle("busy", message.share !== null);
       bar.style.width = `${100 * (message.share || 0)}%`;
     }
+  }
+
+  // ---- the runs before, in the curves' own colours and paler, as many as are asked for ----
+
+  const KEPT = 6, family = made("input", { type: "checkbox", id: "family" });
+  document.querySelector("#waves .tools").append(made("label", { title: `the last ${KEPT} runs stay below the curves` }, family, " earlier runs"));
+  family.onchange = () => {
+    if (!window.emsim) return;
+    window.emsim.waves.ghosts = [];
+    window.emsim.waves.build();
+  };
+
+  function earlier() {
+    const now = window.emsim;
+    if (!family.checked || !now) return [];
+    const { run, waves } = now, columns = new Map(run.columns.map((c) => [c.name, c.values]));
+    const span = (v) => { let low = Infinity, high = -Infinity; for (const x of v) if (Number.isFinite(x)) { low = Math.min(low, x); high = Math.max(high, x); } return [low, high]; };
+    const spans = new Map(run.columns.filter((c) => waves.shown.has(c.name)).map((c) => [c.name, span(c.values)]));
+    return [...waves.ghosts, { time: run.time, columns, spans }].slice(-KEPT);
   }
 
   // what comes after its run
@@ -90,6 +114,7 @@
     if (document.title === "emsim") document.title = name;
     parameters(m);
     patience(m);
+    source(m);
   }
 
   // the messages as on the terminal; the deck as it is now, with each message below its line
@@ -105,6 +130,49 @@
     for (const [line, message] of m.lines.toReversed()) $(`line-${line}`)?.after(made("em", { textContent: message }));
   }
 
+  // ---- the deck, edited here: written to its file, as an editor does ----
+
+  let was = null;
+  const editor = made("textarea", { id: "deck-text", spellcheck: false, wrap: "off", hidden: true }), writes = made("button", { textContent: "save", title: "ctrl-s", hidden: true }), edits = made("button", { textContent: "edit" }), told = made("span", { role: "status" });
+  editor.setAttribute("aria-label", "the deck's text");
+  const desk = made("div", { id: "desk" }, edits, writes, told, editor);
+  const editing = (on) => { editor.hidden = writes.hidden = !on; edits.textContent = on ? "close" : "edit"; };
+  edits.onclick = () => {
+    if (!editor.hidden) return editing(false);
+    editor.value = was;
+    editor.rows = Math.min(40, was.split("\n").length + 2);
+    editing(true);
+    told.textContent = "";
+    editor.focus();
+  };
+  writes.onclick = async () => {
+    const text = editor.value;
+    const answer = await fetch("/deck", { method: "POST", headers: { "X-Emsim-Token": token, "Content-Type": "application/json" }, body: JSON.stringify({ text, was }) }).catch(() => null);
+    told.textContent = answer?.status === 204 ? "saved" : answer ? await answer.text() : "emsim has ended";
+    if (answer?.status === 204) was = text;
+  };
+  editor.onkeydown = (e) => {
+    if ((e.ctrlKey || e.metaKey) && e.key === "s") { e.preventDefault(); writes.click(); }
+  };
+
+  function source(m) {
+    if (m.source === null || m.source === undefined) return;
+    if (editor.hidden || was === null) was = m.source;
+    else if (m.source !== was) told.textContent = "the deck's file was changed elsewhere; close and edit again to see it";
+    desked();
+  }
+
+  // the sheets are made anew with every run
+  function desked() {
+    const sheet = $("sheet-deck");
+    if (!sheet || desk.parentElement === sheet) return;
+    sheet.prepend(desk);
+    if (held) editor.focus({ preventScroll: true });
+  }
+  let held = false;
+  document.addEventListener("focusin", (e) => (held = e.target === editor));
+  new MutationObserver(desked).observe($("sheets"), { childList: true, subtree: true });
+
   function shown(line) {
     document.querySelector("#tabs [data-sheet=deck]").click();
     $(`line-${line}`)?.scrollIntoView({ block: "center" });
@@ -113,28 +181,36 @@
   // ---- parameters ----
 
   const rows = new Map(), wishes = new Map(), sent = new Map();
-  const box = made("div", { className: "knobs" }), kept = made("div", { id: "written" });
+  const box = made("div", { className: "knobs", id: "params" }), kept = made("div", { id: "written" });
   // without the page's own value: the command line's (-D), else the deck's
   const text = (p) => (p.given !== null && number(p.given) !== null ? p.given : p.text);
   const fold = made("button", { onclick: () => { box.hidden = !box.hidden; opened(); } });
   const opened = () => { fold.textContent = `${box.hidden ? "\u25b8" : "\u25be"} Parameters`; fold.setAttribute("aria-expanded", !box.hidden); };
   opened();
-  knobs.append(made("div", { className: "head" }, fold, kept), box);
+  // numbers of cards, folded away at first: there may be many
+  const cardBox = made("div", { className: "knobs", hidden: true });
+  const cardFold = made("button", { onclick: () => { cardBox.hidden = !cardBox.hidden; cardsOpened(); } });
+  const cardsOpened = () => { cardFold.textContent = `${cardBox.hidden ? "\u25b8" : "\u25be"} Values`; cardFold.setAttribute("aria-expanded", !cardBox.hidden); };
+  cardsOpened();
+  knobs.append(made("div", { className: "head" }, fold, cardFold, kept), box, cardBox);
 
   function parameters(m) {
-    const literal = m.params.filter((p) => p.literal && number(p.text) !== null), others = m.params.filter((p) => !literal.includes(p));
+    const literal = [...m.params, ...m.values].filter((p) => p.literal && number(p.text) !== null), others = m.params.filter((p) => !literal.includes(p));
     if (m.read || !rows.size) {
       for (const [name, row] of rows) if (!literal.some((p) => p.name === name && p.text === row.p.text)) rows.delete(name);
       for (const p of literal) {
         if (rows.has(p.name)) rows.get(p.name).p = p; else rows.set(p.name, knob(p));
       }
       const others_ = others.map((p) => made("div", { className: "computed" }, `${p.shown} = ${p.text} = ${p.value === null ? "?" : +p.value.toPrecision(6)}`));
-      const wanted = [...literal.map((p) => rows.get(p.name).row), ...others_];
+      const wanted = [...literal.filter((p) => !p.card).map((p) => rows.get(p.name).row), ...others_], cards = literal.filter((p) => p.card).map((p) => rows.get(p.name).row);
       // a row that stays is not moved: it may be in somebody's hand
-      [...box.children].forEach((child) => wanted.includes(child) || child.remove());
-      wanted.forEach((row, k) => box.children[k] !== row && box.insertBefore(row, box.children[k] || null));
+      for (const [into, all] of [[box, wanted], [cardBox, cards]]) {
+        [...into.children].forEach((child) => all.includes(child) || child.remove());
+        all.forEach((row, k) => into.children[k] !== row && into.insertBefore(row, into.children[k] || null));
+      }
+      cardFold.hidden = !cards.length;
       knobs.hidden = false;
-      if (!wanted.length) box.replaceChildren(made("p", { className: "computed", textContent: "No .param in this deck. With  .param m=0.2  and  m={m}  on a card, m is a slider here." }));
+      if (!wanted.length) box.replaceChildren(made("p", { className: "computed", textContent: "No .param in this deck. With  .param m=0.2  and  m={m}  on a card, m is a slider here; numbers of cards are below Values." }));
     }
     for (const [name, { p, slider, field, back, row }] of rows) {
       const own = m.set[name];
@@ -143,7 +219,7 @@
       if (wishes.has(name)) continue;
       sent.set(name, own ?? null);
       if (document.activeElement !== field) field.value = own ?? text(p);
-      const value = own === undefined ? number(text(p)) : m.read ? p.value : number(own);
+      const value = own === undefined ? number(text(p)) : m.read && p.value !== null ? p.value : number(own);
       if (value !== null && !slider.matches(":active")) place(slider, p, value);
     }
     lines(m);

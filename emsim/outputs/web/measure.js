@@ -68,7 +68,7 @@ function cursorSheet(run, waves, clock) {
   const said = (c, v) => (v === null ? "\u2013" : waves.said(c, v)), go = (t, text) => Object.assign(document.createElement("button"), { textContent: text, title: `the clock to ${axis(t)}`, onclick: () => clock.set(t) });
   table.className = "numbers";
   const head = table.createTHead().insertRow();
-  for (const word of ["", "A", "B", "B \u2212 A", "mean", "RMS", "lowest", "highest", "range", "period", "frequency"]) head.append(Object.assign(document.createElement("th"), { textContent: word, scope: "col" }));
+  for (const word of ["signal", "A", "B", "B \u2212 A", "mean", "RMS", "lowest", "highest", "range", "period", "frequency"]) head.append(Object.assign(document.createElement("th"), { textContent: word, scope: "col" }));
   const body = table.createTBody();
   for (const c of drawn) {
     const values = waves.inScale(c), course = stretch(run.time, values, from, to), row = body.insertRow(), at = (t) => (t === null ? null : valueAt(run.time, values, t));

@@ -322,7 +322,7 @@ class Waves {
   logButton(p) {
     const button = Object.assign(document.createElement("button"), { className: "log", textContent: "log", title: "logarithmic scale; what is not positive is left out" });
     button.setAttribute("aria-pressed", this.logy.has(p.key));
-    button.setAttribute("aria-label", `logarithmic scale of ${p.units.join(", ") || "numbers"}`);
+    button.setAttribute("aria-label", `log: logarithmic scale of ${p.units.join(", ") || "numbers"}`);
     button.onclick = () => {
       if (!this.logy.delete(p.key)) this.logy.add(p.key);
       this.heights.delete(p.key);

@@ -7,13 +7,14 @@ import re
 import socket
 from collections.abc import Callable, Iterator
 from http.client import HTTPConnection, HTTPResponse
+from pathlib import Path
 from threading import Thread
 from typing import Any
 
 import pytest
 
 from emsim.live.server import MOST_BYTES, MOST_READERS, Server
-from emsim.live.session import Board
+from emsim.live.session import Board, Session
 from emsim.outputs import html
 
 
@@ -277,3 +278,34 @@ def test_slow_connections_make_room_for_others(asked: Asked):
     assert message(reader) == b'{"kind": "hello"}\n'
     for s in slow:
         s.close()
+
+
+def test_the_deck_is_written_for_the_page_alone(tmp_path: Path) -> None:
+    deck = tmp_path / "a.cir"
+    deck.write_bytes(b"title\r\nR1 a 0 1\r\n")
+    session = Session(str(deck))
+    server = Server(session.board, session.ask, edit=session.edit)
+    Thread(target=server.serve_forever, kwargs={"poll_interval": 0.01}, daemon=True).start()
+
+    def post(body: Any, **headers: str) -> int:
+        connection = HTTPConnection("127.0.0.1", server.port, timeout=30)
+        known = {"X-Emsim-Token": server.token, "Content-Type": "application/json"}
+        given = {**known, **{k.replace("_", "-"): v for k, v in headers.items()}}
+        connection.request("POST", "/deck", json.dumps(body), given)
+        return connection.getresponse().status
+
+    was, text = "title\nR1 a 0 1\n", "title\nR1 a 0 2\n"
+    try:
+        assert post({"text": text, "was": was}, X_Emsim_Token="x") == 403
+        assert post({"text": text, "was": was}, Origin="http://evil.example") == 403
+        assert post({"text": text, "was": was}, Content_Type="text/plain") == 415
+        for wrong in ({"text": text}, {"text": 1, "was": was}, [], {"text": "\0", "was": was}):
+            assert post(wrong) == 400
+        assert post({"text": text, "was": "another"}) == 200  # said, not written
+        assert deck.read_bytes() == b"title\r\nR1 a 0 1\r\n"
+        assert post({"text": text, "was": was}) == 204
+        assert deck.read_bytes() == b"title\r\nR1 a 0 2\r\n"
+    finally:
+        server.shutdown()
+        server.server_close()
+        session.board.close()

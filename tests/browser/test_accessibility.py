@@ -1,0 +1,75 @@
+"""Pages as axe-core sees them (MPL 2.0, fetched from npm for this test alone and part of nothing that is shipped)."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import tarfile
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import emsim
+from emsim import pipeline
+from emsim.outputs import html
+from emsim.reports import explained
+
+ROOT = Path(__file__).resolve().parents[2]
+AXE = "axe-core@4.10.3"
+RULES = (
+    "() => axe.run().then((r) => r.violations.map((v) => [v.id, v.nodes.map((n) => n.html.slice(0, 200))]))"
+)
+
+
+@pytest.fixture(scope="module")
+def axe(tmp_path_factory: pytest.TempPathFactory) -> str:
+    """The text of axe.min.js: of the file that EMSIM_AXE names, or from npm."""
+    if given := os.environ.get("EMSIM_AXE"):
+        return Path(given).read_text()
+    folder = tmp_path_factory.mktemp("axe")
+    npm = shutil.which("npm")
+    if npm is None:
+        pytest.skip("axe-core needs npm, or EMSIM_AXE")
+    got = subprocess.run(
+        [npm, "pack", AXE], cwd=folder, capture_output=True, text=True, timeout=120, check=False
+    )
+    packed = list(folder.glob("axe-core-*.tgz"))
+    if not packed:
+        pytest.skip(f"npm has no axe-core for us: {got.stderr.strip()[-200:]}")
+    with tarfile.open(packed[0]) as archive:
+        file = archive.extractfile("package/axe.min.js")
+        assert file is not None
+        return file.read().decode()
+
+
+def pages(folder: Path) -> dict[str, Path]:
+    deck = ROOT / "netlists/coupled/pendulum_servo.cir"
+    result = pipeline.run(str(deck), scene=True)
+    servo, still = folder / "servo.html", folder / "still.html"
+    html.write(str(servo), result, deck.read_text(), explained.sheets(pipeline.explain(str(deck))))
+    text = "divider\nV1 a 0 1\nR1 a b 1k\nC1 b 0 1n\nR2 b 0 1k\n.op\n.pz a 0 b 0 vol pz\n.end\n"
+    html.write(str(still), emsim.run(text), text)
+    return {"servo": servo, "still": still}
+
+
+@pytest.mark.parametrize(("width", "scheme"), [(1300, "light"), (1300, "dark"), (390, "light")])
+@pytest.mark.parametrize("name", ["servo", "still"])
+def test_axe_finds_nothing(
+    axe: str, chromium: Any, tmp_path: Path, name: str, width: int, scheme: str
+) -> None:
+    context = chromium.new_context(
+        viewport={"width": width, "height": 900}, color_scheme=scheme, bypass_csp=True
+    )
+    page = context.new_page()
+    page.goto(pages(tmp_path)[name].as_uri())
+    page.wait_for_selector("#tabs button")
+    page.evaluate(axe)
+    for tab in page.locator("#tabs button").all():
+        tab.click()
+        assert page.evaluate(RULES) == [], tab.text_content()
+    if name == "servo":
+        page.click("#help")
+        assert page.evaluate(RULES) == []
+    context.close()
