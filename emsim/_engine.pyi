@@ -98,6 +98,25 @@ class Builder:
     def eval(self, ys: Sequence[Expr | float], x: Sequence[float], t: float = 0.0) -> list[float]: ...
     def wave(self, kind: str, args: Sequence[float], dc: float | None = None) -> int:
         """kind: dc pulse sin exp pwl pwlr sffm am, every argument given. ValueError when they do not fit."""
+    def digital_node(self, name: str) -> tuple[int, int]:
+        """A digital node: its number, and the wave that shows its level as 0, 1, or 1/2 where it is undefined."""
+    def digital_senses(self, node: int, above: Expr, below: Expr) -> None:
+        """Flags (or constants) decide that node: 0 where it is not above what is low, 1 where it is not below what is high,
+        undefined between. ValueError for other expressions."""
+    def digital_ramp(
+        self, node: tuple[int, bool], values: tuple[float, float, float], times: tuple[float, float]
+    ) -> int:
+        """A wave that follows a digital node (number, inverted) in straight lines: values at 0, 1, undefined; times [s] of a
+        whole rise and fall."""
+    def digital_part(
+        self,
+        kind: str,
+        name: str,
+        ports: Sequence[Sequence[tuple[int, bool]]],
+        values: dict[str, list[float]],
+    ) -> None:
+        """A digital part (`digital_parts`) between nodes: of each port (number, inverted) of its connections, none where it is
+        open. ValueError: what is wrong, as a sentence."""
     def wave_expr(self, k: int) -> Expr: ...
     def still(self) -> int:
         """The wave that is 1 until a run begins, 0 from then on."""
@@ -337,6 +356,9 @@ class Waveforms:
     def events(self) -> list[tuple[float, int, int]]:
         """(time, flag, new value)"""
     @property
+    def digital(self) -> list[tuple[float, str, str]]:
+        """Changes of digital nodes: (time, node, state as it is written: 0s, 1r, Uz, 0u)."""
+    @property
     def chattering(self) -> list[int]:
         """Flags that slid along their threshold: they were followed to 1e-4 of the span."""
     @property
@@ -472,6 +494,12 @@ def devices() -> list[tuple[str, list[str]]]:
 
 def methods() -> list[str]:
     """Names of the integrators, as `.options method=` has them."""
+
+def digital_parts() -> list[
+    tuple[str, str, list[tuple[str, bool, bool, bool]], list[tuple[str, str, float, str]]]
+]:
+    """Of every digital part: name, what it is, ports (name, is it an output, a list, may it be open?), parameters (name, unit,
+    default or nan, meaning)."""
 
 def device_parameters(kind: str, of: str = "model") -> list[tuple[list[str], str, float, str]]:
     """(names, unit, default, meaning) of every parameter of a device's .model, or of "instance"; the default is nan where it

@@ -212,6 +212,7 @@ class FlatDeck:
         "measures",
         "models",
         "modules",
+        "named",
         "nodesets",
         "option_spans",
         "options",
@@ -238,6 +239,7 @@ class FlatDeck:
         self.elements: list[Element] = []
         self.machine: list[MachineCard] = []
         self.models: dict[str, Model] = {}
+        self.named: list[str] = []  # every file that was looked for: that of the deck
         self.modules: dict[str, Any] = {}  # of Verilog-A, from files that .hdl names
         self.options: dict[str, float | str | bool] = {}
         self.option_spans: dict[str, Span] = {}

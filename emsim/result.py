@@ -155,6 +155,12 @@ class Table:
         given = (self.kind, self.names, self.units, columns, self.title, self.axis, self.steps, self.grid)
         return _table, (*given, self.stats, self.status, self.plotname, self.scene, self.energy, self.circuit)
 
+    @property
+    def digital(self) -> list[tuple[float, str, str]]:
+        """Changes of the digital nodes of a transient, in order: time [s], node, state (0s, 1r, Uz, ... as in XSPICE)."""
+        found = getattr(self.waves, "digital", [])
+        return [event for event in found if "#" not in event[1]]
+
     def corners(self, name: str | int | None = None) -> memoryview[float]:
         """Times of rows at which the run knows that a column may bend or jump, any column without a name; none for a
         table from a file."""

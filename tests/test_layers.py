@@ -77,7 +77,7 @@ RUST_ROWS = [
     ["islands"],
     ["conditions"],
     ["model"],
-    ["devices", "sparse", "waves"],
+    ["devices", "logic", "sparse", "waves"],
     ["twice"],
     ["tape"],
     ["lanes"],

@@ -72,6 +72,10 @@ class Part:
     def steady(self) -> list[bool]:
         return self.waves.steady[self.first : self.first + self.columns]
 
+    @property
+    def digital(self) -> list[tuple[float, str, str]]:
+        return self.waves.digital
+
     def column(self, i: int, /) -> bytes:
         return self.waves.column(self.first + i)
 

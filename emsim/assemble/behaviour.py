@@ -142,7 +142,7 @@ class Compiler:
             return b.const(CONSTANTS[node.id])
         if node.id.startswith("@"):
             return self._device(node)
-        if node.id in self.ctx.nodes:
+        if self._is_node(node):
             return self._error("E282", f"`{node.id}` is a node, its voltage is `v({node.id})`", node)
         near = suggest(node.id, ("time", "temper", "hertz", "pi", "e"))
         return self._error(
@@ -367,7 +367,8 @@ class Compiler:
 
     def _is_node(self, arg: Node) -> bool:
         name = _word(arg)
-        return name is not None and (name in ("0", "gnd") or name in self.ctx.nodes)
+        known = self.ctx.nodes, self.ctx.digital
+        return name is not None and (name in ("0", "gnd") or any(name in table for table in known))
 
     def _voltage(self, node: Call) -> Expr:
         names: list[str] = []
@@ -379,7 +380,7 @@ class Compiler:
                     "E289",
                     f"no node is called `{shown}`",
                     shown,
-                    self.ctx.nodes,
+                    [*self.ctx.nodes, *self.ctx.digital],
                     arg.span or node.span or self._where,
                 )
                 return self.ctx.b.const(0.0)

@@ -42,6 +42,7 @@ def allocate(ctx: Context) -> None:
             hint = missing_mark(word)
         sink.error("E297", f"{names}: {what} is not supported yet", elements[0].span, hint)
 
+    _kinds_differ(ctx)
     _spread(ctx)
     read = set(ctx.elements) if all_currents(ctx) else _currents_read(ctx)
     for e in ctx.elements.values():
@@ -49,6 +50,16 @@ def allocate(ctx: Context) -> None:
             if e.is_metered and e.name not in read:
                 ctx.aside.add(name)
             ctx.new_branch(name, initial)
+
+
+def _kinds_differ(ctx: Context) -> None:
+    """A node is digital or one of the equations."""
+    for name in [name for name in ctx.digital if name in ctx.nodes]:
+        e = next((e for e in ctx.elements.values() if name in (*e.nodes, *e.reads())), None)
+        ctx.sink.error(
+            "E342", f"node `{name}` is digital, and `{e.name if e else name}` takes it for a voltage", e.span if e else None,
+            "between the two stands an A line: adc_bridge makes a voltage digital, dac_bridge the other way round",
+        )  # fmt: skip
 
 
 def lists_word(probes: Iterable[Probe], *words: str) -> bool:

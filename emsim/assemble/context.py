@@ -78,6 +78,8 @@ class Context:
         # (tstep, tstop) that waveform defaults refer to: of the first .tran, or of the one that runs
         self.times: tuple[float, ...] = (1.0, 1.0)
         self.ics: dict[str, float] = {}
+        # name of a digital node -> its number, its level as an expression: 0, 1, 1/2 where it is undefined
+        self.digital: dict[str, tuple[int, Expr]] = {}
         self.saved: dict[str, Output] | None = None  # columns that every analysis records (outputs.py)
         self.is_drawn = flat.is_drawn and 0 < len(flat.elements) + len(flat.machine) <= DRAWN
         self.aside: set[str] = set()  # branches that only the drawing of the circuit reads
@@ -108,6 +110,13 @@ class Context:
         """A node of an element's own; it is no output and nobody else can name it."""
         return self.b.unknown(name, "node", "V", 0.0)
 
+    def digital_node(self, name: str) -> tuple[int, Expr]:
+        """A digital node (its number, its level), made at its first mention."""
+        if name not in self.digital:
+            number, wave = self.b.digital_node(name)
+            self.digital[name] = (number, self.b.wave_expr(wave))
+        return self.digital[name]
+
     def initial(self, name: str) -> float:
         """Initial voltage of a node under UIC: its .ic, or 0 [V]."""
         return self.ics.get(name, 0.0)
@@ -122,11 +131,15 @@ class Context:
         return self.branches.get(name)
 
     def v(self, p: str, n: str | None = None) -> Expr:
-        """Voltage of node p, against n when given [V]."""
-        plus = self.node(p)
-        value = self.b.x(plus) if plus >= 0 else self.b.const(0.0)
-        minus = -1 if n is None else self.node(n)
-        return value - self.b.x(minus) if minus >= 0 else value
+        """Voltage of node p, against n when given [V]; of a digital node its level."""
+        value = self._voltage(p)
+        return value if n is None or n in GROUND else value - self._voltage(n)
+
+    def _voltage(self, name: str) -> Expr:
+        if name in self.digital and name not in self.nodes:
+            return self.digital[name][1]
+        index = self.node(name)
+        return self.b.x(index) if index >= 0 else self.b.const(0.0)
 
     def element_name(self, name: str, letter: str = "") -> str:
         """An element's flat name from its own or from ngspice's spelling: v.x1.v1 is x1.v1."""

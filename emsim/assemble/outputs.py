@@ -219,8 +219,13 @@ def _left_out(ctx: Context, ast: Node, span: Span) -> bool:
     if ctx.machine is not None and ctx.machine.probe("v", ast.args, ast.span or span) is not None:
         return False  # the voltage of a card of the machine
     for arg in ast.args:
-        if isinstance(arg, Name) and arg.id not in ctx.nodes and arg.id not in ("0", "gnd"):
-            near = suggest(arg.id, ctx.nodes)
+        if (
+            isinstance(arg, Name)
+            and arg.id not in ctx.nodes
+            and arg.id not in ctx.digital
+            and arg.id not in ("0", "gnd")
+        ):
+            near = suggest(arg.id, [*ctx.nodes, *ctx.digital])
             ctx.sink.warning(
                 "W287", f"no node is called `{arg.id}`: {ast!r} is left out", arg.span or span, near and f"did you mean `{near}`?"
             )  # fmt: skip
@@ -232,6 +237,7 @@ def everything(ctx: Context) -> list[Output]:
     """What is recorded when nothing is asked for."""
     x = ctx.b.x
     found = [Output(f"v({name})", "V", x(i)) for name, i in ctx.nodes.items()]
+    found += [Output(f"v({name})", "", level) for name, (_, level) in ctx.digital.items()]
     found += [Output(f"i({name})", "A", x(i)) for name, i in ctx.branches.items() if name not in ctx.aside]
     if ctx.machine is not None:
         for name in ctx.machine.default_outputs():

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from . import analyse, arrays, assign, change, files, measures, pictures, program, show, spectra
+from . import analyse, arrays, assign, change, digital, files, measures, pictures, program, show, spectra
 from .base import Command
 from .session import Session
 
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 __all__ = ["COMMANDS", "Command", "Session", "check"]
 
-FAMILIES = (analyse, assign, change, show, files, arrays, spectra, measures, pictures)
+FAMILIES = (analyse, assign, change, show, files, arrays, spectra, measures, pictures, digital)
 
 
 def check(lines: list[Line], sink: Sink) -> None:

@@ -23,7 +23,7 @@ from emsim.reports.words import BRINGS, default, meaning
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
+    from collections.abc import Iterable, Mapping, Sequence
 
 
 def pages() -> dict[str, str]:
@@ -35,6 +35,7 @@ def pages() -> dict[str, str]:
         "reference/options.md": options(),
         "reference/functions.md": functions(),
         "reference/waveforms.md": waveforms(),
+        "reference/code_models.md": code_models(),
         "reference/probes.md": probes(),
         "reference/numbers.md": numbers(),
         "reference/commands.md": commands(),
@@ -176,7 +177,7 @@ def parameters(head: str, words: dict[str, Word]) -> str:
     return (table([head, "unit", "default", "meaning"], rows) if rows else "") + accepted(words)
 
 
-def accepted(words: dict[str, Word]) -> str:
+def accepted(words: Mapping[str, Word]) -> str:
     rest = [code(name) for name, p in words.items() if not p.meaning]
     return f"\nAccepted as in ngspice: {' '.join(rest)}.\n" if rest else ""
 
@@ -208,6 +209,41 @@ def functions() -> str:
         + table(["function", "value"], rows)
         + f"\n## Where ngspice's meaning surprises\n\n{surprises}\n"
     )
+
+
+def code_models() -> str:
+    """Of A lines."""
+    from ..elements.xspice import NAMES, code_model
+
+    kinds = [code_model(name) for name in sorted(NAMES)]
+    names = table(
+        ["code model", "what it is"], ([f"[{kind.name}](#{kind.name})", kind.what] for kind in kinds)
+    )
+    parts = [
+        "# Code models\n\nAn A line puts one of XSPICE's code models into a circuit; the word of its `.model` says which. "
+        "Connections stand in the order of the form: lists in `[ ]`, `%vd(a b)` where a connection is of another type, "
+        "`~` before "
+        "a digital one turns it round, `null` leaves one open. More of them: [digital circuits](../guide/digital.md).\n\n"
+        + names
+    ]
+    for kind in kinds:
+        rows = [[code(key), w.unit, w.told(), w.meaning] for key, w in kind.parameters.items() if w.meaning]
+        ends = [
+            [code(p.name), " ".join(code("%" + t) for t in p.types), "may be `null`" if p.is_open else ""]
+            for p in kind.ports
+        ]
+        parts.append(
+            f"\n## {kind.name}\n\n{kind.what[0].upper() + kind.what[1:]}.\n\n```spice\n{kind.form()}\n```\n"
+        )
+        parts += [f"{code(kind.law)}\n"] if kind.law else []
+        parts.append(table(["connection", "may be", ""], ends))
+        parts += (
+            ["\n" + table([f"parameter of `.model .. {kind.name}`", "unit", "default", "meaning"], rows)]
+            if rows
+            else []
+        )
+        parts.append(accepted(kind.parameters))
+    return "\n".join(parts)
 
 
 def waveforms() -> str:

@@ -138,6 +138,6 @@ def _model(place: Place) -> Iterator[Item]:
             if key != "model":
                 yield Item("key", key, f"[{param.unit}]", param.meaning, key + "=")
     elif kind in MODEL_TYPES:
-        for (key, *_), unit, default, meaning in MODEL_TYPES[kind].model_table():
+        for (key, *_), unit, default, meaning in MODEL_TYPES[kind].model_table(kind):
             shown = "" if default != default else f"default {default:g}"
             yield Item("key", key, f"[{unit}] {shown}".strip(), meaning, key + "=")

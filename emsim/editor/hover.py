@@ -153,7 +153,7 @@ def _model_key(place: Place) -> str | None:
     """A parameter of an element's .model, of a motor's."""
     kind, key = (place.words[2] if len(place.words) > 2 else place.call), place.word.lower()
     if kind in MODEL_TYPES:
-        for names, unit, default, meaning in MODEL_TYPES[kind].model_table():
+        for names, unit, default, meaning in MODEL_TYPES[kind].model_table(kind):
             if key in names:
                 shown = "" if default != default else f"\n\ndefault {default:g}"
                 return f"**{key}=**" + (f" [{unit}]" if unit else "") + f" — {meaning}{shown}"

@@ -9,6 +9,7 @@ from ..cards import CARDS
 from ..cards.joints import KINDS
 from ..cards.motors import MODELS as MOTORS
 from ..elements import ELEMENTS
+from ..elements.xspice import NAMES, code_model
 from ..measures import KINDS as MEASURES
 from ..reports import words as references
 from . import words
@@ -103,8 +104,18 @@ def _joint(word: str) -> Iterator[str] | None:
     )
 
 
+def _code_model(word: str) -> Iterator[str] | None:
+    if (name := word.lower()) not in NAMES:
+        return None
+    kind = code_model(name)
+    head = (f"{name}: code model, {kind.what}", "", f"  {kind.form()}; .model model {name}(..)")
+    rows = [(key, w.unit or "-", w.told(), w.meaning) for key, w in kind.parameters.items() if w.meaning]
+    law = (f"  {kind.law}",) if kind.law else ()
+    return iter((*head, *law, "", *references.table(rows)))
+
+
 def _model(word: str) -> Iterator[str] | None:
-    if (letter := MODELS.get(word.lower())) is None:
+    if word.lower() in NAMES or (letter := MODELS.get(word.lower())) is None:
         return None
     return iter((f"{word.lower()}: word of .model, for {letter}; its parameters: emsim help {letter}",))
 
@@ -136,7 +147,7 @@ def _topic(word: str) -> Iterator[str] | None:
 
 
 TELLERS: tuple[Callable[[str], Iterator[str] | None], ...] = (
-    _reference, _dot, _wave, _probe, _function, _option, _method, _joint, _model, _command, _topic,
+    _reference, _dot, _wave, _probe, _function, _option, _method, _joint, _code_model, _model, _command, _topic,
 )  # fmt: skip
 
 Rows = list[tuple[str, ...]]
@@ -146,9 +157,15 @@ def _options() -> Rows:
     return [(name, unit or "-", value, meaning) for name, (unit, value, meaning) in words.OPTIONS.items()]
 
 
+def _code_models() -> Rows:
+    kinds = map(code_model, sorted(NAMES))
+    return [(kind.name, kind.what, kind.form()) for kind in kinds]
+
+
 TOPICS: dict[str, tuple[str, Callable[[], Rows]]] = {
     "cards": ("machine cards", lambda: [(word, card.spec.meaning) for word, card in CARDS.items()]),
     "elements": ("letters of SPICE", lambda: [(kind.letter.upper(), kind.what, kind.form) for kind in ELEMENTS]),
+    "code_models": ("of A lines, by the word of their .model", _code_models),
     "joints": ("kinds of joints", lambda: [(name, kind.meaning) for name, kind in KINDS.items()]),
     "motors": ("types of .model for MOTOR", lambda: [(name, kind.spec.meaning) for name, kind in MOTORS.items()]),
     "dots": ("dot cards", lambda: list(words.DOTS.values())),

@@ -96,6 +96,7 @@ class _Flattener:
         self.flat = FlatDeck(deck.title, deck.sink)
         self.heated = False  # by a .temp
         self.flat.sources.append(deck.file)
+        self.flat.named = deck.named
         self.files: Files | None = None
         self.models = Models(self.flat)
         self.globals: set[str] = {"0"}

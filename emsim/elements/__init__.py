@@ -4,6 +4,7 @@ registered."""
 from __future__ import annotations
 
 from .. import source
+from .a import OfCodeModel
 from .b import Behavioural
 from .base import Element, Param
 from .c import Capacitor
@@ -51,6 +52,7 @@ ELEMENTS: tuple[type[Element], ...] = (
     OfModule,
     Line,
     RcLine,
+    OfCodeModel,
     Use,
 )
 

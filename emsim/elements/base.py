@@ -159,8 +159,8 @@ class Element:
         self.place, self.is_plain = None, False
 
     @classmethod
-    def model_table(cls) -> list[tuple[list[str], str, float, str]]:
-        """The words of its .model that mean something: (names, unit, default or NaN, meaning)."""
+    def model_table(cls, of: str = "") -> list[tuple[list[str], str, float, str]]:
+        """The words of its .model that mean something: (names, unit, default or NaN, meaning); `of` one type."""
         return [
             ([key], p.unit, float("nan") if p.default is None else p.default, p.meaning)
             for key, p in cls.model_words.items()

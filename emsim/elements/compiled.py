@@ -61,7 +61,7 @@ class Compiled(Element):
         return [m for name in names if name and (m := shipped(name)) is not None]
 
     @classmethod
-    def model_table(cls) -> list[tuple[list[str], str, float, str]]:
+    def model_table(cls, of: str = "") -> list[tuple[list[str], str, float, str]]:
         rows: dict[str, tuple[list[str], str, float, str]] = {}
         for module in cls.shown():
             for row in module.rows():

@@ -71,7 +71,7 @@ class Diode(Element):
             ctx.sink.error("E297", said, self.span, hint)
 
     @classmethod
-    def model_table(cls) -> list[tuple[list[str], str, float, str]]:
+    def model_table(cls, of: str = "") -> list[tuple[list[str], str, float, str]]:
         from .._engine import device_parameters
 
         return device_parameters("d")

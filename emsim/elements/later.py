@@ -14,10 +14,6 @@ class Later(Element):
         return ()
 
 
-class CodeModel(Later):
-    letter, what, least = "a", "XSPICE code model", 0
-
-
 class LossyLine(Later):
     letter, what, model_types, least = "o", "lossy line", ("ltra",), 4
 
@@ -30,4 +26,4 @@ class SingleLine(Later):
     letter, what, model_types, least = "y", "lossy line", ("txl",), 0
 
 
-LATER: tuple[type[Element], ...] = (CodeModel, LossyLine, CoupledLines, SingleLine)
+LATER: tuple[type[Element], ...] = (LossyLine, CoupledLines, SingleLine)

@@ -31,6 +31,7 @@ FAMILIES = (
     "machine",
     "motors",
     "circuit",
+    "code_models",
     "running",
     "steady",
     "results",

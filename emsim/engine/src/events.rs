@@ -38,6 +38,8 @@ pub struct Candidate<'a> {
     pub end: &'a [f64],
     pub dense: &'a dyn Fn(f64, &mut [f64]),
     pub long: bool,
+    /// so far turns what conditions hang on by sines [rad]
+    pub turn: f64,
 }
 
 /// Compares every flag with its condition at every row: a flag that is not what its condition says is told, once each.
@@ -140,6 +142,9 @@ pub struct Detector {
 /// `REST` of the span, so that the run goes on and follows the sliding to that resolution.
 const MANY: u32 = 8;
 const SHORT: f64 = 2e-5;
+/// The inside of a step is looked at after so much of a turn [rad], so often at most.
+const LOOK: f64 = std::f64::consts::FRAC_PI_6;
+const LOOKS: f64 = 4096.0;
 const REST: f64 = 1e-4;
 
 impl Detector {
@@ -207,14 +212,20 @@ impl Detector {
         let at_end = self.any(sys, w, x, t1);
         let mut hi = t1;
         let mut found = at_end;
-        if m.long {
-            for share in [0.25, 0.5, 0.75] {
-                let t = t0 + share * (t1 - t0);
+        let looks = (m.turn / LOOK).ceil().clamp(if m.long { 4.0 } else { 1.0 }, LOOKS);
+        let (mut lo, mut low) = (t0, self.before.clone());
+        if looks > 1.0 {
+            for k in 1..looks as usize {
+                let t = t0 + k as f64 / looks * (t1 - t0);
                 (m.dense)(t, x);
                 if self.any(sys, w, x, t) {
                     hi = t;
                     found = true;
                     break;
+                }
+                if m.turn > LOOK {
+                    lo = t;
+                    low.copy_from_slice(&self.now);
                 }
             }
         }
@@ -228,9 +239,7 @@ impl Detector {
         }
         self.any(sys, w, x, hi);
         // narrow the bracket [lo, hi]: at lo none fires, at hi at least one does
-        let mut lo = t0;
         let tiny = (4.0 * f64::EPSILON * t1.abs()).max(1e-13 * (t1 - t0));
-        let mut low: Vec<f64> = self.before.clone();
         let mut high = self.now.clone();
         let mut side = 0i32;
         for _ in 0..80 {

@@ -14,6 +14,7 @@ pub mod invariants; // what must hold at every recorded row
 pub mod islands; // sums of the rows of nodes that only capacitors tie together
 mod lanes; // four numbers in one register
 pub mod ledger; // energy accounts: integrals of powers on the dense output
+pub mod logic; // digital nodes: an event queue beside the time axis
 pub mod model; // contributions, as the cards make them
 pub mod modes; // laws with modes (friction, rigid stops), decided together
 pub mod newton; // one implicit stage: Newton's method

@@ -3,6 +3,7 @@ use crate::devices::class::Series;
 use crate::devices::shape::Sort;
 use crate::devices::{compiled, maker, Class, Climate};
 use crate::graph::{Graph, Id, Node};
+use crate::logic::Logic;
 use crate::veriloga::Folded;
 use crate::waves::Wave;
 use std::collections::{BTreeMap, HashMap};
@@ -161,6 +162,7 @@ pub struct Model {
     pub classes: Vec<Box<dyn Class>>,
     pub flags: Vec<FlagSpec>,
     pub laws: Vec<LawSpec>,
+    pub logic: Logic,
     pub forces: Vec<Force>,
     /// Branch currents held while a run's start is sought: of coils that would short a voltage.
     pub starting_currents: Vec<(usize, f64)>,

@@ -8,6 +8,7 @@ use crate::derive::gradient;
 use crate::edges::{affine, EdgeWork, Edges};
 use crate::graph::{Graph, Id, Node};
 use crate::islands::sum_pairs;
+use crate::logic::{Live, Logic};
 pub use crate::model::{FlagSpec, Force, Kind, Model, Unknown};
 use crate::passive::is_passive;
 use crate::reduced::Reduced;
@@ -58,6 +59,7 @@ pub struct System {
     pub unknowns: Vec<Unknown>,
     pub waves: Vec<Wave>,
     pub delays: Delays,
+    pub logic: Logic,
     pub flags: Vec<FlagSpec>,
     pub laws: Laws,
     pub forces: Vec<Force>,
@@ -97,6 +99,7 @@ pub struct System {
     rows: [Vec<(usize, Id)>; 2], // F and Q of rows that are expressions, for `reduce`
     pub sums: Vec<Summed>,       // nodes whose rows are part of another one's (see islands.rs)
     pub phases: Vec<Phase>,      // of sines and cosines in expressions
+    pub turning: Vec<Phase>,     // the same in what flags hang on
     symbolic: OnceLock<Result<Symbolic, Singular>>,
     second: OnceLock<Option<usize>>,
     together: OnceLock<Option<Together>>,
@@ -124,6 +127,8 @@ pub struct Work {
     pub past: Past,
     /// unknowns and flags that a run begins with, in place of an operating point
     pub begin: Option<(Vec<f64>, Vec<f64>)>,
+    /// digital nodes, whose levels and ramps are waves
+    pub logic: Live,
     pub source_factor: f64,
     pub dc: bool, // independent sources at their DC value
     /// ... but for these, with the value that a sweep gives them
@@ -152,6 +157,7 @@ pub struct Held {
     standing: Standing,
     ports: Vec<f64>,
     edges: EdgeWork,
+    logic: Live,
 }
 
 impl Work {
@@ -161,6 +167,7 @@ impl Work {
             standing: self.standing.clone(),
             ports: self.ports.clone(),
             edges: self.edges.clone(),
+            logic: self.logic.clone(),
         }
     }
 
@@ -194,12 +201,14 @@ impl Work {
     /// As a run begins.
     pub fn reset_flags(&mut self, sys: &System) {
         let fresh = sys.work();
-        (self.flags, self.standing) = (fresh.flags, fresh.standing);
+        (self.flags, self.standing, self.logic) = (fresh.flags, fresh.standing, fresh.logic);
     }
 
     pub fn restore_flags(&mut self, held: &Held) {
         self.flags.copy_from_slice(&held.flags);
         self.standing = held.standing.clone();
+        self.logic = held.logic.clone();
+        self.wave_time = f64::NAN;
     }
 
     pub fn restore(&mut self, held: &Held) {
@@ -396,9 +405,15 @@ impl System {
             pattern.position(i, i).filter(|k| yields && of.contains(k))
         };
         let yielding = (0..n).filter_map(own).collect();
+        let mut logic = model.logic;
+        logic.compile(g);
+        let operands: Vec<Id> = model.flags.iter().flat_map(|f| [f.up, f.down]).collect();
+        let turning = phases::phases(g, &operands);
         let mut system = System {
             n,
             delays: Delays::new(g, model.delays, model.still),
+            logic,
+            turning,
             waves: model.waves,
             flags: model.flags,
             laws,
@@ -456,7 +471,7 @@ impl System {
     }
 
     pub fn work(&self) -> Work {
-        Work {
+        let mut w = Work {
             waves: vec![0.0; self.waves.len()],
             flags: self.flags.iter().map(|f| f64::from(f.initial.max(0))).collect(),
             standing: Standing::new(self.flags.len()),
@@ -466,6 +481,7 @@ impl System {
             guests: Guests::default(),
             past: self.delays.past(),
             begin: None,
+            logic: self.logic.live(),
             source_factor: 1.0,
             dc: false,
             given: Vec::new(),
@@ -484,7 +500,9 @@ impl System {
             lines: self.devices.lines(),
             limited: false,
             counters: Counters::default(),
-        }
+        };
+        w.logic.rest(&self.logic, &w.flags);
+        w
     }
 
     /// How the matrices of steps are permuted, which the pattern alone decides.
@@ -523,6 +541,7 @@ impl System {
         }
         w.guests.write(t, &mut w.waves);
         w.past.write(t, t >= w.before, &mut w.waves);
+        w.logic.write(&self.logic, t, &mut w.waves);
         w.wave_time = if w.dc { f64::NAN } else { t };
     }
 

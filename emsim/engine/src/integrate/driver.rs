@@ -306,6 +306,7 @@ impl<'a, S: Sink> Run<'a, S> {
                 return self.contradicts(1e-9 * feature);
             }
         }
+        self.w.logic.begin(&self.sys.logic);
         self.begin_laws(feature);
         if self.a.tstart <= 0.0 {
             self.record.row(self.sys, self.w, 0.0, &self.x);
@@ -517,7 +518,9 @@ impl<'a, S: Sink> Run<'a, S> {
     ) -> Event {
         let (sys, t) = (self.sys, self.t);
         let inside = |t: f64, out: &mut [f64]| method.dense(t, out);
-        let candidate = Candidate { end: method.candidate(), dense: &inside, long: self.dense };
+        let end = method.candidate();
+        let turn = sys.turning.iter().map(|p| (p.at(t1, end) - p.at(t, &self.x)).abs()).fold(0.0, f64::max);
+        let candidate = Candidate { end, dense: &inside, long: self.dense, turn };
         let located = self.detector.locate(sys, self.w, &candidate, t, t1, &mut self.scratch);
         let Some(Located { mut at }) = located else { return Event::None };
         if at < t1 && at - t > smallest {

@@ -6,7 +6,8 @@ use crate::assembly;
 use crate::derive;
 use crate::devices::compiled::Compiled;
 use crate::devices::Climate;
-use crate::graph::{Fun, Id, Node};
+use crate::graph::{Fun, Graph, Id, Node};
+use crate::logic;
 use crate::model::{Delay, Form, Law, LawSpec};
 use crate::system::{FlagSpec, Force, Kind, Model, Unknown};
 use crate::tape::{Inputs, Tape};
@@ -45,6 +46,12 @@ impl Builder {
     fn ids(&self, xs: &[Bound<'_, PyAny>]) -> PyResult<Vec<Id>> {
         xs.iter().map(|x| Expr::operand(&self.graph, x)).collect()
     }
+}
+
+/// Are these made of flags and constants alone?
+fn logic_alone(g: &Graph, ids: &[Id]) -> bool {
+    let plain = |&id: &Id| !g.node(id).is_leaf() || matches!(g.node(id), Node::Const(_) | Node::Flag(_));
+    g.reachable(ids).iter().all(plain)
 }
 
 fn two_terminal(stamps: &mut Vec<(usize, usize, f64)>, (p, n): (Option<usize>, Option<usize>), v: f64) {
@@ -108,9 +115,7 @@ impl Builder {
     /// Is y made of flags and constants alone?
     fn is_logic(&self, y: &Bound<'_, PyAny>) -> PyResult<bool> {
         let y = Expr::operand(&self.graph, y)?;
-        let g = lock(&self.graph);
-        let ids = g.reachable(&[y]);
-        Ok(ids.iter().all(|&id| !g.node(id).is_leaf() || matches!(g.node(id), Node::Const(_) | Node::Flag(_))))
+        Ok(logic_alone(&lock(&self.graph), &[y]))
     }
 
     #[pyo3(signature = (function, *args))]
@@ -341,6 +346,47 @@ impl Builder {
         m.waves.push(Wave::guest());
         m.still = Some(m.waves.len() - 1);
         Ok(m.waves.len() - 1)
+    }
+
+    /// A digital node; gives its number and the wave that shows its level.
+    fn digital_node(&mut self, name: String) -> PyResult<(usize, usize)> {
+        let m = self.model()?;
+        m.waves.push(Wave::guest());
+        let wave = m.waves.len() - 1;
+        Ok((m.logic.node(name, wave), wave))
+    }
+
+    /// What is made of flags decides that node: is it above what is low, is it below what is high?
+    fn digital_senses(&mut self, node: usize, above: &Bound<'_, PyAny>, below: &Bound<'_, PyAny>) -> PyResult<()> {
+        let ids = [Expr::operand(&self.graph, above)?, Expr::operand(&self.graph, below)?];
+        if !logic_alone(&lock(&self.graph), &ids) {
+            return Err(PyValueError::new_err("flags alone decide a digital node"));
+        }
+        let m = self.model()?;
+        let node = m.logic.nodes.get_mut(node).ok_or_else(|| PyIndexError::new_err("no such digital node"))?;
+        node.senses = Some(ids);
+        Ok(())
+    }
+
+    /// A wave that follows a digital node in straight lines: values at 0, 1 and undefined, times of a rise and a fall.
+    fn digital_ramp(&mut self, node: (usize, bool), values: (f64, f64, f64), times: (f64, f64)) -> PyResult<usize> {
+        let m = self.model()?;
+        m.waves.push(Wave::guest());
+        let ((node, inverted), (low, high, undefined), (rise, fall)) = (node, values, times);
+        let wave = m.waves.len() - 1;
+        m.logic.ramps.push(logic::Ramp { node, inverted, wave, low, high, undefined, rise, fall });
+        Ok(wave)
+    }
+
+    /// A digital part between nodes: of each port (number, inverted) of its connections. ValueError: what is wrong, as a sentence.
+    fn digital_part(
+        &mut self,
+        kind: &str,
+        name: &str,
+        ports: Vec<Vec<(usize, bool)>>,
+        values: HashMap<String, Vec<f64>>,
+    ) -> PyResult<()> {
+        self.model()?.logic.add(kind, name, ports, &values).map_err(PyValueError::new_err)
     }
 
     fn wave_expr(&self, k: u32) -> Expr {

@@ -28,6 +28,7 @@ fn _engine(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(device_parameters, m)?)?;
     m.add_function(wrap_pyfunction!(devices, m)?)?;
     m.add_function(wrap_pyfunction!(methods, m)?)?;
+    m.add_function(wrap_pyfunction!(digital_parts, m)?)?;
     Ok(())
 }
 
@@ -45,6 +46,23 @@ fn device_parameters(kind: &str, of: &str) -> PyResult<Vec<(Vec<&'static str>, &
 #[pyfunction]
 fn devices() -> Vec<(&'static str, Vec<&'static str>)> {
     crate::devices::REGISTRY.iter().map(|m| (m.spec().name, m.spec().terminals.to_vec())).collect()
+}
+
+type Port = (&'static str, bool, bool, bool);
+
+/// Of every digital part: name, what it is, ports (name, is it an output, a list, may it be open?), parameters (name, unit, default,
+/// meaning).
+#[pyfunction]
+#[allow(clippy::type_complexity)]
+fn digital_parts() -> Vec<(&'static str, &'static str, Vec<Port>, Vec<(&'static str, &'static str, f64, &'static str)>)>
+{
+    let specs = crate::logic::REGISTRY.iter().flat_map(|specs| specs.iter());
+    let port = |p: &crate::logic::Port| (p.name, p.is_output, p.is_list, p.may_be_open);
+    let told = |s: &crate::logic::Spec| {
+        let parameters = s.parameters.iter().map(|p| (p.name, p.unit, p.default, p.meaning)).collect();
+        (s.name, s.what, s.ports.iter().map(port).collect(), parameters)
+    };
+    specs.map(told).collect()
 }
 
 /// Names of the integrators, as `.options method=` has them.

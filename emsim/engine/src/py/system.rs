@@ -286,6 +286,7 @@ impl System {
             watch: None,
             used: vec![],
             steady: vec![],
+            digital: vec![],
             state: None,
         })
     }
@@ -362,6 +363,7 @@ impl System {
             watch: None,
             used: vec![],
             steady: vec![],
+            digital: vec![],
             state: Some(state),
         })
     }
@@ -525,6 +527,10 @@ impl System {
             Status::Interrupted => "interrupted",
         };
         let events = outcome.events.iter().map(|&(t, k, v)| (t, k, u8::from(v))).collect();
+        let names = |&(t, k, s): &(f64, u32, crate::logic::State)| {
+            (t, self.inner.logic.nodes[k as usize].name.clone(), s.text())
+        };
+        let digital = w.logic.log.iter().map(names).collect();
         let chattering = outcome.resting;
         let broken = outcome.broken;
         let used = outcome.used.into_iter().map(|u| (u.t, u.method, u.why)).collect();
@@ -542,6 +548,7 @@ impl System {
             watch,
             used,
             steady,
+            digital,
             state: (!outcome.end.is_empty()).then_some((outcome.end, w.flags)),
         })
     }
@@ -702,6 +709,9 @@ pub struct Waveforms {
     /// of every column: it does not bend with a source's corner
     #[pyo3(get)]
     steady: Vec<bool>,
+    /// changes of digital nodes: time, node, state as it is written
+    #[pyo3(get)]
+    digital: Vec<(f64, String, String)>,
     /// of a sweep: unknowns and conditions at its last point
     #[pyo3(get)]
     state: Option<(Vec<f64>, Vec<f64>)>,

@@ -14,6 +14,9 @@ impl System {
             if !self.delays.list.is_empty() {
                 return Err("it reads what was a time ago".into());
             }
+            if !self.logic.is_empty() {
+                return Err("there are digital nodes".into());
+            }
             let [f, q] = self.rows.clone();
             let source = Source {
                 unknowns: &self.unknowns,

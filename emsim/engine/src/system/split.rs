@@ -86,6 +86,9 @@ impl<'a> Splitter<'a> {
         if !self.sys.delays.list.is_empty() {
             return Err("there are delays".into());
         }
+        if !self.sys.logic.is_empty() {
+            return Err("there are digital nodes".into());
+        }
         if !self.slow.contains(&true) || !self.slow.contains(&false) {
             return Err("it takes a circuit and a machine".into());
         }

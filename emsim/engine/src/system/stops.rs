@@ -124,7 +124,8 @@ impl System {
     pub fn update_flags(&self, w: &mut Work, x: &[f64], t: f64) -> bool {
         self.remeasure_flags(w, x, t);
         self.remember(w, x, t);
-        self.flip_asking(w, x, t, false, |_, _, _| true)
+        let turned = self.flip_asking(w, x, t, false, |_, _, _| true);
+        self.rest_logic(w) || turned
     }
 
     /// The same for flags that the state decides, during a run: edges flip the others. `one`: only the first that asks, for those
@@ -142,7 +143,8 @@ impl System {
     /// The same for flags that nothing is said of at the operating point; the others stay as they are.
     pub fn update_free_flags(&self, w: &mut Work, x: &[f64], t: f64) -> bool {
         self.remeasure_flags(w, x, t);
-        self.flip_asking(w, x, t, false, |k, _, _| self.flags[k].rest < 0)
+        let turned = self.flip_asking(w, x, t, false, |k, _, _| self.flags[k].rest < 0);
+        self.rest_logic(w) || turned
     }
 
     /// Does any condition ask to turn at (x, t)?
@@ -159,7 +161,17 @@ impl System {
     /// Turns the first condition that asks for it.
     pub fn turn_first(&self, w: &mut Work, x: &[f64], t: f64) -> bool {
         self.remeasure_flags(w, x, t);
-        self.flip_asking(w, x, t, true, |_, _, _| true)
+        let turned = self.flip_asking(w, x, t, true, |_, _, _| true);
+        self.rest_logic(w) || turned
+    }
+
+    /// Digital nodes follow the flags, before a run; true when one changed.
+    fn rest_logic(&self, w: &mut Work) -> bool {
+        let changed = !self.logic.is_empty() && w.logic.rest(&self.logic, &w.flags);
+        if changed {
+            self.touch_sources(w);
+        }
+        changed
     }
 
     /// Nothing is remembered: what Newton's method passes through on its way to an operating point is no scale.
@@ -208,7 +220,8 @@ impl System {
     /// Where the integration stops next: a corner of a source that matters, an edge before it, or `tstop`. Until this is asked for again
     /// a source that jumps there has not jumped yet.
     pub fn next_stop(&self, w: &mut Work, t: f64, tstop: f64) -> f64 {
-        let corner = self.next_corner(t).min(w.past.next_corner(t)).min(tstop);
+        w.logic.advance(&self.logic, &w.flags, t);
+        let corner = self.next_corner(t).min(w.past.next_corner(t)).min(w.logic.next_corner(t)).min(tstop);
         let stop =
             self.edges.next(&mut w.edges, &mut w.standing, &self.waves, &w.flags, t, corner).map_or(corner, |e| e.t);
         w.before = stop * (1.0 - 8.0 * f64::EPSILON);

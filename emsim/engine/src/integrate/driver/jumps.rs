@@ -20,6 +20,7 @@ impl<S: Sink> Run<'_, S> {
             let bends = self.slopes_jump(method);
             let jumps = bends
                 || self.w.past.corner_at(self.t)
+                || self.w.logic.due(self.t)
                 || self.sys.jumps_at(self.t)
                 || self.sys.hidden_corner(self.t).is_some();
             let (t, events) = (self.t, &mut self.outcome.events);

@@ -1,0 +1,39 @@
+"""XSPICE's code models, one file each; base.py says what a code model is. Those of digital parts are the engine's
+(engine/src/logic/), digital.py puts them into a circuit."""
+
+from __future__ import annotations
+
+from ..._engine import digital_parts
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from .base import CodeModel
+
+# each is a file here, which is loaded when a deck names it
+OWN: tuple[str, ...] = (
+    "adc_bridge", "aswitch", "capacitoric", "climit", "core", "d_dt", "d_lut", "d_osc", "d_pwm", "d_source",
+    "d_state", "dac_bridge", "delay", "divide", "gain", "hyst", "ilimit", "inductoric", "int", "lcouple", "limit",
+    "mult", "multi_input_pwl", "oneshot", "potentiometer", "pswitch", "pwl", "pwlts", "s_xfer", "sidiode", "sine",
+    "slew", "square", "summer", "triangle", "zener",
+)  # fmt: skip
+# the engine's own, by name
+PARTS = {part[0]: part for part in digital_parts()}
+NAMES: tuple[str, ...] = (*OWN, *(name for name in PARTS if name not in OWN))
+
+_MADE: dict[str, type[CodeModel]] = {}
+
+
+def code_model(name: str) -> type[CodeModel]:
+    """The class of a code model. KeyError where there is none."""
+    if name not in NAMES:
+        raise KeyError(name)
+    if name not in _MADE:
+        if name in OWN:
+            from importlib import import_module
+
+            _MADE[name] = import_module(f"{__name__}.{name}_").MODEL
+        else:
+            from .digital import of_part
+
+            _MADE[name] = of_part(PARTS[name])
+    return _MADE[name]

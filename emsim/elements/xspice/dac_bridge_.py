@@ -1,0 +1,39 @@
+"""dac_bridge: digital levels become voltages, in straight lines from one to the next."""
+
+from __future__ import annotations
+
+from .base import CodeModel, Seat, Word, driving, reading
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import ClassVar
+
+
+class DacBridge(CodeModel):
+    name = "dac_bridge"
+    what = "bridge from digital nodes to voltages"
+    law = "follows its level at the slope (out_high - out_low)/t_rise upwards, (out_high - out_low)/t_fall downwards"
+    ports = (reading("in", "d", is_list=True), driving("out", is_list=True))
+    parameters: ClassVar[dict[str, Word]] = {
+        "out_low": Word("output at 0", "", 0.0),
+        "out_high": Word("output at 1", "", 1.0),
+        "out_undef": Word("output where the level is undefined", "", 0.5),
+        "input_load": Word(),
+        "t_rise": Word("time from out_low to out_high", "s", 1e-9, least=1e-12),
+        "t_fall": Word("time from out_high to out_low", "s", 1e-9, least=1e-12),
+    }
+
+    def build(self, seat: Seat) -> None:
+        if seat.width("in") != seat.width("out"):
+            return seat.wrong(f"{seat.width('in')} digital nodes and {seat.width('out')} voltages")
+        b = seat.ctx.b
+        low, high = seat["out_low"], seat["out_high"]
+        for k in range(seat.width("in")):
+            ramp = b.digital_ramp(
+                seat.digital("in", k), (low, high, seat["out_undef"]), (seat["t_rise"], seat["t_fall"])
+            )
+            seat.drive("out", b.wave_expr(ramp), k)
+        return None
+
+
+MODEL = DacBridge

@@ -1,0 +1,59 @@
+"""Tables that code models read from files beside the deck."""
+
+from __future__ import annotations
+
+import os
+
+from ...source import decode, read_bytes
+from ...units import spice_number
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from .base import Seat
+
+LEVELS, STRENGTHS = "01u", "srzu"
+MOST_NUMBERS = 20_000_000
+
+
+class TableError(Exception):
+    """What is wrong, with the number of the line."""
+
+
+def lines(seat: Seat, key: str) -> list[tuple[int, list[str]]] | None:
+    """Number and words of each line that is no comment; None, reported, where there is no such file."""
+    given = seat[key]
+    if not given:
+        seat.wrong(f"{key}= is missing", key, f'write {key}="file.txt"')
+        return None
+    deck = seat.model.span.file.path
+    path = os.path.join(os.path.dirname(deck) if deck else ".", os.path.expanduser(given.replace("\0", "")))
+    if path not in seat.ctx.flat.named:
+        seat.ctx.flat.named.append(path)
+    try:
+        text = decode(read_bytes(path, regular=True))
+    except OSError as error:
+        seat.wrong(f"cannot read {given}: {error.strerror or error}", key, f"looked for {path}")
+        return None
+    if text is None:
+        seat.wrong(f"{given} is not a text file", key)
+        return None
+    numbered = ((k, line.split("*")[0].lower()) for k, line in enumerate(text.split("\n"), 1))
+    return [(k, words.replace(",", " ").split()) for k, words in numbered if words.strip()]
+
+
+def report(seat: Seat, key: str, error: TableError) -> None:
+    seat.wrong(f"{seat[key]}: {error}", key)
+
+
+def number(word: str, line: int) -> float:
+    value = spice_number(word)
+    if value is None:
+        raise TableError(f"line {line}: `{word}` is no number")
+    return value
+
+
+def state(word: str, line: int) -> float:
+    """0s 1r Uz ... as the engine has it: 0, 1, 2 for levels, 3 more for each strength."""
+    if len(word) != 2 or word[0] not in LEVELS or word[1] not in STRENGTHS:
+        raise TableError(f"line {line}: `{word}` is no state; it is 0, 1 or U, then s, r, z or u")
+    return LEVELS.index(word[0]) + 3.0 * STRENGTHS.index(word[1])

@@ -1,0 +1,46 @@
+"""int: integrator."""
+
+from __future__ import annotations
+
+from .base import CodeModel, Seat, Word, driving, reading
+from .limit_ import ordered
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import ClassVar
+
+
+class Integrator(CodeModel):
+    name = "int"
+    what = "integrator"
+    law = "d/dt out = gain (in + in_offset), out_ic at the start; stops at its limits"
+    ports = (reading("in"), driving("out"))
+    parameters: ClassVar[dict[str, Word]] = {
+        "in_offset": Word("added to the input", "", 0.0),
+        "gain": Word("gain", "1/s", 1.0),
+        "out_lower_limit": Word("the output's least value; none: no limit"),
+        "out_upper_limit": Word("the output's largest value; none: no limit"),
+        "limit_range": Word("on either side of a limit the output turns within so much", "", 1e-6),
+        "out_ic": Word("output at the start", "", 0.0),
+    }
+
+    def check(self, seat: Seat) -> None:
+        ordered(seat)
+
+    def build(self, seat: Seat) -> None:
+        ctx, b = seat.ctx, seat.ctx.b
+        rate = seat["gain"] * (seat.read("in") + seat["in_offset"])
+        state = b.unknown(f"{seat.name}#out", "coordinate", "", seat["out_ic"])
+        at = b.x(state)
+        # at a limit it stands while what drives it goes further that way
+        for limit, sign in ((seat["out_upper_limit"], 1.0), (seat["out_lower_limit"], -1.0)):
+            if limit is not None:
+                outside = ctx.kink(sign * (at - limit))
+                further = ctx.flag(sign * rate)
+                rate = b.select(outside * further, b.const(0.0), rate)
+        b.c(state, state, 1.0)
+        b.add_f(state, -rate)
+        seat.drive("out", at)
+
+
+MODEL = Integrator
