@@ -91,6 +91,11 @@ class Ss(Tran):
             ctx.sink.error(
                 "E440", said, self.card.span, "put some coils and capacitors in the place of each line"
             )
+        if ctx.digital:
+            said = ".ss does not find the state of digital nodes: flip-flops and events on their way are no unknowns"
+            ctx.sink.error(
+                "E440", said, self.card.span, ".tran over many periods, with tstart near the end, shows it"
+            )
         return super().columns(ctx)
 
     def run(self, assembly: Assembly, progress: Progress | None = None) -> Run:

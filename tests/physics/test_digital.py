@@ -202,3 +202,8 @@ def test_levels_are_read_in_expressions_measured_and_printed():
     assert float(r.table("tran").at("v(out)", 1.5e-6)) == 3.0
     assert float(r.measures["high"]) == pytest.approx(1e-6 + 1.5e-9, abs=1e-11)
     assert r.unit("v(d)") == ""
+
+
+def test_the_steady_state_of_digital_nodes_is_refused_by_name():
+    with pytest.raises(emsim.DeckError, match="digital nodes"):
+        run("V1 a 0 PULSE(0 1 0 1n 1n 1u 2u)", "A1 [a] [d] adc", tran=".ss 10n 2u")
