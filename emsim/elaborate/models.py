@@ -93,8 +93,9 @@ class Models:
         if accepted and model.type not in accepted:
             self.sink.error(
                 "E141",
-                f"`{e.name}` needs a model of type {accepted[0].upper()}, `{name}` is {model.type.upper()}",
+                f"`{e.name}` needs a model of type {e.model_sort()}, `{name}` is {model.type.upper()}",
                 e.model_span or e.span,
+                e.model_hint(model.type),
                 labels=[(model.span, "defined here")],
             )
             return None

@@ -57,6 +57,15 @@ class OfCodeModel(Element):
         return getattr(self, "_seat", None)
 
     @classmethod
+    def model_sort(cls) -> str:
+        return "code model"
+
+    @classmethod
+    def model_hint(cls, of: str) -> str:
+        near = suggest(of, NAMES)
+        return f"did you mean `{near}`?" if near else "emsim help code_models lists them"
+
+    @classmethod
     def model_table(cls, of: str = "") -> list[tuple[list[str], str, float, str]]:
         known = code_model(of).parameters.items() if of else ()
         return [

@@ -159,6 +159,16 @@ class Element:
         self.place, self.is_plain = None, False
 
     @classmethod
+    def model_sort(cls) -> str:
+        """What its .model is to be, for messages."""
+        return cls.model_types[0].upper()
+
+    @classmethod
+    def model_hint(cls, of: str) -> str | None:
+        """What to write where its .model is of another type."""
+        return None
+
+    @classmethod
     def model_table(cls, of: str = "") -> list[tuple[list[str], str, float, str]]:
         """The words of its .model that mean something: (names, unit, default or NaN, meaning); `of` one type."""
         return [

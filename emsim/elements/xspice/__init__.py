@@ -14,7 +14,7 @@ OWN: tuple[str, ...] = (
     "adc_bridge", "aswitch", "capacitoric", "climit", "core", "d_dt", "d_lut", "d_osc", "d_pwm", "d_source",
     "d_state", "dac_bridge", "delay", "divide", "gain", "hyst", "ilimit", "inductoric", "int", "lcouple", "limit",
     "mult", "multi_input_pwl", "oneshot", "potentiometer", "pswitch", "pwl", "pwlts", "s_xfer", "sidiode", "sine",
-    "slew", "square", "summer", "triangle", "zener",
+    "slew", "square", "summer", "table2d", "table3d", "triangle", "zener",
 )  # fmt: skip
 # the engine's own, by name
 PARTS = {part[0]: part for part in digital_parts()}

@@ -175,6 +175,7 @@ class Seat:
 
     def wrong(self, message: str, key: str = "", hint: str | None = None) -> None:
         """An error, at a parameter of the .model where that is known."""
+        hint = hint or f"emsim help {self.kind.name} shows what it takes"
         span = self.model.param_spans.get(key, self.model.span)
         self.ctx.sink.error("E340", f"`{self.name}`, .model `{self.model.name}`: {message}", span, hint)
 
