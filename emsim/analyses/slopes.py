@@ -129,6 +129,9 @@ def check(assembly: Assembly, analysis: Analysis) -> None:
     """Raises DeckError for decks whose sensitivities along a transient are not defined here."""
     if assembly.ctx.delayed:
         raise _unfit("lines read what was a time ago: their sensitivities are not computed", analysis.card)
+    if assembly.ctx.digital:
+        said = "digital nodes hand instants on, not values: sensitivities through them are not computed"
+        raise _unfit(said, analysis.card)
     if assembly.options["method"] == "multirate":
         raise _unfit(
             "method=multirate has no one step that they could go along with", analysis.card, "another method"

@@ -204,6 +204,7 @@ def test_levels_are_read_in_expressions_measured_and_printed():
     assert r.unit("v(d)") == ""
 
 
-def test_the_steady_state_of_digital_nodes_is_refused_by_name():
-    with pytest.raises(emsim.DeckError, match="digital nodes"):
-        run("V1 a 0 PULSE(0 1 0 1n 1n 1u 2u)", "A1 [a] [d] adc", tran=".ss 10n 2u")
+@pytest.mark.parametrize("card", [".ss 10n 2u", ".sens v(a) tran by r1\n.tran 10n 2u"])
+def test_what_goes_along_with_the_state_alone_is_refused_by_name(card):
+    with pytest.raises((emsim.DeckError, emsim.ConvergenceError), match="digital nodes"):
+        run("V1 a 0 PULSE(0 1 0 1n 1n 1u 2u)", "R1 a 0 1k", "A1 [a] [d] adc", tran=card)
