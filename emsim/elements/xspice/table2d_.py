@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from itertools import pairwise
 
-from .base import CodeModel, Seat, Word, driving, reading, text
+from .base import CodeModel, Port, Seat, Word, driving, reading, text
 from .files import TableError, lines, number, report
 
 TYPE_CHECKING = False
@@ -76,7 +76,7 @@ class Table2d(CodeModel):
     name = "table2d"
     what = "table of two inputs"
     law = "out = offset + gain value, straight lines along both inputs; beyond the table constant"
-    ports = (reading("inx"), reading("iny"), driving("out", "i", "id", "v", "vd"))
+    ports: ClassVar[tuple[Port, ...]] = (reading("inx"), reading("iny"), driving("out", "i", "id", "v", "vd"))
     parameters: ClassVar[dict[str, Word]] = WORDS
 
     def build(self, seat: Seat) -> None:
