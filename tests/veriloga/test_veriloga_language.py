@@ -507,3 +507,26 @@ def test_macros_are_told_in_messages():
     assert message["text"] == "there is no node or branch nowhere"
     assert (message["line"], message["source"][message["column"] - 1 :][:7]) == (3, "nowhere")
     assert [(name, line) for name, _, line, _ in message["through"]] == [("INNER", 4), ("OUTER", 6)]
+
+
+@pytest.mark.parametrize(
+    "after", ['I(a, n) <+ white_noise(4.0 * `P_K * 300.0 * g, "thermal");', "I(a, n) <+ g * V(a, n);"]
+)
+def test_noise_or_a_conductance_of_zero_opens_no_short_circuit(after):
+    """As BSIM4 has it: V(d, di) <+ 0 without a resistance, and the noise of that resistance behind it."""
+    body = f"V(a, n) <+ 0; {after} I(n, b) <+ V(n, b) / r;"
+    declared = "parameter real g = 0; parameter real r = 10;"
+    result = run(body, declared, voltages={"a": 2.0, "n": 2.0})
+    assert {"a", "n"} in [set(pair) for pair in result["merged"]]
+    assert sum(flow for _, _, flow, _ in result["flows"]) == pytest.approx(0.2)
+    # with a conductance it is the flow that counts, the last kind that was given
+    open_end = run(body, declared, {"g": 1.0}, {"a": 2.0})
+    assert bool(open_end["merged"]) == ("noise" in after)
+
+
+def test_what_only_noise_needs_is_there_for_noise():
+    """As BSIM3 has it: variables that are assigned, and read, where analysis("noise") holds."""
+    body = 'if (analysis("noise")) x = V(a, b); if (analysis("noise")) y = 2.0 * x; I(a, b) <+ V(a, b) + white_noise(y, "own");'
+    result = run(body, "real x, y;", voltages={"a": 3.0})
+    assert current(result) == (3.0, 0.0)
+    assert [n[3] for n in result["noise"]] == [6.0]

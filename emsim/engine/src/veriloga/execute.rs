@@ -452,6 +452,11 @@ impl Elaborator<'_> {
         }
         let id = self.g.mul(value.id, sign);
         let q = value.q.map_or(zero, |q| self.g.mul(q, sign));
+        if flow && id == zero && q == zero {
+            // noise by itself, or a conductance of 0, opens no short circuit
+            self.branches[b].state.touched = true;
+            return Ok(());
+        }
         let mut state = self.branches[b].state;
         // a contribution of the other kind discards what was before
         let kind = self.g.constant(f64::from(u8::from(!flow)));
