@@ -23,6 +23,10 @@ WORK = 1e5  # steps times unknowns of such a run: it takes some hundredths of a 
 SMALLER = "the results around there are wrong by as much; take a smaller reltol, or another .options method="
 ZERO = 1e-20  # divisors below this make results of no sense
 
+NOTHING = (
+    1e-15  # m, rad, and per second: a nucleus wide; a part that rests in its stop is that far off by rounding
+)
+
 
 def remarks(assembly: Assembly, run: Run) -> None:
     """Adds warnings and notes to the deck's sink."""
@@ -128,7 +132,7 @@ def _invariants(assembly: Assembly, run: Run) -> None:
         where, lines = locate(assembly, names[row])
         span = lines[0][0] if lines else None
         if kinds[row] in ("mu", "lambda"):
-            if drifts:
+            if drifts or abs(left) < NOTHING:
                 continue
             loop = loops.get(row)
             span = span if loop is None else assembly.machine.span_of(loop.owner)

@@ -2,7 +2,10 @@
 
 Writes NAME.cir, a small deck that runs, to be changed. Templates: circuit (an RC low-pass), linkage (a four-bar turned
 by a torque), motor (a DC motor with a flywheel), pendulum (an arm under position control), rectifier (a diode bridge),
-spring (a mass on a spring). A file that exists is left alone."""
+spring (a mass on a spring); with parts of the library, .include servo.lib and so on: servo (motor, gear and control on an arm),
+gearmotor (by its data sheet, with a winch), relay (with its armature), solenoid (pulls a plunger), voicecoil (shakes a cone),
+encoder (counts a wheel's turns), hbridge (turns a motor both ways), inverter (runs a brushless motor), pid (two controllers, one
+of them sampled). A file that exists is left alone."""
 
 from __future__ import annotations
 

@@ -15,6 +15,8 @@ if TYPE_CHECKING:
 
     from ..source import SourceFile
 
+# what a bare name means where no such file lies beside the deck: servo.lib, pid.lib, ..
+LIBRARY = os.path.join(os.path.dirname(os.path.dirname(os.path.abspath(__file__))), "lib")
 MAX_DEPTH = 50  # files within files
 MAX_INCLUDES = 10_000  # files put in place of a card; each may be the same one
 MAX_TEXT = MOST_BYTES  # characters that come in all, each file as often as it is included
@@ -39,6 +41,9 @@ class Files:
             path = os.path.normpath(path.replace("\\", os.sep))  # a path as Windows writes it
         if path not in self.named:
             self.named.append(path)
+        if os.path.basename(card.path) == card.path and not os.path.exists(path):
+            shipped = os.path.join(LIBRARY, card.path)
+            path = shipped if os.path.isfile(shipped) else path
         key = os.path.realpath(path)
         link = key if card.section is None else f"{key}\0{card.section}"
         if link in chain:
@@ -110,7 +115,7 @@ class Files:
             deck = read_file(path, self.sink, card.span, card.path)
         except FileNotFoundError:
             folder = os.path.dirname(path) or "."
-            near = suggest(os.path.basename(path), _listing(folder))
+            near = suggest(os.path.basename(path), [*_listing(folder), *_listing(LIBRARY)])
             self.sink.error(
                 "E501",
                 f"there is no file {card.path}",

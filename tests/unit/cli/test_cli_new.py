@@ -101,7 +101,7 @@ def test_it_says_what_to_type(scratch, capsys):
 @pytest.mark.parametrize(
     ("args", "code", "says"),
     [([], 2, "takes one name"), (["a", "b"], 2, "takes one name"), (["a", "-t", "motr"], 2, "did you mean motor?"),
-     (["a", "-t", "xyzzy"], 2, "there is circuit, linkage"), (["no/where/a"], 5, "there is no folder")],
+     (["a", "-t", "xyzzy"], 2, "there is circuit, encoder"), (["no/where/a"], 5, "there is no folder")],
 )  # fmt: skip
 def test_mistakes(args, code, says, scratch, capsys):
     assert main(["new", *args]) == code
