@@ -19,13 +19,11 @@ from .expr import ExprError
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping, Sequence
-    from os import PathLike
     from typing import Any
 
     from .deck import Analysis
     from .result import Result
-
-    Source = str | bytes | PathLike[str] | Any  # a path, a text, or a PySpice Circuit
+    from .source import Source
 
 
 class Deck:
@@ -94,17 +92,17 @@ class Deck:
     # ---- runs ----
 
     def run(
-        self, analyses: Iterable[str] | None = None, energy: bool | None = None, scene: bool = False
+        self, analyses: str | Iterable[str] | None = None, energy: bool | None = None, scene: bool = False
     ) -> Result:
         """Runs analyses, written as dot cards with or without the dot ("tran 1u 1m", ".op"); left out: the deck's own.
 
         `energy` and `scene` as in `emsim.run`. Raises DeckError, ConvergenceError (with the partial Result)."""
         flat = self._altered.flat()
         flat.sink = Sink()
-        cards = (
-            list(self._altered.analyses()) if analyses is None else [self._card(text) for text in analyses]
+        asked = (analyses,) if isinstance(analyses, str) else analyses
+        flat.analyses = (
+            list(self._altered.analyses()) if asked is None else [self._card(text) for text in asked]
         )
-        flat.analyses = cards
         wanted = bool(flat.machine) if energy is None else energy
         assembly, planned = pipeline.prepare(flat, self._options, wanted)
         return pipeline.deliver(assembly, pipeline.solve(assembly, planned, scene=scene))

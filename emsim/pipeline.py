@@ -5,6 +5,7 @@ text -> deck -> flat deck -> equation (1) -> solution -> Result
 
 from __future__ import annotations
 
+import os
 from math import isfinite
 
 TYPE_CHECKING = False
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
     from .outputs.raw import Stream
     from .reports.equations import Explained
     from .result import Result, Scene, Table
+    from .source import Source
     from .system import System
 
     Options = Mapping[str, Any]
@@ -29,7 +31,7 @@ if TYPE_CHECKING:
 
 
 def run(
-    source: Any,
+    source: Source,
     defines: Mapping[str, Any] | None = None,
     method: str | None = None,
     reltol: float | None = None,
@@ -41,7 +43,7 @@ def run(
     also: str | Sequence[str | Probe] = (),
     stream: Stream | None = None,
     say: Callable[[str], object] | None = None,
-    analyses: Sequence[str] | None = None,
+    analyses: str | Sequence[str] | None = None,
 ) -> Result:
     """Simulates a deck: a path, the text itself, or a PySpice Circuit. One with a .control section does what that says.
 
@@ -53,7 +55,7 @@ def run(
     scene      record what moves the drawing of the machine, for pages and films; left out: in a notebook
     energy     keep energy accounts (`Result.energy`); left out: where the deck has a machine
     also       further columns: expressions as .print takes them, such as "fx(pin) x(arm(0.3,0))", one text or several
-    analyses   dot cards that stand in place of the deck's own analyses: [".tran 1u 1m", "ac dec 10 1 1meg"]
+    analyses   dot cards that stand in place of the deck's own analyses, one or several: [".tran 1u 1m", "ac dec 10 1 1meg"]
     stream     a raw file that the rows go to while the run goes on (outputs/raw.py); `raw.write` completes it
     say        gets what a .control section prints, as it comes; left out: `Result.output` has it
     progress   called now and then with (t, tstop, step [s], steps, events); a true return value stops the run, whose
@@ -174,7 +176,7 @@ def in_notebook() -> bool:
 
 
 def check(
-    source: Any, defines: Mapping[str, Any] | None = None, options: Options | None = None
+    source: Source, defines: Mapping[str, Any] | None = None, options: Options | None = None
 ) -> dict[str, Any]:
     """The facts of a deck, without running it: unknowns by kind, degrees of freedom, loops, what folded away,
     tolerances, events, diagnostics. Raises DeckError."""
@@ -190,7 +192,7 @@ def check(
 
 
 def explain(
-    source: Any, defines: Mapping[str, Any] | None = None, options: Options | None = None
+    source: Source, defines: Mapping[str, Any] | None = None, options: Options | None = None
 ) -> Explained:
     """The deck's equations to be read by people, term by term with the cards that they come from; `reports.explained` writes
     them. Raises DeckError."""
@@ -205,7 +207,9 @@ def explain_flat(flat: FlatDeck, options: Options | None = None) -> Explained:
     return explained(assembly, planned)
 
 
-def compile(source: Any, defines: Mapping[str, Any] | None = None, options: Options | None = None) -> System:
+def compile(
+    source: Source, defines: Mapping[str, Any] | None = None, options: Options | None = None
+) -> System:
     """The deck's equations d/dt Q(x, t) + F(x, t) = 0 for anybody's integrator. Raises DeckError."""
     from .system import System
 
@@ -222,7 +226,7 @@ def compile(source: Any, defines: Mapping[str, Any] | None = None, options: Opti
 
 
 def read(
-    source: Any,
+    source: Source,
     defines: Mapping[str, Any] | None = None,
     also: str | Sequence[str | Probe] = (),
     options: Options | None = None,
@@ -233,27 +237,36 @@ def read(
 
 
 def load(
-    source: Any,
+    source: Source,
     defines: Mapping[str, Any] | None = None,
     also: str | Sequence[str | Probe] = (),
-    analyses: Sequence[str] | None = None,
+    analyses: str | Sequence[str] | None = None,
 ) -> Deck:
     """Text or file -> typed deck."""
     from .build import parse_analysis, parse_signals
     from .build import read as build
     from .source import NoCollection
 
-    if not isinstance(source, (str, bytes)) and not hasattr(source, "__fspath__"):
-        from .interop.pyspice import netlist  # a Circuit object
-
-        source = netlist(source)
+    source = path_or_text(source)
     with NoCollection():
         also = (also,) if isinstance(also, str) else also
         probes = [p for given in also for p in (parse_signals(given) if isinstance(given, str) else (given,))]
         deck = build(source, dict(defines or {}), probes)
         if analyses is not None:
-            deck.asked = [parse_analysis(text) for text in analyses]
+            asked = (analyses,) if isinstance(analyses, str) else analyses
+            deck.asked = [parse_analysis(text) for text in asked]
         return deck
+
+
+def path_or_text(source: Source) -> str | bytes:
+    """A deck as whoever keeps it can: its path, or its text. TypeError for what is none."""
+    if isinstance(source, (str, bytes)):
+        return source
+    if isinstance(source, os.PathLike):
+        return os.fspath(source)
+    from .interop.pyspice import netlist
+
+    return netlist(source)
 
 
 def flatten(deck: Deck, options: Options | None = None, changes: Sequence[Change] = ()) -> FlatDeck:

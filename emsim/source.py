@@ -11,7 +11,17 @@ from .diagnostics import Span
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from typing import Any
+    from os import PathLike
+    from typing import Any, Protocol
+
+    class Circuit(Protocol):
+        """A Circuit of PySpice, whose netlist is its text."""
+
+        @property
+        def raw_spice(self) -> Any: ...
+
+    # what a deck may be given as: a path, a text, or such a Circuit
+    Source = str | bytes | PathLike[str] | Circuit
 
 
 class NoCollection:

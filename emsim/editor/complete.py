@@ -61,6 +61,21 @@ def _items(document: Document, place: Place, kind: str, row: int) -> Iterator[It
         for word, (form, meaning) in words.DOTS.items():
             yield Item("dot", word, form, meaning)
         return
+    if kind == "command":
+        for word, (form, meaning) in words.commands().items():
+            yield Item("word", word, form, meaning)
+        yield Item("dot", ".endc", "the end of the section")
+        return
+    if kind == "vector":
+        if place.call:
+            yield from _named(document, ("node", "element"), scope)
+            return
+        for name in words.control_functions():
+            yield Item("function", name, "of vectors", "", name + "(")
+        yield Item("function", "v", "v(node)", "the voltage of a node", "v(")
+        yield Item("function", "i", "i(element)", "the current of an element", "i(")
+        yield from _named(document, ("node", "element", "model", "param"), scope)
+        return
     if kind == "node" and place.call:
         yield from _named(document, ("node",), scope)
         return

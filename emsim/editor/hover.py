@@ -31,6 +31,9 @@ def hover(document: Document, row: int, col: int) -> str | None:
     place = Place(document.lines, row, col)
     if not place.is_code or not place.word:
         return None
+    if place.is_command and not place.words:
+        form, meaning = words.commands().get(place.word.lower(), ("", ""))
+        return f"**{place.word.lower()}** — {meaning}\n\n    {form}" if form else None
     if not place.words and not place.key:
         return _first_word(document, place, row)
     if place.is_machine and place.is_key and not place.inside:

@@ -122,21 +122,10 @@ def _model(word: str) -> Iterator[str] | None:
 
 def _command(word: str) -> Iterator[str] | None:
     """A command of .control."""
-    found = {name: (form, meaning) for name, form, meaning in _commands()}.get(word.lower())
+    found = words.commands().get(word.lower())
     if found is None:
         return None
     return iter((f"{word.lower()}: command of .control", "", f"  {found[0]}", f"  {found[1]}"))
-
-
-def _commands() -> list[tuple[str, str, str]]:
-    from ..control import COMMANDS
-    from ..control.program import FLOW
-
-    flow = [(name, form, meaning) for name, (form, meaning) in FLOW.items()]
-    return [
-        *((c.word, c.form, c.meaning) for c in COMMANDS.values() if not c.meaning.startswith("passed over")),
-        *flow,
-    ]
 
 
 def _topic(word: str) -> Iterator[str] | None:
@@ -175,6 +164,6 @@ TOPICS: dict[str, tuple[str, Callable[[], Rows]]] = {
     "probes": ("what reads circuit and machine", lambda: list(words.PROBES.values())),
     "functions": ("of expressions", lambda: list(words.FUNCTIONS.values())),
     "options": ("of .options, with unit, default and meaning", _options),
-    "control": ("commands of a .control section", lambda: [(form, meaning) for _, form, meaning in _commands()]),
+    "control": ("commands of a .control section", lambda: list(words.commands().values())),
     "methods": ("with order, kind, use; .options method=", lambda: [(name, *told) for name, told in words.METHODS.items()]),
 }  # fmt: skip

@@ -44,6 +44,7 @@ class Place:
     call              the function whose argument this is
     inside            in braces, quotes or a call, or in an expression without braces
     is_code           False in the title, in comments, behind .end
+    is_command        in a .control section
     """
 
     __slots__ = (
@@ -52,6 +53,7 @@ class Place:
         "inside",
         "is_call",
         "is_code",
+        "is_command",
         "is_key",
         "key",
         "name",
@@ -79,6 +81,7 @@ class Place:
         indent = len(line) - len(line.lstrip(BLANKS))
         is_more = line[indent : indent + 1] == "+"
         self.is_code = _is_code(lines, row)
+        self.is_command = self.is_code and _is_command(lines, row)
         if self.is_code:
             code = code_of(line, indent + is_more, is_more)
             comment = line[code:].lstrip(BLANKS)
@@ -138,6 +141,8 @@ class Place:
         """Kinds of names that stand here: node body joint point card element model subckt kind param key option ..."""
         from .words import reads
 
+        if self.is_command:
+            return ("vector",) if self.words else ("command",)
         if not self.is_code or not self.words:
             return ("card",) if self.is_code else ()
         if self.call and (found := reads(self.call)):
@@ -187,6 +192,13 @@ def _is_code(lines: Sequence[str], row: int) -> bool:
     if body[:1] in ("*", ";", "$") or body.startswith("//"):
         return False
     return not any(line.strip(BLANKS).lower() == ".end" for line in lines[1:row])
+
+
+def _is_command(lines: Sequence[str], row: int) -> bool:
+    """Between .control and .endc."""
+    marks = (line.strip(BLANKS).lower() for line in reversed(lines[1:row]))
+    last = next((mark for mark in marks if mark in (".control", ".endc")), "")
+    return last == ".control" and lines[row].strip(BLANKS).lower() != ".endc"
 
 
 def _before(lines: Sequence[str], row: int, col: int) -> str:

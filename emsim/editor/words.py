@@ -274,3 +274,21 @@ def _left_out(value: str) -> str:
         return "must be given"
     word = value.removeprefix("~").replace("_", " ").replace("+", " + ")
     return word + (", *or 0*" if value.startswith("~") else "")
+
+
+def commands() -> dict[str, tuple[str, str]]:
+    """Commands of .control: how each is written, what it does."""
+    from ..control import COMMANDS
+    from ..control.program import FLOW
+
+    found = {
+        c.word: (c.form, c.meaning) for c in COMMANDS.values() if not c.meaning.startswith("passed over")
+    }
+    return {**found, **FLOW}
+
+
+def control_functions() -> list[str]:
+    """Functions of vectors."""
+    from ..control.functions import EACH, WHOLE
+
+    return sorted({*EACH, *WHOLE})

@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 import os
 
+from ..pipeline import path_or_text
 from . import data as curves
 from . import quantities
 from .certainty import LEVEL, Certainty
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
 
     import numpy as np
 
+    from ..source import Source
     from .data import Data
     from .quantities import Quantity
 
@@ -73,7 +75,7 @@ class Fitted:
 
 
 def fit(
-    source: Any,
+    source: Source,
     data: Any,
     vary: Mapping[str, object] | Sequence[str] | str,
     columns: Mapping[str, str] | None = None,
@@ -102,12 +104,8 @@ def fit(
 
     measured = curves.read(data, columns)
     asked = quantities.read(vary)
-    if not isinstance(source, (str, bytes)) and not hasattr(source, "__fspath__"):
-        from ..interop.pyspice import netlist
-
-        source = netlist(source)
     task = Task(
-        os.fspath(source) if hasattr(source, "__fspath__") else source, {k: str(v) for k, v in (defines or {}).items()},
+        path_or_text(source), {k: str(v) for k, v in (defines or {}).items()},
         tuple(q.name for q in asked), tuple(measured.names), measured.times.tobytes(),
         {key.lower(): value for key, value in (options or {}).items()},
     )  # fmt: skip

@@ -27,7 +27,7 @@ STEP = 1e-4  # of a quantity
 
 
 class Task(NamedTuple):
-    source: str
+    source: str | bytes
     fixed: dict[str, str]
     names: tuple[str, ...]
     options: dict[str, Any]

@@ -16,7 +16,7 @@ RELTOL = 1e-6  # of runs that are fitted: their errors are to be far below those
 class Task(NamedTuple):
     """What every process is told of a fit."""
 
-    source: str  # path, or text
+    source: str | bytes  # path, or text
     fixed: dict[str, str]
     names: tuple[str, ...]  # quantities
     signals: tuple[str, ...]

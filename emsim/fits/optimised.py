@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 import os
 
+from ..pipeline import path_or_text
 from . import goals as aims
 from . import quantities
 from .measured import Measures, Task
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
 
     import numpy as np
 
+    from ..source import Source
     from .goals import Goal
     from .quantities import Quantity
 
@@ -51,7 +53,7 @@ class Optimised:
 
 
 def optimise(
-    source: Any,
+    source: Source,
     vary: Mapping[str, object] | Sequence[str] | str,
     goals: Sequence[str] | str = (),
     minimise: str | None = None,
@@ -84,12 +86,8 @@ def optimise(
     aim = (minimise or maximise or "").lower()
     if not wanted and not aim:
         raise ValueError("there is no goal: goals=['vmax<1.2'], or minimise='power'")
-    if not isinstance(source, (str, bytes)) and not hasattr(source, "__fspath__"):
-        from ..interop.pyspice import netlist
-
-        source = netlist(source)
     task = Task(
-        os.fspath(source) if hasattr(source, "__fspath__") else source, {k: str(v) for k, v in (defines or {}).items()},
+        path_or_text(source), {k: str(v) for k, v in (defines or {}).items()},
         tuple(q.name for q in asked), {key.lower(): value for key, value in (options or {}).items()},
     )  # fmt: skip
     deck = Measures(task)

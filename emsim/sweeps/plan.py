@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 
+from ..pipeline import path_or_text
 from .axes import Axis, parse
 from .pool import keep, outcomes
 from .result import Swept
@@ -15,13 +16,15 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping, Sequence
     from typing import Any
 
+    from ..source import Source
+
     Progress = Callable[[int, int], object]
 
 MOST_RUNS = 10_000_000
 
 
 def sweep(
-    source: Any,
+    source: Source,
     vary: Mapping[str, Iterable[float] | float | str] | Sequence[str] = (),
     scheme: str = "nominal",
     runs: int = 1,
@@ -48,18 +51,12 @@ def sweep(
     progress  called with (runs done, all runs); a true return value ends the sweep, whose result then is incomplete
     Raises DeckError for a deck or a sweep that is wrong, OutsideError; a run that fails is listed in the result.
     """
-    if not isinstance(source, (str, bytes)) and not hasattr(source, "__fspath__"):
-        from ..interop.pyspice import netlist
-
-        source = netlist(source)
     axes, fixed = _axes(vary)
     chosen = _scheme(scheme, runs, seed)
     kept = (signals,) if isinstance(signals, str) else tuple(signals)
     names = tuple(axis.name for axis in axes)
     given = {key.lower(): value for key, value in (options or {}).items()}
-    task = Task(
-        os.fspath(source) if hasattr(source, "__fspath__") else source, fixed, names, kept, given, seed
-    )
+    task = Task(path_or_text(source), fixed, names, kept, given, seed)
     first = Runner(task)
     labels = first.draws()
     first.check(names)

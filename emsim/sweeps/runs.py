@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 class Task(NamedTuple):
     """What every process is told of the sweep."""
 
-    source: str  # path, or text
+    source: str | bytes  # path, or text
     fixed: dict[str, str]  # -D of one value
     names: tuple[str, ...]  # what varies
     signals: tuple[str, ...]  # columns and expressions that are kept, on the print grid

@@ -129,3 +129,31 @@ def test_a_bug_in_emsim_is_a_diagnostic(monkeypatch):
     monkeypatch.setattr(document, "flatten", lambda deck: 1 / 0)
     (said,) = Document("t\nR1 a 0 1\n").diagnostics
     assert said.code == "E499" and "ZeroDivisionError" in said.message
+
+
+SECTION = """rc
+V1 in 0 1
+R1 in out 1k
+C1 out 0 1u
+.control
+tr
+print v(o
+let x = db(v(out))
+.endc
+.tr
+.end
+"""
+
+
+def test_commands_of_a_section_are_offered_and_told():
+    document = Document(SECTION)
+    offered = {item.label: item for item in complete(document, 5, 2)}
+    assert {"tran", "print", "foreach", "end", ".endc"} <= set(offered) and "MOTOR" not in offered
+    assert offered["tran"].detail.startswith("tran tstep tstop")
+    vectors = {item.label for item in complete(document, 7, 8)}
+    assert {"db", "vecmax", "v", "out"} <= vectors and "tran" not in vectors
+    assert {item.label for item in complete(document, 6, 9)} >= {"in", "out", "v1"}
+    assert "values, or columns" in (hover(document, 6, 1) or "")
+    # behind it dot cards are offered again
+    assert "MOTOR" in {item.label for item in complete(document, 9, 0)}
+    assert hover(document, 2, 1) and "tran tstep" not in (hover(document, 2, 1) or "")

@@ -110,3 +110,15 @@ def test_a_machine_is_altered_too():
     deck.alter("arm", 2.0, "m")
     twice = emsim.run(text.replace("m=1", "m=2"))["omega(hinge)"][-1]
     assert deck.run()["omega(hinge)"][-1] == pytest.approx(twice, rel=1e-9) and twice != first
+
+
+def test_one_analysis_may_stand_alone():
+    """A text is one card, not a list of letters."""
+    assert emsim.Deck(TEXT).run("tran 10u 1m").tran is not None
+    assert emsim.run(TEXT, analyses="tran 10u 1m").tran is not None
+
+
+def test_hints_say_what_a_deck_may_be_given_as():
+    assert "Source" in emsim.run.__annotations__["source"]
+    with pytest.raises(TypeError, match="PySpice"):
+        emsim.sweep(3.0, {"r": [1, 2]})  # type: ignore[arg-type]
