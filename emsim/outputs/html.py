@@ -41,6 +41,7 @@ SCRIPTS = (
     "vendor/uPlot.iife.min.js",
     "data.js",
     "waves.js",
+    "spectrum.js",
     "measure.js",
     "export.js",
     "link.js",

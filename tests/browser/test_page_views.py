@@ -399,3 +399,23 @@ def test_revolutions_have_no_prefix(page_of: Any) -> None:
     assert page.evaluate("() => [written(4200, 'rpm'), written(0.02, 'dB'), written(4200, 'V')]") == [
         "4200 rpm", "0.02 dB", "4.2 kV",
     ]  # fmt: skip
+
+
+@pytest.mark.parametrize("window", ["hann", "none", "flattop"])
+def test_spectra_are_those_of_the_command_line(page_of: Any, window: str) -> None:
+    deck = "t\nV1 a 0 SIN(1 2 50)\nV2 b a SIN(0 0.1 150)\nR1 b 0 1\n.tran 20u 0.1 0 20u\n.print tran v(b)\n"
+    result = emsim.run(deck)
+    page = page_of(result)
+    page.select_option("#xaxis", label=f"spectrum, window {window}")
+    assert "v(b): largest 2" in page.inner_text(".legend")
+    f, size = page.evaluate(
+        """(w) => { const { run } = window.emsim, c = run.columns.find((c) => c.name === 'v(b)');
+            const s = spectrumOf(run.time, c.values, 0, 0.1, w); return [[...s.f], [...s.size]]; }""",
+        window,
+    )
+    spectrum = result.main.fft("v(b)", window=window, points=2 * (len(f) - 1), start=0.0, stop=0.1)
+    assert f[:40] == pytest.approx(list(spectrum.column("frequency")[:40]))
+    assert size[:40] == pytest.approx(list(abs(spectrum.column("fft(v(b))"))[:40]), abs=1e-3)
+    assert size[15] == pytest.approx(0.1, abs=2e-3)
+    page.select_option("#xaxis", label="time")
+    assert page.evaluate("() => window.emsim.waves.panels[0].plot.scales.x.distr") == 1

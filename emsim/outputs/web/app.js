@@ -97,7 +97,7 @@ async function show(run) {
   const nearest = [1, ...speeds].reduce((a, b) => (Math.abs(Math.log(b / wanted)) < Math.abs(Math.log(a / wanted)) ? b : a));
   options($("speed"), [...new Set([1, ...speeds])].sort((a, b) => a - b).map((s) => [s, `${+s.toPrecision(2)} x`]));
   $("speed").value = clock.speed = nearest;
-  options($("xaxis"), [["", run.axisName], ...(run.complexNames.size ? [[NYQUIST, "Nyquist"]] : []), ...run.names.map((n) => [n, n])]);
+  options($("xaxis"), [["", run.axisName], ...(run.complexNames.size ? [[NYQUIST, "Nyquist"]] : []), ...(run.axisName === "time" ? Object.keys(WINDOWS).map((w) => [FFT + w, `spectrum, window ${w}`]) : []), ...run.names.map((n) => [n, n])]);
   waves.watchers.push(() => cursorSheet(run, waves, clock), () => keepState(window.emsim));
   if (old) carry(old, window.emsim); else restoreState(window.emsim);
   reflect(window.emsim);
@@ -135,11 +135,11 @@ function analyses(run) {
   };
 }
 
-const NYQUIST = "nyquist ";
+const NYQUIST = "nyquist ", FFT = "fft ";
 
 // the controls as the views are
 function reflect({ waves, machine }) {
-  $("xaxis").value = waves.nyquist ? NYQUIST : waves.xname || "";
+  $("xaxis").value = waves.fft ? FFT + waves.fft : waves.nyquist ? NYQUIST : waves.xname || "";
   $("layout").value = waves.layout;
   $("logx").checked = waves.logx;
   $("degrees").checked = waves.degrees;
@@ -159,8 +159,8 @@ function carry(old, { run, clock, waves, machine }) {
   }
   const { range, full } = old.waves, from = Math.max(clock.first, range[0]), to = Math.min(clock.last, range[1]);
   if (to > from && (range[0] > full[0] || range[1] < full[1])) waves.range = [from, to];
-  const { marks, degrees, layout, logx, logy, heights, nyquist } = old.waves;
-  Object.assign(waves, { marks, degrees, layout, logx, logy, heights, nyquist: nyquist && run.complexNames.size > 0, xname: names.has(old.waves.xname) ? old.waves.xname : null });
+  const { marks, degrees, layout, logx, logy, heights, nyquist, fft } = old.waves;
+  Object.assign(waves, { marks, degrees, layout, logx, logy, heights, nyquist: nyquist && run.complexNames.size > 0, fft: run.axisName === "time" ? fft : null, xname: names.has(old.waves.xname) ? old.waves.xname : null });
   if (machine && old.machine) machine.keep(old.machine);
 }
 
@@ -362,8 +362,8 @@ function wire() {
   $("whole").onclick = () => now().waves.whole();
   $("degrees").onchange = (e) => { now().waves.degrees = e.target.checked; now().waves.build(); };
   $("xaxis").onchange = (e) => {
-    const nyquist = e.target.value === NYQUIST;
-    Object.assign(now().waves, { nyquist, xname: nyquist ? now().waves.xname : e.target.value || null });
+    const { value } = e.target, nyquist = value === NYQUIST, fft = value.startsWith(FFT) ? value.slice(FFT.length) : null;
+    Object.assign(now().waves, { nyquist, fft, xname: nyquist || fft ? now().waves.xname : value || null });
     now().waves.build();
   };
   $("layout").onchange = (e) => { now().waves.layout = e.target.value; now().waves.heights.clear(); now().waves.build(); };

@@ -12,6 +12,7 @@ function keepState(now) {
   if (!same) for (const name of waves.shown) said.append("show", name);
   if (waves.range[0] > waves.full[0] || waves.range[1] < waves.full[1]) said.set("range", waves.range.map(number).join(","));
   for (const which of ["a", "b"]) if (waves.marks[which] !== null) said.set(which, number(waves.marks[which]));
+  if (waves.fft) said.set("fft", waves.fft);
   if (waves.nyquist) said.set("nyquist", "1");
   else if (waves.xname && waves.xname !== run.over) said.set("over", waves.xname);
   if (waves.layout !== "unit") said.set("panels", waves.layout);
@@ -37,6 +38,7 @@ function restoreState({ run, waves }) {
   for (const which of ["a", "b"]) if (said.has(which) && Number.isFinite(+said.get(which))) waves.marks[which] = +said.get(which);
   if (known(said.get("over"))) waves.xname = said.get("over");
   waves.nyquist = said.has("nyquist") && run.complexNames.size > 0;
+  if (run.axisName === "time" && WINDOWS[said.get("fft")]) waves.fft = said.get("fft");
   if (["two", "signal"].includes(said.get("panels"))) waves.layout = said.get("panels");
   if (said.has("logx")) waves.logx = said.get("logx") === "1";
   waves.logy = new Set(said.getAll("logy"));

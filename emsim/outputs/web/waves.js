@@ -14,7 +14,7 @@ class Waves {
   constructor(run, box, clock) {
     Object.assign(this, { run, box, clock, panels: [], marks: { a: null, b: null }, degrees: inDegrees(run), xname: run.over || null });
     // logy, heights: of panels by their key; ghosts: earlier runs; watchers: told when marks, range or signals change
-    Object.assign(this, { layout: "unit", logx: run.axisLog, logy: new Set(), heights: new Map(), nyquist: false, ghosts: [], watchers: [] });
+    Object.assign(this, { layout: "unit", logx: run.axisLog, logy: new Set(), heights: new Map(), nyquist: false, fft: null, ghosts: [], watchers: [] });
     this.full = [run.time[0], run.time[run.time.length - 1]];
     this.range = [...this.full];
     this.shown = new Set(run.shown);
@@ -63,7 +63,7 @@ class Waves {
     this.panels.forEach((p) => p.plot && p.plot.destroy());
     this.box.replaceChildren();
     this.drawn = this.width();
-    if (this.nyquist) this.circles(); else this.curves();
+    if (this.fft) this.panels = spectraPanels(this); else if (this.nyquist) this.circles(); else this.curves();
     this.readout();
     this.changed();
   }
@@ -166,7 +166,8 @@ class Waves {
     const gap = (v) => Number.isNaN(v) || (log && v <= 0);
     return [axis, ...shown.map((c) => (c.some(gap) ? Array.from(c, (v) => (gap(v) ? null : v)) : c))];
   }
-  redraw() { this.panels.forEach((p) => (p.plot ? p.plot.setData(this.data(p.columns, p.key)) : p.draw())); }
+  fresh(p) { return p.fresh ? p.fresh() : this.data(p.columns, p.key); }
+  redraw() { this.panels.forEach((p) => (p.plot ? p.plot.setData(this.fresh(p)) : p.draw())); }
   resize() {
     const width = this.width();
     if (width === this.drawn) return;
@@ -174,7 +175,7 @@ class Waves {
     for (const p of this.panels) {
       if (!p.plot) { p.draw(); continue; }
       p.plot.setSize({ width, height: p.plot.height });
-      p.plot.setData(this.data(p.columns, p.key));
+      p.plot.setData(this.fresh(p));
     }
   }
   zoom(from, to) {
@@ -188,7 +189,7 @@ class Waves {
   about(t, factor) { this.zoom(t - (t - this.range[0]) * factor, t + (this.range[1] - t) * factor); }
   // the wheel alone scrolls the page; with ctrl, which is what a trackpad's pinch sends too, it zooms
   wheel(e) {
-    const panel = this.panels.find((p) => p.plot && p.plot.over.matches(":hover"));
+    const panel = this.panels.find((p) => p.plot && !p.fresh && p.plot.over.matches(":hover"));
     if (!panel || !(e.ctrlKey || e.metaKey || e.shiftKey)) return;
     e.preventDefault();
     const [from, to] = this.range, turn = e.deltaY || e.deltaX;
@@ -202,7 +203,7 @@ class Waves {
     box.addEventListener("pointerdown", (e) => { if (e.pointerType === "touch" && e.target.closest(".u-over")) held.set(e.pointerId, e.clientX); }, { signal });
     for (const end of ["pointerup", "pointercancel"]) addEventListener(end, (e) => held.delete(e.pointerId), { signal });
     addEventListener("pointermove", (e) => {
-      const plot = this.panels.find((p) => p.plot)?.plot;
+      const plot = this.panels.find((p) => p.plot && !p.fresh)?.plot;
       if (!held.has(e.pointerId) || !plot) return;
       const { left } = plot.over.getBoundingClientRect(), at = (x) => plot.posToVal(x - left, "x");
       const others = [...held].filter(([id]) => id !== e.pointerId), x0 = held.get(e.pointerId);
@@ -298,6 +299,14 @@ class Waves {
   readout() {
     const { time } = this.run, { a, b } = this.marks, t = this.clock.t, near = this.range[1] - this.range[0] < 0.1 * (this.full[1] - this.full[0]);
     for (const p of this.panels) {
+      if (p.peaks) {
+        p.legend.replaceChildren(...p.columns.map((c, i) => {
+          const item = Object.assign(document.createElement("span"), { textContent: `${c.name}: largest ${written(p.peaks[i][1], this.unit(c))} at ${written(p.peaks[i][0], "Hz", 5)}` });
+          item.style.setProperty("--c", colourOf(i));
+          return item;
+        }));
+        continue;
+      }
       const items = p.columns.map((c, i) => {
         const item = document.createElement("span"), values = this.scaled(c), at = (t) => this.said(c, valueAt(time, values, t));
         item.style.setProperty("--c", colourOf(i));
