@@ -127,6 +127,7 @@ def assemble(
         ctx.machine.contribute()
         ctx.machine.check_poles()
 
+    ctx.names_own = any(a.names_itself for a in analyses)
     outputs = {a: a.columns(ctx) for a in analyses}
     prints = printed(ctx, {a.word: o for a, o in outputs.items() if not a.names_itself})
     flat.sink.raise_if_errors()

@@ -194,7 +194,9 @@ def _find_saved(ctx: Context) -> dict[str, Output]:
             output = column(ctx, probe.text, probe.ast, probe.span)
             saved.setdefault(output.name, output)
     for probe in ctx.flat.also:
-        if not (isinstance(probe.ast, Name) and probe.ast.id in ("all", "time")):
+        name = probe.ast.id if isinstance(probe.ast, Name) else ""
+        # what an analysis alone has is found, or missed, when it has run
+        if name not in ("all", "time") and not (name and ctx.names_own and name not in ctx.nodes):
             output = column(ctx, probe.text, probe.ast, probe.span)
             saved.setdefault(output.name, output)
     return saved

@@ -32,7 +32,7 @@ VERBS = {
     "lsp": "the language server, for editors",
     "completion": "the completion script of bash, zsh or fish",
     "help": "this text, or that of a verb",
-    "version": "the version",
+    "version": "the version, how the engine computes here, the Python",
 }
 
 
@@ -95,7 +95,7 @@ def _dispatch(args: list[str]) -> int:
     verb, rest = args[0], args[1:]
     if verb in ("-h", "--help"):
         verb = "help"
-    elif verb in ("-v", "--version"):
+    elif verb in ("-v", "-V", "--version"):
         verb = "version"
     elif verb not in VERBS:
         verb, rest = "run", args

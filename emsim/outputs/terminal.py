@@ -69,8 +69,13 @@ def lines(panels: Sequence[Panel], title: str = "", look: Look | None = None) ->
         yield title[: look.columns]
     rows = {1: 16, 2: 11}.get(len(panels), 8)
     for k, panel in enumerate(panels):
-        same = k + 1 < len(panels) and panels[k + 1].x == panel.x
+        same = k + 1 < len(panels) and _across(panels[k + 1]) == _across(panel)
         yield from _panel(panel, look, rows, not same)
+
+
+def _across(panel: Panel) -> tuple[str, bool, tuple[float, float]]:
+    """The axis of a panel: those of the same have one scale, written under the last of them."""
+    return panel.x, panel.log, _range([c.x for c in panel.curves], 0.0)
 
 
 def _panel(panel: Panel, look: Look, rows: int, with_axis: bool) -> Iterator[str]:

@@ -6,6 +6,8 @@ const COLOURS = ["#0b62c4", "#c8374d", "#1e7f3a", "#8a4fb8", "#a85f00", "#007575
 const ON_DARK = ["#6cb0ff", "#ff8494", "#5ccb7e", "#c79aeb", "#f0a63a", "#3cc8c8", "#ff86c0", "#b4c878"];
 const colourOf = (k) => (document.documentElement.classList.contains("dark") ? ON_DARK : COLOURS)[k % COLOURS.length];
 
+const RIGHT = 84; // px of an axis
+
 // phases over a frequency are read in degrees
 const inDegrees = (run) => (run.over ?? run.axisName) === "frequency";
 
@@ -104,10 +106,10 @@ class Waves {
       units.forEach((own, n) => {
         const scale = `y${n || ""}`, log = this.logy.has(key);
         scales[scale] = { distr: log ? 3 : 1, range: (u, low, high) => this.heights.get(key)?.[n] ?? this.roomy(u, low, high, columns.filter((c) => this.unit(c) === own), log) };
-        axes.push({ ...axis, ...(log ? LOG : {}), scale, side: n ? 1 : 3, size: n ? 70 : 84, grid: { ...axis.grid, show: !n }, values: (u, ticks) => ticks.map((v) => (v === null ? "" : written(v, own, 4))) });
+        axes.push({ ...axis, ...(log ? LOG : {}), scale, side: n ? 1 : 3, size: n ? RIGHT : 84, grid: { ...axis.grid, show: !n }, values: (u, ticks) => ticks.map((v) => (v === null ? "" : written(v, own, 4))) });
       });
       const plot = new uPlot({
-        width: this.width(), height: height + (last ? 26 : 0), padding: [6, units.length > 1 ? 0 : 26, 0, 0],
+        width: this.width(), height: height + (last ? 26 : 0), padding: [6, units.length > 1 ? 0 : this.layout === "two" ? RIGHT : 26, 0, 0], // all panels have one width
         pxAlign: 0, // points rounded to pixels make stairs of a straight line
         scales, axes,
         series: [{}, ...columns.map((c, i) => ({ label: c.name, scale: this.unit(c) === unit ? "y" : "y1", stroke: () => colourOf(i), width: 1.5, points: { show: false }, dash: this.unit(c) === unit ? [] : [7, 3] }))],
@@ -250,6 +252,7 @@ class Waves {
     ctx.beginPath();
     ctx.rect(bbox.left, bbox.top, bbox.width, bbox.height);
     ctx.clip();
+    ctx.setLineDash([]);
     ctx.lineWidth = devicePixelRatio;
     columns.forEach((c, i) => this.ghosts.forEach((ghost, n) => {
       const values = ghost.columns.get(c.name);
@@ -275,6 +278,7 @@ class Waves {
     const lines = [[this.marks.a, "--accent", "A"], [this.marks.b, "--wiper", "B"]];
     const style = getComputedStyle(document.documentElement), { ctx, bbox } = u;
     ctx.save();
+    ctx.setLineDash([]);
     for (const [t, colour, name] of lines) {
       if (t === null || t < this.range[0] || t > this.range[1]) continue;
       const x = Math.round(u.valToPos(t, "x", true)) + 0.5;

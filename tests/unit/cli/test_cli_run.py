@@ -233,7 +233,11 @@ def test_help_of_every_verb():
         assert f"\n  {verb} " in overview
         text = emsim(verb, "--help").stdout
         assert text.startswith(f"usage: emsim {verb}") and text == emsim("help", verb).stdout
-    assert emsim("--version").stdout == emsim("version").stdout == "emsim 0.1.0\n"
+    version = emsim("--version").stdout
+    assert version == emsim("version").stdout == emsim("-V").stdout
+    first, engine, python = version.splitlines()
+    assert first == "emsim 0.1.0" and python.startswith(f"Python {sys.version.split()[0]} ")
+    assert engine.startswith("engine: ") and "code" in engine
 
 
 def test_an_interrupted_run_prints_only_its_last_rows(decks):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -53,6 +55,30 @@ def test_signals_come_from_the_analysis_that_has_them() -> None:
     assert figure.axes[2].get_yscale() == "log"
     with pytest.raises(DeckError, match="no column `v\\(nowhere\\)`"):
         panels.of_result(result, parse_signals("v(nowhere)"))
+
+
+def test_panels_over_other_ranges_have_an_axis_each() -> None:
+    """The upper one was read on the lower one's axis."""
+    narrow, wide = (
+        Table("ac", ["frequency", "y"], ["Hz", "V"], Columns([f.tobytes(), f.tobytes()]))
+        for f in (np.logspace(3, 6, 50), np.logspace(3, 7, 50))
+    )
+    found = [p for table in (narrow, wide) for p in panels.panels(table, ["y"])]
+    look = terminal.Look(columns=70, colour=False, braille=False)
+    assert sum("frequency [Hz]" in line for line in terminal.lines(found, look=look)) == 2
+    assert sum("frequency [Hz]" in line for line in terminal.lines([found[0]] * 2, look=look)) == 1
+
+
+def test_what_an_analysis_alone_has_is_drawn_by_a_run(tmp_path: Path) -> None:
+    deck = tmp_path / "a.cir"
+    deck.write_text(DECK)
+    command = [sys.executable, "-m", "emsim", str(deck), "--no-files", "--plot"]
+    said = [
+        subprocess.run([*command, name], capture_output=True, text=True, check=False)
+        for name in ("onoise_spectrum", "nowhere")
+    ]
+    assert [done.returncode for done in said] == [0, 1]
+    assert "onoise_spectrum" in said[0].stdout and "E352" in said[1].stderr
 
 
 def test_a_complex_signal_is_no_x_axis_by_name() -> None:
