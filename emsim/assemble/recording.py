@@ -116,6 +116,16 @@ class Recorder:
         self.waves.append(("still", [0.0], ""))
         return k
 
+    def digital_node(self, name: str) -> tuple[int, int]:
+        node, k = self._builder.digital_node(name)
+        self.waves.append(("level", [], name.replace("#", "_")))
+        return node, k
+
+    def digital_ramp(self, node: Any, values: Any, times: Any) -> int:
+        k = self._builder.digital_ramp(node, values, times)
+        self.waves.append(("ramp", [*values, *times], f"{self.owner}_{k}"))
+        return k
+
     def device(
         self,
         kind: str,

@@ -17,7 +17,7 @@ import tempfile
 from ..diagnostics import Diagnostic, OutsideError
 from ..outputs import raw
 from ..result import Columns, Result, Table
-from .spice_deck import cards, first_word, flattened, passes
+from .spice_deck import cards, code_models, first_word, flattened, passes
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -52,7 +52,9 @@ def run(deck: str, timeout: float = 300.0) -> Result:
 
     Raises OutsideError without ngspice, NgspiceError when it fails or takes longer than timeout [s]."""
     program = find()
-    if not all(passes(card) or first_word(card) == ".end" for card in cards(deck.partition("\n")[2])):
+    inside = list(cards(deck.partition("\n")[2]))
+    models = code_models(inside)
+    if not all(passes(card, models) or first_word(card) == ".end" for card in inside):
         raise NgspiceError("the deck holds more than a circuit")
     with tempfile.TemporaryDirectory(prefix="emsim-ngspice-") as folder:
         source, target = os.path.join(folder, "deck.cir"), os.path.join(folder, "out.raw")

@@ -1,9 +1,9 @@
 """The deck that goes to ngspice: written out by us, in one piece, with nothing in it that ngspice would do but simulate.
 
 A foreign deck can make ngspice run programs: by .control sections, its own or those of its includes, by comments that begin
-with `*#`, by a title `*ng_script`, by code models that start a process or load a library (letter A). So nothing is passed on
-but cards of a list: elements and dot cards that describe a circuit and what to compute. Included files and library sections
-stand in the place of their cards, as emsim reads files; ngspice reads none.
+with `*#`, by a title `*ng_script`, by code models that start a process or load a library (letter A: those that emsim has go,
+none that reads a file). So nothing is passed on but cards of a list: elements and dot cards that describe a circuit and what to
+compute. Included files and library sections stand in the place of their cards, as emsim reads files; ngspice reads none.
 """
 
 from __future__ import annotations
@@ -11,18 +11,22 @@ from __future__ import annotations
 import os
 import re
 
+from ..elements.xspice import NAMES
 from ..source import MOST_BYTES, decode, read_bytes
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-ELEMENTS = frozenset("bcdefghijklmoqrstuvwxyz")  # not A, XSPICE's code models, nor N, compiled libraries
+ELEMENTS = frozenset("bcdefghijklmoqrstuvwxyz")  # not N, compiled libraries
+FROM_FILES = frozenset(("d_source", "d_state", "table2d", "table3d"))  # code models that read files
+CODE_MODELS = frozenset(NAMES) - FROM_FILES
 CARDS = frozenset(
     ".tran .op .dc .ac .noise .tf .pz .sens .disto .pss .sp .model .subckt .ends .macro .eom .param .params "
     ".parameter .func .global .if .elseif .else .endif .ic .nodeset .temp .options .option .opt .save".split()
 )
 INCLUDES = (".include", ".inc", ".incl")
+OPTION_WORDS = (".option", ".options", ".opt")
 # what .options may set: of other words ngspice makes variables of its commands
 OPTIONS = frozenset(
     "abstol absv acct autostop badmos3 chgtol cshunt defad defas defl defw gmin gminsteps gshunt interp itl1 itl2 itl3 itl4 itl5 "
@@ -42,12 +46,33 @@ def flattened(text: str, folder: str) -> tuple[str, list[Card], list[Card]]:
     out: list[Card] = []
     control: list[Card] = []
     _collect(rest, folder, (), out, control)
+    models = code_models(out)
+    out = [card for card in out if passes(card, models) or first_word(card) in OPTION_WORDS]
     return "emsim: " + _printable(title).strip(), out, control
 
 
-def passes(card: Card) -> bool:
-    """Is it a card that ngspice may have?"""
+def code_models(deck: list[Card]) -> frozenset[str]:
+    """Names of models each of which is a code model that only computes."""
+    kinds: dict[str, set[str]] = {}
+    for card in deck:
+        words = _joined(card).lower().replace("(", " ").split()
+        if words[:1] == [".model"] and len(words) > 2:
+            kinds.setdefault(words[1], set()).add(words[2])
+    if any(kind & FROM_FILES for kind in kinds.values()):
+        raise OSError("a code model reads a file, which is not handed on to ngspice")
+    return frozenset(name for name, of in kinds.items() if of <= CODE_MODELS)
+
+
+def _joined(card: Card) -> str:
+    return " ".join(line.lstrip().lstrip("+") for line in card)
+
+
+def passes(card: Card, models: frozenset[str]) -> bool:
+    """Is it a card that ngspice may have, with these code models?"""
     word = first_word(card)
+    if word[:1] == "a":
+        text = _joined(card)
+        return not re.search(r"[;$`{}'\"]|//", text) and text.split()[-1].lower() in models
     return word in CARDS if word.startswith(".") else word[:1] in ELEMENTS
 
 
@@ -76,9 +101,9 @@ def _collect(text: str, folder: str, chain: tuple[str, ...], out: list[Card], co
         elif word in INCLUDES or word == ".lib":
             for found, where, link in _files(card, folder, chain):
                 _collect(found, where, (*chain, link), out, control)
-        elif word in (".option", ".options", ".opt"):
+        elif word in OPTION_WORDS:
             out.append(_options(card))
-        elif passes(card):
+        else:
             if len(out) >= MOST_CARDS:
                 raise OSError(f"more than {MOST_CARDS:,} cards")
             out.append([only_signals(line) if word == ".save" else line for line in card])

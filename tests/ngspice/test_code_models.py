@@ -153,3 +153,14 @@ def test_eprint_shows_when_digital_nodes_change(tmp_path):
 def test_a_node_that_is_not_digital_is_told(tmp_path):
     result = emsim.run(control("eprint a"))
     assert any(d.code == "E162" and "no digital node" in d.message for d in result.diagnostics)
+
+
+@pytest.mark.parametrize("name", ["gain", "sigma_delta", "oneshot", "table2d", "core", "divider"])
+def test_its_equations_can_be_read(name, capsys):
+    from pathlib import Path
+
+    from emsim.cli import main
+
+    path = Path(__file__).resolve().parent / "corpus" / f"xspice_{name}.cir"
+    assert main(["explain", str(path)]) == 0
+    assert "code model a1" in capsys.readouterr().out.lower() or name in ("divider", "core")

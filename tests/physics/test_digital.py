@@ -208,3 +208,12 @@ def test_levels_are_read_in_expressions_measured_and_printed():
 def test_what_goes_along_with_the_state_alone_is_refused_by_name(card):
     with pytest.raises((emsim.DeckError, emsim.ConvergenceError), match="digital nodes"):
         run("V1 a 0 PULSE(0 1 0 1n 1n 1u 2u)", "R1 a 0 1k", "A1 [a] [d] adc", tran=card)
+
+
+def test_what_finds_no_rest_is_undefined_before_a_run():
+    """A transparent latch that its own negation feeds; behind it, and beside it, everything is as it is."""
+    r = run(
+        "V1 a 0 1", "R1 a 0 1k", "A1 [a] [e] adc", "A2 nq e null null q nq latch", "A3 q x inv", "A4 e y inv",
+        ".model latch d_dlatch(ic=0)", ".model inv d_inverter", tran=".tran 1n 50n",
+    )  # fmt: skip
+    assert [changes(r, node) for node in "qxy"] == [[(0.0, "Us")], [(0.0, "Us")], [(0.0, "0s")]]

@@ -62,9 +62,10 @@ def test_a_foreign_deck_runs_no_command(scratch, trick):
     ):
         text = make()
         assert "*" not in [line.strip()[:1] for line in text.split("\n")]
+        inside = list(spice_deck.cards(text.partition("\n")[2]))
+        models = spice_deck.code_models(inside)
         assert all(
-            spice_deck.passes(card) or spice_deck.first_word(card) == ".end"
-            for card in spice_deck.cards(text.partition("\n")[2])
+            spice_deck.passes(card, models) or spice_deck.first_word(card) == ".end" for card in inside
         )
         with suppress(ngspice.NgspiceError):
             ngspice.run(text, timeout=20)
@@ -98,7 +99,29 @@ def test_ngspice_reads_no_start_up_file_of_the_user(scratch, monkeypatch):
     assert not mark.exists()
 
 
-def test_ngspice_gets_no_code_model_and_no_library():
+@pytest.mark.parametrize(
+    ("line", "model", "goes"),
+    [
+        ("A1 [a b] c m", ".model m d_and(rise_delay=1n)", True),
+        ("A1 [a b]\n+ c m", ".model m\n+ d_and", True),
+        ("A1 a b null m", '.model m d_process(process_file="/bin/sh")', False),
+        ("A1 a b m", ".model m d_and\n.model m d_cosim", False),
+        ("A1 a b m $ x", ".model m d_and", False),
+        ("A1 a b {m}", ".model m d_and", False),
+        ("A1 a b x", ".model m d_and", False),
+    ],
+)
+def test_ngspice_gets_code_models_that_only_compute(line, model, goes):
+    lines = ngspice.as_written(f"t\n{line}\n{model}\nR1 a 0 1\n.end\n", "/nowhere").splitlines()
+    assert any(found.startswith("A1") for found in lines) == goes and "R1 a 0 1" in lines
+
+
+def test_ngspice_gets_no_code_model_that_reads_a_file():
+    with pytest.raises(OSError, match="reads a file"):
+        ngspice.as_written('t\nA1 [a] m\n.model m d_source(input_file="/etc/passwd")\n.end\n', "/nowhere")
+
+
+def test_ngspice_gets_no_process_and_no_library():
     """d_process starts a program, d_cosim loads a library."""
     deck = 't\nA1 [a] [b] null proc\n.model proc d_process(process_file="/bin/sh")\nN1 a b lib\n.osdi x.so\nR1 a 0 1\n.end\n'
     lines = ngspice.as_written(deck, "/nowhere").splitlines()

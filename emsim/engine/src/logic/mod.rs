@@ -9,7 +9,7 @@
 //! the equations by flags: a node between two thresholds is undefined. So crossings are located like those of any condition,
 //! events are corners that a step ends on, and between two events nothing here changes.
 //!
-//! At rest, before a run, there is no delay: parts are called until nothing changes.
+//! At rest, before a run, there is no delay: parts are called until nothing changes; what goes on changing is undefined.
 //!
 //! To add a part: one file here with its ports, its parameters and what it does when it is called, and its line in `REGISTRY`.
 
@@ -410,7 +410,6 @@ impl Logic {
             parts: self.parts.iter().map(|p| p.twin()).collect(),
             courses: self.ramps.iter().map(|r| Course::still(r.goal(Unknown))).collect(),
             log: Vec::new(),
-            loud: false,
         }
     }
 }
@@ -460,7 +459,7 @@ impl PartialOrd for Due {
 
 /// Times this near to each other, in parts of themselves, are the same.
 const SAME: f64 = 8.0 * f64::EPSILON;
-/// So many rounds at rest, per part, and there is no rest.
+/// So many rounds at rest beside one for each part, and there is no rest.
 const ROUNDS: usize = 64;
 
 /// The digital nodes during a run.
@@ -476,7 +475,6 @@ pub struct Live {
     courses: Vec<Course>,
     /// changes of nodes: time, node, state
     pub log: Vec<(f64, u32, State)>,
-    loud: bool, // a node has changed since it was asked
 }
 
 impl Clone for Live {
@@ -491,7 +489,6 @@ impl Clone for Live {
             parts: self.parts.iter().map(|p| p.twin()).collect(),
             courses: self.courses.clone(),
             log: self.log.clone(),
-            loud: self.loud,
         }
     }
 }
@@ -519,11 +516,6 @@ impl Live {
         self.queue.peek().map_or(f64::INFINITY, |Reverse(due)| due.0)
     }
 
-    /// Has a node changed since this was asked last?
-    pub fn has_changed(&mut self) -> bool {
-        std::mem::take(&mut self.loud)
-    }
-
     /// Does a node change at t?
     pub fn due(&self, t: f64) -> bool {
         self.next_event() <= t + SAME * t.abs()
@@ -537,7 +529,8 @@ impl Live {
             touched = (0..logic.seats.len()).collect();
         }
         let mut posts = Vec::new();
-        for _ in 0..ROUNDS + logic.seats.len() {
+        let patience = ROUNDS + logic.seats.len();
+        for round in 0..2 * patience {
             if touched.is_empty() {
                 break;
             }
@@ -546,7 +539,9 @@ impl Live {
             }
             let mut nodes: Vec<usize> = Vec::new();
             for (output, state, _) in posts.drain(..) {
-                self.outputs[output] = state;
+                // what finds no rest, a latch that its own negation feeds, is undefined
+                let level = if round < patience { state.level } else { Unknown };
+                self.outputs[output] = State { level, ..state };
                 nodes.push(logic.outputs[output]);
             }
             touched = self.resolve(logic, nodes, 0.0);
@@ -556,7 +551,6 @@ impl Live {
             *course = Course::still(ramp.goal(self.nodes[ramp.node].level));
         }
         self.log.clear();
-        self.loud = false;
         changed
     }
 
@@ -663,7 +657,6 @@ impl Live {
     fn set(&mut self, logic: &Logic, k: usize, state: State, t: f64) {
         let turns = state.level != self.nodes[k].level;
         self.nodes[k] = state;
-        self.loud = true;
         self.log.push((t, k as u32, state));
         if !turns {
             return;
