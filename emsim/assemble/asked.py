@@ -18,6 +18,9 @@ EFFORTS = ("force", "torque", "power", "p")
 def wanted(flat: Any) -> set[tuple[str, str]]:
     """(function, name) of every call in the deck that may need a reaction."""
     found: set[tuple[str, str]] = set()
+    for card in flat.machine:
+        if card.kind == "FRICTION" and "mu" in card.params:  # it rubs by the load of its joint
+            found |= {(fn, ref.name) for fn in FORCES for ref in card.args[:1]}
     for call in _calls(_expressions(flat)):
         if (
             (call.fn in REACTIONS or call.fn in EFFORTS)

@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from typing import Any
 
     from .._engine import Expr
-    from ..cards.base import Scalar
+    from ..cards.base import JointView, Scalar
     from ..cards.body import Body
     from ..cards.drive import Drive
     from ..cards.gear import Gear
@@ -473,6 +473,9 @@ class Machine(Mechanism):
 
     def reaction(self, name: str) -> Expr:
         return reactions.of_coupling(self, name)
+
+    def load(self, joint: JointView) -> Expr | None:
+        return reactions.load(self, joint.name)
 
     # reading --------------------------------------------------------------------------------------
 

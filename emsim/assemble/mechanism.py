@@ -16,13 +16,13 @@ if TYPE_CHECKING:
     from typing import Any
 
     from .._engine import Expr
-    from ..cards.base import Card, Own, PointView, Scalar
+    from ..cards.base import Card, JointView, Own, PointView, Scalar
     from ..cards.kinematics import Frame
     from ..cards.laws import Law
     from ..diagnostics import Span
     from .context import Context
     from .loops import Row, Start
-    from .scene import Coordinate, Group, Tie, Virtual
+    from .scene import Coordinate, Group, JointState, Tie, Virtual
     from .tree import Plan
 
 
@@ -61,6 +61,7 @@ class Mechanism(Binding):
         self.wanted = asked.wanted(ctx.flat)
         self.derivatives: dict[str, int] = {}
         self.waiting: list[tuple[int, Any]] = []
+        self.at_cuts: list[tuple[int, JointState, tuple[str, int]]] = []
         self.busy: set[str] = set()
         self.own_symbols: Own | None = None
         self.imbalances: list[tuple[str, Expr]] = []
@@ -261,6 +262,9 @@ class Mechanism(Binding):
         return self.b.select(over, hi, self.b.select(under, lo, e))
 
     def reaction(self, name: str) -> Expr:
+        raise NotImplementedError
+
+    def load(self, joint: JointView) -> Expr | None:
         raise NotImplementedError
 
     # names -------------------------------------------------------------------------------------------

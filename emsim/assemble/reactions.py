@@ -27,6 +27,10 @@ if TYPE_CHECKING:
     from .scene import JointState
 
 
+LOADED = ("pin", "slide")  # kinds whose parts press on each other in one place
+NOTHING = 1e-18  # [N^2] keeps the slope of a force that is 0
+
+
 def prepare(m: Mechanism) -> None:
     """Virtual motions at the tree joints whose reactions are read; before frames are placed."""
     for fn, name in sorted(m.wanted):
@@ -45,9 +49,12 @@ def _companions(m: Mechanism, joint: JointState, key: tuple[str, int]) -> list[t
     kind = key[0]
     if not _moved_by_others(m, joint, kind):
         return []
-    spatial = m.gravity[2] != 0.0 or any(j.kind.leaves_plane() for j in m.joints.values())
-    axes: tuple[int, ...] = (0, 1, 2) if spatial else (0, 1) if kind == "shift" else ()
+    axes: tuple[int, ...] = (0, 1, 2) if in_space(m) else (0, 1) if kind == "shift" else ()
     return [(kind, k) for k in axes]
+
+
+def in_space(m: Mechanism) -> bool:
+    return m.gravity[2] != 0.0 or any(j.kind.leaves_plane() for j in m.joints.values())
 
 
 def _moved_by_others(m: Mechanism, joint: JointState, kind: str) -> bool:
@@ -62,6 +69,14 @@ def of_joint(m: Mechanism, fn: str, joint: JointState) -> Expr:
     """fx fy fz mx my mz of a joint."""
     key, unit = REACTIONS[fn], "N" if fn in FORCES else "N m"
     if joint.cut:
+        if any(row.row < 0 for row in m.rows if row.owner == joint.name):
+            # read by a card before there are multipliers: an unknown, its row filled in later
+            name = f"{fn}({joint.name})"
+            if name not in m.derivatives:
+                index = m.derivatives[name] = m.b.unknown(name, "derivative", unit, 0.0)
+                m.b.g(index, index, -1.0)
+                m.at_cuts.append((index, joint, key))
+            return m.b.x(m.derivatives[name])
         return _from_multipliers(m, joint, *key)
     if key not in joint.virtuals:
         raise KeyError(f"{fn}({joint.name}) was not announced before the scene was built")
@@ -78,6 +93,26 @@ def of_joint(m: Mechanism, fn: str, joint: JointState) -> Expr:
             name = f"{fn[0]}{'xyz'[k]}({joint.name})"
             result = result + weight * motion(m, name, unit, virtual)
     return result
+
+
+def load(m: Mechanism, name: str) -> Expr | None:
+    """With how much force the parts of a joint press on each other across its free direction [N]; moments are left out. None for
+    kinds without such a place."""
+    joint = m.joints[name]
+    if joint.kind.name not in LOADED:
+        return None
+    if not in_space(m):
+        fx, fy = (of_joint(m, fn, joint) for fn in ("fx", "fy"))
+        if joint.rotary:
+            return m.b.call("sqrt", fx * fx + fy * fy + NOTHING)
+        # along the slide there is none
+        x, y, _ = (m.public(e) for e in times(m.frames[joint.a].rot.matrix(), joint.kind.axis_of("axis")))
+        return m.abs(x * fy - y * fx)
+    square = m.b.const(NOTHING)
+    for fn in FORCES:
+        part = of_joint(m, fn, joint)
+        square = square + part * part
+    return m.b.call("sqrt", square)
 
 
 def motion(m: Mechanism, name: str, unit: str, what: Any) -> Expr:
@@ -104,6 +139,9 @@ def fill_waiting(m: Mechanism) -> None:
     for index, what in m.waiting:
         _fill(m, index, what)
     m.waiting.clear()
+    for index, joint, key in m.at_cuts:
+        m.b.add_f(index, _from_multipliers(m, joint, *key))
+    m.at_cuts.clear()
 
 
 def _fill(m: Mechanism, index: int, what: Any) -> None:

@@ -111,6 +111,9 @@ if TYPE_CHECKING:
         def body_of(self, card: Card, terminal: str) -> BodyView: ...  # of a point terminal
         def clamp(self, e: Scalar, lo: float, hi: float, name: str, warn: str) -> Expr: ...
         def reaction(self, name: str) -> Expr: ...  # effort of a GEAR or DRIVE on its joint
+        def load(
+            self, joint: JointView
+        ) -> Expr | None: ...  # with which its parts press on each other [N], 0 or more
 
     class Pen(Protocol):
         """What a card draws on, see assemble/drawing.py. A place is [body, x, y, z] in the body's axes [m]."""

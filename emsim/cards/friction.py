@@ -2,12 +2,14 @@
 
     effort = -F(u) sgn(u),  F(u) = fc + (fs - fc) exp(-(u/vs)^2);  at rest anything up to fs
     and -b u
+With mu= the joint's own load N does it: fc = mu N, fs = mus N, on a pin times radius=. N is the force between the joint's parts
+across its free direction, moments left out.
 `model=smooth` writes fc tanh(u/vs) in its place: what should stick creeps then.
 """
 
 from __future__ import annotations
 
-from .base import Card, Default, Required, Spec, is_number
+from .base import Card, Default, Spec, is_number
 from .laws import Relay
 
 TYPE_CHECKING = False
@@ -23,23 +25,28 @@ if TYPE_CHECKING:
 class Friction(Card):
     spec = Spec(
         "FRICTION",
-        "FRICTION name joint fc=value/{expr} [fs=] [vs=] [b=] [model=smooth]",
+        "FRICTION name joint fc=value/{expr} [fs=] or mu= [mus=] [radius=] [vs=] [b=] [model=smooth]",
         terminals="joint:joint",
-        mark=("fc",),
+        mark=("fc", "mu"),
         meaning="Coulomb friction with stiction; a clutch or a brake where fc= is an expression",
-        missing={"mu": "friction by the joint's own normal force", "mus": "friction by the joint's own normal force"},
-        laws={"P": "F |u| + b u^2, F = fc + (fs - fc) exp(-(u/vs)^2)"},
-        fc=Required("N or N m", "friction while sliding: number, {expression} or waveform", "value"),
+        laws={"P": "F |u| + b u^2, F = fc + (fs - fc) exp(-(u/vs)^2); with mu= fc = mu N, fs = mus N, N the load of the joint"},
+        fc=Default(None, "N or N m", "friction while sliding: number, {expression} or waveform", "value"),
         fs=Default(None, "N or N m", "friction that must be overcome to start; fc unless given", least=0.0),
         vs=Default(
             None, "m/s or rad/s", "speed over which fs falls to fc, at once unless given; of model=smooth", above=0.0
         ),
+        mu=Default(None, "", "coefficient of friction by the joint's own load, in place of fc=", least=0.0),
+        mus=Default(None, "", "coefficient that must be overcome to start; mu unless given", least=0.0),
+        radius=Default(None, "m", "radius of the pin that rubs, with mu=", above=0.0),
         b=Default(0.0, "N s/m or N m s/rad", "viscous part", least=0.0),
         model=Default("exact", "", "smooth: fc tanh(u/vs), which sticks nowhere", "word", words=("exact", "smooth")),
     )  # fmt: skip
     fc: Any
     fs: float | None
     vs: float | None
+    mu: float | None
+    mus: float | None
+    radius: float | None
     b: float
     model: str
     joint: JointView
@@ -47,6 +54,7 @@ class Friction(Card):
 
     def check(self, sink: Sink) -> None:
         what = f"FRICTION {self.name}"
+        self._check_load(what, sink)
         if is_number(self.fc) and self.fc < 0.0:
             said = f"fc= of {what} is {self.fc:g}; friction cannot be below 0"
             sink.error("E238", said, self.place("fc"))
@@ -59,25 +67,66 @@ class Friction(Card):
             if self.vs is None:
                 said = f"{what} needs vs= for model=smooth: the speed over which the force is smoothed"
                 sink.error("E230", said, self.place("model"))
-            if self.fs is not None:
-                said = f"fs= of {what} does not fit model=smooth, which sticks nowhere"
-                sink.error("E240", said, self.place("fs"), "leave one of them out")
-        elif self.vs is not None and self.fs is None:
-            said = (
-                f"vs= of {what} has no effect: it says over which speed fs= falls to fc=, and there is no fs="
-            )
+            if key := next((k for k in ("fs", "mus") if self.given(k)), ""):
+                said = f"{key}= of {what} does not fit model=smooth, which sticks nowhere"
+                sink.error("E240", said, self.place(key), "leave one of them out")
+        elif self.vs is not None and self.fs is None and self.mus is None:
+            more, less = ("fs", "fc") if self.mu is None else ("mus", "mu")
+            said = f"vs= of {what} has no effect: it says over which speed {more}= falls to {less}=, and there is no {more}="
             hint = "friction sticks and slides exactly, nothing is smoothed; model=smooth would"
             sink.note("N232", said, self.place("vs"), hint)
 
+    def _check_load(self, what: str, sink: Sink) -> None:
+        if self.mu is None:
+            if self.fc is None:
+                sink.error("E230", f"{what} needs fc= or mu=", self.span, self.spec.form)
+            for key in ("mus", "radius"):
+                if self.given(key):
+                    sink.error(
+                        "E240",
+                        f"{key}= of {what} belongs to mu=",
+                        self.place(key),
+                        "give mu=, or leave it out",
+                    )
+            return
+        for key in ("fc", "fs"):
+            if self.given(key):
+                said = f"{what} has both mu= and {key}=: each says how much it rubs"
+                sink.error("E240", said, self.place(key), "leave one of them out")
+        if self.mus is not None and self.mus < self.mu:
+            said = f"mus= of {what} is {self.mus:g}, less than mu= {self.mu:g}: what slides would be held more than what rests"
+            sink.error("E238", said, self.place("mus"))
+
+    def _load(self, s: Scene) -> Expr | None:
+        """N, on a pin times its radius; None where the joint has no such thing."""
+        what = f"FRICTION {self.name}"
+        load = s.load(self.joint)
+        if load is None:
+            said = f"mu= of {what}: nothing says where the parts of {self.joint.name} press on each other"
+            s.sink.error("E240", said, self.place("mu"), "mu= is for a pin or a slide; elsewhere fc=")
+        elif self.joint.rotary and self.radius is None:
+            said = f"{what} needs radius=: friction acts on {self.joint.name} at the radius of its pin"
+            s.sink.error("E230", said, self.place("mu"))
+        elif not self.joint.rotary and self.radius is not None:
+            s.sink.error(
+                "E240", f"radius= of {what} is for a pin; {self.joint.name} slides", self.place("radius")
+            )
+        return load if load is None or self.radius is None else self.radius * load
+
     def prepare(self, s: Scene) -> None:
-        sliding: Expr = s.compile(self.fc, self.place("fc"))
-        if sliding.value is None:
-            sliding = s.maximum(sliding, 0.0)  # a clutch presses or does not
+        if self.mu is not None:
+            load = self._load(s)
+            sliding = s.b.const(0.0) if load is None else self.mu * load
+            stick = sliding if self.mus is None or load is None else self.mus * load
+        else:
+            sliding = s.compile(self.fc, self.place("fc"))
+            if sliding.value is None:
+                sliding = s.maximum(sliding, 0.0)  # a clutch presses or does not
+            stick = sliding if self.fs is None else s.maximum(s.b.const(self.fs), sliding)
         self.sliding = sliding
         if self.model == "smooth":
             return
         u = self.joint.u
-        stick = sliding if self.fs is None else s.maximum(s.b.const(self.fs), sliding)
         bound: Scalar = sliding
         if self.vs is not None:
             bound = sliding + (stick - sliding) * s.b.call("exp", -(u / self.vs) * (u / self.vs))

@@ -287,10 +287,12 @@ FRICTION f h fc=9.81m
 @pytest.mark.parametrize(
     ("card", "code", "words"),
     [
-        ("fc=-1", "E238", "cannot be below 0"), ("fc=2 fs=1", "E238", "less than fc="), ("fc=1 mu=0.3", "E254", "mu="),
+        ("fc=-1", "E238", "cannot be below 0"), ("fc=2 fs=1", "E238", "less than fc="), ("fc=1 mu=0.3", "E240", "both mu="),
         ("fc=1 model=smooth", "E230", "vs="), ("fc=1 fs=2 vs=1 model=smooth", "E240", "sticks nowhere"),
         ("fc=1 vs=0", "E238", "vs="), ("fc=1 b=-1", "E238", "b="), ("fc=1 model=soft", "E232", "exact, smooth"),
-        ("fc=1 k=3", "E231", "k="),
+        ("fc=1 k=3", "E231", "k="), ("mu=0.3 mus=0.2", "E238", "less than mu="), ("mu=0.3 radius=1m", "E240", "is for a pin"),
+        ("fc=1 radius=1m", "E240", "belongs to mu="), ("fc=1 mus=1", "E240", "belongs to mu="), ("mu=-1", "E238", "mu="),
+        ("mu=1 model=smooth mus=2 vs=1", "E240", "sticks nowhere"),
     ],
 )  # fmt: skip
 def test_a_friction_that_cannot_be_is_told(card, code, words):

@@ -417,6 +417,9 @@ MACHINES = {
         "fs": (ROTOR + "FRICTION f h fc=1 vs=1 @\n", "fs=1.5", "fs=2"),
         "vs": (ROTOR + "FRICTION f h fc=1 fs=2 @\n", "vs=1", "vs=2"),
         "b": (ROTOR + "FRICTION f h fc=1 @\n", "b=1", "b=2"),
+        "mu": (ROTOR + "FRICTION f h radius=1m @\n", "mu=0.1", "mu=0.2"),
+        "mus": (ROTOR + "FRICTION f h radius=1m mu=0.1 vs=1 @\n", "mus=0.2", "mus=0.3"),
+        "radius": (ROTOR + "FRICTION f h mu=0.1 @\n", "radius=1m", "radius=2m"),
         "model": (ROTOR + "FRICTION f h fc=1 vs=1 @\n", "fs=2", "model=smooth"),
     },
     "STOP": {

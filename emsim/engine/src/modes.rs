@@ -44,6 +44,10 @@ const ROUNDS: u32 = 60;
 /// A flow of so much of what it is made of is 0; an effort so near to its bound is at it.
 const NOTHING: f64 = 1e-9;
 
+/// Rounds until friction and the load that makes it agree to so much.
+const LOADS: u32 = 50;
+const AGREE: f64 = 1e-6;
+
 /// Friction alone stops a flow in half of that: what pulls it on is less.
 const LATE: f64 = 4.0;
 
@@ -208,28 +212,23 @@ impl Modes {
         let (readings, _) = sys.read_laws(w, x, *t);
         let ahead = short.ahead * longer;
         let Some(look) = self.look(sys, w, x, *t, ahead, &asked, tol) else { return false };
-        let bounds = |k: usize| match list[k].form {
-            Form::Relay => (-readings[k].stick.max(readings[k].bound), readings[k].stick.max(readings[k].bound)),
-            _ => (0.0, f64::INFINITY),
-        };
-        let (mut lo, mut hi): (Vec<f64>, Vec<f64>) = asked.iter().map(|&k| bounds(k)).unzip();
         let m = asked.len();
-        let mut goes = vec![0.0; m];
-        let solution = loop {
-            let Some(solution) = lcp::solve(&look.a, &look.b, &lo, &hi) else { return false };
-            let size =
-                |i: usize| look.b[i].abs() + (0..m).map(|j| (look.a[i * m + j] * solution.f[j]).abs()).sum::<f64>();
-            let before = goes.clone();
-            for (i, &k) in asked.iter().enumerate().filter(|&(_, &k)| list[k].form == Form::Relay) {
-                let w = solution.w[i];
-                if goes[i] == 0.0 && w.abs() > NOTHING * size(i) && (solution.f[i] == lo[i] || solution.f[i] == hi[i]) {
-                    goes[i] = w.signum();
-                    (lo[i], hi[i]) = (-goes[i] * readings[k].bound, -goes[i] * readings[k].bound);
-                }
+        let mut readings = readings;
+        let mut again = LOADS;
+        let (solution, goes, lo, hi) = loop {
+            let found = follows(&look, list, &readings, &asked);
+            let Some(found) = found else { return false };
+            // friction by a load that depends on the friction: until both agree
+            let (after, _) = sys.read_laws(w, &look.at(&found.0.f), *t + ahead);
+            let agree = |a: f64, b: f64| (a - b).abs() <= AGREE * a.abs().max(b.abs());
+            let settled = asked
+                .iter()
+                .all(|&k| agree(after[k].stick, readings[k].stick) && agree(after[k].bound, readings[k].bound));
+            again -= 1;
+            if settled || again == 0 {
+                break found;
             }
-            if goes == before {
-                break solution;
-            }
+            readings = after;
         };
         if self.count > MANY {
             self.go(sys, x, &look.at(&solution.f));
@@ -386,6 +385,38 @@ impl Modes {
     fn go(&self, sys: &System, x: &mut [f64], to: &[f64]) {
         x.copy_from_slice(to);
         sys.laws.list.iter().for_each(|law| x[law.row] = 0.0);
+    }
+}
+
+/// Efforts of the laws that are asked, which of them go and which way, and the bounds that then hold; None without a solution.
+#[allow(clippy::type_complexity)]
+fn follows(
+    look: &Look,
+    list: &[LawSpec],
+    readings: &[Reading],
+    asked: &[usize],
+) -> Option<(lcp::Solution, Vec<f64>, Vec<f64>, Vec<f64>)> {
+    let bounds = |k: usize| match list[k].form {
+        Form::Relay => (-readings[k].stick.max(readings[k].bound), readings[k].stick.max(readings[k].bound)),
+        _ => (0.0, f64::INFINITY),
+    };
+    let (mut lo, mut hi): (Vec<f64>, Vec<f64>) = asked.iter().map(|&k| bounds(k)).unzip();
+    let m = asked.len();
+    let mut goes = vec![0.0; m];
+    loop {
+        let solution = lcp::solve(&look.a, &look.b, &lo, &hi)?;
+        let size = |i: usize| look.b[i].abs() + (0..m).map(|j| (look.a[i * m + j] * solution.f[j]).abs()).sum::<f64>();
+        let before = goes.clone();
+        for (i, &k) in asked.iter().enumerate().filter(|&(_, &k)| list[k].form == Form::Relay) {
+            let w = solution.w[i];
+            if goes[i] == 0.0 && w.abs() > NOTHING * size(i) && (solution.f[i] == lo[i] || solution.f[i] == hi[i]) {
+                goes[i] = w.signum();
+                (lo[i], hi[i]) = (-goes[i] * readings[k].bound, -goes[i] * readings[k].bound);
+            }
+        }
+        if goes == before {
+            return Some((solution, goes, lo, hi));
+        }
     }
 }
 
