@@ -106,7 +106,7 @@ def solve(
     assembly: Assembly, tran: Tran, analysis: Analysis, names: Sequence[str], progress: Progress | None = None
 ) -> tuple[Waveforms, Along]:
     """The run of `tran`, with the outputs of `analysis` as its columns and within its steps, and their derivatives by the
-    quantities `names`. Raises DeckError (E357) where there are none."""
+    quantities `names`. Raises DeckError (E364) where there are none."""
     check(assembly, analysis)
     exprs = [o.expr for o in assembly.outputs[analysis] if o.expr is not None]
     sizes, besides = [], []
@@ -298,5 +298,5 @@ def _unfit(said: str, card: Card, hint: str | None = None) -> Exception:
     from ..diagnostics import DeckError, Diagnostic
 
     return DeckError(
-        Diagnostic("error", "E357", f"no sensitivities along a transient: {said}", card.span, hint)
+        Diagnostic("error", "E364", f"no sensitivities along a transient: {said}", card.span, hint)
     )

@@ -182,7 +182,7 @@ def _tolerance(flat: Element, level: Level) -> None:
     percent = flat.params["tol"]
     if not isinstance(percent, float) or not 0.0 <= percent < 100.0:
         raise ExprError(
-            "E358", f"`{flat.name}` cannot be off by {percent:g} %", flat.span, "tol=5% is 5 per cent"
+            "E363", f"`{flat.name}` cannot be off by {percent:g} %", flat.span, "tol=5% is 5 per cent"
         )
     factor = level.scope.draws.tolerance(flat.name, 0.01 * percent, flat.span)
     if factor != 1.0:

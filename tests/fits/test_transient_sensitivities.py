@@ -208,14 +208,14 @@ def test_without_by_the_parameters_of_the_deck_count():
         ),
         (
             "V1 a 0 1\nR1 a b 1k\nT1 b 0 c 0 z0=50 td=1n\nR2 c 0 50\n.sens v(c) tran by r1",
-            "E357",
+            "E364",
             "what was a time ago",
         ),
         ("V1 a 0 1\nR1 a b 1k\nC1 b 0 1u\n.sens v(b) tran by q7", "E346", "`q7`"),
         ("V1 a 0 1\nR1 a b 1k\nC1 b 0 1u\n.sens tran by r1", "E305", "takes signals"),
         (
             "V1 a 0 1\nR1 a b 1k\nC1 b 0 1u\n.options method=multirate\n.sens v(b) tran by r1",
-            "E357",
+            "E364",
             "multirate",
         ),
     ],
