@@ -70,6 +70,7 @@ class Layout:
         self.circuit, self.look = circuit, look
         self.hints = hints or []
         self.apart: set[str] = set()
+        self.hangs = bool(circuit.rails) and not any(circuit.rails.values())  # all supplies are negative
         self.variants: list[list[tuple[int, list[Rect], Laid]]] = []
         self.order = Order(circuit)
         self._solve()
@@ -212,7 +213,7 @@ class Layout:
         if part.role == "transistor":
             ends = {part.nets[0], part.nets[2]}
             tied = ends & ({"0"} | set(self.circuit.rails))
-            lie = 40 if tied else 22 if part.kind in ("npn", "pnp") else 10
+            lie = 44 if tied else 32 if part.kind in ("npn", "pnp") else 10
             wanted = self.order.mirrored.get(part.name)
             plain, mirror = (0, 2) if wanted is None else (0, 30) if not wanted else (30, 0)
             found = [
@@ -229,8 +230,8 @@ class Layout:
             return [(t, 0) for t in upright] + [(t, 26) for t in lying]
         stands = self.order.falls(part)
         high = 0 if stands >= 0 else 1
-        return [(upright[high], 0 if stands else 7), (upright[1 - high], 10 if stands else 7)] + [
-            (t, 5 if stands else 0) for t in lying
+        return [(upright[high], 0 if stands else 7), (upright[1 - high], 16 if stands else 7)] + [
+            (t, 12 if stands else 0) for t in lying
         ]
 
     # ---- grounds, rails, names at pins ----
@@ -244,8 +245,13 @@ class Layout:
             half = ceil(wide(words) / 2)
             if not self.wired(net):
                 boxes.append((x, y, x, y))
-            if net == "0":
+            if net == "0" and dy < 0 and self.hangs and part.role != "source":
+                # below ground everything hangs on it
+                decor.append(("rail", x, y, dx, dy, "0"))
+                boxes.append((x - 1, y - 3, x + 1, y - 1))
+            elif net == "0":
                 side = abs(dx)
+                cost += 4 if self.hangs and dy > 0 and part.role != "source" else 0
                 decor.append(("ground", x, y, dx, dy, ""))
                 cost += 0 if dy > 0 else 9 if side else 60
                 boxes.append(
@@ -269,7 +275,7 @@ class Layout:
                 else:
                     cost += 60
                     boxes.append(_hull((x - half, y + dy), (x + half, y + 3 * dy), 0))
-            elif not self.wired(net) and (len(self.circuit.pins[net]) > 1 or net in self.circuit.named):
+            elif not self.wired(net):
                 decor.append(("name", x, y, dx, dy, words))
                 far = ceil(wide(words)) + 1
                 if dx:

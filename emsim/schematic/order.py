@@ -230,9 +230,9 @@ class Order:
             over = [k for k, j in places if parts[k].role == "transistor" and looks(k, j) > 0]
             under = [k for k, j in places if parts[k].role == "transistor" and looks(k, j) < 0]
             for a, b in product(over, under):
-                yield "below", a, b, 4
+                yield "below", a, b, 6
                 if len(over) == len(under) == 1:
-                    yield "column", a, b, 1
+                    yield "column", a, b, 3
 
     def _bridges(self) -> Iterator[Wish]:
         """A leg of a bridge is a column, the legs stand side by side."""
@@ -245,11 +245,11 @@ class Order:
             lower = part.nets[1 if turn > 0 else 0]
             if lower in parts[other].nets:
                 yield "below", i, other, 4
-                yield "column", i, other, 4
+                yield "column", i, other, 6
             if lower not in self.fixed:
                 for j in range(i):
                     if parts[j].kind == part.kind and set(parts[j].nets) & set(part.nets) - {lower}:
-                        yield "row", i, j, 2
+                        yield "row", i, j, 4
 
 
 def _is_input(part: Part, pin: int) -> bool:

@@ -134,8 +134,7 @@ impl<'a> Search<'a> {
             let reach = 2 + (18 * left / moves as i64) as i32;
             let old = self.places.clone();
             self.change(reach);
-            let new = self.cost();
-            if new <= cost + threshold {
+            if let Some(new) = self.cost_below(cost + threshold) {
                 cost = new;
                 if cost < best.0 {
                     best = (cost, self.places.clone());
@@ -186,8 +185,7 @@ impl<'a> Search<'a> {
 
     /// The places as they are now if they cost less, else the old ones.
     fn keep(&mut self, cost: i64, old: Vec<Place>) -> i64 {
-        let new = self.cost();
-        if new < cost {
+        if let Some(new) = self.cost_below(cost - 1) {
             return new;
         }
         self.places = old;
@@ -305,7 +303,16 @@ impl<'a> Search<'a> {
 
     fn cost(&self) -> i64 {
         self.stand();
-        self.overlaps() + self.wires() + self.standing()
+        self.overlaps() + self.standing() + self.wires()
+    }
+
+    /// The cost if it is no more than so much; wires, which take longest, are looked at last.
+    fn cost_below(&self, most: i64) -> Option<i64> {
+        self.stand();
+        let cost = self.overlaps();
+        let cost = if cost > most { return None } else { cost + self.standing() };
+        let cost = if cost > most { return None } else { cost + self.wires() };
+        (cost <= most).then_some(cost)
     }
 
     /// Works out `boxes`.
@@ -333,10 +340,12 @@ impl<'a> Search<'a> {
                     continue;
                 }
                 let (xj, yj, vj) = self.places[j];
-                for r in &a.rects {
-                    for s in &self.d.parts[j][vj].rects {
-                        let w = (xi + r[2]).min(xj + s[2]) - (xi + r[0]).max(xj + s[0]) + 2;
-                        let h = (yi + r[3]).min(yj + s[3]) - (yi + r[1]).max(yj + s[1]) + 2;
+                for (k, r) in a.rects.iter().enumerate() {
+                    for (l, s) in self.d.parts[j][vj].rects.iter().enumerate() {
+                        // a wire's room between bodies, which come first; writing and symbols at pins may be next to anything
+                        let gap = if k + l == 0 { 2 } else { 1 };
+                        let w = (xi + r[2]).min(xj + s[2]) - (xi + r[0]).max(xj + s[0]) + gap;
+                        let h = (yi + r[3]).min(yj + s[3]) - (yi + r[1]).max(yj + s[1]) + gap;
                         if w > 0 && h > 0 {
                             cost += OVERLAP + CELL * i64::from(w.min(h));
                         }
