@@ -35,10 +35,11 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
 
 
 def on_page_markdown(markdown: str, page: Page, config: MkDocsConfig, files: Files) -> str:
-    """`<!-- deck PATH -->` shows a deck of netlists/, `<!-- run PATH -->` its page, with the machine moving, and
-    `<!-- chart PATH -->` its work-precision chart."""
+    """`<!-- deck PATH -->` shows a deck of netlists/, `<!-- run PATH -->` its page, with the machine moving,
+    `<!-- circuit PATH -->` its circuit, and `<!-- chart PATH -->` its work-precision chart."""
     markdown = re.sub(r"<!-- deck (\S+) -->", lambda m: tree.shown(m[1]), markdown)
     markdown = re.sub(r"<!-- run (\S+) -->", lambda m: tree.frame(m[1], page.url), markdown)
+    markdown = re.sub(r"<!-- circuit (\S+) -->", lambda m: tree.circuit(m[1], page.url), markdown)
     return re.sub(r"<!-- chart (\S+) -->", lambda m: tree.chart(m[1], page.url), markdown)
 
 
@@ -54,6 +55,7 @@ def on_page_content(html: str, page: Page, config: MkDocsConfig, files: Files) -
 
 
 def on_post_build(config: MkDocsConfig) -> None:
-    """The pages of the runs that pages of the site showed, and the charts."""
+    """The pages of the runs that pages of the site showed, the charts and the circuits."""
     tree.write_runs(Path(config.site_dir))
     tree.write_charts(Path(config.site_dir))
+    tree.write_circuits(Path(config.site_dir))

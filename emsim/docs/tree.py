@@ -9,9 +9,10 @@ from posixpath import dirname, relpath
 ROOT = Path(__file__).resolve().parent.parent.parent
 NETLISTS = ROOT / "netlists"
 
-# decks whose runs and charts the site shows; filled while pages are written
+# decks whose runs, charts and circuits the site shows; filled while pages are written
 _runs: dict[str, None] = {}
 _charts: dict[str, None] = {}
+_circuits: dict[str, None] = {}
 # of the charts: a ladder of four rungs, each run once, takes a second or two
 CHART = [
     "--alone",
@@ -90,6 +91,29 @@ def chart(deck: str, address: str) -> str:
     _charts[deck] = None
     where = relpath(chart_address(deck), dirname(address) or ".")
     return f'<img class="chart" src="{where}" alt="error against CPU time, every method on {deck}">'
+
+
+def circuit(deck: str, address: str) -> str:
+    """A deck's circuit on a page at this address, drawn anew in every build."""
+    _circuits[deck] = None
+    where = relpath(circuit_address(deck), dirname(address) or ".")
+    return f'<img class="chart" src="{where}" alt="the circuit of {deck}">'
+
+
+def circuit_address(deck: str) -> str:
+    return "circuits/" + deck.removesuffix(".cir") + ".svg"
+
+
+def write_circuits(site: Path) -> None:
+    """Draws the circuits shown. Raises RuntimeError where one does not come out."""
+    from emsim.cli import main
+
+    for deck in _circuits:
+        target = site / circuit_address(deck)
+        target.parent.mkdir(parents=True, exist_ok=True)
+        if code := main(["draw", str(NETLISTS / deck), "-q", "-o", str(target)]):
+            raise RuntimeError(f"emsim draw {deck}: exit code {code}")
+    _circuits.clear()
 
 
 def chart_address(deck: str) -> str:

@@ -373,6 +373,8 @@ class Circuit:
 
     def _between(self, a: str, b: str) -> str:
         self.read |= {n for n in (a, b) if n not in GROUND}
+        if a in GROUND:
+            return f"-v({self.port(b)})"
         return f"v({self.port(a)})" if b in GROUND else f"v({self.port(a)},{self.port(b)})"
 
     def _speak(self, value: Node) -> str:

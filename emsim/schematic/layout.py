@@ -153,7 +153,7 @@ class Layout:
             if n <= 14
             else (4, 22000, 400)
             if n <= 26
-            else (3, 25000, 200)
+            else (2, 20000, 120)
         )
         rounds, moves, polish = effort
         places, wires, failed, cost = _engine.arrange_diagram(given, ties, own, 1, rounds, moves, polish)
@@ -300,10 +300,10 @@ class Layout:
         first = cy - LINE * (n - 1) / 2
         tall = LINE * n / 2
         rows = (round(cy - tall + 0.2), round(cy + tall - 0.2))
-        half = ceil(width / 2 - 0.2)
+        half, far = ceil(width / 2 - 0.2), round(width + 0.4)
         places: list[tuple[tuple[float, float, str], Rect, int]] = [
-            ((x1 + 0.35, first, "start"), (x1 + 1 - (x1 > cx), rows[0], x1 + ceil(width), rows[1]), 0),
-            ((x0 - 0.35, first, "end"), (x0 - ceil(width), rows[0], x0 - 1 + (x0 < cx), rows[1]), 2),
+            ((x1 + 0.35, first, "start"), (x1 + 1 - (x1 > cx), rows[0], x1 + far, rows[1]), 0),
+            ((x0 - 0.35, first, "end"), (x0 - far, rows[0], x0 - 1 + (x0 < cx), rows[1]), 2),
         ]
         above = (
             (cx, y0 - 0.2 - LINE * (n - 0.5), "middle"),

@@ -1,7 +1,7 @@
 //! Where parts stand. The cost of a placement, in grid units of wire: parts that overlap, wires as they are guessed (the shortest
 //! tree of each net, bends, parts and wires in their way), wishes, the variants' own costs, the size of the whole.
 use super::route::{route, Routed};
-use super::{Diagram, Drawing, Point, Random, Wish};
+use super::{Diagram, Drawing, Point, Random, Variant, Wish};
 use std::cell::RefCell;
 
 const OVERLAP: i64 = 60;
@@ -340,8 +340,10 @@ impl<'a> Search<'a> {
                     continue;
                 }
                 let (xj, yj, vj) = self.places[j];
+                let b = &self.d.parts[j][vj];
+                cost += OVERLAP * (covered(b, (xj, yj), a, (xi, yi)) + covered(a, (xi, yi), b, (xj, yj)));
                 for (k, r) in a.rects.iter().enumerate() {
-                    for (l, s) in self.d.parts[j][vj].rects.iter().enumerate() {
+                    for (l, s) in b.rects.iter().enumerate() {
                         // a wire's room between bodies, which come first; writing and symbols at pins may be next to anything
                         let gap = if k + l == 0 { 2 } else { 1 };
                         let w = (xi + r[2]).min(xj + s[2]) - (xi + r[0]).max(xj + s[0]) + gap;
@@ -476,6 +478,15 @@ impl<'a> Search<'a> {
         }
         count
     }
+}
+
+/// How many pins of `b` lie under rectangles of `a`.
+fn covered(a: &Variant, at: Point, b: &Variant, bt: Point) -> i64 {
+    let under = |p: Point| {
+        let (x, y) = (bt.0 + p.0 - at.0, bt.1 + p.1 - at.1);
+        a.rects.iter().any(|r| r[0] <= x && x <= r[2] && r[1] <= y && y <= r[3])
+    };
+    b.pins.iter().filter(|p| under(p.at)).count() as i64
 }
 
 /// What a wire from pin to pin costs: its length, bends, and pins that look away.
