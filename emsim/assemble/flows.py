@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     Terms = list[tuple[float, str, int]]
 
 GROUND = ("0", "gnd")
+TELL = "rlviewbfghsdqmjzn"  # letters of elements whose currents are expressions of their own
 
 
 class Flows:
@@ -56,7 +57,7 @@ class Flows:
             drop = ctx.b.x(p) - ctx.b.x(inner) if p >= 0 else -ctx.b.x(inner)
             name = self._column(f"i({e.name})", "A", gs * drop)
             return [[(1.0, name, 0)], [(-1.0, name, 0)]]
-        if e.letter == "k" or not e.paths() or (e.is_metered and ctx.branch(e.name) is None):
+        if e.letter not in TELL or not e.paths() or (e.is_metered and ctx.branch(e.name) is None):
             return []
         found: list[Terms] = []
         names = getattr(e, "currents", ()) or ()
