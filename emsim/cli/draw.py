@@ -50,7 +50,7 @@ def main(args: Sequence[str]) -> int:
     picture = draw(flat, look, (given.text("inside") or "").lower(), flat.sink)
     show(flat.sink.diagnostics, given.has("quiet"))
     if picture is None:
-        deck_error("E363", "the deck has no circuit to draw", hint="the machine is drawn by --frame FILE")
+        deck_error("E373", "the deck has no circuit to draw", hint="the machine is drawn by --frame FILE")
     if picture.note() and not given.has("quiet"):
         print(f"note: {picture.note()}", file=sys.stderr)
     if extension == ".png":

@@ -152,7 +152,7 @@ class Films:
 
         circuit = self._given.has("circuit")
         if circuit and (table.circuit is None or len(table) < 2):
-            deck_error("E363", "there is no circuit to draw", hint="a film of it needs elements and a .tran")
+            deck_error("E373", "there is no circuit to draw", hint="a film of it needs elements and a .tran")
         if not circuit and (table.scene is None or len(table) < 2):
             hint = "a film needs a BODY and a .tran; --circuit films the circuit"
             deck_error("E354", "there is no machine to draw", hint=hint)

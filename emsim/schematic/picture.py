@@ -189,7 +189,7 @@ class Picture:
 
 def draw(flat: FlatDeck, look: str = "ansi", inside: str = "", sink: Sink | None = None) -> Picture | None:
     """The picture of a deck's circuit, or of the inside of a subcircuit's use; None where there are no parts. Hints that are not
-    understood are reported to `sink`. Raises DeckError: no such subcircuit (E361), more than MOST parts on the level (E362)."""
+    understood are reported to `sink`. Raises DeckError: no such subcircuit (E371), more than MOST parts on the level (E372)."""
     from .circuit import Circuit
     from .hints import hints
 
@@ -203,7 +203,7 @@ def draw(flat: FlatDeck, look: str = "ansi", inside: str = "", sink: Sink | None
             if uses
             else "the deck uses none"
         )
-        deck_error("E361", f"no use of a subcircuit is called `{inside}`", None, hint)
+        deck_error("E371", f"no use of a subcircuit is called `{inside}`", None, hint)
     circuit = Circuit(flat, inside)
     if not circuit.parts:
         return None
@@ -212,7 +212,7 @@ def draw(flat: FlatDeck, look: str = "ansi", inside: str = "", sink: Sink | None
             f"the circuit has {len(circuit.parts)} parts on one level, and {MOST} is the most that is drawn"
         )
         deck_error(
-            "E362",
+            "E372",
             said,
             None,
             "make subcircuits of what belongs together: each is drawn as a box, its inside by itself",

@@ -155,7 +155,7 @@ def with_a_spoiled(place: int):
 # code: (command, what is changed)
 FORCED = {
     "E153": ("emsim including.cir", lambda p: p.setattr("emsim.elaborate.files.MAX_INCLUDES", 0)),
-    "E362": ("emsim draw deck.cir", lambda p: p.setattr("emsim.schematic.picture.MOST", 2)),
+    "E372": ("emsim draw deck.cir", lambda p: p.setattr("emsim.schematic.picture.MOST", 2)),
     "E421": ("emsim chart --alone deck.cir", lambda p: p.setattr("emsim.reports.reference.WORST", 0.0)),
     "E499": (HERE, lambda p: p.setattr("emsim.pipeline.solve", raising(RuntimeError("a bug")))),
     "E502": (WRONG, without_grammar),

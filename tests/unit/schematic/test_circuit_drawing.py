@@ -265,7 +265,7 @@ def test_a_circuit_too_large_to_read_is_refused():
     lines = "\n".join(f"R{k} n{k} n{k + 1} 1k" for k in range(70))
     with pytest.raises(DeckError) as told:
         of(f"chain\nV1 n0 0 1\n{lines}\nR99 n70 0 1k\n.op\n.end\n")
-    assert told.value.diagnostics[0].code == "E362"
+    assert told.value.diagnostics[0].code == "E372"
 
 
 def test_the_inside_of_a_subcircuit_has_its_terminals_named():
