@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
     from typing import Any
 
-ANALYSES = frozenset("tran op dc ac noise tf pz sens disto sp pss".split())
+ANALYSES = frozenset("tran op dc ac noise tf pz sens disto sp ss pss".split())
 BLOCKS = frozenset("foreach while dowhile repeat if".split())
 # simulator options among the variables that `set` can set
 OPTIONS = frozenset(

@@ -5,6 +5,7 @@ from __future__ import annotations
 from .ac import Ac
 from .base import Analysis, Axis, Run
 from .dc import Dc
+from .disto import Disto
 from .modes import Modes
 from .noise import Noise
 from .op import Op
@@ -24,7 +25,7 @@ if TYPE_CHECKING:
 
 __all__ = ["ANALYSES", "Analysis", "Axis", "Run", "find", "plan", "refused", "transients"]
 
-ANALYSES: tuple[type[Analysis], ...] = (Op, Dc, Tran, Ac, Noise, Pz, Sens, Sp, Ss, Modes, Tf)
+ANALYSES: tuple[type[Analysis], ...] = (Op, Dc, Tran, Ac, Disto, Noise, Pz, Sens, Sp, Ss, Modes, Tf)
 
 
 def find(word: str) -> type[Analysis] | None:

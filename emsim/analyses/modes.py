@@ -103,15 +103,8 @@ def _tidy(z: complex) -> complex:
     return complex(*(part if abs(part) > ROUNDING * abs(z) else 0.0 for part in (z.real, z.imag)))
 
 
-def _shapes(
-    assembly: Assembly,
-    linear: SmallSignal,
-    exprs: list[Expr],
-    units: list[str],
-    found: Any,
-    vectors: list[Any],
-) -> list[list[complex]]:
-    """What signals come to in each mode."""
+def slopes(assembly: Assembly, linear: SmallSignal, exprs: list[Expr]) -> list[list[tuple[int, float]]]:
+    """Of each expression (unknown, derivative) at the point."""
     b, n = assembly.ctx.b, assembly.system.n
     xs = [b.x(k) for k in range(n)]
     terms: list[list[tuple[int, float]]] = []
@@ -121,8 +114,21 @@ def _shapes(
             terms.append([(int(number), 1.0)])
             continue
         read = [k for k, depends in enumerate(b.depends(e, [x]) for x in xs) if depends[0]]
-        slopes = linear.values(b.grad(e, [xs[k] for k in read])) if read else []
-        terms.append(list(zip(read, slopes, strict=True)))
+        found = linear.values(b.grad(e, [xs[k] for k in read])) if read else []
+        terms.append(list(zip(read, found, strict=True)))
+    return terms
+
+
+def _shapes(
+    assembly: Assembly,
+    linear: SmallSignal,
+    exprs: list[Expr],
+    units: list[str],
+    found: Any,
+    vectors: list[Any],
+) -> list[list[complex]]:
+    """What signals come to in each mode."""
+    terms = slopes(assembly, linear, exprs)
     columns: list[list[complex]] = [[] for _ in exprs]
     places = [k for k, unit in enumerate(units) if unit in ("rad", "m")]
     for s, x in zip(found, vectors, strict=True):

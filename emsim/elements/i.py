@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from .base import DRIVES, M, Param, Path, ignored
-from .independent import Independent
+from .base import DRIVES, M, Param, Path
+from .independent import DISTORTION, Independent
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -22,7 +22,7 @@ class CurrentSource(Independent):
     form = Independent.form.format("I")
     law = "i = i(t), from n+ through the source to n-"
     unit = "A"
-    instance: ClassVar[dict[str, Param]] = {**M, **ignored("distof1 distof2")}
+    instance: ClassVar[dict[str, Param]] = {**M, **DISTORTION}
     current_name = "current"
     jumps = 4
 

@@ -7,7 +7,7 @@ import math
 
 from ..build_expr import extent, parts
 from ..deck import Waveform
-from .base import Element, number_at
+from .base import Element, Param, number_at
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -21,6 +21,10 @@ if TYPE_CHECKING:
 
 # words that are followed by values and may stand behind a waveform
 PORT_WORDS = ("distof1", "distof2", "portnum", "z0", "pwr")
+DISTORTION = {
+    "distof1": Param("amplitude and phase [deg] at the first frequency of .disto", ""),
+    "distof2": Param("amplitude and phase [deg] at its second frequency", ""),
+}
 WAVE_PARAMETERS = {"pwl": ("r", "td", "file")}
 WAVES = "there are PULSE SIN EXP PWL SFFM AM"
 NO_FILE = ("E113", "PWL file= is not supported yet")

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from .base import VOLTAGE, Param, Path, ignored
-from .independent import Independent
+from .base import VOLTAGE, Param, Path
+from .independent import DISTORTION, Independent
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -25,7 +25,7 @@ class VoltageSource(Independent):
     unit = "V"
     instance: ClassVar[dict[str, Param]] = {
         "portnum": Param("number of a port, which has the resistance z0 in series"),
-        "z0": Param("resistance of a port", "Ohm", 0.0), **ignored("distof1 distof2"),
+        "z0": Param("resistance of a port", "Ohm", 0.0), **DISTORTION,
     }  # fmt: skip
     current_name = ""
     holds_voltage = True
