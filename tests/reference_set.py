@@ -299,6 +299,14 @@ PROBLEMS = [
 
 TRAJECTORIES = [
     Trajectory(
+        "coupled/ref_msl_moving_coil", "msl_moving_coil", {"i": "i(lc)", "x": "pos(way)", "v": "vel(way)"}
+    ),
+    Trajectory(
+        "coupled/ref_msl_solenoid_pullin",
+        "msl_solenoid_pullin",
+        {"Phi": lambda v: 1e-6 * v("v(phi)"), "x": "pos(way)", "v": "vel(way)"},
+    ),
+    Trajectory(
         "coupled/ref_pmsm_interior",
         "pmsm_interior",
         {"w": "omega(shaft)", "id": "id(m1)", "iq": "iq(m1)", "ia": "i(m1,1)", "ib": "i(m1,2)"},

@@ -213,7 +213,7 @@ def functions() -> str:
 
 def code_models() -> str:
     """Of A lines."""
-    from ..elements.xspice import NAMES, code_model
+    from emsim.elements.xspice import NAMES, code_model
 
     kinds = [code_model(name) for name in sorted(NAMES)]
     names = table(
