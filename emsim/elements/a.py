@@ -213,7 +213,8 @@ class OfCodeModel(Element):
 
     def _connections(self, ctx: Context, kind: type[CodeModel]) -> dict[str, list[Any]]:
         """The line's words, connection by connection. Raises LineError."""
-        nodes = iter(self.nodes)
+        # `nodes` is made anew below, and the deck may be assembled again
+        nodes = iter(self.extra.setdefault("ends", list(self.nodes)))
         words = [(k, next(nodes) if k == NODE else w, s) for k, w, s in self.extra["form"]]
         found: dict[str, list[Any]] = {}
         form = "form: " + kind.form()
@@ -378,6 +379,6 @@ class OfCodeModel(Element):
             book.supplies(self, -(ctx.v(*nodes) * i))
 
     def analogue(self, net: Net) -> str:
-        nodes = iter(self.nodes)
+        nodes = iter(self.extra["ends"])
         words = [net.plain(next(nodes)) if kind == NODE else word for kind, word, _ in self.extra["form"]]
         return " ".join([net.head(self).split()[0], *words, self.model.name if self.model else ""])

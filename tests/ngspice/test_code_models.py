@@ -164,3 +164,23 @@ def test_its_equations_can_be_read(name, capsys):
     path = Path(__file__).resolve().parent / "corpus" / f"xspice_{name}.cir"
     assert main(["explain", str(path)]) == 0
     assert "code model a1" in capsys.readouterr().out.lower() or name in ("divider", "core")
+
+
+def test_a_model_is_altered_between_runs(tmp_path, capsys):
+    """The deck is assembled again with what has been altered: its connections are what they were."""
+    from emsim.cli import main
+
+    text = deck(
+        "V1 a 0 1", "A1 %vd(a 0) x m", "A2 [x] [d] adc", "R1 x 0 1k", ".model m gain(gain=3)", ".model adc adc_bridge",
+        end=".op\n.control\nrun\nprint v(x)\naltermod m gain=5\nrun\nprint v(x)\nalter r1=2k\nrun\nprint i(a1)\n.endc",
+    )  # fmt: skip
+    (tmp_path / "d.cir").write_text(text)
+    assert main([str(tmp_path / "d.cir"), "--no-files"]) == 0
+    words = [line.split() for line in capsys.readouterr().out.splitlines()]
+    assert [float(w[2]) for w in words if len(w) == 3 and w[1] == "="] == pytest.approx([3.0, 5.0, -2.5e-3])
+
+
+def test_a_parameter_of_a_model_is_stepped():
+    lines = ("V1 a 0 1", "A1 a x m", "R1 x 0 1k", ".model m gain(gain={k})", ".param k=1")
+    result = emsim.run(deck(*lines, end=".op\n.step param k list 1 2"))
+    assert [float(v) for v in result.table("op")["v(x)"]] == [1.0, 2.0]
