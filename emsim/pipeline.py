@@ -519,20 +519,25 @@ def _table(assembly: Assembly, r: Run) -> Table:
 
 
 def _circuit(assembly: Assembly, r: Run, first: int) -> Scene | None:
-    """The circuit as it is drawn, with what flows in it; None where there is none, or too much of it."""
-    flows = assembly.flows
-    if flows is None or r.channels.columns < first + len(flows.channels):
+    """The circuit as it is drawn, with what flows in it where that is recorded, or why it is not; None: there is none."""
+    flat, flows = assembly.flat, assembly.flows
+    if not flat.is_drawn or r.kind != "tran" or not (flat.elements or flat.machine):
         return None
     from .analyses.base import Part
+    from .diagnostics import DeckError
     from .result import Scene
     from .schematic.picture import pictures
 
-    drawn = pictures(assembly.flat)
-    return (
-        Scene({**flows.data(), "pictures": drawn}, Part(r.channels, first, len(flows.channels)))
-        if drawn
-        else None
-    )
+    channels = [] if flows is None else flows.channels
+    still: dict[str, Any] = {"volts": {}, "currents": {}, "uses": {}, "channels": []}
+    try:
+        drawn = {**(still if flows is None else flows.data()), "pictures": pictures(flat)}
+    except DeckError as error:
+        drawn = {"refused": error.diagnostics[0].message}
+        channels = []
+    if drawn.get("pictures") == {}:
+        return None
+    return Scene(drawn, Part(r.channels, first, len(channels)))
 
 
 def _named(assembly: Assembly, r: Run, **more: Any) -> Table:

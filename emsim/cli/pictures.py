@@ -151,7 +151,7 @@ class Films:
         from ..outputs import film
 
         circuit = self._given.has("circuit")
-        if circuit and (table.circuit is None or len(table) < 2):
+        if circuit and (table.circuit is None or "refused" in table.circuit.data or len(table) < 2):
             deck_error("E373", "there is no circuit to draw", hint="a film of it needs elements and a .tran")
         if not circuit and (table.scene is None or len(table) < 2):
             hint = "a film needs a BODY and a .tran; --circuit films the circuit"

@@ -195,6 +195,8 @@ def _scene(scene: Scene, time: array[float], most: float) -> dict[str, Any]:
 def _circuit(circuit: Scene, time: array[float], known: Sequence[str], most: float) -> dict[str, Any]:
     """The circuit's pictures and flows, with the columns that the page does not have already. Colours and dots show three and a
     half digits: the rest of a float32 is left out and packs to nothing."""
+    if "refused" in circuit.data:
+        return {**circuit.data, "rows": 0}
     rows, pictures = frames(time), _deflated(dumps(circuit.data["pictures"], separators=(",", ":")))
     own = [k for k, channel in enumerate(circuit.data["channels"]) if channel["name"] not in known]
     axis, columns = array("d", (time[r] for r in rows)), []

@@ -224,20 +224,19 @@ def draw(flat: FlatDeck, look: str = "ansi", inside: str = "", sink: Sink | None
 
 def pictures(flat: FlatDeck, look: str = "ansi") -> dict[str, dict[str, Any]]:
     """Data of the whole circuit, under "", and of the insides of subcircuits by the use's name, as long as all of it comes to
-    MOST parts; empty where there is no circuit, or none that can be drawn."""
-    found: dict[str, dict[str, Any]] = {}
-    left = MOST
-    for inside in ("", *(name for name, *_ in flat.uses)):
+    MOST parts; empty where there is no circuit. Raises DeckError where the whole is too much to draw."""
+    whole = draw(flat, look)
+    if whole is None:
+        return {}
+    found, left = {"": whole.data}, MOST - len(whole.circuit.parts)
+    for inside in (name for name, *_ in flat.uses):
         try:
-            picture = draw(flat, look, inside)
+            picture = draw(flat, look, inside) if left > 0 else None
         except DeckError:
-            picture = None
-        if picture is None or len(picture.circuit.parts) > left:
-            if not inside:
-                break
             continue
-        left -= len(picture.circuit.parts)
-        found[inside] = picture.data
+        if picture is not None and len(picture.circuit.parts) <= left:
+            left -= len(picture.circuit.parts)
+            found[inside] = picture.data
     return found
 
 

@@ -179,3 +179,20 @@ def test_a_machine_without_a_circuit_has_no_empty_pane(folder: Path, visit: Any)
     page = visit(written(folder, ROOT / "netlists/mechanical/ref_four_bar.cir", "bar"))
     assert page.locator("#circuit").count() == 0 or not page.is_visible("#circuit")
     assert page.is_visible("#machine")
+
+
+def test_a_circuit_too_large_to_read_is_told(folder: Path, visit: Any) -> None:
+    lines = "\n".join(f"R{k} n{k} n{k + 1} 1k" for k in range(70))
+    deck = f"chain\nV1 n0 0 SIN(0 1 1k)\n{lines}\nR99 n70 0 1k\n.tran 10u 1m\n.end\n"
+    page = visit(written(folder, deck, "chain"))
+    assert "72 parts on one level" in page.inner_text("#within")
+    assert not page.is_visible("#circuit .picture")
+
+
+def test_a_circuit_of_many_elements_is_drawn_without_its_currents(folder: Path, visit: Any) -> None:
+    stages = "\n".join(f"X{k} n{k} n{k + 1} stage" for k in range(30))
+    inside = "\n".join(f"R{k} a{k} a{k + 1} 1k" for k in range(8))
+    deck = f"stages\nV1 n0 0 SIN(0 1 1k)\n{stages}\n.subckt stage a0 a8\n{inside}\n.ends\nRL n30 0 1k\n.tran 10u 1m\n.end\n"
+    page = visit(written(folder, deck, "stages"))
+    assert page.locator("#circuit .part").count() == 32
+    assert page.evaluate("() => window.emsim.circuit.wires.every((w) => !w.speed)")

@@ -243,6 +243,9 @@ function circuit(run, clock, waves, machine) {
   const host = $("circuit");
   host.hidden = !run.circuit;
   left.hidden = !run.circuit && !run.scene;
+  const refused = run.circuit?.refused;
   host.querySelector(".picture").replaceChildren();
-  return run.circuit ? new Circuit(run, host, clock, waves, machine) : null;
+  for (const part of host.querySelectorAll(".picture, .tools, .told")) part.hidden = Boolean(refused);
+  $("within").textContent = refused ? `not drawn: ${refused}` : "";
+  return run.circuit && !refused ? new Circuit(run, host, clock, waves, machine) : null;
 }
