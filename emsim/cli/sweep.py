@@ -53,6 +53,7 @@ OPTIONS = [
         "a picture: families, courses, histograms, or what each random value does; .png .svg .pdf",
         "FILE",
     ),
+    Option("--html", "a page of its own: tables, yield, these pictures", "FILE"),
     Option("-j --jobs", "processes, instead of one a core", "N"),
     Option("--dask", "address of a Dask scheduler whose workers run it", "ADDRESS"),
     Option("--fresh", "begin anew where an interrupted sweep of this deck could go on"),
@@ -84,7 +85,8 @@ def main(args: Sequence[str]) -> int:
     picture = given.text("plot")
     if picture is not None and not picture.endswith((".png", ".svg", ".pdf")):
         raise UsageError(f"--plot {picture}: a picture is .png, .svg or .pdf")
-    check_targets([path for path in (table, picture) if path and not path.endswith(".zarr")], deck)
+    site = given.text("html")
+    check_targets([path for path in (table, picture, site) if path and not path.endswith(".zarr")], deck)
     journal = f"{splitext(table)[0]}.journal"
     jobs = given.number("jobs")
     if jobs is not None and (jobs < 1 or jobs != int(jobs)):
@@ -114,6 +116,10 @@ def report(swept: Swept, goals: list[Goal], given: Arguments, table: str, pictur
             from ..sweeps.pictures import draw
 
             draw(swept, picture, goals)
+        if (site := given.text("html")) is not None:
+            from ..sweeps.page import write
+
+            write(swept, site, goals)
         yielded = swept.yielded(goals) if goals else None
     except ImportError as error:
         from ..outputs import missing_package

@@ -8,6 +8,7 @@
     journal.py   what has been computed, so that an interrupted sweep goes on
     result.py    the labelled result, its statistics and files
     pictures.py  families, histograms, yield, tornado
+    page.py      all of it as one page
 
 Every run is decided by its number alone, so results are the same bits whatever the number of workers and their order.
 """

@@ -18,6 +18,11 @@ WIDTH, HEIGHT = 7.0, 2.8  # of a panel [inch]
 
 def draw(swept: Swept, path: str, goals: Sequence[Goal] = ()) -> None:
     """Writes .png, .svg or .pdf. Raises OutsideError where matplotlib is not installed, ValueError, OSError."""
+    figure(swept, goals).savefig(path, dpi=144)
+
+
+def figure(swept: Swept, goals: Sequence[Goal] = ()) -> Any:
+    """All panels, a matplotlib figure. Raises OutsideError where that is not installed, ValueError."""
     from ..outputs import missing_package
 
     try:
@@ -38,12 +43,12 @@ def draw(swept: Swept, path: str, goals: Sequence[Goal] = ()) -> None:
         panels += [(histogram, name) for name in names]
     if not panels:
         raise ValueError("there is nothing to draw: no run has a measure or a signal")
-    figure = Figure(figsize=(WIDTH, HEIGHT * len(panels)), layout="constrained")
-    for axes, (kind, name) in zip(figure.subplots(len(panels), 1, squeeze=False)[:, 0], panels, strict=True):
+    found = Figure(figsize=(WIDTH, HEIGHT * len(panels)), layout="constrained")
+    for axes, (kind, name) in zip(found.subplots(len(panels), 1, squeeze=False)[:, 0], panels, strict=True):
         kind(axes, swept, name, [goal for goal in goals if goal.measure == name])
         axes.spines[["top", "right"]].set_visible(False)
         axes.grid(alpha=0.25)
-    figure.savefig(path, dpi=144)
+    return found
 
 
 def family(axes: Any, swept: Swept, name: str, goals: Sequence[Goal]) -> None:

@@ -62,6 +62,7 @@ def sweep(
     first.check(names)
     points = plan(axes, chosen, len(labels))
     result = Swept(task, axes, chosen, labels, len(points))
+    result.title = first.deck.title
     found = result.outcomes
     book = None
     if journal is not None:

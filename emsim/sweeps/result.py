@@ -52,7 +52,7 @@ class Swept:
     def __init__(self, task: Task, axes: list[Axis], scheme: Scheme, labels: list[str], size: int) -> None:
         self.task, self.axes, self.scheme, self.labels, self.size = task, axes, scheme, labels, size
         self.outcomes: dict[int, Outcome] = {}
-        self.resumed = 0
+        self.resumed, self.title = 0, ""
 
     def __len__(self) -> int:
         return self.size

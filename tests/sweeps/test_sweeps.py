@@ -424,3 +424,29 @@ def test_words_of_machine_cards_and_elements_are_swept():
     assert found == pytest.approx(exact, rel=1e-3)
     with pytest.raises(emsim.DeckError, match="has no number `kv`"):
         emsim.sweep(deck, {"m1(kv)": [0.1]})
+
+
+def test_the_page_of_a_sweep(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "d.cir").write_text(TOLERANCES)
+    assert (
+        main(["sweep", "d.cir", "--sensitivity", "--goal", "vout<5.1", "--html", "d.html", "-j", "1", "-q"])
+        == 0
+    )
+    page = (tmp_path / "d.html").read_text()
+    assert page.startswith("<!doctype html>") and "a divider of parts that are off" in page
+    assert "<td>4.75</td><td>5.25</td>" in page and "Yield 60 %" in page
+    assert page.count("<svg") == 1 and "http://www.w3.org" in page and "<script" not in page
+
+
+def test_forked_workers_change_no_bit():
+    """In a process of one thread workers are forked, elsewhere they are made anew: the same bits."""
+    code = "import emsim, json; s = emsim.sweep(DECK, ['r=1k..2k:40'], jobs=JOBS); print(json.dumps(s.measure('top').tolist()))"
+    told = [
+        subprocess.run(
+            [sys.executable, "-c", code.replace("DECK", repr(RC)).replace("JOBS", jobs)],
+            capture_output=True, text=True, timeout=120, check=True,
+        ).stdout
+        for jobs in ("1", "2")
+    ]  # fmt: skip
+    assert told[0] == told[1] and len(json.loads(told[0])) == 40
