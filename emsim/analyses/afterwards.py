@@ -45,7 +45,7 @@ def remarks(assembly: Assembly, run: Run) -> None:
     _limits(assembly, run)
     _openings(assembly, run)
     over_time = run.axis is not None and run.axis.name == "time"
-    if over_time and run.waves.status == "ok":
+    if run.kind == "tran" and run.waves.status == "ok":
         _amplified(assembly, run)
     if over_time and run.waves.rows > 1:
         _imbalances(assembly, run)

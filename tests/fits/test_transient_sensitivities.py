@@ -244,3 +244,30 @@ def test_outputs_that_hang_on_the_parameter_itself_have_that_too():
         "divider\n.param r=1k\nV1 a 0 2\nR1 a b {r}\nR2 b 0 1k\n.tran 1m 2m\n.sens i(r1) tran by r\n.end\n"
     )
     assert table["sens(i(r1),r)"] == pytest.approx(-2.0 / 2000.0**2)
+
+
+def test_what_slides_the_other_way_is_in_the_mode_that_it_was_in():
+    """Two links with friction: each reverses while the other one moves it on, without a stop."""
+    deck = """two links with friction
+.param c=20m
+.gravity 9.81
+BODY a shape=rod(0.3) m=0.2
+BODY b shape=rod(0.2) m=0.1
+JOINT j1 0 a pin zero=-90deg ic=80deg
+JOINT j2 a(0.3,0) b pin ic=40deg
+FRICTION f1 j1 fc={c}
+FRICTION f2 j2 fc={c}
+.tran 5m 1
+.print tran angle(j1) angle(j2)
+.sens angle(j1) angle(j2) tran by c b(m)
+.end
+"""
+    table = sensitivities(deck, reltol=1e-9)
+    grid = np.linspace(0.02, 0.98, 49)
+    for quantity in ("c", "b(m)"):
+        here, up = other(deck, quantity, 1e-4)
+        _, down = other(deck, quantity, -1e-4)
+        for output in ("angle(j1)", "angle(j2)"):
+            difference = (up.at(output, grid) - down.at(output, grid)) / (2e-4 * here)
+            off = np.abs(table.at(f"sens({output},{quantity})", grid) - difference)
+            assert off.max() < 2e-3 * np.abs(difference).max(), (quantity, output)

@@ -35,7 +35,9 @@ use std::sync::Arc;
 const MOST_PARTS: usize = 64;
 /// More numbers than this are too many to keep: 256 MB.
 const MOST: usize = 1 << 25;
-/// An event lies so near to its condition's zero, in steps, or in parts of the tolerance.
+/// The condition whose event it is lies so near to its zero, in steps; ...
+const FAR: f64 = 1e-2;
+/// ... and others that turn by themselves at the same time so near, or by the tolerance.
 const NEAR: f64 = 1e-9;
 /// Two conditions of one time have one derivative of it, to this.
 const ONE_TIME: f64 = 1e-2;
@@ -263,9 +265,14 @@ impl Tangent {
 
     /// Flags have turned between (at, x-) and (t, x+).
     fn cross(&mut self, sys: &System, w: &Work, t: f64, x: &[f64]) {
-        let turned: Vec<usize> = (0..self.flags.len())
-            .filter(|&k| self.flags[k] != w.flags[k] && !matches!(sys.flags[k].law, Law::Memory | Law::Kept))
-            .collect();
+        let changed = |k: usize| self.flags[k] != w.flags[k];
+        let holds = |k: usize| matches!(sys.flags[k].law, Law::Memory | Law::Kept);
+        let mut turned: Vec<usize> = (0..self.flags.len()).filter(|&k| changed(k) && !holds(k)).collect();
+        // what slides the other way is in the mode that it was in
+        let heads = sys.laws.list.iter().filter(|law| law.flags.iter().any(|&k| changed(k))).map(|law| law.flags[0]);
+        turned.extend(heads);
+        turned.sort_unstable();
+        turned.dedup();
         self.until(self.at);
         sys.eval(&mut self.own, &self.x, self.at);
         let f = self.own.f.clone();
@@ -289,14 +296,21 @@ impl Tangent {
         if change.iter().all(|c| c.abs() <= 1e-12 * size) {
             return; // a kink
         }
-        // those that have crossed; the others follow at the same time
-        let near = |k: &usize| self.roots[*k].abs() <= NEAR.max(self.reltol) * self.last * self.rates[*k].abs();
-        let there: Vec<usize> = turned.iter().copied().filter(near).collect();
-        let crossed: Vec<usize> = there.iter().copied().filter(|&k| self.rates[k] != 0.0).collect();
-        if let (true, Some(&flag)) = (crossed.is_empty(), there.first()) {
-            self.refused = Some(Refused::Touch { t, flag });
-            return;
-        }
+        // that which has crossed, and those that have with it; the others follow at the same time
+        let off = |k: usize| if self.roots[k] == 0.0 { 0.0 } else { (self.roots[k] / self.rates[k]).abs() };
+        turned.sort_by(|&a, &b| off(a).total_cmp(&off(b)));
+        let near = NEAR.max(self.reltol) * self.last;
+        let first = turned.iter().copied().find(|&k| self.rates[k] != 0.0 && off(k) <= FAR * self.last);
+        let crossed: Vec<usize> = match first {
+            Some(first) => {
+                turned.iter().copied().filter(|&k| k == first || self.rates[k] != 0.0 && off(k) <= near).collect()
+            }
+            None if self.at == 0.0 || self.jumps(sys, t) => Vec::new(),
+            None => {
+                self.refused = Some(Refused::Touch { t, flag: turned.first().copied().unwrap_or(0) });
+                return;
+            }
+        };
         for p in 0..self.count {
             let mut moves: Option<f64> = None;
             for &k in &crossed {
@@ -316,6 +330,13 @@ impl Tangent {
             let moved = moves.unwrap_or(0.0);
             self.y[p].iter_mut().zip(&change).for_each(|(y, c)| *y += c * moved);
         }
+    }
+
+    /// Does a source jump here, before t? What turns then, turns at the source's time.
+    fn jumps(&self, sys: &System, t: f64) -> bool {
+        let before = self.at * (1.0 - 1e-9);
+        let jump = |at: f64, wave: &crate::waves::Wave| at <= t && wave.value(at) != wave.value_before(at);
+        sys.waves.iter().any(|wave| jump(wave.next_breakpoint(before), wave))
     }
 
     /// A memory that has changed, and that the equations read.
