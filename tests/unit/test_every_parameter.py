@@ -24,6 +24,7 @@ NOT_IN_THE_EQUATIONS = {
     "R ac",  # .ac reads it
     "V distof1", "V distof2", "I distof1", "I distof2",  # .disto reads them
     "R bv_max", "C bv_max", "L bv_max", "R model bv_max", "C model bv_max",  # limits that ngspice only warns of
+    "R tol", "C tol", "L tol",  # drawn by emsim sweep: tests/sweeps
     "C model defl",  # without l= on the line ngspice has no capacitance of a model either
     "L nt", "L model csect", "L model dia", "L model length", "L model nt", "L model mu",  # the inductance is given beside them
     "MOTOR tstall",  # compared with what the others say

@@ -35,6 +35,8 @@ use std::sync::Arc;
 const MOST_PARTS: usize = 64;
 /// More numbers than this are too many to keep: 256 MB.
 const MOST: usize = 1 << 25;
+/// This part of the run is its start.
+const START: f64 = 1e-12;
 /// The condition whose event it is lies so near to its zero, in steps; ...
 const FAR: f64 = 1e-2;
 /// ... and others that turn by themselves at the same time so near, or by the tolerance.
@@ -292,6 +294,9 @@ impl Tangent {
             self.refused = Some(Refused::Impact { t, flag: law.flags[0] });
             return;
         }
+        if self.at <= START * self.span {
+            return; // what stands on its threshold when the run begins turns then, whatever the parameters
+        }
         let size = f.iter().zip(&self.own.f).fold(0.0f64, |m, (a, b)| m.max(a.abs()).max(b.abs()));
         if change.iter().all(|c| c.abs() <= 1e-12 * size) {
             return; // a kink
@@ -305,7 +310,7 @@ impl Tangent {
             Some(first) => {
                 turned.iter().copied().filter(|&k| k == first || self.rates[k] != 0.0 && off(k) <= near).collect()
             }
-            None if self.at == 0.0 || self.jumps(sys, t) => Vec::new(),
+            None if self.jumps(sys, t) => Vec::new(),
             None => {
                 self.refused = Some(Refused::Touch { t, flag: turned.first().copied().unwrap_or(0) });
                 return;
