@@ -34,18 +34,18 @@ def page(swept: Swept, goals: Sequence[Goal] = ()) -> str:
     title = escape(swept.title or "A sweep")
     parts = [f"<h1>{title}</h1>", f"<p>{len(swept)} runs: {escape(swept.scheme.label())}</p>"]
     if swept.axes:
-        rows = [(a.name, f"{len(a.values)}", f"{a.values[0]:g}", f"{a.values[-1]:g}") for a in swept.axes]
-        parts.append(_table(("varied", "values", "first", "last"), rows))
+        varied = [(a.name, f"{len(a.values)}", f"{a.values[0]:g}", f"{a.values[-1]:g}") for a in swept.axes]
+        parts.append(_table(("varied", "values", "first", "last"), varied))
     words = ("mean", "deviation", "least", "greatest")
     about = {name: swept.statistics(name) for name in swept.names}
-    rows = [(name, *(f"{a[w]:.6g}" for w in words)) for name, a in about.items() if a["runs"]]
+    rows = [[name, *(f"{a[w]:.6g}" for w in words)] for name, a in about.items() if a["runs"]]
     parts.append(_table(("measure", *words), rows))
     if goals:
         met, runs, low, high = swept.yielded(goals)
         share = f"{100 * met / max(runs, 1):.4g} % ({met} of {runs} runs; 95 % bounds {100 * low:.4g} to {100 * high:.4g} %)"
         parts.append(f"<p><b>Yield {share}</b>: {escape(', '.join(goal.text for goal in goals))}</p>")
     if swept.scheme.name == "sensitivity" and not swept.axes:
-        rows = [(name, *(f"{v:.6g}" for v in swept.worst(name))) for name in swept.names]
+        rows = [[name, *(f"{v:.6g}" for v in swept.worst(name))] for name in swept.names]
         parts.append(_table(("worst case", "least", "greatest"), rows))
     if failed := swept.failed:
         shown = [f"<li>run {k}: {escape(why)}</li>" for k, why in list(failed.items())[:MOST_FAILED]]
