@@ -156,9 +156,10 @@ class Builder:
         m: float = ...,
         off: bool = ...,
         connected: int = ...,
-    ) -> list[str]:
+    ) -> tuple[list[str], list[str], float | None]:
         """An instance of a Verilog-A module between its terminals (-1: ground), m in parallel; `connected`: so many of them
-        stand in the deck. Gives what the module says. ValueError: messages as VerilogA has them, or a sentence."""
+        stand in the deck. Gives what the module says, what of it is not carried out, the longest step that it allows [s].
+        ValueError: messages as VerilogA has them, or a sentence."""
     def module_outputs(self, name: str) -> list[tuple[str, str, str]]:
         """(name, unit, meaning) of every operating-point value of a module's instance."""
     def module_output(self, name: str, output: str, gmin: float = ...) -> Expr | None:

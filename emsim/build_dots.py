@@ -288,6 +288,7 @@ class DotCards(Cards):
             if item.__class__ is tuple and item[0] == "model_param":
                 key, value = item[1]
                 name = str(key.lower())
+                params.pop(name, None)  # in the order in which they last stand
                 if value.__class__ is not tuple and value.type == "BRACKETED":
                     params[name] = str(value)
                 elif value.__class__ is not tuple and value.type == "NAME_IN_QUOTES":

@@ -16,6 +16,8 @@ if TYPE_CHECKING:
 # by more than SHARE of its range at some time of the print grid, errors of the tolerance's size have grown too much.
 FINER, SHARE = 10.0, 0.03
 KNOWN = 10.0  # tolerances of its size: nearer two runs need not be
+# where no column of these moves further all stands still, but for rounding
+STILL, MOTION = 1e-9, ("m", "rad", "m/s", "rad/s")
 RELTOL = 1e-3  # where the deck says nothing
 FREE = 2  # degrees of freedom: with one, errors shift the phase and no more
 MOST = 5000  # rows of a run that is short enough to be run twice
@@ -197,6 +199,9 @@ def _amplified(assembly: Assembly, run: Run) -> None:
         values.frombytes(waves.column(k))
         return values
 
+    moves = [column(again, k) for k, unit in enumerate(units, 1) if unit in MOTION]
+    if moves and max(max(values) - min(values) for values in moves) < STILL:
+        return
     row_at = {t: row for row, t in enumerate(column(again, 0))}
     pairs = [(row, row_at[t]) for row, t in enumerate(column(run.waves, 0)) if t in row_at]
     # the motion itself; a moment about a pin's own axis is rounding, and amplifies nothing

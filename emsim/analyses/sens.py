@@ -15,6 +15,7 @@ from __future__ import annotations
 import math
 
 from ..diagnostics import Sink as Silent
+from ..elements.t import Line
 from ..expr import Call
 from .ac import excited, grid, linearised, singular
 from .base import Analysis, Axis, Computed, Run, wrong
@@ -174,8 +175,16 @@ class Sens(Analysis):
             if e.letter in "VvIi":
                 yield from self._of_source(assembly, linear, over, e, result)
                 continue
-            if e.letter in "Tt":
-                continue  # over frequency its numbers turn phases, which no difference of G and C tells
+            if isinstance(e, Line):
+                # its numbers turn phases, which no difference of G and C tells; at the operating point it is a wire
+                if spectra is None:
+                    yield from (
+                        (f"{e.name}_{key}", e.instance[key].unit, [0j])
+                        for key in e.turns(0.0, (0, 0), (0, 0))
+                    )
+                else:
+                    yield from _of_line(ctx, e, *spectra)
+                continue
             for name, unit, value, write in _parameters(e):
                 found = _changes(
                     n, value, over is not None, _of_element(assembly, e, x, over is not None, write)
@@ -228,6 +237,22 @@ class Sens(Analysis):
             pairs = [(0.0, 2.0 * math.pi * f) for f in self.frequencies]
             found = over.respond(pairs, [output], [(k, (unit_phasor.real, unit_phasor.imag))])
             yield f"{e.name}_acmag", unit, list(np.frombuffer(found[0], complex))
+
+
+def _of_line(
+    ctx: Context, e: Line, frequencies: list[complex], answers: np.ndarray, adjoints: np.ndarray
+) -> Iterator[tuple[str, str, list[complex]]]:
+    """By what a lossless line is given, at every frequency s."""
+    rows = [ctx.branches[f"{e.name}#i{k}"] for k in (1, 2)]
+    ends = [(ctx.node(e.nodes[k]), ctx.node(e.nodes[k + 1])) for k in (0, 2)]
+    found: dict[str, list[complex]] = {}
+    for s, x, adjoint in zip(frequencies, answers, adjoints, strict=True):
+        at = [0j if k < 0 else complex(x[k]) for pair in ends for k in pair]
+        turns = e.turns(s, (at[0] - at[1], at[2] - at[3]), (complex(x[rows[0]]), complex(x[rows[1]])))
+        for key, changes in turns.items():
+            by = -sum(complex(adjoint[r]) * change for r, change in zip(rows, changes, strict=True))
+            found.setdefault(key, []).append(by)
+    yield from ((f"{e.name}_{key}", e.instance[key].unit, column) for key, column in found.items())
 
 
 def _parameters(e: Element) -> Iterator[tuple[str, str, float, Callable[[float], None]]]:

@@ -8,6 +8,7 @@ Before tstart, a hundred-thousandth of the run where that is longer.
 
 from __future__ import annotations
 
+import math
 import os
 
 from .base import Analysis, Axis, Run, derived, recorded, wrong
@@ -105,7 +106,7 @@ class Tran(Analysis):
             self.tstep,
             self.tstop,
             self.tstart,
-            self.tmax,
+            self.longest(assembly),
             self.uic,
             exprs,
             assembly.options,
@@ -131,6 +132,11 @@ class Tran(Analysis):
             self, ["time", *names], ["s", *units], waves, self.axis, derived=derived(assembly, self),
             grid=(self.tstep, self.tstop, self.tstart), trouble=trouble, uic=self.uic, inside=(inside, DEGREE),
         )  # fmt: skip
+
+    def longest(self, assembly: Assembly) -> float | None:
+        """The longest step that the card and the modules of the deck allow [s]."""
+        bound = min(assembly.ctx.longest_step, math.inf if self.tmax is None else self.tmax)
+        return None if math.isinf(bound) else bound
 
     def inside(self, assembly: Assembly) -> list[Output]:
         """What measurements read, to be kept within the steps: all but what rows compute anew because the method knows it less

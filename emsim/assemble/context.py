@@ -78,6 +78,7 @@ class Context:
         # (tstep, tstop) that waveform defaults refer to: of the first .tran, or of the one that runs
         self.times: tuple[float, ...] = (1.0, 1.0)
         self.names_own = False  # an analysis has columns that are no signals of the deck: onoise_spectrum
+        self.longest_step = math.inf  # that modules allow [s]
         self.ics: dict[str, float] = {}
         # name of a digital node -> its number, its level as an expression: 0, 1, 1/2 where it is undefined
         self.digital: dict[str, tuple[int, Expr]] = {}

@@ -123,6 +123,7 @@ class _Flattener:
         if self.deck.asked is not None:
             cards = [*(card for card in cards if card.__class__ is not Analysis), *self.deck.asked]
         self.emit(cards, top)
+        self.currents_of_both()
         steps.change_elements(self.flat, self.changes, top.scope.models)
         steps.check(self.flat.steps, self.sink)
         if self.changes:  # one of the runs: nothing is left to step
@@ -353,6 +354,17 @@ class _Flattener:
             return
         self.machine_names[bound.name] = bound.span
         self.flat.machine.append(bound)
+
+    def currents_of_both(self) -> None:
+        """A machine card with nodes in the circuit and an element of its name: i(name) would be of either."""
+        from ..cards import CARDS
+
+        for card in self.flat.machine:
+            element = self.names.get(card.name)
+            if element is not None and any(
+                kind == "node" for form in CARDS[card.kind].spec.forms for _, kind in form
+            ):
+                self.twice("thing with a current", card.name, element.span, card.span)
 
     def output(self, ast: Node, level: Level) -> Node:
         """What .print, .save and .probe name: a bare name stays one."""

@@ -62,6 +62,7 @@ class Models:
                 value = evaluate(value, owner)
             elif isinstance(value, str) and (named := owner.lookup(value)) is not None:
                 value = named  # a .param's name, without braces as in ngspice
+            model.params.pop(key, None)  # of two names of one parameter the last holds
             model.params[key] = value
         return model
 

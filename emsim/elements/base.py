@@ -88,6 +88,13 @@ TC = {
 }
 
 
+def the_last_holds(model: Model, table: Iterable[tuple[list[str], str, float, str]]) -> None:
+    """Of several names of one parameter in a .model the last counts, as in ngspice; the others go."""
+    for names, *_ in table:
+        for name in [key for key in model.params if key in names][:-1]:
+            del model.params[name]
+
+
 class Element:
     """One element of a deck.
 
@@ -352,6 +359,7 @@ class Element:
 
     def _check_model(self, ctx: Context, model: Model) -> None:
         words, at = self.model_names(), model.param_spans
+        the_last_holds(model, self.model_table())
         numbers = {name for names, *_ in self.model_table() for name in names} | set(self.model_words)
         for name in sorted(
             key for key, value in model.params.items() if isinstance(value, str) and key in numbers

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ..diagnostics import suggest
-from .base import TEMPERATURE, Element, M, Param
+from .base import TEMPERATURE, Element, M, Param, the_last_holds
 from .modules import Module, shipped, where
 
 TYPE_CHECKING = False
@@ -163,6 +163,7 @@ class Compiled(Element):
         if module is None or model.name in ctx.checked:
             return
         ctx.checked.add(model.name)
+        the_last_holds(model, [*module.rows(), *module.rows(instance=True)])
         for name, value in list(model.params.items()):
             at = model.param_spans.get(name, model.span)
             known = module.parameters.get(name)
@@ -227,7 +228,7 @@ class Compiled(Element):
         if self.sign and "type" in module.parameters:
             model["type"] = self.sign * self.polarity()
         try:
-            said = ctx.b.module(
+            said, left_out, longest = ctx.b.module(
                 module.texts, module.name, self.name, nodes, model, self.given(ctx), self.temperature(ctx),
                 float(self.model.params.get("tnom", ctx.tnom)), self.number("m", 1.0), bool(self.params.get("off")),
                 len(self.nodes),
@@ -238,6 +239,10 @@ class Compiled(Element):
             return
         for text in said:
             ctx.remark("W288", f"`{module.name}` says: {text}", self.model.span)
+        for text in left_out:
+            ctx.remark("W288", f"`{module.name}` has {text}", self.model.span)
+        if longest is not None:
+            ctx.longest_step = min(ctx.longest_step, longest)
 
     def polarity(self) -> float:
         """What words of the .model turn about."""

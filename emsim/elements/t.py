@@ -7,6 +7,8 @@
 
 from __future__ import annotations
 
+import cmath
+
 from .base import Element, Param, Path
 
 TYPE_CHECKING = False
@@ -87,6 +89,25 @@ class Line(Element):
                 ctx.b.g(ctx.node(node), i, sign)
             arrives = ctx.delay(v_far + ctx.b.x(i_far), td, f"{self.name}#wave{1 + k // 2}", before)
             ctx.b.add_f(i, v - ctx.b.x(i) - arrives)
+
+    def turns(
+        self, s: complex, volts: tuple[complex, complex], amps: tuple[complex, complex]
+    ) -> dict[str, tuple[complex, complex]]:
+        """What a parameter that is given changes in the two rows  v1/z0 - i1 - (v2/z0 + i2) exp(-s td)  of a small
+        signal, per unit of it: volts [V] and amps [A] at the two ends, s [rad/s]."""
+        z0, late = self.impedance, cmath.exp(-s * self.delay)
+        by_td = [s * late * (v / z0 + i) for v, i in zip(volts, amps, strict=True)][::-1]
+        by = {
+            "z0" if "z0" in self.params else "zo": [
+                -(v - late * far) / z0**2 for v, far in zip(volts, volts[::-1], strict=True)
+            ]
+        }
+        if "td" in self.params:
+            by["td"] = by_td
+        else:
+            f, nl = self.number("f"), self.number("nl", QUARTER)
+            by |= {"f": [-nl / f**2 * d for d in by_td], "nl": [d / f for d in by_td]}
+        return {key: (first, second) for key, (first, second) in by.items()}
 
     def account(self, ctx: Context, book: Accounts) -> None:
         """What it holds is on its way: it takes at one end and gives later at the other."""

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
 KINDS = ("supplied", "dissipated", "stored")
 WORTH = 0.01  # share of what was turned over that deserves a word when nothing explains it
+THERMAL = 4e-21  # J: what stands still has less by rounding than by heat, kT
 
 
 class Line:
@@ -119,7 +120,7 @@ class Ledger:
 
 def doubt(ledger: Ledger, sink: Sink, method: str) -> None:
     """Warns where more than a hundredth of the energy has no explanation: the solution is wrong by about as much."""
-    if ledger.balanced and ledger.share > WORTH:
+    if ledger.balanced and ledger.share > WORTH and abs(ledger.residual) > THERMAL:
         more = "appeared" if ledger.residual > 0 else "went"
         sink.warning(
             "W415",

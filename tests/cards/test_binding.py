@@ -37,6 +37,11 @@ BAD = {
     "pot_on_weld": ("BODY a m=1\nJOINT j 0 a weld\nPOT p x y 0 j r=1k range=(0,1)\nR1 x 0 1", "E241", "weld"),
     "radius_on_a_pin": (ARM + "MOTOR m a 0 hinge kt=1 radius=1\nR1 a 0 1", "E240", "radius="),
     # names
+    "motor_of_a_transistor_s_name": (
+        ARM + "M1 a a 0 0 nm\n.model nm nmos\nMOTOR m1 a 0 hinge kt=1 r=1\nR1 a 0 1",
+        "E135",
+        "thing with a current",
+    ),
     "unknown_body": ("BODY arm m=1 j=1\nJOINT j 0 amr pin", "E235", "amr"),
     "unknown_joint": (ARM + "SPRING s hnige k=1", "E236", "hnige"),
     "body_for_joint": (ARM + "DAMPER d arm c=1", "E236", "is a body"),

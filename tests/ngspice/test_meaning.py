@@ -134,3 +134,16 @@ def test_resistor_models(more):
 
 def test_operating_points_know_nothing_of_ic():
     agree("V1 a 0 5\nR1 a b 1k\nR2 b 0 1k\nC1 b 0 1u\n.ic v(b)=1\n.op", "v(b)")
+
+
+@pytest.mark.parametrize(
+    "names", ["js=1e-12 is=1e-15", "is=1e-15 js=1e-12", "is=1e-13 js=1e-12 is=1e-15", "rs=5 trs=1m trs1=9m"]
+)
+def test_of_two_names_of_one_parameter_the_last_holds(names):
+    """The first name of the table held, whatever came last."""
+    agree(f"I1 0 a 1m\nD1 a 0 d\n.model d d({names} n=1.2)\n.temp 60\n.op", "v(a)", within=1e-4)
+
+
+@pytest.mark.parametrize("names", ["vto=1 vt0=2", "vt0=2 vto=1"])
+def test_of_two_names_of_one_parameter_of_a_transistor_the_last_holds(names):
+    agree(f"I1 0 d 1m\nM1 d d 0 0 m\n.model m nmos({names} kp=1m)\n.op", "v(d)")

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+import emsim
 from emsim import pipeline
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -173,3 +174,13 @@ def test_steps_without_an_explicit_stage_are_accounted_by_their_weights(reltol: 
     path = str(ROOT / "netlists/electrical/buck_converter.cir")
     found = pipeline.run(path, reltol=reltol, method="esdirk", energy=True).energy
     assert found.share < share, found.share
+
+
+@pytest.mark.parametrize("method", ["auto", "radau", "trbdf2", "esdirk"])
+def test_what_stands_still_neither_makes_energy_nor_amplifies_errors(method: str) -> None:
+    """A body where its spring has no force: rounding, 1e-31 J of it, was energy without a cause (W415, W417)."""
+    found = emsim.run(
+        "at rest\nBODY a m=1 x=0.3 y=0.4 j=1\nSPRING s 0 a k=1e5 l0=0.5\nDAMPER d 0 a c=3\n"
+        f".options gravity=0 method={method}\n.tran 10m 1\n.end\n"
+    )
+    assert not {d.code for d in found.diagnostics} & {"W415", "W417"}

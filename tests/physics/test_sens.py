@@ -45,6 +45,15 @@ s1 out w in 0 sw
 r2 w 0 {r2=2k}
 .model sw sw vt=0.4 ron={s1:ron=500} roff=1g
 """
+LINES = """two lossless lines, one given by its frequency
+v1 in 0 dc {v1=1} ac 1
+r1 in a {r1=70}
+t1 a 0 b 0 z0={t1_z0=50} td={t1_td=30n}
+t2 b c w 0 z0={t2_z0=90} f={t2_f=3meg} nl={t2_nl=0.2}
+r2 c 0 {r2=20}
+r3 w 0 {r3=200}
+c1 w 0 {c1=100p}
+"""
 
 
 def deck(template: str, changed: str = "", factor: float = 1.0) -> str:
@@ -58,13 +67,14 @@ def deck(template: str, changed: str = "", factor: float = 1.0) -> str:
 
 
 NAMES = {
-    id(t): re.findall(r"\{([^=}]*)=", t) for t in (LINEAR, JUNCTIONS)
+    id(t): re.findall(r"\{([^=}]*)=", t) for t in (LINEAR, JUNCTIONS, LINES)
 }  # parameters that are written in the template
 
 
-@pytest.mark.parametrize(("template", "out"), [(LINEAR, "w"), (JUNCTIONS, "w")])
+@pytest.mark.parametrize(("template", "out"), [(LINEAR, "w"), (JUNCTIONS, "w"), (LINES, "w")])
 @pytest.mark.parametrize("over", ["", " ac dec 1 1k 1meg"])
 def test_as_runs_with_another_value(template, out, over):
+    """A lossless line's parameters were left out without a word."""
     table = emsim.run(deck(template) + f".sens v({out}){over}\n.end\n").table("sens")
     analysis = (over.strip() and "." + over.strip()) or ".op"
 

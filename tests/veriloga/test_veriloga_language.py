@@ -6,6 +6,7 @@ import math
 
 import pytest
 
+import emsim
 from emsim import _engine
 
 HEAD = '`include "disciplines.vams"\n`include "constants.vams"\n'
@@ -530,3 +531,35 @@ def test_what_only_noise_needs_is_there_for_noise():
     result = run(body, "real x, y;", voltages={"a": 3.0})
     assert current(result) == (3.0, 0.0)
     assert [n[3] for n in result["noise"]] == [6.0]
+
+
+CLAMP = """module clamp(a, b); inout a, b; electrical a, b;
+    analog begin
+        I(a, b) <+ V(a, b) / 1k;
+        %s
+    end endmodule
+"""
+
+
+def of_deck(tmp_path, statement, tran="10u 1m"):
+    (tmp_path / "clamp.va").write_text(HEAD + CLAMP % statement)
+    deck = tmp_path / "deck.cir"
+    deck.write_text(
+        f'clamp\n.hdl "clamp.va"\nV1 a 0 SIN(0 2 1k)\nN1 a 0 c\n.model c clamp\nR1 a b 1k\nC1 b 0 10n\n.tran {tran}\n.end\n'
+    )
+    return emsim.run(deck)
+
+
+@pytest.mark.parametrize("task", ["$strobe(V(a, b))", '$error("high")', "$finish", "$bound_step(1u)"])
+def test_a_task_behind_a_condition_of_voltages_is_not_left_out_in_silence(tmp_path, task):
+    result = of_deck(tmp_path, f"if (V(a, b) > 1) {task};")
+    said = [d.message for d in result.diagnostics if d.code == "W288"]
+    assert len(said) == 1 and task.partition("(")[0] in said[0], result.diagnostics
+
+
+def test_a_bound_step_bounds_the_steps(tmp_path):
+    """It was read, and nothing was done about it."""
+    assert of_deck(tmp_path, "").stats["steps"] < 500
+    result = of_deck(tmp_path, "$bound_step(1u);")
+    assert not result.diagnostics
+    assert result.stats["steps"] >= 1000

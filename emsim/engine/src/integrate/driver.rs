@@ -491,7 +491,7 @@ impl<'a, S: Sink> Run<'a, S> {
             return false;
         }
         if self.t >= self.a.tstart {
-            row.end(self.sys, self.w, self.t, &self.x, &self.tol);
+            row.end(method, self.sys, self.w, self.t, &self.x, &self.tol);
         }
         self.kept = self.t;
         self.sys.keep_past(self.w, self.t, &|t, out| method.dense(t, out), &mut self.scratch);

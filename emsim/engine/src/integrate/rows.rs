@@ -141,9 +141,11 @@ impl Lags {
 /// What computes the forces of rows.
 pub struct Forces {
     newton: Newton,
-    lags: Vec<bool>, // unknowns of higher index
+    lags: Vec<bool>,  // unknowns of higher index
+    given: Vec<bool>, // those that have what a source has
     /// rows show forces of a machine
     pub of_machine: bool,
+    slopes: Vec<f64>, // dQ/dt by dense output
 }
 
 impl Forces {
@@ -152,11 +154,14 @@ impl Forces {
         if reads.iter().all(|&k| sys.differential[k as usize]) {
             return None;
         }
-        let lags = undetermined(sys);
+        let mut lags = undetermined(sys);
         let lagging = || reads.iter().map(|&k| k as usize).filter(|&k| lags[k]);
         lagging().next()?;
+        // nodes that capacitors tie together go along with what they have in common
+        let tied: Vec<usize> = sys.sums.iter().filter(|s| s.tied && lags[s.root]).map(|s| s.node).collect();
         let of_machine = lagging().any(|k| matches!(sys.unknowns[k].kind, Kind::Lambda | Kind::Derivative));
-        Some(Forces { newton: Newton::new(sys).ok()?, lags, of_machine })
+        tied.into_iter().for_each(|node| lags[node] = true);
+        Some(Forces { newton: Newton::new(sys).ok()?, lags, given: sys.alone(), of_machine, slopes: vec![0.0; sys.n] })
     }
 
     /// Length to settle over within a step of this width, of a run of length `whole`.
@@ -202,7 +207,16 @@ impl Forces {
             let along = |m: f64| -> Vec<f64> { start.iter().zip(&one).map(|(a, b)| a + m * (b - a)).collect() };
             let two = solve(w, 2.0 * h, &r(2.0 * h), along(2.0), t + 2.0 * h, 1)?;
             let four = solve(w, 4.0 * h, &r(4.0 * h), along(4.0), t + 4.0 * h, 1)?;
-            Some((one, two, four))
+            if sys.exponentials() > 0 || self.of_machine {
+                return Some((one, two, four));
+            }
+            // a second derivative needs the step before it, of the same length, as its start
+            let mut again = |m: f64, x: Vec<f64>| {
+                sys.eval(w, &x, t + m * h);
+                let r: Vec<f64> = w.q.iter().map(|q| -q / (m * h)).collect();
+                solve(w, m * h, &r, x, t + 2.0 * m * h, 2)
+            };
+            Some((again(1.0, one)?, again(2.0, two)?, again(4.0, four)?))
         };
         if let Some((one, two, four)) = forces() {
             let at = |i: usize| (8.0 * one[i] - 6.0 * two[i] + four[i]) / 3.0;
@@ -219,6 +233,64 @@ impl Forces {
     }
 }
 
+/// Slopes of dense output are differences over so much of its step.
+const SLOPE: f64 = 2e-4;
+
+impl Forces {
+    /// What is of higher index in the row (t, x) of a step of this width that m has just made, without exponentials and machines: by
+    /// F(y, t) + (Q(y) - Q(x)) / h + dQ/dt = 0  with the slope of the dense output, brought onto the constraints. Over nearly no length
+    /// (`settle`) what a row's states are off their slow manifold by would be multiplied, by a large resistance or by 1 / h; over the
+    /// width of the step it is not, and nothing is lost by that, for where x is the solution y = x.
+    fn settle_by_slopes(
+        &mut self,
+        sys: &System,
+        w: &mut Work,
+        m: &dyn Method,
+        (t, x): (f64, &mut [f64]),
+        h: f64,
+        tol: &Tolerances,
+    ) {
+        let ports = w.ports.clone();
+        self.newton.forget();
+        if let Some(y) = self.found_by_slopes(sys, w, m, (t, x), h, tol) {
+            if !tol.states_apart(&y, x, OTHER_ROW, |i| !self.given[i] && !self.lags[i]) {
+                (0..sys.n).filter(|&i| self.lags[i] || self.given[i]).for_each(|i| x[i] = y[i]);
+            }
+        }
+        w.ports = ports;
+    }
+
+    fn found_by_slopes(
+        &mut self,
+        sys: &System,
+        w: &mut Work,
+        m: &dyn Method,
+        (t, x): (f64, &[f64]),
+        h: f64,
+        tol: &Tolerances,
+    ) -> Option<Vec<f64>> {
+        let e = SLOPE * h;
+        let mut y = x.to_vec();
+        self.slopes.fill(0.0);
+        for (back, part) in [(2.0, 0.5), (1.0, -2.0), (0.0, 1.5)] {
+            let t = t - back * e;
+            if back == 0.0 {
+                y.copy_from_slice(x);
+            } else {
+                m.dense(t, &mut y);
+            }
+            sys.eval(w, &y, t);
+            let held: Vec<f64> = (0..sys.n).map(|i| if sys.has_q[i] { -(w.q[i] / h + w.f[i]) } else { 0.0 }).collect();
+            self.newton.solve(sys, w, 1.0 / h, &held, &mut y, t, tol, 20).ok()?;
+            sys.eval(w, &y, t);
+            self.slopes.iter_mut().zip(&w.q).for_each(|(slope, q)| *slope += part / e * q);
+        }
+        self.slopes.iter_mut().zip(&w.q).for_each(|(slope, q)| *slope -= q / h);
+        self.newton.solve(sys, w, 1.0 / h, &self.slopes, &mut y, t, tol, 20).ok()?;
+        Some(y)
+    }
+}
+
 /// Nothing is divided by that length where only index 1 is solved for: so much of it will do, ...
 const BRIEF: f64 = 1e-3;
 /// ... in which states move by no more tolerances than dense output is off by.
@@ -227,11 +299,13 @@ const MOVED: f64 = 10.0;
 /// What solves the algebraic equations at a row.
 pub struct Fitting {
     newton: Newton,
-    lags: Vec<bool>, // what follows from changes of what is stored
+    lags: Vec<bool>,  // what follows from changes of what is stored
+    given: Vec<bool>, // what has what a source has
 }
 
 impl Fitting {
-    /// Algebraic unknowns of index 1 at (t, x), by an implicit Euler step of h, which moves no state. x stays where that fails.
+    /// Algebraic unknowns of index 1 and nodes of sources at (t, x), by an implicit Euler step of h, which moves no state. x stays where
+    /// that fails.
     fn fit(&mut self, sys: &System, w: &mut Work, (t, x): (f64, &mut [f64]), h: f64, tol: &Tolerances) {
         let ports = w.ports.clone();
         sys.eval(w, x, t);
@@ -239,9 +313,10 @@ impl Fitting {
         let mut y = x.to_vec();
         self.newton.forget();
         if self.newton.solve(sys, w, 1.0 / h, &r, &mut y, t, tol, 100).is_ok()
-            && !tol.states_apart(&y, x, MOVED, |_| true)
+            && !tol.states_apart(&y, x, MOVED, |i| !self.given[i])
         {
-            (0..sys.n).filter(|&i| !sys.differential[i] && !self.lags[i]).for_each(|i| x[i] = y[i]);
+            let solved = |i: usize| self.given[i] || !sys.differential[i] && !self.lags[i];
+            (0..sys.n).filter(|&i| solved(i)).for_each(|i| x[i] = y[i]);
         }
         w.ports = ports;
     }
@@ -265,12 +340,12 @@ impl<S: Sink> Row<'_, S> {
 
     /// The row at x, where a step ends.
     #[inline(always)]
-    pub fn end(&mut self, sys: &System, w: &mut Work, t: f64, x: &[f64], tol: &Tolerances) {
+    pub fn end(&mut self, m: &dyn Method, sys: &System, w: &mut Work, t: f64, x: &[f64], tol: &Tolerances) {
         if self.forces.is_none() {
             return self.sink.row(sys, w, t, x);
         }
         self.x.copy_from_slice(x);
-        self.settle(sys, w, t, tol);
+        self.settle(m, sys, w, t, tol);
         self.sink.row(sys, w, t, self.x);
     }
 
@@ -281,7 +356,8 @@ impl<S: Sink> Row<'_, S> {
             return;
         }
         if self.fitting.is_none() {
-            *self.fitting = Newton::new(sys).ok().map(|newton| Fitting { newton, lags: undetermined(sys) });
+            *self.fitting =
+                Newton::new(sys).ok().map(|newton| Fitting { newton, lags: undetermined(sys), given: sys.alone() });
         }
         if let Some(fitting) = self.fitting {
             fitting.fit(sys, w, (t, self.x), BRIEF * Forces::inside(self.width, self.whole), tol);
@@ -289,8 +365,11 @@ impl<S: Sink> Row<'_, S> {
     }
 
     #[inline]
-    fn settle(&mut self, sys: &System, w: &mut Work, t: f64, tol: &Tolerances) {
+    fn settle(&mut self, m: &dyn Method, sys: &System, w: &mut Work, t: f64, tol: &Tolerances) {
         if let Some(forces) = &mut self.forces {
+            if sys.exponentials() == 0 && !forces.of_machine {
+                return forces.settle_by_slopes(sys, w, m, (t, self.x), self.width, tol);
+            }
             forces.settle(sys, w, (t, self.x), Forces::inside(self.width, self.whole), tol);
         }
     }
@@ -548,7 +627,7 @@ impl Grid {
         m.dense(t, row.x);
         sys.pin(w, t, row.x());
         row.check.inside(sys, w, row.x, t);
-        row.settle(sys, w, t, tol);
+        row.settle(m, sys, w, t, tol);
         row.fit(sys, w, t, tol);
         row.sink.row(sys, w, t, row.x);
     }

@@ -123,6 +123,7 @@ pub struct Elaborator<'a> {
     pub open_parameters: Vec<u32>,
     pub bound_step: Option<Id>,
     pub said: Vec<String>,
+    pub left_out: Vec<String>,
     pub outputs: Vec<Output>,
     /// Only parameters have values.
     pub only_parameters: bool,
@@ -162,6 +163,7 @@ impl<'a> Elaborator<'a> {
             open_parameters: Vec::new(),
             bound_step: None,
             said: Vec::new(),
+            left_out: Vec::new(),
             outputs: Vec::new(),
             only_parameters: false,
         }
@@ -946,6 +948,7 @@ impl<'a> Elaborator<'a> {
             outputs: self.outputs,
             bound_step: self.bound_step,
             said: self.said,
+            left_out: self.left_out,
         })
     }
 

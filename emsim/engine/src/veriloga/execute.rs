@@ -616,7 +616,9 @@ impl Elaborator<'_> {
             "$discontinuity" => {}
             "$strobe" | "$display" | "$write" | "$monitor" | "$debug" | "$warning" | "$info" => {
                 // what is said while voltages decide would be said at every evaluation
-                if self.path.is_empty() {
+                if !self.path.is_empty() {
+                    self.leave_out(name);
+                } else {
                     let text = self.formatted(arguments)?;
                     if let Some(text) = text {
                         if self.said.len() < 100 {
@@ -626,7 +628,9 @@ impl Elaborator<'_> {
                 }
             }
             "$error" | "$fatal" | "$finish" | "$stop" => {
-                if self.path.is_empty() {
+                if !self.path.is_empty() {
+                    self.leave_out(name);
+                } else {
                     let skip = usize::from(name == "$fatal");
                     let text =
                         if name == "$finish" { None } else { self.formatted(arguments.get(skip..).unwrap_or(&[]))? };
@@ -647,6 +651,14 @@ impl Elaborator<'_> {
             }
         }
         Ok(())
+    }
+
+    /// A task that is not carried out, for voltages decide whether it is reached.
+    fn leave_out(&mut self, name: &str) {
+        let text = format!("{name} where voltages decide whether it is reached: it is not carried out");
+        if !self.left_out.contains(&text) {
+            self.left_out.push(text);
+        }
     }
 
     /// The text of $strobe and others; None where a value hangs on voltages.

@@ -38,6 +38,8 @@ pub struct Folded {
     pub bound_step: Option<Id>,
     /// What $warning, $strobe and the like said while nothing but parameters decided.
     pub said: Vec<String>,
+    /// Tasks that are not carried out, for voltages decide whether they are reached.
+    pub left_out: Vec<String>,
 }
 
 #[derive(Clone, Debug, PartialEq)]

@@ -47,6 +47,7 @@ fn transistor(saturation: f64, beta: f64, rb: f64) -> Folded {
         outputs: vec![],
         bound_step: None,
         said: vec![],
+        left_out: vec![],
     }
 }
 

@@ -112,6 +112,7 @@ pub struct Radau {
     last_bent: bool,               // at the start of the last step
     estimate: f64,                 // of this step's error, in units of the tolerance
     corrected: Vec<bool>,          // by the error estimate, in dense output
+    given: Vec<bool>,              // unknowns that have what a source has
     full: Option<Box<FullNewton>>, // made when first needed
     full_steps: u32,               // so many steps more begin with it
     relax: f64,                    // the error is divided by this where rounding keeps the tolerance out of reach
@@ -204,6 +205,7 @@ impl Radau {
             last_bent: false,
             estimate: 0.0,
             corrected,
+            given: sys.alone(),
             full: None,
             full_steps: 0,
             relax: 1.0,
@@ -285,8 +287,8 @@ impl Radau {
     }
 
     /// What a step that begins anew has on one curve with its start, to the tolerance: a transient, and what algebraic unknowns were,
-    /// is not. Steps of one length keep to no tolerance: there the start is to lie as near to the curve through the stages as the
-    /// one through all but the first of them does.
+    /// is not; the node of a source is, however far its curve bends within the step. Steps of one length keep to
+    /// no tolerance: there the start is to lie as near to the curve through the stages as the one through all but the first of them does.
     fn find_smooth(&mut self, tol: &Tolerances) {
         let (back, fewer, s) = (dense::back(self.scheme), dense::back_without_first(self.scheme), self.scheme.s);
         let at_start = |weights: &[f64], stages: &[Vec<f64>], i: usize| {
@@ -299,7 +301,7 @@ impl Radau {
             self.smooth[i] = if self.fixed {
                 off <= allowed.max((start - at_start(fewer, &self.stage[1..], i)).abs())
             } else {
-                self.corrected[i] && off <= allowed
+                self.corrected[i] && (self.given[i] || off <= allowed)
             };
         }
     }
