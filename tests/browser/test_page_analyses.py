@@ -67,6 +67,7 @@ def test_every_analysis_has_its_picture(page: Any) -> None:
     choose(page, "Noise Spectral")
     assert drawn(page)[0][0] == ["V/sqrt(Hz)"]
     assert page.get_attribute(".log", "aria-pressed") == "true"
+    page.wait_for_function("() => location.hash.includes('analysis')")
     link = page.evaluate("() => location.href")
     other = page.context.new_page()
     other.goto(link)

@@ -83,5 +83,7 @@ def test_wheel_holds_grammar_types_and_licences_and_no_sources(wheel):
         if name.endswith((".rs", "Cargo.toml")) or "tests/" in name or "emsim/docs/" in name
     ]
     decks = [name for name in names if name.endswith(".cir")]
-    assert decks and all(name.startswith("emsim/templates/") for name in decks)
+    assert decks and all(name.startswith(("emsim/templates/", "emsim/lessons/")) for name in decks)
+    lessons = {path.name for path in (NETLISTS / "lessons").iterdir() if path.suffix in (".cir", ".md")}
+    assert {name.rpartition("/")[2] for name in names if name.startswith("emsim/lessons/")} == lessons
     assert "abi3" in wheel.name

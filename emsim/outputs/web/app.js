@@ -98,7 +98,7 @@ async function show(run) {
   options($("speed"), [...new Set([1, ...speeds])].sort((a, b) => a - b).map((s) => [s, `${+s.toPrecision(2)} x`]));
   $("speed").value = clock.speed = nearest;
   options($("xaxis"), [["", run.axisName], ...(run.complexNames.size ? [[NYQUIST, "Nyquist"]] : []), ...(run.axisName === "time" ? Object.keys(WINDOWS).map((w) => [FFT + w, `spectrum, window ${w}`]) : []), ...run.names.map((n) => [n, n])]);
-  waves.watchers.push(() => cursorSheet(run, waves, clock), () => keepState(window.emsim));
+  waves.watchers.push(() => cursorSheet(run, waves, clock), () => keepState(window.emsim)); // hidden, the sheet waits until it is chosen
   if (old) carry(old, window.emsim); else restoreState(window.emsim);
   reflect(window.emsim);
   clock.listen(() => {
@@ -309,6 +309,7 @@ function sheets(run) {
       b.tabIndex = b.dataset.sheet === name ? 0 : -1;
     }
     for (const s of box.children) s.hidden = s.id !== "sheet-" + name;
+    if (name === "cursors" && window.emsim) cursorSheet(window.emsim.run, window.emsim.waves, window.emsim.clock);
   };
   for (const [name, title, html] of made) {
     const button = Object.assign(document.createElement("button"), { textContent: title, onclick: () => pick(name) });

@@ -4,8 +4,15 @@
 
 const ours = () => document.body.dataset.live === undefined;
 
+// browsers forbid more than a few changes a second
+let keeping;
 function keepState(now) {
-  if (!now || !ours()) return;
+  clearTimeout(keeping);
+  keeping = setTimeout(() => now && now === window.emsim && writeState(now), 200);
+}
+
+function writeState(now) {
+  if (!ours()) return;
   const { run, waves } = now, said = new URLSearchParams(), number = (v) => String(+v.toPrecision(9));
   if (run.all.indexOf(run)) said.set("analysis", run.all.indexOf(run));
   const same = waves.shown.size === run.shown.length && run.shown.every((n) => waves.shown.has(n));

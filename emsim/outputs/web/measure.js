@@ -61,6 +61,7 @@ const LISTED = 12; // places of peaks and crossings that are listed
 
 function cursorSheet(run, waves, clock) {
   const box = document.getElementById("sheet-cursors");
+  if (box?.hidden) return;
   if (!box || run.over) return box && (box.innerHTML = '<p class="note">A family of courses: its values are in the files that emsim writes.</p>');
   const { a, b } = waves.marks, both = a !== null && b !== null && a !== b, [from, to] = both ? [Math.min(a, b), Math.max(a, b)] : waves.range;
   const kept = { level: document.getElementById("level")?.value ?? "", signal: document.getElementById("of")?.value };
