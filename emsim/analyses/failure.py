@@ -98,6 +98,8 @@ def explain_failure(
             "or voltage that keeps one moving; .op without static holds it at ic="
         )
     elif mechanical and (point or not t):
+        two_ways = [d.message for d in assembly.flat.sink.diagnostics if d.code == "W233"]
+        hints += [f"{said}; implicit methods need one, method=auto goes on explicitly" for said in two_ways]
         hints.append(
             "try: ic= or guess= a little aside; where links lie in one line the machine could go two ways"
         )

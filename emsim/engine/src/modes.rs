@@ -272,7 +272,7 @@ impl Modes {
         tol: &Tolerances,
     ) -> bool {
         let list = &sys.laws.list;
-        let mut falls: Option<Vec<f64>> = None; // accelerations of gaps where nothing touches
+        let mut falls: Option<Vec<f64>> = None; // with which parts fall back on each other, the others held by what they lie on
         for round in 0..2 * ROUNDS {
             let (readings, _) = sys.read_laws(w, x, *t);
             let near = |k: usize| match list[k].form {
@@ -301,7 +301,15 @@ impl Modes {
             let all: Vec<usize> = (0..list.len()).collect();
             if falls.is_none() {
                 let Some(look) = self.look(sys, w, x, *t, short.ahead, &all, tol) else { return false };
-                falls = Some((0..list.len()).map(|k| (readings[k].flow - look.b[k]) / short.ahead).collect());
+                let change: Vec<f64> = look.b.iter().zip(&readings).map(|(b, reading)| b - reading.flow).collect();
+                let lies = |j: usize| near(j) && readings[j].flow <= moves[j];
+                let fall = |k: usize| {
+                    let most: Vec<f64> =
+                        all.iter().map(|&j| if j != k && lies(j) { f64::INFINITY } else { 0.0 }).collect();
+                    let held = lcp::solve(&look.a, &change, &vec![0.0; most.len()], &most);
+                    -held.map_or(change[k], |held| held.w[k]) / short.ahead
+                };
+                falls = Some(all.iter().map(|&k| if list[k].restitution > 0.0 { fall(k) } else { 0.0 }).collect());
             }
             let falls = falls.as_deref().unwrap_or(&[]);
             let Some(look) = self.look(sys, w, x, *t, short.instant, &struck, tol) else { return false };

@@ -106,3 +106,20 @@ def test_auto_stays_with_what_keeps_the_branch_of_a_driven_parallelogram(drive, 
     apart = at["angle(a2)"] - at["angle(a1)"]
     assert apart - apart[0] == pytest.approx(0.0, abs=1e-2)
     assert np.cos(apart[0]) == pytest.approx(1.0, abs=1e-6)
+
+
+@pytest.mark.parametrize("method", ["radau", "radau5", "esdirk", "trbdf2", "gear", "trap", "gauss4"])
+@pytest.mark.parametrize("order", TOGGLE)
+def test_an_implicit_method_that_cannot_start_there_names_pose_and_loop(order, method):
+    with pytest.raises(emsim.ConvergenceError) as error:
+        run(TOGGLE[order], "10m 1", f"method={method}")
+    assert "starts at a change point (" in str(error.value) and "the loop of joints" in str(error.value)
+
+
+@pytest.mark.parametrize("method", ["radau", "radau5", "esdirk", "trbdf2", "gear", "trap"])
+@pytest.mark.parametrize("drive", ["q={2.2+1.6*time}", "q={1.1+3.6*sin(19*time)}"])
+def test_implicit_methods_keep_the_branch_of_a_driven_parallelogram(drive, method):
+    deck = COUPLING.replace("ic=0.4", "").replace("guess=0.4", f"guess={drive[3:6]}").replace("qd={5}", drive)
+    _, at = run(deck.replace("guess=-0.4", f"guess=-{drive[3:6]}"), "5m 3", f"method={method}")
+    apart = at["angle(a2)"] - at["angle(a1)"]
+    assert apart - apart[0] == pytest.approx(0.0, abs=2e-2)
