@@ -149,8 +149,8 @@ class Layout:
         effort = (
             (1, 50, 0)
             if n == 1
-            else (5, 1500 * n, 50 * n)
-            if n <= 14
+            else (8, 1500 * n, 50 * n)
+            if n <= 16
             else (4, 22000, 400)
             if n <= 26
             else (2, 20000, 120)
