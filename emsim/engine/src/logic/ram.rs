@@ -55,10 +55,10 @@ struct Ram {
 }
 
 /// Lines as a number, the first one is the highest bit; None where one is undefined.
-fn number(lines: impl Iterator<Item = Level>) -> Option<u64> {
-    lines.fold(Some(0), |sum, line| match line {
-        Zero => sum.map(|s| 2 * s),
-        One => sum.map(|s| 2 * s + 1),
+fn number(mut lines: impl Iterator<Item = Level>) -> Option<u64> {
+    lines.try_fold(0, |sum, line| match line {
+        Zero => Some(2 * sum),
+        One => Some(2 * sum + 1),
         Unknown => None,
     })
 }
