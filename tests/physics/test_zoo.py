@@ -397,3 +397,14 @@ def test_maximal_coordinates_move_alike(name: str, signals: tuple[str, ...]) -> 
     for signal in signals:
         a, b = (np.array([float(r.at(signal, t)) for t in np.linspace(0.0, stop, 21)]) for r in (one, two))
         assert np.abs(a - b).max() < 1e-5 * max(np.ptp(a), 1e-9), signal
+
+
+def test_an_electrostatic_switch_pulls_in_and_lets_go_where_the_forces_say() -> None:
+    found = solved("coupled/es_switch", "reltol=1e-6")
+    v, mode = np.asarray(found["v(a)"]), np.asarray(found["mode(bump)"])
+    eps_area, d, g = 8.8541878128e-12 * 40e-9, 2e-6, 0.5e-6
+    closes, opens = np.flatnonzero(np.diff(mode) > 0), np.flatnonzero(np.diff(mode) < 0)
+    assert len(closes) == len(opens) == 1
+    # the ramp goes on while the plate is on its way
+    assert v[closes[0] + 1] == pytest.approx(sqrt(8 * d**3 / (27 * eps_area)), rel=5e-3)
+    assert v[opens[0] + 1] == pytest.approx(sqrt(2 * (d - g) * g * g / eps_area), rel=1e-6)
