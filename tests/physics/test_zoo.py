@@ -408,3 +408,13 @@ def test_an_electrostatic_switch_pulls_in_and_lets_go_where_the_forces_say() -> 
     # the ramp goes on while the plate is on its way
     assert v[closes[0] + 1] == pytest.approx(sqrt(8 * d**3 / (27 * eps_area)), rel=5e-3)
     assert v[opens[0] + 1] == pytest.approx(sqrt(2 * (d - g) * g * g / eps_area), rel=1e-6)
+
+
+def test_two_hookes_joints_in_line_run_evenly() -> None:
+    found = solved("mechanical/hooke_double")
+    w1, w3 = np.asarray(found["omega(in)"]), np.asarray(found["omega(out)"])
+    assert np.abs(w1 - w3).max() < 1e-8 * np.abs(w1).max()
+    assert np.ptp(np.asarray(found["omega1(u1)"])) > 5.0  # the middle one does not
+    facts = emsim.check(NETLISTS / "mechanical/hooke_double.cir")["machine"]
+    assert facts["degrees_of_freedom"] == 1 and len(facts["redundant_rows"]) == 1
+    assert found.energy.share < 1e-9
