@@ -114,6 +114,12 @@ def cannot_read(path: str, error: OSError) -> OutsideError:
 
 
 def _build(file: SourceFile, sink: Sink, is_main: bool) -> Deck:
+    if is_main and file.text.startswith("Version ") and "\nSHEET " in file.text[:200]:
+        sink.error(
+            "E100", f"{file.name} is a drawing of LTspice's (.asc) and no netlist",
+            hint="LTspice writes one: View > SPICE Netlist, or `LTspice -netlist drawing.asc`; run its drawing.net here",
+        )  # fmt: skip
+        return Deck("", file, sink)
     with NoCollection():
         return _Builder(file, sink).build(is_main)
 

@@ -122,3 +122,11 @@ def test_hints_say_what_a_deck_may_be_given_as():
     assert "Source" in emsim.run.__annotations__["source"]
     with pytest.raises(TypeError, match="PySpice"):
         emsim.sweep(3.0, {"r": [1, 2]})  # type: ignore[arg-type]
+
+
+def test_a_drawing_of_ltspice_is_told_in_one_sentence():
+    drawn = "Version 4\nSHEET 1 880 680\nWIRE 96 96 208 96\nSYMBOL res 80 80 R0\nSYMATTR InstName R1\n"
+    with pytest.raises(emsim.DeckError) as told:
+        emsim.run(drawn)
+    (said,) = told.value.diagnostics
+    assert said.code == "E100" and "netlist" in said.message and "-netlist" in (said.hint or "")
