@@ -156,7 +156,10 @@ def _deflated(text: str) -> str:
 
 
 def _columns(table: Table, starts: Sequence[int], most: float) -> dict[str, Any]:
-    """Axis and columns, every row or thinned to about `most` characters."""
+    """Axis and columns, every row or, over time, thinned to about `most` characters: what is small beside the largest counts in
+    a spectrum, and is nothing beside the range of a course."""
+    if table.names[0] != "time" or any(map(table.is_complex, range(len(table.names)))):
+        most = inf
     axis, columns = table.floats(0), [numbers for _, _, numbers in table.flat()[1:]]
     packed, total = [], 0
     for column in (axis, *map(single, columns)):

@@ -16,6 +16,7 @@ import pytest
 
 from emsim import pipeline
 from emsim.outputs import html, thin
+from emsim.result import Columns, Result, Table
 
 ROOT = Path(__file__).resolve().parents[3]
 
@@ -113,6 +114,15 @@ def test_courses_of_a_sweep_keep_their_ends() -> None:
     axis = numbers(found["axis"])
     (first,) = found["blocks"]
     assert axis[first] == pytest.approx(0, abs=1e-8) and axis[first - 1] == pytest.approx(1, abs=1e-8)
+
+
+def test_what_is_small_in_a_frequency_response_is_never_thinned() -> None:
+    """In parts of a thousandth of the range -100 dB is anything."""
+    f = np.logspace(0, 6, 60_000)
+    h = 1 / (1 + 1j * f / 10.0 + np.random.default_rng(1).normal(0, 1e-6, len(f)))
+    store = Columns([f.tobytes(), h.tobytes()], complex=[False, True])
+    run = html.document(Result("t", [Table("ac", ["frequency", "v(a)"], ["Hz", "V"], store)]), most=20_000)
+    assert "thinned" not in run and run["rows"] == len(f) and all(isinstance(c, str) for c in run["packed"])
 
 
 @pytest.mark.parametrize("deck", ["coupled/slider_crank_hbridge", "coupled/comb_drive"])
