@@ -499,13 +499,14 @@ def _table(assembly: Assembly, r: Run) -> Table:
     found = r.waves.accounts if assembly.accounts is not None else None
     ledger = None
     if found is not None and assembly.accounts is not None:
+        from .analyses.afterwards import driven_linkage
         from .reports.energy import Ledger, doubt
 
         ledger = Ledger(assembly.accounts, found, assembly.system.device_names)
         if not isfinite(ledger.residual):  # a run that ended at a pole has no balance to show
             ledger = None
         elif r.waves.status == "ok":
-            doubt(ledger, assembly.flat.sink, assembly.options["method"])
+            doubt(ledger, assembly.flat.sink, assembly.options["method"], lambda: driven_linkage(assembly, r))
 
     stats = {**r.waves.stats, **r.stats}
     stats.setdefault("seconds", stats.get("solve_time"))

@@ -9,7 +9,7 @@ from array import array
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Callable, Iterator, Sequence
     from typing import Any
 
     from ..assemble.accounts import Accounts
@@ -118,8 +118,9 @@ class Ledger:
         }  # fmt: skip
 
 
-def doubt(ledger: Ledger, sink: Sink, method: str) -> None:
-    """Warns where more than a hundredth of the energy has no explanation: the solution is wrong by about as much."""
+def doubt(ledger: Ledger, sink: Sink, method: str, linkage: Callable[[], str]) -> None:
+    """Warns where more than a hundredth of the energy has no explanation: the solution is wrong by about as much. `linkage`: what
+    a driven one may have to do with it."""
     if ledger.balanced and ledger.share > WORTH and abs(ledger.residual) > THERMAL:
         more = "appeared" if ledger.residual > 0 else "went"
         sink.warning(
@@ -127,7 +128,15 @@ def doubt(ledger: Ledger, sink: Sink, method: str) -> None:
             f"{abs(ledger.residual):.2g} J {more} without a cause, {100 * ledger.share:.2g} % of what was turned over: "
             f"so much is wrong with what {method} found",
             None,
-            "tighten reltol or take another method; --energy shows where every joule went",
+            "\n".join(
+                filter(
+                    None,
+                    [
+                        linkage(),
+                        "tighten reltol or take another method; --energy shows where every joule went",
+                    ],
+                )
+            ),
         )
 
 
