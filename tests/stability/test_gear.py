@@ -41,7 +41,7 @@ def test_errors_that_stay_are_held_to_less():
         ]
         errors.append(np.log(max(off)))
         steps.append(np.log(result.stats["steps"]))
-    assert np.exp(np.mean(errors)) <= 1.3e-6 and np.exp(np.mean(steps)) <= 6300, (
+    assert np.exp(np.mean(errors)) <= 8.5e-7 and np.exp(np.mean(steps)) <= 6300, (
         np.exp(errors),
         np.exp(steps),
     )

@@ -328,14 +328,14 @@ def test_a_transient_is_leapt_over(method, reltol):
         )
         assert apart <= reltol * size, (name, apart)
     if method in ("auto", "radau"):
-        assert found.stats["iterations"] <= 40 * found.stats["events"]
+        assert found.stats["iterations"] <= (26 if reltol == 1e-3 else 38) * found.stats["events"]
     t, supply, coil = found.time, -np.asarray(found["i(vin)"]), np.asarray(found["i(l1)"])
     on = (t > 1e-6) & ((t - 1e-6) % 10e-6 > 0.1e-6) & ((t - 1e-6) % 10e-6 < 4.9e-6)
     assert on.sum() > 100 and np.abs(supply - coil)[on].max() <= 1e-4 * coil.max()
 
 
 @pytest.mark.parametrize(
-    "method, reltol, most", [("radau", 1e-6, 48), ("radau", 1e-8, 48), ("trbdf2", 1e-6, 250)]
+    "method, reltol, most", [("radau", 1e-6, 44), ("radau", 1e-8, 44), ("trbdf2", 1e-6, 86)]
 )
 def test_a_charge_that_goes_through_a_switch_is_leapt_over_at_any_tolerance(method, reltol, most):
     """The stages spread that charge over the step, and the volts that it drops across the switch act on the coil for so
@@ -354,7 +354,7 @@ def test_buck_converter_at_tight_tolerances(method):
     """esdirk's first steps leap over where the switch closes, at 1e-7 too: 2.2 times the iterations when
     they followed 4 ps there, as radau's do."""
     found = run(deck("electrical/buck_converter"), f"method={method} reltol=1e-7", tran="1u 500u")
-    assert found.stats["iterations"] <= {"radau": 240, "esdirk": 600}[method] * found.stats["events"]
+    assert found.stats["iterations"] <= {"radau": 240, "esdirk": 520}[method] * found.stats["events"]
 
 
 def test_leaps_are_tried_again():
