@@ -93,8 +93,9 @@ def _on_cores(task: Task, points: list[Point], jobs: int) -> Iterator[list[Outco
                     runs, start = running.pop(future)
                     batches.took(runs, monotonic() - start)
                     yield future.result()
-        finally:
+        except BaseException:  # Ctrl-C, or nobody wants the rest: whole pools are waited for
             pool.shutdown(wait=False, cancel_futures=True)
+            raise
 
 
 def context() -> Any:
