@@ -154,7 +154,7 @@ const FMOD = (a, b) => a % b, SAME = (v) => v, TABLE = (v, ...p) => {
   return p[p.length - 1];
 };
 Object.assign(FUNCTIONS, {
-  db: DB, deg: DEG, rpm: RPM, mag: Math.abs, re: SAME, real: SAME, im: () => 0, imag: () => 0, conj: SAME, ph: () => 0,
+  db: DB, deg: DEG, rpm: RPM, mag: Math.abs, re: SAME, real: SAME, im: () => 0, imag: () => 0, conj: SAME, ph: () => 0, phase: () => 0,
   sign: Math.sign, mod: FMOD, fmod: FMOD, stp: (v) => +(v > 0), u2: (v) => Math.min(Math.max(v, 0), 1), table: TABLE, pwl: TABLE,
   eq0: (v) => +(v === 0), ne0: (v) => +(v !== 0), gt0: (v) => +(v > 0), lt0: (v) => +(v < 0), ge0: (v) => +(v >= 0), le0: (v) => +(v <= 0),
   gauss: SAME, agauss: SAME, unif: SAME, aunif: SAME,
@@ -180,6 +180,7 @@ const WHOLE = {
   integ: (x, y) => { let s = 0; return y.map((v, k) => (s += k ? (x[k] - x[k - 1]) * (v + y[k - 1]) / 2 : 0)); },
   cph: (x, y) => { let turns = 0; return y.map((v, k) => (turns -= k ? Math.round((v - y[k - 1]) / (2 * Math.PI)) : 0) * 2 * Math.PI + v); },
 };
+WHOLE.cphase = WHOLE.cph;
 
 // "v(out) - 2*i(m1)" -> a function of the row; `column(name)` finds signals. `course`: the axis x of all rows, and the row at
 // which each course of a sweep begins. Throws Error with what is wrong.
