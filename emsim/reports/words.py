@@ -131,6 +131,6 @@ def _value(default: float | None) -> str:
 
 def table(rows: Sequence[tuple[str, ...]]) -> Iterator[str]:
     """Columns of equal width."""
-    widths = [max(len(row[k]) for row in rows) for k in range(len(rows[0]))]
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     for row in rows:
         yield ("  " + "  ".join(f"{cell:<{width}}" for cell, width in zip(row, widths, strict=True))).rstrip()

@@ -21,15 +21,15 @@ def flat(**options: float | str | bool) -> FlatDeck:
 
 
 def test_only_what_is_given_goes_to_the_engine() -> None:
-    assert resolve(flat()) == {"gmin": 1e-12, "method": "auto", "formulation": "joint"}
+    assert resolve(flat()) == {"gmin": 1e-12, "method": "auto", "formulation": "auto"}
     assert resolve(flat(reltol=1e-5, method="Gear", maxord=9.0)) == {
-        "gmin": 1e-12, "method": "gear", "formulation": "joint", "reltol": 1e-5, "maxord": 6,
+        "gmin": 1e-12, "method": "gear", "formulation": "auto", "reltol": 1e-5, "maxord": 6,
     }  # fmt: skip
 
 
 def test_from_outside_wins() -> None:
     assert resolve(flat(reltol=1e-5, method="gear"), {"reltol": 1e-7, "method": "trap"}) == {
-        "gmin": 1e-12, "method": "trap", "formulation": "joint", "reltol": 1e-7,
+        "gmin": 1e-12, "method": "trap", "formulation": "auto", "reltol": 1e-7,
     }  # fmt: skip
 
 

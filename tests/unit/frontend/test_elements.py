@@ -149,7 +149,7 @@ def test_letters_that_come_later_are_kept():
     q = element(".model 2N2222 NPN\nQ1 c b e 2N2222 3")
     assert (q.nodes, q.model_name, q.extra["words"]) == (["c", "b", "e"], "2n2222", ["3"])
     assert element("T1 a 0 b 0 Z0=50 TD=1n").params == {"z0": 50.0, "td": 1e-9}
-    assert element("A1 [a b] c gate").letter == "a"
+    assert element(".model gate d_and\nA1 [a b] c gate").letter == "a"
 
 
 def test_dot_cards():
