@@ -33,7 +33,7 @@ class Motor(Machine):
     of_type = "dcmotor"
     spec = Spec(
         "MOTOR",
-        "MOTOR name n+ n- joint kt= (or ke=, kv=) [r=] [l=] [j=] [b=] [tc=] [gear=] [radius=] or model=name",
+        "MOTOR name n+ n- joint kt= (or ke=, kv=) [r=] [l=] [j=] [b=] [tc=] [gear=] [radius=] or model=name of type dcmotor",
         terminals="plus:node minus:node joint:joint",
         mark=("kt", "ke", "kv", "vnom", "model"),
         meaning="a direct-current motor, or a voice coil on a slide",
