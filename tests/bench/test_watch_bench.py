@@ -15,7 +15,6 @@ KNOWN = {
     ("pendulum 90 deg", "gear", 1e-3): "silence",
     ("pendulum 90 deg", "gear 2", 1e-3): "factor",
     ("pendulum 90 deg", "trbdf2", 1e-3): "factor",
-    ("tank, 20 periods", "trbdf2", 1e-2): "silence",
     ("tank after a step", "gear 2", 1e-2): "factor",
     ("filter after a ramp", "gear 2", 1e-2): "factor",
     ("filter after a ramp", "gear 2", 1e-3): "factor",
