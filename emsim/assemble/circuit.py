@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from ..diagnostics import suggest
+from ..elements.compiled import Compiled
 from ..expr import Binary, Call, Cond, Name, Node, Unary
 from ..syntax import CARD_WORDS
 
@@ -43,6 +45,7 @@ def allocate(ctx: Context) -> None:
         sink.error("E297", f"{names}: {what} is not supported yet", elements[0].span, hint)
 
     _kinds_differ(ctx)
+    _loose_shafts(ctx)
     _spread(ctx)
     read = set(ctx.elements) if all_currents(ctx) else _currents_read(ctx)
     for e in ctx.elements.values():
@@ -60,6 +63,25 @@ def _kinds_differ(ctx: Context) -> None:
             "E342", f"node `{name}` is digital, and `{e.name if e else name}` takes it for a voltage", e.span if e else None,
             "between the two stands an A line: adc_bridge makes a voltage digital, dac_bridge the other way round",
         )  # fmt: skip
+
+
+def _loose_shafts(ctx: Context) -> None:
+    """Mechanical terminals of modules at nodes where nothing else is, in a deck with joints: one was meant, perhaps."""
+    joints = [card.name for card in ctx.flat.machine if card.kind == "JOINT"]
+    modules = [e for e in ctx.elements.values() if isinstance(e, Compiled)] if joints else []
+    loose = [(e, name) for e in modules for name in e.units() if name not in joints]
+    if not loose:
+        return
+    at = [name for e in ctx.elements.values() for name in e.wired()]
+    for e, name in loose:
+        if ctx.node(name) >= 0 and at.count(name) == 1:
+            near = suggest(name, joints)
+            ctx.remark(
+                "W289",
+                f"`{e.name}`: no joint is called `{name}`, and nothing else is at a node of that name",
+                e.span,
+                f"did you mean `{near}`?" if near else f"there are: {', '.join(joints[:8])}",
+            )
 
 
 def lists_word(probes: Iterable[Probe], *words: str) -> bool:

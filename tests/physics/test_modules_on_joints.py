@@ -144,3 +144,12 @@ def test_a_joint_that_does_not_fit_is_named(folder: Path, joint: str, said: str)
         run(folder, STEP, bodies, f"N1 a 0 {joint} mm", DCM, ".tran 1m 5m")
     said_of = [d.message for d in caught.value.diagnostics if d.code == "E299"]
     assert any(said in message and "rotational_omega" in message for message in said_of)
+
+
+def test_a_shaft_that_nothing_is_at_is_told(folder: Path):
+    """A slip of the pen: the brake turns by itself, and the wheel is not braked."""
+    cards = (".options formulation=absolute", WHEEL, ".model bb bearing(b=1m)", ".tran 1m 5m")
+    said = [d for d in run(folder, *cards, "N1 shft bb").diagnostics if d.code == "W289"]
+    assert len(said) == 1 and "shft" in said[0].message and "`shaft`" in (said[0].hint or "")
+    assert not [d for d in run(folder, *cards, "N1 shaft bb").diagnostics if d.code == "W289"]
+    assert not [d for d in run(folder, *cards, "N1 s bb", "N2 s bb").diagnostics if d.code == "W289"]
