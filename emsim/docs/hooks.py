@@ -35,10 +35,13 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
 
 
 def on_page_markdown(markdown: str, page: Page, config: MkDocsConfig, files: Files) -> str:
-    """`<!-- deck PATH -->` shows a deck of netlists/, `<!-- run PATH -->` its page, with the machine moving,
+    """`<!-- deck PATH -->` shows a deck of netlists/, `<!-- run PATH -->` its page, with the machine moving
+    (`<!-- run PATH K -->`: of a lesson's K-th edit),
     `<!-- circuit PATH -->` its circuit, and `<!-- chart PATH -->` its work-precision chart."""
     markdown = re.sub(r"<!-- deck (\S+) -->", lambda m: tree.shown(m[1]), markdown)
-    markdown = re.sub(r"<!-- run (\S+) -->", lambda m: tree.frame(m[1], page.url), markdown)
+    markdown = re.sub(
+        r"<!-- run (\S+)(?: (\d+))? -->", lambda m: tree.frame(m[1], int(m[2] or 0), page.url), markdown
+    )
     markdown = re.sub(r"<!-- circuit (\S+) -->", lambda m: tree.circuit(m[1], page.url), markdown)
     return re.sub(r"<!-- chart (\S+) -->", lambda m: tree.chart(m[1], page.url), markdown)
 

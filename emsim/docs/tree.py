@@ -6,11 +6,13 @@ import re
 from pathlib import Path
 from posixpath import dirname, relpath
 
+from edits import edits
+
 ROOT = Path(__file__).resolve().parent.parent.parent
 NETLISTS = ROOT / "netlists"
 
 # decks whose runs, charts and circuits the site shows; filled while pages are written
-_runs: dict[str, None] = {}
+_runs: dict[tuple[str, int], None] = {}
 _charts: dict[str, None] = {}
 _circuits: dict[str, None] = {}
 # of the charts: a ladder of four rungs, each run once, takes a second or two
@@ -40,15 +42,22 @@ def pages() -> dict[str, str]:
     found["internals/map.md"] = found["internals/map.md"].replace("(docs/pages/internals/", "(")
     for path in sorted((NETLISTS / "lessons").glob("[0-9]*.md")):
         found[f"decks/lessons/{path.name}"] = lesson(path)
+    found["decks/lessons/answers.md"] = unmarked(
+        (NETLISTS / "lessons" / "answers.md").read_text(encoding="utf-8")
+    )
     return found
 
 
+def unmarked(text: str) -> str:
+    """Without the names of tested figures, which are for the tests."""
+    return re.sub(r"<!--[\w:]+-->", "", text)
+
+
 def lesson(path: Path) -> str:
-    """A lesson's page, with its run and its deck."""
-    text = path.read_text(encoding="utf-8")
-    # names of tested figures are for the tests
-    text = re.sub(r"<!--[\w:]+-->", "", text)
+    """A lesson's page, with its run and its deck; `<!-- run K -->` in it is the run of its K-th edit."""
     deck = f"lessons/{path.stem}.cir"
+    text = unmarked(path.read_text(encoding="utf-8"))
+    text = re.sub(r"<!-- run (\d+) -->", rf"<!-- run {deck} \1 -->", text)
     head, mark, rest = text.partition("## What to expect")
     number = path.name.partition("_")[0].lstrip("0")
     return (
@@ -76,13 +85,15 @@ def shown(deck: str) -> str:
     return f'``` {{ .spice title="netlists/{deck}" }}\n{text}\n```'
 
 
-def frame(deck: str, address: str) -> str:
-    """A deck's run in a frame of a page at this address."""
-    _runs[deck] = None
-    where = relpath(run_address(deck), dirname(address) or ".")
+def frame(deck: str, edit: int, address: str) -> str:
+    """A deck's run, or that of an edit of a lesson's deck (from 1), in a frame of a page at this address."""
+    _runs[deck, edit] = None
+    where = relpath(run_address(deck, edit), dirname(address) or ".")
+    what = f"`netlists/{deck}` with this edit" if edit else f"`netlists/{deck}`"
+    how = "The cursor reads the curves" if edit else "Space plays, the cursor moves the machine"
     return (
-        f'<iframe class="run" src="{where}" title="run of {deck}" loading="lazy"></iframe>\n\n'
-        f'*The run of `netlists/{deck}`: <a href="{where}">open it as a page</a>. Space plays, the cursor moves the machine.*'
+        f'<iframe class="run" src="{where}" title="run of {deck}{", edited" if edit else ""}" loading="lazy"></iframe>\n\n'
+        f'*The run of {what}: <a href="{where}">open it as a page</a>. {how}.*'
     )
 
 
@@ -137,8 +148,15 @@ def write_charts(site: Path) -> None:
     _charts.clear()
 
 
-def run_address(deck: str) -> str:
-    return "runs/" + deck.removesuffix(".cir") + ".html"
+def run_address(deck: str, edit: int) -> str:
+    return "runs/" + deck.removesuffix(".cir") + (f"_edit{edit}" if edit else "") + ".html"
+
+
+def edited(deck: str, edit: int) -> str:
+    """The text of a lesson's deck with its page's edit, from 1."""
+    path = NETLISTS / deck
+    page = path.with_suffix(".md").read_text(encoding="utf-8")
+    return edits(page)[edit - 1].apply(path.read_text(encoding="utf-8"))
 
 
 def write_runs(site: Path) -> None:
@@ -148,9 +166,9 @@ def write_runs(site: Path) -> None:
     from emsim.outputs import html
     from emsim.reports import explained
 
-    for deck in _runs:
-        source = source_of(str(NETLISTS / deck))
-        target = site / run_address(deck)
+    for deck, edit in _runs:
+        source = source_of(str(NETLISTS / deck)) if not edit else edited(deck, edit)
+        target = site / run_address(deck, edit)
         target.parent.mkdir(parents=True, exist_ok=True)
         result, equations = pipeline.run(source, scene=True, energy=True), pipeline.explain(source)
         html.write(str(target), result, sheets=explained.sheets(equations))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from math import atan2, cos, exp, hypot, log, pi, sin, sqrt
+from math import atan2, cos, exp, hypot, log, log10, pi, sin, sqrt
 
 import numpy as np
 from pages import Figure, Runs, crossing, lesson, peak
@@ -44,6 +44,12 @@ def rc(runs: Runs) -> Iterator[Figure]:
     (top, height), (source, _) = (peak(sine, name, 30e-3, 36e-3) for name in ("v(out)", "v(in)"))
     yield Figure("gain", 1 / sqrt(2), height / v)
     yield Figure("lag", pi / 4, (top - source) * 2 * pi * corner, off=0.005)
+
+    bode = runs.edit(4)
+    f, db = bode["frequency"], bode["vdb(out)"]
+    yield Figure("slope", 20.0, float(np.interp(1e4, f, db) - np.interp(1e5, f, db)), rel=1e-2)
+    yield Figure("corner_db", 10 * log10(2), -float(np.interp(corner, f, db)), rel=5e-3)
+    yield Figure("corner_ac", corner, float(np.interp(10 * log10(2), -db, f)), rel=5e-3)
 
 
 def second_order(wn: float, zeta: float) -> tuple[float, float]:
@@ -97,6 +103,14 @@ def resonance(runs: Runs) -> Iterator[Figure]:
     t = 2e-4
     yield Figure("t_critical", t)
     yield Figure("v_critical", 1 - (1 + wn * t) * exp(-wn * t), critical.at("v(b)", t))
+
+    bode = runs.edit(4)
+    f, db = bode["frequency"], bode["vdb(b)"]
+    # the peak of |v_C| lies at f0 sqrt(1 - 2 zeta^2), Q/sqrt(1 - zeta^2) high
+    yield Figure("peak_db", 20 * log10(q / sqrt(1 - zeta**2)), float(np.max(db)), rel=2e-3)
+    yield Figure("slope", 40.0, float(np.interp(1e5, f, db) - np.interp(1e6, f, db)), rel=1e-3)
+    yield Figure("quarter", pi / 2, -float(np.interp(f0, f, bode["vp(b)"])), rel=5e-3)
+    yield Figure("half_power", sqrt(0.5))
 
 
 @lesson("03_mass_spring", step="1m")

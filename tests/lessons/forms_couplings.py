@@ -70,6 +70,7 @@ def gear(runs: Runs) -> Iterator[Figure]:
     yield Figure("v1", n * alpha(n), run["v(w1)"][-1])
     yield Figure("best", sqrt(jl / jm))
     yield Figure("ratio", jl / jm)
+    yield Figure("weight", 0.05)
     yield Figure("square", 30.0**2)
     yield Figure("counts", 30.0**2 / 1000)
     yield Figure("seen_slow", jl + n * n * jm)

@@ -180,6 +180,7 @@ def swing_end(d: float) -> float:
 @lesson("11_linkage", step="1m")
 def linkage(runs: Runs) -> Iterator[Figure]:
     run, w = runs.base, 2 * pi
+    yield Figure("g", 9.81)
     coupler, rocker = pose(w * 0.2)
     yield Figure("crank_at", w * 0.2, run.at("angle(a)", 0.2))
     yield Figure("coupler_at", coupler, run.at("angle(coupler)", 0.2))

@@ -1,6 +1,7 @@
 """Lessons as data: the figures a page states, the edits it proposes, the commands it gives, and their runs.
 
-A page is netlists/lessons/NN_name.md beside its deck. What a machine reads in it:
+A page is netlists/lessons/NN_name.md beside its deck; the answers to its exercises are a section of answers.md, read in
+the same way. What a machine reads in it:
 
     3.16 V<!--v_tau-->          a figure: must be the value `v_tau` of the lesson's forms to the digits printed
     70<!--about:steps-->        within 15 %; `min:` and `max:` state a bound
@@ -14,6 +15,7 @@ Any other number of the prose must stand in the deck or in an edit, or be small 
 from __future__ import annotations
 
 import re
+import sys
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
@@ -21,14 +23,17 @@ from math import floor, log10, pi
 
 import numpy as np
 import pytest
-from support import NETLISTS
+from support import NETLISTS, ROOT
 
 import emsim
+
+sys.path.insert(0, str(ROOT / "emsim" / "docs"))  # the site's modules import one another by bare names
+from edits import Edit, blocks, edits
 
 FOLDER = NETLISTS / "lessons"
 NAMES = sorted(p.stem for p in FOLDER.glob("*.cir"))
 HEADINGS = [
-    "What to expect", "Run it", "What to try", "The closed form", "Where the numbers come from", "A question",
+    "What to expect", "Run it", "What to try", "The closed form", "Where the numbers come from", "A question", "Exercises",
 ]  # fmt: skip
 
 SCALES = {"": 1.0, "k": 1e3, "M": 1e6, "m": 1e-3, "u": 1e-6, "µ": 1e-6, "n": 1e-9, "p": 1e-12}
@@ -36,10 +41,10 @@ SI = ("V", "A", "s", "Hz", "J", "W", "N", "m", "Ohm", "F", "H", "V/m")
 UNITS = {f"{prefix}{unit}": scale for unit in SI for prefix, scale in SCALES.items()}
 # units without prefixes, and those that are no power of ten
 UNITS |= {
-    "": 1.0, "%": 0.01, "degrees": pi / 180, "rad": 1.0, "mrad": 1e-3, "rad/s": 1.0, "rad/s²": 1.0, "rpm": pi / 30,
+    "": 1.0, "%": 0.01, "degrees": pi / 180, "rad": 1.0, "mrad": 1e-3, "rad/s": 1.0, "rad/s²": 1.0, "m/s²": 1.0, "rpm": pi / 30,
     "1/s": 1.0, "m/s": 1.0, "mm/s": 1e-3, "N m": 1.0, "mN m": 1e-3, "N/m": 1.0, "N s/m": 1.0,
     "N m s/rad": 1.0, "V/rad": 1.0, "kg": 1.0, "kg m²": 1.0,
-    "times": 1.0, "steps": 1.0, "million times": 1e6, "million steps": 1e6,
+    "dB": 1.0, "times": 1.0, "steps": 1.0, "million times": 1e6, "million steps": 1e6,
 }  # fmt: skip
 NUMBER = r"[-+−]?\d(?:[\d ]*\d)?(?:\.\d+)?(?:e[-+]?\d+)?"
 WORDS = "|".join(sorted((re.escape(u) for u in UNITS if u), key=len, reverse=True))
@@ -83,35 +88,16 @@ class Figure:
     off: float = 0.0  # ... and in the value's own unit
 
 
-@dataclass(frozen=True)
-class Edit:
-    changes: tuple[tuple[str, str], ...]  # ("-", old line) and ("+", new line), in order
-    options: tuple[str, ...]
-
-    def apply(self, deck: str) -> str:
-        """The deck with the lines replaced; each old line must stand there once, blanks aside."""
-        lines = deck.splitlines()
-        place = len(lines) - 1  # additions alone go before .end
-        for sign, text in self.changes:
-            if sign == "+":
-                lines.insert(place, text)
-                place += 1
-                continue
-            plain = [" ".join(line.split()) for line in lines]
-            assert plain.count(text) == 1, f"{text!r} stands {plain.count(text)} times in the deck"
-            place = plain.index(text)
-            del lines[place]
-        return "\n".join(lines) + "\n"
-
-
 class Page:
     def __init__(self, name: str) -> None:
         self.name = name
         self.deck = (FOLDER / f"{name}.cir").read_text(encoding="utf-8")
         self.text = (FOLDER / f"{name}.md").read_text(encoding="utf-8")
 
-    def blocks(self, word: str) -> list[str]:
-        return re.findall(rf"^```{word}\n(.*?)^```$", self.text, re.M | re.S)
+    @property
+    def exercises(self) -> list[str]:
+        """Their numbers: of a lesson's page, or of the answers to them."""
+        return re.findall(r"^\*\*(\d+\.\d+)\*\* ", self.text, re.M)
 
     @property
     def headings(self) -> list[str]:
@@ -119,13 +105,7 @@ class Page:
 
     @property
     def edits(self) -> list[Edit]:
-        out = []
-        for block in self.blocks("edit"):
-            lines = [" ".join(line.split()) for line in block.splitlines()]
-            changes = [(line[0], line[2:]) for line in lines if line.startswith(("- ", "+ "))]
-            rest = " ".join(line for line in lines if not line.startswith(("- ", "+ ")))
-            out.append(Edit(tuple(changes), tuple(rest.split())))
-        return out
+        return edits(self.text)
 
     @property
     def stated(self) -> list[Stated]:
@@ -141,13 +121,13 @@ class Page:
         """Numbers of the prose that nothing holds: not marked, not in the deck or an edit, not small and whole."""
         prose = re.sub(r"^```\w*\n.*?^```$", "", self.text, flags=re.M | re.S)
         prose = re.sub(
-            r"`[^`]*`|\$\$.*?\$\$|\$[^$]*\$|\]\([^)]*\)|\bp\. \d+|\blessons? \d+( and \d+)?",
+            r"`[^`]*`|^\*\*\d+\.\d+\*\*|^#.*$|\$\$.*?\$\$|\$[^$]*\$|\]\([^)]*\)|\bp\. \d+|\blessons? \d+( and \d+)?",
             " ",
             prose,
-            flags=re.S,
+            flags=re.S | re.M,
         )
         prose = re.sub(r"<!--.*?-->", "", MARKED.sub(" ", prose))
-        known = {_rounded(x) for x in _values(self.deck + "".join(self.blocks("edit")))}
+        known = {_rounded(x) for x in _values(self.deck + "".join(blocks(self.text, "edit")))}
         out = []
         for number, unit in PLAIN.findall(prose):
             value = abs(_number(number)[0])
@@ -185,6 +165,16 @@ def _rounded(x: float) -> float:
     return 0.0 if x == 0.0 else round(x, 9 - floor(log10(abs(x))))
 
 
+class Answers(Page):
+    """The answers to a lesson's exercises: edits are of the lesson's deck."""
+
+    def __init__(self, name: str) -> None:
+        super().__init__(name)
+        text = (FOLDER / "answers.md").read_text(encoding="utf-8")
+        found = re.search(rf"^## {int(name[:2])}\. .*?(?=^## |\Z)", text, re.M | re.S)
+        self.text = found[0] if found else ""
+
+
 class Runs:
     """The runs of a lesson, each made once: the deck as it stands, and with each edit applied."""
 
@@ -215,7 +205,7 @@ class Runs:
         if k:
             edit = self.page.edits[k - 1]
             text, options = edit.apply(text), _options(edit.options)
-        if self.step:
+        if self.step and ".tran" in text:
             text, n = re.subn(r"(?m)^\.tran (\{[^}]*\}|\S+)", f".tran {self.step}", text)
             assert n == 1
         return text, options
@@ -242,13 +232,22 @@ def _options(words: tuple[str, ...]) -> dict:
 
 Forms = Callable[[Runs], Iterator[Figure]]
 FORMS: dict[str, tuple[Forms, str]] = {}
+ANSWERS: dict[str, tuple[Forms, str]] = {}
 
 
 def lesson(name: str, step: str = "") -> Callable[[Forms], Forms]:
     """Registers what a lesson's figures must be. `step`: print step of its runs in place of the deck's."""
+    return _registers(FORMS, name, step)
 
+
+def answers(name: str, step: str = "") -> Callable[[Forms], Forms]:
+    """The same for the answers to a lesson's exercises."""
+    return _registers(ANSWERS, name, step)
+
+
+def _registers(where: dict[str, tuple[Forms, str]], name: str, step: str) -> Callable[[Forms], Forms]:
     def register(forms: Forms) -> Forms:
-        FORMS[name] = forms, step
+        where[name] = forms, step
         return forms
 
     return register

@@ -4,22 +4,29 @@ from __future__ import annotations
 
 import re
 
+import forms_answers  # noqa: F401
 import forms_circuits  # noqa: F401  (registers its lessons)
 import forms_control  # noqa: F401
 import forms_couplings  # noqa: F401
 import forms_numerics  # noqa: F401
 import pytest
-from pages import FOLDER, FORMS, HEADINGS, NAMES, Page, Runs
+from pages import ANSWERS, FOLDER, FORMS, HEADINGS, NAMES, Answers, Page, Runs
 from support import NETLISTS, ROOT
 
 from emsim.cli import main
 
 PAGES = {name: Page(name) for name in NAMES}
+TEXTS = {**PAGES, **{f"{name}_answers": Answers(name) for name in NAMES}}
 
 
 @pytest.fixture(params=NAMES)
 def page(request) -> Page:
     return PAGES[request.param]
+
+
+@pytest.fixture(params=TEXTS)
+def text(request) -> Page:
+    return TEXTS[request.param]
 
 
 def test_there_is_a_page_and_a_form_for_every_deck():
@@ -34,18 +41,26 @@ def test_a_page_has_its_sections(page):
     assert page.deck.splitlines()[0].lower().startswith(f"lesson {int(page.name[:2])}:")
 
 
-def test_every_number_of_the_text_is_held_by_something(page):
-    assert page.unaccounted == []
-    assert page.bad_formulas == []
+def test_every_exercise_has_an_answer_elsewhere(page):
+    number = int(page.name[:2])
+    assert len(page.exercises) >= 2
+    assert page.exercises == [f"{number}.{k + 1}" for k in range(len(page.exercises))]
+    assert TEXTS[f"{page.name}_answers"].exercises == page.exercises
+    assert f"(answers.md#{number}-" in page.text
 
 
-def test_figures(page):
-    forms, step = FORMS[page.name]
-    figures = {f.key: f for f in forms(Runs(page, step))}
+def test_every_number_of_the_text_is_held_by_something(text):
+    assert text.unaccounted == []
+    assert text.bad_formulas == []
+
+
+def test_figures(text):
+    forms, step = (ANSWERS if isinstance(text, Answers) else FORMS)[text.name]
+    figures = {f.key: f for f in forms(Runs(text, step))}
     for f in figures.values():
         if f.closed is not None and f.measured is not None:
             assert f.measured == pytest.approx(f.closed, rel=f.rel, abs=f.off), f.key
-    stated = page.stated
+    stated = text.stated
     assert {s.key for s in stated} == set(figures), "figures of the text and of the forms"
     for s in stated:
         f = figures[s.key]
