@@ -17,6 +17,7 @@ from __future__ import annotations
 import os
 import re
 import shutil
+import statistics
 import subprocess
 import sys
 from pathlib import Path
@@ -210,3 +211,32 @@ def test_options_that_pages_name_exist():
 def test_exit_codes_are_the_programs():
     text = (PAGES / "guide" / "messages.md").read_text(encoding="utf-8")
     assert {int(code) for code in re.findall(r"^\| (\d+) \|", text, re.M)} == set(console.STATUS)
+
+
+# sentences ---------------------------------------------------------------------------------------------------
+
+
+def sentences(text: str) -> list[list[str]]:
+    """The words of each sentence of a page's prose; code and formulas count as one word, tables and headings as none."""
+    text = re.sub(r"<!--.*?-->|\$\$.*?\$\$", "", FENCE.sub("", text), flags=re.S)
+    paragraphs = (p.strip() for p in re.split(r"\n\s*\n", text))
+    prose = (p for p in paragraphs if not p.startswith(("#", "|", "<", "---")))
+    items = (item for p in prose for item in re.split(r"^\s*(?:[-*]|\d+\.)\s+", p, flags=re.M))
+    ends = r"(?<=[.!?:])\s+(?=[A-Z`\"*(])"
+    found = (re.findall(r"`[^`]*`|\$[^$]*\$|[\w'.-]+", s) for item in items for s in re.split(ends, item))
+    return [words for words in found if len(words) > 2]
+
+
+def test_sentences_of_guide_and_numerics_are_short():
+    found = {
+        path.name: sentences(path.read_text(encoding="utf-8"))
+        for folder in ("guide", "numerics")
+        for path in sorted((PAGES / folder).glob("*.md"))
+    }
+    assert statistics.median(len(s) for page in found.values() for s in page) <= 14
+    # a list of what there is may be long: it is of code
+    long = {
+        name: " ".join(s) for name, page in found.items() for s in page
+        if len(s) > 32 and sum(word.startswith("`") for word in s) < 10
+    }  # fmt: skip
+    assert long == {}
