@@ -30,6 +30,9 @@ if TYPE_CHECKING:
     Progress = Callable[[float, float, float, int, int], object]
 
 
+DRAWN_RUNS = 24  # of a deck with .step: so many have their drawings, evenly chosen
+
+
 def run(
     source: Source,
     defines: Mapping[str, Any] | None = None,
@@ -130,11 +133,21 @@ def _stepped(
 
     results: list[Result] = []
     failed, done = None, []
-    for changes in points(flat.steps):
+    variants = list(points(flat.steps))
+    seen = {round(k * (len(variants) - 1) / (DRAWN_RUNS - 1)) for k in range(DRAWN_RUNS)}
+    for k, changes in enumerate(variants):
         own = {**options, **{step.name: value for step, value in changes if step.kind == "temp"}}
         done.append([value for _, value in changes])
         try:
-            results.append(_once(flatten(deck, options, changes), own, energy, progress, scene))
+            results.append(
+                _once(
+                    flatten(deck, options, changes),
+                    own,
+                    energy,
+                    progress,
+                    scene and (len(variants) <= DRAWN_RUNS or k in seen),
+                )
+            )
         except ConvergenceError as error:
             if error.partial is None:
                 raise
@@ -494,7 +507,7 @@ def _table(assembly: Assembly, r: Run) -> Table:
     from .analyses.base import Part
     from .result import Scene
 
-    drawing = assembly.drawn if r.channels.columns else None
+    drawing = assembly.drawn if "machine" in r.analysis.draws and r.channels.columns else None
     moving = 0 if drawing is None else len(drawing.channels)
     found = r.waves.accounts if assembly.accounts is not None else None
     ledger = None
@@ -522,13 +535,15 @@ def _table(assembly: Assembly, r: Run) -> Table:
 def _circuit(assembly: Assembly, r: Run, first: int) -> Scene | None:
     """The circuit as it is drawn, with what flows in it where that is recorded, or why it is not; None: there is none."""
     flat, flows = assembly.flat, assembly.flows
-    if not flat.is_drawn or r.kind != "tran" or not (flat.elements or flat.machine):
+    if not flat.is_drawn or not (flat.elements or flat.machine):
         return None
     from .analyses.base import Part
     from .diagnostics import DeckError
     from .result import Scene
     from .schematic.picture import pictures
 
+    if "circuit" not in r.analysis.draws or not r.channels.columns:
+        flows = None  # drawn without what flows in it
     channels = [] if flows is None else flows.channels
     still: dict[str, Any] = {"volts": {}, "currents": {}, "uses": {}, "channels": []}
     try:

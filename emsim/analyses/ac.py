@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from itertools import pairwise
 
-from .base import Analysis, Axis, Computed, Run, derived, recorded, wrong
+from .base import Analysis, Axis, Computed, Run, channels, derived, recorded, wrong
 from .op import is_static
 
 TYPE_CHECKING = False
@@ -36,6 +36,7 @@ class Ac(Analysis):
     plotname = "AC Analysis"
     axis = Axis("frequency", "Hz", log=True)
     complex = True
+    draws = ("circuit",)
 
     def __init__(self, card: Card, frequencies: list[float], log: bool, static: bool) -> None:
         self.card, self.frequencies, self.static = card, frequencies, static
@@ -50,9 +51,10 @@ class Ac(Analysis):
 
     def run(self, assembly: Assembly, progress: Progress | None = None) -> Run:
         names, units, exprs = recorded(assembly, self)
+        exprs = [*exprs, *channels(assembly, self)]
         inside = [o for o in assembly.measured(self) if o.expr is not None]
         linear, trouble = linearised(assembly, self, self.static)
-        waves = Computed([b""] * (1 + len(names)), [False] + [True] * len(names), "failed")
+        waves = Computed([b""] * (1 + len(exprs)), [False] + [True] * len(exprs), "failed")
         if linear is not None:
             sources = excited(assembly.ctx)
             if not sources:

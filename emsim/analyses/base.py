@@ -57,12 +57,11 @@ class Part:
     """`columns` of the engine's columns, from `first` on: without the time where there is no axis, without the
     channels of a drawing where there is one."""
 
-    __slots__ = ("columns", "first", "rows", "waves")
-
-    complex: Sequence[bool] = ()
+    __slots__ = ("columns", "complex", "first", "rows", "waves")
 
     def __init__(self, waves: Any, first: int, columns: int) -> None:
         self.waves, self.rows, self.first, self.columns = waves, waves.rows, first, columns
+        self.complex: Sequence[bool] = getattr(waves, "complex", ())[first : first + columns]
 
     @property
     def corners(self) -> bytes:
@@ -213,6 +212,9 @@ class Analysis(ABC):
     complex: ClassVar[bool] = False
     streams: ClassVar[bool] = False  # rows can go to a file while the run goes on
     names_itself: ClassVar[bool] = False  # its columns are no signals of the deck
+    draws: ClassVar[
+        tuple[str, ...]
+    ] = ()  # "machine", "circuit": what moves their drawings is recorded too, see `channels`
     tables: ClassVar[tuple[str, ...]] = ()  # kinds of its tables, where there are several
     shown: ClassVar[tuple[str, ...]] = ()  # ... that are printed where no .print asks for any
 
@@ -262,6 +264,12 @@ def recorded(assembly: Assembly, analysis: Analysis) -> tuple[list[str], list[st
     """Names, units and expressions of the columns that the engine computes."""
     outputs = [o for o in assembly.outputs[analysis] if o.expr is not None]
     return [o.name for o in outputs], [o.unit for o in outputs], [o.expr for o in outputs]
+
+
+def channels(assembly: Assembly, analysis: Analysis) -> list[Any]:
+    """Expressions of what moves the drawings, to be recorded behind the columns: of the machine, then of the circuit."""
+    drawn = {"machine": assembly.drawn, "circuit": assembly.flows}
+    return [c.expr for word in analysis.draws if (one := drawn[word]) is not None for c in one.channels]
 
 
 def derived(assembly: Assembly, analysis: Analysis) -> list[tuple[str, str, Any]]:

@@ -11,7 +11,7 @@ import math
 from itertools import pairwise
 
 from ..assemble.outputs import Output
-from .base import Analysis, Axis, Computed, Run, derived, recorded, wrong
+from .base import Analysis, Axis, Computed, Run, channels, derived, recorded, wrong
 from .failure import explain
 from .op import is_static
 
@@ -59,6 +59,7 @@ class Dc(Analysis):
     meaning = "operating points over a source, a resistor or the temperature"
     plotname = "DC transfer characteristic"
     axis: Axis | None = Axis("v-sweep", "V")  # or that of what is swept
+    draws = ("machine", "circuit")
 
     def __init__(self, card: Card, sweeps: list[Sweep]) -> None:
         self.card, self.sweeps, self.static = card, sweeps, is_static(card)
@@ -122,6 +123,7 @@ class Dc(Analysis):
         from array import array  # loads late: its import takes a millisecond
 
         names, units, _ = recorded(assembly, self)
+        recording = len(names) + len(channels(assembly, self))
         inner, outer = self.sweeps[0], self.sweeps[1:]
         assert inner.axis is not None
         asked = [o for o in assembly.measured(self) if o.expr is not None]
@@ -132,7 +134,7 @@ class Dc(Analysis):
         for made, sources, block in self._blocks(assembly, parts_of):
             waves = [made.ctx.wave(e) for s in sources if (e := s.element(made.ctx)) is not None]
             values = [[p[self.sweeps.index(s)] for s in sources] for p in block]
-            exprs = recorded(made, self)[2]
+            exprs = [*recorded(made, self)[2], *channels(made, self)]
             part = made.system.dc(exprs, made.options, self.static, waves, values, near)
             parts.append(part)
             points += block[: part.rows]
@@ -144,7 +146,7 @@ class Dc(Analysis):
                 break
         steps = [f"sweep({s.name})" for s in outer]
         columns = [array("d", (p[k] for p in points)) for k in range(len(self.sweeps))]
-        columns += [array("d", b"".join(part.column(1 + k) for part in parts)) for k in range(len(names))]
+        columns += [array("d", b"".join(part.column(1 + k) for part in parts)) for k in range(recording)]
         within: list[bytes] = []
         if parts_of > 1:
             # the points of the table, and for measurements those between them
@@ -205,7 +207,10 @@ class Dc(Analysis):
                     flat.temp = value
                 else:
                     e.value = value
-            return assemble(flat, assembly.options, assembly.ctx.times, analyses=assembly.analyses)
+            made = assemble(flat, assembly.options, assembly.ctx.times, analyses=assembly.analyses)
+            if assembly.drawn is not None:
+                made.drawing()
+            return made
         finally:
             for e, value in before:
                 if e is None:

@@ -5,7 +5,7 @@ The machine is held at its initial coordinates and speeds; with `static` it come
 
 from __future__ import annotations
 
-from .base import Analysis, Run, derived, recorded
+from .base import Analysis, Run, channels, derived, recorded
 from .failure import explain
 
 TYPE_CHECKING = False
@@ -23,6 +23,7 @@ class Op(Analysis):
     form = ".op [static]"
     meaning = "the operating point; static: the machine comes to rest"
     plotname = "Operating Point"
+    draws = ("machine", "circuit")
 
     def __init__(self, card: Card) -> None:
         self.card = card
@@ -38,6 +39,7 @@ class Op(Analysis):
         state = (
             [machine.b.x(k) for k in range(assembly.system.n)] if machine is not None and machine.own else []
         )
+        exprs = [*exprs, *channels(assembly, self)]
         waves = assembly.system.op([*exprs, *state], assembly.options, self.static)
         trouble = explain(assembly, self, waves) if waves.status == "failed" else []
         if state and not trouble:

@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 import os
 
-from .base import Analysis, Axis, Run, derived, recorded, wrong
+from .base import Analysis, Axis, Run, channels, derived, recorded, wrong
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -36,6 +36,7 @@ class Tran(Analysis):
     plotname = "Transient Analysis"
     axis = Axis("time", "s")
     streams = True
+    draws = ("machine", "circuit")
     begin: tuple[list[float], list[float]] | None = None  # unknowns and conditions that it goes on from
 
     def __init__(
@@ -94,10 +95,7 @@ class Tran(Analysis):
 
         watch = tick if progress else None
         drawn, book = assembly.drawn, assembly.accounts
-        if drawn is not None:
-            exprs = [*exprs, *(c.expr for c in drawn.channels)]
-        if assembly.flows is not None:
-            exprs = [*exprs, *(c.expr for c in assembly.flows.channels)]
+        exprs = [*exprs, *channels(assembly, self)]
         kept = None
         if book is not None:
             kept = ([e.expr for e in book.powers], [e.expr for e in book.energies], drawn is not None)

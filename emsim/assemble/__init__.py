@@ -140,7 +140,7 @@ def assemble(
     if ctx.is_drawn:
         from .flows import Flows
 
-        flows = Flows(ctx)
+        flows = Flows(ctx, {ctx.element_name(s.name) for a in analyses for s in getattr(a, "sweeps", ())})
     found = Assembly(ctx, ctx.b.compile(), outputs, prints, book, analyses)
     found.flows = flows
     return found

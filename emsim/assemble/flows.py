@@ -14,6 +14,7 @@ from .outputs import Output
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from collections.abc import Collection
     from typing import Any
 
     from .._engine import Expr
@@ -29,8 +30,9 @@ TELL = "rlviewbfghsdqmjzn"  # letters of elements whose currents are expressions
 class Flows:
     """Columns of a drawing; made while the deck's expressions are."""
 
-    def __init__(self, ctx: Context) -> None:
-        self.ctx = ctx
+    def __init__(self, ctx: Context, swept: Collection[str] = ()) -> None:
+        """`swept`: elements whose value an analysis changes."""
+        self.ctx, self.swept = ctx, swept
         self.channels: list[Output] = []
         self.volts = {
             name: self._column(f"v({name})", "V", ctx.b.x(index)) for name, index in ctx.nodes.items()
@@ -47,7 +49,7 @@ class Flows:
     def _element(self, e: Element) -> list[Terms]:
         ctx, count = self.ctx, len(e.nodes)
         value = e.value if isinstance(e.value, (int, float)) else None
-        plain = value is not None and not e.params and e.model is None
+        plain = value is not None and not e.params and e.model is None and e.name not in self.swept
         if e.letter == "r" and plain and value:
             return self._between(e, 1.0 / value, 0)
         if e.letter == "c":

@@ -17,7 +17,7 @@ from base64 import b64decode, b64encode
 from bisect import bisect_right
 from html import escape
 from json import dumps
-from math import inf, isfinite
+from math import inf, isfinite, log10
 from os.path import dirname, join
 from zlib import compress, decompress
 
@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     from ..result import Result, Scene, Table
 
 FRAMES = 1500
+LEAST = 60  # ... of which a run of several has this many at least
 MOST = 440_000  # characters of a run in a file; scripts and styles take 70 000 more
 SHOWN = 8  # signals drawn at first where the deck has no .print
 WEB = join(dirname(__file__), "web")
@@ -89,14 +90,13 @@ def document(
     sheets = [*sheets, deck_sheet(deck, said), *_messages(said)] if deck or said else sheets
     others = [t for t in result.plots if t is not table and len(t)]
     run: dict[str, Any] = {"title": result.title or "emsim", "printed": bool(result.prints), "scene": None}
-    run["others"] = [_plot(result, t, most / 8) for t in others]
+    pictures: list[str] = []
+    run["others"] = [{**_drawings(t, most / 16, pictures), **_plot(result, t, most / 8)} for t in others]
     if table.energy is not None and table.axis and len(table) > 1:
         run["energy"] = _energy(table.energy)
         sheets = [("energy", "Energy", ""), *sheets]
-    if table.scene is not None and table.axis and len(table) > 1:
-        run["scene"] = _scene(table.scene, table.floats(0), most / 4)
-    if table.circuit is not None and table.axis and len(table) > 1 and not table.steps:
-        run["circuit"] = _circuit(table.circuit, table.floats(0), table.signals, most / 4)
+    run.update(_drawings(table, most / 4, pictures))
+    run["pictures"] = pictures
     run["sheets"] = list(sheets)
     # what the rest leaves
     room = max(most - len(dumps(run)), most / 4) if most < inf else most
@@ -133,6 +133,42 @@ def _plot(result: Result, table: Table, most: float) -> dict[str, Any]:
     if run["rows"]:
         run.update(_columns(table, [first for first, _ in table.blocks()[1:]], most))
     return run
+
+
+def _drawings(table: Table, most: float, pictures: list[str]) -> dict[str, Any]:
+    """Machine and circuit beside a table, or beside each run of a deck with .step, from which row on it stands in the table."""
+    own = table.courses() if table.circuit is None and table.scene is None else [table]
+    drawn, first = [t for t in own if t.scene is not None or t.circuit is not None], 0
+    found: list[dict[str, Any]] = []
+    for t in own:
+        if t in drawn:
+            found.append(
+                {
+                    "first": first,
+                    "rows": len(t),
+                    **_drawing(t, most / len(drawn), FRAMES // len(drawn), pictures, t is table),
+                }
+            )
+        first += len(t)
+    return {"runs": found} if len(own) > 1 and found else found[0] if found else {}
+
+
+def _drawing(table: Table, most: float, count: int, pictures: list[str], whole: bool) -> dict[str, Any]:
+    """`whole`: the page has the columns of this table, and these are not sent twice."""
+    if not len(table):
+        return {}
+    axis = (
+        array("d", range(len(table))) if table.steps else table.floats(0) if table.axis else array("d", [0.0])
+    )
+    log = bool(table.axis and table.axis.log and min(axis) > 0)
+    rows, found = frames(array("d", map(log10, axis)) if log else axis, max(count, LEAST)), {}
+    if table.scene is not None:
+        found["scene"] = _scene(table.scene, axis, rows, most)
+    if table.circuit is not None:
+        known = [] if not whole or any(map(table.is_complex, range(len(table.names)))) else table.signals
+        found["circuit"] = _circuit(table.circuit, axis, rows, known, most, pictures)
+        found["circuit"]["axisName"] = table.axis.name if table.axis else ""
+    return found
 
 
 def pack(values: array[float] | array[int]) -> str:
@@ -182,8 +218,7 @@ def single(values: Sequence[float]) -> array[float]:
     return array("d", values)
 
 
-def _scene(scene: Scene, time: array[float], most: float) -> dict[str, Any]:
-    rows = frames(time)
+def _scene(scene: Scene, time: array[float], rows: Sequence[int], most: float) -> dict[str, Any]:
     axis, columns = array("d", (time[r] for r in rows)), []
     for k in range(scene.waves.columns):
         column = array("d")
@@ -195,19 +230,32 @@ def _scene(scene: Scene, time: array[float], most: float) -> dict[str, Any]:
     return found
 
 
-def _circuit(circuit: Scene, time: array[float], known: Sequence[str], most: float) -> dict[str, Any]:
+def _circuit(
+    circuit: Scene,
+    time: array[float],
+    rows: Sequence[int],
+    known: Sequence[str],
+    most: float,
+    pictures: list[str],
+) -> dict[str, Any]:
     """The circuit's pictures and flows, with the columns that the page does not have already. Colours and dots show three and a
-    half digits: the rest of a float32 is left out and packs to nothing."""
+    half digits: the rest of a float32 is left out and packs to nothing. A complex column is two, real and imaginary parts.
+    `pictures` are those of the page so far; the circuit says which of them is its own."""
     if "refused" in circuit.data:
         return {**circuit.data, "rows": 0}
-    rows, pictures = frames(time), _deflated(dumps(circuit.data["pictures"], separators=(",", ":")))
+    picture = _deflated(dumps(circuit.data["pictures"], separators=(",", ":")))
+    if picture not in pictures:
+        pictures.append(picture)
     own = [k for k, channel in enumerate(circuit.data["channels"]) if channel["name"] not in known]
     axis, columns = array("d", (time[r] for r in rows)), []
+    complex = any(getattr(circuit.waves, "complex", ()))
     for k in own:
         column = array("d")
         column.frombytes(circuit.waves.column(k))
-        columns.append(_coarse(column[r] for r in rows))
-    data = {**circuit.data, "pictures": pictures, "own": own, "rows": len(rows), "axis": pack(axis)}
+        for part in (column[::2], column[1::2]) if complex else (column,):
+            columns.append(_coarse(part[r] for r in rows))
+    data = {**circuit.data, "pictures": pictures.index(picture), "own": own, "complex": complex}
+    data.update(rows=len(rows), axis=pack(axis))
     found = {**data, "packed": [*map(pack, columns)]}
     if sum(map(size, found["packed"])) > most:
         found.update(thinned(axis, columns, (), most) or {})

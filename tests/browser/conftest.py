@@ -32,7 +32,9 @@ def visit(chromium: Any) -> Iterator[Callable[..., Any]]:
             lambda r: None if r.url.startswith(("file:", "data:", "blob:", url)) else asked.append(r.url),
         )
         page.goto(url)
-        page.wait_for_function("window.emsim && window.emsim.waves.panels.length > 0", timeout=20_000)
+        page.wait_for_function(
+            "window.emsim ? window.emsim.waves.panels.length > 0 : window.still", timeout=20_000
+        )
         return page
 
     yield open_page

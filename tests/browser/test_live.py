@@ -176,12 +176,13 @@ def test_a_page_that_begins_with_a_mistake(edited: Any, watch: Any) -> None:
     deck.write_text("nothing good\nR1 a\n.end\n")
     page = watch(url)
     page.locator("#said pre").wait_for()
-    assert page.locator("main").is_hidden()
+    assert page.locator("#waves").is_hidden() and page.locator("#transport").is_hidden()
+    assert page.locator("#circuit").is_visible()
     page.locator("#said button").click()
     assert page.locator("#sheet-deck .bad").is_visible()
     deck.write_text(DECK)
     until(page, SHOWN)
-    assert page.locator("main").is_visible()
+    assert page.locator("#waves").is_visible() and page.locator("#transport").is_visible()
 
 
 def test_a_slider_changes_the_run(edited: Any, watch: Any) -> None:

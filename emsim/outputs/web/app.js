@@ -1,10 +1,13 @@
 // The page: one clock for the machine and the waves, transport, sheets below.
 "use strict";
 
-const $ = (id) => document.getElementById(id);
+const $ = (id) => document.getElementById(id), SWEEP = 10;
 
 class Clock {
-  constructor(first, last) { Object.assign(this, { first, last, t: first, playing: false, speed: 1, listeners: [] }); }
+  // `log`: equal ratios are equal distances, and all of them pass in SWEEP seconds
+  constructor(first, last, log = false) { Object.assign(this, { first, last, log: log && first > 0, t: first, playing: false, speed: 1, listeners: [] }); }
+  get share() { return this.log ? Math.log(this.t / this.first) / Math.log(this.last / this.first) : (this.t - this.first) / (this.last - this.first || 1); }
+  at(share) { return this.log ? this.first * (this.last / this.first) ** share : this.first + share * (this.last - this.first); }
   listen(f) { this.listeners.push(f); }
   set(t) {
     this.t = Math.max(this.first, Math.min(this.last, t));
@@ -19,7 +22,7 @@ class Clock {
     let then = performance.now();
     const frame = (now) => {
       if (!this.playing) return;
-      const t = this.t + (now - then) / 1000 * this.speed;
+      const seconds = (now - then) / 1000 * this.speed, t = this.log ? this.at(this.share + seconds / SWEEP) : this.t + seconds;
       then = now;
       this.set(t);
       if (t >= this.last) this.playing = false;
@@ -31,11 +34,52 @@ class Clock {
   }
 }
 
-// A run's columns as arrays: its signals, what moves the machine, the energies over time. All are unpacked at once.
+// What is drawn beside a run: one machine and circuit, or those of each run of a deck with .step, behind one another from row
+// to row of the table.
+async function unpackedDrawings(run, pictures) {
+  run.runs ??= run.scene || run.circuit ? [{ first: 0, rows: Infinity, scene: run.scene, circuit: run.circuit }] : [];
+  await Promise.all(run.runs.map(async ({ scene, circuit }) => {
+    const [moves, flows] = await Promise.all([scene, circuit].map((part) => part?.rows && unpackAll(part)));
+    if (moves) {
+      [scene.time] = moves;
+      scene.channels.forEach((c, k) => (c.values = moves[k + 1]));
+    }
+    if (!flows) return;
+    [circuit.time] = flows;
+    const each = circuit.complex ? 2 : 1;
+    circuit.own.forEach((k, j) => [circuit.channels[k].values, circuit.channels[k].imag] = flows.slice(1 + each * j, 1 + each * (j + 1)));
+    circuit.pictures = JSON.parse(new TextDecoder().decode(await inflate(pictures[circuit.pictures])));
+  }));
+  run.scene = run.runs.find((one) => one.scene)?.scene ?? null;
+  run.circuit = run.runs.find((one) => one.circuit)?.circuit ?? null;
+}
+
+// Which of its runs a run is in at the clock's place, and where in that one; NaN where it is not drawn.
+function whereIn(run, t) {
+  if (run.runs.length < 2) return [0, t];
+  const row = run.over ? Math.max(0, Math.min(run.rows - 1, t)) : nearest(run.time, t), n = Math.max(0, run.runs.findLastIndex((one) => one.first <= row));
+  const { first, rows } = run.runs[n], over = run.over && run.columns.find((c) => c.name === run.over).values;
+  return [n, row >= first + rows ? NaN : over ? valueAt(run.time, over, Math.min(row, first + rows - 1)) : 0];
+}
+
+// The clock's place in words: of several courses which one, and where in it.
+function placeOf(run, t) {
+  if (!run.over) return written(t, run.axisUnit, 6);
+  const row = Math.round(t), course = run.courses[[0, ...run.blocks].findLastIndex((first) => first <= row)], over = run.columns.find((c) => c.name === run.over);
+  return `${course ? course + ", " : ""}${written(over.values[row], over.unit, 5)}`;
+}
+
+// A run's columns as arrays: its signals, what moves the drawings, the energies over time. All are unpacked at once.
 async function unpacked(run) {
-  if (!run.rows || run.columns) return;
-  const parts = [run, run.scene, run.energy, run.circuit].map((part) => part?.rows && unpackAll(part));
-  const [own, moves, energies, flows] = await Promise.all(parts);
+  if (run.columns) return;
+  if (!run.rows) {
+    // one point
+    run.columns = (run.names ?? []).map((name, k) => ({ name, unit: run.units[k], values: [run.point?.[k]?.[0] ?? NaN] }));
+    run.time = [0];
+    return unpackedDrawings(run, run.pictures);
+  }
+  const parts = [run, run.energy].map((part) => part?.rows && unpackAll(part));
+  const [own, energies] = await Promise.all([...parts, unpackedDrawings(run, run.pictures)]);
   [run.time] = own;
   let at = 1;
   run.columns = run.names.flatMap((name, k) => (run.complex[k] ? partsOf(name, run.units[k], own[at++], own[at++]) : [{ name, unit: run.units[k], values: own[at++] }]));
@@ -49,15 +93,6 @@ async function unpacked(run) {
   }
   run.complexNames = complex;
   run.names = run.columns.map((c) => c.name);
-  if (moves) {
-    [run.scene.time] = moves;
-    run.scene.channels.forEach((c, k) => (c.values = moves[k + 1]));
-  }
-  if (flows) {
-    [run.circuit.time] = flows;
-    run.circuit.own.forEach((k, j) => (run.circuit.channels[k].values = flows[j + 1]));
-    run.circuit.pictures = JSON.parse(new TextDecoder().decode(await inflate(run.circuit.pictures)));
-  }
   if (energies) Object.assign(run.energy, { time: energies[0], columns: energies.slice(1) });
 }
 
@@ -74,15 +109,16 @@ async function show(run) {
   $("error").textContent = run.error || "";
   sheets(run);
   const playing = old?.clock.playing;
-  if (old) { old.clock.play(false); old.waves.close(); old.machine?.close(); old.circuit?.close(); }
-  window.emsim = undefined;
+  leave();
   $("panels").replaceChildren();
   $("stage").hidden = !run.scene;
   document.body.classList.toggle("still", !run.rows);
-  $("below").role = run.rows ? "region" : "main"; // what is above is hidden then
+  const bare = !run.rows && !run.scene && !run.circuit;
+  document.body.classList.toggle("bare", bare);
+  $("below").role = bare ? "main" : "region"; // what is above is hidden then
   if (!run.rows) return point(run);
-  const clock = new Clock(run.time[0], run.time[run.time.length - 1]), waves = new Waves(run, $("panels"), clock);
-  const { scene } = run, machine = scene ? new Machine(scene, $("machine"), clock) : null;
+  const clock = new Clock(run.time[0], run.time[run.time.length - 1], run.axisLog), waves = new Waves(run, $("panels"), clock);
+  const { scene } = run, machine = scene ? new Machine(run, $("machine"), clock) : null;
   if (machine) {
     options($("trace"), ["", ...scene.points.map((p) => p.name)]);
     $("trace").value = old?.machine ? old.machine.trace || "" : scene.view.trace || "";
@@ -91,9 +127,10 @@ async function show(run) {
     machine.labels = $("labels").checked;
   }
   window.emsim = { run, clock, waves, machine, circuit: circuit(run, clock, waves, machine) };
-  const span = clock.last - clock.first, speeds = [];
+  const span = clock.log ? 10 : clock.last - clock.first, speeds = [];
   for (let s = 10 ** Math.ceil(Math.log10(span / 100)); s <= span * 2; s *= 10) speeds.push(s, 2 * s, 5 * s);
-  const wanted = old?.clock.speed || Number(run.scene?.view?.speed) || Math.min(1, span / 5 || 1);
+  // rows of several runs pass in seconds, as a run does
+  const wanted = old?.clock.speed || (run.over ? span / 5 / run.runs.length : Number(run.scene?.view?.speed)) || (clock.log ? 1 : Math.min(1, span / 5 || 1));
   const nearest = [1, ...speeds].reduce((a, b) => (Math.abs(Math.log(b / wanted)) < Math.abs(Math.log(a / wanted)) ? b : a));
   options($("speed"), [...new Set([1, ...speeds])].sort((a, b) => a - b).map((s) => [s, `${+s.toPrecision(2)} x`]));
   $("speed").value = clock.speed = nearest;
@@ -102,8 +139,8 @@ async function show(run) {
   if (old) carry(old, window.emsim); else restoreState(window.emsim);
   reflect(window.emsim);
   clock.listen(() => {
-    $("scrub").value = (clock.t - clock.first) / (span || 1);
-    $("clock").textContent = written(clock.t, run.axisUnit, 6);
+    $("scrub").value = clock.share;
+    $("clock").textContent = placeOf(run, clock.t);
     waves.readout();
   });
   waves.build();
@@ -119,7 +156,7 @@ async function show(run) {
 
 // Several analyses of a deck: each is a run of its own with the sheets of all.
 function analyses(run) {
-  const all = (run.all ??= [run, ...(run.others ?? []).map((o) => ({ ...run, scene: null, circuit: null, energy: undefined, sheets: run.sheets.filter(([name]) => name !== "energy"), ...o }))]);
+  const all = (run.all ??= [run, ...(run.others ?? []).map((o) => ({ ...run, scene: null, circuit: null, runs: undefined, energy: undefined, sheets: run.sheets.filter(([name]) => name !== "energy"), ...o }))]);
   for (const one of all) one.all = all;
   const select = $("analysis");
   select.hidden = all.length < 2;
@@ -127,9 +164,7 @@ function analyses(run) {
   options(select, all.map((one, k) => [k, one.facts]));
   select.value = all.indexOf(run);
   select.onchange = () => {
-    const old = window.emsim;
-    if (old) { old.clock.play(false); old.waves.close(); old.machine?.close(); old.circuit?.close(); }
-    window.emsim = undefined;
+    leave();
     forgetState();
     return show(all[select.value]);
   };
@@ -178,10 +213,20 @@ function options(select, items) {
   }));
 }
 
-// an operating point: a table of its values; poles and zeros: their picture too
+// what is on the page goes
+function leave() {
+  for (const old of [window.emsim, window.still]) if (old) { old.clock.play(false); old.waves?.close(); old.machine?.close(); old.circuit?.close(); }
+  window.emsim = window.still = undefined;
+}
+
+// an operating point: a table of its values, machine and circuit as they are there; poles and zeros: their picture too
 function point(run) {
-  const table = document.createElement("table"), box = $("sheet-signals");
+  const table = document.createElement("table"), box = $("sheet-signals"), clock = new Clock(0, 0);
   table.className = "numbers";
+  const machine = run.scene ? new Machine(run, $("machine"), clock) : null;
+  if (machine) Object.assign(machine, { arrows: $("arrows").checked, labels: $("labels").checked });
+  window.still = { run, clock, waves: null, machine, circuit: circuit(run, clock, null, machine) };
+  clock.set(0);
   if (run.roots) {
     for (const [name, places] of run.roots) for (const [re, im, k] of places) {
       const row = table.insertRow();
@@ -345,20 +390,20 @@ function step(rows) {
 }
 
 function wire() {
-  const now = () => window.emsim;
-  const dark = (on) => { document.documentElement.classList.toggle("dark", on); now()?.waves.build(); now()?.machine?.draw(); };
+  const now = () => window.emsim, drawn = () => window.emsim ?? window.still;
+  const dark = (on) => { document.documentElement.classList.toggle("dark", on); now()?.waves.build(); drawn()?.machine?.draw(); };
   dark(matchMedia("(prefers-color-scheme: dark)").matches);
   $("theme").onclick = () => dark(!document.documentElement.classList.contains("dark"));
   $("help").onclick = () => $("keys").showModal();
   $("play").onclick = () => now()?.clock.play();
   $("back").onclick = () => step(-1);
   $("forward").onclick = () => step(1);
-  $("scrub").oninput = (e) => { const { clock } = now(); clock.play(false); clock.set(clock.first + e.target.value * (clock.last - clock.first)); };
+  $("scrub").oninput = (e) => { const { clock } = now(); clock.play(false); clock.set(clock.at(+e.target.value)); };
   $("speed").onchange = (e) => (now().clock.speed = +e.target.value);
   $("trace").onchange = (e) => { now().machine.trace = e.target.value; now().machine.draw(); };
-  $("arrows").onchange = (e) => { now().machine.arrows = e.target.checked; now().machine.draw(); };
-  $("labels").onchange = (e) => { now().machine.labels = e.target.checked; now().machine.draw(); };
-  $("fit").onclick = () => { now().machine?.fit(); now().machine?.draw(); };
+  $("arrows").onchange = (e) => { drawn().machine.arrows = e.target.checked; drawn().machine.draw(); };
+  $("labels").onchange = (e) => { drawn().machine.labels = e.target.checked; drawn().machine.draw(); };
+  $("fit").onclick = () => { drawn()?.machine?.fit(); drawn()?.machine?.draw(); };
   $("follow").onchange = (e) => { now().machine.follow = e.target.checked; now().machine.fit(); now().machine.draw(); };
   $("whole").onclick = () => now().waves.whole();
   $("degrees").onchange = (e) => { now().waves.degrees = e.target.checked; now().waves.build(); };

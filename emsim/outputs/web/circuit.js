@@ -1,8 +1,9 @@
-// The circuit (schematic/picture.py) at the clock's time: voltages colour its wires, currents move dots along them. What is touched
-// tells its values, a click puts its signal among the waves; couplings light up in the machine too.
+// The circuit (schematic/picture.py) at the clock's place, be it a time, a frequency, a swept value or one point: voltages colour
+// its wires, currents move dots along them; of small signals these are sizes, and dots swing to and fro with the phase. What is
+// touched tells its values, a click puts its signal among the waves; couplings light up in the machine too.
 "use strict";
 
-const SVG = "http://www.w3.org/2000/svg", DOTS = 14, FASTEST = 90, FAINT = 1e-6;
+const SVG = "http://www.w3.org/2000/svg", DOTS = 14, FASTEST = 90, FAINT = 1e-6, SWING = Math.PI, REACH = 12; // rad/s, px
 
 function svg(tag, attributes, parent) {
   const e = document.createElementNS(SVG, tag);
@@ -12,14 +13,23 @@ function svg(tag, attributes, parent) {
 }
 
 class Circuit {
-  // run.circuit: {pictures, volts, currents, uses, time, channels: [{name, unit, values}]}
+  // of a run, or of the runs of a deck with .step: the one that the clock is in is drawn.
+  // circuit: {pictures, volts, currents, uses, complex, time, channels: [{name, unit, values, imag}]}
   constructor(run, host, clock, waves, machine) {
-    Object.assign(this, { run, host, clock, waves, machine, inside: "", phases: [], gone: new AbortController() });
-    const { volts } = run.circuit;
-    this.columns = new Map(run.columns.map((c) => [c.name, { time: run.time, values: c.values, unit: c.unit }]));
-    for (const c of run.circuit.channels) if (!this.columns.has(c.name) && c.values) this.columns.set(c.name, { time: run.circuit.time, values: c.values, unit: c.unit });
-    this.top = Math.max(1e-12, ...Object.values(volts).map((name) => this.largest(name)));
-    this.tops = new Map();
+    Object.assign(this, { run, host, clock, waves, machine, inside: "", phases: [], turn: 0, gone: new AbortController() });
+    this.tables = run.runs.map(({ circuit }) => {
+      if (!circuit || circuit.refused) return new Map();
+      const columns = new Map(run.runs.length > 1 || circuit.complex ? [] : run.columns.map((c) => [c.name, { time: run.time, values: c.values, unit: c.unit }]));
+      for (const c of circuit.channels) if (!columns.has(c.name) && c.values) columns.set(c.name, { time: circuit.time, values: c.values, imag: c.imag, unit: c.unit });
+      return columns;
+    });
+    this.top = 1e-12;
+    this.most = new Map();
+    run.runs.forEach(({ circuit }, k) => {
+      this.columns = this.tables[k];
+      for (const name of Object.values(circuit?.volts ?? {})) this.top = Math.max(this.top, this.largest(name));
+    });
+    this.enter(whereIn(run, clock.t)[0]);
     this.draw();
     clock.listen(() => this.show());
     let then = performance.now();
@@ -33,6 +43,8 @@ class Circuit {
   }
   get moving() { return this.host.querySelector("#flows").checked && !document.hidden && this.wires.length > 0; }
   close() { this.gone.abort(); this.machine?.light(null); }
+  // one of the runs
+  enter(n) { Object.assign(this, { n, circuit: this.run.runs[n].circuit ?? this.run.circuit, columns: this.tables[n] }); }
 
   // ---- values ----
 
@@ -40,30 +52,36 @@ class Circuit {
     const c = this.columns.get(name);
     if (!c) return 0;
     if (c.largest === undefined) {
-      const sizes = Float64Array.from(c.values, Math.abs).filter(Number.isFinite).sort();
+      const sizes = Float64Array.from(c.values, (v, k) => Math.hypot(v, c.imag?.[k] ?? 0)).filter(Number.isFinite).sort();
       c.largest = sizes.length ? sizes[Math.floor(0.995 * (sizes.length - 1))] : 0;
     }
     return c.largest;
   }
-  value(name, t, rate) {
+  // `part`: 1 for the imaginary part of small signals, whose rate is j omega
+  value(name, t, rate, part = 0) {
     const c = this.columns.get(name);
-    if (!c) return NaN;
+    if (!c || !Number.isFinite(t)) return NaN;
+    if (c.imag && rate) return 2 * Math.PI * t * (part ? valueAt(c.time, c.values, t) : -valueAt(c.time, c.imag, t));
+    if (part) return c.imag ? valueAt(c.time, c.imag, t) : 0;
     if (!rate) return valueAt(c.time, c.values, t);
+    if (this.circuit.axisName !== "time") return 0; // a point of rest
     const k = Math.min(before(c.time, t), c.time.length - 2), span = c.time[k + 1] - c.time[k];
     return span > 0 ? (c.values[k + 1] - c.values[k]) / span : 0;
   }
-  sum(terms, t) { return terms?.length ? terms.reduce((s, [factor, name, rate]) => s + factor * this.value(name, t, rate), 0) : NaN; }
-  volt(net, t) { return net === "0" ? 0 : this.value(this.run.circuit.volts[net], t); }
+  sum(terms, t, part) { return terms?.length ? terms.reduce((s, [factor, name, rate]) => s + factor * this.value(name, t, rate, part), 0) : NaN; }
+  volt(net, t, part) { return net === "0" ? 0 : this.value(this.circuit.volts[net], t, 0, part); }
+  // [size, phase] of a quantity f(part), signed and without one where it is real
+  polar(f) { return this.circuit.complex ? [Math.hypot(f(0), f(1)), Math.atan2(f(1), f(0))] : [f(0), 0]; }
   // into a pin of a part; NaN where nobody knows it
   terms(part, pin) {
-    const { currents, uses } = this.run.circuit, [name, terminal] = part.sources[pin];
+    const { currents, uses } = this.circuit, [name, terminal] = part.sources[pin];
     if (!uses[part.name] || part.kind === "transformer") return currents[name]?.[terminal];
     const net = part.pins[pin][2], last = part.pins.map((p) => p[2]).lastIndexOf(net);
     return last === pin ? uses[part.name][net] : [];
   }
-  current(part, pin, t) { const terms = this.terms(part, pin); return terms && !terms.length && this.run.circuit.uses[part.name] ? 0 : this.sum(terms, t); }
-  along(wire, t) {
-    const { parts } = this.picture, sum = (pins) => pins.reduce((s, [p, k]) => s + this.current(parts[p], k, t), 0);
+  current(part, pin, t, half) { const terms = this.terms(part, pin); return terms && !terms.length && this.circuit.uses[part.name] ? 0 : this.sum(terms, t, half); }
+  along(wire, t, half) {
+    const { parts } = this.picture, sum = (pins) => pins.reduce((s, [p, k]) => s + this.current(parts[p], k, t, half), 0);
     const there = sum(wire.flow);
     return Number.isNaN(there) ? -sum(wire.rest) : there;
   }
@@ -71,7 +89,7 @@ class Circuit {
   // ---- the picture ----
 
   draw() {
-    const picture = (this.picture = this.run.circuit.pictures[this.inside]), { parts, wires } = picture;
+    const picture = (this.picture = this.circuit.pictures[this.inside]), { parts, wires } = picture;
     const root = svg("svg", { viewBox: `0 0 ${picture.width} ${picture.height}`, role: "group", "aria-label": "circuit diagram" });
     root.style.maxHeight = this.machine ? "40vh" : "62vh";
     root.style.maxWidth = `${1.35 * picture.width}px`;
@@ -100,6 +118,7 @@ class Circuit {
       return { part, g };
     });
     for (const [x, y, anchor, words] of picture.names) svg("text", { x, y: y + 4, "text-anchor": anchor, class: "name" }, root).textContent = words;
+    this.label(root);
     this.root?.remove();
     this.root = root;
     this.host.querySelector(".picture").append(root);
@@ -113,28 +132,89 @@ class Circuit {
     const share = Math.min(1, Math.sqrt(Math.abs(v) / this.top));
     return share < 0.02 ? "var(--edge)" : `color-mix(in oklab, var(--${v > 0 ? "over" : "under"}) ${Math.round(100 * share)}%, var(--edge))`;
   }
+  // where values stand beside wires and parts: what has no room is not written
+  label(root) {
+    const { parts, wires, names, width, height } = this.picture, taken = [], said = (x, y, anchor, words, wide = 6) => {
+      const w = wide * words.length, left = x - (anchor === "end" ? w : anchor === "middle" ? w / 2 : 0);
+      return [left, y - wide, left + w, y + wide];
+    };
+    for (const p of parts) taken.push([...p.box], ...p.texts.map(([x, y, anchor, words]) => said(x, y, anchor, words)));
+    for (const [x, y, anchor, words] of names) taken.push(said(x, y, anchor, words));
+    const legs = wires.flatMap((w) => w.points.slice(1).map((b, k) => ({ net: w.net, a: w.points[k], b, far: Math.abs(b[0] - w.points[k][0]) + Math.abs(b[1] - w.points[k][1]) })));
+    const strokes = parts.flatMap((p) => p.strokes.filter((s) => s[0] === "line").flatMap(([, points]) => points.slice(1).map((b, k) => ({ a: points[k], b }))));
+    for (const { a, b } of [...legs, ...strokes]) taken.push([Math.min(a[0], b[0]) - 1, Math.min(a[1], b[1]) - 1, Math.max(a[0], b[0]) + 1, Math.max(a[1], b[1]) + 1]);
+    const add = (tells, places) => {
+      for (const [x, y, anchor] of places) {
+        const box = said(x, y, anchor, "-1.23 mV", 4.8);
+        if (box[0] < 0 || box[1] < 0 || box[2] > width || box[3] > height || taken.some((o) => box[0] < o[2] && o[0] < box[2] && box[1] < o[3] && o[1] < box[3])) continue;
+        taken.push(box);
+        return this.labels.push({ ...tells, text: svg("text", { x, y: y + 4, "text-anchor": anchor, class: tells.part ? "value flow" : "value" }, root) });
+      }
+    };
+    this.labels = [];
+    const ends = parts.flatMap((p) => p.pins.map(([x, y, net]) => ({ net, a: [x, y], b: [x, y], far: 0 })));
+    for (const net of new Set(ends.map((e) => e.net).filter((net) => net !== "0"))) {
+      const own = [...legs, ...ends].filter((l) => l.net === net).sort((l, r) => r.far - l.far), along = [0.5, 0.25, 0.75, 0, 1];
+      add({ net }, own.flatMap(({ a, b }) => along.flatMap((f) => {
+        const x = a[0] + f * (b[0] - a[0]), y = a[1] + f * (b[1] - a[1]);
+        return a[1] === b[1] && a[0] !== b[0] ? [[x, y - 9, "middle"], [x, y + 9, "middle"]] : [[x + 5, y, "start"], [x - 5, y, "end"], [x + 4, y - 8, "start"], [x - 4, y - 8, "end"], [x + 4, y + 8, "start"], [x - 4, y + 8, "end"]];
+      })));
+    }
+    for (const part of parts) {
+      const [x0, y0, x1, y1] = part.box, last = part.texts.at(-1), x = (x0 + x1) / 2, y = (y0 + y1) / 2;
+      add({ part }, [...(last ? [[last[0], last[1] + 12, last[2]]] : []), [x1 + 5, y, "start"], [x0 - 5, y, "end"], [x, y1 + 9, "middle"], [x, y0 - 9, "middle"], [x1 + 5, y1 - 6, "start"], [x0 - 5, y1 - 6, "end"]]);
+    }
+  }
   show() {
-    const { t } = this.clock, coloured = this.host.querySelector("#volts").checked;
+    const [n, t] = whereIn(this.run, this.clock.t);
+    if (n !== this.n) {
+      const before = this.circuit;
+      this.enter(n);
+      if (before.pictures !== this.circuit.pictures) { this.chosenRun(); return this.draw(); }
+    }
+    this.chosenRun();
+    this.t = t;
+    const coloured = this.host.querySelector("#volts").checked;
     const of = new Map();
-    const paint = (net) => { if (!of.has(net)) of.set(net, coloured ? this.colour(this.volt(net, t)) : "var(--edge)"); return of.get(net); };
+    const paint = (net) => { if (!of.has(net)) of.set(net, coloured ? this.colour(this.polar((part) => this.volt(net, t, part))[0]) : "var(--edge)"); return of.get(net); };
     for (const w of this.wires) if (w.line) w.line.style.stroke = paint(w.net);
     for (const j of this.joints) j.dot.style.fill = paint(j.net);
-    this.wires.forEach((w) => { w.now = w.part ? this.current(w.part, 0, t) : this.along(w, t); });
+    this.wires.forEach((w) => { [w.now, w.phase] = this.polar((half) => (w.part ? this.current(w.part, 0, t, half) : this.along(w, t, half))); });
     this.scale();
+    const named = this.host.querySelector("#values").checked;
+    for (const { net, part, text } of this.labels) {
+      const [v] = named ? this.polar((half) => (part ? this.current(part, 0, t, half) : this.volt(net, t, half))) : [NaN];
+      text.textContent = Number.isFinite(v) ? written(v, part ? "A" : "V", 3) : "";
+    }
     if (this.told) this.tell(this.told);
+  }
+  // the control that tells which of the runs is drawn, and chooses another one
+  chosenRun() {
+    const select = this.host.querySelector("#course");
+    select.parentElement.hidden = this.run.runs.length < 2;
+    if (select.options.length !== this.run.runs.length) options(select, this.run.runs.map((_, k) => [k, this.run.courses[this.course(k)] ?? k + 1]));
+    select.value = this.n;
+  }
+  course(k) { const { first } = this.run.runs[k]; return this.run.over ? [0, ...this.run.blocks].findLastIndex((row) => row <= first) : first; }
+  // to another run, as far into it as we are
+  go(k) {
+    const { clock, run } = this, now = run.runs[this.n], then = run.runs[k];
+    clock.play(false);
+    clock.set(run.over ? then.first + (clock.t - now.first) / Math.max(1, now.rows - 1) * (then.rows - 1) : run.time[then.first]);
   }
   // dots move as fast as the root of the current, the largest of the drawing over the run fastest
   scale() {
-    if (!this.tops.has(this.inside)) {
-      const { time } = this.run, most = Math.min(60, time.length);
+    const key = `${this.n} ${this.inside}`;
+    if (!this.most.has(key)) {
+      const { time } = this.circuit, count = Math.min(60, time?.length ?? 0);
       let top = 0;
-      for (let k = 0; k < most; k++) {
-        const t = time[0] + (time[time.length - 1] - time[0]) * k / most;
-        for (const w of this.wires) if (w.part) { const i = Math.abs(this.current(w.part, 0, t)); if (Number.isFinite(i)) top = Math.max(top, i); }
+      for (let k = 0; k < count; k++) {
+        const t = time[Math.floor(k * time.length / count)];
+        for (const w of this.wires) if (w.part) { const i = Math.abs(this.polar((half) => this.current(w.part, 0, t, half))[0]); if (Number.isFinite(i)) top = Math.max(top, i); }
       }
-      this.tops.set(this.inside, top);
+      this.most.set(key, top);
     }
-    const top = this.tops.get(this.inside);
+    const top = this.most.get(key);
     for (const w of this.wires) {
       const share = top > 0 && Number.isFinite(w.now) ? w.now / top : 0;
       w.speed = Math.abs(share) < FAINT ? 0 : Math.sign(share) * Math.min(1, Math.sqrt(Math.abs(share))) * FASTEST;
@@ -142,8 +222,10 @@ class Circuit {
     }
   }
   step(seconds) {
+    this.turn += SWING * Math.min(seconds, 0.1);
     this.wires.forEach((w, k) => {
       if (!w.speed) return;
+      if (this.circuit.complex) { w.dots.style.strokeDashoffset = -REACH * w.speed / FASTEST * Math.sin(this.turn + w.phase); return; }
       this.phases[k] += w.speed * Math.min(seconds, 0.1);
       w.dots.style.strokeDashoffset = -this.phases[k] % DOTS;
     });
@@ -161,7 +243,7 @@ class Circuit {
       g.addEventListener("blur", off, { signal });
       g.addEventListener("click", () => this.pick(part), { signal });
       g.addEventListener("dblclick", () => this.open(part.name), { signal });
-      g.addEventListener("keydown", (e) => { if (e.key === "Enter") { e.preventDefault(); this.run.circuit.pictures[part.name] ? this.open(part.name) : this.pick(part); } }, { signal });
+      g.addEventListener("keydown", (e) => { if (e.key === "Enter") { e.preventDefault(); this.circuit.pictures[part.name] ? this.open(part.name) : this.pick(part); } }, { signal });
     }
     this.machine?.canvas.addEventListener("pointermove", (e) => {
       if (e.buttons) return;
@@ -171,7 +253,7 @@ class Circuit {
     for (const w of this.wires.filter((w) => w.grip)) {
       w.grip.addEventListener("pointerenter", () => this.tell({ net: w.net }), { signal });
       w.grip.addEventListener("pointerleave", () => this.tell(null), { signal });
-      w.grip.addEventListener("click", () => this.add(this.run.circuit.volts[w.net]), { signal });
+      w.grip.addEventListener("click", () => this.add(this.circuit.volts[w.net]), { signal });
     }
   }
   // of the machine or of the circuit: what is one thing in both worlds
@@ -183,27 +265,35 @@ class Circuit {
   }
   tell(what) {
     this.told = what;
-    const { t } = this.clock, box = this.host.querySelector(".told"), lines = [];
-    if (what?.net !== undefined) lines.push([`v(${what.net})`, this.volt(what.net, t), "V"]);
+    const { t } = this, box = this.host.querySelector(".told"), lines = [], { complex } = this.circuit;
+    const tell = (name, unit, f) => lines.push([name, ...this.polar(f), unit]), volt = (net) => (half) => this.volt(net, t, half);
+    if (what?.net !== undefined) tell(`v(${what.net})`, "V", volt(what.net));
     if (what?.part) {
-      const { part } = what, two = part.pins.length === 2, v = part.pins.map(([, , net]) => this.volt(net, t)), i = part.pins.map((_, k) => this.current(part, k, t));
-      if (two) lines.push(["v", v[0] - v[1], "V"], ["i", i[0], "A"], ["p", (v[0] - v[1]) * i[0], "W"]);
-      else part.pins.forEach(([, , net], k) => lines.push([`v(${net})`, v[k], "V"], ["i", i[k], "A"]));
+      const { part } = what, current = (k) => (half) => this.current(part, k, t, half);
+      if (part.pins.length === 2) {
+        const [a, b] = part.pins.map(([, , net]) => volt(net)), across = (half) => a(half) - b(half);
+        tell("v", "V", across);
+        tell("i", "A", current(0));
+        if (!complex) tell("p", "W", (half) => across(half) * current(0)(half));
+      } else part.pins.forEach(([, , net], k) => { tell(`v(${net})`, "V", volt(net)); tell("i", "A", current(k)); });
     }
-    const said = lines.filter(([, value]) => Number.isFinite(value)).map(([name, value, unit]) => `${name} = ${written(value, unit)}`).join("   ");
-    const opens = what?.part && this.run.circuit.pictures[what.part.name] ? "   (double click: inside)" : "";
+    const phase = (angle) => (complex ? ` \u2220 ${+(angle * 180 / Math.PI).toFixed(1)}\u00b0` : "");
+    const said = lines.filter(([, value]) => Number.isFinite(value)).map(([name, value, angle, unit]) => `${name} = ${written(value, unit)}${phase(angle)}`).join("   ");
+    const opens = what?.part && this.circuit.pictures[what.part.name] ? "   (double click: inside)" : "";
     box.textContent = what ? `${what.part ? what.part.name + ":   " : ""}${said}${opens}` : "touch a part or a wire";
   }
   pick(part) {
     const terms = this.terms(part, 0);
     if (terms?.length) this.add(terms.length === 1 && terms[0][0] === 1 && !terms[0][2] ? terms[0][1] : `i(${part.name})`, terms);
-    else if (part.pins.length === 1) this.add(this.run.circuit.volts[part.pins[0][2]]);
+    else if (part.pins.length === 1) this.add(this.circuit.volts[part.pins[0][2]]);
   }
   // a signal among the waves, or no more; one that the run does not have is made of those that the drawing has
   add(name, terms = [[1, name, 0]]) {
-    if (!name) return;
     const { run, waves } = this;
+    if (!name || !waves) return;
+    if (this.circuit.complex) return this.addSizes(name);
     if (!run.columns.some((c) => c.name === name)) {
+      if (run.runs.length > 1) return; // it would be of one run alone
       const values = Float32Array.from(run.time, (t) => this.sum(terms, t));
       run.columns.push({ name, unit: this.columns.get(terms[0][1])?.unit === "A" || terms[0][2] || terms.length > 1 || name[0] === "i" ? "A" : "V", values });
     }
@@ -211,8 +301,14 @@ class Circuit {
     waves.build();
     chips(run, waves);
   }
+  // of small signals: what the run has of that name
+  addSizes(name) {
+    const { waves, run } = this, own = [`db(${name})`, `ph(${name})`].filter((n) => run.columns.some((c) => c.name === n));
+    for (const n of own) if (!waves.shown.delete(n)) waves.shown.add(n);
+    if (own.length) { waves.build(); chips(run, waves); }
+  }
   open(name) {
-    if (!this.run.circuit.pictures[name]) return;
+    if (!this.circuit.pictures[name]) return;
     this.inside = name;
     this.way();
     this.draw();
@@ -232,18 +328,22 @@ function circuit(run, clock, waves, machine) {
     left = Object.assign(document.createElement("div"), { id: "drawings" });
     $("stage").before(left);
     left.innerHTML = `<section id="circuit" aria-label="the circuit"><div class="tools"><span class="way"></span>
-      <label><input type="checkbox" id="volts" checked> voltages</label> <label><input type="checkbox" id="flows" checked> currents</label>
+      <label hidden>run <select id="course"></select></label>
+      <label><input type="checkbox" id="volts" checked> voltages</label> <label><input type="checkbox" id="flows" checked> currents</label> <label><input type="checkbox" id="values"> values</label>
       <button id="large" aria-pressed="false" title="over the whole width">large</button></div>
       <div class="picture"></div><div class="told">touch a part or a wire</div><div id="within"></div></section>`;
     left.append($("stage"));
     $("flows").checked = !matchMedia("(prefers-reduced-motion: reduce)").matches;
-    $("volts").onchange = $("flows").onchange = () => window.emsim?.circuit?.show();
+    $("volts").onchange = $("flows").onchange = $("values").onchange = () => (window.emsim ?? window.still)?.circuit?.show();
+    $("course").onchange = (e) => (window.emsim ?? window.still).circuit.go(+e.target.value);
     $("large").onclick = (e) => { e.target.setAttribute("aria-pressed", document.querySelector("main").classList.toggle("large")); dispatchEvent(new Event("resize")); };
   }
   const host = $("circuit");
   host.hidden = !run.circuit;
   left.hidden = !run.circuit && !run.scene;
   const refused = run.circuit?.refused;
+  // values that stand still are read
+  if ($("values").dataset.of !== run.kind) Object.assign($("values"), { checked: run.circuit && run.circuit.axisName !== "time" }).dataset.of = run.kind;
   host.querySelector(".picture").replaceChildren();
   for (const part of host.querySelectorAll(".picture, .tools, .told")) part.hidden = Boolean(refused);
   $("within").textContent = refused ? `not drawn: ${refused}` : "";

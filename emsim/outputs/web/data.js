@@ -67,6 +67,12 @@ function before(time, t) {
   return low;
 }
 
+// ... of the entry that is nearest to t
+function nearest(time, t) {
+  const k = before(time, t);
+  return k + 1 < time.length && time[k + 1] - t < t - time[k] ? k + 1 : k;
+}
+
 function valueAt(time, column, t) {
   const k = before(time, t);
   if (k + 1 >= time.length || t <= time[k]) return column[k];

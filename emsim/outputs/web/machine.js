@@ -2,10 +2,12 @@
 "use strict";
 
 class Machine {
+  // of a run, or of the runs of a deck with .step: the one that the clock is in is drawn.
   // scene: {planar, bodies, shapes, points, channels: [{name, unit, values}], time}
-  constructor(scene, canvas, clock) {
-    Object.assign(this, { scene, canvas, clock, arrows: true, labels: true, trace: null, yaw: -0.6, pitch: 0.45 });
-    this.largest = scene.channels.map((c) => c.values.reduce((m, v) => Math.max(m, Math.abs(v)), 0));
+  constructor(run, canvas, clock) {
+    Object.assign(this, { run, scene: run.scene, canvas, clock, arrows: true, labels: true, trace: null, yaw: -0.6, pitch: 0.45 });
+    this.scenes = run.runs.map((one) => one.scene).filter((scene) => scene?.rows);
+    this.largest = run.scene.channels.map((_, k) => Math.max(...this.scenes.map(({ channels }) => channels[k]?.values.reduce((m, v) => Math.max(m, Math.abs(v)), 0) ?? 0)));
     this.measure();
     this.fit();
     clock.listen(() => this.draw());
@@ -56,8 +58,18 @@ class Machine {
 
   // the box that the machine sweeps
   measure() {
-    const { time, shapes } = this.scene, box = [Infinity, Infinity, -Infinity, -Infinity];
-    const places = [];
+    const box = [Infinity, Infinity, -Infinity, -Infinity], poses = [0, 0];
+    for (const scene of this.scenes) this.measureOne(scene, box, poses);
+    this.scene = this.run.scene;
+    this.largestPose = poses;
+    this.box = Number.isFinite(box[0]) ? box : [-1, -1, 1, 1];
+    this.size = Math.max(this.box[2] - this.box[0], this.box[3] - this.box[1]) || 1e-3;
+    // what would be lost in the room that it crosses: the camera goes with it
+    this.follow ??= Math.max(...poses) > 0 && Math.max(...poses) < 0.15 * this.size;
+  }
+  measureOne(scene, box, largest) {
+    this.scene = scene;
+    const { time, shapes } = scene, places = [];
     for (const s of shapes) {
       const [w, h = w] = s.sizes || [];
       if (s.kind === "rod") places.push([s.at, 0, 0], [[s.at[0], s.at[1] + w, s.at[2], s.at[3]], 0, 0]);
@@ -69,7 +81,7 @@ class Machine {
     }
     // a linear pot lies along its axis in A
     for (const s of shapes) if ((s.kind === "pot" || s.kind === "stop") && s.joint === "slide") for (const v of (s.range || s.ends.filter((v) => v !== null))) places.push([s.a.map((x, i) => (i ? x + (v + s.zero) * s.axis[i - 1] : x)), 0, 0]);
-    this.places = places;
+    scene.places = places;
     const stride = Math.max(1, Math.floor(time.length / 240));
     let wide = 0, tall = 0;
     for (let k = 0; k < time.length; k += stride) {
@@ -77,7 +89,8 @@ class Machine {
       for (const i of [0, 1]) { box[i] = Math.min(box[i], now[i]); box[i + 2] = Math.max(box[i + 2], now[i + 2]); }
       if (now[2] >= now[0]) { wide = Math.max(wide, now[2] - now[0]); tall = Math.max(tall, now[3] - now[1]); }
     }
-    this.largestPose = [wide, tall];
+    largest[0] = Math.max(largest[0], wide);
+    largest[1] = Math.max(largest[1], tall);
     // what ties a slide to its wall is drawn from behind the joint
     const far = 0.25 * Math.max(box[2] - box[0], box[3] - box[1]);
     for (const s of shapes) if ((s.kind === "spring" || s.kind === "damper") && s.joint === "slide" && far > 0) {
@@ -85,16 +98,11 @@ class Machine {
       box[0] = Math.min(box[0], x - far * dx); box[1] = Math.min(box[1], y - far * dy);
       box[2] = Math.max(box[2], x - far * dx); box[3] = Math.max(box[3], y - far * dy);
     }
-    this.box = Number.isFinite(box[0]) ? box : [-1, -1, 1, 1];
-    const size = Math.max(this.box[2] - this.box[0], this.box[3] - this.box[1]) || 1e-3;
-    this.size = size;
-    // what would be lost in the room that it crosses: the camera goes with it
-    this.follow ??= Math.max(wide, tall) > 0 && Math.max(wide, tall) < 0.15 * size;
   }
   // the box of all places at an instant
   boxAt(t) {
     const box = [Infinity, Infinity, -Infinity, -Infinity], poses = this.scene.bodies.map((_, b) => this.pose(b, t));
-    for (const [place, w, h] of this.places) {
+    for (const [place, w, h] of this.scene.places) {
       const [x, y] = this.flat(this.world(place, poses));
       if (!Number.isFinite(x + y)) continue;
       box[0] = Math.min(box[0], x - w); box[1] = Math.min(box[1], y - h);
@@ -175,10 +183,12 @@ class Machine {
   }
 
   draw() {
-    const ctx = this.canvas.getContext("2d"), style = getComputedStyle(document.documentElement), t = this.clock.t;
+    const ctx = this.canvas.getContext("2d"), style = getComputedStyle(document.documentElement), [n, t] = whereIn(this.run, this.clock.t);
     this.colour = (name) => style.getPropertyValue("--" + name).trim();
     ctx.setTransform(devicePixelRatio, 0, 0, devicePixelRatio, 0, 0);
     ctx.clearRect(0, 0, this.width, this.height);
+    this.scene = this.run.runs[n].scene ?? this.run.scene;
+    if (!Number.isFinite(t)) return; // of this run nothing was kept
     ctx.lineJoin = ctx.lineCap = "round";
     ctx.font = "12px system-ui";
     const poses = this.scene.bodies.map((_, k) => this.pose(k, t));

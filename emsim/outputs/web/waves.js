@@ -360,6 +360,13 @@ class Portrait {
     this.canvas = holder.appendChild(document.createElement("canvas"));
     this.canvas.setAttribute("role", "img");
     this.canvas.setAttribute("aria-label", columns.map((c) => `${c.name} over ${c.over?.name ?? waves.xname}`).join(", "));
+    // the clock goes with the mouse: over the axis of several courses within the one it is in, to another one by a click
+    const to = (e, anywhere) => {
+      const row = this.row?.(e.offsetX, e.offsetY, anywhere);
+      if (row !== undefined && !waves.clock.playing) waves.clock.set(waves.run.time[row]);
+    };
+    this.canvas.addEventListener("pointermove", (e) => !e.buttons && to(e, false));
+    this.canvas.addEventListener("click", (e) => { waves.clock.play(false); to(e, true); });
     this.draw();
   }
   draw() {
@@ -418,6 +425,16 @@ class Portrait {
       ctx.fillText("\u22121", X(-1) - 7, Y(0) - 6);
     }
     const stride = Math.max(1, Math.floor((last - first) / 40000));
+    this.row = (px, py, anywhere) => {
+      const along = !anywhere && run.over && waves.xname === run.over && !nyquist, at = before(run.time, waves.clock.t);
+      const own = along ? courses.findLastIndex((row) => row <= at) : 0, from = along ? courses[own] : first, to = along ? (courses[own + 1] ?? run.rows) - 1 : last;
+      let best, least = Infinity;
+      for (let k = from; k <= to; k += along ? 1 : stride) for (let i = 0; i < ys.length; i++) {
+        const far = along ? Math.abs(X(xss[i][k]) - px) : Math.hypot(X(xss[i][k]) - px, Y(ys[i][k]) - py);
+        if (far < least) { least = far; best = k; }
+      }
+      return best;
+    };
     // a colour a course, where there are several
     const colour = (i, n) => colourOf(i + n * ys.length);
     ys.forEach((y, i) => {
@@ -435,7 +452,7 @@ class Portrait {
         }
         ctx.stroke();
       });
-      ctx.fillStyle = colour(i, 0);
+      ctx.fillStyle = colour(i, courses.findLastIndex((row) => row <= waves.clock.t));
       ctx.beginPath();
       ctx.arc(X(valueAt(run.time, xs, waves.clock.t)), Y(valueAt(run.time, y, waves.clock.t)), 4.5, 0, 7);
       ctx.fill();
