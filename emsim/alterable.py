@@ -41,7 +41,7 @@ class Deck:
         options: Mapping[str, Any] | None = None,
     ) -> None:
         self._options = {key.lower(): value for key, value in (options or {}).items()}
-        deck = pipeline.load(source, defines)
+        deck = pipeline.load(source, defines, options=self._options)
         flat = pipeline.flatten(deck, self._options)
         self._altered = Altered(deck, flat, self._options.get("temp"), self._options.get("seed"))
 

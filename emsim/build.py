@@ -11,7 +11,7 @@ import os
 from . import syntax
 from .build_dots import DotCards
 from .build_elements import ElementCards
-from .build_expr import expression
+from .build_expr import expression, extent
 from .deck import Analysis, Deck, Dot
 from .diagnostics import DeckError, Diagnostic, OutsideError, Sink, Span, suggest
 from .elements import LETTERS, Element
@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from typing import Any
 
     from .deck import Measure, Probe
+    from .dialects import Dialect
     from .expr import Node
 
 _LETTERS = frozenset("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ")
@@ -35,6 +36,7 @@ def read(
     source: str | bytes | os.PathLike[str],
     defines: Mapping[str, Any] | None = None,
     also: Sequence[Probe] = (),
+    dialect: str | None = None,
 ) -> Deck:
     """The deck of a path, or of a text (a str with a line end in it). Raises OutsideError, never DeckError:
     what is wrong in the deck is in `deck.sink`, and `elaborate.flatten` raises it.
@@ -42,8 +44,16 @@ def read(
     `defines` stand above the deck's own .param of the same name; values are numbers or text such as "10k", TypeError where one
     is neither.
     `also` are signals to record beside those that the deck asks for.
+    `dialect` stands above the one that the deck names (dialects/); E294 where there is none of that name.
     """
-    sink = Sink()
+    sink, spoken = Sink(), None
+    if dialect is not None:
+        from .dialects import find, unknown
+
+        spoken = find(dialect)
+        if spoken is None:
+            said, hint = unknown(dialect)
+            sink.error("E294", said, None, hint)
     if isinstance(source, bytes):
         decoded = decode(source)
         if decoded is None:
@@ -51,7 +61,7 @@ def read(
         source = decoded or "\n"
     if isinstance(source, str) and ("\n" in source or "\r" in source or not source):
         text = source.replace("\r\n", "\n").replace("\r", "\n").removeprefix("\ufeff")
-        deck = _build(SourceFile("<text>", text), sink, is_main=True)
+        deck = _build(SourceFile("<text>", text), sink, True, spoken)
     else:
         path = os.fspath(source)
         try:
@@ -61,7 +71,7 @@ def read(
         except ValueError:
             sink.error("E100", f"{path} is not a text file", hint="a deck is text, one card a line")
             return Deck("", SourceFile(path, "", path), sink)
-        deck = _build(file, sink, is_main=True)
+        deck = _build(file, sink, True, spoken)
     deck.defines = dict(defines or {})
     for name, value in deck.defines.items():
         if not isinstance(value, (str, float)):
@@ -79,11 +89,15 @@ def read_source(file: SourceFile) -> Deck:
     return _build(file, Sink(), is_main=True)
 
 
-def read_file(path: str, sink: Sink, included_from: Span | None = None, shown: str | None = None) -> Deck:
-    """An included file as a Deck without a title. Raises OSError, or ValueError when it is not text.
+def read_file(
+    path: str, sink: Sink, included_from: Span | None = None, shown: str | None = None, dialect: Dialect | None = None
+) -> Deck:  # fmt: skip
+    """An included file as a Deck without a title, in a `dialect` where it names none of its own. Raises OSError, or
+    ValueError when it is not text.
 
     A file most of whose lines are no cards is no deck: one error says so, where it is included, and shows none of them."""
     file, own = load(path, included_from, shown), Sink()
+    file.dialect = dialect
     deck = _build(file, own, is_main=False)
     # lines with a dot card's word are meant as cards, whatever is wrong in them
     wrong = {d.span.line for d in own.diagnostics if d.severity == "error" and d.span}
@@ -113,7 +127,7 @@ def cannot_read(path: str, error: OSError) -> OutsideError:
     return OutsideError(Diagnostic("error", "E500", said, None, hint))
 
 
-def _build(file: SourceFile, sink: Sink, is_main: bool) -> Deck:
+def _build(file: SourceFile, sink: Sink, is_main: bool, dialect: Dialect | None = None) -> Deck:
     if is_main and file.text.startswith("Version ") and "\nSHEET " in file.text[:200]:
         sink.error(
             "E100", f"{file.name} is a drawing of LTspice's (.asc) and no netlist",
@@ -121,7 +135,7 @@ def _build(file: SourceFile, sink: Sink, is_main: bool) -> Deck:
         )  # fmt: skip
         return Deck("", file, sink)
     with NoCollection():
-        return _Builder(file, sink).build(is_main)
+        return _Builder(file, sink).build(is_main, dialect)
 
 
 def reread_as_element(line: Line, sink: Sink) -> Element | None:
@@ -237,10 +251,12 @@ class _Builder(ElementCards, DotCards):
 
     # ---- the text as a whole ----
 
-    def build(self, is_main: bool) -> Deck:
+    def build(self, is_main: bool, dialect: Dialect | None = None) -> Deck:
+        """`dialect`: in place of the one that the text names."""
         deck, sink = self.deck, self.sink
         reading = Reading(self.file, has_title=is_main)
         deck.title = reading.title
+        self.file.dialect = dialect or self.stated_dialect(reading) or self.file.dialect
         for span in reading.stray:
             sink.error("E101", "this line continues nothing", span, "`+` joins a line to the card above it")
         for rule, content, between, last, value, place in reading.cards:
@@ -265,9 +281,33 @@ class _Builder(ElementCards, DotCards):
                 f"close it with .{_CLOSERS[kind]}",
             )
         self.commands(reading)
+        if self.file.dialect is not None and self.file.dialect.coil_resistance:
+            from .elements.parasitics import with_resistance
+
+            for body in (self.deck.body, *self.deck.sections.values()):
+                with_resistance(body, self.file.dialect.coil_resistance)
         if is_main:
             self.judge_title(reading)
         return deck
+
+    def stated_dialect(self, reading: Reading) -> Dialect | None:
+        """What .options dialect= says, wherever it stands: it counts for the whole text. E294."""
+        if "dialect" not in self.file.text.lower():
+            return None
+        from .dialects import find, unknown
+
+        found = None
+        reading.cards = list(reading.cards)
+        for rule, content, between, *_ in reading.cards:
+            for item in content if rule == "options" else ():
+                if item.__class__ is tuple and item[1][0].lower() == "dialect":
+                    word = item[1][1]
+                    found = None if word.__class__ is tuple else find(word)
+                    if found is None:
+                        span = reading.line(between).span_at(*extent(word))
+                        said, hint = unknown(span.text)
+                        self.sink.error("E294", said, span, hint)
+        return found
 
     def unread_line(self, line: Line) -> Any:
         """A line that the native parser did not accept: Lark knows why, or can read it after all."""

@@ -19,7 +19,7 @@ from .deck import (
     Subckt,
 )
 from .diagnostics import Diagnostic
-from .expr import Call, Name, Num, names
+from .expr import Binary, Call, Name, Num, names
 from .source import Leaf, Line, SourceFile
 from .syntax import LineError, code_end, first_word, parse_line
 from .units import spice_number
@@ -101,8 +101,8 @@ class DotCards(Cards):
                 largest = self.number(item[1][1], line, "the largest step")
                 continue
             value = self.value(item, line) if item.__class__ is not tuple or item[0] == "braced" else None
-            if value in ("uic", "static"):
-                flags.add(value)
+            if value in ("uic", "static", "skipbp"):
+                flags.add("uic" if value == "skipbp" else value)  # PSpice's word
             elif value is None or (kind in ("tran", "op") and isinstance(value, str)):
                 raise self.fail(
                     "E102",
@@ -113,12 +113,18 @@ class DotCards(Cards):
                 )
             else:
                 args.append(value)
+        if kind == "tran" and (dialect := line.file.dialect) is not None and dialect.short_tran and args:
+            args = [0.0, *args] if len(args) == 1 else args
+            if args[0] == 0.0:
+                stop = args[1]
+                args[0] = 1e-3 * stop if isinstance(stop, float) else Binary("*", Num(1e-3), stop)
         if kind == "tran" and not 2 <= len(args) <= 4:
             said = ".tran needs a step and a stop time" if len(args) < 2 else ".tran takes at most four times"
             hint = "form: .tran tstep tstop [tstart [tmax]] [uic]"
             if len(args) == 1 and isinstance(args[0], float):
                 # LTspice's form, which leaves the grid to the viewer
                 hint = f"LTspice's form has the stop time alone; here write .tran {_short(args[0] / 1000)} {_short(args[0])}"
+                hint += ", or run it with --dialect ltspice"
             raise LineError(Diagnostic("error", "E118", said, line.whole, hint))
         if largest is not None:
             args = [*args[:3], *([0.0] * (3 - len(args))), largest]
@@ -304,6 +310,8 @@ class DotCards(Cards):
             else:
                 params[str(item.lower())] = 1.0
                 spans[str(item.lower())] = line.span(item)
+        if line.file.dialect is not None:
+            kind = line.file.dialect.model(kind, params)
         return Model(str(ch[0].lower()), kind, params, line.span(ch[0]), spans)
 
     def on_options(self, ch: list[Any], line: Line) -> Dot:

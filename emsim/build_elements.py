@@ -127,7 +127,7 @@ class ElementCards(Cards):
 
     def element(self, rule: str, ch: list[Any], line: Line) -> Element | Instance:
         e = LETTERS[ch[0][0].lower()].of_line(self, rule, ch, line)
-        if e.params and isinstance(e, Element) and e.letter in "clv":
+        if e.params and isinstance(e, Element) and e.letter in "bclv":
             from .elements.parasitics import taken_out
 
             self.body += taken_out(e)

@@ -46,7 +46,10 @@ def expression(tree: Any, line: Line, machine: bool = False, depth: int = 0) -> 
     if tree.__class__ is not tuple:
         if tree.type == "NUMBER":
             return Num(_number_in_expression(tree, line, machine), (line, tree.start_pos, tree.end_pos))
-        return Name(tree.lower(), (line, tree.start_pos, tree.end_pos))
+        name, dialect = tree.lower(), line.file.dialect
+        if dialect is not None:
+            name = dialect.names.get(name, name)
+        return Name(name, (line, tree.start_pos, tree.end_pos))
     rule, children = tree
     if rule in ("group", "quoted", "braced"):
         # brackets that only bracket do not count as depth of the expression
@@ -63,19 +66,22 @@ def expression(tree: Any, line: Line, machine: bool = False, depth: int = 0) -> 
         )
     if rule in ("binary", "either", "both"):
         return _chain(tree, line, machine, depth + 1)
-    at = (line, *extent(tree))
+    at, dialect = (line, *extent(tree)), line.file.dialect
     if rule == "unary":
+        if dialect is not None and dialect.excludes:
+            _check_either(tree, line)
         op = "!" if children[0].type == "NOT" else str(children[0])
-        return Unary(op, expression(children[1], line, machine, depth + 1), at)
+        value = expression(children[1], line, machine, depth + 1)
+        return Unary(op, value if dialect is None or op != "!" else dialect.truth(value), at)
     if rule == "cond":
         c, a, b = (expression(child, line, machine, depth + 1) for child in children)
-        return Cond(c, a, b, at)
+        return Cond(c if dialect is None else dialect.truth(c), a, b, at)
     if rule == "call":
         fn = children[0].lower()
         args = [expression(child, line, machine, depth + 1) for child in children[2:-1:2]]
         if fn in ("vm", "vp", "vr", "vi", "vdb"):
             args = [Name(a.span.text, a.at) if isinstance(a, Num) and a.span else a for a in args]
-        return Call(fn, args, at)
+        return Call(fn, args, at) if dialect is None else dialect.call(fn, args, at)
     if rule not in ("voltage", "current"):
         text = line.span_at(*extent(tree)).text
         raise error_at(
@@ -95,12 +101,15 @@ _OPS = {"^": "**", "<>": "!=", "|": "||", "&": "&&", "or": "||", "and": "&&"}
 def _chain(tree: Any, line: Line, machine: bool, depth: int) -> Node:
     """a op b op c ..: left-associative, built without recursion along the chain."""
     links: list[tuple[str, Node, int]] = []
-    start = extent(tree)[0]
+    start, dialect = extent(tree)[0], line.file.dialect
+    if dialect is not None and dialect.excludes:
+        _check_either(tree, line)
     while tree.__class__ is tuple and tree[0] in ("binary", "either", "both"):
         rule, children = tree
         op = children[1].lower() if len(children) == 3 else ("or" if rule == "either" else "and")
         end = extent(children[-1])[1]
-        links.append((_OPS.get(op, str(op)), expression(children[-1], line, machine, depth), end))
+        named = "^" if op == "^" and dialect is not None and dialect.excludes else _OPS.get(op, str(op))
+        links.append((named, expression(children[-1], line, machine, depth), end))
         tree = children[0]
     out = expression(tree, line, machine, depth)
     links.reverse()
@@ -122,9 +131,26 @@ def _chain(tree: Any, line: Line, machine: bool, depth: int) -> Node:
         at = (line, start, end)
         if op == "\\":
             out = Call("int", [Binary("/", out, b, at)], at)
+        elif op == "%":
+            out = Call("mod", [out, b], at)
+        elif dialect is None:
+            out = Binary(op, out, b, at)
         else:
-            out = Call("mod", [out, b], at) if op == "%" else Binary(op, out, b, at)
+            out = dialect.either(out, b, at) if op == "^" else dialect.operation(op, out, b, at)
     return out
+
+
+def _check_either(tree: Any, line: Line) -> None:
+    """`^` that means "either" binds looser than what stands beside it, the grammar's binds tighter: only where brackets say
+    what belongs together both are the same."""
+    for child in tree[1]:
+        if child.__class__ is tuple and child[0] == "binary":
+            signs = [c for c in child[1] if c.__class__ is not tuple and c == "^"]
+            if signs and not any(c.__class__ is not tuple and c == "^" for c in tree[1]):
+                raise error_at(
+                    "E113", "`^` is no power in this dialect: it is true where one side is, not both", line, signs[0],
+                    "put each side in brackets, and all of it; a power is a ** b",
+                )  # fmt: skip
 
 
 def _halved(terms: list[tuple[str, Node]], plus: str, minus: str, span: Span) -> Node:

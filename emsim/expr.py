@@ -308,6 +308,7 @@ _MATH: dict[str, tuple[int, int, Callable[..., float]]] = {
     "fmod": (2, 2, math.fmod),
     "pow": (2, 2, math.pow),
     "pwr": (2, 2, _power),
+    "pwrs": (2, 2, _signed_power),
     "u": (1, 1, lambda x: 1.0 if x > 0 else 0.5 if x == 0 else 0.0),
     "stp": (1, 1, lambda x: 1.0 if x > 0 else 0.0),
     "u2": (1, 1, lambda x: min(max(x, 0.0), 1.0)),

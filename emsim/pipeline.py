@@ -54,7 +54,8 @@ def run(
     method     "trap", "gear", "radau", "trbdf2", "esdirk", "gauss", "rk45", "dop853"; otherwise .options method,
                else "auto", which chooses
     reltol     relative tolerance; tmax: largest time step [s]
-    options    any of these three, and further .options, by name
+    options    any of these three, and further .options, by name; dialect="ltspice", "pspice" or "ngspice": how the deck
+               is read where they differ
     scene      record what moves the drawing of the machine, for pages and films; left out: in a notebook
     energy     keep energy accounts (`Result.energy`); left out: where the deck has a machine
     also       further columns: expressions as .print takes them, such as "fx(pin) x(arm(0.3,0))", one text or several
@@ -68,7 +69,7 @@ def run(
     """
     options = _merged(options, method, reltol, tmax)
     # text to typed deck, typed deck to flat deck
-    deck = load(source, defines, also, analyses)
+    deck = load(source, defines, also, analyses, options)
     flat = flatten(deck, options)
     energy = flat.machine != [] if energy is None else energy
     heard = None if progress is None else Heard(progress)
@@ -246,7 +247,7 @@ def read(
 ) -> FlatDeck:
     """Text or file -> typed deck -> flat deck: one level, parameters evaluated, models looked up. Of the options it is
     `temp` and `seed` that parameters can read."""
-    return flatten(load(source, defines, also), options)
+    return flatten(load(source, defines, also, options=options), options)
 
 
 def load(
@@ -254,8 +255,9 @@ def load(
     defines: Mapping[str, Any] | None = None,
     also: str | Sequence[str | Probe] = (),
     analyses: str | Sequence[str] | None = None,
+    options: Options | None = None,
 ) -> Deck:
-    """Text or file -> typed deck."""
+    """Text or file -> typed deck. Of the options it is `dialect` that says how text is read."""
     from .build import parse_analysis, parse_signals
     from .build import read as build
     from .source import NoCollection
@@ -264,7 +266,7 @@ def load(
     with NoCollection():
         also = (also,) if isinstance(also, str) else also
         probes = [p for given in also for p in (parse_signals(given) if isinstance(given, str) else (given,))]
-        deck = build(source, dict(defines or {}), probes)
+        deck = build(source, dict(defines or {}), probes, _option(options, "dialect"))
         if analyses is not None:
             asked = (analyses,) if isinstance(analyses, str) else analyses
             deck.asked = [parse_analysis(text) for text in asked]

@@ -14,6 +14,8 @@ if TYPE_CHECKING:
     from os import PathLike
     from typing import Any, Protocol
 
+    from .dialects import Dialect
+
     class Circuit(Protocol):
         """A Circuit of PySpice, whose netlist is its text."""
 
@@ -39,9 +41,10 @@ class NoCollection:
 
 
 class SourceFile:
-    """One deck or included file. `text` has `\\n` line ends; `path` is None for text given as a string."""
+    """One deck or included file. `text` has `\\n` line ends; `path` is None for text given as a string. `dialect` says
+    how it is read where dialects differ; None: as ngspice does, and refused where that would be a slip."""
 
-    __slots__ = ("_starts", "included_from", "name", "path", "remarks", "text")
+    __slots__ = ("_starts", "dialect", "included_from", "name", "path", "remarks", "text")
 
     def __init__(
         self, name: str, text: str, path: str | None = None, included_from: Span | None = None
@@ -51,6 +54,7 @@ class SourceFile:
         self.path = path
         self.included_from = included_from
         self._starts: list[int] | None = None
+        self.dialect: Dialect | None = None
         self.remarks: list[Any] = []  # diagnostics found while its numbers were read
 
     @property

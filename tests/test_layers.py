@@ -48,6 +48,7 @@ ROWS = [
     ["build_control", "build_dots", "build_elements", "build_machine", "build_measure"],
     ["elements", "mistakes"],
     ["build_expr"],
+    ["dialects"],
     ["deck", "expr", "syntax", "lark_grammar", "source"],
     ["draws", "units"],
     ["diagnostics"],

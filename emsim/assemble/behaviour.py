@@ -471,6 +471,8 @@ class Compiler:
     def _fn_pwr(self, node: Call) -> Expr:
         return self._signed_power(*node.args) if self._expects(node, 2) else self.ctx.b.const(0.0)
 
+    _fn_pwrs = _fn_pwr
+
     def _fn_mod(self, node: Call) -> Expr:
         """x % y, with the sign of x: x - y int(x / y)."""
         if not self._expects(node, 2):

@@ -73,7 +73,7 @@ NUMBERS: dict[str, float] = {
 TEMPERATURES = ("temp", "tnom")  # [C]
 # read by the front end, or about ngspice's own printing and matrix code: nothing to say about them
 SILENT_WORDS = """
-    temp tnom acct noacct noinit nomod nopage list node opts numdgt post brief fast
+    dialect temp tnom acct noacct noinit nomod nopage list node opts numdgt post brief fast
     savecurrents interp plotwinsize cptime limpts lvlcod lvltim itl3 itl5 itl6 pivtol pivrel badmos3
     bypass delmin keepopinfo klu sparse noopiter noopac gminsteps srcsteps gminfactor minbreak
     autostop seedinfo warn maxwarns scale defl defw defad defas xmu xtrtol nostepsizelimit
@@ -116,7 +116,7 @@ def resolve(flat: FlatDeck, above: dict[str, Any] | None = None) -> dict[str, An
         elif name not in SILENT:
             strange.append(name)
     if strange:
-        known = [*NUMBERS, "method", "formulation", "seed", "temp", "tnom"]
+        known = [*NUMBERS, "method", "formulation", "dialect", "seed", "temp", "tnom"]
         near = {s: suggest(s, known) for s in strange}
         hints = ", ".join(f"`{n}` for `{s}`" for s, n in near.items() if n)
         hint = f"did you mean {hints}?" if hints else None

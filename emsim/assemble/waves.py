@@ -152,6 +152,10 @@ def pulse(a: Arguments, wave: Waveform, tstep: float, tstop: float) -> list[floa
 
 
 def sine(a: Arguments, wave: Waveform, tstep: float, tstop: float) -> list[float]:
+    if a.get(6):
+        raise ValueError(
+            f"the number of cycles, {a.get(6):g}, is LTspice's; write a B source that is 0 behind them"
+        )
     return [a.get(0), a.get(1), a.nonzero(2, 1.0 / tstop), a.get(3), a.get(4), a.get(5)]
 
 

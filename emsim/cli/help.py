@@ -42,7 +42,7 @@ def overview() -> str:
         "       emsim VERB [options] ...\n\n"
         f"verbs:\n{verbs}\n\n`emsim help VERB` lists the options of a verb.\n"
         "`emsim help WORD` says what a word of a deck means: SPRING, .tran, PULSE, omega, reltol; or lists cards, elements,\n"
-        f"joints, dots, waveforms, probes, functions, options, methods, control (its commands).\n\n{EXIT_CODES}"
+        f"joints, dots, waveforms, probes, functions, options, methods, dialects, control (its commands).\n\n{EXIT_CODES}"
     )
 
 

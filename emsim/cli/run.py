@@ -52,6 +52,7 @@ METHOD_OPTIONS = [
     ),
     Option("--reltol", "relative tolerance, instead of .options reltol", "X"),
     Option("--tmax", "largest time step, instead of .tran's", "SECONDS"),
+    Option("--dialect", "how the deck is read where they differ: ngspice, ltspice, pspice", "NAME"),
     Option("--seed", "of random values: agauss, unif, mc, ..; instead of .options seed", "N"),
 ]
 OPTIONS = [
@@ -171,6 +172,12 @@ def overrides(given: Arguments) -> dict[str, float | str]:
             hint = f"did you mean {near}?" if near else f"there are {', '.join(METHODS + SPECIAL)}"
             raise UsageError(f"there is no method {method!r}, {hint}")
         options["method"] = method.lower()
+    if dialect := given.text("dialect"):
+        from ..dialects import find, unknown
+
+        if find(dialect) is None:
+            raise UsageError(", ".join(unknown(dialect)))
+        options["dialect"] = dialect.lower()
     for key in ("reltol", "tmax", "seed"):
         if (value := given.number(key)) is not None:
             options[key] = value

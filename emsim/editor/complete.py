@@ -133,9 +133,11 @@ def _keys(place: Place) -> Iterator[Item]:
 
 def _options(place: Place) -> Iterator[Item]:
     from ..assemble.options import FORMULATIONS, METHODS
+    from ..dialects import DIALECTS
 
-    if place.key in ("method", "formulation"):
-        for name in METHODS if place.key == "method" else FORMULATIONS:
+    named = {"method": METHODS, "formulation": FORMULATIONS, "dialect": [d.name for d in DIALECTS]}
+    if place.key in named:
+        for name in named[place.key]:
             yield Item("word", name)
         return
     for name in words.OPTIONS:

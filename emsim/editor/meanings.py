@@ -8,6 +8,7 @@ from __future__ import annotations
 from ..cards import CARDS
 from ..cards.joints import KINDS
 from ..cards.motors import MODELS as MOTORS
+from ..dialects import DIALECTS, find
 from ..elements import ELEMENTS
 from ..elements.xspice import NAMES, code_model
 from ..measures import KINDS as MEASURES
@@ -31,7 +32,7 @@ def known() -> list[str]:
     """All words that mean something."""
     return [
         *TOPICS, *CARDS, *references.LETTERS, *words.DOTS, *words.WAVES, *words.PROBES, *words.FUNCTIONS,
-        *words.OF_RESULTS, *words.OPTIONS, *words.METHODS, *KINDS, *MODELS, *MOTORS,
+        *words.OF_RESULTS, *words.OPTIONS, *(d.name for d in DIALECTS), *words.METHODS, *KINDS, *MODELS, *MOTORS,
     ]  # fmt: skip
 
 
@@ -96,6 +97,13 @@ def _method(word: str) -> Iterator[str] | None:
     )
 
 
+def _dialect(word: str) -> Iterator[str] | None:
+    if (found := find(word)) is None:
+        return None
+    head = f"{found.name}: dialect, .options dialect={found.name}, or --dialect {found.name}"
+    return iter((head, "", *references.table(list(found.differences))))
+
+
 def _joint(word: str) -> Iterator[str] | None:
     if (kind := KINDS.get(word.lower())) is None:
         return None
@@ -136,7 +144,7 @@ def _topic(word: str) -> Iterator[str] | None:
 
 
 TELLERS: tuple[Callable[[str], Iterator[str] | None], ...] = (
-    _reference, _dot, _wave, _probe, _function, _option, _method, _joint, _code_model, _model, _command, _topic,
+    _reference, _dot, _wave, _probe, _function, _option, _method, _dialect, _joint, _code_model, _model, _command, _topic,
 )  # fmt: skip
 
 Rows = list[tuple[str, ...]]
@@ -164,6 +172,10 @@ TOPICS: dict[str, tuple[str, Callable[[], Rows]]] = {
     "probes": ("what reads circuit and machine", lambda: list(words.PROBES.values())),
     "functions": ("of expressions", lambda: list(words.FUNCTIONS.values())),
     "options": ("of .options, with unit, default and meaning", _options),
+    "dialects": (
+        "how decks are read where they differ; .options dialect=",
+        lambda: [(d.name, *row) for d in DIALECTS for row in d.differences],
+    ),
     "control": ("commands of a .control section", lambda: list(words.commands().values())),
     "methods": ("with order, kind, use; .options method=", lambda: [(name, *told) for name, told in words.METHODS.items()]),
 }  # fmt: skip

@@ -105,6 +105,7 @@ READS = {
 OPTIONS = {
     "method": ("", "auto", "integration method"),
     "formulation": ("", "auto", "coordinates of the machine: of joints, or of bodies (absolute), as long chains have them"),
+    "dialect": ("", "-", "how the deck is read where they differ: ngspice, ltspice, pspice; see `emsim help dialects`"),
     "reltol": ("", "1e-3", "relative tolerance of every quantity"),
     "vntol": ("V", "1e-6", "absolute tolerance of voltages"),
     "abstol": ("A", "1e-12", "absolute tolerance of currents"),
@@ -158,6 +159,7 @@ FUNCTIONS = {
     "sgn": ("sgn(x)", "-1, 0 or 1"),
     "pow": ("pow(x,y)", "|x|^y, as x^y and x**y; of a machine's quantity an odd whole power keeps its sign"),
     "pwr": ("pwr(x,y)", "sgn(x) |x|^y"),
+    "pwrs": ("pwrs(x,y)", "sgn(x) |x|^y, in .param too"),
     "min": ("min(x,y,..)", "the least"),
     "max": ("max(x,y,..)", "the greatest"),
     "limit": ("limit(x,lo,hi)", "x kept between lo and hi; limit(nominal,spread) draws one of nominal +- spread, once"),

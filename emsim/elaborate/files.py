@@ -112,7 +112,9 @@ class Files:
 
     def _read(self, path: str, card: Include) -> Deck | None:
         try:
-            deck = read_file(path, self.sink, card.span, card.path)
+            ours = path.startswith(LIBRARY + os.sep)
+            dialect = None if ours else card.span.file.dialect
+            deck = read_file(path, self.sink, card.span, card.path, dialect)
         except FileNotFoundError:
             folder = os.path.dirname(path) or "."
             near = suggest(os.path.basename(path), [*_listing(folder), *_listing(LIBRARY)])

@@ -25,6 +25,10 @@ UNITS = ("ohm", "ohms", "farad", "farads", "henry", "henries", "f", "h", "volt",
 
 TINY = 1e-12  # lengths that differ by less are one [m]
 
+# what a .model may say of its elements: PSpice's temperatures, and what multiplies a value
+OF_ELEMENTS = {"t_abs": "temp", "t_rel_global": "dtemp", "scale": "scale"}
+SPELLINGS = {"t_measured": "tnom"}
+
 
 def _bins(scope: DeckScope, name: str) -> list[str]:
     """Models name.1, name.2, ... in the order of the text."""
@@ -38,6 +42,7 @@ class Models:
     def __init__(self, flat: FlatDeck) -> None:
         self.flat = flat
         self.sink = flat.sink
+        self.of_elements: dict[str, dict[str, Any]] = {}  # flat name -> what the model says of its elements
 
     def at(self, name: str, scope: DeckScope) -> Model | None:
         """The model of that name as seen from a scope, with numbers for parameters."""
@@ -62,8 +67,12 @@ class Models:
                 value = evaluate(value, owner)
             elif isinstance(value, str) and (named := owner.lookup(value)) is not None:
                 value = named  # a .param's name, without braces as in ngspice
+            key = SPELLINGS.get(key, key)
             model.params.pop(key, None)  # of two names of one parameter the last holds
             model.params[key] = value
+        said = [key for key in OF_ELEMENTS if key in model.params]
+        if said and kind is not None and (kind.value_or_model or "scale" not in said):
+            self.of_elements[flat_name] = {OF_ELEMENTS[key]: model.params.pop(key) for key in said}
         return model
 
     def _inherit(self, model: Model, card: Model, params: dict[str, Any], owner: DeckScope) -> None:
@@ -100,6 +109,13 @@ class Models:
                 labels=[(model.span, "defined here")],
             )
             return None
+        if (said := self.of_elements.get(model.name)) is not None:
+            own = {key: value for key, value in said.items() if key != "scale"}
+            if "temp" in e.params or "dtemp" in e.params:  # the line stands above the model
+                own = {}
+            if "scale" in said:
+                own["scale"] = e.number("scale", 1.0) * float(said["scale"])
+            e.params = {**e.params, **own}
         return model
 
     def _of_its_bin(self, e: Element, name: str, level: Level) -> Model | None:

@@ -173,15 +173,22 @@ def waveform(cards: ElementCards, item: Any, line: Line) -> Waveform:
 
 
 def _relative_times(cards: ElementCards, words: list[Any], args: list[Any], line: Line) -> None:
-    """LTspice counts the time +1m from the point before, ngspice from 0: refused where that differs."""
+    """LTspice and PSpice count the time +1m from the point before, ngspice from 0: refused where that differs and nobody
+    has said how the deck is read."""
     if len(words) != len(args) or not cards.are_numbers(args):
         return
     times: list[float] = []
     for word, time in zip(words[::2], args[::2], strict=True):
         times.append(time + (times[-1] if word[0] == "+" and times else 0.0))
+    if line.file.dialect is not None:
+        if line.file.dialect.relative_times:
+            args[::2] = times
+        return
     wrong = [w for w, read, meant in zip(words[::2], args[::2], times, strict=True) if read != meant]
     if wrong:
         points = " ".join(f"{t:.9g} {v:.9g}" for t, v in zip(times, args[1::2], strict=True))
         said = f"`{wrong[0]}` counts from the point before in LTspice, and from 0 in ngspice"
-        hint = f"write times without a sign; LTspice's are PWL({points})"
+        hint = (
+            f"write times without a sign; LTspice's are PWL({points}); or say --dialect ltspice, or ngspice"
+        )
         raise cards.fail("E113", said, line, wrong[0], hint)

@@ -51,7 +51,7 @@ class Measures:
         from ..elaborate import flatten
 
         self.task = task
-        self.deck = pipeline.load(task.source, task.fixed)
+        self.deck = pipeline.load(task.source, task.fixed, options=task.options)
         self.said = list(self.deck.sink.diagnostics)
         self.place = Span(self.deck.file, 1, 1, 2)
         self.flat = flatten(self.deck, task.options.get("temp"))

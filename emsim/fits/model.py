@@ -36,7 +36,7 @@ class Model:
         from ..elaborate import flatten
 
         self.task, self.times = task, np.frombuffer(task.times)
-        self.deck = pipeline.load(task.source, task.fixed)
+        self.deck = pipeline.load(task.source, task.fixed, options=task.options)
         self.said = list(self.deck.sink.diagnostics)
         self.place = Span(self.deck.file, 1, 1, 2)
         self.probes = [probe for text in task.signals for probe in parse_signals(text)]

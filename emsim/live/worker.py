@@ -139,7 +139,9 @@ def _deck(path: str, defines: dict[str, str], kept: dict[str, list[str]]) -> Dec
     if not chosen:
         return deck
     file = deck.file
-    other = read_source(SourceFile(file.name, altered(file.text, chosen), file.path))
+    text = SourceFile(file.name, altered(file.text, chosen), file.path)
+    text.dialect = file.dialect
+    other = read_source(text)
     other.defines = deck.defines
     return other
 

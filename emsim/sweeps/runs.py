@@ -58,7 +58,7 @@ class Runner:
         self.task = task
         with NoCollection():
             probes = [p for text in task.signals for p in parse_signals(text)]
-            self.deck: Deck = build(task.source, dict(task.fixed), probes)
+            self.deck: Deck = build(task.source, dict(task.fixed), probes, task.options.get("dialect"))
         flatten(
             self.deck, task.options.get("temp")
         )  # the names of its parameters are known behind a first reading

@@ -41,7 +41,7 @@ def test_every_function_of_expressions_is_explained():
 
 def test_options_are_those_that_are_read():
     assert set(NUMBERS) <= set(words.OPTIONS)
-    assert set(words.OPTIONS) - set(NUMBERS) == {"method", "formulation", "seed", "temp", "tnom"}
+    assert set(words.OPTIONS) - set(NUMBERS) == {"dialect", "method", "formulation", "seed", "temp", "tnom"}
 
 
 @pytest.mark.parametrize("word", words.DOTS)
