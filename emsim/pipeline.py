@@ -97,13 +97,7 @@ def carry_out(
     say: Callable[[str], object] | None = None,
     stream: Stream | None = None,
 ) -> Result:
-    """A deck run: by its commands, with .step each of its variants, or as it is."""
-    if flat.commands and flat.steps:
-        from .diagnostics import deck_error
-
-        said = f"the deck has a .control section, and steps `{flat.steps[0].column}`: commands say themselves what is run"
-        hint = "loop over it there (foreach v 1k 2k, alterparam, reset, run), or take the section out"
-        deck_error("E332", said, flat.steps[0].span, hint)
+    """A deck run: by its commands, whose analyses heed .step; with .step each of its variants; or as it is."""
     if flat.commands:
         return command(deck, flat, options, energy, progress, scene, say)
     if flat.steps:
@@ -393,7 +387,7 @@ def command(
     session.run(flat.commands)
     result = Result(
         flat.title, session.tables(), [*first, *(d for d in session.sink.diagnostics if d not in first), *session.trouble],
-        session.prints, deck.file.text, session.measured, "".join(said), session.files, session.code,
+        session.prints, deck.file.text, session.measured, "".join(said), session.files, session.code, session.steps,
     )  # fmt: skip
     if session.trouble:
         raise ConvergenceError(session.trouble, result)

@@ -59,7 +59,7 @@ def join(results: Sequence[Result], steps: Sequence[Step], points: Sequence[Sequ
     plots = []
     for k, table in enumerate(first.plots):
         own = [(r.plots[k], p) for r, p in zip(results, points, strict=True) if k < len(r.plots)]
-        plots.append(_joined([t for t, _ in own], steps, [p for _, p in own], table))
+        plots.append(joined([t for t, _ in own], steps, [p for _, p in own]))
     found = []
     for k, r in enumerate(results):
         for one in r.measured:
@@ -99,9 +99,9 @@ def _told_once(results: Sequence[Result], steps: Sequence[dict[str, float]]) -> 
     return list(found.values())
 
 
-def _joined(
-    tables: list[Table], steps: Sequence[Step], points: Sequence[Sequence[float]], like: Table
-) -> Table:
+def joined(tables: list[Table], steps: Sequence[Step], points: Sequence[Sequence[float]]) -> Table:
+    """One table of those of all steps; `points`: the values of the steps in each."""
+    like = tables[0]
     # what an .if leaves out in some of the runs is a column of none
     names = [name for name in like.names if all(t.has_column(name) for t in tables)]
     places = [[t.index(name) for name in names] for t in tables]

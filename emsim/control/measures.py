@@ -15,7 +15,9 @@ from .session import table_of
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from ..deck import Measure
     from ..expr import Node
+    from .plots import Plot
     from .program import Statement
     from .session import Session
 
@@ -44,7 +46,7 @@ def of_vectors(s: Session, node: Node) -> Node:
 
 def meas(s: Session, text: str, at: Statement) -> None:
     from ..build import parse_measure
-    from ..measures import find, measure
+    from ..measures import find
 
     if len(text.split()) < 3:
         usage(MEAS, "an analysis, a name and what is measured are needed")
@@ -61,7 +63,19 @@ def meas(s: Session, text: str, at: Statement) -> None:
         for d in error.diagnostics:
             d.span = at.span
         raise
-    plot = s.plots.current
+    # of the runs of a .step each is measured
+    family = s.plots.current.family
+    for plot in [p for p in family if p in s.plots.all] or [s.plots.current]:
+        if len(family) > 1:
+            s.say(
+                "At " + ", ".join(f"{step.column} = {value:g}" for step, value in plot.changes) + ": ", end=""
+            )
+        _measured(s, text, at, card, plot)
+
+
+def _measured(s: Session, text: str, at: Statement, card: Measure, plot: Plot) -> None:
+    from ..measures import measure
+
     table = None if plot.failed else table_of(plot)
     if table is None:
         raise (
@@ -81,6 +95,6 @@ def meas(s: Session, text: str, at: Statement) -> None:
 
 
 COMMANDS = (
-    Command("meas", MEAS, "measures the current plot", meas, records=True),
+    Command("meas", MEAS, "measures the current plot; of the runs of a .step each", meas, records=True),
     Command("measure", MEAS.replace("meas ", "measure "), "the same", meas, records=True),
 )

@@ -16,8 +16,9 @@ from .errors import CommandError, Followed
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Sequence
 
+    from ..elaborate.steps import Change
     from ..result import Table
 
 # unit -> the type of a vector that `display` names, and the words of `settype`
@@ -95,6 +96,7 @@ class Plot:
     table     what an analysis gave
     beside    names of what commands read that ngspice has in no plot: recorded, and not among `all`
     failed    why there are no vectors, where an analysis was to give them
+    family    plots of the same analysis for all values of .step, this one among them; changes: those values of this one
     """
 
     def __init__(self, name: str, kind: str, title: str, plotname: str, table: Table | None = None) -> None:
@@ -104,6 +106,8 @@ class Plot:
         self.scale: Vector | None = None
         self.failed = False
         self.beside: set[str] = set()
+        self.family: list[Plot] = []
+        self.changes: list[Change] = []
         self.has_scale = False
         self.shows_scale = True  # print puts it in front
         if table is None:
@@ -114,6 +118,16 @@ class Plot:
             self.scale, self.has_scale = self.vectors[spelled(table.names[0]).lower()], True
         elif self.vectors:
             self.scale = min(self.vectors.values(), key=lambda v: (v.key[0] == "@", v.key))
+
+    def of_step(self, changes: Sequence[Change], family: list[Plot]) -> None:
+        """Notes the values of .step that this is a run of: in its title, and as vectors where it has none of that name."""
+        self.title += ": " + ", ".join(f"{step.column} = {value:g}" for step, value in changes)
+        for step, value in changes:
+            if step.column not in self.vectors and not self.failed:
+                self.add(Vector(step.column, np.array([value]), step.unit, self))
+                self.beside.add(step.column)
+        family.append(self)
+        self.family, self.changes = family, list(changes)
 
     def add(self, v: Vector) -> Vector:
         v.plot = self

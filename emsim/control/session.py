@@ -14,7 +14,9 @@ import numpy as np
 
 from ..build import parse_signals
 from ..diagnostics import ConvergenceError, DeckError, Diagnostic, OutsideError, Sink, suggest
+from ..elaborate.steps import points
 from ..expr import PROBES, ExprError, Scope, evaluate
+from ..stepped import joined
 from ..syntax import LineError
 from . import program, words
 from .errors import CommandError, Followed, Jump, Stop
@@ -85,6 +87,8 @@ class Session:
         self.prints: list[tuple[str, list[str]]] = []
         self.measured: list[Any] = []  # what .meas found in the last run of the deck's own analyses
         self._result: Result | None = None
+        self.steps: list[dict[str, float]] = []  # values of the deck's .step in each run of the last analysis
+        self.measured_there: list[Any] = []  # what .meas found in each of them
         self.last_run: list[Table] = []  # of the deck's own analyses
         self._most, self._count, self._written, self._depth = most, 0, 0, 0
         self._now: Statement | None = None
@@ -402,8 +406,44 @@ class Session:
     # ---- analyses ----
 
     def compute(self, cards: list[Analysis]) -> list[Table]:
-        """Runs analyses of the deck as it stands; their tables become plots, the last one the current one. What fails leaves a
-        plot without vectors, so that nobody takes those of an earlier run for its own."""
+        """Runs analyses of the deck as it stands, with .step for each of its values; their tables become plots, the last one
+        the current one. What fails leaves a plot without vectors, so that nobody takes those of an earlier run for its own."""
+        try:
+            steps = self.deck.flat().steps
+        except DeckError:
+            steps = []  # told where it is run
+        if not steps:
+            return self._compute(cards)
+        tables: list[Table] = []
+        families: dict[int, list[Plot]] = {}
+        trouble = len(self.trouble)
+        self.steps, self.measured_there = [], []
+        try:
+            for changes in points(steps):
+                before = set(map(id, self.plots))
+                self.deck.step(changes)
+                self._result = None
+                found = self._compute(cards)
+                for k, plot in enumerate([p for p in self.plots if id(p) not in before]):
+                    plot.of_step(changes, families.setdefault(k, []))
+                for one in () if self._result is None else self._result.measured:
+                    one.step = len(self.steps)
+                    self.measured_there.append(one)
+                self.steps.append({step.column: value for step, value in changes})
+                tables += found
+                if len(self.trouble) > trouble or not found:
+                    break
+        finally:
+            self.deck.step([])
+        last = self.plots.current
+        if len(last.family) > 1:
+            what = ", ".join(s.column for s in steps)
+            said = f".step: {last.family[0].name} to {last.name} are the runs over {what}; commands read {last.name}, the last"
+            self.note(said, "meas measures every one; setplot, or tran1.v(out), reads another")
+        return tables
+
+    def _compute(self, cards: list[Analysis]) -> list[Table]:
+        """One run."""
         if self._now is not None:
             self.count(self._now, RUN * len(cards))
         try:
@@ -412,7 +452,7 @@ class Session:
             self.report(error)
             self._without(cards)
             return []
-        flat.sink = Sink()
+        flat.sink, flat.steps = Sink(), []
         try:
             result = self._analyse(flat, cards)
         except ConvergenceError as error:
@@ -456,7 +496,8 @@ class Session:
             self._result = None
             self.last_run = self.compute(own)
             if self._result is not None:
-                self.prints, self.measured = self._result.prints, self._result.measured
+                self.prints = self._result.prints
+                self.measured = self.measured_there if self.steps else self._result.measured
 
     # ---- what is left at the end ----
 
@@ -464,10 +505,20 @@ class Session:
         """The plots as tables of a result, the current one last; what commands added among them where it has their length."""
 
         const, current = self.plots.const, self.plots.current
-        plots = [p for p in self.plots if p is not const and p is not current] + [current] * (
-            current is not const
-        )
-        return [table for p in plots if (table := table_of(p)) is not None]
+        found: list[Table] = []
+        for plot in sorted((p for p in self.plots if p is not const), key=lambda p: p is current):
+            tables = [
+                t for p in plot.family or [plot] if p in self.plots.all and (t := table_of(p)) is not None
+            ]
+            if len(plot.family) > 1 and tables:
+                # one table of a family, where its last plot stands
+                if plot is not plot.family[-1]:
+                    continue
+                changes = [p.changes for p in plot.family if p in self.plots.all and table_of(p) is not None]
+                steps = [step for step, _ in changes[0]]
+                tables = [joined(tables, steps, [[value for _, value in own] for own in changes])]
+            found += tables
+        return found
 
 
 def table_of(plot: Plot) -> Table | None:
@@ -475,8 +526,10 @@ def table_of(plot: Plot) -> Table | None:
     from ..result import Columns, Table
 
     own = plot.table
-    if own is not None and len(plot.vectors) == len(own.names):
-        return own
+    if own is not None:
+        theirs = {spelled(name).lower() for name in own.names}
+        if not any(len(v) == len(own) for key, v in plot.vectors.items() if key not in theirs):
+            return own
     listed = list(plot.vectors.values())
     if plot.scale is not None and plot.has_scale:
         listed = [plot.scale, *(v for v in listed if v is not plot.scale)]

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from typing import Any
 
     from ..deck import Deck, FlatDeck, Model
+    from .steps import Change
 
     Value = float | Sequence[float]
 
@@ -49,6 +50,7 @@ class Altered:
         self._flat = flat
         self._seed, self._resets = (None if flat is None else flat.draws.seed), 0
         self._own = [] if flat is None else _own(flat)
+        self._steps: list[Change] = []  # values of the deck's .step in the runs that follow
         self._places: dict[str, int] = {}
         self.title = deck.title
 
@@ -59,7 +61,7 @@ class Altered:
             self.deck.sink = Sink()
             temp = self.options.get("temp", self.temp)
             seed = self.seed if self._seed is None else self._seed + self._resets
-            flat = self._flat = flatten(self.deck, temp, seeded(seed))
+            flat = self._flat = flatten(self.deck, temp, seeded(seed), self._steps)
             self._places, self._own = {}, _own(flat)
             for change in self._changes:
                 change(flat)
@@ -69,9 +71,16 @@ class Altered:
         for key in ("temp", "tnom"):
             if isinstance(value := self.options.get(key), float):
                 setattr(flat, key, value)
+        for step, value in self._steps:
+            if step.kind == "temp":
+                flat.temp = value
         flat.wanted = self.wanted
         flat.saves += [p for p in self.saves if p not in flat.saves]
         return flat
+
+    def step(self, changes: Sequence[Change]) -> None:
+        """The values of the deck's .step that the runs that follow have."""
+        self._steps, self._flat = list(changes), None
 
     def analyses(self) -> list[Analysis]:
         """Those of the deck's own dot cards."""
