@@ -57,7 +57,7 @@ def join(results: Sequence[Result], steps: Sequence[Step], points: Sequence[Sequ
     """One result of those of all steps; `points`: the values of the steps in each."""
     first = results[0]
     plots = []
-    for k, table in enumerate(first.plots):
+    for k in range(len(first.plots)):
         own = [(r.plots[k], p) for r, p in zip(results, points, strict=True) if k < len(r.plots)]
         plots.append(joined([t for t, _ in own], steps, [p for _, p in own]))
     found = []

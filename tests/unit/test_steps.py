@@ -221,9 +221,9 @@ def test_the_page_has_what_is_measured_in_each_step():
     assert "r" not in run["shown"] and len(run["blocks"]) == 1
 
 
-def test_commands_and_steps_do_not_go_together():
-    with pytest.raises(DeckError, match="section, and steps"):
-        emsim.run(RC + ".step param r list 1k 2k\n.control\nrun\n.endc\n.end\n")
+def test_commands_run_every_step():
+    found = emsim.run(RC + ".step param r list 1k 2k\n.control\nrun\n.endc\n.end\n")
+    assert found.steps == [{"r": 1e3}, {"r": 2e3}] and found.main.steps == ["r"]
 
 
 def test_the_command_tells_steps_and_measurements(tmp_path, capsys, monkeypatch):
