@@ -424,9 +424,10 @@ class Session:
                 self.deck.step(changes)
                 self._result = None
                 found = self._compute(cards)
+                done: Result | None = self._result
                 for k, plot in enumerate([p for p in self.plots if id(p) not in before]):
                     plot.of_step(changes, families.setdefault(k, []))
-                for one in () if self._result is None else self._result.measured:
+                for one in () if done is None else done.measured:
                     one.step = len(self.steps)
                     self.measured_there.append(one)
                 self.steps.append({step.column: value for step, value in changes})
