@@ -38,7 +38,6 @@ _ANALYSES = frozenset(
         "pz",
         "disto",
         "sp",
-        "pss",
         "hb",
         "data",
         "modes",

@@ -9,6 +9,7 @@ from .disto import Disto
 from .modes import Modes
 from .noise import Noise
 from .op import Op
+from .pss import Pss
 from .pz import Pz
 from .sens import Sens
 from .sp import Sp
@@ -25,7 +26,7 @@ if TYPE_CHECKING:
 
 __all__ = ["ANALYSES", "Analysis", "Axis", "Run", "find", "plan", "refused", "transients"]
 
-ANALYSES: tuple[type[Analysis], ...] = (Op, Dc, Tran, Ac, Disto, Noise, Pz, Sens, Sp, Ss, Modes, Tf)
+ANALYSES: tuple[type[Analysis], ...] = (Op, Dc, Tran, Ac, Disto, Noise, Pss, Pz, Sens, Sp, Ss, Modes, Tf)
 
 
 def find(word: str) -> type[Analysis] | None:
@@ -42,9 +43,10 @@ def plan(flat: FlatDeck, tmax: float | None = None) -> list[Analysis]:
             planned.append(analysis)
     over = next((a for a in planned if a.axis is not None), None) or next(iter(planned), None)
     words = [a.word for a in planned]
-    if "ss" in words and "tran" not in words:
+    steady = next((w for w in words if w in ("ss", "pss")), None)
+    if steady is not None and "tran" not in words:
         for harmonics in flat.fours:
-            harmonics.analysis = "ss"
+            harmonics.analysis = steady
     for measure in (*flat.measures, *flat.fours):
         # LTspice leaves out which analysis is meant
         if not measure.analysis and over is not None:

@@ -128,7 +128,7 @@ class Search:
         self.turning = self.places & np.array([u == "rad" for u in self.system.units])
         self.moves: list[np.ndarray] = []
         self.drifts = np.zeros(self.system.n, dtype=bool)  # coordinates whose place nothing reads
-        self.periods, self.multiplier = 0, 0.0
+        self.periods, self.multiplier, self.most, self.far = 0, 0.0, MOST, FAR
         self.x, self.flags = np.zeros(self.system.n), [0.0]
         self.weight, self.seen = np.ones(self.system.n), np.zeros((0, self.system.n))
 
@@ -147,7 +147,8 @@ class Search:
                 break
             closer = 0.5 * closer * min(1.0, self.norm(f)) / left
         if self.multiplier > UNSTABLE:
-            said = f"the orbit that .ss has found is not stable: a period magnifies what disturbs it {self.multiplier:.3g} times"
+            said = f"the orbit that .{self.ss.word} has found is not stable: "
+            said += f"a period magnifies what disturbs it {self.multiplier:.3g} times"
             hint = "a transient leaves it: see where .tran goes, and whether several periods make one"
             self.assembly.flat.sink.warning("W440", said, self.ss.card.span, hint)
 
@@ -162,16 +163,22 @@ class Search:
         unknowns = [b.x(k) for k in range(n)]
         waves = self.tran(period * (before + 1), period * before, outputs=unknowns, uic=self.ss.from_given)
         self.seen = np.array([np.frombuffer(waves.column(1 + k)) for k in range(n)]).T
+        self.weigh(self.seen)
+        x, flags = waves.state or ([], [])
+        return np.array(x), flags
+
+    def weigh(self, seen: np.ndarray) -> None:
+        """What is small, by the largest values of a course."""
+        import numpy as np
+
         largest: dict[str, float] = {}
-        peak = np.abs(self.seen).max(axis=0)
+        peak = np.abs(seen).max(axis=0)
         for unit, value in zip(self.system.units, peak, strict=True):
             largest[unit] = max(largest.get(unit, 0.0), float(value))
         like = np.array([1e-3 * largest[u] for u in self.system.units])
         least = np.array(self.system.tolerances(self.assembly.options))
         weight = least + self.reltol * np.maximum(peak, like)
         self.weight = np.where(weight > 0.0, weight, np.inf)
-        x, flags = waves.state or ([], [])
-        return np.array(x), flags
 
     def tran(
         self, length: float, rows_from: float, outputs: list[Any], begin: Any = None, uic: bool = False
@@ -194,13 +201,18 @@ class Search:
             raise KeyboardInterrupt
         return waves
 
+    def passed(self, x: np.ndarray) -> tuple[list[float], list[float]]:
+        """P(x), and the conditions there."""
+        end: tuple[list[float], list[float]] = self.tran(
+            self.ss.tstop, 0.0, [], (x.tolist(), self.flags)
+        ).state
+        return end
+
     def shift(self, x: np.ndarray) -> np.ndarray:
         """P(x) - x, without what coordinates are further on by and the equations do not see."""
         import numpy as np
 
-        waves = self.tran(self.ss.tstop, 0.0, [], (x.tolist(), self.flags))
-        end, flags = waves.state
-        self.flags = flags
+        end, self.flags = self.passed(x)
         f = np.array(end) - x
         places = np.flatnonzero(self.places)
         turns = np.where(self.turning, TURN * np.round(f / TURN), 0.0)
@@ -265,10 +277,15 @@ class Search:
         fs: list[np.ndarray] = []
         best: tuple[float, np.ndarray, list[float]] | None = None
         x, near = self.x, 0
-        until = self.periods + MOST
+        until = self.periods + self.most
         while self.periods < until:
-            f = self.shift(x)
-            error = self.norm(f)
+            try:
+                f = self.shift(x)
+                error = self.norm(f)
+            except NotPeriodic:
+                if best is None:
+                    raise
+                error = math.inf
             if best is not None and not error <= WORSE * best[0]:
                 # the secants led astray: on from the best one, a period later
                 x, self.flags, best = best[1], best[2], None
@@ -284,7 +301,7 @@ class Search:
                 scale = 1.0 / self.weight[rows]
                 g = np.linalg.lstsq(df[rows] * scale[:, None], f[rows] * scale, rcond=1e-12)[0]
                 step = f - (dx + df) @ g
-                if not self.norm(step) * self.reltol <= FAR:
+                if not self.norm(step) * self.reltol <= self.far:
                     step = f  # secants that say nothing
             near = near + 1 if max(error, self.norm(step)) <= closer else 0
             if near >= 2 or not self.states.any():

@@ -38,6 +38,9 @@ ON_THE_NUMBER = 1e-9  # so little below a whole number is that number: rounding
 LEAST_EXCURSION = 1e-9  # below zero: less is rounding and truncation
 
 
+FROZEN = 3  # place of the time at which waveforms are held, in `times`
+
+
 class Context:
     """What contributors see.
 
@@ -76,6 +79,7 @@ class Context:
         self.machine: Any = None
         self.scale: Any = None
         # (tstep, tstop) that waveform defaults refer to: of the first .tran, or of the one that runs
+        # tstep, tstop, the period of all waveforms; or, behind a 0, the time at which they are held
         self.times: tuple[float, ...] = (1.0, 1.0)
         self.names_own = False  # an analysis has columns that are no signals of the deck: onoise_spectrum
         self.longest_step = math.inf  # that modules allow [s]
@@ -187,6 +191,8 @@ class Context:
 
             kind, args, dc = of_source(e, self.times, self.sink)
             try:
+                if len(self.times) > FROZEN:
+                    kind, args, dc = "dc", [self.b.wave_at(kind, args, self.times[FROZEN])], None
                 k = self.b.wave(kind, args, dc)
             except ValueError as trouble:
                 self.sink.error("E292", f"{e.name}: {trouble}", e.wave.span if e.wave else e.span)

@@ -68,7 +68,7 @@ def resolve(wave: Waveform, times: tuple[float, ...], sink: Sink) -> tuple[str, 
         sink.error("E292", f"{kind.upper()}: {trouble}", wave.span)
         return "dc", [0.0]
     kind = "pwlr" if len(args) > len(given) and kind == "pwl" else kind
-    if len(times) > 2:
+    if len(times) == 3:
         args, said = continued(kind, args, times[2])
         if said:
             sink.error(

@@ -33,7 +33,10 @@ FORMS = {
         "ss tstep period [tstab] [uic]",
         "the periodic steady state of what sources drive, into a plot ss1",
     ),
-    "pss": ("pss ..", "the periodic steady state"),
+    "pss": (
+        "pss gfreq tstab node [points [harmonics]] [uic]",
+        "the periodic steady state of an oscillator, into plots pss1 and harmonics1",
+    ),
 }
 
 
