@@ -5,6 +5,7 @@ from __future__ import annotations
 from .build_elements import Cards, form
 from .build_expr import expression, extent, machine_value, node_name
 from .deck import (
+    MATRIX_TYPES,
     MOTOR_TYPES,
     Analysis,
     Conditional,
@@ -304,6 +305,13 @@ class DotCards(Cards):
                 else:
                     params[name] = self.value(value, line)
                 spans[name] = line.span_at(*extent(item))
+            elif (
+                kind in MATRIX_TYPES
+                and params
+                and (item.__class__ is tuple or spice_number(item) is not None)
+            ):
+                before = params[name]
+                params[name] = [*(before if isinstance(before, list) else [before]), self.value(item, line)]
             elif item.__class__ is tuple:
                 raise self.fail("E102", "a value stands here without a name", line, item)
             else:

@@ -43,6 +43,7 @@ class Waveform:
 
 
 # types of .model that a MOTOR names
+MATRIX_TYPES = ("cpl",)  # of a .model whose parameters may be several numbers
 MOTOR_TYPES = ("dcmotor", "dcwound", "pmsm", "bldc", "stepper", "induction")
 
 

@@ -19,7 +19,7 @@ from .tf import source_of
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Callable, Iterator, Sequence
     from typing import ClassVar, Self
 
     from .._engine import Expr, SmallSignal
@@ -109,8 +109,13 @@ class Noise(Analysis):
         linear, trouble = linearised(assembly, self, self.static)
         columns: list[bytes] = []
         sources: list[Source] = []
+        colours: list[Callable[[float], float]] = []  # of the last of them
         if linear is not None:
             sources = list(_sources(assembly, linear))
+            for e in ctx.elements.values():
+                for word, rows, density in e.coloured(ctx):
+                    sources.append((e.name, word, rows, 1.0, 0.0))
+                    colours.append(density)
             silent = [e.name for e in ctx.elements.values() if e.letter in "Rr" and isinstance(e.value, Node)]
             if silent:
                 assembly.flat.sink.note(
@@ -131,7 +136,9 @@ class Noise(Analysis):
             names = ["frequency", "onoise_spectrum", "inoise_spectrum"]
             return Run(self, names, ["Hz", *units], failed, self.axis, trouble=trouble)
         gain = [max(g, LEAST) for g in memoryview(columns[0]).cast("d")]
-        densities = [memoryview(c).cast("d") for c in columns[1:]]
+        densities: list[Sequence[float]] = [memoryview(c).cast("d") for c in columns[1:]]
+        for k, density in enumerate(colours, len(densities) - len(colours)):
+            densities[k] = [d * density(f) for d, f in zip(densities[k], self.frequencies, strict=True)]
         names, own = _named(sources)
         curves = [_sum(densities, members, len(gain)) for members in own]
         spectra = Run(
@@ -180,7 +187,7 @@ def _named(sources: list[Source]) -> tuple[list[str], list[list[int]]]:
     return list(found), list(found.values())
 
 
-def _sum(densities: list[memoryview[float]], members: Sequence[int], count: int) -> list[float]:
+def _sum(densities: list[Sequence[float]], members: Sequence[int], count: int) -> list[float]:
     total = [0.0] * count
     for k in members:
         total = [a + b for a, b in zip(total, densities[k], strict=True)]

@@ -15,6 +15,7 @@ from __future__ import annotations
 import math
 
 from ..diagnostics import Sink as Silent
+from ..elements.o import ModelledLine
 from ..elements.t import Line
 from ..expr import Call
 from .ac import excited, grid, linearised, singular
@@ -185,6 +186,19 @@ class Sens(Analysis):
                 else:
                     yield from _of_line(ctx, e, *spectra)
                 continue
+            if isinstance(e, ModelledLine):
+                for name, unit, value, write in _parameters(e):
+                    if value:
+                        moved, turned = _of_modelled(ctx, e, x, value, write, spectra)
+                        direct = result(moved, None, None)
+                        yield (
+                            name,
+                            unit,
+                            direct
+                            if turned is None
+                            else [a + b for a, b in zip(direct, turned, strict=True)],
+                        )
+                continue
             for name, unit, value, write in _parameters(e):
                 found = _changes(
                     n, value, over is not None, _of_element(assembly, e, x, over is not None, write)
@@ -253,6 +267,38 @@ def _of_line(
             by = -sum(complex(adjoint[r]) * change for r, change in zip(rows, changes, strict=True))
             found.setdefault(key, []).append(by)
     yield from ((f"{e.name}_{key}", e.instance[key].unit, column) for key, column in found.items())
+
+
+def _of_modelled(
+    ctx: Context,
+    e: ModelledLine,
+    x: np.ndarray,
+    value: float,
+    write: Callable[[float], None],
+    spectra: tuple[list[complex], np.ndarray, np.ndarray] | None,
+) -> tuple[np.ndarray, list[complex] | None]:
+    """Of a line that its admittances describe: what a parameter adds to F at the operating point x, and over frequency what it
+    changes in the output by itself."""
+    import numpy as np
+
+    ports = [(ctx.node(node), ctx.node(against)) for *nodes, against in e.ends for node in nodes]
+
+    slope = e.slope(value, write)
+
+    def along(at: np.ndarray) -> np.ndarray:
+        return np.array([(at[p] if p >= 0 else 0.0) - (at[q] if q >= 0 else 0.0) for p, q in ports])
+
+    df = np.zeros(len(x))
+    still = slope(0.0) @ along(x)
+    for (p, q), i in zip(ports, still.real, strict=True):
+        for row, sign in ((p, 1.0), (q, -1.0)):
+            if row >= 0:
+                df[row] += sign * i
+    if spectra is None:
+        return df, None
+    return df, [
+        -complex(along(adjoint) @ slope(s) @ along(at)) for s, at, adjoint in zip(*spectra, strict=True)
+    ]
 
 
 def _parameters(e: Element) -> Iterator[tuple[str, str, float, Callable[[float], None]]]:

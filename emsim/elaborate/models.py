@@ -67,6 +67,8 @@ class Models:
                 value = evaluate(value, owner)
             elif isinstance(value, str) and (named := owner.lookup(value)) is not None:
                 value = named  # a .param's name, without braces as in ngspice
+            elif isinstance(value, list):
+                value = [evaluate(v, owner) if isinstance(v, Node) else v for v in value]
             key = SPELLINGS.get(key, key)
             model.params.pop(key, None)  # of two names of one parameter the last holds
             model.params[key] = value

@@ -17,9 +17,10 @@ from .i import CurrentSource
 from .j import Jfet
 from .k import Coupling
 from .l import Inductor
-from .later import LATER
 from .m import Mosfet
 from .n import OfModule
+from .o import LossyLine
+from .p import CoupledLines
 from .q import Bipolar
 from .r import Resistor
 from .s import VoltageSwitch
@@ -28,6 +29,7 @@ from .u import RcLine
 from .v import VoltageSource
 from .w import CurrentSwitch
 from .x import Use
+from .y import SingleLine
 from .z import Mesfet
 
 ELEMENTS: tuple[type[Element], ...] = (
@@ -51,13 +53,16 @@ ELEMENTS: tuple[type[Element], ...] = (
     Mesfet,
     OfModule,
     Line,
+    LossyLine,
+    SingleLine,
+    CoupledLines,
     RcLine,
     OfCodeModel,
     Use,
 )
 
-# letter in lower case -> class, of every letter of SPICE
-LETTERS: dict[str, type[Element]] = {kind.letter: kind for kind in [*LATER, *ELEMENTS]}
+# letter in lower case -> class
+LETTERS: dict[str, type[Element]] = {kind.letter: kind for kind in ELEMENTS}
 # the classes that cards have: asked more quickly than isinstance
 CLASSES = frozenset(LETTERS.values())
 # letter in upper case -> class, of what stands in a circuit

@@ -14,7 +14,8 @@ The duties of an element, by who asks; `ctx` is assemble.context.Context. A file
  8. `probe(ctx, name)`  what @name[..] reads.
  9. `account(ctx, book)`  energies and powers, so that a deck audits itself.
 10. `excite(ctx)`       the amplitudes of its waveforms in a small-signal analysis, from AC on its line.
-11. `noise(ctx)`       its sources of noise at the operating point, those aside that a device of the engine has.
+11. `noise(ctx)`       its sources of noise at the operating point, those aside that a device of the engine has;
+                        `coloured(ctx)` those whose density is any function of frequency.
 12. `analogue(net)`     its line in an ngspice deck.
 
 Linear elements are constant stamps (`b.g`, `b.c`, `b.f_wave`), which the engine sums once; anything else goes through the
@@ -44,6 +45,7 @@ if TYPE_CHECKING:
     from ..source import Line, SourceFile
 
     Scalar = Expr | float
+    Coloured = tuple[str, list[tuple[int, float]], Callable[[float], float]]
 
 # two terminals and what may flow between them: "conducts", "voltage" (it holds one), "inductor", "blocks" (at DC),
 # "drives" (a current that does not depend on the voltage)
@@ -470,6 +472,11 @@ class Element:
     def noise(self, ctx: Context) -> Sequence[tuple[Any, ...]]:
         """Currents of noise from the first terminal to the second: (name behind that of the element, power density at 1 Hz
         [A^2/Hz], exponent of frequency with which it falls); from one unknown to another where a pair of these stands behind."""
+        return ()
+
+    def coloured(self, ctx: Context) -> Sequence[Coloured]:
+        """Sources of noise whose density is no power of frequency: (name, rows of F with factors, density at a frequency
+        [A^2/Hz])."""
         return ()
 
     def thermal(self, ctx: Context, conductance: Scalar) -> Scalar:

@@ -31,6 +31,7 @@ FAMILIES = (
     "machine",
     "motors",
     "circuit",
+    "lines",
     "code_models",
     "running",
     "steady",

@@ -189,7 +189,7 @@ class Circuit:
             self._part(
                 e.name, "pjf" if p else "njf", nodes[:3], lambda look: s.jfet(look, p), [title], "transistor"
             )
-        elif letter == "t" and len(nodes) >= 4:
+        elif letter in ("t", "o", "y") and len(nodes) >= 4:
             make_line = lambda look: s.box(["", ""], ["", ""], 5)  # noqa: E731
             self._part(e.name, "line", nodes[:4], make_line, [title, value], "box")
         else:

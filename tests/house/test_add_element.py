@@ -15,6 +15,7 @@ from math import exp
 import pytest
 from support import copied_tree
 
+# every letter is taken: those of two lines are given away
 FILE = '''"""Y: a gyrator, i_a = g v_b and i_b = -g v_a, against a common terminal; it turns a capacitor into an inductor."""
 
 from __future__ import annotations
@@ -109,16 +110,17 @@ C1 b 0 10u
 @pytest.fixture(scope="module")
 def copy(tmp_path_factory):
     to = copied_tree(tmp_path_factory.mktemp("copy"))
-    (to / "emsim" / "elements" / "y.py").write_text(FILE, encoding="utf-8")
-    (to / "emsim" / "elements" / "p.py").write_text(CHANNEL, encoding="utf-8")
+    (to / "emsim" / "elements" / "gyrator.py").write_text(FILE, encoding="utf-8")
+    (to / "emsim" / "elements" / "channel.py").write_text(CHANNEL, encoding="utf-8")
     listed = to / "emsim" / "elements" / "__init__.py"
     text = listed.read_text(encoding="utf-8")
     for before, line in (
-        ("from .x import Use\n", "from .p import Channel\nfrom .y import Gyrator\n"),
-        ("    Diode,\n", "    Channel,\n    Gyrator,\n"),
+        ("from .p import CoupledLines\n", "from .channel import Channel\n"),
+        ("from .y import SingleLine\n", "from .gyrator import Gyrator\n"),
+        ("    SingleLine,\n    CoupledLines,\n", "    Channel,\n    Gyrator,\n"),
     ):
         assert text.count(before) == 1
-        text = text.replace(before, before + line)
+        text = text.replace(before, line)
     listed.write_text(text, encoding="utf-8")
     (to / "gyrator.cir").write_text(DECK, encoding="utf-8")
     return to
