@@ -176,13 +176,12 @@ def test_a_page_that_begins_with_a_mistake(edited: Any, watch: Any) -> None:
     deck.write_text("nothing good\nR1 a\n.end\n")
     page = watch(url)
     page.locator("#said pre").wait_for()
-    assert page.locator("#waves").is_hidden() and page.locator("#transport").is_hidden()
-    assert page.locator("#circuit").is_visible()
+    assert page.locator("main").is_hidden()
     page.locator("#said button").click()
     assert page.locator("#sheet-deck .bad").is_visible()
     deck.write_text(DECK)
     until(page, SHOWN)
-    assert page.locator("#waves").is_visible() and page.locator("#transport").is_visible()
+    assert page.locator("main").is_visible()
 
 
 def test_a_slider_changes_the_run(edited: Any, watch: Any) -> None:
@@ -267,13 +266,14 @@ def test_an_operating_point_is_a_table(edited: Any, watch: Any) -> None:
         "() => [...document.querySelectorAll('#sheet-signals td')].map((c) => c.textContent).join(' ') === "
     )
     until(page, cells + "'v(a) 10 V v(b) 5 V i(v1) -5 mA'")
-    assert page.locator("main").is_hidden()
+    assert page.locator("#waves").is_hidden() and page.locator("#transport").is_hidden()
+    assert page.locator("#circuit").is_visible()
     page.locator("#params .knob input[type=text]").fill("4k")
     page.locator("#params .knob input[type=text]").press("Enter")
     until(page, cells + "'v(a) 10 V v(b) 2 V i(v1) -2 mA'")
     deck.write_text(DECK)
     until(page, SHOWN)
-    assert page.locator("main").is_visible()
+    assert page.locator("#waves").is_visible() and page.locator("#transport").is_visible()
 
 
 def test_a_run_that_stops_is_shown_with_its_reason_and_its_parameters(edited: Any, watch: Any) -> None:
