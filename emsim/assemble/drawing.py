@@ -3,7 +3,7 @@
 A drawing is a list of shapes in body frames. A place is [body, x, y, z] in the axes of that body; a body's pose is
 a set of channels: x, y, angle in a planar scene, x, y, z and the rotation matrix by rows in space. Shapes may
 name further channels (a current, a force) that change them. Nothing here is drawn: a page or a film does that
-(outputs/web/machine.js, outputs/film.py) from plain data:
+(outputs/glyphs/, outputs/film.py, outputs/web/machine.js) from plain data:
 
     {"planar": bool, "bodies": [{"name", "at": ["#channel" or number, ...]}], "shapes": [{"kind", ...}], "view": {...}}
 """
@@ -110,9 +110,9 @@ class Drawing:
         """What shapes that share a place must know of each other, once all are there.
 
         `to` of bones: everything that is fastened to them. `rings` of a POT: how many others lie within it. `below` of a
-        joint: a motor covers it. `radii` of a GEAR between pins that stand apart [m]: its wheels, in the ratio's proportion;
-        they touch (`meshed`) where they turn against each other, and have one between them otherwise. A body that is nothing
-        but a wheel (`spin`) takes the largest of its own."""
+        joint, or of what is elastic at one: a motor covers it. `radii` of a GEAR between pins that stand apart [m]: its wheels,
+        in the ratio's proportion; they touch (`meshed`) where they turn against each other, and have one between them otherwise.
+        A body that is nothing but a wheel (`spin`) takes the largest of its own."""
         pots: dict[str, int] = {}
         motors = {str(s["a"]) for s in self.shapes if s["kind"] == "motor"}
         wheels: dict[int, float] = {}
@@ -121,7 +121,7 @@ class Drawing:
                 s["to"] = self.attached(self.names[int(s["at"][0])])
             elif s["kind"] == "pot":
                 s["rings"] = pots[str(s["a"])] = pots.get(str(s["a"]), -1) + 1
-            elif s["kind"] == "joint":
+            elif s["kind"] == "joint" or (s["kind"] in ("spring", "damper") and "a" in s):
                 s["below"] = str(s["a"]) in motors
             elif s["kind"] == "gear":
                 (a, b), ratio = (s["first"], s["second"]), abs(s["ratio"])

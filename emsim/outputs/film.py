@@ -16,7 +16,9 @@ import numpy as np
 from ..diagnostics import deck_error
 from . import missing_package
 from .beside import replacing
-from .glyphs import COLOURS, GLYPHS, mixed, written
+from .glyphs import drawn
+from .glyphs.paper import named, paper
+from .numbers import written
 from .stage import Stage
 
 try:
@@ -27,10 +29,15 @@ except ImportError:
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
+    from typing import Any
 
     from ..result import Table
-    from .stage import Point
+    from .glyphs.contract import Point
 
+COLOURS = {
+    "back": "#ffffff", "panel": "#f6f7f9", "ink": "#1c2430", "soft": "#667080", "accent": "#0b62c4", "body": "#c9d4e2",
+    "edge": "#3d4b5e", "ground": "#66707f", "force": "#c8341f", "coil": "#8a4fb8", "motor": "#0b62c4", "wiper": "#0f7d46",
+}  # fmt: skip
 WIDTH = 480  # [px]
 FPS = 20
 SHORTEST, LONGEST = 4.0, 10.0  # seconds that a film lasts where nobody says
@@ -38,6 +45,12 @@ MOST = 3000  # frames
 REST = 80  # hundredths of a second that the last frame stands longer
 TRACED = 1500  # points of a trace
 THROUGH = 127  # number of the colour that is none
+
+
+def mixed(colour: str, share: float, on: str = "back") -> str:
+    """A colour, so much of it, on another."""
+    parts = [(int(COLOURS[colour][k : k + 2], 16), int(COLOURS[on][k : k + 2], 16)) for k in (1, 3, 5)]
+    return "#" + "".join(f"{round(share * a + (1 - share) * b):02x}" for a, b in parts)
 
 
 class Timing:
@@ -180,50 +193,15 @@ class Camera:
         stage = self.stage
         stage.at(t)
         pen = Pen(self)
-        self._scale_and_gravity(pen)
+        paper(stage, pen)
         if self.traced is not None and t > self.begin:
             count = min(TRACED, 2 + sum(1 for v in stage.time if self.begin <= v <= t))
             times = [self.begin + (t - self.begin) * k / (count - 1) for k in range(count)]
             pen.line(stage.course(self.traced, times), "accent", 1.2)
-        for layer in (0, 1, 2):
-            for shape in stage.shapes:
-                glyph = GLYPHS.get(shape["kind"])
-                if glyph is not None and glyph.layer == layer:
-                    glyph.draw(stage, pen, shape)
+        drawn(stage, pen)
         said = f"t = {written(t, 's', 4)}"
         pen.write(stage.width / 2, stage.height - 8 * self.unit, said, "ink", anchor="ms")
         return pen.picture()
-
-    def _scale_and_gravity(self, pen: Pen) -> None:
-        stage, u = self.stage, self.unit
-        metres = 90 * u / stage.scale
-        ten = 10.0 ** math.floor(math.log10(metres))
-        step = next(m * ten for m in (5, 2, 1) if m * ten <= metres)
-        x, y, end = 12 * u, stage.height - 12 * u, 12 * u + step * stage.scale
-        pen.line([(x, y), (end, y)], "ground", 1.5)
-        for at in (x, end):
-            pen.line([(at, y - 4 * u), (at, y + 4 * u)], "ground", 1.5)
-        pen.write(x + 4 * u, y - 4 * u, written(step, "m"), "ground", anchor="ls")
-        gravity = stage.flat(stage.gravity)
-        size = math.hypot(*gravity)
-        right, top = stage.width - 18 * u, 12 * u
-        if size > 0:
-            dx, dy = 22 * u * gravity[0] / size, -22 * u * gravity[1] / size
-            from_x, from_y = right + min(0.0, -dx), top + max(0.0, -dy)
-            pen.arrow((from_x, from_y), (from_x + dx, from_y + dy), "ground", 1.5, 6)
-            pen.write(from_x - 12 * u, top + 18 * u, "g", "ground", anchor="ls")
-        if not stage.planar:
-            self._axes(pen)
-
-    def _axes(self, pen: Pen) -> None:
-        """The directions of x, y and z: this is a parallel projection of space."""
-        u, stage = self.unit, self.stage
-        origin = (stage.width - 46 * u, stage.height - 40 * u)
-        for k, name in enumerate("xyz"):
-            dx, dy = stage.flat([float(k == i) for i in range(3)])
-            tip = (origin[0] + 24 * u * dx, origin[1] - 24 * u * dy)
-            pen.line([origin, tip], "ground", 1.2)
-            pen.write(tip[0] + 6 * u * dx, tip[1] - 6 * u * dy, name, "ground", anchor="mm")
 
 
 class Pen:
@@ -236,14 +214,17 @@ class Pen:
         self._image = Image.new("RGB", whole, COLOURS["back"])
         self._draw = ImageDraw.Draw(self._image)
         self._texts: list[tuple[float, float, str, str, str]] = []
-        self._labels: list[tuple[float, float, str, str]] = []
-        self._taken: list[tuple[float, float, float, float]] = []
+        self._labels: list[list[Any]] = []
+        self._taken: list[list[float]] = []
 
     def _up(self, points: Sequence[Point]) -> list[Point]:
         return [(x * self._fine, y * self._fine) for x, y in points]
 
-    def line(self, points: Sequence[Point], colour: str, width: float, dash: float = 0.0) -> None:
+    def line(
+        self, points: Sequence[Point], colour: str, width: float, dash: float = 0.0, alpha: float = 1.0
+    ) -> None:
         """Through the points, with round ends and corners; `dash` long pieces and gaps."""
+        colour = mixed(colour, alpha) if alpha < 1 else colour
         if dash:
             for a, b in _dashes(points, dash * self.unit):
                 self.line([a, b], colour, width)
@@ -255,16 +236,15 @@ class Pen:
         for x, y in (points[0], points[-1]) if r >= 1 else ():
             self._draw.ellipse((x - r, y - r, x + r, y + r), fill)
 
-    def polygon(
-        self, points: Sequence[Point], fill: str = "body", edge: str = "edge", width: float = 1.4
-    ) -> None:
+    def polygon(self, points: Sequence[Point], fill: str, edge: str, width: float) -> None:
         """A filled shape with its outline."""
         self._draw.polygon(self._up(points), COLOURS[fill])
         self.line([*points, points[0]], edge, width)
 
     def circle(
-        self, at: Point, r: float, fill: str | None = "body", edge: str = "edge", width: float = 1.4
+        self, at: Point, r: float, fill: str | None, edge: str, width: float, alpha: float = 1.0
     ) -> None:
+        edge = mixed(edge, alpha) if alpha < 1 else edge
         x, y, r = at[0] * self._fine, at[1] * self._fine, r * self._fine
         thick = max(1, round(width * self.unit * self._fine))
         box = (x - r - thick / 2, y - r - thick / 2, x + r + thick / 2, y + r + thick / 2)
@@ -276,11 +256,7 @@ class Pen:
         angles = [start + (end - start) * k / n for k in range(n + 1)]
         self.line([(at[0] + r * math.cos(a), at[1] + r * math.sin(a)) for a in angles], colour, width)
 
-    def arrow(self, start: Point, end: Point, colour: str, width: float, head: float = 9.0) -> None:
-        self.line([start, end], colour, width)
-        self.head(end, math.atan2(end[1] - start[1], end[0] - start[0]), colour, head)
-
-    def head(self, tip: Point, angle: float, colour: str, size: float = 9.0) -> None:
+    def head(self, tip: Point, angle: float, colour: str, size: float) -> None:
         """The point of an arrow that flies at this angle."""
         size *= self.unit
         wings = [
@@ -289,49 +265,23 @@ class Pen:
         ]
         self._draw.polygon(self._up([tip, *wings]), COLOURS[colour])
 
-    def label(self, at: Point, dx: float, dy: float, text: str, colour: str = "ink") -> None:
+    def label(self, at: Point, dx: float, dy: float, text: str, colour: str) -> None:
         """A name beside what it names, written when all is drawn, where there is room."""
-        self._labels.append((at[0] + dx * self.unit, at[1] + dy * self.unit, text, colour))
+        self._labels.append([at[0] + dx * self.unit, at[1] + dy * self.unit, text, colour])
 
     def keep_off(self, at: Point, r: float) -> None:
         """A round thing that labels keep off."""
-        self._taken.append((at[0] - r, at[1] - r, at[0] + r, at[1] + r))
-
-    def _name(self) -> None:
-        """What acts first, then the names of bodies: of these, those for which there is no room are left out."""
-        u = self.unit
-        for x0, y0, text, colour in sorted(self._labels, key=lambda label: label[3] == "soft"):
-            width = self._font.getlength(text)
-
-            def box(x: float, y: float, width: float = width) -> tuple[float, float, float, float]:
-                return x - u, y - 11 * u, x + width + u, y + 2 * u
-
-            def free(place: Point) -> bool:
-                mine = box(*place)
-                apart = (
-                    b[2] <= mine[0] or mine[2] <= b[0] or b[3] <= mine[1] or mine[3] <= b[1]
-                    for b in self._taken
-                )  # fmt: skip
-                return 11 * u < place[1] < self._size[1] - 2 * u and all(apart)
-
-            lower = (0, 13, -13) if colour == "soft" else (0, 13, -13, 26, -26, 39, 52)
-            sides = [
-                max(4.0, min(x, self._size[0] - width - 4)) for x in (x0, x0 - width - 22 * u, x0 + 24 * u)
-            ]
-            places = [(x, y0 + dy * u) for dy in lower for x in sides]
-            found = next((place for place in places if free(place)), None)
-            if found is None and colour == "soft":
-                continue
-            x, y = found or places[0]
-            self._taken.append(box(x, y))
-            self.write(x, y, text, colour, anchor="ls")
+        self._taken.append([at[0] - r, at[1] - r, at[0] + r, at[1] + r])
 
     def write(self, x: float, y: float, text: str, colour: str, anchor: str) -> None:
         self._texts.append((x, y, text, colour, anchor))
 
     def picture(self) -> Image.Image:
         """The frame in its own size, with its writing."""
-        self._name()
+        for x, y, text, colour in named(
+            self._labels, self._taken, list(self._size), self.unit, self._font.getlength
+        ):
+            self.write(x, y, text, colour, "ls")
         small = self._image.reduce(self._fine)
         draw = ImageDraw.Draw(small)
         for x, y, text, colour, anchor in self._texts:

@@ -15,6 +15,7 @@ import re
 from array import array
 from base64 import b64decode, b64encode
 from bisect import bisect_right
+from functools import cache
 from html import escape
 from json import dumps
 from math import inf, isfinite, log10
@@ -38,6 +39,7 @@ LEAST = 60  # ... of which a run of several has this many at least
 MOST = 440_000  # characters of a run in a file; scripts and styles take 70 000 more
 SHOWN = 8  # signals drawn at first where the deck has no .print
 WEB = join(dirname(__file__), "web")
+GLYPHS = "glyphs"  # the script that is made of outputs/glyphs/
 SCRIPTS = (
     "vendor/uPlot.iife.min.js",
     "data.js",
@@ -46,6 +48,8 @@ SCRIPTS = (
     "measure.js",
     "export.js",
     "link.js",
+    GLYPHS,
+    "pen.js",
     "machine.js",
     "circuit.js",
     "energy.js",
@@ -67,7 +71,7 @@ def write(path: str, result: Result, deck: str = "", sheets: Iterable[Sheet] = (
 
 
 def page(run: dict[str, Any], scripts: Sequence[str] = SCRIPTS, styles: Sequence[str] = STYLES) -> str:
-    """The whole page around one run; scripts and styles by their names in web/."""
+    """The whole page around one run; scripts and styles by their names in web/, and GLYPHS."""
     template = _file("page.html")
     parts = {
         "title": escape(run["title"]),
@@ -372,7 +376,12 @@ def _messages(said: Sequence[Diagnostic]) -> list[Sheet]:
     return [("messages", f"Messages ({len(said)})", f"<pre>{escape(render_text(said))}</pre>")]
 
 
+@cache
 def _file(name: str) -> str:
+    if name == GLYPHS:
+        from .glyphs import script
+
+        return script()
     with open(join(WEB, name), encoding="utf-8") as file:
         return file.read()
 

@@ -10,15 +10,15 @@ import math
 
 import numpy as np
 
+from .glyphs.extent import extents, walled
+
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Sequence
     from typing import Any
 
     from ..result import Table
-
-    Place = Sequence[float]  # [body, x, y, z] in that body's axes
-    Point = tuple[float, float]  # pixels, y downwards
+    from .glyphs.contract import Place, Point
 
 YAW, PITCH = -0.6, 0.45  # [rad]
 MARGIN = 46 / 480  # of the width
@@ -43,7 +43,7 @@ class Pose:
 class Stage:
     """Shapes and camera. `at(t)` sets the instant; then `value`, `share`, `world` and `place` speak of it.
 
-    shapes, points, view, gravity   as the scene has them
+    shapes, points, view, gravity   as the scene has them; arrows: forces and torques are shown
     width, height                   of the picture [px]; scale [px/m]; size: the larger side of the machine's room [m]
     """
 
@@ -53,6 +53,7 @@ class Stage:
         self.shapes: list[dict[str, Any]] = data["shapes"]
         self.points: dict[str, Place] = {p["name"]: p["at"] for p in data["points"]}
         self.view: dict[str, Any] = data["view"]
+        self.arrows = True
         self.gravity, self.planar, self._bodies = data["gravity"], data["planar"], data["bodies"]
         self.time = table.time
         waves = table.scene.waves
@@ -138,39 +139,13 @@ class Stage:
 
     # the room ----------------------------------------------------------------------------------------
 
-    def _extents(self) -> list[tuple[Place, float]]:
-        """Places that must be seen, with a margin about each [m]."""
-        found: list[tuple[Place, float]] = []
-        for s in self.shapes:
-            sizes: list[float] = s.get("sizes", [])
-            at: Any
-            kind, at = s["kind"], s.get("at", s.get("a"))
-            if kind == "rod":
-                found += [(at, 0.0), (moved(at, sizes[0]), 0.0)]
-            elif kind == "box":
-                w, h = sizes[0], sizes[1] if len(sizes) > 1 else sizes[0]
-                found += [(moved(at, i * w / 2, j * h / 2), 0.0) for i in (-1, 1) for j in (-1, 1)]
-            elif kind == "disc":
-                found.append((at, sizes[0]))
-            else:
-                found += [
-                    (s[key], 0.0) for key in ("at", "a", "b", "p", "q_") if isinstance(s.get(key), list)
-                ]
-            found += [(p, 0.0) for p in s.get("to", ())]
-            if s.get("spin"):
-                found.append((at, 1.5 * s["spin"]))
-            if kind in ("pot", "stop") and s["joint"] == "slide":
-                ends = s["range"] if kind == "pot" else [v for v in s["ends"] if v is not None]
-                found += [(moved(s["a"], *((v + s["zero"]) * e for e in s["axis"])), 0.0) for v in ends]
-        return found
-
     def _measure(self) -> tuple[float, float, float, float]:
         """The box that the machine sweeps [m]: left, bottom, right, top."""
         corners: list[tuple[float, float]] = []
-        extents = self._extents()
+        reach = extents(self.shapes)
         for t in self.time[:: max(1, len(self.time) // SWEPT)]:
             self.at(float(t))
-            for place, about in extents:
+            for place, about in reach:
                 x, y = self.flat(self.world(place))
                 if math.isfinite(x + y):
                     corners += [(x - about, y - about), (x + about, y + about)]
@@ -181,7 +156,7 @@ class Stage:
         # what ties a slide to its wall is drawn from behind the joint
         far = 0.25 * max(max(xs) - min(xs), max(ys) - min(ys))
         for s in self.shapes:
-            if s["kind"] in ("spring", "damper") and s.get("joint") == "slide" and far > 0:
+            if walled(s) and far > 0:
                 along = self.poses[int(s["a"][0])].turn @ np.asarray(s["axis"], dtype=float)
                 x, y = self.flat(self.world(s["a"]) - far * along)
                 xs, ys = (*xs, x), (*ys, y)
@@ -195,8 +170,3 @@ class Stage:
         self.middle = ((left + right) / 2, (bottom + top) / 2)
         wanted = float(self.view.get("scale", 1.0)) or 1.0
         self.scale = min((self.width - 2 * margin) / w, (self.height - 2 * margin) / h) * wanted
-
-
-def moved(place: Place, dx: float, dy: float = 0.0, dz: float = 0.0) -> Place:
-    """A place beside another on the same body."""
-    return [place[0], place[1] + dx, place[2] + dy, place[3] + dz]

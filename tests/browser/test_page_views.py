@@ -355,7 +355,7 @@ def test_rails_reach_the_edge_and_labels_lie_apart(page_of: Any) -> None:
         page.evaluate("() => window.emsim.clock.set(window.emsim.clock.last * 0.3)")
         settle(page)
         over = page.evaluate(
-            """() => { const labels = window.emsim.machine.taken.filter((b) => Math.abs(b[3] - b[1] - 13) < 1e-6);
+            """() => { const labels = window.emsim.machine.pen.taken.filter((b) => Math.abs(b[3] - b[1] - 13) < 1e-6);
                 const meet = (a, b) => a[0] < b[2] && b[0] < a[2] && a[1] < b[3] && b[1] < a[3];
                 return labels.filter((a, i) => labels.some((b, j) => j < i && meet(a, b))).length; }"""
         )

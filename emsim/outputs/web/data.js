@@ -57,6 +57,8 @@ function written(value, unit = "", digits = 4) {
   return `${+(value / 1000 ** step).toPrecision(digits)} ${PREFIXES[step + 5]}${unit}`;
 }
 
+function rounded(value, digits) { return String(+value.toPrecision(digits)); }
+
 // Index of the last entry <= t of an ascending column.
 function before(time, t) {
   let low = 0, high = time.length - 1;

@@ -13,8 +13,10 @@ from PIL import Image
 import emsim
 from emsim import DeckError
 from emsim.outputs import film
-from emsim.outputs.glyphs import COLOURS, GLYPHS, written
+from emsim.outputs.film import COLOURS
+from emsim.outputs.glyphs import GLYPHS
 from emsim.outputs.html import WEB
+from emsim.outputs.numbers import written
 from emsim.outputs.stage import PITCH, YAW, Stage
 
 ARM = (
@@ -181,15 +183,23 @@ def test_space_is_projected_in_parallel(tmp_path):
     assert near(picture, x, y, "body", 2)
 
 
-def test_glyphs_and_colours_are_those_of_the_page():
-    with open(f"{WEB}/machine.js", encoding="utf-8") as file:
-        page = {
-            name: int(layer) for name, layer in re.findall(r"^  (\w+): \{ layer: (\d)", file.read(), re.M)
-        }
-    assert {name: glyph.layer for name, glyph in GLYPHS.items()} == page
+def test_colours_are_those_of_the_page():
     with open(f"{WEB}/page.css", encoding="utf-8") as file:
         light = dict(re.findall(r"--(\w+): (#\w{6})", file.read().split("}")[0]))
     assert {name: light[name] for name in COLOURS} == COLOURS
+
+
+def test_every_shape_that_a_card_draws_has_a_glyph():
+    """A page left out what it had no glyph for."""
+    from pathlib import Path
+
+    cards = Path(emsim.__file__).parent / "cards"
+    drawn = {
+        kind
+        for path in cards.rglob("*.py")
+        for kind in re.findall(r"draw\.add\(\s*\"(\w+)\"", path.read_text())
+    }
+    assert len(drawn) > 10 and drawn <= set(GLYPHS)
 
 
 ALL = """every glyph

@@ -1,0 +1,22 @@
+"""CONTACT: the surfaces that may touch, red while they press."""
+
+from __future__ import annotations
+
+from .marks import moved
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from .contract import Pen, Scene, Shape
+
+
+def contact(m: Scene, pen: Pen, s: Shape) -> None:
+    p, q = m.place(s["p"]), m.place(s["q_"])
+    share, far = abs(m.share(s["effort"])), 70 * pen.unit / m.scale
+    colour, width = "force" if share > 0.01 else "edge", 1.5 + 2.5 * share
+    if s["along"]:
+        ends = [m.place(moved(s["q_"], *[k * far * v for v in s["along"]])) for k in [-1, 1]]
+        pen.line(ends, colour, width)
+    for at, r in [[p, s["r"]], [q, s["rq"]]]:
+        if r:
+            pen.circle(at, abs(r) * m.scale, None, colour, width)
+    pen.label(q, 8, 14, s["name"], "soft")
