@@ -98,6 +98,10 @@ class Builder:
     def eval(self, ys: Sequence[Expr | float], x: Sequence[float], t: float = 0.0) -> list[float]: ...
     def wave(self, kind: str, args: Sequence[float], dc: float | None = None) -> int:
         """kind: dc pulse sin exp pwl pwlr sffm am, every argument given. ValueError when they do not fit."""
+    def input(self, start: float) -> int:
+        """A source whose value comes from outside (`System.pack`); `start` where nothing is said."""
+    def note_places(self) -> None:
+        """Before the first element: what is placed is noted, so that the compiled system can be packed."""
     def digital_node(self, name: str) -> tuple[int, int]:
         """A digital node: its number, and the wave that shows its level as 0, 1, or 1/2 where it is undefined."""
     def digital_senses(self, node: int, above: Expr, below: Expr) -> None:
@@ -269,6 +273,19 @@ class System:
         self, options_: dict[str, Any] | None = None, statics: bool = False, hold: bool = False
     ) -> tuple[SmallSignal | None, dict[str, Any] | None]:
         """The equations linearised about the operating point, or why there is none. hold: the machine does not move."""
+    def pack(
+        self,
+        token: str,
+        inputs: Sequence[tuple[int, str, float, bool]],
+        outputs: Sequence[tuple[Expr, str]],
+        options_: dict[str, Any] | None,
+        times: tuple[float, float, float | None],
+        uic: bool,
+        codes: dict[str, str],
+    ) -> bytes:
+        """The equations as bytes, for the engine in an FMU. Inputs: wave, name, value where nothing is said, does it hold still
+        while the model runs; outputs: expression (made before `compile`), name; times: tstep, tstop, tmax [s]; codes: kind of
+        failure -> the code under which it is explained. ValueError."""
     def tran(
         self,
         tstep: float,

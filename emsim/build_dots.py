@@ -151,6 +151,10 @@ class DotCards(Cards):
             from .build_measure import fourier
 
             return fourier(line, ch[0].end_pos)
+        elif kind == "fmu":
+            from .build_fmu import fmu
+
+            return fmu(line, ch[0].end_pos)
         elif is_analysis(kind):
             return Analysis(kind, self.words(kind, ch, line), set(), line.whole)
         elif kind == "step":

@@ -205,9 +205,11 @@ class FlatDeck:
         "commands",
         "draws",
         "elements",
+        "fmu",
         "fours",
         "gravity",
         "ics",
+        "inputs",
         "is_drawn",
         "machine",
         "measures",
@@ -250,6 +252,9 @@ class FlatDeck:
         )
         self.reads_temper = False  # a parameter does
         self.draws = Draws()  # random values
+        self.fmu: dict[str, list[Probe]] = {}  # list of .fmu -> its words
+        # what comes from outside while an FMU runs: name of a source or of a card's value -> where nothing is said; None: no FMU
+        self.inputs: dict[str, float] | None = None
         self.temp = 27.0
         self.tnom = 27.0
         self.gravity: tuple[float, float, float] | None = None

@@ -20,6 +20,7 @@ CODES = {
     "not finite": "E412",
     "unfit": "E413",
     "too long": "E414",
+    "contradiction": "E418",
 }
 
 
@@ -70,7 +71,7 @@ def explain_failure(
         hint = (
             "conditions that set each other off have no value; a small delay between them (R and C) gives one"
         )
-        return [Diagnostic("error", "E418", f"{said} contradicts itself or others {when}", span, hint)]
+        return [Diagnostic("error", CODES[kind], f"{said} contradicts itself or others {when}", span, hint)]
     if kind == "too long":
         from .watch import too_long
 

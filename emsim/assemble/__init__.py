@@ -109,6 +109,8 @@ def assemble(
 
     ctx = context(Builder(), flat, options)
     ctx.times = times
+    if flat.inputs is not None:
+        ctx.b.note_places()
 
     # unknowns first, so that every expression can name every node and branch
     circuit.allocate(ctx)

@@ -129,6 +129,8 @@ class Compiler:
 
     def _name(self, node: Name) -> Expr:
         b = self.ctx.b
+        if node.id.startswith("input "):  # fmus/ports.py
+            return b.wave_expr(self.ctx.input(node.id))
         if node.id == "time":
             return b.time()
         if node.id == "temper":

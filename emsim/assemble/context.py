@@ -90,6 +90,7 @@ class Context:
         self.is_drawn = flat.is_drawn and 0 < len(flat.elements) + len(flat.machine) <= DRAWN
         self.aside: set[str] = set()  # branches that only the drawing of the circuit reads
         self._waves: dict[str, int] = {}
+        self.inputs: dict[str, int] = {}  # of what comes from outside: the engine's number
         self.still: Expr | None = None  # 1 at the DC point, 0 in a run
         self.delayed: list[int] = []  # unknowns that read what was a time ago
         self._ddts: dict[int, int] = {}
@@ -183,9 +184,18 @@ class Context:
         self.delayed.append(index)
         return b.x(index)
 
+    def input(self, name: str) -> int:
+        """The engine's number of a value that comes from outside (flat.inputs)."""
+        if name not in self.inputs:
+            assert self.flat.inputs is not None
+            self.inputs[name] = self.b.input(self.flat.inputs[name])
+        return self.inputs[name]
+
     def wave(self, e: Element) -> int:
         """The engine's number of an independent source's waveform."""
         k = self._waves.get(e.name)
+        if k is None and e.name in (self.flat.inputs or ()):
+            k = self._waves[e.name] = self.input(e.name)
         if k is None:
             from .waves import of_source
 

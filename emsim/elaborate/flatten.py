@@ -470,6 +470,11 @@ class _Flattener:
         elif card.kind in ("save", "probe", "also"):
             out = {"save": flat.saves, "probe": flat.probes, "also": flat.also}[card.kind]
             out += [Probe(p.text, self.output(p.ast, level), p.span) for p in card.items]
+        elif card.kind == "fmu":
+            for key, probes in card.items.items():
+                out = flat.fmu.setdefault(key, [])
+                is_out = key == "out"
+                out += [Probe(p.text, self.output(p.ast, level) if is_out else p.ast, p.span) for p in probes]
         elif card.kind == "options":
             for key, value, span in card.items:
                 flat.option_spans[key] = span

@@ -39,6 +39,7 @@ FAMILIES = (
     "sweeps",
     "drawing",
     "searching",
+    "fmu",
     "outside",
     "exit_codes",
 )

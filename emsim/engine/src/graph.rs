@@ -3,12 +3,13 @@
 //! A node is built once: asking for the same operation on the same operands returns the same `Id`, so common
 //! subexpressions are shared by construction. What is constant folds away before anything runs; that is how a planar
 //! scene loses its third dimension (DESIGN.md, idea 3).
+use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
 
 pub type Id = u32;
 
 /// Functions of one argument.
-#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug, Serialize, Deserialize)]
 pub enum Fun {
     Sin,
     Cos,
@@ -93,7 +94,7 @@ impl Fun {
     }
 }
 
-#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug, Serialize, Deserialize)]
 pub enum Node {
     Const(u64), // bits of the f64
     Unknown(u32),
@@ -133,11 +134,32 @@ impl Node {
     }
 }
 
-#[derive(Default)]
+#[derive(Clone, Default, Serialize, Deserialize)]
+#[serde(from = "Listed", into = "Listed")]
 pub struct Graph {
     nodes: Vec<Node>,
     known: HashMap<Node, Id>,
     symbols: u32,
+}
+
+/// A graph as it is written: its nodes in order.
+#[derive(Serialize, Deserialize)]
+struct Listed {
+    nodes: Vec<Node>,
+    symbols: u32,
+}
+
+impl From<Graph> for Listed {
+    fn from(g: Graph) -> Listed {
+        Listed { nodes: g.nodes, symbols: g.symbols }
+    }
+}
+
+impl From<Listed> for Graph {
+    fn from(of: Listed) -> Graph {
+        let known = of.nodes.iter().enumerate().map(|(id, &node)| (node, id as Id)).collect();
+        Graph { nodes: of.nodes, known, symbols: of.symbols }
+    }
 }
 
 impl Graph {

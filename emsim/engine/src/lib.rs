@@ -8,6 +8,7 @@ pub mod derive; // reverse and forward differentiation, substitution
 pub mod devices; // semiconductor kernels, one file each
 pub mod edges; // switching times that sources alone decide
 pub mod events; // state events on dense output
+pub mod fmi; // FMUs: the functions of FMI 2 and 3, and a deck as bytes
 pub mod graph; // hash-consed expression nodes with folding
 pub mod integrate; // the methods and the driver
 pub mod invariants; // what must hold at every recorded row
@@ -20,6 +21,7 @@ pub mod modes; // laws with modes (friction, rigid stops), decided together
 pub mod newton; // one implicit stage: Newton's method
 pub mod op; // the starting point: operating point, initial conditions, consistent values
 pub mod passive; // is the linear part a passive network without gain
+#[cfg(feature = "python")]
 mod py;
 pub mod raw; // ngspice's raw file, whole or row by row
 pub mod record; // recorded waveforms

@@ -6,10 +6,11 @@ use crate::graph::{Graph, Id, Node};
 use crate::logic::Logic;
 use crate::veriloga::Folded;
 use crate::waves::Wave;
+use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, HashMap};
 
 /// What an unknown is: its tolerance, and whether the DC operating point holds it.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
 pub enum Kind {
     Node,
     Branch,
@@ -57,7 +58,7 @@ impl Kind {
     }
 }
 
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Unknown {
     pub name: String,
     pub kind: Kind,
@@ -66,7 +67,7 @@ pub struct Unknown {
 }
 
 /// What a flag does where its operand is exactly at its threshold.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
 pub enum Law {
     /// operand > 0: false at the threshold
     Condition,
@@ -89,7 +90,7 @@ impl Law {
     }
 }
 
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
 pub enum Form {
     /// |effort| <= bound, effort = -bound where flow > 0
     Relay,
@@ -102,7 +103,7 @@ pub enum Form {
 /// A set-valued law between an effort, which is the unknown `row`, and a flow, which is linear in the speeds. Its flags:
 /// relay: does it slide, share of the bound (as a sign where it slides), mode as it is shown; corner and one way: is it closed, then
 /// how often it has hit, its impulses, the energy that they took.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct LawSpec {
     pub form: Form,
     pub row: usize,
@@ -116,7 +117,7 @@ pub struct LawSpec {
 
 /// 0/1 state held between events: becomes 1 when `up` > 0, 0 when `down` < 0. Between the two it is what it was: at the start
 /// of a run from given values `initial`, at the operating point `rest`; -1 where nothing is said.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct FlagSpec {
     pub up: Id,
     pub down: Id,
@@ -127,7 +128,7 @@ pub struct FlagSpec {
 }
 
 /// Node voltages forced at the operating point (`.ic`) or only suggested (`.nodeset`).
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Serialize, Deserialize)]
 pub struct Force {
     pub row: usize,
     pub value: f64,
@@ -135,7 +136,7 @@ pub struct Force {
 }
 
 /// What an expression was a time ago (system/delays.rs).
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub struct Delay {
     pub of: Id,
     pub by: f64,
@@ -146,8 +147,36 @@ pub struct Delay {
     pub initial: f64,
 }
 
+/// A device, a module or a digital part, as it was placed: with what it takes to place it again.
+#[derive(Clone, Serialize, Deserialize)]
+pub enum Placed {
+    Device {
+        kind: String,
+        name: String,
+        terminals: Vec<i32>,
+        values: [BTreeMap<String, f64>; 2], // of the model, of the instance; in order, so that the same is written
+        at: Climate,
+        inner: Vec<usize>,
+    },
+    Module {
+        module: String,
+        name: String,
+        terminals: Vec<i32>,
+        folded: Box<Folded>,
+        multiplied: f64,
+        off: bool,
+        inner: Vec<usize>,
+    },
+    Part {
+        kind: String,
+        name: String,
+        ports: Vec<Vec<(usize, bool)>>,
+        values: BTreeMap<String, Vec<f64>>,
+    },
+}
+
 /// Contributions, as the cards make them.
-#[derive(Default)]
+#[derive(Default, Serialize, Deserialize)]
 pub struct Model {
     pub unknowns: Vec<Unknown>,
     pub waves: Vec<Wave>,
@@ -159,7 +188,10 @@ pub struct Model {
     pub f_wave: Vec<(usize, usize, f64)>,
     pub f: BTreeMap<usize, Id>,
     pub q: BTreeMap<usize, Id>,
+    #[serde(skip)]
     pub classes: Vec<Box<dyn Class>>,
+    /// those of `classes` and of `logic`, where the model is to be written
+    pub placed: Option<Vec<Placed>>,
     pub flags: Vec<FlagSpec>,
     pub laws: Vec<LawSpec>,
     pub logic: Logic,
@@ -185,13 +217,19 @@ impl Model {
             self.classes.push(maker.class());
             self.classes.len() - 1
         });
-        let unknowns = &mut self.unknowns;
+        let (unknowns, mut made) = (&mut self.unknowns, Vec::new());
         let mut inner = |node: &str| {
             let name = format!("{name}#{node}");
             unknowns.push(Unknown { name, kind: Kind::Node, unit: "V".into(), initial: 0.0 });
+            made.push(unknowns.len() - 1);
             unknowns.len() - 1
         };
         self.classes[k].add(name, terminals, model, instance, at, &mut inner)?;
+        if let Some(placed) = &mut self.placed {
+            let (kind, name, terminals) = (kind.into(), name.into(), terminals.to_vec());
+            let values = [model, instance].map(|of| of.clone().into_iter().collect());
+            placed.push(Placed::Device { kind, name, terminals, values, at, inner: made });
+        }
         let series = self.classes[k].seats().last().map_or(Vec::new(), |seat| seat.series.clone());
         for s in &series {
             let (i, gs) = (s.inner, s.conductance);
@@ -212,7 +250,7 @@ impl Model {
         folded: &Folded,
         (m, off): (f64, bool),
     ) -> Result<(), String> {
-        let unknowns = &mut self.unknowns;
+        let (unknowns, mut made) = (&mut self.unknowns, Vec::new());
         let mut inner = |node: &str, sort: Sort| {
             let name = format!("{name}#{node}");
             let (kind, unit) = match sort {
@@ -221,9 +259,62 @@ impl Model {
                 Sort::Rate => (Kind::Derivative, ""),
             };
             unknowns.push(Unknown { name, kind, unit: unit.into(), initial: 0.0 });
+            made.push(unknowns.len() - 1);
             unknowns.len() - 1
         };
-        compiled::seat(&mut self.classes, module, name, terminals, folded, (m, off), &mut inner)
+        compiled::seat(&mut self.classes, module, name, terminals, folded, (m, off), &mut inner)?;
+        if let Some(placed) = &mut self.placed {
+            let (module, name, terminals) = (module.into(), name.into(), terminals.to_vec());
+            let folded = Box::new(folded.clone());
+            placed.push(Placed::Module { module, name, terminals, folded, multiplied: m, off, inner: made });
+        }
+        Ok(())
+    }
+
+    /// A digital part between nodes: of each port (number, inverted) of its connections. Errors are sentences for the user.
+    pub fn add_part(
+        &mut self,
+        kind: &str,
+        name: &str,
+        ports: Vec<Vec<(usize, bool)>>,
+        values: HashMap<String, Vec<f64>>,
+    ) -> Result<(), String> {
+        self.logic.add(kind, name, ports.clone(), &values)?;
+        if let Some(placed) = &mut self.placed {
+            let values = values.into_iter().collect();
+            placed.push(Placed::Part { kind: kind.into(), name: name.into(), ports, values });
+        }
+        Ok(())
+    }
+
+    /// Places everything again that a model which was written had; its unknowns and constants are there.
+    pub fn place(&mut self) -> Result<(), String> {
+        self.logic.reopen();
+        for placed in self.placed.take().into_iter().flatten() {
+            match placed {
+                Placed::Device { kind, name, terminals, values, at, inner } => {
+                    let [model, instance] = values.map(|of| of.into_iter().collect());
+                    let maker = maker(&kind).ok_or_else(|| format!("there is no device {kind}"))?;
+                    let k = self.classes.iter().position(|c| c.kind() == kind).unwrap_or_else(|| {
+                        self.classes.push(maker.class());
+                        self.classes.len() - 1
+                    });
+                    let mut inner = inner.into_iter();
+                    let mut next = |_: &str| inner.next().unwrap_or(usize::MAX);
+                    self.classes[k].add(&name, &terminals, &model, &instance, at, &mut next)?;
+                }
+                Placed::Module { module, name, terminals, folded, multiplied, off, inner } => {
+                    let mut inner = inner.into_iter();
+                    let mut next = |_: &str, _: Sort| inner.next().unwrap_or(usize::MAX);
+                    let how = (multiplied, off);
+                    compiled::seat(&mut self.classes, &module, &name, &terminals, &folded, how, &mut next)?;
+                }
+                Placed::Part { kind, name, ports, values } => {
+                    self.logic.add(&kind, &name, ports, &values.into_iter().collect())?;
+                }
+            }
+        }
+        Ok(())
     }
 
     /// Expressions that are linear forms of unknowns and sources become constants of G and C, if all of them are: a motor on a

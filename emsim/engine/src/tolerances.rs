@@ -20,6 +20,7 @@
 use crate::model::{Kind, Unknown};
 use crate::system::System;
 use crate::twice::{by_lanes, in_blocks, in_blocks_mut, side_by_side, whole, Lanes, One, LANES};
+use serde::{Deserialize, Serialize};
 
 /// Share of a signal's largest value so far below which relative accuracy is no longer asked for.
 const PEAK_SHARE: f64 = 0.02;
@@ -38,7 +39,7 @@ const NEIGHBOURS: f64 = 1e-12;
 const LENGTH: f64 = 1e-3;
 const MASS: f64 = 1e-3;
 
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Options {
     pub reltol: f64,
     pub absolute: Absolute,
@@ -88,7 +89,7 @@ impl Default for Options {
 }
 
 /// Absolute tolerances as `.options` gives them, and what the deck is made of; NaN where nothing is said.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub struct Absolute {
     pub given: [f64; QUANTITIES.len()],
     pub length: f64,

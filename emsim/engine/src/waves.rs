@@ -25,20 +25,23 @@
 mod rate;
 
 use crate::tape::sin_cos;
+use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
+use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
+use std::sync::Arc;
 
 /// `next_breakpoint(t)` gives nothing nearer than this part of t.
 pub const GUARD: f64 = 1e-12;
 /// A time this near to a corner, relative to the times it is made of, is the corner.
 const SNAP: f64 = 8.0 * f64::EPSILON;
 
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Wave {
     shape: Shape,
     dc: Option<f64>,
 }
 
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 enum Shape {
     Dc(f64),
     Pulse(Pulse),
@@ -48,9 +51,10 @@ enum Shape {
     Am { amplitude: f64, offset: f64, modulation: f64, carrier: f64, delay: f64, phase: f64 },
     Pwl(Pwl),
     Guest, // what another system gives, see system/split.rs
+    Input(#[serde(skip)] Arc<Input>),
 }
 
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 struct Pulse {
     v1: f64,
     v2: f64,
@@ -61,13 +65,48 @@ struct Pulse {
     corners: [f64; 3],
 }
 
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 struct Pwl {
     delay: f64,
     times: Vec<f64>,
     values: Vec<f64>,
     /// Where the repetition starts, if there is one: earlier than the last time.
     repeat: Option<f64>,
+}
+
+/// What somebody outside gives while a run stands: a straight line from a time on.
+#[derive(Debug, Default)]
+pub struct Input {
+    from: AtomicU64, // bits of f64
+    value: AtomicU64,
+    slope: AtomicU64,
+}
+
+impl Input {
+    /// From `from` on. The run has to be told (`Session`).
+    pub fn set(&self, from: f64, value: f64, slope: f64) {
+        for (place, v) in [(&self.from, from), (&self.value, value), (&self.slope, slope)] {
+            place.store(v.to_bits(), Relaxed);
+        }
+    }
+
+    pub fn value(&self, t: f64) -> f64 {
+        let [from, value, slope] = self.line();
+        if slope == 0.0 {
+            value
+        } else {
+            value + slope * (t - from)
+        }
+    }
+
+    pub fn slope(&self) -> f64 {
+        self.line()[2]
+    }
+
+    /// Where it begins, its value there, its slope.
+    pub fn line(&self) -> [f64; 3] {
+        [&self.from, &self.value, &self.slope].map(|place| f64::from_bits(place.load(Relaxed)))
+    }
 }
 
 /// Which of two values at a jump.
@@ -177,6 +216,20 @@ impl Wave {
         Wave { shape: Shape::Guest, dc: None }
     }
 
+    /// A place for a value that comes from outside.
+    pub fn input(value: f64) -> Wave {
+        let input = Input::default();
+        input.set(0.0, value, 0.0);
+        Wave { shape: Shape::Input(Arc::new(input)), dc: None }
+    }
+
+    pub fn as_input(&self) -> Option<&Arc<Input>> {
+        match &self.shape {
+            Shape::Input(input) => Some(input),
+            _ => None,
+        }
+    }
+
     /// Value at t; at a jump the value after it.
     pub fn value(&self, t: f64) -> f64 {
         self.at(t, Side::After)
@@ -214,6 +267,7 @@ impl Wave {
         match &self.shape {
             Shape::Dc(v) => *v,
             Shape::Guest => 0.0,
+            Shape::Input(input) => input.value(t),
             Shape::Pulse(pulse) => pulse.at(t, side),
             Shape::Sin { offset, amplitude, frequency, delay, damping, phase } => {
                 let s = t - delay;
@@ -271,7 +325,7 @@ impl Wave {
             later.fold(f64::INFINITY, f64::min)
         };
         match &self.shape {
-            Shape::Dc(_) | Shape::Guest | Shape::Sffm { .. } => f64::INFINITY,
+            Shape::Dc(_) | Shape::Guest | Shape::Input(_) | Shape::Sffm { .. } => f64::INFINITY,
             Shape::Pulse(pulse) => pulse.corner_after(t, part),
             Shape::Sin { delay, .. } | Shape::Am { delay, .. } => first_of(&[*delay]),
             Shape::Exp { rise_at, fall_at, .. } => first_of(&[*rise_at, *fall_at]),
@@ -308,7 +362,7 @@ impl Wave {
         };
         let radian = |f: f64| 1.0 / (TAU * f.abs());
         match &self.shape {
-            Shape::Dc(_) | Shape::Guest => f64::INFINITY,
+            Shape::Dc(_) | Shape::Guest | Shape::Input(_) => f64::INFINITY,
             Shape::Pulse(p) if p.v1 == p.v2 => f64::INFINITY,
             Shape::Pulse(p) => {
                 let [rise, top, fall] = p.corners;

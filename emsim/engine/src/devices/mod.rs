@@ -35,6 +35,7 @@ pub mod shape;
 
 pub use class::{Class, Facts, Instances, Layout, Line, Met, Near, Number, Seat, Shape, LANES};
 use number::{Lane, Real};
+use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
 
 /// Every device, by the word of its .model card.
@@ -107,7 +108,7 @@ impl OrElse for f64 {
 }
 
 /// Temperatures of the circuit [C].
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Serialize, Deserialize)]
 pub struct Climate {
     pub temp: f64,
     pub tnom: f64,

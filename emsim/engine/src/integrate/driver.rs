@@ -13,7 +13,7 @@ use self::escape::{gone, Escape};
 use self::memory::Memory;
 pub use self::memory::IMPOSED;
 use self::passage::{Passage, FAILURES};
-pub(super) use self::stretch::Mark;
+pub use self::stretch::Mark;
 
 use super::rows::{undetermined, Fitting, Forces, Grid, Lags, Row, Sink};
 use super::watch::{Report, Watch};

@@ -22,11 +22,13 @@ mod oscillation;
 mod radau;
 mod response;
 mod rows;
+mod session;
 mod trap;
 mod watch;
 
 pub use driver::{Failed, Outcome, Status, Tick, Transient};
 pub use multirate::pays;
+pub use session::{Place, Session};
 pub use watch::Report;
 
 use crate::ledger::Stages;

@@ -26,6 +26,7 @@ mod tristate;
 
 use crate::graph::{Graph, Id};
 use crate::tape::{Inputs, Tape};
+use serde::{Deserialize, Serialize};
 use std::cmp::{Ordering, Reverse};
 use std::collections::{BinaryHeap, HashMap, VecDeque};
 
@@ -301,6 +302,7 @@ pub struct Seat {
     pub ports: Vec<Vec<Connection>>,
 }
 
+#[derive(Serialize, Deserialize)]
 pub struct Node {
     pub name: String,
     /// what shows its level
@@ -310,6 +312,7 @@ pub struct Node {
 }
 
 /// A wave that follows a node in straight lines.
+#[derive(Serialize, Deserialize)]
 pub struct Ramp {
     pub node: usize,
     pub inverted: bool,
@@ -332,17 +335,24 @@ impl Ramp {
 }
 
 /// All of a deck's digital parts, as a run begins with them.
-#[derive(Default)]
+#[derive(Default, Serialize, Deserialize)]
 pub struct Logic {
     pub nodes: Vec<Node>,
     pub ramps: Vec<Ramp>,
+    #[serde(skip)]
     seats: Vec<Seat>,
+    #[serde(skip)]
     parts: Vec<Box<dyn Part>>,
-    outputs: Vec<usize>,      // node of each
+    #[serde(skip)]
+    outputs: Vec<usize>, // node of each
+    #[serde(skip)]
     drivers: Vec<Vec<usize>>, // outputs on each node
+    #[serde(skip)]
     readers: Vec<Vec<usize>>, // parts that each node calls
-    sensed: Vec<usize>,       // nodes that the equations decide
-    senses: Option<Tape>,     // two values of each
+    #[serde(skip)]
+    sensed: Vec<usize>, // nodes that the equations decide
+    #[serde(skip)]
+    senses: Option<Tape>, // two values of each
 }
 
 impl Logic {
@@ -356,6 +366,12 @@ impl Logic {
         self.sensed = (0..self.nodes.len()).filter(|k| senses(k).is_some()).collect();
         let ids: Vec<Id> = self.sensed.iter().filter_map(senses).flatten().collect();
         self.senses = (!ids.is_empty()).then(|| Tape::new(g, &ids));
+    }
+
+    /// Nodes and ramps have been read: parts may come.
+    pub fn reopen(&mut self) {
+        self.drivers.resize(self.nodes.len(), Vec::new());
+        self.readers.resize(self.nodes.len(), Vec::new());
     }
 
     /// A node more; `wave` shows its level.

@@ -6,6 +6,7 @@ use crate::assembly;
 use crate::derive;
 use crate::devices::compiled::Compiled;
 use crate::devices::Climate;
+use crate::fmi::packed::Equations;
 use crate::graph::{Fun, Graph, Id, Node};
 use crate::logic;
 use crate::model::{Delay, Form, Law, LawSpec};
@@ -328,6 +329,19 @@ impl Builder {
         Ok(m.waves.len() - 1)
     }
 
+    /// A source whose value comes from outside, for `System.pack`; what it is where nothing is said.
+    fn input(&mut self, start: f64) -> PyResult<usize> {
+        let m = self.model()?;
+        m.waves.push(Wave::input(start));
+        Ok(m.waves.len() - 1)
+    }
+
+    /// What is placed from now on is noted, so that the compiled system can be packed. Before the first element.
+    fn note_places(&mut self) -> PyResult<()> {
+        self.model()?.placed = Some(Vec::new());
+        Ok(())
+    }
+
     /// Makes the row of an unknown read an expression a time ago, as a source; gives its number.
     fn delay(&mut self, row: usize, of: &Bound<'_, PyAny>, by: f64, initial: f64) -> PyResult<usize> {
         let of = Expr::operand(&self.graph, of)?;
@@ -386,7 +400,7 @@ impl Builder {
         ports: Vec<Vec<(usize, bool)>>,
         values: HashMap<String, Vec<f64>>,
     ) -> PyResult<()> {
-        self.model()?.logic.add(kind, name, ports, &values).map_err(PyValueError::new_err)
+        self.model()?.add_part(kind, name, ports, values).map_err(PyValueError::new_err)
     }
 
     fn wave_expr(&self, k: u32) -> Expr {
@@ -664,8 +678,12 @@ impl Builder {
                 }
             }
         }
-        let system = crate::system::System::compile(model, &mut lock(&self.graph)).map_err(PyValueError::new_err)?;
-        Ok(System::new(system, self.graph.clone()))
+        let mut g = lock(&self.graph);
+        let written = model.placed.is_some().then(|| Equations::write(&g, &model)).transpose();
+        let equations = written.map_err(PyValueError::new_err)?.map(|bytes| (g.len(), bytes));
+        let system = crate::system::System::compile(model, &mut g).map_err(PyValueError::new_err)?;
+        drop(g);
+        Ok(System::new(system, self.graph.clone(), equations))
     }
 }
 

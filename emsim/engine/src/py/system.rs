@@ -1,6 +1,7 @@
 //! `System`: the compiled equations, open to anyone; and the analyses. `Waveforms`: what an analysis recorded.
 use super::expr::{lock, Expr, SharedGraph};
 use super::smallsignal::SmallSignal;
+use crate::fmi::packed::{Input, Output, Packed};
 use crate::graph::{Id, Node};
 use crate::integrate::{self, Failed, Status, Transient};
 use crate::invariants::Invariants;
@@ -16,6 +17,7 @@ use crate::tolerances::{Absolute, Quantity, QUANTITIES};
 use pyo3::exceptions::{PyIndexError, PyOSError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
+use std::collections::BTreeMap;
 use std::sync::atomic::Ordering::Relaxed;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -24,11 +26,13 @@ use std::time::{Duration, Instant};
 pub struct System {
     inner: Arc<crate::system::System>,
     graph: SharedGraph,
+    /// nodes of the graph that were there, and the equations before they were compiled, where they are to be packed
+    equations: Option<(usize, Vec<u8>)>,
 }
 
 impl System {
-    pub fn new(system: crate::system::System, graph: SharedGraph) -> System {
-        System { inner: Arc::new(system), graph }
+    pub fn new(system: crate::system::System, graph: SharedGraph, equations: Option<(usize, Vec<u8>)>) -> System {
+        System { inner: Arc::new(system), graph, equations }
     }
 
     fn ids(&self, outputs: &[Bound<'_, PyAny>]) -> PyResult<Vec<Id>> {
@@ -406,6 +410,45 @@ impl System {
             Ok(linear) => Ok((Some(linear), None)),
             Err(f) => Ok((None, Some(failure_dict(py, &self.inner, &f)?))),
         }
+    }
+
+    /// The system as bytes, for an engine without Python. `inputs`: wave, name, value where nothing is said, does it hold still while it runs;
+    /// `outputs`: expression, name; `times`: tstep, tstop, tmax of a transient; `codes`: kind of failure -> code. Of what `Builder.note_places` has noted.
+    #[allow(clippy::type_complexity, clippy::too_many_arguments)]
+    fn pack<'py>(
+        &self,
+        py: Python<'py>,
+        token: String,
+        inputs: Vec<(usize, String, f64, bool)>,
+        outputs: Vec<(Bound<'_, PyAny>, String)>,
+        options_: Option<&Bound<'_, PyDict>>,
+        times: (f64, f64, Option<f64>),
+        uic: bool,
+        codes: BTreeMap<String, String>,
+    ) -> PyResult<Bound<'py, PyBytes>> {
+        let missing = || PyValueError::new_err("pack: the builder was not asked to keep its equations");
+        let (known, equations) = self.equations.as_ref().ok_or_else(missing)?;
+        let output = |(expr, name): (Bound<'_, PyAny>, String)| {
+            let id = Expr::operand(&self.graph, &expr)?;
+            let there = (id as usize) < *known;
+            there.then_some(Output { id, name }).ok_or_else(|| PyValueError::new_err("pack: an output made too late"))
+        };
+        let packed = Packed {
+            version: env!("CARGO_PKG_VERSION").into(),
+            token,
+            equations: equations.clone(),
+            inputs: inputs.into_iter().map(|(wave, name, start, fixed)| Input { wave, name, start, fixed }).collect(),
+            outputs: outputs.into_iter().map(output).collect::<PyResult<Vec<_>>>()?,
+            options: options(options_)?,
+            tstep: times.0,
+            tstop: times.1,
+            tmax: times.2,
+            uic,
+            codes,
+        };
+        // what cannot be read again is no file
+        packed.compile().map_err(PyValueError::new_err)?;
+        Ok(PyBytes::new(py, &packed.bytes().map_err(PyValueError::new_err)?))
     }
 
     /// Transient analysis. `progress(t, h, steps, events)` is called now and then; a true return value stops the run.

@@ -286,9 +286,7 @@ impl<'a> Elaborator<'a> {
         if found.is_none_or(|d| d.potential.is_some_and(volts) || d.potential.is_none()) {
             return Kind::Voltage;
         }
-        const KNOWN: &[&str] = &["thermal", "magnetic", "kinematic", "kinematic_v", "rotational", "rotational_omega"];
-        let name = self.word(word);
-        Kind::Other(KNOWN.iter().find(|k| **k == name).copied().unwrap_or("other"))
+        Kind::Other(super::folded::discipline(self.word(word)))
     }
 
     /// The nodes of the scope: ports as they are bound, others made.

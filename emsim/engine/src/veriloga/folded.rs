@@ -1,6 +1,7 @@
 //! What a module comes to once parameters, geometry and temperature are known: currents, charges and limits as expressions of
 //! voltages. The elaborator makes it, a class of devices runs it; neither knows more of the other.
 use crate::graph::{Graph, Id};
+use serde::{Deserialize, Serialize};
 
 /// The other end of a port or flow that ends at the reference node.
 pub const GROUND: usize = usize::MAX;
@@ -20,6 +21,7 @@ pub const SYMBOLS: u32 = 9;
 
 /// One instance. Expressions read port k as `Node::Unknown(k)` and time as `Node::Time`. Nothing else is free: every parameter is a
 /// constant. Conditions are `Select` and comparisons as values; none of them is an event.
+#[derive(Clone, Serialize, Deserialize)]
 pub struct Folded {
     pub graph: Graph,
     /// Terminals first, in the order of the module's ports, then inner nodes and unknown currents.
@@ -42,13 +44,23 @@ pub struct Folded {
     pub left_out: Vec<String>,
 }
 
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Unknown {
     pub name: String,
     pub kind: Kind,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// Disciplines that have a name of their own here; the rest are "other".
+pub const DISCIPLINES: &[&str] =
+    &["thermal", "magnetic", "kinematic", "kinematic_v", "rotational", "rotational_omega", "other"];
+
+/// The discipline of that name.
+pub fn discipline(name: &str) -> &'static str {
+    DISCIPLINES.iter().find(|known| **known == name).copied().unwrap_or("other")
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(into = "String")]
 pub enum Kind {
     /// a node: its row is Kirchhoff's current law
     Voltage,
@@ -58,7 +70,27 @@ pub enum Kind {
     Other(&'static str),
 }
 
-#[derive(Clone, Debug, PartialEq)]
+impl From<Kind> for String {
+    fn from(kind: Kind) -> String {
+        match kind {
+            Kind::Voltage => "voltage".into(),
+            Kind::Current => "current".into(),
+            Kind::Other(name) => name.into(),
+        }
+    }
+}
+
+impl<'de> Deserialize<'de> for Kind {
+    fn deserialize<D: serde::Deserializer<'de>>(d: D) -> Result<Kind, D::Error> {
+        Ok(match String::deserialize(d)?.as_str() {
+            "voltage" => Kind::Voltage,
+            "current" => Kind::Current,
+            name => Kind::Other(discipline(name)),
+        })
+    }
+}
+
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Port {
     pub from: usize,
     pub to: usize,
@@ -67,14 +99,14 @@ pub struct Port {
 }
 
 /// A limiting function with its arguments, which are constants.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Limit {
     pub function: String, // pnjlim, fetlim, limvds, limitlog
     pub arguments: Vec<f64>,
 }
 
 /// Current i + dq/dt from the row of `from` to that of `to`.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Flow {
     pub from: usize,
     pub to: usize,
@@ -83,7 +115,7 @@ pub struct Flow {
 }
 
 /// A current of noise from `from` to `to`.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Noise {
     pub from: usize,
     pub to: usize,
@@ -93,7 +125,7 @@ pub struct Noise {
     pub exponent: Option<Id>,
 }
 
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Output {
     pub name: String,
     pub unit: String,

@@ -8,6 +8,7 @@ impl Wave {
         let side = if before { Side::Before } else { Side::After };
         match &self.shape {
             Shape::Dc(_) | Shape::Guest => 0.0,
+            Shape::Input(input) => input.slope(),
             Shape::Pulse(pulse) => pulse.rate(t, side),
             Shape::Pwl(pwl) => pwl.rate(t, side),
             Shape::Sin { amplitude, frequency, delay, damping, phase, .. } => {

@@ -44,6 +44,33 @@ impl<S: Sink> Run<'_, S> {
         }
     }
 
+    /// What comes from outside (`waves::Input`) is another line from here on, or jumps to it; the next stretch ends at `until`.
+    pub fn disturb(&mut self, method: &mut dyn Method, jumps: bool, until: f64) {
+        self.until = until;
+        self.sys.remember(self.w, &self.x, self.t);
+        self.w.past.corner(self.t);
+        let jumps = self.slopes_jump(method) || jumps;
+        self.stop = self.sys.next_stop(self.w, self.t, until);
+        let ahead = self.stop - self.t;
+        if jumps {
+            self.jump(self.tmax.min(ahead), method);
+        }
+        self.grid.bent(self.t, ahead);
+        if jumps || method.character().restarts_at_corners {
+            self.restart(method);
+            let known = self.memory.first(method.character().leaps);
+            self.next.h = Some(known.unwrap_or(0.1 * ahead.min(self.next.normal).min(self.tmax)));
+        } else {
+            method.corner();
+        }
+    }
+
+    /// The run goes on beyond what was said to be its end.
+    pub fn lengthen(&mut self, tstop: f64) {
+        self.a.tstop = tstop;
+        self.ahead = self.sys.foreseen.ahead(&self.sys.waves, tstop);
+    }
+
     pub fn mark(&self) -> Mark {
         Mark {
             t: self.t,

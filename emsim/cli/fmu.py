@@ -1,0 +1,91 @@
+"""usage: emsim fmu [options] deck.cir
+
+Writes the deck as a co-simulation FMU, which other simulators load: deck.fmu. What it takes and gives stands in the deck,
+
+  .fmu in=v1,load param=v2 out=v(out),angle(arm)
+
+or is said here. Inputs are sources (V, I), and numbers and waveforms of machine cards: load, or load(tau). Parameters are
+the same, held while the model runs. The FMU needs neither emsim nor Python. It is for the platform at hand, or for those of
+--library."""
+
+from __future__ import annotations
+
+import os
+
+from ..diagnostics import Diagnostic
+from .arguments import DEFINE, HELP, JSON, QUIET, Arguments, Option, UsageError, defines, parse
+from .console import OK, check_targets, print_json, print_lines, show
+from .run import source_of
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from ..fmus import Exported
+
+OPTIONS = [
+    Option("-o --output", "the FMU, instead of deck.fmu", "FILE"),
+    Option("--fmi", "version of FMI: 3, or 2", "N"),
+    Option("--in", "sources and values that are inputs, besides those of .fmu", "NAMES", repeat=True),
+    Option("--out", "signals that are outputs, as .print takes them", "SIGNALS", repeat=True),
+    Option("--param", "sources and values that are parameters", "NAMES", repeat=True),
+    Option(
+        "--library",
+        "a library for a platform, instead of this one's; several for several",
+        "FILE",
+        repeat=True,
+    ),
+    DEFINE,
+    Option("--method", "integration method", "NAME"),
+    Option("--reltol", "relative tolerance", "X"),
+    JSON,
+    QUIET,
+    HELP,
+]
+
+
+def main(args: Sequence[str]) -> int:
+    from ..fmus import export
+
+    given = parse(args, OPTIONS)
+    deck = given.deck("fmu")
+    path = (
+        given.text("output")
+        or f"{os.path.splitext(os.path.basename(deck))[0] if deck != '-' else 'model'}.fmu"
+    )
+    check_targets([path], deck)
+    options = {key: given.text(key) for key in ("method",) if given.has(key)}
+    if given.has("reltol"):
+        options["reltol"] = given.number("reltol")  # type: ignore[assignment]
+    made = export(
+        source_of(deck), path, _version(given), given.all("in"), given.all("out"), given.all("param"), defines(given),
+        options, given.all("library"),
+    )  # fmt: skip
+    if given.has("json"):
+        variables = [
+            {"name": v.name, "causality": v.causality, "unit": v.unit, "start": v.start}
+            for v in made.variables
+        ]
+        print_json(OK, made.diagnostics, fmu=path, fmi=made.version, variables=variables)
+        return OK
+    show([d for d in made.diagnostics if isinstance(d, Diagnostic)], given.has("quiet"))
+    if not given.has("quiet"):
+        print_lines(_told(made))
+    return OK
+
+
+def _version(given: Arguments) -> int:
+    text = given.text("fmi") or "3"
+    if text not in ("2", "3", "2.0", "3.0"):
+        raise UsageError(f"--fmi {text}: there are 2 and 3")
+    return int(text[0])
+
+
+def _told(made: Exported) -> list[str]:
+    lines = [f"{made.path}: co-simulation, FMI {made.version}.0"]
+    for causality, word in (("input", "inputs"), ("parameter", "parameters"), ("output", "outputs")):
+        if found := made.of(causality):
+            lines.append(
+                f"  {word:<12}" + ", ".join(f"{v.name} [{v.unit}]" if v.unit else v.name for v in found)
+            )
+    return lines

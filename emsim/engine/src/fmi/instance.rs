@@ -1,0 +1,354 @@
+//! One instance of an FMU, without the words of FMI 2 or 3: what is set, how far it is, and why it fails, in the deck's names.
+//!
+//! Value references: 0 is the time, then the inputs, then the outputs, in the order of the description.
+//! An input goes on from where it is set as a straight line, of slope 0 where none is given for the step to come (FMI 2: input
+//! derivatives). Where its value jumps, the step begins with the values behind the jump, as at the corner of a source.
+use super::packed::Packed;
+use crate::graph::{Graph, Id};
+use crate::integrate::{Failed, Place, Session};
+use crate::newton::Failure;
+use crate::record::Record;
+use crate::system::System;
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+/// Times that differ by so much of themselves are one.
+const SAME: f64 = 1e-9;
+/// An input that differs by so much of itself from where its line led has not jumped.
+const SAME_VALUE: f64 = 1e-12;
+
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+enum Phase {
+    Instantiated,
+    Initialising,
+    Stepping,
+    Terminated,
+    Failed,
+}
+
+/// An input as it is set for the step to come.
+#[derive(Clone, Copy)]
+struct Given {
+    value: f64,
+    slope: f64,
+}
+
+pub struct Instance {
+    packed: Packed,
+    system: Arc<System>,
+    graph: Graph,
+    phase: Phase,
+    given: Vec<Given>,
+    changed: bool,
+    session: Option<Session>,
+    time: f64,
+    stop: Option<f64>,
+    reltol: Option<f64>,
+}
+
+/// What an instance is put back to.
+pub struct Kept {
+    phase: Phase,
+    given: Vec<Given>,
+    changed: bool,
+    lines: Vec<[f64; 3]>,
+    place: Option<Place>,
+    time: f64,
+    stop: Option<f64>,
+    reltol: Option<f64>,
+}
+
+impl Instance {
+    pub fn new(packed: Packed) -> Result<Instance, String> {
+        let (system, graph) = packed.compile()?;
+        let mut made = Instance {
+            packed,
+            system: Arc::new(system),
+            graph,
+            phase: Phase::Instantiated,
+            given: Vec::new(),
+            changed: false,
+            session: None,
+            time: 0.0,
+            stop: None,
+            reltol: None,
+        };
+        made.reset();
+        Ok(made)
+    }
+
+    pub fn reset(&mut self) {
+        self.session = None;
+        self.given = self.packed.inputs.iter().map(|i| Given { value: i.start, slope: 0.0 }).collect();
+        (self.phase, self.changed, self.time) = (Phase::Instantiated, false, 0.0);
+        (self.stop, self.reltol) = (None, None);
+    }
+
+    pub fn time(&self) -> f64 {
+        self.time
+    }
+
+    /// Times and tolerance of the experiment, where they are said.
+    pub fn set_up(&mut self, start: f64, stop: Option<f64>, reltol: Option<f64>) -> Result<(), String> {
+        self.must_be(&[Phase::Instantiated], "be set up")?;
+        if start != 0.0 {
+            return Err(format!("a deck begins at t = 0, the experiment at {start} s"));
+        }
+        if let Some(stop) = stop.filter(|s| !(s.is_finite() && *s > 0.0)) {
+            return Err(format!("the experiment ends at {stop} s: a run ends behind its start"));
+        }
+        if let Some(tol) = reltol.filter(|r| !(r.is_finite() && *r > 0.0 && *r < 1.0)) {
+            return Err(format!("the tolerance is {tol}: a relative tolerance lies between 0 and 1"));
+        }
+        (self.stop, self.reltol) = (stop, reltol);
+        Ok(())
+    }
+
+    pub fn enter_initialisation(&mut self) -> Result<(), String> {
+        self.must_be(&[Phase::Instantiated], "begin its initialisation")?;
+        self.phase = Phase::Initialising;
+        Ok(())
+    }
+
+    pub fn exit_initialisation(&mut self) -> Result<(), String> {
+        self.must_be(&[Phase::Initialising], "end its initialisation")?;
+        self.start()?;
+        self.phase = Phase::Stepping;
+        Ok(())
+    }
+
+    pub fn terminate(&mut self) -> Result<(), String> {
+        self.must_be(&[Phase::Stepping], "be terminated")?;
+        self.phase = Phase::Terminated;
+        Ok(())
+    }
+
+    fn must_be(&self, phases: &[Phase], what: &str) -> Result<(), String> {
+        if phases.contains(&self.phase) {
+            return Ok(());
+        }
+        let now = match self.phase {
+            Phase::Instantiated => "instantiated, and not initialised",
+            Phase::Initialising => "being initialised",
+            Phase::Stepping => "running",
+            Phase::Terminated => "terminated",
+            Phase::Failed => "stopped by an error",
+        };
+        Err(format!("it is {now} and cannot {what}"))
+    }
+
+    /// The run at its start, with the inputs as they are.
+    fn start(&mut self) -> Result<(), String> {
+        if self.session.is_some() && !self.changed {
+            return Ok(());
+        }
+        self.session = None;
+        for (input, given) in self.packed.inputs.iter().zip(&self.given) {
+            if let Some(line) = self.system.waves[input.wave].as_input() {
+                line.set(0.0, given.value, 0.0);
+            }
+        }
+        let (mut a, mut options) = (self.packed.transient(), self.packed.options.clone());
+        a.tstop = self.stop.unwrap_or(a.tstop);
+        a.tstep = a.tstep.min(a.tstop);
+        options.reltol = self.reltol.unwrap_or(options.reltol).clamp(1e-13, 0.5);
+        (options.span, options.grid) = (a.tstop, a.tstep);
+        let ids: Vec<Id> = self.packed.outputs.iter().map(|o| o.id).collect();
+        let record = Record::new(&self.graph, &ids);
+        self.changed = false;
+        match Session::new(self.system.clone(), a, options, record) {
+            Ok(session) => {
+                self.session = Some(session);
+                Ok(())
+            }
+            Err(failed) => Err(self.fail(&failed)),
+        }
+    }
+
+    fn fail(&mut self, failed: &Failed) -> String {
+        self.phase = Phase::Failed;
+        told(&self.system, failed, &self.packed.codes)
+    }
+
+    pub fn get(&mut self, reference: u32) -> Result<f64, String> {
+        let k = reference as usize;
+        let inputs = self.packed.inputs.len();
+        match k.checked_sub(1) {
+            None => return Ok(self.time),
+            Some(k) if k < inputs => return Ok(self.given[k].value),
+            _ => {}
+        }
+        let k = k - 1 - inputs;
+        let Some(output) = self.packed.outputs.get(k) else {
+            return Err(format!("there is no variable with the value reference {reference}"));
+        };
+        if self.phase == Phase::Instantiated {
+            return Err(format!("`{}` has no value before the model is initialised", output.name));
+        }
+        if self.phase == Phase::Initialising {
+            self.start()?;
+        }
+        let found = self.session.as_ref().and_then(|s| s.outputs().get(k).copied());
+        found.ok_or_else(|| "the model has no values: it could not be initialised".into())
+    }
+
+    pub fn set(&mut self, reference: u32, value: f64) -> Result<(), String> {
+        let k = self.input(reference)?;
+        let input = &self.packed.inputs[k];
+        if !value.is_finite() {
+            return Err(format!("`{}` is set to {value}: an input is a finite number", input.name));
+        }
+        if input.fixed && !matches!(self.phase, Phase::Instantiated | Phase::Initialising) {
+            return Err(format!("`{}` is fixed: it is set before the model runs", input.name));
+        }
+        if matches!(self.phase, Phase::Terminated | Phase::Failed) {
+            self.must_be(&[], "be given values")?;
+        }
+        self.changed |= self.given[k].value != value || self.given[k].slope != 0.0;
+        self.given[k].value = value;
+        Ok(())
+    }
+
+    /// The slope with which an input goes on in the step to come.
+    pub fn set_slope(&mut self, reference: u32, slope: f64) -> Result<(), String> {
+        let k = self.input(reference)?;
+        let input = &self.packed.inputs[k];
+        if !slope.is_finite() || input.fixed {
+            let why = if input.fixed { "it is fixed".to_string() } else { format!("it is {slope}") };
+            return Err(format!("`{}` takes no such derivative: {why}", input.name));
+        }
+        self.changed |= self.given[k].slope != slope;
+        self.given[k].slope = slope;
+        Ok(())
+    }
+
+    fn input(&self, reference: u32) -> Result<usize, String> {
+        let k = (reference as usize).checked_sub(1).unwrap_or(usize::MAX);
+        if k < self.packed.inputs.len() {
+            return Ok(k);
+        }
+        let name = match (reference as usize).checked_sub(1 + self.packed.inputs.len()) {
+            Some(k) if k < self.packed.outputs.len() => format!("`{}` is an output", self.packed.outputs[k].name),
+            _ if reference == 0 => "the time is no input".into(),
+            _ => format!("there is no variable with the value reference {reference}"),
+        };
+        Err(format!("{name}: it cannot be set"))
+    }
+
+    /// From t on for h.
+    pub fn step(&mut self, t: f64, h: f64) -> Result<(), String> {
+        self.must_be(&[Phase::Stepping], "go on")?;
+        if !(t.is_finite() && h.is_finite() && h > 0.0) {
+            return Err(format!("a step goes forward, not by {h} s from t = {t} s"));
+        }
+        let until = t + h;
+        if (t - self.time).abs() > SAME * until.abs().max(self.time) {
+            return Err(format!("the step begins at t = {t} s, the model stands at {} s", self.time));
+        }
+        if let Some(stop) = self.stop.filter(|s| until > s * (1.0 + SAME)) {
+            return Err(format!("the step ends at t = {until} s, behind the end that was said, {stop} s"));
+        }
+        let jumps = self.hand_over(until);
+        let Some(session) = &mut self.session else { return Err("the model was not initialised".into()) };
+        if let Some(jumps) = jumps {
+            session.disturb(jumps, until);
+        }
+        let done = session.advance(until);
+        self.time = until;
+        // an input goes on from where its line has led
+        for (input, given) in self.packed.inputs.iter().zip(&mut self.given) {
+            if let Some(line) = self.system.waves[input.wave].as_input() {
+                self.changed |= given.slope != 0.0;
+                *given = Given { value: line.value(until), slope: 0.0 };
+            }
+        }
+        done.map_err(|failed| self.fail(&failed))
+    }
+
+    /// Inputs as they were set, handed to the run: None where nothing is new, else whether anything jumps.
+    fn hand_over(&mut self, until: f64) -> Option<bool> {
+        if !std::mem::take(&mut self.changed) {
+            return None;
+        }
+        let mut found = None;
+        for (input, given) in self.packed.inputs.iter().zip(&self.given) {
+            let Some(line) = self.system.waves[input.wave].as_input() else { continue };
+            let led = line.value(self.time);
+            let size = led.abs().max(given.value.abs()).max((given.slope * (until - self.time)).abs());
+            let jumps = (given.value - led).abs() > SAME_VALUE * size;
+            if jumps || given.slope != line.slope() {
+                line.set(self.time, given.value, given.slope);
+                found = Some(found == Some(true) || jumps);
+            }
+        }
+        found
+    }
+
+    /// Not where a deck reads what was a time ago: of the past there is one.
+    pub fn keep(&self) -> Result<Kept, String> {
+        if !self.system.delays.list.is_empty() {
+            return Err("a model with delays has no state that it could be put back to".into());
+        }
+        let line = |k: usize| self.system.waves[k].as_input().map_or([0.0; 3], |line| line.line());
+        Ok(Kept {
+            phase: self.phase,
+            given: self.given.clone(),
+            changed: self.changed,
+            lines: self.packed.inputs.iter().map(|i| line(i.wave)).collect(),
+            place: self.session.as_ref().map(Session::place),
+            time: self.time,
+            stop: self.stop,
+            reltol: self.reltol,
+        })
+    }
+
+    pub fn put_back(&mut self, kept: &Kept) -> Result<(), String> {
+        (self.phase, self.changed, self.time) = (kept.phase, kept.changed, kept.time);
+        (self.stop, self.reltol) = (kept.stop, kept.reltol);
+        self.given.clone_from(&kept.given);
+        for (input, &[from, value, slope]) in self.packed.inputs.iter().zip(&kept.lines) {
+            if let Some(line) = self.system.waves[input.wave].as_input() {
+                line.set(from, value, slope);
+            }
+        }
+        match (&kept.place, &mut self.session) {
+            (None, session) => *session = None,
+            (Some(place), Some(session)) => session.return_to(place),
+            (Some(_), None) => return Err("the state is of a run, and there is none to be put back".into()),
+        }
+        Ok(())
+    }
+}
+
+/// Why a run stopped, in one line (more words: analyses/failure.py).
+fn told(sys: &System, failed: &Failed, codes: &BTreeMap<String, String>) -> String {
+    let name = |k: usize| sys.unknowns.get(k).map_or("?", |u| u.name.as_str());
+    let when = match failed.during {
+        "transient" if failed.t > 0.0 => format!("at t = {} s", failed.t),
+        "transient" => "in the first step".into(),
+        during => format!("at the {during}"),
+    };
+    let (kind, said) = match &failed.why {
+        Failure::Diverged { row, .. } => {
+            ("no convergence", format!("no convergence {when}, worst at `{}`", name(*row)))
+        }
+        Failure::Singular(s) => match s.row.or(s.col) {
+            Some(k) => ("singular", format!("nothing determines `{}` {when}", name(k))),
+            None => ("singular", format!("no unique solution {when}")),
+        },
+        Failure::NotFinite { unknown } => {
+            ("not finite", format!("a value is not finite {when}, at `{}`", name(*unknown)))
+        }
+        Failure::Unfit { why } => ("unfit", format!("the method cannot do this deck: {why}")),
+        Failure::TooLong { steps, .. } => ("too long", format!("the rest would take {steps:.2e} steps, {when}")),
+        Failure::Contradiction { flag } => {
+            let of = sys.flags.get(*flag).map_or("", |f| f.name.as_str());
+            ("contradiction", format!("a condition contradicts itself or others {when}: {of}"))
+        }
+    };
+    let said = codes.get(kind).map_or(said.clone(), |code| format!("[{code}] {said}"));
+    match failed.tried.is_empty() {
+        true => said,
+        false => format!("{said} (tried: {})", failed.tried.join("; ")),
+    }
+}

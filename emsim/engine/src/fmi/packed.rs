@@ -1,0 +1,98 @@
+//! A deck as bytes: what Python hands to the engine, for an engine without Python. Graph and model are those that `System::compile` takes,
+//! so that both ways lead through one door.
+use crate::graph::{Graph, Id};
+use crate::integrate::{self, Transient};
+use crate::model::Model;
+use crate::newton::Options;
+use crate::system::System;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+
+/// A value that comes from outside: its wave, its name, what it is where nothing is said.
+#[derive(Clone, Serialize, Deserialize)]
+pub struct Input {
+    pub wave: usize,
+    pub name: String,
+    pub start: f64,
+    /// it holds still while the model runs
+    pub fixed: bool,
+}
+
+#[derive(Clone, Serialize, Deserialize)]
+pub struct Output {
+    pub id: Id,
+    pub name: String,
+}
+
+/// Graph and model, as they are before they are compiled.
+#[derive(Serialize, Deserialize)]
+pub struct Equations {
+    pub graph: Graph,
+    pub model: Model,
+}
+
+#[derive(Serialize, Deserialize)]
+pub struct Packed {
+    /// of emsim: another one does not read it
+    pub version: String,
+    /// what the model description says too
+    pub token: String,
+    /// of `Equations`
+    pub equations: Vec<u8>,
+    pub inputs: Vec<Input>,
+    pub outputs: Vec<Output>,
+    pub options: Options,
+    pub tstep: f64,
+    pub tstop: f64,
+    pub tmax: Option<f64>,
+    pub uic: bool,
+    /// kind of failure -> the code under which it is explained
+    pub codes: BTreeMap<String, String>,
+}
+
+impl Packed {
+    pub fn bytes(&self) -> Result<Vec<u8>, String> {
+        postcard::to_allocvec(self).map_err(|e| e.to_string())
+    }
+
+    pub fn read(bytes: &[u8]) -> Result<Packed, String> {
+        let here = env!("CARGO_PKG_VERSION");
+        match postcard::from_bytes::<Packed>(bytes) {
+            Ok(packed) if packed.version == here => Ok(packed),
+            Ok(packed) => Err(format!("the model was written by emsim {}, this is {here}", packed.version)),
+            Err(e) => Err(format!("the model cannot be read: {e}")),
+        }
+    }
+
+    pub fn transient(&self) -> Transient {
+        let (tstep, tstop, tmax, uic) = (self.tstep, self.tstop, self.tmax, self.uic);
+        Transient { tstep, tstop, tstart: 0.0, tmax, uic, begun: false, drawn: false }
+    }
+
+    /// The equations, compiled as for a run with these options, and the graph that the outputs are of.
+    pub fn compile(&self) -> Result<(System, Graph), String> {
+        let Equations { mut graph, mut model } = Equations::read(&self.equations)?;
+        if self.inputs.iter().any(|i| model.waves.get(i.wave).is_none_or(|w| w.as_input().is_none())) {
+            return Err("an input is none of the model".into());
+        }
+        model.place()?;
+        let system = System::compile(model, &mut graph)?;
+        if integrate::reduces(&system, &self.options) {
+            system.reduce(&mut graph);
+        }
+        Ok((system, graph))
+    }
+}
+
+impl Equations {
+    /// What these two come to.
+    pub fn write(graph: &Graph, model: &Model) -> Result<Vec<u8>, String> {
+        postcard::to_allocvec(&(graph, model)).map_err(|e| e.to_string())
+    }
+
+    fn read(bytes: &[u8]) -> Result<Equations, String> {
+        let found = postcard::from_bytes(bytes).map_err(|e| format!("the equations cannot be read: {e}"))?;
+        let (graph, model) = found;
+        Ok(Equations { graph, model })
+    }
+}

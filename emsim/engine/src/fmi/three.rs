@@ -1,0 +1,206 @@
+//! FMI 3.0 for co-simulation. (Standard: fmi-standard.org, version 3.0.2.) Truth values are bytes.
+use super::{free, free_state, get, instantiate, keep_state, put, put_state, set, slice, slice_mut, text_at, with};
+use super::{Log, CATEGORY, ERROR, OK};
+use std::ffi::{c_char, c_int, c_void, CStr};
+use std::path::PathBuf;
+
+type Logger = unsafe extern "C" fn(*mut c_void, c_int, *const c_char, *const c_char);
+
+#[no_mangle]
+pub extern "C" fn fmi3GetVersion() -> *const c_char {
+    c"3.0".as_ptr()
+}
+
+fn logging(logger: Option<Logger>, environment: *mut c_void) -> Log {
+    Box::new(move |_: &CStr, status, text: &CStr| {
+        if let Some(logger) = logger {
+            // SAFETY: the caller's function, with its own environment
+            unsafe { logger(environment, status, CATEGORY.as_ptr(), text.as_ptr()) };
+        }
+    })
+}
+
+/// # Safety
+/// As FMI demands; so of all that follow.
+#[no_mangle]
+pub unsafe extern "C" fn fmi3InstantiateCoSimulation(
+    name: *const c_char,
+    token: *const c_char,
+    resources: *const c_char,
+    _visible: u8,
+    _logging: u8,
+    event_mode: u8,
+    _early_return: u8,
+    _intermediate: *const u32,
+    _n: usize,
+    environment: *mut c_void,
+    logger: Option<Logger>,
+    _update: *const c_void,
+) -> *mut c_void {
+    let log = logging(logger, environment);
+    let name = text_at(name).unwrap_or("");
+    if event_mode != 0 {
+        log(&super::c_text(name), ERROR, c"this FMU has no event mode: events are found within its steps");
+        return std::ptr::null_mut();
+    }
+    instantiate(name, text_at(token).unwrap_or(""), text_at(resources).map(PathBuf::from), log)
+}
+
+#[no_mangle]
+pub unsafe extern "C" fn fmi3InstantiateModelExchange(
+    name: *const c_char,
+    _token: *const c_char,
+    _resources: *const c_char,
+    _visible: u8,
+    _logging: u8,
+    environment: *mut c_void,
+    logger: Option<Logger>,
+) -> *mut c_void {
+    let name = super::c_text(text_at(name).unwrap_or(""));
+    logging(logger, environment)(&name, ERROR, c"this FMU is for co-simulation: it has its own integrator");
+    std::ptr::null_mut()
+}
+
+#[no_mangle]
+pub extern "C" fn fmi3InstantiateScheduledExecution() -> *mut c_void {
+    std::ptr::null_mut()
+}
+
+#[no_mangle]
+pub unsafe extern "C" fn fmi3FreeInstance(c: *mut c_void) {
+    free(c);
+}
+
+#[no_mangle]
+pub unsafe extern "C" fn fmi3SetDebugLogging(c: *mut c_void, _on: u8, _n: usize, _names: *const c_void) -> c_int {
+    with(c, |_| Ok(()))
+}
+
+#[no_mangle]
+pub unsafe extern "C" fn fmi3EnterInitializationMode(
+    c: *mut c_void,
+    has_tolerance: u8,
+    tolerance: f64,
+    start: f64,
+    has_stop: u8,
+    stop: f64,
+) -> c_int {
+    with(c, |c| {
+        c.instance.set_up(start, (has_stop != 0).then_some(stop), (has_tolerance != 0).then_some(tolerance))?;
+        c.instance.enter_initialisation()
+    })
+}
+
+#[no_mangle]
+pub unsafe extern "C" fn fmi3ExitInitializationMode(c: *mut c_void) -> c_int {
+    with(c, |c| c.instance.exit_initialisation())
+}
+
+#[no_mangle]
+pub unsafe extern "C" fn fmi3Terminate(c: *mut c_void) -> c_int {
+    with(c, |c| c.instance.terminate())
+}
+
+#[no_mangle]
+pub unsafe extern "C" fn fmi3Reset(c: *mut c_void) -> c_int {
+    with(c, |c| {
+        c.instance.reset();
+        Ok(())
+    })
+}
+
+#[no_mangle]
+pub unsafe extern "C" fn fmi3GetFloat64(
+    c: *mut c_void,
+    vr: *const u32,
+    n: usize,
+    values: *mut f64,
+    room: usize,
+) -> c_int {
+    with(c, |c| get(c, slice(vr, n), slice_mut(values, room)))
+}
+
+#[no_mangle]
+pub unsafe extern "C" fn fmi3SetFloat64(
+    c: *mut c_void,
+    vr: *const u32,
+    n: usize,
+    values: *const f64,
+    given: usize,
+) -> c_int {
+    with(c, |c| set(c, slice(vr, n), slice(values, given)))
+}
+
+#[no_mangle]
+#[allow(clippy::too_many_arguments)]
+pub unsafe extern "C" fn fmi3DoStep(
+    c: *mut c_void,
+    t: f64,
+    h: f64,
+    _no_return: u8,
+    event: *mut u8,
+    terminate: *mut u8,
+    early: *mut u8,
+    last: *mut f64,
+) -> c_int {
+    with(c, |c| {
+        for flag in [event, terminate, early] {
+            put(flag, 0);
+        }
+        let done = c.instance.step(t, h);
+        put(last, c.instance.time());
+        done
+    })
+}
+
+#[no_mangle]
+pub unsafe extern "C" fn fmi3GetFMUState(c: *mut c_void, state: *mut *mut c_void) -> c_int {
+    with(c, |c| keep_state(c, state))
+}
+
+#[no_mangle]
+pub unsafe extern "C" fn fmi3SetFMUState(c: *mut c_void, state: *mut c_void) -> c_int {
+    with(c, |c| put_state(c, state))
+}
+
+#[no_mangle]
+pub unsafe extern "C" fn fmi3FreeFMUState(_c: *mut c_void, state: *mut *mut c_void) -> c_int {
+    free_state(state);
+    OK
+}
+
+/// Variables of other types: there are none.
+macro_rules! no_variables {
+    ($($name:ident)*) => {$(
+        #[no_mangle]
+        pub unsafe extern "C" fn $name(c: *mut c_void, _vr: *const u32, n: usize) -> c_int {
+            with(c, |_| match n {
+                0 => Ok(()),
+                _ => Err(concat!(stringify!($name), ": all variables of this model are Float64").into()),
+            })
+        }
+    )*};
+}
+no_variables!(fmi3GetFloat32 fmi3GetInt8 fmi3GetUInt8 fmi3GetInt16 fmi3GetUInt16 fmi3GetInt32 fmi3GetUInt32 fmi3GetInt64);
+no_variables!(fmi3GetUInt64 fmi3GetBoolean fmi3GetString fmi3GetBinary fmi3GetClock);
+no_variables!(fmi3SetFloat32 fmi3SetInt8 fmi3SetUInt8 fmi3SetInt16 fmi3SetUInt16 fmi3SetInt32 fmi3SetUInt32 fmi3SetInt64);
+no_variables!(fmi3SetUInt64 fmi3SetBoolean fmi3SetString fmi3SetBinary fmi3SetClock);
+no_variables!(fmi3GetOutputDerivatives fmi3GetIntervalDecimal fmi3GetIntervalFraction fmi3GetShiftDecimal);
+no_variables!(fmi3GetShiftFraction fmi3SetIntervalDecimal fmi3SetIntervalFraction fmi3SetShiftDecimal fmi3SetShiftFraction);
+
+/// What the model description says that it cannot do. (Arguments behind the first are left to the caller, whatever they are.)
+macro_rules! refused {
+    ($($name:ident)*) => {$(
+        #[no_mangle]
+        pub unsafe extern "C" fn $name(c: *mut c_void) -> c_int {
+            with(c, |_| Err(concat!(stringify!($name), " is not supported").into()))
+        }
+    )*};
+}
+refused!(fmi3EnterEventMode fmi3EnterStepMode fmi3EnterConfigurationMode fmi3ExitConfigurationMode fmi3UpdateDiscreteStates);
+refused!(fmi3EvaluateDiscreteStates fmi3GetNumberOfVariableDependencies fmi3GetVariableDependencies);
+refused!(fmi3SerializedFMUStateSize fmi3SerializeFMUState fmi3DeserializeFMUState);
+refused!(fmi3GetDirectionalDerivative fmi3GetAdjointDerivative fmi3EnterContinuousTimeMode fmi3CompletedIntegratorStep);
+refused!(fmi3SetTime fmi3SetContinuousStates fmi3GetContinuousStateDerivatives fmi3GetEventIndicators);
+refused!(fmi3GetContinuousStates fmi3GetNominalsOfContinuousStates fmi3GetNumberOfEventIndicators);
+refused!(fmi3GetNumberOfContinuousStates fmi3ActivateModelPartition);

@@ -1,0 +1,210 @@
+//! FMI 2.0 for co-simulation. (Standard: fmi-standard.org, version 2.0.5.)
+use super::{
+    free, free_state, get, instantiate, keep_state, path_of, put, put_state, set, slice, slice_mut, text_at, with,
+    ERROR,
+};
+use super::{Log, CATEGORY, OK};
+use std::ffi::{c_char, c_int, c_void, CStr};
+
+type Logger = unsafe extern "C" fn(*mut c_void, *const c_char, c_int, *const c_char, *const c_char, ...);
+
+#[repr(C)]
+pub struct Callbacks {
+    logger: Option<Logger>,
+    allocate: *const c_void,
+    free: *const c_void,
+    step_finished: *const c_void,
+    environment: *mut c_void,
+}
+
+const CO_SIMULATION: c_int = 1;
+const DISCARD: c_int = 2;
+
+#[no_mangle]
+pub extern "C" fn fmi2GetTypesPlatform() -> *const c_char {
+    c"default".as_ptr()
+}
+
+#[no_mangle]
+pub extern "C" fn fmi2GetVersion() -> *const c_char {
+    c"2.0".as_ptr()
+}
+
+/// # Safety
+/// As FMI demands; so of all that follow.
+#[no_mangle]
+pub unsafe extern "C" fn fmi2Instantiate(
+    name: *const c_char,
+    kind: c_int,
+    token: *const c_char,
+    resources: *const c_char,
+    functions: *const Callbacks,
+    _visible: c_int,
+    _logging: c_int,
+) -> *mut c_void {
+    let (logger, environment) = functions.as_ref().map_or((None, std::ptr::null_mut()), |f| (f.logger, f.environment));
+    let log: Log = Box::new(move |name: &CStr, status, text: &CStr| {
+        if let Some(logger) = logger {
+            // the message is a format
+            let text = super::c_text(&text.to_string_lossy().replace('%', "%%"));
+            logger(environment, name.as_ptr(), status, CATEGORY.as_ptr(), text.as_ptr());
+        }
+    });
+    let name = text_at(name).unwrap_or("");
+    if kind != CO_SIMULATION {
+        log(&super::c_text(name), ERROR, c"this FMU is for co-simulation: it has its own integrator");
+        return std::ptr::null_mut();
+    }
+    instantiate(name, text_at(token).unwrap_or(""), text_at(resources).map(path_of), log)
+}
+
+#[no_mangle]
+pub unsafe extern "C" fn fmi2FreeInstance(c: *mut c_void) {
+    free(c);
+}
+
+#[no_mangle]
+pub unsafe extern "C" fn fmi2SetDebugLogging(c: *mut c_void, _on: c_int, _n: usize, _names: *const c_void) -> c_int {
+    with(c, |_| Ok(()))
+}
+
+#[no_mangle]
+pub unsafe extern "C" fn fmi2SetupExperiment(
+    c: *mut c_void,
+    has_tolerance: c_int,
+    tolerance: f64,
+    start: f64,
+    has_stop: c_int,
+    stop: f64,
+) -> c_int {
+    with(c, |c| c.instance.set_up(start, (has_stop != 0).then_some(stop), (has_tolerance != 0).then_some(tolerance)))
+}
+
+#[no_mangle]
+pub unsafe extern "C" fn fmi2EnterInitializationMode(c: *mut c_void) -> c_int {
+    with(c, |c| c.instance.enter_initialisation())
+}
+
+#[no_mangle]
+pub unsafe extern "C" fn fmi2ExitInitializationMode(c: *mut c_void) -> c_int {
+    with(c, |c| c.instance.exit_initialisation())
+}
+
+#[no_mangle]
+pub unsafe extern "C" fn fmi2Terminate(c: *mut c_void) -> c_int {
+    with(c, |c| c.instance.terminate())
+}
+
+#[no_mangle]
+pub unsafe extern "C" fn fmi2Reset(c: *mut c_void) -> c_int {
+    with(c, |c| {
+        c.instance.reset();
+        Ok(())
+    })
+}
+
+#[no_mangle]
+pub unsafe extern "C" fn fmi2GetReal(c: *mut c_void, vr: *const u32, n: usize, values: *mut f64) -> c_int {
+    with(c, |c| get(c, slice(vr, n), slice_mut(values, n)))
+}
+
+#[no_mangle]
+pub unsafe extern "C" fn fmi2SetReal(c: *mut c_void, vr: *const u32, n: usize, values: *const f64) -> c_int {
+    with(c, |c| set(c, slice(vr, n), slice(values, n)))
+}
+
+#[no_mangle]
+pub unsafe extern "C" fn fmi2SetRealInputDerivatives(
+    c: *mut c_void,
+    vr: *const u32,
+    n: usize,
+    orders: *const c_int,
+    values: *const f64,
+) -> c_int {
+    with(c, |c| {
+        for ((&vr, &order), &value) in slice(vr, n).iter().zip(slice(orders, n)).zip(slice(values, n)) {
+            match order {
+                1 => c.instance.set_slope(vr, value)?,
+                // a line is what it is interpolated by
+                _ if value == 0.0 => {}
+                _ => return Err(format!("inputs are straight lines: there is no derivative of order {order}")),
+            }
+        }
+        Ok(())
+    })
+}
+
+#[no_mangle]
+pub unsafe extern "C" fn fmi2DoStep(c: *mut c_void, t: f64, h: f64, _no_return: c_int) -> c_int {
+    with(c, |c| c.instance.step(t, h))
+}
+
+#[no_mangle]
+pub unsafe extern "C" fn fmi2GetFMUstate(c: *mut c_void, state: *mut *mut c_void) -> c_int {
+    with(c, |c| keep_state(c, state))
+}
+
+#[no_mangle]
+pub unsafe extern "C" fn fmi2SetFMUstate(c: *mut c_void, state: *mut c_void) -> c_int {
+    with(c, |c| put_state(c, state))
+}
+
+#[no_mangle]
+pub unsafe extern "C" fn fmi2FreeFMUstate(_c: *mut c_void, state: *mut *mut c_void) -> c_int {
+    free_state(state);
+    OK
+}
+
+/// All that there is to say: steps end as they are asked to, or fail.
+#[no_mangle]
+pub unsafe extern "C" fn fmi2GetRealStatus(c: *mut c_void, _kind: c_int, value: *mut f64) -> c_int {
+    with(c, |c| {
+        put(value, c.instance.time());
+        Ok(())
+    })
+}
+
+#[no_mangle]
+pub unsafe extern "C" fn fmi2GetBooleanStatus(c: *mut c_void, _kind: c_int, value: *mut c_int) -> c_int {
+    with(c, |_| {
+        put(value, 0);
+        Ok(())
+    })
+}
+
+/// Steps are done when they return: nothing is pending.
+macro_rules! never_pending {
+    ($($name:ident)*) => {$(
+        #[no_mangle]
+        pub extern "C" fn $name() -> c_int {
+            DISCARD
+        }
+    )*};
+}
+never_pending!(fmi2GetStatus fmi2GetIntegerStatus fmi2GetStringStatus fmi2CancelStep);
+
+/// Variables of other types: there are none.
+macro_rules! no_variables {
+    ($($name:ident)*) => {$(
+        #[no_mangle]
+        pub unsafe extern "C" fn $name(c: *mut c_void, _vr: *const u32, n: usize) -> c_int {
+            with(c, |_| match n {
+                0 => Ok(()),
+                _ => Err(concat!(stringify!($name), ": all variables of this model are real").into()),
+            })
+        }
+    )*};
+}
+no_variables!(fmi2GetInteger fmi2GetBoolean fmi2GetString fmi2SetInteger fmi2SetBoolean fmi2SetString);
+no_variables!(fmi2GetRealOutputDerivatives);
+
+/// What the model description says that it cannot do. (Arguments behind the first are left to the caller, whatever they are.)
+macro_rules! refused {
+    ($($name:ident)*) => {$(
+        #[no_mangle]
+        pub unsafe extern "C" fn $name(c: *mut c_void) -> c_int {
+            with(c, |_| Err(concat!(stringify!($name), " is not supported").into()))
+        }
+    )*};
+}
+refused!(fmi2SerializedFMUstateSize fmi2SerializeFMUstate fmi2DeSerializeFMUstate fmi2GetDirectionalDerivative);
