@@ -1,4 +1,4 @@
-"""J: a junction field-effect transistor (devices/jfet.va)."""
+"""J: a junction field-effect transistor (devices/jfet.va, level 2: devices/jfet2.va)."""
 
 from __future__ import annotations
 
