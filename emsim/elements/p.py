@@ -34,7 +34,7 @@ class CoupledLines(ModelledLine):
     least = 4
     instance: ClassVar[dict[str, Param]] = {
         **SingleLine.instance,
-        "dimension": Param("conductors: as many as there are nodes"),
+        "dimension": Param("number of conductors, which the nodes tell too"),
     }
     model_types: ClassVar[tuple[str, ...]] = ("cpl",)
     model_form = "cpl(r=.. l=.. g=.. c=.. length=), each the rows of a matrix from its diagonal on"
@@ -53,6 +53,8 @@ class CoupledLines(ModelledLine):
             raise ValueError(
                 f"has {len(self.nodes)} nodes: both ends have the same conductors, and one that they are against"
             )
+        if (said := self.params.get("dimension", count := len(self.nodes) // 2 - 1)) != count:
+            raise ValueError(f"has dimension={said:g}, and nodes for {count}")
         r, l, g, c = (self._matrix(key) for key in "rlgc")  # noqa: E741
         if not (c.any() and np.linalg.eigvalsh(c)[0] > 0.0):
             raise ValueError("has a c= that is no capacitance matrix: it must be positive definite")

@@ -198,6 +198,7 @@ def test_poles_of_a_line_of_resistance_and_capacitance():
         ("o1 a 0 b 0 m", "ltra(r=-1 l=1u c=1n len=1)"), ("o1 a 0 b 0 m", "ltra(r=1meg l=1u c=1n len=1)"),
         ("y1 a 0 b 0 m", "txl(r=1 l=1u c=1n)"), ("p1 a 0 b 0 m", "cpl(r=1 l=1u 2u c=1n length=1)"),
         ("p1 a a 0 b b 0 m", "cpl(r=1 0 1 l=1u 0.3u 1u c=1n -2n 1n length=1)"), ("p1 a 0 b b 0 m", "cpl(r=1 l=1u c=1n length=1)"),
+        ("p1 a 0 b 0 m dimension=2", "cpl(r=1 l=1u c=1n length=1)"),
         ("p1 a a 0 b b 0 m", "cpl(r=1 0 2 l=1u 0.3u 1u c=1n -0.2n 1n length=1)"),
     ],
 )  # fmt: skip
@@ -255,16 +256,20 @@ def test_small_signals_of_coupled_lines():
 def test_coupled_lines_of_one_conductor_are_one_line():
     deck = "line\nv1 in 0 pulse(0 1 1n 0.2n 0.2n 4n 9n)\nr1 in a 20\n{}\nr2 b 0 200\n"
     deck += ".options reltol=1e-6\n.tran 0.1n 30n\n.end\n"
-    one, other, third = (
+    one, *others = (
         emsim.run(deck.format(lines))
         for lines in (
-            "o1 a 0 b 0 m\n.model m ltra(r=20 l=250n c=100p len=1)", "p1 a 0 b 0 m\n.model m cpl(r=20 l=250n c=100p length=1)",
-            "y1 a 0 b 0 m len=1\n.model m txl(r=20 l=250n c=100p length=3)",
+            "o1 a 0 b 0 m\n.model m ltra(r=20 l=250n g=1m c=100p len=1)",
+            "p1 a 0 b 0 m\n.model m cpl(r=20 l=250n g=1m c=100p length=1)",
+            "p1 a 0 b 0 m length=1 dimension=1\n.model m cpl(r=20 l=250n g=1m c=100p len=2)",
+            "y1 a 0 b 0 m len=1\n.model m txl(r=20 l=250n g=1m c=100p length=3)",
+            "y1 a 0 b 0 m length=1\n.model m txl(r=20 l=250n g=1m c=100p)",
+            "y1 a 0 b 0 m\n.model m txl(r=20 l=250n g=1m c=100p len=1)",
         )
     )  # fmt: skip
     t = np.linspace(0, 30e-9, 500)
-    np.testing.assert_allclose(one.at("v(b)", t), other.at("v(b)", t), atol=1e-9)
-    np.testing.assert_allclose(one.at("v(b)", t), third.at("v(b)", t), atol=1e-9)
+    for other in others:
+        np.testing.assert_allclose(one.at("v(b)", t), other.at("v(b)", t), atol=1e-9)
 
 
 def test_noise_of_coupled_lines():

@@ -31,6 +31,9 @@ NOT_IN_THE_EQUATIONS = {
     "D off",  # where Newton's method begins
     "D ic",  # without uic; with it the deck is refused
     "D l", "D w", "D lm", "D lp", "D wm", "D wp",  # of level 3, where they are refused
+    # what ngspice's convolution is told
+    *(f"O model {w}" for w in "rel abs nocontrol steplimit nosteplimit lininterp quadinterp mixedinterp truncnr".split()),
+    "O model truncdontcut", "O model compactrel", "O model compactabs",
     "V portnum",  # a number; that it is given makes z0= count
     "S off", "W off",  # what holds without a word too
     *(f"{letter} off" for letter in "QJMZN"),  # where Newton's method begins
@@ -43,6 +46,9 @@ NOT_IN_THE_EQUATIONS = {
 ELSEWHERE = {
     "D model level", "T z0", "T zo", "T td", "T f", "T nl", "T ic",  # of lines: tests/ngspice/test_lines.py
     "U model isperl", "U model rsperl",  # refused, and nothing without it
+    # tests/ngspice/test_lossy_lines.py
+    "O model l", "Y len", "Y length", "P len", "P length", "P dimension",
+    *(f"{letter} model {word}" for letter in "YP" for word in ("r", "l", "g", "c", "len", "length")),
 }  # fmt: skip
 
 # decks with @ in place of a parameter with its value, and the two values where 1.3 and 2.1 do not fit
@@ -55,6 +61,7 @@ OF_MODEL = {
     "S": DRIVEN + "S1 b 0 a 0 m\n.model m sw(vt=1 vh=0.1 ron=2 roff=1meg @)\n",
     "W": DRIVEN + "W1 b 0 V1 m\n.model m csw(it=1 ih=0.1 ron=2 roff=1meg @)\n",
     "U": DRIVEN + "U1 b 0 0 m l=1\n.model m urc(k=2 fmax=1meg rperl=1k cperl=1n @)\n",
+    "O": DRIVEN + "O1 b 0 c 0 m\nR3 c 0 1k\n.model m ltra(r=1k g=1m c=1n len=1 @)\n",
     "D": "V1 a 0 SIN(0 3 1k)\nR1 a b 10\nD1 b 0 m\n.model m d(is=1e-12 n=1.1 rs=1 cjo=10p vj=0.8 m=0.4 jsw=1e-13 cjp=5p php=0.9 "
     "mjsw=0.3 tt=5n bv=5 ibv=1m ikf=10m ikr=20m nbv=1.2 pj=2 tnom=25 @)\n",
 }
@@ -189,6 +196,10 @@ RICH = {
         "vtf": 3.0, "itf": 1e-2, "tr": 1e-8, "iss": 1e-15, "mjs": 0.3, "kf": 1e-12, "ptf": 10.0, "rco": 20.0, "qco": 1e-12,
     },
     "jfet": {"beta": 1e-3, "cgs": 1e-12, "cgd": 1e-12, "rd": 1.0, "rs": 1.0, "lambda": 0.01, "kf": 1e-12},
+    "jfet2": {
+        "beta": 1e-3, "cgs": 1e-12, "cgd": 1e-12, "rd": 1.0, "rs": 1.0, "lambda": 0.01, "kf": 1e-12, "ibd": 1e-9, "vst": 0.1,
+        "xi": 1.0, "lfgam": 0.05, "hfgam": 0.1, "taug": 1e-6, "delta": 0.1, "taud": 1e-6,
+    },
     "mesfet": {"beta": 1e-3, "cgs": 1e-12, "cgd": 1e-12, "rd": 1.0, "rs": 1.0, "kf": 1e-12},
     "vdmos": {
         "kp": 1.0, "rd": 0.1, "rs": 0.1, "rg": 1.0, "rds": 1e6, "cgs": 1e-9, "cgdmax": 1e-9, "cgdmin": 1e-10, "cjo": 1e-9,
@@ -270,7 +281,7 @@ def test_a_parameter_of_a_module_is_not_ignored(name):
     ]
     biases = [
         {"c": 2.0, "ci": 1.9, "cx": 1.95, "b": 0.75, "bi": 0.7, "e": 0.02, "ei": 0.01, "s": -1.0, "d": 3.0, "di": 2.9, "g": 2.5,
-         "gi": 2.4, "si": 0.05, "a": 0.7, "ai": 0.65},
+         "gi": 2.4, "si": 0.05, "a": 0.7, "ai": 0.65, "slow_s": 2.3, "slow_d": -0.6, "heat": 0.01},
         {"c": 0.1, "ci": 0.12, "b": 0.8, "bi": 0.78, "s": 0.3, "d": -0.7, "di": -0.65, "g": -0.4, "gi": -0.35, "a": -7.0,
          "ai": -6.9, "an": -0.5},
         {"d": 40.0, "di": 39.0, "g": 1.0, "gi": 0.9, "b": -1.0, "bi": -1.1, "c": -0.6, "ci": -0.5, "a": -4.0, "ai": -3.9},
@@ -299,6 +310,7 @@ def test_a_parameter_of_a_module_is_not_ignored(name):
 # parameters of modules that no number hangs on
 IDLE_IN_MODULES = {
     "jfet gdsnoi",  # with nlev=3 alone
+    "jfet2 ver",  # as in ngspice
     "mesfet fc",  # as in ngspice
     "mos2 utra", "mos6 nvth",  # as in ngspice
     "vdmos phi",  # taken, since cards have it
