@@ -36,6 +36,10 @@ pub enum Failure {
     Contradiction {
         flag: usize,
     },
+    /// a closed loop goes on in another way than it was on; the speed that jumps
+    LeavesBranch {
+        unknown: usize,
+    },
     /// the method cannot do equations of this kind, whatever the step
     Unfit {
         why: String,
@@ -69,6 +73,7 @@ impl Failure {
             }
             Failure::Diverged { unknown, row } => Failure::Diverged { unknown: at(unknown), row: at(row) },
             Failure::NotFinite { unknown } => Failure::NotFinite { unknown: at(unknown) },
+            Failure::LeavesBranch { unknown } => Failure::LeavesBranch { unknown: at(unknown) },
             unfit => unfit,
         }
     }

@@ -2,6 +2,7 @@
 //! state events are located on the method's dense output, stepped onto. Where something jumps, one implicit step of
 //! a billionth of what lies ahead gives the values after it, and the method restarts there. The length that served
 //! after the last jump of the same kind is remembered. What was computed is kept whatever ends the run.
+mod branch;
 mod escape;
 mod jumps;
 mod laws;
@@ -9,6 +10,7 @@ mod memory;
 mod passage;
 mod stretch;
 
+use self::branch::Branch;
 use self::escape::{gone, Escape};
 use self::memory::Memory;
 pub use self::memory::IMPOSED;
@@ -101,6 +103,7 @@ pub(super) struct Run<'a, S: Sink> {
     grid: Grid,
     memory: Memory,
     escape: Escape,
+    branch: Option<Branch>, // of closed loops
     ahead: Option<Ahead>,
     pub outcome: Outcome,
     pub x: Vec<f64>,
@@ -261,6 +264,7 @@ impl<'a, S: Sink> Run<'a, S> {
             grid: Grid::new(sys, a, dense, shows_silent),
             memory: Memory::default(),
             escape: Escape::default(),
+            branch: Branch::new(sys).filter(|_| o.fixed_step.is_none()),
             ahead: sys.foreseen.ahead(&sys.waves, a.tstop),
             outcome: Outcome::new(),
             x,
@@ -335,6 +339,7 @@ impl<'a, S: Sink> Run<'a, S> {
         method.restart(self.sys, self.w, self.t, &self.x);
         self.detector.start(self.sys, self.w, &self.x, self.t);
         self.check.begin(self.t);
+        self.branch.iter_mut().for_each(Branch::begin);
         self.memory.restart(self.sys.stretch(self.w, self.t));
     }
 
@@ -409,6 +414,14 @@ impl<'a, S: Sink> Run<'a, S> {
                     continue;
                 }
                 Attempt::Good { next } => {
+                    match self.leaves_branch(method, step, smallest) {
+                        None => {}
+                        Some(Some(shorter)) => {
+                            s.h = shorter;
+                            continue;
+                        }
+                        Some(None) => return,
+                    }
                     let t1 = if lands { self.stop } else { t + (step + self.late) };
                     let inside = asked < t1 - 1e-7 * self.grid.step;
                     if self.dense && !fixed && (s.coarse || inside) {

@@ -686,6 +686,7 @@ fn failure_dict(py: Python<'_>, sys: &crate::system::System, f: &Failed) -> PyRe
         }
         Failure::Diverged { unknown, row } => ("no convergence", Some(*unknown), Some(*row)),
         Failure::NotFinite { unknown } => ("not finite", Some(*unknown), Some(*unknown)),
+        Failure::LeavesBranch { unknown } => ("leaves branch", Some(*unknown), Some(*unknown)),
     };
     d.set_item("kind", kind)?;
     d.set_item("unknown", unknown)?;
