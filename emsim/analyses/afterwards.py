@@ -237,13 +237,14 @@ def _amplified(assembly: Assembly, run: Run) -> None:
 
 
 def driven_linkage(assembly: Assembly, run: Run) -> str:
-    """Where links of a driven loop lie in one line, a method that takes a long step may go on in the other way: the loop, and the
-    pose in which it was fastest; "" without such a loop."""
-    from ..assemble.closing import loops_of
+    """Where links of a driven loop lie in one line, forces in it are not determined: the loop, and the pose in which it was
+    fastest; "" without such a loop."""
+    from .failure import driven_loop, pose
 
-    machine = assembly.machine
-    if machine is None or not machine.rows or not machine.drives:
+    loop = driven_loop(assembly)
+    if not loop:
         return ""
+    machine = assembly.machine
     at = {name: k for k, name in enumerate(run.names)}
     moving = [c for c in machine.all_coordinates() if c.q_name in at and c.u_name in at]
     if not moving:
@@ -254,10 +255,10 @@ def driven_linkage(assembly: Assembly, run: Run) -> str:
             speed = abs(run.waves.value(k, at[c.u_name]))
             if speed > fastest:
                 fastest, row = speed, k
-    pose = ", ".join(f"{c.q_name} = {run.waves.value(row, at[c.q_name]):.4g}" for c in moving[:4])
     return (
-        f"the loop of joints {loops_of(machine, machine.rows)} is driven; it may have left its branch at a change point, where "
-        f"links lie in one line (fastest at t = {run.waves.value(row, 0):.4g} s: {pose}): method=auto keeps it"
+        f"{loop} is driven: beside a change point, where links lie in one line, its forces are hardly determined, and with them "
+        f"the work of the drive (fastest at t = {run.waves.value(row, 0):.4g} s: {pose(assembly, run.waves, run.names, row)}); "
+        "method=auto has them"
     )
 
 

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 CODES = {
     "no convergence": "E410",
     "singular": "E411",
+    "leaves branch": "E410",
     "not finite": "E412",
     "unfit": "E413",
     "too long": "E414",
@@ -35,7 +36,26 @@ def explain(
     """Diagnostics for the engine's failure report; `names`: what the columns behind the time are called."""
     failure = dict(waves.failure or {})
     kept = waves.value(waves.rows - 1, 0) if waves.rows else 0.0
-    return explain_failure(assembly, analysis, failure, kept, _growth(failure, waves, names))
+    where = pose(assembly, waves, ["time", *names], waves.rows - 1)
+    return explain_failure(assembly, analysis, failure, kept, _growth(failure, waves, names), where)
+
+
+def pose(assembly: Assembly, waves: Waveforms, names: Sequence[str], row: int) -> str:
+    """The first few coordinates of the machine in a row of columns with these names; "" where none was recorded."""
+    at = {name: k for k, name in enumerate(names)}
+    moving = [] if assembly.machine is None or row < 0 else assembly.machine.all_coordinates()
+    shown = [c.q_name for c in moving if c.q_name in at][:4]
+    return ", ".join(f"{name} = {waves.value(row, at[name]):.4g}" for name in shown)
+
+
+def driven_loop(assembly: Assembly) -> str:
+    """The loop of joints that a DRIVE moves, in words, or ""."""
+    machine = assembly.machine
+    if machine is None or not machine.rows or not machine.drives:
+        return ""
+    from ..assemble.closing import loops_of
+
+    return f"the loop of joints {loops_of(machine, machine.rows)}"
 
 
 def not_finite(found: list[tuple[str, float, float]], analysis: Analysis) -> Diagnostic:
@@ -55,8 +75,10 @@ def explain_failure(
     failure: dict[str, Any],
     kept: float = 0.0,
     growth: str = "",
+    where_it_stands: str = "",
 ) -> list[Diagnostic]:
-    """The same for a bare report; points were kept up to the time `kept`, `growth` says what ran away."""
+    """The same for a bare report; points were kept up to the time `kept`, `growth` says what ran away, `where_it_stands` the pose of a
+    machine in the last of them."""
     kind = failure.get("kind", "no convergence")
     if kind == "memory":
         said, hint = f"out of memory: there is no room for rows beyond t = {kept:.6g} s", RECORD_LESS
@@ -105,6 +127,12 @@ def explain_failure(
             "try: ic= or guess= a little aside; where links lie in one line the machine could go two ways"
         )
     elif mechanical and (drives := _driving(assembly)):
+        if loop := driven_loop(assembly):
+            stands = f", last at {where_it_stands}" if where_it_stands else ""
+            hints.append(
+                f"{loop} is near a change point, where links lie in one line and it could go on in another way{stands}: "
+                "method=auto may lead through it"
+            )
         hints.append(
             f"a mechanism locks where its links come to lie in one line, and {' and '.join(drives)} goes on: no motion "
             "satisfies both\ntry: other lengths, a drive that turns back before, or a MOTOR or TORQUE in its place; the "
@@ -125,6 +153,8 @@ def _what(assembly: Assembly, kind: str, unknown: str, where: str, when: str) ->
         return f"nothing determines the {quantity} {where} {when}" if where else f"no unique solution {when}"
     if kind == "not finite":
         return f"a value is not finite {when}" + (f", at {where}" if where else "")
+    if kind == "leaves branch":
+        return f"the closed loop goes over to another way of moving {when}: the motion jumps at {where}"
     return f"no convergence {when}" + (f", worst at {where}" if where else "")
 
 

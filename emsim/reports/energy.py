@@ -7,6 +7,8 @@ from __future__ import annotations
 
 from array import array
 
+from ..diagnostics import Diagnostic
+
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
@@ -118,26 +120,24 @@ class Ledger:
         }  # fmt: skip
 
 
-def doubt(ledger: Ledger, sink: Sink, method: str, linkage: Callable[[], str]) -> None:
+def doubt(ledger: Ledger, sink: Sink, method: str, linkage: Callable[[], str]) -> Diagnostic | None:
     """Warns where more than a hundredth of the energy has no explanation: the solution is wrong by about as much. `linkage`: what
-    a driven one may have to do with it."""
-    if ledger.balanced and ledger.share > WORTH and abs(ledger.residual) > THERMAL:
-        more = "appeared" if ledger.residual > 0 else "went"
-        sink.warning(
-            "W415",
-            f"{abs(ledger.residual):.2g} J {more} without a cause, {100 * ledger.share:.2g} % of what was turned over: "
-            f"so much is wrong with what {method} found",
-            None,
-            "\n".join(
-                filter(
-                    None,
-                    [
-                        linkage(),
-                        "tighten reltol or take another method; --energy shows where every joule went",
-                    ],
-                )
-            ),
-        )
+    a driven one may have to do with it; gauss, which damps nothing, then has forces that ring for the rest of the run: an error."""
+    if not (ledger.balanced and ledger.share > WORTH and abs(ledger.residual) > THERMAL):
+        return None
+    more = "appeared" if ledger.residual > 0 else "went"
+    much = f"{abs(ledger.residual):.2g} J {more} without a cause, {100 * ledger.share:.2g} % of what was turned over"
+    advice, loop = "tighten reltol or take another method; --energy shows where every joule went", linkage()
+    if loop and method.startswith("gauss"):
+        said = f"method {method} cannot do this deck: {much}"
+        return Diagnostic("error", "E413", said, None, f"{loop}\n{advice}")
+    sink.warning(
+        "W415",
+        f"{much}: so much is wrong with what {method} found",
+        None,
+        f"{loop}\n{advice}" if loop else advice,
+    )
+    return None
 
 
 def _joule(value: float) -> str:

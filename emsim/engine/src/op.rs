@@ -7,7 +7,8 @@ mod linear;
 mod rest;
 pub mod sweep;
 
-use self::rest::{couples, descend};
+pub use self::rest::couples;
+use self::rest::descend;
 use crate::newton::{Failure, Newton, Options, Tolerances};
 use crate::reduced::augment;
 use crate::sparse::{Lu, Pattern, Singular, Symbolic};

@@ -4,7 +4,7 @@ use crate::newton::{Failure, Tolerances};
 use crate::system::{Kind, System, Work};
 
 /// Each coordinate with the row of its momentum: the speed that its own row reads.
-pub(super) fn couples(sys: &System) -> Vec<(usize, usize)> {
+pub fn couples(sys: &System) -> Vec<(usize, usize)> {
     let mut out = Vec::new();
     for u in (0..sys.n).filter(|&u| sys.unknowns[u].kind == Kind::Speed) {
         let rows = &sys.pattern.rowidx[sys.pattern.colptr[u]..sys.pattern.colptr[u + 1]];

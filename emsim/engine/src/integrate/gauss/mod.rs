@@ -507,7 +507,8 @@ impl Method for Gauss {
 
     fn attempt(&mut self, sys: &System, w: &mut Work, h: f64, tol: &Tolerances) -> Attempt {
         self.longest = self.longest.max(h);
-        self.crawled = if h < fit::CRAWLS * self.longest { self.crawled + 1 } else { 0 };
+        let crawls = h < fit::CRAWLS * self.longest;
+        self.crawled = if crawls { self.crawled + 1 } else { self.crawled.saturating_sub(1) };
         if self.crawled > fit::PATIENCE && !self.fixed {
             return Attempt::Stuck { next: 0.0, why: fit::stiff().into() };
         }
