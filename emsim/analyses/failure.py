@@ -77,8 +77,8 @@ def explain_failure(
     growth: str = "",
     where_it_stands: str = "",
 ) -> list[Diagnostic]:
-    """The same for a bare report; points were kept up to the time `kept`, `growth` says what ran away, `where_it_stands` the pose of a
-    machine in the last of them."""
+    """The same for a bare report; points were kept up to the time `kept`, `growth` says what ran away, `where_it_stands` how the
+    machine stood in the last of them."""
     kind = failure.get("kind", "no convergence")
     if kind == "memory":
         said, hint = f"out of memory: there is no room for rows beyond t = {kept:.6g} s", RECORD_LESS
@@ -128,10 +128,10 @@ def explain_failure(
         )
     elif mechanical and (drives := _driving(assembly)):
         if loop := driven_loop(assembly):
-            stands = f", last at {where_it_stands}" if where_it_stands else ""
+            stands = f": {where_it_stands}" if where_it_stands else ""
+            other = "" if assembly.options.get("method") == "auto" else "; method=auto may lead through it"
             hints.append(
-                f"{loop} is near a change point, where links lie in one line and it could go on in another way{stands}: "
-                "method=auto may lead through it"
+                f"{loop} is near a change point, where links lie in one line and it could go on in another way{stands}{other}"
             )
         hints.append(
             f"a mechanism locks where its links come to lie in one line, and {' and '.join(drives)} goes on: no motion "

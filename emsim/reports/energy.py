@@ -122,7 +122,7 @@ class Ledger:
 
 def doubt(ledger: Ledger, sink: Sink, method: str, linkage: Callable[[], str]) -> Diagnostic | None:
     """Warns where more than a hundredth of the energy has no explanation: the solution is wrong by about as much. `linkage`: what
-    a driven one may have to do with it; gauss, which damps nothing, then has forces that ring for the rest of the run: an error."""
+    a driven one may have to do with it; under gauss, which damps nothing, forces then ring for the rest of the run: an error."""
     if not (ledger.balanced and ledger.share > WORTH and abs(ledger.residual) > THERMAL):
         return None
     more = "appeared" if ledger.residual > 0 else "went"

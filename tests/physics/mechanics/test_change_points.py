@@ -141,7 +141,7 @@ def test_gauss_whose_forces_ring_behind_a_dead_centre_stops_by_name(cut, drive):
     with pytest.raises(emsim.ConvergenceError) as error:
         run(driven(cut, drive), "5m 3", "method=gauss4")
     said = str(error.value)
-    assert "gauss" in said or "the loop of joints" in said and "angle(" in said
+    assert "gauss" in said or ("the loop of joints" in said and "angle(" in said)
 
 
 def test_a_loop_that_is_pushed_farther_than_its_links_reach_names_pose_and_loop():
