@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from .._engine import Waveforms
     from ..assemble import Assembly
     from ..diagnostics import Span
-    from .base import Analysis
+    from .base import Analysis, Computed
 
 CODES = {
     "no convergence": "E410",
@@ -40,7 +40,7 @@ def explain(
     return explain_failure(assembly, analysis, failure, kept, _growth(failure, waves, names), where)
 
 
-def pose(assembly: Assembly, waves: Waveforms, names: Sequence[str], row: int) -> str:
+def pose(assembly: Assembly, waves: Waveforms | Computed, names: Sequence[str], row: int) -> str:
     """The first few coordinates of the machine in a row of columns with these names; "" where none was recorded."""
     at = {name: k for k, name in enumerate(names)}
     moving = [] if assembly.machine is None or row < 0 else assembly.machine.all_coordinates()
@@ -129,9 +129,9 @@ def explain_failure(
     elif mechanical and (drives := _driving(assembly)):
         if loop := driven_loop(assembly):
             stands = f": {where_it_stands}" if where_it_stands else ""
-            other = "" if assembly.options.get("method") == "auto" else "; method=auto may lead through it"
+            else_by = "" if assembly.options.get("method") == "auto" else "; method=auto may lead through it"
             hints.append(
-                f"{loop} is near a change point, where links lie in one line and it could go on in another way{stands}{other}"
+                f"{loop} is near a change point, where links lie in one line and it could go on in another way{stands}{else_by}"
             )
         hints.append(
             f"a mechanism locks where its links come to lie in one line, and {' and '.join(drives)} goes on: no motion "
