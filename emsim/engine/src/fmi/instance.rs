@@ -339,6 +339,10 @@ fn told(sys: &System, failed: &Failed, codes: &BTreeMap<String, String>) -> Stri
         Failure::NotFinite { unknown } => {
             ("not finite", format!("a value is not finite {when}, at `{}`", name(*unknown)))
         }
+        Failure::LeavesBranch { unknown } => (
+            "leaves branch",
+            format!("a closed loop goes over to another way of moving {when}, at `{}`", name(*unknown)),
+        ),
         Failure::Unfit { why } => ("unfit", format!("the method cannot do this deck: {why}")),
         Failure::TooLong { steps, .. } => ("too long", format!("the rest would take {steps:.2e} steps, {when}")),
         Failure::Contradiction { flag } => {
