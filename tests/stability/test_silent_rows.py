@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from support import run
+from support import deck, run
 
 import emsim
 
@@ -293,3 +293,20 @@ def test_the_current_through_a_junction_s_capacitance(method):
     times = 1e-6 * np.arange(1, 200)
     for signal in ("i(v1)", "v(k)", "v(a)"):
         assert largest(found, signal, exact, signal, times) <= 5e-3, signal
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_motor_kicks_no_node_beyond_the_diodes_of_its_bridge(method):
+    """Rows inside a step in which a diode turns off lay on a polynomial: v(a) -4.2 V, v(b) 13.65 V beside 12 V."""
+    result = run(deck("coupled/slider_crank_hbridge"), f"method={method}", tran="20u 0.55")
+    for node in ("v(a)", "v(b)"):
+        volts = np.asarray(result[node])
+        # one diode's drop at 15 A: is = 1 nA, rs = 10 mohm
+        assert volts.min() >= -0.76 and volts.max() <= 12.76, node
+    # what the motor carries is what the diodes' laws say
+    for node, other in (("v(a)", 1.0), ("v(b)", -1.0)):
+        current = other * np.asarray(result["i(m1)"])
+        conducts = (np.asarray(result[node]) < -0.1) & (current > 1e-3)
+        drop = -np.asarray(result[node]) - 0.01 * current
+        assert conducts.sum() > 30
+        assert np.allclose(0.025852 * np.log(current[conducts] / 1e-9), drop[conducts], atol=0.02)

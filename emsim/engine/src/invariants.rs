@@ -9,7 +9,8 @@
 //!   | sum_i s_i F_i / bound_i | <= 1,   s_i of either sign and of different sizes,
 //!
 //! which is a product of x with one row of numbers; where it is larger they are looked at one by one. Where currents of devices enter,
-//! which are dear, rows are looked at when the bounds are renewed, and between the ends of steps where a voltage has gone up an exponential since then.
+//! which are dear, rows are looked at when the bounds are renewed, and between the ends of steps in which a voltage goes up or down
+//! an exponential: a polynomial through the ends has a junction conduct what nothing gives it, or not conduct what a coil drives.
 use crate::graph::{Graph, Id};
 use crate::system::{Kind, System, Work};
 use crate::tape::{Inputs, Tape};
@@ -19,8 +20,12 @@ use std::collections::BTreeMap;
 /// So many tolerances: dense output and values that were settled anew are off by a few.
 const MOST: f64 = 10.0;
 const RENEWED: u32 = 1024;
-/// Up an exponential: by so many times what makes a factor of e, and to where there is a current at all.
-const UP: f64 = 4.0;
+/// Up an exponential from the ends of a step: by so many times what makes a factor of e, and to where there is a current at all.
+const UP: f64 = 1.0;
+/// Where a current goes along a line to e^m of what it was, a line misses the logarithm that the voltage is by m^2 / 8; a cubic by some
+/// hundredth of m^4.
+const LINE: f64 = 0.125;
+const CUBIC: f64 = 1e-2;
 const CONDUCTS: f64 = 12.0;
 /// Rounding of so much of what is added up.
 const ROUNDED: f64 = 1e-12;
@@ -44,7 +49,7 @@ pub struct Gap {
     pub wide: f64,
 }
 
-/// A voltage that an exponential current hangs on, and how far up it may go before rows are looked at.
+/// A voltage that an exponential current hangs on, and how far up it may go in a step before rows are looked at.
 struct Port {
     nodes: (i32, i32),
     volts: f64,
@@ -61,19 +66,21 @@ impl Port {
 
 pub struct Invariants {
     watched: Vec<usize>,           // algebraic rows, those without devices first
-    terms: Vec<(u32, u32, f64)>,   // (place in `watched`, unknown, coefficient) of these
+    plain: usize,                  // how many these are
+    terms: Vec<(u32, u32, f64)>,   // (place in `watched`, unknown, coefficient) of all
     sources: Vec<(u32, u32, f64)>, // the same of sources
     expressions: Vec<u32>,         // places that outputs of the tape are added to
     tape: Tape,                    // those expressions, then closures
     scratch: Vec<f64>,
-    left: Vec<f64>,             // F_i of those without devices
-    bent: Vec<f64>,             // ... of the others, when the bounds are renewed
+    left: Vec<f64>,             // F_i, without the currents of devices
+    bent: Vec<f64>,             // F_i of those with devices, when these are asked
     bounds: Vec<f64>,           // of all
     loose: Vec<f64>,            // ... by the tolerances of what is added up alone: beyond these it is told
     seen: f64,                  // time of the row that was asked for, and holds
     sums: [Vec<(u32, f64)>; 3], // of unknowns, sources and outputs of the tape, what they count for in all rows together
     ports: Vec<Port>,
-    until: u32, // rows until they are renewed
+    turns: bool, // a voltage moves along its exponential in the present step
+    until: u32,  // rows until they are renewed
     tol: Tolerances,
     abstol: f64,
     work: Option<Box<Work>>, // what a method knows in its own is not touched
@@ -90,8 +97,9 @@ impl Invariants {
         let asked = |i: usize| sys.laws.list.iter().all(|law| law.row != i);
         let algebraic = |i: &usize| !sys.has_q[*i] && kind(*i) && asked(*i);
         let plain: Vec<usize> = (0..sys.n).filter(algebraic).filter(|&i| !bends[i]).collect();
-        let mut place = vec![None; sys.n];
-        plain.iter().enumerate().for_each(|(k, &i)| place[i] = Some(k as u32));
+        let (count, mut place) = (plain.len(), vec![None; sys.n]);
+        let watched: Vec<usize> = plain.into_iter().chain((0..sys.n).filter(algebraic).filter(|&i| bends[i])).collect();
+        watched.iter().enumerate().for_each(|(k, &i)| place[i] = Some(k as u32));
         let terms = sys.constant_terms().filter_map(|(row, col, v)| Some((place[row]?, col as u32, v))).collect();
         let sources = sys.source_rows().iter().filter_map(|&(row, k, v)| Some((place[row]?, k as u32, v))).collect();
         let found = sys.expression_ids(0).iter().filter_map(|&(row, id)| Some((place[row]?, id)));
@@ -99,15 +107,15 @@ impl Invariants {
         ids.extend(closures);
         let tape = Tape::new(g, &ids).native();
         let scratch = tape.workspace();
-        let left = vec![0.0; plain.len()];
-        let watched: Vec<usize> = plain.into_iter().chain((0..sys.n).filter(algebraic).filter(|&i| bends[i])).collect();
+        let left = vec![0.0; watched.len()];
         let bounds = vec![0.0; watched.len()];
-        let ports =
-            sys.exponential_ports().map(|(nodes, volts)| Port { nodes, volts, reach: f64::NEG_INFINITY }).collect();
+        let ports = sys.exponential_ports().map(|(nodes, volts)| Port { nodes, volts, reach: f64::NEG_INFINITY });
+        let ports = if watched.len() > count { ports.collect() } else { Vec::new() };
         let gaps = vec![Gap::default(); closures.len()];
         let tol = Tolerances::new(sys, o);
         Invariants {
             watched,
+            plain: count,
             terms,
             sources,
             expressions,
@@ -120,6 +128,7 @@ impl Invariants {
             seen: f64::NAN,
             sums: Default::default(),
             ports,
+            turns: false,
             until: 0,
             tol,
             abstol: o.absolute.of(Quantity::Current, o.reltol),
@@ -159,7 +168,7 @@ impl Invariants {
     /// Does (t, x) hold?
     #[inline]
     pub fn holds(&mut self, sys: &System, w: &mut Work, t: f64, x: &[f64]) -> bool {
-        let good = self.sum(sys, w, t, x).abs() <= 1.0 && self.within_reach(x);
+        let good = self.sum(sys, w, t, x).abs() <= 1.0 && !self.turns && self.within_reach(x);
         self.seen = if good { t } else { f64::NAN };
         good || self.holds_one_by_one(sys, w, t, x)
     }
@@ -183,16 +192,57 @@ impl Invariants {
         self.ports.iter().all(|port| port.voltage(x) <= port.reach)
     }
 
+    /// Rows follow that lie within the step from x0 to x1. `first`: behind a jump, where polynomials may be little better than lines.
+    pub fn within_step(&mut self, x0: &[f64], x1: &[f64], first: bool) {
+        self.turns = false;
+        let missed = MOST * self.tol.reltol;
+        let most = if first { (missed / LINE).sqrt() } else { (missed / CUBIC).powf(0.25) };
+        for port in &mut self.ports {
+            let (v0, v1) = (port.voltage(x0), port.voltage(x1));
+            let (high, conducts) = (v0.max(v1), CONDUCTS * port.volts);
+            port.reach = (high + UP * port.volts).max(conducts);
+            self.turns |= high > conducts && (v1 - v0).abs() > most * port.volts;
+        }
+    }
+
     #[cold]
     #[inline(never)]
     fn holds_one_by_one(&mut self, sys: &System, w: &mut Work, t: f64, x: &[f64]) -> bool {
         self.one_by_one(w, x);
-        if self.within_reach(x) && within(&self.left, &self.bounds) {
-            return true;
+        if !within(&self.left[..self.plain], &self.bounds) {
+            self.renew(sys, w, t, x);
+            if !within(&self.left[..self.plain], &self.bounds) {
+                return false;
+            }
         }
-        self.renew(sys, w, t, x);
-        let (plain, bent) = self.bounds.split_at(self.left.len());
-        within(&self.left, plain) && within(&self.bent, bent)
+        !self.turns && self.within_reach(x) || self.devices_hold(sys, w, t, x)
+    }
+
+    /// Do the rows with devices hold to MOST reltol of their largest current? One of no device: what a wrong voltage makes of theirs is
+    /// no measure.
+    fn devices_hold(&mut self, sys: &System, w: &mut Work, t: f64, x: &[f64]) -> bool {
+        let mut own = self.own(sys, w, t);
+        sys.eval(&mut own, x, t);
+        self.bent.clear();
+        self.bent.extend(self.watched[self.plain..].iter().map(|&row| own.f[row]));
+        let largest = self.largest_currents(sys, &own, x);
+        let mut sizes = vec![0.0; sys.n];
+        sys.terms(x, &mut sizes);
+        self.work = Some(own);
+        let bound = |k: usize, row: usize| self.tight(largest[self.plain + k], sizes[row]);
+        self.watched[self.plain..].iter().enumerate().all(|(k, &row)| self.bent[k].abs() <= bound(k, row))
+    }
+
+    /// What may be left of currents of which the largest is known, and what all of them come to.
+    fn tight(&self, largest: f64, size: f64) -> f64 {
+        MOST * (self.tol.reltol * largest + self.abstol) + ROUNDED * size
+    }
+
+    /// Workspace for a look beside the run.
+    fn own(&mut self, sys: &System, w: &Work, t: f64) -> Box<Work> {
+        let mut own = self.work.take().unwrap_or_else(|| Box::new(sys.work()));
+        own.follow(w, t);
+        own
     }
 
     /// All rows against their bounds.
@@ -200,7 +250,7 @@ impl Invariants {
     #[inline(never)]
     fn look(&mut self, sys: &System, w: &mut Work, t: f64, x: &[f64]) {
         self.one_by_one(w, x);
-        if self.until > 0 && within(&self.left, &self.bounds) {
+        if self.until > 0 && within(&self.left[..self.plain], &self.bounds) {
             self.until -= 1;
             return;
         }
@@ -209,7 +259,7 @@ impl Invariants {
         self.tell(t);
     }
 
-    /// F_i of what has no devices, behind `sum`.
+    /// F_i without devices, behind `sum`.
     fn one_by_one(&mut self, w: &Work, x: &[f64]) {
         self.left.fill(0.0);
         for &(k, j, v) in &self.terms {
@@ -228,8 +278,7 @@ impl Invariants {
     #[inline(never)]
     fn renew(&mut self, sys: &System, w: &mut Work, t: f64, x: &[f64]) {
         self.tol.observe(x, t);
-        let mut own = self.work.take().unwrap_or_else(|| Box::new(sys.work()));
-        own.follow(w, t);
+        let mut own = self.own(sys, w, t);
         let w = &mut *own;
         sys.eval_jacobian(w, x, t, false);
         let mut sums = vec![0.0; sys.n];
@@ -239,33 +288,30 @@ impl Invariants {
                 sums[sys.pattern.rowidx[k]] += w.gv[k].abs() * weight;
             }
         }
-        let plain = self.left.len();
+        let plain = self.plain;
         self.bounds.iter_mut().zip(&self.watched).for_each(|(bound, &row)| *bound = MOST * sums[row]);
-        for port in &mut self.ports {
-            port.reach = (port.voltage(x) + UP * port.volts).max(CONDUCTS * port.volts);
-        }
         self.loose.clone_from(&self.bounds);
         let largest = self.largest_currents(sys, w, x);
         let mut sizes = vec![0.0; sys.n];
         sys.terms(x, &mut sizes);
-        for ((bound, &row), largest) in self.bounds.iter_mut().zip(&self.watched).zip(largest) {
-            let tight = MOST * (self.tol.reltol * largest + self.abstol) + ROUNDED * sizes[row];
-            *bound = bound.min(tight);
+        for k in 0..plain {
+            self.bounds[k] = self.bounds[k].min(self.tight(largest[k], sizes[self.watched[k]]));
         }
         let share: Vec<f64> = self.bounds[..plain].iter().enumerate().map(|(k, bound)| sign(k) / bound).collect();
         let of = |terms: &[(u32, u32, f64)]| -> Vec<(u32, f64)> {
             let mut sums = BTreeMap::new();
-            terms.iter().for_each(|&(k, j, v)| *sums.entry(j).or_default() += share[k as usize] * v);
+            let plain = terms.iter().filter(|&&(k, ..)| (k as usize) < share.len());
+            plain.for_each(|&(k, j, v)| *sums.entry(j).or_default() += share[k as usize] * v);
             sums.into_iter().collect()
         };
-        let outputs = (0..).zip(&self.expressions).map(|(output, &k)| (output, share[k as usize]));
+        let outputs = (0..).zip(&self.expressions).filter_map(|(output, &k)| Some((output, *share.get(k as usize)?)));
         self.sums = [of(&self.terms), of(&self.sources), outputs.collect()];
         self.bent.clear();
         self.bent.extend(self.watched[plain..].iter().map(|&row| w.f[row]));
         self.work = Some(own);
     }
 
-    /// The largest current at each node without devices or expressions; infinite where that means nothing.
+    /// The largest current at each node, without those of devices; infinite where there are expressions, or where that means nothing.
     fn largest_currents(&self, sys: &System, w: &Work, x: &[f64]) -> Vec<f64> {
         let (mut largest, mut whole) = (vec![0.0_f64; self.left.len()], vec![0.0; self.left.len()]);
         let node = |i: usize| sys.unknowns[i].kind == Kind::Node;
@@ -278,7 +324,7 @@ impl Invariants {
         for &(k, j, v) in &self.sources {
             largest[k as usize] = largest[k as usize].max((v * w.waves[j as usize]).abs());
         }
-        for (k, &row) in self.watched[..self.left.len()].iter().enumerate() {
+        for (k, &row) in self.watched.iter().enumerate() {
             largest[k] = if node(row) { largest[k].max((whole[k] * x[row]).abs()) } else { f64::INFINITY };
         }
         self.expressions.iter().for_each(|&k| largest[k as usize] = f64::INFINITY);
@@ -287,7 +333,7 @@ impl Invariants {
 
     /// Those that are beyond their bounds.
     fn tell(&mut self, t: f64) {
-        let left = self.left.iter().chain(&self.bent);
+        let left = self.left[..self.plain].iter().chain(&self.bent);
         for ((&row, &bound), &left) in self.watched.iter().zip(&self.loose).zip(left) {
             if left.abs() <= bound || !left.is_finite() {
                 continue;

@@ -6,8 +6,8 @@
 //!     is linear: a step of `SMOOTH` is one solution there, with a factorisation that is kept, from one corner to the next. Nor with
 //!     more than `LOOPS` closed loops, which every stage has to be brought onto.
 //!  2. Otherwise implicit (`implicit`): `SMOOTH` where nothing turns within a step, `GENTLE` where exponentials alone do, `SHORT` where they
-//!     do beside what throws many-step methods back: switches, coils that ring on with what a junction has left in them. Exponentials written as
-//!     expressions bend what rings beside them more gently than a junction: `SMOOTH` there. `KICKED` where a machine's coils kick junctions.
+//!     do beside what throws many-step methods back: switches, machines, coils that ring on with what a junction has left in them. Exponentials
+//!     written as expressions bend what rings beside them more gently than a junction: `SMOOTH` there.
 //!  3. A run begins implicitly where its fastest eigenvalue is `FAST` times faster than the shortest time that its sources and its print
 //!     grid speak of: order is lost on what follows such a mode long before stability is. Also where that mode is damped and `LASTING` times
 //!     faster than the run is long: it will have died, and stability will want all those steps.
@@ -28,7 +28,6 @@ const EXPLICIT: &str = "dop853";
 const SMOOTH: &str = "radau";
 const GENTLE: &str = "gear";
 const SHORT: &str = "esdirk";
-const KICKED: &str = "trbdf2";
 const OTHERS: [&str; 5] = [SMOOTH, SHORT, "trbdf2", "trap", GENTLE];
 
 /// Below this tolerance order 13 is cheaper than order 4 whatever turns, and steps of orders below that come near to rounding.
@@ -92,8 +91,6 @@ fn implicit(sys: &System, o: &Options) -> &'static str {
         _ if o.reltol < TIGHT => SMOOTH,
         (false, _) => SMOOTH,
         (true, false) => GENTLE,
-        // rows of esdirk beside a switch that a machine's coil kicks overshoot
-        (true, true) if mechanical(sys) => KICKED,
         (true, true) => SHORT,
     }
 }

@@ -107,6 +107,8 @@ pub(super) struct Run<'a, S: Sink> {
     ahead: Option<Ahead>,
     pub outcome: Outcome,
     pub x: Vec<f64>,
+    before: Vec<f64>, // x where the last step began
+    first: bool,      // the next step is the first behind a restart
     t: f64,
     late: f64,  // what rounding has taken from t
     stop: f64,  // the next corner or edge
@@ -267,6 +269,8 @@ impl<'a, S: Sink> Run<'a, S> {
             branch: Branch::new(sys).filter(|_| o.fixed_step.is_none()),
             ahead: sys.foreseen.ahead(&sys.waves, a.tstop),
             outcome: Outcome::new(),
+            before: x.clone(),
+            first: true,
             x,
             t: 0.0,
             late: 0.0,
@@ -337,6 +341,7 @@ impl<'a, S: Sink> Run<'a, S> {
         self.watch.cut(method, &self.tol);
         self.w.past.resume(self.t);
         method.restart(self.sys, self.w, self.t, &self.x);
+        self.first = true;
         self.detector.start(self.sys, self.w, &self.x, self.t);
         self.check.begin(self.t);
         self.branch.iter_mut().for_each(Branch::begin);
@@ -460,7 +465,7 @@ impl<'a, S: Sink> Run<'a, S> {
                     s.h = next;
                 }
             }
-            self.x.copy_from_slice(method.candidate());
+            self.move_on(method);
             // (that of a longer step has been looked at)
             if let Some(unknown) = if fixed || step <= RUNAWAY * span { gone(&self.x) } else { None } {
                 return self.runs_away(step, unknown, method);
@@ -482,6 +487,13 @@ impl<'a, S: Sink> Run<'a, S> {
         self.next = Next { h: Some(s.h), normal: s.normal };
     }
 
+    /// A step was accepted.
+    #[inline(always)]
+    fn move_on(&mut self, method: &dyn Method) {
+        std::mem::swap(&mut self.x, &mut self.before);
+        self.x.copy_from_slice(method.candidate());
+    }
+
     /// Records the accepted step up to its end x at t; false where the run is stopped meanwhile.
     #[inline(always)]
     fn keep(&mut self, method: &dyn Method, tick: &mut Tick) -> bool {
@@ -496,8 +508,10 @@ impl<'a, S: Sink> Run<'a, S> {
         self.settles = forces.is_some();
         let (steps, events) = (self.w.counters.steps, self.w.counters.events);
         let (check, fitting) = (&mut self.check, &mut self.fitting);
-        let mut row =
-            Row { sink: self.record, forces, x: &mut self.scratch, width, whole: self.a.tstop, check, fitting };
+        let first = std::mem::replace(&mut self.first, false);
+        let begins = if self.sys.exponentials() > 0 { Some((self.before.as_slice(), first)) } else { None };
+        let (x, whole) = (self.scratch.as_mut_slice(), self.a.tstop);
+        let mut row = Row { sink: self.record, forces, x, begins, width, whole, check, fitting };
         let mut goes_on = |t: f64| tick(t, width, steps, events);
         if !self.grid.fill(method, self.t, self.sys, self.w, &self.tol, &mut row, &mut goes_on) {
             self.outcome.status = Status::Interrupted;
@@ -571,7 +585,7 @@ impl<'a, S: Sink> Run<'a, S> {
             self.grid.arrive((t, te), (&self.x, method.candidate()), sys, self.w);
             method.accept(te);
             self.w.counters.steps += 1;
-            self.x.copy_from_slice(method.candidate());
+            self.move_on(method);
             if !self.keep(method, tick) {
                 return Event::Ended;
             }

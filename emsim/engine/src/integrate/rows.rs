@@ -40,6 +40,8 @@ pub trait Sink {
     fn holds(&mut self, _sys: &System, _w: &mut Work, _t: f64, _x: &[f64]) -> bool {
         true
     }
+    /// Rows follow that lie within the step from x0 to x1, a first one behind a jump or not.
+    fn within_step(&mut self, _x0: &[f64], _x1: &[f64], _first: bool) {}
     /// The run begins at (t, x).
     fn open(&mut self, sys: &System, w: &mut Work, t: f64, x: &[f64]);
     /// Something jumped: (t, x) is where the run goes on.
@@ -71,6 +73,10 @@ impl Sink for Record {
 
     fn holds(&mut self, sys: &System, w: &mut Work, t: f64, x: &[f64]) -> bool {
         self.invariants.as_mut().is_none_or(|invariants| invariants.holds(sys, w, t, x))
+    }
+
+    fn within_step(&mut self, x0: &[f64], x1: &[f64], first: bool) {
+        self.invariants.iter_mut().for_each(|invariants| invariants.within_step(x0, x1, first));
     }
 
     fn open(&mut self, sys: &System, w: &mut Work, t: f64, x: &[f64]) {
@@ -329,6 +335,8 @@ pub struct Row<'a, S: Sink> {
     pub sink: &'a mut S,
     pub forces: Option<&'a mut Forces>,
     pub x: &'a mut [f64],
+    /// where the step began, and is it the first behind a jump: until the sink knows, where exponentials want to know
+    pub begins: Option<(&'a [f64], bool)>,
     pub width: f64, // of the step it lies in
     pub whole: f64, // and of the run
     pub check: &'a mut Check,
@@ -349,6 +357,13 @@ impl<S: Sink> Row<'_, S> {
         self.x.copy_from_slice(x);
         self.settle(m, sys, w, t, tol);
         self.sink.row(sys, w, t, self.x);
+    }
+
+    /// A row follows inside the step.
+    fn tell_ends(&mut self, m: &dyn Method) {
+        if let Some((x0, first)) = self.begins.take() {
+            self.sink.within_step(x0, m.candidate(), first);
+        }
     }
 
     /// Between the ends of steps a polynomial follows states better than what is algebraic, and behind a bend by far: where the
@@ -587,6 +602,7 @@ impl Grid {
             if left > 1 && own < others {
                 // not beside one of the others
                 if own > newest + BESIDE * part && own < (others - BESIDE * part).min(t1) {
+                    row.tell_ends(m);
                     self.push(m, own, sys, w, tol, row);
                     newest = own;
                 }
@@ -615,6 +631,7 @@ impl Grid {
                 self.k += 1.0;
             }
             if t < t1 - near && t > self.last {
+                row.tell_ends(m);
                 self.push(m, t, sys, w, tol, row);
                 newest = t;
                 rows += 1;
