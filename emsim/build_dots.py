@@ -23,7 +23,7 @@ from .diagnostics import Diagnostic
 from .expr import Binary, Call, Name, Num, names
 from .source import Leaf, Line, SourceFile
 from .syntax import LineError, code_end, first_word, parse_line
-from .units import spice_number
+from .units import spice_leftover, spice_number
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -302,7 +302,9 @@ class DotCards(Cards):
                 if value.__class__ is not tuple and value.type == "BRACKETED":
                     params[name] = str(value)
                 elif value.__class__ is not tuple and value.type == "NAME_IN_QUOTES":
-                    params[name] = self.word(_inside(value), line)  # a number or the name of a file
+                    # a number, the name of a file, a table such as 01z1
+                    inner = _inside(value)
+                    params[name] = str(inner.lower()) if spice_leftover(inner) else self.word(inner, line)
                 elif kind in MOTOR_TYPES and value.__class__ is not tuple:
                     number = spice_number(value)  # its unit is judged by the MOTOR, as on the card
                     params[name] = str(value.lower()) if number is None else number

@@ -11,7 +11,7 @@ from ..diagnostics import Diagnostic, suggest
 from ..syntax import LineError
 from ..units import spice_number
 from .base import Element
-from .xspice import NAMES, code_model
+from .xspice import ABSENT, NAMES, code_model
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -62,6 +62,8 @@ class OfCodeModel(Element):
 
     @classmethod
     def model_hint(cls, of: str) -> str:
+        if of in ABSENT:
+            return f"{of} is not supported: write {ABSENT[of]}"
         near = suggest(of, NAMES)
         return f"did you mean `{near}`?" if near else "emsim help code_models lists them"
 

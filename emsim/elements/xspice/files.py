@@ -19,8 +19,9 @@ class TableError(Exception):
     """What is wrong, with the number of the line."""
 
 
-def lines(seat: Seat, key: str) -> list[tuple[int, list[str]]] | None:
-    """Number and words of each line that is no comment; None, reported, where there is no such file."""
+def lines(seat: Seat, key: str, comment: str = "*") -> list[tuple[int, list[str]]] | None:
+    """Number and words of each line that is no comment, which begins with one of `comment`; None, reported, where there is no
+    such file."""
     given = seat[key]
     if not given:
         seat.wrong(f"{key}= is missing", key, f'write {key}="file.txt"')
@@ -37,7 +38,9 @@ def lines(seat: Seat, key: str) -> list[tuple[int, list[str]]] | None:
     if text is None:
         seat.wrong(f"{given} is not a text file", key)
         return None
-    numbered = ((k, line.split("*")[0].lower()) for k, line in enumerate(text.split("\n"), 1))
+    for other in comment[1:]:
+        text = text.replace(other, comment[0])
+    numbered = ((k, line.split(comment[0])[0].lower()) for k, line in enumerate(text.split("\n"), 1))
     return [(k, words.replace(",", " ").split()) for k, words in numbered if words.strip()]
 
 

@@ -32,11 +32,12 @@ class Integrator(CodeModel):
         rate = seat["gain"] * (seat.read("in") + seat["in_offset"])
         state = b.unknown(f"{seat.name}#out", "coordinate", "", seat["out_ic"])
         at = b.x(state)
+        driven = rate
         # at a limit it stands while what drives it goes further that way
         for limit, sign in ((seat["out_upper_limit"], 1.0), (seat["out_lower_limit"], -1.0)):
             if limit is not None:
                 outside = ctx.kink(sign * (at - limit))
-                further = ctx.flag(sign * rate)
+                further = ctx.flag(sign * driven)
                 rate = b.select(outside * further, b.const(0.0), rate)
         b.c(state, state, 1.0)
         b.add_f(state, -rate)

@@ -35,10 +35,6 @@ class OneShot(CodeModel):
     }
 
     def check(self, seat: Seat) -> None:
-        if not seat.is_open("clear"):
-            seat.wrong("an input `clear` is not supported", "", "write null in its place")
-        if seat["retrig"]:
-            seat.wrong("retrig=TRUE is not supported", "retrig")
         pairs(seat, "cntl_array", "pw_array", 1)
 
     def build(self, seat: Seat) -> None:
@@ -52,8 +48,8 @@ class OneShot(CodeModel):
             )
         on = ctx.flag(sign * (seat.read("clk") - seat["clk_trig"]))
         # memories keep what was just before the last event: whether the clock was over its threshold, the time, the width there
-        was, when, wide, begin, lasts = (
-            b.memory(f"{name} {word}") for word in ("was", "when", "wide", "begin", "lasts")
+        was, when, wide, begin, last, lasts = (
+            b.memory(f"{name} {word}") for word in ("was", "when", "wide", "begin", "last", "lasts")
         )
         b.keep(was, on)
         b.keep(when, b.time())
@@ -61,19 +57,31 @@ class OneShot(CodeModel):
         up, rises, stays, falls = seat["rise_delay"], seat["rise_time"], seat["fall_delay"], seat["fall_time"]
         # before the first event all of them are 0: an edge counts when it comes, and where no pulse lasts any more
         whole = up + rises + stays + falls
-        idle = positive(seat, when - begin - lasts - whole)
+        idle = positive(seat, when - last - lasts - whole)
         first = 1.0 - positive(seat, begin)
-        edge = on * (1.0 - was) * positive(seat, when) * (first + (1.0 - first) * idle)
-        taken = edge
-        begun = b.select(taken, when, begin)
+        edge = on * (1.0 - was) * positive(seat, when)
+        free = first + (1.0 - first) * idle
+        taken = edge if seat["retrig"] else edge * free
+        # a trigger during a pulse puts off its fall; one before it rises begins it anew
+        anew = (
+            edge * (free + (1.0 - free) * (1.0 - positive(seat, when - begin - up)))
+            if seat["retrig"]
+            else taken
+        )
+        begun, fallen = b.select(anew, when, begin), b.select(taken, when, last)
         width_now = b.select(taken, wide, lasts)
+        if not seat.is_open("clear"):
+            # while it is high nothing comes, and what was there is gone
+            cleared = ctx.flag(seat.read("clear") - seat["clk_trig"])
+            nothing = b.const(0.0)
+            begun, fallen = b.select(cleared, nothing, begun), b.select(cleared, nothing, fallen)
         b.keep(begin, begun)
+        b.keep(last, fallen)
         b.keep(lasts, width_now)
-        since = b.time() - begun
         up_at = up + rises
         down_at = width_now + (up_at + stays)
-        rise = ctx.clamp((since - up) * (1.0 / rises), 0.0, 1.0)
-        fall = ctx.clamp((since - down_at) * (1.0 / falls), 0.0, 1.0)
+        rise = ctx.clamp((b.time() - begun - up) * (1.0 / rises), 0.0, 1.0)
+        fall = ctx.clamp((b.time() - fallen - down_at) * (1.0 / falls), 0.0, 1.0)
         share = b.select(positive(seat, begun), rise - fall, b.const(0.0))
         seat.drive("out", seat["out_low"] + (seat["out_high"] - seat["out_low"]) * share)
 
