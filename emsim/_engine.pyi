@@ -68,9 +68,11 @@ class Builder:
         """0/1, held between events: 1 when `up` rises above 0, 0 when `down` (default `up`) falls below 0. In between
         it starts as `initial` in a run from given values, as `rest` at the operating point (-1: as it comes). `law` says
         what holds exactly at a threshold: "" 0 there, "arrival" turns on arriving there from either side, "stays" as it
-        was; "memory" is no condition but the value of `up` at the last event. ValueError for another one."""
-    def memory(self, name: str) -> Expr:
-        """What `keep` gives it, as it was just before the last event; 0 before the first."""
+        was; "leg" does too, and small signals find it off; "memory" is no condition but the value of `up` at the last event.
+        ValueError for another one."""
+    def memory(self, name: str, past: bool = False) -> Expr:
+        """What `keep` gives it, as it was just before the last event; 0 before the first. `past`: points of a sweep write it
+        too, and no search for an operating point does."""
     def keep(self, memory: Expr, value: Expr | float) -> None:
         """What a memory keeps; it may read the memory itself. ValueError where there is none."""
     def law(

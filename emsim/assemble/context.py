@@ -76,6 +76,7 @@ class Context:
         self.divisors: dict[int, tuple[Expr, Expr, Span | None]] = {}
         self.poles: list[tuple[Expr, list[tuple[Expr, Span | None]]]] = []
         self.coupled: dict[tuple[int, int], float] = {}
+        self.wound: dict[str, str] = {}  # inductor on a core -> the K line that puts it there
         self.machine: Any = None
         self.scale: Any = None
         # (tstep, tstop) that waveform defaults refer to: of the first .tran, or of the one that runs
@@ -177,10 +178,9 @@ class Context:
         `initial`. Runs keep what was, small signals turn its phase (engine/src/system/delays.rs)."""
         b = self.b
         index = b.unknown(name, "branch", "A", initial)
-        if self.still is None:
-            self.still = b.wave_expr(b.still())
         past = b.wave_expr(b.delay(index, e, td, initial))
-        b.add_f(index, b.x(index) - self.still * e - (1.0 - self.still) * past)
+        still = self.standstill()
+        b.add_f(index, b.x(index) - still * e - (1.0 - still) * past)
         self.delayed.append(index)
         return b.x(index)
 
@@ -190,6 +190,12 @@ class Context:
             assert self.flat.inputs is not None
             self.inputs[name] = self.b.input(self.flat.inputs[name])
         return self.inputs[name]
+
+    def standstill(self) -> Expr:
+        """1 at operating points and in small signals, 0 in a run."""
+        if self.still is None:
+            self.still = self.b.wave_expr(self.b.still())
+        return self.still
 
     def wave(self, e: Element) -> int:
         """The engine's number of an independent source's waveform."""

@@ -68,10 +68,17 @@ class Param:
     """A word of a line or of a .model: unit, what stands where it is left out, meaning. Without a meaning: accepted as
     ngspice has it, and nothing depends on it."""
 
-    __slots__ = ("default", "meaning", "unit")
+    __slots__ = ("default", "meaning", "unit", "words")
 
-    def __init__(self, meaning: str = "", unit: str = "", default: float | None = None) -> None:
+    def __init__(
+        self,
+        meaning: str = "",
+        unit: str = "",
+        default: float | None = None,
+        words: tuple[str, ...] = (),
+    ) -> None:
         self.meaning, self.unit, self.default = meaning, unit, default
+        self.words = words  # one of them stands there, and no number
 
 
 def ignored(words: str) -> dict[str, Param]:
@@ -363,6 +370,12 @@ class Element:
         words, at = self.model_names(), model.param_spans
         the_last_holds(model, self.model_table())
         numbers = {name for names, *_ in self.model_table() for name in names} | set(self.model_words)
+        for name, choice in ((k, p.words) for k, p in self.model_words.items() if p.words and k in model.params):
+            numbers.discard(name)
+            if (given := model.params[name]) not in choice:
+                said = f"{name}= of .model `{model.name}` is none of {', '.join(choice)}: `{given}`"
+                ctx.sink.error("E110", said, at.get(name, model.span))
+                del model.params[name]
         for name in sorted(
             key for key, value in model.params.items() if isinstance(value, str) and key in numbers
         ):

@@ -1,10 +1,13 @@
-"""K: mutual inductance M = k sqrt(Li Lj) between every pair of the named inductors."""
+"""K: mutual inductance M = k sqrt(Li Lj) between every pair of the named inductors; with a .model CORE a magnetic core with
+hysteresis, on which they are windings and their values numbers of turns (cores.py)."""
 
 from __future__ import annotations
 
 from ..build_expr import extent
 from ..expr import Node
+from ..units import spice_number
 from .base import Element, Param
+from .cores import SHAPES, Core, Material
 from .l import Inductor
 
 TYPE_CHECKING = False
@@ -15,42 +18,110 @@ if TYPE_CHECKING:
     from ..assemble.accounts import Accounts
     from ..assemble.context import Context
     from ..build_elements import ElementCards
+    from ..deck import Model
     from ..elaborate.bind import Level
     from ..reports.analogue import Net
     from ..source import Line
 
+LAWS = ("ja", "play")
+
 
 class Coupling(Element):
-    __slots__ = ()
+    __slots__ = ("_core",)
     accounted = "stored"
     letter = "k"
-    what = "mutual inductance"
-    form = "Kname Lname Lname [Lname ..] coupling"
-    law = "M = k sqrt(L1 L2), flux linkage L1 i1 + M i2"
+    what = "coupling"
+    form = "Kname Lname Lname [Lname ..] coupling, or Kname Lname [Lname ..] coupling core-model [b0=]"
+    law = "M = k sqrt(L1 L2), flux linkage L1 i1 + M i2; with a .model CORE: H l + B gap/mu0 = sum N i, v = N d/dt (area B)"
     terminals = ()
     behind = ("element", "element")
-    instance: ClassVar[dict[str, Param]] = {"k": Param("coupling coefficient")}
+    instance: ClassVar[dict[str, Param]] = {
+        "k": Param("coupling coefficient; of a core that of the flux in the air about it"),
+        "b0": Param("of a core: flux density before any current flows, remanence", "T", 0.0),
+    }
+    model_types = ("core",)
+    model_words: ClassVar[dict[str, Param]] = {
+        "law": Param("ja: Jiles and Atherton, play: friction of many parts; ja unless given", words=LAWS),
+        "shape": Param("of Man: froehlich x/(1+|x|), langevin coth x - 1/x; froehlich unless given", words=tuple(SHAPES)),
+        "ms": Param("saturation magnetisation", "A/m", 1e6), "a": Param("field of the shape: Man = ms F(He/a)", "A/m", 1e3),
+        "k": Param("pinning: its mean field", "A/m", 500.0), "c": Param("reversible part of the magnetisation", "", 0.2),
+        "alpha": Param("coupling of domains: He = H + alpha M", "", 0.0), "cells": Param("of law=play", "", 8.0),
+        "area": Param("cross-section", "cm^2", 0.1), "path": Param("mean length of the path", "cm", 1.0),
+        "gap": Param("length of the air gap", "cm", 0.0), "pack": Param("part of the section that is core", "", 1.0),
+    }  # fmt: skip
 
     def read(self, cards: ElementCards, rule: str, ch: list[Any], line: Line) -> None:
         rest = cards.params(ch[1:], line, self)
         if "k" in self.params:
             rest.append(ch[-1])
-        if len(rest) < 3:
+        # a number ends the names, or the last word is a parameter's name
+        isnt_name = (k for k, r in enumerate(rest) if not isinstance(r, str) or spice_number(r) is not None)
+        end = next(isnt_name, len(rest) - 1)
+        value, *behind = rest[end:] or [None]
+        if end < (1 if behind else 2):
             raise cards.fail("E109", f"{ch[0]} needs two inductors and a coupling", line, ch[0], self.hint)
-        for item in rest[:-1]:
-            if not isinstance(item, str):
-                raise cards.fail("E109", f"{ch[0]} needs the names of inductors here", line, item, self.hint)
-        self.extra["inductors"] = [str(r.lower()) for r in rest[:-1]]
-        self.value_span = line.span_at(*extent(rest[-1]))
+        self.extra["inductors"] = [str(r.lower()) for r in rest[:end]]
+        self.value_span = line.span_at(*extent(value))
         self.value = (
-            self.params.pop("k") if "k" in self.params else cards.number(rest[-1], line, "the coupling")
+            self.params.pop("k") if "k" in self.params else cards.number(value, line, "the coupling")
         )
+        if behind:
+            if not isinstance(behind[0], str):
+                raise cards.fail("E109", f"{ch[0]} needs the names of inductors here", line, value, self.hint)
+            self.model_name, self.model_span = behind[0].lower(), line.span(behind[0])
+        if len(behind) > 1:
+            said = "the size of a core is not read: area=, path= of its .model say it"
+            raise cards.fail("E102", said, line, behind[1], self.hint)
 
     def bind(self, level: Level) -> None:
         self.extra["inductors"] = [level.prefix + name for name in self.extra["inductors"]]
 
     def paths(self) -> tuple[()]:
         return ()
+
+    # ---- a core ----
+
+    @classmethod
+    def model_hint(cls, of: str) -> str | None:
+        return "a magnetic core is .model name CORE(ms= a= k= c= area= path= ..), emsim help K"
+
+    @property
+    def core(self) -> Core | None:
+        return getattr(self, "_core", None)
+
+    def check(self, ctx: Context) -> None:
+        super().check(ctx)
+        if self.model is None:
+            if "b0" in self.params:
+                ctx.sink.error("E284", f"b0= of `{self.name}`: without a .model CORE there is no core", self.span)
+            return
+        for name in map(ctx.element_name, self.extra["inductors"]):
+            if name in ctx.wound:
+                said = f"`{name}` is wound on the cores of `{ctx.wound[name]}` and of `{self.name}`"
+                ctx.sink.error("E284", said, self.span, "a winding has one core; two in series make two")
+            ctx.wound[name] = self.name
+
+    def _wind(self, ctx: Context, model: Model, coils: list[Inductor], k: float) -> None:
+        material = Material(model.params)
+        if (wrong := material.wrong()) is not None:
+            key, said = wrong
+            at = model.param_spans.get(key, model.span)
+            ctx.sink.error("E284", f"{key}= of .model `{model.name}`: {key} {said}", at)
+            return
+        start = material.at_rest(b0 := self.number("b0"))
+        if start is None:
+            said = f"b0={b0:g} of `{self.name}`: without a current the core keeps no such flux density"
+            ctx.sink.error("E284", said, self.span, "a smaller one; a gap leaves less")
+            return
+        windings = []
+        for coil in coils:
+            if "ic" in coil.params:
+                said = f"ic= of `{coil.name}` has no effect: its flux is that of the core"
+                ctx.sink.error("E284", said, coil.span, f"b0= of `{self.name}` says how the core begins")
+            windings.append((ctx.branches[coil.name], coil.quantity(ctx)))
+        self._core = Core(ctx, self.name, material, k, windings, start)
+
+    # ---- rows ----
 
     def contribute(self, ctx: Context) -> None:
         k = self.value if isinstance(self.value, (int, float)) else 1.0
@@ -60,7 +131,7 @@ class Coupling(Element):
                 hint="the coefficient lies between -1 and 1",
             )  # fmt: skip
             return
-        coils: list[tuple[int, float]] = []
+        found: list[Inductor] = []
         for name in self.extra["inductors"]:
             coil = ctx.elements.get(ctx.element_name(name, "L"))
             if not isinstance(coil, Inductor):
@@ -72,15 +143,26 @@ class Coupling(Element):
                     "E284", f"`{self.name}` couples `{coil.name}`, whose inductance is an expression", self.span,
                     hint="mutual inductance needs constant inductances",
                 )  # fmt: skip
+            elif self.model is None and coil.name in ctx.wound:
+                said = (
+                    f"`{self.name}` couples `{coil.name}`, a winding of {coil.value:g} turns on a core"
+                    if isinstance(coil.value, float)
+                    else f"`{self.name}` couples `{coil.name}`, a winding on a core"
+                )
+                hint = f"windings of one core stand in one line, that of `{ctx.wound[coil.name]}`"
+                ctx.sink.error("E284", said, self.span, hint)
             else:
-                coils.append((ctx.branches[coil.name], coil.quantity(ctx)))
+                found.append(coil)
+        if len({coil.name for coil in found}) < len(found):
+            ctx.sink.error("E284", f"`{self.name}` couples a coil with itself", self.span, "name two coils")
+            return
+        if self.model is not None:
+            if len(found) == len(self.extra["inductors"]):
+                self._wind(ctx, self.model, found, k)
+            return
+        coils = [(ctx.branches[coil.name], coil.quantity(ctx)) for coil in found]
         for i, (row, li) in enumerate(coils):
             for col, lj in coils[i + 1 :]:
-                if col == row:
-                    ctx.sink.error(
-                        "E284", f"`{self.name}` couples a coil with itself", self.span, "name two coils"
-                    )
-                    continue
                 if li * lj < 0:
                     ctx.sink.error("E284", f"`{self.name}` couples inductances of opposite sign", self.span)
                     continue
@@ -93,7 +175,23 @@ class Coupling(Element):
     def flow(self, ctx: Context) -> Expr:
         return ctx.b.const(0.0)
 
+    def probe(self, ctx: Context, name: str) -> Expr | None:
+        core = self.core
+        if core is None:
+            return None
+        return {
+            "h": lambda: core.h, "b": lambda: core.flux_density, "m": lambda: core.magnetisation,
+            "flux": lambda: core.m.area * core.flux_density, "loss": core.loss, "energy": core.energy,
+        }.get(name, lambda: None)()  # fmt: skip
+
+    def probes(self, ctx: Context) -> dict[str, str]:
+        return {"h": "A/m", "b": "T", "m": "A/m", "flux": "Wb", "loss": "W", "energy": "J"}
+
     def account(self, ctx: Context, book: Accounts) -> None:
+        if self.core is not None:
+            book.holds(self, self.core.energy())
+            book.dissipates(self, self.core.loss())
+            return
         if not isinstance(self.value, (int, float)):
             return
         names = [ctx.element_name(n, "L") for n in self.extra["inductors"]]

@@ -61,6 +61,8 @@ class Inductor(Passive):
         b = ctx.b
         b.g(br, p, -1.0)
         b.g(br, n, 1.0)
+        if self.name in ctx.wound:  # the core says its flux
+            return
         if isinstance(self.value, Node):
             if "flux" in self.params:
                 b.add_q(br, self.expression(ctx))
@@ -73,6 +75,8 @@ class Inductor(Passive):
             self.ic_unused(ctx, "set the node voltages by .ic")
 
     def account(self, ctx: Context, book: Accounts) -> None:
+        if self.name in ctx.wound:
+            return
         i = self.flow(ctx)
         if isinstance(self.value, Node):
             book.stores(self, self.number("m", 1.0) * self.between(ctx) * i)

@@ -49,8 +49,8 @@ impl Standing {
             && match law {
                 Law::Condition => on,
                 Law::Arrival => true,
-                Law::Stays => false,
-                Law::Memory | Law::Mode | Law::Kept => return -1.0,
+                Law::Stays | Law::Leg => false,
+                Law::Memory | Law::History | Law::Mode | Law::Kept => return -1.0,
             };
         match at_threshold {
             // on the threshold is too far

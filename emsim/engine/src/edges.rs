@@ -75,7 +75,7 @@ impl Edges {
         for (k, flag) in model.flags.iter().enumerate() {
             let roots = substitute(g, &[flag.up, flag.down], &map);
             let known =
-                flag.law != Law::Memory && !flag.law.of_modes() && roots.iter().all(|&r| affine(g, r, &model.waves));
+                !flag.law.remembers() && !flag.law.of_modes() && roots.iter().all(|&r| affine(g, r, &model.waves));
             timed.push(known);
             if !known {
                 others.extend(roots);
@@ -309,7 +309,7 @@ fn turns(law: Law, on: bool, armed: bool, band: f64, early: f64, late: f64) -> O
         && match law {
             Law::Condition => on,
             Law::Arrival => armed,
-            Law::Stays | Law::Memory | Law::Mode | Law::Kept => false,
+            Law::Stays | Law::Leg | Law::Memory | Law::History | Law::Mode | Law::Kept => false,
         };
     match () {
         _ if behind > 0.0 || leaves => Some(0.0),

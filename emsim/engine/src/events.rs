@@ -26,7 +26,6 @@
 //! After a step the roots are looked at in its middle and at its end; the earliest crossing is bracketed and narrowed by
 //! the Illinois variant of regula falsi. The step is then repeated up to there, and once more where its end tells another
 //! place: what lies inside a long step of the trapezoid is known less well than its end.
-use crate::model::Law;
 use crate::system::{System, Work};
 
 pub struct Located {
@@ -98,7 +97,7 @@ impl Check {
         for (k, &root) in roots.iter().enumerate().filter(|&(k, _)| !sys.is_timed(k) && !sys.flags[k].law.of_modes()) {
             let (since, value) = self.since[k];
             // both sides of a kink agree at it: within the tolerance either is right
-            let kink = if sys.flags[k].law == Law::Stays { self.reltol * sys.flag_size(w, k) } else { 0.0 };
+            let kink = if sys.flags[k].law.is_kink() { self.reltol * sys.flag_size(w, k) } else { 0.0 };
             if !(root > kink && t >= quiet_until[k]) {
                 self.since[k].0 = NEVER;
             } else if since == NEVER || value != w.flags[k] {

@@ -77,6 +77,12 @@ pub enum Law {
     Stays,
     /// no condition: the operand's own value at the last event, for what holds itself
     Memory,
+    /// the same of a past that operating points do not write, for they search: kept where a run begins, at its events, and at
+    /// every point of a sweep
+    History,
+    /// a kink between what moves on and what moves with any sign (a leg of a hysteresis loop): stays as kinks do, and small
+    /// signals, which go to and fro, find it off
+    Leg,
     /// in which mode a law is: asks as its operands say, and is turned together with the other laws (modes.rs)
     Mode,
     /// a number that goes with a law's mode; asks nothing
@@ -87,6 +93,16 @@ impl Law {
     /// Is it decided where the laws are?
     pub fn of_modes(self) -> bool {
         matches!(self, Law::Mode | Law::Kept)
+    }
+
+    /// Is it a number that events write?
+    pub fn remembers(self) -> bool {
+        matches!(self, Law::Memory | Law::History)
+    }
+
+    /// Do both sides of its threshold give the same?
+    pub fn is_kink(self) -> bool {
+        matches!(self, Law::Stays | Law::Leg)
     }
 }
 

@@ -9,6 +9,7 @@
 //! one: noise, sensitivities.
 use crate::derive::gradient;
 use crate::graph::{Graph, Id, Node};
+use crate::model::Law;
 use crate::sparse::{Complex, Lu, Pattern, Scalar, Singular, Symbolic};
 use crate::system::{System, Work};
 use crate::tape::{Inputs, Tape};
@@ -27,6 +28,8 @@ pub struct SmallSignal {
 impl SmallSignal {
     /// About (x, 0), with conditions and sources as they are in `w`. `hold`: the machine does not move.
     pub fn at(sys: &System, w: &mut Work, x: &[f64], hold: bool) -> Result<SmallSignal, Singular> {
+        let legs = sys.flags.iter().zip(&mut w.flags).filter(|(spec, _)| spec.law == Law::Leg);
+        legs.for_each(|(_, flag)| *flag = 0.0);
         sys.eval_jacobian(w, x, 0.0, false);
         let held: Vec<bool> = sys.unknowns.iter().map(|u| hold && u.kind.mechanical()).collect();
         let own = (0..sys.n).flat_map(|c| sys.pattern.column(c).iter().map(move |&r| (r, c)));

@@ -84,6 +84,8 @@ pub struct System {
     c_slots: Vec<usize>,
     pub foreseen: Foreseen,
     roots: Tape, // up and down of every flag
+    /// unknowns that conditions and kinks hang on
+    pub conditions_read: Vec<usize>,
     sizes: Tape, // what is added up in them, in magnitude
     pub edges: Edges,
     pub devices: Devices,
@@ -201,7 +203,9 @@ impl Work {
     /// As a run begins.
     pub fn reset_flags(&mut self, sys: &System) {
         let fresh = sys.work();
-        (self.flags, self.standing, self.logic) = (fresh.flags, fresh.standing, fresh.logic);
+        let flags = std::mem::replace(&mut self.flags, fresh.flags);
+        (self.standing, self.logic) = (fresh.standing, fresh.logic);
+        sys.inherit(self, &flags);
     }
 
     pub fn restore_flags(&mut self, held: &Held) {
@@ -409,11 +413,19 @@ impl System {
         logic.compile(g);
         let operands: Vec<Id> = model.flags.iter().flat_map(|f| [f.up, f.down]).collect();
         let turning = phases::phases(g, &operands);
+        let asks = model.flags.iter().filter(|f| !f.law.remembers() && !f.law.of_modes());
+        let asked: Vec<Id> = asks.flat_map(|f| [f.up, f.down]).collect();
+        let leaves = g.reachable(&asked).into_iter().filter_map(|id| match g.node(id) {
+            Node::Unknown(i) => Some(i as usize),
+            _ => None,
+        });
+        let conditions_read = leaves.collect();
         let mut system = System {
             n,
             delays: Delays::new(g, model.delays, model.still),
             logic,
             turning,
+            conditions_read,
             waves: model.waves,
             flags: model.flags,
             laws,

@@ -268,7 +268,7 @@ impl Tangent {
     /// Flags have turned between (at, x-) and (t, x+).
     fn cross(&mut self, sys: &System, w: &Work, t: f64, x: &[f64]) {
         let changed = |k: usize| self.flags[k] != w.flags[k];
-        let holds = |k: usize| matches!(sys.flags[k].law, Law::Memory | Law::Kept);
+        let holds = |k: usize| sys.flags[k].law.remembers() || sys.flags[k].law == Law::Kept;
         let mut turned: Vec<usize> = (0..self.flags.len()).filter(|&k| changed(k) && !holds(k)).collect();
         // what slides the other way is in the mode that it was in
         let heads = sys.laws.list.iter().filter(|law| law.flags.iter().any(|&k| changed(k))).map(|law| law.flags[0]);
@@ -346,7 +346,7 @@ impl Tangent {
 
     /// A memory that has changed, and that the equations read.
     fn remembers(&mut self, sys: &System, w: &Work, t: f64, x: &[f64]) -> Option<usize> {
-        let changed = |&k: &usize| sys.flags[k].law == Law::Memory && self.flags[k] != w.flags[k];
+        let changed = |&k: &usize| sys.flags[k].law.remembers() && self.flags[k] != w.flags[k];
         let memories: Vec<usize> = (0..self.flags.len()).filter(changed).collect();
         let before = (self.own.f.clone(), self.own.q.clone(), self.own.flags.clone());
         let found = memories.into_iter().find(|&k| {

@@ -123,7 +123,7 @@ pub(super) struct Run<'a, S: Sink> {
     fitting: Option<Fitting>,       // algebraic equations at rows between the ends of steps
     settles: bool,                  // it is so at present
     begin: Option<Option<Forces>>,  // the same after a jump
-    slopes: Option<bool>,           // unknowns follow from the slopes of others: a corner is a jump to them
+    slopes: Option<(bool, bool)>,   // unknowns follow from the slopes of others: a corner is a jump to them; conditions read such
     kept: f64,                      // end of the last recorded step
     crept: (f64, f64),              // where a corner was last stepped over, and how often there
 }
@@ -293,6 +293,7 @@ impl<'a, S: Sink> Run<'a, S> {
     }
 
     pub(super) fn start(&mut self, method: &mut dyn Method) {
+        self.sys.remember(self.w, &self.x, 0.0);
         self.sys.begin_past(self.w, &self.x, self.a.uic);
         let feature = self.sys.shortest_feature().min(self.a.tstep).min(self.tmax);
         // within so little of the run charges are not known to rounding: what need not be computed from their change is not

@@ -38,10 +38,12 @@ impl<'a> Sweep<'a> {
         w.dc = true;
         if self.last.is_none() || !self.follow(w, x, values) {
             self.set(w, values);
-            let fresh = self.sys.work().held();
+            let (fresh, flags) = (self.sys.work().held(), w.flags.clone());
             w.restore(&fresh);
+            self.sys.inherit(w, &flags);
             *x = initial(self.sys);
             operating_point(self.sys, w, self.options, self.tolerances, self.statics, x)?;
+            self.sys.remember(w, x, 0.0);
         }
         self.last = Some(values.to_vec());
         Ok(())
@@ -72,6 +74,7 @@ impl<'a> Sweep<'a> {
                 .and_then(|_| polish(&mut dc, w, &mut trial, self.tolerances, self.options));
             if found.is_ok() {
                 *x = trial;
+                self.sys.remember(w, x, 0.0);
                 done = s;
                 step *= 2.0;
             } else {

@@ -170,6 +170,7 @@ impl Builder {
             "stays" | "" => Law::Stays,
             "arrival" => Law::Arrival,
             "memory" => Law::Memory,
+            "leg" => Law::Leg,
             "mode" => Law::Mode,
             "kept" => Law::Kept,
             _ => return Err(PyValueError::new_err(format!("no law `{law}` of a flag"))),
@@ -197,11 +198,14 @@ impl Builder {
         Ok(self.expr(id))
     }
 
-    /// What `keep` gives it, as it was just before the last event; 0 before the first. It may read itself.
-    fn memory(&mut self, name: String) -> PyResult<Expr> {
+    /// What `keep` gives it, as it was just before the last event; 0 before the first. It may read itself. `past`: points of a
+    /// sweep write it too, and no search for an operating point does.
+    #[pyo3(signature = (name, past=false))]
+    fn memory(&mut self, name: String, past: bool) -> PyResult<Expr> {
+        let law = if past { Law::History } else { Law::Memory };
         let nothing = lock(&self.graph).constant(0.0);
         let m = self.model()?;
-        m.flags.push(FlagSpec { up: nothing, down: nothing, name, initial: -1, rest: -1, law: Law::Memory });
+        m.flags.push(FlagSpec { up: nothing, down: nothing, name, initial: -1, rest: -1, law });
         let k = m.flags.len() - 1;
         let id = lock(&self.graph).flag(k as u32);
         Ok(self.expr(id))
@@ -211,7 +215,7 @@ impl Builder {
         let value = Expr::operand(&self.graph, value)?;
         let node = lock(&self.graph).node(memory.id);
         match node {
-            Node::Flag(k) if self.model()?.flags[k as usize].law == Law::Memory => {
+            Node::Flag(k) if self.model()?.flags[k as usize].law.remembers() => {
                 let flag = &mut self.model()?.flags[k as usize];
                 (flag.up, flag.down) = (value, value);
                 Ok(())

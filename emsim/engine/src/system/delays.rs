@@ -206,12 +206,17 @@ fn fit() -> Vec<[f64; DEGREE + 1]> {
 impl System {
     /// What was there before the start: the same as at the start.
     pub fn begin_past(&self, w: &mut Work, x: &[f64], given: bool) {
-        let Some(tape) = &self.delays.of else { return };
-        if !given {
+        if self.delays.still.is_none() {
+            return;
+        }
+        if let (Some(tape), false) = (&self.delays.of, given) {
             let values = tape.eval(&Inputs { x, t: 0.0, waves: &w.waves, flags: &w.flags });
             w.past.courses.iter_mut().zip(values).for_each(|(c, v)| c.initial = v);
         }
         w.past.begin();
+        if self.delays.of.is_none() {
+            return self.touch_sources(w);
+        }
         w.past.corner(0.0);
         self.touch_sources(w);
     }

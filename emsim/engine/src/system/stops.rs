@@ -103,13 +103,24 @@ impl System {
         }
     }
 
-    /// Keeps what the memories read in x, before the flags turn.
+    /// Keeps what memories and histories read in x, which solves the equations, before the flags turn.
     pub fn remember(&self, w: &mut Work, x: &[f64], t: f64) {
-        if self.flags.iter().any(|f| f.law == Law::Memory) {
+        self.write_memories(w, x, t, Law::remembers);
+    }
+
+    fn write_memories(&self, w: &mut Work, x: &[f64], t: f64, which: impl Fn(Law) -> bool) {
+        if self.flags.iter().any(|f| which(f.law)) {
             self.eval_operands(w, x, t);
-            for k in (0..self.flags.len()).filter(|&k| self.flags[k].law == Law::Memory) {
+            for k in (0..self.flags.len()).filter(|&k| which(self.flags[k].law)) {
                 w.flags[k] = self.roots.output(&w.roots, 2 * k);
             }
+        }
+    }
+
+    /// The histories of other flags: an operating point that is sought anew is reached from the same past.
+    pub fn inherit(&self, w: &mut Work, flags: &[f64]) {
+        for k in (0..self.flags.len()).filter(|&k| self.flags[k].law == Law::History) {
+            w.flags[k] = flags[k];
         }
     }
 
@@ -123,7 +134,7 @@ impl System {
     /// Sets every flag as it asks at (x, t), before a run; true when one changed.
     pub fn update_flags(&self, w: &mut Work, x: &[f64], t: f64) -> bool {
         self.remeasure_flags(w, x, t);
-        self.remember(w, x, t);
+        self.write_memories(w, x, t, |law| law == Law::Memory);
         let turned = self.flip_asking(w, x, t, false, |_, _, _| true);
         self.rest_logic(w) || turned
     }

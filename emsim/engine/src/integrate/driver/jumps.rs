@@ -41,10 +41,17 @@ impl<S: Sink> Run<'_, S> {
         jumped
     }
 
-    /// Is a corner of a source a jump to what the method's next step begins with?
+    /// Is a corner of a source a jump to what the method's next step begins with, or to what a condition reads?
     pub(super) fn slopes_jump(&mut self, method: &dyn Method) -> bool {
-        method.character().begins_with_slopes
-            && *self.slopes.get_or_insert_with(|| undetermined(self.sys).contains(&true))
+        let reads = &self.sys.conditions_read;
+        if !method.character().begins_with_slopes && reads.is_empty() {
+            return false;
+        }
+        let (any, read) = *self.slopes.get_or_insert_with(|| {
+            let found = undetermined(self.sys);
+            (found.contains(&true), reads.iter().any(|&k| found[k]))
+        });
+        if method.character().begins_with_slopes { any } else { read }
     }
 
     /// Something has jumped at t, from where the next stop is known: a step of nearly no length gives the values after it, and
@@ -89,7 +96,7 @@ impl<S: Sink> Run<'_, S> {
             }
         }
         // over a step of no length slopes are rounding
-        if self.slopes == Some(true) || self.settles || self.modes.is_some() {
+        if self.slopes_jump(method) || self.settles || self.modes.is_some() {
             self.find_forces(width);
         }
         if self.t >= self.a.tstart {
