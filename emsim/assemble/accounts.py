@@ -56,6 +56,10 @@ class Accounts:
     def dissipates(self, e: Element, power: Expr) -> None:
         self.power(e.name, e.letter.upper(), DISSIPATED, power)
 
+    def lost(self, e: Element, energy: Expr) -> None:
+        """Heat that there has been [J], where it is a function of the state."""
+        self.energy(e.name, e.letter.upper(), DISSIPATED, energy)
+
     def stores(self, e: Element, power: Expr) -> None:
         self.power(e.name, e.letter.upper(), STORED, power)
 

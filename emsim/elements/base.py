@@ -370,7 +370,9 @@ class Element:
         words, at = self.model_names(), model.param_spans
         the_last_holds(model, self.model_table())
         numbers = {name for names, *_ in self.model_table() for name in names} | set(self.model_words)
-        for name, choice in ((k, p.words) for k, p in self.model_words.items() if p.words and k in model.params):
+        for name, choice in (
+            (k, p.words) for k, p in self.model_words.items() if p.words and k in model.params
+        ):
             numbers.discard(name)
             if (given := model.params[name]) not in choice:
                 said = f"{name}= of .model `{model.name}` is none of {', '.join(choice)}: `{given}`"

@@ -21,10 +21,11 @@ of He and of what it was at the first (a memory); operating points move along th
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
     from typing import Any
 
     from .._engine import Expr
@@ -42,6 +43,17 @@ GAUSS = (
 )  # fmt: skip
 LANGEVIN = (1 / 3, -1 / 45, 2 / 945, -1 / 4725, 2 / 93555, -1382 / 638512875, 4 / 18243225)
 STILL = 1e-12  # induced voltages [V per turn] that are no change of direction
+
+
+def lagged(f: Callable[[Any], Any], exp: Callable[[Any], Any], ends: Sequence[Any]) -> Any:
+    """int e^-t f(t) dt over panels between these ends."""
+    total: Any = 0.0
+    for p, q in pairwise(ends):
+        for node, weight in GAUSS:
+            for at in (node, -node):
+                t = 0.5 * (p + q) + (0.5 * at) * (q - p)
+                total = total + (0.5 * weight) * (q - p) * exp(-t) * f(t)
+    return total
 
 
 class Shape:
@@ -155,8 +167,8 @@ class Material:
         return self.ms * self.shape.number(h / self.a)
 
     def at_rest(self, b0: float) -> tuple[float, list[float]] | None:
-        """(He, h_k) where no current flows and B is b0; None where the core keeps no such B. Play cells come from a field that
-        was taken away, so do all of Jiles and Atherton's."""
+        """(He, h_k) where no current flows and B is b0, as a field has left it that was taken away; None where the core keeps
+        no such B."""
         field = -b0 * self.gap / (MU0 * self.path)
         m = b0 / MU0 - field
         he = field + self.alpha * m
@@ -174,10 +186,23 @@ class Material:
         low, high = 0.0, math.copysign(1e4 * (self.a + self.k) + abs(he), b0)
         if excess(high) < 0.0 or self.c == 1.0:
             return None
+        if self.law == "ja":
+            side = math.copysign(1.0, b0)
+            most = lagged(lambda t: self.man(side * he + self.k * t), math.exp, PANELS)
+            if abs(m - self.c * self.man(he)) > (1.0 - self.c) * most:
+                return None
         for _ in range(200):
             middle = 0.5 * (low + high)
             low, high = (low, middle) if excess(middle) > 0.0 else (middle, high)
         return he, left(high)
+
+    def remanence(self) -> float:
+        """The largest B that stays without a current [T]."""
+        low, high = 0.0, MU0 * self.ms
+        for _ in range(50):
+            middle = 0.5 * (low + high)
+            low, high = (low, middle) if self.at_rest(middle) is None else (middle, high)
+        return low
 
 
 class Core:
@@ -203,6 +228,7 @@ class Core:
         self.rises = b.flag(self.e - STILL, self.e + STILL, f"{name} rises", law="stays")
         self.still = ctx.standstill()
         self.parts: list[tuple[float, Expr, Expr]] = []  # share of M, h, dh/dHe
+        self.lost: Expr | None = None  # what has become heat [J], where that is a function of the state
         if m.c < 1.0:
             (self._play if m.law == "play" else self._jiles)(he, hs)
         self.magnetisation = m.c * self.man(self.he)
@@ -232,6 +258,7 @@ class Core:
 
     def _play(self, he: float, hs: list[float]) -> None:
         b = self.b
+        way = b.const(0.0)
         for k, ((kappa, share), h0) in enumerate(zip(self.m.pinning(), hs, strict=True)):
             memory = b.memory(f"{self.name} {k}", past=True)
             kept = h0 + memory
@@ -243,7 +270,12 @@ class Core:
             pushes = b.flag(down, None, f"{self.name} {k} down", law="leg")
             h = b.select(pulls, self.he - kappa, b.select(pushes, self.he + kappa, kept))
             b.keep(memory, h - h0)
+            way = way + (share * kappa) * b.call("abs", self.man(h) - self.man(kept))
             self.parts.append((share, h, pulls + pushes))
+
+        before = b.memory(f"{self.name} lost", past=True)
+        self.lost = before + (MU0 * self.volume) * way
+        b.keep(before, self.lost)
 
     def _jiles(self, he: float, hs: list[float]) -> None:
         b, m = self.b, self.m
@@ -272,14 +304,12 @@ class Core:
             way = sign * (self.he - start)
             moves = b.flag(b.select(self.still, way, -1.0), None, f"{self.name} {sign:+g}", law="leg")
             length = b.select(moves, way * (1.0 / m.k), 0.0)
-            total = b.call("exp", -length) * self.man(y0)
-            for begin, end in zip(PANELS, PANELS[1:]):
-                p, q = (0.5 * (x + length - b.call("abs", length - x)) for x in (begin, end))
-                for node, weight in GAUSS:
-                    for at in (node, -node):
-                        t = 0.5 * (p + q) + 0.5 * at * (q - p)
-                        lagged = self.man(self.he - (sign * m.k) * t)
-                        total = total + 0.5 * weight * (q - p) * b.call("exp", -t) * lagged
+            ends = [
+                0.5 * (end + length - b.call("abs", length - end)) for end in PANELS
+            ]  # no further than it goes
+            back = sign * m.k
+            rest = lagged(lambda t, back=back: self.man(self.he - back * t), lambda x: b.call("exp", x), ends)
+            total = b.call("exp", -length) * self.man(y0) + rest
             sides.append((moves, total))
         (up, rising), (down, falling) = sides
         return b.select(up, rising, b.select(down, falling, self.man(y0)))

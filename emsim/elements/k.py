@@ -4,6 +4,7 @@ hysteresis, on which they are windings and their values numbers of turns (cores.
 from __future__ import annotations
 
 from ..build_expr import extent
+from ..diagnostics import deck_error
 from ..expr import Node
 from ..units import spice_number
 from .base import Element, Param
@@ -62,9 +63,7 @@ class Coupling(Element):
             raise cards.fail("E109", f"{ch[0]} needs two inductors and a coupling", line, ch[0], self.hint)
         self.extra["inductors"] = [str(r.lower()) for r in rest[:end]]
         self.value_span = line.span_at(*extent(value))
-        self.value = (
-            self.params.pop("k") if "k" in self.params else cards.number(value, line, "the coupling")
-        )
+        self.value = self.params.pop("k") if "k" in self.params else cards.number(value, line, "the coupling")
         if behind:
             if not isinstance(behind[0], str):
                 raise cards.fail("E109", f"{ch[0]} needs the names of inductors here", line, value, self.hint)
@@ -93,7 +92,9 @@ class Coupling(Element):
         super().check(ctx)
         if self.model is None:
             if "b0" in self.params:
-                ctx.sink.error("E284", f"b0= of `{self.name}`: without a .model CORE there is no core", self.span)
+                ctx.sink.error(
+                    "E284", f"b0= of `{self.name}`: without a .model CORE there is no core", self.span
+                )
             return
         for name in map(ctx.element_name, self.extra["inductors"]):
             if name in ctx.wound:
@@ -111,7 +112,8 @@ class Coupling(Element):
         start = material.at_rest(b0 := self.number("b0"))
         if start is None:
             said = f"b0={b0:g} of `{self.name}`: without a current the core keeps no such flux density"
-            ctx.sink.error("E284", said, self.span, "a smaller one; a gap leaves less")
+            hint = f"at most {material.remanence():.3g} T; a gap leaves less"
+            ctx.sink.error("E284", said, self.span, hint)
             return
         windings = []
         for coil in coils:
@@ -190,7 +192,10 @@ class Coupling(Element):
     def account(self, ctx: Context, book: Accounts) -> None:
         if self.core is not None:
             book.holds(self, self.core.energy())
-            book.dissipates(self, self.core.loss())
+            if book.engine and self.core.lost is not None:
+                book.lost(self, self.core.lost)
+            else:
+                book.dissipates(self, self.core.loss())
             return
         if not isinstance(self.value, (int, float)):
             return
@@ -202,5 +207,8 @@ class Coupling(Element):
                 book.holds(self, m * first.flow(ctx) * second.flow(ctx))
 
     def analogue(self, net: Net) -> str:
+        if self.model is not None:
+            said = f"`{self.name}` is a core with hysteresis, and ngspice has none that loses what it does"
+            raise deck_error("E311", said, self.span, "an analogue without it: take a coil for the core")
         coils = [net.name_of(name) for name in self.extra["inductors"]]
         return f"{net.head(self)} {' '.join(coils)} {float(self.value)!r}"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from ..expr import Node
 from .base import Param, Path, ignored
+from .cores import MU0
 from .passive import OF_MODEL, SCALED, Passive
 
 TYPE_CHECKING = False
@@ -12,7 +13,9 @@ if TYPE_CHECKING:
 
     from ..assemble.accounts import Accounts
     from ..assemble.context import Context
+    from ..build_elements import ElementCards
     from ..reports.analogue import Net
+    from ..source import Line
 
 
 class Inductor(Passive):
@@ -49,6 +52,39 @@ class Inductor(Passive):
         if "m" in self.params and not self.number("m"):
             hint = "m= counts coils in parallel: leave the line out"
             ctx.sink.error("E281", f"`{self.name}` with m=0 has no inductance", self.span, hint)
+
+    def no_value(self, cards: ElementCards, ch: list[Any], line: Line) -> None:
+        own = [key for key in ("hc", "bs", "br") if key in self.params]
+        if own:
+            raise cards.fail(
+                "E109",
+                f"{ch[0]} has no value: {', '.join(f'{k}=' for k in own)} are of LTspice's core",
+                line,
+                ch[2],
+                self._as_core(ch[0]),
+            )
+        super().no_value(cards, ch, line)
+
+    def _as_core(self, name: str) -> str:
+        """LTspice's core as windings on one. Its largest loop, B = Bs (H +- Hc)/(|H +- Hc| + Hc (Bs/Br - 1)) + mu0 H, is that of
+        a play cell pinned by Hc."""
+        p = {"lg": 0.0, "n": 1.0, **self.params}
+        known = all(isinstance(p.get(key), float) for key in ("hc", "bs", "br", "a", "lm", "lg", "n"))
+        if not known or not 0.0 < p["br"] < p["bs"]:
+            return "write a core as K1 L1 1 core1 and .model core1 CORE(ms= a= k= c= area= path= ..), L1 in turns: emsim help K"
+        return (
+            f"write {name} n+ n- {p['n']:g} with K1 {name} 1 core1 and .model core1 CORE(law=play cells=1 c=0 "
+            f"ms={p['bs'] / MU0:.6g} a={p['hc'] * (p['bs'] / p['br'] - 1.0):.6g} k={p['hc']:g} area={1e4 * p['a']:g} "
+            f"path={1e2 * p['lm']:g} gap={1e2 * p['lg']:g}): the same largest loop, smaller ones are other ones; emsim help K"
+        )
+
+    @classmethod
+    def model_hint(cls, of: str) -> str | None:
+        return (
+            "windings of a core stand in a K line: K1 L1 1 model, their values are turns"
+            if of == "core"
+            else None
+        )
 
     def branches(self, is_read: bool) -> tuple[tuple[str, float]]:
         return ((self.name, self.number("ic")),)

@@ -90,6 +90,8 @@ class Circuit:
         self.read: set[str] = set()  # nets that labels speak of
         couplings = [e for e in flat.elements if e.letter == "k" and _within(e.name, inside)]
         own = [e for e in flat.elements if _within(e.name, inside) and e.letter != "k"]
+        # names of coils on cores: their values are turns
+        self.windings = {name for k in couplings if k.model_name for name in k.extra["inductors"]}
         wound = self._transformers(couplings, own)
         for e in own:
             if e.name not in wound:
@@ -342,6 +344,8 @@ class Circuit:
         if letter in ("r", "c", "l"):
             if isinstance(e.value, Node):
                 return self._speak(e.value)
+            if e.name in self.windings and isinstance(e.value, float):
+                return f"{e.value:g} turns"
             unit = {"r": "Ohm", "c": "F", "l": "H"}[letter]
             return quantity(e.value, unit) or (e.model_name or "")
         if letter in ("v", "i"):

@@ -5,7 +5,7 @@ from __future__ import annotations
 from itertools import pairwise
 
 from .base import CodeModel, Seat, Word, both, flag, numbers
-from .hyst_ import Hysteresis
+from .hyst_ import Hysteresis, two_lines
 from .pwl_ import pairs
 
 TYPE_CHECKING = False
@@ -16,7 +16,10 @@ if TYPE_CHECKING:
 class Core(CodeModel):
     name = "core"
     what = "magnetic core"
-    law = "flux = area B(H), H = magnetomotive force / length; the voltage is the force [A turns], the current the flux [Wb]"
+    law = (
+        "flux = area B(H), H = magnetomotive force / length; the voltage is the force [A turns], the current the flux [Wb]. "
+        "mode=2: hyst's two lines, from force to flux, area and length unread as in ngspice; a core with its losses: emsim help K"
+    )
     ports = (both("mc", "gd"),)
     parameters: ClassVar[dict[str, Word]] = {
         "h_array": numbers("field strengths, ascending", "A/m"),
@@ -34,10 +37,11 @@ class Core(CodeModel):
     }
 
     def check(self, seat: Seat) -> None:
+        if seat["mode"] == 2.0:
+            Hysteresis().check(seat)
+            return
         if seat["mode"] != 1.0:
-            seat.wrong(
-                "mode=2, a core with hysteresis, is not supported", "mode", "mode=1 with H_array and B_array"
-            )
+            seat.wrong(f"mode={seat['mode']:g} is not supported", "mode", "1, or 2 for hysteresis")
             return
         pairs(seat, "h_array", "b_array")
         for key in ("area", "length"):
@@ -45,6 +49,9 @@ class Core(CodeModel):
                 seat.wrong(f"{key}= is missing, or not positive", key)
 
     def build(self, seat: Seat) -> None:
+        if seat["mode"] == 2.0:
+            seat.drive("mc", two_lines(seat, seat.read("mc")))
+            return
         hs, bs = seat["h_array"], seat["b_array"]
         shortest = min(b - a for a, b in pairwise(hs))
         share = seat["input_domain"] if seat["fraction"] else min(seat["input_domain"] / shortest, 0.5)

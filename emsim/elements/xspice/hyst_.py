@@ -8,6 +8,8 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import ClassVar
 
+    from ..._engine import Expr
+
 
 class Hysteresis(CodeModel):
     name = "hyst"
@@ -32,17 +34,22 @@ class Hysteresis(CodeModel):
             seat.wrong("in_high must be above in_low", "in_low")
 
     def build(self, seat: Seat) -> None:
-        b, x = seat.ctx.b, seat.read("in")
-        low, high, half = seat["in_low"], seat["in_high"], seat["hyst"]
-        ends = [seat["out_lower_limit"], seat["out_upper_limit"]]
-        domain = seat["input_domain"] * (high - low if seat["fraction"] else 1.0)
-        share = domain / (high - low)
-        rising, falling = (seat.curve(x - at, [low, high], ends, True, share) for at in (half, -half))
-        # on the falling line once the rising one has ended, and the other way round
-        turned = b.flag(
-            x - (high + half + domain), x - (low - half - domain), f"{seat.name} falling", 0, -1, "stays"
-        )
-        seat.drive("out", b.select(turned, falling, rising))
+        seat.drive("out", two_lines(seat, seat.read("in")))
+
+
+def two_lines(seat: Seat, x: Expr) -> Expr:
+    """What stands on the line that x is on."""
+    b = seat.ctx.b
+    low, high, half = seat["in_low"], seat["in_high"], seat["hyst"]
+    ends = [seat["out_lower_limit"], seat["out_upper_limit"]]
+    domain = seat["input_domain"] * (high - low if seat["fraction"] else 1.0)
+    share = domain / (high - low)
+    rising, falling = (seat.curve(x - at, [low, high], ends, True, share) for at in (half, -half))
+    # on the falling line once the rising one has ended, and the other way round
+    turned = b.flag(
+        x - (high + half + domain), x - (low - half - domain), f"{seat.name} falling", 0, -1, "stays"
+    )
+    return b.select(turned, falling, rising)
 
 
 MODEL = Hysteresis

@@ -123,9 +123,9 @@ pub(super) struct Run<'a, S: Sink> {
     fitting: Option<Fitting>,       // algebraic equations at rows between the ends of steps
     settles: bool,                  // it is so at present
     begin: Option<Option<Forces>>,  // the same after a jump
-    slopes: Option<(bool, bool)>,   // unknowns follow from the slopes of others: a corner is a jump to them; conditions read such
-    kept: f64,                      // end of the last recorded step
-    crept: (f64, f64),              // where a corner was last stepped over, and how often there
+    slopes: Option<(bool, bool)>, // unknowns follow from the slopes of others: a corner is a jump to them; conditions read such
+    kept: f64,                    // end of the last recorded step
+    crept: (f64, f64),            // where a corner was last stepped over, and how often there
 }
 
 /// Lengths of the steps to come.

@@ -51,7 +51,11 @@ impl<S: Sink> Run<'_, S> {
             let found = undetermined(self.sys);
             (found.contains(&true), reads.iter().any(|&k| found[k]))
         });
-        if method.character().begins_with_slopes { any } else { read }
+        if method.character().begins_with_slopes {
+            any
+        } else {
+            read
+        }
     }
 
     /// Something has jumped at t, from where the next stop is known: a step of nearly no length gives the values after it, and
