@@ -377,7 +377,19 @@ class Deck:
     the path of every file that is included, found or not. `asked`: analyses that stand in place of the deck's own;
     `shared`: parameters of .csparam, which commands of .control read as vectors."""
 
-    __slots__ = ("asked", "body", "defines", "file", "named", "params", "sections", "shared", "sink", "title")
+    __slots__ = (
+        "asked",
+        "body",
+        "defines",
+        "file",
+        "named",
+        "outside",
+        "params",
+        "sections",
+        "shared",
+        "sink",
+        "title",
+    )
 
     def __init__(self, title: str, file: SourceFile, sink: Sink) -> None:
         self.title = title
@@ -389,4 +401,5 @@ class Deck:
         self.params: dict[str, Param] = {}
         self.named: list[str] = []
         self.asked: list[Analysis] | None = None
+        self.outside: frozenset[str] = frozenset()  # parameters whose values come from outside (fmus/)
         self.shared: list[tuple[str, Node]] = []

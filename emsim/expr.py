@@ -191,6 +191,10 @@ class Scope:
         """What a name that is no parameter stands for, where it may be something else."""
         return None
 
+    def outside(self, node: Name) -> Node | None:
+        """What stands for a parameter whose value comes from outside while the model runs."""
+        return None
+
     def reads(self, function: str) -> bool:
         """Is this a function by which a kind of joint is read?"""
         return False
@@ -344,6 +348,8 @@ PROBES = frozenset(
     fx fy fz mx my mz force torque id iq p gap slip mode hits impulse energy ke pe power loss supplied
     """.split()
 )
+# before the name of what comes from outside while the model runs (fmus/ports.py); no name of a deck begins so
+OUTSIDE = "input "
 RUN_TIME_NAMES = frozenset(("time", "temper", "hertz"))
 CONSTANTS = {"pi": math.pi, "e": math.e}
 
@@ -374,6 +380,7 @@ def evaluate(node: Node, scope: Scope) -> float:
         if not math.isfinite(value):
             raise ExprError("E124", f"`{_short(node)}` is {value:g}, not a finite number", node.span)
     except ExprError as error:
+        error.span = error.span or node.span
         if error.code == "E124" and not error.hint:
             known = {name: scope.lookup(name) for name in names(node)}
             error.hint = ", ".join(f"{k} is {v:g}" for k, v in known.items() if v is not None) or None
@@ -534,6 +541,8 @@ def _fold(node: Node, scope: Scope, bound: dict[str, Node], calls: _Calls) -> No
             if isinstance(value_or_place, Name) and not _is_run_time(value_or_place):
                 raise undefined(value_or_place, scope)
             return value_or_place
+        if (open_ := scope.outside(node)) is not None:
+            return open_
         value = scope.lookup(node.id)
         if value is None:
             if _is_run_time(node):
@@ -619,12 +628,16 @@ def rewritten(node: Node, change: Callable[[Node], Node | None]) -> Node:
 
 
 def _is_run_time(node: Name) -> bool:
-    return node.__class__ is Name and (node.id in RUN_TIME_NAMES or node.id[0] == "@")
+    return node.__class__ is Name and (
+        node.id in RUN_TIME_NAMES or node.id[0] == "@" or node.id.startswith(OUTSIDE)
+    )
 
 
 def _fold_argument(node: Node, scope: Scope, bound: dict[str, Node], calls: _Calls) -> Node:
     """An argument of a .func: a name that is no parameter may be a node, as in .func twice(n) {2*v(n)}."""
     if isinstance(node, Name) and node.id not in bound and node.id not in CONSTANTS:
+        if (open_ := scope.outside(node)) is not None:
+            return open_
         if scope.lookup(node.id) is None:
             return node
     elif isinstance(node, Name) and node.id in bound:

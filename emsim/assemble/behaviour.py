@@ -22,7 +22,7 @@ import math
 from ..diagnostics import suggest
 from ..draws import RANDOM
 from ..elements.base import CURRENT_NAMES
-from ..expr import Binary, Call, Cond, Name, Num, Unary
+from ..expr import OUTSIDE, Binary, Call, Cond, Name, Num, Unary
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -129,7 +129,7 @@ class Compiler:
 
     def _name(self, node: Name) -> Expr:
         b = self.ctx.b
-        if node.id.startswith("input "):  # fmus/ports.py
+        if node.id.startswith(OUTSIDE):
             return b.wave_expr(self.ctx.input(node.id))
         if node.id == "time":
             return b.time()

@@ -4,9 +4,9 @@ Writes the deck as a co-simulation FMU, which other simulators load: deck.fmu. W
 
   .fmu in=v1,load param=v2 out=v(out),angle(arm)
 
-or is said here. Inputs are sources (V, I), and numbers and waveforms of machine cards: load, or load(tau). Parameters are
-the same, held while the model runs. The FMU needs neither emsim nor Python. It is for the platform at hand, or for those of
---library."""
+or is said here. Inputs are sources (V, I), plain R, L, C, parameters (.param), and numbers and waveforms of machine cards:
+load, or load(tau). Parameters of the FMU are the same, held while it runs. The FMU needs neither emsim nor Python. It is for
+the platform at hand, or for those of --library."""
 
 from __future__ import annotations
 

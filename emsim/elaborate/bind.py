@@ -221,7 +221,7 @@ def behaviour(node: Node, scope: Scope, always: bool = False) -> float | Node:
         try:
             return evaluate(node, scope)
         except ExprError as error:
-            if error.code not in ("E120", "E125"):  # a .func in it may read the solution
+            if error.code not in ("E120", "E125", "E385"):  # a .func in it may read the solution
                 raise
     folded = fold(node, scope)
     return folded.value if isinstance(folded, Num) and not always else folded

@@ -109,6 +109,7 @@ class _Flattener:
     def run(self) -> FlatDeck:
         top = Level("", DeckScope(self.sink, draws=self.draws), {}, self.globals, self.sink)
         self.define(top.scope)
+        top.scope.opened = self.deck.outside
         self.deck.params = top.scope.exprs
         # declare, settle conditions, then emit
         path = self.deck.file.path
@@ -443,6 +444,9 @@ class _Flattener:
             try:
                 scope.values[key] = as_float(value, level.scope)
             except ExprError as error:
+                if error.code == "E385" and isinstance(value, Node):
+                    scope.exprs[key] = Param(key, fold(value, level.scope), card.span)
+                    continue
                 level.scope.report(error)
                 scope.values[key] = 1.0
             if key not in subckt.params and key != "m":

@@ -9,7 +9,7 @@ from __future__ import annotations
 from ..deck import Func, Model, Param, Subckt
 from ..diagnostics import Sink
 from ..draws import Draws
-from ..expr import ExprError, Node, Num, Scope, evaluate
+from ..expr import OUTSIDE, ExprError, Name, Node, Num, Scope, evaluate, fold, names
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -51,6 +51,9 @@ class DeckScope(Scope):
         self.prefix = ""
         self.temper: float | None = None  # of the top level: the circuit's temperature, once it is known
         self.read_temper = False  # ... and whether a parameter asked for it
+        self.opened: frozenset[str] = (
+            frozenset()
+        )  # parameters of the top level whose values come from outside
 
     def reads(self, function: str) -> bool:
         from ..cards.joints import WORDS
@@ -63,7 +66,36 @@ class DeckScope(Scope):
 
     # ---- parameters ----
 
+    @property
+    def top(self) -> DeckScope:
+        return self if self.caller is None else self.caller.top
+
+    def outside(self, node: Name) -> Node | None:
+        name = node.id
+        if not self.top.opened:
+            return None
+        if name.startswith(OUTSIDE):
+            return node
+        if name in self.opened:
+            return Name(OUTSIDE + name, node.at)
+        if name in self.values:
+            return None
+        param = self.exprs.get(name)
+        if param is None:
+            return self.caller.outside(node) if self.caller is not None else None
+        value = param.value
+        return fold(value, self) if isinstance(value, Node) and self._reads_outside(value) else None
+
+    def _reads_outside(self, value: Node) -> bool:
+        """Does an expression hang on what comes from outside, by way of other parameters too?"""
+        return any(self.outside(Name(name)) is not None for name in names(value))
+
     def lookup(self, name: str) -> float | None:
+        if name in self.opened or name.startswith(OUTSIDE):
+            word = name.removeprefix(OUTSIDE)
+            said = f"`{word}` comes from outside while the model runs: this value has to be known before"
+            hint = f"take `{word}` out of .fmu and give it with -D; expressions, R, L and C may read it"
+            raise ExprError("E385", said, None, hint)
         value = self.values.get(name)
         if value is not None:
             return value
@@ -117,7 +149,8 @@ class DeckScope(Scope):
             try:
                 self.lookup(name)
             except ExprError as error:
-                self.report(error)
+                if error.code != "E385":
+                    self.report(error)
 
     def report(self, error: ExprError) -> None:
         self.sink.error(error.code, error.message, error.span, error.hint)

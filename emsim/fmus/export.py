@@ -11,7 +11,8 @@ from .._engine import __version__
 from ..analyses.failure import CODES
 from ..analyses.tran import Tran
 from ..assemble.outputs import column
-from ..diagnostics import Diagnostic, OutsideError, deck_error
+from ..diagnostics import Diagnostic, OutsideError, Sink, deck_error
+from ..expr import OUTSIDE
 from ..outputs.beside import replacing
 from ..pipeline import flatten, load
 from . import description, library, ports
@@ -23,8 +24,7 @@ if TYPE_CHECKING:
     from typing import Any
 
     from ..assemble import Assembly, Context, Output
-    from ..deck import FlatDeck, Probe
-    from ..diagnostics import Span
+    from ..deck import Deck, FlatDeck, Probe
     from ..source import Source
 
 MODEL = "model.emsim"  # engine/src/fmi/mod.rs reads it
@@ -79,8 +79,8 @@ def export(
     source      a path, the text itself, or a PySpice Circuit
     path        of the FMU; left out: the deck's name with .fmu, here
     version     of FMI: 3 or 2
-    inputs      sources (V, I) and values of machine cards (TORQUE load, or load(tau)) that are driven from outside, besides those
-                of the deck's .fmu card; parameters: the same, held while the model runs
+    inputs      sources (V, I), values of machine cards (TORQUE load, or load(tau)) and parameters (.param) that are driven from
+                outside, besides those of the deck's .fmu card; parameters: the same, held while the model runs
     outputs     expressions as .print takes them, besides those of the card
     defines     parameters that stand above the deck's .param; options: .options, by name
     libraries   libraries for other platforms, in place of that of this one
@@ -89,11 +89,13 @@ def export(
     if version not in VERSIONS:
         raise ValueError(f"there are FMI 2 and 3, not {version}")
     binaries = library.binaries(libraries, version)
-    flat = flatten(load(source, defines), options)
-    card = next((p.span for probes in flat.fmu.values() for p in probes), None)
-    for key, given in (("in", inputs), ("param", parameters), ("out", outputs)):
-        flat.fmu[key] = [*flat.fmu.get(key, []), *ports.given(given, key == "out")]
-    assembly, model, variables = prepare(flat, dict(options or {}), card)
+    more = {
+        "in": ports.given(inputs, False),
+        "param": ports.given(parameters, False),
+        "out": ports.given(outputs, True),
+    }
+    flat, params = read(load(source, defines), options, more)
+    assembly, model, variables = prepare(flat, dict(options or {}), params)
     where = flat.sources[0].path
     stem = os.path.splitext(os.path.basename(where))[0] if where else "model"
     path = f"{stem}.fmu" if path is None else path
@@ -113,8 +115,32 @@ def export(
     return Exported(path, version, variables, flat.sink.diagnostics)
 
 
+def read(
+    deck: Deck, options: Mapping[str, Any] | None, more: Mapping[str, list[Probe]]
+) -> tuple[FlatDeck, dict[str, float]]:
+    """The flat deck with the lists of its .fmu card and `more`, and those of its parameters that come from outside, with what
+    they are where nothing is said. Raises DeckError."""
+    said = list(deck.sink.diagnostics)
+
+    def flat() -> FlatDeck:
+        found = flatten(deck, options)
+        for key, probes in more.items():
+            found.fmu[key] = [*found.fmu.get(key, []), *probes]
+        return found
+
+    first = flat()
+    params = ports.opened(first)
+    if not params:
+        return first, params
+    # once more, with these left open
+    deck.outside, deck.sink = frozenset(params), Sink()
+    for diagnostic in said:
+        deck.sink.add(diagnostic)
+    return flat(), params
+
+
 def prepare(
-    flat: FlatDeck, options: dict[str, Any], card: Span | None
+    flat: FlatDeck, options: dict[str, Any], params: Mapping[str, float]
 ) -> tuple[Assembly, Model, list[Variable]]:
     """The deck with its values from outside, compiled, and the variables of the FMU. Raises DeckError."""
     from ..assemble import assemble
@@ -148,9 +174,9 @@ def prepare(
             "nothing is asked of the FMU: it has no output",
             "name some: .fmu out=v(out),angle(arm), or --out",
         )
-        deck_error("E383", said, card, hint)
+        deck_error("E383", said, None, hint)
     flat.measures, flat.fours, flat.is_drawn = [], [], False
-    taken = ports.take(flat)
+    taken = ports.take(flat, params)
     times = (tran.tstep, tran.tstop)
     with NoCollection():
         assembly = assemble(flat, settings, times, analyses=[tran])
@@ -179,7 +205,7 @@ def variables(assembly: Assembly, tran: Tran, taken: list[ports.Port]) -> list[V
 def pack(assembly: Assembly, tran: Tran, of: list[Variable]) -> tuple[bytes, str]:
     """The model as bytes, and the token by which the library knows the description that belongs to it."""
     ctx, flat = assembly.ctx, assembly.flat
-    wave = {name.removeprefix(ports.VALUE): k for name, k in ctx.inputs.items()}
+    wave = {name.removeprefix(OUTSIDE): k for name, k in ctx.inputs.items()}
     given = [v for v in of if v.causality in ("input", "parameter")]
     unread = next((v.name for v in given if v.name not in wave), None)
     if unread is not None:

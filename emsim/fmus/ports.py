@@ -1,24 +1,27 @@
-"""What comes from outside: sources by name, and numbers or waveforms of machine cards, `load(tau)`, or `load` where there is
-but one."""
+"""What comes from outside: sources, plain R, L, C and parameters (.param) by name, and numbers or waveforms of machine cards,
+`load(tau)`, or `load` where there is but one. Parameters are left open when the deck is read; the rest is put in place of what
+the flat deck has."""
 
 from __future__ import annotations
+
+import copy
 
 from ..build import parse_signals
 from ..cards import CARDS
 from ..deck import Probe, Waveform
 from ..diagnostics import Sink, Span, deck_error, suggest
-from ..expr import Name, Num
+from ..expr import OUTSIDE, Name, Num
 from ..source import SourceFile
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
 
     from ..deck import FlatDeck, MachineCard
     from ..elements import Element
 
-VALUE = "input "  # before the name of a card's value, so that no expression can mean it by chance
 UNITS = {"v": "V", "i": "A"}
+PASSIVE = ("r", "l", "c")
 
 
 class Port:
@@ -46,11 +49,24 @@ def given(texts: str | Sequence[str], is_out: bool) -> list[Probe]:
     return found
 
 
-def take(flat: FlatDeck) -> list[Port]:
-    """The values that the lists name; from here on they come from outside. Raises DeckError (E381)."""
-    flat.inputs, found = {}, []
+def opened(flat: FlatDeck) -> dict[str, float]:
+    """Parameters of the deck (.param) that the lists name, with their values: those of a deck that was read without lists."""
+    others = {e.name for e in flat.elements} | {c.name for c in flat.machine}
+    words = [probe.text for key in ("in", "param") for probe in flat.fmu.get(key, ())]
+    return {word: flat.params[word] for word in words if word in flat.params and word not in others}
+
+
+def take(flat: FlatDeck, params: Mapping[str, float]) -> list[Port]:
+    """The values that the lists name; from here on they come from outside. `params`: of the deck's parameters the values where
+    nothing is said. Raises DeckError (E381)."""
+    flat.inputs, found = {OUTSIDE + name: value for name, value in params.items()}, []
     for key in ("in", "param"):
-        found += [_port(flat, probe, key == "param") for probe in flat.fmu.get(key, ())]
+        for probe in flat.fmu.get(key, ()):
+            if probe.text in params:
+                value, says = params[probe.text], f".param {probe.text}"
+                found.append(Port(probe.text, "", value, says, probe.span, key == "param"))
+            else:
+                found.append(_port(flat, probe, key == "param"))
     return found
 
 
@@ -67,17 +83,25 @@ def _port(flat: FlatDeck, probe: Probe, is_fixed: bool) -> Port:
     card = next((c for c in flat.machine if c.name == of), None)
     if card is not None:
         return _of_card(flat, card, key, probe, is_fixed)
+    if source is not None and not bracket and _is_plain(source):
+        start = flat.inputs[OUTSIDE + of] = float(source.value)
+        behaves = copy.copy(source)
+        behaves.value = Name(OUTSIDE + of, probe.span)
+        flat.elements[flat.elements.index(source)] = behaves
+        return Port(word, source.unit, start, f"{source.what} {of}", probe.span, is_fixed)
     if source is not None:
-        said = f"`{word}` is no source: V and I are driven from outside, and numbers and waveforms of machine cards"
+        said = f"`{word}` cannot come from outside: V, I, plain R, L, C, parameters, numbers and waveforms of machine cards can"
         deck_error("E381", said, probe.span, f"{word} is a {source.what}")
-    if of in flat.params:
-        said = f"`{word}` is a parameter of the deck: its value is put in when the deck is read"
-        hint = "-D sets it for the FMU; what changes from outside is a source, such as V, I or TORQUE"
-        deck_error("E381", said, probe.span, hint)
     sources = [e.name for e in flat.elements if e.letter in UNITS]
     near = suggest(of, [*sources, *(c.name for c in flat.machine)])
     hint = f"did you mean `{near}`?" if near else f"there are {', '.join(sources[:8]) or 'no sources'}"
     deck_error("E381", f"the deck has no source and no card `{word}`", probe.span, hint)
+
+
+def _is_plain(e: Element) -> bool:
+    """An R, L or C with a number and nothing else: an expression can stand in its place."""
+    plain = e.letter in PASSIVE and isinstance(e.value, (int, float))
+    return plain and e.may_behave and not e.params and e.model is None
 
 
 def _start_of(flat: FlatDeck, source: Element) -> float:
@@ -125,7 +149,7 @@ def _of_card(flat: FlatDeck, card: MachineCard, key: str, probe: Probe, is_fixed
         deck_error("E381", said, probe.span, "let the expression read a source, v(x), and drive that one")
     if key == by_wave:
         card.wave = None
-    name = VALUE + probe.text
+    name = OUTSIDE + probe.text
     card.params[key] = Name(name, probe.span)
     flat.inputs[name] = start
     unit = spec.params[key].unit

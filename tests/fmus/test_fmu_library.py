@@ -154,18 +154,25 @@ def test_a_unit_without_base_units() -> None:
     ("change", "code", "said"),
     [
         (("in=v1", "in=v9"), "E381", "no source and no card `v9`"),
-        (("in=v1", "in=r1"), "E381", "`r1` is no source"),
+        (("R1 in out 1k", "R1 in out 1k tc=1m\n.fmu in=r1"), "E381", "`r1` cannot come from outside"),
         (("out=v(out)", "out=v(ouch)"), "E289", "ouch"),
         ((".tran 10u 5m", ".step param q 1 2 1\n.tran 10u 5m"), "E383", "steps `q`"),
         ((".options reltol=1e-9", ".options method=multirate"), "E383", "multirate"),
         ((" out=v(out)", ""), "E383", "no output"),
+        (
+            ("R1 in out 1k", ".param w=1\nR1 in out {1k*w}\nV2 x 0 SIN(0 {w} 1k)\nR2 x 0 1"),
+            "E385",
+            "`w` comes from outside",
+        ),
+        (("C1 out 0 1u", "C1 out 0 1u\n.param unread=1"), "E381", "nothing of the deck reads `unread`"),
     ],
 )
 def test_what_cannot_be_exported_is_told(
     tmp_path: Path, change: tuple[str, str], code: str, said: str
 ) -> None:
     with pytest.raises(DeckError) as caught:
-        export(RC.replace(*change), str(tmp_path / "x.fmu"))
+        more = {"E385": "w", "E381": "unread"}.get(code, "") if ".param" in change[1] else ""
+        export(RC.replace(*change), str(tmp_path / "x.fmu"), parameters=more)
     error = next(d for d in caught.value.diagnostics if d.severity == "error")
     assert error.code == code and said in error.message
     assert not (tmp_path / "x.fmu").exists()

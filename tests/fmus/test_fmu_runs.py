@@ -173,6 +173,52 @@ def test_a_parameter_is_set_before_the_run(tmp_path: Path) -> None:
     assert found["v(out)"] == pytest.approx(4.0)  # it begins at rest
 
 
+PARAMETERS = """parameters of every kind of reading
+.param r=1k c={1m/r} gain=2 tq=0.1
+.func half(x) {x/2}
+.subckt part a b rr=1
+R1 a b {rr}
+.ends
+V1 in 0 PULSE(0 1 0 1u 1u 1 2)
+X1 in out part rr={half(2*r)}
+C1 out 0 {c}
+B1 amp 0 V={gain*v(out)}
+L1 amp o2 {1m*gain}
+R2 o2 0 10
+BODY rotor m=1 j=1m
+JOINT shaft 0 rotor pin
+TORQUE t1 shaft tau={tq*gain}
+.tran 10u 4m
+.options reltol=1e-9
+.fmu param=r,gain in=tq out=v(out),i(l1),omega(shaft)
+.end
+"""
+
+
+@VERSIONS
+def test_parameters_of_the_deck_as_by_define(tmp_path: Path, version: int) -> None:
+    """.param values, by way of other parameters, functions and subcircuits, in R, C, L, B and a machine card: as with -D."""
+    path = written(tmp_path, PARAMETERS, version)
+    names = ["v(out)", "i(l1)", "omega(shaft)"]
+    for given in ({}, {"r": 3e3, "gain": 5.0, "tq": -0.2}):
+        found = by_fmpy(path, None, 4e-5, 4e-3, start_values=given)
+        assert found["time"][-1] == pytest.approx(4e-3)
+        text = PARAMETERS.replace(".fmu", "*").replace(".end\n", "")
+        agree(found, emsim.run(text + ".print tran v(out) i(l1) omega(shaft)\n.end", defines=given), names)
+
+
+def test_a_resistance_that_changes_while_the_model_runs(tmp_path: Path) -> None:
+    text = RC.format(source="1").replace("10u 5m", "10u 5m uic")
+    path = written(tmp_path, text, 3, inputs="r1")
+    one = Slave(tmp_path, path)
+    one.begin()
+    one.step(0.0, 1e-3)
+    one.set("r1", 2e3)
+    one.step(1e-3, 2e-3)
+    assert one.get("v(out)") == pytest.approx(1 - np.exp(-2), rel=1e-6)
+    one.end()
+
+
 def test_values_of_defines(tmp_path: Path) -> None:
     text = RC.format(source="1").replace("1k", "{r}").replace("V1 in", ".param r=1k\nV1 in")
     path = written(tmp_path, text, 3, defines={"r": "2k"})
