@@ -84,7 +84,13 @@ class Drawing:
         j = self.m.joints[name]
         a, b = self.ends(name)
         a[1] += self.beside.get(j.b, 0.0) if j.a == GROUND else 0.0
-        found: dict[str, Any] = {"a": a, "b": b, "joint": j.kind.drawn, "axis": list(j.card.direction)}
+        found: dict[str, Any] = {
+            "a": a,
+            "b": b,
+            "joint": j.kind.drawn,
+            "sort": j.kind.name,
+            "axis": list(j.card.direction),
+        }
         if j.qs:
             found["q"] = self._coordinate(j)
             found["zero"] = j.card.zeros[0] if j.card.zeros else 0.0

@@ -185,7 +185,11 @@ class Body(Card):
         kind = getattr(self.shape, "fn", "bones")
         if kind == "bones":
             at = draw.on(self.name, self.centre)
-            draw.add(kind, self, at=at, to=draw.attached(self.name), spin=draw.wheel(self.name))
+            known = not draw.planar and self.m > 0.0 and not any(self.inertia[3:])
+            inertia = [self.m, *self.inertia[:3]] if known else None
+            draw.add(
+                kind, self, at=at, to=draw.attached(self.name), spin=draw.wheel(self.name), inertia=inertia
+            )
         else:
             draw.add(kind, self, at=draw.on(self.name), sizes=sizes)
 

@@ -17,8 +17,9 @@ from ..diagnostics import deck_error
 from . import missing_package
 from .beside import replacing
 from .glyphs import drawn
-from .glyphs.paper import named, paper
+from .glyphs.paper import called, named, paper
 from .numbers import written
+from .solid import Solids
 from .stage import Stage
 
 try:
@@ -184,6 +185,7 @@ class Camera:
             hint = f"there are {', '.join(self.stage.points)}" if self.stage.points else None
             deck_error("E356", f"no point to trace is called `{trace}`", hint=hint)
         self.traced = self.stage.points.get(trace)
+        self.solids = None if self.stage.planar else Solids(self.stage)
         self.begin = begin
         face = join(get_data_path(), "fonts", "ttf", "DejaVuSans.ttf")
         self.font = ImageFont.truetype(face, round(11 * self.unit))
@@ -198,7 +200,11 @@ class Camera:
             count = min(TRACED, 2 + sum(1 for v in stage.time if self.begin <= v <= t))
             times = [self.begin + (t - self.begin) * k / (count - 1) for k in range(count)]
             pen.line(stage.course(self.traced, times), "accent", 1.2)
+        if self.solids is not None:
+            pen.paste(*self.solids.draw(pen.fine, pen.rgb))
         drawn(stage, pen)
+        if self.solids is not None:
+            called(stage, pen)
         said = f"t = {written(t, 's', 4)}"
         pen.write(stage.width / 2, stage.height - 8 * self.unit, said, "ink", anchor="ms")
         return pen.picture()
@@ -216,6 +222,20 @@ class Pen:
         self._texts: list[tuple[float, float, str, str, str]] = []
         self._labels: list[list[Any]] = []
         self._taken: list[list[float]] = []
+
+    @property
+    def fine(self) -> int:
+        return self._fine
+
+    def rgb(self, colour: str) -> tuple[int, int, int]:
+        r, g, b = (int(COLOURS[colour][k : k + 2], 16) for k in (1, 3, 5))
+        return r, g, b
+
+    def paste(self, pixels: Any, where: Any) -> None:
+        """RGB of the whole frame in its fine pixels, where it is to be seen."""
+        self._image.paste(
+            Image.fromarray(pixels, "RGB"), (0, 0), Image.fromarray((255 * where).astype(np.uint8), "L")
+        )
 
     def _up(self, points: Sequence[Point]) -> list[Point]:
         return [(x * self._fine, y * self._fine) for x, y in points]

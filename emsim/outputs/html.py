@@ -50,6 +50,7 @@ SCRIPTS = (
     "link.js",
     GLYPHS,
     "pen.js",
+    "solids.js",
     "machine.js",
     "circuit.js",
     "energy.js",

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from ..result import Table
     from .glyphs.contract import Place, Point
 
-YAW, PITCH = -0.6, 0.45  # [rad]
+YAW, PITCH = -0.6, -0.45  # [rad]
 MARGIN = 46 / 480  # of the width
 SWEPT = 240  # times at which the room is measured that the machine needs
 
@@ -94,18 +94,25 @@ class Stage:
         pose = self.poses[int(place[0])]
         return np.asarray(pose.origin + pose.turn @ np.asarray(place[1:4], dtype=float))
 
+    @property
+    def axes(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """The picture's in the world: to the right, upwards, towards the eye. What gravity pulls down is below: y is up, or z."""
+        if self.planar:
+            return np.eye(3)[0], np.eye(3)[1], np.eye(3)[2]
+        cy, sy, cp, sp = math.cos(YAW), math.sin(YAW), math.cos(PITCH), math.sin(PITCH)
+        turn = np.array([[cy, 0, sy], [-sp * sy, cp, sp * cy], [-cp * sy, -sp, cp * cy]])
+        if abs(self.gravity[2]) > math.hypot(self.gravity[0], self.gravity[1]):
+            turn = np.column_stack([turn[:, 0], -turn[:, 2], turn[:, 1]])
+        return turn[0], turn[1], turn[2]
+
     def flat(self, p: Sequence[float] | np.ndarray) -> tuple[float, float]:
         """World metres on the picture's plane, y upwards."""
-        if self.planar:
-            return float(p[0]), float(p[1])
-        x, depth = math.cos(YAW) * p[0] + math.sin(YAW) * p[2], -math.sin(YAW) * p[0] + math.cos(YAW) * p[2]
-        return float(x), float(math.cos(PITCH) * p[1] + math.sin(PITCH) * depth)
+        right, up, _ = self.axes
+        return float(right @ np.asarray(p)), float(up @ np.asarray(p))
 
     def nearness(self, place: Place) -> float:
         """How near to the eye a place lies [m]."""
-        p = self.world(place)
-        depth = -math.sin(YAW) * p[0] + math.cos(YAW) * p[2]
-        return float(math.cos(PITCH) * depth - math.sin(PITCH) * p[1])
+        return float(self.axes[2] @ self.world(place))
 
     def screen(self, p: np.ndarray) -> Point:
         x, y = self.flat(p)

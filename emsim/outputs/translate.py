@@ -26,6 +26,7 @@ FUNCTIONS = {
     "int": "Math.trunc",
     "float": "Number",
     "str": "String",
+    "list": "Array.from",
 }
 CONSTANTS = {"pi": "Math.PI", "inf": "Infinity"}  # of the module math
 
@@ -135,6 +136,8 @@ def _statement(node: ast.stmt) -> str:
             # the last target is set first in neither language: all have one value
             chain = " = ".join(_target(t) for t in node.targets)
             return f"{'' if isinstance(node.targets[0], ast.Name) else ';'}{chain} = {_value(node.value)};"
+        case ast.AnnAssign() if node.value is not None:
+            return f"{_target(node.target)} = {_value(node.value)};"
         case ast.AugAssign():
             return f"{_target(node.target)} {OPERATORS[type(node.op)]}= {_value(node.value)};"
         case ast.If():
@@ -173,6 +176,9 @@ def _value(node: ast.expr) -> str:
             return node.id
         case ast.List() | ast.Tuple():
             return f"[{', '.join(map(_value, node.elts))}]"
+        case ast.Dict() if all(isinstance(k, ast.Constant) for k in node.keys):
+            fields = (f"{_value(k)}: {_value(v)}" for k, v in zip(node.keys, node.values, strict=True) if k)
+            return "{ " + ", ".join(fields) + " }"
         case ast.Starred():
             return f"...{_value(node.value)}"
         case ast.Attribute(value=ast.Name(id="math")):
@@ -211,8 +217,11 @@ def _compared(left: ast.expr, operator: ast.cmpop, right: ast.expr) -> str:
     if isinstance(operator, (ast.Is, ast.IsNot)) and isinstance(right, ast.Constant) and right.value is None:
         return f"({_value(left)} {'==' if isinstance(operator, ast.Is) else '!='} null)"
     if isinstance(operator, ast.In):
-        many = isinstance(right, (ast.List, ast.Tuple))
-        return f"{_value(right)}.includes({_value(left)})" if many else f"({_value(left)} in {_value(right)})"
+        if isinstance(right, (ast.List, ast.Tuple)):
+            return f"{_value(right)}.includes({_value(left)})"
+        if isinstance(left, ast.Constant):
+            return f"({_value(left)} in {_value(right)})"
+        raise _unknown(left)  # is it a list or a shape?
     if type(operator) not in OPERATORS:
         raise _unknown(left)
     return f"({_value(left)} {OPERATORS[type(operator)]} {_value(right)})"

@@ -21,6 +21,7 @@ from .joint import joint
 from .motor import motor
 from .pot import pot
 from .rod import rod
+from .solids import is_solid
 from .stop import stop
 from .torque import torque
 from .transducer import transducer
@@ -41,20 +42,20 @@ GLYPHS: dict[str, Glyph] = {
     "transducer": (2, transducer),
 }  # fmt: skip
 PAGES = ("written", "rounded")  # of web/data.js; ours are in ../numbers.py
-SHARED = ("marks", "paper", "extent")
+SHARED = ("marks", "paper", "extent", "solids")
 
 
 def drawn(m: Scene, pen: Pen) -> None:
-    """All shapes, bodies first."""
+    """All shapes, bodies first; in space those that are no solids."""
     for layer in (0, 1, 2):
         for shape in m.shapes:
             own, draw = GLYPHS.get(shape["kind"], (3, None))
-            if own == layer and draw is not None:
+            if own == layer and draw is not None and not is_solid(m.planar, shape):
                 draw(m, pen, shape)
 
 
 def script() -> str:
-    """The same as the page's constant `drawn`: {GLYPHS: {kind: [layer, draw]}, paper, named, extents}."""
+    """The same as the page's constant `drawn`: {GLYPHS: {kind: [layer, draw]}, paper, named, extents, solids, ..}."""
     from os.path import dirname, join
 
     from ..translate import script as translated
@@ -65,5 +66,5 @@ def script() -> str:
         with open(join(dirname(__file__), name + ".py"), encoding="utf-8") as file:
             sources.append(file.read())
     table = ", ".join(f"{kind}: [{layer}, {draw.__name__}]" for kind, (layer, draw) in GLYPHS.items())
-    shared = "paper, named, extents, walled"
+    shared = "paper, called, named, extents, walled, solids, is_solid, across, cross"
     return f"const drawn = {translated(sources, '{ GLYPHS: { ' + table + ' }, ' + shared + ' }', PAGES)};"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from .marks import moved
+from .solids import spread
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -29,13 +30,16 @@ def extents(shapes: list[Shape]) -> list[list[Any]]:
             found.append([s["at"], sizes[0]])
         else:
             for key in ["at", "a", "b", "p", "q_"]:
-                if key in s and isinstance(s[key], list):
+                if isinstance(s.get(key), list):
                     found.append([s[key], 0.0])
         if "to" in s:
             for p in s["to"]:
                 found.append([p, 0.0])
         if s.get("spin"):
             found.append([s["at"], 1.5 * s["spin"]])
+        sides = spread(s, shapes) if kind == "bones" else None
+        if sides is not None:
+            found.append([s["at"], max(*sides) / 2])
         if kind in ["pot", "stop"] and s["joint"] == "slide":
             # what lies along its axis in A
             for end in s["range"] if kind == "pot" else s["ends"]:

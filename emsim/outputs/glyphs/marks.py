@@ -98,7 +98,7 @@ def effort(m: Scene, pen: Pen, s: Shape, at: Point, r: float, colour: str) -> No
     share, u = m.share(s["effort"]), pen.unit
     if not m.arrows or abs(share) < 0.01:
         return
-    if s["joint"] == "slide":
+    if s.get("joint") == "slide":
         arrow(pen, at, polar(at, 55 * u * share, m.axis_angle(s)), colour, 2.2, 8)
         return
     # counter-clockwise for a positive share
@@ -110,4 +110,4 @@ def effort(m: Scene, pen: Pen, s: Shape, at: Point, r: float, colour: str) -> No
 
 def of_effort(m: Scene, s: Shape) -> str:
     """Its size with its unit."""
-    return written(m.value(s["effort"]), "N" if s["joint"] == "slide" else "N m", 3)
+    return written(m.value(s["effort"]), "N" if s.get("joint") == "slide" else "N m", 3)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from ..numbers import written
-from .marks import arrow
+from .marks import arrow, middle
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -43,6 +43,19 @@ def paper(m: Scene, pen: Pen) -> None:
             tip = [origin[0] + 24 * u * dx, origin[1] - 24 * u * dy]
             pen.line([origin, tip], "ground", 1.2)
             pen.write(tip[0] + 6 * u * dx, tip[1] - 6 * u * dy, ["x", "y", "z"][k], "ground", "mm")
+
+
+def called(m: Scene, pen: Pen) -> None:
+    """Names of what is drawn as a solid."""
+    for s in m.shapes:
+        if s["kind"] in ["rod", "box", "disc", "bones"]:
+            at = m.place(s["at"])
+            if s["kind"] == "rod":
+                end = m.place([s["at"][0], s["at"][1] + s["sizes"][0], s["at"][2], s["at"][3]])
+                at = middle(at, end)
+            pen.label(at, 12, -12, s["name"], "soft")
+        elif s["kind"] == "spring" and "p" in s:
+            pen.label(middle(m.place(s["p"]), m.place(s["q_"])), 10, 0, s["name"], "coil")
 
 
 def named(

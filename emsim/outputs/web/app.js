@@ -125,6 +125,7 @@ async function show(run) {
     machine.trace = $("trace").value || null;
     machine.arrows = $("arrows").checked;
     machine.labels = $("labels").checked;
+    perspective(machine);
   }
   window.emsim = { run, clock, waves, machine, circuit: circuit(run, clock, waves, machine) };
   const span = clock.log ? 10 : clock.last - clock.first, speeds = [];
@@ -213,6 +214,11 @@ function options(select, items) {
   }));
 }
 
+function perspective(machine) {
+  $("perspective").parentElement.hidden = machine.planar;
+  machine.perspective = !machine.planar && $("perspective").checked;
+}
+
 // what is on the page goes
 function leave() {
   for (const old of [window.emsim, window.still]) if (old) { old.clock.play(false); old.waves?.close(); old.machine?.close(); old.circuit?.close(); }
@@ -225,6 +231,7 @@ function point(run) {
   table.className = "numbers";
   const machine = run.scene ? new Machine(run, $("machine"), clock) : null;
   if (machine) Object.assign(machine, { arrows: $("arrows").checked, labels: $("labels").checked });
+  if (machine) perspective(machine);
   window.still = { run, clock, waves: null, machine, circuit: circuit(run, clock, null, machine) };
   clock.set(0);
   if (run.roots) {
@@ -390,8 +397,8 @@ function step(rows) {
 }
 
 function wire() {
-  const now = () => window.emsim, drawn = () => window.emsim ?? window.still;
-  const dark = (on) => { document.documentElement.classList.toggle("dark", on); now()?.waves.build(); drawn()?.machine?.draw(); };
+  const now = () => window.emsim, shown = () => window.emsim ?? window.still;
+  const dark = (on) => { document.documentElement.classList.toggle("dark", on); now()?.waves.build(); shown()?.machine?.draw(); };
   dark(matchMedia("(prefers-color-scheme: dark)").matches);
   $("theme").onclick = () => dark(!document.documentElement.classList.contains("dark"));
   $("help").onclick = () => $("keys").showModal();
@@ -401,10 +408,11 @@ function wire() {
   $("scrub").oninput = (e) => { const { clock } = now(); clock.play(false); clock.set(clock.at(+e.target.value)); };
   $("speed").onchange = (e) => (now().clock.speed = +e.target.value);
   $("trace").onchange = (e) => { now().machine.trace = e.target.value; now().machine.draw(); };
-  $("arrows").onchange = (e) => { drawn().machine.arrows = e.target.checked; drawn().machine.draw(); };
-  $("labels").onchange = (e) => { drawn().machine.labels = e.target.checked; drawn().machine.draw(); };
-  $("fit").onclick = () => { drawn()?.machine?.fit(); drawn()?.machine?.draw(); };
+  $("arrows").onchange = (e) => { shown().machine.arrows = e.target.checked; shown().machine.draw(); };
+  $("labels").onchange = (e) => { shown().machine.labels = e.target.checked; shown().machine.draw(); };
+  $("fit").onclick = () => { shown()?.machine?.fit(); shown()?.machine?.draw(); };
   $("follow").onchange = (e) => { now().machine.follow = e.target.checked; now().machine.fit(); now().machine.draw(); };
+  $("perspective").onchange = (e) => { shown().machine.perspective = e.target.checked; shown().machine.draw(); };
   $("whole").onclick = () => now().waves.whole();
   $("degrees").onchange = (e) => { now().waves.degrees = e.target.checked; now().waves.build(); };
   $("xaxis").onchange = (e) => {

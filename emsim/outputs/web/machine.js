@@ -6,11 +6,13 @@ class Machine {
   // of a run, or of the runs of a deck with .step: the one that the clock is in is drawn.
   // scene: {planar, bodies, shapes, points, channels: [{name, unit, values}], time}
   constructor(run, canvas, clock) {
-    Object.assign(this, { run, scene: run.scene, canvas, clock, arrows: true, labels: true, trace: null, yaw: -0.6, pitch: 0.45 });
+    Object.assign(this, { run, scene: run.scene, canvas, clock, arrows: true, labels: true, trace: null, yaw: -0.6, pitch: -0.45, perspective: false });
     this.scenes = run.runs.map((one) => one.scene).filter((scene) => scene?.rows);
     this.largest = run.scene.channels.map((_, k) => Math.max(...this.scenes.map(({ channels }) => channels[k]?.values.reduce((m, v) => Math.max(m, Math.abs(v)), 0) ?? 0)));
+    this.upright = !this.planar && Math.abs(this.gravity[2]) > Math.hypot(this.gravity[0], this.gravity[1]);
     this.measure();
     this.fit();
+    if (!this.planar) this.solids = new Solids(this.scene.shapes, this.size);
     clock.listen(() => this.draw());
     this.sizes = new ResizeObserver(() => { if (this.width !== this.room()) { this.fit(); this.draw(); } });
     this.sizes.observe(canvas.parentElement);
@@ -39,6 +41,7 @@ class Machine {
   share(ref) { return typeof ref === "string" ? this.value(ref) / (this.largest[+ref.slice(1)] || 1) : Math.sign(ref); }
   top(ref) { return typeof ref === "string" ? this.largest[+ref.slice(1)] : Math.abs(ref); }
   get planar() { return this.scene.planar; }
+  get shapes() { return this.scene.shapes; }
   get gravity() { return this.scene.gravity; }
 
   // body pose at t: origin and rotation by rows
@@ -56,11 +59,30 @@ class Machine {
   // world metres to metres on the screen's plane
   flat(p) {
     if (this.scene.planar) return [p[0], p[1]];
-    const cy = Math.cos(this.yaw), sy = Math.sin(this.yaw), cp = Math.cos(this.pitch), sp = Math.sin(this.pitch);
-    const x = cy * p[0] + sy * p[2], z = -sy * p[0] + cy * p[2];
-    return [x, cp * p[1] + sp * z];
+    const { right, up } = this.view();
+    return [right[0] * p[0] + right[1] * p[1] + right[2] * p[2], up[0] * p[0] + up[1] * p[1] + up[2] * p[2]];
   }
-  screen(p) { const [x, y] = this.flat(p); return [this.centre[0] + (x - this.middle[0]) * this.scale, this.centre[1] - (y - this.middle[1]) * this.scale]; }
+  // the picture's axes in the world: to the right, upwards, towards the eye. What gravity pulls down is below: y is up, or z.
+  view() {
+    const cy = Math.cos(this.yaw), sy = Math.sin(this.yaw), cp = Math.cos(this.pitch), sp = Math.sin(this.pitch);
+    const [right, up, towards] = [[cy, 0, sy], [-sp * sy, cp, sp * cy], [-cp * sy, -sp, cp * cy]].map(([x, y, z]) => (this.upright ? [x, -z, y] : [x, y, z]));
+    return { right, up, towards };
+  }
+  near(p) { const { towards } = this.view(); return towards[0] * p[0] + towards[1] * p[1] + towards[2] * p[2]; }
+  // in perspective the eye is this far from the scene's middle [m]
+  get far() { return 2.2 * this.size; }
+  eye() {
+    if (!this.perspective) return null;
+    const { right, up, towards } = this.view(), deep = this.deep + this.far;
+    return [0, 1, 2].map((i) => right[i] * this.middle[0] + up[i] * this.middle[1] + towards[i] * deep);
+  }
+  // place on the canvas [px], and a number that grows towards the eye and is linear over the picture
+  project(p) {
+    const [x, y] = this.flat(p), deep = this.planar ? 0 : this.near(p) - this.deep, f = this.perspective ? this.far / Math.max(0.05 * this.far, this.far - deep) : 1;
+    return [this.centre[0] + (x - this.middle[0]) * this.scale * f, this.centre[1] - (y - this.middle[1]) * this.scale * f, this.perspective ? f : deep / this.size];
+  }
+  bias() { return BIAS; }
+  screen(p) { return this.project(p).slice(0, 2); }
 
   // the box that the machine sweeps
   measure() {
@@ -70,6 +92,7 @@ class Machine {
     this.largestPose = poses;
     this.box = Number.isFinite(box[0]) ? box : [-1, -1, 1, 1];
     this.size = Math.max(this.box[2] - this.box[0], this.box[3] - this.box[1]) || 1e-3;
+    this.measureDepth();
     // what would be lost in the room that it crosses: the camera goes with it
     this.follow ??= Math.max(...poses) > 0 && Math.max(...poses) < 0.15 * this.size;
   }
@@ -93,6 +116,13 @@ class Machine {
       box[0] = Math.min(box[0], x - far * dx); box[1] = Math.min(box[1], y - far * dy);
       box[2] = Math.max(box[2], x - far * dx); box[3] = Math.max(box[3], y - far * dy);
     }
+  }
+  // where the middle of what is seen lies towards the eye [m]
+  measureDepth() {
+    this.deep = 0;
+    if (this.planar) return;
+    const { time, places } = this.scene, poses = this.scene.bodies.map((_, b) => this.pose(b, time[0])), all = places.map(([place]) => this.near(this.world(place, poses))).filter(Number.isFinite);
+    if (all.length) this.deep = (Math.min(...all) + Math.max(...all)) / 2;
   }
   // the box of all places at an instant
   boxAt(t) {
@@ -145,11 +175,11 @@ class Machine {
         this.drag(dx / 2, dy / 2);
         if (far(last) > 8) this.zoom(far(at) / far(last), (at[0] + other[0]) / 2 - r.left, (at[1] + other[1]) / 2 - r.top);
       } else if (!this.scene.planar && !e.shiftKey) {
-        this.turn(0.01 * dx, 0.01 * dy);
+        this.turn(0.01 * dx, -0.01 * dy);
       } else if (e.pointerType !== "touch") this.drag(dx, dy);
     }, { signal });
     c.addEventListener("keydown", (e) => {
-      const by = { ArrowLeft: [-0.1, 0], ArrowRight: [0.1, 0], ArrowUp: [0, -0.1], ArrowDown: [0, 0.1] }[e.key];
+      const by = { ArrowLeft: [-0.1, 0], ArrowRight: [0.1, 0], ArrowUp: [0, 0.1], ArrowDown: [0, -0.1] }[e.key];
       if (!by || this.scene.planar || !e.shiftKey) return;
       e.preventDefault();
       e.stopPropagation();
@@ -159,6 +189,7 @@ class Machine {
   turn(yaw, pitch) {
     this.yaw += yaw;
     this.pitch = Math.max(-1.5, Math.min(1.5, this.pitch + pitch));
+    this.measureDepth();
     this.draw();
   }
   drag(dx, dy) {
@@ -198,8 +229,10 @@ class Machine {
     }
     const pen = (this.pen = new Pen(ctx, this.colour, this.labels));
     drawn.paper(this, pen);
+    this.solids?.draw(this, ctx);
     this.drawTrace(pen, t);
-    for (const layer of [0, 1, 2]) for (const s of this.scene.shapes) if (drawn.GLYPHS[s.kind]?.[0] === layer) this.glyph(ctx, pen, s);
+    for (const layer of [0, 1, 2]) for (const s of this.scene.shapes) if (drawn.GLYPHS[s.kind]?.[0] === layer && !drawn.is_solid(this.planar, s)) this.glyph(ctx, pen, s);
+    if (this.solids) drawn.called(this, pen);
     pen.close(this.width, this.height);
   }
   // what is touched in the circuit stands in light
