@@ -148,6 +148,8 @@ class Noise(Analysis):
             self._spectra(gain, curves if self.every else curves[-1:]),
             self.axis,
         )  # fmt: skip
+        if len(self.frequencies) == 1:
+            return spectra  # as in ngspice: of one frequency there is no integral
         totals = [_integrals(self.frequencies, d, gain) for d in densities]
         shown = range(len(names)) if self.every else [len(names) - 1]
         integrated: list[list[float]] = []

@@ -23,10 +23,13 @@ def allocate(ctx: Context) -> None:
     ctx.ics = {name: value for name, value, _ in flat.ics}
     unsupported: dict[str, list[Element]] = {}
     nodes = ctx.nodes
-    for e in flat.elements:
+    parameters = _parameters_read(ctx)
+    for k, e in enumerate(flat.elements):
         if not e.supported:
             unsupported.setdefault(e.what, []).append(e)
             continue
+        if e.model is not None and (other := e.chosen(parameters.get(e.name, set()))) is not e:
+            flat.elements[k] = e = other
         if e.params or e.model is not None:
             e.check(ctx)
         ctx.elements[e.name] = e
@@ -121,21 +124,31 @@ def _currents_read(ctx: Context) -> set[str]:
                 found.add(repr(call.args[0]))
             elif call.fn == "loss" and not call.args:
                 found.update(e.name for e in ctx.elements.values() if e.is_metered)
-        for name in _device_names(ast):
+        for name, _ in _device_values(ast):
             found.add(ctx.element_name(name))
     return found
 
 
-def _device_names(ast: Any) -> Iterator[str]:
-    """d1 of @d1[id], anywhere in an expression."""
+def _parameters_read(ctx: Context) -> dict[str, set[str]]:
+    """Element -> parameters of it that the deck reads: d1 -> {gd} of @d1[gd]."""
+    found: dict[str, set[str]] = {}
+    for ast in _expressions(ctx):
+        for name, parameter in _device_values(ast):
+            found.setdefault(name, set()).add(parameter)
+    return found
+
+
+def _device_values(ast: Any) -> Iterator[tuple[str, str]]:
+    """(d1, id) of @d1[id], anywhere in an expression."""
     if isinstance(ast, Name):
         if ast.id.startswith("@"):
-            yield ast.id[1:].partition("[")[0]
+            name, _, parameter = ast.id[1:].rstrip("]").partition("[")
+            yield name, parameter
         return
     parts = ast.args if isinstance(ast, Call) else [getattr(ast, key, None) for key in ("c", "a", "b")]
     for part in parts:
         if isinstance(part, Node):
-            yield from _device_names(part)
+            yield from _device_values(part)
 
 
 def _expressions(ctx: Context) -> Iterator[Node]:

@@ -293,6 +293,14 @@ class Context:
         """The same where both sides agree at zero, so that nothing happens while `up` stays there."""
         return self._flag(up, "", "stays")
 
+    def small_signals(self) -> Expr:
+        """0, and 1 where the equations are linearised for small signals."""
+        found = self.flags.get("small signals")
+        if found is None:
+            zero = self.b.const(0.0)
+            found = self.flags["small signals"] = self.b.flag(zero, None, "small signals", 0, 0, law="kept")
+        return found
+
     def memory(self, node: str) -> Expr:
         """Voltage of a node as it was before the last event [V]."""
         key = f"memory {node}"

@@ -1,9 +1,8 @@
 """usage: emsim fit [options] deck.cir data.csv -p NAME ...
 
 Finds values of parameters, elements, models and machine cards with which the deck's transient goes through measured curves,
-by least
-squares with exact derivatives. data.csv has a column `time` and one for each signal, called as .print calls it. Told are the
-values, the intervals that hold the true ones with 95 % probability, and what the data cannot tell apart.
+by least squares with exact derivatives. data.csv has a column `time` and one for each signal, called as .print calls it. Told
+are the values, the intervals that hold the true ones with 95 % probability, and what the data cannot tell apart.
 
   emsim fit motor.cir startup.csv -p r -p l -p kt -p j=1u..1m --column speed='omega(shaft)'"""
 

@@ -354,6 +354,10 @@ class Element:
         """Parameters that the line takes."""
         return self.instance
 
+    def chosen(self, read: set[str]) -> Element:
+        """Itself, or the same line as an element of another law; `read`: what the deck reads of it, as gd of @d1[gd]."""
+        return self
+
     def check(self, ctx: Context) -> None:
         """Unknown names among the parameters: an error on the line (as in ngspice), a warning in a .model."""
         for name in self.params:

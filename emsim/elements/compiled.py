@@ -47,6 +47,7 @@ class Compiled(Element):
     sorts: ClassVar[dict[str, tuple[str, float]]] = {}
     levels: ClassVar[dict[int, str]] = {}
     currents: ClassVar[tuple[str, ...]] = ()  # of the terminals, as @name[..] has them
+    harmless: ClassVar[frozenset[str]] = HARMLESS
     may_lack: ClassVar[int] = 0  # so many terminals of a module of devices/ may be left out, ...
     at_ground: ClassVar[bool] = False  # ... and are ground then
 
@@ -167,7 +168,11 @@ class Compiled(Element):
         for name, value in list(model.params.items()):
             at = model.param_spans.get(name, model.span)
             known = module.parameters.get(name)
-            if known is None and name not in HARMLESS and not (value == 1.0 and name in self.words_of_model):
+            if (
+                known is None
+                and name not in self.harmless
+                and not (value == 1.0 and name in self.words_of_model)
+            ):
                 near = suggest(name, module.parameters)
                 ctx.sink.warning(
                     "W284", f".model `{model.name}`: `{module.name}` takes no {name}=, it has no effect",

@@ -1,34 +1,22 @@
-"""D: the engine's junction diode; temperature scaling and the inner node of rs are its business."""
+"""D: the engine's junction diode; temperature scaling and the inner node of rs are its business. Where the .model asks for
+more, the line is an element of diodes.py."""
 
 from __future__ import annotations
 
-from .base import TEMPERATURE, Element, M, Param, ignored
+import math
+
+from .base import Element
+from .diodes import HARMLESS, INSTANCE, OF_LINES, become, wanted
+from .modules import shipped
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from typing import Any, ClassVar
+    from typing import Any
 
     from ..assemble.accounts import Accounts
     from ..assemble.context import Context
     from ..build_elements import ElementCards
-    from ..deck import Model
     from ..source import Line
-
-# parameters of .model D that change a current in ngspice and not here
-MISSING_CURRENTS = {
-    "isr": "a recombination current", "jtun": "a tunnel current", "jtunsw": "a tunnel current of the sidewall",
-}  # fmt: skip
-
-
-# of other programs' ideal diode, in place of the exponential
-IDEAL = frozenset("ron roff vfwd vrev rrev ilimit revilimit epsilon revepsilon".split())
-# overlap of metal and poly, of level 3, which is refused
-OVERLAP = frozenset("lm lp wm wp xom xoi xm xp xw cmetal cpoly".split())
-# limits that only warn, what the missing currents and self-heating read, and who made it
-HARMLESS = frozenset(
-    """nlev fv_max bv_max id_max te_max pd_max rth0 cth0 nr ntun xtitun keg level mfg vendor type iave ipk ipeak vpk irms
-    diss icrating vcrating""".split()
-)
 
 
 class Diode(Element):
@@ -42,11 +30,7 @@ class Diode(Element):
     plain = ("diode", 4, False)
     positional = ("area",)
     flags = ("off",)
-    instance: ClassVar[dict[str, Param]] = {
-        **M, **TEMPERATURE, "area": Param("factor on the currents and charges of the model", default=1.0),
-        "ic": Param(), "off": Param("off at the start"),
-        "pj": Param("perimeter, in units of the model's", default=1.0), **ignored("l w lm lp wm wp"),
-    }  # fmt: skip
+    instance = INSTANCE
     model_types = ("d",)
     is_metered = True
     current_name = "id"
@@ -70,33 +54,26 @@ class Diode(Element):
             )
             ctx.sink.error("E297", said, self.span, hint)
 
+    def chosen(self, read: set[str]) -> Element:
+        kind = wanted(self, read)
+        return self if kind is None else become(self, kind)
+
     @classmethod
     def model_table(cls, of: str = "") -> list[tuple[list[str], str, float, str]]:
+        """Those of the law, then those that make another element of it (diodes.py), which have no default here."""
         from .._engine import device_parameters
 
-        return device_parameters("d")
+        own = device_parameters("d")
+        known = {name for names, *_ in own for name in names}
+        module = shipped("diode")
+        rows = module.rows() if module is not None else []
+        others = [(names, unit, math.nan, said) for names, unit, _, said in rows if not known & set(names)]
+        lines = [([key], p.unit, math.nan, p.meaning) for key, p in OF_LINES.items()]
+        return [*own, *others, *lines]
 
     @classmethod
     def model_names(cls) -> frozenset[str]:
-        return (
-            HARMLESS
-            | OVERLAP
-            | IDEAL
-            | set(MISSING_CURRENTS)
-            | {name for names, *_ in cls.model_table() for name in names}
-        )
-
-    def _check_model(self, ctx: Context, model: Model) -> None:
-        super()._check_model(ctx, model)
-        for name in sorted(IDEAL & model.params.keys()):
-            said = f".model `{model.name}`: {name}= is not supported yet"
-            hint = "take is= n= rs= and bv= of a junction"
-            ctx.sink.error("E297", said, model.param_spans.get(name, model.span), hint)
-        for name in MISSING_CURRENTS:
-            if model.params.get(name):
-                said = f".model `{model.name}`: {name}= ({MISSING_CURRENTS[name]}) is not supported yet"
-                hint = "take is= and n= from a fit without it"
-                ctx.sink.error("E297", said, model.param_spans.get(name, model.span), hint)
+        return HARMLESS | {name for names, *_ in cls.model_table() for name in names}
 
     @property
     def has_series(self) -> bool:

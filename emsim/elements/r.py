@@ -29,7 +29,8 @@ class Resistor(Passive):
     value_names = ("resistance",)
     plain = ("resistor", 4, True)
     instance: ClassVar[dict[str, Param]] = {
-        **SCALED, **ignored("ac"), "l": LENGTH, "w": WIDTH, "resistance": Param("resistance", "Ohm"),
+        **SCALED, "ac": Param("resistance to small signals", "Ohm"), "l": LENGTH, "w": WIDTH,
+        "resistance": Param("resistance", "Ohm"),
         "noisy": Param("0: it makes no noise", default=1.0), "noise": Param("noisy= by another name"),
     }  # fmt: skip
     model_types = ("r", "res")
@@ -82,6 +83,9 @@ class Resistor(Passive):
             return
         # most elements of a big deck are a number between two nodes
         plain = self.value and not self.params and self.model is None
+        if not plain and self.params.get("ac"):
+            self.inject(ctx, self.flow(ctx))
+            return
         g = 1.0 / self.value if plain else self.number("m", 1.0) / self.quantity(ctx)
         ctx.b.conductance(ctx.node(self.nodes[0]), ctx.node(self.nodes[1]), g)
 
@@ -90,7 +94,7 @@ class Resistor(Passive):
         if isinstance(self.value, Node) or not self.number("noisy", self.number("noise", 1.0)):
             return []
         m, p = self.number("m", 1.0), self.model.params if self.model is not None else {}
-        g = m / self.quantity(ctx)
+        g = self._conductance(ctx)
         length, width = self.squares(p)
         flicker: Expr | float = 0.0
         if kf := p.get("kf", 0.0):
@@ -99,10 +103,18 @@ class Resistor(Passive):
             flicker = m * kf / area * one ** p.get("af", 2.0)
         return [("thermal", self.thermal(ctx, g), 0.0), ("1overf", flicker, p.get("ef", 1.0))]
 
+    def _conductance(self, ctx: Context) -> Expr | float:
+        """Of a constant resistor [S]; with `ac` another one to small signals."""
+        g = self.number("m", 1.0) / self.quantity(ctx)
+        if not self.params.get("ac"):
+            return g
+        small = g * self.nominal(ctx) / self.number("ac")
+        return g + (small - g) * ctx.small_signals()
+
     def flow(self, ctx: Context) -> Expr:
         m = self.number("m", 1.0)
         if not isinstance(self.value, Node):
-            return self.between(ctx) * (m / self.quantity(ctx))
+            return self.between(ctx) * self._conductance(ctx)
         r = self.expression(ctx)
         if r.value == 0.0:
             self._zero(ctx)

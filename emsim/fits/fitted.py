@@ -2,8 +2,8 @@
 
 Least squares of what is left, (curve - data)/sigma, by scipy.optimize.least_squares (trust region within bounds) with the exact
 derivatives that the run has beside it (analyses/slopes.py). Where the noise of signals is not given, each signal is first
-weighed by the
-spread of its data, then by what was left of it, until the weights stand: for normal noise that is the likeliest answer.
+weighed by the spread of its data, then by what was left of it, until the weights stand: for normal noise that is the likeliest
+answer.
 """
 
 from __future__ import annotations

@@ -103,7 +103,6 @@ TOLD = {
     "V1 a 0 1\nR1 a b 1k\nR2 c 0 1k\nR3 b 0 1k\n.connect b c\n.op": ("E113", "one name"),
     "V1 a 0 1\nR1 a 0 1k\n.alter\nR1 a 0 2k\n.op": ("E113", ".alter is not supported"),
     'V1 a 0 1\nR1 a 0 1k\n.hdl "x.va"\n.op': ("E501", "cannot read x.va"),
-    "V1 a 0 1\nD1 a 0 dd\n.model dd D(Ron=0.1 Roff=1g Vfwd=0.6)\n.op": ("E297", "vfwd="),
     "V1 a 0 1\nR1 a 0 1k\nB1 b 0 V=uplim(v(a),1,0.1)\n.op": ("E122", "min(x, limit)"),
     "V1 a 0 1\nR1 a 0 1k\nC1 a 0 1\u00c2\u00b5\n.op": ("W110", "write `1u`"),
     "V1 a 0 1\nR1 a 0 1Farad\n.op": ("W110", "`arad`"),

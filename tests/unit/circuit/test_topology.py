@@ -127,12 +127,6 @@ def test_an_initial_voltage_without_effect_is_said() -> None:
     assert r.at("v(b)", 1e-3) == pytest.approx(2 * np.exp(-1), rel=2e-3)
 
 
-def test_currents_of_diodes_that_only_ngspice_has_are_refused() -> None:
-    """A reverse current of 1e-14 A where the model says 1e-10 is no remark."""
-    found = problems("V1 a 0 0.5", "D1 a 0 d", ".model d d(is=1e-14 isr=1e-10 jtun=0 kf=1)", ".op")
-    assert [(d.code, "isr=" in d.message) for d in found] == [("E297", True)]
-
-
 @pytest.mark.parametrize(
     "element, model, name",
     [

@@ -22,6 +22,9 @@ use std::sync::atomic::Ordering::Relaxed;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+/// The flag of this name is 0, and 1 for small signals: what is another thing to them reads it.
+const SMALL_SIGNALS: &str = "small signals";
+
 #[pyclass(frozen)]
 pub struct System {
     inner: Arc<crate::system::System>,
@@ -398,6 +401,9 @@ impl System {
             let mut x = op::initial(&sys);
             op::operating_point(&sys, &mut w, &o, &tol, statics, &mut x).map_err(no_point)?;
             complete(&sys, &mut w, &mut x, &tol, statics);
+            for (held, _) in w.flags.iter_mut().zip(&sys.flags).filter(|(_, f)| f.name == SMALL_SIGNALS) {
+                *held = 1.0;
+            }
             SmallSignal::new(sys, graph, w, x, hold).map_err(|e| Failed {
                 t: 0.0,
                 h: 0.0,
