@@ -85,9 +85,11 @@ class Builder:
         gap: Expr,
         restitution: float,
         flags: Sequence[Expr],
+        normal: tuple[int, float, float] | None = None,
     ) -> None:
         """A law between the unknown `row` and a flow: form relay (flags of laws "mode" "kept" "kept": slides, share, mode),
-        corner (closed, hits, impulse, energy lost), one way (closed). ValueError for another one."""
+        corner (closed, hits, impulse, energy lost), one way (closed). `normal`: the effort of an earlier law that bounds a
+        relay, how much of it where it slides, and where it sticks. ValueError for another one."""
     def grad(self, y: Expr, xs: Sequence[Expr]) -> list[Expr]:
         """dy/dx for each leaf x, by reverse mode."""
     def tangent(self, ys: Sequence[Expr], seed: Sequence[tuple[Expr, Expr | float]]) -> list[Expr]:

@@ -62,7 +62,7 @@ ALIASES = {"arctan": "atan", "sign": "sgn", "stp": "gt0", "round": "nint", "fmod
 CONVERSIONS = {"deg": 180.0 / math.pi, "rpm": 30.0 / math.pi}
 MECHANICAL_WORDS = """
     angle omega alpha pos vel acc x y z vx vy vz ax ay az fx fy fz mx my mz
-    force torque i v id iq p gap slip mode hits impulse energy ke pe power loss supplied
+    force torque i v id iq p gap slip friction mode hits impulse energy ke pe power loss supplied
 """
 MECHANICAL = frozenset(MECHANICAL_WORDS.split())
 # functions whose value ngspice computes from one argument compared with zero

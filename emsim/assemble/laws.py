@@ -3,6 +3,7 @@
     relay     sticks: w = 0            slides: f + s F = 0         s: sign of w, or a share where others hold the motion
     corner    open:   f = 0, mu = 0    closed: dg/dt = 0, g = 0    (stabilised as closed loops are, see equations.py)
     one way   open:   f = 0            closed: w = 0
+    slip      a relay with F = mu f of a corner; where that is open nothing asks for another mode
 One pattern: the flags choose. Power f w of every law, and mu g of every corner, act as those of closed loops do.
 """
 
@@ -29,6 +30,9 @@ def allocate(m: Mechanism, card: Card) -> None:
         assert law.flow is not None
         flow = m.public(law.flow)
         name = f"{card.spec.word} {card.name}"
+        if law.normal is not None:
+            corner, mu, mus = law.normal
+            law.bound, law.stick, law.where = mu * corner.effort, mus * corner.effort, corner.flags[0]
         if law.form == "relay":
             bound, stick = m.public(law.bound), m.public(law.stick)
             share = b.flag(law.effort, None, f"{name} {k} share", law="kept")
@@ -36,6 +40,8 @@ def allocate(m: Mechanism, card: Card) -> None:
             free = b.call("abs", law.effort) - stick
             # behind its threshold where it slides back; held by others where any motion is one
             moves = b.select(mode, share * flow, -b.call("abs", flow))
+            if law.where is not None:
+                moves = b.select(law.where, moves, 1.0)
             slides = b.flag(free, moves, f"{name} slides", law="mode")
             law.flags = [slides, share, mode]
         else:
@@ -48,8 +54,13 @@ def allocate(m: Mechanism, card: Card) -> None:
             ]
             bound = stick = b.const(0.0)
         shown = b.const(0.0) if law.gap is None else m.public(law.gap)
-        b.law(law.form, law.row, flow, bound, stick, shown, law.e, law.flags)
+        b.law(law.form, law.row, flow, bound, stick, shown, law.e, law.flags, _bounded_by(law))
         m.laws.append((card, law))
+
+
+def _bounded_by(law: Law) -> tuple[int, float, float] | None:
+    """The unknown by whose effort it is bounded, mu and mus."""
+    return law.normal and (law.normal[0].row, *law.normal[1:])
 
 
 def powers(m: Mechanism) -> tuple[Expr, Expr]:

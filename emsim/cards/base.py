@@ -178,7 +178,7 @@ LEAVE_OUT = "leave it out, if the deck means the same without it"
 # words of force(c) torque(c) i(c) v(c) gap(c) hits(c) .. that `probes` may answer, with their units
 PROBES = {
     "force": "N", "torque": "N m", "i": "A", "v": "V", "p": "W", "power": "W",
-    "id": "A", "iq": "A", "gap": "m", "slip": "m/s", "mode": "", "hits": "", "impulse": "N s",
+    "id": "A", "iq": "A", "gap": "m", "slip": "m/s", "friction": "N", "mode": "", "hits": "", "impulse": "N s",
 }  # fmt: skip
 
 

@@ -2,34 +2,35 @@
 
     line=   gap = n . (P - Q) - r           n the normal, fixed in Q's body, pointing to where P may be
     rq=     gap = |P - Q| - r - rq          inside a ring of radius -rq:  gap = -rq - r - |P - Q|
-What happens where it closes stands in touch.py. `force` is what the parts press on each other with.
+What happens where it closes stands in touch.py. `force` is what the parts press on each other with. With mu= they rub: `slip` is
+the speed of P's part along Q's where they touch, `friction` the force on P's part along t = z x n, n the normal on it.
 """
 
 from __future__ import annotations
 
 from . import touch
 from .base import Card, Default, Spec
-from .kinematics import dot, subtract
+from .kinematics import add, cross, dot, is_zero, scale, subtract
 from .touch import Touching
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from ..diagnostics import Sink
     from .base import Pen, PointView, Probes, Scene
+    from .kinematics import Vector
 
 
 class Contact(Touching, Card):
     spec = Spec(
         "CONTACT",
-        "CONTACT name P Q line=(nx,ny) (or rq=) [r=] [e=0]   or with k= [c= or e=] [n=1]",
+        "CONTACT name P Q line=(nx,ny) (or rq=) [r=] [e=0]   or with k= [c= or e=] [n=1]   [mu= [mus=]]",
         terminals="p:point q:point",
         mark=("k", "e", "line", "rq"),
-        missing={"mu": "friction", "mus": "friction"},
         meaning="contact of a point or round part with a line or another round part",
         laws={
             "q": "gap >= 0; after an impact e times the speed before it",
             "V": "with k=: k d^(n+1)/(n+1), d how deep they are in each other",
-            "P": "c d'^2, or that which gives back e times the speed",
+            "P": "c d'^2, or that which gives back e times the speed; mu N |slip|",
         },
         line=Default(
             None, "", "normal of the line through Q, in the axes of Q's body; it points to P's side", "vector"
@@ -37,6 +38,7 @@ class Contact(Touching, Card):
         r=Default(0.0, "m", "radius of the round part about P", least=0.0),
         rq=Default(None, "m", "radius of the round part about Q; below 0: P is inside of that ring"),
         **touch.LAW,
+        **touch.FRICTION,
     )
     line: tuple[float, ...] | None
     r: float
@@ -45,6 +47,8 @@ class Contact(Touching, Card):
     c: float
     e: float | None
     n: float
+    mu: float
+    mus: float | None
     p: PointView
     q: PointView
 
@@ -60,6 +64,11 @@ class Contact(Touching, Card):
             said = f"{what}: a round part of r={self.r:g} does not go into a ring of {-self.rq:g}"
             sink.error("E238", said, self.place("rq"))
         touch.check(self, self.k, self.c, self.e, sink)
+        if self.mus is not None and self.mus < self.mu:
+            said = f"mus= of {what} is {self.mus:g}, less than mu= {self.mu:g}: what slides would be held more than what rests"
+            sink.error(
+                "E238", said, self.place("mus"), "mus= is for parts that stick to each other, the larger one"
+            )
 
     def leaves_plane(self) -> bool:
         return self.line is not None and len(self.line) == 3 and bool(self.line[2])
@@ -68,13 +77,34 @@ class Contact(Touching, Card):
         away = subtract(self.p.pos, self.q.pos)
         if self.line is not None:
             size = sum(c * c for c in self.line) ** 0.5
-            local = tuple(c / size for c in (*self.line, 0.0)[:3])
-            gap = dot(away, s.body_of(self, "q").direction(local)) - self.r
+            normal = s.body_of(self, "q").direction(tuple(c / size for c in (*self.line, 0.0)[:3]))
+            gap = dot(away, normal) - self.r
         else:
             assert self.rq is not None
             distance = s.b.call("sqrt", s.b.const(0.0) + dot(away, away))
             gap = distance - self.r - self.rq if self.rq > 0.0 else -self.rq - self.r - distance
+            normal = scale((1.0 if self.rq > 0.0 else -1.0) / distance, away)
         self.set_gaps(s, [(1.0, self.name, s.b.const(0.0) + gap)], "N")
+        if self.mu or self.mus:
+            self._rub(s, away, normal)
+
+    def _rub(self, s: Scene, away: Vector, normal: Vector) -> None:
+        """The slip: velocities of both parts where they touch, of P's part over that of Q's, across the normal."""
+        arm = scale(-self.r, normal)
+        turns = cross(s.body_of(self, "p").omega, arm), cross(s.body_of(self, "q").omega, add(away, arm))
+        slip = subtract(add(self.p.vel, turns[0]), add(self.q.vel, turns[1]))
+        if all(is_zero(c) for c in slip):
+            said = f"mu= of CONTACT {self.name} has no effect: its parts cannot slide along each other"
+            s.sink.note("N233", said, self.place("mu"))
+            return
+        axis = next((k for k in (2, 1, 0) if is_zero(slip[k]) and is_zero(normal[k])), None)
+        if axis is None:
+            said = f"mu= of CONTACT {self.name} is not supported yet where its parts can slide in two directions"
+            hint = "in a plane it is: bodies that neither turn nor go out of z = const; or a FRICTION with a force of its own"
+            s.sink.error("E254", said, self.place("mu"), hint)
+            return
+        along = cross([float(k == axis) for k in range(3)], normal)
+        self.set_slip(dot(slip, along), self.mu, self.mus)
 
     def probes(self, s: Scene) -> Probes:
         return self.touch_probes(s, "force")

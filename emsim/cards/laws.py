@@ -4,6 +4,7 @@ in the speeds, with a convex dissipation potential or the indicator of an inequa
     Relay(flow, bound, stick)    effort = -bound sgn(flow); at rest anything up to stick     Coulomb friction, clutches, brakes
     Corner(gap, e)               0 <= gap, 0 <= effort, one of them is 0; restitution e      rigid stops
     OneWay(flow)                 0 <= flow, 0 <= effort, one of them is 0                    freewheels
+    Slip(flow, corner, mu, mus)  a relay whose bound is mu times the effort of a corner      friction where rigid parts touch
 
 A stop is an ideal diode, friction a limiter of current. The power effort * flow goes into the machine: forces follow by
 differentiation. The engine knows when a mode ends and which follow (engine/src/modes.rs); no card writes event logic. Once the
@@ -21,7 +22,21 @@ if TYPE_CHECKING:
 class Law:
     """What laws have in common; `form` is the engine's word. Expressions before symbols are replaced."""
 
-    __slots__ = ("bound", "e", "effort", "flags", "flow", "form", "gap", "row", "second", "stick", "unit")
+    __slots__ = (
+        "bound",
+        "e",
+        "effort",
+        "flags",
+        "flow",
+        "form",
+        "gap",
+        "normal",
+        "row",
+        "second",
+        "stick",
+        "unit",
+        "where",
+    )
 
     def __init__(
         self,
@@ -35,6 +50,8 @@ class Law:
     ) -> None:
         self.form, self.flow, self.bound, self.stick, self.gap, self.e = form, flow, bound, stick, gap, e
         self.unit = unit  # of the effort
+        self.where: Expr | None = None  # a flag: without it there is no effort, and no mode to be left
+        self.normal: tuple[Law, float, float] | None = None  # by whose effort it is bounded: mu, and mus at rest
         # by the compiler
         self.row = self.second = -1  # unknowns: the effort, and of a corner the correction of positions
         self.effort: Expr
@@ -42,8 +59,11 @@ class Law:
 
 
 class Relay(Law):
-    def __init__(self, flow: Scalar, bound: Scalar, stick: Scalar, unit: str) -> None:
+    def __init__(
+        self, flow: Scalar, bound: Scalar, stick: Scalar, unit: str, where: Expr | None = None
+    ) -> None:
         super().__init__("relay", flow, bound, stick, None, 0.0, unit)
+        self.where = where
 
     @property
     def slides(self) -> Expr:
@@ -58,6 +78,14 @@ class Relay(Law):
     def mode(self) -> Expr:
         """0 sticks, -1 and 1 slide."""
         return self.flags[2]
+
+
+class Slip(Relay):
+    """Friction where a corner presses; the corner comes before it."""
+
+    def __init__(self, flow: Scalar, corner: Corner, mu: float, mus: float) -> None:
+        super().__init__(flow, 0.0, 0.0, "N")
+        self.normal = corner, mu, mus
 
 
 class Corner(Law):

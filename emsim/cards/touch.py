@@ -7,6 +7,9 @@ With d = -gap the depth, d' its rate and k d^n the elastic force:
 The second gives a mass against a wall exactly e times its speed back, whatever the speed, k and n: with y = d'/v along the
 touch, y dy/(1 + z y) = -(k/m v^2) d^n dd, whose two sides are zero over the touch where y ends at -e. (The well known
 z = 1.5 (1 - e) is that for e near 1.)
+
+Where the parts may also slide along each other, with mu=: friction |T| <= mu N against the slip (mus N while they stick), of rigid
+parts also in the instant of an impact.
 """
 
 from __future__ import annotations
@@ -14,7 +17,7 @@ from __future__ import annotations
 from math import log1p
 
 from .base import Default
-from .laws import Corner
+from .laws import Corner, Relay, Slip
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -32,6 +35,10 @@ LAW: dict[str, Any] = {
     "e": Default(None, "", "coefficient of restitution: speed after by speed before", least=0.0),
     "n": Default(1.0, "", "exponent of the elastic force k d^n, 1.5 for spheres", least=1.0),
 }  # fmt: skip
+FRICTION: dict[str, Any] = {
+    "mu": Default(0.0, "", "coefficient of friction while the parts slide along each other", least=0.0),
+    "mus": Default(None, "", "coefficient that must be overcome to start; mu unless given", least=0.0),
+}
 NOTHING = 1e-200  # [m^2] keeps the slope of a power at depth 0; steps go a little beyond
 SLOW = 1e-6  # [m/s, rad/s] parts that meet more slowly are damped as if they met with this
 
@@ -143,23 +150,32 @@ class Touching:
 
     touches: list[tuple[float, Touch]]
     corners: list[tuple[float, Rigid]]
+    rubs: list[Relay]
 
     def set_gaps(self, s: Scene, gaps: list[tuple[float, str, Scalar]], unit: str) -> None:
         """(sign, name, gap) of every place of touch; `unit` of its force. The law's parameters are attributes of the card."""
         k, c, e, n = (getattr(self, key) for key in LAW)
-        self.touches, self.corners = [], []
+        self.touches, self.corners, self.rubs = [], [], []
         for sign, name, gap in gaps:
             if k is None:
                 self.corners.append((sign, Rigid(gap, e, unit)))
             else:
                 self.touches.append((sign, Touch(s, name, gap, k, c, e, n)))
 
+    def set_slip(self, slip: Scalar, mu: float, mus: float | None) -> None:
+        """Speed of the parts along each other at the one place of touch [m/s], and coefficients of friction."""
+        mus = mu if mus is None else mus
+        for _, corner in self.corners:
+            self.rubs.append(Slip(slip, corner.law, mu, mus))
+        for _, touch in self.touches:
+            self.rubs.append(Relay(slip, mu * touch.force, mus * touch.force, "N", touch.on))
+
     @property
     def places(self) -> list[tuple[float, Touch | Rigid]]:
         return [*self.touches, *self.corners]
 
     def laws(self, s: Scene) -> list[Law]:
-        return [corner.law for _, corner in self.corners]
+        return [*(corner.law for _, corner in self.corners), *self.rubs]
 
     def taken(self, s: Scene) -> Scalar | None:
         """Kinetic energy that impacts have taken so far [J]."""
@@ -174,9 +190,10 @@ class Touching:
         return [(touch.damped, touch.rate) for _, touch in self.touches if touch.damped.value != 0.0]
 
     def losses(self, s: Scene) -> Scalar | None:
-        if not self.touches:
+        if not self.touches and not self.rubs:
             return None
-        return _sum(s, [-(touch.damped * touch.rate) for _, touch in self.touches])
+        rubbed = [-(law.effort * law.flow) for law in self.rubs if law.flow is not None]
+        return _sum(s, [*(-(touch.damped * touch.rate) for _, touch in self.touches), *rubbed])
 
     def touch_probes(self, s: Scene, word: str) -> Probes:
         gaps = [place.gap for _, place in self.places]
@@ -189,6 +206,11 @@ class Touching:
         }
         if self.corners:
             found["impulse"] = _sum(s, [sign * corner.law.impulse for sign, corner in self.corners])
+        for law in self.rubs:
+            assert law.flow is not None
+            on, slides = self.places[0][1].on, law.slides
+            found["friction"], found["slip"] = s.b.select(on, law.effort, 0.0), law.flow
+            found["mode"] = on * s.b.select(slides, s.b.select(law.mode, 2.0 * law.mode, 1.0), 1.0)
         return found
 
 

@@ -129,6 +129,16 @@ pub struct LawSpec {
     pub gap: Id,
     pub restitution: f64,
     pub flags: Vec<usize>,
+    /// of a relay where two parts touch: what presses them on each other
+    pub normal: Option<Normal>,
+}
+
+/// The law whose effort bounds a relay, by mu where it slides and mus where it sticks.
+#[derive(Clone, Copy, Debug)]
+pub struct Normal {
+    pub law: usize,
+    pub mu: f64,
+    pub mus: f64,
 }
 
 /// 0/1 state held between events: becomes 1 when `up` > 0, 0 when `down` < 0. Between the two it is what it was: at the start

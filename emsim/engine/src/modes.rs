@@ -5,14 +5,17 @@
 //!   relay     f = -F where w > 0, F where w < 0, |f| <= Fs at w = 0       Coulomb friction, clutch, brake
 //!   corner    0 <= g, 0 <= f, g f = 0, w = dg/dt, restitution e           rigid stop
 //!   one way   0 <= w, 0 <= f, w f = 0                                     freewheel
+//!   slip      a relay with F = mu f of a corner                           friction where parts touch
 //!
 //! Between events each is in a mode, which its flags tell, and equation (1) is smooth: a relay sticks (w = 0) or slides
 //! (f = -s F), a corner is open (f = 0) or closed (w = 0 with g = 0). Where a mode ends:
 //!
 //! 1. Impact, where a gap is closed and closing. Over an instant momenta alone change: u+ - u- = A p. Poisson's law in two problems,
-//!    compression (0 <= u, 0 <= p) and expansion (p >= (1 + e) p of the compression), which never raises the energy. Contacts that
-//!    approach are solved, then those that approach on account of that, and so on, as a shock wave goes through a row of balls. A rebound
-//!    lower than the length tolerance is none, which ends every series of them.
+//!    compression (0 <= u, 0 <= p) and expansion (p >= e p of the compression), each with |p along| <= mu p of its own. Where that
+//!    would raise the energy, as it may with friction at several places, the expansion is as large a part of it as does not. Contacts
+//!    that approach are solved, then those that approach on account of that, and so on, as a shock wave goes through a row of balls. A
+//!    rebound lower than the length tolerance is none, which ends every series of them. What they take together is shared among
+//!    those that take: rigid parts do not know where it was lost.
 //! 2. What has died is made exactly 0, by the least change of momenta; of relays where their friction has it done so in the time by which
 //!    the event was found late. (The flow of a piston is 0 at its dead centre too, and no friction stops the crank there.)
 //! 3. Which modes follow is asked a little later: of a step of implicit Euler with f as parameters, w = b + A f, which is a
@@ -20,14 +23,16 @@
 //!    again for ever. Laws that lock the same motion are redundant: one sticks, the others are held at the share of the load that
 //!    the solution of least norm gives them.
 //! 4. Where fs > fc those that let go pull the others: they are asked again until no more go.
-//! 5. Way out, where events pile up at one time: that short step itself is taken (Moreau 1988).
+//! 5. Way out, where events pile up at one time, or where no finite force keeps a touch sliding (Painleve 1895; it jams): that short
+//!    step itself is taken (Moreau 1988), in which everything that touches may stop.
 //!
 //! A = W^T M^-1 W and all that circuits and closed loops add to it is read from the factors of that step, a column a law.
-use crate::model::{Form, Law, LawSpec};
+use crate::model::{Form, Law, LawSpec, Normal};
 use crate::newton::{Newton, Tolerances};
 use crate::system::{Kind, Reading, System, Work};
 
 mod lcp;
+use lcp::Bounds;
 
 /// Thresholds of modes, in absolute tolerances of what they are about.
 const WIDE: f64 = 10.0;
@@ -67,6 +72,8 @@ pub struct Modes {
     count: u32,
     /// times at which the way out was taken
     pub stepped: Vec<f64>,
+    /// laws that no finite force kept sliding, with the time
+    pub jammed: Vec<(f64, usize)>,
 }
 
 /// Lengths of the short steps.
@@ -103,7 +110,7 @@ impl Look {
 impl Modes {
     pub fn new(sys: &System) -> Option<Modes> {
         let newton = Newton::new(sys).ok().filter(|_| sys.has_laws())?;
-        Some(Modes { newton, at: f64::NEG_INFINITY, count: 0, stepped: Vec::new() })
+        Some(Modes { newton, at: f64::NEG_INFINITY, count: 0, stepped: Vec::new(), jammed: Vec::new() })
     }
 
     /// Modes for the start, until they are decided: what moves slides, all else is free.
@@ -150,7 +157,7 @@ impl Modes {
         let longer = 10f64.powi((self.count.saturating_sub(MANY) / MANY).min(6) as i32);
         let piles = *t - self.at < 4.0 * longer * short.near;
         (self.at, self.count) = if piles { (self.at, self.count + 1) } else { (*t, 1) };
-        let (_, slopes) = sys.read_laws(w, x, *t);
+        let (before, slopes) = sys.read_laws(w, x, *t);
         let moves = thresholds(sys, &slopes, tol);
         let gaps = gap_thresholds(sys, tol);
         put_bands(sys, w, &moves, &gaps, tol);
@@ -173,6 +180,10 @@ impl Modes {
                 }
                 continue;
             }
+            if law.normal.is_some_and(|normal| !asked.contains(&normal.law)) {
+                put_relay(sys, w, law, true, 0.0, 0.0);
+                continue;
+            }
             let [slid, side, shown] = [SLIDES, SIDE, SHOWN].map(|j| w.flags[law.flags[j]]);
             let returns = hit(k) && slid != 0.0 && flow * side <= 0.0 && side.abs() == 1.0;
             if flow.abs() > moves[k] && !returns {
@@ -193,10 +204,13 @@ impl Modes {
         let mut free = vec![f64::INFINITY; asked.len()];
         let stopped = loop {
             let least: Vec<f64> = free.iter().map(|f| -f).collect();
-            let Some(solution) = lcp::solve(&look.a, &look.b, &least, &free) else { return false };
+            let Some(solution) = lcp::solve(&look.a, &look.b, &Bounds::new(least, free.clone())) else { return false };
             let mut dies = true;
             for (i, &k) in asked.iter().enumerate().filter(|&(_, &k)| list[k].form == Form::Relay) {
-                let most = LATE * short.late * readings[k].stick.max(readings[k].bound);
+                let stick = readings[k].stick.max(readings[k].bound);
+                // (what a touch presses with is part of the solution)
+                let stick = if list[k].normal.is_some() { before[k].stick.max(before[k].bound) } else { stick };
+                let most = LATE * short.late * stick;
                 if free[i] > 0.0 && solution.f[i].abs() * short.instant > most {
                     (free[i], dies) = (0.0, false);
                 }
@@ -211,37 +225,43 @@ impl Modes {
         // a little later
         let (readings, _) = sys.read_laws(w, x, *t);
         let ahead = short.ahead * longer;
-        let Some(look) = self.look(sys, w, x, *t, ahead, &asked, tol) else { return false };
-        let m = asked.len();
         let mut readings = readings;
-        let mut again = LOADS;
-        let (solution, goes, lo, hi) = loop {
-            let found = follows(&look, list, &readings, &asked);
-            let Some(found) = found else { return false };
-            // friction by a load that depends on the friction: until both agree
-            let (after, _) = sys.read_laws(w, &look.at(&found.0.f), *t + ahead);
-            let agree = |a: f64, b: f64| (a - b).abs() <= AGREE * a.abs().max(b.abs());
-            let settled = asked
-                .iter()
-                .all(|&k| agree(after[k].stick, readings[k].stick) && agree(after[k].bound, readings[k].bound));
-            again -= 1;
-            if settled || again == 0 {
-                break found;
+        let mut jams = false;
+        let (look, solution, goes) = loop {
+            let Some(look) = self.look(sys, w, x, *t, ahead, &asked, tol) else { return false };
+            if let Some((solution, goes)) = follows(sys, w, &look, &mut readings, &asked, *t + ahead) {
+                break (look, solution, goes);
             }
-            readings = after;
+            // whatever slides where parts touch may stop
+            let slides = |k: &usize| {
+                let touches = list[*k].normal.is_some_and(|normal| asked.contains(&normal.law));
+                touches && !asked.contains(k)
+            };
+            let more: Vec<usize> = (0..list.len()).filter(slides).collect();
+            if more.is_empty() {
+                return false;
+            }
+            for &k in &more {
+                put_relay(sys, w, &list[k], true, 0.0, 0.0);
+                self.jammed.push((*t, k));
+            }
+            (asked, jams) = ([asked, more].concat(), true);
         };
-        if self.count > MANY {
+        let m = asked.len();
+        if self.count > MANY || jams {
             self.go(sys, x, &look.at(&solution.f));
             *t += ahead;
-            self.stepped.push(*t);
+            if !jams {
+                self.stepped.push(*t);
+            }
         }
         let locks: Vec<usize> = (0..m)
             .filter(|&i| match list[asked[i]].form {
-                Form::Relay => goes[i] == 0.0 && solution.f[i] > lo[i] && solution.f[i] < hi[i],
+                Form::Relay => goes[i] == 0.0 && !solution.bound[i],
                 _ => solution.f[i] > 0.0,
             })
             .collect();
-        let locked = lcp::independent(&look.a, m, &locks);
+        let locked = lcp::independent(&look.a, m, &locks, &|i| list[asked[i]].form != Form::Relay);
         for (i, &k) in asked.iter().enumerate() {
             let (law, f, bound) = (&list[k], solution.f[i], readings[k].bound);
             let locked = locked.contains(&i);
@@ -285,15 +305,17 @@ impl Modes {
                 return true;
             }
             let together = round >= ROUNDS;
-            let struck: Vec<usize> = (0..list.len())
-                .filter(|&k| {
-                    let rests = near(k) && readings[k].flow <= moves[k] && (list[k].restitution == 0.0 || together);
-                    approaches(k) || rests
-                })
-                .collect();
-            for law in list {
+            let strikes = |k: usize| {
+                let rests = near(k) && readings[k].flow <= moves[k] && (list[k].restitution == 0.0 || together);
+                approaches(k) || rests
+            };
+            let struck: Vec<usize> =
+                (0..list.len()).filter(|&k| strikes(list[k].normal.map_or(k, |normal| normal.law))).collect();
+            for (k, law) in list.iter().enumerate() {
                 match law.form {
-                    Form::Relay if w.flags[law.flags[SLIDES]] == 0.0 => put_relay(sys, w, law, true, 0.0, 0.0),
+                    Form::Relay if w.flags[law.flags[SLIDES]] == 0.0 || struck.contains(&k) => {
+                        put_relay(sys, w, law, true, 0.0, 0.0);
+                    }
                     Form::Relay => {}
                     _ => sys.put_mode(w, law.flags[CLOSED], 0.0),
                 }
@@ -306,7 +328,7 @@ impl Modes {
                 let fall = |k: usize| {
                     let most: Vec<f64> =
                         all.iter().map(|&j| if j != k && lies(j) { f64::INFINITY } else { 0.0 }).collect();
-                    let held = lcp::solve(&look.a, &change, &vec![0.0; most.len()], &most);
+                    let held = lcp::solve(&look.a, &change, &Bounds::new(vec![0.0; most.len()], most));
                     -held.map_or(change[k], |held| held.w[k]) / short.ahead
                 };
                 falls = Some(all.iter().map(|&k| if list[k].restitution > 0.0 { fall(k) } else { 0.0 }).collect());
@@ -314,8 +336,12 @@ impl Modes {
             let falls = falls.as_deref().unwrap_or(&[]);
             let Some(look) = self.look(sys, w, x, *t, short.instant, &struck, tol) else { return false };
             let m = struck.len();
-            let endless = vec![f64::INFINITY; m];
-            let Some(press) = lcp::solve(&look.a, &look.b, &vec![0.0; m], &endless) else { return false };
+            let pushes = |k: usize| if list[k].form == Form::Relay { 0.0 } else { f64::INFINITY };
+            let mut bounds = Bounds::new(vec![0.0; m], struck.iter().map(|&k| pushes(k)).collect());
+            for (i, &k) in struck.iter().enumerate() {
+                bounds.with[i] = with(&struck, list[k].normal, |normal| normal.mu);
+            }
+            let Some(press) = lcp::solve(&look.a, &look.b, &bounds) else { return false };
             let restitution = |k: usize| {
                 let rebound = list[k].restitution * readings[k].flow.abs();
                 let rests = falls[k] > 0.0 && rebound * rebound < 2.0 * falls[k] * REST * gaps[k];
@@ -325,18 +351,27 @@ impl Modes {
                     list[k].restitution
                 }
             };
-            let least: Vec<f64> = struck.iter().zip(&press.f).map(|(&k, f)| (1.0 + restitution(k)) * f).collect();
-            let Some(whole) = lcp::solve(&look.a, &look.b, &least, &endless) else { return false };
+            for (i, &k) in struck.iter().enumerate().filter(|&(_, &k)| list[k].form != Form::Relay) {
+                bounds.lo[i] = restitution(k) * press.f[i];
+            }
+            let Some(back) = lcp::solve(&look.a, &press.w, &bounds) else { return false };
+            let (f, after) = expanded(&look.b, &press, &back);
+            // what it takes, by the law that presses
+            let mut lost = vec![0.0; list.len()];
             for (i, &k) in struck.iter().enumerate() {
-                let impulse = whole.f[i] * short.instant;
-                let lost = -0.5 * impulse * (look.b[i] + whole.w[i]);
-                for (which, by) in [(HITS, f64::from(u8::from(approaches(k)))), (IMPULSE, impulse), (LOST, lost)] {
-                    if let Some(&flag) = list[k].flags.get(which) {
-                        w.flags[flag] += by;
-                    }
+                let of = list[k].normal.map_or(k, |normal| normal.law);
+                lost[of] -= 0.5 * short.instant * f[i] * (look.b[i] + after[i]);
+            }
+            let whole = lost.iter().sum::<f64>().max(0.0);
+            let taken = lost.iter().map(|lost| lost.max(0.0)).sum::<f64>();
+            for (i, &k) in struck.iter().enumerate().filter(|&(_, &k)| list[k].form == Form::Corner) {
+                let share = if taken > 0.0 { lost[k].max(0.0) / taken } else { 0.0 };
+                let hits = f64::from(u8::from(approaches(k)));
+                for (which, by) in [(HITS, hits), (IMPULSE, f[i] * short.instant), (LOST, share * whole)] {
+                    w.flags[list[k].flags[which]] += by;
                 }
             }
-            self.go(sys, x, &look.at(&whole.f));
+            self.go(sys, x, &look.at(&f));
             *t += short.instant;
         }
         true
@@ -396,34 +431,90 @@ impl Modes {
     }
 }
 
-/// Efforts of the laws that are asked, which of them go and which way, and the bounds that then hold; None without a solution.
-#[allow(clippy::type_complexity)]
+/// The bounds of a law's effort that go with another one of `which`, by a coefficient of friction.
+fn with(which: &[usize], normal: Option<Normal>, mu: impl Fn(Normal) -> f64) -> Option<(usize, f64, f64)> {
+    let normal = normal?;
+    Some((which.iter().position(|&k| k == normal.law)?, -mu(normal), mu(normal)))
+}
+
+/// Efforts and flows behind the expansion `back` that follows the compression `press` of flows b: as much of it as does not raise the
+/// energy.
+fn expanded(b: &[f64], press: &lcp::Solution, back: &lcp::Solution) -> (Vec<f64>, Vec<f64>) {
+    let change: Vec<f64> = back.w.iter().zip(&press.w).map(|(after, before)| after - before).collect();
+    let both: Vec<f64> = b.iter().zip(&press.w).map(|(b, w)| b + w).collect();
+    let product = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+    // twice the work of press + s back
+    let (none, some, square) =
+        (product(&press.f, &both), product(&press.f, &change) + product(&back.f, &both), product(&back.f, &change));
+    let size = none.abs() + some.abs() + square.abs();
+    let part = if none + some + square <= NOTHING * size {
+        1.0
+    } else {
+        ((-some + (some * some - 4.0 * none * square).max(0.0).sqrt()) / (2.0 * square)).clamp(0.0, 1.0)
+    };
+    let sum = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a + part * b).collect();
+    (sum(&press.f, &back.f), sum(&press.w, &change))
+}
+
+/// Efforts of the laws that are asked, and which of them go and which way; None without a solution. `readings` become those at the end
+/// of the step.
 fn follows(
+    sys: &System,
+    w: &mut Work,
     look: &Look,
-    list: &[LawSpec],
-    readings: &[Reading],
+    readings: &mut Vec<Reading>,
     asked: &[usize],
-) -> Option<(lcp::Solution, Vec<f64>, Vec<f64>, Vec<f64>)> {
-    let bounds = |k: usize| match list[k].form {
+    end: f64,
+) -> Option<(lcp::Solution, Vec<f64>)> {
+    for again in 0..LOADS {
+        let found = bounded(look, &sys.laws.list, readings, asked)?;
+        // friction by a load that depends on the friction: until both agree
+        let (after, _) = sys.read_laws(w, &look.at(&found.0.f), end);
+        let agree = |a: f64, b: f64| (a - b).abs() <= AGREE * a.abs().max(b.abs());
+        let settled = asked
+            .iter()
+            .filter(|&&k| sys.laws.list[k].normal.is_none())
+            .all(|&k| agree(after[k].stick, readings[k].stick) && agree(after[k].bound, readings[k].bound));
+        *readings = after;
+        if settled || again + 1 == LOADS {
+            return Some(found);
+        }
+    }
+    None
+}
+
+/// The same with bounds as they are known.
+fn bounded(look: &Look, list: &[LawSpec], readings: &[Reading], asked: &[usize]) -> Option<(lcp::Solution, Vec<f64>)> {
+    let own = |k: usize| match list[k].form {
+        Form::Relay if list[k].normal.is_some() => (0.0, 0.0),
         Form::Relay => (-readings[k].stick.max(readings[k].bound), readings[k].stick.max(readings[k].bound)),
         _ => (0.0, f64::INFINITY),
     };
-    let (mut lo, mut hi): (Vec<f64>, Vec<f64>) = asked.iter().map(|&k| bounds(k)).unzip();
+    let (lo, hi): (Vec<f64>, Vec<f64>) = asked.iter().map(|&k| own(k)).unzip();
+    let mut bounds = Bounds::new(lo, hi);
     let m = asked.len();
+    for (i, &k) in asked.iter().enumerate() {
+        bounds.with[i] = with(asked, list[k].normal, |normal| normal.mus.max(normal.mu));
+    }
     let mut goes = vec![0.0; m];
     loop {
-        let solution = lcp::solve(&look.a, &look.b, &lo, &hi)?;
+        let solution = lcp::solve(&look.a, &look.b, &bounds)?;
         let size = |i: usize| look.b[i].abs() + (0..m).map(|j| (look.a[i * m + j] * solution.f[j]).abs()).sum::<f64>();
         let before = goes.clone();
         for (i, &k) in asked.iter().enumerate().filter(|&(_, &k)| list[k].form == Form::Relay) {
             let w = solution.w[i];
-            if goes[i] == 0.0 && w.abs() > NOTHING * size(i) && (solution.f[i] == lo[i] || solution.f[i] == hi[i]) {
+            if goes[i] == 0.0 && w.abs() > NOTHING * size(i) && solution.bound[i] {
                 goes[i] = w.signum();
-                (lo[i], hi[i]) = (-goes[i] * readings[k].bound, -goes[i] * readings[k].bound);
+                if let Some((of, ..)) = bounds.with[i] {
+                    let share = -goes[i] * list[k].normal.map_or(0.0, |normal| normal.mu);
+                    bounds.with[i] = Some((of, share, share));
+                } else {
+                    (bounds.lo[i], bounds.hi[i]) = (-goes[i] * readings[k].bound, -goes[i] * readings[k].bound);
+                }
             }
         }
         if goes == before {
-            return Some((solution, goes, lo, hi));
+            return Some((solution, goes));
         }
     }
 }

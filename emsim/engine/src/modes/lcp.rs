@@ -1,8 +1,9 @@
 //! Boxed linear complementarity problem:  w = b + A f,  lo <= f <= hi,  w = 0 inside, w >= 0 at lo, w <= 0 at hi.
+//! Friction where parts touch has bounds that go with another effort, lo + l f(n) and hi + h f(n).
 //!
 //! A = W^T M^-1 W is symmetric and positive semidefinite up to what circuits add; a little on the diagonal makes it definite, and its
 //! solution is then the least of those there are (effort shared equally where that decides nothing). Principal pivoting by the
-//! least index (Murty 1974), which ends for such matrices; where rounding keeps it from that, projected Gauss-Seidel.
+//! least index (Murty 1974), which ends for such matrices; where rounding or much friction keeps it from that, projected Gauss-Seidel.
 
 /// Part of the largest diagonal entry.
 const REGULAR: f64 = 1e-10;
@@ -18,33 +19,68 @@ enum At {
 pub struct Solution {
     pub f: Vec<f64>,
     pub w: Vec<f64>,
+    /// which of f are at a bound
+    pub bound: Vec<bool>,
+}
+
+/// Bounds of efforts.
+#[derive(Clone)]
+pub struct Bounds {
+    pub lo: Vec<f64>,
+    pub hi: Vec<f64>,
+    /// the effort that they go with, and how much of it is added to lo and hi
+    pub with: Vec<Option<(usize, f64, f64)>>,
+}
+
+impl Bounds {
+    pub fn new(lo: Vec<f64>, hi: Vec<f64>) -> Bounds {
+        let with = vec![None; lo.len()];
+        Bounds { lo, hi, with }
+    }
+
+    fn low(&self, i: usize, f: &[f64]) -> f64 {
+        self.lo[i] + self.with[i].map_or(0.0, |(n, l, _)| l * f[n])
+    }
+
+    fn high(&self, i: usize, f: &[f64]) -> f64 {
+        self.hi[i] + self.with[i].map_or(0.0, |(n, _, h)| h * f[n])
+    }
+
+    fn fixed(&self, i: usize) -> bool {
+        self.lo[i] == self.hi[i] && self.with[i].is_none_or(|(_, l, h)| l == h)
+    }
 }
 
 /// A by rows. None where there is no solution within rounding.
-pub fn solve(a: &[f64], b: &[f64], lo: &[f64], hi: &[f64]) -> Option<Solution> {
+pub fn solve(a: &[f64], b: &[f64], bounds: &Bounds) -> Option<Solution> {
     let n = b.len();
     let largest = (0..n).map(|i| a[i * n + i].abs()).fold(0.0, f64::max);
     let mut a = a.to_vec();
     (0..n).for_each(|i| a[i * n + i] += REGULAR * largest.max(f64::MIN_POSITIVE));
-    let mut at: Vec<At> = (0..n).map(|i| if lo[i] == hi[i] { At::Low } else { At::Inside }).collect();
+    // what can open is open at first: where friction leaves two answers, that is the one
+    let opens = |i: usize| bounds.lo[i].is_finite() && bounds.hi[i].is_infinite();
+    let mut at: Vec<At> = (0..n).map(|i| if bounds.fixed(i) || opens(i) { At::Low } else { At::Inside }).collect();
     for _ in 0..100 + 40 * n {
-        let f = inside(&a, b, lo, hi, &at)?;
+        let Some(f) = inside(&a, b, bounds, &at) else { break };
         let w = flows(&a, b, &f);
         let size = |i: usize| b[i].abs() + (0..n).map(|j| (a[i * n + j] * f[j]).abs()).sum::<f64>();
         let wrong = |i: usize| match at[i] {
-            _ if lo[i] == hi[i] => None,
-            At::Inside if f[i] < lo[i] => Some(At::Low),
-            At::Inside if f[i] > hi[i] => Some(At::High),
+            _ if bounds.fixed(i) => None,
+            At::Inside if f[i] < bounds.low(i, &f) => Some(At::Low),
+            At::Inside if f[i] > bounds.high(i, &f) => Some(At::High),
             At::Low if w[i] < -1e-12 * size(i) => Some(At::Inside),
             At::High if w[i] > 1e-12 * size(i) => Some(At::Inside),
             _ => None,
         };
         match (0..n).find_map(|i| Some((i, wrong(i)?))) {
             Some((i, to)) => at[i] = to,
-            None => return Some(Solution { f, w }),
+            None => {
+                let bound = at.iter().map(|&at| at != At::Inside).collect();
+                return Some(Solution { f, w, bound });
+            }
         }
     }
-    relaxed(&a, b, lo, hi)
+    relaxed(&a, b, bounds)
 }
 
 fn flows(a: &[f64], b: &[f64], f: &[f64]) -> Vec<f64> {
@@ -53,22 +89,36 @@ fn flows(a: &[f64], b: &[f64], f: &[f64]) -> Vec<f64> {
 }
 
 /// Efforts where those inside make their flows 0.
-fn inside(a: &[f64], b: &[f64], lo: &[f64], hi: &[f64], at: &[At]) -> Option<Vec<f64>> {
+fn inside(a: &[f64], b: &[f64], bounds: &Bounds, at: &[At]) -> Option<Vec<f64>> {
     let n = b.len();
-    let mut f: Vec<f64> = (0..n)
-        .map(|i| match at[i] {
-            At::Inside => 0.0,
-            At::Low => lo[i],
-            At::High => hi[i],
-        })
-        .collect();
+    // those at bounds that go with others come after these
+    let put = |f: &mut Vec<f64>| {
+        for goes in [false, true] {
+            for i in (0..n).filter(|&i| bounds.with[i].is_some() == goes) {
+                match at[i] {
+                    At::Inside => {}
+                    At::Low => f[i] = bounds.low(i, f),
+                    At::High => f[i] = bounds.high(i, f),
+                }
+            }
+        }
+    };
+    let mut f = vec![0.0; n];
+    put(&mut f);
     let w = flows(a, b, &f);
     let own: Vec<usize> = (0..n).filter(|&i| at[i] == At::Inside).collect();
-    let matrix: Vec<f64> = own.iter().flat_map(|&i| own.iter().map(move |&j| a[i * n + j])).collect();
+    let mut a = a.to_vec();
+    for (i, &with) in bounds.with.iter().enumerate() {
+        let (Some((of, l, h)), true) = (with, at[i] != At::Inside) else { continue };
+        let share = if at[i] == At::Low { l } else { h };
+        (0..n).for_each(|r| a[r * n + of] += share * a[r * n + i]);
+    }
+    let matrix: Vec<f64> = own.iter().flat_map(|&i| own.iter().map(|&j| a[i * n + j]).collect::<Vec<_>>()).collect();
     let right: Vec<f64> = own.iter().map(|&i| -w[i]).collect();
     for (&i, v) in own.iter().zip(dense(matrix, right)?) {
         f[i] = v;
     }
+    put(&mut f);
     Some(f)
 }
 
@@ -97,39 +147,46 @@ pub fn dense(mut m: Vec<f64>, mut r: Vec<f64>) -> Option<Vec<f64>> {
     Some(r)
 }
 
-fn relaxed(a: &[f64], b: &[f64], lo: &[f64], hi: &[f64]) -> Option<Solution> {
+fn relaxed(a: &[f64], b: &[f64], bounds: &Bounds) -> Option<Solution> {
     let n = b.len();
-    let mut f: Vec<f64> = (0..n).map(|i| 0.0_f64.clamp(lo[i], hi[i])).collect();
+    let mut f = vec![0.0; n];
+    let clamp = |f: &[f64], i: usize, v: f64| v.max(bounds.low(i, f)).min(bounds.high(i, f));
+    (0..n).for_each(|i| f[i] = clamp(&f, i, 0.0));
     for _ in 0..SWEEPS {
         let mut moved = 0.0_f64;
         for i in 0..n {
             let w = b[i] + (0..n).map(|j| a[i * n + j] * f[j]).sum::<f64>();
-            let new = (f[i] - w / a[i * n + i]).clamp(lo[i], hi[i]);
+            let new = clamp(&f, i, f[i] - w / a[i * n + i]);
             moved = moved.max((new - f[i]).abs() / (1e-300 + new.abs()));
             f[i] = new;
         }
         if moved < 1e-13 {
             let w = flows(a, b, &f);
-            return f.iter().all(|v| v.is_finite()).then_some(Solution { f, w });
+            let bound = (0..n).map(|i| f[i] <= bounds.low(i, &f) || f[i] >= bounds.high(i, &f)).collect();
+            return f.iter().all(|v| v.is_finite()).then_some(Solution { f, w, bound });
         }
     }
     None
 }
 
-/// A largest set of `which` whose rows of A are independent, by pivoted elimination; larger diagonals first.
-pub fn independent(a: &[f64], n: usize, which: &[usize]) -> Vec<usize> {
+/// A largest set of `which` whose rows of A are independent, by pivoted elimination; those of `first` first, then larger diagonals.
+pub fn independent(a: &[f64], n: usize, which: &[usize], first: &dyn Fn(usize) -> bool) -> Vec<usize> {
     let k = which.len();
     let mut m: Vec<f64> = which.iter().flat_map(|&i| which.iter().map(move |&j| a[i * n + j])).collect();
-    let first: Vec<f64> = (0..k).map(|i| m[i * k + i].abs()).collect();
-    let largest = first.iter().copied().fold(0.0, f64::max);
+    let begun: Vec<f64> = (0..k).map(|i| m[i * k + i].abs()).collect();
+    let largest = begun.iter().copied().fold(0.0, f64::max);
     let (mut left, mut found): (Vec<usize>, Vec<usize>) = ((0..k).collect(), Vec::new());
-    while let Some(p) = left.iter().copied().max_by(|&i, &j| m[i * k + i].total_cmp(&m[j * k + j]).then(j.cmp(&i))) {
+    let rank = |i: &usize, j: &usize, m: &[f64]| {
+        let own = |i: usize| first(which[i]);
+        own(*i).cmp(&own(*j)).then(m[i * k + i].total_cmp(&m[j * k + j])).then(j.cmp(i))
+    };
+    while let Some(p) = left.iter().copied().max_by(|i, j| rank(i, j, &m)) {
         let pivot = m[p * k + p];
-        if pivot <= 1e-9 * first[p] || pivot <= 1e-14 * largest {
-            break;
+        left.retain(|&i| i != p);
+        if pivot <= 1e-9 * begun[p] || pivot <= 1e-14 * largest {
+            continue;
         }
         found.push(which[p]);
-        left.retain(|&i| i != p);
         for &i in &left {
             let by = m[i * k + p] / pivot;
             for &j in &left {
@@ -164,7 +221,7 @@ mod tests {
             let corner = round % 3 == 0;
             let lo: Vec<f64> = (0..n).map(|i| if corner && i % 2 == 0 { 0.0 } else { -0.3 }).collect();
             let hi: Vec<f64> = (0..n).map(|i| if corner && i % 2 == 0 { f64::INFINITY } else { 0.3 }).collect();
-            let s = solve(&a, &b, &lo, &hi).expect("there is a solution");
+            let s = solve(&a, &b, &Bounds::new(lo.clone(), hi.clone())).expect("there is a solution");
             for i in 0..n {
                 assert!(s.f[i] >= lo[i] - 1e-9 && s.f[i] <= hi[i] + 1e-9);
                 assert!(s.w[i] > -1e-7 || s.f[i] > hi[i] - 1e-7, "{i}: {} {}", s.w[i], s.f[i]);
@@ -177,8 +234,44 @@ mod tests {
     #[test]
     fn what_is_redundant_shares_equally() {
         let a = [1.0, 1.0, 1.0, 1.0];
-        let s = solve(&a, &[-1.0, -1.0], &[-3.0, -3.0], &[3.0, 3.0]).expect("there is a solution");
+        let bounds = Bounds::new(vec![-3.0, -3.0], vec![3.0, 3.0]);
+        let s = solve(&a, &[-1.0, -1.0], &bounds).expect("there is a solution");
         assert!((s.f[0] - 0.5).abs() < 1e-6 && (s.f[1] - 0.5).abs() < 1e-6);
-        assert_eq!(independent(&a, 2, &[0, 1]), vec![0]);
+        assert_eq!(independent(&a, 2, &[0, 1], &|_| false), vec![0]);
+        assert_eq!(independent(&a, 2, &[0, 1], &|i| i == 1), vec![1]);
+    }
+
+    /// Random touches of a rigid part with friction: (normal, tangent) pairs, bounds that go with the normal effort.
+    #[test]
+    fn friction_of_touches_is_complementary() {
+        let mut seed = 0.731_f64;
+        let mut random = || {
+            seed = (seed * 997.0 + 0.123_456_7).fract();
+            2.0 * seed - 1.0
+        };
+        for round in 0..400 {
+            let (touches, rank) = (1 + round % 3, 3 + round % 2);
+            let (n, mu) = (2 * touches, 0.05 + 0.3 * (round % 3) as f64);
+            let w: Vec<f64> = (0..n * rank).map(|_| random()).collect();
+            let a: Vec<f64> =
+                (0..n * n).map(|k| (0..rank).map(|r| w[(k / n) * rank + r] * w[(k % n) * rank + r]).sum()).collect();
+            let motion: Vec<f64> = (0..rank).map(|_| random()).collect();
+            let b: Vec<f64> = (0..n).map(|i| (0..rank).map(|r| w[i * rank + r] * motion[r]).sum()).collect();
+            let mut bounds = Bounds::new(vec![0.0; n], vec![0.0; n]);
+            for i in 0..touches {
+                bounds.hi[2 * i] = f64::INFINITY;
+                bounds.with[2 * i + 1] = Some((2 * i, -mu, mu));
+            }
+            let s = solve(&a, &b, &bounds).expect("an impact without restitution has a solution");
+            let mut work = 0.0;
+            for i in 0..n {
+                work += 0.5 * s.f[i] * (b[i] + s.w[i]);
+                let (low, high) = (bounds.low(i, &s.f), bounds.high(i, &s.f));
+                assert!(s.f[i] >= low - 1e-7 && s.f[i] <= high + 1e-7);
+                assert!(s.w[i] > -1e-6 || s.f[i] > high - 1e-6, "{round} {i}: {} {}", s.w[i], s.f[i]);
+                assert!(s.w[i] < 1e-6 || s.f[i] < low + 1e-6, "{round} {i}: {} {}", s.w[i], s.f[i]);
+            }
+            assert!(work < 1e-9);
+        }
     }
 }

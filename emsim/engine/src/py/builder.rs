@@ -9,7 +9,7 @@ use crate::devices::Climate;
 use crate::fmi::packed::Equations;
 use crate::graph::{Fun, Graph, Id, Node};
 use crate::logic;
-use crate::model::{Delay, Form, Law, LawSpec};
+use crate::model::{Delay, Form, Law, LawSpec, Normal};
 use crate::system::{FlagSpec, Force, Kind, Model, Unknown};
 use crate::tape::{Inputs, Tape};
 use crate::waves::Wave;
@@ -225,7 +225,7 @@ impl Builder {
     }
 
     /// A set-valued law between the unknown `row` and a flow: see `LawSpec`.
-    #[pyo3(signature = (form, row, flow, bound, stick, gap, restitution, flags))]
+    #[pyo3(signature = (form, row, flow, bound, stick, gap, restitution, flags, normal=None))]
     #[allow(clippy::too_many_arguments)]
     fn law(
         &mut self,
@@ -237,6 +237,7 @@ impl Builder {
         gap: &Bound<'_, PyAny>,
         restitution: f64,
         flags: Vec<Bound<'_, PyAny>>,
+        normal: Option<(usize, f64, f64)>,
     ) -> PyResult<()> {
         let form = match form {
             "relay" => Form::Relay,
@@ -255,7 +256,15 @@ impl Builder {
             }
         }
         self.row(row as i64)?;
-        self.model()?.laws.push(LawSpec { form, row, flow, bound, stick, gap, restitution, flags: numbers });
+        let laws = &mut self.model()?.laws;
+        let normal = match normal {
+            None => None,
+            Some((of, mu, mus)) => match laws.iter().position(|law| law.row == of) {
+                Some(law) => Some(Normal { law, mu, mus }),
+                None => return Err(PyValueError::new_err("no law bounds it")),
+            },
+        };
+        laws.push(LawSpec { form, row, flow, bound, stick, gap, restitution, flags: numbers, normal });
         Ok(())
     }
 

@@ -71,7 +71,9 @@ impl System {
         for (law, at) in self.laws.list.iter().zip(readings) {
             if law.form == Form::Relay {
                 let side = if at.flow == 0.0 { 0.0 } else { at.flow.signum() };
-                let values = [f64::from(u8::from(side != 0.0)), side, side];
+                // (where parts touch a point shows it by whether they do)
+                let free = law.normal.is_some_and(|normal| w.flags[self.laws.list[normal.law].flags[0]] == 0.0);
+                let values = [f64::from(u8::from(side != 0.0 || free)), side, side];
                 law.flags.iter().zip(values).for_each(|(&flag, value)| w.flags[flag] = value);
             } else {
                 w.flags[law.flags[0]] = f64::from(u8::from(at.gap <= 0.0 && at.flow <= 0.0));
