@@ -7,6 +7,7 @@
 
 /// Part of the largest diagonal entry.
 const REGULAR: f64 = 1e-10;
+const REFINED: usize = 3;
 const SWEEPS: usize = 20_000;
 
 #[derive(Clone, Copy, PartialEq)]
@@ -55,14 +56,13 @@ impl Bounds {
 pub fn solve(a: &[f64], b: &[f64], bounds: &Bounds) -> Option<Solution> {
     let n = b.len();
     let largest = (0..n).map(|i| a[i * n + i].abs()).fold(0.0, f64::max);
-    let mut a = a.to_vec();
-    (0..n).for_each(|i| a[i * n + i] += REGULAR * largest.max(f64::MIN_POSITIVE));
+    let little = REGULAR * largest.max(f64::MIN_POSITIVE);
     // what can open is open at first: where friction leaves two answers, that is the one
     let opens = |i: usize| bounds.lo[i].is_finite() && bounds.hi[i].is_infinite();
     let mut at: Vec<At> = (0..n).map(|i| if bounds.fixed(i) || opens(i) { At::Low } else { At::Inside }).collect();
     for _ in 0..100 + 40 * n {
-        let Some(f) = inside(&a, b, bounds, &at) else { break };
-        let w = flows(&a, b, &f);
+        let Some(f) = inside(a, b, bounds, &at, little) else { break };
+        let w = flows(a, b, &f);
         let size = |i: usize| b[i].abs() + (0..n).map(|j| (a[i * n + j] * f[j]).abs()).sum::<f64>();
         let wrong = |i: usize| match at[i] {
             _ if bounds.fixed(i) => None,
@@ -80,7 +80,7 @@ pub fn solve(a: &[f64], b: &[f64], bounds: &Bounds) -> Option<Solution> {
             }
         }
     }
-    relaxed(&a, b, bounds)
+    relaxed(a, b, bounds, little)
 }
 
 fn flows(a: &[f64], b: &[f64], f: &[f64]) -> Vec<f64> {
@@ -88,8 +88,8 @@ fn flows(a: &[f64], b: &[f64], f: &[f64]) -> Vec<f64> {
     (0..n).map(|i| b[i] + (0..n).map(|j| a[i * n + j] * f[j]).sum::<f64>()).collect()
 }
 
-/// Efforts where those inside make their flows 0.
-fn inside(a: &[f64], b: &[f64], bounds: &Bounds, at: &[At]) -> Option<Vec<f64>> {
+/// Efforts where those inside make their flows 0; with a little on the diagonal, and what that leaves of the flows taken off again.
+fn inside(a: &[f64], b: &[f64], bounds: &Bounds, at: &[At], little: f64) -> Option<Vec<f64>> {
     let n = b.len();
     // those at bounds that go with others come after these
     let put = |f: &mut Vec<f64>| {
@@ -103,20 +103,24 @@ fn inside(a: &[f64], b: &[f64], bounds: &Bounds, at: &[At]) -> Option<Vec<f64>> 
             }
         }
     };
-    let mut f = vec![0.0; n];
-    put(&mut f);
-    let w = flows(a, b, &f);
     let own: Vec<usize> = (0..n).filter(|&i| at[i] == At::Inside).collect();
-    let mut a = a.to_vec();
+    let mut bound = a.to_vec();
+    (0..n).for_each(|i| bound[i * n + i] += little);
     for (i, &with) in bounds.with.iter().enumerate() {
         let (Some((of, l, h)), true) = (with, at[i] != At::Inside) else { continue };
         let share = if at[i] == At::Low { l } else { h };
-        (0..n).for_each(|r| a[r * n + of] += share * a[r * n + i]);
+        (0..n).for_each(|r| bound[r * n + of] += share * a[r * n + i]);
     }
-    let matrix: Vec<f64> = own.iter().flat_map(|&i| own.iter().map(|&j| a[i * n + j]).collect::<Vec<_>>()).collect();
-    let right: Vec<f64> = own.iter().map(|&i| -w[i]).collect();
-    for (&i, v) in own.iter().zip(dense(matrix, right)?) {
-        f[i] = v;
+    let matrix: Vec<f64> =
+        own.iter().flat_map(|&i| own.iter().map(move |&j| (i, j))).map(|(i, j)| bound[i * n + j]).collect();
+    let mut f = vec![0.0; n];
+    for _ in 0..REFINED {
+        put(&mut f);
+        let w = flows(a, b, &f);
+        let right: Vec<f64> = own.iter().map(|&i| -w[i]).collect();
+        for (&i, change) in own.iter().zip(dense(matrix.clone(), right)?) {
+            f[i] += change;
+        }
     }
     put(&mut f);
     Some(f)
@@ -147,7 +151,7 @@ pub fn dense(mut m: Vec<f64>, mut r: Vec<f64>) -> Option<Vec<f64>> {
     Some(r)
 }
 
-fn relaxed(a: &[f64], b: &[f64], bounds: &Bounds) -> Option<Solution> {
+fn relaxed(a: &[f64], b: &[f64], bounds: &Bounds, little: f64) -> Option<Solution> {
     let n = b.len();
     let mut f = vec![0.0; n];
     let clamp = |f: &[f64], i: usize, v: f64| v.max(bounds.low(i, f)).min(bounds.high(i, f));
@@ -156,7 +160,7 @@ fn relaxed(a: &[f64], b: &[f64], bounds: &Bounds) -> Option<Solution> {
         let mut moved = 0.0_f64;
         for i in 0..n {
             let w = b[i] + (0..n).map(|j| a[i * n + j] * f[j]).sum::<f64>();
-            let new = clamp(&f, i, f[i] - w / a[i * n + i]);
+            let new = clamp(&f, i, f[i] - w / (a[i * n + i] + little));
             moved = moved.max((new - f[i]).abs() / (1e-300 + new.abs()));
             f[i] = new;
         }
