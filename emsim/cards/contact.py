@@ -3,7 +3,7 @@
     line=   gap = n . (P - Q) - r           n the normal, fixed in Q's body, pointing to where P may be
     rq=     gap = |P - Q| - r - rq          inside a ring of radius -rq:  gap = -rq - r - |P - Q|
 What happens where it closes stands in touch.py. `force` is what the parts press on each other with. With mu= they rub: `slip` is
-the speed of P's part along Q's where they touch, `friction` the force on P's part along t = z x n, n the normal on it.
+the speed of P's part along Q's where they touch, `friction` the force on P's part, along t = n x z: to the right on a floor.
 """
 
 from __future__ import annotations
@@ -93,18 +93,18 @@ class Contact(Touching, Card):
         arm = scale(-self.r, normal)
         turns = cross(s.body_of(self, "p").omega, arm), cross(s.body_of(self, "q").omega, add(away, arm))
         slip = subtract(add(self.p.vel, turns[0]), add(self.q.vel, turns[1]))
-        if all(is_zero(c) for c in slip):
-            said = f"mu= of CONTACT {self.name} has no effect: its parts cannot slide along each other"
-            s.sink.note("N233", said, self.place("mu"))
-            return
         axis = next((k for k in (2, 1, 0) if is_zero(slip[k]) and is_zero(normal[k])), None)
         if axis is None:
             said = f"mu= of CONTACT {self.name} is not supported yet where its parts can slide in two directions"
             hint = "in a plane it is: bodies that neither turn nor go out of z = const; or a FRICTION with a force of its own"
             s.sink.error("E254", said, self.place("mu"), hint)
             return
-        along = cross([float(k == axis) for k in range(3)], normal)
-        self.set_slip(dot(slip, along), self.mu, self.mus)
+        along = dot(slip, cross(normal, [float(k == axis) for k in range(3)]))
+        if is_zero(along):
+            said = f"mu= of CONTACT {self.name} has no effect: its parts cannot slide along each other"
+            s.sink.note("N233", said, self.place("mu"))
+        else:
+            self.set_slip(along, self.mu, self.mus)
 
     def probes(self, s: Scene) -> Probes:
         return self.touch_probes(s, "force")

@@ -3,14 +3,15 @@
 //!
 //! A = W^T M^-1 W is symmetric and positive semidefinite up to what circuits add; a little on the diagonal makes it definite, and its
 //! solution is then the least of those there are (effort shared equally where that decides nothing). Principal pivoting by the
-//! least index (Murty 1974), which ends for such matrices; where rounding or much friction keeps it from that, projected Gauss-Seidel.
+//! least index (Murty 1974), which ends for such matrices; where rounding or much friction keeps it from that, Lemke's method (its pivots
+//! chosen lexicographically, so that it ends), which always answers for friction where parts touch; then projected Gauss-Seidel.
 
 /// Part of the largest diagonal entry.
 const REGULAR: f64 = 1e-10;
 const REFINED: usize = 3;
 const SWEEPS: usize = 20_000;
 
-#[derive(Clone, Copy, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 enum At {
     Inside,
     Low,
@@ -52,6 +53,8 @@ impl Bounds {
     }
 }
 
+mod lemke;
+
 /// A by rows. None where there is no solution within rounding.
 pub fn solve(a: &[f64], b: &[f64], bounds: &Bounds) -> Option<Solution> {
     let n = b.len();
@@ -80,7 +83,12 @@ pub fn solve(a: &[f64], b: &[f64], bounds: &Bounds) -> Option<Solution> {
             }
         }
     }
-    relaxed(a, b, bounds, little)
+    let found = lemke::solve(a, b, bounds).and_then(|at| {
+        let f = inside(a, b, bounds, &at, little)?;
+        let (w, bound) = (flows(a, b, &f), at.iter().map(|&at| at != At::Inside).collect());
+        Some(Solution { f, w, bound })
+    });
+    found.or_else(|| relaxed(a, b, bounds, little))
 }
 
 fn flows(a: &[f64], b: &[f64], f: &[f64]) -> Vec<f64> {
