@@ -308,6 +308,7 @@ class System:
         begin: tuple[Sequence[float], Sequence[float]] | None = None,
         tangent: tuple[Sequence[float], Sequence[tuple[int, float, float, System, Sequence[Expr]]]]
         | None = None,
+        impulsive: Sequence[int] = (),
     ) -> Waveforms:
         """options: method (trap gear radau trbdf2 esdirk rk45 dop853) reltol abstol vntol trtol gmin
         itl1 itl4 maxord fixed_step projection.
@@ -316,6 +317,7 @@ class System:
         stream: (path, is there such a file already, head as write_raw has it): rows go there while the run goes on.
         inside: expressions that are kept within the steps as polynomials of that degree, see `Waveforms.inside`.
         closures: how far loops are open, for `Waveforms.gaps`.
+        impulsive: those of the powers of accounts that work in impulses.
         begin: unknowns and conditions in place of an operating point, as `Waveforms.state` of another run has them.
         tangent: sizes of parameters, and the equations with other values of them, for `Waveforms.tangent`: (which parameter,
         by how much it is moved, weight in the derivative, system, outputs)."""
@@ -383,6 +385,12 @@ class Waveforms:
     @property
     def chattering(self) -> list[int]:
         """Flags that slid along their threshold: they were followed to 1e-4 of the span."""
+    @property
+    def short_steps(self) -> list[float]:
+        """Times at which modes of laws were found by a step of Moreau's."""
+    @property
+    def jams(self) -> list[tuple[float, int]]:
+        """(time, flag) of laws that no finite force kept sliding."""
     @property
     def broken(self) -> list[tuple[float, int]]:
         """(time, flag): flags that were not what their conditions say, each with its first time"""

@@ -40,6 +40,7 @@ def remarks(assembly: Assembly, run: Run) -> None:
         teach(assembly, run.waves.watch, run.waves.value(rows - 1, 0) if rows else 0.0)
     if run.kind == "tran":
         _conditions(assembly, run)
+        _short_steps(assembly, run)
         if run.waves.status != "failed":
             _invariants(assembly, run)
     if assembly.machine is None:
@@ -98,6 +99,32 @@ def _conditions(assembly: Assembly, run: Run) -> None:
         assembly.flat.sink.warning(
             "W405", f"{what} turns again and again: it is followed to 1e-4 of the run", span, hint
         )
+
+
+def stepped(run: Run) -> list[float]:
+    """Times at which the modes of friction and contacts were found by a short step."""
+    waves: Any = run.waves  # of a transient
+    times: list[float] = waves.short_steps
+    return times
+
+
+def _short_steps(assembly: Assembly, run: Run) -> None:
+    """Where modes of friction and contacts did not follow from their events."""
+    waves: Any = run.waves  # of a transient
+    first: dict[str, list[float]] = {}
+    for t, k in waves.jams:
+        first.setdefault(assembly.system.flag_names[k].split()[1], []).append(t)
+    for name, times in first.items():
+        card = assembly.machine.couplings[name]
+        said = f"{card.spec.word} {name} jams at t = {times[0]:.6g} s: no finite force keeps it sliding with so much friction"
+        often = f"so {len(times)} times; " if len(times) > 1 else ""
+        hint = f"its slip stops at once; {often}with less mu= it does not, and elastic parts (k=) show that instant"
+        assembly.flat.sink.warning("W421", said, card.place("mu"), hint)
+    if times := stepped(run):
+        when = f"{len(times)} times, first at t = {times[0]:.6g} s"
+        said = f"friction and contacts changed too often to be followed one by one, {when}"
+        hint = "there they took a short step together, of first order; a smaller reltol makes it shorter"
+        assembly.flat.sink.warning("W420", said, hint=hint)
 
 
 def _pushes(assembly: Assembly, span: Span | None) -> bool:

@@ -115,6 +115,7 @@ class Tran(Analysis):
             ([o.expr for o in inside if o.expr is not None], DEGREE) if inside else None,
             assembly.machine.closures if assembly.machine is not None else (),
             self.begin,
+            impulsive=[k for k, e in enumerate(book.powers) if e.word == "DRIVE"] if book is not None else (),
         )
         trouble = []
         if waves.status == "failed":

@@ -30,7 +30,8 @@ UNITS = {
     "ax": "m/s^2", "ay": "m/s^2", "az": "m/s^2",
     "fx": "N", "fy": "N", "fz": "N", "mx": "N m", "my": "N m", "mz": "N m", "force": "N", "torque": "N m",
     "id": "A", "iq": "A",
-    "gap": "m", "slip": "m/s", "friction": "N", "impulse": "N s", "deg": "deg", "rpm": "rpm", "db": "dB", "ph": "rad", "cph": "rad",
+    "gap": "m", "slip": "m/s", "friction": "N", "impulse": "N s",
+    "deg": "deg", "rpm": "rpm", "db": "dB", "ph": "rad", "cph": "rad",
     "phase": "rad", "cphase": "rad",
 }  # fmt: skip
 KEEPS_UNIT = ("abs", "min", "max", "limit")

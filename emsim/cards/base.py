@@ -237,12 +237,11 @@ class Spec:
     """A card's specification: the reference page, validation and help are made from it.
 
     `terminals` lists the forms, such as "joint:joint | p:point q:point": attribute name and kind
-    (node, joint, body, point, kind) of each word after the card's name. `missing` names parameters that are not there yet and
-    what they would be: a deck that gives one is refused. `laws` tell readers what the card brings, as
-    formulas in its parameters: energies T V W and heat P, `i` its electrical side, `q` a constraint.
+    (node, joint, body, point, kind) of each word after the card's name. `laws` tell readers what the
+    card brings, as formulas in its parameters: energies T V W and heat P, `i` its electrical side, `q` a constraint.
     """
 
-    __slots__ = ("form", "forms", "laws", "mark", "meaning", "missing", "params", "word")
+    __slots__ = ("form", "forms", "laws", "mark", "meaning", "params", "word")
 
     def __init__(
         self,
@@ -252,7 +251,6 @@ class Spec:
         mark: tuple[str, ...],
         meaning: str,
         laws: dict[str, str] | None = None,
-        missing: dict[str, str] | None = None,
         **params: Param,
     ) -> None:
         self.word = word
@@ -264,7 +262,6 @@ class Spec:
         self.mark = mark
         self.meaning = meaning
         self.laws = laws or {}
-        self.missing = missing or {}
         self.params = params
 
 
@@ -393,10 +390,6 @@ def bind(card: Card, raw: MachineCard, sink: Sink) -> bool:
     wave_taken = raw.wave is None
     for key, value in raw.params.items():
         param = spec.params.get(key)
-        if param is None and key in spec.missing:
-            said = f"{key}= of {spec.word} {raw.name} ({spec.missing[key]}) is not supported yet"
-            sink.error("E254", said, raw.param_spans.get(key, raw.span), LEAVE_OUT)
-            continue
         if param is None:
             close = suggest(key, spec.params)
             hint = f"did you mean {close}=?" if close else f"the form is: {spec.form}"

@@ -95,7 +95,9 @@ class Contact(Touching, Card):
         slip = subtract(add(self.p.vel, turns[0]), add(self.q.vel, turns[1]))
         axis = next((k for k in (2, 1, 0) if is_zero(slip[k]) and is_zero(normal[k])), None)
         if axis is None:
-            said = f"mu= of CONTACT {self.name} is not supported yet where its parts can slide in two directions"
+            said = (
+                f"mu= of CONTACT {self.name} is not supported yet where its parts can slide in two directions"
+            )
             hint = "in a plane it is: bodies that neither turn nor go out of z = const; or a FRICTION with a force of its own"
             s.sink.error("E254", said, self.place("mu"), hint)
             return
@@ -118,10 +120,11 @@ class Contact(Touching, Card):
         return [-y / size, x / size, 0.0] if size else [1.0, 0.0, 0.0]
 
     def glyph(self, draw: Pen) -> None:
-        effort = self.probes(draw.m)["force"]
-        assert not callable(effort)
+        found = self.probes(draw.m)
+        effort, mode = found["force"], found["mode"] if self.slips else 0.0
+        assert not callable(effort) and not callable(mode)
         draw.add(
             "contact", self, p=draw.terminal(self, "p"), q_=draw.terminal(self, "q"), r=self.r, rq=self.rq,
             along=self._along(), unit="N",
-            effort=draw.channel(f"force({self.name})", "N", effort),
+            effort=draw.channel(f"force({self.name})", "N", effort), mode=draw.channel(f"mode({self.name})", "", mode),
         )  # fmt: skip

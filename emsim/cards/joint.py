@@ -31,7 +31,6 @@ class Joint(Card):
         mark=("kind",),
         meaning="a joint between two bodies; kinds: " + " ".join(KINDS),
         laws={"P": "damp u^2"},
-        missing=None,
         axis=Default(None, "", "the axis of a pin or slide, for example, in the frames of A and B", "vector"),
         zero=Default((0.0,), "rad or m", "where the coordinate is 0, measured from aligned frames", "vector"),
         ic=Default(None, "rad or m, and per second", "coordinate and speed at the start, held", "vector"),

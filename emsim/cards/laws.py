@@ -51,7 +51,9 @@ class Law:
         self.form, self.flow, self.bound, self.stick, self.gap, self.e = form, flow, bound, stick, gap, e
         self.unit = unit  # of the effort
         self.where: Expr | None = None  # a flag: without it there is no effort, and no mode to be left
-        self.normal: tuple[Law, float, float] | None = None  # by whose effort it is bounded: mu, and mus at rest
+        self.normal: tuple[Law, float, float] | None = (
+            None  # by whose effort it is bounded: mu, and mus at rest
+        )
         # by the compiler
         self.row = self.second = -1  # unknowns: the effort, and of a corner the correction of positions
         self.effort: Expr

@@ -8,8 +8,8 @@ The second gives a mass against a wall exactly e times its speed back, whatever 
 touch, y dy/(1 + z y) = -(k/m v^2) d^n dd, whose two sides are zero over the touch where y ends at -e. (The well known
 z = 1.5 (1 - e) is that for e near 1.)
 
-Where the parts may also slide along each other, with mu=: friction |T| <= mu N against the slip (mus N while they stick), of rigid
-parts also in the instant of an impact.
+Where the parts may also slide along each other, with mu=: friction |T| <= mu N against the slip (mus N while they stick), of
+rigid parts also in the instant of an impact.
 """
 
 from __future__ import annotations
@@ -150,12 +150,12 @@ class Touching:
 
     touches: list[tuple[float, Touch]]
     corners: list[tuple[float, Rigid]]
-    rubs: list[Relay]
+    slips: list[Relay]
 
     def set_gaps(self, s: Scene, gaps: list[tuple[float, str, Scalar]], unit: str) -> None:
         """(sign, name, gap) of every place of touch; `unit` of its force. The law's parameters are attributes of the card."""
         k, c, e, n = (getattr(self, key) for key in LAW)
-        self.touches, self.corners, self.rubs = [], [], []
+        self.touches, self.corners, self.slips = [], [], []
         for sign, name, gap in gaps:
             if k is None:
                 self.corners.append((sign, Rigid(gap, e, unit)))
@@ -166,16 +166,16 @@ class Touching:
         """Speed of the parts along each other at the one place of touch [m/s], and coefficients of friction."""
         mus = mu if mus is None else mus
         for _, corner in self.corners:
-            self.rubs.append(Slip(slip, corner.law, mu, mus))
+            self.slips.append(Slip(slip, corner.law, mu, mus))
         for _, touch in self.touches:
-            self.rubs.append(Relay(slip, mu * touch.force, mus * touch.force, "N", touch.on))
+            self.slips.append(Relay(slip, mu * touch.force, mus * touch.force, "N", touch.on))
 
     @property
     def places(self) -> list[tuple[float, Touch | Rigid]]:
         return [*self.touches, *self.corners]
 
     def laws(self, s: Scene) -> list[Law]:
-        return [*(corner.law for _, corner in self.corners), *self.rubs]
+        return [*(corner.law for _, corner in self.corners), *self.slips]
 
     def taken(self, s: Scene) -> Scalar | None:
         """Kinetic energy that impacts have taken so far [J]."""
@@ -190,9 +190,9 @@ class Touching:
         return [(touch.damped, touch.rate) for _, touch in self.touches if touch.damped.value != 0.0]
 
     def losses(self, s: Scene) -> Scalar | None:
-        if not self.touches and not self.rubs:
+        if not self.touches and not self.slips:
             return None
-        rubbed = [-(law.effort * law.flow) for law in self.rubs if law.flow is not None]
+        rubbed = [-(law.effort * law.flow) for law in self.slips if law.flow is not None]
         return _sum(s, [*(-(touch.damped * touch.rate) for _, touch in self.touches), *rubbed])
 
     def touch_probes(self, s: Scene, word: str) -> Probes:
@@ -206,7 +206,7 @@ class Touching:
         }
         if self.corners:
             found["impulse"] = _sum(s, [sign * corner.law.impulse for sign, corner in self.corners])
-        for law in self.rubs:
+        for law in self.slips:
             assert law.flow is not None
             on, slides = self.places[0][1].on, law.slides
             found["friction"], found["slip"] = s.b.select(on, law.effort, 0.0), law.flow

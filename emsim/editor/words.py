@@ -83,7 +83,7 @@ PROBES = {
     "gap": ("gap(card)", "m", "distance of a STOP or CONTACT, the smaller one of two ends"),
     "slip": ("slip(card)", "m/s", "speed of what rubs: a FRICTION, a CONTACT with mu="),
     "friction": ("friction(contact)", "N", "force on P's part along Q's, of a CONTACT with mu="),
-    "mode": ("mode(card)", "", "FRICTION: 0 sticks, -1 1 slides; STOP: -1 1 at an end; CONTACT: 1 closed, with mu= 1 sticks, -2 2 slides"),
+    "mode": ("mode(card)", "", "FRICTION: 0 sticks, -1 1 slides; STOP: -1 1 at an end; CONTACT: 1 closed, -2 2 slides"),
     "hits": ("hits(card)", "", "how often the parts of a STOP or CONTACT have met"),
     "impulse": ("impulse(card)", "N s", "sum of the impulses of a rigid STOP or CONTACT"),
     "energy": ("energy()", "J", "what circuit and machine hold: kinetic, potential, of fields, coils and capacitors"),
@@ -99,7 +99,8 @@ READS = {
     **dict.fromkeys(("angle", "omega", "alpha"), ("joint", "body")),
     **dict.fromkeys(("pos", "vel", "acc", "fx", "fy", "fz", "mx", "my", "mz"), ("joint",)),
     **dict.fromkeys(("x", "y", "z", "vx", "vy", "vz", "ax", "ay", "az"), ("point", "body")),
-    **dict.fromkeys(("force", "torque", "id", "iq", "p", "gap", "slip", "friction", "mode", "hits", "impulse", "power"), ("card",)),
+    **dict.fromkeys(("force", "torque", "id", "iq", "p", "gap", "slip", "friction"), ("card",)),
+    **dict.fromkeys(("mode", "hits", "impulse", "power"), ("card",)),
     "ke": ("body",), "v": ("node", "card"), "i": ("element", "card"),
 }  # fmt: skip
 

@@ -1,8 +1,8 @@
-"""Random piles, arms and parts that rub in large numbers: `python tests/bench/piles.py pile 0 10000`, `.. arm 0 2000`, `.. stack 0 3000`,
-`.. box 0 3000`, `.. rods 0 3000`.
+"""Random piles, arms and parts that rub in large numbers: `python tests/bench/piles.py pile 0 10000`, `.. arm 0 2000`,
+`.. stack 0 3000`, `.. box 0 3000`, `.. rods 0 3000`.
 
-Prints every scene that gains energy, does not come to rest, whose ledger has a line below 0 or does not add up, or that needs many
-events or long; and the counts.
+Prints every scene that gains energy, does not come to rest, whose ledger has a line below 0 or does not add up, or that needs
+many events or long; and the counts.
 """
 
 from __future__ import annotations

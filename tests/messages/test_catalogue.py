@@ -165,6 +165,7 @@ FORCED = {
     ),
     "E522": ("emsim sweep deck.cir -D c1=1u,2u --dask tcp://127.0.0.1:9", lambda p: None),
     "W404": ("emsim gate.cir", with_a_stuck_flag),
+    "W420": ("emsim bar.cir", lambda p: p.setattr("emsim.analyses.afterwards.stepped", lambda run: [1e-3])),
     "W433": (
         "emsim fit deck.cir data.csv -p c1",
         lambda p: p.setattr("emsim.fits.fitted.RUNS", 1),

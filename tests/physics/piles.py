@@ -55,7 +55,7 @@ def _rub(rng: random.Random) -> str:
 def stack(seed: int) -> tuple[str, list[str]]:
     """1 to 3 blocks that may tip, slide and turn: each with two corners over the top of the one below. Deck and its contacts."""
     rng = random.Random(seed)
-    cards, touches, height, x = [], [], 0.0, 0.0
+    cards, touches, height, x, top = [], [], 0.0, 0.0, 0.0
     for k in range(rng.randint(1, 3)):
         half, tall, m = rng.uniform(0.1, 0.3), rng.uniform(0.1, 0.4), 10 ** rng.uniform(-1, 1)
         height += 0.0 if rng.random() < 0.3 else rng.uniform(0.01, 0.3)
@@ -104,7 +104,11 @@ def rods(seed: int) -> tuple[str, list[str]]:
         )
         rub = _rub(rng)
         for end, at in (("a", -length / 2), ("b", length / 2)):
-            for name, q, line in (("f", "0", "(0,1)"), ("l", "0(-0.6,0)", "(1,0)"), ("r", "0(0.6,0)", "(-1,0)")):
+            for name, q, line in (
+                ("f", "0", "(0,1)"),
+                ("l", "0(-0.6,0)", "(1,0)"),
+                ("r", "0(0.6,0)", "(-1,0)"),
+            ):
                 touches.append(f"{name}{k}{end}")
                 cards.append(f"CONTACT {touches[-1]} b{k}({at:.4f},0) {q} line={line} {rub}")
     return "\n".join([f"rods {seed}", ".gravity 9.81", *cards]), touches
@@ -117,4 +121,7 @@ def rubbing(kind: str, seed: int, until: float, options: str = "reltol=1e-5") ->
     """Deck of a scene of parts that rub, and its contacts."""
     text, touches = RUBBING[kind](seed)
     shown = " ".join(f"hits({c}) gap({c})" for c in touches)
-    return f"{text}\n.options {options}\n.tran 20m {until}\n.print tran energy() ke() {shown}\n.end\n", touches
+    return (
+        f"{text}\n.options {options}\n.tran 20m {until}\n.print tran energy() ke() {shown}\n.end\n",
+        touches,
+    )

@@ -240,7 +240,7 @@ FREEWHEEL fw f dir=1
         ("GEAR g way o ratio=1 k=1", "E240", "belongs to backlash="),
         ("GEAR g way o ratio=1 backlash=-1 e=0", "E238", "backlash="),
         ("CONTACT c m 0(-1,0) rq=2", "E258", "1 m in each other"),
-        ("CONTACT c m 0 line=(1,0) mu=0.3", "E254", "mu="), ("STOP s way min=0 stiffness=3", "E231", "stiffness="),
+        ("STOP s way min=0 stiffness=3", "E231", "stiffness="),
     ],
 )  # fmt: skip
 def test_what_cannot_touch_is_told(cards, code, words):

@@ -93,7 +93,6 @@ def test_the_balance_of_energy_counts_what_a_touch_takes():
         ("CONTACT w ball 0 k=1", "E230", "line=, a straight part, and rq="),
         ("CONTACT w ball 0 k=1 line=(0,0)", "E232", "direction"),
         ("CONTACT w ball 0 k=1 rq=-1 r=2", "E238", "does not go into a ring"),
-        ("CONTACT w ball 0 k=1 line=(1,0) mu=0.5", "E254", "mu="),
     ],
 )  # fmt: skip
 def test_a_touch_that_cannot_be_is_told(card, code, words):

@@ -464,6 +464,8 @@ MACHINES = {
             key: (ARM + f"CONTACT t arm(1,0) 0(0,1) {'' if key == 'k' else 'k=1'} rq=2 @\n", f"{key}={a}", f"{key}={b}")
             for key, a, b in (("k", 1, 2), ("c", 0.1, 0.2), ("e", 0.1, 0.2), ("n", 1, 2))
         },
+        "mu": (ARM + "CONTACT t arm(1,0) 0(0,1) k=1 rq=2 @\n", "mu=0.2", "mu=0.3"),
+        "mus": ("BODY m m=1 j=1\n.gravity 9.81\nCONTACT t m 0 line=(1,2) mu=0.1 @\n", "mus=0.4", "mus=0.6"),
     },
     "FORCE": {
         "dir": (ARM + "FORCE f arm(1,0) @ 2\n", "dir=(1,0)", "dir=(0,1)"),
@@ -542,20 +544,3 @@ def test_a_parameter_of_a_kind_of_motor_is_not_ignored(kind, key):
 )
 def test_a_parameter_of_a_machine_card_is_not_ignored(word, key):
     assert differ(*MACHINES[word][key]), f"{key}= of {word} has no effect"
-
-
-@pytest.mark.parametrize(
-    ("word", "key"), [(word, key) for word, card in CARDS.items() for key in card.spec.missing]
-)
-def test_a_parameter_without_equations_is_refused_by_name(word, key):
-    deck = {
-        "GEAR": WHEEL + "pin\nGEAR e h g ratio=2 @\n",
-        "MOTOR": MOTOR + " kt=1 r=1\n",
-        "FRICTION": ROTOR + "FRICTION f h fc=1 @\n",
-        "CONTACT": ARM + "CONTACT t arm(1,0) 0 k=1 line=(0,1) @\n",
-    }[word]
-    with pytest.raises(emsim.DeckError) as error:
-        emsim.compile("deck\n" + deck.replace("@", f"{key}=1") + ".tran 1m 1\n.end\n")
-    assert [d.code for d in error.value.diagnostics] == ["E254"] and f"{key}=" in error.value.diagnostics[
-        0
-    ].message

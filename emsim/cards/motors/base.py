@@ -22,7 +22,7 @@ from math import sqrt
 from ...diagnostics import suggest
 from ...units import known_unit, machine_number, machine_number_problem, spice_number
 from .. import quantities
-from ..base import LEAVE_OUT, Card, Default, is_number, limit
+from ..base import Card, Default, is_number, limit
 from ..kinematics import dot, is_zero
 from ..laws import Relay
 
@@ -147,10 +147,7 @@ class Machine(Card):
         for key, value in model.params.items():
             where = model.param_spans.get(key, model.span)
             param = self.spec.params.get(key)
-            if key in self.spec.missing:
-                said = f"{key}= of .model {model.name} ({self.spec.missing[key]}) is not supported yet"
-                s.sink.error("E254", said, where, LEAVE_OUT)
-            elif param is None or key == "model":
+            if param is None or key == "model":
                 near = suggest(key, self.spec.params)
                 s.sink.error(
                     "E231",

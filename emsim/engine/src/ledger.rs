@@ -76,6 +76,8 @@ pub struct Ledger {
     /// rows of time, powers' integrals, heat and charge energy of every device, energies; one for every part of a step
     pub trace: Option<Vec<f64>>,
     started: bool,
+    /// powers that work in impulses too
+    pub impulsive: Vec<usize>,
 }
 
 impl Ledger {
@@ -102,6 +104,7 @@ impl Ledger {
             inside: Vec::new(),
             trace: traced.then(Vec::new),
             started: false,
+            impulsive: Vec::new(),
         }
     }
 
@@ -124,6 +127,19 @@ impl Ledger {
         self.timed.leap(t);
         self.x.clear();
         self.x.extend_from_slice(x);
+    }
+
+    /// Impulses flowed in a step of length h that ends at t, with the state x: what works in them.
+    pub fn jolt(&mut self, sys: &System, w: &mut Work, (t, h): (f64, f64), x: &[f64]) {
+        if !self.started || self.impulsive.is_empty() {
+            return;
+        }
+        let mut flows = Vec::new();
+        self.flow(sys, w, t, x, |_, power| flows.push(power));
+        for &k in &self.impulsive {
+            self.sums[k].add(h * flows[k]);
+            self.moved[k] += (h * flows[k]).abs();
+        }
     }
 
     /// An accepted step up to t1 with the state x1.

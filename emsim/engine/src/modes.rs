@@ -74,6 +74,8 @@ pub struct Modes {
     pub stepped: Vec<f64>,
     /// laws that no finite force kept sliding, with the time
     pub jammed: Vec<(f64, usize)>,
+    /// steps in which impulses flowed since they were last taken from here: end, length, state with the efforts over it
+    pub jolts: Vec<(f64, f64, Vec<f64>)>,
 }
 
 /// Lengths of the short steps.
@@ -110,7 +112,14 @@ impl Look {
 impl Modes {
     pub fn new(sys: &System) -> Option<Modes> {
         let newton = Newton::new(sys).ok().filter(|_| sys.has_laws())?;
-        Some(Modes { newton, at: f64::NEG_INFINITY, count: 0, stepped: Vec::new(), jammed: Vec::new() })
+        Some(Modes {
+            newton,
+            at: f64::NEG_INFINITY,
+            count: 0,
+            stepped: Vec::new(),
+            jammed: Vec::new(),
+            jolts: Vec::new(),
+        })
     }
 
     /// Modes for the start, until they are decided: what moves slides, all else is free.
@@ -249,6 +258,7 @@ impl Modes {
         };
         let m = asked.len();
         if self.count > MANY || jams {
+            self.push(sys, w, &asked, (&look, &solution.f, &solution.w), (*t, ahead));
             self.go(sys, x, &look.at(&solution.f));
             *t += ahead;
             if !jams {
@@ -292,7 +302,9 @@ impl Modes {
         tol: &Tolerances,
     ) -> bool {
         let list = &sys.laws.list;
-        let mut falls: Option<Vec<f64>> = None; // with which parts fall back on each other, the others held by what they lie on
+        // with which parts fall back on each other, the others held by what they lie on
+        let mut falls: Vec<Option<f64>> = vec![None; list.len()];
+        let mut falling: Option<(Look, Vec<f64>, Vec<bool>)> = None;
         for round in 0..2 * ROUNDS {
             let (readings, _) = sys.read_laws(w, x, *t);
             let near = |k: usize| match list[k].form {
@@ -321,19 +333,22 @@ impl Modes {
                 }
             }
             let all: Vec<usize> = (0..list.len()).collect();
-            if falls.is_none() {
+            if falling.is_none() {
                 let Some(look) = self.look(sys, w, x, *t, short.ahead, &all, tol) else { return false };
                 let change: Vec<f64> = look.b.iter().zip(&readings).map(|(b, reading)| b - reading.flow).collect();
-                let lies = |j: usize| near(j) && readings[j].flow <= moves[j];
-                let fall = |k: usize| {
-                    let most: Vec<f64> =
-                        all.iter().map(|&j| if j != k && lies(j) { f64::INFINITY } else { 0.0 }).collect();
-                    let held = lcp::solve(&look.a, &change, &Bounds::new(vec![0.0; most.len()], most));
-                    -held.map_or(change[k], |held| held.w[k]) / short.ahead
-                };
-                falls = Some(all.iter().map(|&k| if list[k].restitution > 0.0 { fall(k) } else { 0.0 }).collect());
+                let lies = all.iter().map(|&j| near(j) && readings[j].flow <= moves[j]).collect();
+                falling = Some((look, change, lies));
             }
-            let falls = falls.as_deref().unwrap_or(&[]);
+            if let Some((look, change, lies)) = &falling {
+                for &k in struck.iter().filter(|&&k| list[k].restitution > 0.0) {
+                    falls[k].get_or_insert_with(|| {
+                        let most: Vec<f64> =
+                            all.iter().map(|&j| if j != k && lies[j] { f64::INFINITY } else { 0.0 }).collect();
+                        let held = lcp::solve(&look.a, change, &Bounds::new(vec![0.0; most.len()], most));
+                        -held.map_or(change[k], |held| held.w[k]) / short.ahead
+                    });
+                }
+            }
             let Some(look) = self.look(sys, w, x, *t, short.instant, &struck, tol) else { return false };
             let m = struck.len();
             let pushes = |k: usize| if list[k].form == Form::Relay { 0.0 } else { f64::INFINITY };
@@ -344,7 +359,8 @@ impl Modes {
             let Some(press) = lcp::solve(&look.a, &look.b, &bounds) else { return false };
             let restitution = |k: usize| {
                 let rebound = list[k].restitution * readings[k].flow.abs();
-                let rests = falls[k] > 0.0 && rebound * rebound < 2.0 * falls[k] * REST * gaps[k];
+                let fall = falls[k].unwrap_or(0.0);
+                let rests = fall > 0.0 && rebound * rebound < 2.0 * fall * REST * gaps[k];
                 if rests || together || list[k].form == Form::OneWay {
                     0.0
                 } else {
@@ -356,25 +372,43 @@ impl Modes {
             }
             let Some(back) = lcp::solve(&look.a, &press.w, &bounds) else { return false };
             let (f, after) = expanded(&look.b, &press, &back);
-            // what it takes, by the law that presses
-            let mut lost = vec![0.0; list.len()];
-            for (i, &k) in struck.iter().enumerate() {
-                let of = list[k].normal.map_or(k, |normal| normal.law);
-                lost[of] -= 0.5 * short.instant * f[i] * (look.b[i] + after[i]);
-            }
-            let whole = lost.iter().sum::<f64>().max(0.0);
-            let taken = lost.iter().map(|lost| lost.max(0.0)).sum::<f64>();
-            for (i, &k) in struck.iter().enumerate().filter(|&(_, &k)| list[k].form == Form::Corner) {
-                let share = if taken > 0.0 { lost[k].max(0.0) / taken } else { 0.0 };
-                let hits = f64::from(u8::from(approaches(k)));
-                for (which, by) in [(HITS, hits), (IMPULSE, f[i] * short.instant), (LOST, share * whole)] {
-                    w.flags[list[k].flags[which]] += by;
-                }
+            self.push(sys, w, &struck, (&look, &f, &after), (*t, short.instant));
+            for &k in struck.iter().filter(|&&k| list[k].form == Form::Corner && approaches(k)) {
+                w.flags[list[k].flags[HITS]] += 1.0;
             }
             self.go(sys, x, &look.at(&f));
             *t += short.instant;
         }
         true
+    }
+
+    /// Books a step (t, h) in which the corners among `which` gave impulses: these, and the energy that they took together, shared
+    /// among those that took.
+    fn push(
+        &mut self,
+        sys: &System,
+        w: &mut Work,
+        which: &[usize],
+        (look, f, after): (&Look, &[f64], &[f64]),
+        (t, h): (f64, f64),
+    ) {
+        let list = &sys.laws.list;
+        // with what rubs there
+        let mut lost = vec![0.0; list.len()];
+        for (i, &k) in which.iter().enumerate() {
+            let of = list[k].normal.map_or(k, |normal| normal.law);
+            if list[of].form != Form::Relay {
+                lost[of] -= 0.5 * h * f[i] * (look.b[i] + after[i]);
+            }
+        }
+        let whole = lost.iter().sum::<f64>().max(0.0);
+        let taken = lost.iter().map(|lost| lost.max(0.0)).sum::<f64>();
+        for (i, &k) in which.iter().enumerate().filter(|&(_, &k)| list[k].form == Form::Corner) {
+            let share = if taken > 0.0 { lost[k].max(0.0) / taken } else { 0.0 };
+            w.flags[list[k].flags[IMPULSE]] += f[i] * h;
+            w.flags[list[k].flags[LOST]] += share * whole;
+        }
+        self.jolts.push((t + h, h, look.at(f)));
     }
 
     /// A step of implicit Euler from x, with the efforts of `which`, whose modes are free, as parameters.

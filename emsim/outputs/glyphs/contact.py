@@ -1,4 +1,4 @@
-"""CONTACT: the surfaces that may touch, red while they press."""
+"""CONTACT: the surfaces that may touch, red while they press, of the colour of brakes while they rub."""
 
 from __future__ import annotations
 
@@ -12,7 +12,8 @@ if TYPE_CHECKING:
 def contact(m: Scene, pen: Pen, s: Shape) -> None:
     p, q = m.place(s["p"]), m.place(s["q_"])
     share, far = abs(m.share(s["effort"])), 70 * pen.unit / m.scale
-    colour, width = "force" if share > 0.01 else "edge", 1.5 + 2.5 * share
+    slides = abs(m.value(s["mode"])) > 1.5  # with friction
+    colour, width = "wiper" if slides else "force" if share > 0.01 else "edge", 1.5 + 2.5 * share
     if s["along"]:
         ends = [m.place(moved(s["q_"], *[k * far * v for v in s["along"]])) for k in [-1, 1]]
         pen.line(ends, colour, width)

@@ -66,6 +66,8 @@ pub struct Outcome {
     pub resting: Vec<usize>,
     /// times at which modes of laws were found by a step of Moreau's
     pub stepped: Vec<f64>,
+    /// laws that no finite force kept sliding, with their times
+    pub jammed: Vec<(f64, usize)>,
     /// flags that were not what their conditions say, and when first
     pub broken: Vec<(f64, usize)>,
     pub watch: Report,
@@ -183,6 +185,7 @@ impl Outcome {
             events: Vec::new(),
             resting: Vec::new(),
             stepped: Vec::new(),
+            jammed: Vec::new(),
             broken: Vec::new(),
             watch: Report::default(),
             end: Vec::new(),

@@ -46,6 +46,8 @@ pub trait Sink {
     fn open(&mut self, sys: &System, w: &mut Work, t: f64, x: &[f64]);
     /// Something jumped: (t, x) is where the run goes on.
     fn leap(&mut self, sys: &System, w: &mut Work, t: f64, x: &[f64]);
+    /// Impulses flowed in a step of nearly no length that ends at t with the state x, efforts over it among it.
+    fn jolt(&mut self, _sys: &System, _w: &mut Work, _step: (f64, f64), _x: &[f64]) {}
     /// An accepted step ends at (t, x).
     fn step(&mut self, sys: &System, w: &mut Work, t: f64, x: &[f64], inside: &Inside);
     /// The run ends.
@@ -100,6 +102,12 @@ impl Sink for Record {
         }
         if let Some(tangent) = &mut self.tangent {
             tangent.leap(sys, w, t, x);
+        }
+    }
+
+    fn jolt(&mut self, sys: &System, w: &mut Work, step: (f64, f64), x: &[f64]) {
+        if let Some(ledger) = &mut self.ledger {
+            ledger.jolt(sys, w, step, x);
         }
     }
 

@@ -10,6 +10,8 @@
 const REGULAR: f64 = 1e-10;
 const REFINED: usize = 3;
 const SWEEPS: usize = 20_000;
+/// Flows of less of what they are made of are 0.
+const SOLVED: f64 = 1e-6;
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum At {
@@ -174,8 +176,17 @@ fn relaxed(a: &[f64], b: &[f64], bounds: &Bounds, little: f64) -> Option<Solutio
         }
         if moved < 1e-13 {
             let w = flows(a, b, &f);
-            let bound = (0..n).map(|i| f[i] <= bounds.low(i, &f) || f[i] >= bounds.high(i, &f)).collect();
-            return f.iter().all(|v| v.is_finite()).then_some(Solution { f, w, bound });
+            // where a diagonal is below 0 it stands still at what is no solution
+            let (low, high) = (|i: usize| f[i] <= bounds.low(i, &f), |i: usize| f[i] >= bounds.high(i, &f));
+            let solves = |i: usize| {
+                let size = b[i].abs() + (0..n).map(|j| (a[i * n + j] * f[j]).abs()).sum::<f64>();
+                (w[i] >= -SOLVED * size || high(i)) && (w[i] <= SOLVED * size || low(i)) && f[i].is_finite()
+            };
+            if !(0..n).all(solves) {
+                return None;
+            }
+            let bound = (0..n).map(|i| low(i) || high(i)).collect();
+            return Some(Solution { f, w, bound });
         }
     }
     None

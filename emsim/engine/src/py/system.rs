@@ -289,6 +289,8 @@ impl System {
             failure,
             events: vec![],
             chattering: vec![],
+            short_steps: vec![],
+            jams: vec![],
             broken: vec![],
             watch: None,
             used: vec![],
@@ -366,6 +368,8 @@ impl System {
             failure,
             events: vec![],
             chattering: vec![],
+            short_steps: vec![],
+            jams: vec![],
             broken: vec![],
             watch: None,
             used: vec![],
@@ -463,7 +467,8 @@ impl System {
     /// `inside`: expressions to be kept within the steps, and the degree of their polynomials.
     /// `begin`: the `state` of another run, in place of an operating point.
     /// `tangent`: sizes of parameters, and the equations with other values of them: see `tangent::Beside`.
-    #[pyo3(signature = (tstep, tstop, tstart=0.0, tmax=None, uic=false, outputs=vec![], options_=None, progress=None, accounts=None, drawn=true, stream=None, inside=None, closures=vec![], begin=None, tangent=None))]
+    /// `impulsive`: those of the powers of `accounts` that work in impulses.
+    #[pyo3(signature = (tstep, tstop, tstart=0.0, tmax=None, uic=false, outputs=vec![], options_=None, progress=None, accounts=None, drawn=true, stream=None, inside=None, closures=vec![], begin=None, tangent=None, impulsive=vec![]))]
     #[allow(clippy::too_many_arguments)]
     fn tran(
         &self,
@@ -483,6 +488,7 @@ impl System {
         closures: Vec<Bound<'_, PyAny>>,
         begin: Option<(Vec<f64>, Vec<f64>)>,
         tangent: Option<(Vec<f64>, Vec<Besides<'_>>)>,
+        impulsive: Vec<usize>,
     ) -> PyResult<Waveforms> {
         if begin.as_ref().is_some_and(|(x, flags)| x.len() != self.inner.n || flags.len() != self.inner.flags.len()) {
             return Err(PyValueError::new_err("tran: begin is the state of a run of these equations"));
@@ -502,7 +508,9 @@ impl System {
         record.spoiled = o.spoiled;
         if let Some((powers, energies, traced)) = accounts {
             let (powers, energies) = (self.ids(&powers)?, self.ids(&energies)?);
-            record.ledger = Some(Ledger::new(&lock(&self.graph), &powers, &energies, traced));
+            let mut ledger = Ledger::new(&lock(&self.graph), &powers, &energies, traced);
+            ledger.impulsive = impulsive;
+            record.ledger = Some(ledger);
         }
         if let Some((expressions, degree)) = inside {
             let ids = self.ids(&expressions)?;
@@ -581,6 +589,8 @@ impl System {
         };
         let digital = w.logic.log.iter().map(names).collect();
         let chattering = outcome.resting;
+        let short_steps = outcome.stepped;
+        let jams = outcome.jammed.iter().map(|&(t, law)| (t, self.inner.laws.list[law].flags[0])).collect();
         let broken = outcome.broken;
         let used = outcome.used.into_iter().map(|u| (u.t, u.method, u.why)).collect();
         let steady = record.steady(&self.inner);
@@ -593,6 +603,8 @@ impl System {
             failure,
             events,
             chattering,
+            short_steps,
+            jams,
             broken,
             watch,
             used,
@@ -751,6 +763,12 @@ pub struct Waveforms {
     events: Vec<(f64, usize, u8)>,
     #[pyo3(get)]
     chattering: Vec<usize>,
+    /// times at which modes of laws were found by a step of Moreau's
+    #[pyo3(get)]
+    short_steps: Vec<f64>,
+    /// (time, flag) of laws that no finite force kept sliding
+    #[pyo3(get)]
+    jams: Vec<(f64, usize)>,
     #[pyo3(get)]
     broken: Vec<(f64, usize)>,
     watch: Option<Py<PyDict>>,

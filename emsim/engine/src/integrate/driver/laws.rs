@@ -52,7 +52,11 @@ impl<S: Sink> Run<'_, S> {
         let short = Short { near: short.ahead.max(PILES * self.a.tstop), ..short };
         let before = self.w.flags.clone();
         let decided = modes.decide(self.sys, self.w, &mut self.x, &mut self.t, short, fired, &self.tol);
-        self.outcome.stepped = modes.stepped.clone();
+        for (t, h, x) in modes.jolts.drain(..) {
+            self.record.jolt(self.sys, self.w, (t, h), &x);
+        }
+        self.outcome.stepped.clone_from(&modes.stepped);
+        self.outcome.jammed.clone_from(&modes.jammed);
         self.late = 0.0;
         if !decided {
             self.contradicts(short.instant);
