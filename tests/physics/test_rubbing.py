@@ -268,6 +268,22 @@ CONTACT c high low line=(0,1) e=0
     assert min(lines) >= 0 and sum(lines) == pytest.approx(lost, rel=1e-6)
 
 
+@pytest.mark.parametrize(("mus", "stays"), [(0.6, True), (0.4, False)])
+def test_what_rests_is_held_by_mus(mus, stays):
+    """On a slope of tan = 0.5; once let go it slides with mu."""
+    r = emsim.run(f"""block
+.gravity 9.81
+BODY m m=1 j=1
+CONTACT t m 0 line=(-1,2) mu=0.1 mus={mus}
+.tran 10m 1
+.print tran x(m) mode(t)
+.end
+""")
+    slides = -G * (1 - 0.1 * 2) / 5**0.5 * (2 / 5**0.5) / 2
+    assert abs(r["mode(t)"][-1]) == (1 if stays else 2)
+    assert r["x(m)"][-1] == pytest.approx(0 if stays else slides, abs=1e-6)
+
+
 def test_what_sticks_does_not_creep():
     r = emsim.run(f"""block on a slope for twelve days
 .gravity 9.81

@@ -27,6 +27,7 @@ NOT_IN_THE_EQUATIONS = {
     "R tol", "C tol", "L tol",  # drawn by emsim sweep: tests/sweeps
     "C model defl",  # without l= on the line ngspice has no capacitance of a model either
     "L nt", "L model csect", "L model dia", "L model length", "L model nt", "L model mu",  # the inductance is given beside them
+    "CONTACT mus",  # asked where modes are decided: tests/physics/test_rubbing.py
     "MOTOR tstall",  # compared with what the others say
     "D off",  # where Newton's method begins
     "D ic",  # without uic; with it the deck is refused
@@ -465,7 +466,6 @@ MACHINES = {
             for key, a, b in (("k", 1, 2), ("c", 0.1, 0.2), ("e", 0.1, 0.2), ("n", 1, 2))
         },
         "mu": (ARM + "CONTACT t arm(1,0) 0(0,1) k=1 rq=2 @\n", "mu=0.2", "mu=0.3"),
-        "mus": ("BODY m m=1 j=1\n.gravity 9.81\nCONTACT t m 0 line=(1,2) mu=0.1 @\n", "mus=0.4", "mus=0.6"),
     },
     "FORCE": {
         "dir": (ARM + "FORCE f arm(1,0) @ 2\n", "dir=(1,0)", "dir=(0,1)"),
