@@ -15,9 +15,10 @@ from .touch import Touching
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from ..diagnostics import Sink
-    from .base import Pen, PointView, Probes, Scene
-    from .kinematics import Vector
+    from .base import Pen, PointView, Probes, Scalar, Scene
 
 
 class Contact(Touching, Card):
@@ -88,7 +89,7 @@ class Contact(Touching, Card):
         if self.mu or self.mus:
             self._rub(s, away, normal)
 
-    def _rub(self, s: Scene, away: Vector, normal: Vector) -> None:
+    def _rub(self, s: Scene, away: Sequence[Scalar], normal: Sequence[Scalar]) -> None:
         """The slip: velocities of both parts where they touch, of P's part over that of Q's, across the normal."""
         arm = scale(-self.r, normal)
         turns = cross(s.body_of(self, "p").omega, arm), cross(s.body_of(self, "q").omega, add(away, arm))
