@@ -134,7 +134,7 @@ pub struct LawSpec {
 }
 
 /// The law whose effort bounds a relay, by mu where it slides and mus where it sticks.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub struct Normal {
     pub law: usize,
     pub mu: f64,
