@@ -122,7 +122,10 @@ class Moving:
         # what dots run along, and how far they are
         self.ways: list[tuple[Any, list[list[float]]]] = [(w, w["points"]) for w in self.data["wires"]]
         self.ways += [
-            (k, [p["pins"][0][:2], p["pins"][1][:2]]) for k, p in enumerate(parts) if len(p["pins"]) == 2
+            ((k, 0), [p["pins"][0][:2], p["pins"][1][:2]]) for k, p in enumerate(parts) if len(p["pins"]) == 2
+        ]
+        self.ways += [
+            ((k, pin), lead) for k, p in enumerate(parts) if len(p["pins"]) > 2 for pin, lead in leads(p)
         ]
         self.phases = [0.0] * len(self.ways)
 
@@ -165,7 +168,7 @@ class Moving:
         """As wide as the film."""
         dots: list[tuple[float, float]] = []
         for k, (what, points) in enumerate(self.ways):
-            i = self.current(what, 0, t) if isinstance(what, int) else self.along(what, t)
+            i = self.current(what[0], what[1], t) if isinstance(what, tuple) else self.along(what, t)
             share = i / self.most if self.most and np.isfinite(i) else 0.0
             if abs(share) < FAINT:
                 continue
@@ -184,6 +187,21 @@ class Moving:
         whole = Image.new("RGB", (self.width, drawn.height), LIGHT[0])
         whole.paste(drawn, ((self.width - drawn.width) // 2, 0))
         return whole
+
+
+def leads(part: dict[str, Any]) -> list[tuple[int, list[list[float]]]]:
+    """Of a part with several pins the lines of its symbol that begin at one: (pin, points from there on)."""
+
+    def at(p: Sequence[float], q: Sequence[float]) -> bool:
+        return abs(p[0] - q[0]) < 0.6 and abs(p[1] - q[1]) < 0.6
+
+    found = []
+    for k, pin in enumerate(part["pins"]):
+        lines = (s[1] for s in part["strokes"] if s[0] == "line" and len(s[1]) < 4)
+        own = next((line for line in lines if at(line[0], pin) or at(line[-1], pin)), None)
+        if own is not None:
+            found.append((k, list(own) if at(own[0], pin) else list(own)[::-1]))
+    return found
 
 
 def above(first: Image.Image, second: Image.Image) -> Image.Image:
@@ -208,7 +226,7 @@ def _spaced(points: Sequence[Sequence[float]], phase: float) -> Iterable[tuple[f
     """Points along a line, SPACING apart, the first `phase` behind its beginning."""
     at = phase
     for (x0, y0), (x1, y1) in pairwise(points):
-        far = abs(x1 - x0) + abs(y1 - y0)
+        far = ((x1 - x0) ** 2 + (y1 - y0) ** 2) ** 0.5
         while at < far:
             yield x0 + (x1 - x0) * at / far, y0 + (y1 - y0) * at / far
             at += SPACING

@@ -2,7 +2,7 @@
 [name part]`.
 
 A tile is the drawing with the deck's name below it; machines stand at a third of their run. What was seen is told in
-docs/pages/internals/drawings.md, whose table a test holds to the decks that there are.
+tests/unit/schematic/judged.md, whose table a test holds to the decks that there are.
 """
 
 from __future__ import annotations

@@ -196,3 +196,36 @@ def test_a_circuit_of_many_elements_is_drawn_without_its_currents(folder: Path, 
     page = visit(written(folder, deck, "stages"))
     assert page.locator("#circuit .part").count() == 32
     assert page.evaluate("() => window.emsim.circuit.wires.every((w) => !w.speed)")
+
+
+STAGE = """a transistor between its resistors
+VCC vcc 0 12
+R1 vcc b 47k
+R2 b 0 10k
+RC vcc c 2.2k
+RE e 0 470
+Q1 c b e n1
+.model n1 npn(bf=200)
+.tran 10u 2m
+.end
+"""
+
+
+def test_dots_run_along_the_leads_of_a_transistor(folder: Path, visit: Any) -> None:
+    page = visit(written(folder, STAGE, "stage"))
+    leads = """() => { const own = window.emsim.circuit.wires.filter((w) => w.part?.name === 'q1');
+        return Object.fromEntries(own.map((w) => [w.pin, w.now])); }"""
+    collector, base, emitter = (page.evaluate(leads)[k] for k in "012")
+    # into collector and base, out of the emitter
+    assert collector > 100 * base > 0 > emitter and abs(collector + base + emitter) < 1e-3 * collector
+
+
+def test_a_long_drawing_scrolls_and_stays_readable(folder: Path, visit: Any) -> None:
+    """A ladder of many stages was made as small as the pane."""
+    page = visit(written(folder, ROOT / "netlists/bench/rlc_ladder.cir", "ladder"))
+    wide, tall = page.evaluate(
+        """() => { const p = document.querySelector('.picture'), t = p.querySelector('.part text').getBoundingClientRect();
+            return [p.scrollWidth - p.clientWidth, t.height]; }"""
+    )
+    assert wide > 100 and tall > 7
+    assert page.evaluate("() => document.documentElement.scrollWidth <= innerWidth")

@@ -37,6 +37,9 @@ def extents(shapes: list[Shape]) -> list[list[Any]]:
                 found.append([p, 0.0])
         if s.get("spin"):
             found.append([s["at"], 1.5 * s["spin"]])
+        if kind == "gear" and "radii" in s:
+            found.append([s["first"]["a"], s["radii"][0]])
+            found.append([s["second"]["a"], s["radii"][1]])
         sides = spread(s, shapes) if kind == "bones" else None
         if sides is not None:
             found.append([s["at"], max(*sides) / 2])

@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from .contract import Pen, Scene
 
 Label = list  # [x, y, text, colour]
+MANY = 24  # names of bodies: more would be a heap, and none is written
 FAR = [26, -26, 39, 52]  # px that the name of what acts may be off; that of a body tells nothing there
 
 
@@ -64,7 +65,8 @@ def named(
     """Labels where there is room: what acts first, then the names of bodies, of which those without room are left out. `taken`:
     boxes [left, top, right, bottom] that they keep off; `wide` measures a text [px]."""
     found = []
-    for turn in [False, True]:
+    bodies = [one for one in labels if one[3] == "soft"]
+    for turn in [False] if len(bodies) > MANY else [False, True]:
         for x0, y0, text, colour in labels:
             if (colour == "soft") == turn:
                 at = room(x0, y0, wide(text), turn, taken, size, u)

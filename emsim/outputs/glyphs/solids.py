@@ -12,6 +12,8 @@ from __future__ import annotations
 
 import math
 
+from .marks import moved
+
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any
@@ -131,7 +133,7 @@ def shaft_of(found: list[Any], s: Shape, shapes: list[Shape], t: float) -> None:
     at, carried = s["at"], 0
     own: Any = [0.0, 0.0, 1.0]
     for j in shapes:
-        if j["kind"] == "joint" and j["b"][0] == at[0]:
+        if j["kind"] == "joint" and j["b"][0] == at[0] and j["sort"] == "pin":
             own = j["axis"]
     body, normal = at[0], own
     # what hangs in it, and in that
@@ -147,7 +149,12 @@ def shaft_of(found: list[Any], s: Shape, shapes: list[Shape], t: float) -> None:
         carried += 1
         body = following
     if carried == 0 or math.hypot(*normal) < 0.3:
-        wheel_of(found, at, own, s["spin"], t)
+        # shafts that meet in a point are drawn to either side of it
+        side = aside(at[0], shapes)
+        off = times(own, side * s["spin"])
+        wheel_of(found, moved(at, off[0], off[1], off[2]), own, s["spin"], t)
+        if side:
+            found.append(solid(at, cylinder([0, 0, 0], off, 0.8 * t), "edge"))
     else:
         found.append(solid(at, hoop(unit(normal), s["spin"] * (1.06 + 0.22 * carried), t), "body"))
 
@@ -172,6 +179,19 @@ def joint_of(found: list[Any], s: Shape, size: float, t: float) -> None:
         found.append(solid(s["b"], ball(1.9 * t), colour))
     else:
         found.append(solid(s["a"], cylinder(times(axis, -2.6 * t), times(axis, 2.6 * t), 1.5 * t), colour))
+
+
+def aside(body: float, shapes: list[Shape]) -> int:
+    """0 of a wheel that hangs alone where it hangs; of several -1, 1, -1, ..."""
+    wheels = [b["at"][0] for b in shapes if b["kind"] == "bones" and b["spin"]]
+    pins = [j for j in shapes if j["kind"] == "joint" and j["sort"] == "pin" and j["b"][0] in [*wheels]]
+    for own in pins:
+        if own["b"][0] == body:
+            hung = [j["b"][0] for j in pins if j["a"][0] == own["a"][0]]
+            for k in range(len(hung)):
+                if hung[k] == body and len(hung) > 1:
+                    return 1 if k % 2 else -1
+    return 0
 
 
 # ---- meshes: [points, faces, edges] ----

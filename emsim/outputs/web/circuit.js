@@ -12,6 +12,15 @@ function svg(tag, attributes, parent) {
   return e;
 }
 
+// Of a part with several pins the lines of its symbol that begin at one: [pin, points from there on].
+function leadsOf(part) {
+  const at = (p, q) => Math.abs(p[0] - q[0]) < 0.6 && Math.abs(p[1] - q[1]) < 0.6;
+  return part.pins.flatMap((pin, k) => {
+    const found = part.strokes.find(([kind, points]) => kind === "line" && (at(points[0], pin) || at(points.at(-1), pin)) && points.length < 4);
+    return found ? [[k, at(found[1][0], pin) ? found[1] : [...found[1]].reverse()]] : [];
+  });
+}
+
 class Circuit {
   // of a run, or of the runs of a deck with .step: the one that the clock is in is drawn.
   // circuit: {pictures, volts, currents, uses, complex, time, channels: [{name, unit, values, imag}]}
@@ -93,6 +102,7 @@ class Circuit {
     const root = svg("svg", { viewBox: `0 0 ${picture.width} ${picture.height}`, role: "group", "aria-label": "circuit diagram" });
     root.style.maxHeight = this.machine ? "40vh" : "62vh";
     root.style.maxWidth = `${1.35 * picture.width}px`;
+    root.style.minWidth = `${0.7 * picture.width}px`; // what is longer scrolls: smaller, nobody could read it
     const pinsOf = new Map();
     parts.forEach((p, k) => p.pins.forEach(([, , net], j) => pinsOf.set(net, [...(pinsOf.get(net) || []), [k, j]])));
     const line = (points) => "M" + points.map((p) => p.join(",")).join("L");
@@ -108,8 +118,8 @@ class Circuit {
       svg("rect", { x: x0 - 4, y: y0 - 4, width: x1 - x0 + 8, height: y1 - y0 + 8, rx: 5, class: "lamp" }, g);
       if (part.pins.length === 2) {
         const [a, b] = part.pins, dots = svg("path", { d: line([a.slice(0, 2), b.slice(0, 2)]), class: "dots" }, g);
-        this.wires.push({ part, dots });
-      }
+        this.wires.push({ part, pin: 0, dots });
+      } else for (const [pin, lead] of leadsOf(part)) this.wires.push({ part, pin, dots: svg("path", { d: line(lead), class: "dots" }, g) });
       for (const s of part.strokes) {
         if (s[0] === "line" || s[0] === "fill") svg("path", { d: line(s[1]) + (s[0] === "fill" ? "Z" : ""), class: s[0] }, g);
         else svg("circle", { cx: s[1], cy: s[2], r: s[3], class: s[0] }, g);
@@ -179,7 +189,7 @@ class Circuit {
     const paint = (net) => { if (!of.has(net)) of.set(net, coloured ? this.colour(this.polar((part) => this.volt(net, t, part))[0]) : "var(--edge)"); return of.get(net); };
     for (const w of this.wires) if (w.line) w.line.style.stroke = paint(w.net);
     for (const j of this.joints) j.dot.style.fill = paint(j.net);
-    this.wires.forEach((w) => { [w.now, w.phase] = this.polar((half) => (w.part ? this.current(w.part, 0, t, half) : this.along(w, t, half))); });
+    this.wires.forEach((w) => { [w.now, w.phase] = this.polar((half) => (w.part ? this.current(w.part, w.pin, t, half) : this.along(w, t, half))); });
     this.scale();
     const named = this.host.querySelector("#values").checked;
     for (const { net, part, text } of this.labels) {
@@ -210,7 +220,7 @@ class Circuit {
       let top = 0;
       for (let k = 0; k < count; k++) {
         const t = time[Math.floor(k * time.length / count)];
-        for (const w of this.wires) if (w.part) { const i = Math.abs(this.polar((half) => this.current(w.part, 0, t, half))[0]); if (Number.isFinite(i)) top = Math.max(top, i); }
+        for (const w of this.wires) if (w.part) { const i = Math.abs(this.polar((half) => this.current(w.part, w.pin, t, half))[0]); if (Number.isFinite(i)) top = Math.max(top, i); }
       }
       this.most.set(key, top);
     }
