@@ -27,7 +27,7 @@ PLOT_OPTIONS = [
 ]
 FILM_OPTIONS = [
     Option("--gif", "film the machine, as a GIF", "FILE"),
-    Option("--frame", "draw the machine as a PNG, at --from or at the start", "FILE"),
+    Option("--frame", "draw the machine as PNG or SVG, at --from or at the start", "FILE"),
     Option("--circuit", "film the circuit too, above the machine: voltages as colours, currents as dots"),
     Option("--speed", "simulated seconds a second of the film, otherwise it lasts 4 to 10 s", "X"),
     Option("--duration", "seconds that the film lasts, in place of --speed", "SECONDS"),
@@ -125,10 +125,10 @@ class Films:
         """Raises UsageError, OutsideError without Pillow."""
         self._given = given
         self.files = [path for key in ("gif", "frame") if (path := given.text(key)) is not None]
-        for key, extension in (("gif", ".gif"), ("frame", ".png")):
+        for key, extensions in (("gif", (".gif",)), ("frame", (".png", ".svg"))):
             path = given.text(key)
-            if path is not None and not path.lower().endswith(extension):
-                raise UsageError(f"--{key} {path}: the file ends in {extension}")
+            if path is not None and not path.lower().endswith(extensions):
+                raise UsageError(f"--{key} {path}: the file ends in {' or '.join(extensions)}")
         if given.has("speed") and given.has("duration"):
             raise UsageError("--speed and --duration say the same thing in two ways; give one")
         for key in ("speed", "duration", "fps"):

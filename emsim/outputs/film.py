@@ -21,6 +21,7 @@ from .glyphs.paper import called, named, paper
 from .numbers import written
 from .solid import Solids
 from .stage import Stage
+from .vector import SvgPen
 
 try:
     from PIL import Image, ImageDraw, ImageFont
@@ -141,12 +142,33 @@ def _palette() -> Image.Image:
 def png(
     path: str, table: Table, t: float, width: int = 2 * WIDTH, trace: str | None = None, circuit: bool = False
 ) -> None:
-    """Writes the machine at one instant [s], the `circuit` above it. OSError; DeckError: no such point or time."""
+    """Writes the machine at one instant [s], the `circuit` above it; PNG or SVG by the file's name. OSError; DeckError: no such
+    point or time."""
     first, last = float(table.time[0]), float(table.time[-1])
     if not first <= t <= last:
         deck_error("E349", f"there is nothing to draw at {t:g} s: time goes from {first:g} s to {last:g} s")
     with replacing(path) as beside:
-        _camera(table, width, 3, trace, first, circuit).frame(t).save(beside, format="PNG")
+        if path.lower().endswith(".svg"):
+            with open(beside, "w", encoding="utf-8") as file:
+                file.write(_svg(table, t, width, trace, circuit))
+        else:
+            _camera(table, width, 3, trace, first, circuit).frame(t).save(beside, format="PNG")
+
+
+def _svg(table: Table, t: float, width: int, trace: str | None, circuit: bool) -> str:
+    """The same as a drawing, wires in the colours of their voltages."""
+    above, room = "", 0.0
+    if circuit:
+        from .schematic import Moving
+
+        moving = Moving(table, width)
+        above, room = moving.svg(t, width)
+    if table.scene is None:
+        return SvgPen((width, 0), 1.0, COLOURS, len).text(table.title, above, room)
+    camera = Camera(table, width, 1, trace, float(table.time[0]))
+    pen = SvgPen((camera.stage.width, camera.stage.height), camera.unit, COLOURS, camera.font.getlength)
+    camera.draw(pen, t)
+    return pen.text(table.title, above, room)
 
 
 def _camera(
@@ -192,9 +214,13 @@ class Camera:
 
     def frame(self, t: float) -> Image.Image:
         """RGB, the machine at t [s]."""
+        pen = Pen(self)
+        self.draw(pen, t)
+        return pen.picture()
+
+    def draw(self, pen: Pen | SvgPen, t: float) -> None:
         stage = self.stage
         stage.at(t)
-        pen = Pen(self)
         paper(stage, pen)
         if self.traced is not None and t > self.begin:
             count = min(TRACED, 2 + sum(1 for v in stage.time if self.begin <= v <= t))
@@ -207,7 +233,6 @@ class Camera:
             called(stage, pen)
         said = f"t = {written(t, 's', 4)}"
         pen.write(stage.width / 2, stage.height - 8 * self.unit, said, "ink", anchor="ms")
-        return pen.picture()
 
 
 class Pen:

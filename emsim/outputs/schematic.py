@@ -164,6 +164,22 @@ class Moving:
             return there
         return -sum(self.current(k, j, t) for k, j in self.pins[wire["net"]] if (k, j) not in beyond)
 
+    def colour(self, net: str, t: float) -> str:
+        v = self.volt(net, t)
+        share = min(1.0, (abs(v) / self.top) ** 0.5) if np.isfinite(v) else 0.0
+        return LIGHT[1] if share < 0.02 else _mixed(OVER if v > 0 else UNDER, LIGHT[1], share)
+
+    def svg(self, t: float, width: int) -> tuple[str, float]:
+        """The drawing as an SVG within another, in the middle of its width, and how tall it is [px]."""
+        from ..schematic.svg import svg
+
+        w, h = (round(self.data[key] * self.scale) for key in ("width", "height"))
+        text = svg(self.data, False, "circuit", lambda net: self.colour(net, t))
+        head, rest = text.split(">", 1)
+        view = f'viewBox="0 0 {self.data["width"]} {self.data["height"]}"'
+        font = head[head.index("font-family") :]
+        return f'<svg x="{(width - w) / 2:g}" width="{w}" height="{h}" {view} {font}>{rest}', float(h)
+
     def image(self, t: float, seconds: float = 0.0) -> Image.Image:
         """As wide as the film."""
         dots: list[tuple[float, float]] = []
@@ -176,12 +192,7 @@ class Moving:
             self.phases[k] = (self.phases[k] + speed * seconds) % SPACING
             dots += _spaced(points, self.phases[k])
 
-        def colour(net: str) -> str:
-            v = self.volt(net, t)
-            share = min(1.0, (abs(v) / self.top) ** 0.5) if np.isfinite(v) else 0.0
-            return LIGHT[1] if share < 0.02 else _mixed(OVER if v > 0 else UNDER, LIGHT[1], share)
-
-        drawn = image(self.data, self.scale, False, colour, dots)
+        drawn = image(self.data, self.scale, False, lambda net: self.colour(net, t), dots)
         if drawn.width == self.width:
             return drawn
         whole = Image.new("RGB", (self.width, drawn.height), LIGHT[0])

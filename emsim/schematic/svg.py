@@ -6,6 +6,7 @@ from xml.sax.saxutils import escape
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from collections.abc import Callable
     from typing import Any
 
 FONT = "Helvetica, Arial, 'DejaVu Sans', sans-serif"
@@ -15,8 +16,10 @@ LIGHT = {"ink": "#1c2430", "paper": "#ffffff", "wire": "#1c2430", "soft": "#5760
 DARK = {"ink": "#e6eaf0", "paper": "#14181e", "wire": "#e6eaf0", "soft": "#a3adbb"}
 
 
-def svg(data: dict[str, Any], dark: bool = False, title: str = "") -> str:
-    """The text of an SVG file."""
+def svg(
+    data: dict[str, Any], dark: bool = False, title: str = "", colour: Callable[[str], str] | None = None
+) -> str:
+    """The text of an SVG file; `colour` gives nets theirs."""
     c = DARK if dark else LIGHT
     out = [
         f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {data["width"]} {data["height"]}" width="{data["width"]}" '
@@ -26,9 +29,11 @@ def svg(data: dict[str, Any], dark: bool = False, title: str = "") -> str:
         f'<g fill="none" stroke="{c["wire"]}" stroke-width="1.4" stroke-linecap="round" stroke-linejoin="round">',
     ]
     for wire in data["wires"]:
-        out.append(f'<path d="{path(wire["points"])}" data-net="{escape(wire["net"])}"/>')
-    for x, y, _ in data["dots"]:
-        out.append(f'<circle cx="{x:g}" cy="{y:g}" r="2.6" fill="{c["wire"]}" stroke="none"/>')
+        own = f' stroke="{colour(wire["net"])}"' if colour else ""
+        out.append(f'<path d="{path(wire["points"])}" data-net="{escape(wire["net"])}"{own}/>')
+    for x, y, net in data["dots"]:
+        own = colour(net) if colour else c["wire"]
+        out.append(f'<circle cx="{x:g}" cy="{y:g}" r="2.6" fill="{own}" stroke="none"/>')
     for part in data["parts"]:
         out.append(f'<g data-part="{escape(part["name"])}">')
         out += [_stroke(s, c) for s in part["strokes"]]

@@ -269,3 +269,50 @@ def test_every_kind_of_shape_is_drawn(tmp_path):
 )
 def test_numbers(value, unit, text):
     assert written(value, unit) == text
+
+
+@pytest.mark.parametrize("circuit", [False, True])
+def test_a_frame_as_svg_has_the_same_shapes(tmp_path, circuit):
+    from xml.etree import ElementTree
+
+    result = run(ALL)
+    film.png(str(tmp_path / "a.svg"), result.main, 0.1, 480, circuit=circuit)
+    root = ElementTree.parse(tmp_path / "a.svg").getroot()
+    tags = [e.tag.rpartition("}")[2] for e in root.iter()]
+    said = [e.text for e in root.iter() if e.tag.endswith("text")]
+    stage = Stage(result.main, 480)
+    assert tags.count("path") > 60 and "arm" in said and any("m1" in text for text in said)
+    assert ("Vd" in said) == circuit
+    if not circuit:
+        assert [float(v) for v in root.get("viewBox").split()[2:]] == [stage.width, stage.height]
+
+
+def test_a_spatial_frame_as_svg_has_its_solids(tmp_path):
+    film.png(str(tmp_path / "a.svg"), run(SPACE).main, 0.4, 300)
+    text = (tmp_path / "a.svg").read_text()
+    assert "data:image/png;base64," in text and ">plate</text>" in text
+
+
+def test_a_motor_stands_out_from_its_ground_mark():
+    """It was a pale ring of 16 px under the mark of the frame."""
+    from emsim.outputs.glyphs import drawn
+
+    calls = []
+
+    class Recorder:
+        unit = 1.0
+
+        def __getattr__(self, name):
+            return lambda *args: calls.append((name, *args))
+
+    stage = Stage(run(ALL).main, 480)
+    stage.at(0.1)
+    drawn(stage, Recorder())
+    hinge = stage.place([0, 0, 0, 0])
+    disc = max(k for k, c in enumerate(calls) if c[0] == "circle" and c[2] == 18 and c[3] == "panel")
+    assert calls[disc][1] == pytest.approx(hinge)
+    marks = [k for k, c in enumerate(calls) if c[0] == "line" and c[2] == "ground"]
+    # above the mark, whose foot is seen below it
+    assert disc > max(marks)
+    feet = [p[1] - hinge[1] for k in marks for p in calls[k][1] if abs(p[0] - hinge[0]) < 15]
+    assert max(feet) > 18 + 5
