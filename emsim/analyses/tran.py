@@ -17,7 +17,7 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Self
 
-    from ..assemble import Assembly, Output
+    from ..assemble import Assembly, Context, Output
     from ..deck import Analysis as Card
     from ..diagnostics import Sink
     from .base import Progress
@@ -83,6 +83,15 @@ class Tran(Analysis):
 
     def times(self) -> tuple[float, ...]:
         return self.tstep, self.tstop
+
+    def columns(self, ctx: Context) -> list[Output]:
+        method = str(ctx.options.get("method"))
+        if ctx.delayed and method.startswith("gauss"):
+            # steps of one length do not end where an edge comes out of a line, and nothing damps what is missed there
+            said = f"method {method} cannot do this deck: it reads what was a time ago"
+            hint = "try: .options method=radau, or none at all: emsim then chooses by itself"
+            ctx.sink.error("E413", said, self.card.span, hint)
+        return super().columns(ctx)
 
     def run(self, assembly: Assembly, progress: Progress | None = None) -> Run:
         """Every accepted point from tstart on; the first column is the time, the channels of a drawing come last. Energy

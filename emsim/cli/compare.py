@@ -167,7 +167,8 @@ def _tight(
             deck = ngspice.tightened(text, folder, grid, tmax, reltol)
             # a run that is too tight for ngspice may go on for ever with steps of nothing
             patient = engine is not ngspice.run or reltol == TIGHT[-1]
-            return (engine(deck) if patient else ngspice.run(deck, timeout=PATIENCE)), reltol
+            tstop = grid[2] if grid and len(ours.plots) == 1 else 0.0
+            return (engine(deck) if patient else ngspice.run(deck, PATIENCE, tstop)), reltol
         except ngspice.NgspiceError as error:
             said = str(error)
     raise OutsideError(Diagnostic("error", "E511", f"ngspice does not run this deck: {said}"))

@@ -115,8 +115,10 @@ def assignments(s: Session, text: str) -> list[tuple[str, Any]]:
     tokens = re.findall(r"[=()]|[^\s=()]+(?:\([^\s()]*\))?[^\s=()]*", plain)
 
     def value_of(token: str) -> Any:
-        if token[:1] == "\0":
-            return words.substituted(s, quoted[int(token.strip("\0"))])
+        if re.fullmatch(r"\0\d+\0", token):
+            return words.substituted(s, quoted[int(token[1:-1])])
+        # quoted and other text, with no blank between
+        token = re.sub(r"\0(\d+)\0", lambda m: quoted[int(m[1])], token)
         return s.parsed(words.substituted(s, token))
 
     found: list[tuple[str, Any]] = []
@@ -268,6 +270,24 @@ def undefine(s: Session, text: str, at: Statement) -> None:
             del s.functions[key]
 
 
+def alias(s: Session, text: str, at: Statement) -> None:
+    """alias name words: what the name stands for; without words, what it stands for now."""
+    name, _, words = text.strip().partition(" ")
+    if words.strip():
+        s.aliases[name.lower()] = words.strip()
+        return
+    for known, meaning in sorted(s.aliases.items()):
+        if not name or known == name.lower():
+            s.say(f"{known}\t{meaning}" if not name else meaning)
+
+
+def unalias(s: Session, text: str, at: Statement) -> None:
+    for name in text.lower().split():
+        if name == "*":
+            s.aliases.clear()
+        s.aliases.pop(name, None)
+
+
 COMMANDS = (
     Command("let", LET, "makes a vector in the current plot, or changes one", let, "let"),
     Command("unlet", "unlet name ..", "takes vectors away", unlet),
@@ -288,4 +308,13 @@ COMMANDS = (
     Command("strcmp", "strcmp variable word word", "compares two words: -1, 0, 1", strcmp),
     Command("define", DEFINE, "defines a function of vectors", define, raw=True, records=True),
     Command("undefine", "undefine name ..", "takes functions away", undefine),
+    Command(
+        "alias",
+        "alias name words",
+        "another name for a command and its first words",
+        alias,
+        raw=True,
+        records=True,
+    ),
+    Command("unalias", "unalias name ..", "takes such names away", unalias),
 )

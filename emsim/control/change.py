@@ -80,6 +80,10 @@ def reset(s: Session, text: str, at: Statement) -> None:
     s.deck.reset()
 
 
+def setcirc(s: Session, text: str, at: Statement) -> None:
+    s.say(f"List of circuits loaded:\n\nCurrent\t1\t{s.deck.title}")
+
+
 def remcirc(s: Session, text: str, at: Statement) -> None:
     s.note(f"`{at.word}`: the deck is the one circuit, and stays")
 
@@ -90,5 +94,5 @@ COMMANDS = (
     Command("alterparam", ALTERPARAM, "changes a .param for the runs that follow", alterparam),
     Command("reset", "reset", "the deck as it was written, altered parameters apart", reset),
     Command("remcirc", "remcirc", "passed over: the deck is the one circuit", remcirc),
-    Command("setcirc", "setcirc", "passed over: the deck is the one circuit", remcirc),
+    Command("setcirc", "setcirc", "the one circuit that there is", setcirc),
 )

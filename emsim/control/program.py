@@ -144,13 +144,14 @@ def every(body: Body) -> Iterator[Statement]:
 
 def check(body: Body, sink: Sink, commands: Mapping[str, Command]) -> None:
     """Words that are no commands, and expressions that cannot be read: told before anything runs."""
-    known = {*commands, *FLOW}
+    named = {s.rest.split()[0].lower() for s in every(body) if s.word == "alias" and s.rest}
+    known = {*commands, *FLOW, *named}
     for s in every(body):
         behind_semicolon(s, known, sink)
         if s.word not in known:
             sink.add(unknown(s, suggest(s.word, known)))
             continue
-        command = commands.get(s.word)
+        command = None if s.word in named else commands.get(s.word)
         start = "vectors" if s.word in CONDITIONS else command.grammar if command is not None else None
         if start is None or not s.rest or any(c in s.rest for c in "$`{"):
             continue

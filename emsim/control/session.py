@@ -12,6 +12,7 @@ import re
 
 import numpy as np
 
+from ..analyses import find
 from ..build import parse_signals
 from ..diagnostics import ConvergenceError, DeckError, Diagnostic, OutsideError, Sink, suggest
 from ..elaborate.steps import points
@@ -40,6 +41,7 @@ MOST_COMMANDS = 1_000_000  # that a section carries out
 RUN = 20  # commands that an analysis counts as
 # what `show` tells of a device's operating point, as far as the device knows it
 SHOWN = ("i", "p", "id", "ic", "ib", "vgs", "vds", "gm", "gds", "gmbs", "gpi", "go")
+MOST_ALIASES = 20  # names for names
 MOST_SOURCES = 20  # files within each other
 MOST_OUTPUT = 200_000_000  # characters
 SEED = 1
@@ -75,6 +77,7 @@ class Session:
         self.trouble: list[Diagnostic] = []  # of analyses that did not converge
         self.plots = Plots()
         self.variables: dict[str, Any] = {}
+        self.aliases: dict[str, str] = {}
         self.functions: dict[tuple[str, int], tuple[list[str], Any, str]] = {}
         self.seed(SEED)
         self.files: list[str] = []  # that were written
@@ -181,9 +184,20 @@ class Session:
             )
             raise Stop
 
+    def named(self, s: Statement) -> Statement:
+        """The command that a name of `alias` stands for."""
+        for _ in range(MOST_ALIASES):
+            if s.word not in self.aliases or s.word in program.FLOW:
+                return s
+            s = Statement(s.line, s.at, f"{self.aliases[s.word]} {s.rest}")
+        raise CommandError("E160", f"`{s.word}` stands for itself", "unalias takes a name away")
+
     def statement(self, s: Statement) -> None:
         self.count(s)
         try:
+            s = self.named(s)
+            if s.word in program.BLOCKS:
+                raise CommandError("E160", f"an alias cannot begin a block: `{s.word}`")
             if s.word in ("break", "continue"):
                 from .numbers import whole
 
@@ -311,13 +325,16 @@ class Session:
                 self.report(error)
         return found
 
-    def numbers(self, text: str) -> list[float]:
-        """Real numbers, one for each expression of a list."""
+    def numbers(self, text: str, count: int = 0) -> list[float]:
+        """Real numbers, one for each expression of a list; E161 where there are not `count`, or not one."""
         found = []
         for v in self.vectors(text):
             if len(v) != 1:
                 raise CommandError("E161", f"`{v.name}` is no single number")
             found.append(float(v.values[0].real))
+        if len(found) != count if count else not found:
+            wanted = "a number is" if count < 2 else f"{count} numbers are"
+            raise CommandError("E161", f"{wanted} needed here, `{text}` comes to {len(found)}")
         return found
 
     def vector(self, name: str) -> Vector:
@@ -478,7 +495,7 @@ class Session:
                 plot = self.plots.new(kind, self.deck.title, table.plotname, table)
                 plot.beside = {p.text for p in self.deck.wanted}
         done = {t.kind for t in tables if len(t)}
-        self._without([c for c in cards if c.kind not in done])
+        self._without([c for c in cards if done.isdisjoint((c.kind, *getattr(find(c.kind), "tables", ())))])
         if any(t.status == "interrupted" for t in tables):
             self.interrupted = True
             raise Stop

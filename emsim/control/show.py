@@ -281,7 +281,7 @@ def refused(s: Session, text: str, at: Statement) -> None:
 
 
 PASSED = """
-    alias unalias bug cdump codemodel pre_codemodel devhelp dump help oldhelp history inventory state status mdump mrdump noquery
+    bug cdump codemodel pre_codemodel devhelp dump help oldhelp history inventory state status mdump mrdump noquery
     rehash use where optran snsave pre_set osdi pre_osdi remzerovec esave sysinfo jobs rspice aspice asciiplot tutorial led wait
     setcs iprint
 """

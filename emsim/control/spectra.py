@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from ..measures.curve import Curve
@@ -165,7 +167,10 @@ def psd(s: Session, text: str, at: Statement) -> None:
     form = "psd averages vector .."
     if not rest.strip():
         usage(form, "a number of neighbours and vectors are needed")
-    smooth = int(s.numbers(count)[0])
+    asked = s.numbers(count)[0]
+    if not math.isfinite(asked):
+        usage(form, "the number of neighbours is finite")
+    smooth = int(asked)
     _, x, found = _even(s, form, rest)
     _heed_steps(s, x)
     n, span = len(x), x[-1] - x[0]
@@ -194,10 +199,10 @@ def spec(s: Session, text: str, at: Statement) -> None:
     given = text.split(None, 3)
     if len(given) < 4:
         usage(form, "three frequencies and vectors are needed")
-    low, high, step = s.numbers(" ".join(given[:3]))
+    low, high, step = s.numbers(" ".join(given[:3]), 3)
     _, x, found = _even(s, form, given[3])
     _heed_steps(s, x)
-    if not (step > 0 and 0 <= low <= high):
+    if not (step > 0 and 0 <= low <= high < math.inf):
         usage(form, "frequencies are not negative, and the step is positive")
     count = int((high - low) / step + 1e-9) + 1
     if count * len(x) > 1e9:
@@ -229,7 +234,7 @@ def fourier(s: Session, text: str, at: Statement) -> None:
     plot = s.plots.current
     if plot.scale is None or plot.scale.key != "time":
         raise CommandError("E164", "fourier needs a plot over time", "tran or run makes one")
-    if not base > 0:
+    if not 0 < base < math.inf:
         usage(form, "the frequency is positive")
     x = plot.scale.values.real
     period = 1.0 / base

@@ -64,7 +64,7 @@ def _chosen(words: list[object], index: str, name: str) -> list[object]:
     try:
         low = int(float(first)) if first.strip() else 1
         high = (int(float(last)) if last.strip() else len(words)) if dash else low
-    except ValueError:
+    except (ValueError, OverflowError):
         raise CommandError("E161", f"`{index}` is no place in ${name}") from None
     if not 1 <= low <= len(words) or not 1 <= high <= len(words):
         raise CommandError("E162", f"${name} has words 1 to {len(words)}, not {index}")
@@ -77,7 +77,7 @@ def _text(value: object, shown: bool) -> str:
     if isinstance(value, float):
         return (
             (short(value) if shown else repr(value))
-            if abs(value) >= 1e9 or value != int(value)
+            if not abs(value) < 1e9 or value != int(value)
             else str(int(value))
         )
     return str(value)

@@ -30,7 +30,7 @@ from ..deck import (
 from ..diagnostics import OutsideError, suggest
 from ..draws import SEED, Draws
 from ..elements import CLASSES, Element
-from ..expr import ExprError, Name, Node, evaluate, fold
+from ..expr import Call, ExprError, Name, Node, evaluate, fold
 from ..source import NoCollection
 from ..syntax import LineError
 from ..units import ABSOLUTE_ZERO, spice_leftover, spice_number
@@ -328,7 +328,14 @@ class _Flattener:
                     args = [as_float(a, level.scope) if isinstance(a, Node) else a for a in card.args]
                     self.flat.analyses.append(Analysis(card.kind, args, card.flags, card.span))
                 elif kind is Print:
-                    items = [(text, self.output(ast, level)) for text, ast in card.items]
+                    # sens(v(b),r1) in .print sens is the name of a column
+                    items = [
+                        (
+                            text,
+                            ast if isinstance(ast, Call) and ast.fn == card.kind else self.output(ast, level),
+                        )
+                        for text, ast in card.items
+                    ]
                     self.flat.prints.append(Print(card.kind, items, card.span))
                 elif kind is Measure:
                     others = [c.name for c in cards if c.__class__ is Measure]

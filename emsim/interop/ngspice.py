@@ -13,6 +13,7 @@ import re
 import shutil
 import subprocess
 import tempfile
+import time
 
 from ..diagnostics import Diagnostic, OutsideError
 from ..outputs import raw
@@ -47,9 +48,14 @@ def version() -> str:
     return found.group(1) if found else ""
 
 
-def run(deck: str, timeout: float = 300.0) -> Result:
+STILL = 3.0  # s: so long the time of a run is watched
+NEVER = 1e3  # of the timeout: a run that would take longer at its pace is ended at once
+
+
+def run(deck: str, timeout: float = 300.0, tstop: float = 0.0) -> Result:
     """Runs a deck that `as_written` or `tightened` made; the tables that are real numbers come back, others are passed over.
 
+    `tstop` [s] where a transient is the only analysis: one that stands still, with steps of nothing, is ended then.
     Raises OutsideError without ngspice, NgspiceError when it fails or takes longer than timeout [s]."""
     program = find()
     inside = list(cards(deck.partition("\n")[2]))
@@ -60,17 +66,62 @@ def run(deck: str, timeout: float = 300.0) -> Result:
         source, target = os.path.join(folder, "deck.cir"), os.path.join(folder, "out.raw")
         with open(source, "w", encoding="utf-8") as file:
             file.write(deck)
-        try:
-            done = subprocess.run(
-                [program, "-n", "-b", "-r", target, source],
-                cwd=folder, env=surroundings(folder), stdin=subprocess.DEVNULL, capture_output=True, timeout=timeout,
-            )  # fmt: skip
-        except subprocess.TimeoutExpired:
-            raise NgspiceError(f"not done after {timeout:g} s") from None
-        log = (done.stdout + b"\n" + done.stderr).decode("utf-8", "replace")
-        if done.returncode or not os.path.exists(target):
+        code, log = _run([program, "-n", "-b", "-r", target, source], folder, target, timeout, tstop)
+        if code or not os.path.exists(target):
             raise NgspiceError(last_words(log))
         return named_alike(raw.read(target))
+
+
+def _run(command: list[str], folder: str, target: str, timeout: float, tstop: float) -> tuple[int, str]:
+    """Exit code and output of a run. NgspiceError where it takes too long, or is seen to."""
+    began = marked = time.monotonic()
+    mark = 0.0
+    with open(os.path.join(folder, "log.txt"), "w+b") as log:
+        run = subprocess.Popen(
+            command, cwd=folder, env=surroundings(folder), stdin=subprocess.DEVNULL, stdout=log, stderr=subprocess.STDOUT
+        )  # fmt: skip
+        try:
+            while True:
+                try:
+                    code = run.wait(STILL if tstop else timeout)
+                    break
+                except subprocess.TimeoutExpired:
+                    pass
+                now = time.monotonic()
+                if now - began >= timeout:
+                    raise NgspiceError(f"not done after {timeout:g} s")
+                at = _last_time(target)
+                if at is not None and (at - mark) * NEVER * timeout < (tstop - at) * (now - marked):
+                    raise NgspiceError(f"it stands still at t = {at:g} s")
+                mark, marked = at or 0.0, now
+        finally:
+            run.kill()
+            run.wait()
+        log.seek(0)
+        return code, log.read().decode("utf-8", "replace")
+
+
+def _last_time(path: str) -> float | None:
+    """The time of the last whole row of a raw file that is being written."""
+    from struct import unpack
+
+    try:
+        with open(path, "rb") as file:
+            head = file.read(1 << 16)
+            begin = head.find(b"Binary:\n") + len(b"Binary:\n")
+            columns = re.search(rb"No\. Variables:\s*(\d+)", head)
+            size = os.path.getsize(path)
+            if begin < len(b"Binary:\n") or columns is None or b"Flags: real" not in head:
+                return None
+            width = 8 * int(columns[1])
+            rows = (size - begin) // width
+            if rows < 1:
+                return None
+            file.seek(begin + (rows - 1) * width)
+            (found,) = unpack("<d", file.read(8))
+            return float(found)
+    except (OSError, ValueError):
+        return None
 
 
 def last_words(log: str) -> str:
