@@ -21,7 +21,6 @@ of He and of what it was at the first (a memory); operating points move along th
 from __future__ import annotations
 
 import math
-from functools import partial
 from itertools import pairwise
 
 TYPE_CHECKING = False
@@ -308,15 +307,15 @@ class Core:
             ends = [
                 0.5 * (end + length - b.call("abs", length - end)) for end in PANELS
             ]  # no further than it goes
-            past = partial(self._before, sign * m.k)
-            rest = lagged(past, partial(b.call, "exp"), ends)
+            rest = lagged(self._before(sign * m.k), lambda x: b.call("exp", x), ends)
             total = b.call("exp", -length) * self.man(y0) + rest
             sides.append((moves, total))
         (up, rising), (down, falling) = sides
         return b.select(up, rising, b.select(down, falling, self.man(y0)))
 
-    def _before(self, back: float, t: Expr) -> Expr:
-        return self.man(self.he - back * t)
+    def _before(self, back: float) -> Callable[[Expr], Expr]:
+        """What the anhysteretic curve was at a field so much earlier on the way."""
+        return lambda t: self.man(self.he - back * t)
 
     @property
     def field_rate(self) -> Expr:
