@@ -216,8 +216,8 @@ class Piece:
 
         def series(kernel: np.ndarray) -> list[float]:
             terms = (np.arange(NODES) + 0.5) * (basis @ (weights * kernel))
-            kept = np.nonzero(np.abs(terms) > SHARE * np.abs(terms).max())[0]
-            return [float(t) for t in terms[: kept[-1] + 1]] if d else []
+            terms[np.abs(terms) <= SHARE * np.abs(terms).max()] = 0.0
+            return np.trim_zeros(terms, "b").tolist() if d else []
 
         self.both = series(-bend)  # behind cosh
         self.even = series(-d * j0 + y * bend)  # behind (s + b) sinh/w
@@ -242,7 +242,8 @@ class Piece:
         found = x + sign * left
         q = [b.unknown(f"{name}{j}", "branch", "A", at * self.past[j]) for j in range(len(kernel))]
         for j, (k, weight) in enumerate(zip(q, kernel, strict=True)):
-            found = found + weight * b.x(k)
+            if weight:
+                found = found + weight * b.x(k)
             b.c(k, k, self.delay)
             b.g(k, k, m)
             if j == 0:

@@ -190,6 +190,12 @@ def points_for(text: str) -> int:
     return 100_000 if re.search(r"(?im)^\s*[sw]\w*\s", text.partition("\n")[2]) else 20_000
 
 
+def least_step(text: str) -> float:
+    """What a reference run's steps must not be shorter than [s]: ngspice's lines of .model txl and cpl keep their past in whole
+    picoseconds, and grow without end where steps are shorter."""
+    return 2e-12 if re.search(r"(?im)^\s*[yp]\w*\s", text.partition("\n")[2]) else 0.0
+
+
 def _rebuild(text: str, folder: str, tran: tuple[float, float, float, float] | None, more: list[str]) -> str:
     title, outside, control = flattened(text, folder)
     if not any(first_word(card) in ANALYSES for card in outside):

@@ -18,7 +18,7 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-ELEMENTS = frozenset("bcdefghijklmoqrstuvwxyz")  # not N, compiled libraries
+ELEMENTS = frozenset("bcdefghijklmopqrstuvwxyz")  # not N, compiled libraries
 FROM_FILES = frozenset(("d_source", "d_state", "table2d", "table3d"))  # code models that read files
 CODE_MODELS = frozenset(NAMES) - FROM_FILES
 CARDS = frozenset(
@@ -49,6 +49,14 @@ def flattened(text: str, folder: str) -> tuple[str, list[Card], list[Card]]:
     models = code_models(out)
     out = [card for card in out if passes(card, models) or first_word(card) in OPTION_WORDS]
     return "emsim: " + _printable(title).strip(), out, control
+
+
+def elements_left_out(text: str, folder: str) -> list[str]:
+    """Names of elements that ngspice may not have: without them its results would be those of another circuit."""
+    out: list[Card] = []
+    _collect(text.partition("\n")[2], folder, (), out, [])
+    models = code_models(out)
+    return [word for card in out if (word := first_word(card))[:1].isalpha() and not passes(card, models)]
 
 
 def code_models(deck: list[Card]) -> frozenset[str]:

@@ -436,6 +436,11 @@ def _number(value: Any) -> str:
     return f"({','.join(map(repr, value))})" if isinstance(value, (tuple, list)) else repr(value)
 
 
+def _row(value: Any) -> str:
+    """A parameter of a .model, where brackets are read as nothing: a matrix of coupled lines is a row of numbers."""
+    return " ".join(map(repr, value)) if isinstance(value, list) else _number(value)
+
+
 def source(value: Any) -> str:
     """A number or waveform as ngspice writes it in a source."""
     return wave(value) if hasattr(value, "kind") else repr(float(value))
@@ -448,6 +453,4 @@ def wave(w: Waveform) -> str:
 
 
 def _model(model: Model) -> str:
-    return (
-        f".model {model.name} {model.type}({' '.join(f'{k}={_number(v)}' for k, v in model.params.items())})"
-    )
+    return f".model {model.name} {model.type}({' '.join(f'{k}={_row(v)}' for k, v in model.params.items())})"

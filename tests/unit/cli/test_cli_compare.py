@@ -150,3 +150,21 @@ def test_a_missing_deck_is_said_as_by_run(capsys, monkeypatch):
     said = capsys.readouterr().err
     assert main(["compare", "nosuch.cir"]) == 5
     assert capsys.readouterr().err == said and "E500" in said
+
+
+@needs_ngspice
+def test_coupled_lines_are_handed_on(scratch, capsys):
+    """They were left out, and ngspice's circuit was another one."""
+    Path("p.cir").write_text(
+        "pair\nV1 in 0 PULSE(0 1 1n 0.2n 0.2n 8n 20n)\nR1 in a 30\nP1 a b 0 c d 0 m\nR3 b 0 50\nR4 c 0 50\nR5 d 0 70\n"
+        ".model m cpl(r=0.3 0 0.3 l=9.13n 3.3n 9.13n g=0 0 0 c=3.65p -0.8p 3.65p length=6)\n.tran 0.05n 20n\n.end\n"
+    )
+    assert main(["compare", "--tol", "5%", "p.cir"]) == 0
+    assert "below 1 ps" in capsys.readouterr().err
+
+
+@needs_ngspice
+def test_what_is_not_handed_on_is_not_compared(scratch, capsys):
+    Path("n.cir").write_text("n\nV1 a 0 1\nR1 a b 1k\nN1 b 0 0 m\n.model m mesfet(vto=-2)\n.op\n.end\n")
+    assert main(["compare", "n.cir"]) == 5
+    assert "n1" in capsys.readouterr().err
