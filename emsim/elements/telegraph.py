@@ -240,21 +240,24 @@ class Piece:
         """x + sign exp(-m T) x(now - T) + 1/T int kernel exp(-m t) x(now - t) dt."""
         b, m, left = ctx.b, self.m, self.left * ctx.delay(x, self.delay, name, at)
         found = x + sign * left
-        q = [b.unknown(f"{name}{j}", "branch", "A", at * self.past[j]) for j in range(len(kernel))]
+        # q_j times its share in the kernel: what is not q_j, at rest (2 (2 j + 1)/m)^j times a rounding, comes to nothing in that
+        largest = max(map(abs, kernel), default=1.0)
+        share = [max(map(abs, kernel[j:])) / largest for j in range(len(kernel))]
+        q = [b.unknown(f"{name}{j}", "branch", "A", at * s * self.past[j]) for j, s in enumerate(share)]
         for j, (k, weight) in enumerate(zip(q, kernel, strict=True)):
             if weight:
-                found = found + weight * b.x(k)
+                found = found + weight / share[j] * b.x(k)
             b.c(k, k, self.delay)
             b.g(k, k, m)
             if j == 0:
                 b.add_f(k, left - x)
             elif j == 1:
-                b.add_f(k, left + x)
-                b.g(k, q[0], -2.0)
+                b.add_f(k, share[1] * (left + x))
+                b.g(k, q[0], -2.0 * share[1])
             else:
-                b.c(k, q[j - 2], -self.delay)
-                b.g(k, q[j - 2], -m)
-                b.g(k, q[j - 1], -2.0 * (2 * j - 1))
+                b.c(k, q[j - 2], -self.delay * share[j] / share[j - 2])
+                b.g(k, q[j - 2], -m * share[j] / share[j - 2])
+                b.g(k, q[j - 1], -2.0 * (2 * j - 1) * share[j] / share[j - 1])
         return found
 
 

@@ -354,3 +354,15 @@ def test_as_ngspice(tmp_path, name):
         a, b = ours.at(column, t), np.interp(t, theirs["time"], theirs[column])
         # of txl and cpl it takes Pade approximations
         assert np.abs(a - b).max() <= (2e-2 if "by" in name else 5e-3) * np.abs(theirs["v(a)"]).max(), column
+
+
+@pytest.mark.parametrize("source", [0, 1e-6, 1, 1e3])
+@pytest.mark.parametrize("r", [1e-6, 1e-3, 0.3, 7.2, 60, 250, 3000])
+def test_operating_points_of_any_loss(r, source):
+    """At rest the moments of a line of little loss hang on each other by large factors: Newton's method did not end."""
+    head = "v1 a 0 1" if not source else f"v1 in 0 1\nr1 in a {source}"
+    deck = f"line\n{head}\no1 a 0 c 0 m\n.model m ltra(r={r} l=200n c=80p len=1)\nr4 c 0 60\n.op\n.tran 0.1n 20n\n.end\n"
+    run = emsim.run(deck)
+    expected = 60 / (60 + r + source)
+    assert run.op["v(c)"][0] == pytest.approx(expected, rel=1e-9)
+    np.testing.assert_allclose(run.table("tran")["v(c)"], expected, rtol=1e-6)

@@ -526,14 +526,14 @@ impl Builder {
         let rows = nodes.into_iter().map(|k| Ok(self.row(k)?.map_or(-1, |k| k as i32)));
         let nodes = rows.collect::<PyResult<Vec<i32>>>()?;
         let given = veriloga::given([model, instance], [temp_c, tnom_c], m, connected)?;
-        let folded = veriloga::folded(modules, py, module, &given)?;
+        let folded = veriloga::remembered(modules, py, module, given)?;
         self.model()?.add_module(module, name, &nodes, &folded, (m, off)).map_err(PyValueError::new_err)?;
         let longest = folded.bound_step.and_then(|id| folded.graph.value(id));
-        let mut left_out = folded.left_out;
+        let mut left_out = folded.left_out.clone();
         if folded.bound_step.is_some() && longest.is_none() {
             left_out.push("a $bound_step that voltages decide: steps are not bound by it".into());
         }
-        Ok((folded.said, left_out, longest.filter(|h| *h > 0.0 && h.is_finite())))
+        Ok((folded.said.clone(), left_out, longest.filter(|h| *h > 0.0 && h.is_finite())))
     }
 
     /// Names, units and meanings of the operating-point values of a module's instance.

@@ -9,13 +9,25 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 use std::collections::HashMap;
 use std::path::PathBuf;
+use std::sync::{Arc, Mutex};
 
 /// A text that was read, or what is wrong with it.
 #[pyclass(frozen)]
 pub struct VerilogA {
     library: Library,
     messages: Vec<Message>,
+    /// What modules came to lately, the last one first: instances that are alike are folded once.
+    lately: Mutex<Vec<Come>>,
 }
+
+struct Come {
+    module: String,
+    given: Given,
+    to: Arc<Folded>,
+}
+
+/// So many are remembered: cells of a chip have transistors of some ten sizes, and a large model comes to some 200 kB.
+const REMEMBERED: usize = 64;
 
 /// Reads a text: `name` is what messages call it, `folders` are looked in for what it includes.
 #[pyfunction]
@@ -24,8 +36,8 @@ pub fn veriloga(text: &str, name: &str, folders: Vec<PathBuf>, defines: HashMap<
     let mut defines: Vec<(String, String)> = defines.into_iter().collect();
     defines.sort();
     match Library::parse(text, name, &folders, &defines) {
-        Ok(library) => VerilogA { library, messages: Vec::new() },
-        Err(messages) => VerilogA { library: Library::default(), messages },
+        Ok(library) => VerilogA { library, messages: Vec::new(), lately: Mutex::default() },
+        Err(messages) => VerilogA { library: Library::default(), messages, lately: Mutex::default() },
     }
 }
 
@@ -70,7 +82,23 @@ pub fn given(
     Ok(Given { model: values(model)?, instance: values(instance)?, temperature, tnom, multiplier, connected })
 }
 
-pub fn folded(this: &VerilogA, py: Python<'_>, module: &str, given: &Given) -> PyResult<Folded> {
+/// The same for instances that are alike.
+pub fn remembered(this: &VerilogA, py: Python<'_>, module: &str, given: Given) -> PyResult<Arc<Folded>> {
+    {
+        let mut lately = this.lately.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+        if let Some(k) = lately.iter().position(|c| c.module == module && c.given == given) {
+            lately[..=k].rotate_right(1);
+            return Ok(lately[0].to.clone());
+        }
+    }
+    let to = Arc::new(folded(this, py, module, &given)?);
+    let mut lately = this.lately.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+    lately.insert(0, Come { module: module.to_string(), given, to: to.clone() });
+    lately.truncate(REMEMBERED);
+    Ok(to)
+}
+
+fn folded(this: &VerilogA, py: Python<'_>, module: &str, given: &Given) -> PyResult<Folded> {
     let Some(module) = this.library.module(module) else {
         return Err(PyKeyError::new_err(format!("there is no module {module}")));
     };

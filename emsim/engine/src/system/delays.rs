@@ -102,20 +102,21 @@ impl Past {
 
     /// The first corner after t.
     pub fn next_corner(&self, t: f64) -> f64 {
-        let later = |b: &f64| *b > t + SAME * b.abs();
-        self.due().map(|(at, _)| at).filter(later).fold(f64::INFINITY, f64::min)
+        let later = |b: f64| b > t + SAME * b.abs();
+        (0..self.courses.len()).filter_map(|k| self.due(k, later).next()).fold(f64::INFINITY, f64::min)
     }
 
     /// Is there one at t?
     pub fn corner_at(&self, t: f64) -> bool {
-        self.due().any(|(at, _)| (at - t).abs() <= SAME * t.abs())
+        let tol = SAME * t.abs();
+        (0..self.courses.len()).any(|k| self.due(k, |b| b >= t - tol).next().is_some_and(|b| b <= t + tol))
     }
 
-    fn due(&self) -> impl Iterator<Item = (f64, usize)> + '_ {
-        self.corners.iter().flat_map(move |corner| {
-            let counts = move |k: &usize| corner.of.as_ref().is_none_or(|of| of[*k]);
-            (0..self.courses.len()).filter(counts).map(move |k| (corner.at + self.courses[k].by, k))
-        })
+    /// When corners of delay k come again, in order, from the first that `from` is true of on.
+    fn due(&self, k: usize, from: impl Fn(f64) -> bool) -> impl Iterator<Item = f64> + '_ {
+        let by = self.courses[k].by;
+        let first = self.corners.partition_point(|c| !from(c.at + by));
+        self.corners.range(first..).filter(move |c| c.of.as_ref().is_none_or(|of| of[k])).map(move |c| c.at + by)
     }
 
     /// Something may bend or jump at t.

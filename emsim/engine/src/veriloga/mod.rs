@@ -47,7 +47,7 @@ pub enum Value {
 }
 
 /// What one instance is given. Names that are spelled as in the module come first, then those that differ in case alone.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Given {
     pub model: HashMap<String, Value>,
     /// of the element's line: they come before those of the model
