@@ -39,14 +39,24 @@ class Op(Analysis):
         state = (
             [machine.b.x(k) for k in range(assembly.system.n)] if machine is not None and machine.own else []
         )
+        from .rest import bounds, holding, unstable
+
         exprs = [*exprs, *channels(assembly, self)]
-        waves = assembly.system.op([*exprs, *state], assembly.options, self.static)
+        most = bounds(assembly) if state else []
+        waves = assembly.system.op([*exprs, *state, *most], assembly.options, self.static)
         trouble = explain(assembly, self, waves) if waves.status == "failed" else []
         if state and not trouble:
-            from .rest import unstable
-
             at = 1 + len(exprs)
-            falls = unstable(assembly, [waves.value(0, at + k) for k in range(len(state))])
+            values = [waves.value(0, at + k) for k in range(len(state) + len(most))]
+            x, can = values[: len(state)], values[len(state) :]
+            if held := holding(assembly, x, can):
+                assembly.flat.sink.note(
+                    "N240",
+                    f"friction holds the machine where it is: {held}",
+                    self.card.span,
+                    "it rests as well wherever else that much is enough; ic= says where it is looked for from",
+                )
+            falls = unstable(assembly, x, can)
             if falls is not None:
                 assembly.flat.sink.warning(
                     "W241",

@@ -3,10 +3,12 @@
 //! `operating_point`: F(x) = 0 with the machine held at its initial coordinates and speeds (or, for a static
 //! equilibrium, let go). Plain Newton, then gmin stepping, source stepping, pseudo-transient.
 //! `initial_conditions`: UIC, from given charges and fluxes. `consistent`: algebraic unknowns that fit the charges.
+mod holding;
 mod linear;
 mod rest;
 pub mod sweep;
 
+use self::holding::Holding;
 pub use self::rest::couples;
 use self::rest::descend;
 use crate::newton::{Failure, Newton, Options, Tolerances};
@@ -38,6 +40,7 @@ struct Dc<'a> {
     /// (coordinate, its momentum's row, place of that entry): what a static equilibrium leans on while it is approached
     pairs: Vec<(usize, usize, usize)>,
     lean: Option<(f64, Vec<f64>)>, // 1/s^2, last coordinates
+    holding: Option<Holding>,      // laws with modes, of a machine that comes to rest
     unbalanced: bool,              // an update was small where there is no solution (linear.rs)
     resting: bool,                 // switches stay as their cards say
 }
@@ -56,7 +59,8 @@ const FORCE: f64 = 1e10;
 fn analysed(sys: &System, couples: &[(usize, usize)]) -> Result<(Pattern, Symbolic), Singular> {
     let own = (0..sys.n).flat_map(|c| sys.pattern.column(c).iter().map(move |&r| (r, c)));
     let diagonal = (0..sys.n).filter(|&i| sys.unknowns[i].kind != Kind::Branch).map(|i| (i, i));
-    let entries: Vec<_> = own.chain(diagonal).chain(couples.iter().map(|&(q, u)| (u, q))).collect();
+    let held = holding::entries(sys, couples);
+    let entries: Vec<_> = own.chain(diagonal).chain(couples.iter().map(|&(q, u)| (u, q))).chain(held).collect();
     let pattern = Pattern::from_entries(sys.n, &entries);
     let symbolic = Symbolic::analyse(&pattern)?;
     Ok((pattern, symbolic))
@@ -108,6 +112,7 @@ impl<'a> Dc<'a> {
             residual: vec![0.0; n],
             pairs,
             lean: None,
+            holding: None,
             unbalanced: false,
             resting: false,
         })
@@ -155,6 +160,13 @@ impl<'a> Dc<'a> {
                     self.matrix[place] += k;
                     self.residual[u] -= k * (x[q] - last[q]);
                 }
+            }
+            if let Some(holding) = &self.holding {
+                let (matrix, pattern) = (&mut self.matrix, self.pattern);
+                let mut put = |row: usize, col: usize, v: f64| {
+                    pattern.position(row, col).into_iter().for_each(|at| matrix[at] += v);
+                };
+                holding.rows(sys, w, x, &mut put, &mut self.residual);
             }
             self.hold(x);
             if let Err(e) = self.lu.factor_or_refactor(&self.matrix) {
@@ -380,8 +392,14 @@ pub fn operating_point(
             let _ = held.newton(w, x, 0.0, None, tol, o.itl1);
         }
         tried.push("downhill from the start".into());
+        let couples = couples(sys);
+        dc.holding = Holding::new(sys, w, x, &couples, tol);
         return match descend(&mut dc, w, x, tol) {
-            Ok(()) => polish(&mut dc, w, x, tol, o).map_err(|why| NoPoint { why, tried }),
+            Ok(()) => {
+                let found = polish(&mut dc, w, x, tol, o).map_err(|why| NoPoint { why, tried });
+                dc.holding.iter().for_each(|holding| holding.end(sys, w));
+                found
+            }
             Err(why) => Err(NoPoint { why, tried }),
         };
     }

@@ -37,7 +37,7 @@ pub(super) fn descend(dc: &mut Dc, w: &mut Work, x: &mut [f64], tol: &Tolerances
         let mut trial = x.to_vec();
         let held = w.held();
         dc.lean = Some((1.0 / square, x.to_vec()));
-        let solved = dc.newton(w, &mut trial, 0.0, None, tol, 12);
+        let solved = dc.step(w, &mut trial, tol, 12);
         dc.lean = None;
         let mut farthest = (0usize, 0.0_f64);
         let (mut moved, mut growth) = (0.0_f64, GROWTH);
@@ -81,6 +81,9 @@ pub(super) fn descend(dc: &mut Dc, w: &mut Work, x: &mut [f64], tol: &Tolerances
             }
             Ok(_) if !leaps => {
                 x.copy_from_slice(&trial);
+                if let Some(holding) = &mut dc.holding {
+                    holding.accept(dc.sys, w, x);
+                }
                 if moved < 1e-3 && square > 1e6 {
                     return Ok(());
                 }

@@ -40,6 +40,13 @@ impl Laws {
     }
 }
 
+impl Laws {
+    /// (law, unknown) of everything that its flow reads.
+    pub fn flows(&self) -> impl Iterator<Item = (usize, usize)> + '_ {
+        self.slopes.iter().copied()
+    }
+}
+
 impl System {
     pub fn has_laws(&self) -> bool {
         !self.laws.list.is_empty()
