@@ -33,6 +33,7 @@ if TYPE_CHECKING:
 
 UNIT = 10  # pixels of a grid unit
 MARGIN = 16  # pixels about it all
+BULGE = 0.3  # grid units: a transistor's ring reaches out of its box
 
 
 class Picture:
@@ -125,6 +126,8 @@ class Picture:
             self._decor(what, (ax + x, ay + y), (dx, dy), words, strokes, texts)
         if laid.label is not None:
             lx, ly, anchor = laid.label
+            if part.role == "transistor" and any(s[0] == "ring" for s in laid.symbol.strokes):
+                lx += {"start": BULGE, "end": -BULGE}.get(anchor, 0.0)
             for i, words in enumerate(part.label):
                 texts.append((ax + lx, ay + ly + LINE * i, anchor, words))
         self.frames += [writing(*text) for text in texts]

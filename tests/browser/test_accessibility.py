@@ -18,6 +18,20 @@ from emsim.reports import explained
 
 ROOT = Path(__file__).resolve().parents[2]
 AXE = "axe-core@4.10.3"
+STEPPED = """low passes
+V1 a 0 PULSE(0 1 0 1u 1u 1 2)
+R1 a b {r}
+C1 b 0 1u
+.param r=1k
+.tran 10u 2m
+.step param r list 1k 2k
+.end
+"""
+# circuit and machine at a point of rest, values written beside the wires
+REST = (
+    "a servo at rest\n.gravity 9.81\nBODY arm shape=rod(0.3) m=0.2\nJOINT hinge 0 arm pin\nSPRING s hinge k=1\n"
+    "MOTOR m1 a 0 hinge kt=20m r=2 l=1m j=2u\nV1 a 0 3\n.op static\n.end\n"
+)
 RULES = (
     "() => axe.run().then((r) => r.violations.map((v) => [v.id, v.nodes.map((n) => n.html.slice(0, 200))]))"
 )
@@ -44,26 +58,32 @@ def axe(tmp_path_factory: pytest.TempPathFactory) -> str:
         return file.read().decode()
 
 
-def pages(folder: Path) -> dict[str, Path]:
+@pytest.fixture(scope="module")
+def pages(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
+    folder = tmp_path_factory.mktemp("pages")
     deck = ROOT / "netlists/coupled/pendulum_servo.cir"
     result = pipeline.run(str(deck), scene=True)
     servo, still = folder / "servo.html", folder / "still.html"
     html.write(str(servo), result, deck.read_text(), explained.sheets(pipeline.explain(str(deck))))
     text = "divider\nV1 a 0 1\nR1 a b 1k\nC1 b 0 1n\nR2 b 0 1k\n.op\n.pz a 0 b 0 vol pz\n.end\n"
     html.write(str(still), emsim.run(text), text)
-    return {"servo": servo, "still": still}
+    stepped, spatial, rest = (folder / f"{name}.html" for name in ("stepped", "spatial", "rest"))
+    html.write(str(stepped), pipeline.run(STEPPED, scene=True), STEPPED)
+    html.write(str(spatial), pipeline.run(str(ROOT / "netlists/mechanical/heavy_top.cir"), scene=True))
+    html.write(str(rest), pipeline.run(REST, scene=True), REST)
+    return {"servo": servo, "still": still, "stepped": stepped, "spatial": spatial, "rest": rest}
 
 
 @pytest.mark.parametrize(("width", "scheme"), [(1300, "light"), (1300, "dark"), (390, "light")])
-@pytest.mark.parametrize("name", ["servo", "still"])
+@pytest.mark.parametrize("name", ["servo", "still", "stepped", "spatial", "rest"])
 def test_axe_finds_nothing(
-    axe: str, chromium: Any, tmp_path: Path, name: str, width: int, scheme: str
+    axe: str, chromium: Any, pages: dict[str, Path], name: str, width: int, scheme: str
 ) -> None:
     context = chromium.new_context(
         viewport={"width": width, "height": 900}, color_scheme=scheme, bypass_csp=True
     )
     page = context.new_page()
-    page.goto(pages(tmp_path)[name].as_uri())
+    page.goto(pages[name].as_uri())
     page.wait_for_selector("#tabs button")
     page.evaluate(axe)
     for tab in page.locator("#tabs button").all():

@@ -61,6 +61,7 @@ def shown(tmp_path: Path, visit: Any) -> Any:
         result = pipeline.run(deck, scene=True)
         path = tmp_path / "page.html"
         html.write(str(path), result)
+        assert path.stat().st_size < 600_000
         return visit(path, **how), result
 
     return show
