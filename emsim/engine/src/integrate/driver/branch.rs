@@ -74,8 +74,10 @@ impl Branch {
         for like in &self.kinds {
             let largest = like.fastest(x).max(like.fastest(y));
             for &k in &like.speeds {
-                if (y[k] - x[k]).abs() > part * largest {
-                    (part, worst) = ((y[k] - x[k]).abs() / largest, k);
+                let change = (y[k] - x[k]).abs();
+                // what stands still has speeds of rounding
+                if change > part * largest && change > tol.weight(k, x[k], y[k]) {
+                    (part, worst) = (change / largest, k);
                 }
             }
             let far = FARTHER * h * like.largest.max(largest);
