@@ -25,8 +25,24 @@ if TYPE_CHECKING:
 
 
 def kinetic(m: Mechanism) -> Expr:
-    """T of all cards, before symbols are replaced [J]."""
-    return total(m, [card.kinetic(m) for card in m.active])
+    """T of all cards, before symbols are replaced [J]. In space velocities may be carried down the tree in world axes or in the
+    bodies' own, where positions do not come into them: what momenta and forces of inertia cost says which."""
+    plain = total(m, [card.kinetic(m) for card in m.active])
+    if not m.in_space:
+        return plain
+    for frame in m.frames.values():
+        frame.in_own_axes = True
+    own = total(m, [card.kinetic(m) for card in m.active])
+    reads = [*(c.u for c in m.motions), *(c.q for c in m.places)]
+    if _cost(m, own, reads) < _cost(m, plain, reads):
+        return own
+    for frame in m.frames.values():
+        frame.in_own_axes = False
+    return plain
+
+
+def _cost(m: Mechanism, energy: Expr, reads: Sequence[Expr]) -> int:
+    return m.b.count(m.public_all(m.b.grad(energy, reads)))
 
 
 def lagrangian(m: Mechanism) -> Expr:

@@ -67,6 +67,7 @@ class Machine(Mechanism):
         if not self.broken and self._errors() == errors:
             reactions.prepare(self)
             coordinates.allocate(self, self.all_coordinates())
+            self.in_space = bool(self._out_of_plane())
             self.frames = self._place()
             self._last_row = self._newest()
             prescribed.prescribe(self)
@@ -180,7 +181,7 @@ class Machine(Mechanism):
         return 0.0 if found is None else found[1][2]
 
     def _place(self) -> dict[str, Frame]:
-        frames = place(self.b, self.plan, self.joints, self.roots, self._fixed())
+        frames = place(self.b, self.plan, self.joints, self.roots, self._fixed(), self.in_space)
         self._follow_turns(frames)
         return frames
 

@@ -51,6 +51,7 @@ class Mechanism(Binding):
         self.folded = 0
         self.found: Start
         # the equations
+        self.in_space = False
         self.kinetic: Expr = self.b.const(0.0)
         self.momenta: list[Expr] = []
         self.laws: list[tuple[Card, Law]] = []  # with modes

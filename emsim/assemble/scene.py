@@ -217,9 +217,9 @@ class JointState:
 
 
 def place(b: Builder, plan: Plan, joints: dict[str, JointState], roots: dict[str, list[Coordinate]],
-          fixed: dict[str, tuple[float, float, float]]) -> dict[str, Frame]:  # fmt: skip
+          fixed: dict[str, tuple[float, float, float]], in_space: bool) -> dict[str, Frame]:  # fmt: skip
     """Frames of all bodies along the tree; fills `qs` and `us` of the tree joints."""
-    frames = {GROUND: ground(b)}
+    frames = {GROUND: ground(b, in_space)}
     origin = (0.0, 0.0, 0.0)
     for body, (x0, y0, turned) in fixed.items():
         moving = Moving(frames[GROUND], (x0, y0, 0.0))

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     Scalar = Expr | float
     Vector = list[Scalar]
     Matrix = list[list[Scalar]]
+    Twist = tuple[Vector, Vector]
 
 IDENTITY = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 WORLD_AXES = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
@@ -237,10 +238,11 @@ class Frame:
     `vel`.
 
     The reference is the joint through which the body was reached, so points at the joint cost nothing. `own` is the
-    angular velocity in the frame's axes where it is known without turning it back.
+    angular velocity in the frame's axes where it is known without turning it back. `twist` is that and the velocity of the
+    reference, both carried down the tree in the frames' own axes; kinetic energies read it where `in_own_axes` says so.
     """
 
-    __slots__ = ("_points", "name", "omega", "org", "own", "ref", "rot", "vel")
+    __slots__ = ("_points", "in_own_axes", "name", "omega", "org", "own", "ref", "rot", "twist", "vel")
 
     def __init__(
         self,
@@ -251,6 +253,7 @@ class Frame:
         vel: Vector,
         omega: Vector,
         own: Vector | None = None,
+        twist: Twist | None = None,
     ) -> None:
         self.name = name
         self.rot = rot
@@ -259,6 +262,7 @@ class Frame:
         self.vel = vel
         self.omega = omega
         self.own = own
+        self.twist, self.in_own_axes = twist, False
         self._points: dict[tuple[float, ...], PointState] = {}
 
     def point(self, local: tuple[float, ...]) -> PointState:
@@ -277,6 +281,10 @@ class Frame:
     def speed_squared(self, local: tuple[float, ...]) -> Scalar:
         """Of a point, (v + R c)^2 with c = w x arm in the frame's own axes where w is known there: R^T R never appears."""
         arm = [a - b for a, b in zip(local, self.ref, strict=True)]
+        if self.in_own_axes and self.twist is not None:
+            w, v = self.twist
+            v = add(v, cross(w, arm)) if any(arm) else v
+            return dot(v, v) + 0.0
         if self.own is None or not any(arm):
             v = self.point(local).vel
             return v[0] * v[0] + v[1] * v[1] + v[2] * v[2]
@@ -293,6 +301,8 @@ class Frame:
 
     def spin(self) -> Vector:
         """Angular velocity in the frame's own axes [rad/s]."""
+        if self.in_own_axes and self.twist is not None:
+            return self.twist[0]
         if self.own is not None:
             return self.own
         if self.rot.m is None and (self.rot.axis is None or self._about_own_axis()):
@@ -309,7 +319,7 @@ class Frame:
 class Moving:
     """A frame on its way from one body to the next, carried by elementary motions at a joint point."""
 
-    __slots__ = ("b", "omega", "org", "own", "rot", "vel")
+    __slots__ = ("b", "omega", "org", "own", "rot", "twist", "vel")
 
     def __init__(self, frame: Frame, at: tuple[float, ...]) -> None:
         point = frame.point(at)
@@ -319,6 +329,11 @@ class Moving:
         self.vel = point.vel
         self.omega = frame.omega
         self.own = frame.own
+        self.twist = frame.twist
+        arm = [a - b for a, b in zip(at, frame.ref, strict=True)]
+        if self.twist is not None and any(arm):
+            w, v = self.twist
+            self.twist = w, add(v, cross(w, arm))
 
     def turn(self, axis: tuple[float, float, float], q: Scalar, u: Scalar) -> None:
         """Turn about an axis of the present frame."""
@@ -328,20 +343,27 @@ class Moving:
         if self.own is not None:
             turned = transposed_times(Rotation(self.b, None, axis, q).matrix(), self.own)
             self.own = add(turned, scale(u, axis))
+        if self.twist is not None:
+            turn = Rotation(self.b, None, axis, q).matrix()
+            w, v = (transposed_times(turn, part) for part in self.twist)
+            self.twist = add(w, scale(u, axis)), v
 
     def orient(self, r: Matrix, w: Vector, sign: float) -> None:
         """Turn by the rotation r of B in A, w the angular velocity against A in the axes of B: from A to B, or with
         sign -1 from B to A."""
         still = all(map(is_zero, self.omega))
+        twist = self.twist
         before = [0.0] * 3 if still else self.own or transposed_times(self.rot.matrix(), self.omega)
         if sign > 0:
             self.rot = Rotation(self.b, product(self.rot.matrix(), r))
             self.own = add(transposed_times(r, before), w)
+            self.twist = twist and (add(transposed_times(r, twist[0]), w), transposed_times(r, twist[1]))
         else:
             self.rot = Rotation(
                 self.b, product(self.rot.matrix(), [list(row) for row in zip(*r, strict=True)])
             )
             self.own = times(r, subtract(before, w))
+            self.twist = twist and (times(r, subtract(twist[0], w)), times(r, twist[1]))
         self.omega = times(self.rot.matrix(), self.own)
 
     def slide(self, axis: tuple[float, float, float], q: Scalar, u: Scalar) -> None:
@@ -350,24 +372,30 @@ class Moving:
         way = scale(q, world)
         self.org = add(self.org, way)
         self.vel = add(add(self.vel, scale(u, world)), cross(self.omega, way))
+        if self.twist is not None:
+            w, v = self.twist
+            self.twist = w, add(add(v, scale(u, axis)), cross(w, scale(q, axis)))
 
     def shift_world(self, axis: tuple[float, float, float], s: Scalar, rate: Scalar) -> None:
         """A virtual shift along a world axis."""
         self.org = add(self.org, scale(s, axis))
         self.vel = add(self.vel, scale(rate, axis))
+        self.twist = None
 
     def turn_world(self, axis: tuple[float, float, float], s: Scalar, rate: Scalar) -> None:
         """A virtual turn about a world axis through the joint point; it turns the angular velocity too."""
         self.rot = self.rot.before(axis, s)
         carried = times(Rotation(self.b, None, axis, s).matrix(), self.omega)
         self.omega = add(carried, scale(rate, axis))
-        self.own = None
+        self.own = self.twist = None
 
     def frame(self, name: str, ref: tuple[float, ...]) -> Frame:
         """The body whose point `ref` stands here."""
-        return Frame(name, self.rot, ref, self.org, self.vel, self.omega, self.own)
+        return Frame(name, self.rot, ref, self.org, self.vel, self.omega, self.own, self.twist)
 
 
-def ground(b: Builder) -> Frame:
+def ground(b: Builder, in_space: bool = False) -> Frame:
+    """`in_space`: velocities are carried down the tree in the bodies' own axes too."""
     zero: Vector = [0.0, 0.0, 0.0]
-    return Frame("0", Rotation(b), (0.0, 0.0, 0.0), zero, zero, zero)
+    twist = (zero, zero) if in_space else None
+    return Frame("0", Rotation(b), (0.0, 0.0, 0.0), zero, zero, zero, None, twist)

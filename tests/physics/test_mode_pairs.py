@@ -1,4 +1,4 @@
-"""Two and three set-valued laws in one machine, driven through all pairs of their modes: at every row each law's equations hold."""
+"""Two and three set-valued laws in one machine through all pairs of their modes: at every row each law's equations hold."""
 
 from __future__ import annotations
 
@@ -95,8 +95,8 @@ TORQUE t3 jo tau={1.2*sin(1.9*time)+0.8*sin(0.6*time)}
 .options reltol=1e-7
 .end
 """,
-        "mode(clutch)", "slip(clutch)", "torque(clutch)", "mode(brake)", "slip(brake)", "torque(brake)", "omega(bo)", "torque(fw)",
-        "mode(fw)",
+        "mode(clutch)", "slip(clutch)", "torque(clutch)", "mode(brake)", "slip(brake)", "torque(brake)", "omega(bo)",
+        "torque(fw)", "mode(fw)",
     )  # fmt: skip
     clutch, brake = friction(c, "clutch", "torque", 1.0), friction(c, "brake", "torque", 0.8)
     slip, torque, mode = c["omega(bo)"], c["torque(fw)"], c["mode(fw)"]
@@ -158,7 +158,7 @@ S1 p q g 0 sw
 Rb q 0 20
 BODY rotor m=1 j=1m
 JOINT shaft 0 rotor pin
-FRICTION brake shaft fc={v(q) > 3 ? 0.01 : 0.5}
+FRICTION brake shaft fc={v(q) > 3 ? 0.04 : 0.5}
 TORQUE load shaft tau={0.05*sin(4*time)+0.03*sin(17*time)}
 .tran 1m 4
 .save mode(brake) slip(brake) torque(brake) gap(low) force(low) gap(high) force(high) v(q)
@@ -169,7 +169,7 @@ TORQUE load shaft tau={0.05*sin(4*time)+0.03*sin(17*time)}
     )  # fmt: skip
     lifted = c["v(q)"] > 3.0
     modes = c["mode(brake)"]
-    for on, fc in ((lifted, 0.01), (~lifted, 0.5)):
+    for on, fc in ((lifted, 0.04), (~lifted, 0.5)):
         friction({name: column[on] for name, column in c.items()}, "brake", "torque", fc)
     for name in ("low", "high"):
         gap, force = c[f"gap({name})"], c[f"force({name})"]
