@@ -27,7 +27,7 @@ WORDS = {
     **dict.fromkeys(
         "linear lingrid loglog xlog ylog polar smith smithgrid nogrid linplot combplot pointplot".split(), 0
     ),
-    **dict.fromkeys("nointerp samep kicad plainplot digitop".split(), 0),
+    **dict.fromkeys("nointerp samep kicad plainplot digitop retraceplot".split(), 0),
 }
 MOST_PICTURES = 200
 

@@ -366,6 +366,7 @@ class Session:
         own = {
             "curplot": current.name, "curplotname": current.plotname, "curplottitle": current.title,
             "curplotdate": current.date, "plots": [p.name for p in self.plots],
+            "inputdir": os.path.dirname(os.path.abspath(self.deck.deck.file.path or "deck")),
         }  # fmt: skip
         if key in own:
             return own[key]

@@ -120,8 +120,11 @@ def _braced(word: str) -> list[str]:
 
 
 def without_braces(text: str) -> str:
-    """In an expression braces are brackets."""
-    return text.replace("{", "(").replace("}", ")") if "{" in text else text
+    """In an expression braces are brackets; about a part of a name, as in {$plot}.v(1), they only say where it ends."""
+    if "{" not in text:
+        return text
+    text = re.sub(r"(?<=[\w.])\{([\w.]+)\}|\{([\w.]+)\}(?=[\w.])", lambda m: m[1] or m[2], text)
+    return text.replace("{", "(").replace("}", ")")
 
 
 def redirected(text: str) -> str | None:

@@ -35,7 +35,8 @@ class Resistor(Passive):
     }  # fmt: skip
     model_types = ("r", "res")
     model_words: ClassVar[dict[str, Param]] = {
-        "r": Param("resistance", "Ohm"), "res": Param("resistance", "Ohm"), "rsh": Param("sheet resistance", "Ohm"),
+        "r": Param("resistance", "Ohm"), "res": Param("resistance", "Ohm"), "resistance": Param("resistance", "Ohm"),
+        "rsh": Param("sheet resistance", "Ohm"),
         "l": LENGTH, "w": WIDTH, "defw": Param("width where none is given", "m", FILAMENT),
         "narrow": Param("etched off the width", "m", 0.0), "short": Param("etched off the length", "m", 0.0),
         **OF_MODEL, **ignored("bv_max"), "kf": Param("1/f noise: kf |i|^af / (l^lf w^wf f^ef)", default=0.0),
@@ -50,7 +51,7 @@ class Resistor(Passive):
         if p.get("rsh"):
             length, width = self.squares(p)
             return float(p["rsh"] * length / width) if width else None
-        return float(p.get("r", p.get("res", 0.0)))
+        return float(p.get("r", p.get("res", p.get("resistance", 0.0))))
 
     def squares(self, p: dict[str, Any]) -> tuple[float, float]:
         """Length and width of its film [m]; both ends and both edges are over-etched."""

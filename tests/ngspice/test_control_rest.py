@@ -20,6 +20,7 @@ SECTIONS = {
     "commas of echo": "op\nlet z = 3\necho a,b\necho \"x =\", $&z\necho x , y\necho no. $&z',' R=$&z",
     "what is not known is false": "op\nif nothing = 3\necho yes\nelse\necho no\nend",
     "a plot of one's own": 'op\nset curplot = new\nset curplottitle = "mine"\nlet a = 3\nsetplot\nprint a',
+    "a plot by a variable": "op\nset p = $curplot\nlet half = 0.5 * {$p}.v(out)\nprint half\nlet w = {op1}.v(in) + 1\nprint w",
     "capitals": "op\nlet Vs = V(OUT)\nprint Vs\nlet Ab = 2*VS\nprint AB",
     "reshape": "op\nlet a = vector(6)\nreshape a [2][3]\ndisplay\nprint a[1][2]\nreshape a [6]\nprint length(a)\nprint a",
     "compose values": "op\ncompose a values 1 2 5\nprint a length(a)",
@@ -186,3 +187,13 @@ def test_harmonics_say_what_has_no_effect():
     text = deck("V1 a 0 SIN(0 1 1k)\nR1 a 0 1", "set fourgridsize=100\ntran 10u 2m\nfourier 1k v(a)")
     told = [d.message for d in emsim.run(text).diagnostics]
     assert any("fourgridsize" in m for m in told)
+
+
+def test_the_folder_of_the_deck_is_known(tmp_path):
+    (tmp_path / "deck.cir").write_text(deck(RC, "op\necho $inputdir"))
+    said = emsim.run(str(tmp_path / "deck.cir"))
+    assert str(tmp_path) in said.output
+
+
+def test_a_model_may_state_what_stands_on_lines(tmp_path):
+    agree("V1 in 0 1\nR1 in out 1k\nR2 out 0 m\n.model m r(resistance=3k)", "op\nprint v(out)", tmp_path)

@@ -94,6 +94,7 @@ DECKS = {
     "R model defw": DRIVEN + "R1 b 0 m l=50u\n.model m r(rsh=100 @)\n",
     "C model defw": DRIVEN + "C1 b 0 m l=50u\n.model m c(cj=1m @)\n",
     "R model r": DRIVEN + "R1 b 0 m\n.model m r(@)\n", "R model res": DRIVEN + "R1 b 0 m\n.model m r(@)\n",
+    "R model resistance": DRIVEN + "R1 b 0 m\n.model m r(@)\n",
     "C model c": DRIVEN + "C1 b 0 m\n.model m c(@)\n", "C model cap": DRIVEN + "C1 b 0 m\n.model m c(@)\n",
     "L model l": DRIVEN + "L1 b 0 m\n.model m l(@)\n",
     "R model tc1r": DRIVEN + "R1 b 0 m\n.model m r(r=1k @)\n", "R model tc2r": DRIVEN + "R1 b 0 m\n.model m r(r=1k @)\n",
