@@ -62,6 +62,8 @@ OF_MODEL = {
     "W": DRIVEN + "W1 b 0 V1 m\n.model m csw(it=1 ih=0.1 ron=2 roff=1meg @)\n",
     "U": DRIVEN + "U1 b 0 0 m l=1\n.model m urc(k=2 fmax=1meg rperl=1k cperl=1n @)\n",
     "O": DRIVEN + "O1 b 0 c 0 m\nR3 c 0 1k\n.model m ltra(r=1k g=1m c=1n len=1 @)\n",
+    "K": DRIVEN
+    + "L1 b 0 100\nK1 L1 1 m\n.model m core(law=ja ms=1meg a=20 k=40 c=0.1 alpha=1u area=2 path=3 gap=0.01 pack=0.9 @)\n",
     "D": "V1 a 0 SIN(0 3 1k)\nR1 a b 10\nD1 b 0 m\n.model m d(is=1e-12 n=1.1 rs=1 cjo=10p vj=0.8 m=0.4 jsw=1e-13 cjp=5p php=0.9 "
     "mjsw=0.3 tt=5n bv=5 ibv=1m ikf=10m ikr=20m nbv=1.2 pj=2 tnom=25 @)\n",
 }
@@ -103,6 +105,9 @@ DECKS = {
     "U l": DRIVEN + "U1 b 0 0 m @\n.model m urc(rperl=1k cperl=1n)\n",
     "U n": DRIVEN + "U1 b 0 0 m l=1 @\n.model m urc(rperl=1k cperl=1n)\n",
     "V z0": "V1 a 0 1 portnum=1 @\nR1 a 0 1k\n", "V portnum": "V1 a 0 1 z0=50 @\nR1 a 0 1k\n",
+    "K b0": DRIVEN + "L1 b 0 100\nK1 L1 1 m @\n.model m core\n",
+    "K model law": DRIVEN + "L1 b 0 100\nK1 L1 1 m\n.model m core(a=20 @)\n",
+    "K model cells": DRIVEN + "L1 b 0 100\nK1 L1 1 m\n.model m core(law=play a=20 k=40 c=0.1 @)\n",
     "K k": DRIVEN + "L1 b 0 1m\nL2 c 0 1m\nR3 c 0 1\nK1 L1 L2 @\n",
     "S model von": DRIVEN + "S1 b 0 a 0 m\n.model m vswitch(voff=0.1 @)\n",
     "S model voff": DRIVEN + "S1 b 0 a 0 m\n.model m vswitch(von=6 @)\n",
@@ -121,6 +126,9 @@ BESIDE = {
     **dict.fromkeys(("D model tpb", "D model tphp", "D model cta", "D model ctp"), "tlevc=1"),
 }  # fmt: skip
 VALUES = {
+    "K model law": "ja play", "K model shape": "froehlich langevin", "K model cells": "4 6", "K model ms": "1meg 2meg",
+    "K model a": "10 20", "K model k": "20 40", "K model c": "0.1 0.3", "K model alpha": "1u 10u", "K model gap": "0.01 0.02",
+    "K model pack": "0.7 0.9", "K b0": "0.1 0.2",
     "U n": "3 5", "U model k": "1.3 2.1", "U model fmax": "10meg 1g",
     "temp": "60 90", "m": "2 3",
     "reciproctc": "0 1", "reciprocm": "0 1", "tnom": "20 35", "k": "0.5 0.7", "von": "1 5", "ion": "1 5",
