@@ -286,10 +286,13 @@ class System:
         times: tuple[float, float, float | None],
         uic: bool,
         codes: dict[str, str],
+        conditions: Sequence[str],
+        warnings: dict[int, str],
     ) -> bytes:
         """The equations as bytes, for the engine in an FMU. Inputs: wave, name, value where nothing is said, does it hold still
         while the model runs; outputs: expression (made before `compile`), name; times: tstep, tstop, tmax [s]; codes: kind of
-        failure -> the code under which it is explained. ValueError."""
+        failure -> the code under which it is explained; conditions: what flags are called; warnings: flag -> what is said
+        when it turns to 1. ValueError."""
     def tran(
         self,
         tstep: float,

@@ -27,6 +27,10 @@ SCALED = {
     "C": ((0, 0, 0, 0, 1, 0), 1.0, 273.15),
 }
 
+_CATEGORIES = (
+    '<LogCategories><Category name="logStatusError"/><Category name="logStatusWarning"/></LogCategories>'
+)
+
 
 class Variable:
     """One variable: `causality` independent, input, parameter, output; `start` where it has one."""
@@ -125,7 +129,7 @@ def _three(model: Model, variables: Sequence[Variable]) -> list[str]:
             canGetAndSetFMUState=model.can_return, canReturnEarlyAfterIntermediateUpdate=False, hasEventMode=False,
         ),
         *_units(variables),
-        "  " + "<LogCategories>" + _element("Category", name="logStatusError") + "</LogCategories>",
+        "  " + _CATEGORIES,
         _experiment(model),
         "  <ModelVariables>",
     ]  # fmt: skip
@@ -156,7 +160,7 @@ def _two(model: Model, variables: Sequence[Variable]) -> list[str]:
             canInterpolateInputs=True, canGetAndSetFMUstate=model.can_return,
         ),
         *_units(variables),
-        "  " + "<LogCategories>" + _element("Category", name="logStatusError") + "</LogCategories>",
+        "  " + _CATEGORIES,
         _experiment(model),
         "  <ModelVariables>",
     ]  # fmt: skip

@@ -8,6 +8,7 @@ import re
 import zipfile
 
 from .._engine import __version__
+from ..analyses.afterwards import condition
 from ..analyses.failure import CODES
 from ..analyses.tran import Tran
 from ..assemble.outputs import column
@@ -215,8 +216,19 @@ def pack(assembly: Assembly, tran: Tran, of: list[Variable]) -> tuple[bytes, str
     outputs = [(o.expr, o.name) for o in assembly.outputs[tran] if o.expr is not None]
     times = (tran.tstep, tran.tstop, tran.longest(assembly))
 
+    names = assembly.system.flag_names
+    conditions = [condition(assembly, k)[0] for k in range(len(names))]
+    said = {name: f"[W402] {text}" for name, (_, text, _) in ctx.domains.items()}
+    if assembly.machine is not None:
+        said |= {name: f"[W401] {text}" for name, text in assembly.machine.flag_warnings.items()}
+    warnings = {k: said[name] for k, name in enumerate(names) if name in said}
+
+    codes = {**CODES, "chattering": "W405"}
+
     def packed(token: str) -> bytes:
-        return assembly.system.pack(token, inputs, outputs, assembly.options, times, tran.uic, CODES)
+        return assembly.system.pack(
+            token, inputs, outputs, assembly.options, times, tran.uic, codes, conditions, warnings
+        )
 
     text = "\n".join(repr(v) for v in of)
     token = hashlib.sha256(packed("") + text.encode() + __version__.encode()).hexdigest()[:32]

@@ -334,6 +334,21 @@ def test_no_convergence_is_told(tmp_path: Path, version: int) -> None:
 
 
 @VERSIONS
+def test_warnings_of_the_run_are_told_once(tmp_path: Path, version: int) -> None:
+    """A root of what becomes negative: what the deck's own run says behind its end."""
+    text = "a root\nV1 in 0 1\nB1 out 0 V={sqrt(v(in))}\nR1 out 0 1k\n.tran 1m 1\n.fmu in=v1 out=v(out)\n.end"
+    one = Slave(tmp_path, written(tmp_path, text, version))
+    one.begin()
+    one.step(0.0, 0.1)
+    assert one.said == []
+    for k, u in enumerate((-1.0, 1.0, -1.0), 1):
+        one.set("v1", u)
+        one.step(0.1 * k, 0.1)
+    assert len(one.said) == 1 and one.said[0].startswith("[W402] ") and "first at t = 0.1" in one.said[0]
+    one.end()
+
+
+@VERSIONS
 def test_reset_begins_anew(tmp_path: Path, version: int) -> None:
     one = Slave(tmp_path, written(tmp_path, RC.format(source="0"), version))
     ends = []

@@ -9,7 +9,7 @@ use crate::integrate::{Failed, Place, Session};
 use crate::newton::Failure;
 use crate::record::Record;
 use crate::system::System;
-use std::collections::BTreeMap;
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
 /// Times that differ by so much of themselves are one.
@@ -44,6 +44,9 @@ pub struct Instance {
     time: f64,
     stop: Option<f64>,
     reltol: Option<f64>,
+    /// what is to be told: warnings of the last step
+    pub told: Vec<String>,
+    said: BTreeSet<String>,
 }
 
 /// What an instance is put back to.
@@ -72,6 +75,8 @@ impl Instance {
             time: 0.0,
             stop: None,
             reltol: None,
+            told: Vec::new(),
+            said: BTreeSet::new(),
         };
         made.reset();
         Ok(made)
@@ -82,6 +87,7 @@ impl Instance {
         self.given = self.packed.inputs.iter().map(|i| Given { value: i.start, slope: 0.0 }).collect();
         (self.phase, self.changed, self.time) = (Phase::Instantiated, false, 0.0);
         (self.stop, self.reltol) = (None, None);
+        self.said.clear();
     }
 
     pub fn time(&self) -> f64 {
@@ -167,7 +173,7 @@ impl Instance {
 
     fn fail(&mut self, failed: &Failed) -> String {
         self.phase = Phase::Failed;
-        told(&self.system, failed, &self.packed.codes)
+        told(&self.system, failed, &self.packed)
     }
 
     pub fn get(&mut self, reference: u32) -> Result<f64, String> {
@@ -255,6 +261,7 @@ impl Instance {
         }
         let done = session.advance(until);
         self.time = until;
+        self.listen();
         // an input goes on from where its line has led
         for (input, given) in self.packed.inputs.iter().zip(&mut self.given) {
             if let Some(line) = self.system.waves[input.wave].as_input() {
@@ -263,6 +270,31 @@ impl Instance {
             }
         }
         done.map_err(|failed| self.fail(&failed))
+    }
+
+    /// What the run of a deck says behind its end: functions that left their domain, parts that left their range, conditions that
+    /// chatter; each once.
+    fn listen(&mut self) {
+        let Some(session) = &mut self.session else { return };
+        let packed = &self.packed;
+        let (events, resting) = session.happened();
+        let turned = events.iter().filter(|(_, _, on)| *on).filter_map(|(t, k, _)| {
+            let text = packed.warnings.get(k)?;
+            Some((text.clone(), format!("{text}; first at t = {t} s")))
+        });
+        let chatters = resting.iter().filter_map(|&k| {
+            let name = packed.conditions.get(k)?;
+            let code = packed.codes.get("chattering").map_or(String::new(), |code| format!("[{code}] "));
+            Some((
+                format!("{code}{name}"),
+                format!("{code}{name} turns again and again: it is followed to 1e-4 of the run"),
+            ))
+        });
+        for (key, text) in turned.chain(chatters) {
+            if self.said.insert(key) {
+                self.told.push(text);
+            }
+        }
     }
 
     /// Inputs as they were set, handed to the run: None where nothing is new, else whether anything jumps.
@@ -321,7 +353,7 @@ impl Instance {
 }
 
 /// Why a run stopped, in one line (more words: analyses/failure.py).
-fn told(sys: &System, failed: &Failed, codes: &BTreeMap<String, String>) -> String {
+fn told(sys: &System, failed: &Failed, packed: &Packed) -> String {
     let name = |k: usize| sys.unknowns.get(k).map_or("?", |u| u.name.as_str());
     let when = match failed.during {
         "transient" if failed.t > 0.0 => format!("at t = {} s", failed.t),
@@ -346,11 +378,11 @@ fn told(sys: &System, failed: &Failed, codes: &BTreeMap<String, String>) -> Stri
         Failure::Unfit { why } => ("unfit", format!("the method cannot do this deck: {why}")),
         Failure::TooLong { steps, .. } => ("too long", format!("the rest would take {steps:.2e} steps, {when}")),
         Failure::Contradiction { flag } => {
-            let of = sys.flags.get(*flag).map_or("", |f| f.name.as_str());
-            ("contradiction", format!("a condition contradicts itself or others {when}: {of}"))
+            let of = packed.conditions.get(*flag).map_or("a condition", String::as_str);
+            ("contradiction", format!("{of} contradicts itself or others {when}"))
         }
     };
-    let said = codes.get(kind).map_or(said.clone(), |code| format!("[{code}] {said}"));
+    let said = packed.codes.get(kind).map_or(said.clone(), |code| format!("[{code}] {said}"));
     match failed.tried.is_empty() {
         true => said,
         false => format!("{said} (tried: {})", failed.tried.join("; ")),

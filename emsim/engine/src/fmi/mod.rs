@@ -16,12 +16,19 @@ use std::panic::{catch_unwind, AssertUnwindSafe};
 use std::path::{Path, PathBuf};
 
 const OK: i32 = 0;
+const WARNING: i32 = 1;
 const ERROR: i32 = 3;
 const FATAL: i32 = 4;
 
 /// In the folder `resources` of an FMU.
 const MODEL: &str = "model.emsim";
-const CATEGORY: &CStr = c"logStatusError";
+/// Category of a message, by its status.
+fn category(status: i32) -> &'static CStr {
+    match status {
+        WARNING => c"logStatusWarning",
+        _ => c"logStatusError",
+    }
+}
 
 /// Who is told what went wrong: status and text.
 type Log = Box<dyn Fn(&CStr, i32, &CStr)>;
@@ -117,7 +124,12 @@ unsafe fn with(c: *mut c_void, what: impl FnOnce(&mut Component) -> Result<(), S
         return FATAL;
     }
     match catch_unwind(AssertUnwindSafe(|| what(component))) {
-        Ok(Ok(())) => OK,
+        Ok(Ok(())) => {
+            for text in std::mem::take(&mut component.instance.told) {
+                component.tell(WARNING, &text);
+            }
+            OK
+        }
         Ok(Err(text)) => {
             component.tell(ERROR, &text);
             ERROR

@@ -48,6 +48,10 @@ pub struct Packed {
     pub uic: bool,
     /// kind of failure -> the code under which it is explained
     pub codes: BTreeMap<String, String>,
+    /// of every flag what it is called
+    pub conditions: Vec<String>,
+    /// what is to be said when a flag turns to 1, by its number
+    pub warnings: BTreeMap<usize, String>,
 }
 
 impl Packed {

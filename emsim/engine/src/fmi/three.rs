@@ -1,6 +1,6 @@
 //! FMI 3.0 for co-simulation. (Standard: fmi-standard.org, version 3.0.2.) Truth values are bytes.
+use super::{category, Log, ERROR, OK};
 use super::{free, free_state, get, instantiate, keep_state, put, put_state, set, slice, slice_mut, text_at, with};
-use super::{Log, CATEGORY, ERROR, OK};
 use std::ffi::{c_char, c_int, c_void, CStr};
 use std::path::PathBuf;
 
@@ -15,7 +15,7 @@ fn logging(logger: Option<Logger>, environment: *mut c_void) -> Log {
     Box::new(move |_: &CStr, status, text: &CStr| {
         if let Some(logger) = logger {
             // SAFETY: the caller's function, with its own environment
-            unsafe { logger(environment, status, CATEGORY.as_ptr(), text.as_ptr()) };
+            unsafe { logger(environment, status, category(status).as_ptr(), text.as_ptr()) };
         }
     })
 }

@@ -1,9 +1,9 @@
 //! FMI 2.0 for co-simulation. (Standard: fmi-standard.org, version 2.0.5.)
+use super::{category, Log, OK};
 use super::{
     free, free_state, get, instantiate, keep_state, path_of, put, put_state, set, slice, slice_mut, text_at, with,
     ERROR,
 };
-use super::{Log, CATEGORY, OK};
 use std::ffi::{c_char, c_int, c_void, CStr};
 
 type Logger = unsafe extern "C" fn(*mut c_void, *const c_char, c_int, *const c_char, *const c_char, ...);
@@ -47,7 +47,7 @@ pub unsafe extern "C" fn fmi2Instantiate(
         if let Some(logger) = logger {
             // the message is a format
             let text = super::c_text(&text.to_string_lossy().replace('%', "%%"));
-            logger(environment, name.as_ptr(), status, CATEGORY.as_ptr(), text.as_ptr());
+            logger(environment, name.as_ptr(), status, category(status).as_ptr(), text.as_ptr());
         }
     });
     let name = text_at(name).unwrap_or("");

@@ -120,6 +120,12 @@ impl Session {
         self.outcome()
     }
 
+    /// Flags that have turned since this was asked, when, and what to; and those that chatter.
+    pub fn happened(&mut self) -> (Vec<(f64, usize, bool)>, &[usize]) {
+        self.run.w.logic.log.clear();
+        (std::mem::take(&mut self.run.outcome.events), &self.run.outcome.resting)
+    }
+
     /// The outputs where the run stands.
     pub fn outputs(&self) -> &[f64] {
         self.run.record.0.data.get(1..).unwrap_or(&[])

@@ -423,7 +423,8 @@ impl System {
     }
 
     /// The system as bytes, for an engine without Python. `inputs`: wave, name, value where nothing is said, does it hold still while it runs;
-    /// `outputs`: expression, name; `times`: tstep, tstop, tmax of a transient; `codes`: kind of failure -> code. Of what `Builder.note_places` has noted.
+    /// `outputs`: expression, name; `times`: tstep, tstop, tmax of a transient; `codes`: kind of failure -> code; `conditions`: what flags
+    /// are called; `warnings`: flag -> what is said when it turns to 1. Of what `Builder.note_places` has noted.
     #[allow(clippy::type_complexity, clippy::too_many_arguments)]
     fn pack<'py>(
         &self,
@@ -435,6 +436,8 @@ impl System {
         times: (f64, f64, Option<f64>),
         uic: bool,
         codes: BTreeMap<String, String>,
+        conditions: Vec<String>,
+        warnings: BTreeMap<usize, String>,
     ) -> PyResult<Bound<'py, PyBytes>> {
         let missing = || PyValueError::new_err("pack: the builder was not asked to keep its equations");
         let (known, equations) = self.equations.as_ref().ok_or_else(missing)?;
@@ -455,6 +458,8 @@ impl System {
             tmax: times.2,
             uic,
             codes,
+            conditions,
+            warnings,
         };
         // what cannot be read again is no file
         packed.compile().map_err(PyValueError::new_err)?;
