@@ -109,7 +109,8 @@ def licences() -> dict[str, bytes]:
 
     found: dict[str, bytes] = {}
     beside = Path(__file__).resolve().parent.parent.parent
-    places = [*beside.glob("LICENSE-*"), *beside.glob("emsim-*.dist-info/licenses/LICENSE-*")]
+    is_tree = (beside / "pyproject.toml").exists()
+    places = beside.glob("LICENSE-*" if is_tree else "emsim-*.dist-info/licenses/LICENSE-*")
     for path in places:
         found[f"documentation/licenses/emsim-{path.name}.txt"] = path.read_bytes()
     return dict(sorted(found.items()))

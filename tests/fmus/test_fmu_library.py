@@ -106,6 +106,12 @@ def test_the_same_deck_gives_the_same_file(tmp_path: Path) -> None:
     assert made(tmp_path).read_bytes() == made(tmp_path).read_bytes()
 
 
+def test_licences_go_with_the_library(tmp_path: Path) -> None:
+    with zipfile.ZipFile(made(tmp_path)) as archive:
+        found = [n for n in archive.namelist() if n.startswith("documentation/licenses/emsim-LICENSE-")]
+        assert len(found) == 2 and b"Permission is hereby granted" in b"".join(map(archive.read, found))
+
+
 def test_another_deck_has_another_token(tmp_path: Path) -> None:
     def token(text: str) -> str:
         export(text, str(tmp_path / "x.fmu"))
