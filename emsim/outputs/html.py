@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 
 FRAMES = 1500
 LEAST = 60  # ... of which a run of several has this many at least
-MOST = 440_000  # characters of a run in a file; scripts and styles take 90 000 more
+MOST = 440_000  # characters of a run in a file; scripts and styles take 110 000 more
 SHOWN = 8  # signals drawn at first where the deck has no .print
 WEB = join(dirname(__file__), "web")
 GLYPHS = "glyphs"  # the script that is made of outputs/glyphs/
