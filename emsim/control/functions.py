@@ -219,7 +219,7 @@ WHOLE: dict[str, Callable[[Any, Vector], Any]] = {
     "rnd": lambda s, v: np.floor(s.random.random(len(v)) * np.floor(np.abs(v.values))),
     "sunif": lambda s, v: s.random.uniform(-1.0, 1.0, len(v)),
     "sgauss": lambda s, v: s.random.standard_normal(len(v)),
-    "poisson": lambda s, v: s.random.poisson(np.clip(np.abs(v.values), 0, 1e9)).astype(float),
+    "poisson": lambda s, v: s.random.poisson(np.clip(np.nan_to_num(np.abs(v.values)), 0, 1e9)).astype(float),
     "exponential": lambda s, v: s.random.exponential(1.0, len(v)) * np.abs(v.values),
 }  # fmt: skip
 

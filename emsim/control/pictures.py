@@ -139,7 +139,10 @@ def _axes(
     ):
         if key in options:
             limits = s.numbers(" ".join(options[key]))
-            if len(limits) == 2 and limits[0] != limits[1] and all(map(np.isfinite, limits)):
+            log = (axes.get_xscale() if key[0] == "x" else axes.get_yscale()) == "log"
+            if log and min(limits) <= 0:
+                s.warn(f"{key} has no effect: a logarithmic axis begins above 0")
+            elif len(limits) == 2 and limits[0] != limits[1] and all(map(np.isfinite, limits)):
                 set_(*limits)
 
 

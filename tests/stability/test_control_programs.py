@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import warnings
+
 import pytest
 from control_programs import Runner, programs, wrong
 
@@ -26,13 +28,16 @@ def test_no_program_ends_in_an_internal_error(seed, tmp_path, monkeypatch):
         ("tran 10u 1m\nspec 0 inf 1k v(out)", ["E161"]),
         ("tran 10u 1m\npsd inf v(out)", ["E161"]),
         ("tran 10u 1m\nfourier inf v(out)", ["E161"]),
+        ("op\nlet a = poisson(asin(1e6))", []),
+        ("ac dec 3 10 1k\nplot v(out) xlimit 0 100", []),
         ('op\nset width = "a "a b"', []),
         ("op\nset list = ( 1 2 )\necho $list[inf]", ["E161"]),
     ],
 )
-def test_a_word_that_does_not_fit_is_an_error_of_the_section(commands, codes):
-    deck = (
-        "t\nV1 in 0 SIN(0 1 1k)\nR1 in out 1k\nC1 out 0 1u\n.control\nlet inf = 1e308*10\n{}\n.endc\n.end\n"
-    )
-    found = emsim.run(deck.format(commands))
+def test_a_word_that_does_not_fit_is_an_error_of_the_section(commands, codes, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    deck = "t\nV1 in 0 AC 1 SIN(0 1 1k)\nR1 in out 1k\nC1 out 0 1u\n.control\nlet inf = 1e308*10\n{}\n.endc\n.end\n"
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")  # that the user would see
+        found = emsim.run(deck.format(commands))
     assert [d.code for d in found.diagnostics if d.severity == "error"] == codes

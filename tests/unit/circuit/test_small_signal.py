@@ -271,3 +271,18 @@ def test_a_value_that_depends_on_the_frequency_is_refused_under_ac():
     deck = "hertz\nV1 a 0 dc 1 ac 1\nB1 b 0 V={v(a)*hertz}\nR1 b 0 1k\n.ac dec 5 1 1k\n.end\n"
     with pytest.raises(emsim.DeckError, match="hertz"):
         emsim.run(deck)
+
+
+def test_pivots_that_are_kept_along_a_sweep_give_what_each_frequency_gives_alone():
+    """Sections that turn over at frequencies twelve decades apart: no choice of pivots serves them all."""
+    cards = ["V1 n0 0 AC 1"]
+    for k in range(12):
+        cards += [f"R{k} n{k} n{k + 1} {10.0 ** (k - 4):g}", f"C{k} n{k + 1} 0 {10.0 ** (-k - 3):g}"]
+        cards += [f"L{k} n{k + 1} m{k} {10.0 ** (k - 8):g}", f"RL{k} m{k} 0 {10.0 ** (6 - k):g}"]
+    deck = "sections\n" + "\n".join(cards) + "\n"
+    swept = emsim.run(f"{deck}.ac dec 40 1m 1g\n.end\n").table("ac")
+    for k in range(0, len(swept), 23):
+        f = float(swept["frequency"][k])
+        alone = emsim.run(f"{deck}.ac lin 1 {f!r} {f!r}\n.end\n").table("ac")
+        for node in ("v(n1)", "v(n6)", "v(n12)", "i(l5)"):
+            assert abs(swept[node][k] - alone[node][0]) <= 1e-12 * abs(alone[node][0])
