@@ -117,10 +117,15 @@ class Coupling(Element):
             return
         windings = []
         for coil in coils:
-            if "ic" in coil.params:
-                said = f"ic= of `{coil.name}` has no effect: its flux is that of the core"
-                ctx.sink.error("E284", said, coil.span, f"b0= of `{self.name}` says how the core begins")
-            windings.append((ctx.branches[coil.name], coil.quantity(ctx)))
+            for key in (key for key in coil.params if key != "tol"):
+                said = f"{key}= of `{coil.name}` has no meaning: it is a winding, its value the number of its turns"
+                hint = f"b0= of `{self.name}` says how the core begins" if key == "ic" else None
+                ctx.sink.error("E284", said, coil.span, hint)
+            turns = coil.value if isinstance(coil.value, (int, float)) else 0.0
+            if not turns > 0.0:
+                said = f"`{coil.name}` is a winding on a core, and its value, the number of its turns, is not above 0"
+                ctx.sink.error("E284", said, coil.span, "to wind it the other way round, change its nodes")
+            windings.append((ctx.branches[coil.name], float(turns)))
         self._core = Core(ctx, self.name, material, k, windings, start)
 
     # ---- rows ----

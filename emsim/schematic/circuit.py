@@ -231,7 +231,7 @@ class Circuit:
             pair = [named[name] for name in k.extra.get("inductors", ()) if name in named]
             if len(pair) == 2 and all(count[e.name] == 1 for e in pair):
                 names = " : ".join(self._title(e) for e in pair)
-                values = " : ".join(self._value(e) for e in pair)
+                values = " : ".join(self._value(e) for e in pair).replace(" turns :", " :")
                 label = [names, values, f"k = {k.value:.4g}" if isinstance(k.value, float) else ""]
                 over = (pair[0].nodes[0] in GROUND, pair[1].nodes[0] in GROUND)
                 nets = [*pair[0].nodes, *pair[1].nodes]

@@ -435,3 +435,44 @@ def test_the_deck_of_a_transformer_that_is_switched_on():
     for time in (2e-3, 5e-3, 7e-3):
         current = both(time, s.sol(time)[0])[1]
         assert t.at("i(l1)", time) == pytest.approx(current, rel=1e-5)
+
+
+WRONG = """a core that cannot be
+V1 1 0 SIN(0 1 50)
+R1 1 2 1
+L1 2 0 100
+K1 L1 1 steel
+.model steel core(ms=1.6e6 a=1000 k=400)
+.tran 1m 20m
+.end
+"""
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("L1 2 0 100", "L1 2 0 100 m=2", "m= of `l1` has no meaning"),
+        ("L1 2 0 100", "L1 2 0 100 ic=1", "b0= of `k1`"),
+        ("L1 2 0 100", "L1 2 0 -100", "number of its turns"),
+        ("L1 2 0 100", "L1 2 0 {time}", "is an expression"),
+        ("L1 2 0 100", "L1 2 0 steel", "windings of a core stand in a K line"),
+        ("K1 L1 1 steel", "K1 L1 1 steel\nK2 L1 1 steel", "wound on the cores of `k1` and of `k2`"),
+        (
+            "K1 L1 1 steel",
+            "K1 L1 1 steel\nL2 3 0 1m\nR3 3 0 1\nK2 L1 L2 0.9",
+            "a winding of 100 turns on a core",
+        ),
+        ("K1 L1 1 steel", "K1 L1 1 steel 2", "size of a core"),
+        ("K1 L1 1 steel", "K1 L1 1 steel b0=9", "at most 0.388 T"),
+        ("K1 L1 1 steel", "K1 L1 steel", "needs two inductors and a coupling"),
+        ("ms=1.6e6", "ms=-1", "ms must be above 0"),
+        ("k=400", "c=2", "from 0 to 1"),
+        ("k=400", "alpha=1", "magnetises itself"),
+        ("k=400", "law=preisach", "none of ja, play"),
+    ],
+)
+def test_a_core_that_cannot_be_is_told(old, new, words):
+    assert old in WRONG
+    with pytest.raises(emsim.DeckError) as said:
+        emsim.run(WRONG.replace(old, new))
+    assert words in str(said.value)
