@@ -119,8 +119,8 @@ class Coupling(Element):
         for coil in coils:
             for key in (key for key in coil.params if key != "tol"):
                 said = f"{key}= of `{coil.name}` has no meaning: it is a winding, its value the number of its turns"
-                hint = f"b0= of `{self.name}` says how the core begins" if key == "ic" else None
-                ctx.sink.error("E284", said, coil.span, hint)
+                remedy = f"b0= of `{self.name}` says how the core begins" if key == "ic" else None
+                ctx.sink.error("E284", said, coil.span, remedy)
             turns = coil.value if isinstance(coil.value, (int, float)) else 0.0
             if not turns > 0.0:
                 said = f"`{coil.name}` is a winding on a core, and its value, the number of its turns, is not above 0"
