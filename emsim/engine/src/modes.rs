@@ -91,6 +91,35 @@ pub struct Short {
     pub near: f64,
 }
 
+/// With which acceleration parts fall back on each other, the others held by what they lie on.
+struct Falls {
+    look: Look,
+    change: Vec<f64>, // of the flows
+    lies: Vec<bool>,
+    h: f64,
+    found: Vec<Option<f64>>,
+}
+
+impl Falls {
+    fn of(&mut self, k: usize) -> f64 {
+        *self.found[k].get_or_insert_with(|| {
+            let most: Vec<f64> = self
+                .lies
+                .iter()
+                .enumerate()
+                .map(|(j, &lies)| if j != k && lies { f64::INFINITY } else { 0.0 })
+                .collect();
+            let held = lcp::solve(&self.look.a, &self.change, &Bounds::new(vec![0.0; most.len()], most));
+            -held.map_or(self.change[k], |held| held.w[k]) / self.h
+        })
+    }
+}
+
+/// Does a rebound rise so little that it is none?
+fn is_none(rebound: f64, fall: f64, gap: f64) -> bool {
+    fall > 0.0 && rebound * rebound < 2.0 * fall * REST * gap
+}
+
 /// A step of implicit Euler with efforts as parameters.
 struct Look {
     y: Vec<f64>,            // without them
@@ -178,13 +207,21 @@ impl Modes {
         // those in question are free, the others in their modes
         let (readings, _) = sys.read_laws(w, x, *t);
         let mut asked = Vec::new();
+        let touches: Vec<bool> = (0..list.len())
+            .map(|k| {
+                let closed = list[k].form != Form::Relay && w.flags[list[k].flags[CLOSED]] != 0.0;
+                let near = list[k].form == Form::Corner && readings[k].gap <= TOUCHES * gaps[k];
+                list[k].form == Form::OneWay || closed || near
+            })
+            .collect();
+        let Some(rests) = self.rests(sys, w, (x, *t), short.ahead, &readings, &touches, (&moves, &gaps), tol) else {
+            return false;
+        };
         for (k, law) in list.iter().enumerate() {
-            let Reading { flow, gap, .. } = readings[k];
+            let flow = readings[k].flow;
             if law.form != Form::Relay {
-                let closed = w.flags[law.flags[CLOSED]] != 0.0;
-                let touches = law.form == Form::OneWay || closed || gap <= TOUCHES * gaps[k];
                 sys.put_mode(w, law.flags[CLOSED], 0.0);
-                if touches && flow <= moves[k] {
+                if touches[k] && (flow <= moves[k] || rests[k]) {
                     asked.push(k);
                 }
                 continue;
@@ -302,9 +339,7 @@ impl Modes {
         tol: &Tolerances,
     ) -> bool {
         let list = &sys.laws.list;
-        // with which parts fall back on each other, the others held by what they lie on
-        let mut falls: Vec<Option<f64>> = vec![None; list.len()];
-        let mut falling: Option<(Look, Vec<f64>, Vec<bool>)> = None;
+        let mut falls: Option<Falls> = None;
         for round in 0..2 * ROUNDS {
             let (readings, _) = sys.read_laws(w, x, *t);
             let near = |k: usize| match list[k].form {
@@ -332,23 +367,13 @@ impl Modes {
                     _ => sys.put_mode(w, law.flags[CLOSED], 0.0),
                 }
             }
-            let all: Vec<usize> = (0..list.len()).collect();
-            if falling.is_none() {
-                let Some(look) = self.look(sys, w, x, *t, short.ahead, &all, tol) else { return false };
-                let change: Vec<f64> = look.b.iter().zip(&readings).map(|(b, reading)| b - reading.flow).collect();
-                let lies = all.iter().map(|&j| near(j) && readings[j].flow <= moves[j]).collect();
-                falling = Some((look, change, lies));
+            if falls.is_none() {
+                let lies = (0..list.len()).map(|j| near(j) && readings[j].flow <= moves[j]).collect();
+                falls = self.falls(sys, w, (x, *t), short.ahead, &readings, lies, tol);
             }
-            if let Some((look, change, lies)) = &falling {
-                for &k in struck.iter().filter(|&&k| list[k].restitution > 0.0) {
-                    falls[k].get_or_insert_with(|| {
-                        let most: Vec<f64> =
-                            all.iter().map(|&j| if j != k && lies[j] { f64::INFINITY } else { 0.0 }).collect();
-                        let held = lcp::solve(&look.a, change, &Bounds::new(vec![0.0; most.len()], most));
-                        -held.map_or(change[k], |held| held.w[k]) / short.ahead
-                    });
-                }
-            }
+            let Some(falls) = &mut falls else { return false };
+            let fall: Vec<f64> =
+                struck.iter().map(|&k| if list[k].restitution > 0.0 { falls.of(k) } else { 0.0 }).collect();
             let Some(look) = self.look(sys, w, x, *t, short.instant, &struck, tol) else { return false };
             let m = struck.len();
             let pushes = |k: usize| if list[k].form == Form::Relay { 0.0 } else { f64::INFINITY };
@@ -357,18 +382,16 @@ impl Modes {
                 bounds.with[i] = with(&struck, list[k].normal, |normal| normal.mu);
             }
             let Some(press) = lcp::solve(&look.a, &look.b, &bounds) else { return false };
-            let restitution = |k: usize| {
+            let restitution = |i: usize, k: usize| {
                 let rebound = list[k].restitution * readings[k].flow.abs();
-                let fall = falls[k].unwrap_or(0.0);
-                let rests = fall > 0.0 && rebound * rebound < 2.0 * fall * REST * gaps[k];
-                if rests || together || list[k].form == Form::OneWay {
+                if is_none(rebound, fall[i], gaps[k]) || together || list[k].form == Form::OneWay {
                     0.0
                 } else {
                     list[k].restitution
                 }
             };
             for (i, &k) in struck.iter().enumerate().filter(|&(_, &k)| list[k].form != Form::Relay) {
-                bounds.lo[i] = restitution(k) * press.f[i];
+                bounds.lo[i] = restitution(i, k) * press.f[i];
             }
             let Some(back) = lcp::solve(&look.a, &press.w, &bounds) else { return false };
             let (f, after) = expanded(&look.b, &press, &back);
@@ -380,6 +403,59 @@ impl Modes {
             *t += short.instant;
         }
         true
+    }
+
+    /// Falls of all corners from (x, t), those that lie on each other held.
+    #[allow(clippy::too_many_arguments)]
+    fn falls(
+        &mut self,
+        sys: &System,
+        w: &mut Work,
+        (x, t): (&[f64], f64),
+        h: f64,
+        readings: &[Reading],
+        lies: Vec<bool>,
+        tol: &Tolerances,
+    ) -> Option<Falls> {
+        let all: Vec<usize> = (0..readings.len()).collect();
+        let look = self.look(sys, w, x, t, h, &all, tol)?;
+        let change = look.b.iter().zip(readings).map(|(b, reading)| b - reading.flow).collect();
+        Some(Falls { look, change, lies, h, found: vec![None; readings.len()] })
+    }
+
+    /// Corners that part from each other by less than a rebound that is none: what others gave them, so that they would fall back at
+    /// once. Were they let go, what holds them to each other again would lift them, and so on for ever.
+    #[allow(clippy::too_many_arguments)]
+    fn rests(
+        &mut self,
+        sys: &System,
+        w: &mut Work,
+        (x, t): (&[f64], f64),
+        h: f64,
+        readings: &[Reading],
+        touches: &[bool],
+        (moves, gaps): (&[f64], &[f64]),
+        tol: &Tolerances,
+    ) -> Option<Vec<bool>> {
+        let list = &sys.laws.list;
+        let parts = |k: usize| list[k].form == Form::Corner && touches[k] && readings[k].flow > moves[k];
+        let mut rests = vec![false; list.len()];
+        if !(0..list.len()).any(parts) {
+            return Some(rests);
+        }
+        for law in list {
+            match law.form {
+                Form::Relay if w.flags[law.flags[SLIDES]] == 0.0 => put_relay(sys, w, law, true, 0.0, 0.0),
+                Form::Relay => {}
+                _ => sys.put_mode(w, law.flags[CLOSED], 0.0),
+            }
+        }
+        let lies = (0..list.len()).map(|j| touches[j] && readings[j].flow <= moves[j]).collect();
+        let mut falls = self.falls(sys, w, (x, t), h, readings, lies, tol)?;
+        for k in (0..list.len()).filter(|&k| parts(k)) {
+            rests[k] = is_none(readings[k].flow, falls.of(k), gaps[k]);
+        }
+        Some(rests)
     }
 
     /// Books a step (t, h) in which the corners among `which` gave impulses: these, and the energy that they took together, shared
