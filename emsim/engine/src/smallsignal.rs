@@ -22,8 +22,13 @@ pub struct SmallSignal {
     delayed: Vec<(usize, f64)>, // places in G, and by how long what they read is late
     lu: Lu<Complex>,
     matrix: Vec<Complex>,
-    s: Option<Complex>, // what was factored last
+    s: Option<Complex>,  // what was factored last
+    chosen: Option<f64>, // size of s where its pivots were chosen
 }
+
+/// Pivots serve within this factor of the frequency at which they were chosen: entries change by orders of magnitude along a
+/// sweep, and by no more than this between the points of a dense one.
+const NEAR: f64 = 2.0;
 
 impl SmallSignal {
     /// About (x, 0), with conditions and sources as they are in `w`. `hold`: the machine does not move.
@@ -56,7 +61,7 @@ impl SmallSignal {
         }
         let lu = Lu::new(&Symbolic::analyse(&pattern)?);
         let matrix = vec![Complex::ZERO; pattern.nnz()];
-        Ok(SmallSignal { pattern, g, c, held, delayed, lu, matrix, s: None })
+        Ok(SmallSignal { pattern, g, c, held, delayed, lu, matrix, s: None, chosen: None })
     }
 
     /// G and C on their common pattern.
@@ -76,8 +81,14 @@ impl SmallSignal {
             let (decay, angle) = ((-s.re * by).exp(), -s.im * by);
             self.matrix[k] = Complex::new(decay * angle.cos(), decay * angle.sin()).scale(self.g[k]);
         }
-        // pivots are chosen anew at every frequency: entries change by orders of magnitude between two
-        self.lu.factor(&self.matrix)?;
+        let size = s.abs();
+        if self.chosen.is_some_and(|c| (c / NEAR..=c * NEAR).contains(&size)) {
+            self.lu.factor_or_refactor(&self.matrix)?;
+        } else {
+            self.chosen = None;
+            self.lu.factor(&self.matrix)?;
+            self.chosen = Some(size);
+        }
         self.s = Some(s);
         Ok(())
     }
