@@ -16,7 +16,7 @@ from emsim.cli import VERBS
 from emsim.cli.explain import message
 from emsim.cli.help import EXIT_CODES, verb_help
 from emsim.editor import words
-from emsim.elements import ELEMENTS, LETTERS, Element
+from emsim.elements import ELEMENTS, Element
 from emsim.elements import Param as Word
 from emsim.reports.codes import catalogue
 from emsim.reports.words import BRINGS, default, meaning
@@ -135,13 +135,10 @@ def kinds() -> str:
 
 def all_elements() -> str:
     rows = [[f"[{kind.letter.upper()}](#{kind.letter})", kind.what, code(kind.form)] for kind in ELEMENTS]
-    later = ", ".join(
-        f"{kind.letter.upper()} ({kind.what})" for kind in LETTERS.values() if not kind.supported
-    )
     parts = [
         "# Elements\n",
         "What a line is follows from its first letter, as in SPICE. The current of an element counts as positive into its first "
-        f"terminal; `i(name)` reads it. Read and reported by name as not supported yet: {later}.\n",
+        "terminal; `i(name)` reads it.\n",
         table(["letter", "what it is", "form"], rows),
     ]
     parts += [one_element(kind) for kind in ELEMENTS]
