@@ -418,3 +418,12 @@ def test_two_hookes_joints_in_line_run_evenly() -> None:
     facts = emsim.check(NETLISTS / "mechanical/hooke_double.cir")["machine"]
     assert facts["degrees_of_freedom"] == 1 and len(facts["redundant_rows"]) == 1
     assert found.energy.share < 1e-9
+
+
+@pytest.mark.parametrize(
+    ("start", "rest", "unstable"), [(0.05, 0.4, False), (-0.05, -0.4, False), (0.0, 0.0, True)]
+)
+def test_a_toggle_has_two_rests_and_a_dead_point_between(start: float, rest: float, unstable: bool) -> None:
+    found = emsim.run(deck("mechanical/toggle_rests").replace("ic=0.05", f"ic={start}"))
+    assert found["pos(rail)"][0] == pytest.approx(rest, abs=1e-9)
+    assert ("W241" in {d.code for d in found.diagnostics}) is unstable
