@@ -219,7 +219,8 @@ def test_exit_codes_are_the_programs():
 def sentences(text: str) -> list[list[str]]:
     """The words of each sentence of a page's prose; code and formulas count as one word, tables and headings as none."""
     text = re.sub(r"<!--.*?-->|\$\$.*?\$\$", "", FENCE.sub("", text), flags=re.S)
-    paragraphs = (p.strip() for p in re.split(r"\n\s*\n", text))
+    indented = re.compile(r"(?:    .*\n?)+")  # formulas as they stand
+    paragraphs = (p.strip() for p in re.split(r"\n[ \t]*\n", text) if not indented.fullmatch(p))
     prose = (p for p in paragraphs if not p.startswith(("#", "|", "<", "---")))
     items = (item for p in prose for item in re.split(r"^\s*(?:[-*]|\d+\.)\s+", p, flags=re.M))
     ends = r"(?<=[.!?:])\s+(?=[A-Z`\"*(])"
