@@ -23,9 +23,10 @@
 //! alone decide are computed, not searched: edges.rs follows the same rules. Modes of laws (friction, rigid stops) are flags whose roots are searched
 //! like the others'; where one asks, modes.rs decides all of them together.
 //!
-//! After a step the roots are looked at in its middle and at its end; the earliest crossing is bracketed and narrowed by
+//! After a step the roots are looked at in its middle and at its end, those of modes at their peaks in between too; the earliest crossing is bracketed and narrowed by
 //! the Illinois variant of regula falsi. The step is then repeated up to there, and once more where its end tells another
 //! place: what lies inside a long step of the trapezoid is known less well than its end.
+use crate::model::Law;
 use crate::system::{System, Work};
 
 pub struct Located {
@@ -228,6 +229,11 @@ impl Detector {
                 }
             }
         }
+        if sys.flags.iter().any(|f| f.law == Law::Mode) {
+            if let Some(t) = self.between(sys, w, m, (t0, hi), x) {
+                (hi, found) = (t, true);
+            }
+        }
         if !found {
             return None;
         }
@@ -278,6 +284,52 @@ impl Detector {
         self.seen.0 = t0;
         self.seen.1.copy_from_slice(&self.before);
         Some(Located { at: hi })
+    }
+
+    /// Where the root of a law's mode rises above zero and falls again within one step, as of two parts that fly through each
+    /// other: at the peaks of parabolas through five samples. The time of a look at which it fires.
+    fn between(
+        &mut self,
+        sys: &System,
+        w: &mut Work,
+        m: &Candidate,
+        (t0, t1): (f64, f64),
+        x: &mut [f64],
+    ) -> Option<f64> {
+        const PARTS: usize = 4;
+        let quarter = (t1 - t0) / PARTS as f64;
+        let mut samples = vec![self.before.clone()];
+        for k in 1..=PARTS {
+            let t = t0 + k as f64 * quarter;
+            (m.dense)(t, x);
+            if k < PARTS && self.any(sys, w, x, t) {
+                return Some(t);
+            }
+            if k == PARTS {
+                self.any(sys, w, x, t1);
+            }
+            samples.push(self.now.clone());
+        }
+        for (k, _) in sys.flags.iter().enumerate().filter(|(_, f)| f.law == Law::Mode) {
+            for j in 1..PARTS {
+                let (a, b, c) = (samples[j - 1][k], samples[j][k], samples[j + 1][k]);
+                let bend = a - 2.0 * b + c;
+                // a peak within the three, above zero
+                if !(b >= a && b >= c && bend < 0.0) {
+                    continue;
+                }
+                let shift = 0.5 * (a - c) / bend;
+                if b - 0.5 * shift * shift * bend <= 0.0 {
+                    continue;
+                }
+                let t = t0 + (j as f64 + shift) * quarter;
+                (m.dense)(t, x);
+                if self.any(sys, w, x, t) {
+                    return Some(t);
+                }
+            }
+        }
+        None
     }
 
     /// The repeated step ends at (x, at): how long until the first of the fired flags' roots crosses, below 0 where it has.
