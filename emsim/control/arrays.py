@@ -69,8 +69,8 @@ def _series(o: dict[str, float]) -> np.ndarray:
         o.setdefault("start", o["center"] - o["span"] / 2)
         o.setdefault("stop", o["center"] + o["span"] / 2)
     count = next((o[k] for k in ("lin", "log", "dec", "oct") if k in o), None)
-    if "start" not in o or ("stop" not in o and "step" not in o):
-        usage(COMPOSE, "start= and stop= are needed")
+    if "start" not in o or ("stop" not in o and not {"step", "lin"} <= set(o)):
+        usage(COMPOSE, "start= and stop= are needed, or start=, step= and lin=")
     start = o["start"]
     if "step" in o:
         step = o["step"]

@@ -29,6 +29,8 @@ def test_no_program_ends_in_an_internal_error(seed, tmp_path, monkeypatch):
         ("tran 10u 1m\npsd inf v(out)", ["E161"]),
         ("tran 10u 1m\nfourier inf v(out)", ["E161"]),
         ("op\nlet a = poisson(asin(1e6))", []),
+        ("op\ncompose b start=0 step=0.1", ["E161"]),
+        ("op\ncompose b start=0 step=0.1 lin=3", []),
         ("ac dec 3 10 1k\nplot v(out) xlimit 0 100", []),
         ('op\nset width = "a "a b"', []),
         ("op\nset list = ( 1 2 )\necho $list[inf]", ["E161"]),
