@@ -142,3 +142,23 @@ def test_messages_speak_of_physics_not_of_matrices():
     for path in GOLDEN.glob("*.txt"):
         found = MATRIX_WORDS.search(path.read_text(encoding="utf-8"))
         assert found is None, f"{path.name}: {found[0]}"
+
+
+ASIN_OF_SOURCE = (
+    "of a source\nV1 a 0 SIN(0 2 1k)\nRx a 0 1k\nB1 o 0 V={asin(v(a))}\nR1 o 0 1k\nC1 o 0 1n\n.tran 1u 1m\n"
+)
+ASIN_OF_CHARGE = (
+    "of a charge\nI1 0 c 1m\nC1 c 0 1u\nR0 c 0 1meg\nR2 p 0 1k\nB2 p 0 V={asin(v(c))+1}\n.tran 1u 10m\n"
+)
+ASIN_OF_START = "of a start\nC1 c 0 1u IC=2\nR1 c 0 1k\nB2 p 0 I={asin(v(c))}\nR2 p 0 1k\n.tran 1u 10m UIC\n"
+
+
+@pytest.mark.parametrize("method", [m for m in METHODS if m not in ("gauss", "dop853")])
+@pytest.mark.parametrize(
+    ("deck", "card"), [(ASIN_OF_SOURCE, "b1"), (ASIN_OF_CHARGE, "b2"), (ASIN_OF_START, "b2")]
+)
+def test_a_value_out_of_a_functions_domain_is_not_laid_to_the_first_card_of_the_deck(deck, card, method):
+    """A solution that is no number is none in every unknown: the first one was told, V1 or C1."""
+    d, _ = failure(deck, method)
+    assert d.code == "E412"
+    assert d.span is not None and d.span.text.lower() == card, d

@@ -278,7 +278,39 @@ impl Newton {
         solved
     }
 
-    /// The same of a stage that the caller has.
+    /// A step from x0 with the charges q0 at t has met values that are not finite: the row that they come from, as steps of length h and longer ones find it
+    /// again, up to `longest`. (What is known of a solution that has failed is that they are everywhere.)
+    pub fn whence(
+        &mut self,
+        sys: &System,
+        w: &mut Work,
+        (t, x0, q0): (f64, &[f64], &[f64]),
+        (h, longest): (f64, f64),
+        tol: &Tolerances,
+    ) -> Option<usize> {
+        let lengths = std::iter::successors(Some(h), |h| Some(10.0 * h)).take_while(|&l| l <= h.max(longest));
+        for h in lengths {
+            let r: Vec<f64> = q0.iter().map(|q| -q / h).collect();
+            for most in 0..STALLS {
+                let mut x = x0.to_vec();
+                self.forget();
+                let ended = most > 0 && self.solve(sys, w, 1.0 / h, &r, &mut x, t + h, tol, most).is_ok();
+                if x.iter().any(|v| !v.is_finite()) {
+                    break;
+                }
+                sys.eval_jacobian(w, &x, t + h, false);
+                if let Some(row) = sys.not_finite(w) {
+                    return Some(row);
+                }
+                if ended {
+                    break;
+                }
+            }
+        }
+        None
+    }
+
+    /// `solve` of a stage that the caller has.
     #[allow(clippy::too_many_arguments)]
     #[inline(always)]
     pub fn solve_stage<L: Lanes>(

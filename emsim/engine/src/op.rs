@@ -219,15 +219,9 @@ impl<'a> Dc<'a> {
 
     /// Of values that are not finite, the row they come from: a solution carries them everywhere.
     fn named(&self, w: &Work, why: Failure) -> Failure {
-        let Failure::NotFinite { .. } = why else { return why };
-        let sys = self.sys;
-        let by_slopes = || {
-            let bad = (0..w.gv.len()).find(|&k| !w.gv[k].is_finite());
-            bad.map(|k| sys.pattern.rowidx[k])
-        };
-        match w.f.iter().position(|f| !f.is_finite()).or_else(by_slopes) {
-            Some(unknown) => Failure::NotFinite { unknown },
-            None => why,
+        match (&why, self.sys.not_finite(w)) {
+            (Failure::NotFinite { .. }, Some(unknown)) => Failure::NotFinite { unknown },
+            _ => why,
         }
     }
 
@@ -734,7 +728,12 @@ fn fit_charges(
         let mut newton = Newton::new(sys)?;
         let r: Vec<f64> = q0.iter().map(|q| -q / h).collect();
         let mut y = x.to_vec();
-        newton.solve(sys, w, 1.0 / h, &r, &mut y, h, tol, 100)?;
+        newton.solve(sys, w, 1.0 / h, &r, &mut y, h, tol, 100).map_err(|why| match why {
+            Failure::NotFinite { unknown } => {
+                Failure::NotFinite { unknown: newton.whence(sys, w, (0.0, x, q0), (h, h), tol).unwrap_or(unknown) }
+            }
+            why => why,
+        })?;
         let flipped = sys.update_flags(w, &y, 0.0);
         if !flipped || round == 19 {
             // y belongs to t = h; with a second one from twice the step, the values at t = 0 to O(h^2)

@@ -667,6 +667,14 @@ impl System {
         self.add_capacitances(w, x, y);
     }
 
+    /// Of what was evaluated last, with slopes: the first row that is no number.
+    pub fn not_finite(&self, w: &Work) -> Option<usize> {
+        let bad = |v: &f64| !v.is_finite();
+        let by_slopes =
+            || w.gv.iter().position(bad).or_else(|| w.cv.iter().position(bad)).map(|k| self.pattern.rowidx[k]);
+        w.f.iter().position(bad).or_else(|| w.q.iter().position(bad)).or_else(by_slopes)
+    }
+
     /// sizes <- sum of |terms| of G x, of constant entries: what they come to in each row before they cancel.
     pub fn terms(&self, x: &[f64], sizes: &mut [f64]) {
         self.g_rows.sizes(x, |row, size| sizes[row] = size);

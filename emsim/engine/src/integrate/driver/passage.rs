@@ -102,8 +102,20 @@ impl<S: Sink> Run<'_, S> {
             return true;
         }
         let (step, why, tried) = (*step, why.clone(), std::mem::take(tried));
+        let why = self.named(step, why);
         self.fail(step, why, tried);
         false
+    }
+
+    /// Of values that are not finite, the row they come from.
+    fn named(&mut self, step: f64, why: Failure) -> Failure {
+        let Failure::NotFinite { .. } = why else { return why };
+        self.sys.eval(self.w, &self.x, self.t);
+        let q0 = self.w.q.clone();
+        let begin = (self.t, self.x.as_slice(), q0.as_slice());
+        let found = newton(self.sys, &mut self.newton)
+            .and_then(|n| n.whence(self.sys, self.w, begin, (step, self.tmax), &self.tol));
+        found.map_or(why, |unknown| Failure::NotFinite { unknown })
     }
 
     /// An event cannot be located. Is there another method?
