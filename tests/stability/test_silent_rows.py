@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 from support import deck, run
@@ -137,6 +139,32 @@ def test_a_floating_star_point_breaks_no_current_law(method):
     assert np.abs(np.asarray(result["i(v1)"]) + current).max() <= 1e-3 * np.abs(current).max() + 1e-12
     assert np.asarray(result["v(n)"]).min() == pytest.approx(-886, rel=0.01)
     assert result.stats["steps"] < 2000
+
+
+@pytest.mark.parametrize("reltol", [1e-3, 1e-6, 1e-8])
+@pytest.mark.parametrize("method", METHODS)
+def test_a_floating_star_point_breaks_no_current_law_at_the_first_row(method, reltol):
+    """10 nH behind 10 kohm move within the length in which the rest is found: i(v1) + i(l1) = 1.2e-7 A, W406."""
+    result = run(STAR, f"method={method} reltol={reltol}", tran="1u 2u")
+    assert abs(result["i(v1)"][0] + result["i(l1)"][0]) < 1e-13
+    assert not [d for d in result.diagnostics if d.code == "W406"]
+
+
+@pytest.mark.parametrize(
+    ("name", "tran"),
+    [
+        ("coupled/ref_ctms_motor_speed", "1m 2m uic"),
+        ("coupled/ref_pmsm_interior", "1u 2u uic"),
+        ("coupled/ref_universal_ac", "1u 2u uic"),
+        ("coupled/ref_msl_solenoid_pullin", "1u 2u uic"),
+        ("coupled/ref_slider_crank", "1u 2u uic"),
+    ],
+)
+def test_given_starts_of_machines_break_no_current_law_at_tight_tolerances(name, tran):
+    """Sources had the current of a first step that was not found, coils that of the start: W406 at t = 0."""
+    text = re.sub(r"(?im)^\.meas.*$", "", deck(name))
+    result = run(text, "reltol=1e-8", tran=tran)
+    assert not [d for d in result.diagnostics if d.code == "W406"]
 
 
 @pytest.mark.parametrize("method", ["auto", "radau", "esdirk", "trbdf2", "gear"])

@@ -545,7 +545,7 @@ pub fn is_all_state(sys: &System) -> bool {
 /// Consistent values at t after a discontinuity, or at the start: one backward Euler step so short that charges,
 /// fluxes and momenta cannot move, but everything algebraic must fit:  Q(x1) - Q(x0) + h F(x1) = 0.
 /// With `refine`, multipliers and derivative unknowns are extrapolated from two such steps (their error is O(h)).
-/// On failure x stays as it was, false: the method's own first step, stiffly accurate, will do the same work.
+/// On failure what is stored stays as it was, false: the method's own first step, stiffly accurate, will do the same work.
 #[allow(clippy::too_many_arguments)]
 pub fn consistent(
     sys: &System,
@@ -572,6 +572,9 @@ pub fn consistent(
     };
     let Some(y1) = step(w, h, x) else {
         w.ports = ports;
+        if refine {
+            hold(sys, newton, w, x, t, h, &tol.at_least(1e-6));
+        }
         return false;
     };
     let y2 = if refine { step(w, 2.0 * h, &y1) } else { None };
