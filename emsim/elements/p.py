@@ -37,7 +37,7 @@ class CoupledLines(ModelledLine):
         "dimension": Param("number of conductors, which the nodes tell too"),
     }
     model_types: ClassVar[tuple[str, ...]] = ("cpl",)
-    model_form = "cpl(r=.. l=.. g=.. c=.. length=), each the rows of a matrix from its diagonal on"
+    model_form = "cpl(r=.. l=.. g=.. c=.. length=), each row by row from the diagonal on"
     long_names: ClassVar[tuple[str, ...]] = ("len", "length")
     model_words: ClassVar[dict[str, Param]] = {
         "r": Param("resistances of a length: the rows of the matrix from the diagonal on, or the diagonal", "Ohm/m"),
@@ -57,7 +57,7 @@ class CoupledLines(ModelledLine):
             raise ValueError(f"has dimension={said:g}, and nodes for {count}")
         r, l, g, c = (self._matrix(key) for key in "rlgc")  # noqa: E741
         if not (c.any() and np.linalg.eigvalsh(c)[0] > 0.0):
-            raise ValueError("has a c= that is no capacitance matrix: it must be positive definite")
+            raise ValueError("has a c= that no lines have: it must be positive definite")
         size = float(np.mean(np.diag(c)))
         values, vectors = np.linalg.eigh(c / size)
         root, inverse = (vectors * values**power @ vectors.T for power in (0.5, -0.5))

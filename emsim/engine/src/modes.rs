@@ -55,6 +55,8 @@ const AGREE: f64 = 1e-6;
 
 /// Friction alone stops a flow in half of that: what pulls it on is less.
 const LATE: f64 = 4.0;
+/// The step slightly past an event is no shorter than so many of the shortest.
+const SHORTEST: f64 = 100.0;
 
 /// Of a relay's flags.
 const SLIDES: usize = 0;
@@ -270,11 +272,17 @@ impl Modes {
 
         // a little later
         let (readings, _) = sys.read_laws(w, x, *t);
-        let ahead = short.ahead * longer;
+        let mut ahead = short.ahead * longer;
         let mut readings = readings;
         let mut jams = false;
         let (look, solution, goes) = loop {
             let Some(look) = self.look(sys, w, x, *t, ahead, &asked, tol) else { return false };
+            // where an effort moves things against itself the step is longer than what is unstable there takes
+            let m = asked.len();
+            if ahead > SHORTEST * short.instant && (0..m).any(|i| look.a[i * m + i] < 0.0) {
+                ahead *= 0.1;
+                continue;
+            }
             if let Some((solution, goes)) = follows(sys, w, &look, &mut readings, &asked, *t + ahead) {
                 break (look, solution, goes);
             }
