@@ -194,17 +194,19 @@ def test_no_equilibrium_is_told_in_mechanical_words(load):
     assert "SPRING" in told.hint and "a path to ground" not in told.hint
 
 
-@pytest.mark.parametrize(("method", "code"), [("auto", "W233"), ("radau", "E411")])
-def test_a_change_point_start_is_told_in_mechanical_words(method, code):
+@pytest.mark.parametrize(("method", "codes"), [("auto", ("E410", "W233")), ("radau", ("E411",))])
+def test_a_change_point_start_is_told_in_mechanical_words(method, codes):
     links = "".join(f"BODY {n} shape=rod(1) m=1\n" for n in "abc")
     found = trouble(
         links + "JOINT p 0 a pin ic=0\nJOINT q a(1,0) b pin ic=0\nJOINT s 0(1,0) c pin ic=0\n"
         "JOINT r b(1,0) c(1,0) pin\nTORQUE t p tau=1",
         f".options method={method}\n.tran 1m 1",
     )
-    told = found[code]
-    assert "two ways" in told.message + told.hint
-    assert "ic=" in told.hint and "ground" not in told.hint
+    # auto begins aside by rounding, and stops where the loop would jump; who goes on is warned
+    told = next(found[code] for code in codes if code in found)
+    assert "two ways" in told.message + told.hint or "another way of moving" in told.message
+    assert "JOINT `" in told.message or "ic=" in told.hint
+    assert "ground" not in told.hint
 
 
 def test_a_motor_without_resistance_across_a_source_is_called_a_motor():

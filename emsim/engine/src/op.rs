@@ -650,19 +650,26 @@ fn hold(sys: &System, newton: &mut Newton, w: &mut Work, x: &mut [f64], t: f64, 
     let mut h = h;
     for _ in 0..2 {
         let ports = w.ports.clone();
+        let (long, mut first) = (h, None);
         for shorter in 0..SHORTER {
             sys.eval(w, x, t);
             let held: Vec<f64> = (0..sys.n).map(|i| if sys.has_q[i] { -(w.q[i] / h + w.f[i]) } else { 0.0 }).collect();
             newton.forget();
             let mut y = x.to_vec();
-            if newton.solve(sys, w, 1.0 / h, &held, &mut y, t, tol, 100).is_err() {
+            let solved = newton.solve(sys, w, 1.0 / h, &held, &mut y, t, tol, 100).is_ok();
+            if !solved && first.is_none() {
                 w.ports = ports;
                 return;
             }
-            if shorter + 1 == SHORTER || !tol.states_apart(&y, x, 1.0, |i| sys.differential[i]) {
+            let still = solved && !tol.states_apart(&y, x, 1.0, |i| sys.differential[i]);
+            if still || !solved || shorter + 1 == SHORTER {
+                // where no length holds them still the first one is known best
+                let y = if still { &y } else { first.as_ref().unwrap_or(&y) };
                 (0..sys.n).filter(|&i| !sys.differential[i] && !lags[i]).for_each(|i| x[i] = y[i]);
+                h = if still { h } else { long };
                 break;
             }
+            first.get_or_insert(y);
             h *= 0.01;
         }
     }

@@ -148,10 +148,11 @@ function visible(time, columns, from, to, pixels, log = false) {
 }
 
 // as in decks: roots, logarithms and powers of something negative are those of its size
+const SIGNED = (a, b) => Math.sign(a) * Math.abs(a) ** b;
 const POWER = (a, b) => Math.abs(a) ** b, ROUND = (v) => { const r = Math.round(v); return r - v === 0.5 && r % 2 ? r - 1 : r; };
 const FUNCTIONS = {
   sqrt: (v) => Math.sqrt(Math.abs(v)), ln: (v) => Math.log(Math.abs(v)), log: (v) => Math.log(Math.abs(v)), log10: (v) => Math.log10(Math.abs(v)),
-  sqr: (v) => v * v, pow: POWER, pwr: (a, b) => Math.sign(a) * Math.abs(a) ** b, int: Math.trunc, nint: ROUND, round: ROUND, sgn: Math.sign,
+  sqr: (v) => v * v, pow: POWER, pwr: SIGNED, pwrs: SIGNED, int: Math.trunc, nint: ROUND, round: ROUND, sgn: Math.sign,
   arctan: Math.atan, u: (v) => v > 0 ? 1 : v === 0 ? 0.5 : 0, uramp: (v) => Math.max(v, 0), limit: (v, a, b) => Math.min(Math.max(v, Math.min(a, b)), Math.max(a, b)),
 };
 for (const name of "abs exp sin cos tan asin acos atan atan2 sinh cosh tanh asinh acosh atanh hypot floor ceil min max".split(" ")) FUNCTIONS[name] = Math[name];

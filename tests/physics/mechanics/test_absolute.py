@@ -37,7 +37,7 @@ ELSEWHERE = {
     "mechanical/sarrus", "mechanical/backlash_pair", "mechanical/geneva", "mechanical/slider_crank_stop",
     "mechanical/stick_slip_belt",
     "mechanical/two_clutches", "mechanical/screw_jack", "mechanical/hooke_double",
-    "mechanical/torsion_chain", "coupled/maglev_ball",
+    "mechanical/torsion_chain", "mechanical/toggle_rests", "coupled/maglev_ball",
 }  # fmt: skip
 DECKS = sorted(
     f"{kind}/{p.stem}" for kind in ("mechanical", "coupled") for p in (NETLISTS / kind).glob("*.cir")

@@ -27,7 +27,7 @@ def swing():
 def test_dots_go_with_the_sign_of_the_current(swing):
     moving = Moving(swing, 400)
     resistor = next(k for k, p in enumerate(moving.data["parts"]) if p["name"] == "r1")
-    way = next(k for k, (what, _) in enumerate(moving.ways) if what == resistor)
+    way = next(k for k, (what, _) in enumerate(moving.ways) if what == (resistor, 0))
     moving.image(0.5e-3, 0.02)
     forwards = moving.phases[way]
     assert 0 < forwards < SPACING / 2
