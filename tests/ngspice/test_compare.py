@@ -17,7 +17,11 @@ from support import NETLISTS, needs_ngspice
 
 pytestmark = [needs_ngspice, pytest.mark.ngspice]
 
-DECKS = sorted(p.stem for p in (NETLISTS / "electrical").glob("*.cir") if not p.stem.startswith("ref_"))
+HERE_ALONE = {"transformer_inrush"}  # ngspice has no core on K lines: tests/physics/test_hysteresis.py
+DECKS = sorted(
+    p.stem for p in (NETLISTS / "electrical").glob("*.cir")
+    if not p.stem.startswith("ref_") and p.stem not in HERE_ALONE
+)  # fmt: skip
 
 
 @cache
