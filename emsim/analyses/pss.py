@@ -15,7 +15,7 @@ from __future__ import annotations
 import math
 
 from .base import Axis, Computed, Run, recorded, wrong
-from .ss import NotPeriodic, Search
+from .ss import NotPeriodic, Search, not_found
 from .tran import Tran
 
 TYPE_CHECKING = False
@@ -128,9 +128,7 @@ class Pss(Tran):
         try:
             search.find()
         except NotPeriodic as why:
-            names, units, _ = recorded(assembly, self)
-            waves = Computed([()] * (1 + len(names)), status="failed")
-            return Run(self, ["time", *names], ["s", *units], waves, self.axis, trouble=why.found)
+            return not_found(self, assembly, why)
         own, period = search.assembly, search.period
         self.begin = search.x.tolist(), search.flags
         self.tstop, self.tstep = period, period / self.points

@@ -103,15 +103,20 @@ class Ss(Tran):
         try:
             search.find()
         except NotPeriodic as why:
-            from .base import Computed, Run, recorded
-
-            names, units, _ = recorded(assembly, self)
-            waves = Computed([()] * (1 + len(names)), status="failed")
-            return Run(self, ["time", *names], ["s", *units], waves, self.axis, trouble=why.found)
+            return not_found(self, assembly, why)
         self.begin = search.x.tolist(), search.flags
         run = super().run(assembly, progress)
         run.stats = {"periods": search.periods, "multiplier": search.multiplier}
         return run
+
+
+def not_found(analysis: Tran, assembly: Assembly, why: NotPeriodic) -> Run:
+    """A table without rows, and why."""
+    from .base import Computed, Run, recorded
+
+    names, units, _ = recorded(assembly, analysis)
+    waves = Computed([()] * (1 + len(names)), status="failed")
+    return Run(analysis, ["time", *names], ["s", *units], waves, analysis.axis, trouble=why.found)
 
 
 class Search:

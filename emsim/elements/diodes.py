@@ -99,7 +99,10 @@ class Lines(Element):
         )
         if said:
             ctx.sink.error(
-                "E299", f".model `{self.model.name}`: {said}", self.model.span, "-vrev lies below vfwd"
+                "E299",
+                f".model `{self.model.name}`: {said}",
+                self.model.span,
+                None if low else "-vrev lies below vfwd",
             )
 
     def _number(self, key: str, default: float) -> float:
