@@ -1,4 +1,4 @@
-"""The start-up script runs; no time is judged here. What a run may import is judged in tests/test_layers.py."""
+"""The start-up script runs; no time is judged here. What a run may import is judged in tests/unit/test_layers.py."""
 
 from __future__ import annotations
 
