@@ -294,7 +294,9 @@ class DotCards(Cards):
         params: dict[str, Any] = {}
         spans = {}
         kind = str(ch[1].lower())
+        alone = ""  # a name that a value may follow without an equals sign
         for item in ch[2:]:
+            named, alone = alone, ""
             if item.__class__ is tuple and item[0] == "model_param":
                 key, value = item[1]
                 name = str(key.lower())
@@ -318,11 +320,14 @@ class DotCards(Cards):
             ):
                 before = params[name]
                 params[name] = [*(before if isinstance(before, list) else [before]), self.value(item, line)]
+            elif named and (item.__class__ is tuple or spice_number(item) is not None):
+                params[named] = self.value(item, line)
             elif item.__class__ is tuple:
                 raise self.fail("E102", "a value stands here without a name", line, item)
             else:
-                params[str(item.lower())] = 1.0
-                spans[str(item.lower())] = line.span(item)
+                alone = str(item.lower())
+                params[alone] = 1.0
+                spans[alone] = line.span(item)
         if line.file.dialect is not None:
             kind = line.file.dialect.model(kind, params)
         return Model(str(ch[0].lower()), kind, params, line.span(ch[0]), spans)

@@ -153,3 +153,31 @@ def test_a_transconductance_is_the_slope_of_the_current():
     here, up, down = (emsim.run(deck, defines={"v": str(v)}) for v in (0.7, 0.7001, 0.6999))
     slope = (up["@q1[ic]"][0] - down["@q1[ic]"][0]) / 2e-4
     assert here["@q1[gm]"][0] == pytest.approx(slope, rel=1e-5)
+
+
+BETWEEN_EQUAL_ENDS = {
+    "mos1": "M1 d g 0 0 m w=10u l=2u\n.model m nmos(vto=1 kp=50u gamma=0.4 lambda=0.02)",
+    "mos1, p": "M1 d g 0 0 m w=10u l=2u\n.model m pmos(vto=-1 kp=50u)",
+    "mos2": "M1 d g 0 0 m w=10u l=2u\n.model m nmos(level=2 vto=1 kp=50u tox=40n nsub=1e16)",
+    "mos3": "M1 d g 0 0 m w=10u l=2u\n.model m nmos(level=3 vto=1 kp=50u tox=40n nsub=1e16)",
+    "mos6": "M1 d g 0 0 m w=10u l=2u\n.model m nmos(level=6 vto=1 kc=50u)",
+    "jfet": "J1 d g 0 m\n.model m njf(vto=-5 beta=1m)",
+    "jfet2": "J1 d g 0 m\n.model m njf(level=2 vto=-5 beta=1m)",
+    "mesfet": "Z1 d g 0 m\n.model m nmf(vto=-5 beta=1m)",
+    "vdmos": "M1 d g 0 m\n.model m vdmos(vto=1 kp=1)",
+}
+
+
+@pytest.mark.parametrize("device", BETWEEN_EQUAL_ENDS.values(), ids=BETWEEN_EQUAL_ENDS)
+def test_a_transistor_without_a_voltage_between_its_ends_conducts(device, tmp_path):
+    """The slope of the current at vds = 0 is that beside it: the wire from 1 A into the drain has dv/di of both."""
+    gate = "-3" if "pmos" in device else "0" if "njf" in device or "nmf" in device else "3"
+    text = f"small signal\nVg g 0 {gate}\nI1 0 d 0 AC 1\n{device}\n.ac lin 1 1m 1m\n.print ac vr(d)\n.end\n"
+    beside = text.replace("I1 0 d 0", "I1 0 d 1n")
+    (tmp_path / "at.cir").write_text(text)
+    (tmp_path / "beside.cir").write_text(beside)
+    at, near = (emsim.run(tmp_path / f"{name}.cir").ac["v(d)"][0].real for name in ("at", "beside"))
+    assert at == pytest.approx(near, rel=1e-3)
+    if "level=6" in device:
+        return  # without small signals in ngspice
+    assert at == pytest.approx(of_ngspice(text, ["vr(d)"], tmp_path)["vr(d)"][0], rel=1e-3)

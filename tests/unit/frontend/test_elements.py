@@ -132,6 +132,12 @@ def test_diodes_switches_coupling():
     assert e.extra["inductors"] == ["l1", "l2", "l3"] and e.value == 0.99
 
 
+def test_a_model_takes_values_without_an_equals_sign():
+    model = element(".model dm d is 1e-10 n 2 rs=1 level 1\nD1 a 0 dm").model
+    assert model.params == {"is": 1e-10, "n": 2.0, "rs": 1.0, "level": 1.0}
+    assert element(".model sm sw (vt {1+1} ron 5)\nS1 a 0 c 0 sm").model.params == {"vt": 2.0, "ron": 5.0}
+
+
 def test_model_forms():
     text = ".model {} D{}\nD1 a 0 dx"
     for body in ("(is=1n rs={2*5})", " is=1n rs=10", "( is = 1n, rs = 10 )", " (is=1n\n+ rs=10)"):

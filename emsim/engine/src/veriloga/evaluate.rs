@@ -514,6 +514,16 @@ impl Elaborator<'_> {
         Ok(Num { whole: true, ..n })
     }
 
+    /// |x| with the slope 1 at x = 0: a transistor without a voltage between its ends conducts as it does beside it.
+    fn magnitude(&mut self, x: Id) -> Id {
+        if let Some(v) = self.g.value(x) {
+            return self.g.constant(v.abs());
+        }
+        let zero = self.g.constant(0.0);
+        let (c, less) = (self.g.not_less(x, zero), self.g.neg(x));
+        self.g.select(c, x, less)
+    }
+
     /// Towards zero.
     fn truncated(&mut self, x: Id) -> Id {
         if let Some(v) = self.g.value(x) {
@@ -853,7 +863,7 @@ impl Elaborator<'_> {
                     );
                 }
             }
-            let id = self.g.call(f, a.id);
+            let id = if f == Fun::Abs { self.magnitude(a.id) } else { self.g.call(f, a.id) };
             return Ok(Some(Num { whole: a.whole && f == Fun::Abs, ..self.real(id) }));
         }
         if !matches!(name, "log" | "log10" | "min" | "max" | "pow" | "atan2" | "hypot" | "int") {
