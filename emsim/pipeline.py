@@ -515,8 +515,8 @@ def _table(assembly: Assembly, r: Run) -> Table:
         if not isfinite(ledger.residual):  # a run that ended at a pole has no balance to show
             ledger = None
         elif r.waves.status == "ok":
-            method, sink = assembly.options["method"], assembly.flat.sink
-            wrong = doubt(ledger, sink, method, lambda: driven_linkage(assembly, r))
+            sink = assembly.flat.sink
+            wrong = doubt(ledger, sink, assembly.options, lambda: driven_linkage(assembly, r))
             r.trouble += [wrong] if wrong else []
 
     stats = {**r.waves.stats, **r.stats}

@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 KINDS = ("supplied", "dissipated", "stored")
 WORTH = 0.01  # share of what was turned over that deserves a word when nothing explains it
 THERMAL = 4e-21  # J: what stands still has less by rounding than by heat, kT
+ROUNDED = 1e-15  # ... in parts of what lifts a machine's largest mass by its largest length
+GRAVITY = 9.81
 
 
 class Line:
@@ -120,10 +122,15 @@ class Ledger:
         }  # fmt: skip
 
 
-def doubt(ledger: Ledger, sink: Sink, method: str, linkage: Callable[[], str]) -> Diagnostic | None:
+def doubt(
+    ledger: Ledger, sink: Sink, options: dict[str, Any], linkage: Callable[[], str]
+) -> Diagnostic | None:
     """Warns where more than a hundredth of the energy has no explanation: the solution is wrong by about as much. `linkage`: what
     a driven one may have to do with it; under gauss, which damps nothing, forces then ring for the rest of the run: an error."""
-    if not (ledger.balanced and ledger.share > WORTH and abs(ledger.residual) > THERMAL):
+    method = options["method"]
+    lifted = GRAVITY * float(options.get("mass") or 0.0) * float(options.get("length") or 0.0)
+    least = max(THERMAL, ROUNDED * lifted)
+    if not (ledger.balanced and ledger.share > WORTH and abs(ledger.residual) > least):
         return None
     more = "appeared" if ledger.residual > 0 else "went"
     much = f"{abs(ledger.residual):.2g} J {more} without a cause, {100 * ledger.share:.2g} % of what was turned over"
