@@ -280,7 +280,7 @@ class System:
     def pack(
         self,
         token: str,
-        inputs: Sequence[tuple[int, str, float, bool]],
+        inputs: Sequence[tuple[int, str, float, str]],
         outputs: Sequence[tuple[Expr, str]],
         options_: dict[str, Any] | None,
         times: tuple[float, float, float | None],
@@ -289,10 +289,10 @@ class System:
         conditions: Sequence[str],
         warnings: dict[int, str],
     ) -> bytes:
-        """The equations as bytes, for the engine in an FMU. Inputs: wave, name, value where nothing is said, does it hold still
-        while the model runs; outputs: expression (made before `compile`), name; times: tstep, tstop, tmax [s]; codes: kind of
-        failure -> the code under which it is explained; conditions: what flags are called; warnings: flag -> what is said
-        when it turns to 1. ValueError."""
+        """The equations as bytes, for the engine in an FMU. Inputs: wave, name, value where nothing is said, and when it
+        varies (continuous, tunable, fixed); outputs: expression (made before `compile`), name; times: tstep, tstop, tmax [s];
+        codes: kind of failure -> the code under which it is explained; conditions: what flags are called; warnings: flag -> what
+        is said when it turns to 1. ValueError."""
     def tran(
         self,
         tstep: float,

@@ -1,4 +1,4 @@
-"""`.fmu in=v1,load param=v2 out=v(out),angle(arm)`: what an FMU of the deck takes and gives."""
+"""`.fmu in=v1,load param=v2 tune=r1 out=v(out),angle(arm)`: what an FMU of the deck takes and gives."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from .expr import Name, Num
 from .source import Line
 from .syntax import LineError, code_end, parse_line
 
-FORM = ".fmu in=v1,load param=v2 out=v(out),angle(arm)"
-LISTS = ("in", "param", "out")
+FORM = ".fmu in=v1,load param=v2 tune=r1 out=v(out),angle(arm)"
+LISTS = ("in", "param", "tune", "out")
 _BRACKETS = r"\((?:[^()]|\((?:[^()]|\([^()]*\))*\))*\)"
 _PIECE = re.compile(
     rf"(?:(?P<key>\w+)\s*=(?!=)\s*)|(?P<word>(?:'[^']*'|\"[^\"]*\"|\{{[^}}]*\}}|{_BRACKETS}|[^\s,='\"{{}}()])+)"

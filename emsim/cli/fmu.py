@@ -2,11 +2,11 @@
 
 Writes the deck as a co-simulation FMU, which other simulators load: deck.fmu. What it takes and gives stands in the deck,
 
-  .fmu in=v1,load param=v2 out=v(out),angle(arm)
+  .fmu in=v1,load param=v2 tune=r1 out=v(out),angle(arm)
 
 or is said here. Inputs are sources (V, I), plain R, L, C, parameters (.param), and numbers and waveforms of machine cards:
-load, or load(tau). Parameters of the FMU are the same, held while it runs. The FMU needs neither emsim nor Python. It is for
-the platform at hand, or for those of --library."""
+load, or load(tau). Parameters of the FMU are the same, held while it runs, or set between its steps too (tune). The FMU needs
+neither emsim nor Python. It is for the platform at hand, or for those of --library."""
 
 from __future__ import annotations
 
@@ -29,6 +29,7 @@ OPTIONS = [
     Option("--in", "sources and values that are inputs, besides those of .fmu", "NAMES", repeat=True),
     Option("--out", "signals that are outputs, as .print takes them", "SIGNALS", repeat=True),
     Option("--param", "sources and values that are parameters", "NAMES", repeat=True),
+    Option("--tune", "parameters that are set between steps too", "NAMES", repeat=True),
     Option(
         "--library",
         "a library for a platform, instead of this one's; several for several",
@@ -58,12 +59,18 @@ def main(args: Sequence[str]) -> int:
     if given.has("reltol"):
         options["reltol"] = given.number("reltol")  # type: ignore[assignment]
     made = export(
-        source_of(deck), path, _version(given), given.all("in"), given.all("out"), given.all("param"), defines(given),
-        options, given.all("library"),
+        source_of(deck), path, _version(given), given.all("in"), given.all("out"), given.all("param"), given.all("tune"),
+        defines(given), options, given.all("library"),
     )  # fmt: skip
     if given.has("json"):
         variables = [
-            {"name": v.name, "causality": v.causality, "unit": v.unit, "start": v.start}
+            {
+                "name": v.name,
+                "causality": v.causality,
+                "variability": v.variability,
+                "unit": v.unit,
+                "start": v.start,
+            }
             for v in made.variables
         ]
         print_json(OK, made.diagnostics, fmu=path, fmi=made.version, variables=variables)

@@ -33,7 +33,7 @@ DOTS = {
     ".four": (".four frequency v(out) ..", "harmonics of signals over the last period of a transient, and their distortion"),
     ".step": (".step param name start stop step | list a b ..", "runs the deck once for each value of a parameter, an element, "
               "a model's parameter or the temperature"),
-    ".fmu": (".fmu in=v1,load param=v2 out=v(out),angle(arm)", "what an FMU of the deck takes and gives: `emsim fmu`"),
+    ".fmu": (".fmu in=v1,load param=v2 tune=r1 out=v(out),angle(arm)", "what an FMU of the deck takes and gives: `emsim fmu`"),
     ".temp": (".temp value ..", "temperature [C]; of several the deck is run at each"),
     ".if": (".if (condition)", "cards that count where the condition is not 0"),
     ".elseif": (".elseif (condition)", "another condition of an .if"),

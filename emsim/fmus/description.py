@@ -33,17 +33,25 @@ _CATEGORIES = (
 
 
 class Variable:
-    """One variable: `causality` independent, input, parameter, output; `start` where it has one."""
+    """One variable: `causality` independent, input, parameter, output; `variability` continuous, tunable, fixed; `start` where it
+    has one."""
 
-    __slots__ = ("causality", "name", "says", "start", "unit")
+    __slots__ = ("causality", "name", "says", "start", "unit", "variability")
 
     def __init__(
-        self, name: str, causality: str, unit: str, start: float | None = None, says: str = ""
+        self,
+        name: str,
+        causality: str,
+        unit: str,
+        start: float | None = None,
+        says: str = "",
+        variability: str = "continuous",
     ) -> None:
+        self.variability = variability
         self.name, self.causality, self.unit, self.start, self.says = name, causality, unit, start, says
 
     def __repr__(self) -> str:
-        return f"{self.causality} {self.name} [{self.unit}] {self.start!r}"
+        return f"{self.variability} {self.causality} {self.name} [{self.unit}] {self.start!r}"
 
 
 class Model:
@@ -137,7 +145,7 @@ def _three(model: Model, variables: Sequence[Variable]) -> list[str]:
         lines.append(
             "    " + _element(
                 "Float64", name=v.name, valueReference=k, description=v.says or None, causality=v.causality,
-                variability="fixed" if v.causality == "parameter" else "continuous",
+                variability=v.variability,
                 initial="calculated" if v.causality == "output" else None,
                 unit=v.unit or None, start=v.start,
             )
@@ -167,7 +175,7 @@ def _two(model: Model, variables: Sequence[Variable]) -> list[str]:
     for k, v in enumerate(variables):
         head = _element(
             "ScalarVariable", ends=False, name=v.name, valueReference=k, description=v.says or None, causality=v.causality,
-            variability="fixed" if v.causality == "parameter" else "continuous",
+            variability=v.variability,
             initial="calculated" if v.causality == "output" else None,
         )  # fmt: skip
         lines.append(f"    {head}{_element('Real', unit=v.unit or None, start=v.start)}</ScalarVariable>")

@@ -71,6 +71,7 @@ def export(
     inputs: str | Sequence[str] = (),
     outputs: str | Sequence[str] = (),
     parameters: str | Sequence[str] = (),
+    tunables: str | Sequence[str] = (),
     defines: Mapping[str, Any] | None = None,
     options: Mapping[str, Any] | None = None,
     libraries: Sequence[str] = (),
@@ -81,7 +82,8 @@ def export(
     path        of the FMU; left out: the deck's name with .fmu, here
     version     of FMI: 3 or 2
     inputs      sources (V, I), values of machine cards (TORQUE load, or load(tau)) and parameters (.param) that are driven from
-                outside, besides those of the deck's .fmu card; parameters: the same, held while the model runs
+                outside, besides those of the deck's .fmu card; parameters: the same, held while the model runs;
+                tunables: parameters that are set between two steps as well
     outputs     expressions as .print takes them, besides those of the card
     defines     parameters that stand above the deck's .param; options: .options, by name
     libraries   libraries for other platforms, in place of that of this one
@@ -93,6 +95,7 @@ def export(
     more = {
         "in": ports.given(inputs, False),
         "param": ports.given(parameters, False),
+        "tune": ports.given(tunables, False),
         "out": ports.given(outputs, True),
     }
     flat, params = read(load(source, defines), options, more)
@@ -188,8 +191,8 @@ def variables(assembly: Assembly, tran: Tran, taken: list[ports.Port]) -> list[V
     """Of the FMU, in the order of their value references. Raises DeckError where a name stands twice."""
     found = [Variable("time", "independent", "s")]
     for port in taken:
-        causality = "parameter" if port.is_fixed else "input"
-        found.append(Variable(port.name, causality, port.unit, port.start, port.says))
+        causality, variability = ports.WAYS[port.way]
+        found.append(Variable(port.name, causality, port.unit, port.start, port.says, variability))
     for output in assembly.outputs[tran]:
         found.append(Variable(output.name, "output", output.unit))
     probes = [None, *(p.place for p in taken), *(p.span for p in assembly.flat.fmu["out"])]
@@ -210,9 +213,9 @@ def pack(assembly: Assembly, tran: Tran, of: list[Variable]) -> tuple[bytes, str
     given = [v for v in of if v.causality in ("input", "parameter")]
     unread = next((v.name for v in given if v.name not in wave), None)
     if unread is not None:
-        place = next(p.span for key in ("in", "param") for p in flat.fmu.get(key, ()) if p.text == unread)
+        place = next(p.span for key in ports.WAYS for p in flat.fmu.get(key, ()) if p.text == unread)
         deck_error("E381", f"nothing of the deck reads `{unread}`", place, "take it out of the list")
-    inputs = [(wave[v.name], v.name, float(v.start or 0.0), v.causality == "parameter") for v in given]
+    inputs = [(wave[v.name], v.name, float(v.start or 0.0), v.variability) for v in given]
     outputs = [(o.expr, o.name) for o in assembly.outputs[tran] if o.expr is not None]
     times = (tran.tstep, tran.tstop, tran.longest(assembly))
 

@@ -20,18 +20,21 @@ if TYPE_CHECKING:
     from ..deck import FlatDeck, MachineCard
     from ..elements import Element
 
+# list of .fmu -> causality and variability, in the words of FMI
+WAYS = {"in": ("input", "continuous"), "param": ("parameter", "fixed"), "tune": ("parameter", "tunable")}
 UNITS = {"v": "V", "i": "A"}
 PASSIVE = ("r", "l", "c")
 
 
 class Port:
-    """One value from outside: `name` as it is asked for, its unit, what it is where nothing is said, what it is of the deck."""
+    """One value from outside: `name` as it is asked for, its unit, what it is where nothing is said, what it is of the deck, and
+    `way` by which it comes."""
 
-    __slots__ = ("is_fixed", "name", "place", "says", "start", "unit")
+    __slots__ = ("name", "place", "says", "start", "unit", "way")
 
-    def __init__(self, name: str, unit: str, start: float, says: str, place: Span, is_fixed: bool) -> None:
+    def __init__(self, name: str, unit: str, start: float, says: str, place: Span, way: str) -> None:
         self.name, self.unit, self.start, self.says = name, unit, start, says
-        self.place, self.is_fixed = place, is_fixed
+        self.place, self.way = place, way
 
 
 def given(texts: str | Sequence[str], is_out: bool) -> list[Probe]:
@@ -52,7 +55,7 @@ def given(texts: str | Sequence[str], is_out: bool) -> list[Probe]:
 def opened(flat: FlatDeck) -> dict[str, float]:
     """Parameters of the deck (.param) that the lists name, with their values: those of a deck that was read without lists."""
     others = {e.name for e in flat.elements} | {c.name for c in flat.machine}
-    words = [probe.text for key in ("in", "param") for probe in flat.fmu.get(key, ())]
+    words = [probe.text for key in WAYS for probe in flat.fmu.get(key, ())]
     return {word: flat.params[word] for word in words if word in flat.params and word not in others}
 
 
@@ -60,17 +63,17 @@ def take(flat: FlatDeck, params: Mapping[str, float]) -> list[Port]:
     """The values that the lists name; from here on they come from outside. `params`: of the deck's parameters the values where
     nothing is said. Raises DeckError (E381)."""
     flat.inputs, found = {OUTSIDE + name: value for name, value in params.items()}, []
-    for key in ("in", "param"):
+    for key in WAYS:
         for probe in flat.fmu.get(key, ()):
             if probe.text in params:
                 value, says = params[probe.text], f".param {probe.text}"
-                found.append(Port(probe.text, "", value, says, probe.span, key == "param"))
+                found.append(Port(probe.text, "", value, says, probe.span, key))
             else:
-                found.append(_port(flat, probe, key == "param"))
+                found.append(_port(flat, probe, key))
     return found
 
 
-def _port(flat: FlatDeck, probe: Probe, is_fixed: bool) -> Port:
+def _port(flat: FlatDeck, probe: Probe, way: str) -> Port:
     assert flat.inputs is not None
     word = probe.text
     of, bracket, key = word.partition("(")
@@ -79,16 +82,16 @@ def _port(flat: FlatDeck, probe: Probe, is_fixed: bool) -> Port:
     if source is not None and not bracket and source.letter in UNITS:
         start = flat.inputs[of] = _start_of(flat, source)
         says = f"{source.what} {of}"
-        return Port(word, UNITS[source.letter], start, says, probe.span, is_fixed)
+        return Port(word, UNITS[source.letter], start, says, probe.span, way)
     card = next((c for c in flat.machine if c.name == of), None)
     if card is not None:
-        return _of_card(flat, card, key, probe, is_fixed)
+        return _of_card(flat, card, key, probe, way)
     if source is not None and not bracket and _is_plain(source):
         start = flat.inputs[OUTSIDE + of] = float(source.value)
         behaves = copy.copy(source)
         behaves.value = Name(OUTSIDE + of, probe.span)
         flat.elements[flat.elements.index(source)] = behaves
-        return Port(word, source.unit, start, f"{source.what} {of}", probe.span, is_fixed)
+        return Port(word, source.unit, start, f"{source.what} {of}", probe.span, way)
     if source is not None:
         said = f"`{word}` cannot come from outside: V, I, plain R, L, C, parameters, numbers and waveforms of machine cards can"
         deck_error("E381", said, probe.span, f"{word} is a {source.what}")
@@ -118,7 +121,7 @@ def _times(flat: FlatDeck) -> tuple[float, float]:
     return numbers[0], numbers[1]
 
 
-def _of_card(flat: FlatDeck, card: MachineCard, key: str, probe: Probe, is_fixed: bool) -> Port:
+def _of_card(flat: FlatDeck, card: MachineCard, key: str, probe: Probe, way: str) -> Port:
     assert flat.inputs is not None
     spec = CARDS[card.kind].variant(card, flat.models).spec
     able = [k for k, p in spec.params.items() if p.kind == "value"]
@@ -161,7 +164,7 @@ def _of_card(flat: FlatDeck, card: MachineCard, key: str, probe: Probe, is_fixed
         start,
         f"{key} of {card.kind} {card.name}",
         probe.span,
-        is_fixed,
+        way,
     )
 
 

@@ -70,6 +70,24 @@ def between(y: np.ndarray, at: np.ndarray) -> np.ndarray:
     return y @ resampling(n, at).T
 
 
+@cache
+def _listed(n: int) -> tuple[list[float], list[float]]:
+    return nodes(n).tolist(), _weights(n).tolist()
+
+
+def at_place(y: list[float], place: float) -> float:
+    """As `between`, at one place."""
+    above = below = 0.0
+    for t, w, value in zip(*_listed(len(y) - 1), y, strict=True):
+        difference = place - t
+        if difference == 0.0:
+            return value
+        share = w / difference
+        above += share * value
+        below += share
+    return above / below
+
+
 def resampling(n: int, at: np.ndarray) -> np.ndarray:
     """The matrix (m, n+1) that takes values at (1) to those at other places."""
     difference = np.asarray(at, dtype=float)[:, None] - nodes(n)[None, :]
@@ -113,7 +131,7 @@ class Curve:
     def value(self, t: float) -> float:
         """At t; behind a jump there."""
         k = self._segment(t)
-        return float(between(self.y[k], np.array([self._place(k, t)]))[0])
+        return at_place(self.y[k].tolist(), self._place(k, t))
 
     def slope(self, t: float) -> float:
         """dy/dx at t; between two segments that of the one behind it."""
@@ -121,7 +139,7 @@ class Curve:
         width = self.x[k, -1] - self.x[k, 0]
         if width == 0.0:
             return float("nan")
-        return float(between(slopes(self.n) @ self.y[k], np.array([self._place(k, t)]))[0] / width)
+        return float(at_place((slopes(self.n) @ self.y[k]).tolist(), self._place(k, t)) / width)
 
     def crossings(self, level: Curve, begin: float, end: float) -> Iterator[tuple[float, int]]:
         """(place, 1 rising or -1 falling) of each time at which y comes to `level` from one side, within begin .. end and in
@@ -159,26 +177,29 @@ class Curve:
         at = nodes(self.n)
         a, b, fa, fb = at[j], at[j + 1], d[k, j], d[k, j + 1]
         width, start = self.x[k, -1] - self.x[k, 0], self.x[k, 0]
-        c = b
+        c = last = b
         if not np.isfinite(d[k]).all():  # no polynomial: a straight line, or the point where it has a value
             share = (
                 -fa / (fb - fa) if np.isfinite(fa) and np.isfinite(fb) else 1.0 if np.isfinite(fb) else 0.0
             )
             return float(start + (a + share * (b - a)) * width)
         if fb != 0.0:
+            values, moved = d[k].tolist(), 0
             for _ in range(80):
                 c = b - fb * (b - a) / (fb - fa)
                 if not a < c < b:
                     c = 0.5 * (a + b)
-                fc = float(between(d[k], np.array([c]))[0])
-                if fc == 0.0 or b - a < 4e-16:
+                fc = at_place(values, c)
+                if fc == 0.0 or abs(c - last) < 4e-16:
                     break
-                if (fc < 0) == (fa < 0):
-                    a, fa, fb = c, fc, 0.5 * fb
+                last = c
+                moves = -1 if (fc < 0) == (fa < 0) else 1
+                again = 0.5 if moves == moved else 1.0  # the same end twice: the other one counts half
+                if moves < 0:
+                    a, fa, fb = c, fc, again * fb
                 else:
-                    b, fb, fa = c, fc, 0.5 * fa
-                if abs(b - a) < 1e-15:
-                    break
+                    b, fb, fa = c, fc, again * fa
+                moved = moves
         return float(start + c * width)
 
     def cut(self, begin: float, end: float) -> Curve:
@@ -221,7 +242,7 @@ class Curve:
         for row, j in np.argwhere((slope[:, :-1] > 0) & (slope[:, 1:] <= 0)).tolist():
             k = int(near[row])
             c = _turn(slope[row], j)
-            value = float(between(y[k], np.array([c]))[0])
+            value = at_place(y[k].tolist(), c)
             turns.append((value, float(self.x[k, 0] + c * (self.x[k, -1] - self.x[k, 0]))))
         best = max(value for value, _ in (*found, *turns))
         finite = y[np.isfinite(y)]

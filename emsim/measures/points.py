@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cached_property
+
 import numpy as np
 
 from ..diagnostics import DeckError
@@ -31,18 +33,21 @@ class Points:
         self.axis_unit = table.axis.unit if table.axis else ""
         self._columns: dict[str, np.ndarray] = {}
         self.real_parts: list[Node] = []  # of complex expressions, taken as ngspice does
+
+    @cached_property
+    def x(self) -> np.ndarray:
+        """The axis, (segments, n+1)."""
         if not self.axis_name:
-            self.x = np.zeros((1, self.n + 1))
-            return
-        x = table.column(table.names[0])[self.begin : self.end].astype(float)
+            return np.zeros((1, self.n + 1))
+        x = self.table.column(self.table.names[0])[self.begin : self.end].astype(float)
         if self.fine:
-            self.x = x.reshape(-1, self.n + 1)
-        elif len(x) < 2:
-            self.x = np.repeat(x[:1, None], self.n + 1, axis=1)
-        else:
-            a, b = x[:-1, None], x[1:, None]
-            self.x = a + (b - a) * nodes(self.n)
-            self.x[:, -1] = x[1:]  # to the bit
+            return x.reshape(-1, self.n + 1)
+        if len(x) < 2:
+            return np.repeat(x[:1, None], self.n + 1, axis=1)
+        a, b = x[:-1, None], x[1:, None]
+        found = a + (b - a) * nodes(self.n)
+        found[:, -1] = x[1:]  # to the bit
+        return found
 
     def __len__(self) -> int:
         return int(self.x.size)
@@ -104,7 +109,10 @@ class Points:
     @property
     def first(self) -> float:
         """Where the results begin: a step may begin before."""
-        return float(min(self.x[0, 0], self.x[-1, -1])) if self.start is None else self.start
+        if self.start is not None or not self.axis_name:
+            return self.start or 0.0
+        x = self.table.column(self.table.names[0])
+        return float(min(x[self.begin], x[self.end - 1]))
 
     @property
     def last(self) -> float:

@@ -225,6 +225,85 @@ def test_a_resistance_that_changes_while_the_model_runs(tmp_path: Path) -> None:
     one.end()
 
 
+TUNED = """everything that can be tuned, and a source that drives it
+.param gain=2
+V1 in 0 5
+R1 in out 1k
+C1 out 0 1u
+Iset 0 coil 0.1
+L1 coil 0 2m
+R2 coil 0 10
+B1 amp 0 V={gain*v(out)}
+BODY rotor m=1 j=1m
+JOINT shaft 0 rotor pin
+TORQUE t1 shaft tau=0.1
+.tran 10u 2m uic
+.options reltol=1e-9
+.fmu tune=gain,r1,c1,l1,t1 out=v(out),v(amp),i(l1),omega(shaft)
+.end
+"""
+
+
+@VERSIONS
+def test_tunable_parameters_change_between_steps(tmp_path: Path, version: int) -> None:
+    """Closed forms behind the change: an RC of another time constant, its voltage as it was; a coil, its current; a torque."""
+    path = written(tmp_path, TUNED, version)
+    assert validate_fmu(path) == []
+    model = fmpy.read_model_description(path)
+    tunable = [v.name for v in model.modelVariables if v.variability == "tunable"]
+    assert tunable == ["gain", "r1", "c1", "l1", "t1"]
+    one = Slave(tmp_path, path)
+    one.begin()
+    one.step(0.0, 1e-3)
+    v, i = 5 * (1 - np.exp(-1)), 0.1 * (1 - np.exp(-5))
+    assert one.get("v(out)") == pytest.approx(v, rel=NEAR)
+    assert one.get("i(l1)") == pytest.approx(i, rel=NEAR)
+    for name, value in {"gain": -3.0, "r1": 500.0, "c1": 2e-6, "l1": 4e-3, "t1": -0.3}.items():
+        one.set(name, value)
+        assert one.get(name) == value
+    one.step(1e-3, 1e-3)
+    v, i = 5 + (v - 5) * np.exp(-1), 0.1 + (i - 0.1) * np.exp(-2.5)
+    assert one.get("v(out)") == pytest.approx(v, rel=NEAR)
+    assert one.get("v(amp)") == pytest.approx(-3 * v, rel=NEAR)
+    assert one.get("i(l1)") == pytest.approx(i, rel=NEAR)
+    assert one.get("omega(shaft)") == pytest.approx((0.1 - 0.3) * 1e-3 / 1e-3, rel=NEAR)
+    if one.two:  # a slope is an input's
+        slope = one.fmu.setRealInputDerivatives
+        one.refuses(
+            slope, [one.at["r1"]], [1], [1.0], match="`r1` takes no such derivative: it is a parameter"
+        )
+    one.end()
+
+
+@VERSIONS
+def test_tunable_parameters_before_the_run_are_those_of_the_deck(tmp_path: Path, version: int) -> None:
+    path = written(tmp_path, TUNED, version)
+    given = {"gain": 7.0, "r1": 300.0, "c1": 3e-6, "l1": 1e-3, "t1": 0.2}
+    found = by_fmpy(path, None, 2e-5, 2e-3, start_values=given)
+    names = ["v(out)", "v(amp)", "i(l1)", "omega(shaft)"]
+    text = TUNED.replace(".fmu tune=gain,r1,c1,l1,t1 out=v(out),v(amp)", ".print tran v(out) v(amp)").replace(
+        ",", " "
+    )
+    for card, value in (
+        ("R1 in out ", "1k"),
+        ("C1 out 0 ", "1u"),
+        ("L1 coil 0 ", "2m"),
+        ("t1 shaft tau=", "0.1"),
+    ):
+        assert card + value in text
+        text = text.replace(card + value, card + str(given[card.lower()[:2]]))
+    agree(found, emsim.run(text, defines={"gain": "7"}), names)
+
+
+@VERSIONS
+def test_a_fixed_parameter_is_refused_between_steps(tmp_path: Path, version: int) -> None:
+    one = Slave(tmp_path, written(tmp_path, TUNED.replace("tune=", "param="), version))
+    one.begin()
+    one.step(0.0, 1e-4)
+    one.refuses(one.set, "r1", 500.0, match="`r1` is fixed: it is set before the model runs")
+    one.end()
+
+
 def test_values_of_defines(tmp_path: Path) -> None:
     text = RC.format(source="1").replace("1k", "{r}").replace("V1 in", ".param r=1k\nV1 in")
     path = written(tmp_path, text, 3, defines={"r": "2k"})

@@ -3,7 +3,7 @@
 //! Value references: 0 is the time, then the inputs, then the outputs, in the order of the description.
 //! An input goes on from where it is set as a straight line, of slope 0 where none is given for the step to come (FMI 2: input
 //! derivatives). Where its value jumps, the step begins with the values behind the jump, as at the corner of a source.
-use super::packed::Packed;
+use super::packed::{Packed, Varies};
 use crate::graph::{Graph, Id};
 use crate::integrate::{Failed, Place, Session};
 use crate::newton::Failure;
@@ -204,7 +204,7 @@ impl Instance {
         if !value.is_finite() {
             return Err(format!("`{}` is set to {value}: an input is a finite number", input.name));
         }
-        if input.fixed && !matches!(self.phase, Phase::Instantiated | Phase::Initialising) {
+        if input.varies == Varies::Fixed && !matches!(self.phase, Phase::Instantiated | Phase::Initialising) {
             return Err(format!("`{}` is fixed: it is set before the model runs", input.name));
         }
         if matches!(self.phase, Phase::Terminated | Phase::Failed) {
@@ -219,8 +219,12 @@ impl Instance {
     pub fn set_slope(&mut self, reference: u32, slope: f64) -> Result<(), String> {
         let k = self.input(reference)?;
         let input = &self.packed.inputs[k];
-        if !slope.is_finite() || input.fixed {
-            let why = if input.fixed { "it is fixed".to_string() } else { format!("it is {slope}") };
+        let why = match input.varies {
+            Varies::Fixed => Some("it is fixed".to_string()),
+            Varies::Tunable => Some("it is a parameter".to_string()),
+            Varies::Continuous => (!slope.is_finite()).then(|| format!("it is {slope}")),
+        };
+        if let Some(why) = why {
             return Err(format!("`{}` takes no such derivative: {why}", input.name));
         }
         self.changed |= self.given[k].slope != slope;

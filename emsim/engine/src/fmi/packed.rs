@@ -14,8 +14,29 @@ pub struct Input {
     pub wave: usize,
     pub name: String,
     pub start: f64,
-    /// it holds still while the model runs
-    pub fixed: bool,
+    pub varies: Varies,
+}
+
+/// When a value from outside may change, in the words of FMI.
+#[derive(Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Varies {
+    /// an input: at any time, as a line too
+    Continuous,
+    /// a parameter that is set between two steps as well
+    Tunable,
+    /// a parameter that holds still while the model runs
+    Fixed,
+}
+
+impl Varies {
+    pub fn of(word: &str) -> Option<Varies> {
+        match word {
+            "continuous" => Some(Varies::Continuous),
+            "tunable" => Some(Varies::Tunable),
+            "fixed" => Some(Varies::Fixed),
+            _ => None,
+        }
+    }
 }
 
 #[derive(Clone, Serialize, Deserialize)]

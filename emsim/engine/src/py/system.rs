@@ -1,7 +1,7 @@
 //! `System`: the compiled equations, open to anyone; and the analyses. `Waveforms`: what an analysis recorded.
 use super::expr::{lock, Expr, SharedGraph};
 use super::smallsignal::SmallSignal;
-use crate::fmi::packed::{Input, Output, Packed};
+use crate::fmi::packed::{Input, Output, Packed, Varies};
 use crate::graph::{Id, Node};
 use crate::integrate::{self, Failed, Status, Transient};
 use crate::invariants::Invariants;
@@ -430,7 +430,7 @@ impl System {
         &self,
         py: Python<'py>,
         token: String,
-        inputs: Vec<(usize, String, f64, bool)>,
+        inputs: Vec<(usize, String, f64, String)>,
         outputs: Vec<(Bound<'_, PyAny>, String)>,
         options_: Option<&Bound<'_, PyDict>>,
         times: (f64, f64, Option<f64>),
@@ -446,11 +446,16 @@ impl System {
             let there = (id as usize) < *known;
             there.then_some(Output { id, name }).ok_or_else(|| PyValueError::new_err("pack: an output made too late"))
         };
+        let input = |(wave, name, start, word): (usize, String, f64, String)| {
+            let varies =
+                Varies::of(&word).ok_or_else(|| PyValueError::new_err(format!("pack: nothing varies `{word}`")))?;
+            Ok(Input { wave, name, start, varies })
+        };
         let packed = Packed {
             version: env!("CARGO_PKG_VERSION").into(),
             token,
             equations: equations.clone(),
-            inputs: inputs.into_iter().map(|(wave, name, start, fixed)| Input { wave, name, start, fixed }).collect(),
+            inputs: inputs.into_iter().map(input).collect::<PyResult<Vec<_>>>()?,
             outputs: outputs.into_iter().map(output).collect::<PyResult<Vec<_>>>()?,
             options: options(options_)?,
             tstep: times.0,
