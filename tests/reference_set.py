@@ -362,6 +362,11 @@ TRAJECTORIES = [
         {"revolute1.phi": "angle(rev1)", "revolute1.w": "omega(rev1)"},
     ),
     Trajectory(
+        "mechanical/ref_msl_fourbar_spatial",
+        "msl_mb_fourbar_spatial",
+        {"j1.phi": "angle(j1)", "j1.w": "omega(j1)"},
+    ),
+    Trajectory(
         "mechanical/ref_msl_elastogap",
         "msl_trans_elastogap",
         {
@@ -425,6 +430,9 @@ TRAJECTORIES = [
         "mechanical/ref_fric_arm10",
         "fric_arm10",
         {**{f"th{k}": f"angle(l{k})" for k in range(1, 11)}, "w1": "omega(h1)", "w10": "omega(l10)"},
+    ),
+    Trajectory(
+        "mechanical/ref_fric_slider_crank", "fric_slider_crank_mu", {"phi": "angle(a)", "w": "omega(a)"}
     ),
     Trajectory("mechanical/ref_stop_pendulum", "stop_pendulum", {"th": "angle(hinge)", "w": "omega(hinge)"}),
     Trajectory("mechanical/ref_newton_cradle", "newton_cradle5", {"th1": "angle(h1)", "th5": "angle(h5)"}),

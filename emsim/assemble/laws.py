@@ -1,6 +1,6 @@
 """Laws with modes: unknowns, flags and rows (cards/laws.py says what they are, engine/src/modes.rs decides their modes).
 
-    relay     sticks: w = 0            slides: f + s F = 0         s: sign of w, or a share where others hold the motion
+    relay     sticks: w = 0            slides: f + s F = 0         s: sign of w; held by others: f + s Fs = 0, s a share
     corner    open:   f = 0, mu = 0    closed: dg/dt = 0, g = 0    (stabilised as closed loops are, see equations.py)
     one way   open:   f = 0            closed: w = 0
     slip      a relay with F = mu f of a corner; where that is open nothing asks for another mode
@@ -47,7 +47,7 @@ def allocate(m: Mechanism, card: Card) -> None:
         else:
             gap = flow if law.gap is None else m.public(law.gap)
             closed = b.flag(-gap, law.effort, f"{name} {k} closed", law="mode")
-            words = ("hits", "impulse", "lost") if law.gap is not None else ()
+            words = ("hits", "impulse", "lost")
             law.flags = [
                 closed,
                 *(b.flag(law.effort, None, f"{name} {k} {word}", law="kept") for word in words),
@@ -81,8 +81,9 @@ def contribute(m: Mechanism) -> None:
         assert law.flow is not None
         flow = m.public(law.flow)
         if law.form == "relay":
-            slides, share = law.flags[:2]
-            b.add_f(law.row, b.select(slides, law.effort + share * m.public(law.bound), flow))
+            slides, share, mode = law.flags
+            most = b.select(mode, m.public(law.bound), m.public(law.stick))
+            b.add_f(law.row, b.select(slides, law.effort + share * most, flow))
             continue
         b.add_f(law.row, b.select(law.flags[0], flow, law.effort))
         if law.gap is not None:

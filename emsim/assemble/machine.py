@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from typing import Any
 
     from .._engine import Expr
-    from ..cards.base import JointView, Scalar
+    from ..cards.base import JointView
     from ..cards.body import Body
     from ..cards.drive import Drive
     from ..cards.gear import Gear
@@ -200,7 +200,7 @@ class Machine(Mechanism):
 
     def _measure(self, joint: JointState) -> list[Expr]:
         """The coordinates of a cut joint."""
-        near: list[Scalar] = [0.0] * len(joint.kind.coordinates)
+        near = joint.kind.near
         for k in range(len(near)):
             if (row := self.turned.get((joint.name, k))) is not None:
                 near[k] = self.b.x(row) + joint.kind.zeros[k]
@@ -232,13 +232,6 @@ class Machine(Mechanism):
             else:
                 joint.us = [self.b.const(0.0) + u for u in speeds]
             self._check_measured(joint)
-            if joint.kind.counts_turns and (name, 0) in self.turned:
-                self._fail(
-                    "E245",
-                    f"the {joint.kind.name} joint {name} closes a loop in space, where its whole turns cannot be counted",
-                    joint.card.span,
-                    f"cut another joint of the loop (cut=yes), so that {name} supplies its angle",
-                )
             rows = joint.closure(self.b, fa, fb)
             if joint.kind.unmeasured and (length := constant(rows[0][1])) is not None:
                 joint.kind.length, rows = length, []

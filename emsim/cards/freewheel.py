@@ -9,7 +9,7 @@ from .laws import OneWay
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from ..diagnostics import Sink
-    from .base import JointView, Net, Pen, Probes, Scene
+    from .base import JointView, Net, Pen, Probes, Scalar, Scene
     from .laws import Law
 
 
@@ -39,11 +39,21 @@ class Freewheel(Card):
     def laws(self, s: Scene) -> list[Law]:
         return [self.law]
 
+    def taken(self, s: Scene) -> Scalar:
+        """Kinetic energy that impacts have taken so far [J]."""
+        return self.law.lost
+
     def _word(self) -> tuple[str, str]:
         return ("torque", "N m") if self.joint.rotary else ("force", "N")
 
     def probes(self, s: Scene) -> Probes:
-        return {self._word()[0]: self.dir * self.law.effort, "mode": self.law.closed, "slip": self.joint.u}
+        return {
+            self._word()[0]: self.dir * self.law.effort,
+            "mode": self.law.closed,
+            "slip": self.joint.u,
+            "hits": self.law.hits,
+            "impulse": self.dir * self.law.impulse,
+        }
 
     def glyph(self, draw: Pen) -> None:
         word, unit = self._word()

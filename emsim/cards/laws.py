@@ -73,7 +73,7 @@ class Relay(Law):
 
     @property
     def share(self) -> Expr:
-        """-effort by bound where it slides: 1 or -1; where others hold the same motion, what it carries of them."""
+        """-effort by bound where it slides: 1 or -1; where others hold the same motion, -effort by stick."""
         return self.flags[1]
 
     @property
@@ -90,9 +90,8 @@ class Slip(Relay):
         self.normal = corner, mu, mus
 
 
-class Corner(Law):
-    def __init__(self, gap: Scalar, e: float, unit: str) -> None:
-        super().__init__("corner", None, 0.0, 0.0, gap, e, unit)
+class Inequality(Law):
+    """A law that opens and closes, and that may be closed by an impact."""
 
     @property
     def closed(self) -> Expr:
@@ -112,10 +111,11 @@ class Corner(Law):
         return self.flags[3]
 
 
-class OneWay(Law):
+class Corner(Inequality):
+    def __init__(self, gap: Scalar, e: float, unit: str) -> None:
+        super().__init__("corner", None, 0.0, 0.0, gap, e, unit)
+
+
+class OneWay(Inequality):
     def __init__(self, flow: Scalar, unit: str) -> None:
         super().__init__("one way", flow, 0.0, 0.0, None, 0.0, unit)
-
-    @property
-    def closed(self) -> Expr:
-        return self.flags[0]

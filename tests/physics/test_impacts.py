@@ -230,6 +230,24 @@ FREEWHEEL fw f dir=1
     assert np.abs(w[early] - np.sin(t[early])).max() < 1e-5
 
 
+def test_a_freewheel_takes_what_would_throw_it_back():
+    """A mass meets a wall, e = 0.5; a ratchet holds what comes back: 3/4 of the energy is the wall's, the rest its own."""
+    r = emsim.run("""ratchet
+BODY m m=2
+JOINT way 0 m slide axis=(1,0) ic=(0,3)
+STOP wall way max=1 e=0.5
+FREEWHEEL catch way dir=1
+.tran 10m 1
+.print tran vel(way) hits(catch) impulse(catch) energy()
+.end
+""")
+    assert r["vel(way)"][-1] == pytest.approx(0.0, abs=1e-9) and r["hits(catch)"][-1] == 1.0
+    assert r["impulse(catch)"][-1] == pytest.approx(2 * 1.5, rel=1e-6)
+    taken = {line.name: line.dissipated for line in r.energy.lines}
+    assert taken["wall"] == pytest.approx(6.75, rel=1e-6) and taken["catch"] == pytest.approx(2.25, rel=1e-6)
+    assert abs(r.energy.residual) < 1e-6
+
+
 @pytest.mark.parametrize(
     ("cards", "code", "words"),
     [

@@ -35,7 +35,8 @@ BALANCED = {
     "ball_chain": 1e-9, "heavy_top": 1e-8, "gyroscope_gimbals": 1e-9, "bevel_differential": 1e-9, "planetary_gear": 1e-9,
     "screw_jack": 1e-9, "backlash_pair": 1e-9, "yo_yo": 1e-8, "atwood": 1e-12, "freewheel_rectifier": 1e-8, "clutch": 1e-9,
     "two_clutches": 1e-7, "brake_car": 1e-12, "bouncing_ball": 1e-5, "geneva": 1e-7, "cam_follower": 1e-8,
-    "stick_slip_belt": 1e-8,
+    "stick_slip_belt": 1e-8, "stewart_legs": 1e-7, "scissor_jack": 1e-8, "steady_precession": 1e-8, "ref_fric_slider_crank": 1e-7,
+    "ref_msl_fourbar_spatial": 1e-8,
 }  # fmt: skip
 
 
@@ -236,6 +237,22 @@ def test_a_nut_sinks_as_its_lead_says() -> None:
     a = -(2 * 9.81 * k - 0.01) / (2 * k * k + 1e-3)
     t, q, z = columns("mechanical/screw_jack", "angle(s)", "z(nut)")
     assert np.abs(q - 0.5 * a * t * t).max() < 1e-8 and np.abs(z - k * q).max() < 1e-12
+
+
+@pytest.mark.parametrize(("fc", "holds"), [(0.9999, False), (1.0001, True)])
+def test_a_screw_holds_by_itself_from_its_load_on(fc: float, holds: bool) -> None:
+    text = deck("mechanical/screw_jack").replace("fc=10m", f"fc={fc * 2 * 9.81 * 0.02 / (2 * pi)!r}")
+    found = run(text, TIGHT)
+    z = np.asarray(found["z(nut)"])
+    assert np.ptp(z) < 1e-15 if holds else z[-1] < -1e-6
+
+
+def test_six_drives_leave_a_platform_no_freedom() -> None:
+    facts = emsim.check(NETLISTS / "mechanical/stewart_legs.cir")["machine"]
+    assert facts["degrees_of_freedom"] == 0 and facts["redundant_rows"] == []
+    assert len(facts["constraint_rows"]) == 18
+    _, x, y, z = columns("mechanical/stewart_legs", "x(plate)", "y(plate)", "z(plate)")
+    assert np.ptp(y) > 0.002 and np.ptp(x) + np.ptp(z) > 0.01
 
 
 def test_teeth_with_play_keep_momentum_and_lose_speed() -> None:

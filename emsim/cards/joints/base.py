@@ -82,7 +82,6 @@ class JointKind:
     main: ClassVar[int] = -1  # the coordinate that a single number of zero= or guess= is for
     in_tree: ClassVar[bool] = True  # False: always cut
     in_plane_only: ClassVar[bool] = False  # another kind stands for it in space
-    counts_turns: ClassVar[bool] = False  # does its closure need the whole turns of its angle?
     length: float | None = None  # of a rod
     drawn: ClassVar[str] = "pin"  # pin slide rod weld none
     carries: ClassVar[str] = ""  # in the analogue: turn, slide, weld; "": it has none
@@ -93,6 +92,9 @@ class JointKind:
             setattr(self, key, getattr(card, key))
         self.axis: Axis = (0.0, 0.0, 1.0)
         self.zeros: list[float] = []
+        self.near: list[Scalar] = [0.0] * len(
+            self.coordinates
+        )  # where it is cut: angles are those within half a turn
 
     @classmethod
     def motions(cls) -> list[str]:

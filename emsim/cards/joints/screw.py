@@ -32,7 +32,6 @@ class Screw(JointKind):
     }
     coordinates = (Coord("angle", "rad", "axis"),)
     speeds = (Coord("omega", "rad/s"),)
-    counts_turns = True
     lead: float | None
 
     def check(self, sink: Sink) -> None:
@@ -51,7 +50,7 @@ class Screw(JointKind):
         return []
 
     def closure(self, b: Builder, fa: Frame, fb: Frame, d: Vector) -> Closure:
-        advance = shifted(fa, d, self.axis) - self.pitch * turned(b, fa, fb, self.axis, 0.0)
+        advance = shifted(fa, d, self.axis) - self.pitch * turned(b, fa, fb, self.axis, self.near[0])
         return [*across(fa, d, self.axis), *axis_kept(fa, fb, self.axis), ("advance", advance, "N")]
 
     def measure(self, b: Builder, fa: Frame, fb: Frame, d: Vector, near: Sequence[Scalar]) -> list[Scalar]:

@@ -333,22 +333,25 @@ impl Detector {
     }
 
     /// The repeated step ends at (x, at): how long until the first of the fired flags' roots crosses, below 0 where it has.
-    /// By the line from the last end looked at, and at first from the step's start.
-    pub fn due(&mut self, sys: &System, w: &mut Work, x: &[f64], at: f64) -> f64 {
+    /// By the line from the last end looked at, and at first from the step's start. None where one has crossed and falls again:
+    /// no line tells when.
+    pub fn due(&mut self, sys: &System, w: &mut Work, x: &[f64], at: f64) -> Option<f64> {
         let mut now = std::mem::take(&mut self.now);
         sys.eval_roots(w, x, at, &mut now);
         let (t0, then) = &mut self.seen;
         self.ahead.clear();
+        let mut falls = false;
         for &k in &self.fired {
             let slope = (now[k] - then[k]) / (at - *t0);
             let ahead = if slope > 0.0 { -now[k] / slope } else { 0.0 };
+            falls |= slope <= 0.0 && now[k] > 0.0 && self.before[k] <= 0.0 && at >= self.quiet_until[k];
             // what was to flip already has no crossing here, and what rests none before its rest is over
             self.ahead.push(if self.before[k] > 0.0 { 0.0 } else { ahead.max(self.quiet_until[k] - at) });
         }
         *t0 = at;
         then.copy_from_slice(&now);
         self.now = now;
-        self.ahead.iter().copied().fold(f64::INFINITY, f64::min)
+        (!falls).then(|| self.ahead.iter().copied().fold(f64::INFINITY, f64::min))
     }
 
     /// Those of the fired flags whose roots cross later than `near` from there do not flip with it.

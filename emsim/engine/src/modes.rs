@@ -259,7 +259,14 @@ impl Modes {
                 // (what a touch presses with is part of the solution)
                 let stick = if list[k].normal.is_some() { before[k].stick.max(before[k].bound) } else { stick };
                 let most = LATE * short.late * stick;
-                if free[i] > 0.0 && solution.f[i].abs() * short.instant > most {
+                // what stops a corner that would fall back at once goes through the friction there too
+                let shares = list[k].normal.is_some_and(|normal| {
+                    let of = asked.iter().position(|&j| j == normal.law);
+                    let load = of.map_or(0.0, |j| solution.f[j].abs());
+                    readings[k].flow.abs() <= moves[k] && solution.f[i].abs() <= normal.mus.max(normal.mu) * load
+                });
+                let shares = shares && rests.contains(&true);
+                if free[i] > 0.0 && !shares && solution.f[i].abs() * short.instant > most {
                     (free[i], dies) = (0.0, false);
                 }
             }
@@ -310,15 +317,19 @@ impl Modes {
                 self.stepped.push(*t);
             }
         }
+        // what lies beyond its threshold without a load would ask again and again while nothing parts it
+        let lies = |i: usize, k: usize| {
+            list[k].form == Form::Corner && readings[k].gap < -0.5 * gaps[k] && solution.w[i] <= moves[k]
+        };
         let locks: Vec<usize> = (0..m)
             .filter(|&i| match list[asked[i]].form {
                 Form::Relay => goes[i] == 0.0 && !solution.bound[i],
-                _ => solution.f[i] > 0.0,
+                _ => solution.f[i] > 0.0 || lies(i, asked[i]),
             })
             .collect();
         let locked = lcp::independent(&look.a, m, &locks, &|i| list[asked[i]].form != Form::Relay);
         for (i, &k) in asked.iter().enumerate() {
-            let (law, f, bound) = (&list[k], solution.f[i], readings[k].bound);
+            let (law, f, stick) = (&list[k], solution.f[i], readings[k].stick);
             let locked = locked.contains(&i);
             if law.form != Form::Relay {
                 sys.put_mode(w, law.flags[CLOSED], f64::from(u8::from(locked)));
@@ -327,7 +338,7 @@ impl Modes {
             } else if locked {
                 put_relay(sys, w, law, false, 0.0, 0.0);
             } else {
-                put_relay(sys, w, law, true, if bound > 0.0 { -f / bound } else { 0.0 }, 0.0);
+                put_relay(sys, w, law, true, if stick > 0.0 { -f / stick } else { 0.0 }, 0.0);
             }
         }
         true
@@ -404,7 +415,7 @@ impl Modes {
             let Some(back) = lcp::solve(&look.a, &press.w, &bounds) else { return false };
             let (f, after) = expanded(&look.b, &press, &back);
             self.push(sys, w, &struck, (&look, &f, &after), (*t, short.instant));
-            for &k in struck.iter().filter(|&&k| list[k].form == Form::Corner && approaches(k)) {
+            for &k in struck.iter().filter(|&&k| list[k].form != Form::Relay && approaches(k)) {
                 w.flags[list[k].flags[HITS]] += 1.0;
             }
             self.go(sys, x, &look.at(&f));
@@ -466,7 +477,7 @@ impl Modes {
         Some(rests)
     }
 
-    /// Books a step (t, h) in which the corners among `which` gave impulses: these, and the energy that they took together, shared
+    /// Books a step (t, h) in which the corners and freewheels among `which` gave impulses: these, and the energy that they took together, shared
     /// among those that took.
     fn push(
         &mut self,
@@ -487,7 +498,7 @@ impl Modes {
         }
         let whole = lost.iter().sum::<f64>().max(0.0);
         let taken = lost.iter().map(|lost| lost.max(0.0)).sum::<f64>();
-        for (i, &k) in which.iter().enumerate().filter(|&(_, &k)| list[k].form == Form::Corner) {
+        for (i, &k) in which.iter().enumerate().filter(|&(_, &k)| list[k].form != Form::Relay) {
             let share = if taken > 0.0 { lost[k].max(0.0) / taken } else { 0.0 };
             w.flags[list[k].flags[IMPULSE]] += f[i] * h;
             w.flags[list[k].flags[LOST]] += share * whole;

@@ -36,7 +36,8 @@ ELSEWHERE = {
     "mechanical/ball_chain", "mechanical/heavy_top", "mechanical/rssr", "mechanical/stewart_springs", "mechanical/bennett",
     "mechanical/sarrus", "mechanical/backlash_pair", "mechanical/geneva", "mechanical/slider_crank_stop",
     "mechanical/stick_slip_belt",
-    "mechanical/two_clutches", "mechanical/screw_jack", "mechanical/hooke_double",
+    "mechanical/two_clutches", "mechanical/screw_jack", "mechanical/hooke_double", "mechanical/stewart_legs",
+    "mechanical/ref_fric_slider_crank", "coupled/screw_jack_motor",
     "mechanical/torsion_chain", "mechanical/toggle_rests", "coupled/maglev_ball",
 }  # fmt: skip
 DECKS = sorted(

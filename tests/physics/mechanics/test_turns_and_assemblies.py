@@ -7,6 +7,7 @@ import random
 
 import numpy as np
 import pytest
+from support import deck
 
 import emsim
 
@@ -58,6 +59,16 @@ def test_what_sits_on_that_joint_does_not_jump_either():
     assert at["angle(w)"] == pytest.approx(2 * at["angle(out)"], abs=1e-6)
     assert at["v(mid)"] == pytest.approx(5 * at["angle(out)"] / 30, abs=1e-5)  # its end resistance
     assert abs(np.diff(at["angle(w)"])).max() < 1.0 and at["angle(w)"][-1] > 40.0
+
+
+@pytest.mark.parametrize("options", ["", "method=dop853", "method=radau", "formulation=absolute"])
+def test_a_screw_that_closes_a_loop_in_space_counts_its_turns(options):
+    """A scissor jack: twenty turns take 60 mm off its width."""
+    r = emsim.run(deck("mechanical/scissor_jack").replace(".end", f".options {options} reltol=1e-7\n.end"))
+    turns = 5 * np.asarray(r.time) ** 2
+    assert np.asarray(r["angle(s)"]) == pytest.approx(2 * math.pi * turns, abs=1e-6)
+    width = 0.36 - 0.003 * turns
+    assert np.asarray(r["pos(lift)"]) == pytest.approx(2 * np.sqrt(0.04 - width**2 / 4), abs=1e-7)
 
 
 def four_bars():

@@ -534,6 +534,15 @@ impl<'a, S: Sink> Run<'a, S> {
         true
     }
 
+    /// The earliest event in the attempted step, which ends at t1.
+    fn locate(&mut self, method: &dyn Method, t1: f64) -> Option<Located> {
+        let (sys, t, end) = (self.sys, self.t, method.candidate());
+        let inside = |t: f64, out: &mut [f64]| method.dense(t, out);
+        let turn = sys.turning.iter().map(|p| (p.at(t1, end) - p.at(t, &self.x)).abs()).fold(0.0, f64::max);
+        let candidate = Candidate { end, dense: &inside, long: self.dense, turn };
+        self.detector.locate(sys, self.w, &candidate, t, t1, &mut self.scratch)
+    }
+
     /// A flag that turns inside the attempted step (t, t1]: the step ends there, the flag flips, the method restarts.
     #[inline(never)]
     #[allow(clippy::too_many_arguments)]
@@ -548,12 +557,7 @@ impl<'a, S: Sink> Run<'a, S> {
         tick: &mut Tick,
     ) -> Event {
         let (sys, t) = (self.sys, self.t);
-        let inside = |t: f64, out: &mut [f64]| method.dense(t, out);
-        let end = method.candidate();
-        let turn = sys.turning.iter().map(|p| (p.at(t1, end) - p.at(t, &self.x)).abs()).fold(0.0, f64::max);
-        let candidate = Candidate { end, dense: &inside, long: self.dense, turn };
-        let located = self.detector.locate(sys, self.w, &candidate, t, t1, &mut self.scratch);
-        let Some(Located { mut at }) = located else { return Event::None };
+        let Some(Located { mut at }) = self.locate(method, t1) else { return Event::None };
         if at < t1 && at - t > smallest {
             // step onto the event: the same step, shorter, until its end says that it is there
             let mut again = method.attempt(sys, self.w, at - t, &self.tol);
@@ -562,7 +566,15 @@ impl<'a, S: Sink> Run<'a, S> {
                     break;
                 }
                 let near = (LATE * self.tol.reltol * (at - t)).max(1e-12 * step).max(smallest);
-                let due = self.detector.due(sys, self.w, method.candidate(), at);
+                let Some(due) = self.detector.due(sys, self.w, method.candidate(), at) else {
+                    // the shorter step knows better where that was
+                    match self.locate(method, at) {
+                        Some(Located { at: first }) if first < at - near && first - t > smallest => at = first,
+                        _ => break,
+                    }
+                    again = method.attempt(sys, self.w, at - t, &self.tol);
+                    continue;
+                };
                 let goal = at + due + 0.5 * near;
                 if (-near..=0.0).contains(&due) || goal >= t1 || goal - t <= smallest {
                     break;

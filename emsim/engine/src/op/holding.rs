@@ -147,7 +147,11 @@ impl Holding {
 
     /// At rest nothing slides: what is at its bound is held there.
     pub fn end(&self, sys: &System, w: &mut Work) {
-        for law in sys.laws.list.iter().filter(|law| law.form == Form::Relay) {
+        let (readings, _) = sys.read_laws(w, &self.from, 0.0);
+        for (law, at) in sys.laws.list.iter().zip(readings).filter(|(law, _)| law.form == Form::Relay) {
+            if w.flags[law.flags[SHOWN]] != 0.0 && at.stick > 0.0 {
+                sys.put_mode(w, law.flags[SIDE], w.flags[law.flags[SIDE]] * at.bound / at.stick);
+            }
             sys.put_mode(w, law.flags[SHOWN], 0.0);
         }
     }
