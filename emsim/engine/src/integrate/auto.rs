@@ -7,7 +7,9 @@
 //!     more than `LOOPS` closed loops, which every stage has to be brought onto.
 //!  2. Otherwise implicit (`implicit`): `SMOOTH` where nothing turns within a step, `GENTLE` where exponentials alone do, `SHORT` where they
 //!     do beside what throws many-step methods back: switches, machines, coils that ring on with what a junction has left in them. Exponentials
-//!     written as expressions bend what rings beside them more gently than a junction: `SMOOTH` there.
+//!     written as expressions bend what rings beside them more gently than a junction: `SMOOTH` there. `GENTLE` all the same where a
+//!     circuit has currents that follow from changes of what is stored, as of a source with the charge of a junction across it:
+//!     `SHORT` has to solve for them anew in every row, ten solutions each.
 //!  3. A run begins implicitly where its fastest eigenvalue is `FAST` times faster than the shortest time that its sources and its print
 //!     grid speak of: order is lost on what follows such a mode long before stability is. Also where that mode is damped and `LASTING` times
 //!     faster than the run is long: it will have died, and stability will want all those steps.
@@ -20,6 +22,7 @@ use super::explicit::place;
 use super::{make, Attempt, Character, Limit, Method, Response, Used};
 use crate::ledger::Stages;
 use crate::newton::{Failure, Options, Tolerances};
+use crate::op::undetermined;
 use crate::reduced::Point;
 use crate::sparse::Complex;
 use crate::system::{System, Work};
@@ -91,6 +94,7 @@ fn implicit(sys: &System, o: &Options) -> &'static str {
         _ if o.reltol < TIGHT => SMOOTH,
         (false, _) => SMOOTH,
         (true, false) => GENTLE,
+        (true, true) if !mechanical(sys) && undetermined(sys).contains(&true) => GENTLE,
         (true, true) => SHORT,
     }
 }
