@@ -16,7 +16,8 @@ if TYPE_CHECKING:
     from typing import Any
 
 ANALYSES = frozenset("tran op dc ac noise tf pz sens disto sp ss pss".split())
-BLOCKS = frozenset("foreach while dowhile repeat if".split())
+BLOCKS = frozenset("foreach while dowhile repeat if begin".split())
+ENDS = ("end", "endif", "endwhile", "enddowhile", "endrepeat", "endforeach")
 # simulator options among the variables that `set` can set
 OPTIONS = frozenset(
     """reltol abstol vntol chgtol trtol gmin itl1 itl2 itl4 maxord method temp tnom rshunt gshunt cshunt""".split()
@@ -33,7 +34,7 @@ def foreseen(lines: list[Line], convert: Callable[[str, list[Any], Line], Any]) 
             word = word.lower()
             if word in ("quit", "exit", "bye") and not depth:
                 return cards
-            depth += (word in BLOCKS) - (word == "end")
+            depth += (word in BLOCKS) - (word in ENDS)
             if word in ("osdi", "pre_osdi"):
                 from .deck import Dot
 

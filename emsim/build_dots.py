@@ -234,6 +234,9 @@ class DotCards(Cards):
         for start, end in pieces:
             span = line.span_at(start, end)
             piece = Line(line.file, span.line, span.col, line.start + start, line.start + end)
+            if word == ".probe" and (of := _of_terminals(span.text, span)) is not None:
+                found.append(of)
+                continue
             try:
                 found += self.probes([parse_line(piece, "expression")], piece)
             except LineError:
@@ -249,7 +252,8 @@ class DotCards(Cards):
         return Dot("save", self.probes(ch, line), line.whole)
 
     def on_probe(self, ch: list[Any], line: Line) -> Dot:
-        return Dot("probe", self.probes(ch, line), line.whole)
+        found = self.probes(ch, line)
+        return Dot("probe", [_of_terminals(p.span.text, p.span) or p for p in found], line.whole)
 
     def on_ic(self, ch: list[Any], line: Line) -> Dot:
         return self.conditions("ic", ch, line)
@@ -477,6 +481,22 @@ def _pieces(text: str, start: int) -> Iterator[tuple[int, int]]:
             begin = at
     if begin >= 0:
         yield begin, len(text)
+
+
+def _of_terminals(text: str, span: Any) -> Probe | None:
+    """vd(m1:d:s), i(m1:s), p(q1), i(x1) of .probe: a device with terminals, or two of them; None for any other signal."""
+    import re
+
+    found = re.fullmatch(r"(vd|p|i)\s*\(([^(){}]+)\)", text.strip().lower())
+    if found is None:
+        return None
+    words = ["".join(word.split()) for word in found[2].split(",")]
+    if found[1] == "i" and len(words) == 2 and ":" not in found[2]:
+        words = [":".join(words)]  # i(m1, 3)
+    plain = found[1] == "i" and ":" not in words[0] and not words[0].startswith("x")
+    if plain or len(words) > 2 or not all(re.fullmatch(r"[^\s:]+(:[^\s:]+){0,2}", word) for word in words):
+        return None
+    return Probe(" ".join(text.split()), Call(found[1], [Name(word, span) for word in words]), span, True)
 
 
 def is_analysis(word: str) -> bool:

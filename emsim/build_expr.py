@@ -64,7 +64,7 @@ def expression(tree: Any, line: Line, machine: bool = False, depth: int = 0) -> 
                 "give parts of it names with .param or .func",
             )
         )
-    if rule in ("binary", "either", "both"):
+    if rule in CHAINS:
         return _chain(tree, line, machine, depth + 1)
     at, dialect = (line, *extent(tree)), line.file.dialect
     if rule == "unary":
@@ -95,7 +95,8 @@ def expression(tree: Any, line: Line, machine: bool = False, depth: int = 0) -> 
     return Call(rule[0] if rule == "voltage" else "i", named, at)
 
 
-_OPS = {"^": "**", "<>": "!=", "|": "||", "&": "&&", "or": "||", "and": "&&"}
+CHAINS = ("binary", "either", "both", "compared")
+_OPS = {"^": "**", "<>": "!=", "=": "==", "|": "||", "&": "&&", "or": "||", "and": "&&"}
 
 
 def _chain(tree: Any, line: Line, machine: bool, depth: int) -> Node:
@@ -104,7 +105,7 @@ def _chain(tree: Any, line: Line, machine: bool, depth: int) -> Node:
     start, dialect = extent(tree)[0], line.file.dialect
     if dialect is not None and dialect.excludes:
         _check_either(tree, line)
-    while tree.__class__ is tuple and tree[0] in ("binary", "either", "both"):
+    while tree.__class__ is tuple and tree[0] in CHAINS:
         rule, children = tree
         op = children[1].lower() if len(children) == 3 else ("or" if rule == "either" else "and")
         end = extent(children[-1])[1]

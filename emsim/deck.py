@@ -182,12 +182,13 @@ class Measure:
 
 
 class Probe:
-    """One thing of .save or .probe: v(a), i(v1), angle(hinge), or Name("all")."""
+    """One thing of .save or .probe: v(a), i(v1), angle(hinge), or Name("all"). `of_terminals`: vd(m1:d:s), i(m1:s), p(q1) of
+    .probe, whose names are devices with terminals."""
 
-    __slots__ = ("ast", "span", "text")
+    __slots__ = ("ast", "of_terminals", "span", "text")
 
-    def __init__(self, text: str, ast: Node, span: Span) -> None:
-        self.text = text
+    def __init__(self, text: str, ast: Node, span: Span, of_terminals: bool = False) -> None:
+        self.text, self.of_terminals = text, of_terminals
         self.ast = ast
         self.span = span
 
@@ -222,6 +223,7 @@ class FlatDeck:
         "origin",
         "params",
         "prints",
+        "probed",
         "probes",
         "reads_temper",
         "saves",
@@ -263,6 +265,7 @@ class FlatDeck:
         self.nodesets: list[tuple[str, float, Span]] = []
         self.saves: list[Probe] = []
         self.probes: list[Probe] = []
+        self.probed: list[Probe] = []  # of .probe what is asked of terminals: vd(m1:d:s), p(x1)
         self.prints: list[Print] = []
         self.measures: list[Measure] = []
         self.fours: list[Measure] = []  # .four, a clause a signal
@@ -300,9 +303,10 @@ class Instance(Placed):
 
 
 class Subckt:
-    """.subckt ... .ends: ports, default parameters and the cards between."""
+    """.subckt ... .ends: ports, default parameters and the cards between; `altered`: parameters that alterparam has set,
+    whatever its uses give."""
 
-    __slots__ = ("body", "file", "name", "params", "ports", "span")
+    __slots__ = ("altered", "body", "file", "name", "params", "ports", "span")
 
     def __init__(
         self, name: str, ports: list[str], params: dict[str, Any], span: Span, file: SourceFile
@@ -313,6 +317,7 @@ class Subckt:
         self.span = span
         self.file = file
         self.body: list[Any] = []
+        self.altered: dict[str, float] = {}
 
 
 class Conditional:

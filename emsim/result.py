@@ -100,12 +100,12 @@ class Table:
     scene    the drawing of the machine with the columns that move it, where it was asked for
     circuit  the drawing of the circuit with its voltages and currents, likewise
     status   "ok", "failed" or "interrupted": whether the table reaches its end
+    aside    vectors of another length that commands of .control made, by name: r["bw"]
     """
 
     __slots__ = (
-        "_complex", "_courses", "_index", "_numpy", "axis", "circuit", "energy", "grid", "kind", "names", "plotname", "scene",
-        "stats",
-        "status", "steps", "title", "units", "waves",
+        "_complex", "_courses", "_index", "_numpy", "aside", "axis", "circuit", "energy", "grid", "kind", "names", "plotname",
+        "scene", "stats", "status", "steps", "title", "units", "waves",
     )  # fmt: skip
 
     def __init__(
@@ -138,6 +138,7 @@ class Table:
         self.axis: Axis | None = axis or None
         self.stats, self.status, self.scene, self.energy = dict(stats or {}), status, scene, energy
         self.circuit = circuit
+        self.aside: dict[str, np.ndarray] = {}
         self._index: dict[str, int] = {}
         for k, name in enumerate(self.names):
             self._index.setdefault(_plain(name), k)
@@ -153,7 +154,8 @@ class Table:
             getattr(waves, "complex", ()),
         )
         given = (self.kind, self.names, self.units, columns, self.title, self.axis, self.steps, self.grid)
-        return _table, (*given, self.stats, self.status, self.plotname, self.scene, self.energy, self.circuit)
+        of_run = (self.stats, self.status, self.plotname, self.scene, self.energy, self.circuit)
+        return _table, (*given, *of_run, self.aside)
 
     @property
     def digital(self) -> list[tuple[float, str, str]]:
@@ -289,10 +291,13 @@ class Table:
 
     def __getitem__(self, name: str) -> np.ndarray:
         """A column as float64 (or complex128) array of shape (len(table),); read-only. `v(a,b)` is v(a) - v(b). What is no
-        column is an expression of columns, as --plot takes it: r["db(v(out)/v(in))"]."""
+        column is an expression of columns, as --plot takes it: r["db(v(out)/v(in))"]; a vector of
+        `aside` has a length of its own."""
         try:
             return self.column(name)
         except KeyError:
+            if (beside := self.aside.get(_plain(name))) is not None:
+                return beside
             ast = self._expression(name)
             if ast is None:
                 raise
@@ -794,13 +799,15 @@ class Result:
 def _table(
     kind: str, names: list[str], units: list[str], waves: Waves, title: str, axis: Axis | None, steps: list[str],
     grid: tuple[float, float, float] | None, stats: dict[str, Any], status: str, plotname: str, scene: Scene | None, energy: Any,
-    circuit: Scene | None = None,
+    circuit: Scene | None = None, aside: dict[str, np.ndarray] | None = None,
 ) -> Table:  # fmt: skip
     """A table from its parts in order, for unpickling."""
-    return Table(
+    made = Table(
         kind, names, units, waves, title=title, axis=axis, steps=steps, grid=grid, stats=stats, status=status,
         plotname=plotname, scene=scene, energy=energy, circuit=circuit,
     )  # fmt: skip
+    made.aside = dict(aside or {})
+    return made
 
 
 def plotname_of(kind: str) -> str:

@@ -51,7 +51,7 @@ class Pss(Tran):
     word = "pss"
     form = ".pss gfreq tstab node [points [harmonics [iterations [coefficient]]]] [uic]"
     meaning = "the periodic steady state of an oscillator: its period, waveforms over one, harmonics"
-    plotname = "Periodic Steady State"
+    plotname = "Time Domain Periodic Steady State Analysis"
     streams = False
     tables = ("pss", "pss harmonics")
 
@@ -154,7 +154,7 @@ class Pss(Tran):
         run.beside.append(
             Run(
                 self, ["frequency", *names], ["Hz", *units], data, Axis("frequency", "Hz"), kind=self.tables[1],
-                plotname="Harmonics of the Periodic Steady State",
+                plotname="Frequency Domain Periodic Steady State Analysis",
             )
         )  # fmt: skip
         return run

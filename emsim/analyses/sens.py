@@ -205,6 +205,9 @@ class Sens(Analysis):
                 )
                 if found is not None:
                     yield name, unit, result(*found)
+                    if over is not None and e.letter in "Rr" and name == e.name and not e.params.get("ac"):
+                        # by the resistance to small signals alone, which is the same here
+                        yield f"{name}_ac", unit, result(np.zeros(n), *found[1:])
         for card in assembly.flat.machine:
             for key, number in card.params.items():
                 spec = CARDS[card.kind].spec.params.get(key)
@@ -229,7 +232,7 @@ class Sens(Analysis):
         e: Element,
         result: Callable[..., Any],
     ) -> Iterator[tuple[str, str, list[complex]]]:
-        """The value of a source, and the magnitude of its small signal."""
+        """The value of a source, how many of them are in parallel, and the magnitude and phase of its small signal."""
         import numpy as np
 
         ctx, output = assembly.ctx, assembly.outputs[self][0].expr
@@ -239,18 +242,29 @@ class Sens(Analysis):
         xs = [ctx.b.x(k) for k in range(assembly.system.n)]
         if over is None:
             (gain,) = linear.respond([(0.0, 0.0)], [output], one)
-            yield e.name, unit, [complex(np.frombuffer(gain, complex)[0])]
+            by = complex(np.frombuffer(gain, complex)[0])
+            yield e.name, unit, [by]
+            if e.is_multiplied:
+                yield f"{e.name}_m", "", [by * ctx.value_at_start(e) / e.number("m", 1.0)]
             return
         assert self.frequencies is not None
         moved = np.array([np.frombuffer(c, complex)[0].real for c in linear.respond([(0.0, 0.0)], xs, one)])
         from .pencil import dense
 
-        yield e.name, unit, result(-(dense(linear)[0] @ moved), None, None)
+        of_value = result(-(dense(linear)[0] @ moved), None, None)
+        yield e.name, unit, of_value
+        of_count = [by * ctx.value_at_start(e) for by in of_value]
         for k, z in e.excite(ctx):
             unit_phasor = z / abs(z)
             pairs = [(0.0, 2.0 * math.pi * f) for f in self.frequencies]
             found = over.respond(pairs, [output], [(k, (unit_phasor.real, unit_phasor.imag))])
-            yield f"{e.name}_acmag", unit, list(np.frombuffer(found[0], complex))
+            gains = np.frombuffer(found[0], complex)
+            yield f"{e.name}_acmag", unit, list(gains)
+            of_count = [by + abs(z) * complex(g) for by, g in zip(of_count, gains, strict=True)]
+            if (e.extra.get("ac") or (0.0, 0.0))[1]:
+                yield f"{e.name}_acphase", "deg", list(gains * abs(z) * 1j * math.pi / 180.0)
+        if e.is_multiplied:
+            yield f"{e.name}_m", "", [by / e.number("m", 1.0) for by in of_count]
 
 
 def _of_line(
@@ -429,13 +443,42 @@ def _own(assembly: Assembly, e: Element, x: np.ndarray, matrices: bool) -> Seque
     """F, and G and C, of an element alone, in the rows of the whole; None where it cannot be what it is made."""
     import numpy as np
 
+    still = _alone(assembly, e)
+    if still is None:
+        return None
+    parts = [np.zeros(len(x))]
+    system, at, is_another = still
+    np.add.at(parts[0], at, system.f(x[at].tolist(), 0.0))
+    if matrices:
+        # it may be another one to small signals
+        moving = _alone(assembly, e, True) if is_another else still
+        if moving is None:
+            return None
+        system, at, _ = moving
+        parts += [_whole(system, values, at, len(x)) for values in reversed(system.jac(x[at].tolist(), 0.0))]
+    for node, root in system.sums:  # its own rows, not sums of them
+        for part in parts:
+            part[at[root]] -= part[at[node]]
+    for node, root in assembly.system.sums:
+        for part in parts:
+            part[root] += part[node]
+    return parts
+
+
+def _alone(assembly: Assembly, e: Element, small: bool = False) -> tuple[Any, np.ndarray, bool] | None:
+    """An element as a system of its own, the places of its unknowns in the whole, and whether it is another one to `small`
+    signals; None where it cannot be what it is made."""
+    import numpy as np
+
     from .._engine import Builder
     from ..assemble import circuit
-    from ..assemble.context import Context
+    from ..assemble.context import SMALL_SIGNALS, Context
 
     names = {name: k for k, name in enumerate(assembly.system.names)}
     ctx = Context(Builder(), assembly.flat, assembly.options)
     ctx.sink, ctx.times, ctx.machine = Silent(), assembly.ctx.times, None
+    if small:
+        ctx.flags[SMALL_SIGNALS] = ctx.b.const(1.0)
     circuit.allocate(ctx)
     for row in ctx.nodes.values():
         ctx.b.g(row, row, ANCHOR)
@@ -451,23 +494,12 @@ def _own(assembly: Assembly, e: Element, x: np.ndarray, matrices: bool) -> Seque
         return None
     if ctx.sink.error_count:
         return None
-    small = ctx.b.compile()
+    system = ctx.b.compile()
     try:
-        at = np.array([names[name] for name in small.names])
+        at = np.array([names[name] for name in system.names])
     except KeyError:
         return None
-    own = x[at].tolist()
-    parts = [np.zeros(len(x))]
-    np.add.at(parts[0], at, small.f(own, 0.0))
-    if matrices:
-        parts += [_whole(small, values, at, len(x)) for values in reversed(small.jac(own, 0.0))]
-    for node, root in small.sums:  # its own rows, not sums of them
-        for part in parts:
-            part[at[root]] -= part[at[node]]
-    for node, root in assembly.system.sums:
-        for part in parts:
-            part[root] += part[node]
-    return parts
+    return system, at, SMALL_SIGNALS in ctx.flags
 
 
 def _whole(system: Any, values: list[float], at: np.ndarray, n: int) -> np.ndarray:

@@ -5,7 +5,8 @@ A port is a voltage source with `portnum` and the resistance `z0`. With one sour
     s_ij = 2 v_i/e_j sqrt(z0_j/z0_i) - (i = j)
 
 (power waves, Kurokawa 1965), z = r (1 - s)^-1 (1 + s) r and y = z^-1 with r the roots of z0. Columns s_1_1, y_1_1, z_1_1 as in
-ngspice; impedances or admittances that there are none of, as of a lone element in series, are left out.
+ngspice; impedances or admittances that there are none of, as of a lone element in series, are left out. Behind them stand the
+voltages and currents of the deck while the last port is driven by 1 V, as in ngspice.
 """
 
 from __future__ import annotations
@@ -56,6 +57,7 @@ class Sp(Analysis):
 
     def columns(self, ctx: Context) -> list[Output]:
         from ..assemble import Output
+        from ..assemble.outputs import saved
 
         ports = _ports(ctx)
         numbers = [number for number, _ in ports]
@@ -66,14 +68,16 @@ class Sp(Analysis):
         for _, e in ports:
             if not e.number("z0", 0.0) > 0.0:
                 ctx.sink.error("E305", f"port `{e.name}` has no z0=, which must be positive", e.span)
-        return [Output(e.name, "V", e.between(ctx)) for _, e in ports]
+        across = [Output(e.name, "V", e.between(ctx)) for _, e in ports]
+        return [*across, *(o for o in saved(ctx).values() if o.expr is not None)]
 
     def run(self, assembly: Assembly, progress: Progress | None = None) -> Run:
         import numpy as np
 
         ctx = assembly.ctx
         ports = [e for _, e in _ports(ctx)]
-        exprs = [o.expr for o in assembly.outputs[self] if o.expr is not None]
+        outputs = assembly.outputs[self]
+        exprs = [o.expr for o in outputs if o.expr is not None]
         roots = np.sqrt([e.number("z0") for e in ports])
         linear, trouble = linearised(assembly, self, self.static)
         names: list[str] = []
@@ -85,7 +89,7 @@ class Sp(Analysis):
             try:
                 for j, e in enumerate(ports):
                     found = linear.respond(points, exprs, [(ctx.wave(e), (1.0, 0.0))])
-                    for i, column in enumerate(found):
+                    for i, column in enumerate(found[: len(ports)]):
                         s[:, i, j] = 2.0 * np.frombuffer(column, complex) * roots[j] / roots[i] - (i == j)
             except ValueError as error:
                 trouble = [singular(assembly, self, error)]
@@ -104,6 +108,10 @@ class Sp(Analysis):
                             names.append(f"{letter}_{i + 1}_{j + 1}")
                             units.append(unit)
                             data.append(matrix[:, i, j])
+                for output, column in zip(outputs[len(ports) :], found[len(ports) :], strict=True):
+                    names.append(output.name)
+                    units.append(output.unit)
+                    data.append(np.frombuffer(column, complex))
         columns = [np.ascontiguousarray(c).tobytes() for c in data]
         frequencies = self.frequencies if columns else []
         waves = Computed(

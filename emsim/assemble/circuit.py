@@ -6,6 +6,7 @@ from ..diagnostics import suggest
 from ..elements.compiled import Compiled
 from ..expr import Binary, Call, Cond, Name, Node, Unary
 from ..syntax import CARD_WORDS
+from . import terminals
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -49,11 +50,12 @@ def allocate(ctx: Context) -> None:
 
     _kinds_differ(ctx)
     _loose_shafts(ctx)
-    _spread(ctx)
     read = set(ctx.elements) if all_currents(ctx) else _currents_read(ctx)
+    also = terminals.read(ctx)
     for e in ctx.elements.values():
-        for name, initial in e.branches(e.name in read or (ctx.is_drawn and not e.has_series)):
-            if e.is_metered and e.name not in read:
+        needed = e.name in read or e.name in also or (ctx.is_drawn and not e.has_series)
+        for name, initial in e.branches(needed):
+            if e.name not in read and (e.is_metered or name not in dict(e.branches(False))):
                 ctx.aside.add(name)
             ctx.new_branch(name, initial)
 
@@ -100,17 +102,6 @@ def probes_currents(ctx: Context) -> bool:
 def all_currents(ctx: Context) -> bool:
     """Is the current of every element asked for, so or by `.options savecurrents`?"""
     return bool(ctx.flat.options.get("savecurrents")) or probes_currents(ctx)
-
-
-def _spread(ctx: Context) -> None:
-    """`.probe p(r1)` as in ngspice: what an element takes. p() of a machine's coupling is its own."""
-    for probe in ctx.flat.probes:
-        ast = probe.ast
-        if isinstance(ast, Call) and ast.fn == "p" and len(ast.args) == 1 and isinstance(ast.args[0], Name):
-            e = ctx.elements.get(ctx.element_name(ast.args[0].id))
-            if e is not None and len(e.nodes) >= 2:
-                across = Call("v", [Name(n, ast.span) for n in e.nodes[:2]], ast.span)
-                probe.ast = Binary("*", across, Call("i", ast.args, ast.span), ast.span)
 
 
 def _currents_read(ctx: Context) -> set[str]:

@@ -41,6 +41,9 @@ LEAST_EXCURSION = 1e-9  # below zero: less is rounding and truncation
 FROZEN = 3  # place of the time at which waveforms are held, in `times`
 
 
+SMALL_SIGNALS = "small signals"  # the flag that is 1 where the equations are linearised for these
+
+
 class Context:
     """What contributors see.
 
@@ -295,10 +298,10 @@ class Context:
 
     def small_signals(self) -> Expr:
         """0, and 1 where the equations are linearised for small signals."""
-        found = self.flags.get("small signals")
+        found = self.flags.get(SMALL_SIGNALS)
         if found is None:
             zero = self.b.const(0.0)
-            found = self.flags["small signals"] = self.b.flag(zero, None, "small signals", 0, 0, law="kept")
+            found = self.flags[SMALL_SIGNALS] = self.b.flag(zero, None, SMALL_SIGNALS, 0, 0, law="kept")
         return found
 
     def memory(self, node: str) -> Expr:

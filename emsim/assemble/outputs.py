@@ -11,6 +11,7 @@ from __future__ import annotations
 from ..diagnostics import suggest
 from ..expr import MEASURED, OF_COLUMNS, Binary, Call, Cond, Name, Node, Num, Unary, to_text
 from ..units import product, quotient
+from . import terminals
 from .behaviour import MECHANICAL
 from .circuit import all_currents, lists_word, probes_currents
 
@@ -182,6 +183,8 @@ def _find_saved(ctx: Context) -> dict[str, Output]:
     if ignored:
         ctx.sink.note("N284", f"device parameters are not recorded: {', '.join(ignored[:8])}")
 
+    for name, unit, expr in terminals.probed(ctx):
+        saved.setdefault(name, Output(name, unit, expr))
     if all_currents(ctx):
         for output in currents(ctx):
             saved.setdefault(output.name, output)

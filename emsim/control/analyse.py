@@ -35,7 +35,7 @@ FORMS = {
     ),
     "pss": (
         "pss gfreq tstab node [points [harmonics]] [uic]",
-        "the periodic steady state of an oscillator, into plots pss1 and harmonics1",
+        "the periodic steady state of an oscillator, into plots pss1 and pss2",
     ),
 }
 

@@ -44,9 +44,13 @@ def let(s: Session, text: str, at: Statement) -> None:
         plot = s.plots.const  # what was made before any analysis goes on counting there
     if plot is s.plots.const and (inner in ("pi", "e", "i", "c") or inner in _fixed(plot)):
         raise CommandError("E164", f"`{inner}` is a constant", "call the vector otherwise")
+    if inner == "all":
+        raise CommandError("E164", "`all` is every vector of a plot", "call the vector otherwise")
     if len(target[1]) > 1:
-        _into(s, plot.find(inner) or s.plots.known(inner), target[1][1], found, text, inner)
+        _into(s, plot.find(inner) or s.plots.known(inner), target[1][1:], found, text, inner)
         return
+    if (there := plot.find(inner)) is not None:
+        inner = there.key  # v(2) is the vector `2`
     made = found.copied(inner, plot)
     made._values = np.array(found.values)
     known = plot.vectors.get(inner)
@@ -61,24 +65,31 @@ def _fixed(plot: Any) -> frozenset[str]:
     return frozenset(CONSTANTS)
 
 
-def _into(s: Session, vector: Vector | None, place: Any, value: Vector, text: str, name: str) -> None:
-    """let v[2] = .."""
+def _into(s: Session, vector: Vector | None, places: list[Any], value: Vector, text: str, name: str) -> None:
+    """let v[2] = .., let v[1][0,3] = ..: the places of the first dimensions."""
     if vector is None:
         raise s.plots.missing(name)
-    if place[0] != "range":
-        usage(LET, "one place is set at a time")
-    ends = [Evaluator(s, text).value(p) for p in place[1] if p not in ("[", "]", ",")]
-    numbers = [int(e.values[0].real) for e in ends]
-    rows = len(vector) if not vector.dims else vector.dims[0]
-    if not all(0 <= k < rows for k in numbers):
-        raise CommandError("E164", f"`{name}` has places 0 to {rows - 1}, not {max(numbers, key=abs)}")
     values = np.array(vector.values, dtype=complex if value.is_complex or vector.is_complex else float)
     shaped = values.reshape(vector.dims) if vector.dims else values
-    low, high = numbers[0], numbers[-1]
-    part = shaped[low : high + 1]
-    if len(value) not in (1, part.size):
+    if len(places) > shaped.ndim:
+        raise CommandError("E164", f"`{name}` has {shaped.ndim} dimension{'s'[: shaped.ndim > 1]}")
+    chosen: list[slice] = []
+    for (kind, parts), rows in zip(places, shaped.shape, strict=False):
+        if kind != "range":
+            usage(LET, "one place is set at a time")
+        ends = [Evaluator(s, text).value(p) for p in parts if p not in ("[", "]", ",")]
+        numbers = [int(e.values[0].real) for e in ends]
+        if not all(0 <= k < rows for k in numbers):
+            raise CommandError("E164", f"`{name}` has places 0 to {rows - 1}, not {max(numbers, key=abs)}")
+        chosen.append(slice(numbers[0], numbers[-1] + 1))
+    part = shaped[tuple(chosen)]
+    if 1 < len(value) < part.size:
         raise CommandError("E164", f"{len(value)} numbers do not fit {part.size} places")
-    part[...] = value.values.reshape(part.shape) if len(value) == part.size else value.values[0]
+    if len(value) > part.size:
+        s.warn(
+            f"of {len(value)} numbers the first {'is' if part.size == 1 else f'{part.size} are'} taken, as in ngspice"
+        )
+    part[...] = value.values[: part.size].reshape(part.shape) if len(value) > 1 else value.values[0]
     vector._values = shaped.reshape(-1)
 
 

@@ -18,9 +18,10 @@ class Command:
     grammar   what the text is in grammar/control.lark: "vectors", "let", or None for words
     raw       variables are not put in: the command does it
     records   its text names quantities that analyses have to record
+    shows     what it says may go to a file: `> file`, `>> file` behind it
     """
 
-    __slots__ = ("form", "grammar", "meaning", "raw", "records", "run", "word")
+    __slots__ = ("form", "grammar", "meaning", "raw", "records", "run", "shows", "word")
 
     def __init__(
         self,
@@ -31,7 +32,8 @@ class Command:
         grammar: str | None = None,
         raw: bool = False,
         records: bool | None = None,
+        shows: bool = False,
     ) -> None:
         self.word, self.form, self.meaning, self.run = word, form, meaning, run
-        self.grammar, self.raw = grammar, raw
+        self.grammar, self.raw, self.shows = grammar, raw, shows
         self.records = grammar is not None if records is None else records

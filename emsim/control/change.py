@@ -80,6 +80,10 @@ def reset(s: Session, text: str, at: Statement) -> None:
     s.deck.reset()
 
 
+def mc_source(s: Session, text: str, at: Statement) -> None:
+    s.deck.reread()
+
+
 def setcirc(s: Session, text: str, at: Statement) -> None:
     s.say(f"List of circuits loaded:\n\nCurrent\t1\t{s.deck.title}")
 
@@ -93,6 +97,7 @@ COMMANDS = (
     Command("altermod", ALTERMOD, "changes a model for the runs that follow", altermod),
     Command("alterparam", ALTERPARAM, "changes a .param for the runs that follow", alterparam),
     Command("reset", "reset", "the deck as it was written, altered parameters apart", reset),
+    Command("mc_source", "mc_source", "the deck as it was written, with new random values", mc_source),
     Command("remcirc", "remcirc", "passed over: the deck is the one circuit", remcirc),
     Command("setcirc", "setcirc", "the one circuit that there is", setcirc),
 )

@@ -7,7 +7,6 @@ from ..outputs.vcd import lines
 from . import words
 from .base import Command
 from .errors import CommandError, usage
-from .files import target, wrote
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -16,7 +15,7 @@ if TYPE_CHECKING:
 
     Events = list[tuple[float, str, str]]
 
-EPRINT, EPRVCD = "eprint node ..", "eprvcd node .. [> file]"
+EPRINT, EPRVCD = "eprint node .. [> file]", "eprvcd node .. [> file]"
 
 
 def events(s: Session) -> Events:
@@ -77,21 +76,13 @@ def edisplay(s: Session, text: str, at: Statement) -> None:
 
 
 def eprvcd(s: Session, text: str, at: Statement) -> None:
-    nodes, _, file = text.partition(">")
     known = events(s)
-    written = lines(known, named(nodes, EPRVCD, known), s.deck.title)
-    if not file.strip():
-        for line in written:
-            s.say(line)
-        return
-    path = target(s, file.strip().strip("\"'"))
-    with open(path, "w", encoding="utf-8") as out:
-        out.writelines(line + "\n" for line in written)
-    wrote(s, path)
+    for line in lines(known, named(text, EPRVCD, known), s.deck.title):
+        s.say(line)
 
 
 COMMANDS = (
-    Command("eprint", EPRINT, "when digital nodes change, and to which states", eprint),
-    Command("edisplay", "edisplay", "the digital nodes of the current plot", edisplay),
-    Command("eprvcd", EPRVCD, "digital nodes as a value change dump, for wave viewers", eprvcd),
+    Command("eprint", EPRINT, "when digital nodes change, and to which states", eprint, shows=True),
+    Command("edisplay", "edisplay", "the digital nodes of the current plot", edisplay, shows=True),
+    Command("eprvcd", EPRVCD, "digital nodes as a value change dump, for wave viewers", eprvcd, shows=True),
 )

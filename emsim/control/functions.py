@@ -206,13 +206,59 @@ def _extreme(f: Callable[[Any], Any]) -> Callable[[Any, Vector], Any]:
     return found
 
 
+def _differences(y: np.ndarray) -> np.ndarray:
+    """Between the neighbours on both sides; at the ends to the only one."""
+    if len(y) < 2:
+        return np.zeros(len(y))
+    return np.concatenate([y[1:2] - y[:1], y[2:] - y[:-2], y[-1:] - y[-2:-1]])
+
+
+def _fft(s: Session, v: Vector) -> Any:
+    """Amplitudes from 0 up to half the rate of what is real, of complex numbers at all places; windows as `set specwindow` says,
+    none where it does not. Its frequencies are the plot's `fft_scale`."""
+    from .spectra import window
+
+    n, x = len(v), scale_of(s, v)
+    times = x if x is not None else np.arange(n, dtype=float)
+    kind = s.plots.current.scale.key if s.plots.current.scale is not None and x is not None else ""
+    given = v.values * window(s, times, "none")
+    found = np.fft.fft(given) / n if v.is_complex else np.fft.rfft(given) / max(n // 2, 1)
+    places = np.arange(len(found), dtype=float)
+    if kind == "frequency":
+        places = times[: len(found)]
+    elif kind == "time" and n > 1:
+        places = places / (times[-1] - times[0])
+    scale = s.plots.current.add(Vector("fft_scale", places, "Hz", s.plots.current))
+    return _over(found, scale)
+
+
+def _ifft(s: Session, v: Vector) -> Any:
+    """What amplitudes at all places add up to; its times are the plot's `ifft_scale`."""
+    plot_scale, n = s.plots.current.scale, len(v)
+    count = len(plot_scale) if plot_scale is not None and plot_scale.key in ("time", "frequency") else n
+    places = np.arange(count, dtype=float)
+    if plot_scale is not None and plot_scale.key == "time":
+        places = plot_scale.values.real
+    elif plot_scale is not None and plot_scale.key == "frequency" and count > 1:
+        places = places / (plot_scale.values.real[-1] - plot_scale.values.real[0])
+    scale = s.plots.current.add(Vector("ifft_scale", places, "s", s.plots.current))
+    return _over(np.fft.ifft(v.values, count) * count, scale)
+
+
+def _over(values: np.ndarray, scale: Vector) -> Vector:
+    found = Vector("", values)
+    found.scale = scale
+    return found
+
+
 WHOLE: dict[str, Callable[[Any, Vector], Any]] = {
     "length": lambda s, v: [float(len(v))],
     "mean": _mean, "avg": _avg, "integ": _integ, "deriv": _deriv, "group_delay": _group_delay, "interpolate": _interpolate,
     "stddev": lambda s, v: [float(np.std(np.abs(v.values) if v.is_complex else v.values, ddof=1)) if len(v) > 1 else 0.0],
     "norm": _normed, "sortorder": lambda s, v: np.argsort(v.values.real, kind="stable").astype(float),
     "vecmin": _extreme(np.min), "minimum": _extreme(np.min), "vecmax": _extreme(np.max), "maximum": _extreme(np.max),
-    "rms": lambda s, v: [_rms(s, v)],
+    "rms": lambda s, v: [_rms(s, v)], "fft": _fft, "ifft": _ifft,
+    "vecd": lambda s, v: _differences(v.values),
     "vector": lambda s, v: np.arange(_count(v, "vector"), dtype=float),
     "cvector": lambda s, v: np.arange(_count(v, "cvector")) * (1.0 + 1.0j),
     "unitvec": lambda s, v: np.ones(_count(v, "unitvec")),
@@ -246,9 +292,12 @@ def apply(s: Session, name: str, v: Vector) -> Vector:
     unit = v.unit if name in KEEP_UNIT else UNIT.get(name, "")
     if unit == "rad" and in_degrees(s):
         unit = "deg"
-    values = np.asarray(values)
+    made = values if isinstance(values, Vector) else None
+    values = np.asarray(values if made is None else made.values)
     out = Vector(name, values if np.iscomplexobj(values) else values.astype(float), unit, v.plot)
     out.derived = True
-    if len(out) == len(v):
+    if made is not None:
+        out.scale = made.scale
+    elif len(out) == len(v):
         out.dims, out.scale = v.dims, v.scale
     return out

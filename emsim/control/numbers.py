@@ -43,7 +43,7 @@ def lines_of(vectors: Sequence[Vector], current: Plot, digits: int, width: int) 
     """`name = value`, of longer vectors `name = ( ... )`; with the plots in front where there are several."""
     several = len({(v.plot or current).name for v in vectors}) > 1
     for v in vectors:
-        name = f"{(v.plot or current).name}.{v.name}" if several else v.name
+        name = (f"{(v.plot or current).name}.{v.name}" if several else v.name).lower()
         values = v.values.tolist()
         if len(values) == 1:
             yield f"{name} = {both(values[0], digits)}"

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from ..build_control import commands, comment
+from ..build_control import ENDS, commands, comment
 from ..build_expr import extent
 from ..diagnostics import Diagnostic, suggest
 from ..source import Line, SourceFile
 from ..syntax import LineError, parse_line
+from . import words
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -27,6 +28,8 @@ FLOW = {
     "repeat": ("repeat [count]", "the commands up to end so many times"),
     "foreach": ("foreach name word ..", "the commands up to end for each word, which $name is"),
     "end": ("end", "ends a block"),
+    "begin": ("begin", "the commands up to end, as `if 1`"),
+    **{word: (word, "end, by another name") for word in ENDS[1:]},
     "break": ("break [loops]", "leaves a loop, or several"),
     "continue": ("continue [loops]", "goes on with the next round of a loop"),
     "label": ("label name", "a place for goto"),
@@ -101,6 +104,8 @@ def program(lines: Iterable[Line], sink: Sink) -> Body:
     stack: list[Block] = []
     for s in statements(lines):
         body = stack[-1].branches[-1][1] if stack else top
+        if s.word == "begin":
+            s = Statement(s.line, s.at, "if 1")
         if s.word in BLOCKS:
             block = Block(s)
             body.append(block)
@@ -109,17 +114,17 @@ def program(lines: Iterable[Line], sink: Sink) -> Body:
             if not stack or stack[-1].head.word != "if" or stack[-1].branches[-1][0].word == "else":
                 sink.error("E160", f"`{s.word}` belongs to no if", s.word_span)
                 continue
-            words = s.rest.split(None, 1)
+            behind = s.rest.split(None, 1)
             if (
-                s.word == "else" and words and words[0].lower() == "if"
+                s.word == "else" and behind and behind[0].lower() == "if"
             ):  # else if: ngspice takes it for an else
-                s = Statement(s.line, s.at, "elseif " + (words[1] if len(words) > 1 else ""))
+                s = Statement(s.line, s.at, "elseif " + (behind[1] if len(behind) > 1 else ""))
             stack[-1].branches.append((s, []))
-        elif s.word == "end":
+        elif s.word in ENDS:
             if not stack:
                 sink.error(
                     "E160",
-                    "this `end` ends nothing",
+                    f"this `{s.word}` ends nothing",
                     s.word_span,
                     "it ends if, while, dowhile, repeat, foreach",
                 )
@@ -153,10 +158,12 @@ def check(body: Body, sink: Sink, commands: Mapping[str, Command]) -> None:
             continue
         command = None if s.word in named else commands.get(s.word)
         start = "vectors" if s.word in CONDITIONS else command.grammar if command is not None else None
-        if start is None or not s.rest or any(c in s.rest for c in "$`{"):
+        found = words.redirected(s.rest) if command is not None and command.shows else None
+        rest = s.rest if found is None else found[0].strip()
+        if start is None or not rest or any(c in rest for c in "$`{"):
             continue
         try:
-            s.tree(s.rest, start)
+            s.tree(rest, start)
         except LineError as error:
             sink.add(error.diagnostic)
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import os
 import re
+import sys
 
 import numpy as np
 
@@ -34,6 +35,7 @@ if TYPE_CHECKING:
     from ..elaborate.altered import Altered
     from ..result import Result, Table
     from ..source import Line
+    from .base import Command
 
     Analyse = Callable[[FlatDeck, list[Analysis]], Result]
 
@@ -45,6 +47,9 @@ MOST_ALIASES = 20  # names for names
 MOST_SOURCES = 20  # files within each other
 MOST_OUTPUT = 200_000_000  # characters
 SEED = 1
+# variables that ngspice -b sets itself; `oscompiled`: its number of the operating system
+SYSTEMS = {"darwin": 7.0, "win32": 1.0, "cygwin": 2.0}
+GIVEN = {"batchmode": True, "xspice_enabled": True, "oscompiled": SYSTEMS.get(sys.platform, 6.0)}
 # how ngspice orders the analyses of a deck, whatever their order there
 ORDER = ("ac", "dc", "op", "tran", "pz", "tf", "disto", "noise", "sens")
 
@@ -81,6 +86,7 @@ class Session:
         self.functions: dict[tuple[str, int], tuple[list[str], Any, str]] = {}
         self.seed(SEED)
         self.files: list[str] = []  # that were written
+        self.folder = ""  # where they are, by `cd`
         self.pictures = 0
         name = os.path.basename(deck.deck.file.path or "deck")
         self.stem = os.path.splitext(name)[0] or "deck"
@@ -211,9 +217,27 @@ class Session:
                 self.sink.add(program.unknown(s, suggest(s.word, self.commands)))
                 return
             text = s.rest if command.raw else words.substituted(self, s.rest)
-            command.run(self, text, s)
+            found = words.redirected(text) if command.shows else None
+            if found is None:
+                command.run(self, text, s)
+            else:
+                self.into_file(command, found, s)
         except (CommandError, ExprError, LineError, DeckError) as error:
             self.report(error)
+
+    def into_file(self, command: Command, found: tuple[str, str, bool], s: Statement) -> None:
+        """What a command says, into a file."""
+        from .files import put, target
+
+        text, name, behind = found
+        path = target(self, words.substituted(self, name))
+        said: list[str] = []
+        out, self._out = self._out, said.append
+        try:
+            command.run(self, text, s)
+        finally:
+            self._out = out
+        put(self, path, "".join(said), behind)
 
     def block(self, block: Block) -> None:
         head = block.head
@@ -370,7 +394,7 @@ class Session:
         }  # fmt: skip
         if key in own:
             return own[key]
-        return self.variables.get(key)
+        return self.variables.get(key, GIVEN.get(key))
 
     @staticmethod
     def parsed(word: str) -> Any:
@@ -493,6 +517,7 @@ class Session:
         for table in tables:
             if len(table):
                 kind = table.kind.rpartition(" ")[2]  # integrated noise is noise2
+                kind = "pss" if kind == "harmonics" else kind
                 plot = self.plots.new(kind, self.deck.title, table.plotname, table)
                 plot.beside = {p.text for p in self.deck.wanted}
         done = {t.kind for t in tables if len(t)}
@@ -541,25 +566,28 @@ class Session:
 
 
 def table_of(plot: Plot) -> Table | None:
-    """A plot as a table, with what commands added where it is as long as the rest; None where there are no numbers."""
+    """A plot as a table, with what commands added where it is as long as the rest, else aside of it; None where there are no
+    numbers."""
     from ..result import Columns, Table
 
     own = plot.table
-    if own is not None:
-        theirs = {spelled(name).lower() for name in own.names}
-        if not any(len(v) == len(own) for key, v in plot.vectors.items() if key not in theirs):
-            return own
     listed = list(plot.vectors.values())
     if plot.scale is not None and plot.has_scale:
         listed = [plot.scale, *(v for v in listed if v is not plot.scale)]
-    rows = len(listed[0]) if listed else 0
+    rows = len(own) if own is not None else len(listed[0]) if listed else 0
     if not rows:
         return None
+    aside = {v.key: v.values for v in listed if len(v) != rows or v.dims}
     listed = [v for v in listed if len(v) == rows and not v.dims]
+    theirs = () if own is None else {spelled(name).lower() for name in own.names}
+    if own is not None and all(v.key in theirs for v in listed):
+        own.aside = aside
+        return own
     store = Columns((v.values.tobytes() for v in listed), complex=[v.is_complex for v in listed])
     names, units = [column_name(v, plot) for v in listed], [v.unit for v in listed]
     axis = own.axis if own is not None else plot.has_scale
     made = Table(plot.kind, names, units, store, title=plot.title, axis=axis, plotname=plot.plotname)
+    made.aside = aside
     if own is not None:
         made.stats, made.grid, made.status = own.stats, own.grid, own.status
     return made

@@ -21,18 +21,9 @@ if TYPE_CHECKING:
 PRINT = "print [col] [line] expression .."
 
 
-def to_file(text: str) -> None:
-    """`print v(a) > file`: ngspice writes what is shown into that file. E163."""
-    found = words.redirected(text)
-    if found is not None:
-        said = f"`{found}` would write what is shown into a file"
-        raise CommandError("E163", said, f"wrdata {found.lstrip('> ')} .. writes vectors as columns")
-
-
 def print_(s: Session, text: str, at: Statement) -> None:
     first, _, rest = text.strip().partition(" ")
     kind = first.lower() if first.lower() in ("col", "line") else ""
-    to_file(text)
     vectors = s.vectors((rest if kind else text).lower(), at, lenient=True)
     if not vectors:
         return
@@ -58,7 +49,6 @@ def print_(s: Session, text: str, at: Statement) -> None:
 
 
 def echo(s: Session, text: str, at: Statement) -> None:
-    to_file(text)
     text = words.substituted(s, text, shown=True)
     found = words.split(_without_commas(text))
     end = "\n"
@@ -90,7 +80,7 @@ def describe(v: Vector, plot: Plot) -> str:
     log = plot.table is not None and plot.table.axis is not None and plot.table.axis.log
     grid = ", grid = xlog" if v is plot.scale and log else ""
     default = " [default scale]" if v is plot.scale else ""
-    return f"    {v.name:<20}: {v.type}, {kind}, {len(v)} long{grid}{dims}{default}"
+    return f"    {v.shown:<20}: {v.type}, {kind}, {len(v)} long{grid}{dims}{default}"
 
 
 def display(s: Session, text: str, at: Statement) -> None:
@@ -285,36 +275,62 @@ PASSED = """
     rehash use where optran snsave pre_set osdi pre_osdi remzerovec esave sysinfo jobs rspice aspice asciiplot tutorial led wait
     setcs iprint
 """
-PATHS = "paths are those of the working directory"
+
+
+def shell(s: Session, text: str, at: Statement) -> None:
+    s.warn(
+        f"`{at.word}` is passed over: there is no shell here", "what the program would have made is missing"
+    )
+
+
 REFUSED = {
-    "shell": "there is no shell here", "cd": PATHS, "chdir": PATHS, "getcwd": PATHS, "edit": "edit the deck",
-    "circbyline": "write the lines into the deck", "mc_source": "`reset` takes the deck anew",
+    "edit": "edit the deck",
+    "circbyline": "write the lines into the deck",
     "snload": "state the start with .ic",
-    "wric": "print v(..) gives the values", "wrnodev": "print v(..) gives the values", "wrs2p": "wrdata writes the vectors",
+    "wric": "print v(..) gives the values", "wrnodev": "print v(..) gives the values",
     "xgraph": "plot draws", "aclist": "print shows values", "alterinit": "state the start with .ic",
 }  # fmt: skip
 
 COMMANDS = (
-    Command("print", PRINT, "values, or columns below `Index`", print_, "vectors"),
-    Command("echo", "echo [-n] words", "words, with $name and $&vector put in", echo, raw=True),
-    Command("display", "display [vector ..]", "the vectors of the current plot", display),
-    Command("setplot", "setplot [name|new|previous|next]", "the plots, or which is the current one", setplot),
+    Command("print", PRINT + " [> file]", "values, or columns below `Index`", print_, "vectors", shows=True),
+    Command(
+        "echo",
+        "echo [-n] words [> file]",
+        "words, with $name and $&vector put in",
+        echo,
+        raw=True,
+        shows=True,
+    ),
+    Command("display", "display [vector ..]", "the vectors of the current plot", display, shows=True),
+    Command(
+        "setplot",
+        "setplot [name|new|previous|next]",
+        "the plots, or which is the current one",
+        setplot,
+        shows=True,
+    ),
     Command("destroy", "destroy [plot ..|all]", "takes plots away", destroy),
     Command("settype", "settype type vector ..", "what a vector is: voltage, current, time ..", settype),
     Command("setscale", "setscale vector", "what the vectors of the plot are over", setscale),
-    Command("listing", "listing", "the lines of the deck", listing),
+    Command("listing", "listing", "the lines of the deck", listing, shows=True),
     Command(
-        "show", "show [device ..] [: parameter ..]", "elements with their parameters", show, records=True
+        "show",
+        "show [device ..] [: parameter ..]",
+        "elements with their parameters",
+        show,
+        records=True,
+        shows=True,
     ),
-    Command("showmod", "showmod [model ..]", "models with their parameters", showmod),
-    Command("version", "version", "which program this is", version),
-    Command("rusage", "rusage [all]", "counters of the last analysis", rusage),
+    Command("showmod", "showmod [model ..]", "models with their parameters", showmod, shows=True),
+    Command("version", "version", "which program this is", version, shows=True),
+    Command("rusage", "rusage [all]", "counters of the last analysis", rusage, shows=True),
     *(Command(w, f"{w} [code]", "ends the section, and the run", quit_) for w in ("quit", "exit", "bye")),
     *(
         Command(w, w, "passed over: it has no meaning in a batch run", passed, raw=True)
         for w in PASSED.split()
     ),
     *(Command(w, w, f"not supported: {hint}", refused, raw=True) for w, hint in REFUSED.items()),
+    Command("shell", "shell words", "passed over with a warning: there is no shell", shell, raw=True),
     Command("delete", "delete [all]", "passed over: there are no traces", passed, raw=True),
 )
 

@@ -22,6 +22,30 @@ if TYPE_CHECKING:
     from .session import Session
 
 
+def cutout(s: Session, text: str, at: Statement) -> None:
+    """The vectors of the current plot from cut-tstart to cut-tstop, its own points, as a plot."""
+    old, time = s.plots.current, s.plots.current.scale
+    if time is None or time.key != "time":
+        raise CommandError("E164", "cutout needs a plot over time", "tran or run makes one")
+    x = time.values.real
+    ends = [_own(old, name, x[k]) for name, k in (("cut-tstart", 0), ("cut-tstop", -1))]
+    first, last = (
+        min(int(np.searchsorted(x, end, "right")), len(x) - 1) if name in old.vectors else k % len(x)
+        for end, (name, k) in zip(ends, (("cut-tstart", 0), ("cut-tstop", -1)), strict=True)
+    )
+    if not (ends[1] > ends[0] and last > first):
+        raise CommandError("E164", f"there are no points from {ends[0]:g} to {ends[1]:g}")
+    names = words.split(text) or [v.name for v in old.sorted() if v is not time and len(v) >= last]
+    found = [s.plots.vector(n) for n in names]
+    what = "(cut out)" if "cut-tstart" in old.vectors or "cut-tstop" in old.vectors else "(copy)"
+    new = s.plots.new("tran", old.title, f"{old.plotname} {what}")
+    new.scale, new.has_scale = new.add(Vector("time", x[first:last], "s", new)), True
+    for v in found:
+        new.add(
+            Vector(v.key if v.key in old.vectors else v.name, v.values[first:last], v.unit, new)
+        ).derived = v.derived
+
+
 def linearize(s: Session, text: str, at: Statement) -> None:
     """The vectors of the current plot on even steps: those of the transient, or of lin-tstep, lin-tstart, lin-tstop."""
     old = s.plots.current
@@ -79,9 +103,9 @@ WINDOWS = (
 )
 
 
-def window(s: Session, x: np.ndarray) -> np.ndarray:
-    """`set specwindow`, hanning where it is not set, with a mean of 1."""
-    name = str(s.variables.get("specwindow", "hanning")).lower()
+def window(s: Session, x: np.ndarray, usual: str = "hanning") -> np.ndarray:
+    """`set specwindow`, the usual one where it is not set, with a mean of 1."""
+    name = str(s.variables.get("specwindow", usual)).lower()
     n = len(x)
     u = (x - x[0]) / (x[-1] - x[0]) if n > 1 else np.zeros(n)
     c = np.cos
@@ -284,6 +308,13 @@ def _told(s: Session, found: Spectrum) -> None:
 
 COMMANDS = (
     Command("linearize", "linearize [vector ..]", "a plot on even steps of time", linearize, records=True),
+    Command(
+        "cutout",
+        "cutout [vector ..]",
+        "a plot of the points between the vectors cut-tstart and cut-tstop",
+        cutout,
+        records=True,
+    ),
     Command("fft", "fft vector ..", "a spectrum; `set specwindow`", fft, "vectors"),
     Command("psd", "psd averages vector ..", "power over frequency", psd, records=True),
     Command(

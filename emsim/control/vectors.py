@@ -16,7 +16,7 @@ from .plots import Plot, Vector
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterator
     from typing import Any
 
     from .session import Session
@@ -36,7 +36,7 @@ OF_TWO: dict[str, Callable[[Any, Any], Any]] = {
     "atan2": np.arctan2, "hypot": np.hypot, "pow": np.power, "fmod": np.fmod,
 }  # fmt: skip
 COMPARE = {
-    "eq": "=", "ne": "<>", "gt": ">", "lt": "<", "ge": ">=", "le": "<=", "==": "=", "!=": "<>",
+    "eq": "=", "ne": "<>", "gt": ">", "lt": "<", "ge": ">=", "le": "<=", "==": "=", "!=": "<>", "><": "<>",
 }  # fmt: skip
 MOST_CALLS = 40  # of defined functions within each other
 
@@ -73,9 +73,14 @@ class Evaluator:
             word = tree.lower()
             if (several := self.several(word)) is not None:
                 return several
-        found = self.value(tree)
         start, end = extent(tree)
-        return [found.copied(self.text[start:end].strip().strip('"'))]
+        word = next((w for w in _words(tree) if self.several(w.lower()) is not None), None)
+        if word is not None:  # db(allv): of each
+            each = self.several(word.lower()) or []
+            found = [self.value(tree, {word.lower(): v}) for v in each]
+        else:
+            found = [self.value(tree)]
+        return [v.copied(self.text[start:end].strip().strip("\"'")) for v in found]
 
     def several(self, word: str) -> list[Vector] | None:
         """all, allv, alli, tran1.all."""
@@ -83,7 +88,7 @@ class Evaluator:
         plot = self.s.plots.current if not head else self.s.plots.named(head)
         if rest not in ("all", "allv", "alli", "ally") or plot is None or (not head and plot.find(rest)):
             return None
-        found = plot.sorted()
+        found = plot.listed()
         if rest == "allv":
             found = [v for v in found if v.unit == "V"]
         elif rest == "alli":
@@ -92,7 +97,7 @@ class Evaluator:
             found = [v for v in found if v is not plot.scale]
         if not found:
             raise self.s.plots.missing(word)
-        return [v.copied(f"{head}.{v.name}" if head else v.name, plot) for v in found]
+        return [v.copied(f"{head}.{v.shown}" if head else v.shown, plot) for v in found]
 
     # ---- trees ----
 
@@ -112,13 +117,17 @@ class Evaluator:
             return Vector(leaf, np.array([value]), "", None)
         name = str(leaf).strip('"')
         if given is not None and name.lower() in given:
-            return self.value(given[name.lower()], None)
-        return self.s.vector(name)
+            bound = given[name.lower()]
+            return bound if isinstance(bound, Vector) else self.value(bound, None)
+        return self.s.vector(name.removeprefix("."))
 
     def on_vector_group(self, ch: list[Any], given: Any) -> Vector:
         inner = [c for c in ch if c.__class__ is tuple or c.type not in ("_LPAR", "_RPAR", "_COMMA")]
         inner = [c for c in inner if c not in ("(", ")", ",")]
         return self.value(inner[0], given) if len(inner) == 1 else self.pair(inner, given)
+
+    def on_vector_quoted(self, ch: list[Any], given: Any) -> Vector:
+        return self.value(ch[1], given)
 
     def pair(self, parts: list[Any], given: Any) -> Vector:
         """(a, b) is a + i b."""
@@ -324,6 +333,15 @@ class Evaluator:
             low, high = clipped
             found.scale = Vector("scale", x[low : high + 1] if low <= high else x[high : low + 1][::-1])
         return found
+
+
+def _words(tree: Any) -> Iterator[Any]:
+    """The names in a tree."""
+    if tree.__class__ is tuple:
+        for part in tree[1]:
+            yield from _words(part)
+    elif tree.type == "VECTOR":
+        yield tree
 
 
 def _stretched(values: np.ndarray, n: int) -> np.ndarray:

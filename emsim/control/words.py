@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 NAME = re.compile(r"\$([?#]?)(?:\{([\w.@]+)\}|([A-Za-z_][\w]*))(?:\[([^\[\]]*)\])?")
 VECTOR = re.compile(
-    r"\$&(?:\{([^{}]+)\}|((?:\w+\.)?[viVI]\([^()]*\)|@[\w.]+\[\w+\]|[A-Za-z_][\w.#]*)(\[[^\[\]]*\])?)"
+    r"\$&(?:\{([^{}]+)\}|((?:\w+\.)?[viVI]\([^()]*\)|@[\w.]+\[\w+\]|[A-Za-z_][\w.#]*)((?:\[[^\[\]]*\])*))"
 )
 
 
@@ -127,8 +127,16 @@ def without_braces(text: str) -> str:
     return text.replace("{", "(").replace("}", ")")
 
 
-def redirected(text: str) -> str | None:
-    """The `>` behind a blank, outside of quotes and brackets, by which ngspice would write what a command shows into a file."""
-    plain = re.sub(r"\([^()]*\)", lambda m: " " * len(m[0]), _outside_quotes(text))
-    found = re.search(r"(?:^|\s)(>>?\s*[\w./~-]*[A-Za-z_][\w./~-]*)\s*$", plain)
-    return found[1] if found else None
+def redirected(text: str) -> tuple[str, str, bool] | None:
+    """Of `words > file`: the words, the file, whether what is said goes behind what the file has (`>>`). The `>` stands behind
+    a blank, outside of quotes and brackets; what a comparison could be, `> 0.5`, is none."""
+
+    def hidden(found: re.Match[str]) -> str:
+        return " " * len(found[0])
+
+    plain = re.sub(r"\"[^\"]*\"|'[^']*'", hidden, text)
+    plain = re.sub(r"\([^()]*\)", hidden, plain)
+    found = re.search(r"(?:^|\s)(>>?)\s*([^\s>\"']+)\s*$", plain)
+    if found is None or not re.search(r"[A-Za-z_]", found[2]) or re.fullmatch(r"[\d.]+[A-Za-z]*", found[2]):
+        return None
+    return text[: found.start()], found[2], found[1] == ">>"

@@ -5,7 +5,7 @@ An alteration acts on the flat deck; a changed .param, and `reset`, flatten the 
 
 from __future__ import annotations
 
-from ..deck import Analysis, MachineCard, Probe, Waveform
+from ..deck import Analysis, MachineCard, Param, Probe, Waveform
 from ..diagnostics import Sink, suggest
 from ..draws import seeded
 from ..elements import MODEL_TYPES, Element
@@ -52,7 +52,7 @@ class Altered:
         self._own = [] if flat is None else _own(flat)
         self._steps: list[Change] = []  # values of the deck's .step in the runs that follow
         self._places: dict[str, int] = {}
-        self.title = deck.title
+        self.title, self._defines = deck.title, dict(deck.defines)
 
     def flat(self) -> FlatDeck:
         """The flat deck as it stands. Raises DeckError where altered parameters make no sense."""
@@ -102,27 +102,32 @@ class Altered:
         self._change(lambda flat: _alter_model(flat, model.lower(), parameter.lower(), value))
 
     def alter_parameter(self, name: str, value: float, subckt: str | None = None) -> None:
-        """A .param of the top level, or one of a .subckt line."""
+        """A .param of the top level, or one of a subcircuit: of its line, or a .param in it."""
         name = name.lower()
         if subckt is not None:
             found = next(
                 (c for c in self.deck.body if c.__class__.__name__ == "Subckt" and c.name == subckt.lower()),
                 None,
             )
-            if found is None or name not in found.params:
-                near = suggest(name, found.params) if found is not None else None
+            known: list[str] = (
+                []
+                if found is None
+                else [*found.params, *(p.name for p in found.body if isinstance(p, Param))]
+            )
+            if found is None or name not in known:
+                near = suggest(name, known)
                 what = (
                     f"the subcircuit `{subckt}` has no parameter `{name}`"
                     if found
                     else f"no subcircuit is called `{subckt}`"
                 )
                 raise ExprError("E166", what, None, near and f"did you mean `{near}`?")
-            found.params[name] = value
+            found.altered[name] = value
         else:
-            known = self.flat().params
-            if name not in known and name not in self.deck.params:
-                near = suggest(name, known)
-                hint = f"did you mean `{near}`?" if near else "parameters: " + (", ".join(known) or "none")
+            own = self.flat().params
+            if name not in own and name not in self.deck.params:
+                near = suggest(name, own)
+                hint = f"did you mean `{near}`?" if near else "parameters: " + (", ".join(own) or "none")
                 raise ExprError("E166", f"the deck has no parameter `{name}`", None, hint)
             self.deck.defines[name] = value
         self.waiting.append(name)
@@ -139,6 +144,15 @@ class Altered:
         self._changes.clear()
         self.waiting.clear()
         self._flat = None
+
+    def reread(self) -> None:
+        """The deck as its text has it: altered parameters, too, are as written."""
+        self.deck.defines.clear()
+        self.deck.defines.update(self._defines)
+        for card in self.deck.body:
+            if card.__class__.__name__ == "Subckt":
+                card.altered.clear()
+        self.reset()
 
     # ---- elements ----
 

@@ -456,7 +456,8 @@ class _Flattener:
                     continue
                 level.scope.report(error)
                 scope.values[key] = 1.0
-            if key not in subckt.params and key != "m":
+            inner = key in (p.name for p in subckt.body if p.__class__ is Param)
+            if key not in subckt.params and not inner and key != "m":
                 near = suggest(key, subckt.params)
                 self.sink.warning(
                     "W133",
@@ -466,6 +467,7 @@ class _Flattener:
                     if near
                     else "its parameters: " + (", ".join(subckt.params) or "none"),
                 )
+        scope.values.update(subckt.altered)
         return scope
 
     # ---- dot cards ----
@@ -480,7 +482,10 @@ class _Flattener:
                 target.append((level.node(node, span), as_float(value, scope), span))
         elif card.kind in ("save", "probe", "also"):
             out = {"save": flat.saves, "probe": flat.probes, "also": flat.also}[card.kind]
-            out += [Probe(p.text, self.output(p.ast, level), p.span) for p in card.items]
+            flat.probed += [p for p in card.items if p.of_terminals]
+            out += [
+                Probe(p.text, self.output(p.ast, level), p.span) for p in card.items if not p.of_terminals
+            ]
         elif card.kind == "fmu":
             for key, probes in card.items.items():
                 out = flat.fmu.setdefault(key, [])

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from ..source import Line
 
 # words that are followed by values and may stand behind a waveform
-PORT_WORDS = ("distof1", "distof2", "portnum", "z0", "pwr")
+PORT_WORDS = ("distof1", "distof2", "portnum", "z0", "pwr", "freq", "phase")
 DISTORTION = {
     "distof1": Param("amplitude and phase [deg] at the first frequency of .disto", ""),
     "distof2": Param("amplitude and phase [deg] at its second frequency", ""),

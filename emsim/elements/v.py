@@ -25,7 +25,9 @@ class VoltageSource(Independent):
     unit = "V"
     instance: ClassVar[dict[str, Param]] = {
         "portnum": Param("number of a port, which has the resistance z0 in series"),
-        "z0": Param("resistance of a port", "Ohm", 0.0), **DISTORTION,
+        "z0": Param("resistance of a port", "Ohm", 0.0),
+        "pwr": Param("power of a port's wave, which transients do not have yet", "W", 1e-3),
+        "freq": Param("its frequency", "Hz"), "phase": Param("its phase", "deg"), **DISTORTION,
     }  # fmt: skip
     current_name = ""
     holds_voltage = True
@@ -52,6 +54,12 @@ class VoltageSource(Independent):
         ctx.b.f_wave(br, ctx.wave(self), -1.0)
         if "portnum" in self.params:
             ctx.b.g(br, br, -self.number("z0"))
+
+    def check(self, ctx: Context) -> None:
+        super().check(ctx)
+        if {"pwr", "freq", "phase"} & set(self.params) and any(a.kind == "tran" for a in ctx.flat.analyses):
+            said = f"`{self.name}`: the wave that pwr= and freq= of a port ask for is not supported in a transient"
+            ctx.sink.error("E113", said, self.span, "write SIN(0 sqrt(4*pwr*z0) freq 0 0 90)")
 
     def account(self, ctx: Context, book: Accounts) -> None:
         book.supplies(self, -(self.between(ctx) * self.flow(ctx)))

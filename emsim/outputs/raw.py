@@ -278,7 +278,12 @@ def _table(file: IO[bytes], header: dict[str, list[str]], wide: bool, path: str)
 
     try:
         count, points = int(header["no. variables"][0]), int(header["no. points"][0])
-        variables = [line.split() for line in header["variables"] if line.strip()]
+        # between tabs, where a name may have blanks: v(m1#body diode)
+        variables = [
+            line.split("\t" if line.strip().count("\t") > 1 else None) for line in header["variables"]
+        ]
+        variables = [[word.strip() for word in words if word.strip()] for words in variables]
+        variables = [words for words in variables if words]
         names, types = [v[1] for v in variables], [v[2] for v in variables]
     except (KeyError, ValueError, IndexError):
         raise RawFileError(f"{path}: a header lacks its counts or variables") from None

@@ -10,6 +10,7 @@ from __future__ import annotations
 import os
 import re
 import resource
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -26,6 +27,9 @@ LIMIT = 0.005  # of a vector's range
 TIGHT = ".options reltol=1e-5 abstol=1e-12 vntol=1e-8 itl1=500 itl4=200"
 POINTS = 4000  # steps of a tight transient at least
 SECONDS = 20
+MOST_BYTES = 10_000_000  # of a file that is copied beside a deck
+# what ngspice makes of a POLY, an expression, a line, for .probe, inside a VDMOS, a port; a limit that only warns
+INTERNAL = r"\$|_int\d|#i\d|#v\d|#int\d|#hi\d|#lo\d|ediff\d|#gate|#body|#res|:bv_max|_bv_max"
 NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:e[-+]?\d+)?"
 VALUE = re.compile(rf"^\s*([^=\n]*\S)\s+=\s+({NUMBER})(?:,({NUMBER}))?", re.I | re.M)
 DECKS = ("*.cir", "*.sp", "*.net", "*.spice", "*.ckt")
@@ -143,6 +147,10 @@ def columns(table: Table) -> dict[str, str]:
         plain = key(name)
         for other in (plain[2:-1], f"v({plain})", f"i({plain})"):
             found.setdefault(other, name)
+    for name in table.names:
+        # raw files of ngspice have one name for all currents of a line with losses: the first is meant
+        if (line := re.fullmatch(r"i\((.*)#i1(_1)?\)", key(name))) is not None:
+            found.setdefault(f"i({line[1]})", name)
     return found
 
 
@@ -210,19 +218,22 @@ def compare(case: Case, ours: list[Table], theirs: list[Table]) -> None:
             roots(case, own, plot)
             continue
         for name in plot.names[1 if plot.axis else 0 :]:
-            if re.search(r"\$|_int\d|#i\d|#v\d|#int\d|#hi\d|#lo\d|:bv_max|_bv_max", name):
-                continue  # what ngspice makes of a POLY, an expression, a line; a limit that only warns
+            if re.search(INTERNAL, name):
+                continue
             if "inoise_total" in name:
                 continue  # emsim integrates the spectrum at the source, ngspice the slope of the one at the output
             mine = known.get(key(name))
-            if (
-                mine is None
-                and len(plot) > 1
-                and (plot.axis is None or np.all(plot[name][1:] == plot[name][1]))
-            ):
-                continue  # what commands made of another length than the plot's: compared where it is printed
-            if mine is None and kind.startswith("sens") and not np.any(plot[name]):
-                continue  # of a parameter without effect
+            plain = re.sub(r"^[vi]\((.*)\)$", r"\1", key(name))
+            if mine is None and (made := own.aside.get(plain)) is not None:
+                # what commands made of another length than the plot's: a number is compared, else what is printed of it
+                if len(made) == 1:
+                    case.compared += 1
+                    found = abs(made[0] - plot[name][0]) / max(abs(plot[name][0]), 1e-9)
+                    if found > case.deviation:
+                        case.deviation, case.where = float(found), f"{plot.plotname}: {name}"
+                continue
+            if mine is None and kind.startswith(("sens", "noise", "integrated")) and not np.any(plot[name]):
+                continue  # of a parameter without effect, of a part without noise
             if mine is None:
                 case.missing = case.missing or f"{plot.plotname}: no {name}"
                 continue
@@ -310,10 +321,13 @@ def run(path: Path, timed: bool = True) -> Case:
 
 
 def beside(path: Path, folder: Path) -> Path:
-    """A folder where the files beside the deck can be read, and nothing of theirs is written."""
+    """A folder where the files beside the deck can be read, and nothing of theirs is written: copies, since what a section
+    reads has to lie there."""
     folder.mkdir()
     for other in path.parent.iterdir():
-        if other != path:
+        if other.is_file() and other != path and other.stat().st_size < MOST_BYTES:
+            shutil.copy(other, folder)
+        elif other != path:
             os.symlink(other.resolve(), folder / other.name)
     return folder
 

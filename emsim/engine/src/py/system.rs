@@ -385,8 +385,8 @@ impl System {
         self.inner.sums.iter().map(|s| (s.node, s.root)).collect()
     }
 
-    /// The equations linearised about the operating point: (found, what was linearised, failure). `hold`: the machine does not
-    /// move.
+    /// The equations linearised about the operating point: (found, what was linearised, failure). `hold`: of what stands still
+    /// there, .tf and .sens: the machine does not move, and nothing is another one to small signals.
     #[pyo3(signature = (options_=None, statics=false, hold=false))]
     #[allow(clippy::type_complexity)]
     fn small_signal(
@@ -405,7 +405,7 @@ impl System {
             let mut x = op::initial(&sys);
             op::operating_point(&sys, &mut w, &o, &tol, statics, &mut x).map_err(no_point)?;
             complete(&sys, &mut w, &mut x, &tol, statics);
-            for (held, _) in w.flags.iter_mut().zip(&sys.flags).filter(|(_, f)| f.name == SMALL_SIGNALS) {
+            for (held, _) in w.flags.iter_mut().zip(&sys.flags).filter(|(_, f)| f.name == SMALL_SIGNALS && !hold) {
                 *held = 1.0;
             }
             SmallSignal::new(sys, graph, w, x, hold).map_err(|e| Failed {
