@@ -100,12 +100,12 @@ def screw(r: emsim.Result) -> float:
 
 
 def legs(r: emsim.Result) -> float:
-    """Length of each driven leg against the distance of its ends [m]."""
+    """Length of each driven leg, two rods of 0.3 m and what is between them, against the distance of its ends [m]."""
     worst = 0.0
     for k in range(6):
         ends = [np.asarray(r[f"{x}({p}{k})"]) for p in ("lo", "plate.h") for x in "xyz"]
         apart = np.sqrt(sum((a - b) ** 2 for a, b in zip(ends[:3], ends[3:], strict=True)))
-        worst = max(worst, float(np.abs(apart - np.asarray(r[f"pos(leg{k})"])).max()))
+        worst = max(worst, float(np.abs(apart - 0.6 - np.asarray(r[f"pos(leg{k})"])).max()))
     return worst
 
 
