@@ -1,9 +1,9 @@
 """Maximal coordinates: every moving body has its own, every joint is constraint rows (`.options
 formulation=absolute`).
 
-The default for deep trees (tree.Plan.is_deep), the cross-check of joint coordinates, and the price of modelling more than
-the scene needs: a four-bar has one freedom, three joint coordinates with two rows, or nine coordinates of its bodies with
-eight rows.
+The default for long chains and loops (tree.Plan.is_deep), the cross-check of joint coordinates, and the price of modelling
+more than the scene needs: a four-bar has one freedom, three joint coordinates with two rows, or nine coordinates of its bodies
+with eight rows.
 
 A body's coordinates are those of its centre of mass, so its mass matrix is constant, and
     planar scene    x, y and the angle
@@ -166,8 +166,15 @@ class Absolute(Machine):
 
     @property
     def start_is_known(self) -> bool:
-        """Joint coordinates have been asked; joints of a tree hold where they are put, and none repeats another."""
-        return not self.like.plan.cut and not self.like.rows
+        """Joint coordinates have been asked; joints of a tree hold where they are put, and none repeats another. Where loops are
+        closed too, no row repeats others if there are as many as take away what joint coordinates have no freedom for. Then what
+        is left to a search is rounding, at a cost that grows with the cube of the number of rows: long loops do without."""
+        found, plan = self.like.found, self.like.plan
+        if not plan.is_deep:
+            return not plan.cut and not self.like.rows
+        if found.singular or any(self.is_unmeasured(row.owner) for row in self.rows):
+            return False
+        return len(self.motions) - len(self.rows) == found.dof
 
     def initial_state(self) -> list[float]:
         x = super().initial_state()

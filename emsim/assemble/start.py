@@ -55,7 +55,7 @@ def assemble(m: Mechanism) -> Start:
     if m.start_is_known:
         pass
     elif m.rows:
-        mass = mass_matrix(m, x)
+        mass = mass_matrix(m, x)  # of where it is, whatever its speeds
         before = list(x)
         held = [(m.public(q), u) for q, u in held_at_cuts(m)]
         if not close_loops(m, x, known, [q for q, _ in held], mass):
@@ -63,6 +63,8 @@ def assemble(m: Mechanism) -> Start:
         measure_rods(m, x, rods)
         for (name, k), follows in m.turned.items():
             x[follows] = m.b.eval([m.public(m.joints[name].qs[k])], x, 0.0)[0]
+        if x != before:
+            mass = mass_matrix(m, x)
         result.moved = [
             (c.q_name, before[c.row], x[c.row])
             for c in m.places
@@ -77,16 +79,17 @@ def assemble(m: Mechanism) -> Start:
         gradient = [gradient[k] for k in keep]
         jacobian = _matrix(m, gradient, x)
         before = list(x)
-        _speeds(m, x, jacobian, held, mass_matrix(m, x))
+        _speeds(m, x, jacobian, held, mass)
         if result.singular:
-            _leave(m, x, jacobian, mass_matrix(m, x))
+            _leave(m, x, jacobian, mass)
             _say_how(m, x)
         result.moved += [
             (c.u_name, before[c.speed_row], x[c.speed_row])
             for c in m.motions
             if abs(x[c.speed_row] - before[c.speed_row]) > MOVED * (1.0 + abs(before[c.speed_row]))
         ]
-        _inertia_everywhere(m, mass_matrix(m, x), jacobian)
+        if not _all_have_inertia(m):
+            _inertia_everywhere(m, mass, jacobian)
     elif not _all_have_inertia(m):
         _inertia_everywhere(m, mass_matrix(m, x), [])
     result.dof = len(m.motions) - len(m.rows)

@@ -54,14 +54,12 @@ class Plan:
 
     @property
     def is_deep(self) -> bool:
-        """Is this a tree without loops in which a body hangs on so many joints that its own coordinates are cheaper?
+        """Does a body hang on so many joints that its own coordinates are cheaper?
 
         Every joint on the way to a body has its part in the body's inertia: the work of joint coordinates grows with the square
         of the depth, that of maximal coordinates with the number of bodies alone. And speeds follow from momenta by a matrix
         whose condition grows with the fourth power of the depth: what is lost there is taken for an error of the step.
         """
-        if self.cut:
-            return False
         depth: dict[str, int] = {}
         for step in self.steps:
             depth[step.child] = 1 + depth.get(step.parent, 0)

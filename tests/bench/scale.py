@@ -1,12 +1,14 @@
 """Cost over size: time and memory of every stage, and the exponent with which each grows.
 
-    python tests/bench/scale.py [--scene chain,ladder,mesh,rectifiers] [--ngspice]
+    python tests/bench/scale.py [--scene chain,ring,ladder,mesh,rectifiers] [--ngspice]
+    python tests/bench/scale.py --beside     large circuits in one table, whole processes of emsim and ngspice by turns
 
-Scenes: a chain of links let go from the horizontal, an RC ladder, a square mesh of RC, rectifiers
-side by side. CPU seconds, the least of three; every size in a process of its own, for its memory [MB]. Stages: read (text to flat
-deck), assemble (flat deck to programs), solve (a transient), point (of it, by the rows that it recorded; it grows faster where
-factors leave the caches). The exponent is the slope log(time)/log(size) between the two largest sizes. With --ngspice the same
-decks run there, as whole processes. Exit code 1 where read or assemble grow with an exponent above 1.3.
+Scenes: a chain of links let go from the horizontal, a ring of links hung up at one of its joints, an RC ladder, a square mesh
+of RC, rectifiers side by side. CPU seconds, the least of three; every size in a process of its own, for its memory [MB].
+Stages: read (text to flat deck), assemble (flat deck to programs), solve (a transient), point (of it, by the rows that it
+recorded; it grows faster where factors leave the caches). The exponent is the slope log(time)/log(size) between the two largest
+sizes. With --ngspice the same decks run there, as whole processes. Exit code 1 where read or assemble grow with an exponent
+above 1.3.
 """
 
 from __future__ import annotations
@@ -39,6 +41,23 @@ def chain(n: int) -> str:
     return "\n".join([*cards, f".print tran x({before})", f".tran 1m {0.1 / math.sqrt(n)}", ".end", ""])
 
 
+def ring(n: int) -> str:
+    """A closed chain, let go as a regular polygon."""
+    length, turn = 3.0 / n, 360.0 / n
+    cards = ["a ring", ".gravity 9.81"]
+    before = "0"
+    for k in range(1, n + 1):
+        cards += [
+            f"BODY b{k} shape=rod({length}) m={length}",
+            f"JOINT p{k} {before} b{k} pin guess={turn!r}deg",
+        ]
+        before = f"b{k}({length},0)"
+    last = f"JOINT last {before} 0 pin"
+    return "\n".join(
+        [*cards, last, f".print tran y(b{n // 2})", f".tran 1m {0.1 / math.sqrt(n)}", ".end", ""]
+    )
+
+
 def ladder(n: int) -> str:
     cards = ["a ladder", "V1 n0 0 PULSE(0 1 0 1u 1u 1m 2m)"]
     cards += [f"R{k} n{k} n{k + 1} 1\nC{k} n{k + 1} 0 1n" for k in range(n)]
@@ -67,10 +86,14 @@ def rectifiers(n: int) -> str:
 
 SCENES = {
     "chain": (chain, (100, 300, 1000)),
+    "ring": (ring, (50, 100, 200)),
     "ladder": (ladder, (5000, 15000, 50000)),
     "mesh": (mesh, (900, 3600, 10000)),
     "rectifiers": (rectifiers, (100, 300, 1000)),
 }
+
+
+BESIDE = (("rectifiers", 1000), ("rectifiers", 10000), ("mesh", 40000), ("ladder", 50000))
 
 
 def stages(path: str) -> dict[str, float]:
@@ -112,13 +135,37 @@ def measured(path: Path) -> dict[str, float]:
 
 def spice(path: Path, folder: Path) -> tuple[float, float]:
     """CPU seconds and MB of ngspice on the deck."""
-    command = ["ngspice", "-b", "-r", str(folder / "ng.raw"), str(path)]
+    return used_by(["ngspice", "-b", "-r", str(folder / "ng.raw"), str(path)], folder)
+
+
+def used_by(command: list[str], folder: Path) -> tuple[float, float]:
+    """CPU seconds and MB of a process."""
     with subprocess.Popen(
         command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, cwd=folder
     ) as process:
-        _, _, used = os.wait4(process.pid, 0)
-        process.returncode = 0
-    return used.ru_utime, used.ru_maxrss / 1024.0
+        _, status, used = os.wait4(process.pid, 0)
+        process.returncode = os.waitstatus_to_exitcode(status)
+    if process.returncode:
+        raise RuntimeError(f"{' '.join(command)} ends with {process.returncode}")
+    return used.ru_utime + used.ru_stime, used.ru_maxrss / 1024.0
+
+
+def beside() -> None:
+    """Time and memory of large circuits, and how many times those of emsim ngspice takes."""
+    print(
+        f"{'circuit':20s}{'emsim':>9s}{'ngspice':>11s}{'ratio':>8s}{'emsim':>10s}{'ngspice':>11s}{'ratio':>8s}"
+    )
+    for scene, size in BESIDE:
+        with tempfile.TemporaryDirectory() as name:
+            folder = Path(name)
+            path = folder / f"{scene}.cir"
+            path.write_text(SCENES[scene][0](size))
+            ours = [sys.executable, "-m", "emsim", "run", str(path), "-o", str(folder / "em.raw")]
+            (a, more), (b, less) = used_by(ours, folder), spice(path, folder)
+        print(
+            f"{scene:12s}{size:8d}{a:8.1f}s{b:10.1f}s{b / a:8.1f}{more:8.0f}MB{less:9.0f}MB{less / more:8.2f}",
+            flush=True,
+        )
 
 
 def main() -> int:
@@ -127,10 +174,14 @@ def main() -> int:
     )
     parser.add_argument("--scene", default=",".join(SCENES))
     parser.add_argument("--ngspice", action="store_true")
+    parser.add_argument("--beside", action="store_true")
     parser.add_argument("--measure", help=argparse.SUPPRESS)
     asked = parser.parse_args()
     if asked.measure:
         print(json.dumps(stages(asked.measure)))
+        return 0
+    if asked.beside:
+        beside()
         return 0
     too_steep = []
     for scene in asked.scene.split(","):
@@ -144,7 +195,7 @@ def main() -> int:
                 rows.append(measured(path))
                 line = "  ".join(f"{stage} {value:.4g}" for stage, value in rows[-1].items())
                 print(f"{scene:11s}{size:7d}  {line}", flush=True)
-                if asked.ngspice and scene != "chain" and shutil.which("ngspice"):
+                if asked.ngspice and scene not in ("chain", "ring") and shutil.which("ngspice"):
                     seconds, memory = spice(path, folder)
                     print(f"{'':18s}  ngspice {seconds:.4g} s  {memory:.4g} MB", flush=True)
         for stage in rows[0]:
