@@ -114,10 +114,11 @@ def cross(s: Session, text: str, at: Statement) -> None:
 
 def reshape(s: Session, text: str, at: Statement) -> None:
     form = "reshape vector .. [n][m]"
-    found = re.match(r"([^\[]*)((?:\[[\d,\s]*\])*)\s*$", text)
+    found = re.match(r"([^\[]*)((?:\[[^\[\]]*\])*)\s*$", text)
     if found is None or not found[1].strip():
         usage(form, "vectors and dimensions are needed")
-    dims = tuple(int(n) for n in re.findall(r"\d+", found[2]))
+    places = [part.replace(",", " ") for part in re.findall(r"\[([^\[\]]+)\]", found[2])]
+    dims = tuple(int(n) for part in places for n in s.numbers(part))
     for name in found[1].split():
         v = s.plots.vector(name)
         if dims and int(np.prod(dims)) != len(v):

@@ -31,6 +31,10 @@ SECTIONS = {
         "let a = vector(24)\nreshape a [2][3][4]\nlet a[1][2][3] = 99\nlet k = 1\nlet a[0][k][2] = a[1][k][2]\nprint a[1][2]\n"
         "print a[0][1]\nprint a"
     ),
+    "dimensions by variables": (
+        "let a = vector(6)\nlet n = 2\nset nn = $&n\nset three = 3\nreshape a [$nn][$three]\nprint a[1][2]\n"
+        "let b = vector(4)\nreshape b [2,2]\nprint b[1][1]"
+    ),
     "quotes about an expression": "op\nprint '2*v(1)'",
     "cutout": (
         "tran 10u 3m 0 1u\nlet cut-tstart = 1m\nlet cut-tstop = 2m\ncutout\nsetplot\nlet top = vecmax(v(1))\n"
