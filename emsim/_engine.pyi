@@ -330,6 +330,9 @@ class SmallSignal:
     """(G + s C) X = b about a point; complex numbers are pairs (re, im)."""
 
     @property
+    def hanging(self) -> tuple[int, float, float] | None:
+        """(unknown, volts, amperes) where the point hangs on gmin."""
+    @property
     def x(self) -> list[float]: ...
     @property
     def residual(self) -> list[float]:
@@ -379,6 +382,9 @@ class Waveforms:
     @property
     def failure(self) -> dict[str, Any] | None:
         """t, h, during, kind (singular, no convergence, not finite, unfit, memory), unknown_name, row_name, tried."""
+    @property
+    def hanging(self) -> tuple[int, int, float, float] | None:
+        """(row, unknown, volts, amperes) of the first operating point that hangs on gmin."""
     @property
     def events(self) -> list[tuple[float, int, int]]:
         """(time, flag, new value)"""

@@ -139,6 +139,10 @@ def linearised(
         from .failure import explain_failure
 
         return None, explain_failure(assembly, analysis, dict(failure or {}))
+    if linear.hanging is not None:
+        from .afterwards import hangs
+
+        hangs(assembly, "at the operating point", *linear.hanging)
     if not hold and assembly.machine is not None:
         _at_rest(assembly, analysis, linear)
     return linear, []

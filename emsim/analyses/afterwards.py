@@ -33,6 +33,11 @@ NOTHING = (
 def remarks(assembly: Assembly, run: Run) -> None:
     """Adds warnings and notes to the deck's sink."""
     _domains(assembly, run)
+    waves: Any = run.waves
+    if waves.hanging is not None:
+        row, *found = waves.hanging
+        at = run.analysis.place(waves.value(row, 0)) if run.kind == "dc" else "at the operating point"
+        hangs(assembly, at, *found)
     if run.waves.watch:
         from .watch import teach
 
@@ -52,6 +57,20 @@ def remarks(assembly: Assembly, run: Run) -> None:
         _amplified(assembly, run)
     if over_time and run.waves.rows > 1:
         _imbalances(assembly, run)
+
+
+def hangs(assembly: Assembly, at: str, unknown: int, volts: float, amperes: float) -> None:
+    """An operating point that is one by gmin alone: a node, its voltage, the most that gmin carries [A]."""
+    from .failure import locate
+
+    where, lines = locate(assembly, assembly.system.names[unknown])
+    assembly.ctx.remark(
+        "W408",
+        f"only gmin holds {where} {at}: it carries {amperes:.3g} A, at {volts:.4g} V",
+        lines[0][0] if lines else None,
+        "without gmin there is no such point, and no other one was found: is a junction turned around, or a path for that "
+        "current missing? .nodeset says where the point is looked for",
+    )
 
 
 def _domains(assembly: Assembly, run: Run) -> None:

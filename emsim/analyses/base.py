@@ -115,6 +115,7 @@ class Computed:
         self.gaps: list[tuple[float, float]] = []
         self.chattering: list[int] = []
         self.watch: dict[str, Any] = {}
+        self.hanging: tuple[int, int, float, float] | None = None
 
     def column(self, i: int, /) -> bytes:
         return self._data[i]

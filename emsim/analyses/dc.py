@@ -131,12 +131,16 @@ class Dc(Analysis):
         parts: list[Waveforms] = []
         points: list[list[float]] = []
         trouble, near = [], None
+        hanging: tuple[int, int, float, float] | None = None
         for made, sources, block in self._blocks(assembly, parts_of):
             waves = [made.ctx.wave(e) for s in sources if (e := s.element(made.ctx)) is not None]
             values = [[p[self.sweeps.index(s)] for s in sources] for p in block]
             exprs = [*recorded(made, self)[2], *channels(made, self)]
             part = made.system.dc(exprs, made.options, self.static, waves, values, near)
             parts.append(part)
+            if hanging is None and part.hanging is not None:
+                row, unknown, volts, amperes = part.hanging
+                hanging = (len(points) + row, unknown, volts, amperes)
             points += block[: part.rows]
             near = part.state
             if part.status == "failed":
@@ -163,6 +167,7 @@ class Dc(Analysis):
         }
         outer_units = [s.axis.unit for s in outer if s.axis is not None]
         whole = Computed(columns, (), status, stats, within)
+        whole.hanging = hanging
         between = [Output(name, unit, None) for name, unit in zip(steps, outer_units, strict=True)]
         return Run(
             self, [inner.axis.name, *steps, *names], [inner.axis.unit, *outer_units, *units], whole, inner.axis,

@@ -375,11 +375,12 @@ class Context:
         clamped: bool,
         where: Span | None,
         rounding: float = 0.0,
+        share: bool = True,
     ) -> Expr:
         """Piecewise linear y(x); beyond the ends constant if `clamped`, else along the last segments.
 
         `rounding` r turns the corner at x_k into the parabola that joins its two lines smoothly at x_k - d
-        and x_k + d, with d = r times the shorter segment beside it.
+        and x_k + d, with d = r times the shorter segment beside it, or d = r but for half of that (not `share`).
         """
         if len(points) < 2 or any(a[0] >= b[0] for a, b in pairwise(points)):
             self.sink.error(
@@ -400,7 +401,7 @@ class Context:
         for (xk, yk), before, after, left, right in zip(
             corners, slopes, slopes[1:], widths, widths[1:], strict=False
         ):
-            d = rounding * min(left, right)
+            d = rounding * min(left, right) if share else min(rounding, 0.5 * min(left, right))
             if d > 0.0 and before != after:
                 s = x - (xk - d)
                 pieces.append((yk - before * d) + before * s + ((after - before) / (4.0 * d)) * (s * s))

@@ -104,8 +104,16 @@ def test_the_first_point(method):
 
 
 @pytest.mark.parametrize("method", METHODS)
-def test_what_cancels_is_undetermined(method):
+def test_what_cancels_is_undetermined_at_the_operating_point(method):
     d, _ = failure(CANCELS, method)
+    assert d.code == "E411"
+    assert d.message == "nothing determines the voltage of node `a` at the operating point"
+    assert {"i1", "r1", "g1"} == places(d) and "cancel" in d.hint
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_what_cancels_is_undetermined_from_given_values(method):
+    d, _ = failure(re.sub(r"(?m)^(\.tran.*)$", r"\1 uic", CANCELS), method)
     if d.code == "E413":
         assert "what conducts there cancels" in d.message and "`a`" in d.message
     else:

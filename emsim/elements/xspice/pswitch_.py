@@ -4,15 +4,24 @@ from __future__ import annotations
 
 import math
 
-from .base import Seat, both, reading
+from .base import Seat, Word, both, reading
 from .switched import Controlled
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import ClassVar
 
 
 class SmoothSwitch(Controlled):
     name = "pswitch"
     what = "switch with a smooth resistance, as in PSpice"
     law = "the resistance is a cubic of the control between r_off at cntl_off and r_on at cntl_on (log=TRUE: its logarithm)"
-    ports = (reading("cntl_in", "vd", "id", "v", "i"), both("out", "gd"))
+    ports = (reading("cntl_in", "gd", "g", "vd", "v", "id", "i"), both("out", "gd"))
+
+    parameters: ClassVar[dict[str, Word]] = {
+        **Controlled.parameters,
+        "r_cntl_in": Word("resistance between the ends of cntl_in", "Ohm", 1e12),
+    }
 
     def build(self, seat: Seat) -> None:
         ctx = seat.ctx
@@ -23,6 +32,8 @@ class SmoothSwitch(Controlled):
             resistance = ctx.b.call("exp", 0.5 * math.log(on * off) + math.log(on / off) * share)
         else:
             resistance = 0.5 * (on + off) + (on - off) * share
+        if seat.at["cntl_in"][0].type in ("g", "gd"):
+            seat.drive("cntl_in", seat.read("cntl_in") * (1.0 / seat["r_cntl_in"]))
         seat.drive("out", seat.read("out") / resistance)
 
 

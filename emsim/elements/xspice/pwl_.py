@@ -10,6 +10,9 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import ClassVar
 
+    from ..._engine import Expr
+    from .base import Port
+
 
 class Pwl(CodeModel):
     name = "pwl"
@@ -17,7 +20,7 @@ class Pwl(CodeModel):
     law = (
         "out follows y_array over x_array; beyond the ends along the last lines, or constant with limit=TRUE"
     )
-    ports = (reading("in"), driving("out"))
+    ports: ClassVar[tuple[Port, ...]] = (reading("in"), driving("out"))
     parameters: ClassVar[dict[str, Word]] = {
         "x_array": numbers("inputs, ascending"),
         "y_array": numbers("outputs there"),
@@ -35,9 +38,12 @@ class Pwl(CodeModel):
             # on both sides the line goes on level, and its corner is rounded like the others
             xs = [2 * xs[0] - xs[1], *xs, 2 * xs[-1] - xs[-2]]
             ys = [ys[0], *ys, ys[-1]]
-        shortest = min(b - a for a, b in pairwise(xs))
-        share = seat["input_domain"] if seat["fraction"] else min(seat["input_domain"] / shortest, 0.5)
-        seat.drive("out", seat.curve(seat.read("in"), xs, ys, False, share))
+        points, rounding, share = list(zip(xs, ys, strict=True)), seat["input_domain"], bool(seat["fraction"])
+        curve = seat.ctx.table(self.input(seat), points, False, seat.model.span, rounding, share)
+        seat.drive("out", curve)
+
+    def input(self, seat: Seat) -> Expr:
+        return seat.read("in")
 
 
 def pairs(seat: Seat, xs: str, ys: str, least: int = 2) -> None:

@@ -2,32 +2,29 @@
 
 from __future__ import annotations
 
-from .base import CodeModel, Seat, Word, driving, flag, numbers
-from .pwl_ import pairs
+from .base import Seat, driving, numbers
+from .pwl_ import Pwl
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import ClassVar
 
+    from ..._engine import Expr
+    from .base import Word
 
-class PwlOfTime(CodeModel):
+
+class PwlOfTime(Pwl):
     name = "pwlts"
     what = "straight lines through points in time"
-    law = "out follows y_array over the times of x_array"
+    law = "out follows y_array over the times of x_array; before and behind them as pwl does"
     ports = (driving("out"),)
     parameters: ClassVar[dict[str, Word]] = {
+        **Pwl.parameters,
         "x_array": numbers("times, ascending", "s"),
-        "y_array": numbers("outputs there"),
-        "input_domain": Word("corners are rounded so far on either side", "", 0.01),
-        "fraction": flag("input_domain is a part of the shorter line beside a corner", True),
-        "limit": flag("beyond the ends the output is constant"),
     }
 
-    def check(self, seat: Seat) -> None:
-        pairs(seat, "x_array", "y_array")
-
-    def build(self, seat: Seat) -> None:
-        seat.drive("out", seat.curve(seat.ctx.b.time(), seat["x_array"], seat["y_array"], seat["limit"]))
+    def input(self, seat: Seat) -> Expr:
+        return seat.ctx.b.time()
 
 
 MODEL = PwlOfTime

@@ -3,6 +3,7 @@
 //! `operating_point`: F(x) = 0 with the machine held at its initial coordinates and speeds (or, for a static
 //! equilibrium, let go). Plain Newton, then gmin stepping, source stepping, pseudo-transient.
 //! `initial_conditions`: UIC, from given charges and fluxes. `consistent`: algebraic unknowns that fit the charges.
+mod hanging;
 mod holding;
 mod linear;
 mod rest;
@@ -14,7 +15,7 @@ use self::rest::descend;
 use crate::newton::{Failure, Newton, Options, Tolerances};
 use crate::reduced::augment;
 use crate::sparse::{Lu, Pattern, Singular, Symbolic};
-use crate::system::{Kind, System, Work};
+use crate::system::{Hanging, Held, Kind, System, Work};
 use crate::tolerances::Quantity;
 
 pub struct NoPoint {
@@ -52,6 +53,10 @@ const CHATTER: usize = 25;
 const HALVINGS: usize = 60;
 /// Iterations after which an update above the tolerance may be the rounding of the equations.
 const ROUNDED: usize = 6;
+/// Iterations that may leave out expressions without a value, beyond one for each row that has some.
+const VALUELESS: usize = 5;
+/// Iterations from the least divisor, 1e-32, to 1.
+const DOUBLINGS: usize = 107;
 /// Conductance that holds a forced node (`.ic`, `.nodeset`) at its value.
 const FORCE: f64 = 1e10;
 
@@ -131,42 +136,20 @@ impl<'a> Dc<'a> {
         let (sys, n) = (self.sys, self.sys.n);
         let mut worst = 0;
         let (mut flips, mut turned, patience) = (0, 0, CHATTER + 2 * sys.flags.len());
+        let mut valueless = sys.expression_rows().len() + VALUELESS;
         for iteration in 1..=most {
-            sys.eval_jacobian(w, x, 0.0, true);
+            // expressions without a value here, 1/v(a) at a start of 0 V, are left out until others give them one
+            let absent = sys.eval_where_finite(w, x, 0.0);
+            if let Some(&unknown) = absent.first() {
+                if valueless == 0 {
+                    return Err(Failure::NotFinite { unknown });
+                }
+                valueless -= 1;
+            }
             w.counters.iterations += 1;
-            self.matrix.fill(0.0);
-            for (k, &at) in self.place.iter().enumerate() {
-                let dynamic = transient.map_or(0.0, |(a, _)| a * w.cv[k]);
-                self.matrix[at] += w.gv[k] + dynamic;
-            }
-            for i in 0..n {
-                self.residual[i] = -w.f[i];
-                if let Some((a, q0)) = transient {
-                    self.residual[i] -= a * (w.q[i] - q0[i]);
-                }
-            }
-            if shunt > 0.0 {
-                (0..n).filter(|&i| sys.unknowns[i].kind == Kind::Node).for_each(|i| self.lead(i, shunt, -x[i]));
-            }
-            for &(row, value) in &self.forced {
-                self.matrix[self.diagonal[row]] += FORCE;
-                self.residual[row] += FORCE * (value - x[row]);
-            }
-            if let Some((per_square, last)) = &self.lean {
-                for &(q, u, place) in &self.pairs {
-                    // the mass of the coordinate itself: the diagonal of dp/du
-                    let mass = sys.pattern.position(u, u).map_or(0.0, |k| w.cv[k].abs());
-                    let k = per_square * if mass > 0.0 { mass } else { 1.0 };
-                    self.matrix[place] += k;
-                    self.residual[u] -= k * (x[q] - last[q]);
-                }
-            }
-            if let Some(holding) = &self.holding {
-                let (matrix, pattern) = (&mut self.matrix, self.pattern);
-                let mut put = |row: usize, col: usize, v: f64| {
-                    pattern.position(row, col).into_iter().for_each(|at| matrix[at] += v);
-                };
-                holding.rows(sys, w, x, &mut put, &mut self.residual);
+            self.assemble(w, x, shunt, transient);
+            for &row in absent.iter().filter(|&&row| sys.unknowns[row].kind == Kind::Node) {
+                self.lead(row, linear::LEAK, -x[row]);
             }
             self.hold(x);
             if let Err(e) = self.lu.factor_or_refactor(&self.matrix) {
@@ -193,11 +176,11 @@ impl<'a> Dc<'a> {
                 x[i] = new;
             }
             // conditions follow the iterate; what finds no rest (a relaxation oscillator) is left as it is in the end
-            let mut settled = true;
+            let mut settled = absent.is_empty();
             let flip = if self.resting { System::update_free_flags } else { System::update_flags };
             if turns {
                 turned += 1;
-                settled = !sys.turn_first(w, x, 0.0);
+                settled &= !sys.turn_first(w, x, 0.0);
             } else if flips < CHATTER && flip(sys, w, x, 0.0) {
                 flips += 1;
                 settled = false;
@@ -215,6 +198,45 @@ impl<'a> Dc<'a> {
         }
         let row = (0..n).max_by(|&i, &j| w.f[i].abs().total_cmp(&w.f[j].abs())).unwrap_or(0);
         Err(Failure::Diverged { unknown: worst, row })
+    }
+
+    /// Matrix and right side of Newton's step for F(x) + shunt v + a (Q - Q0) = 0, of what was evaluated at x.
+    fn assemble(&mut self, w: &Work, x: &[f64], shunt: f64, transient: Option<(f64, &[f64])>) {
+        let (sys, n) = (self.sys, self.sys.n);
+        self.matrix.fill(0.0);
+        for (k, &at) in self.place.iter().enumerate() {
+            let dynamic = transient.map_or(0.0, |(a, _)| a * w.cv[k]);
+            self.matrix[at] += w.gv[k] + dynamic;
+        }
+        for i in 0..n {
+            self.residual[i] = -w.f[i];
+            if let Some((a, q0)) = transient {
+                self.residual[i] -= a * (w.q[i] - q0[i]);
+            }
+        }
+        if shunt > 0.0 {
+            (0..n).filter(|&i| sys.unknowns[i].kind == Kind::Node).for_each(|i| self.lead(i, shunt, -x[i]));
+        }
+        for &(row, value) in &self.forced {
+            self.matrix[self.diagonal[row]] += FORCE;
+            self.residual[row] += FORCE * (value - x[row]);
+        }
+        if let Some((per_square, last)) = &self.lean {
+            for &(q, u, place) in &self.pairs {
+                // the mass of the coordinate itself: the diagonal of dp/du
+                let mass = sys.pattern.position(u, u).map_or(0.0, |k| w.cv[k].abs());
+                let k = per_square * if mass > 0.0 { mass } else { 1.0 };
+                self.matrix[place] += k;
+                self.residual[u] -= k * (x[q] - last[q]);
+            }
+        }
+        if let Some(holding) = &self.holding {
+            let (matrix, pattern) = (&mut self.matrix, self.pattern);
+            let mut put = |row: usize, col: usize, v: f64| {
+                pattern.position(row, col).into_iter().for_each(|at| matrix[at] += v);
+            };
+            holding.rows(sys, w, x, &mut put, &mut self.residual);
+        }
     }
 
     /// Of values that are not finite, the row they come from: a solution carries them everywhere.
@@ -338,6 +360,7 @@ pub fn operating_point(
     let mut dc = Dc::new(sys, !statics, !w.dc, x).map_err(singular)?;
     let gmin = o.gmin;
     w.gmin = gmin;
+    w.hanging = None;
     let mut start = x.clone();
     // `.ic` is about the start of a run: where sources have their DC values it counts for nothing
     let forces = || sys.forces.iter().filter(|f| f.release || !w.dc);
@@ -391,6 +414,7 @@ pub fn operating_point(
         return match descend(&mut dc, w, x, tol) {
             Ok(()) => {
                 let found = polish(&mut dc, w, x, tol, o).map_err(|why| NoPoint { why, tried });
+                w.hanging = dc.hanging(w, x, 0.0, o);
                 dc.holding.iter().for_each(|holding| holding.end(sys, w));
                 found
             }
@@ -400,13 +424,28 @@ pub fn operating_point(
     tried.push(format!("Newton's method ({} iterations)", o.itl1));
     // a point that another iteration leaves again is none: conditions that were left as they are, for one
     let found = dc.newton(w, x, 0.0, None, tol, o.itl1).and_then(|_| polish(&mut dc, w, x, tol, o));
-    let Err(mut why) = found else { return Ok(()) };
+    // a point that is one by the currents of gmin alone is the last that is taken
+    let mut hung: Option<(Vec<f64>, Held, Hanging)> = None;
+    let mut stands = |dc: &mut Dc, w: &mut Work, x: &[f64], shunt: f64| {
+        let hanging = dc.hanging(w, x, shunt, o);
+        if let (Some(hanging), None) = (hanging, &hung) {
+            hung = Some((x.to_vec(), w.held(), hanging));
+        }
+        hanging.is_none()
+    };
+    let mut why = match found {
+        Ok(()) if stands(&mut dc, w, x, 0.0) => return Ok(()),
+        Ok(()) => Failure::Diverged { unknown: 0, row: 0 },
+        Err(why) => why,
+    };
     if dc.unbalanced {
         tried.push("a start without the expressions".into());
         reset(w, x);
-        if dc.without_expressions(w, x) && dc.newton(w, x, 0.0, None, tol, o.itl1).is_ok() {
+        // from nothing on, Newton's method doubles a divisor in every iteration
+        if dc.without_expressions(w, x) && dc.newton(w, x, 0.0, None, tol, o.itl1 + DOUBLINGS).is_ok() {
             match polish(&mut dc, w, x, tol, o) {
-                Ok(()) => return Ok(()),
+                Ok(()) if stands(&mut dc, w, x, 0.0) => return Ok(()),
+                Ok(()) => {}
                 Err(e) => why = e,
             }
         }
@@ -418,15 +457,19 @@ pub fn operating_point(
         reset(w, x);
         let ladder = |s: f64| 1e-2_f64 * (1e-13_f64 / 1e-2).powf(s);
         let walked = dc.walk(w, x, tol, 50, &mut |_, s| if s >= 1.0 { 0.0 } else { ladder(s) });
-        if walked.and_then(|()| polish(&mut dc, w, x, tol, o)).is_ok() {
+        if walked.and_then(|()| polish(&mut dc, w, x, tol, o)).is_ok() && stands(&mut dc, w, x, 0.0) {
             return Ok(());
         }
         // nodes that hang on capacitors alone: the shunt of gmin gives them a point
         reset(w, x);
         let shunted = dc.walk(w, x, tol, 50, &mut |_, s| ladder(s).max(gmin)).is_ok();
         w.gmin = gmin;
-        if shunted && !sys.update_flags(w, x, 0.0) && balanced(&dc, w, x, tol, o).is_ok() {
-            return Ok(());
+        let shunted = shunted && !sys.update_flags(w, x, 0.0) && balanced(&dc, w, x, tol, o).is_ok();
+        // (what only this shunt carries nothing determines)
+        match shunted.then(|| dc.hanging(w, x, gmin, o)) {
+            Some(None) => return Ok(()),
+            Some(Some(_)) if matches!(why, Failure::Singular(_)) => return Err(NoPoint { why, tried }),
+            _ => {}
         }
         tried.push("source stepping".into());
         reset(w, x);
@@ -440,15 +483,23 @@ pub fn operating_point(
         });
         w.source_factor = 1.0;
         sys.touch_sources(w);
-        if walked.and_then(|()| polish(&mut dc, w, x, tol, o)).is_ok() {
+        if walked.and_then(|()| polish(&mut dc, w, x, tol, o)).is_ok() && stands(&mut dc, w, x, 0.0) {
             return Ok(());
         }
         tried.push("pseudo-transient".into());
         reset(w, x);
         match pseudo_transient(&mut dc, w, x, tol).and_then(|()| polish(&mut dc, w, x, tol, o)) {
-            Ok(()) => return Ok(()),
+            Ok(()) if stands(&mut dc, w, x, 0.0) => return Ok(()),
+            Ok(()) => {}
             Err(e) => why = e,
         }
+    }
+    if let Some((point, held, hanging)) = hung {
+        reset(w, x);
+        x.copy_from_slice(&point);
+        w.restore(&held);
+        w.hanging = Some(hanging);
+        return Ok(());
     }
     Err(NoPoint { why, tried })
 }
@@ -527,7 +578,7 @@ fn balanced(dc: &Dc, w: &mut Work, x: &[f64], tol: &Tolerances, o: &Options) -> 
     let counts = |i: &usize| (electrical(*i) || tol.in_norm[*i]) && dc.held[*i].is_none() && !forced.contains(i);
     let worst = (0..sys.n).filter(counts).max_by(|&i, &j| excess(i).total_cmp(&excess(j)));
     match worst {
-        Some(i) if excess(i) > 1.0 => Err(Failure::Diverged { unknown: i, row: i }),
+        Some(i) if excess(i).is_nan() || excess(i) > 1.0 => Err(Failure::Diverged { unknown: i, row: i }),
         _ => Ok(()),
     }
 }

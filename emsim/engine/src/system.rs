@@ -149,6 +149,9 @@ pub struct Work {
     linear: Linear,
     lines: Vec<f64>, // devices as straight lines, see `devices::Layout`
     pub limited: bool,
+    where_finite: bool, // what expressions give that is not finite is left out
+    /// of the operating point that was found last: the node that only gmin holds
+    pub hanging: Option<Hanging>,
     pub counters: Counters,
 }
 
@@ -222,6 +225,15 @@ impl Work {
     }
 }
 
+/// What hangs on gmin at an operating point: the node that is farthest from where it would be with less of it, its voltage, and
+/// the largest current that gmin carries.
+#[derive(Clone, Copy, Debug)]
+pub struct Hanging {
+    pub unknown: usize,
+    pub volts: f64,
+    pub amperes: f64,
+}
+
 #[derive(Clone, Copy, Default, Debug)]
 pub struct Counters {
     pub steps: u64,
@@ -263,7 +275,7 @@ impl System {
         let mut pairs = reciprocal(|i| model.unknowns[i].kind == Kind::Node, [&g_sum, &c_sum]);
         let islands = model.sum_islands(g);
         islands.iter().for_each(|layer| sum_pairs(&mut pairs, &g_sum, layer));
-        let [g_sum, c_sum] = [&model.g, &model.c].map(|entries| summed(entries));
+        let [mut g_sum, c_sum] = [&model.g, &model.c].map(|entries| summed(entries));
         let leaves: Vec<Id> = (0..n).map(|i| g.unknown(i as u32)).collect();
         // derivatives of every row that is an expression, by reverse mode, only for unknowns that the row reads
         let mut f_jac = Vec::new();
@@ -288,8 +300,19 @@ impl System {
         places.extend(model.g.iter().chain(&model.c).map(|&(r, c, _)| (c, r)));
         places.extend(f_jac.iter().chain(&q_jac).map(|&(r, c, _)| (c, r)));
         for class in &model.classes {
-            places.extend(devices::places(&**class).into_iter().map(|(r, c)| (c, r)));
+            places.extend(devices::places(&**class, true).into_iter().map(|(r, c)| (c, r)));
         }
+        // branches whose two ends are one node stand in no row, and their own has nothing but a number
+        let loose = {
+            let mut bound: HashSet<usize> = model.f.keys().chain(model.q.keys()).copied().collect();
+            bound.extend(model.f_wave.iter().map(|&(r, _, _)| r));
+            bound.extend(model.g.iter().chain(&model.c).flat_map(|&(r, c, _)| [r, c]));
+            bound.extend(f_jac.iter().chain(&q_jac).flat_map(|&(r, c, _)| [r, c]));
+            bound.extend(model.classes.iter().flat_map(|c| devices::places(&**c, false)).flat_map(|(r, c)| [r, c]));
+            let branch = |i: &usize| model.unknowns[*i].kind == Kind::Branch;
+            (0..n).filter(branch).filter(|i| !bound.contains(i)).collect::<Vec<_>>()
+        };
+        places.extend(loose.iter().map(|&i| (i, i)));
         places.extend(islands.iter().flatten().map(|(&node, &root)| (node, root)));
         places.sort_unstable();
         places.dedup();
@@ -371,6 +394,15 @@ impl System {
         }
         let laws = Laws::new(g, model.laws);
         let devices = Devices::new(model.classes, &pattern);
+        if !loose.is_empty() {
+            // where this number is 0, the least current is as good as any; where it is not, nothing solves it
+            let (mut f, mut q) = (vec![0.0; n], vec![0.0; n]);
+            devices.add_values(&vec![0.0; n], 0.0, &mut f, &mut q);
+            for &i in loose.iter().filter(|&&i| f[i] == 0.0) {
+                g_linear[at(i, i)] = 1.0;
+                g_sum.insert((i, i), 1.0);
+            }
+        }
         let mut sums = Vec::new();
         for (layer, tied) in islands.iter().zip([true, false]) {
             let others = layer.iter().filter(|(node, root)| node != root);
@@ -511,6 +543,8 @@ impl System {
             ports: self.devices.start(),
             lines: self.devices.lines(),
             limited: false,
+            where_finite: false,
+            hanging: None,
             counters: Counters::default(),
         };
         w.logic.rest(&self.logic, &w.flags);
@@ -630,7 +664,8 @@ impl System {
         self.expand(w, x, t, 0.0, limit, None);
         if !self.jacobian.is_empty() {
             let (nf, nq) = (self.f_rows.len(), self.q_rows.len());
-            let out = |k| self.jacobian.output(&w.jacobian, k);
+            let all = !w.where_finite;
+            let out = |k| Some(self.jacobian.output(&w.jacobian, k)).filter(|v| all || v.is_finite()).unwrap_or(0.0);
             for (k, &row) in self.f_rows.iter().enumerate() {
                 w.f[row] += out(k);
             }
@@ -646,6 +681,21 @@ impl System {
             }
         }
         self.add_lines(w, x);
+    }
+
+    /// `eval_jacobian` with limiting, without what expressions give that is not finite: the rows in which it was left out.
+    pub fn eval_where_finite(&self, w: &mut Work, x: &[f64], t: f64) -> Vec<usize> {
+        w.where_finite = true;
+        self.eval_jacobian(w, x, t, true);
+        w.where_finite = false;
+        if self.jacobian.is_empty() {
+            return Vec::new();
+        }
+        let (nf, nq) = (self.f_rows.len(), self.q_rows.len());
+        let absent = |k: usize| !self.jacobian.output(&w.jacobian, k).is_finite();
+        let values = self.f_rows.iter().enumerate().filter(|&(k, _)| absent(k)).map(|(_, &row)| row);
+        let slopes = self.g_slots.iter().enumerate().filter(|&(k, _)| absent(nf + nq + k));
+        values.chain(slopes.map(|(_, &slot)| self.pattern.rowidx[slot])).collect()
     }
 
     /// Expressions and devices with their derivatives at (x, t), kept in `w` for what follows: `eval_jacobian`,

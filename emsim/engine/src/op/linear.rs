@@ -5,9 +5,9 @@ use crate::model::Kind;
 use crate::system::Work;
 
 /// Conductance to ground of a node that expressions alone hold.
-const LEAK: f64 = 1e-9;
-/// Of what the terms of a node's balance come to, and of a current that may be missing anywhere [A].
-const SHARE: f64 = 0.5;
+pub(super) const LEAK: f64 = 1e-9;
+/// Of what the terms of a balance come to, and of what may be missing anywhere [A, V].
+const SHARE: f64 = 0.1;
 const LEAST: f64 = 1e-9;
 
 impl Dc<'_> {
@@ -31,7 +31,7 @@ impl Dc<'_> {
             && (0..self.sys.n).all(|i| self.held[i].is_some() || w.f[i].abs() <= 4.0 * f64::EPSILON * terms[i])
     }
 
-    /// Do the currents into every node that an expression stands at come to nothing, roughly?
+    /// Do the currents into every node that an expression stands at, and the voltages of every such source, come to nothing, roughly?
     pub(super) fn balances(&self, w: &mut Work, x: &[f64], shunt: f64) -> bool {
         let sys = self.sys;
         if sys.expression_rows().is_empty() {
@@ -40,9 +40,10 @@ impl Dc<'_> {
         let terms = self.terms(w, x);
         let open = |&row: &usize| {
             let others = sys.sums.iter().filter(|s| s.root == row).map(|s| x[s.node]);
+            let shunt = if sys.unknowns[row].kind == Kind::Node { shunt } else { 0.0 };
             let missing = (w.f[row] + shunt * (x[row] + others.sum::<f64>())).abs();
-            let free = sys.unknowns[row].kind == Kind::Node && self.held[row].is_none();
-            free && missing > LEAST + SHARE * (terms[row] + shunt * x[row].abs())
+            let electrical = matches!(sys.unknowns[row].kind, Kind::Node | Kind::Branch);
+            electrical && self.held[row].is_none() && missing > LEAST + SHARE * (terms[row] + shunt * x[row].abs())
         };
         let forced = |row: usize| self.forced.iter().any(|f| f.0 == row);
         !sys.expression_rows().iter().any(|row| open(row) && !forced(*row))

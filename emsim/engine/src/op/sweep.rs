@@ -36,6 +36,7 @@ impl<'a> Sweep<'a> {
     /// The point with these values of the sources into `x`.
     pub fn to(&mut self, w: &mut Work, x: &mut Vec<f64>, values: &[f64]) -> Result<(), NoPoint> {
         w.dc = true;
+        w.hanging = None;
         if self.last.is_none() || !self.follow(w, x, values) {
             self.set(w, values);
             let (fresh, flags) = (self.sys.work().held(), w.flags.clone());
@@ -73,6 +74,9 @@ impl<'a> Sweep<'a> {
                 .newton(w, &mut trial, 0.0, None, self.tolerances, self.options.itl1)
                 .and_then(|_| polish(&mut dc, w, &mut trial, self.tolerances, self.options));
             if found.is_ok() {
+                if s >= 1.0 && dc.hanging(w, &trial, 0.0, self.options).is_some() {
+                    return false; // there may be another one
+                }
                 *x = trial;
                 self.sys.remember(w, x, 0.0);
                 done = s;

@@ -43,6 +43,13 @@ impl SmallSignal {
 
 #[pymethods]
 impl SmallSignal {
+    /// (unknown, volts, amperes) where the point hangs on gmin.
+    #[getter]
+    fn hanging(&self) -> Option<(usize, f64, f64)> {
+        let held = self.held.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+        held.1.hanging.map(|h| (h.unknown, h.volts, h.amperes))
+    }
+
     /// The point.
     #[getter]
     fn x(&self) -> Vec<f64> {

@@ -284,6 +284,7 @@ impl System {
         Ok(Waveforms {
             record,
             counters: w.counters,
+            hanging: hanging(0, &w),
             seconds,
             status,
             failure,
@@ -321,7 +322,7 @@ impl System {
         let o = options(options_)?;
         let sys = self.inner.clone();
         let mut record = Record::new(&lock(&self.graph), &ids);
-        let (w, failed, stopped, record, state, seconds) = py.detach(move || {
+        let (w, failed, stopped, record, state, hung, seconds) = py.detach(move || {
             let clock = Clock::start();
             let tol = Tolerances::new(&sys, &o);
             let mut w = sys.work();
@@ -333,7 +334,7 @@ impl System {
                     sweep.begin_near(first);
                 }
             }
-            let (mut failed, mut stopped) = (None, false);
+            let (mut failed, mut stopped, mut hung) = (None, false, None);
             for (k, values) in points.iter().enumerate() {
                 if k % 64 == 63 && Python::attach(|py| py.check_signals().is_err()) {
                     stopped = true;
@@ -343,6 +344,7 @@ impl System {
                     failed = Some(no_point(e));
                     break;
                 }
+                hung = hung.or_else(|| hanging(k, &w));
                 let mut shown = x.clone();
                 complete(&sys, &mut w, &mut shown, &tol, statics);
                 let row = record.data.len();
@@ -350,7 +352,7 @@ impl System {
                 record.data[row] = k as f64;
             }
             let state = (x, w.flags.clone());
-            (w, failed, stopped, record, state, clock.seconds())
+            (w, failed, stopped, record, state, hung, clock.seconds())
         });
         let failure = failed.map(|f| failure_dict(py, &self.inner, &f)).transpose()?;
         let status = if failure.is_some() {
@@ -363,6 +365,7 @@ impl System {
         Ok(Waveforms {
             record,
             counters: w.counters,
+            hanging: hung,
             seconds,
             status,
             failure,
@@ -608,6 +611,7 @@ impl System {
         Ok(Waveforms {
             record,
             counters: w.counters,
+            hanging: hanging(0, &w),
             seconds,
             status,
             failure,
@@ -761,10 +765,18 @@ fn watch_dict(py: Python<'_>, sys: &crate::system::System, r: &integrate::Report
     Ok(d.unbind())
 }
 
+/// What hangs on gmin at the operating point in this row.
+fn hanging(row: usize, w: &Work) -> Option<(usize, usize, f64, f64)> {
+    w.hanging.map(|h| (row, h.unknown, h.volts, h.amperes))
+}
+
 #[pyclass]
 pub struct Waveforms {
     record: Record,
     counters: Counters,
+    /// (row, unknown, volts, amperes) of the first operating point that hangs on gmin
+    #[pyo3(get)]
+    hanging: Option<(usize, usize, f64, f64)>,
     seconds: f64,
     #[pyo3(get)]
     status: &'static str,

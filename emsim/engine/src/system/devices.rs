@@ -65,17 +65,19 @@ pub fn ends((p, n): (i32, i32)) -> impl Iterator<Item = (usize, f64)> {
     [(p, 1.0), (n, -1.0)].into_iter().filter_map(|(k, sign)| Some((usize::try_from(k).ok()?, sign)))
 }
 
-/// Places (row, column) in the matrix of what a class's currents hang on.
-pub fn places(class: &dyn Class) -> Vec<(usize, usize)> {
+/// Places (row, column) in the matrix of what a class's currents hang on. Not `all`: without those that cancel, of branches and ports
+/// whose ends are one node.
+pub fn places(class: &dyn Class, all: bool) -> Vec<(usize, usize)> {
     let mut places = Vec::new();
     for (k, seat) in class.seats().iter().enumerate() {
         let shape = class.shape(k);
-        for (j, rows) in seat.rows.iter().enumerate() {
+        for (j, &rows) in seat.rows.iter().enumerate() {
+            let counts = |row: usize| all || signed(rows).filter(|r| r.0 == row).map(|r| r.1).sum::<f64>() != 0.0;
             for (p, &(from, to)) in shape.ports.iter().enumerate() {
-                let link = shape.link(j, p);
-                if link.current || link.charge {
-                    let cols = || ends((seat.nodes[from], seat.nodes[to]));
-                    places.extend(signed(*rows).flat_map(|(row, _)| cols().map(move |(col, _)| (row, col))));
+                let (link, nodes) = (shape.link(j, p), (seat.nodes[from], seat.nodes[to]));
+                if (link.current || link.charge) && (all || nodes.0 != nodes.1) {
+                    let rows = signed(rows).filter(|r| counts(r.0));
+                    places.extend(rows.flat_map(|(row, _)| ends(nodes).map(move |(col, _)| (row, col))));
                 }
             }
         }
