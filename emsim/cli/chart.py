@@ -49,7 +49,7 @@ OPTIONS = [
     Option("--budget", "seconds to spend on these repetitions, and on turns of what is compared, 10", "SECONDS"),
     Option("--alone", "neither scipy nor ngspice"),
     Option("--suite", "the benchmark set: pictures, suite.csv, suite.json, the table; -o is their folder"),
-    Option("--only", "of the suite: these entries, by name or deck", "A,B,..."),
+    Option("--only", "of the suite: these entries, by name, deck or group", "A,B,..."),
     Option("--quick", "of the suite: three entries, a short ladder"),
     Option("--peers", "of the suite: MuJoCo, Exudyn and Drake on the machines that they build too"),
     Option("--readme", "of the suite: write the table and its picture into README.md; of --hard: into netlists/hard/README.md"),
@@ -128,7 +128,7 @@ class Settings:
         self.reference = 3.0 if suite else 8.0
         self.own: dict[str, Any] = dict(rounds=3, budget=3.0, most=0.8) if suite else {}
         self.scipy: dict[str, Any] | None = dict(tolerances=(1e-3, 1e-6, 1e-9), limit=0.3) if suite else {}
-        self.ngspice: dict[str, Any] | None = dict(limit=1.5) if suite else {}
+        self.ngspice: dict[str, Any] | None = dict(limit=5.0) if suite else {}
         self.signals: list[str] | None = None
         self.stop: float | None = None
         self.times: int | None = None

@@ -21,7 +21,6 @@ if TYPE_CHECKING:
     from ..reports.suite import Entry
     from ..reports.work_precision import Chart
 
-PICTURE = "netlists/bench/suite.png"  # in the README
 ENGINE_TIMES = 20  # common times of machines that other engines run too: their steps must hit them
 SHORT = (1e-3, 1e-5, 1e-7)  # ladder of --quick
 
@@ -61,7 +60,8 @@ def _lines(charts: Sequence[Chart]) -> list[str]:
     from ..reports import suite
     from ..reports.chart import failures
 
-    out = list(suite.table(charts))
+    groups = [group for group in suite.GROUPS if any(chart.group == group for chart in charts)]
+    out = list(suite.table(charts, groups))
     out += ["", *lines] if (lines := list(suite.engines(charts))) else []
     out += ["", "did not get through:"]
     for chart in charts:
@@ -140,19 +140,27 @@ def _written(charts: Sequence[Chart], folder: str, given: Arguments) -> list[str
         draw_suite.summary(path, charts, suite.ERRORS)
         files.append(path)
     if given.has("readme"):
-        picture = str(root() / PICTURE)
-        if charts:
-            draw_suite.summary(picture, charts, suite.ERRORS, dpi=80)
         readme = str(root() / "README.md")
         with open(readme, encoding="utf-8") as file:
             text = file.read()
-        try:
-            text = suite.into(text, suite.section(charts, PICTURE if charts else ""))
-        except ValueError as error:
-            raise OutsideError(Diagnostic("error", "E504", f"{readme}: {error}")) from None
+        for section, (groups, picture) in suite.SECTIONS.items():
+            members = [chart for chart in charts if chart.group in groups]
+            if not members and charts:
+                continue
+            try:
+                text = suite.into(text, suite.section(members, picture if members else "", groups), section)
+            except ValueError as error:
+                raise OutsideError(Diagnostic("error", "E504", f"{readme}: {error}")) from None
+            if members:
+                path = str(root() / picture)
+                if section in suite.PANELS:
+                    draw_suite.multiples(path, members, suite.GROUPS[section], dpi=70)
+                else:
+                    draw_suite.summary(path, members, suite.ERRORS, dpi=80)
+                files.append(path)
         with replacing(readme) as beside, open(beside, "w", encoding="utf-8") as file:
             file.write(text)
-        files += [picture, readme]
+        files.append(readme)
     return files
 
 
@@ -173,9 +181,11 @@ def _read(path: str) -> list[Chart]:
 def _chosen(given: Arguments) -> list[Entry]:
     """Entries by --only and --quick."""
     from ..diagnostics import suggest
-    from ..reports.suite import QUICK, SUITE
+    from ..reports.suite import GROUPS, QUICK, SUITE
 
     only = [word.strip() for word in (given.text("only") or "").split(",") if word.strip()]
+    of_group = {group: [e.name for e in SUITE if e.group == group] for group in GROUPS}
+    only = [name for word in only for name in of_group.get(word, [word])]
     # names may hold a comma themselves
     names = (
         {e.name: e for e in SUITE}

@@ -29,7 +29,7 @@ from ..deck import (
 )
 from ..diagnostics import OutsideError, suggest
 from ..draws import SEED, Draws
-from ..elements import CLASSES, Element
+from ..elements import CLASSES, MODEL_TYPES, Element
 from ..expr import Call, ExprError, Name, Node, evaluate, fold
 from ..source import NoCollection
 from ..syntax import LineError
@@ -392,6 +392,10 @@ class _Flattener:
         if found is None:
             near = suggest(card.of.name, level.scope.all_subckts())
             hint = f"did you mean `{near}`?" if near else "a .subckt or an .include that holds it is missing"
+            if (model := level.scope.find_model(card.of.name)) is not None:
+                kind = MODEL_TYPES.get(model[0].type)
+                letter = f": begin the line with {kind.letter.upper()}" if kind is not None else ""
+                hint = f"`{card.of.name}` is a .model of type {model[0].type.upper()}{letter}"
             self.sink.error("E130", f"no subcircuit is called `{card.of.name}`", card.of.span, hint)
             return
         subckt, home = found

@@ -164,8 +164,14 @@ class Models:
                 kind = suggest(name, KINDS)
                 hint = f"did you mean `{kind}`? {hint}" if kind else hint
             said = f"this is no {word.upper()} card, and no .model is called `{name}` for a SPICE element"
+        elif level.scope.find_subckt(name) is not None:
+            hint = f"`{name}` is a subcircuit: begin the line with X"
+        elif (inside := level.scope.subckt_with_model(name)) is not None:
+            hint = f"the .model {name} in .subckt {inside} is known there alone: put it outside"
         elif near:
             hint = f"did you mean `{near}`?"
+            if len(e.model_types) > 1 and (found := level.scope.find_model(near)) is not None:
+                hint += f" It is of type {found[0].type.upper()}"
         elif len(word) >= LEAST_WORD and word.isalpha() and (card := suggest(word, CARD_WORDS)):
             said = f"this is no {card.upper()} card, and no .model is called `{name}` for a SPICE element"
             hint = f"did you mean `{card.upper()}`?"
@@ -201,7 +207,7 @@ class Models:
         at = min(e.usual or first, len(words) - 1)
         if at < first - 1 or not words or level.scope.find_model(str(words[at])) is not None:
             word = e.span.text.lower()
-            hint = None
+            hint = e.hint
             if word in CARD_WORDS:
                 from ..mistakes import missing_mark
 

@@ -173,6 +173,14 @@ class DeckScope(Scope):
             scope = scope.home
         return None
 
+    def subckt_with_model(self, name: str) -> str | None:
+        """A subcircuit in whose text a .model of that name stands."""
+        for subckt in self.all_subckts():
+            found = self.find_subckt(subckt)
+            if found and any(isinstance(card, Model) and card.name == name for card in found[0].body):
+                return subckt
+        return None
+
     def all_models(self) -> list[str]:
         return [*self.models, *(self.home.all_models() if self.home else ())]
 

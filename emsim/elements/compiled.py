@@ -99,14 +99,19 @@ class Compiled(Element):
         theirs = next((m for key, m in loaded.items() if key.lower().startswith(name)), None)
         module = theirs or shipped(name)
         if module is None:
-            said = f".model `{self.model.name}`: {self.what} level {level or 1:g} ({name.upper()}) is not among the devices here"
+            of = f"{self.what} level {level or self._usual(name):g} ({name.upper()})"
+            said = f".model `{self.model.name}`: {of} is not among the devices here"
             ctx.sink.error(
                 "E297",
                 said,
                 self._at("level"),
-                f'write .hdl "{name}.va" with the public source of that model',
+                f'write .hdl "{name}.va" with a Verilog-A source of that model',
             )
         return module
+
+    def _usual(self, module: str) -> int:
+        """The level of a module."""
+        return next((level for level, name in self.levels.items() if name == module), 1)
 
     def _at(self, word: str) -> Span:
         assert self.model is not None

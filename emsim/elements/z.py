@@ -18,7 +18,11 @@ class Mesfet(Jfet):
     what = "MESFET"
     form = "Zname drain gate source model [area] [off] [ic=] [m=]"
     law = "Statz: id = beta (vgs - vto)^2/(1 + b (vgs - vto)) (1 + lambda vds), saturating with alpha: the module mesfet"
-    sorts: ClassVar[dict[str, tuple[str, float]]] = {"nmf": ("mesfet", 1.0), "pmf": ("mesfet", -1.0)}
-    levels: ClassVar[dict[int, str]] = {1: "mesfet", 2: "mesa", 3: "mesa", 4: "mesa"}
+    sorts: ClassVar[dict[str, tuple[str, float]]] = {
+        "nmf": ("mesfet", 1.0), "pmf": ("mesfet", -1.0), "nhfet": ("hfet1", 1.0), "phfet": ("hfet1", -1.0),
+    }  # fmt: skip
+    levels: ClassVar[dict[int, str]] = {
+        1: "mesfet", 2: "mesa", 3: "mesa", 4: "mesa", 5: "hfet1", 6: "hfet2",
+    }  # fmt: skip
     model_types = tuple(sorts)
     instance: ClassVar[dict[str, Param]] = {**Compiled.instance, "area": Jfet.instance["area"]}

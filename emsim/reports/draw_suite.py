@@ -23,7 +23,7 @@ ROLES = {
 }
 
 
-def multiples(path: str, charts: Sequence[Chart], title: str) -> None:
+def multiples(path: str, charts: Sequence[Chart], title: str, dpi: int = 110) -> None:
     """One panel a deck, error against CPU time, on scales of its own; one legend."""
     plt = pyplot()
     style = looks(charts)
@@ -44,7 +44,7 @@ def multiples(path: str, charts: Sequence[Chart], title: str) -> None:
             axis.set_xlabel("CPU time [ms]")
     figure.suptitle(title, fontsize=12, x=0.01, ha="left")
     legend(figure, axes[0, 0], style, 3 * columns)
-    save(figure, path)
+    save(figure, path, dpi)
 
 
 def summary(path: str, charts: Sequence[Chart], errors: Sequence[float], dpi: int = 110) -> None:

@@ -13,14 +13,20 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
 
-MARKS = "<!-- suite: written by emsim chart --suite --readme -->", "<!-- end of suite -->"
 ERRORS = (1e-3, 1e-6)
 ENGINES = ("mujoco", "exudyn", "drake")
 GROUPS = {
     "circuits": "Circuits, beside ngspice",
     "machines": "Machines",
     "coupled": "Circuit and machine together",
+    "transistors": "Transistors, beside ngspice",
 }
+# of the README: the groups of each, and its picture: a summary, or a panel a deck
+SECTIONS = {
+    "suite": (("circuits", "machines", "coupled"), "netlists/bench/suite.png"),
+    "transistors": (("transistors",), "netlists/bench/transistors.png"),
+}
+PANELS = ("transistors",)
 
 
 class Entry:
@@ -78,17 +84,29 @@ SUITE = [
     Entry("coupled", "voice coil", "coupled/voice_coil", "a force that fades with the stroke"),
     Entry("coupled", "two-link arm", "bench/two_link_arm", "two motors on two links"),
     Entry("coupled", "stiff motor", "coupled/ref_ctms_motor_position", "L/R of 0.7 us in a run of 0.2 s"),
+    Entry("transistors", "741 op-amp", "electrical/opamp_741", "a whole integrated circuit that slews"),
+    Entry("transistors", "TTL gate", "electrical/ttl_nand", "transistors that saturate and recover"),
+    Entry("transistors", "Colpitts oscillator", "electrical/colpitts", "a limit cycle: accuracy is phase"),
+    Entry("transistors", "CMOS ring of 5", "electrical/cmos_ring", "gate capacitances, two periods"),
+    Entry("transistors", "ECL gate", "electrical/ecl_gate", "transistors that never saturate"),
+    Entry("transistors", "CMOS ring of 51", "bench/mos_ring51", "a hundred transistors of level 1"),
+    Entry("transistors", "bipolar ring of 51", "bench/bjt_ring51", "fifty transistors with all of their charges"),
 ]  # fmt: skip
 QUICK = ("RC, pulses", "double pendulum", "voice coil")  # of --quick
 
 
-def table(charts: Sequence[Chart]) -> Iterator[str]:
-    """The README's table: one row an entry; a dash where nothing was measured. Charts are found by `name`."""
+def marks(section: str) -> tuple[str, str]:
+    """Between which a section of the README stands."""
+    return f"<!-- {section}: written by emsim chart --suite --readme -->", f"<!-- end of {section} -->"
+
+
+def table(charts: Sequence[Chart], groups: Sequence[str] = tuple(GROUPS)) -> Iterator[str]:
+    """One row an entry of these groups; a dash where nothing was measured. Charts are found by `name`."""
     found = {chart.name: chart for chart in charts}
     heads = [f"best at {exponent(e)} | auto | peer / auto" for e in ERRORS]
     yield f"| problem | {' | '.join(heads)} |"
     yield "|---" * (1 + 3 * len(ERRORS)) + "|"
-    for entry in SUITE:
+    for entry in (e for e in SUITE if e.group in groups):
         chart = found.get(entry.name)
         cells = [cell for e in ERRORS for cell in (_cells(chart, e) if chart else ("-", "-", "-"))]
         yield f"| [{entry.name}](netlists/{entry.deck}.cir) | " + " | ".join(cells) + " |"
@@ -178,19 +196,20 @@ def slow_auto(charts: Iterable[Chart], allowed: float = 1.3) -> Iterator[str]:
                 yield f"{chart.name} at {exponent(error)}: auto {took}, {first[0].name} {short(first[1])}"
 
 
-def section(charts: Sequence[Chart], picture: str = "") -> str:
-    """What stands between the README's marks."""
+def section(charts: Sequence[Chart], picture: str = "", groups: Sequence[str] = tuple(GROUPS)) -> str:
+    """What stands between a section's marks."""
     parts = [f"![CPU time to reach an error, tool by tool]({picture})", ""] if picture else []
-    parts += list(table(charts))
+    parts += list(table(charts, groups))
     if lines := list(engines(charts)):
         parts += ["", *lines]
     return "\n".join(parts)
 
 
-def into(text: str, inner: str) -> str:
-    """A README with `inner` between the marks. ValueError where it has none."""
-    before, start, rest = text.partition(MARKS[0])
-    _, end, after = rest.partition(MARKS[1])
+def into(text: str, inner: str, section: str = "suite") -> str:
+    """A README with `inner` between the section's marks. ValueError where it has none."""
+    first, last = marks(section)
+    before, start, rest = text.partition(first)
+    _, end, after = rest.partition(last)
     if not start or not end:
-        raise ValueError(f"it has no {MARKS[0]} and {MARKS[1]}")
+        raise ValueError(f"it has no {first} and {last}")
     return f"{before}{start}\n\n{inner}\n\n{end}{after}"

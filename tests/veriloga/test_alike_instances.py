@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 
 import emsim
@@ -28,3 +29,31 @@ def test_each_has_its_own_numbers():
     assert together == pytest.approx(sum(alone.values()), rel=1e-12)
     # and the other way round
     assert current(*reversed(LINES.values())) == pytest.approx(together, rel=1e-12)
+
+
+VARACTOR = """`include "disciplines.vams"
+module varactor(a, k);
+    inout a, k;
+    electrical a, k;
+    parameter real c = 1n;
+    analog I(a, k) <+ c * (1.0 + 0.5 * tanh(V(a, k))) * ddt(V(a, k));
+endmodule
+"""
+
+
+def test_instances_share_the_rates_of_their_nodes(tmp_path):
+    """i = C(v) dv/dt has no charge; the rates that it reads are those of nodes, one each."""
+    (tmp_path / "varactor.va").write_text(VARACTOR)
+    (tmp_path / "deck.cir").write_text(
+        "rates\n.hdl varactor.va\nv1 a 0 sin(0 2 1k)\nr1 a b 1\nn1 b 0 m\nn2 0 b m\nn3 b c m\nr3 c 0 1\nn4 b c m\n"
+        ".model m varactor(c=1u)\n.options reltol=1e-6\n.tran 1u 2m\n.save v(b) v(c) i(r3)\n.end\n"
+    )
+    names = emsim.compile(tmp_path / "deck.cir").names
+    assert sorted(n for n in names if "rate" in n or "ddt" in n) == ["b#rate", "c#rate"]
+    r = emsim.run(tmp_path / "deck.cir")
+    t = np.linspace(0.2e-3, 1.9e-3, 50)
+    h = 1e-7
+    v = r.at("v(b)", t) - r.at("v(c)", t)
+    rate = (r.at("v(b)", t + h) - r.at("v(b)", t - h) - r.at("v(c)", t + h) + r.at("v(c)", t - h)) / (2 * h)
+    both = 2e-6 * (1 + 0.5 * np.tanh(v)) * rate
+    np.testing.assert_allclose(r.at("i(r3)", t), both, atol=2e-4 * np.abs(both).max())

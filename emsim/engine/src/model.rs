@@ -1,6 +1,6 @@
 //! What the cards contribute to equation (1), before it is compiled: see `system`.
 use crate::devices::class::Series;
-use crate::devices::shape::Sort;
+use crate::devices::shape::{Sort, Wanted};
 use crate::devices::{compiled, maker, Class, Climate};
 use crate::graph::{Graph, Id, Node};
 use crate::logic::Logic;
@@ -191,7 +191,7 @@ pub enum Placed {
         folded: Box<Folded>,
         multiplied: f64,
         off: bool,
-        inner: Vec<usize>,
+        inner: Vec<i32>,
     },
     Part {
         kind: String,
@@ -216,6 +216,9 @@ pub struct Model {
     pub q: BTreeMap<usize, Id>,
     #[serde(skip)]
     pub classes: Vec<Box<dyn Class>>,
+    /// unknowns that are the rates of others, by these
+    #[serde(skip)]
+    pub rates: BTreeMap<usize, usize>,
     /// those of `classes` and of `logic`, where the model is to be written
     pub placed: Option<Vec<Placed>>,
     pub flags: Vec<FlagSpec>,
@@ -276,19 +279,36 @@ impl Model {
         folded: &Folded,
         (m, off): (f64, bool),
     ) -> Result<(), String> {
-        let (unknowns, mut made) = (&mut self.unknowns, Vec::new());
-        let mut inner = |node: &str, sort: Sort| {
-            let name = format!("{name}#{node}");
-            let (kind, unit) = match sort {
-                Sort::Node => (Kind::Node, "V"),
-                Sort::Current => (Kind::Branch, "A"),
-                Sort::Rate => (Kind::Derivative, ""),
-            };
+        let (unknowns, rates, mut made) = (&mut self.unknowns, &mut self.rates, Vec::new());
+        let (g, c) = (&mut self.g, &mut self.c);
+        let add = |unknowns: &mut Vec<Unknown>, name: String, kind: Kind, unit: &str| {
             unknowns.push(Unknown { name, kind, unit: unit.into(), initial: 0.0 });
-            made.push(unknowns.len() - 1);
             unknowns.len() - 1
         };
-        compiled::seat(&mut self.classes, module, name, terminals, folded, (m, off), &mut inner)?;
+        let mut unknown = |wanted: Wanted| {
+            let k = match wanted {
+                Wanted::Own(node, sort) => {
+                    let (kind, unit) = match sort {
+                        Sort::Node => (Kind::Node, "V"),
+                        Sort::Current => (Kind::Branch, "A"),
+                        Sort::Rate => (Kind::Derivative, ""),
+                    };
+                    add(unknowns, format!("{name}#{node}"), kind, unit) as i32
+                }
+                Wanted::Rate(node) => usize::try_from(node).map_or(-1, |node| {
+                    *rates.entry(node).or_insert_with(|| {
+                        let name = format!("{}#rate", unknowns[node].name);
+                        let k = add(unknowns, name, Kind::Derivative, "");
+                        g.push((k, k, 1.0));
+                        c.push((k, node, -1.0));
+                        k
+                    }) as i32
+                }),
+            };
+            made.push(k);
+            k
+        };
+        compiled::seat(&mut self.classes, module, name, terminals, folded, (m, off), &mut unknown)?;
         if let Some(placed) = &mut self.placed {
             let (module, name, terminals) = (module.into(), name.into(), terminals.to_vec());
             let folded = Box::new(folded.clone());
@@ -331,7 +351,7 @@ impl Model {
                 }
                 Placed::Module { module, name, terminals, folded, multiplied, off, inner } => {
                     let mut inner = inner.into_iter();
-                    let mut next = |_: &str, _: Sort| inner.next().unwrap_or(usize::MAX);
+                    let mut next = |_: Wanted| inner.next().unwrap_or(-1);
                     let how = (multiplied, off);
                     compiled::seat(&mut self.classes, &module, &name, &terminals, &folded, how, &mut next)?;
                 }

@@ -71,6 +71,7 @@ def test_a_conductance_made_of_a_controlled_source_is_a_path() -> None:
     ("lines", "code"),
     [
         (["U1 a b 0 um l=1", "R2 b 0 1", ".model um urc(isperl=1n)"], "E297"),
+        (["Z1 a b 0 hf", "R2 b 0 1", ".model hf nhfet"], "E297"),
         (["O1 a 0 b 0 lossy", "R2 b 0 1", ".model lossy ltra(r=1 l=1u len=1)"], "E295"),  # no c
         (["D1 a 0 nomodel"], "E140"),
         (["D1 a 0 sw1", ".model sw1 sw"], "E141"),

@@ -17,10 +17,11 @@ SHORT = ["--suite", "--tolerances", "1e-3,1e-6", "--rounds", "1", "--methods", "
 @pytest.fixture
 def tree(scratch):
     """A source tree with what the suite needs, and a README with the marks."""
-    from emsim.reports.suite import MARKS
+    from emsim.reports.suite import SECTIONS, marks
 
+    sections = "".join(f"{start}\n{end}\n" for start, end in map(marks, SECTIONS))
     shutil.copytree(NETLISTS, scratch / "netlists", ignore=shutil.ignore_patterns("*.png"))
-    (scratch / "README.md").write_text(f"# head\n{MARKS[0]}\n{MARKS[1]}\ntail\n")
+    (scratch / "README.md").write_text(f"# head\n{sections}tail\n")
     return scratch
 
 

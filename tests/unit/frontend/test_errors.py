@@ -81,6 +81,22 @@ def test_a_card_word_mistyped_is_no_element():
     assert d.message == "no .model is called `nmso`"
 
 
+@pytest.mark.parametrize(
+    ("text", "code", "hint"),
+    [
+        ("Q1 c b 0 2N3904\n.model 2N3906 pnp", "E140", "did you mean `2n3906`? It is of type PNP"),
+        ("M1 d g 0 0 irf\n.subckt irf d g s\nR1 d s 1\n.ends", "E140", "`irf` is a subcircuit: begin the line with X"),
+        ("Q1 c b 0 qx\nX1 c 0 amp\n.subckt amp a b\n.model qx npn\nR1 a b 1\n.ends", "E140",
+         "the .model qx in .subckt amp is known there alone: put it outside"),
+        ("X1 d g 0 irf\n.model irf vdmos", "E130", "`irf` is a .model of type VDMOS: begin the line with M"),
+        ("Q1 c b qn\n.model qn npn", "E109",
+         "form: Qname collector base emitter [substrate] model [area] [off] [ic=] [temp=] [m=]"),
+    ],
+)  # fmt: skip
+def test_a_transistor_of_the_wrong_kind_says_what_to_write(text, code, hint):
+    assert hint in [d.hint for d in said(text) if d.code == code]
+
+
 def test_caret_stands_right_behind_tabs():
     (d,) = said("D1\ta\t0\tdmo")
     lines = render_text([d]).splitlines()

@@ -4,12 +4,12 @@
 //! everywhere else at 0 V; any other at the critical voltage of its first junction (pnjlim). An instance that is `off` starts at 0 V.
 use super::class::{across, add, Asked, Class, Facts, Line, Met, Number, Seat, Shape, GAUSS, LANES};
 use super::limits::Limiter;
-use super::shape::{Anonymous, Constants, Key, Program, Sort};
+use super::shape::{Anonymous, Constants, Key, Program, Wanted};
 use super::{Climate, Noise};
 use crate::graph::{Graph, Id};
 #[cfg(target_arch = "x86_64")]
 use crate::tape::vectors;
-use crate::tape::Inputs;
+use crate::tape::{batch::WIDEST, Inputs};
 use crate::twice::in_blocks_mut;
 use crate::veriloga::Folded;
 use std::collections::HashMap;
@@ -30,6 +30,9 @@ pub struct Compiled {
     own: Vec<Own>,
     wires: Vec<Wires>,
     groups: Vec<Group>,
+    together: usize, // groups that one evaluation takes
+    /// of every so many groups, block by block
+    constants: Vec<Vec<[f64; LANES]>>,
     /// of each branch and port: the slope, if there is one
     slope_of: Vec<Option<usize>>,
     /// what programs run on; another thread that is here at the same time makes its own
@@ -48,8 +51,7 @@ struct Own {
 /// Up to four instances, side by side.
 struct Group {
     ports: Vec<[(i32, i32); LANES]>,
-    quiet: Vec<[f64; LANES]>,             // of every limited port
-    constants: Option<Vec<[f64; LANES]>>, // none where there is no code for four
+    quiet: Vec<[f64; LANES]>, // of every limited port
 }
 
 /// Places in the system.
@@ -69,16 +71,16 @@ struct Scratch {
 }
 
 impl Scratch {
-    fn new(program: &Program) -> Scratch {
+    fn new(program: &Program, together: usize) -> Scratch {
         let results = program.lines.outputs().max(program.values.outputs());
         Scratch {
             lines: program.lines.workspace(),
             values: program.values.workspace(),
             x: vec![0.0; program.ports() + 1],
             out: vec![0.0; results],
-            four: program.four.as_ref().map_or(Vec::new(), |four| four.workspace()),
-            x4: vec![[0.0; LANES]; program.ports() + 1],
-            before: vec![[0.0; LANES]; program.ports()],
+            four: program.four.as_ref().map_or_else(|| program.lines.workspace_of_many(), |four| four.workspace()),
+            x4: vec![[0.0; LANES]; together * (program.ports() + 1)],
+            before: vec![[0.0; LANES]; together * program.ports()],
         }
     }
 }
@@ -96,8 +98,10 @@ impl Compiled {
         let mut slope_of = vec![None; program.shape.links.len()];
         program.slopes.iter().enumerate().for_each(|(k, s)| slope_of[s.branch * ports + s.port] = Some(k));
         let kind = format!("module {}", program.module);
-        let (seats, numbers, own, wires, groups) = Default::default();
-        Compiled { kind, key, program, seats, numbers, own, wires, groups, slope_of, scratch: Mutex::new(None) }
+        let (seats, numbers, own, wires, groups, constants) = Default::default();
+        let together = if program.four.is_some() { 1 } else { WIDEST };
+        let scratch = Mutex::new(None);
+        Compiled { kind, key, program, seats, numbers, own, wires, groups, together, constants, slope_of, scratch }
     }
 
     pub fn is_of(&self, key: &Key) -> bool {
@@ -127,18 +131,21 @@ impl Compiled {
         Some(self.program.output_symbol(number, &self.own[k].constants, g, &v, gmin))
     }
 
-    /// An instance more; `inner` makes an unknown of that name and kind.
+    /// An instance more; `unknown` makes what it asks for.
     pub fn join(
         &mut self,
         name: &str,
         terminals: &[i32],
         (constants, arguments): (Constants, Vec<Vec<f64>>),
         off: bool,
-        inner: &mut dyn FnMut(&str, Sort) -> usize,
+        unknown: &mut dyn FnMut(Wanted) -> i32,
     ) {
         let program = &*self.program;
         let mut nodes = terminals.to_vec();
-        nodes.extend(program.inner.iter().map(|(name, sort)| inner(name, *sort) as i32));
+        nodes.extend(program.inner.iter().map(|(name, sort)| unknown(Wanted::Own(name, *sort))));
+        for &node in &program.rates {
+            nodes.push(unknown(Wanted::Rate(nodes[node])));
+        }
         nodes.push(-1); // the reference node
         let rows = program.shape.branches.iter().map(|&(from, to)| [nodes[from], nodes[to], -1, -1]).collect();
         let constants = program.all_constants(&constants);
@@ -155,7 +162,7 @@ impl Compiled {
 
     fn with_scratch<T>(&self, run: impl FnOnce(&mut Scratch) -> T) -> T {
         let kept = self.scratch.try_lock().ok().and_then(|mut kept| kept.take());
-        let mut scratch = kept.unwrap_or_else(|| Scratch::new(&self.program));
+        let mut scratch = kept.unwrap_or_else(|| Scratch::new(&self.program, self.together));
         let result = run(&mut scratch);
         if let Ok(mut kept) = self.scratch.try_lock() {
             *kept = Some(scratch);
@@ -243,23 +250,39 @@ impl Compiled {
         moved
     }
 
-    /// What the program gives at the voltages that were taken.
+    /// What the program gives at the voltages that were taken, of groups from n on.
     #[inline(always)]
     fn evaluate(&self, n: usize, gmin: f64, rows: &mut [[f64; LANES]], s: &mut Scratch) {
-        let (program, ports) = (&*self.program, self.ports());
-        let (at, out) = rows[ports..].split_at_mut(ports);
-        if let (Some(four), Some(constants)) = (&program.four, self.groups[n].constants.as_deref()) {
+        let (program, ports, numbers) = (&*self.program, self.ports(), self.numbers());
+        let constants = &self.constants[n / self.together];
+        if let Some(four) = &program.four {
+            let (at, out) = rows[ports..].split_at_mut(ports);
             s.x4[..ports].copy_from_slice(at);
             s.x4[ports] = [gmin; LANES];
             return four.run(&s.x4, constants, &mut s.four, out);
         }
+        let width = rows.len() / numbers;
         let results = program.lines.outputs();
-        for (lane, own) in self.own.iter().skip(n * LANES).take(LANES).enumerate() {
-            s.x.iter_mut().zip(&*at).for_each(|(x, at)| *x = at[lane]);
+        if program.lines.interprets(width as u32) {
+            for (b, rows) in rows.chunks_exact(numbers).enumerate() {
+                (0..ports).for_each(|p| s.x4[p * width + b] = rows[ports + p]);
+            }
+            s.x4[ports * width..].fill([gmin; LANES]);
+            program.lines.run_many(width, &s.x4, constants, &mut s.four);
+            for k in 0..results {
+                let of_all = program.lines.of_many(k, width, &s.four);
+                rows.chunks_exact_mut(numbers).zip(of_all).for_each(|(rows, v)| rows[self.row_of_result(k)] = *v);
+            }
+            return;
+        }
+        for (lane, own) in self.own.iter().skip(n * LANES).take(width * LANES).enumerate() {
+            let rows = &mut rows[lane / LANES * numbers..];
+            let (at, out) = rows[ports..].split_at_mut(ports);
+            s.x.iter_mut().zip(&*at).for_each(|(x, at)| *x = at[lane % LANES]);
             s.x[ports] = gmin;
             let inputs = Inputs { x: &s.x, t: 0.0, waves: &own.constants, flags: &[] };
             program.lines.run_into(0, &inputs, &mut s.lines, &mut s.out);
-            out.iter_mut().zip(&s.out[..results]).for_each(|(row, v)| row[lane] = *v);
+            out.iter_mut().zip(&s.out[..results]).for_each(|(row, v)| row[lane % LANES] = *v);
         }
     }
 
@@ -325,17 +348,22 @@ impl Compiled {
     #[inline(always)]
     fn each_group(&self, asked: &Asked, held: &mut [f64], lines: &mut [f64], s: &mut Scratch) -> Met {
         let (mut met, count, ports) = (Met::default(), self.own.len(), self.ports());
-        let (mut held, mut lines) = (in_blocks_mut(held), in_blocks_mut(lines));
-        for n in 0..count.div_ceil(LANES) {
-            let (own, others) = held.split_at_mut(ports);
-            let (rows, rest) = lines.split_at_mut(self.numbers());
-            (held, lines) = (others, rest);
-            if asked.near.is_some() {
-                s.before.copy_from_slice(&rows[..ports]);
+        let (numbers, together) = (self.numbers(), self.together);
+        let (held, lines) = (in_blocks_mut(held), in_blocks_mut(lines));
+        let those = lines.chunks_mut(together * numbers).zip(held.chunks_mut(together * ports));
+        for (k, (rows, held)) in those.enumerate() {
+            let first = k * together;
+            for (b, (rows, held)) in rows.chunks_exact_mut(numbers).zip(held.chunks_exact_mut(ports)).enumerate() {
+                if asked.near.is_some() {
+                    s.before[b * ports..][..ports].copy_from_slice(&rows[..ports]);
+                }
+                met.moved |= self.gather(first + b, asked, held, rows);
             }
-            met.moved |= self.gather(n, asked, own, rows);
-            self.evaluate(n, asked.gmin, rows, s);
-            met.apart |= self.stage((count - n * LANES).min(LANES), asked, &s.before, rows);
+            self.evaluate(first, asked.gmin, rows, s);
+            for (b, rows) in rows.chunks_exact_mut(numbers).enumerate() {
+                let instances = (count - (first + b) * LANES).min(LANES);
+                met.apart |= self.stage(instances, asked, &s.before[b * ports..], rows);
+            }
         }
         met
     }
@@ -434,16 +462,20 @@ impl Class for Compiled {
             let last = self.own.len() - 1;
             let at = |lane: usize| (first + lane).min(last);
             let ends = |p: usize| std::array::from_fn(|lane| self.wires[at(lane)].ports[p]);
-            let constant = |k: usize| std::array::from_fn(|lane| self.own[at(lane)].constants[k]);
             let quiet = |k: usize| std::array::from_fn(|lane| self.own[at(lane)].arguments[k].1);
-            let constants = (0..self.own[first].constants.len()).map(constant);
             Group {
                 ports: (0..self.program.ports()).map(ends).collect(),
                 quiet: (0..self.program.limited.len()).map(quiet).collect(),
-                constants: self.program.four.as_ref().map(|_| constants.collect()),
             }
         };
         self.groups = (0..self.own.len()).step_by(LANES).map(four).collect();
+        let blocks = |groups: std::ops::Range<usize>| {
+            let own = |n: usize, lane: usize| &self.own[(n * LANES + lane).min(self.own.len() - 1)];
+            let block = |k: usize, n: usize| std::array::from_fn(|lane| own(n, lane).constants[k]);
+            (0..self.own[0].constants.len()).flat_map(|k| groups.clone().map(move |n| block(k, n))).collect()
+        };
+        let firsts = (0..self.groups.len()).step_by(self.together);
+        self.constants = firsts.map(|n| blocks(n..(n + self.together).min(self.groups.len()))).collect();
     }
 
     fn moved(&self, place: &dyn Fn(i32) -> i32) -> Box<dyn Class> {
@@ -584,7 +616,7 @@ pub fn seat(
     terminals: &[i32],
     folded: &Folded,
     (m, off): (f64, bool),
-    inner: &mut dyn FnMut(&str, Sort) -> usize,
+    unknown: &mut dyn FnMut(Wanted) -> i32,
 ) -> Result<(), String> {
     if terminals.len() != folded.terminals {
         return Err(format!("{module} has {} terminals", folded.terminals));
@@ -592,12 +624,12 @@ pub fn seat(
     let mut of = Anonymous::of(module, folded, m)?;
     let own = (std::mem::take(&mut of.constants), std::mem::take(&mut of.arguments));
     if let Some(class) = classes.iter_mut().filter_map(|c| c.compiled()).find(|c| c.is_of(&of.key)) {
-        class.join(name, terminals, own, off, inner);
+        class.join(name, terminals, own, off, unknown);
         return Ok(());
     }
     of.constants.clone_from(&own.0); // (how many there are)
     let mut class = Compiled::new(of);
-    class.join(name, terminals, own, off, inner);
+    class.join(name, terminals, own, off, unknown);
     classes.push(Box::new(class));
     Ok(())
 }

@@ -26,6 +26,15 @@ pub enum Sort {
     Rate,
 }
 
+/// An unknown that an instance asks for.
+#[derive(Clone, Copy, Debug)]
+pub enum Wanted<'a> {
+    /// of its own, by name
+    Own(&'a str, Sort),
+    /// the rate of what is at a node, which all who read it share
+    Rate(i32),
+}
+
 /// Constants of an instance, one after the other.
 pub type Constants = Vec<f64>;
 
@@ -38,6 +47,7 @@ pub struct Key {
     ports: Vec<(usize, usize, Option<Limiter>)>,
     branches: Vec<(usize, usize)>,
     inner: Vec<(String, Sort)>,
+    rates: Vec<usize>,
     terminals: usize,
     outputs: Vec<String>,
 }
@@ -68,6 +78,8 @@ pub struct Program {
     pub module: String,
     /// Unknowns of an instance that it does not share with others: name and kind; terminals come before them.
     pub inner: Vec<(String, Sort)>,
+    /// behind them: the rates of these nodes
+    pub rates: Vec<usize>,
     pub terminals: usize,
     pub shape: Shape,
     pub limited: Vec<(usize, Limiter)>, // ports
@@ -109,7 +121,7 @@ pub struct Anonymous {
 }
 
 /// Unknowns that are one: number of each among those that are left, the terminals first, None for the reference node.
-fn places(folded: &Folded) -> Result<(Vec<Option<usize>>, Vec<usize>), String> {
+fn places(folded: &Folded, rates: &HashMap<usize, Difference>) -> Result<(Vec<Option<usize>>, Vec<usize>), String> {
     let n = folded.unknowns.len();
     // the reference node is number n
     let mut root: Vec<usize> = (0..=n).collect();
@@ -130,7 +142,7 @@ fn places(folded: &Folded) -> Result<(Vec<Option<usize>>, Vec<usize>), String> {
         root[from] = to;
     }
     let (mut place, mut left) = (vec![None; n], Vec::new());
-    for k in 0..n {
+    for k in (0..n).filter(|k| !rates.contains_key(k)) {
         let to = find(&root, k);
         if to == k {
             place[k] = Some(left.len());
@@ -140,6 +152,39 @@ fn places(folded: &Folded) -> Result<(Vec<Option<usize>>, Vec<usize>), String> {
         }
     }
     Ok((place, left))
+}
+
+/// What is at one unknown less what is at another.
+type Difference = (usize, usize);
+
+/// Unknowns that are the rate of a difference, by their only row: C(v) dv/dt has one. Rates of nodes are in their place then, of which
+/// there are fewer: a gate that ten transistors share has one.
+fn rates_of_differences(folded: &Folded) -> HashMap<usize, Difference> {
+    // the port that an expression is, and does it look the same way?
+    let port = |e: Id| match folded.graph.node(e) {
+        Node::Unknown(k) => folded.ports.get(k as usize).map(|p| (p, true)),
+        Node::Neg(a) => match folded.graph.node(a) {
+            Node::Unknown(k) => folded.ports.get(k as usize).map(|p| (p, false)),
+            _ => None,
+        },
+        _ => None,
+    };
+    let inner = (folded.terminals..folded.unknowns.len())
+        .filter(|&k| folded.unknowns[k].kind == folded::Kind::Current)
+        .filter(|&k| !folded.merged.iter().any(|&(a, b)| a == k || b == k));
+    inner
+        .filter_map(|k| {
+            let mut rows = folded.flows.iter().filter(|f| f.from == k || f.to == k);
+            let row = rows.next().filter(|row| row.from == k)?;
+            let ((own, along), (of, with)) = (port(row.i)?, port(row.q)?);
+            let alone = rows.next().is_none() && (own.from, own.to) == (k, folded::GROUND) && of.limit.is_none();
+            let nodes = [of.from, of.to]
+                .iter()
+                .all(|&end| folded.unknowns.get(end).is_none_or(|u| u.kind != folded::Kind::Current));
+            // u = -d/dt of q where the row is u + dq/dt
+            (alone && nodes).then_some((k, if along == with { (of.to, of.from) } else { (of.from, of.to) }))
+        })
+        .collect()
 }
 
 /// What expressions need, operands first, in an order that hangs on their form alone: not on when their nodes were made, which differs
@@ -177,15 +222,24 @@ fn copied(from: &Graph, outs: &[Id], to: &mut Graph, mut leaf: impl FnMut(Node, 
 impl Anonymous {
     /// `m`: so many in parallel.
     pub fn of(module: &str, folded: &Folded, m: f64) -> Result<Anonymous, String> {
-        let (place, left) = places(folded)?;
-        let (ground, n) = (left.len(), folded.unknowns.len());
-        let at = |k: usize| if k >= n { ground } else { place[k].unwrap_or(ground) };
+        let differences = rates_of_differences(folded);
+        let (place, left) = places(folded, &differences)?;
+        let n = folded.unknowns.len();
+        let of = |k: usize| if k >= n { None } else { place[k] };
+        let ends = folded.unknowns.iter().enumerate().filter_map(|(k, _)| differences.get(&k));
+        let mut rates: Vec<usize> = ends.flat_map(|&(a, b)| [of(a), of(b)]).flatten().collect();
+        rates.sort_unstable();
+        rates.dedup();
+        let ground = left.len() + rates.len();
+        let at = |k: usize| of(k).unwrap_or(ground);
+        let rate = |k: usize| of(k).map_or(ground, |k| left.len() + rates.binary_search(&k).expect("one of them"));
 
         // currents: those between the same nodes are one; m of them
         let mut g = Graph::new();
         let mut ports: Vec<(usize, usize, Option<Limiter>)> = Vec::new();
         let (mut arguments, mut constants): (Vec<Vec<f64>>, Constants) = Default::default();
-        let mut outs: Vec<Id> = folded.flows.iter().flat_map(|f| [f.i, f.q]).collect();
+        let rows = || folded.flows.iter().filter(|f| !differences.contains_key(&f.from));
+        let mut outs: Vec<Id> = rows().flat_map(|f| [f.i, f.q]).collect();
         outs.extend(folded.noise.iter().flat_map(|s| [Some(s.power), s.exponent]).flatten());
         outs.extend(folded.outputs.iter().map(|o| o.value));
         let read: std::collections::BTreeSet<u32> = folded
@@ -198,7 +252,10 @@ impl Anonymous {
         let mut seen: HashMap<u32, Option<(u32, bool)>> = HashMap::new();
         for &k in &read {
             let port = folded.ports.get(k as usize).ok_or("a port that is not there")?;
-            let (from, to) = (at(port.from), at(port.to));
+            let (from, to) = match differences.get(&port.from) {
+                Some(&(a, b)) => (rate(a), rate(b)),
+                None => (at(port.from), at(port.to)),
+            };
             if from == to {
                 seen.insert(k, None);
                 continue;
@@ -268,7 +325,7 @@ impl Anonymous {
         };
         let mut branches: Vec<(usize, usize)> = Vec::new();
         let mut flows: Vec<(Id, Id)> = Vec::new();
-        for flow in &folded.flows {
+        for flow in rows() {
             let (mut i, mut q) = (next(), next());
             let (from, to) = (at(flow.from), at(flow.to));
             let nothing = |g: &Graph, e: Id| g.value(e) == Some(0.0);
@@ -336,6 +393,7 @@ impl Anonymous {
             ports,
             branches,
             inner: inner.clone(),
+            rates,
             terminals: folded.terminals,
             outputs: outputs.iter().map(|o: &[String; 3]| o[0].clone()).collect(),
         };
@@ -406,6 +464,7 @@ impl Program {
         Program {
             module: key.module,
             inner,
+            rates: key.rates,
             terminals: key.terminals,
             shape,
             limited,
