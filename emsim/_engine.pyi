@@ -404,9 +404,9 @@ class Waveforms:
     def broken(self) -> list[tuple[float, int]]:
         """(time, flag): flags that were not what their conditions say, each with its first time"""
     @property
-    def unbalanced(self) -> list[tuple[int, float, float, float, float]]:
-        """(row, first time, worst time, what is left of it there, what the tolerances allow): algebraic rows of the equations
-        that did not hold at a recorded row"""
+    def unbalanced(self) -> list[tuple[int, float, float, float, float, bool]]:
+        """(row, first time, worst time, what is left of it there, what the tolerances allow, is it charge?): algebraic rows of
+        the equations that did not hold at a recorded row; nodes whose charge [C] came or went without a current"""
     @property
     def gaps(self) -> list[tuple[float, float]]:
         """(time, how wide) of each closure that tran() was given, where it was widest"""

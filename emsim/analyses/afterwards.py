@@ -172,14 +172,23 @@ def _invariants(assembly: Assembly, run: Run) -> None:
     metered = {
         n for e in assembly.ctx.elements.values() if e.name in assembly.ctx.aside for n in (e.name, *e.nodes)
     }
-    for row, first, worst, left, bound in waves.unbalanced:
+    laws = {} if assembly.machine is None else {law.row: (card, law) for card, law in assembly.machine.laws}
+    for row, first, worst, left, bound, charge in waves.unbalanced:
         if names[row].partition("#")[0] in metered or names[row] in metered:
             continue
         when = f"first at t = {first:.6g} s, most at {worst:.6g} s"
         allowed = f"where the tolerances allow {bound:.2g}"
         where, lines = locate(assembly, names[row])
         span = lines[0][0] if lines else None
-        if kinds[row] in ("mu", "lambda"):
+        if charge:
+            said = f"the charge of {where}, which nothing carries away, has changed by {abs(left):.3g} C"
+            assembly.flat.sink.warning("W406", f"{said}, {allowed}, {when}", span, SMALLER)
+        elif row in laws:
+            card, law = laws[row]
+            said = f"the law of {card.spec.word} {card.name}: {abs(left):.3g} {law.unit}"
+            said += ", or of its motion where it holds, is left over"
+            assembly.flat.sink.warning("W406", f"{said}, {allowed}, {when}", card.span, SMALLER)
+        elif kinds[row] in ("mu", "lambda"):
             if drifts or abs(left) < NOTHING:
                 continue
             loop = loops.get(row)

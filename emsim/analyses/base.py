@@ -111,7 +111,7 @@ class Computed:
         self.steady: list[bool] = []
         self.events: list[tuple[float, int, int]] = []
         self.broken: list[tuple[float, int]] = []
-        self.unbalanced: list[tuple[int, float, float, float, float]] = []
+        self.unbalanced: list[tuple[int, float, float, float, float, bool]] = []
         self.gaps: list[tuple[float, float]] = []
         self.chattering: list[int] = []
         self.watch: dict[str, Any] = {}

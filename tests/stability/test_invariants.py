@@ -37,6 +37,33 @@ JOINT close coupler(0.24,0) rocker(0.20,0) pin
 """
 
 
+# an exponential of which tolerances of 12 V are worth any current
+CLAMP = """a clamp to 12 V
+V1 b 0 12
+I1 0 a SIN(1m 0.5m 1k)
+D1 a b d
+.model d D(is=1p)
+.tran 20u 4m
+.end
+"""
+FLOATING = {
+    "capacitors": ("C2 x 0 2n", "1n"),
+    "a resistance between": ("C2 x y 2n\nR1 y z 1k\nC3 z 0 3n", "1n"),
+    "a gate": (
+        "M1 d x 0 0 nm\nRd vdd d 10k\nVd vdd 0 5\n.model nm nmos(vto=1 kp=1m cgso=1u cgdo=0.2u)",
+        "100p",
+    ),
+}
+BRAKE = """a shaft that is braked
+BODY a shape=disc(0.1) m=1
+JOINT p 0 a pin ic=(0,10)
+FRICTION f p fc=0.01
+.tran 10m 2
+.save all torque(f)
+.end
+"""
+
+
 def told(result):
     return [d for d in result.diagnostics if d.code in TOLD]
 
@@ -140,3 +167,30 @@ Vg gate 0 PULSE(0 5 2u 200n 200n 6.8u 20u)
     assert not told(r)
     on = np.asarray(r["v(sec)"]) - np.asarray(r["v(out)"])
     assert on.max() < 1.0
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_voltage_up_an_exponential_is_named(method, monkeypatch):
+    """Ten tolerances of 12 V are ten factors of e: the bound of this row admitted 1e20 A."""
+    assert not told(emsim.run(CLAMP, method=method))
+    spoiled(monkeypatch, CLAMP, "a")
+    assert any("node `a`" in d.message for d in told(emsim.run(CLAMP, method=method)))
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("below", FLOATING)
+def test_charge_that_comes_from_nowhere_is_named(below, method, monkeypatch):
+    """No row without a derivative sees a node that hangs on capacitances alone."""
+    cards, farads = FLOATING[below]
+    deck = f"a divider of charge\nV1 in 0 SIN(0 3 1k)\nC1 in x {farads}\n{cards}\n.tran 20u 3.7m\n.end\n"
+    assert not told(emsim.run(deck, method=method))
+    spoiled(monkeypatch, deck, "x")
+    found = told(emsim.run(deck, method=method))
+    assert any("the charge of" in d.message for d in found), found
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_an_effort_that_is_not_what_its_law_says_is_named(method, monkeypatch):
+    assert not told(emsim.run(BRAKE, method=method))
+    spoiled(monkeypatch, BRAKE, "lambda(f,1)")
+    assert any("the law of FRICTION f" in d.message for d in told(emsim.run(BRAKE, method=method)))

@@ -1,6 +1,7 @@
 //! What must hold at every recorded row, whichever method made it: the algebraic rows of equation (1), F_i(x, t) = 0. These are
 //! Kirchhoff's law at nodes without a capacitor of their own (of nodes that capacitors tie together: of their sum, islands.rs), the
-//! laws of branches, and the closures of loops with their rates.
+//! laws of branches, the closures of loops with their rates, and what laws with modes say of their efforts. Beside them stands what
+//! follows from rows with a derivative alone, charge that nothing carries away (charges.rs).
 //!
 //! A row is asked for as much as the tolerances of what it adds up:  |F_i| <= MOST sum_j |G_ij| weight_j,  or it is told. Rows between
 //! the ends of steps can be made better (`holds`): at a node where all is linear no more than MOST reltol of its largest current is left there,
@@ -10,11 +11,15 @@
 //!
 //! which is a product of x with one row of numbers; where it is larger they are looked at one by one. Where currents of devices enter,
 //! which are dear, rows are looked at when the bounds are renewed, and between the ends of steps in which a voltage goes up or down
-//! an exponential: a polynomial through the ends has a junction conduct what nothing gives it, or not conduct what a coil drives.
+//! an exponential: a polynomial through the ends has a junction conduct what nothing gives it, or not conduct what a coil drives. Up an
+//! exponential a voltage's tolerance is worth any current, so that there no more is left than what all currents but the largest come to.
+mod charges;
+
+use self::charges::Charges;
 use crate::graph::{Graph, Id};
 use crate::system::{Kind, System, Work};
 use crate::tape::{Inputs, Tape};
-use crate::tolerances::{Options, Quantity, Tolerances};
+use crate::tolerances::{Options, Quantity, Tolerances, PEAK_SHARE};
 use std::collections::BTreeMap;
 
 /// So many tolerances: dense output and values that were settled anew are off by a few.
@@ -29,6 +34,8 @@ const CUBIC: f64 = 1e-2;
 const CONDUCTS: f64 = 12.0;
 /// Rounding of so much of what is added up.
 const ROUNDED: f64 = 1e-12;
+/// Rows so near to each other, in parts of the time, are one.
+const SAME: f64 = 1e-12;
 /// So many rows are told, each with its worst place.
 const TOLD: usize = 8;
 
@@ -40,6 +47,8 @@ pub struct Broken {
     pub t: f64,
     pub left: f64,
     pub bound: f64,
+    /// of charge that nothing carries away: of this node, and of those that currents flow between it and
+    pub charge: bool,
 }
 
 /// The widest that a closure has come open.
@@ -77,12 +86,18 @@ pub struct Invariants {
     bounds: Vec<f64>,           // of all
     loose: Vec<f64>,            // ... by the tolerances of what is added up alone: beyond these it is told
     seen: f64,                  // time of the row that was asked for, and holds
+    law: Vec<bool>,             // of what is watched: what a law with modes says
+    largest: Vec<f64>,          // of rows with devices: what all currents but the largest have come to at most
+    before: f64,                // time of the row before
+    now: f64,                   // and of this one
     sums: [Vec<(u32, f64)>; 3], // of unknowns, sources and outputs of the tape, what they count for in all rows together
     ports: Vec<Port>,
     turns: bool, // a voltage moves along its exponential in the present step
     until: u32,  // rows until they are renewed
     tol: Tolerances,
     abstol: f64,
+    charges: Charges,
+    last: (f64, Vec<f64>),   // the newest row, where there are such
     work: Option<Box<Work>>, // what a method knows in its own is not touched
     pub gaps: Vec<Gap>,
     pub broken: Vec<Broken>,
@@ -93,13 +108,12 @@ impl Invariants {
     pub fn new(g: &Graph, sys: &System, o: &Options, closures: &[Id]) -> Invariants {
         let bends = sys.rows_of_devices();
         let kind = |i: usize| matches!(sys.unknowns[i].kind, Kind::Node | Kind::Branch | Kind::Lambda | Kind::Mu);
-        // laws with modes are asked at their events
-        let asked = |i: usize| sys.laws.list.iter().all(|law| law.row != i);
-        let algebraic = |i: &usize| !sys.has_q[*i] && kind(*i) && asked(*i);
+        let algebraic = |i: &usize| !sys.has_q[*i] && kind(*i);
         let plain: Vec<usize> = (0..sys.n).filter(algebraic).filter(|&i| !bends[i]).collect();
         let (count, mut place) = (plain.len(), vec![None; sys.n]);
         let watched: Vec<usize> = plain.into_iter().chain((0..sys.n).filter(algebraic).filter(|&i| bends[i])).collect();
         watched.iter().enumerate().for_each(|(k, &i)| place[i] = Some(k as u32));
+        let law = watched.iter().map(|&i| sys.laws.list.iter().any(|law| law.row == i)).collect();
         let terms = sys.constant_terms().filter_map(|(row, col, v)| Some((place[row]?, col as u32, v))).collect();
         let sources = sys.source_rows().iter().filter_map(|&(row, k, v)| Some((place[row]?, k as u32, v))).collect();
         let found = sys.expression_ids(0).iter().filter_map(|&(row, id)| Some((place[row]?, id)));
@@ -126,12 +140,18 @@ impl Invariants {
             bounds,
             loose: Vec::new(),
             seen: f64::NAN,
+            law,
+            largest: Vec::new(),
+            before: f64::NEG_INFINITY,
+            now: f64::NEG_INFINITY,
             sums: Default::default(),
             ports,
             turns: false,
             until: 0,
             tol,
             abstol: o.absolute.of(Quantity::Current, o.reltol),
+            charges: Charges::new(sys),
+            last: (0.0, Vec::new()),
             work: None,
             gaps,
             broken: Vec::new(),
@@ -141,8 +161,19 @@ impl Invariants {
     /// The row (t, x) is recorded.
     #[inline]
     pub fn row(&mut self, sys: &System, w: &mut Work, t: f64, x: &[f64]) {
-        if self.watched.is_empty() && self.gaps.is_empty() {
+        if self.watched.is_empty() && self.gaps.is_empty() && self.charges.is_empty() {
             return;
+        }
+        (self.before, self.now) = (self.now, t);
+        // signals may have been larger since the last look
+        self.tol.observe(x, t);
+        if !self.charges.is_empty() {
+            if self.charges.row(t, x) {
+                self.until = 0;
+            }
+            self.last.0 = t;
+            self.last.1.clear();
+            self.last.1.extend_from_slice(x);
         }
         // what was just asked for needs no second look
         let good = t == self.seen || self.sum(sys, w, t, x).abs() <= 1.0;
@@ -157,6 +188,16 @@ impl Invariants {
             self.until -= 1;
         } else {
             self.look(sys, w, t, x);
+        }
+    }
+
+    /// The run ends.
+    pub fn close(&mut self, sys: &System, w: &mut Work) {
+        let (t, x) = std::mem::take(&mut self.last);
+        if !x.is_empty() {
+            self.sum(sys, w, t, &x);
+            self.until = 0;
+            self.look(sys, w, t, &x);
         }
     }
 
@@ -277,7 +318,6 @@ impl Invariants {
     #[cold]
     #[inline(never)]
     fn renew(&mut self, sys: &System, w: &mut Work, t: f64, x: &[f64]) {
-        self.tol.observe(x, t);
         let mut own = self.own(sys, w, t);
         let w = &mut *own;
         sys.eval_jacobian(w, x, t, false);
@@ -308,6 +348,10 @@ impl Invariants {
         self.sums = [of(&self.terms), of(&self.sources), outputs.collect()];
         self.bent.clear();
         self.bent.extend(self.watched[plain..].iter().map(|&row| w.f[row]));
+        self.bend(sys, w, x, &sizes);
+        for found in self.charges.look(sys, w, &self.tol, t, x) {
+            self.told(found);
+        }
         self.work = Some(own);
     }
 
@@ -331,24 +375,77 @@ impl Invariants {
         largest
     }
 
+    /// The bounds of rows with devices: of what devices carry no more than what all currents but the largest come to, and, as of other
+    /// signals, a share of what that has been.
+    fn bend(&mut self, sys: &System, w: &Work, x: &[f64], sizes: &[f64]) {
+        let rest = self.all_but_the_largest(sys, w, x);
+        self.largest.resize(rest.len(), 0.0);
+        let mut linear = vec![0.0; self.watched.len()];
+        let weight = |j: usize| self.tol.error_weight(j, x[j], x[j]);
+        self.terms.iter().for_each(|&(k, j, v)| linear[k as usize] += v.abs() * weight(j as usize));
+        for (j, rest) in rest.into_iter().enumerate() {
+            let k = self.plain + j;
+            self.largest[j] = self.largest[j].max(rest);
+            let most = rest.max(PEAK_SHARE * self.largest[j]);
+            let bound = rest + MOST * linear[k] + self.tight(most, sizes[self.watched[k]]);
+            self.loose[k] = self.loose[k].min(bound);
+        }
+    }
+
+    /// What the currents into each node with devices come to without the largest of them.
+    fn all_but_the_largest(&self, sys: &System, w: &Work, x: &[f64]) -> Vec<f64> {
+        let mut found = vec![(0.0_f64, 0.0_f64); self.watched.len()]; // the largest, all
+        let mut add = |k: usize, current: f64| {
+            found[k] = (found[k].0.max(current), found[k].1 + current);
+        };
+        let node = |i: usize| sys.unknowns[i].kind == Kind::Node;
+        let mut to_ground = vec![0.0; self.watched.len()];
+        for &(k, j, v) in &self.terms {
+            let (k, j, row) = (k as usize, j as usize, self.watched[k as usize]);
+            add(k, (v * if node(j) { x[j] - x[row] } else { x[j] }).abs());
+            to_ground[k] += if node(j) { v } else { 0.0 };
+        }
+        for &(k, j, v) in &self.sources {
+            add(k as usize, (v * w.waves[j as usize]).abs());
+        }
+        for (output, &k) in self.expressions.iter().enumerate() {
+            add(k as usize, self.tape.output(&self.scratch, output).abs());
+        }
+        let place: BTreeMap<usize, usize> =
+            (self.plain..).zip(&self.watched[self.plain..]).map(|(k, &row)| (row, k)).collect();
+        for (row, current) in sys.device_currents(w) {
+            place.get(&row).into_iter().for_each(|&k| add(k, current));
+        }
+        for (k, &row) in self.watched.iter().enumerate() {
+            add(k, (to_ground[k] * x[row]).abs());
+        }
+        found[self.plain..].iter().map(|(largest, all)| all - largest).collect()
+    }
+
     /// Those that are beyond their bounds.
     fn tell(&mut self, t: f64) {
-        let left = self.left[..self.plain].iter().chain(&self.bent);
-        for ((&row, &bound), &left) in self.watched.iter().zip(&self.loose).zip(left) {
-            if left.abs() <= bound || !left.is_finite() {
-                continue;
+        for k in 0..self.watched.len() {
+            let left = if k < self.plain { self.left[k] } else { self.bent[k - self.plain] };
+            let bound = self.loose[k];
+            // (behind an event a source may be on its way up while time hardly moves, and modes follow at the next row)
+            let asked = !self.law[k] || self.now - self.before > SAME * self.now;
+            if asked && left.abs() > bound && left.is_finite() {
+                self.told(Broken { row: self.watched[k], first: t, t, left, bound, charge: false });
             }
-            let found = Broken { row, first: t, t, left, bound };
-            match self.broken.iter().position(|b| b.row == row) {
-                Some(at) => {
-                    let b = &mut self.broken[at];
-                    if left.abs() * b.bound > b.left.abs() * bound {
-                        *b = Broken { first: b.first, ..found };
-                    }
+        }
+    }
+
+    /// One that is told, each with its worst place.
+    fn told(&mut self, found: Broken) {
+        match self.broken.iter().position(|b| (b.row, b.charge) == (found.row, found.charge)) {
+            Some(at) => {
+                let b = &mut self.broken[at];
+                if found.left.abs() * b.bound > b.left.abs() * found.bound {
+                    *b = Broken { first: b.first, ..found };
                 }
-                None if self.broken.len() < TOLD => self.broken.push(found),
-                None => {}
             }
+            None if self.broken.len() < TOLD => self.broken.push(found),
+            None => {}
         }
     }
 }

@@ -23,7 +23,7 @@ use crate::twice::{by_lanes, in_blocks, in_blocks_mut, side_by_side, whole, Lane
 use serde::{Deserialize, Serialize};
 
 /// Share of a signal's largest value so far below which relative accuracy is no longer asked for.
-const PEAK_SHARE: f64 = 0.02;
+pub const PEAK_SHARE: f64 = 0.02;
 /// So many times the time since which a signal is below that share, its largest value begins to be forgotten.
 const KEPT: f64 = 10.0;
 
@@ -63,6 +63,8 @@ pub struct Options {
     pub stuck_flag: Option<usize>,
     /// an unknown that rows show wrongly, for the same
     pub spoiled: Option<usize>,
+    /// rows are not looked at: to measure what that costs
+    pub unwatched: bool,
 }
 
 impl Default for Options {
@@ -84,6 +86,7 @@ impl Default for Options {
             grid: 0.0,
             stuck_flag: None,
             spoiled: None,
+            unwatched: false,
         }
     }
 }

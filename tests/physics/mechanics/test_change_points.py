@@ -149,3 +149,16 @@ def test_a_loop_that_is_pushed_farther_than_its_links_reach_names_pose_and_loop(
         run(TOGGLE["slide cut"].replace("0.2-0.01*(1-cos(3*time))", "0.2-0.3*(1-cos(3*time))"), "10m 2", "")
     said = str(error.value)
     assert "the loop of joints" in said and "change point" in said and "angle(" in said
+
+
+@pytest.mark.parametrize("method", ["auto", "dop853", "rk45", "radau", "esdirk", "trbdf2", "gear", "trap"])
+@pytest.mark.parametrize("cut", ["e", "k", "a2"])
+def test_forces_of_a_row_at_the_dead_centre_are_limits(cut, method):
+    """At 0.12 s, a row of the print grid, all links lie in one line: 1e14 N or 0 N stood there, 2e7 N m for none. The rod
+    goes round with the wheels, and the pin at its end has half of what holds it: 3 kg 0.3 m (17.5 rad/s)^2 / 2."""
+    deck = driven(cut, "q={2.1-17.5*time}")
+    _, at = run(deck, "5m 0.3", f"method={method}", "torque(d) fx(e) fy(e)")
+    k = int(np.abs(at["time"] - 0.12).argmin())
+    force = np.hypot(at["fx(e)"], at["fy(e)"])
+    assert force[k - 1 : k + 2] == pytest.approx(3 * 0.3 * 17.5**2 / 2, rel=5e-3)
+    assert at["torque(d)"] == pytest.approx(0.0, abs=3.0)  # of 689 J of motion

@@ -17,7 +17,7 @@ pub use self::memory::IMPOSED;
 use self::passage::{Passage, FAILURES};
 pub use self::stretch::Mark;
 
-use super::rows::{undetermined, Fitting, Forces, Grid, Lags, Row, Sink};
+use super::rows::{undetermined, Fitting, Forces, Grid, Lags, Poses, Row, Sink};
 use super::watch::{Report, Watch};
 use super::{make, Attempt, Character, Method, Used};
 use crate::events::{Candidate, Check, Detector, Located};
@@ -125,6 +125,7 @@ pub(super) struct Run<'a, S: Sink> {
     fitting: Option<Fitting>,       // algebraic equations at rows between the ends of steps
     settles: bool,                  // it is so at present
     begin: Option<Option<Forces>>,  // the same after a jump
+    poses: Option<Option<Poses>>,   // where rows show forces of closed loops
     slopes: Option<(bool, bool)>, // unknowns follow from the slopes of others: a corner is a jump to them; conditions read such
     kept: f64,                    // end of the last recorded step
     crept: (f64, f64),            // where a corner was last stepped over, and how often there
@@ -285,6 +286,7 @@ impl<'a, S: Sink> Run<'a, S> {
             dense,
             scratch: vec![0.0; sys.n],
             forces: None,
+            poses: None,
             fitting: None,
             settles: false,
             begin: None,
@@ -510,12 +512,15 @@ impl<'a, S: Sink> Run<'a, S> {
             }
         };
         self.settles = forces.is_some();
+        let poses =
+            || self.branch.as_ref().and_then(|_| Poses::new(self.sys, self.record.reads(), &undetermined(self.sys)));
+        let poses = self.poses.get_or_insert_with(poses).as_mut();
         let (steps, events) = (self.w.counters.steps, self.w.counters.events);
         let (check, fitting) = (&mut self.check, &mut self.fitting);
         let first = std::mem::replace(&mut self.first, false);
         let begins = if self.sys.exponentials() > 0 { Some((self.before.as_slice(), first)) } else { None };
         let (x, whole) = (self.scratch.as_mut_slice(), self.a.tstop);
-        let mut row = Row { sink: self.record, forces, x, begins, width, whole, check, fitting };
+        let mut row = Row { sink: self.record, forces, poses, x, begins, until: self.t, width, whole, check, fitting };
         let mut goes_on = |t: f64| tick(t, width, steps, events);
         if !self.grid.fill(method, self.t, self.sys, self.w, &self.tol, &mut row, &mut goes_on) {
             self.outcome.status = Status::Interrupted;

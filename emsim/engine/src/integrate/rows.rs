@@ -5,14 +5,18 @@
 //! 2, of gear's formulas and the trapezoid's their own, by steps that are none of theirs; what the dense output gives is worse. But they are functions of the state: where a row shows them they
 //! are computed anew, at index 1. The state is brought onto its constraints (Newton's method with what stands under d/dt
 //! held), and three implicit Euler steps of nearly no length, h, 2h and 4h, are extrapolated to none.
+mod poses;
+
 use super::driver::Transient;
 use super::Method;
 use crate::events::Check;
 use crate::ledger::Inside;
 use crate::newton::{Newton, Tolerances};
 pub use crate::op::undetermined;
+use crate::op::{hold, Stays};
 use crate::record::Record;
 use crate::system::{Kind, System, Work};
+pub use poses::Poses;
 
 /// Length of those steps in units of the method's step: the error goes with its third power, rounding with its inverse.
 const SHORT: f64 = 1e-4;
@@ -124,6 +128,9 @@ impl Sink for Record {
     }
 
     fn close(&mut self, sys: &System, w: &mut Work) {
+        if let Some(invariants) = &mut self.invariants {
+            invariants.close(sys, w);
+        }
         if let Some(ledger) = &mut self.ledger {
             ledger.close(sys, w);
         }
@@ -320,19 +327,13 @@ pub struct Fitting {
 }
 
 impl Fitting {
-    /// Algebraic unknowns of index 1 and nodes of sources at (t, x), by an implicit Euler step of h, which moves no state. x stays where
-    /// that fails.
+    /// Algebraic unknowns of index 1 and nodes of sources at (t, x), over a length of h. x stays where states would not.
     fn fit(&mut self, sys: &System, w: &mut Work, (t, x): (f64, &mut [f64]), h: f64, tol: &Tolerances) {
         let ports = w.ports.clone();
-        sys.eval(w, x, t);
-        let r: Vec<f64> = w.q.iter().map(|q| -q / h).collect();
         let mut y = x.to_vec();
-        self.newton.forget();
-        if self.newton.solve(sys, w, 1.0 / h, &r, &mut y, t, tol, 100).is_ok()
-            && !tol.states_apart(&y, x, MOVED, |i| !self.given[i])
-        {
-            let solved = |i: usize| self.given[i] || !sys.differential[i] && !self.lags[i];
-            (0..sys.n).filter(|&i| solved(i)).for_each(|i| x[i] = y[i]);
+        let stays = Stays { lags: &self.lags, given: &self.given, near: false };
+        if hold(sys, &mut self.newton, w, (t, &mut y), h, tol, &stays) <= MOVED {
+            x.copy_from_slice(&y);
         }
         w.ports = ports;
     }
@@ -342,10 +343,12 @@ impl Fitting {
 pub struct Row<'a, S: Sink> {
     pub sink: &'a mut S,
     pub forces: Option<&'a mut Forces>,
+    pub poses: Option<&'a mut Poses>,
     pub x: &'a mut [f64],
     /// where the step began, and is it the first behind a jump: until the sink knows, where exponentials want to know
     pub begins: Option<(&'a [f64], bool)>,
-    pub width: f64, // of the step it lies in
+    pub until: f64, // end of the step it lies in
+    pub width: f64, // of that
     pub whole: f64, // and of the run
     pub check: &'a mut Check,
     pub fitting: &'a mut Option<Fitting>,
@@ -359,7 +362,7 @@ impl<S: Sink> Row<'_, S> {
     /// The row at x, where a step ends.
     #[inline(always)]
     pub fn end(&mut self, m: &dyn Method, sys: &System, w: &mut Work, t: f64, x: &[f64], tol: &Tolerances) {
-        if self.forces.is_none() {
+        if self.forces.is_none() && self.poses.is_none() {
             return self.sink.row(sys, w, t, x);
         }
         self.x.copy_from_slice(x);
@@ -391,11 +394,24 @@ impl<S: Sink> Row<'_, S> {
 
     #[inline]
     fn settle(&mut self, m: &dyn Method, sys: &System, w: &mut Work, t: f64, tol: &Tolerances) {
-        if let Some(forces) = &mut self.forces {
-            if sys.exponentials() == 0 && !forces.of_machine {
-                return forces.settle_by_slopes(sys, w, m, (t, self.x), self.width, tol);
+        let (width, whole) = (self.width, self.whole);
+        let mut settle = |w: &mut Work, t: f64, x: &mut [f64]| {
+            if let Some(forces) = &mut self.forces {
+                if sys.exponentials() == 0 && !forces.of_machine {
+                    return forces.settle_by_slopes(sys, w, m, (t, x), width, tol);
+                }
+                forces.settle(sys, w, (t, x), Forces::inside(width, whole), tol);
             }
-            forces.settle(sys, w, (t, self.x), Forces::inside(self.width, self.whole), tol);
+        };
+        settle(w, t, self.x);
+        if let Some(poses) = &mut self.poses {
+            let mut y = self.x.to_vec();
+            poses.limit(sys, w, (t, self.x), (self.until - width, self.until), |w, t| {
+                m.dense(t, &mut y);
+                sys.pin(w, t, &mut y);
+                settle(w, t, &mut y);
+                y.clone()
+            });
         }
     }
 }

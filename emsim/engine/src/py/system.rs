@@ -72,6 +72,7 @@ fn options(given: Option<&Bound<'_, PyDict>>) -> PyResult<Options> {
             "maxord" => o.maxord = Some(value.extract::<f64>()? as usize),
             "fixed_step" => o.fixed_step = value.extract()?,
             "spoiled" => o.spoiled = Some(value.extract()?),
+            "unwatched" => o.unwatched = value.extract()?,
             "stuck_flag" => o.stuck_flag = Some(value.extract()?),
             "maxsteps" => o.maxsteps = value.extract()?,
             "projection" => o.projection = value.extract::<f64>()? != 0.0,
@@ -517,7 +518,7 @@ impl System {
         let sys = self.inner.clone();
         let mut record = Record::new(&lock(&self.graph), &ids);
         let closures = self.ids(&closures)?;
-        record.invariants = Some(Invariants::new(&lock(&self.graph), &sys, &o, &closures));
+        record.invariants = (!o.unwatched).then(|| Invariants::new(&lock(&self.graph), &sys, &o, &closures));
         record.spoiled = o.spoiled;
         if let Some((powers, energies, traced)) = accounts {
             let (powers, energies) = (self.ids(&powers)?, self.ids(&energies)?);
@@ -817,11 +818,12 @@ impl Waveforms {
     fn columns(&self) -> usize {
         self.record.columns
     }
-    /// (row, first time, worst time, what is left there, what tolerances allow) of algebraic rows that did not hold at a recorded row.
+    /// (row, first time, worst time, what is left there, what tolerances allow, is it charge?) of algebraic rows that did not hold at a
+    /// recorded row, and of nodes whose charge came or went without a current.
     #[getter]
-    fn unbalanced(&self) -> Vec<(usize, f64, f64, f64, f64)> {
+    fn unbalanced(&self) -> Vec<(usize, f64, f64, f64, f64, bool)> {
         let broken = self.record.invariants.iter().flat_map(|i| &i.broken);
-        broken.map(|b| (b.row, b.first, b.t, b.left, b.bound)).collect()
+        broken.map(|b| (b.row, b.first, b.t, b.left, b.bound, b.charge)).collect()
     }
     /// (time, how wide) of each of the closures that were asked for, where it was widest.
     #[getter]

@@ -189,6 +189,21 @@ impl System {
         rows
     }
 
+    /// Rows of every branch that a current flows in, not charge alone: + - + -, or -1.
+    pub fn carrying_branches(&self) -> impl Iterator<Item = [i32; 4]> + '_ {
+        self.devices.instances.iter().flat_map(|&i| {
+            let class = self.devices.class(i);
+            let (seat, shape) = (&class.seats()[i.number], class.shape(i.number));
+            let carries = move |j: usize| (0..shape.ports.len()).any(|p| shape.link(j, p).current);
+            seat.rows.iter().enumerate().filter(move |&(j, _)| carries(j)).map(|(_, &rows)| rows)
+        })
+    }
+
+    /// The size of the current of every branch of devices in the rows that it enters, at the point of `eval_jacobian`.
+    pub fn device_currents<'a>(&'a self, w: &'a Work) -> impl Iterator<Item = (usize, f64)> + 'a {
+        self.devices.currents.iter().flat_map(|c| signed(c.rows).map(|(row, _)| (row, w.lines[c.stage].abs())))
+    }
+
     pub fn devices(&self) -> usize {
         self.devices.instances.len()
     }
