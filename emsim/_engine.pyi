@@ -468,6 +468,7 @@ class Trees:
         _Place | None,
         list[_Place],
         _Place | None,
+        _Place | None,
         list[_Place],
         Iterator[tuple[Any, Any, Any, Any, Any, int]],
     ]:

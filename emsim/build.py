@@ -259,6 +259,11 @@ class _Builder(ElementCards, DotCards):
         self.file.dialect = dialect or self.stated_dialect(reading) or self.file.dialect
         for span in reading.stray:
             sink.error("E101", "this line continues nothing", span, "`+` joins a line to the card above it")
+        if reading.behind is not None:
+            sink.warning(
+                "W109", "what stands behind .end is not read, but for .control sections", reading.behind,
+                "ngspice reads it: move .end to the end, or leave the lines out",
+            )  # fmt: skip
         for rule, content, between, last, value, place in reading.cards:
             if place >= 0:
                 self.body.append(self.plain(content, between, last, value, place))

@@ -162,7 +162,7 @@ class Reading:
     has none. See `line` for `where`.
     """
 
-    __slots__ = ("cards", "control", "control_span", "file", "stray", "title", "title_line")
+    __slots__ = ("behind", "cards", "control", "control_span", "file", "stray", "title", "title_line")
 
     def __init__(self, file: SourceFile, has_title: bool) -> None:
         self.file = file
@@ -172,7 +172,7 @@ class Reading:
         except UnicodeEncodeError:  # half a surrogate pair; a stand-in of the same length
             whole = "".join("\ufffd" if "\ud800" <= c <= "\udfff" else c for c in file.text)
             found = trees().cards(whole, has_title, skip_empty)
-        title, stray, control, commands, self.cards = found
+        title, stray, control, behind, commands, self.cards = found
         self.title, self.title_line = "", 0
         if title is not None:
             self.title, self.title_line = file.text[title[2] : title[3]], title[0]
@@ -180,6 +180,8 @@ class Reading:
         self.stray = [Span(file, number, col, len(file.text_line(number)) + 1) for number, col, _, _ in stray]
         self.control_span = None if control is None else self.line(control).whole
         self.control = [self.line(where) for where in commands]
+        # the first card behind .end
+        self.behind = None if behind is None else self.line(behind).whole
 
     def line(self, where: tuple[int, int, int, int]) -> Line:
         """The logical line at (line, column, start, end)."""

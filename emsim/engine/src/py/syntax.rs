@@ -274,8 +274,8 @@ impl Trees {
         reader.objects(py, self, text).map(Some)
     }
 
-    /// A text's title, stray continuation lines, first .control, the lines of .control sections as places, and its
-    /// cards. A place is (line, column, start, end): the first two count from 1, the others from 0 in the text.
+    /// A text's title, stray continuation lines, first .control, first card behind .end, the lines of .control sections, all as
+    /// places, and its cards. A place is (line, column, start, end): the first two count from 1, the others from 0 in the text.
     fn cards<'py>(
         this: &Bound<'py, Self>,
         text: &Bound<'py, PyString>,
@@ -292,6 +292,7 @@ impl Trees {
         let title = found.title.as_ref().map(&mut of_piece);
         let stray: Vec<Place> = found.stray.iter().map(&mut of_piece).collect();
         let control = found.control.as_ref().map(&mut of_piece);
+        let behind = found.behind.as_ref().map(&mut of_piece);
         let commands: Vec<Place> =
             found.commands.iter().map(|l| characters.place(whole, l.number, l.indent, l.start, l.end)).collect();
         let cards = Cards {
@@ -301,7 +302,7 @@ impl Trees {
             reader: Reader::default(),
             characters: Characters::of(whole),
         };
-        (title, stray, control, commands, cards).into_pyobject(this.py())
+        (title, stray, control, behind, commands, cards).into_pyobject(this.py())
     }
 }
 

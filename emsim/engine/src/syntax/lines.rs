@@ -28,12 +28,14 @@ pub struct Lines {
     pub control: Option<Piece>,
     /// continuation lines that continue nothing
     pub stray: Vec<Piece>,
+    /// the first card behind .end, where only .control sections are read
+    pub behind: Option<Piece>,
 }
 
 /// `has_title`: the first line is the title; `skip_empty`: empty lines above it do not count.
 pub fn cut(text: &str, has_title: bool, skip_empty: bool) -> Lines {
     let mut out = Lines::default();
-    let mut in_control = false;
+    let (mut in_control, mut ended) = (false, false);
     let mut awaiting_title = has_title;
     let mut open: Option<Line> = None;
     let mut at = 0;
@@ -59,6 +61,7 @@ pub fn cut(text: &str, has_title: bool, skip_empty: bool) -> Lines {
         if first == b'+' {
             match &mut open {
                 Some(line) => line.end = end,
+                None if ended => {}
                 None => out.stray.push(Piece { number, start, end }),
             }
             continue;
@@ -78,8 +81,13 @@ pub fn cut(text: &str, has_title: bool, skip_empty: bool) -> Lines {
                 continue;
             }
             if word.eq_ignore_ascii_case(".end") && !in_control {
-                break;
+                ended = true;
+                continue;
             }
+        }
+        if ended && !in_control {
+            out.behind.get_or_insert(Piece { number, start, end: start + body.len() });
+            continue;
         }
         open = Some(Line { number, indent, start, end });
     }

@@ -94,12 +94,13 @@ fn numbers_are_spices() {
 
 #[test]
 fn lines_are_joined_and_comments_left_out() {
-    let text = "t\n\n* c\nR1 a 0 1\n+ tc=1\n  C1 a 0 1\n.control\nrun\n.endc\n+ x\n.end\nno";
+    let text = "t\n\n* c\nR1 a 0 1\n+ tc=1\n  C1 a 0 1\n.control\nrun\n.endc\n+ x\n.end\nno\n.control\nop\n.endc\nR2";
     let lines = cut(text, true, false);
     let cards: Vec<_> = lines.cards.iter().map(|l| (l.number, l.indent, &text[l.start..l.end])).collect();
     assert_eq!(cards, [(4, 0, "R1 a 0 1\n+ tc=1"), (6, 2, "C1 a 0 1")]);
-    assert_eq!(lines.commands.len(), 1);
+    assert_eq!(lines.commands.iter().map(|l| l.number).collect::<Vec<_>>(), [8, 14]);
     assert_eq!(lines.stray.len(), 1);
+    assert_eq!(lines.behind.map(|p| p.number), Some(12));
 }
 
 /// Whatever the bytes, the driver ends and does not panic.
