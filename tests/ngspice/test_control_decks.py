@@ -207,3 +207,28 @@ def test_voltages_beside_scattering_parameters(tmp_path):
     ports = "V1 in 0 DC 0 AC 1 portnum 1 z0 50\nL1 in 2 99n\nC1 2 0 30p\nV2 2 0 DC 0 AC 0 portnum 2 z0 75"
     commands = "sp lin 5 1meg 200meg\nlet one = v(in)[2]\nlet two = v(2)[3]\nlet three = i(v2)[4]\nlet four = i(l1)[1]"
     agree(ports, commands + "\nprint one two three four", tmp_path)
+
+
+def test_the_resistance_to_small_signals_counts_for_them_alone():
+    """1k, 2k to small signals, above 2k: .tf and .sens at the operating point know the 1k, .sens over frequency the 2k."""
+    body = "V1 a 0 DC 3 AC 2\nR1 a b 1k ac=2k\nR2 b 0 2k"
+    found = emsim.run(f"t\n{body}\n.tf v(b) v1\n.end\n")
+    assert found["transfer_function"][0] == pytest.approx(2 / 3, rel=1e-9)
+    still = emsim.run(f"t\n{body}\n.sens v(b)\n.end\n")
+    assert still["r1"][0] == pytest.approx(-3 * 2e3 / 3e3**2, rel=1e-6)
+    assert still["r2"][0] == pytest.approx(3 * 1e3 / 3e3**2, rel=1e-6)
+    moving = emsim.run(f"t\n{body}\n.sens v(b) ac lin 1 1k 1k\n.end\n")
+    assert moving["r1_ac"][0] == pytest.approx(-2 * 2e3 / 4e3**2, rel=1e-6)
+    assert moving["r2_ac"][0] == pytest.approx(2 * 2e3 / 4e3**2, rel=1e-6)
+    assert abs(moving["r1"][0]) < 1e-12
+
+
+@needs_ngspice
+@pytest.mark.ngspice
+def test_slopes_by_what_counts_current_sources(tmp_path):
+    body = "V1 a 0 DC 3 AC 2\nI1 0 b DC 1m AC 1 30 m=2\nR1 a b 1k\nR2 b 0 2k\nC1 b 0 1n"
+    (tmp_path / "still").mkdir()
+    agree(body, "sens v(b)\nprint i1 i1_m v1", tmp_path / "still")
+    (tmp_path / "moving").mkdir()
+    commands = "sens v(b) ac lin 1 100k 100k\nprint i1_m i1_acmag i1_acphase r1_ac r2_ac"
+    agree(body, commands, tmp_path / "moving")
