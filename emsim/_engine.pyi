@@ -131,6 +131,9 @@ class Builder:
     def delay(self, row: int, of: Expr, by: float, initial: float) -> int:
         """A wave that is what an expression was a time `by` [s] ago, for that unknown's row; before a start from
         given values `initial`. ValueError for no positive time."""
+    def response(self, row: int, col: int, of: Callable[[float, float], tuple[float, float]]) -> None:
+        """A gain H(s) from the unknown `col` in the row of `row`, where equations are linearised: -H there, by real and
+        imaginary part. Elsewhere the row has what is stamped."""
     def g(self, row: int, col: int, v: float) -> None: ...
     def c(self, row: int, col: int, v: float) -> None: ...
     def conductance(self, p: int, n: int, v: float) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from .diagnostics import Diagnostic, Span
-from .expr import Binary, Call, Cond, Name, Node, Num, Unary
+from .expr import TRANSFORM, Binary, Call, Cond, Name, Node, Num, Unary, rewritten
 from .source import Line
 from .syntax import LineError
 from .units import (
@@ -93,6 +93,17 @@ def expression(tree: Any, line: Line, machine: bool = False, depth: int = 0) -> 
             raise error_at("E102", f"`{children[3]}` is no number of a winding", line, children[3], "i(m1,2)")
         named[1] = Num(float(children[3]), line.span(children[3]))
     return Call(rule[0] if rule == "voltage" else "i", named, at)
+
+
+def transform(tree: Any, line: Line) -> Node:
+    """The AST of a transfer function, whose variable is `s`; in it `^` is a power in every dialect."""
+    file = line.file
+    dialect, file.dialect = file.dialect, None
+    try:
+        node = expression(tree, line)
+    finally:
+        file.dialect = dialect
+    return rewritten(node, lambda n: Name(TRANSFORM, n.at) if isinstance(n, Name) and n.id == "s" else None)
 
 
 CHAINS = ("binary", "either", "both", "compared")

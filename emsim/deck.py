@@ -25,15 +25,18 @@ if TYPE_CHECKING:
 
 
 class Waveform:
-    """PULSE, SIN, EXP, PWL, SFFM, AM as written: `args` in order, defaults not yet filled in.
+    """PULSE, SIN, EXP, PWL, SFFM, AM, TRNOISE, TRRANDOM as written: `args` in order, defaults not yet filled in.
 
-    `params` holds `r` and `td` of PWL. In a `Deck` args may be expressions; in a `FlatDeck` they are floats.
+    `params` holds `r` and `td` of PWL, and factors on its times and values; `seed` says which random values it has. In a `Deck`
+    args may be expressions; in a `FlatDeck` they are floats.
     """
 
-    __slots__ = ("args", "kind", "params", "span")
+    __slots__ = ("args", "kind", "params", "seed", "span")
 
-    def __init__(self, kind: str, args: list[Any], params: dict[str, Any], span: Span) -> None:
-        self.kind = kind
+    def __init__(
+        self, kind: str, args: list[Any], params: dict[str, Any], span: Span, seed: str = ""
+    ) -> None:
+        self.kind, self.seed = kind, seed
         self.args = args
         self.params = params
         self.span = span

@@ -350,6 +350,7 @@ PROBES = frozenset(
 )
 # before the name of what comes from outside while the model runs (fmus/ports.py); no name of a deck begins so
 OUTSIDE = "input "
+TRANSFORM = "s of a transform"  # the variable of a transfer function; no deck can write that name
 RUN_TIME_NAMES = frozenset(("time", "temper", "hertz"))
 CONSTANTS = {"pi": math.pi, "e": math.e}
 
@@ -504,7 +505,7 @@ def undefined(node: Name, scope: Scope) -> ExprError:
 
 # functions of LTspice and PSpice, and what to write
 FOREIGN = {
-    "uplim": "write min(x, limit)", "dnlim": "write max(x, limit)",
+    "uplim": "write min(x, limit), or say --dialect ltspice", "dnlim": "write max(x, limit), or say --dialect ltspice",
     "buf": "write x > 0.5 ? 1 : 0", "inv": "write x > 0.5 ? 0 : 1",
     "arcsin": "write asin(x)", "arccos": "write acos(x)", "cbrt": "write sgn(x)*abs(x)^(1/3)",
     "square": "write x*x", "rand": "random numbers are not supported", "random": "random numbers are not supported",
@@ -629,7 +630,7 @@ def rewritten(node: Node, change: Callable[[Node], Node | None]) -> Node:
 
 def _is_run_time(node: Name) -> bool:
     return node.__class__ is Name and (
-        node.id in RUN_TIME_NAMES or node.id[0] == "@" or node.id.startswith(OUTSIDE)
+        node.id in RUN_TIME_NAMES or node.id == TRANSFORM or node.id[0] == "@" or node.id.startswith(OUTSIDE)
     )
 
 

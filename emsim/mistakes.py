@@ -182,7 +182,7 @@ def form_of(line: Line, start: str) -> str | None:
     return FORMS.get(word) or FORMS.get(word[:1])
 
 
-FREQUENCY_FORMS = ("laplace", "freq", "chebyshev")  # of E and G, in the frequency domain
+FREQUENCY_FORMS = ("chebyshev",)  # of E and G, in the frequency domain
 
 
 def _explain(line: Line, start: str, error: Any) -> Diagnostic:
@@ -195,7 +195,7 @@ def _explain(line: Line, start: str, error: Any) -> Diagnostic:
     if words[3:] and words[0][0] in "EGeg" and words[3].lower() in FREQUENCY_FORMS:
         place = text.index(words[3], len(words[0]))
         span = line.span_at(place, place + len(words[3]))
-        hint = "write it in time: R, L and C, or ddt() and idt() in a B source"
+        hint = "write its transfer function: LAPLACE {V(in)} {H(s)}"
         return Diagnostic("error", "E113", f"{words[3].upper()} is not supported yet", span, hint)
     token = getattr(error, "token", None)
     at = getattr(error, "pos_in_stream", None)

@@ -222,11 +222,11 @@ def compile(
     from .system import System
 
     assembly, planned = prepare(read(source, defines, options=options), options)
-    if assembly.ctx.delayed:
+    if assembly.ctx.delayed or assembly.ctx.responses:
         from .diagnostics import deck_error
 
-        said = "lines read what was a time ago: their equations are not of the form d/dt Q(x) + F(x, t) = 0"
-        raise deck_error("E413", said, None, "take the lines out, or run the deck")
+        said = "delays and gains over frequency are in it: its equations are not of the form d/dt Q(x) + F(x, t) = 0"
+        raise deck_error("E413", said, None, "take lines and transfer functions out, or run the deck")
     return System(assembly, planned)
 
 

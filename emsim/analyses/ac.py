@@ -34,6 +34,7 @@ class Ac(Analysis):
     form = ".ac dec points fstart fstop, .ac oct points fstart fstop, .ac lin points fstart fstop"
     meaning = "small signals over frequency, about the operating point"
     plotname = "AC Analysis"
+    has_responses = True
     axis = Axis("frequency", "Hz", log=True)
     complex = True
     draws = ("circuit",)

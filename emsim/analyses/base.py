@@ -212,6 +212,7 @@ class Analysis(ABC):
     axis: Axis | None = None
     complex: ClassVar[bool] = False
     streams: ClassVar[bool] = False  # rows can go to a file while the run goes on
+    has_responses: ClassVar[bool] = False  # gains that only frequencies have make sense in it
     names_itself: ClassVar[bool] = False  # its columns are no signals of the deck
     draws: ClassVar[
         tuple[str, ...]

@@ -58,6 +58,7 @@ class Dc(Analysis):
     form = ".dc source start stop step [source2 start2 stop2 step2]"
     meaning = "operating points over a source, a resistor or the temperature"
     plotname = "DC transfer characteristic"
+    has_responses = True
     axis: Axis | None = Axis("v-sweep", "V")  # or that of what is swept
     draws = ("machine", "circuit")
 

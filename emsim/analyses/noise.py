@@ -41,6 +41,7 @@ class Noise(Analysis):
     form = ".noise v(node[,node]) source dec|oct|lin points fstart fstop [every]"
     meaning = "noise at an output and at a source, over frequency and in total"
     plotname = "Noise Spectral Density Curves"
+    has_responses = True
     tables: ClassVar[tuple[str, ...]] = ("noise", "integrated noise")
     shown: ClassVar[tuple[str, ...]] = ("integrated noise",)
     names_itself = True

@@ -23,6 +23,7 @@ class Op(Analysis):
     form = ".op [static]"
     meaning = "the operating point; static: the machine comes to rest"
     plotname = "Operating Point"
+    has_responses = True
     draws = ("machine", "circuit")
 
     def __init__(self, card: Card) -> None:

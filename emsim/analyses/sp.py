@@ -37,6 +37,7 @@ class Sp(Analysis):
     form = ".sp dec|oct|lin points fstart fstop"
     meaning = "scattering parameters between the sources with portnum and z0"
     plotname = "SP Analysis"
+    has_responses = True
     names_itself = True
     axis = Axis("frequency", "Hz", log=True)
     complex = True

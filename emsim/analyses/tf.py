@@ -29,6 +29,7 @@ class Tf(Analysis):
     form = ".tf v(node[,node]) source, .tf i(source) source"
     meaning = "gain from a source to a signal, resistances at both"
     plotname = "Transfer Function"
+    has_responses = True
     names_itself = True
 
     def __init__(self, card: Card, output: Probe, source: str) -> None:

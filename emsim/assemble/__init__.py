@@ -23,6 +23,7 @@ if TYPE_CHECKING:
         @property
         def word(self) -> str: ...
 
+        has_responses: ClassVar[bool]
         names_itself: ClassVar[bool]
         tables: ClassVar[tuple[str, ...]]
         shown: ClassVar[tuple[str, ...]]
@@ -130,6 +131,12 @@ def assemble(
         ctx.machine.check_poles()
 
     ctx.names_own = any(a.names_itself for a in analyses)
+    for name, where in ctx.responses:
+        for word in [a.word for a in analyses if not a.has_responses]:
+            flat.sink.error(
+                "E298", f"`{name}`: its gain is known at each frequency alone, and .{word} needs it in time", where,
+                "a rational function of s, which may have exp(-s*td), runs in time too; R, L and C do as well",
+            )  # fmt: skip
     outputs = {a: a.columns(ctx) for a in analyses}
     prints = printed(ctx, {a.word: o for a, o in outputs.items() if not a.names_itself})
     flat.sink.raise_if_errors()

@@ -586,6 +586,34 @@ class Compiler:
 
     _fn_sdt = _fn_idt
 
+    def _fn_idtmod(self, node: Call) -> Expr:
+        """idtmod(x, start, m, low): the integral, less so many m that it lies between low and low + m."""
+        if not self._expects(node, 1, 2, 3, 4):
+            return self.ctx.b.const(0.0)
+        whole = Call("idt", node.args[:2], node.at)
+        if len(node.args) < 3:
+            return self._node(whole)
+        m, low = (self._node(a).value for a in [*node.args[2:], Num(0.0)][:2])
+        if m is None or low is None or not m > 0.0:
+            return self._error("E286", "idtmod takes constants, and a modulus above 0", node)
+        total = self._node(whole)
+        return total - m * self.ctx.floor_((total - low) * (1.0 / m))
+
+    def _fn_delay(self, node: Call) -> Expr:
+        """delay(x, td): what x was a time td [s] ago; a third argument is the longest td."""
+        if not self._expects(node, 2, 3):
+            return self.ctx.b.const(0.0)
+        by = self._node(node.args[1]).value
+        if by is None or by < 0.0:
+            return self._error("E286", f"`{node.fn}` delays by a constant time that is not negative", node)
+        x = self._node(node.args[0])
+        if by == 0.0 or x.value is not None:
+            return x
+        self._count += 1
+        return self.ctx.delay(x, by, f"delay#{self._count}")
+
+    _fn_absdelay = _fn_delay
+
     # ---------------------------------------------------------------------------------------------
 
     def _round(self, fn: str, a: Expr) -> Expr:

@@ -31,7 +31,7 @@ def allocate(ctx: Context) -> None:
             continue
         if e.model is not None and (other := e.chosen(parameters.get(e.name, set()))) is not e:
             flat.elements[k] = e = other
-        if e.params or e.model is not None:
+        if e.params or e.model is not None or e.wave is not None:
             e.check(ctx)
         ctx.elements[e.name] = e
         for name in e.wired():

@@ -97,6 +97,8 @@ class Context:
         self.inputs: dict[str, int] = {}  # of what comes from outside: the engine's number
         self.still: Expr | None = None  # 1 at the DC point, 0 in a run
         self.delayed: list[int] = []  # unknowns that read what was a time ago
+        self.transferred: dict[str, Expr] = {}  # what a source's transfer function gives
+        self.responses: list[tuple[str, Span | None]] = []  # of gains that only small signals know
         self._ddts: dict[int, int] = {}
         self._flag_count = 0
         self.shafts: dict[
@@ -208,7 +210,8 @@ class Context:
         if k is None:
             from .waves import of_source
 
-            kind, args, dc = of_source(e, self.times, self.sink)
+            runs = any(a.kind in ("tran", "ss", "pss") for a in self.flat.analyses)
+            kind, args, dc = of_source(e, self.times, self.sink, runs)
             try:
                 if len(self.times) > FROZEN:
                     kind, args, dc = "dc", [self.b.wave_at(kind, args, self.times[FROZEN])], None
@@ -223,8 +226,8 @@ class Context:
         """What an independent source has when a run starts; the DC value in a deck that only looks for operating points."""
         from .waves import of_source
 
-        kind, args, dc = of_source(e, self.times, Sink())
         runs = any(a.kind == "tran" for a in self.flat.analyses)
+        kind, args, dc = of_source(e, self.times, Sink(), runs)
         return dc if dc is not None and not runs else self.b.wave_at(kind, args, 0.0)
 
     def starts_at_rest(self) -> bool:

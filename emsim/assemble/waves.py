@@ -11,6 +11,8 @@ The engine gets complete argument lists:
     pwlr   td r t0 v0 t1 v1 ...           r < 0: not repeated
     dc     v
 
+TRNOISE and TRRANDOM are pwl too: noises.py. They are added to the DC value.
+
 Times in s, frequencies in Hz, values in V or A. "0" for a time of PULSE or EXP means "not given".
 """
 
@@ -18,6 +20,8 @@ from __future__ import annotations
 
 from itertools import pairwise
 from math import ceil, isfinite
+
+from . import noises
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -28,15 +32,21 @@ if TYPE_CHECKING:
 Resolved = tuple[str, list[float], float | None]
 
 # kind -> least number of arguments
-LEAST = {"pulse": 2, "sin": 1, "exp": 2, "pwl": 2, "sffm": 1, "am": 1, "dc": 1}
+LEAST = {"pulse": 2, "sin": 1, "exp": 2, "pwl": 2, "sffm": 1, "am": 1, "dc": 1, "trnoise": 1, "trrandom": 2}
 
 
-def of_source(e: Element, times: tuple[float, ...], sink: Sink) -> Resolved:
-    """(kind, arguments, dc) of a V or I element; dc is None when no DC value is written."""
+def of_source(e: Element, times: tuple[float, ...], sink: Sink, runs: bool = True) -> Resolved:
+    """(kind, arguments, dc) of a V or I element; dc is None when no DC value is written. `runs`: a transient reads it."""
     dc = e.extra.get("dc")
     if e.wave is None:
         value = dc if dc is not None else e.value
         return "dc", [float(value) if isinstance(value, (int, float)) else 0.0], None
+    if e.wave.kind in noises.KINDS:
+        plain = 0.0 if dc is None else float(dc)
+        if not runs:
+            return "dc", [plain], None
+        kind, args = resolve(e.wave, times, sink)
+        return kind, [a + plain if k % 2 else a for k, a in enumerate(args)] if kind == "pwl" else args, None
     kind, args = resolve(e.wave, times, sink)
     return kind, args, None if dc is None else float(dc)
 
@@ -49,7 +59,7 @@ def resolve(wave: Waveform, times: tuple[float, ...], sink: Sink) -> tuple[str, 
     if rule is None:
         sink.error(
             "E292", f"waveform {kind.upper()} is not supported", wave.span,
-            hint="there are PULSE SIN EXP PWL SFFM AM",
+            hint="there are PULSE SIN EXP PWL SFFM AM TRNOISE TRRANDOM",
         )  # fmt: skip
         return "dc", [0.0]
     if not all(map(isfinite, given)):
@@ -67,6 +77,15 @@ def resolve(wave: Waveform, times: tuple[float, ...], sink: Sink) -> tuple[str, 
     except ValueError as trouble:
         sink.error("E292", f"{kind.upper()}: {trouble}", wave.span)
         return "dc", [0.0]
+    if kind in noises.KINDS:
+        if len(times) == 3:
+            sink.error(
+                "E440",
+                f"{kind.upper()} does not repeat at all",
+                wave.span,
+                "a steady state has no noise of its own",
+            )
+        return "pwl", args
     kind = "pwlr" if len(args) > len(given) and kind == "pwl" else kind
     if len(times) == 3:
         args, said = continued(kind, args, times[2])
@@ -198,7 +217,11 @@ def constant(a: Arguments, wave: Waveform, tstep: float, tstop: float) -> list[f
     return [a.get(0)]
 
 
+def random(a: Arguments, wave: Waveform, tstep: float, tstop: float) -> list[float]:
+    return noises.points(wave.kind, a.given, tstop, wave.seed)
+
+
 RULES = {
     "pulse": pulse, "sin": sine, "exp": exponential, "pwl": piecewise, "sffm": frequency_modulated,
-    "am": amplitude_modulated, "dc": constant,
+    "am": amplitude_modulated, "dc": constant, "trnoise": random, "trrandom": random,
 }  # fmt: skip

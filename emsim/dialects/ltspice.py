@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from ..expr import Binary, Call, Cond, Node, Num
+from ..expr import Binary, Call, Cond, Node, Num, Unary
 from .base import Dialect, clamped, is_truth, magnitude_power
 
 TYPE_CHECKING = False
@@ -36,6 +36,23 @@ def _cut(args: list[Node], at: Place) -> Node:
     return clamped([args[0], Num(-1.0), Num(1.0)], at)
 
 
+def _uplim(args: list[Node], at: Place) -> Node:
+    """uplim(x, y, z): x, not above y. Between y - z and y + z a parabola, min(x, y - z) + z (1 - (1 - s)^2) with
+    s = (x - y + z)/(2 z) within 0 and 1."""
+    x, y, z = args
+    low = Binary("-", y, z, at)
+    above = Binary("/", Binary("-", x, low, at), Binary("*", Num(2.0), z, at), at)
+    left = Binary("-", Num(1.0), clamped([above, Num(0.0), Num(1.0)], at), at)
+    bend = Binary("*", z, Binary("-", Num(1.0), Binary("*", left, left, at), at), at)
+    return Binary("+", Call("min", [x, low], at), bend, at)
+
+
+def _dnlim(args: list[Node], at: Place) -> Node:
+    """dnlim(x, y, z): x, not below y, in the same way."""
+    x, y, z = args
+    return Unary("-", _uplim([Unary("-", x, at), Unary("-", y, at), z], at), at)
+
+
 def _is_true(args: list[Node], at: Place) -> Node:
     return Binary(">", args[0], Num(TRUE), at)
 
@@ -44,6 +61,8 @@ FUNCTIONS: dict[str, tuple[int, int, Function]] = {
     "pow": (2, 2, real_power),
     "pwr": (2, 2, magnitude_power),
     "limit": (3, 3, clamped),
+    "uplim": (3, 3, _uplim),
+    "dnlim": (3, 3, _dnlim),
     "buf": (1, 1, _is_true),
     "inv": (1, 1, lambda args, at: Binary("<=", args[0], Num(TRUE), at)),
     "square": (1, 1, lambda args, at: Binary("*", args[0], args[0], at)),
@@ -72,6 +91,7 @@ class LTspice(Dialect):
         ("temp in expressions", "the temperature, ngspice's `temper`"),
         ("buf inv square cbrt arcsin arccos", "LTspice's functions; sqrt, asin, acos give the real part"),
         ("limit(x,a,b)", "between a and b"),
+        ("uplim(x,y,z), dnlim(x,y,z)", "not above, not below y; a parabola from y - z to y + z"),
         (".model d D(bv=5)", "ibv is 1e-10 A where it is not given"),
     )
     relative_times = True

@@ -18,14 +18,14 @@ class Behavioural(Controlled):
     __slots__ = ()
     letter = "b"
     what = "behavioural source"
-    form = "Bname n+ n- V={expression}, or I={expression}"
+    form = "Bname n+ n- V={expression}, or I={expression} [Laplace=H(s)]"
     law = "v or i = an expression of voltages, currents, time and the machine"
     holds_voltage = True
     jumps = 13
 
     def read(self, cards: ElementCards, rule: str, ch: list[Any], line: Line) -> None:
         self.extra["form"] = "expr"
-        for item in cards.params(self.take_nodes(ch, 2), line, self):
+        for item in cards.params(self.take_transform(self.take_nodes(ch, 2), line), line, self):
             if self.value is not None:
                 raise cards.fail("E102", f"{ch[0]} has a second V= or I= here", line, item)
             self.extra["output"] = item[1][0].lower()

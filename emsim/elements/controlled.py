@@ -1,13 +1,15 @@
-"""What E, F, G, H and B have in common: a value in one of four forms, given as a voltage or as a current.
+"""What E, F, G, H and B have in common: a value in one of six forms, given as a voltage or as a current.
 
 linear   gain times what controls           poly    POLY(n): p0, then the products of degree 1, 2, ...
 expr     an expression                      table   straight lines between points
+laplace  a transfer function of an input    freq    a gain by a table over frequency
 """
 
 from __future__ import annotations
 
-from ..build_expr import expression, extent, node_name
-from ..expr import Binary, Call, Cond, Name, Node, Unary
+from ..build_expr import expression, extent, node_name, transform
+from ..diagnostics import deck_error
+from ..expr import Binary, Call, Cond, Name, Node, Unary, fold
 from ..units import spice_number
 from .base import CONDUCTS, DRIVES, TC, VOLTAGE, Element, Param, number_at
 
@@ -27,8 +29,11 @@ if TYPE_CHECKING:
 
     Terms = list[tuple[int, float]]  # a sum of (unknown, factor)
 
+RESPONSE_WORDS = ("mag", "db", "deg", "rad", "r_i")  # what the numbers of a FREQ are
 TABLE_ROUNDING = 0.1  # ngspice hands TABLE to its XSPICE model `pwl` with input_domain=0.1
 GROUND = ("0", "gnd")
+# how LTspice takes a transfer function back into time: nothing hangs on it here
+CONVOLUTION = ("window", "nfft", "mtol")
 
 
 class Controlled(Element):
@@ -51,7 +56,9 @@ class Controlled(Element):
 
     def read_linear(self, cards: ElementCards, ch: list[Any], line: Line) -> None:
         self.extra["form"] = "linear"
-        rest = cards.params(self.take_controls(ch), line, self)
+        rest = cards.params(self.take_transform(self.take_controls(ch), line), line, self)
+        if self.how == "laplace" and not rest:
+            return
         if not rest:
             if "gain" in self.params:
                 self.value = self.params.pop("gain")
@@ -64,6 +71,22 @@ class Controlled(Element):
         self.value_span = line.span_at(*extent(rest[0]))
         if len(rest) > 1:
             raise cards.fail("E102", f"`{rest[1]}` does not fit here", line, rest[1], self.hint)
+
+    def take_transform(self, items: list[Any], line: Line) -> list[Any]:
+        """Laplace= among the items behind a linear source or an expression; returns the others."""
+        rest: list[Any] = []
+        for item in items:
+            named = item.__class__ is tuple and item[0] == "named" and item[1][0].lower() == "laplace"
+            if named or (item.__class__ is tuple and item[0] == "own_laplace"):
+                self._transfer(item[1][-1], line)
+            else:
+                rest.append(item)
+        if "h" in self.extra:
+            rest = [i for i in rest if i.__class__ is not tuple or str(i[1][0]).lower() not in CONVOLUTION]
+        return rest
+
+    def _transfer(self, tree: Any, line: Line) -> None:
+        self.extra.update(form="laplace", h=transform(tree, line), h_span=line.span_at(*extent(tree)))
 
     def read_poly(self, cards: ElementCards, ch: list[Any], line: Line) -> None:
         self.take_nodes(ch, 2)
@@ -83,6 +106,11 @@ class Controlled(Element):
             extra["controls"] = [self.control_at(control, level) for control in extra["controls"]]
         if "coeffs" in extra:
             extra["coeffs"] = [number_at(v, level) for v in extra["coeffs"]]
+        if "h" in extra:
+            extra["h"] = fold(extra["h"], level.scope)
+        if "response" in extra:
+            extra["response"] = [number_at(v, level) for v in extra["response"]]
+            extra["delay"] = number_at(extra["delay"], level)
         if "table" in extra:
             extra["table"] = [(number_at(x, level), number_at(y, level)) for x, y in extra["table"]]
 
@@ -110,7 +138,7 @@ class Controlled(Element):
 
     @property
     def is_behaviour(self) -> bool:
-        return self.how in ("expr", "table")
+        return self.how in ("expr", "table", "laplace", "freq")
 
     @property
     def may_behave(self) -> bool:
@@ -123,6 +151,8 @@ class Controlled(Element):
     def known(self) -> Iterable[str]:
         if self.how == "expr":
             return self.instance
+        if self.how == "laplace":
+            return ("m",)
         return () if self.gives_voltage else ("m",)  # a gain, a polynomial and a table know no temperature
 
     @property
@@ -141,10 +171,25 @@ class Controlled(Element):
         if self.how == "table":
             at = ctx.compile(self.value, self.value_span or self.span)
             return ctx.table(at, self.extra["table"], True, self.span, TABLE_ROUNDING)
+        if self.how in ("laplace", "freq"):
+            found = ctx.transferred.get(self.name)
+            if found is None:
+                found = ctx.transferred[self.name] = self._transferred(ctx)
+            return found
         xs = [sum_of(ctx, terms) for terms in self.controls(ctx)]
         if self.how == "poly":
             return polynomial(ctx, [float(c) for c in self.extra["coeffs"]], xs)
         return float(self.value) * xs[0]
+
+    def _transferred(self, ctx: Context) -> Expr:
+        from .transfer import laplace, table
+
+        by = self.value_span or self.span
+        u = sum_of(ctx, self.controls(ctx)[0]) if self.value is None else ctx.compile(self.value, by)
+        if self.how == "laplace":
+            return laplace(ctx, self.name, u, self.extra["h"], self.extra["h_span"])
+        x = self.extra
+        return table(ctx, self.name, u, x["response"], x["kinds"], float(x["delay"]), self.span)
 
     def linear_terms(self, ctx: Context) -> Terms | None:
         """(unknown, gain) pairs when the source is a homogeneous linear one, else None."""
@@ -190,7 +235,7 @@ class Controlled(Element):
             br = self.join_voltage(ctx)
             if terms is None:
                 # m= multiplies the voltage of an expression, as in ngspice
-                m = self.multiplier() if self.how == "expr" else 1.0
+                m = self.multiplier() if self.how in ("expr", "laplace") else 1.0
                 ctx.b.add_f(br, -m * self.delivers(ctx))
             for index, gain in terms or ():
                 ctx.b.g(br, index, -gain)
@@ -216,6 +261,9 @@ class Controlled(Element):
 
     def analogue(self, net: Net) -> str:
         x, head = self.extra, net.head(self)
+        if self.how in ("laplace", "freq"):
+            said = f"`{self.name}` is a transfer function, which no source of ngspice has"
+            raise deck_error("E311", said, self.span, "there it is an A device by its coefficients: s_xfer")
         if self.how == "expr":
             return f"{head} {'vol' if self.gives_voltage else 'cur'}='{net.expression(self.value)}'"
         controls = self.controls_text(net)
@@ -270,6 +318,27 @@ class ByVoltage(Controlled):
         if len(numbers) < 2 or len(numbers) % 2:
             raise cards.fail("E114", "TABLE needs pairs (x,y)", line, ch[start - 1], self.hint)
         self.extra.update(form="table", table=list(zip(numbers[0::2], numbers[1::2], strict=True)))
+
+    def read_laplace(self, cards: ElementCards, ch: list[Any], line: Line) -> None:
+        self.take_nodes(ch, 2)
+        self.value, self.value_span = expression(ch[4], line), line.span_at(*extent(ch[4]))
+        self._transfer(ch[5], line)
+        cards.params(ch[6:], line, self)
+
+    def read_freq(self, cards: ElementCards, ch: list[Any], line: Line) -> None:
+        self.take_nodes(ch, 2)
+        self.value, self.value_span = expression(ch[4], line), line.span_at(*extent(ch[4]))
+        numbers: list[Any] = []
+        words: list[str] = []
+        for item in cards.params(ch[5:], line, self):
+            if item.__class__ is not tuple and item.lower() in RESPONSE_WORDS:
+                words.append(item.lower())
+            else:
+                numbers.append(cards.number(item, line, "a value of the table"))
+        if len(numbers) < 6 or len(numbers) % 3:
+            said = "FREQ needs two triples at least: (frequency, magnitude, phase)"
+            raise cards.fail("E114", said, line, ch[3], self.hint)
+        self.extra.update(form="freq", response=numbers, kinds=words, delay=self.params.pop("delay", 0.0))
 
     def pairs(self) -> list[Any]:
         return self.extra.get("controls") or ([tuple(self.nodes[2:4])] if len(self.nodes) > 2 else [])

@@ -9,7 +9,10 @@ class VoltageByVoltage(ByVoltage):
     __slots__ = ()
     letter = "e"
     what = "voltage-controlled voltage source"
-    form = "Ename n+ n- nc+ nc- gain, POLY(n) .., VALUE={..}, or TABLE {..} = (x,y) .."
+    form = (
+        "Ename n+ n- nc+ nc- gain, POLY(n) .., VALUE={..},"
+        " TABLE {..} = (x,y) .., LAPLACE {..} {H(s)}, or FREQ {..} = (f,dB,deg) .."
+    )
     law = "v = gain v(nc+, nc-)"
     gives_voltage = True
     current_name = ""

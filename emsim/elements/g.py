@@ -9,7 +9,10 @@ class CurrentByVoltage(ByVoltage):
     __slots__ = ()
     letter = "g"
     what = "voltage-controlled current source"
-    form = "Gname n+ n- nc+ nc- gain, POLY(n) .., VALUE={..}, or TABLE {..} = (x,y) .."
+    form = (
+        "Gname n+ n- nc+ nc- gain, POLY(n) .., VALUE={..},"
+        " TABLE {..} = (x,y) .., LAPLACE {..} {H(s)}, or FREQ {..} = (f,dB,deg) .."
+    )
     law = "i = gain v(nc+, nc-)"
     gives_voltage = False
     jumps = 8

@@ -7,6 +7,7 @@ import math
 
 from ..build_expr import extent, parts
 from ..deck import Waveform
+from . import courses
 from .base import Element, Param, number_at
 
 TYPE_CHECKING = False
@@ -25,10 +26,7 @@ DISTORTION = {
     "distof1": Param("amplitude and phase [deg] at the first frequency of .disto", ""),
     "distof2": Param("amplitude and phase [deg] at its second frequency", ""),
 }
-WAVE_PARAMETERS = {"pwl": ("r", "td", "file")}
-WAVES = "there are PULSE SIN EXP PWL SFFM AM"
-NO_FILE = ("E113", "PWL file= is not supported yet")
-WRITE_POINTS = "write the points: PWL(t1 v1 t2 v2 ..)"
+WAVE_PARAMETERS = {"pwl": ("r", "td", *courses.FACTORS)}
 
 
 class Independent(Element):
@@ -60,7 +58,7 @@ class Independent(Element):
             if kind == "wave":
                 if self.wave is not None:
                     raise cards.fail("E102", f"{name} has a second waveform here", line, item)
-                self.wave = waveform(cards, item, line)
+                self.wave = waveform(cards, item, line, self.extra)
                 continue
             if (
                 _is_word(item, "r", "td")
@@ -92,17 +90,26 @@ class Independent(Element):
             for key in ("r", "td"):
                 if key in self.params:
                     self.wave.params[key] = self.params.pop(key)
-        elif "file" in self.params:
-            raise cards.fail(*NO_FILE, line, ch[0], WRITE_POINTS)
         self.is_plain = cards.are_numbers(
             [*self.params.values(), self.extra["dc"], *(self.extra["ac"] or ())]
         ) and (self.wave is None or cards.are_numbers([*self.wave.args, *self.wave.params.values()]))
+        self.is_plain = self.is_plain and courses.is_plain(self.extra.get("course", []), cards.are_numbers)
 
     def bind(self, level: Level) -> None:
         extra = self.extra
         extra["dc"] = None if extra["dc"] is None else number_at(extra["dc"], level)
         if extra["ac"] is not None:
             extra["ac"] = tuple(number_at(v, level) for v in extra["ac"])
+        if "course" in extra:
+            extra["course"] = courses.bound(extra["course"], level)
+
+    def check(self, ctx: Context) -> None:
+        super().check(ctx)
+        if self.wave is None:
+            return
+        self.wave.seed = f"{ctx.flat.draws.seed} {self.name}"
+        if (course := self.extra.pop("course", None)) is not None:
+            courses.fill(ctx, self.name, self.wave, course)
 
     def quantity(self, ctx: Context) -> float | None:
         plain = self.extra.get("dc") if self.value is None else self.value
@@ -146,12 +153,15 @@ def _is_word(item: Any, *words: str) -> bool:
     return item.__class__ is not tuple and item.lower() in words
 
 
-def waveform(cards: ElementCards, item: Any, line: Line) -> Waveform:
+def waveform(cards: ElementCards, item: Any, line: Line, extra: dict[str, Any]) -> Waveform:
+    """A waveform as written; of a PWL that is more than points these are still to come: extra["course"]."""
     ch = item[1]
     kind = ch[0].lower().replace("sine", "sin")
-    if kind.startswith("tr"):
-        raise cards.fail("E113", f"{kind.upper()} is not supported yet", line, ch[0], WAVES)
-    args, params = [], {}
+    params: dict[str, Any] = {}
+    args: list[Any] = []
+    if kind == "pwl" and courses.is_course(ch[1:]):
+        extra["course"], params = courses.read(cards, ch, line)
+        return Waveform(kind, [], params, line.span_at(*extent(item)))
     what = f"a value of {kind.upper()}"
     children = iter(parts(ch[1:]))
     for child in children:
@@ -161,8 +171,6 @@ def waveform(cards: ElementCards, item: Any, line: Line) -> Waveform:
             params[child.lower()] = cards.number(next(children, child), line, f"the value of {child}")
         else:
             args.append(cards.number(child, line, what))
-    if "file" in params:
-        raise cards.fail(*NO_FILE, line, ch[0], WRITE_POINTS)
     wave = Waveform(kind, args, params, line.span_at(*extent(item)))
     if kind == "pwl":
         if len(args) % 2:

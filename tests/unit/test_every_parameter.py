@@ -86,6 +86,7 @@ CONTROLLED = {
 GEOMETRY = "V1 a 0 SIN(0 3 1k)\nR1 a b 10\nD1 b 0 m {}\n.model m d(level=3 is=1e-6 cj=1m jsw=1n {})\n"
 SIZES_3 = {key: f"{key}=20u" for key in "l w lm wm lp wp".split()}
 DECKS = {
+    "D thermal": DRIVEN + "D1 b 0 m @\n.model m d(rth0=20)\n", "M thermal": DRIVEN + "M1 b a 0 m @\n.model m vdmos(rthjc=2)\n",
     **{f"D {key}": GEOMETRY.format(" ".join(v for k, v in SIZES_3.items() if k != key) + " @", "") for key in SIZES_3},
     **{
         f"D model {key}": GEOMETRY.format(" ".join(SIZES_3.values()), "@") for key in ("xom", "xoi", "xm", "xp")
@@ -202,7 +203,7 @@ def element_words() -> list[str]:
 def test_a_parameter_of_an_element_is_not_ignored(name):
     word = name.split()[-1]
     one, other = (f"{word}={x}" for x in VALUES.get(name, VALUES.get(word, "1.3 2.1")).split())
-    if word in ("on", "off"):
+    if word in ("on", "off", "thermal"):
         one, other = word, ""
     uic = " uic" if word in ("on", "off") or (word == "ic" and name[0] not in "DQJMZN") else ""
     changed = differ(deck_of(name), one, other, f".tran 1u 1m{uic}\n")
@@ -280,7 +281,7 @@ def module_words() -> list[str]:
 def test_a_parameter_of_a_module_is_not_ignored(name):
     module, word = shipped(name.split()[0]), name.split()[1]
     is_instance = module.parameters[word.lower()]["instance"]
-    rich = RICH.get(module.name, MOS)
+    rich = RICH.get(module.name.removeprefix("thermal_"), MOS)
     sizes = (
         {key: value for key, value in SIZES.items() if key in module.parameters}
         if module.name.startswith("mos")
@@ -307,7 +308,7 @@ def test_a_parameter_of_a_module_is_not_ignored(name):
     ]
     biases = [
         {"c": 2.0, "ci": 1.9, "cx": 1.95, "b": 0.75, "bi": 0.7, "e": 0.02, "ei": 0.01, "s": -1.0, "d": 3.0, "di": 2.9, "g": 2.5,
-         "gi": 2.4, "si": 0.05, "a": 0.7, "ai": 0.65, "slow_s": 2.3, "slow_d": -0.6, "heat": 0.01, "j": 0.66},
+         "gi": 2.4, "si": 0.05, "a": 0.7, "ai": 0.65, "slow_s": 2.3, "slow_d": -0.6, "heat": 0.01, "j": 0.66, "tj": 10.0, "tc": 3.0},
         {"c": 0.1, "ci": 0.12, "b": 0.8, "bi": 0.78, "s": 0.3, "d": -0.7, "di": -0.65, "g": -0.4, "gi": -0.35, "a": -7.0,
          "ai": -6.9, "an": -0.5, "j": -6.8},
         {"d": 40.0, "di": 39.0, "g": 1.0, "gi": 0.9, "b": -1.0, "bi": -1.1, "c": -0.6, "ci": -0.5, "a": -4.0, "ai": -3.9,
@@ -340,14 +341,15 @@ IDLE_IN_MODULES = {
     "jfet2 ver",  # as in ngspice
     "mesfet fc",  # as in ngspice
     "mos2 utra", "mos6 nvth",  # as in ngspice
-    "vdmos phi",  # taken, since cards have it
+    "vdmos phi", "thermal_vdmos phi",  # taken, since cards have it
 }  # fmt: skip
 
 
 REFUSED = {
     "L1 b 0 m nt=3\n.model m l(ind=1m)": "E281",  # turns of a coil of known size
     "D1 b 0 m ic=0.3\n.model m d": "E297",
-    "D1 b 0 m thermal\n.model m d(rth0=1)": "E113",
+    "D1 b 0 m thermal\n.model m d": "E299",
+    "M1 b b 0 0 m thermal\n.model m nmos": "E307",
     "V2 b 0 1 m=2": "E307",
     "E1 b 0 a 0 2 m=2": "E307",
     "H1 b 0 V1 2 m=2": "E307",

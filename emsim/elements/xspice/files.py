@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import os
-
-from ...source import decode, read_bytes
 from ...units import spice_number
+from ..files import FileTrouble, text_beside
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -26,17 +24,10 @@ def lines(seat: Seat, key: str, comment: str = "*") -> list[tuple[int, list[str]
     if not given:
         seat.wrong(f"{key}= is missing", key, f'write {key}="file.txt"')
         return None
-    deck = seat.model.span.file.path
-    path = os.path.join(os.path.dirname(deck) if deck else ".", os.path.expanduser(given.replace("\0", "")))
-    if path not in seat.ctx.flat.named:
-        seat.ctx.flat.named.append(path)
     try:
-        text = decode(read_bytes(path, regular=True))
-    except OSError as error:
-        seat.wrong(f"cannot read {given}: {error.strerror or error}", key, f"looked for {path}")
-        return None
-    if text is None:
-        seat.wrong(f"{given} is not a text file", key)
+        text = text_beside(seat.ctx, given, seat.model.span)
+    except FileTrouble as error:
+        seat.wrong(str(error), key, f"looked for {error.path}")
         return None
     for other in comment[1:]:
         text = text.replace(other, comment[0])

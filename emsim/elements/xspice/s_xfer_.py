@@ -5,6 +5,7 @@ The operating point holds its integrators at int_ic, as in ngspice: a constant i
 
 from __future__ import annotations
 
+from ..transfer import chain
 from .base import CodeModel, Seat, Word, driving, numbers, reading
 
 TYPE_CHECKING = False
@@ -38,23 +39,19 @@ class TransferFunction(CodeModel):
             seat.wrong("the denominator's first coefficient is zero", "den_coeff")
 
     def build(self, seat: Seat) -> None:
-        b = seat.ctx.b
-        den = [a / seat["den_coeff"][0] for a in seat["den_coeff"]]
-        num = [c / seat["den_coeff"][0] for c in seat["num_coeff"]]
-        num = [0.0] * (len(den) - len(num)) + num
+        n, w = len(seat["den_coeff"]) - 1, seat["denormalized_freq"]
+        scales = [w**-k for k in range(n + 1)]
+        den, num = (
+            [c / seat["den_coeff"][0] * scale for c, scale in zip(reversed(seat[key]), scales, strict=False)]
+            for key in ("den_coeff", "num_coeff")
+        )
         u = seat["gain"] * (seat.read("in") + seat["in_offset"])
-        n, w = len(den) - 1, seat["denormalized_freq"]
-        # states of a chain of integrators, the first is the highest derivative but one
-        x = [b.unknown(f"{seat.name}#{k}", "coordinate", "", seat.entry("int_ic", k, 0.0)) for k in range(n)]
-        top = u
-        for a, k in zip(den[1:], x, strict=True):
-            top = top - a * b.x(k)
-        for k, state in enumerate(x):
-            b.c(state, state, 1.0 / w)
-            b.add_f(state, -(top if k == 0 else b.x(x[k - 1])))
-        out = num[0] * top
-        for c, k in zip(num[1:], x, strict=True):
-            out = out + c * b.x(k)
+        # int_ic begins with the highest derivative but one
+        starts = [seat.entry("int_ic", n - 1 - k, 0.0) for k in range(n)]
+        z = chain(seat.ctx, seat.name, u, den, scales, "coordinate", "", starts)
+        out = seat.ctx.b.const(0.0)
+        for c, scale, term in zip(num, scales, z, strict=False):
+            out = out + c / scale * term
         seat.drive("out", out)
 
 

@@ -8,6 +8,7 @@ use crate::veriloga::Folded;
 use crate::waves::Wave;
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, HashMap};
+use std::sync::Arc;
 
 /// What an unknown is: its tolerance, and whether the DC operating point holds it.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
@@ -173,6 +174,14 @@ pub struct Delay {
     pub initial: f64,
 }
 
+/// A gain that only frequencies have: small signals have -H(s) in that row and column. Of (re, im) of s as (re, im).
+#[derive(Clone)]
+pub struct Response {
+    pub row: usize,
+    pub col: usize,
+    pub of: Arc<dyn Fn((f64, f64)) -> (f64, f64) + Send + Sync>,
+}
+
 /// A device, a module or a digital part, as it was placed: with what it takes to place it again.
 #[derive(Clone, Serialize, Deserialize)]
 pub enum Placed {
@@ -209,6 +218,8 @@ pub struct Model {
     pub delays: Vec<Delay>,
     /// the wave that is 1 where a run has not begun: what is late is there what it will be
     pub still: Option<usize>,
+    #[serde(skip)]
+    pub responses: Vec<Response>,
     pub g: Vec<(usize, usize, f64)>,
     pub c: Vec<(usize, usize, f64)>,
     pub f_wave: Vec<(usize, usize, f64)>,

@@ -9,7 +9,7 @@
 //! one: noise, sensitivities.
 use crate::derive::gradient;
 use crate::graph::{Graph, Id, Node};
-use crate::model::Law;
+use crate::model::{Law, Response};
 use crate::sparse::{Complex, Lu, Pattern, Scalar, Singular, Symbolic};
 use crate::system::{System, Work};
 use crate::tape::{Inputs, Tape};
@@ -18,8 +18,9 @@ pub struct SmallSignal {
     pattern: Pattern,
     g: Vec<f64>, // on the pattern
     c: Vec<f64>,
-    held: Vec<bool>,            // this unknown stays where it is
-    delayed: Vec<(usize, f64)>, // places in G, and by how long what they read is late
+    held: Vec<bool>,                   // this unknown stays where it is
+    delayed: Vec<(usize, f64)>,        // places in G, and by how long what they read is late
+    responses: Vec<(usize, Response)>, // places in G, and the gains that stand there
     lu: Lu<Complex>,
     matrix: Vec<Complex>,
     s: Option<Complex>,  // what was factored last
@@ -39,7 +40,8 @@ impl SmallSignal {
         let held: Vec<bool> = sys.unknowns.iter().map(|u| hold && u.kind.mechanical()).collect();
         let own = (0..sys.n).flat_map(|c| sys.pattern.column(c).iter().map(move |&r| (r, c)));
         let diagonal = (0..sys.n).filter(|&i| held[i]).map(|i| (i, i));
-        let pattern = Pattern::from_entries(sys.n, &own.chain(diagonal).collect::<Vec<_>>());
+        let answering = sys.responses.iter().map(|r| (r.row, r.col));
+        let pattern = Pattern::from_entries(sys.n, &own.chain(diagonal).chain(answering).collect::<Vec<_>>());
         let (mut g, mut c) = (vec![0.0; pattern.nnz()], vec![0.0; pattern.nnz()]);
         for col in 0..sys.n {
             for k in sys.pattern.colptr[col]..sys.pattern.colptr[col + 1] {
@@ -59,9 +61,11 @@ impl SmallSignal {
             let others = (0..sys.n).filter(|&col| col != d.row);
             delayed.extend(others.filter_map(|col| Some((pattern.position(d.row, col)?, d.by))));
         }
+        let responses =
+            sys.responses.iter().filter_map(|r| Some((pattern.position(r.row, r.col)?, r.clone()))).collect();
         let lu = Lu::new(&Symbolic::analyse(&pattern)?);
         let matrix = vec![Complex::ZERO; pattern.nnz()];
-        Ok(SmallSignal { pattern, g, c, held, delayed, lu, matrix, s: None, chosen: None })
+        Ok(SmallSignal { pattern, g, c, held, delayed, responses, lu, matrix, s: None, chosen: None })
     }
 
     /// G and C on their common pattern.
@@ -80,6 +84,13 @@ impl SmallSignal {
         for &(k, by) in &self.delayed {
             let (decay, angle) = ((-s.re * by).exp(), -s.im * by);
             self.matrix[k] = Complex::new(decay * angle.cos(), decay * angle.sin()).scale(self.g[k]);
+        }
+        for (k, response) in &self.responses {
+            let (re, im) = (response.of)((s.re, s.im));
+            if !(re.is_finite() && im.is_finite()) {
+                return Err(Singular { row: None, col: Some(response.row), structural: false, finite: false });
+            }
+            self.matrix[*k] = Complex::new(-re, -im);
         }
         let size = s.abs();
         if self.chosen.is_some_and(|c| (c / NEAR..=c * NEAR).contains(&size)) {

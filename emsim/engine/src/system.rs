@@ -9,7 +9,7 @@ use crate::edges::{affine, EdgeWork, Edges};
 use crate::graph::{Graph, Id, Node};
 use crate::islands::sum_pairs;
 use crate::logic::{Live, Logic};
-pub use crate::model::{FlagSpec, Force, Kind, Model, Unknown};
+pub use crate::model::{FlagSpec, Force, Kind, Model, Response, Unknown};
 use crate::passive::is_passive;
 use crate::reduced::Reduced;
 use crate::sparse::{reciprocal, Once, Pattern, Rows, Singular, Stamp, Symbolic};
@@ -59,6 +59,7 @@ pub struct System {
     pub unknowns: Vec<Unknown>,
     pub waves: Vec<Wave>,
     pub delays: Delays,
+    pub responses: Vec<Response>,
     pub logic: Logic,
     pub flags: Vec<FlagSpec>,
     pub laws: Laws,
@@ -455,6 +456,7 @@ impl System {
         let mut system = System {
             n,
             delays: Delays::new(g, model.delays, model.still),
+            responses: model.responses,
             logic,
             turning,
             conditions_read,

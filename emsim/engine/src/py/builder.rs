@@ -9,7 +9,7 @@ use crate::devices::Climate;
 use crate::fmi::packed::Equations;
 use crate::graph::{Fun, Graph, Id, Node};
 use crate::logic;
-use crate::model::{Delay, Form, Law, LawSpec, Normal};
+use crate::model::{Delay, Form, Law, LawSpec, Normal, Response};
 use crate::system::{FlagSpec, Force, Kind, Model, Unknown};
 use crate::tape::{Inputs, Tape};
 use crate::waves::Wave;
@@ -365,6 +365,15 @@ impl Builder {
         m.waves.push(Wave::guest());
         m.delays.push(Delay { of, by, wave: m.waves.len() - 1, row, initial });
         Ok(m.waves.len() - 1)
+    }
+
+    /// A gain H(s) from one unknown in the row of another, where equations are linearised: `of` takes and gives (re, im).
+    fn response(&mut self, row: usize, col: usize, of: Py<PyAny>) -> PyResult<()> {
+        let of = Arc::new(move |s: (f64, f64)| {
+            Python::attach(|py| of.call1(py, s).and_then(|found| found.extract(py)).unwrap_or((f64::NAN, f64::NAN)))
+        });
+        self.model()?.responses.push(Response { row, col, of });
+        Ok(())
     }
 
     /// The wave that is 1 until a run begins, 0 from then on.
