@@ -22,7 +22,7 @@ START = {"off": Param("off at the start"), "ic": Param()}
 # of every .model, whatever its module knows
 HARMLESS = frozenset(
     """level version mfg vendor type icrating vceo vds_max vgs_max vbs_max vbd_max vgb_max vgsr_max vgbr_max vbsr_max vbdr_max
-    id_max ic_max ib_max pd_max te_max rth0 cth0 lmin lmax wmin wmax ron qg vds""".split()
+    id_max ic_max ib_max pd_max te_max rth0 cth0 lmin lmax wmin wmax ron qg vds rthjc rthca cthj""".split()
 )
 
 
@@ -40,7 +40,7 @@ class Compiled(Element):
 
     __slots__ = ("module", "shafts", "sign")
     behind = ("model",)
-    flags = ("off",)
+    flags: ClassVar[tuple[str, ...]] = ("off",)
     is_metered = True
     jumps = 10
     instance: ClassVar[dict[str, Param]] = {**M, **TEMPERATURE, **START}

@@ -5,6 +5,8 @@ from __future__ import annotations
 
 import math
 
+from ..build_expr import node_name
+from ..units import spice_number
 from .base import Element
 from .diodes import HARMLESS, INSTANCE, OF_LINES, become, wanted
 from .modules import shipped
@@ -23,13 +25,13 @@ class Diode(Element):
     __slots__ = ()
     letter = "d"
     what = "diode"
-    form = "Dname anode cathode model [area] [off] [ic=]"
+    form = "Dname anode cathode model [area] [off] [ic=], or Dname anode cathode [tj] model thermal"
     law = "i = is (exp(v/(n vt)) - 1), with breakdown, series resistance and charge from the .model"
     terminals = ("anode", "cathode")
     behind = ("model",)
     plain = ("diode", 4, False)
     positional = ("area",)
-    flags = ("off",)
+    flags = ("off", "thermal")
     instance = INSTANCE
     model_types = ("d",)
     is_metered = True
@@ -37,12 +39,13 @@ class Diode(Element):
     jumps = 10
 
     def read(self, cards: ElementCards, rule: str, ch: list[Any], line: Line) -> None:
-        for item in ch[4:]:
-            word = item[1][0] if item.__class__ is tuple and item[0] == "param" else item
-            if word.__class__ is not tuple and word.lower() == "thermal":
-                raise cards.fail(
-                    "E113", "self-heating of a diode is not supported yet", line, word, self.hint
-                )
+        words = [w.lower() for w in ch[1:] if w.__class__ is not tuple]
+        # Dname anode cathode [tj] model thermal: the model is the last word that is no flag and no number
+        more = "thermal" in words and len(ch) > 5 and ch[4].__class__ is not tuple
+        if more and ch[4].lower() not in self.flags and spice_number(ch[4]) is None:
+            super().read(cards, rule, [*ch[:3], *ch[4:]], line)
+            self.nodes.append(node_name(ch[3]))
+            return
         super().read(cards, rule, ch, line)
 
     def check(self, ctx: Context) -> None:

@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from .._engine import Expr
     from ..assemble.context import Context
     from ..reports.analogue import Net
+    from .base import Path
 
 # words of the complete module alone (devices/diode.va), where they are not 0, ...
 OF_THE_MODULE = frozenset(("isr", "jtun", "jtunsw"))
@@ -29,7 +30,7 @@ OF_LINES = {
 # of the line
 INSTANCE = {
     **M, **TEMPERATURE, "area": Param("factor on the currents and charges of the model", default=1.0),
-    "ic": Param(), "off": Param("off at the start"),
+    "ic": Param(), "off": Param("off at the start"), "thermal": Param("its own heat warms it, by rth0 and cth0 of the .model"),
     "pj": Param("perimeter, in units of the model's", default=1.0),
     "l": Param("length, of level 3", "m"), "w": Param("width, of level 3", "m"),
     "lm": Param("length of the metal, of level 3", "m"), "wm": Param("width of the metal, of level 3", "m"),
@@ -55,6 +56,8 @@ def wanted(e: Element, read: set[str]) -> type[Element] | None:
     words = e.model.params if e.model is not None else {}
     if OF_LINES & words.keys():
         return BentDiode if words.get("epsilon") or words.get("revepsilon") else LinesDiode
+    if "thermal" in e.params:
+        return ThermalDiode
     level = words.get("level", 1)
     if level == 3 or any(words.get(key) for key in OF_THE_MODULE) or read & OPERATING:
         return ModuleDiode
@@ -70,13 +73,41 @@ class ModuleDiode(Compiled):
     __slots__ = ()
     letter = "d"
     what = "diode"
-    terminals = ("anode", "cathode")
+    terminals: ClassVar[tuple[str, ...]] = ("anode", "cathode")
     sorts: ClassVar[dict[str, tuple[str, float]]] = {"d": ("diode", 1.0)}
     model_types = ("d",)
     instance = INSTANCE
-    currents = ("id", "ik")
+    currents: ClassVar[tuple[str, ...]] = ("id", "ik")
     current_name = "id"
     harmless = Compiled.harmless | HARMLESS
+
+
+class ThermalDiode(ModuleDiode):
+    """devices/thermal_diode.va: its own heat warms it; the potential of a third node is by how many kelvin."""
+
+    __slots__ = ()
+    terminals = ("anode", "cathode", "tj")
+    sorts: ClassVar[dict[str, tuple[str, float]]] = {"d": ("thermal_diode", 1.0)}
+    may_lack = 1
+    currents = ("id", "ik", "heat")
+
+    def check(self, ctx: Context) -> None:
+        super().check(ctx)
+        if (
+            self.module is not None
+            and len(self.nodes) < 3
+            and not (self.model and self.model.params.get("rth0"))
+        ):
+            said = f"`{self.name}`: nothing cools it: .model `{self.model_name}` has no rth0"
+            ctx.sink.error(
+                "E299",
+                said,
+                self.span,
+                "rth0= is its thermal resistance [K/W], cth0= its heat capacity [J/K]",
+            )
+
+    def paths(self) -> tuple[Path, ...]:
+        return (0, 1, "conducts"), *(((1, 2, "conducts"),) if len(self.nodes) > 2 else ())
 
 
 class Lines(Element):

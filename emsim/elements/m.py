@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from .base import Param
+from .base import Element, Param
 from .compiled import Compiled
+from .diodes import become
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -43,10 +44,29 @@ class Mosfet(Compiled):
         "l": Param("length of the channel", "m", 1e-4), "w": Param("width of the channel", "m", 1e-4),
         "ad": Param("area of the drain", "m^2", 0.0), "as": Param("area of the source", "m^2", 0.0),
         "pd": Param("perimeter of the drain", "m", 0.0), "ps": Param("perimeter of the source", "m", 0.0),
+        "thermal": Param("its own heat warms it, by rthjc, rthca and cthj of a VDMOS"),
         "nrd": Param("squares of the drain", "", 1.0), "nrs": Param("squares of the source", "", 1.0),
     }  # fmt: skip
+    flags = ("off", "thermal")
     current_name = "id"
-    currents = ("id", "ig", "is", "ib")
+    currents: ClassVar[tuple[str, ...]] = ("id", "ig", "is", "ib")
+
+    def chosen(self, read: set[str]) -> Element:
+        is_power = self.model is not None and self.model.type in ThermalMosfet.sorts
+        return become(self, ThermalMosfet) if "thermal" in self.params and is_power else self
+
+    def check(self, ctx: Context) -> None:
+        if "thermal" in self.params and not isinstance(self, ThermalMosfet):
+            said = (
+                f"`{self.name}`: of a MOSFET, a VDMOS alone is warmed by its own heat with the word `thermal`"
+            )
+            ctx.sink.error(
+                "E307",
+                said,
+                self.span,
+                "models that heat themselves otherwise have a parameter for it: shmod, swself, ..",
+            )
+        super().check(ctx)
 
     def sense(self) -> float:
         """Of a p channel as of an n channel, as in ngspice."""
@@ -73,3 +93,19 @@ class Mosfet(Compiled):
             powers = {"l": 1, "w": 1, "pd": 1, "ps": 1, "ad": 2, "as": 2}
             found = {key: value * scale ** powers.get(key, 0) for key, value in found.items()}
         return found
+
+
+class ThermalMosfet(Mosfet):
+    """devices/thermal_vdmos.va: its own heat warms it; the potentials of tj and tc are by how many kelvin."""
+
+    __slots__ = ()
+    form = "Mname drain gate source [tj tc] model thermal"
+    sorts: ClassVar[dict[str, tuple[str, float]]] = {
+        word: ("thermal_vdmos", sign) for word, (name, sign) in Mosfet.sorts.items() if name == "vdmos"
+    }
+    may_lack = 2
+    currents = ("id", "ig", "is", "heat", "ic")
+
+    def paths(self) -> Sequence[Path]:
+        own: list[Path] = [(0, 2, "conducts"), (1, 2, "blocks")]
+        return [*own, *((2, k, "conducts") for k in range(3, len(self.nodes)))]
