@@ -21,6 +21,13 @@ FOUR_BAR: dict[str, Any] = {
     # absolute angles of coupler and rocker from +x at the start, and their speeds
     "angles": (0.981765356578622737, 1.50408017838467136), "speeds": (-25 / 3, -25 / 3),
 }  # fmt: skip
+# netlists/mechanical/ref_fric_arm10.cir: rods whose joints rub [N m]; the first angle is absolute, the others are relative
+ARM: dict[str, Any] = {
+    "n": 10, "m": 0.5, "l": 0.3, "start": (1.2, *(-0.6 / 9 for _ in range(9))),
+    "friction": tuple(2.5 - 0.25 * k for k in range(10)),
+}  # fmt: skip
+# netlists/mechanical/bouncing_ball.cir: from a height, with a coefficient of restitution
+BOUNCE: dict[str, Any] = {"m": 1.0, "height": 1.0, "e": 0.8}
 
 
 def rod_inertia(m: float, length: float) -> float:

@@ -1,33 +1,38 @@
 """MuJoCo: generalised coordinates, recursive dynamics, fixed steps; a loop is closed by a soft equality constraint.
 
 RK4 over a ladder of steps; implicitfast, which is what its users run by default, of order 1, beside it. The loop constraint
-gets solref = 2h and an impedance near 1, the stiffest that a step h carries.
+gets solref = 2h and an impedance near 1, the stiffest that a step h carries; so do friction of joints and contacts. A contact
+that gives speed back is a spring and a damper for as many steps as it takes to see them.
 """
 
 from __future__ import annotations
 
-from math import cos, sin
+from math import cos, log, pi, sin
 from time import thread_time
 from typing import Any
 
 from . import answer, question
-from .machines import CHAIN, DOUBLE, FOUR_BAR, GRAVITY, PENDULUM, rod_inertia
+from .machines import ARM, BOUNCE, CHAIN, DOUBLE, FOUR_BAR, GRAVITY, PENDULUM, rod_inertia
 
 STEPS = (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000)  # in an interval of the common times
 INTEGRATORS = {"RK4": "mjINT_RK4", "implicitfast": "mjINT_IMPLICITFAST"}
 POINT = 1e-12  # inertia of a point mass: MuJoCo wants one
+TOUCH = 20  # steps that a touch takes which gives speed back
 
 
-def body(name: str, at: str, mass: float, com: str, inertia: float, inner: str = "") -> str:
+def body(
+    name: str, at: str, mass: float, com: str, inertia: float, inner: str = "", friction: float = 0.0
+) -> str:
     """A body that turns about y: the plane is x-z here, gravity along -z, and axis -y makes angles counter-clockwise."""
     j = f'<inertial pos="{com}" mass="{mass!r}" diaginertia="{POINT} {inertia!r} {inertia!r}"/>'
-    return (
-        f'<body name="{name}" pos="{at}"><joint name="{name}" type="hinge" axis="0 -1 0"/>{j}{inner}</body>'
-    )
+    joint = f'<joint name="{name}" type="hinge" axis="0 -1 0" frictionloss="{friction!r}"/>'
+    return f'<body name="{name}" pos="{at}">{joint}{j}{inner}</body>'
 
 
-def world(inner: str, more: str = "") -> str:
-    flags = '<flag contact="disable"/>'
+def world(inner: str, more: str = "", touches: bool = False) -> str:
+    flags = f'<flag contact="{"enable" if touches else "disable"}"/>'
+    if touches:
+        inner = f'<geom type="plane" size="0 0 1" friction="0 0 0"/>{inner}'
     return f'<mujoco><option gravity="0 0 {-GRAVITY}">{flags}</option><worldbody>{inner}</worldbody>{more}</mujoco>'
 
 
@@ -79,7 +84,45 @@ def four_bar() -> tuple[str, list[float], list[float], dict[str, Any]]:
     return world(crank + rocker, close), [0.0, tb, tc], [w, wb - w, wc], columns
 
 
+def arm() -> tuple[str, list[float], list[float], dict[str, Any]]:
+    n, m, length = ARM["n"], ARM["m"], ARM["l"]
+    inner = ""
+    for k in range(n, 0, -1):
+        at = "0 0 0" if k == 1 else f"0 0 {-length}"
+        com, inertia, friction = f"0 0 {-length / 2}", rod_inertia(m, length), ARM["friction"][k - 1]
+        inner = body(f"l{k}", at, m, com, inertia, inner, friction)
+    columns: dict[str, Any] = {f"angle(l{k})": lambda d, k=k: sum(d.qpos[:k]) for k in range(1, n + 1)}
+    columns |= {"omega(h1)": lambda d: d.qvel[0], "omega(l10)": lambda d: sum(d.qvel)}
+    return world(inner), list(ARM["start"]), [0.0] * n, columns
+
+
+def bounce() -> tuple[str, list[float], list[float], dict[str, Any]]:
+    r = 0.1  # of no consequence
+    j = f'<inertial pos="0 0 0" mass="{BOUNCE["m"]!r}" diaginertia="1e-3 1e-3 1e-3"/>'
+    ball = f'<body pos="0 0 {r}"><joint type="slide" axis="0 0 1"/>{j}<geom type="sphere" size="{r}" friction="0 0 0"/></body>'
+    columns = {"pos(up)": lambda d: d.qpos[0]}
+    return world(ball, touches=True), [BOUNCE["height"]], [0.0], columns
+
+
+def stiffen(model: Any, h: float) -> None:
+    """Loops, friction and contacts as stiff as steps h carry."""
+    model.opt.tolerance = 1e-14
+    for reference, impedance in ((model.eq_solref, model.eq_solimp), (model.dof_solref, model.dof_solimp)):
+        reference[:] = (2 * h, 1.0)
+        impedance[:] = (0.99999, 0.99999, 1e-3, 0.5, 2.0)
+    model.geom_solref[:], model.geom_solimp[:] = (2 * h, 1.0), (0.99999, 0.99999, 1e-3, 0.5, 2.0)
+
+
+def rebound(model: Any, h: float) -> None:
+    """Half a period of a damped spring, which gives back e of the speed."""
+    stiffen(model, h)
+    damped = -log(BOUNCE["e"])
+    rate = pi / (TOUCH * h)
+    model.geom_solref[:] = (-(rate * rate) * (1 + (damped / pi) ** 2), -2 * rate * damped / pi)
+
+
 MACHINES = {
+    "ref_fric_arm10": arm, "bouncing_ball": bounce,
     "ref_simple_pendulum": pendulum, "ref_double_pendulum": double, "ref_chain20": chain, "ref_four_bar": four_bar,
 }  # fmt: skip
 
@@ -96,10 +139,8 @@ def main() -> None:
         for steps in STEPS:
             h = times[0] / steps
             model.opt.timestep = h
-            if model.neq:
-                model.eq_solref[:] = (2 * h, 1.0)
-                model.eq_solimp[:] = (0.99999, 0.99999, 1e-3, 0.5, 2.0)
-                model.opt.tolerance = 1e-14
+            if model.neq or model.ngeom or model.dof_frictionloss.any():
+                (rebound if machine == "bouncing_ball" else stiffen)(model, h)
             spent: list[float] = []
             while len(spent) < (rounds if not spent or spent[0] < 0.3 else 1):
                 mujoco.mj_resetData(model, data)
