@@ -6,7 +6,7 @@ import invariants
 import pytest
 
 
-@pytest.mark.parametrize("deck", ["electrical/rc_ladder", "mechanical/ref_four_bar"])
+@pytest.mark.parametrize("deck", ["coupled/relay", "mechanical/ref_four_bar"])
 def test_looking_at_rows_is_cheap(deck):
     text = (invariants.NETLISTS / f"{deck}.cir").read_text(encoding="utf-8")
     with_, without = invariants.cost(text, 9)
