@@ -90,6 +90,8 @@ def draw(s: Session, path: str, text: str) -> None:
     if not listed:
         usage(PLOT, "no vector is named")
     found = [c for c in curves(s, listed) if len(c[0])]
+    if not found:
+        raise CommandError("E164", "there is nothing to draw: what is named holds no numbers")
     found = [c for c in found if c[0] is not (c[0].plot.scale if c[0].plot else None)] or found
     try:
         from matplotlib.figure import Figure

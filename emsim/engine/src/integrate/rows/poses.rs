@@ -7,6 +7,8 @@ use crate::system::{Kind, System, Work};
 const NEAR: f64 = 1e-2;
 /// ... and its forces are limits where beside it they are so many times as far from one.
 const NEARER: f64 = 0.1;
+/// The look costs the cube of the closures in every row: no more of them are looked at.
+const MOST: usize = 24;
 /// Distance to the points beside it, in steps.
 const BESIDE: f64 = 0.1;
 
@@ -18,12 +20,12 @@ pub struct Poses {
 }
 
 impl Poses {
-    /// None without closed loops, or where no row shows a force. `lags`: unknowns that follow from what others change by.
+    /// None without closed loops, with very many, or where no row shows a force. `lags`: unknowns that follow from what others change by.
     pub fn new(sys: &System, reads: &[u32], lags: &[bool]) -> Option<Poses> {
         let of = |kind: Kind| (0..sys.n).filter(|&i| sys.unknowns[i].kind == kind).collect::<Vec<_>>();
         let closures: Vec<usize> = of(Kind::Mu).into_iter().filter(|&i| !sys.has_q[i]).collect();
         let shown: Vec<usize> = reads.iter().map(|&k| k as usize).filter(|&k| lags[k]).collect();
-        if closures.is_empty() || shown.is_empty() {
+        if closures.is_empty() || closures.len() > MOST || shown.is_empty() {
             return None;
         }
         let shown = (0..sys.n).filter(|&i| lags[i]).collect();
