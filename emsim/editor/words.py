@@ -184,6 +184,9 @@ FUNCTIONS = {
     "ddt": ("ddt(x)", "time derivative"),
     "idt": ("idt(x[,start])", "time integral"),
     "sdt": ("sdt(x[,start])", "time integral"),
+    "idtmod": ("idtmod(x[,start,m,low])", "time integral, less so many m that it lies between low and low + m"),
+    "delay": ("delay(x,t)", "x as it was the time t before"),
+    "absdelay": ("absdelay(x,t)", "x as it was the time t before, as in Verilog-A"),
     "deg": ("deg(x)", "radians in degrees"),
     "rpm": ("rpm(x)", "rad/s in turns a minute"),
     "mc": ("mc(nominal,relative)", "drawn once, evenly distributed within nominal (1 +- relative), as in LTspice"),
@@ -231,6 +234,10 @@ WAVES = {
              "vo V -, va V 0, fc Hz ~1/tstop, mdi - 0, fs Hz ~1/tstop, phc deg 0, phs deg 0"),
     "AM": ("a sine whose amplitude a sine changes; as in ngspice the phase stands in the seventh place and the sixth is ignored",
            "va V -, vo V 0, mf Hz ~1/tstop, fc Hz 0, td s 0, - - -, ph deg 0"),
+    "TRNOISE": ("random: normal values every nt, 1/f noise of exponent nalpha, a telegraph signal; the same for the same seed",
+                "na V -, nt s 0, nalpha - 0, namp V 0, rtsam V 0, rtscapt s 0, rtsemt s 0"),
+    "TRRANDOM": ("a random value for each ts from td on; type 1 even, 2 normal, 3 exponential, 4 Poisson",
+                 "type - -, ts s -, td s 0, a V 1, b V 0"),
 }  # fmt: skip
 
 # method -> (order, kind, what it is for)

@@ -45,6 +45,7 @@ NOT_IN_THE_EQUATIONS = {
 # tested below
 ELSEWHERE = {
     "D model level", "T z0", "T zo", "T td", "T f", "T nl", "T ic",  # of lines: tests/ngspice/test_lines.py
+    "V pwr", "V freq", "V phase",  # refused in a transient: below
     "U model isperl", "U model rsperl",  # refused, and nothing without it
     # tests/ngspice/test_lossy_lines.py
     "O model l", "Y len", "Y length", "P len", "P length", "P dimension",
@@ -352,6 +353,7 @@ REFUSED = {
     "D1 b 0 m thermal\n.model m d": "E299",
     "M1 b b 0 0 m thermal\n.model m nmos": "E307",
     "V2 b 0 1 m=2": "E307",
+    **dict.fromkeys((f"V2 b 0 1 portnum=1 {word}=1" for word in ("pwr", "freq", "phase")), "E113"),
     "E1 b 0 a 0 2 m=2": "E307",
     "H1 b 0 V1 2 m=2": "E307",
     "E1 b 0 table {v(a)} = (0,0) (1,1) tc1=1m": "E102",

@@ -179,6 +179,6 @@ def test_power_of_an_element_by_probe_as_in_ngspice() -> None:
     """It was refused: p() would read a machine."""
     sub = (".subckt load a b", "Rx a b 1k", ".ends", "X1 c 0 load")
     r = emsim.run(deck(*ONE_OF_EACH, *sub, ".probe p(r1) p(d1) p(x1.rx) p(V1)"))
-    assert r["p(r1)"] == pytest.approx(1e3 * ((r["v(a)"] - r["v(b)"]) / 1e3) ** 2, abs=1e-12)
-    assert r["p(x1.rx)"] == pytest.approx(r["v(c)"] ** 2 / 1e3) and (r["p(d1)"] >= 0).all()
-    assert r["p(v1)"] == pytest.approx(r["v(a)"] * r["i(v1)"]) and r.units["p(r1)"] == "W"
+    assert r["r1:power"] == pytest.approx(1e3 * ((r["v(a)"] - r["v(b)"]) / 1e3) ** 2, abs=1e-12)
+    assert r["x1.rx:power"] == pytest.approx(r["v(c)"] ** 2 / 1e3) and (r["d1:power"] >= 0).all()
+    assert r["v1:power"] == pytest.approx(r["v(a)"] * r["i(v1)"]) and r.units["r1:power"] == "W"
