@@ -230,8 +230,7 @@ impl Detector {
             }
         }
         if sys.flags.iter().any(|f| f.law == Law::Mode) {
-            // what fires there may not be the first
-            while let Some(t) = self.between(sys, w, m, (t0, hi), x).filter(|&t| t < hi) {
+            if let Some(t) = self.between(sys, w, m, (t0, hi), x) {
                 (hi, found) = (t, true);
             }
         }
@@ -288,8 +287,7 @@ impl Detector {
     }
 
     /// Where the root of a law's mode rises above zero and falls again within one step, as of two parts that fly through each
-    /// other: between samples where it rises before and falls behind. The lines on either side bound a root that is concave there,
-    /// as the gap of two balls that pass is, be its dip as narrow as it may. The time of a look at which it fires.
+    /// other: at the peaks of parabolas through five samples. The time of a look at which it fires.
     fn between(
         &mut self,
         sys: &System,
@@ -298,35 +296,36 @@ impl Detector {
         (t0, t1): (f64, f64),
         x: &mut [f64],
     ) -> Option<f64> {
-        // the outer ones give the slopes at the ends
-        const AT: [f64; 7] = [0.0, 1e-3, 0.25, 0.5, 0.75, 0.999, 1.0];
-        const LOOKS: usize = 8;
-        let last = AT.len() - 1;
-        let time = |theta: f64| t0 + theta * (t1 - t0);
+        const PARTS: usize = 4;
+        let quarter = (t1 - t0) / PARTS as f64;
         let mut samples = vec![self.before.clone()];
-        for (k, &theta) in AT.iter().enumerate().skip(1) {
-            let t = if k == last { t1 } else { time(theta) };
+        for k in 1..=PARTS {
+            let t = t0 + k as f64 * quarter;
             (m.dense)(t, x);
-            if self.any(sys, w, x, t) && k < last - 1 {
+            if k < PARTS && self.any(sys, w, x, t) {
                 return Some(t);
+            }
+            if k == PARTS {
+                self.any(sys, w, x, t1);
             }
             samples.push(self.now.clone());
         }
         for (k, _) in sys.flags.iter().enumerate().filter(|(_, f)| f.law == Law::Mode) {
-            for j in 1..last - 1 {
-                let mut four: [(f64, f64); 4] = std::array::from_fn(|i| (AT[j - 1 + i], samples[j - 1 + i][k]));
-                for _ in 0..LOOKS {
-                    let Some((theta, _)) = summit(&four).filter(|&(_, height)| height > 0.0) else { break };
-                    let t = time(theta);
-                    (m.dense)(t, x);
-                    if self.any(sys, w, x, t) {
-                        return Some(t);
-                    }
-                    let middle = (theta, self.now[k]);
-                    let [a, b, c, d] = four;
-                    let parts = [[a, b, middle, c], [b, middle, c, d]];
-                    let height = |part: &[(f64, f64); 4]| summit(part).map_or(f64::NEG_INFINITY, |(_, height)| height);
-                    four = if height(&parts[0]) > height(&parts[1]) { parts[0] } else { parts[1] };
+            for j in 1..PARTS {
+                let (a, b, c) = (samples[j - 1][k], samples[j][k], samples[j + 1][k]);
+                let bend = a - 2.0 * b + c;
+                // a peak within the three, above zero
+                if !(b >= a && b >= c && bend < 0.0) {
+                    continue;
+                }
+                let shift = 0.5 * (a - c) / bend;
+                if b - 0.5 * shift * shift * bend <= 0.0 {
+                    continue;
+                }
+                let t = t0 + (j as f64 + shift) * quarter;
+                (m.dense)(t, x);
+                if self.any(sys, w, x, t) {
+                    return Some(t);
                 }
             }
         }
@@ -376,15 +375,4 @@ impl Detector {
         }
         resting
     }
-}
-
-/// Where the line through the first two of four points meets that through the last two, and how high: no concave curve through
-/// them is higher between the middle ones. None where it does not rise before and fall behind.
-fn summit(&[(t0, y0), (t1, y1), (t2, y2), (t3, y3)]: &[(f64, f64); 4]) -> Option<(f64, f64)> {
-    let (rise, fall) = ((y1 - y0) / (t1 - t0), (y3 - y2) / (t3 - t2));
-    if !(rise > 0.0 && fall < 0.0) {
-        return None;
-    }
-    let t = (y2 - y1 + rise * t1 - fall * t2) / (rise - fall);
-    (t > t1 && t < t2).then(|| (t, y1 + rise * (t - t1)))
 }

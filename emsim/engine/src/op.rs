@@ -138,8 +138,10 @@ impl<'a> Dc<'a> {
         let (mut flips, mut turned, patience) = (0, 0, CHATTER + 2 * sys.flags.len());
         let mut valueless = sys.expression_rows().len() + VALUELESS;
         for iteration in 1..=most {
-            // expressions without a value here, 1/v(a) at a start of 0 V, are left out until others give them one
-            let absent = sys.eval_where_finite(w, x, 0.0);
+            // expressions without a value here, 1/v(a) at a start of 0 V, are left out until others give them one; rows of what is
+            // held ask for none
+            let mut absent = sys.eval_where_finite(w, x, 0.0);
+            absent.retain(|&row| self.held[row].is_none());
             if let Some(&unknown) = absent.first() {
                 if valueless == 0 {
                     return Err(Failure::NotFinite { unknown });
@@ -718,7 +720,9 @@ pub fn hold(
     stays: &Stays,
 ) -> f64 {
     let (mut h, mut left) = (h, f64::INFINITY);
-    for pass in 0..SHORTER {
+    // what stays may be far up an exponential, and slopes there say nothing
+    let passes = if sys.exponentials() > 0 && !stays.near { 1 } else { SHORTER };
+    for pass in 0..passes {
         let ports = w.ports.clone();
         sys.eval(w, x, t);
         let slope = |i: usize| if stays.near || pass > 0 { w.f[i] } else { 0.0 };

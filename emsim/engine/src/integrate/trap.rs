@@ -7,7 +7,7 @@
 //!
 //! Local error  h^3/12 x'''  from the third divided difference of the last four points, on what stands under d/dt.
 use super::rows::Lags;
-use super::{interpolate, of_second_order, response, root, Attempt, Character, History, Method, Response};
+use super::{interpolate, response, root, Attempt, Character, History, Method, Response};
 use crate::ledger::Stages;
 use crate::newton::{Newton, Options, Tolerances};
 use crate::sparse::Complex;
@@ -28,14 +28,6 @@ const FILTER_FROM: f64 = 0.3;
 const RINGING: f64 = 0.25;
 const DAMP_FROM: f64 = 0.1;
 const CALM: u32 = 3;
-/// What rings adds up the errors of all steps, none of which is damped: each is held to less by this.
-const ADDED_UP: f64 = 0.25;
-/// A voltage that follows from what a coil does stands for no charge, and no error estimate sees it. Where a diode lets go of a coil's
-/// current it goes over to another value at once, and the rule has it swing about that by all of the way, with the whole swing of a
-/// rectifier's output in its rows. A step in which such a voltage moves by so many tolerances more than the last step lets expect, and by
-/// so many times as much, is one of the L-stable rule.
-const LETS_GO: f64 = 100.0;
-const ABRUPT: f64 = 4.0;
 /// Error of the parabola between the ends of a step, in parts of what it missed.
 const INSIDE: f64 = 0.25;
 /// Beside diodes: a step that is no longer than the time in which they turn meets them without being refused, and the errors of equal
@@ -68,12 +60,6 @@ pub struct Trap {
     calm: u32,                   // steps since one was
     given: Vec<usize>,           // unknowns that have what a source has
     slopes: Vec<(usize, f64)>,   // rows that only ask for a derivative, with Q one step before the last
-    loose: Vec<usize>,           // voltages that coils may let go of
-}
-
-/// Nodes that store nothing.
-fn loose(sys: &System) -> Vec<usize> {
-    (0..sys.n).filter(|&i| !sys.differential[i] && sys.unknowns[i].kind == Kind::Node).collect()
 }
 
 impl Trap {
@@ -82,11 +68,10 @@ impl Trap {
         let mut newton = Newton::new(sys)?;
         let alone = sys.alone();
         newton.missed = MISSED;
-        let rings = if sys.has_coils() && sys.linear { ADDED_UP } else { 1.0 };
         Ok(Trap {
             character: Character {
                 steps_a_period: Some(IN_A_PERIOD),
-                lags: Lags::unless(o.fixed_step.is_some(), Lags::Index),
+                lags: Lags::unless(o.fixed_step.is_some(), Lags::Forces),
                 ..Character::PLAIN
             },
             newton,
@@ -97,8 +82,7 @@ impl Trap {
             r: v(),
             t1: 0.0,
             x1: v(),
-            trtol: if o.trtol.is_finite() { o.trtol } else { of_second_order(o.reltol) * rings },
-            loose: if sys.has_coils() && !sys.linear { loose(sys) } else { Vec::new() },
+            trtol: if o.trtol.is_finite() { o.trtol } else { 1.0 },
             fixed: o.fixed_step.is_some(),
             linear: sys.linear,
             itl4: o.itl4,
@@ -156,17 +140,6 @@ impl Trap {
         }
         self.newton.solve(sys, w, a, &self.r, &mut self.x1, self.now + h, tol, self.itl4)?;
         Ok(())
-    }
-
-    /// Does a coil let go of a voltage in the candidate step?
-    fn lets_go(&self, h: f64, tol: &Tolerances) -> bool {
-        let (p, x1) = (&self.past, &self.x1);
-        let before = h / (p.t[0] - p.t[1]);
-        self.loose.iter().any(|&i| {
-            let (moved, expected) = (x1[i] - p.x[0][i], before * (p.x[0][i] - p.x[1][i]));
-            let weight = tol.weight(i, x1[i], p.x[0][i]);
-            (moved - expected).abs() > LETS_GO * weight && moved.abs() > ABRUPT * expected.abs()
-        })
     }
 
     /// Largest local error over tolerance, and the order of the estimate.
@@ -266,25 +239,19 @@ impl Method for Trap {
 
     fn attempt(&mut self, sys: &System, w: &mut Work, h: f64, tol: &Tolerances) -> Attempt {
         self.t1 = h;
-        let (error, order) = loop {
-            self.two_stages = self.past.len == 1 || self.damp;
-            let solved = if self.two_stages { self.first(sys, w, h, tol) } else { self.trapezoid(sys, w, h, tol) };
-            if let Err(why) = solved {
-                return Attempt::Stuck { next: h / 8.0, why: why.into() };
-            }
-            if self.fixed {
-                return Attempt::Good { next: h };
-            }
-            let (error, order) = self.error(sys, w, h, tol);
-            if error > 1.0 {
-                let factor = (0.9 / root(error, order)).clamp(0.1, 0.8);
-                return Attempt::TooLarge { next: factor * h };
-            }
-            if self.two_stages || !self.lets_go(h, tol) {
-                break (error, order);
-            }
-            self.damp = true;
-        };
+        self.two_stages = self.past.len == 1 || self.damp;
+        let solved = if self.two_stages { self.first(sys, w, h, tol) } else { self.trapezoid(sys, w, h, tol) };
+        if let Err(why) = solved {
+            return Attempt::Stuck { next: h / 8.0, why: why.into() };
+        }
+        if self.fixed {
+            return Attempt::Good { next: h };
+        }
+        let (error, order) = self.error(sys, w, h, tol);
+        if error > 1.0 {
+            let factor = (0.9 / root(error, order)).clamp(0.1, 0.8);
+            return Attempt::TooLarge { next: factor * h };
+        }
         // a step that stays as it is keeps its factorisation in a linear circuit
         let grows = error < if order == 2 { 0.2 } else { 0.091 }; // 0.45^order: to twice the step, without the power
         let factor = if grows { 2.0 } else { (0.9 / root(error, order)).clamp(0.5, 2.0) };
