@@ -177,9 +177,8 @@ def instead(options: dict[str, Any], mode: dict[str, Any], off: float) -> str:
     if power is None or (method == "gear" and float(options.get("maxord", 5)) > 2):
         return "use a tighter reltol"
     part = (WORTH / off) ** (1 / power)
-    # the steps of these methods go with the cube root of the tolerance, those of trap with its root
-    degree = 2 if method == "trap" else 3
-    text = f"use method=radau, or a reltol of {reltol * part**degree:.1g}"
+    # the steps of these methods go with the cube root of the tolerance
+    text = f"use method=radau, or a reltol of {reltol * part**3:.1g}"
     # gear falls back to order 1 now and then, whatever the step
     return (
         text

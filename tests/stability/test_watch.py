@@ -136,7 +136,7 @@ def test_what_is_excited_anew_is_another_oscillation(tolerances, least):
         periods.append(number(r"over (\d+) periods", text["W410"]))
         losses.append(number(r"about (\S+) % of its amplitude", text["W410"]))
     assert np.median(periods) < 250 and sum(p >= 500 for p in periods) <= len(periods) / 8, periods
-    assert least < np.median(losses) and max(losses) < 40
+    assert least < np.median(losses) < 25 and sum(loss >= 40 for loss in losses) <= len(losses) / 8, losses
 
 
 def test_a_mode_that_decays_is_damped_by_the_method_too():
