@@ -120,7 +120,7 @@ def test_what_is_excited_anew_is_not_damped_by_the_method():
 @pytest.mark.parametrize(
     "tolerances, least",
     [
-        ((1.15e-3, 1.1e-3, 1.05e-3, 1e-3, 9.5e-4, 9e-4, 8.5e-4, 8e-4, 7.5e-4, 7e-4, 6.5e-4, 6e-4), 6),
+        (tuple(np.linspace(1.15e-3, 6e-4, 45)), 6),
         ((3e-4, 2.75e-4, 2.5e-4, 2.25e-4, 2e-4, 1.75e-4, 1.5e-4, 1.25e-4, 1e-4), 1),
     ],
 )
@@ -128,16 +128,16 @@ def test_what_is_excited_anew_is_another_oscillation(tolerances, least):
     """The same coils: within the 50 us (250 periods) from turn to turn gear at 1e-3 loses 10 to 17 % beside radau at 1e-8, at
     1e-4 2 to 4 %, at 2e-5 half a percent, which is not told. It was told to be 0.14 of a period early after 901 periods, which no
     oscillation there has; and now and then, by chance of the last bits, 40 or 68 % over the whole run: amplitudes that fell as
-    predicted from the first to the last, up and down between. One in eight still runs on past one turn, and one
-    in six reads 40 % or more by the last bits."""
+    predicted from the first to the last, up and down between. One in eight still runs on past one turn, and
+    one in 45 reads 40 % or more, at a tolerance that the last bits choose."""
     periods, losses = [], []
     for reltol in tolerances:
-        text = said(run(deck("electrical/ref_ring_modulator"), f"method=gear reltol={reltol!r}"))
+        text = said(run(deck("electrical/ref_ring_modulator"), f"method=gear reltol={float(reltol)!r}"))
         assert set(text) == {"W410"}
         periods.append(number(r"over (\d+) periods", text["W410"]))
         losses.append(number(r"about (\S+) % of its amplitude", text["W410"]))
     assert np.median(periods) < 250 and sum(p >= 500 for p in periods) <= len(periods) / 8, periods
-    assert least < np.median(losses) < 25 and sum(loss >= 40 for loss in losses) <= len(losses) / 6, losses
+    assert least < np.median(losses) < 25 and sum(loss >= 40 for loss in losses) <= len(losses) / 20, losses
 
 
 def test_a_mode_that_decays_is_damped_by_the_method_too():
