@@ -252,13 +252,6 @@ impl History {
     }
 }
 
-/// What is not damped adds up the errors of all steps, and the tighter the tolerance the more steps there are: a method of order 2 holds
-/// each to so much of it.
-pub fn of_second_order(reltol: f64) -> f64 {
-    const ORDINARY: f64 = 1e-3;
-    (reltol / ORDINARY).min(1.0).sqrt()
-}
-
 /// The root of this degree: in a short run a power would cost as much as a stage.
 pub fn root(x: f64, degree: usize) -> f64 {
     match degree {

@@ -44,7 +44,7 @@ mod tests;
 mod trbdf2;
 
 use super::rows::Lags;
-use super::{of_second_order, response, weighted_sum, Attempt, Character, Method, Response};
+use super::{response, weighted_sum, Attempt, Character, Method, Response};
 use crate::ledger::Stages;
 use crate::newton::{Failure, Newton, Options, Tolerances};
 use crate::sparse::Complex;
@@ -69,7 +69,7 @@ const TURNS: u32 = 3;
 pub fn trbdf2(sys: &System, o: &Options) -> Result<Dirk, Failure> {
     let mut next = trbdf2::tableau();
     if sys.linear && sys.has_coils() {
-        next.local *= ADDED_UP * of_second_order(o.reltol);
+        next.local *= ADDED_UP * (o.reltol / ORDINARY).min(1.0).sqrt();
     }
     Dirk::new(sys, o, next, sdirk::order2())
 }
@@ -82,8 +82,10 @@ pub fn esdirk(sys: &System, o: &Options) -> Result<Dirk, Failure> {
 /// range without, 3e-6 with them).
 const IN_A_PERIOD: f64 = 24.0;
 
-/// What rings adds up the errors of all steps: each is held to less by this.
+/// What rings adds up the errors of all steps, and the tighter the tolerance the more steps there are: of a method of order 2 each is
+/// held to less by the root of reltol, and by this at what is ordinary.
 const ADDED_UP: f64 = 0.7;
+const ORDINARY: f64 = 1e-3;
 
 /// A step that follows another, a step that begins with a jump.
 const NEXT: usize = 0;
