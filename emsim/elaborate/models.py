@@ -218,11 +218,21 @@ class Models:
         self._missing(e, str(words[at]), level)
 
     def _words_behind(self, e: Element, level: Level) -> None:
-        """What stands behind the model: numbers and flags."""
-        words = [
-            evaluate(w, level.scope) if isinstance(w, Node) else w if (v := spice_number(w)) is None else v
-            for w in e.extra["words"]
-        ]
+        """What stands behind the model: numbers, flags, and names before values, which may be names of parameters."""
+        words: list[float | str] = []
+        for w in e.extra["words"]:
+            value = (
+                evaluate(w, level.scope)
+                if isinstance(w, Node)
+                else spice_number(w)
+                if isinstance(w, str)
+                else w
+            )
+            if value is None and words and isinstance(words[-1], str) and words[-1] not in e.flags:
+                value = level.scope.lookup(w)  # the name of a parameter
+            if words[-1:] == ["m"] and value is not None and e.is_multiplied:
+                value *= level.mult
+            words.append(w if value is None else value)
         try:
             e.take_words(words, e.extra["word_spans"])
         except LineError as error:

@@ -24,6 +24,8 @@ expression graph. Defaults and temperature rules are ngspice 39's, checked again
 
 from __future__ import annotations
 
+from itertools import takewhile
+
 from ..build_expr import extent, node_name
 from ..diagnostics import Diagnostic, suggest
 from ..expr import Node, evaluate
@@ -232,7 +234,8 @@ class Element:
         names = ch[1 : 1 + len(self.terminals)]
         if len(names) < len(self.terminals) or any(n.__class__ is tuple for n in names):
             raise cards.fail("E109", f"{ch[0]} has too few nodes", line, ch[0], self.hint)
-        rest = cards.params(self.take_nodes(ch, len(self.terminals)), line, self)
+        rest = self.take_nodes(ch, len(self.terminals))
+        rest = cards.params(self.with_names(cards, rest, 1 if self.model_types else 0), line, self)
         if self.model_types and not self.value_or_model:
             if not rest or rest[0].__class__ is tuple:
                 raise cards.fail("E109", f"{ch[0]} names no model", line, ch[0], self.hint)
@@ -245,13 +248,39 @@ class Element:
         if missing:
             raise cards.fail("E109", f"{ch[0]} has no {missing[0]}", line, ch[0], self.hint)
 
+    def with_names(self, cards: ElementCards, items: list[Any], first: int) -> list[Any]:
+        """`area 3` as area=3, as ngspice reads it: from item `first` on, a parameter's name before a value."""
+        if len(items) < first + 2:
+            return items
+        names = self.instance.keys() - set(self.flags)
+        known = [i.__class__ is not tuple and i.lower() in names for i in items]
+        if not any(known):
+            return items
+        found, at = items[:first], first
+        while at < len(items):
+            item, end = items[at], at + 1
+            if known[at]:
+                most = len(items) if item.lower() == "ic" and len(self.terminals) > 2 else at + 2
+                while end < min(most, len(items)) and cards.is_value(items[end]) and not known[end]:
+                    end += 1
+            found.append(item if end == at + 1 else ("param", items[at:end]))
+            at = end
+        return found
+
     def take_words(self, words: list[Any], spans: list[Span]) -> list[str]:
-        """What stands behind nodes and model: flags, and values in the order of `positional`; returns what is missing
-        of it. Raises LineError."""
-        places = list(self.positional)
-        for word, span in zip(words, spans, strict=True):
+        """What stands behind nodes and model: flags, names before their values, and values in the order of `positional`;
+        returns what is missing of it. Raises LineError."""
+        places, at = list(self.positional), 0
+        while at < len(words):
+            word, span = words[at], spans[at]
+            at += 1
             if word in self.flags:
                 self.params[word] = 1.0
+            elif isinstance(word, str) and at < len(words) and not isinstance(words[at], str):
+                most = len(words) if word == "ic" else at + 1
+                values = [*takewhile(lambda w: not isinstance(w, str), words[at:most])]
+                self.params[word] = values[0] if len(values) == 1 else values
+                at += len(values)
             elif isinstance(word, str) or not places or places[0] in self.params:
                 raise LineError(
                     Diagnostic("error", "E102", f"`{span.text}` does not fit here", span, self.hint)

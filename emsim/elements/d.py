@@ -42,7 +42,7 @@ class Diode(Element):
         words = [w.lower() for w in ch[1:] if w.__class__ is not tuple]
         # Dname anode cathode [tj] model thermal: the model is the last word that is no flag and no number
         more = "thermal" in words and len(ch) > 5 and ch[4].__class__ is not tuple
-        if more and ch[4].lower() not in self.flags and spice_number(ch[4]) is None:
+        if more and ch[4].lower() not in self.instance and spice_number(ch[4]) is None:
             super().read(cards, rule, [*ch[:3], *ch[4:]], line)
             self.nodes.append(node_name(ch[3]))
             return

@@ -37,7 +37,9 @@ class Passive(Element):
 
     def read(self, cards: ElementCards, rule: str, ch: list[Any], line: Line) -> None:
         self.nodes = [node_name(ch[1]), node_name(ch[2])]
-        for item in cards.params(ch[3:], line, self):
+        # the value or the model comes first, or a word that names the value
+        first = 0 if len(ch) > 3 and ch[3].__class__ is not tuple and ch[3].lower() in self.value_names else 1
+        for item in cards.params(self.with_names(cards, ch[3:], first), line, self):
             if item.__class__ is tuple:
                 if item[0] == "own_q":
                     self.extra["charge"] = True
