@@ -104,21 +104,12 @@ def assemble(
 
     Raises DeckError with everything that is wrong with the deck.
     """
-    from .._engine import Builder
     from . import circuit, topology
     from .scale import scale
 
-    ctx = context(Builder(), flat, options)
-    ctx.times = times
-    if flat.inputs is not None:
-        ctx.b.note_places()
-
-    # unknowns first, so that every expression can name every node and branch
-    circuit.allocate(ctx)
-    if flat.machine:
-        ctx.machine = _machine(ctx)
-        ctx.machine.build()
-    flat.sink.raise_if_errors()
+    ctx = _unknowns(flat, options, times, context)
+    if ctx.machine is not None and ctx.machine.open_reactions and not ctx.machine.shares:
+        ctx = _unknowns(flat, options, times, context, shares=True)
     if ctx.machine is not None:
         size = ctx.scale = scale(ctx.machine)
         options.update(length=size.length, mass=size.mass)
@@ -153,6 +144,30 @@ def assemble(
     found = Assembly(ctx, ctx.b.compile(), outputs, prints, book, analyses)
     found.flows = flows
     return found
+
+
+def _unknowns(
+    flat: FlatDeck,
+    options: dict[str, Any],
+    times: tuple[float, ...],
+    context: type[Context],
+    shares: bool = False,
+) -> Context:
+    """Circuit and machine with all their unknowns, so that every expression can name every node and branch. `shares`: loads are
+    shared where equilibrium does not say how (sharing.py)."""
+    from .._engine import Builder
+    from . import circuit
+
+    ctx = context(Builder(), flat, options)
+    ctx.times, ctx.shares = times, shares
+    if flat.inputs is not None:
+        ctx.b.note_places()
+    circuit.allocate(ctx)
+    if flat.machine:
+        ctx.machine = _machine(ctx)
+        ctx.machine.build()
+    flat.sink.raise_if_errors()
+    return ctx
 
 
 def _machine(ctx: Context) -> Machine:

@@ -28,6 +28,7 @@ from ..cards.joints.ball import Ball
 from ..cards.joints.base import AXES, Coord
 from ..cards.kinematics import Frame, Moving, Rotation, add, cross, ground, scale, subtract
 from ..diagnostics import Sink
+from . import reactions
 from .asked import MOMENTS
 from .loops import Row
 from .machine import Machine
@@ -58,6 +59,7 @@ class Absolute(Machine):
         super().__init__(ctx)
         self.integrals: dict[str, Coordinate] = {}  # drive -> integral of the speed it prescribes
         self.broken = self.broken or self.like.broken
+        self.shares = self.shares or bool(self.like.open_reactions)
 
     def build(self) -> None:
         if self.broken:
@@ -81,7 +83,9 @@ class Absolute(Machine):
         for joint in self.joints.values():
             joint.cut = True
             joint.kind.length = self.like.joints[joint.name].kind.length
-        self.planar = _is_planar(self.like, moving)
+        # what acts across the plane is shared too
+        across = self.shares and reactions.OUT_OF_PLANE[0] in reactions.words(self.like)
+        self.planar = _is_planar(self.like, moving) and not across
         self.poses = _poses(self.like, moving)
         coordinates = _planar if self.planar else _spatial
         self.roots = {name: coordinates(self.like, self.bodies[name], self.poses[name]) for name in moving}
@@ -277,7 +281,8 @@ def _centre(body: Body, pose: Pose, axes: str) -> list[Coordinate]:
 def _planar(like: Machine, body: Body, pose: Pose) -> list[Coordinate]:
     name, about = body.name, like.frames[body.name].rot.about_z()
     assert about is not None  # planar
-    if not body.inertia[2] and like.public(about).value is not None and not _moment_is_read(like, name):
+    moment_is_read = like.open_reactions or _moment_is_read(like, name)
+    if not body.inertia[2] and like.public(about).value is not None and not moment_is_read:
         # it only slides, and a turn without inertia would be no explicit equation
         return _centre(body, pose, "xy")
     turn = _coordinate(name, f"angle({name})", f"omega({name})", "rad", pose.angle, pose.omega[2])

@@ -12,6 +12,7 @@ if TYPE_CHECKING:
 FORCES = {"fx": ("shift", 0), "fy": ("shift", 1), "fz": ("shift", 2)}
 MOMENTS = {"mx": ("turn", 0), "my": ("turn", 1), "mz": ("turn", 2)}
 REACTIONS = {**FORCES, **MOMENTS}
+LOAD = "load"  # with how much force the parts of a joint press on each other
 EFFORTS = ("force", "torque", "power", "p")
 
 
@@ -20,7 +21,7 @@ def wanted(flat: Any) -> set[tuple[str, str]]:
     found: set[tuple[str, str]] = set()
     for card in flat.machine:
         if card.kind == "FRICTION" and "mu" in card.params:  # it rubs by the load of its joint
-            found |= {(fn, ref.name) for fn in FORCES for ref in card.args[:1]}
+            found |= {(LOAD, ref.name) for ref in card.args[:1]}
     for call in _calls(_expressions(flat)):
         if (
             (call.fn in REACTIONS or call.fn in EFFORTS)

@@ -81,6 +81,7 @@ class Context:
         self.coupled: dict[tuple[int, int], float] = {}
         self.wound: dict[str, str] = {}  # inductor on a core -> the K line that puts it there
         self.machine: Any = None
+        self.shares = False  # does the machine share loads where equilibrium does not say how? (sharing.py)
         self.scale: Any = None
         # (tstep, tstop) that waveform defaults refer to: of the first .tran, or of the one that runs
         # tstep, tstop, the period of all waveforms; or, behind a 0, the time at which they are held

@@ -211,7 +211,7 @@ def _follow(m: Mechanism, c: Coordinate) -> None:
         return
     _follow(m, tie.leader)
     c.q, c.u = tie.factor * tie.leader.q, tie.factor * tie.leader.u
-    if m.reads(tie.gear.name):
+    if m.shares or m.reads(tie.gear.name):
         tie.virtual = Virtual(m.b, "gear")
         m.virtuals.append(tie.virtual)
         c.q, c.u = c.q + tie.virtual.s, c.u + tie.virtual.rate

@@ -47,16 +47,13 @@ def sort_out(rows: list[tuple[str, Scalar, str]]) -> tuple[list[int], int, str]:
 
 
 class Start:
-    """What was found: state `x`, `dof`, `moved` [(name, from, to)], `redundant` rows, `singular` there; where rows are redundant
-    `all_rows` with their `jacobian` by speeds."""
+    """What was found: state `x`, `dof`, `moved` [(name, from, to)], `redundant` rows, `singular` there."""
 
-    __slots__ = ("all_rows", "dof", "jacobian", "moved", "redundant", "singular", "x")
+    __slots__ = ("dof", "moved", "redundant", "singular", "x")
 
     def __init__(self) -> None:
         self.x: list[float] = []
         self.dof = 0
         self.moved: list[tuple[str, float, float]] = []
         self.redundant: list[Row] = []
-        self.all_rows: list[Row] = []
-        self.jacobian: list[list[float]] = []
         self.singular = False

@@ -26,6 +26,7 @@ from . import closing, coordinates, equations, laws, loops, prescribed, probes, 
 from .loops import Row
 from .mechanism import Mechanism
 from .scene import FREE, JointState, free_in_space, place
+from .sharing import Sharing
 from .tree import Edge, Plan, plan
 
 TYPE_CHECKING = False
@@ -90,13 +91,13 @@ class Machine(Mechanism):
             row.mu_row = self.b.unknown(f"mu({label})", "mu", "", 0.0)
         for row in self.norms:
             row.mu_row = self.b.unknown(f"mu({row.owner},norm)", "mu", "", 0.0)
+        self._undetermined_reactions()
         for card in self.active:
             laws.allocate(self, card)
         self._check_gaps()
         self._watch_redundant()
         self._locked_note()
         self._gravity_note()
-        self._undetermined_reactions()
 
     def noise(self) -> list[tuple[str, str, list[tuple[int, Expr | float]], Expr | float, float]]:
         """Sources of noise: card, word, rows of F with what 1 of it puts there, power density, exponent of frequency."""
@@ -423,17 +424,24 @@ class Machine(Mechanism):
 
     def _undetermined_reactions(self) -> None:
         """Reactions that the deck reads and that equilibrium alone does not determine."""
-        read = reactions.not_unique(self) if self.found.redundant else []
-        if not read:
-            return
-        idle = list(dict.fromkeys(f"{row.owner} ({row.label})" for row in self.found.redundant))
+        sharing = Sharing(self) if self.wanted else None
+        if sharing is not None and sharing.examine():
+            self.open_reactions = sharing.read()
+            if self.shares:
+                self.sharing = sharing
+                sharing.settle()
+        self.has_multipliers = True
+        if sharing is None or not self.open_reactions or self.shares:
+            return  # nothing to say, or said already
+        rubs = sharing.rubs()
+        also = f"; {', '.join(rubs)}: friction goes with it, so the motion depends on it too" if rubs else ""
         self.sink.warning(
             "W240",
-            f"{', '.join(read)}: not unique; joints hold more than there is to hold, and equilibrium alone does not say how they "
-            "share the load",
-            self.span_of(self.found.redundant[0].owner),
-            f"what is shown is one of many answers, with nothing at {', '.join(idle)}; in nature stiffness decides: a SPRING in "
-            "place of one of them, or leave one out",
+            f"{', '.join(self.open_reactions)}: not unique; joints hold more than there is to hold, and equilibrium alone does "
+            "not say how they share the load",
+            self.span_of(sharing.rows[sharing.kept].owner),
+            f"what is shown is the least of many answers, as joints share that are all equally stiff{also}; in nature stiffness "
+            "decides: a SPRING in place of one of them, or leave one out",
         )
 
     def _gravity_note(self) -> None:

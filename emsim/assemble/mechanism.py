@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from .context import Context
     from .loops import Row, Start
     from .scene import Coordinate, Group, JointState, Tie, Virtual
+    from .sharing import Sharing
     from .tree import Plan
 
 
@@ -62,7 +63,11 @@ class Mechanism(Binding):
         self.wanted = asked.wanted(ctx.flat)
         self.derivatives: dict[str, int] = {}
         self.waiting: list[tuple[int, Any]] = []
-        self.at_cuts: list[tuple[int, JointState, tuple[str, int]]] = []
+        self.early: list[tuple[int, JointState, str]] = []  # reactions read before there are multipliers
+        self.shares = ctx.shares  # do reactions that are not unique get the least of all answers?
+        self.sharing: Sharing | None = None
+        self.has_multipliers = False
+        self.open_reactions: list[str] = []  # that the deck reads and equilibrium does not determine
         self.busy: set[str] = set()
         self.own_symbols: Own | None = None
         self.imbalances: list[tuple[str, Expr]] = []

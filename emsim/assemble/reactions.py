@@ -12,28 +12,36 @@ coordinate without an equation of its own, its effort is in R and is projected o
 from __future__ import annotations
 
 from ..cards.kinematics import is_zero, settle, times
-from .asked import FORCES, REACTIONS
+from .asked import FORCES, LOAD, REACTIONS
 from .coordinates import single
-from .scene import Virtual, displaced
-from .start import RANK
+from .scene import FREE, Virtual, displaced
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any
 
     from .._engine import Expr
-    from .loops import Row
+    from ..cards.kinematics import Scalar
     from .mechanism import Mechanism
-    from .scene import JointState
+    from .scene import Coordinate, JointState
 
 
+OUT_OF_PLANE = ("fz", "mx", "my")
+EFFORT = "effort"  # of a coupling, be it a force or a moment
 LOADED = ("pin", "slide")  # kinds whose parts press on each other in one place
 NOTHING = 1e-18  # [N^2] keeps the slope of a force that is 0
 
 
 def prepare(m: Mechanism) -> None:
-    """Virtual motions at the tree joints whose reactions are read; before frames are placed."""
-    for fn, name in sorted(m.wanted):
+    """Virtual motions at the tree joints whose reactions are read, at all of them where loads are shared; before frames are
+    placed."""
+    if any(fn == LOAD for fn, _ in m.wanted):
+        forces = [fn for fn in FORCES if in_space(m) or fn != "fz"]
+        m.wanted = {(fn, name) for word, name in m.wanted for fn in (forces if word == LOAD else (word,))}
+    asked = sorted(m.wanted)
+    if m.shares:
+        asked += [(fn, name) for name in m.joints if name[:1] != FREE for fn in words(m)]
+    for fn, name in asked:
         key = REACTIONS.get(fn)
         joint = m.joints.get(name)
         if key is None or joint is None or joint.cut:
@@ -42,6 +50,12 @@ def prepare(m: Mechanism) -> None:
             if needed not in joint.virtuals:
                 virtual = joint.virtuals[needed] = Virtual(m.b, *needed)
                 m.virtuals.append(virtual)
+
+
+def words(m: Mechanism) -> list[str]:
+    """The components that a reaction has: out of the plane only in space, or where the deck reads them."""
+    space = in_space(m) or any(fn in OUT_OF_PLANE and name in m.joints for fn, name in m.wanted)
+    return [fn for fn in REACTIONS if space or fn not in OUT_OF_PLANE]
 
 
 def _companions(m: Mechanism, joint: JointState, key: tuple[str, int]) -> list[tuple[str, int]]:
@@ -67,32 +81,56 @@ def _moved_by_others(m: Mechanism, joint: JointState, kind: str) -> bool:
 
 def of_joint(m: Mechanism, fn: str, joint: JointState) -> Expr:
     """fx fy fz mx my mz of a joint."""
+    early = any(row.row < 0 for row in m.rows if row.owner == joint.name) if joint.cut else False
+    if early or (m.shares and not m.has_multipliers):
+        # read by a card before there are multipliers: an unknown, its row filled in later
+        name = f"{fn}({joint.name})" if not m.shares else f"{fn}({joint.name},shared)"
+        if name not in m.derivatives:
+            unit = "N" if fn in FORCES else "N m"
+            index = m.derivatives[name] = m.b.unknown(name, "derivative", unit, 0.0)
+            m.b.g(index, index, -1.0)
+            m.early.append((index, joint, fn))
+        return m.b.x(m.derivatives[name])
+    return _shared(m, fn, joint.name)
+
+
+def _shared(m: Mechanism, fn: str, name: str) -> Expr:
+    """With the part of it that equilibrium does not determine."""
+    share = m.sharing.share(fn, name) if m.sharing is not None else None
+    return bare(m, fn, name) if share is None else bare(m, fn, name) + share
+
+
+def bare(m: Mechanism, fn: str, name: str) -> Expr:
+    """A reaction or an effort, with nothing at rows that were left out."""
+    joint = m.joints.get(name)
+    if joint is None or fn not in REACTIONS:
+        return _of_coupling(m, name)
     key, unit = REACTIONS[fn], "N" if fn in FORCES else "N m"
     if joint.cut:
-        if any(row.row < 0 for row in m.rows if row.owner == joint.name):
-            # read by a card before there are multipliers: an unknown, its row filled in later
-            name = f"{fn}({joint.name})"
-            if name not in m.derivatives:
-                index = m.derivatives[name] = m.b.unknown(name, "derivative", unit, 0.0)
-                m.b.g(index, index, -1.0)
-                m.at_cuts.append((index, joint, key))
-            return m.b.x(m.derivatives[name])
         return _from_multipliers(m, joint, *key)
     if key not in joint.virtuals:
-        raise KeyError(f"{fn}({joint.name}) was not announced before the scene was built")
+        raise KeyError(f"{fn}({name}) was not announced before the scene was built")
     if not _moved_by_others(m, joint, key[0]):
-        return motion(m, f"{fn}({joint.name})", unit, joint.virtuals[key])
-    # R - (R axis) axis
-    axis = [settle(m.public(e)) for e in times(m.frames[joint.a].rot.matrix(), joint.kind.axis_of("axis"))]
+        return motion(m, f"{fn}({name})", unit, joint.virtuals[key])
     result = m.b.const(0.0)
-    for (kind, k), virtual in joint.virtuals.items():
-        if kind != key[0]:
-            continue
-        weight = settle((1.0 if k == key[1] else 0.0) - axis[key[1]] * axis[k])
-        if not is_zero(weight):
-            name = f"{fn[0]}{'xyz'[k]}({joint.name})"
-            result = result + weight * motion(m, name, unit, virtual)
+    for weight, (kind, k) in across(m, joint, key):
+        result = result + weight * motion(m, f"{fn[0]}{'xyz'[k]}({name})", unit, joint.virtuals[kind, k])
     return result
+
+
+def across(m: Mechanism, joint: JointState, key: tuple[str, int]) -> list[tuple[Scalar, tuple[str, int]]]:
+    """The virtual motions whose forces make up a component, with their weights: R - (R axis) axis where others act on the
+    coordinate."""
+    if not _moved_by_others(m, joint, key[0]):
+        return [(1.0, key)]
+    axis = [settle(m.public(e)) for e in times(m.frames[joint.a].rot.matrix(), joint.kind.axis_of("axis"))]
+    found: list[tuple[Scalar, tuple[str, int]]] = []
+    for kind, k in joint.virtuals:
+        if kind == key[0]:
+            weight = settle((1.0 if k == key[1] else 0.0) - axis[key[1]] * axis[k])
+            if not is_zero(weight):
+                found.append((weight, (kind, k)))
+    return found
 
 
 def load(m: Mechanism, name: str) -> Expr | None:
@@ -139,9 +177,9 @@ def fill_waiting(m: Mechanism) -> None:
     for index, what in m.waiting:
         _fill(m, index, what)
     m.waiting.clear()
-    for index, joint, key in m.at_cuts:
-        m.b.add_f(index, _from_multipliers(m, joint, *key))
-    m.at_cuts.clear()
+    for index, joint, fn in m.early:
+        m.b.add_f(index, _shared(m, fn, joint.name))
+    m.early.clear()
 
 
 def _fill(m: Mechanism, index: int, what: Any) -> None:
@@ -156,69 +194,53 @@ def _fill(m: Mechanism, index: int, what: Any) -> None:
 
 def _from_multipliers(m: Mechanism, joint: JointState, kind: str, axis: int) -> Expr:
     """sum of lambda dh/ds, s moving B at the cut joint."""
-    virtual = Virtual(m.b, kind, axis)
-    frame = displaced(m.frames[joint.b], joint.pb, virtual)
-    rows = joint.closure(m.b, m.frames[joint.a], frame)
+    slopes = own_slopes(m, joint, (kind, axis))
     result = m.b.const(0.0)
-    here = [(virtual.s, m.b.const(0.0)), (virtual.rate, m.b.const(0.0))]
     for row in m.rows:
         if row.owner == joint.name:
-            h = m.b.const(0.0) + rows[row.place][1]
-            weight = m.b.substitute(m.b.grad(h, [virtual.s]), here)[0]
-            result = result + m.b.x(row.row) * weight
+            result = result + m.b.x(row.row) * slopes[row.place]
     return m.public(result)
 
 
-def not_unique(m: Mechanism) -> list[str]:
-    """Reactions that the deck reads and that equilibrium does not determine, where rows are redundant. Multipliers are known up
-    to z with z^T H = 0; a reaction sum lambda dh/ds is unique where dh/ds is in the range of H."""
-    rows, jacobian, x = m.found.all_rows, m.found.jacobian, m.found.x
-    whole = m.b.rank(jacobian, RANK)[0]
-    found = []
-    for fn, name in sorted(m.wanted, key=lambda one: (one[1], one[0])):
-        key, joint = REACTIONS.get(fn), m.joints.get(name)
-        if key is not None and joint is not None:
-            slopes = _slopes(m, joint, key, rows)
-        elif name in m.couplings:
-            slopes = [m.b.const(float(row.owner == name)) for row in rows]
-        else:
-            continue
-        column = m.b.eval(m.public_all(slopes), x, 0.0)
-        wider = [[*row, v] for row, v in zip(jacobian, column, strict=True)]
-        if any(column) and m.b.rank(wider, RANK)[0] > whole:
-            found.append(f"{fn}({name})")
-    return found
-
-
-def _slopes(m: Mechanism, joint: JointState, key: tuple[str, int], rows: list[Row]) -> list[Expr]:
-    """dh/ds of all rows, s the virtual motion of B."""
-    if not joint.cut:
-        s = joint.virtuals[key].s
-        return [m.b.grad(row.h, [s])[0] for row in rows]
+def own_slopes(m: Mechanism, joint: JointState, key: tuple[str, int]) -> list[Expr]:
+    """dh/ds of all closure rows of a cut joint, also of those that fold, s moving B there; before symbols are replaced."""
     virtual = Virtual(m.b, *key)
-    own = joint.closure(m.b, m.frames[joint.a], displaced(m.frames[joint.b], joint.pb, virtual))
+    rows = joint.closure(m.b, m.frames[joint.a], displaced(m.frames[joint.b], joint.pb, virtual))
     here = [(virtual.s, m.b.const(0.0)), (virtual.rate, m.b.const(0.0))]
-    zero = m.b.const(0.0)
-    return [
-        m.b.substitute(m.b.grad(zero + own[row.place][1], [virtual.s]), here)[0]
-        if row.owner == joint.name
-        else zero
-        for row in rows
-    ]
+    return [m.b.substitute(m.b.grad(m.b.const(0.0) + h, [virtual.s]), here)[0] for _, h, _ in rows]
 
 
 def of_coupling(m: Mechanism, name: str) -> Expr:
     """What a GEAR applies on its first joint, or a DRIVE on its joint."""
+    share = m.sharing.share(EFFORT, name) if m.sharing is not None else None
+    return _of_coupling(m, name) if share is None else _of_coupling(m, name) + share
+
+
+def _of_coupling(m: Mechanism, name: str) -> Expr:
     for row in m.rows:
         if row.owner == name:
             return m.b.x(row.row)
+    what = keeper(m, name)
+    if what is None:
+        return m.b.const(0.0)
+    kept, factor = what
+    if isinstance(kept, Virtual):
+        tie = next(tie for tie in m.ties.values() if tie.virtual is kept)
+        effort = motion(m, f"effort({name})", "N m" if tie.follower.rotary else "N", kept)
+    else:
+        effort = motion(
+            m, f"{'torque' if kept.rotary else 'force'}({name})", "N m" if kept.rotary else "N", kept
+        )
+    return effort if factor == 1.0 else factor * effort
+
+
+def keeper(m: Mechanism, name: str) -> tuple[Coordinate | Virtual, float] | None:
+    """The motion that a DRIVE or a GEAR without a row of its own keeps, and its effort over the force that this takes."""
     for c in m.given:
         if c.drive is not None and c.drive.name == name:
-            return motion(m, f"{'torque' if c.rotary else 'force'}({name})", "N m" if c.rotary else "N", c)
+            return c, 1.0
     for tie in m.ties.values():
         if tie.gear.name == name and tie.virtual is not None:
-            on_follower = motion(m, f"effort({name})", "N m" if tie.follower.rotary else "N", tie.virtual)
-            if tie.follower.of == tie.gear.terminals[0][2].name:
-                return on_follower
-            return -tie.factor * on_follower  # the two efforts do no work together
-    return m.b.const(0.0)
+            # the two efforts do no work together
+            return tie.virtual, 1.0 if tie.follower.of == tie.gear.terminals[0][2].name else -tie.factor
+    return None

@@ -23,7 +23,10 @@ from .loops import Start
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from .._engine import Expr
+    from .loops import Row
     from .mechanism import Mechanism
 
 RANK = (
@@ -49,6 +52,7 @@ def assemble(m: Mechanism) -> Start:
         for row in m.rows:
             if abs(m.b.eval([m.public(row.h)], x, 0.0)[0]) > CLOSE:
                 cannot_close(m, [row], [m.b.eval([m.public(row.h)], x, 0.0)[0]])
+        result.redundant = list(m.rows)
         m.rows.clear()
         return result
 
@@ -73,11 +77,9 @@ def assemble(m: Mechanism) -> Start:
         gradient = [m.public_all(m.along_speeds(row.h)) for row in m.rows]
         keep, result.singular = _independent(m, x, gradient, mass)
         result.redundant = [row for k, row in enumerate(m.rows) if k not in keep]
-        if result.redundant:
-            result.all_rows, result.jacobian = list(m.rows), _matrix(m, gradient, x)
         m.rows[:] = [m.rows[k] for k in keep]
         gradient = [gradient[k] for k in keep]
-        jacobian = _matrix(m, gradient, x)
+        jacobian = matrix(m, gradient, x)
         before = list(x)
         _speeds(m, x, jacobian, held, mass)
         if result.singular:
@@ -120,11 +122,13 @@ def mass_matrix(m: Mechanism, x: list[float]) -> list[list[float]]:
     return [list(row) for row in zip(*columns, strict=True)]
 
 
-def _matrix(m: Mechanism, rows: list[list[Expr]], x: list[float], t: float = 0.0) -> list[list[float]]:
+def matrix(m: Mechanism, rows: list[list[Expr]], x: list[float], t: float = 0.0) -> list[list[float]]:
     """Rows of expressions as numbers at x."""
     if not rows:
         return []
     n = len(rows[0])
+    if not n:
+        return [[] for _ in rows]
     flat = m.b.eval([e for row in rows for e in row], x, t)
     return [flat[k : k + n] for k in range(0, len(flat), n)]
 
@@ -133,31 +137,47 @@ def _independent(
     m: Mechanism, x: list[float], gradient: list[list[Expr]], mass: list[list[float]]
 ) -> tuple[list[int], bool]:
     """(rows to keep, is the start singular though no row is redundant)."""
-    best = m.b.rank(_matrix(m, gradient, x), RANK)
+    best = m.b.rank(matrix(m, gradient, x), RANK)
     if best[0] == len(m.rows):
         return best[1], False
-    # steps away and back onto the constraints, and where drives lead: rank there tells a change point from a redundant row
-    weights = [m.b.const(v) for row in weights_of(of_places(m, mass, x)) for v in row]
-    rows = [c.row for c in m.places]
-    hs = [m.public(row.h) for row in (*m.rows, *m.norms)]
-    driven = [c for c in m.given if c.row >= 0]
+    # rank at other poses tells a change point from a redundant row
     singular = False
-    for k, part in enumerate(LATER if m.drives else LATER[:1]):
-        away = list(x)
-        for at, c in enumerate((*m.places, *driven)):
-            away[c.row] += (1 + k) * (0.02 + 0.013 * (at % 5)) * (1.0 if c.rotary else 0.1 * size(m, x))
-        t = part * m.ctx.times[1]
-        ok, q, _ = m.b.project(rows, hs, weights, away, [False] * len(rows), t, 1e-13)
-        if not ok:
-            continue
-        for row, value in zip(rows, q, strict=True):
-            away[row] = value
-        there = m.b.rank(_matrix(m, gradient, away, t), RANK)
+    for away, t in _others(m, x, mass, m.rows):
+        there = m.b.rank(matrix(m, gradient, away, t), RANK)
         if there[0] > best[0]:
             best, singular = there, True
         if best[0] == len(m.rows):
             break
     return sorted(best[1]), singular
+
+
+def _others(
+    m: Mechanism, x: list[float], mass: list[list[float]], rows: list[Row]
+) -> Iterator[tuple[list[float], float]]:
+    """Other poses, and their times: steps away and back onto the constraints, and where drives lead."""
+    weights = [m.b.const(v) for row in weights_of(of_places(m, mass, x)) for v in row]
+    places = [c.row for c in m.places]
+    hs = [m.public(row.h) for row in (*rows, *m.norms)]
+    driven = [c for c in m.given if c.row >= 0]
+    for k, part in enumerate(LATER if m.drives else LATER[:1]):
+        away = list(x)
+        for at, c in enumerate((*m.places, *driven)):
+            away[c.row] += (1 + k) * (0.02 + 0.013 * (at % 5)) * (1.0 if c.rotary else 0.1 * size(m, x))
+        t = part * m.ctx.times[1]
+        if hs:
+            ok, q, _ = m.b.project(places, hs, weights, away, [False] * len(places), t, 1e-13)
+            if not ok:
+                continue
+            for row, value in zip(places, q, strict=True):
+                away[row] = value
+        yield away, t
+
+
+def poses(m: Mechanism) -> Iterator[tuple[list[float], float]]:
+    """The start, and other poses, each with its time."""
+    yield m.found.x, 0.0
+    mass = mass_matrix(m, m.found.x) if m.motions else []
+    yield from _others(m, m.found.x, mass, [*m.rows, *m.found.redundant])
 
 
 def _leave(m: Mechanism, x: list[float], jacobian: list[list[float]], mass: list[list[float]]) -> None:
@@ -245,7 +265,7 @@ def _speeds(
     drift = m.b.eval([m.public(m.rate(row.h)) for row in m.rows], still, 0.0)
     wanted = [(q, u) for q, u in cuts if u is not None]
     if wanted:
-        jacobian = jacobian + _matrix(m, [m.along_speeds(q) for q, _ in wanted], x)
+        jacobian = jacobian + matrix(m, [m.along_speeds(q) for q, _ in wanted], x)
         drift = drift + [-u for _, u in wanted]
     held = [c.held_speed for c in own]
     flat = [v for row in weights_of(mass) for v in row]

@@ -29,9 +29,9 @@ def test_a_third_support_gets_a_plain_number_by_deck_order(formulation):
     r = emsim.run(deck)
     found = [d.message.partition(":")[0] for d in r.diagnostics if d.code == "W240"]
     assert found == ["fy(l), fy(m), fy(r)"]
-    # what is shown as 0, and that this is no share of the load
+    # what is shown, and that nature may choose otherwise
     (note,) = [d for d in r.diagnostics if d.code == "W240"]
-    assert "with nothing at" in note.hint and "stiffness decides" in note.hint
+    assert "least of many answers" in note.hint and "stiffness decides" in note.hint
     # rounding of a beam that rests is no energy that went
     assert not [d for d in r.diagnostics if d.code == "W415"]
     # what equilibrium does say: the sum, and the moment
