@@ -396,7 +396,8 @@ class Element:
                     "E307", f"a {self.what} takes no {name}=", self.span,
                     hint=f"did you mean {near}=?" if near else f"it takes: {', '.join(known)}",
                 )  # fmt: skip
-        if self.model is not None:
+        if self.model is not None and (key := (type(self), self.model.name)) not in ctx.checked:
+            ctx.checked.add(key)
             self._check_model(ctx, self.model)
 
     def _check_model(self, ctx: Context, model: Model) -> None:

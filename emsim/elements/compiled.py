@@ -166,9 +166,8 @@ class Compiled(Element):
 
     def _check_model(self, ctx: Context, model: Model) -> None:
         module = self.module
-        if module is None or model.name in ctx.checked:
+        if module is None:
             return
-        ctx.checked.add(model.name)
         the_last_holds(model, [*module.rows(), *module.rows(instance=True)])
         for name, value in list(model.params.items()):
             at = model.param_spans.get(name, model.span)
