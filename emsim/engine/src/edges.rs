@@ -33,6 +33,7 @@ pub struct Edges {
     pub timed: Vec<bool>,
     /// by wave: its corners need no step
     pub silent: Vec<bool>,
+    any_silent: bool,
     flags: Vec<usize>,   // the timed ones
     laws: Vec<Law>,      // of these
     sources: Vec<usize>, // waves their roots read
@@ -105,6 +106,7 @@ impl Edges {
         let values: Vec<Id> = pinned.values().copied().collect();
         let edges = Edges {
             timed,
+            any_silent: silent.contains(&true),
             silent,
             flags,
             laws,
@@ -138,7 +140,7 @@ impl Edges {
     }
 
     pub fn any_silent(&self) -> bool {
-        self.silent.contains(&true)
+        self.any_silent
     }
 
     /// Does `pin` overwrite this unknown?
