@@ -240,6 +240,9 @@ class System:
     def lags(self, outputs: Sequence[Expr], /) -> list[bool]:
         """Of each expression: does it read an unknown of higher index (a multiplier, the current of a capacitor across a source),
         which methods know less well than the state?"""
+    def paces(self, tstop: float, /) -> list[list[int]]:
+        """Unknowns of circuits that nothing ties to each other, by the pace of their sources, slowest first, where a run of that
+        length gains from giving each pace steps of its own; else none."""
     def two_paces(self, tstop: float, /) -> bool:
         """Do circuit and machine want a pace each (method multirate) in a run of that length? A guess from the deck."""
     def initial(self) -> list[float]: ...
@@ -315,6 +318,7 @@ class System:
         tangent: tuple[Sequence[float], Sequence[tuple[int, float, float, System, Sequence[Expr]]]]
         | None = None,
         impulsive: Sequence[int] = (),
+        apart: Sequence[Sequence[int]] = (),
     ) -> Waveforms:
         """options: method (trap gear radau trbdf2 esdirk rk45 dop853) reltol abstol vntol trtol gmin
         itl1 itl4 maxord fixed_step projection.
@@ -324,6 +328,8 @@ class System:
         inside: expressions that are kept within the steps as polynomials of that degree, see `Waveforms.inside`.
         closures: how far loops are open, for `Waveforms.gaps`.
         impulsive: those of the powers of accounts that work in impulses.
+        apart: of `paces`, for a system whose builder noted its places: each of these with steps of its own. Without accounts, inside,
+        begin and tangent.
         begin: unknowns and conditions in place of an operating point, as `Waveforms.state` of another run has them.
         tangent: sizes of parameters, and the equations with other values of them, for `Waveforms.tangent`: (which parameter,
         by how much it is moved, weight in the derivative, system, outputs)."""

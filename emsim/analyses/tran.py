@@ -97,6 +97,7 @@ class Tran(Analysis):
         """Every accepted point from tstart on; the first column is the time, the channels of a drawing come last. Energy
         accounts are kept where the assembly has them, over time where it is drawn."""
         check_memory(assembly, self)
+        assembly, paces = self.paced(assembly)
         names, units, exprs = recorded(assembly, self)
 
         def tick(now: float, step: float, steps: int, events: int) -> bool:
@@ -125,6 +126,7 @@ class Tran(Analysis):
             assembly.machine.closures if assembly.machine is not None else (),
             self.begin,
             impulsive=[k for k, e in enumerate(book.powers) if e.word == "DRIVE"] if book is not None else (),
+            apart=paces,
         )
         trouble = []
         if waves.status == "failed":
@@ -140,6 +142,15 @@ class Tran(Analysis):
             self, ["time", *names], ["s", *units], waves, self.axis, derived=derived(assembly, self),
             grid=(self.tstep, self.tstop, self.tstart), trouble=trouble, uic=self.uic, inside=(inside, DEGREE),
         )  # fmt: skip
+
+    def paced(self, assembly: Assembly) -> tuple[Assembly, list[list[int]]]:
+        """Unknowns of circuits that nothing ties to each other and that gain from steps of their own, and an assembly that can be
+        taken apart. None where more than rows is asked for: accounts and measurements go along with the steps of one run."""
+        alone = self.begin is None and not self.inside(assembly) and assembly.accounts is None and assembly.drawn is None
+        if not alone or assembly.options["method"] == "multirate" or "fixed_step" in assembly.options:
+            return assembly, []
+        paces = assembly.system.paces(self.tstop)
+        return (assembly.noted(), paces) if paces else (assembly, [])
 
     def longest(self, assembly: Assembly) -> float | None:
         """The longest step that the card and the modules of the deck allow [s]."""

@@ -74,6 +74,10 @@ class Assembly:
         axis = getattr(analysis, "axis", None)
         return measured(self.ctx, analysis.word, axis.name if axis else "")
 
+    def noted(self) -> Assembly:
+        """The same, with the equations as they were before they were compiled."""
+        return assemble(self.flat, self.options, self.ctx.times, analyses=self.analyses, noted=True)
+
     def columns(self, word: str) -> list[Output]:
         """Of the last analysis of that name, such as "tran"."""
         return next((o for a, o in reversed(self.outputs.items()) if a.word == word), [])
@@ -98,18 +102,20 @@ def assemble(
     energy: bool = False,
     context: type[Context] = Context,
     analyses: Sequence[Analysis] = (),
+    noted: bool = False,
 ) -> Assembly:
     """Circuit and machine in one system. `times` (tstep, tstop) [s] fill in waveform defaults, a period behind them is that of
-    all; `context` is Recording where the deck is to be explained; `analyses` are those whose columns are compiled.
+    all; `context` is Recording where the deck is to be explained; `analyses` are those whose columns are compiled; `noted`: the
+    system keeps its equations as they were before they were compiled.
 
     Raises DeckError with everything that is wrong with the deck.
     """
     from . import circuit, topology
     from .scale import scale
 
-    ctx = _unknowns(flat, options, times, context)
+    ctx = _unknowns(flat, options, times, context, noted=noted)
     if ctx.machine is not None and ctx.machine.open_reactions and not ctx.machine.shares:
-        ctx = _unknowns(flat, options, times, context, shares=True)
+        ctx = _unknowns(flat, options, times, context, shares=True, noted=noted)
     if ctx.machine is not None:
         size = ctx.scale = scale(ctx.machine)
         options.update(length=size.length, mass=size.mass)
@@ -152,6 +158,7 @@ def _unknowns(
     times: tuple[float, ...],
     context: type[Context],
     shares: bool = False,
+    noted: bool = False,
 ) -> Context:
     """Circuit and machine with all their unknowns, so that every expression can name every node and branch. `shares`: loads are
     shared where equilibrium does not say how (sharing.py)."""
@@ -160,7 +167,7 @@ def _unknowns(
 
     ctx = context(Builder(), flat, options)
     ctx.times, ctx.shares = times, shares
-    if flat.inputs is not None:
+    if noted or flat.inputs is not None:
         ctx.b.note_places()
     circuit.allocate(ctx)
     if flat.machine:

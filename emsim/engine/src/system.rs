@@ -24,6 +24,7 @@ use std::collections::{BTreeMap, HashSet};
 use std::sync::OnceLock;
 pub use together::{Together, POINTS};
 
+mod apart;
 mod bends;
 pub mod delays;
 mod devices;

@@ -115,7 +115,7 @@ impl Equations {
         postcard::to_allocvec(&(graph, model)).map_err(|e| e.to_string())
     }
 
-    fn read(bytes: &[u8]) -> Result<Equations, String> {
+    pub fn read(bytes: &[u8]) -> Result<Equations, String> {
         let found = postcard::from_bytes(bytes).map_err(|e| format!("the equations cannot be read: {e}"))?;
         let (graph, model) = found;
         Ok(Equations { graph, model })

@@ -80,6 +80,8 @@ pub struct Outcome {
 /// Called now and then with (t, h, steps, events); false stops the run.
 pub type Tick<'a> = dyn FnMut(f64, f64, u64, u64) -> bool + 'a;
 
+/// Why a method did the work that was named.
+pub(super) const ASKED: &str = "asked for";
 const TICK: u64 = 64;
 /// Relative tolerance of starting points whose differences are formed.
 const START: f64 = 1e-9;
@@ -152,13 +154,30 @@ pub fn run(sys: &System, w: &mut Work, a: Transient, o: &Options, record: &mut R
     outcome.unwrap_or_else(|why| Outcome::failed(Failed::at_start("transient", why, vec![])))
 }
 
+/// A run whose rows go anywhere.
+pub(super) fn lead(
+    sys: &System,
+    w: &mut Work,
+    a: Transient,
+    o: &Options,
+    sink: &mut impl Sink,
+    tick: &mut Tick,
+) -> Outcome {
+    let x = match starting_point(sys, w, a, o) {
+        Ok(x) => x,
+        Err(failed) => return Outcome::failed(*failed),
+    };
+    let outcome = make(sys, o, &o.method).and_then(|mut method| conduct(sys, w, a, o, sink, x, &mut *method, tick));
+    outcome.unwrap_or_else(|why| Outcome::failed(Failed::at_start("transient", why, vec![])))
+}
+
 #[allow(clippy::too_many_arguments)]
 fn conduct(
     sys: &System,
     w: &mut Work,
     a: Transient,
     o: &Options,
-    record: &mut Record,
+    record: &mut impl Sink,
     x: Vec<f64>,
     method: &mut dyn Method,
     tick: &mut Tick,
@@ -173,7 +192,7 @@ fn conduct(
     run.outcome.used = method.used();
     run.outcome.broken = std::mem::take(&mut run.check.broken);
     if run.outcome.used.is_empty() {
-        run.outcome.used.push(Used { t: 0.0, method: o.method.clone(), why: "asked for".into() });
+        run.outcome.used.push(Used { t: 0.0, method: o.method.clone(), why: ASKED.into() });
     }
     Ok(run.outcome)
 }

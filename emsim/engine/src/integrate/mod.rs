@@ -11,6 +11,7 @@
 //!
 //! `character` says what the method is like, `Response` what its formulas do to an oscillation. Whoever asks for more than that asks an
 //! optional function, which answers for a method that has nothing to say. `auto` is one more method (auto.rs).
+mod apart;
 mod auto;
 mod dirk;
 mod driver;
@@ -26,6 +27,7 @@ mod session;
 mod trap;
 mod watch;
 
+pub use apart::{run as run_apart, Part};
 pub use driver::{Failed, Outcome, Status, Tick, Transient};
 pub use multirate::pays;
 pub use session::{Place, Session};

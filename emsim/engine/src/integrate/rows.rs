@@ -327,8 +327,21 @@ pub struct Fitting {
 }
 
 impl Fitting {
-    /// Algebraic unknowns of index 1 and nodes of sources at (t, x), over a length of h. x stays where states would not.
-    fn fit(&mut self, sys: &System, w: &mut Work, (t, x): (f64, &mut [f64]), h: f64, tol: &Tolerances) {
+    pub fn new(sys: &System) -> Option<Fitting> {
+        Newton::new(sys).ok().map(|newton| Fitting { newton, lags: undetermined(sys), given: sys.alone() })
+    }
+
+    /// Algebraic unknowns of index 1 and nodes of sources at (t, x), within a step of this width of a run of that length. x stays where
+    /// states would not.
+    pub fn fit(
+        &mut self,
+        sys: &System,
+        w: &mut Work,
+        (t, x): (f64, &mut [f64]),
+        (width, whole): (f64, f64),
+        tol: &Tolerances,
+    ) {
+        let h = BRIEF * Forces::inside(width, whole);
         let ports = w.ports.clone();
         let mut y = x.to_vec();
         let stays = Stays { lags: &self.lags, given: &self.given, near: false };
@@ -384,11 +397,10 @@ impl<S: Sink> Row<'_, S> {
             return;
         }
         if self.fitting.is_none() {
-            *self.fitting =
-                Newton::new(sys).ok().map(|newton| Fitting { newton, lags: undetermined(sys), given: sys.alone() });
+            *self.fitting = Fitting::new(sys);
         }
         if let Some(fitting) = self.fitting {
-            fitting.fit(sys, w, (t, self.x), BRIEF * Forces::inside(self.width, self.whole), tol);
+            fitting.fit(sys, w, (t, self.x), (self.width, self.whole), tol);
         }
     }
 

@@ -1,7 +1,7 @@
 //! `System`: the compiled equations, open to anyone; and the analyses. `Waveforms`: what an analysis recorded.
 use super::expr::{lock, Expr, SharedGraph};
 use super::smallsignal::SmallSignal;
-use crate::fmi::packed::{Input, Output, Packed, Varies};
+use crate::fmi::packed::{Equations, Input, Output, Packed, Varies};
 use crate::graph::{Id, Node};
 use crate::integrate::{self, Failed, Status, Transient};
 use crate::invariants::Invariants;
@@ -43,6 +43,22 @@ impl System {
     }
 
     /// Scratch with the flags as they are at (x, t).
+    /// The equations of these unknowns, which nothing ties to the others.
+    fn part(&self, of: Vec<usize>, o: &Options) -> PyResult<integrate::Part> {
+        let missing = || PyValueError::new_err("tran: the builder was not asked to keep its equations");
+        let (_, bytes) = self.equations.as_ref().ok_or_else(missing)?;
+        let compiled = Equations::read(bytes).and_then(|Equations { mut graph, mut model }| {
+            let flags = model.only(&mut graph, &of);
+            model.place()?;
+            let system = crate::system::System::compile(model, &mut graph)?;
+            if integrate::reduces(&system, o) {
+                system.reduce(&mut graph);
+            }
+            Ok(integrate::Part { system, graph, of, flags })
+        });
+        compiled.map_err(PyValueError::new_err)
+    }
+
     fn work_at(&self, x: &[f64], t: f64) -> PyResult<Work> {
         if x.len() != self.inner.n {
             return Err(PyValueError::new_err(format!("x has {} values, the system {}", x.len(), self.inner.n)));
@@ -147,6 +163,11 @@ impl System {
     #[getter]
     fn operations(&self) -> (usize, usize) {
         self.inner.operations()
+    }
+    /// Unknowns of circuits that nothing ties to each other, by the pace of their sources, where a run of that length gains from giving
+    /// each pace steps of its own; else none.
+    fn paces(&self, tstop: f64) -> Vec<Vec<usize>> {
+        self.inner.paces(&lock(&self.graph), tstop).unwrap_or_default()
     }
     /// Do circuit and machine want a pace each, `method=multirate`, in a run of that length?
     fn two_paces(&self, tstop: f64) -> bool {
@@ -482,7 +503,8 @@ impl System {
     /// `begin`: the `state` of another run, in place of an operating point.
     /// `tangent`: sizes of parameters, and the equations with other values of them: see `tangent::Beside`.
     /// `impulsive`: those of the powers of `accounts` that work in impulses.
-    #[pyo3(signature = (tstep, tstop, tstart=0.0, tmax=None, uic=false, outputs=vec![], options_=None, progress=None, accounts=None, drawn=true, stream=None, inside=None, closures=vec![], begin=None, tangent=None, impulsive=vec![]))]
+    /// `apart`: of `paces`, for a system whose builder noted its places: each of these with steps of its own.
+    #[pyo3(signature = (tstep, tstop, tstart=0.0, tmax=None, uic=false, outputs=vec![], options_=None, progress=None, accounts=None, drawn=true, stream=None, inside=None, closures=vec![], begin=None, tangent=None, impulsive=vec![], apart=vec![]))]
     #[allow(clippy::too_many_arguments)]
     fn tran(
         &self,
@@ -503,6 +525,7 @@ impl System {
         begin: Option<(Vec<f64>, Vec<f64>)>,
         tangent: Option<(Vec<f64>, Vec<Besides<'_>>)>,
         impulsive: Vec<usize>,
+        apart: Vec<Vec<usize>>,
     ) -> PyResult<Waveforms> {
         if begin.as_ref().is_some_and(|(x, flags)| x.len() != self.inner.n || flags.len() != self.inner.flags.len()) {
             return Err(PyValueError::new_err("tran: begin is the state of a run of these equations"));
@@ -553,6 +576,7 @@ impl System {
         if integrate::splits(&o.method) {
             sys.split(&mut lock(&self.graph));
         }
+        let parts = apart.into_iter().map(|of| self.part(of, &o)).collect::<PyResult<Vec<_>>>()?;
         let record_streams = record.stream.is_some();
         let (outcome, w, record, seconds) = py.detach(move || {
             let clock = Clock::start();
@@ -581,7 +605,10 @@ impl System {
                     }
                 })
             };
-            let outcome = integrate::run(&sys, &mut w, a, &o, &mut record, &mut tick);
+            let outcome = match parts.as_slice() {
+                [] => integrate::run(&sys, &mut w, a, &o, &mut record, &mut tick),
+                parts => integrate::run_apart(&sys, &mut w, parts, a, &o, &mut record, &mut tick),
+            };
             (outcome, w, record, clock.seconds())
         });
         let mut failure = outcome.failed.as_ref().map(|f| failure_dict(py, &self.inner, f)).transpose()?;
