@@ -328,8 +328,8 @@ class System:
         inside: expressions that are kept within the steps as polynomials of that degree, see `Waveforms.inside`.
         closures: how far loops are open, for `Waveforms.gaps`.
         impulsive: those of the powers of accounts that work in impulses.
-        apart: of `paces`, for a system whose builder noted its places: each of these with steps of its own. Without accounts, inside,
-        begin and tangent.
+        apart: of `paces`, for a system whose builder noted its places: each of these with steps of its own. Not beside accounts,
+        inside, begin and tangent.
         begin: unknowns and conditions in place of an operating point, as `Waveforms.state` of another run has them.
         tangent: sizes of parameters, and the equations with other values of them, for `Waveforms.tangent`: (which parameter,
         by how much it is moved, weight in the derivative, system, outputs)."""

@@ -146,7 +146,12 @@ class Tran(Analysis):
     def paced(self, assembly: Assembly) -> tuple[Assembly, list[list[int]]]:
         """Unknowns of circuits that nothing ties to each other and that gain from steps of their own, and an assembly that can be
         taken apart. None where more than rows is asked for: accounts and measurements go along with the steps of one run."""
-        alone = self.begin is None and not self.inside(assembly) and assembly.accounts is None and assembly.drawn is None
+        alone = (
+            self.begin is None
+            and not self.inside(assembly)
+            and assembly.accounts is None
+            and assembly.drawn is None
+        )
         if not alone or assembly.options["method"] == "multirate" or "fixed_step" in assembly.options:
             return assembly, []
         paces = assembly.system.paces(self.tstop)

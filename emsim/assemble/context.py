@@ -105,7 +105,9 @@ class Context:
         self.shafts: dict[
             tuple[str, int], tuple[int, int]
         ] = {}  # (element, terminal on a joint) -> its node, its effort
-        self.checked: set[tuple[type, str]] = set()  # models whose parameters have been looked at: by which class, name
+        self.checked: set[tuple[type, str]] = (
+            set()
+        )  # models whose parameters have been looked at: by which class, name
         self._remarked: set[str] = set()
         self._compiler: Compiler | None = None
 

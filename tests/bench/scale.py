@@ -2,6 +2,7 @@
 
     python tests/bench/scale.py [--scene chain,ring,ladder,mesh,rectifiers] [--ngspice]
     python tests/bench/scale.py --beside     large circuits in one table, whole processes of emsim and ngspice by turns
+    python tests/bench/scale.py --apart      circuits of two paces in one deck, as they are and tied by 1 Pohm; alike ones one by one
 
 Scenes: a chain of links let go from the horizontal, a ring of links hung up at one of its joints, an RC ladder, a square mesh
 of RC, rectifiers side by side. CPU seconds, the least of three; every size in a process of its own, for its memory [MB].
@@ -23,7 +24,7 @@ import subprocess
 import sys
 import tempfile
 from pathlib import Path
-from time import process_time
+from time import perf_counter, process_time
 
 LIMIT = 1.3
 FLOOR = 0.02  # seconds: what is shorter is told and not judged
@@ -168,6 +169,37 @@ def beside() -> None:
         )
 
 
+FAST = "VP g 0 PULSE(0 5 0 20n 20n 480n 1u)\nRG g h 1k\nCG h 0 100p\n"
+TIE = "RT h b0 1e15\n"
+
+
+def solve_time(text: str) -> float:
+    """Seconds of a whole run; the least of some."""
+    import emsim
+
+    def once() -> float:
+        start = perf_counter()
+        emsim.run(text)
+        return perf_counter() - start
+
+    return min(once() for _ in range(ROUNDS))
+
+
+def apart() -> None:
+    """What steps of their own save where paces differ, and what they would cost where they do not."""
+    print(f"{'rectifiers':>11s}{'alone':>9s}{'pulses':>9s}{'in one deck':>13s}{'tied':>9s}{'one by one':>12s}")
+    for n in (30, 100, 300):
+        slow = rectifiers(n)
+        fast = "pulses\n" + FAST + ".print tran v(h)\n.tran 10u 2m\n.end\n"
+        both = slow.replace(".print tran v(b0)", FAST + ".print tran v(b0) v(h)")
+        tied = both.replace(".print", TIE + ".print")
+        found = [solve_time(text) for text in (slow, fast, both, tied)]
+        one = n * solve_time(rectifiers(1))
+        print(
+            f"{n:11d}{found[0]:8.3f}s{found[1]:8.3f}s{found[2]:12.3f}s{found[3]:8.3f}s{one:11.3f}s", flush=True
+        )
+
+
 def main() -> int:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
@@ -175,13 +207,14 @@ def main() -> int:
     parser.add_argument("--scene", default=",".join(SCENES))
     parser.add_argument("--ngspice", action="store_true")
     parser.add_argument("--beside", action="store_true")
+    parser.add_argument("--apart", action="store_true")
     parser.add_argument("--measure", help=argparse.SUPPRESS)
     asked = parser.parse_args()
     if asked.measure:
         print(json.dumps(stages(asked.measure)))
         return 0
-    if asked.beside:
-        beside()
+    if asked.beside or asked.apart:
+        (beside if asked.beside else apart)()
         return 0
     too_steep = []
     for scene in asked.scene.split(","):
