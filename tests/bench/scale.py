@@ -2,7 +2,7 @@
 
     python tests/bench/scale.py [--scene chain,ring,ladder,mesh,rectifiers] [--ngspice]
     python tests/bench/scale.py --beside     large circuits in one table, whole processes of emsim and ngspice by turns
-    python tests/bench/scale.py --apart      circuits of two paces in one deck, as they are and tied by 1 Pohm; alike ones one by one
+    python tests/bench/scale.py --apart      circuits of two paces in one deck, as they are and tied; alike ones one by one
 
 Scenes: a chain of links let go from the horizontal, a ring of links hung up at one of its joints, an RC ladder, a square mesh
 of RC, rectifiers side by side. CPU seconds, the least of three; every size in a process of its own, for its memory [MB].
@@ -187,7 +187,9 @@ def solve_time(text: str) -> float:
 
 def apart() -> None:
     """What steps of their own save where paces differ, and what they would cost where they do not."""
-    print(f"{'rectifiers':>11s}{'alone':>9s}{'pulses':>9s}{'in one deck':>13s}{'tied':>9s}{'one by one':>12s}")
+    print(
+        f"{'rectifiers':>11s}{'alone':>9s}{'pulses':>9s}{'in one deck':>13s}{'tied':>9s}{'one by one':>12s}"
+    )
     for n in (30, 100, 300):
         slow = rectifiers(n)
         fast = "pulses\n" + FAST + ".print tran v(h)\n.tran 10u 2m\n.end\n"
@@ -196,7 +198,8 @@ def apart() -> None:
         found = [solve_time(text) for text in (slow, fast, both, tied)]
         one = n * solve_time(rectifiers(1))
         print(
-            f"{n:11d}{found[0]:8.3f}s{found[1]:8.3f}s{found[2]:12.3f}s{found[3]:8.3f}s{one:11.3f}s", flush=True
+            f"{n:11d}{found[0]:8.3f}s{found[1]:8.3f}s{found[2]:12.3f}s{found[3]:8.3f}s{one:11.3f}s",
+            flush=True,
         )
 
 
