@@ -252,7 +252,7 @@ class DotCards(Cards):
         return Dot("save", self.probes(ch, line), line.whole)
 
     def on_probe(self, ch: list[Any], line: Line) -> Dot:
-        found = self.probes(ch, line)
+        found = self.probes(ch, line) or [Probe("alli", Name("alli", line.whole), line.whole)]
         return Dot("probe", [_of_terminals(p.span.text, p.span) or p for p in found], line.whole)
 
     def on_ic(self, ch: list[Any], line: Line) -> Dot:

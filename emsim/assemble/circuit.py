@@ -51,11 +51,12 @@ def allocate(ctx: Context) -> None:
     _kinds_differ(ctx)
     _loose_shafts(ctx)
     read = set(ctx.elements) if all_currents(ctx) else _currents_read(ctx)
-    also = terminals.read(ctx)
+    also, probed = terminals.read(ctx), probes_currents(ctx)
     for e in ctx.elements.values():
         needed = e.name in read or e.name in also or (ctx.is_drawn and not e.has_series)
         for name, initial in e.branches(needed):
-            if e.name not in read and (e.is_metered or name not in dict(e.branches(False))):
+            told = e.name in read and (e.letter not in terminals.LETTERS or not probed)
+            if not told and (e.is_metered or name not in dict(e.branches(False))):
                 ctx.aside.add(name)
             ctx.new_branch(name, initial)
 
@@ -95,7 +96,7 @@ def lists_word(probes: Iterable[Probe], *words: str) -> bool:
 
 
 def probes_currents(ctx: Context) -> bool:
-    """`.probe alli`, `.save alli`?"""
+    """`.probe alli`, `.probe` alone, `.save alli`?"""
     return lists_word(ctx.flat.probes, "all", "alli") or lists_word(ctx.flat.saves, "alli")
 
 

@@ -2,8 +2,8 @@
 
 Nothing asked for: every node voltage, every branch current, and what the machine offers (joint
 coordinates, coupling forces). `.save` narrows that; `.save all` keeps it, and `.save allv`, as in ngspice. `.probe` adds:
-`.probe alli` the currents of all elements. `.options savecurrents` adds those that are no unknowns, as `@r1[i]`.
-What `.print` asks for is always there.
+`.probe`, alone or with `alli`, the currents of all elements. `.options savecurrents` adds those that are no unknowns, as
+`@r1[i]`. What `.print` asks for is always there.
 """
 
 from __future__ import annotations
@@ -255,12 +255,15 @@ def everything(ctx: Context) -> list[Output]:
 
 
 def currents(ctx: Context) -> list[Output]:
-    """Of every element the current into its first terminal: i(r1) for `.probe`, else @r1[i]."""
+    """Of every element the current into its first terminal: i(r1) for `.probe`, else @r1[i]. `.probe` has them at every
+    terminal of transistors and of subcircuits too."""
     from .behaviour import element_current
 
     probed = probes_currents(ctx)
-    found = []
+    found = [Output(name, "A", expr) for name, expr in terminals.currents(ctx)] if probed else []
     for e in ctx.elements.values():
+        if probed and e.letter in terminals.LETTERS:
+            continue
         current = element_current(ctx, e.name) if e.paths() else None
         if current is None or not (probed or e.current_name):
             continue

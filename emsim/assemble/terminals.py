@@ -119,6 +119,19 @@ def probed(ctx: Context) -> Iterator[tuple[str, str, Expr]]:
             ctx.sink.warning("W287", f"`{probe.text}` is left out: {error}", probe.span)
 
 
+def currents(ctx: Context) -> Iterator[tuple[str, Expr]]:
+    """(name, expression) of the current into every terminal of transistors and of subcircuits, for `.probe` of all: i(q1:c),
+    i(x1:out), i(x2) of two terminals. Of a subcircuit's terminal at ground nothing is told."""
+    uses = [name for name, *_ in ctx.flat.uses]
+    for name in [*(e.name for e in ctx.elements.values() if e.letter in LETTERS), *uses]:
+        part = Part(ctx, name)
+        for k, terminal in enumerate(part.terminals[:1] if len(part.nodes) == 2 else part.terminals):
+            try:
+                yield f"i({name}:{terminal})" if len(part.nodes) != 2 else f"i({name})", part.current(k)
+            except ValueError:
+                continue
+
+
 def _column(fn: str, words: list[list[str]], parts: list[Part]) -> tuple[str, str, Expr]:
     first, own = parts[0], words[0]
     if fn == "p" and len(own) == 1:

@@ -160,6 +160,23 @@ def test_probe_adds_and_save_narrows() -> None:
         assert set(columns(*ONE_OF_EACH, f".probe {word}")) == {*usual, *(f"i({name})" for name in elements)}
 
 
+def test_probe_of_all_has_every_terminal_of_transistors_and_subcircuits() -> None:
+    """`.probe` alone added nothing, and the word before it only the first terminal."""
+    parts = (
+        "V1 a 0 5", "R1 a b 1k", "Q1 b a e qm", "Re e 0 1k", "X1 a e b three", "X2 b e two", "Re2 e 0 1k", ".model qm npn",
+        ".subckt three p q s", "Rp p q 2k", "Rs q s 3k", ".ends", ".subckt two p q", "Rp p q 4k", ".ends", ".op",
+    )  # fmt: skip
+    r = emsim.run(deck(*parts, ".probe"))
+    assert r.names == columns(*parts, ".probe alli")
+    told = {"i(v1)", "i(r1)", "i(re)", "i(re2)", "i(x1.rp)", "i(x1.rs)", "i(x2.rp)", "i(x2)"}
+    ends = {*(f"i(q1:{t})" for t in "cbe"), *(f"i(x1:{t})" for t in "pqs")}
+    assert {name for name in r.names if name.startswith("i(")} == told | ends
+    va, vb, ve = (float(r[f"v({n})"][0]) for n in "abe")
+    assert r["i(x1:p)"] == pytest.approx((va - ve) / 2e3) and r["i(x2)"] == pytest.approx((vb - ve) / 4e3)
+    assert r["i(x1:p)"] + r["i(x1:q)"] + r["i(x1:s)"] == pytest.approx(0.0, abs=1e-15)
+    assert r["i(q1:c)"] + r["i(q1:b)"] == pytest.approx(-r["i(q1:e)"]) and (r["i(q1:b)"] > 1e-9).all()
+
+
 def test_savecurrents_records_what_ngspice_records() -> None:
     more = ["@r1[i]", "@l1[i]", "@d1[id]", "@c1[i]", "@i1[current]", "@re[i]", "@l2[i]", "@r3[i]"]
     assert columns(*ONE_OF_EACH, ".options savecurrents", ".save v(a)") == ["time", "v(a)", *more]
