@@ -19,6 +19,7 @@ KNOWN = 10.0  # tolerances of its size: nearer two runs need not be
 # where no column of these moves further all stands still, but for rounding
 STILL, MOTION = 1e-9, ("m", "rad", "m/s", "rad/s")
 RELTOL = 1e-3  # where the deck says nothing
+TRAPEZOIDS = 1e-4  # trap is told of what it does not hold below
 FREE = 2  # degrees of freedom: with one, errors shift the phase and no more
 MOST = 5000  # rows of a run that is short enough to be run twice
 WORK = 1e5  # steps times unknowns of such a run: it takes some hundredths of a second
@@ -44,6 +45,7 @@ def remarks(assembly: Assembly, run: Run) -> None:
         rows = run.waves.rows
         teach(assembly, run.waves.watch, run.waves.value(rows - 1, 0) if rows else 0.0)
     if run.kind == "tran":
+        _second_order(assembly)
         _conditions(assembly, run)
         _short_steps(assembly, run)
         if run.waves.status != "failed":
@@ -57,6 +59,21 @@ def remarks(assembly: Assembly, run: Run) -> None:
         _amplified(assembly, run)
     if over_time and run.waves.rows > 1:
         _imbalances(assembly, run)
+
+
+def _second_order(assembly: Assembly) -> None:
+    """Trapezoids where more is asked for than they hold: with local errors of a tolerance tol, which go with h^3, errors of
+    the run go with h^2, as tol^(2/3)."""
+    options = assembly.options
+    reltol = options.get("reltol", RELTOL)
+    if options["method"] == "trap" and reltol < TRAPEZOIDS and "fixed_step" not in options:
+        assembly.flat.sink.note(
+            "N402",
+            f"trap does not hold reltol={reltol:g}: its errors fall as reltol^(2/3), "
+            f"so they are {(RELTOL / reltol) ** (1 / 3):.0f} times as many tolerances as at {RELTOL:g}",
+            assembly.flat.option_spans.get("reltol"),
+            "radau, or no .options method= at all, hold such tolerances",
+        )
 
 
 def hangs(assembly: Assembly, at: str, unknown: int, volts: float, amperes: float) -> None:

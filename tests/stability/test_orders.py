@@ -24,9 +24,13 @@ Between the steps: 4 (radau5), s + 2 and s + 1 (radau9, radau13; differential, a
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
 from support import rows_at, run
+
+import emsim
 
 # a nonlinear ODE with a closed form: C dv/dt = -g v^3 -> v = 1/sqrt(1 + 2 g t)
 ODE = """a nonlinear ODE
@@ -378,3 +382,29 @@ def test_the_current_of_a_capacitor_on_sources_follows_the_tolerance(method):
         current = 2e-3 * np.pi * np.cos(2e3 * np.pi * t)
         found.append(np.abs(np.asarray(result["i(v1)"]) + current)[t > 0].max() / current.max())
     assert found[0] <= 0.02 and found[1] <= 5e-5, found
+
+
+TANK = "a tank\nC1 a 0 1u ic=1\nL1 a 0 1m\nR1 a 0 100k\n.tran 10u 20m uic\n.options {}\n.end\n"
+
+
+@pytest.mark.parametrize(
+    ("options", "told"),
+    [
+        ("method=trap reltol=1e-6", True),
+        ("method=trap", False),
+        ("method=radau reltol=1e-6", False),
+        ("reltol=1e-6", False),
+    ],
+)
+def test_trap_tells_tolerances_that_it_does_not_hold(options: str, told: bool) -> None:
+    """A tank over a hundred periods, against its closed form: exp(-t/2RC) (cos wt - sin wt / 2RCw)."""
+    r = emsim.run(TANK.format(options))
+    assert ("N402" in [d.code for d in r.diagnostics]) == told
+    rate, w0 = 1.0 / (2.0 * 1e5 * 1e-6), 1.0 / math.sqrt(1e-9)
+    w = math.sqrt(w0**2 - rate**2)
+    t = np.asarray(r.time)
+    error = np.abs(r["v(a)"] - np.exp(-rate * t) * (np.cos(w * t) - rate / w * np.sin(w * t))).max()
+    if told:
+        assert error > 30e-6  # it is as the note says
+    elif "reltol" in options:  # these hold it
+        assert error < 30e-6
