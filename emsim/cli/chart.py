@@ -107,12 +107,14 @@ class Settings:
 
     reference   CPU seconds for the reference, and as many for what confirms it
     own         keyword arguments of ladder.measure; scipy, ngspice: of theirs, None to leave them out
+    even        the run ends at a common time, as other engines must
     engines     other programs that build the deck's machine, by their names in reports/peers/
     """
 
     __slots__ = (
         "defines",
         "engines",
+        "even",
         "methods",
         "ngspice",
         "own",
@@ -132,6 +134,7 @@ class Settings:
         self.signals: list[str] | None = None
         self.stop: float | None = None
         self.times: int | None = None
+        self.even = False
         self.engines: tuple[str, ...] = ()
         self.defines: dict[str, str] = {}
 
@@ -162,7 +165,7 @@ def measured(source: str, name: str, chosen: Settings, tell: Callable[[str], obj
     def prepare(options: dict[str, Any]) -> Any:
         return pipeline.prepare(pipeline.read(source, chosen.defines), options)
 
-    problem = ladder.Problem(prepare, chosen.signals, chosen.times or ladder.TIMES, chosen.stop)
+    problem = ladder.Problem(prepare, chosen.signals, chosen.times or ladder.TIMES, chosen.stop, chosen.even)
     found = reference.find(problem, known_methods(), chosen.reference, tell)
     chart = Chart(name, problem.title, problem.signals, len(problem.grid))
     chart.reference, chart.distance, chart.confirmed = found.text, found.distance, found.confirmed

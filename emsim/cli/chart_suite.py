@@ -82,7 +82,7 @@ def _measured(
         chosen = settings(given)
         chosen.signals, chosen.stop = list(entry.signals) or None, entry.stop
         if entry.engines:
-            chosen.times = ENGINE_TIMES
+            chosen.times, chosen.even = ENGINE_TIMES, True
             chosen.engines = entry.engines if given.has("peers") else ()
         if given.has("quick"):
             chosen.own |= dict(tolerances=SHORT, rounds=1)

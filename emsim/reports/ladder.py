@@ -71,6 +71,7 @@ class Problem:
     prepare   options -> (assembly, planned analyses); called once for every method and formulation
     signals   names of columns, None for the states
     stop      end of the run [s], None for the deck's own
+    even      the run ends at the last of the equally spaced times: other engines count steps from one to the next
     """
 
     def __init__(
@@ -79,6 +80,7 @@ class Problem:
         signals: Sequence[str] | None = None,
         times: int = TIMES,
         stop: float | None = None,
+        even: bool = False,
     ) -> None:
         self.prepare = prepare
         self._ready: dict[tuple[str, str], Assembly] = {}
@@ -102,6 +104,8 @@ class Problem:
         span = t.tstop - t.tstart
         odd = not self.plain and not assembly.flat.elements and not assembly.system.flag_names
         self.spacing: float = span / (times if odd else times + GOLDEN)
+        if even:
+            t.tstop = t.tstart + self.spacing * times
 
     def _chosen(self, signals: Sequence[str] | None) -> list[str]:
         columns = list(self.units)

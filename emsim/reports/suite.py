@@ -19,14 +19,16 @@ GROUPS = {
     "circuits": "Circuits, beside ngspice",
     "machines": "Machines",
     "coupled": "Circuit and machine together",
+    "friction": "Friction and impacts, beside MuJoCo, Exudyn and Drake",
     "transistors": "Transistors, beside ngspice",
 }
 # of the README: the groups of each, and its picture: a summary, or a panel a deck
 SECTIONS = {
     "suite": (("circuits", "machines", "coupled"), "netlists/bench/suite.png"),
+    "friction": (("friction",), "netlists/bench/friction.png"),
     "transistors": (("transistors",), "netlists/bench/transistors.png"),
 }
-PANELS = ("transistors",)
+PANELS = ("friction", "transistors")
 
 
 class Entry:
@@ -75,10 +77,6 @@ SUITE = [
     Entry("machines", "Bricard", "mechanical/bricard", "IFToMM: a spatial loop with a redundant row"),
     Entry("machines", "spring pendulum", "mechanical/spring_pendulum", "slow swings on a stiff spring"),
     Entry("machines", "trammel", "mechanical/trammel", "a rod between two slides"),
-    Entry("machines", "arm that rubs", "mechanical/ref_fric_arm10", "ten joints with friction: 209 events in 6 s",
-          ("angle(l1)", "angle(l10)"), stop=6.0, engines=("mujoco",)),
-    Entry("machines", "bouncing ball", "mechanical/bouncing_ball", "contact: impacts without end in finite time",
-          ("pos(up)",), engines=("mujoco",)),
     Entry("coupled", "pendulum servo", "coupled/pendulum_servo", "motor, potentiometer, limited amplifier"),
     Entry("coupled", "motor and slider-crank", "coupled/ref_slider_crank", "a loop driven by a winding"),
     Entry("coupled", "comb drive", "coupled/ref_comb_drive", "a MEMS at resonance: small numbers, high Q"),
@@ -88,6 +86,14 @@ SUITE = [
     Entry("coupled", "voice coil", "coupled/voice_coil", "a force that fades with the stroke"),
     Entry("coupled", "two-link arm", "bench/two_link_arm", "two motors on two links"),
     Entry("coupled", "stiff motor", "coupled/ref_ctms_motor_position", "L/R of 0.7 us in a run of 0.2 s"),
+    Entry("friction", "sled", "bench/sled", "a block that slides on a sled and sticks to it, nine times",
+          ("pos(rail)", "pos(bed)"), engines=ENGINES),
+    Entry("friction", "arm that rubs", "mechanical/ref_fric_arm10", "ten joints with friction: 209 events in 6 s",
+          ("angle(l1)", "angle(l10)"), stop=6.0, engines=("mujoco", "exudyn")),
+    Entry("friction", "bouncing ball", "mechanical/bouncing_ball", "contact: impacts without end in finite time",
+          ("pos(up)",), engines=("mujoco", "exudyn")),
+    Entry("friction", "pendulum at a stop", "mechanical/ref_stop_pendulum", "a rigid stop, and rest at it",
+          ("angle(hinge)", "omega(hinge)"), engines=("mujoco", "exudyn")),
     Entry("transistors", "741 op-amp", "electrical/opamp_741", "a whole integrated circuit that slews"),
     Entry("transistors", "TTL gate", "electrical/ttl_nand", "transistors that saturate and recover"),
     Entry("transistors", "Colpitts oscillator", "electrical/colpitts", "a limit cycle: accuracy is phase"),
@@ -150,7 +156,7 @@ def _times(ratio: float) -> str:
     return f"{ratio:.2g}x" if ratio < 9.95 else f"{ratio:.0f}x"
 
 
-def engines(charts: Sequence[Chart], errors: Sequence[float] = (1e-6, 1e-8)) -> Iterator[str]:
+def engines(charts: Sequence[Chart]) -> Iterator[str]:
     """Machines beside other engines: CPU time of each at equal error; nothing where no engine was run."""
     rows = [(c, [s for s in c.series if s.group == "engine" and s.good]) for c in charts]
     rows = [(c, series) for c, series in rows if series]
@@ -160,7 +166,7 @@ def engines(charts: Sequence[Chart], errors: Sequence[float] = (1e-6, 1e-8)) -> 
     yield "| machine | error | emsim | " + " | ".join(programs) + " |"
     yield "|---" * (3 + len(programs)) + "|"
     for chart, series in rows:
-        for error in errors:
+        for error in ERRORS if chart.group == "friction" else (1e-6, 1e-8):
             mine = best(chart.own, error, chart.distance)
             cells = [f"{mine[0].name} {short(mine[1])}" if mine else "none"]
             for program in programs:
@@ -177,7 +183,10 @@ def engines(charts: Sequence[Chart], errors: Sequence[float] = (1e-6, 1e-8)) -> 
 
 
 def _missed(series: Sequence[Series], mine: float | None) -> str:
-    """An engine that does not get there: the least error that it got, and how many times over it took for that."""
+    """An engine that does not get there: the least error that it got, and how many times over it took for that. A dash for
+    one that was not run."""
+    if not series:
+        return "-"
     good = [(p.error or 0.0, p.seconds, s.name) for s in series for p in s.good]
     if not good or mine is None:
         return "not reached"

@@ -1,7 +1,8 @@
 """Drake: MultibodyPlant in relative coordinates (recursive dynamics), error-controlled integrators of its Simulator.
 
 A ladder of accuracies for each integrator; the simulator is advanced to each common time in turn. Loops are left out: in
-continuous time Drake closes them by a compliant bushing only, which is another machine.
+continuous time Drake closes them by a compliant bushing only, which is another machine. So are joints that rub and given
+coefficients of restitution. Friction is that of its contacts, regularised below a speed that falls with the accuracy.
 """
 
 from __future__ import annotations
@@ -12,13 +13,14 @@ from time import thread_time
 from typing import Any
 
 from . import answer, question
-from .machines import CHAIN, DOUBLE, GRAVITY, PENDULUM, rod_inertia
+from .machines import CHAIN, DOUBLE, GRAVITY, PENDULUM, SLED, rod_inertia
 
 INTEGRATORS = ("runge_kutta5", "runge_kutta3", "radau3")
 ACCURACIES = (1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11)
 
 Columns = dict[str, Callable[[Any, Any], float]]  # of (angles, speeds)
-Machine = tuple[Any, list[float], Columns]  # plant, angles at the start, columns of the deck
+# system to simulate, plant in it, coordinates and speeds at the start, columns of the deck
+Machine = tuple[Any, Any, Sequence[float], Sequence[float], Columns]
 
 
 def tree(masses: Sequence[float], length: float, com: float, inertia: float) -> Any:
@@ -47,7 +49,8 @@ def tree(masses: Sequence[float], length: float, com: float, inertia: float) -> 
 
 def pendulum() -> Machine:
     columns: Columns = {"angle(hinge)": lambda q, u: q[0], "omega(hinge)": lambda q, u: u[0]}
-    return tree([PENDULUM["m"]], 0.0, PENDULUM["l"], 0.0), [PENDULUM["start"]], columns
+    plant = tree([PENDULUM["m"]], 0.0, PENDULUM["l"], 0.0)
+    return plant, plant, [PENDULUM["start"]], [0.0], columns
 
 
 def double() -> Machine:
@@ -55,7 +58,8 @@ def double() -> Machine:
         "angle(p1)": lambda q, u: q[0], "omega(p1)": lambda q, u: u[0],
         "angle(p2)": lambda q, u: q[1], "omega(p2)": lambda q, u: u[1],
     }  # fmt: skip
-    return tree([DOUBLE["m"]] * 2, DOUBLE["l"], DOUBLE["l"], 0.0), list(DOUBLE["start"]), columns
+    plant = tree([DOUBLE["m"]] * 2, DOUBLE["l"], DOUBLE["l"], 0.0)
+    return plant, plant, DOUBLE["start"], [0.0] * 2, columns
 
 
 def chain() -> Machine:
@@ -66,26 +70,81 @@ def chain() -> Machine:
         "angle(j1)": lambda q, u: q[0],
     }
     start = [CHAIN["start"]] + [0.0] * (n - 1)
-    return tree([m] * n, length, length / 2, rod_inertia(m, length)), start, columns
+    plant = tree([m] * n, length, length / 2, rod_inertia(m, length))
+    return plant, plant, start, [0.0] * n, columns
 
 
-MACHINES = {"ref_simple_pendulum": pendulum, "ref_double_pendulum": double, "ref_chain20": chain}
+def sled() -> Machine:
+    """The block is a ball on a stiff bed, held to the plane of x and y; its weight makes the friction what it is."""
+    import numpy as np
+    from pydrake.geometry import (
+        AddContactMaterial,
+        HalfSpace,
+        ProximityProperties,
+        SceneGraph,
+        Sphere,
+    )  # fmt: skip
+    from pydrake.math import RigidTransform
+    from pydrake.multibody.plant import ContactModel, CoulombFriction, MultibodyPlant
+    from pydrake.multibody.tree import PrismaticJoint, PrismaticSpring, SpatialInertia, UnitInertia
+    from pydrake.systems.framework import DiagramBuilder
+
+    m, r = SLED["block"], 0.1
+    builder: Any = DiagramBuilder()
+    plant: Any = builder.AddSystem(MultibodyPlant(time_step=0.0))
+    scene: Any = builder.AddSystem(SceneGraph())
+    plant.RegisterAsSourceForSceneGraph(scene)
+    plant.set_contact_model(ContactModel.kPoint)
+    plant.mutable_gravity_field().set_gravity_vector([0.0, 0.0, -GRAVITY])
+    x: Any = np.array([1.0, 0.0, 0.0])
+    z: Any = np.array([0.0, 0.0, 1.0])
+    nowhere: Any = np.zeros(3)
+    unit = UnitInertia(1e-2, 1e-2, 1e-2)
+    bed = plant.AddRigidBody("sled", SpatialInertia(SLED["sled"], nowhere, unit))
+    rider = plant.AddRigidBody("rider", SpatialInertia(0.0, nowhere, UnitInertia(0, 0, 0)))
+    block = plant.AddRigidBody("block", SpatialInertia(m, nowhere, unit))
+    rail = plant.AddJoint(PrismaticJoint("rail", plant.world_frame(), bed.body_frame(), x))
+    plant.AddJoint(PrismaticJoint("bed", bed.body_frame(), rider.body_frame(), x))
+    plant.AddJoint(PrismaticJoint("up", rider.body_frame(), block.body_frame(), z))
+    plant.AddForceElement(PrismaticSpring(rail, 0.0, SLED["k"]))
+    stiffness, mu = 1e5, SLED["friction"] / (m * GRAVITY)
+    for body, shape in ((bed, HalfSpace()), (block, Sphere(r))):
+        material: Any = ProximityProperties()
+        # two in a row make half the stiffness
+        AddContactMaterial(1.0, 2 * stiffness, CoulombFriction(mu, mu), material)
+        plant.RegisterCollisionGeometry(body, RigidTransform(), shape, body.name(), material)
+    builder.Connect(plant.get_geometry_pose_output_port(), scene.get_source_pose_port(plant.get_source_id()))
+    builder.Connect(scene.get_query_output_port(), plant.get_geometry_query_input_port())
+    plant.Finalize()
+    columns: Columns = {"pos(rail)": lambda q, u: q[0], "pos(bed)": lambda q, u: q[1]}
+    start, speed = [0.0, 0.0, r - m * GRAVITY / stiffness], [SLED["speed"], 0.0, 0.0]
+    return builder.Build(), plant, start, speed, columns
+
+
+MACHINES = {
+    "ref_simple_pendulum": pendulum,
+    "ref_double_pendulum": double,
+    "ref_chain20": chain,
+    "sled": sled,
+}
 
 
 def run(
-    plant: Any, start: Sequence[float], times: Sequence[float], scheme: str, accuracy: float, limit: float
+    machine: Machine, times: Sequence[float], scheme: str, accuracy: float, limit: float
 ) -> tuple[float, list[tuple[Any, Any]], int]:
     """(CPU seconds, (angles, speeds) at the times that were reached, derivative evaluations)."""
     from pydrake.systems.analysis import ResetIntegratorFromFlags, Simulator
 
-    simulator = Simulator(plant)
+    system, plant, start, speed, _ = machine
+    plant.set_stiction_tolerance(accuracy)
+    simulator = Simulator(system)
     ResetIntegratorFromFlags(simulator, scheme, times[0])
     integrator = simulator.get_mutable_integrator()
     integrator.set_fixed_step_mode(False)
     integrator.set_target_accuracy(accuracy)
-    context = simulator.get_mutable_context()
+    context = plant.GetMyMutableContextFromRoot(simulator.get_mutable_context())
     plant.SetPositions(context, list(start))
-    plant.SetVelocities(context, [0.0] * len(start))
+    plant.SetVelocities(context, list(speed))
     simulator.Initialize()
     states = []
     began = thread_time()
@@ -101,7 +160,7 @@ def main() -> None:
     machine, times, limit, rounds = question()
     if machine not in MACHINES:
         return
-    plant, start, columns = MACHINES[machine]()
+    built = MACHINES[machine]()
     for scheme in INTEGRATORS:
         last = 0.0
         for accuracy in ACCURACIES:
@@ -114,7 +173,7 @@ def main() -> None:
             count, why = 0, f"over {limit:g} s"
             while len(spent) < (rounds if not spent or spent[0] < 0.3 else 1):
                 try:
-                    seconds, states, count = run(plant, start, times, scheme, accuracy, limit)
+                    seconds, states, count = run(built, times, scheme, accuracy, limit)
                 except RuntimeError as error:
                     seconds, states, why = 0.0, [], str(error)[:120]
                 spent.append(seconds)
@@ -123,7 +182,7 @@ def main() -> None:
             last = min(spent)
             whole = len(states) == len(times)
             values = (
-                {name: [read(q, u) for q, u in states] for name, read in columns.items()} if whole else None
+                {name: [read(q, u) for q, u in states] for name, read in built[-1].items()} if whole else None
             )
             answer(tool, setting, last, values, reason=why, evaluations=count)
             if not whole:

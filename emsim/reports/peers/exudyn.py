@@ -4,6 +4,9 @@
 Fixed-step methods over a ladder of steps that hit the common times, where sensors read them. DOPRI5, which chooses its
 steps, over a ladder of tolerances; angle, speed and acceleration of every step are kept and the common times read with
 the quintic that these determine at both ends (its error is of higher order than the method's).
+
+Friction is its regularised law, as steep as explicit steps h bear: it creeps where the real one holds. Stops and contacts
+are its limit stops, spring and damper for as many steps as it takes to see them. Its bristles converged to no lesser error.
 """
 
 from __future__ import annotations
@@ -14,7 +17,19 @@ from time import thread_time
 from typing import Any
 
 from . import answer, question
-from .machines import CHAIN, DOUBLE, FOUR_BAR, GRAVITY, PENDULUM, rod_inertia
+from .machines import (
+    ARM,
+    BOUNCE,
+    CHAIN,
+    DOUBLE,
+    FOUR_BAR,
+    GRAVITY,
+    PENDULUM,
+    SLED,
+    STOP,
+    rod_inertia,
+    touch,
+)  # fmt: skip
 
 STEPS = (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000, 10000)  # in an interval of the common times
 TREE_METHODS = ("RK44", "RK67")
@@ -25,19 +40,25 @@ Columns = dict[str, Callable[[Any, Any], float]]  # of (angles or coordinates, s
 
 
 class Model:
-    """A system ready to run, its sensors' numbers, and the deck's columns as functions of what they read."""
+    """A system ready to run, its sensors' numbers, and the deck's columns as functions of what they read; `fit(h)` gives
+    what is regularised the parameters for steps h."""
 
-    def __init__(self, mbs: Any, sensors: Sequence[int], columns: Columns, methods: Sequence[str]) -> None:
-        self.mbs, self.sensors, self.columns, self.methods = mbs, sensors, columns, methods
+    def __init__(
+        self, mbs: Any, sensors: Sequence[int], columns: Columns, methods: Sequence[str],
+        fit: Callable[[float], None] | None = None,
+    ) -> None:  # fmt: skip
+        self.mbs, self.sensors, self.columns, self.methods, self.fit = mbs, sensors, columns, methods, fit
 
 
 def tree(
-    masses: Sequence[float], length: float, com: float, inertia: float, start: Sequence[float]
-) -> tuple[Any, Any]:
-    """Links that hang from each other on pins about z; (system, sensors of angles, speeds, accelerations)."""
+    masses: Sequence[float], length: float, com: float, inertia: float, start: Sequence[float],
+    add: Callable[[Any, int], object] = lambda mbs, node: None,
+) -> tuple[Any, Any]:  # fmt: skip
+    """Links that hang from each other on pins about z; (system, sensors of angles, speeds, accelerations). `add` puts more
+    on the node of the angles."""
     import exudyn as exu
     import numpy as np
-    from exudyn.utilities import NodeGenericODE2, ObjectKinematicTree, SensorNode
+    from exudyn.utilities import NodeGenericODE2, ObjectKinematicTree
 
     n = len(masses)
     mbs = exu.SystemContainer().AddSystem()
@@ -61,13 +82,93 @@ def tree(
             linkMasses=list(masses), gravity=[0, -GRAVITY, 0],
         )
     )  # fmt: skip
+    add(mbs, node)
+    return mbs, sense(mbs, node)
+
+
+def sense(mbs: Any, node: int) -> list[int]:
+    """Sensors of a node's coordinates, speeds and accelerations; the system is assembled."""
+    import exudyn as exu
+    from exudyn.utilities import SensorNode
+
     kinds = exu.OutputVariableType
     sensors = [
         mbs.AddSensor(SensorNode(nodeNumber=node, storeInternal=True, outputVariableType=kind))
         for kind in (kinds.Coordinates, kinds.Coordinates_t, kinds.Coordinates_tt)
     ]
     mbs.Assemble()
-    return mbs, sensors
+    return sensors
+
+
+def slides(
+    mass: Sequence[Sequence[float]], stiffness: Sequence[Sequence[float]], force: Sequence[float],
+    start: Sequence[float], speed: Sequence[float],
+) -> tuple[Any, int]:  # fmt: skip
+    """(system, node) of coordinates with constant matrices."""
+    import exudyn as exu
+    import numpy as np
+    from exudyn.utilities import NodeGenericODE2, ObjectGenericODE2
+
+    n = len(start)
+    mbs = exu.SystemContainer().AddSystem()
+    node = mbs.AddNode(
+        NodeGenericODE2(
+            referenceCoordinates=[0.0] * n, initialCoordinates=list(start), initialCoordinates_t=list(speed),
+            numberOfODE2Coordinates=n,
+        )
+    )  # fmt: skip
+    mbs.AddObject(
+        ObjectGenericODE2(
+            nodeNumbers=[node], massMatrix=np.array(mass), stiffnessMatrix=np.array(stiffness),
+            forceVector=list(force),
+        )
+    )  # fmt: skip
+    return mbs, node
+
+
+def between(mbs: Any, node: int, coordinate: int, **law: Any) -> int:
+    """A connector with friction or limit stops on one coordinate."""
+    from exudyn.utilities import (
+        CoordinateSpringDamperExt,
+        MarkerNodeCoordinate,
+        NodeGenericData,
+        NodePointGround,
+    )
+
+    ends = [
+        mbs.AddMarker(MarkerNodeCoordinate(nodeNumber=mbs.AddNode(NodePointGround()), coordinate=0)),
+        mbs.AddMarker(MarkerNodeCoordinate(nodeNumber=node, coordinate=coordinate)),
+    ]
+    data = mbs.AddNode(NodeGenericData(initialCoordinates=[0.0] * 3, numberOfDataCoordinates=3))
+    return int(mbs.AddObject(CoordinateSpringDamperExt(markerNumbers=ends, nodeNumber=data, **law)))
+
+
+def rub(mbs: Any, node: int, first: int, bounds: Sequence[float], ease: float) -> Callable[[float], None]:
+    """Friction of so many coordinates from `first` on; its fit to steps: `ease` is the largest eigenvalue of the inverse of
+    their mass matrix, of which an explicit step h bears dampers up to 1/(h ease)."""
+    made = [
+        between(mbs, node, first + k, dynamicFrictionForce=bound, frictionProportionalZone=1.0)
+        for k, bound in enumerate(bounds)
+    ]
+
+    def fit(h: float) -> None:
+        for number, bound in zip(made, bounds, strict=True):
+            mbs.SetObjectParameter(number, "frictionProportionalZone", bound * h * ease)
+
+    return fit
+
+
+def halt(mbs: Any, node: int, least: float, mass: float, e: float) -> Callable[[float], None]:
+    """A stop at `least` of coordinate 0 that gives back e of the speed; its fit to steps."""
+    far = 1e6
+    stop = between(mbs, node, 0, useLimitStops=True, limitStopsLower=least, limitStopsUpper=far)
+
+    def fit(h: float) -> None:
+        k, c = touch(e, h, pulls=True)
+        mbs.SetObjectParameter(stop, "limitStopsStiffness", mass * k)
+        mbs.SetObjectParameter(stop, "limitStopsDamping", mass * c)
+
+    return fit
 
 
 def pendulum() -> Model:
@@ -97,6 +198,56 @@ def chain() -> Model:
     return Model(mbs, sensors, columns, TREE_METHODS)
 
 
+def arm() -> Model:
+    import numpy as np
+
+    n, m, length = ARM["n"], ARM["m"], ARM["l"]
+    fits: list[Callable[[float], None]] = []
+    # of the stretched arm, by absolute angles: rods of which each carries those after it
+    carried = np.array(
+        [[n - 1 - max(i, j) + (1 / 3 if i == j else 1 / 2) for j in range(n)] for i in range(n)]
+    )
+    sums = np.tril(np.ones((n, n)))
+    ease = 1 / np.linalg.eigvalsh(m * length**2 * sums.T @ carried @ sums)[0]
+    mbs, sensors = tree(
+        [m] * n, length, length / 2, rod_inertia(m, length), list(ARM["start"]),
+        lambda mbs, node: fits.append(rub(mbs, node, 0, ARM["friction"], ease)),
+    )  # fmt: skip
+    columns: Columns = {f"angle(l{k})": lambda q, u, k=k: q[:k].sum() for k in range(1, n + 1)}  # type: ignore[misc]
+    columns |= {"omega(h1)": lambda q, u: u[0], "omega(l10)": lambda q, u: u.sum()}
+    return Model(mbs, sensors, columns, TREE_METHODS, fits[0])
+
+
+def sled() -> Model:
+    import numpy as np
+
+    sled, block = SLED["sled"], SLED["block"]
+    mass = [[sled + block, block], [block, block]]
+    mbs, node = slides(mass, [[SLED["k"], 0.0], [0.0, 0.0]], [0.0, 0.0], [0.0, 0.0], [SLED["speed"], 0.0])
+    fit = rub(mbs, node, 1, [SLED["friction"]], float(np.linalg.inv(mass)[1, 1]))
+    columns: Columns = {"pos(rail)": lambda q, u: q[0], "pos(bed)": lambda q, u: q[1]}
+    return Model(mbs, sense(mbs, node), columns, TREE_METHODS, fit)
+
+
+def bounce() -> Model:
+    m = BOUNCE["m"]
+    mbs, node = slides([[m]], [[0.0]], [-m * GRAVITY], [BOUNCE["height"]], [0.0])
+    fit = halt(mbs, node, 0.0, m, BOUNCE["e"])
+    columns: Columns = {"pos(up)": lambda q, u: q[0]}
+    return Model(mbs, sense(mbs, node), columns, TREE_METHODS, fit)
+
+
+def stop() -> Model:
+    m, length = STOP["m"], STOP["l"]
+    fits: list[Callable[[float], None]] = []
+    mbs, sensors = tree(
+        [m], 0.0, length, 0.0, [STOP["start"]],
+        lambda mbs, node: fits.append(halt(mbs, node, STOP["stop"], m * length**2, STOP["e"])),
+    )  # fmt: skip
+    columns: Columns = {"angle(hinge)": lambda q, u: q[0], "omega(hinge)": lambda q, u: u[0]}
+    return Model(mbs, sensors, columns, TREE_METHODS, fits[0])
+
+
 def four_bar() -> Model:
     import exudyn as exu
     from exudyn.utilities import (
@@ -107,7 +258,6 @@ def four_bar() -> Model:
         ObjectGround,
         ObjectJointRevolute2D,
         ObjectRigidBody2D,
-        SensorNode,
     )  # fmt: skip
 
     lengths, masses = FOUR_BAR["lengths"], FOUR_BAR["masses"]
@@ -151,18 +301,14 @@ def four_bar() -> Model:
     pin(bodies[0], halves[0], bodies[1], -halves[1])
     pin(bodies[1], halves[1], bodies[2], halves[2])
     pin(ground, FOUR_BAR["ground"], bodies[2], -halves[2])
-    kinds = exu.OutputVariableType
-    sensors = [
-        mbs.AddSensor(SensorNode(nodeNumber=nodes[0], storeInternal=True, outputVariableType=kind))
-        for kind in (kinds.Coordinates, kinds.Coordinates_t, kinds.Coordinates_tt)
-    ]
-    mbs.Assemble()
+    sensors = sense(mbs, nodes[0])
     columns: Columns = {"angle(a)": lambda q, u: q[2], "omega(a)": lambda q, u: u[2]}
     return Model(mbs, sensors, columns, LOOP_METHODS)
 
 
 MACHINES = {
     "ref_simple_pendulum": pendulum, "ref_double_pendulum": double, "ref_chain20": chain, "ref_four_bar": four_bar,
+    "ref_fric_arm10": arm, "sled": sled, "bouncing_ball": bounce, "ref_stop_pendulum": stop,
 }  # fmt: skip
 
 
@@ -235,7 +381,7 @@ def main() -> None:
     ladders: list[tuple[str, list[tuple[int, float | None]]]] = [
         (method, [(steps, None) for steps in STEPS]) for method in model.methods
     ]
-    if model.methods is TREE_METHODS:
+    if model.methods is TREE_METHODS and model.fit is None:
         ladders.append(("DOPRI5", [(1, tolerance) for tolerance in TOLERANCES]))
     for method, ladder in ladders:
         last = 0.0
@@ -246,6 +392,8 @@ def main() -> None:
             if last > 0.5 * limit:
                 answer(tool, setting, last, reason=f"not tried: {last:.2g} s at the setting before")
                 break
+            if model.fit:
+                model.fit(times[0] / steps)
             spent: list[float] = []
             values: Any = None
             while len(spent) < (rounds if not spent or spent[0] < 0.3 else 1):

@@ -1,31 +1,49 @@
 """MuJoCo: generalised coordinates, recursive dynamics, fixed steps; a loop is closed by a soft equality constraint.
 
 RK4 over a ladder of steps; implicitfast, which is what its users run by default, of order 1, beside it. The loop constraint
-gets solref = 2h and an impedance near 1, the stiffest that a step h carries; so do friction of joints and contacts. A contact
-that gives speed back is a spring and a damper for as many steps as it takes to see them.
+gets solref = 2h and an impedance near 1, the stiffest that a step h carries; so does friction of joints, which keeps
+creeping. A contact or stop that gives speed back is a spring and a damper for as many steps as it takes to see them.
 """
 
 from __future__ import annotations
 
-from math import cos, log, pi, sin
+from math import cos, degrees, sin
 from time import thread_time
 from typing import Any
 
 from . import answer, question
-from .machines import ARM, BOUNCE, CHAIN, DOUBLE, FOUR_BAR, GRAVITY, PENDULUM, rod_inertia
+from .machines import (
+    ARM,
+    BOUNCE,
+    CHAIN,
+    DOUBLE,
+    FOUR_BAR,
+    GRAVITY,
+    PENDULUM,
+    SLED,
+    STOP,
+    rod_inertia,
+    touch,
+)  # fmt: skip
 
 STEPS = (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000)  # in an interval of the common times
 INTEGRATORS = {"RK4": "mjINT_RK4", "implicitfast": "mjINT_IMPLICITFAST"}
 POINT = 1e-12  # inertia of a point mass: MuJoCo wants one
-TOUCH = 20  # steps that a touch takes which gives speed back
 
 
 def body(
-    name: str, at: str, mass: float, com: str, inertia: float, inner: str = "", friction: float = 0.0
+    name: str,
+    at: str,
+    mass: float,
+    com: str,
+    inertia: float,
+    inner: str = "",
+    friction: float = 0.0,
+    more: str = "",
 ) -> str:
     """A body that turns about y: the plane is x-z here, gravity along -z, and axis -y makes angles counter-clockwise."""
     j = f'<inertial pos="{com}" mass="{mass!r}" diaginertia="{POINT} {inertia!r} {inertia!r}"/>'
-    joint = f'<joint name="{name}" type="hinge" axis="0 -1 0" frictionloss="{friction!r}"/>'
+    joint = f'<joint name="{name}" type="hinge" axis="0 -1 0" frictionloss="{friction!r}"{more}/>'
     return f'<body name="{name}" pos="{at}">{joint}{j}{inner}</body>'
 
 
@@ -104,6 +122,25 @@ def bounce() -> tuple[str, list[float], list[float], dict[str, Any]]:
     return world(ball, touches=True), [BOUNCE["height"]], [0.0], columns
 
 
+def stop() -> tuple[str, list[float], list[float], dict[str, Any]]:
+    least = f' limited="true" range="{degrees(STOP["stop"])!r} 720"'
+    inner = body("hinge", "0 0 0", STOP["m"], f"0 0 {-STOP['l']}", POINT, more=least)
+    columns = {"angle(hinge)": lambda d: d.qpos[0], "omega(hinge)": lambda d: d.qvel[0]}
+    return world(inner), [STOP["start"]], [0.0], columns
+
+
+def sled() -> tuple[str, list[float], list[float], dict[str, Any]]:
+    def slide(name: str, mass: float, more: str, inner: str = "") -> str:
+        j = f'<inertial pos="0 0 0" mass="{mass!r}" diaginertia="1e-3 1e-3 1e-3"/>'
+        joint = f'<joint name="{name}" type="slide" axis="1 0 0" {more}/>'
+        return f'<body name="{name}">{joint}{j}{inner}</body>'
+
+    block = slide("bed", SLED["block"], f'frictionloss="{SLED["friction"]!r}"')
+    columns = {"pos(rail)": lambda d: d.qpos[0], "pos(bed)": lambda d: d.qpos[1]}
+    inner = slide("rail", SLED["sled"], f'stiffness="{SLED["k"]!r}"', block)
+    return world(inner), [0.0, 0.0], [SLED["speed"], 0.0], columns
+
+
 def stiffen(model: Any, h: float) -> None:
     """Loops, friction and contacts as stiff as steps h carry."""
     model.opt.tolerance = 1e-14
@@ -111,20 +148,23 @@ def stiffen(model: Any, h: float) -> None:
         reference[:] = (2 * h, 1.0)
         impedance[:] = (0.99999, 0.99999, 1e-3, 0.5, 2.0)
     model.geom_solref[:], model.geom_solimp[:] = (2 * h, 1.0), (0.99999, 0.99999, 1e-3, 0.5, 2.0)
+    model.jnt_solimp[:] = (0.99999, 0.99999, 1e-3, 0.5, 2.0)
 
 
-def rebound(model: Any, h: float) -> None:
-    """Half a period of a damped spring, which gives back e of the speed."""
+def rebound(model: Any, h: float, e: float) -> None:
+    """Stops and contacts as a damped spring, which gives back e of the speed."""
     stiffen(model, h)
-    damped = -log(BOUNCE["e"])
-    rate = pi / (TOUCH * h)
-    model.geom_solref[:] = (-(rate * rate) * (1 + (damped / pi) ** 2), -2 * rate * damped / pi)
+    model.geom_solref[:] = model.jnt_solref[:] = [-v for v in touch(e, h, pulls=False)]
 
 
 MACHINES = {
-    "ref_fric_arm10": arm, "bouncing_ball": bounce,
+    "ref_fric_arm10": arm, "bouncing_ball": bounce, "sled": sled, "ref_stop_pendulum": stop,
     "ref_simple_pendulum": pendulum, "ref_double_pendulum": double, "ref_chain20": chain, "ref_four_bar": four_bar,
 }  # fmt: skip
+
+
+# what gives back a share of its speed
+REBOUNDS = {"bouncing_ball": BOUNCE["e"], "ref_stop_pendulum": STOP["e"]}
 
 
 def main() -> None:
@@ -139,8 +179,10 @@ def main() -> None:
         for steps in STEPS:
             h = times[0] / steps
             model.opt.timestep = h
-            if model.neq or model.ngeom or model.dof_frictionloss.any():
-                (rebound if machine == "bouncing_ball" else stiffen)(model, h)
+            if machine in REBOUNDS:
+                rebound(model, h, REBOUNDS[machine])
+            elif model.neq or model.dof_frictionloss.any():
+                stiffen(model, h)
             spent: list[float] = []
             while len(spent) < (rounds if not spent or spent[0] < 0.3 else 1):
                 mujoco.mj_resetData(model, data)
