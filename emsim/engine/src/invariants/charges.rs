@@ -20,6 +20,7 @@ const CANCELS: f64 = 1e-12;
 
 struct Group {
     rows: Vec<usize>,
+    places: Vec<(usize, usize)>, // column and place in the pattern of every entry of these rows, by columns
     leaks: Vec<(usize, f64)>,
     first: Option<f64>,
     leaked: f64,
@@ -71,9 +72,20 @@ impl Charges {
             let leaks: Vec<_> =
                 own.filter(|(_, sum)| sum.0.abs() > CANCELS * sum.1).map(|(c, sum)| (c, sum.0)).collect();
             let shunts = leaks.iter().all(|&(col, v)| node(col) && v.abs() <= SHUNT);
-            shunts.then_some(Group { rows, leaks, first: None, leaked: 0.0, missed: 0.0, last: None })
+            let places = Vec::new();
+            shunts.then_some(Group { rows, places, leaks, first: None, leaked: 0.0, missed: 0.0, last: None })
         });
-        Charges { groups: found.collect(), rows: 0 }
+        let mut groups: Vec<Group> = found.collect();
+        let mut group_of = vec![None; sys.n];
+        groups.iter().enumerate().for_each(|(g, group)| group.rows.iter().for_each(|&row| group_of[row] = Some(g)));
+        for j in 0..sys.n {
+            for k in sys.pattern.colptr[j]..sys.pattern.colptr[j + 1] {
+                if let Some(g) = group_of[sys.pattern.rowidx[k]] {
+                    groups[g].places.push((j, k));
+                }
+            }
+        }
+        Charges { groups, rows: 0 }
     }
 
     pub fn is_empty(&self) -> bool {
@@ -96,16 +108,14 @@ impl Charges {
     }
 
     /// Groups whose charge at (t, x) is not what it was at the first look; `w` has charges and capacitances there.
-    pub fn look(&mut self, sys: &System, w: &Work, tol: &Tolerances, t: f64, x: &[f64]) -> Vec<Broken> {
+    pub fn look(&mut self, w: &Work, tol: &Tolerances, t: f64, x: &[f64]) -> Vec<Broken> {
         let mut broken = Vec::new();
         for group in &mut self.groups {
             let charge = group.leaked + group.rows.iter().map(|&row| w.q[row]).sum::<f64>();
             let first = *group.first.get_or_insert(charge);
             let (mut bound, mut size) = (group.missed, 0.0);
-            for j in 0..sys.n {
-                let places = sys.pattern.colptr[j]..sys.pattern.colptr[j + 1];
-                let of =
-                    places.filter(|&k| group.rows.contains(&sys.pattern.rowidx[k])).map(|k| w.cv[k]).sum::<f64>().abs();
+            for column in group.places.chunk_by(|a, b| a.0 == b.0) {
+                let (j, of) = (column[0].0, column.iter().map(|&(_, k)| w.cv[k]).sum::<f64>().abs());
                 bound += MOST * of * tol.error_weight(j, x[j], x[j]);
                 size += of * x[j].abs();
             }
