@@ -86,10 +86,14 @@ class Builder:
         restitution: float,
         flags: Sequence[Expr],
         normal: tuple[int, float, float] | None = None,
+        way: Expr | None = None,
+        across: int | None = None,
     ) -> None:
         """A law between the unknown `row` and a flow: form relay (flags of laws "mode" "kept" "kept": slides, share, mode),
         corner (closed, hits, impulse, energy lost), one way (closed). `normal`: the effort of an earlier law that bounds a
-        relay, how much of it where it slides, and where it sticks. ValueError for another one."""
+        relay, how much of it where it slides, and where it sticks. `way`: by what its bound is multiplied in its row where it
+        slides, its share unless given. `across`: the effort of an earlier relay, the same law's in the other of two directions.
+        ValueError for another one."""
     def grad(self, y: Expr, xs: Sequence[Expr]) -> list[Expr]:
         """dy/dx for each leaf x, by reverse mode."""
     def tangent(self, ys: Sequence[Expr], seed: Sequence[tuple[Expr, Expr | float]]) -> list[Expr]:

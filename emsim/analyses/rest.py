@@ -10,6 +10,7 @@ if TYPE_CHECKING:
     from ..assemble import Assembly
 
 FALLS = 1e-6  # of the largest stiffness: so negative a one is none of rounding
+NONE = 1e-12  # of the largest entry: rounding where nothing pulls along the motions that are free
 HELD = 1e-6  # friction that has so much of its bound left holds; an effort of less than so much of the largest is none
 SAID = 6  # frictions that a message names
 
@@ -50,7 +51,7 @@ def unstable(assembly: Assembly, x: Sequence[float], most: Sequence[float]) -> s
         return None
     reduced = free.T @ (0.5 * (stiffness + stiffness.T)) @ free
     found, shapes = np.linalg.eigh(reduced)
-    if not found[0] < -FALLS * np.abs(found).max():
+    if not found[0] < -max(FALLS * np.abs(found).max(), NONE * np.abs(stiffness).max()):
         return None
     return m.places[int(np.abs(free @ shapes[:, 0]).argmax())].q_name
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from ..cards import CARDS, quantities
-from ..cards.base import LEAVE_OUT
 from ..diagnostics import suggest
 from .scene import JointState
 from .tree import GROUND
@@ -88,9 +87,6 @@ class Binding:
         for card in taken.values():
             if not quantities.check(card, self._motions(card), self.sink):
                 self.broken = True
-            elif card.ok and not card.supported:
-                said = f"{card.spec.word} {card.name} ({card.spec.meaning}) is not supported yet"
-                self._fail("E254", said, card.span, LEAVE_OUT)
 
     def _motions(self, card: Card) -> list[str]:
         """What the joint that a card is, or sits on, does in each coordinate: turn or slide."""

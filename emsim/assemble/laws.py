@@ -4,6 +4,7 @@
     corner    open:   f = 0, mu = 0    closed: dg/dt = 0, g = 0    (stabilised as closed loops are, see equations.py)
     one way   open:   f = 0            closed: w = 0
     slip      a relay with F = mu f of a corner; where that is open nothing asks for another mode
+    disc      two relays, sticks: w = 0, 0     slides: f + F w/|w| = 0
 One pattern: the flags choose. Power f w of every law, and mu g of every corner, act as those of closed loops do.
 """
 
@@ -11,35 +12,50 @@ from __future__ import annotations
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from .._engine import Expr
+    from .._engine import Builder, Expr
     from ..cards.base import Card
     from ..cards.laws import Law
     from .mechanism import Mechanism
 
 
+SLOW = 1e-12  # [m/s] of a direction at rest
+NOTHING = 1e-200  # [square of what it is added to] keeps the slope of a length at 0
+
+
 def allocate(m: Mechanism, card: Card) -> None:
     """Unknowns and flags of a card's laws; the card may read them from now on."""
     b = m.b
-    for k, law in enumerate(card.laws(m)):
+    laws = card.laws(m)
+    for k, law in enumerate(laws):
         label = f"{card.name},{k + 1}"
         law.row = b.unknown(f"lambda({label})", "lambda", law.unit, 0.0)
         law.effort = b.x(law.row)
         if law.gap is not None:
             law.second = b.unknown(f"mu({label})", "mu", "", 0.0)
             law.flow = m.rate(b.const(0.0) + law.gap)
+    for k, law in enumerate(laws):
         assert law.flow is not None
-        flow = m.public(law.flow)
+        flow, way = m.public(law.flow), None
         name = f"{card.spec.word} {card.name}"
         if law.normal is not None:
             corner, mu, mus = law.normal
             law.bound, law.stick, law.where = mu * corner.effort, mus * corner.effort, corner.flags[0]
         if law.form == "relay":
             bound, stick = m.public(law.bound), m.public(law.stick)
-            share = b.flag(law.effort, None, f"{name} {k} share", law="kept")
-            mode = b.flag(law.effort, None, f"{name} {k} mode", law="kept")
-            free = b.call("abs", law.effort) - stick
+            if law is law.across[0]:
+                for j, one in enumerate(law.across, k):
+                    one.flags = [
+                        b.flag(one.effort, None, f"{name} {j} {word}", law="kept")
+                        for word in ("share", "mode")
+                    ]
+            share, mode = law.flags[-2:]
+            if len(law.across) == 1:
+                effort, speed, along = b.call("abs", law.effort), b.call("abs", flow), share * flow
+            else:
+                effort, speed, along, way = _two(m, law)
+            free = effort - stick
             # behind its threshold where it slides back; held by others where any motion is one
-            moves = b.select(mode, share * flow, -b.call("abs", flow))
+            moves = b.select(mode, along, -speed)
             if law.where is not None:
                 moves = b.select(law.where, moves, 1.0)
             slides = b.flag(free, moves, f"{name} slides", law="mode")
@@ -54,8 +70,35 @@ def allocate(m: Mechanism, card: Card) -> None:
             ]
             bound = stick = b.const(0.0)
         shown = b.const(0.0) if law.gap is None else m.public(law.gap)
-        b.law(law.form, law.row, flow, bound, stick, shown, law.e, law.flags, _bounded_by(law))
+        across = None if law is law.across[0] else law.across[0].row
+        b.law(law.form, law.row, flow, bound, stick, shown, law.e, law.flags, _bounded_by(law), way, across)
         m.laws.append((card, law))
+
+
+def _two(m: Mechanism, law: Law) -> tuple[Expr, Expr, Expr, Expr]:
+    """Of a law with two directions: |f|, |w|, what ends sliding below 0, and its part of the direction in which it slides, w/|w|.
+
+    Along the direction d of the last event w goes through 0 with it: w/|w| sign(w d) is smooth there, so that a step may lead
+    beyond. Elsewhere it is asked again where w has turned by 60 degrees. At rest the direction is d."""
+    b = m.b
+    flows = [m.public(one.flow) for one in law.across if one.flow is not None]
+    shares = [one.flags[-2] for one in law.across]
+    own = law.across.index(law)
+    speed = _size(b, *flows)
+    along = flows[0] * shares[0] + flows[1] * shares[1] - 0.5 * speed
+    w = [flow + SLOW * share for flow, share in zip(flows, shares, strict=True)]
+    turned = w[0] * shares[0] + w[1] * shares[1]
+    way = w[own] / _size(b, *w) * (turned / _size(b, turned))
+    law.way = b.select(law.flags[-1], way, shares[own])
+    return _size(b, *(one.effort for one in law.across)), speed, along, law.way
+
+
+def _size(b: Builder, *parts: Expr) -> Expr:
+    """Their length, with a slope at 0."""
+    total = b.const(NOTHING)
+    for part in parts:
+        total = total + part * part
+    return b.call("sqrt", total)
 
 
 def _bounded_by(law: Law) -> tuple[int, float, float] | None:
@@ -82,8 +125,9 @@ def contribute(m: Mechanism) -> None:
         flow = m.public(law.flow)
         if law.form == "relay":
             slides, share, mode = law.flags
+            way = share if len(law.across) == 1 else law.way
             most = b.select(mode, m.public(law.bound), m.public(law.stick))
-            b.add_f(law.row, b.select(slides, law.effort + share * most, flow))
+            b.add_f(law.row, b.select(slides, law.effort + way * most, flow))
             continue
         b.add_f(law.row, b.select(law.flags[0], flow, law.effort))
         if law.gap is not None:

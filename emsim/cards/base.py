@@ -173,8 +173,6 @@ class Own:
         return self.currents if self.voltage is None else [self.voltage, *self.currents]
 
 
-LEAVE_OUT = "leave it out, if the deck means the same without it"
-
 # words of force(c) torque(c) i(c) v(c) gap(c) hits(c) .. that `probes` may answer, with their units
 PROBES = {
     "force": "N", "torque": "N m", "i": "A", "v": "V", "p": "W", "power": "W",
@@ -269,7 +267,6 @@ class Card:
     """One card of the deck, bound to its specification: parameters are attributes, terminals are resolved."""
 
     spec: Spec
-    supported = True  # False: parsed and named, and a deck with one is refused
 
     @classmethod
     def variant(cls, raw: MachineCard, models: dict[str, Model]) -> type[Card]:

@@ -4,14 +4,17 @@
     rq=     gap = |P - Q| - r - rq          inside a ring of radius -rq:  gap = -rq - r - |P - Q|
 What happens where it closes stands in touch.py. `force` is what the parts press on each other with. With mu= they rub: `slip` is
 the speed of P's part along Q's where they touch, `friction` the force on P's part, along t = n x z: to the right on a floor.
+Where they can slide in two directions both are lengths of vectors.
 """
 
 from __future__ import annotations
 
 from . import touch
 from .base import Card, Default, Spec
-from .kinematics import add, cross, dot, is_zero, scale, subtract
+from .kinematics import add, cross, dot, is_zero, perpendicular, scale, subtract
 from .touch import Touching
+
+NOTHING = 1e-15  # where the normal is -y any pair across it does
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -77,8 +80,7 @@ class Contact(Touching, Card):
     def prepare(self, s: Scene) -> None:
         away = subtract(self.p.pos, self.q.pos)
         if self.line is not None:
-            size = sum(c * c for c in self.line) ** 0.5
-            normal = s.body_of(self, "q").direction(tuple(c / size for c in (*self.line, 0.0)[:3]))
+            normal = s.body_of(self, "q").direction(self._normal())
             gap = dot(away, normal) - self.r
         else:
             assert self.rq is not None
@@ -95,19 +97,25 @@ class Contact(Touching, Card):
         turns = cross(s.body_of(self, "p").omega, arm), cross(s.body_of(self, "q").omega, add(away, arm))
         slip = subtract(add(self.p.vel, turns[0]), add(self.q.vel, turns[1]))
         axis = next((k for k in (2, 1, 0) if is_zero(slip[k]) and is_zero(normal[k])), None)
-        if axis is None:
-            said = (
-                f"mu= of CONTACT {self.name} is not supported yet where its parts can slide in two directions"
-            )
-            hint = "in a plane it is: bodies that neither turn nor go out of z = const; or a FRICTION with a force of its own"
-            s.sink.error("E254", said, self.place("mu"), hint)
-            return
-        along = dot(slip, cross(normal, [float(k == axis) for k in range(3)]))
-        if is_zero(along):
+        ways: Sequence[Sequence[Scalar]]
+        if axis is not None:
+            ways = [cross(normal, [float(k == axis) for k in range(3)])]
+        elif self.line is not None:
+            ways = [s.body_of(self, "q").direction(way) for way in perpendicular(self._normal())]
+        else:
+            ways = _across(s, normal)
+        slips = [along for way in ways if not is_zero(along := dot(slip, way))]
+        if slips:
+            self.set_slip(slips, self.mu, self.mus)
+        else:
             said = f"mu= of CONTACT {self.name} has no effect: its parts cannot slide along each other"
             s.sink.note("N233", said, self.place("mu"))
-        else:
-            self.set_slip(along, self.mu, self.mus)
+
+    def _normal(self) -> tuple[float, ...]:
+        """That of the line, of length 1, in the axes of Q's body."""
+        assert self.line is not None
+        size = sum(c * c for c in self.line) ** 0.5
+        return tuple(c / size for c in (*self.line, 0.0)[:3])
 
     def probes(self, s: Scene) -> Probes:
         return self.touch_probes(s, "force")
@@ -129,3 +137,13 @@ class Contact(Touching, Card):
             along=self._along(), unit="N",
             effort=draw.channel(f"force({self.name})", "N", effort), mode=draw.channel(f"mode({self.name})", "", mode),
         )  # fmt: skip
+
+
+def _across(s: Scene, normal: Sequence[Scalar]) -> list[Sequence[Scalar]]:
+    """Two directions at right angles to a normal that goes anywhere: x and z turned as y is turned to it, the shortest way."""
+    beside = 1.0 / (normal[1] + (1.0 + NOTHING))
+    found: list[Sequence[Scalar]] = []
+    for axis in (0, 2):
+        far = normal[axis] * beside
+        found.append([float(k == axis) - far * (normal[k] + float(k == 1)) for k in range(3)])
+    return found

@@ -5,6 +5,7 @@ in the speeds, with a convex dissipation potential or the indicator of an inequa
     Corner(gap, e)               0 <= gap, 0 <= effort, one of them is 0; restitution e      rigid stops
     OneWay(flow)                 0 <= flow, 0 <= effort, one of them is 0                    freewheels
     Slip(flow, corner, mu, mus)  a relay whose bound is mu times the effort of a corner      friction where rigid parts touch
+    disc(relay, relay)           one law of two directions: efforts within a circle, against the flow      both, in space
 
 A stop is an ideal diode, friction a limiter of current. The power effort * flow goes into the machine: forces follow by
 differentiation. The engine knows when a mode ends and which follow (engine/src/modes.rs); no card writes event logic. Once the
@@ -23,6 +24,7 @@ class Law:
     """What laws have in common; `form` is the engine's word. Expressions before symbols are replaced."""
 
     __slots__ = (
+        "across",
         "bound",
         "e",
         "effort",
@@ -35,6 +37,7 @@ class Law:
         "second",
         "stick",
         "unit",
+        "way",
         "where",
     )
 
@@ -54,9 +57,11 @@ class Law:
         self.normal: tuple[Law, float, float] | None = (
             None  # by whose effort it is bounded: mu, and mus at rest
         )
+        self.across: list[Law] = [self]  # both of a law with two directions
         # by the compiler
         self.row = self.second = -1  # unknowns: the effort, and of a corner the correction of positions
         self.effort: Expr
+        self.way: Expr  # with two directions: by what its bound is multiplied where it slides
         self.flags: list[Expr]
 
 
@@ -73,12 +78,13 @@ class Relay(Law):
 
     @property
     def share(self) -> Expr:
-        """-effort by bound where it slides: 1 or -1; where others hold the same motion, -effort by stick."""
+        """-effort by bound where it slides: 1 or -1; where others hold the same motion, -effort by stick. With two directions:
+        what it was at the last event."""
         return self.flags[1]
 
     @property
     def mode(self) -> Expr:
-        """0 sticks, -1 and 1 slide."""
+        """0 sticks, -1 and 1 slide; with two directions 1."""
         return self.flags[2]
 
 
@@ -88,6 +94,12 @@ class Slip(Relay):
     def __init__(self, flow: Scalar, corner: Corner, mu: float, mus: float) -> None:
         super().__init__(flow, 0.0, 0.0, "N")
         self.normal = corner, mu, mus
+
+
+def disc(one: Relay, other: Relay) -> list[Relay]:
+    """Both relays as one law: flows along two directions at right angles, bounds alike."""
+    one.across = other.across = [one, other]
+    return [one, other]
 
 
 class Inequality(Law):

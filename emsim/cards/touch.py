@@ -17,7 +17,7 @@ from __future__ import annotations
 from math import log1p
 
 from .base import Default
-from .laws import Corner, Relay, Slip
+from .laws import Corner, Relay, Slip, disc
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -162,13 +162,17 @@ class Touching:
             else:
                 self.touches.append((sign, Touch(s, name, gap, k, c, e, n)))
 
-    def set_slip(self, slip: Scalar, mu: float, mus: float | None) -> None:
-        """Speed of the parts along each other at the one place of touch [m/s], and coefficients of friction."""
+    def set_slip(self, slips: list[Scalar], mu: float, mus: float | None) -> None:
+        """Speed of the parts along each other at the one place of touch, in one direction or two at right angles [m/s], and
+        coefficients of friction."""
         mus = mu if mus is None else mus
-        for _, corner in self.corners:
-            self.slips.append(Slip(slip, corner.law, mu, mus))
-        for _, touch in self.touches:
-            self.slips.append(Relay(slip, mu * touch.force, mus * touch.force, "N", touch.on))
+        for slip in slips:
+            for _, corner in self.corners:
+                self.slips.append(Slip(slip, corner.law, mu, mus))
+            for _, touch in self.touches:
+                self.slips.append(Relay(slip, mu * touch.force, mus * touch.force, "N", touch.on))
+        if len(slips) == 2:
+            disc(*self.slips)
 
     @property
     def places(self) -> list[tuple[float, Touch | Rigid]]:
@@ -206,11 +210,14 @@ class Touching:
         }
         if self.corners:
             found["impulse"] = _sum(s, [sign * corner.law.impulse for sign, corner in self.corners])
-        for law in self.slips:
-            assert law.flow is not None
-            on, slides = self.places[0][1].on, law.slides
-            found["friction"], found["slip"] = s.b.select(on, law.effort, 0.0), law.flow
-            found["mode"] = on * s.b.select(slides, s.b.select(law.mode, 2.0 * law.mode, 1.0), 1.0)
+        if self.slips:
+            law, on = self.slips[0], self.places[0][1].on
+            flows = [slip.flow for slip in self.slips if slip.flow is not None]
+            efforts: list[Scalar] = [slip.effort for slip in self.slips]
+            if len(self.slips) == 2:
+                flows, efforts = [s.b.call("hypot", *flows)], [s.b.call("hypot", *efforts)]
+            found["friction"], found["slip"] = s.b.select(on, efforts[0], 0.0), flows[0]
+            found["mode"] = on * s.b.select(law.slides, s.b.select(law.mode, 2.0 * law.mode, 1.0), 1.0)
         return found
 
 

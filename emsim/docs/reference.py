@@ -80,8 +80,6 @@ def one_card(card: type[Card], kind: str = "") -> str:
         f"## {spec.word} {kind}".rstrip() + (f" {{ #{kind} }}\n" if kind else "\n"),
         spec.meaning[0].upper() + spec.meaning[1:] + ".\n",
     ]
-    if not card.supported:
-        parts.append("!!! note\n    Not supported yet: a deck with one is refused, by name.\n")
     parts.append(f"```spice\n{spec.form}\n```\n")
     marks = {"POINT": "the dot in its name", "JOINT": "the kind, its fourth word"}
     mark = marks.get(spec.word) or " or ".join(f"`{word}=`" for word in spec.mark)

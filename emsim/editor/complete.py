@@ -55,8 +55,6 @@ def _items(document: Document, place: Place, kind: str, row: int) -> Iterator[It
             yield from _named(document, ("card",), scope)
             return
         for word, card in CARDS.items():
-            if not card.supported:
-                continue
             yield Item("card", word, card.spec.form, card.spec.meaning)
         for word, (form, meaning) in words.DOTS.items():
             yield Item("dot", word, form, meaning)

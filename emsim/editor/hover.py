@@ -114,10 +114,7 @@ def card_text(word: str) -> str:
         for key, param in spec.params.items()
     )
     head = "| parameter | unit | default | meaning |\n|---|---|---|---|\n"
-    supported = "" if CARDS[word.upper()].supported else "\n\nNot supported yet: a deck with one is refused."
-    return f"**{spec.word}** — {spec.meaning}{supported}\n\n    {spec.form}\n\n" + (
-        head + rows if rows else ""
-    )
+    return f"**{spec.word}** — {spec.meaning}\n\n    {spec.form}\n\n" + (head + rows if rows else "")
 
 
 def element_text(letter: str) -> str | None:

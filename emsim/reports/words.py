@@ -55,8 +55,6 @@ def _card(word: str) -> Iterator[str]:
     card = KNOWN[word]
     spec = card.spec
     yield f"{spec.word}: {spec.meaning}"
-    if not card.supported:
-        yield "  not supported yet: a deck with one is refused"
     yield ""
     yield f"  {spec.form}"
     marks = " or ".join(f"{m}=" for m in spec.mark if m != "kind")

@@ -114,7 +114,54 @@ def rods(seed: int) -> tuple[str, list[str]]:
     return "\n".join([f"rods {seed}", ".gravity 9.81", *cards]), touches
 
 
-RUBBING = {"stack": stack, "box": box, "rods": rods}
+def balls(seed: int) -> tuple[str, list[str]]:
+    """In space: 1 to 3 balls that spin about any axis, in a box with four walls, each against all others."""
+    rng = random.Random(seed)
+    cards, touches, radii = [], [], []
+    for k in range(rng.randint(1, 3)):
+        r, m = round(rng.uniform(0.05, 0.115), 4), 10 ** rng.uniform(-1, 1)
+        j = f"{0.4 * m * r * r:.5g}"
+        where = f"x={-0.3 + 0.3 * k:.3f} y={rng.uniform(0.13, 0.8):.4f} z={rng.uniform(-0.3, 0.3):.4f}"
+        speeds = " ".join(f"v{axis}={rng.uniform(-3, 3):.3f}" for axis in "xyz")
+        spins = ",".join(f"{rng.uniform(-30, 30):.2f}" for _ in range(3))
+        cards.append(f"BODY b{k} m={m:.5g} j=({j},{j},{j}) {where} {speeds} omega=({spins})")
+        walls = (
+            ("f", "0", "(0,1,0)"),
+            ("l", "0(-0.5,0,0)", "(1,0,0)"),
+            ("r", "0(0.5,0,0)", "(-1,0,0)"),
+            ("n", "0(0,0,-0.5)", "(0,0,1)"),
+            ("s", "0(0,0,0.5)", "(0,0,-1)"),
+        )
+        found = [(f"{name}{k}", f"{at} line={line}") for name, at, line in walls]
+        found += [(f"c{j}{k}", f"b{j} rq={other}") for j, other in enumerate(radii)]
+        cards += [f"CONTACT {name} b{k} {how} r={r} {_rub(rng)}" for name, how in found]
+        touches += [name for name, _ in found]
+        radii.append(r)
+    return "\n".join([f"balls {seed}", ".gravity 9.81", *cards]), touches
+
+
+def dice(seed: int) -> tuple[str, list[str]]:
+    """In space: a block that is thrown on a floor, with its eight corners."""
+    rng = random.Random(seed)
+    a, b, c, m = *(rng.uniform(0.05, 0.2) for _ in range(3)), 10 ** rng.uniform(-1, 1)
+    inertia = ",".join(f"{m * (p * p + q * q) / 3:.5g}" for p, q in ((b, c), (a, c), (a, b)))
+    speeds = f"vx={rng.uniform(-2, 2):.3f} vy={rng.uniform(-2, 1):.3f} vz={rng.uniform(-2, 2):.3f}"
+    spins = ",".join(f"{rng.uniform(-8, 8):.2f}" for _ in range(3))
+    turned = ",".join(f"{rng.uniform(-3, 3):.3f}" for _ in range(3))
+    cards = [
+        f"BODY b m={m:.5g} j=({inertia}) y={rng.uniform(0.35, 0.6):.3f} rot=({turned}) {speeds} omega=({spins})"
+    ]
+    rub = _rub(rng)
+    corners = [(p, q, r) for p in (-a, a) for q in (-b, b) for r in (-c, c)]
+    touches = [f"c{k}" for k in range(8)]
+    cards += [
+        f"CONTACT {name} b({x:.4f},{y:.4f},{z:.4f}) 0 line=(0,1,0) {rub}"
+        for name, (x, y, z) in zip(touches, corners, strict=True)
+    ]
+    return "\n".join([f"dice {seed}", ".gravity 9.81", *cards]), touches
+
+
+RUBBING = {"stack": stack, "box": box, "rods": rods, "balls": balls, "dice": dice}
 
 
 def rubbing(kind: str, seed: int, until: float, options: str = "reltol=1e-5") -> tuple[str, list[str]]:

@@ -344,7 +344,6 @@ def test_scenes_that_once_went_wrong(kind, seed):
         ("CONTACT c m 0 line=(1,0) mu=0.3 mus=0.2", "E238", "mus= of CONTACT c"),
         ("CONTACT c m 0 line=(1,0) mu=-1", "E238", "mu="),
         ("STOP s way min=-1 mu=0.3", "E231", "mu="),
-        ("BODY f m=1 j=(1,1,1) x=3 z=1 vz=1\nCONTACT c f 0 line=(1,0) mu=0.3", "E254", "two directions"),
     ],
 )  # fmt: skip
 def test_friction_that_cannot_be_is_told(card, code, words):

@@ -7,6 +7,7 @@ import pytest
 
 import emsim
 
+G = 9.81
 SLOPE = 0.5  # rad
 DOWN = f"axis=({np.cos(SLOPE)},{-np.sin(SLOPE)})"
 WEIGHT = 2.0 * 9.81 * np.sin(SLOPE)  # down the slope
@@ -166,3 +167,64 @@ def test_where_statics_says_that_it_rests_it_does(fc):
     inside = at["angle(s)"] - 1e-3
     r = emsim.run(f"from there\n{deck.format(q=inside)}\n.tran 10m 5\n.save all torque(f)\n.end")
     assert np.asarray(r["angle(s)"]) == pytest.approx(inside, abs=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("cards", "expected"),
+    [
+        # let fall; drawn where it lies; it tips down on both its corners; in a ring; between two planes
+        ("BODY b m=1 j=1 y=0.5\nCONTACT c b 0 line=(0,1) r=0.1", {"x(b)": 0, "y(b)": 0.1, "force(c)": G}),
+        ("BODY b m=1 j=1 y=0.1\nCONTACT c b 0 line=(0,1) r=0.1 mu=0.3", {"x(b)": 0, "y(b)": 0.1, "force(c)": G}),
+        (
+            "BODY b m=1 j=1 y=0.2\nCONTACT c b(-0.1,-0.1) 0 line=(0,1) mu=0.3\nCONTACT d b(0.1,-0.1) 0 line=(0,1) mu=0.3",
+            {"y(b)": 0.1, "angle(b)": 0, "force(c)": G / 2, "force(d)": G / 2},
+        ),
+        (
+            "BODY b m=1 j=1 y=0.5 angle=0.1\nCONTACT c b(-0.1,-0.1) 0 line=(0,1)\nCONTACT d b(0.1,-0.1) 0 line=(0,1)",
+            {"y(b)": 0.1, "angle(b)": 0, "force(c)": G / 2, "force(d)": G / 2},
+        ),
+        ("BODY b m=1 j=1 y=-0.3 x=0.2\nCONTACT c b 0 rq=-0.6 r=0.1", {"x(b)": 0, "y(b)": -0.5, "force(c)": G}),
+        (
+            "BODY b m=1 j=1 y=1 x=0.2\nCONTACT c b 0 line=(1,1) r=0.1\nCONTACT d b 0 line=(-1,1) r=0.1",
+            {"x(b)": 0, "y(b)": 0.1 * 2**0.5, "force(c)": G / 2**0.5, "force(d)": G / 2**0.5},
+        ),
+    ],
+)  # fmt: skip
+def test_what_lies_on_contacts_rests(cards, expected):
+    r = emsim.run(f"t\n.gravity {G}\n{cards}\n.op static\n.print op {' '.join(expected)}\n.end\n")
+    for column, value in expected.items():
+        assert r[column][-1] == pytest.approx(value, rel=1e-6, abs=1e-9), column
+    assert "W241" not in {d.code for d in r.diagnostics}
+
+
+@pytest.mark.parametrize("law", ["", "k=1meg"])
+@pytest.mark.parametrize("mu", [1.2, 0.8, 0.5])
+def test_friction_in_two_directions_holds_within_a_circle(law, mu):
+    """Pulled with (6, 8) N by two springs: held up to mu N = 10 N, else it slides straight to where mu N holds it."""
+    sinks = -G / 1e6 if law else 0.0
+    r = emsim.run(f"""a block on a table
+.gravity {G}
+BODY a m=1u j=(1,1,1)
+BODY d m=1u j=(1,1,1)
+BODY b m=1 j=(1,1,1)
+JOINT p 0 a slide axis=(1,0,0) ic=-0.3
+JOINT q a d slide axis=(0,0,1) ic=-0.4
+JOINT u d b slide axis=(0,1,0) ic={sinks}
+CONTACT c b 0 line=(0,1,0) mu={mu} {law}
+SPRING k p k=20
+SPRING l q k=20
+.op static
+.print op pos(p) pos(q) friction(c) force(c)
+.end
+""")
+    held = min(10.0, mu * G)
+    assert r["force(c)"][-1] == pytest.approx(G, rel=1e-5)
+    assert r["friction(c)"][-1] == pytest.approx(held, rel=1e-5)
+    assert [r["pos(p)"][-1], r["pos(q)"][-1]] == pytest.approx([-0.03 * held, -0.04 * held], rel=1e-5)
+
+
+def test_what_turns_without_end_has_no_rest():
+    with pytest.raises(emsim.ConvergenceError, match="no equilibrium"):
+        emsim.run(
+            f"t\n.gravity {G}\nBODY b m=1 j=1 y=0.1\nCONTACT c b 0 line=(0,1) r=0.1\nTORQUE t b tau=1\n.op static\n.end\n"
+        )

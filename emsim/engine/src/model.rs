@@ -118,7 +118,8 @@ pub enum Form {
 }
 
 /// A set-valued law between an effort, which is the unknown `row`, and a flow, which is linear in the speeds. Its flags:
-/// relay: does it slide, share of the bound (as a sign where it slides), mode as it is shown; corner and one way: is it closed, then
+/// relay: does it slide, share of the bound (as a sign where it slides), mode as it is shown, with two directions 1 where it slides and
+/// the share in which it did so at the last event; corner and one way: is it closed, then
 /// how often it has hit, its impulses, the energy that they took.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct LawSpec {
@@ -132,6 +133,10 @@ pub struct LawSpec {
     pub flags: Vec<usize>,
     /// of a relay where two parts touch: what presses them on each other
     pub normal: Option<Normal>,
+    /// of a relay: by what its bound is multiplied in its row where it slides
+    pub way: Id,
+    /// of a relay with two directions: the law of the other one. Together they are within the bound, and against both flows.
+    pub across: Option<usize>,
 }
 
 /// The law whose effort bounds a relay, by mu where it slides and mus where it sticks.

@@ -7,6 +7,10 @@
 //!   one way   0 <= w, 0 <= f, w f = 0                                     freewheel
 //!   slip      a relay with F = mu f of a corner                           friction where parts touch
 //!
+//! Parts in space slip in two directions across each other: two relays together, f = -F w/|w| where they slide, |f| <= F at w = 0. While
+//! they slide the direction is that of w, and they are asked where it has turned far from that of the last event: w goes through 0
+//! there, or else its direction is noted again.
+//!
 //! Between events each is in a mode, which its flags tell, and equation (1) is smooth: a relay sticks (w = 0) or slides
 //! (f = -s F), a corner is open (f = 0) or closed (w = 0 with g = 0). Where a mode ends:
 //!
@@ -25,6 +29,9 @@
 //! 4. Where fs > fc those that let go pull the others: they are asked again until no more go.
 //! 5. Way out, where events pile up at one time, or where no finite force keeps a touch sliding (Painleve 1895; it jams): that short
 //!    step itself is taken (Moreau 1988), in which everything that touches may stop.
+//!
+//! 6. Parts in space that lie on each other at more places than they need: as few carry the load as can do it without pulling, the
+//!    others touch without a force. Friction there would have no bound else.
 //!
 //! A = W^T M^-1 W and all that circuits and closed loops add to it is read from the factors of that step, a column a law.
 use crate::model::{Form, Law, LawSpec, Normal};
@@ -52,6 +59,9 @@ const NOTHING: f64 = 1e-9;
 /// Rounds until friction and the load that makes it agree to so much.
 const LOADS: u32 = 50;
 const AGREE: f64 = 1e-6;
+
+/// A direction whose part along that of the last event is so large is noted no more.
+const SAME: f64 = 0.75;
 
 /// Friction alone stops a flow in half of that: what pulls it on is less.
 const LATE: f64 = 4.0;
@@ -159,8 +169,9 @@ impl Modes {
         let moves = thresholds(sys, &slopes, tol);
         for (k, law) in sys.laws.list.iter().enumerate() {
             if law.form == Form::Relay {
-                let side = if readings[k].flow.abs() > moves[k] { readings[k].flow.signum() } else { 0.0 };
-                put_relay(sys, w, law, true, side, side);
+                let (speed, side) = towards(&sys.laws.list, &readings, k);
+                let side = if speed > moves[k] { side } else { 0.0 };
+                put_relay(sys, w, law, true, side, shown(law, side, speed > moves[k]));
             } else {
                 sys.put_mode(w, law.flags[CLOSED], 0.0);
             }
@@ -201,7 +212,7 @@ impl Modes {
         let moves = thresholds(sys, &slopes, tol);
         let gaps = gap_thresholds(sys, tol);
         put_bands(sys, w, &moves, &gaps, tol);
-        let hit = |k: usize| fired.contains(&list[k].flags[0]);
+        let hit = |k: usize| [Some(k), list[k].across].iter().flatten().any(|&k| fired.contains(&list[k].flags[0]));
         if !self.strike(sys, w, x, t, short, (&moves, &gaps), &hit, tol) {
             return false;
         }
@@ -219,6 +230,7 @@ impl Modes {
         let Some(rests) = self.rests(sys, w, (x, *t), short.ahead, &readings, &touches, (&moves, &gaps), tol) else {
             return false;
         };
+        let sides: Vec<f64> = list.iter().map(|law| law.flags.get(SIDE).map_or(0.0, |&flag| w.flags[flag])).collect();
         for (k, law) in list.iter().enumerate() {
             let flow = readings[k].flow;
             if law.form != Form::Relay {
@@ -232,11 +244,19 @@ impl Modes {
                 put_relay(sys, w, law, true, 0.0, 0.0);
                 continue;
             }
-            let [slid, side, shown] = [SLIDES, SIDE, SHOWN].map(|j| w.flags[law.flags[j]]);
-            let returns = hit(k) && slid != 0.0 && flow * side <= 0.0 && side.abs() == 1.0;
-            if flow.abs() > moves[k] && !returns {
-                if [slid, side, shown] != [1.0, flow.signum(), flow.signum()] {
-                    put_relay(sys, w, law, true, flow.signum(), flow.signum());
+            let [slid, side, seen] = [SLIDES, SIDE, SHOWN].map(|j| w.flags[law.flags[j]]);
+            let (speed, to) = towards(list, &readings, k);
+            // of the speed, along the direction of the last event
+            let (along, real) = match law.across {
+                None => (flow * side, side.abs() == 1.0),
+                Some(other) => (flow * sides[k] + readings[other].flow * sides[other], seen != 0.0),
+            };
+            let returns = hit(k) && slid != 0.0 && real && along <= -0.5 * speed;
+            if speed > moves[k] && !returns {
+                let turned =
+                    if law.across.is_some() { along < SAME * speed || !real } else { [side, seen] != [to, to] };
+                if slid != 1.0 || turned {
+                    put_relay(sys, w, law, true, to, shown(law, to, true));
                 }
             } else {
                 put_relay(sys, w, law, true, 0.0, 0.0);
@@ -259,15 +279,17 @@ impl Modes {
                 // (what a touch presses with is part of the solution)
                 let stick = if list[k].normal.is_some() { before[k].stick.max(before[k].bound) } else { stick };
                 let most = LATE * short.late * stick;
+                let pair = law_at(&asked, list[k].across);
+                let effort = pair.map_or(solution.f[i].abs(), |j| solution.f[i].hypot(solution.f[j]));
                 // what stops a corner that would fall back at once goes through the friction there too
                 let shares = list[k].normal.is_some_and(|normal| {
-                    let of = asked.iter().position(|&j| j == normal.law);
-                    let load = of.map_or(0.0, |j| solution.f[j].abs());
-                    readings[k].flow.abs() <= moves[k] && solution.f[i].abs() <= normal.mus.max(normal.mu) * load
+                    let load = law_at(&asked, Some(normal.law)).map_or(0.0, |j| solution.f[j].abs());
+                    towards(list, &readings, k).0 <= moves[k] && effort <= normal.mus.max(normal.mu) * load
                 });
                 let shares = shares && rests.contains(&true);
-                if free[i] > 0.0 && !shares && solution.f[i].abs() * short.instant > most {
+                if free[i] > 0.0 && !shares && effort * short.instant > most {
                     (free[i], dies) = (0.0, false);
+                    pair.into_iter().for_each(|j| free[j] = 0.0);
                 }
             }
             if dies {
@@ -291,6 +313,16 @@ impl Modes {
                 continue;
             }
             if let Some((solution, goes)) = follows(sys, w, &look, &mut readings, &asked, *t + ahead) {
+                let presses = |i: &usize| list[asked[*i]].form == Form::Corner && solution.f[*i] > 0.0;
+                let carry: Vec<usize> = (0..m).filter(presses).collect();
+                let spare: Vec<usize> =
+                    lcp::spare(&look.a, m, &carry, &solution.f).into_iter().map(|i| asked[i]).collect();
+                // what presses has friction; without it any places do that are enough
+                let rubs = |law: &LawSpec| law.across.is_some() && law.normal.is_some_and(|n| spare.contains(&n.law));
+                if list.iter().any(rubs) {
+                    asked.retain(|&k| !spare.contains(&list[k].normal.map_or(k, |normal| normal.law)));
+                    continue;
+                }
                 break (look, solution, goes);
             }
             // whatever slides where parts touch may stop
@@ -304,7 +336,9 @@ impl Modes {
             }
             for &k in &more {
                 put_relay(sys, w, &list[k], true, 0.0, 0.0);
-                self.jammed.push((*t, k));
+                if list[k].across.is_none_or(|other| other > k) {
+                    self.jammed.push((*t, k));
+                }
             }
             (asked, jams) = ([asked, more].concat(), true);
         };
@@ -323,7 +357,7 @@ impl Modes {
         };
         let locks: Vec<usize> = (0..m)
             .filter(|&i| match list[asked[i]].form {
-                Form::Relay => goes[i] == 0.0 && !solution.bound[i],
+                Form::Relay => goes[i].is_none() && !solution.bound[i],
                 _ => solution.f[i] > 0.0 || lies(i, asked[i]),
             })
             .collect();
@@ -333,8 +367,8 @@ impl Modes {
             let locked = locked.contains(&i);
             if law.form != Form::Relay {
                 sys.put_mode(w, law.flags[CLOSED], f64::from(u8::from(locked)));
-            } else if goes[i] != 0.0 {
-                put_relay(sys, w, law, true, goes[i], goes[i]);
+            } else if let Some(to) = goes[i] {
+                put_relay(sys, w, law, true, to, shown(law, to, true));
             } else if locked {
                 put_relay(sys, w, law, false, 0.0, 0.0);
             } else {
@@ -399,6 +433,7 @@ impl Modes {
             let mut bounds = Bounds::new(vec![0.0; m], struck.iter().map(|&k| pushes(k)).collect());
             for (i, &k) in struck.iter().enumerate() {
                 bounds.with[i] = with(&struck, list[k].normal, |normal| normal.mu);
+                bounds.pair[i] = law_at(&struck, list[k].across);
             }
             let Some(press) = lcp::solve(&look.a, &look.b, &bounds) else { return false };
             let restitution = |i: usize, k: usize| {
@@ -560,10 +595,31 @@ impl Modes {
     }
 }
 
+/// Where a law is among `which`.
+fn law_at(which: &[usize], law: Option<usize>) -> Option<usize> {
+    which.iter().position(|&k| Some(k) == law)
+}
+
+/// How fast the flow of a relay is, with its other direction, and which part of that is its own.
+fn towards(list: &[LawSpec], readings: &[Reading], k: usize) -> (f64, f64) {
+    let flow = readings[k].flow;
+    let speed = list[k].across.map_or(flow.abs(), |other| flow.hypot(readings[other].flow));
+    (speed, if speed > 0.0 { flow / speed } else { 0.0 })
+}
+
+/// The mode of a relay as it is shown, where it slides to that side.
+fn shown(law: &LawSpec, side: f64, slides: bool) -> f64 {
+    if law.across.is_some() {
+        f64::from(u8::from(slides))
+    } else {
+        side
+    }
+}
+
 /// The bounds of a law's effort that go with another one of `which`, by a coefficient of friction.
 fn with(which: &[usize], normal: Option<Normal>, mu: impl Fn(Normal) -> f64) -> Option<(usize, f64, f64)> {
     let normal = normal?;
-    Some((which.iter().position(|&k| k == normal.law)?, -mu(normal), mu(normal)))
+    Some((law_at(which, Some(normal.law))?, -mu(normal), mu(normal)))
 }
 
 /// Efforts and flows behind the expansion `back` that follows the compression `press` of flows b: as much of it as does not raise the
@@ -594,7 +650,7 @@ fn follows(
     readings: &mut Vec<Reading>,
     asked: &[usize],
     end: f64,
-) -> Option<(lcp::Solution, Vec<f64>)> {
+) -> Option<(lcp::Solution, Vec<Option<f64>>)> {
     for again in 0..LOADS {
         let found = bounded(look, &sys.laws.list, readings, asked)?;
         // friction by a load that depends on the friction: until both agree
@@ -613,7 +669,12 @@ fn follows(
 }
 
 /// The same with bounds as they are known.
-fn bounded(look: &Look, list: &[LawSpec], readings: &[Reading], asked: &[usize]) -> Option<(lcp::Solution, Vec<f64>)> {
+fn bounded(
+    look: &Look,
+    list: &[LawSpec],
+    readings: &[Reading],
+    asked: &[usize],
+) -> Option<(lcp::Solution, Vec<Option<f64>>)> {
     let own = |k: usize| match list[k].form {
         Form::Relay if list[k].normal.is_some() => (0.0, 0.0),
         Form::Relay => (-readings[k].stick.max(readings[k].bound), readings[k].stick.max(readings[k].bound)),
@@ -624,25 +685,32 @@ fn bounded(look: &Look, list: &[LawSpec], readings: &[Reading], asked: &[usize])
     let m = asked.len();
     for (i, &k) in asked.iter().enumerate() {
         bounds.with[i] = with(asked, list[k].normal, |normal| normal.mus.max(normal.mu));
+        bounds.pair[i] = law_at(asked, list[k].across);
     }
-    let mut goes = vec![0.0; m];
+    let mut goes: Vec<Option<f64>> = vec![None; m];
     loop {
         let solution = lcp::solve(&look.a, &look.b, &bounds)?;
         let size = |i: usize| look.b[i].abs() + (0..m).map(|j| (look.a[i * m + j] * solution.f[j]).abs()).sum::<f64>();
-        let before = goes.clone();
+        let mut more = false;
         for (i, &k) in asked.iter().enumerate().filter(|&(_, &k)| list[k].form == Form::Relay) {
-            let w = solution.w[i];
-            if goes[i] == 0.0 && w.abs() > NOTHING * size(i) && solution.bound[i] {
-                goes[i] = w.signum();
+            let pair = bounds.pair[i];
+            let (w, across) = (solution.w[i], pair.map_or(0.0, |j| solution.w[j]));
+            let (speed, least) = (w.hypot(across), NOTHING * pair.map_or(size(i), |j| size(i).max(size(j))));
+            if goes[i].is_none() && speed > least && solution.bound[i] {
+                (goes[i], more) = (Some(w / speed), true);
+                // with two directions it goes the way of its flow, at the edge of what it slides with
+                let mu = list[k].normal.map_or(0.0, |normal| normal.mu);
+                let (low, high) = if pair.is_some() { (-1.0, 1.0) } else { (-w.signum(), -w.signum()) };
                 if let Some((of, ..)) = bounds.with[i] {
-                    let share = -goes[i] * list[k].normal.map_or(0.0, |normal| normal.mu);
-                    bounds.with[i] = Some((of, share, share));
+                    bounds.with[i] = Some((of, low * mu, high * mu));
                 } else {
-                    (bounds.lo[i], bounds.hi[i]) = (-goes[i] * readings[k].bound, -goes[i] * readings[k].bound);
+                    (bounds.lo[i], bounds.hi[i]) = (low * readings[k].bound, high * readings[k].bound);
                 }
+            } else if goes[i].is_some() && pair.is_some() && speed > 0.0 {
+                goes[i] = Some(w / speed);
             }
         }
-        if goes == before {
+        if !more {
             return Some((solution, goes));
         }
     }
@@ -664,6 +732,9 @@ fn thresholds(sys: &System, slopes: &[(usize, usize, f64)], tol: &Tolerances) ->
     let mut found = vec![0.0_f64; sys.laws.list.len()];
     for &(k, unknown, slope) in slopes.iter().filter(|s| sys.unknowns[s.1].kind == Kind::Speed) {
         found[k] = found[k].max(slope.abs() * noise(tol, unknown));
+    }
+    for (k, law) in sys.laws.list.iter().enumerate() {
+        found[k] = law.across.map_or(found[k], |other| found[k].max(found[other]));
     }
     found
 }

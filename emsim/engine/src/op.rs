@@ -203,7 +203,7 @@ impl<'a> Dc<'a> {
     }
 
     /// Matrix and right side of Newton's step for F(x) + shunt v + a (Q - Q0) = 0, of what was evaluated at x.
-    fn assemble(&mut self, w: &Work, x: &[f64], shunt: f64, transient: Option<(f64, &[f64])>) {
+    fn assemble(&mut self, w: &mut Work, x: &[f64], shunt: f64, transient: Option<(f64, &[f64])>) {
         let (sys, n) = (self.sys, self.sys.n);
         self.matrix.fill(0.0);
         for (k, &at) in self.place.iter().enumerate() {
@@ -415,7 +415,7 @@ pub fn operating_point(
         dc.holding = Holding::new(sys, w, x, &couples, tol);
         return match descend(&mut dc, w, x, tol) {
             Ok(()) => {
-                let found = polish(&mut dc, w, x, tol, o).map_err(|why| NoPoint { why, tried });
+                let found = settled(&mut dc, w, x, tol, o).map_err(|why| NoPoint { why, tried });
                 w.hanging = dc.hanging(w, x, 0.0, o);
                 dc.holding.iter().for_each(|holding| holding.end(sys, w));
                 found
@@ -558,6 +558,24 @@ fn polish(dc: &mut Dc, w: &mut Work, x: &mut [f64], tol: &Tolerances, o: &Option
     balanced(dc, w, x, tol, o)
 }
 
+/// The same where a machine has come to rest. One that lies on others, or that friction holds, may lie elsewhere just as well: where
+/// nothing pulls it along it stays where it is.
+fn settled(dc: &mut Dc, w: &mut Work, x: &mut [f64], tol: &Tolerances, o: &Options) -> Result<(), Failure> {
+    let start = x.to_vec();
+    match polish(dc, w, x, tol, o) {
+        Err(Failure::Singular(_)) if dc.holding.is_some() => {}
+        found => return found,
+    }
+    x.copy_from_slice(&start);
+    let mut found = Ok(());
+    for _ in 0..LEANS {
+        dc.lean = Some((1.0, x.to_vec()));
+        found = polish(dc, w, x, tol, o);
+    }
+    dc.lean = None;
+    found
+}
+
 /// Is F of the equations, without any shunt, nothing but what the tolerances of its terms allow? `abstol` besides, and what leaks
 /// through gmin where there is nothing else. Currents of sources are no part of Newton's norm, but their rows are equations too.
 fn balanced(dc: &Dc, w: &mut Work, x: &[f64], tol: &Tolerances, o: &Options) -> Result<(), Failure> {
@@ -584,6 +602,9 @@ fn balanced(dc: &Dc, w: &mut Work, x: &[f64], tol: &Tolerances, o: &Options) -> 
         _ => Ok(()),
     }
 }
+
+/// So often a rest that is indifferent is solved for from the last solution.
+const LEANS: usize = 3;
 
 /// Nothing is divided by the length over which what is stored is held: so much of the other.
 const STILL: f64 = 1e-3;

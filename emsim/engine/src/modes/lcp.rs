@@ -1,5 +1,5 @@
 //! Boxed linear complementarity problem:  w = b + A f,  lo <= f <= hi,  w = 0 inside, w >= 0 at lo, w <= 0 at hi.
-//! Friction where parts touch has bounds that go with another effort, lo + l f(n) and hi + h f(n).
+//! Friction where parts touch has bounds that go with another effort, lo + l f(n) and hi + h f(n). Where it has two directions: cone.rs.
 //!
 //! A = W^T M^-1 W is symmetric and positive semidefinite up to what circuits add; a little on the diagonal makes it definite, and its
 //! solution is then the least of those there are (effort shared equally where that decides nothing). Principal pivoting by the
@@ -34,12 +34,14 @@ pub struct Bounds {
     pub hi: Vec<f64>,
     /// the effort that they go with, and how much of it is added to lo and hi
     pub with: Vec<Option<(usize, f64, f64)>>,
+    /// the effort of the other direction of one that has two, together within hi of both
+    pub pair: Vec<Option<usize>>,
 }
 
 impl Bounds {
     pub fn new(lo: Vec<f64>, hi: Vec<f64>) -> Bounds {
-        let with = vec![None; lo.len()];
-        Bounds { lo, hi, with }
+        let (with, pair) = (vec![None; lo.len()], vec![None; lo.len()]);
+        Bounds { lo, hi, with, pair }
     }
 
     fn low(&self, i: usize, f: &[f64]) -> f64 {
@@ -55,10 +57,14 @@ impl Bounds {
     }
 }
 
+mod cone;
 mod lemke;
 
 /// A by rows. None where there is no solution within rounding.
 pub fn solve(a: &[f64], b: &[f64], bounds: &Bounds) -> Option<Solution> {
+    if bounds.pair.iter().any(Option::is_some) {
+        return cone::solve(a, b, bounds);
+    }
     let n = b.len();
     let largest = (0..n).map(|i| a[i * n + i].abs()).fold(0.0, f64::max);
     let little = REGULAR * largest.max(f64::MIN_POSITIVE);
@@ -192,6 +198,26 @@ fn relaxed(a: &[f64], b: &[f64], bounds: &Bounds, little: f64) -> Option<Solutio
     None
 }
 
+/// Of efforts f >= 0 of `which` those that the others can do without: their flows are as before, and none is below 0.
+pub fn spare(a: &[f64], n: usize, which: &[usize], f: &[f64]) -> Vec<usize> {
+    let (mut carry, mut f, mut found) = (which.to_vec(), f.to_vec(), Vec::new());
+    loop {
+        let own = independent(a, n, &carry, &|_| false);
+        let Some(&other) = carry.iter().find(|i| !own.contains(i)) else { return found };
+        let matrix = own.iter().flat_map(|&i| own.iter().map(move |&j| a[i * n + j])).collect();
+        let Some(part) = dense(matrix, own.iter().map(|&i| a[i * n + other]).collect()) else { return found };
+        // what changes no flow: one more of the other, so much less of its own
+        let change: Vec<(usize, f64)> =
+            own.iter().zip(part).map(|(&i, part)| (i, -part)).chain([(other, 1.0)]).collect();
+        let reach = |&(i, change): &(usize, f64)| if change > 0.0 { f[i] / change } else { f64::INFINITY };
+        let Some(first) = change.iter().min_by(|p, q| reach(p).total_cmp(&reach(q))) else { return found };
+        let (spared, by) = (first.0, reach(first));
+        change.iter().for_each(|&(i, change)| f[i] -= by * change);
+        carry.retain(|&i| i != spared);
+        found.push(spared);
+    }
+}
+
 /// A largest set of `which` whose rows of A are independent, by pivoted elimination; those of `first` first, then larger diagonals.
 pub fn independent(a: &[f64], n: usize, which: &[usize], first: &dyn Fn(usize) -> bool) -> Vec<usize> {
     let k = which.len();
@@ -262,6 +288,19 @@ mod tests {
         assert!((s.f[0] - 0.5).abs() < 1e-6 && (s.f[1] - 0.5).abs() < 1e-6);
         assert_eq!(independent(&a, 2, &[0, 1], &|_| false), vec![0]);
         assert_eq!(independent(&a, 2, &[0, 1], &|i| i == 1), vec![1]);
+    }
+
+    /// A table on four legs: three carry it, and none pulls.
+    #[test]
+    fn a_leg_of_a_table_is_spare() {
+        let legs = [(1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)];
+        let a: Vec<f64> =
+            legs.iter().flat_map(|p| legs.iter().map(move |q| 1.0 + 3.0 * (p.0 * q.0 + p.1 * q.1))).collect();
+        // it leans to the first leg
+        let f = [0.5, 0.25, 0.2, 0.05];
+        let spared = spare(&a, 4, &[0, 1, 2, 3], &f);
+        assert_eq!(spared, vec![3]);
+        assert!(spare(&a, 4, &[0, 1, 2], &f).is_empty());
     }
 
     /// Random touches of a rigid part with friction: (normal, tangent) pairs, bounds that go with the normal effort.

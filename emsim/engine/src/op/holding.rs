@@ -6,10 +6,11 @@
 //! so the machine stays where its friction can hold it, and comes to rest where it first can (the least of V + sum of F |d|).
 //! What holds has the row  d + C f = 0  in the place of w = 0, which is 0 = 0 at rest: with one compliance C, far below the
 //! tolerances, frictions that hold the same motion share its load equally. Modes follow from the solution of each step, until both agree.
+//! Friction with two directions holds up to |f| = F, and slides with f = -F d/|d|.
 use super::Dc;
-use crate::model::Form;
+use crate::model::{Form, LawSpec};
 use crate::newton::{Failure, Tolerances};
-use crate::system::{System, Work};
+use crate::system::{Reading, System, Work};
 
 /// At its largest effort what holds gives way by this part of the absolute tolerance.
 const GIVES: f64 = 5e-4;
@@ -33,6 +34,7 @@ pub struct Holding {
 struct Held {
     slopes: Vec<(usize, usize)>, // coordinate and speed of its flow
     gives: f64,                  // C
+    least: f64,                  // of the way, what is none
     slid: bool,
 }
 
@@ -40,7 +42,8 @@ struct Held {
 pub fn entries(sys: &System, couples: &[(usize, usize)]) -> Vec<(usize, usize)> {
     let row = |law: usize| sys.laws.list[law].row;
     let along = |u: usize| couples.iter().find(|c| c.1 == u).map(|c| c.0);
-    sys.laws.flows().filter_map(|(law, u)| Some((row(law), along(u)?))).collect()
+    let both = |law: usize| [Some(law), sys.laws.list[law].across].into_iter().flatten();
+    sys.laws.flows().flat_map(|(law, u)| both(law).filter_map(move |of| Some((row(of), along(u)?)))).collect()
 }
 
 impl Holding {
@@ -49,7 +52,10 @@ impl Holding {
         if !sys.has_laws() {
             return None;
         }
-        let (readings, _) = sys.read_laws(w, x, 0.0);
+        let (readings, rates) = sys.read_laws(w, x, 0.0);
+        // what presses where parts touch is not known yet: no more than what pulls at them
+        sys.eval(w, x, 0.0);
+        let pulls = couples.iter().map(|&(_, u)| w.f[u].abs()).fold(0.0, f64::max);
         let mut laws: Vec<Held> = Vec::new();
         for (k, law) in sys.laws.list.iter().enumerate() {
             let of = |(_, u): (usize, usize)| couples.iter().find(|c| c.1 == u).map(|&(q, u)| (q, u));
@@ -57,10 +63,13 @@ impl Holding {
             let least = slopes.iter().map(|&(q, _)| tol.atol[q]).fold(f64::INFINITY, f64::min);
             let unit = |row: usize| &sys.unknowns[row].unit;
             let like = sys.laws.list.iter().zip(&readings).filter(|(l, _)| unit(l.row) == unit(law.row));
-            let most = like.map(|(_, at)| at.stick.max(at.bound)).fold(0.0, f64::max);
+            let most = |l: &LawSpec, at: &Reading| if l.normal.is_some() { pulls } else { at.stick.max(at.bound) };
+            let most = like.map(|(l, at)| most(l, at)).fold(0.0, f64::max);
             let gives =
                 if law.form == Form::Relay && most > 0.0 && least.is_finite() { GIVES * least / most } else { 0.0 };
-            laws.push(Held { slopes, gives, slid: false });
+            let rate = |u: usize| rates.iter().find(|s| s.0 == k && s.1 == u).map_or(0.0, |s| s.2);
+            let none = slopes.iter().map(|&(q, u)| (rate(u) * tol.atol[q]).abs()).fold(0.0, f64::max);
+            laws.push(Held { slopes, gives, least: none, slid: false });
             match law.form {
                 Form::Relay => put_relay(sys, w, k, [0.0; 3]),
                 _ => sys.put_mode(w, law.flags[CLOSED], f64::from(u8::from(readings[k].gap <= 0.0))),
@@ -73,13 +82,32 @@ impl Holding {
     pub fn rows(
         &self,
         sys: &System,
-        w: &Work,
+        w: &mut Work,
         x: &[f64],
         put: &mut dyn FnMut(usize, usize, f64),
         residual: &mut [f64],
     ) {
+        let discs = sys.laws.list.iter().any(|law| law.across.is_some());
+        let (readings, slopes) = if discs { sys.read_laws(w, x, 0.0) } else { Default::default() };
         for (k, held) in self.laws.iter().enumerate() {
             let law = &sys.laws.list[k];
+            if let (Some(other), true) = (law.across, w.flags[law.flags[SLIDES]] != 0.0) {
+                // against its way, not the one it had
+                let shares = [k, other].map(|k| w.flags[sys.laws.list[k].flags[SIDE]]);
+                let ways = [k, other].map(|k| self.way(k, x, &slopes));
+                let ways = [ways[0] + held.least * shares[0], ways[1] + held.least * shares[1]];
+                let (length, bound) = (ways[0].hypot(ways[1]), self.bound(k, &readings[k]));
+                if length > 0.0 && shares != [0.0, 0.0] {
+                    let to = ways.map(|way| way / length);
+                    residual[law.row] -= bound * to[0] - readings[k].stick * shares[0];
+                    for (of, part) in [(k, 1.0 - to[0] * to[0]), (other, -to[0] * to[1])] {
+                        for &(q, u) in &self.laws[of].slopes {
+                            put(law.row, q, bound / length * part * slope_of(&slopes, of, u));
+                        }
+                    }
+                }
+                continue;
+            }
             let holds = match law.form {
                 Form::Relay => w.flags[law.flags[SLIDES]] == 0.0,
                 Form::OneWay => w.flags[law.flags[CLOSED]] != 0.0,
@@ -107,13 +135,20 @@ impl Holding {
                 break;
             }
             let (law, at, f) = (&sys.laws.list[k], readings[k], x[sys.laws.list[k].row]);
-            let slope = |u: usize| slopes.iter().find(|s| s.0 == k && s.1 == u).map_or(0.0, |s| s.2);
-            let way: f64 = held.slopes.iter().map(|&(q, u)| slope(u) * (x[q] - self.from[q])).sum();
+            let way = self.way(k, x, &slopes);
+            let slope = |u: usize| slope_of(&slopes, k, u);
             let least: f64 = held.slopes.iter().map(|&(q, u)| (slope(u) * tol.atol[q]).abs()).fold(0.0, f64::max);
             let small = tol.atol[law.row];
+            if let Some(other) = law.across {
+                if k < other {
+                    let (efforts, ways) = ([f, x[sys.laws.list[other].row]], [way, self.way(other, x, &slopes)]);
+                    turned |= self.turn_two(sys, w, [k, other], (efforts, ways), &at, least, small);
+                }
+                continue;
+            }
             if law.form == Form::Relay {
                 let [slides, side] = [SLIDES, SIDE].map(|j| w.flags[law.flags[j]]);
-                let most = if held.slid { at.bound } else { at.stick.max(at.bound) };
+                let most = self.bound(k, &at);
                 if slides == 0.0 && f.abs() > most * (1.0 + WITHIN) + small {
                     put_relay(sys, w, k, [1.0, -f.signum(), -f.signum()]);
                     turned = true;
@@ -136,6 +171,58 @@ impl Holding {
         turned
     }
 
+    /// The same of friction with two directions: efforts and ways of both.
+    #[allow(clippy::too_many_arguments)]
+    fn turn_two(
+        &self,
+        sys: &System,
+        w: &mut Work,
+        both: [usize; 2],
+        (efforts, ways): ([f64; 2], [f64; 2]),
+        at: &Reading,
+        least: f64,
+        small: f64,
+    ) -> bool {
+        let flags = |which: usize| both.map(|k| sys.laws.list[k].flags[which]);
+        let [slides, shares] = [SLIDES, SIDE].map(|which| flags(which).map(|flag| w.flags[flag]));
+        let (effort, length) = (efforts[0].hypot(efforts[1]), ways[0].hypot(ways[1]));
+        let to = if slides == [0.0, 0.0] {
+            if effort <= self.bound(both[0], at) * (1.0 + WITHIN) + small {
+                return false;
+            }
+            efforts.map(|f| -f / effort)
+        } else {
+            if ways[0] * shares[0] + ways[1] * shares[1] < -least {
+                both.iter().for_each(|&k| put_relay(sys, w, k, [0.0; 3]));
+                return true;
+            }
+            if length <= least {
+                return false;
+            }
+            let to = ways.map(|way| way / length);
+            if (to[0] - shares[0]).hypot(to[1] - shares[1]) <= WITHIN {
+                return false;
+            }
+            to
+        };
+        both.iter().zip(to).for_each(|(&k, to)| put_relay(sys, w, k, [1.0, to, 0.0]));
+        true
+    }
+
+    /// How far a law has gone from the last point to x.
+    fn way(&self, k: usize, x: &[f64], slopes: &[(usize, usize, f64)]) -> f64 {
+        self.laws[k].slopes.iter().map(|&(q, u)| slope_of(slopes, k, u) * (x[q] - self.from[q])).sum()
+    }
+
+    /// The most that friction holds: what has slid is let go.
+    fn bound(&self, k: usize, at: &Reading) -> f64 {
+        if self.laws[k].slid {
+            at.bound
+        } else {
+            at.stick.max(at.bound)
+        }
+    }
+
     /// A step has been made, to x: what has slid does so at less than what it held.
     pub fn accept(&mut self, sys: &System, w: &mut Work, x: &[f64]) {
         for (held, law) in self.laws.iter_mut().zip(&sys.laws.list) {
@@ -149,12 +236,18 @@ impl Holding {
     pub fn end(&self, sys: &System, w: &mut Work) {
         let (readings, _) = sys.read_laws(w, &self.from, 0.0);
         for (law, at) in sys.laws.list.iter().zip(readings).filter(|(law, _)| law.form == Form::Relay) {
-            if w.flags[law.flags[SHOWN]] != 0.0 && at.stick > 0.0 {
+            let slides = [SHOWN, SLIDES][usize::from(law.across.is_some())];
+            if w.flags[law.flags[slides]] != 0.0 && at.stick > 0.0 {
                 sys.put_mode(w, law.flags[SIDE], w.flags[law.flags[SIDE]] * at.bound / at.stick);
             }
             sys.put_mode(w, law.flags[SHOWN], 0.0);
         }
     }
+}
+
+/// The slope of a law's flow along a speed.
+fn slope_of(slopes: &[(usize, usize, f64)], law: usize, speed: usize) -> f64 {
+    slopes.iter().find(|s| s.0 == law && s.1 == speed).map_or(0.0, |s| s.2)
 }
 
 fn put_relay(sys: &System, w: &mut Work, k: usize, values: [f64; 3]) {

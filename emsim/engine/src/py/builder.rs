@@ -225,7 +225,7 @@ impl Builder {
     }
 
     /// A set-valued law between the unknown `row` and a flow: see `LawSpec`.
-    #[pyo3(signature = (form, row, flow, bound, stick, gap, restitution, flags, normal=None))]
+    #[pyo3(signature = (form, row, flow, bound, stick, gap, restitution, flags, normal=None, way=None, across=None))]
     #[allow(clippy::too_many_arguments)]
     fn law(
         &mut self,
@@ -238,6 +238,8 @@ impl Builder {
         restitution: f64,
         flags: Vec<Bound<'_, PyAny>>,
         normal: Option<(usize, f64, f64)>,
+        way: Option<Bound<'_, PyAny>>,
+        across: Option<usize>,
     ) -> PyResult<()> {
         let form = match form {
             "relay" => Form::Relay,
@@ -248,7 +250,12 @@ impl Builder {
         let ids = self.ids(&[flow.clone(), bound.clone(), stick.clone(), gap.clone()])?;
         let [flow, bound, stick, gap] = [ids[0], ids[1], ids[2], ids[3]];
         let mut numbers = Vec::new();
-        for flag in self.ids(&flags)? {
+        let flags = self.ids(&flags)?;
+        let way = match way {
+            Some(way) => self.ids(&[way])?[0],
+            None => flags[1.min(flags.len() - 1)],
+        };
+        for flag in flags {
             let node = lock(&self.graph).node(flag);
             match node {
                 Node::Flag(k) => numbers.push(k as usize),
@@ -264,7 +271,18 @@ impl Builder {
                 None => return Err(PyValueError::new_err("no law bounds it")),
             },
         };
-        laws.push(LawSpec { form, row, flow, bound, stick, gap, restitution, flags: numbers, normal });
+        let other = match across {
+            None => None,
+            Some(row) => {
+                let other = laws.iter().position(|law| law.row == row);
+                Some(other.ok_or_else(|| PyValueError::new_err("no law across it"))?)
+            }
+        };
+        if let Some(other) = other {
+            laws[other].across = Some(laws.len());
+        }
+        let flags = numbers;
+        laws.push(LawSpec { form, row, flow, bound, stick, gap, restitution, flags, normal, way, across: other });
         Ok(())
     }
 

@@ -424,8 +424,9 @@ impl Plan<'_> {
         if law.form != Form::Relay {
             return self.g.select(chosen, still, effort);
         }
-        let share = self.g.flag(law.flags[1] as u32);
-        let bound = self.g.mul(share, law.bound);
+        let mode = self.g.flag(law.flags[2] as u32);
+        let most = self.g.select(mode, law.bound, law.stick);
+        let bound = self.g.mul(law.way, most);
         let slides = self.g.add(effort, bound);
         self.g.select(chosen, slides, still)
     }

@@ -75,12 +75,15 @@ impl System {
             return;
         }
         let (readings, _) = self.read_laws(w, x, t);
-        for (law, at) in self.laws.list.iter().zip(readings) {
+        for (law, at) in self.laws.list.iter().zip(&readings) {
             if law.form == Form::Relay {
-                let side = if at.flow == 0.0 { 0.0 } else { at.flow.signum() };
+                let speed = law.across.map_or(at.flow.abs(), |other| at.flow.hypot(readings[other].flow));
+                let side = if speed == 0.0 { 0.0 } else { at.flow / speed };
                 // (where parts touch a point shows it by whether they do)
                 let free = law.normal.is_some_and(|normal| w.flags[self.laws.list[normal.law].flags[0]] == 0.0);
-                let values = [f64::from(u8::from(side != 0.0 || free)), side, side];
+                let moves = f64::from(u8::from(speed != 0.0));
+                let shown = if law.across.is_some() { moves } else { side };
+                let values = [if free { 1.0 } else { moves }, side, shown];
                 law.flags.iter().zip(values).for_each(|(&flag, value)| w.flags[flag] = value);
             } else {
                 w.flags[law.flags[0]] = f64::from(u8::from(at.gap <= 0.0 && at.flow <= 0.0));

@@ -1,0 +1,258 @@
+//! The same problem with efforts that have two directions: |f| <= r, inside w = 0, at the edge f = -r w/|w|; of friction where parts
+//! touch r goes with the effort across, so that efforts lie in a cone.
+//!
+//! Efforts are where a step against their flows is projected back to them, f = P(f - rho w). Projected Gauss-Seidel finds which are
+//! inside, Newton's method on these equations (Alart and Curnier 1991) the solution. A little on the diagonal makes it the least.
+use super::{dense, flows, Bounds, Solution, REFINED, REGULAR};
+
+/// Sweeps before Newton's method is tried for the first time; then twice as many.
+const FIRST: usize = 8;
+const ITERATIONS: usize = 30;
+/// Sweeps, and parts of their steps.
+const MOST: usize = 1000;
+const PARTS: [f64; 3] = [1.0, 0.3, 0.1];
+/// Equations hold to so much of what they are made of.
+const EXACT: f64 = 1e-11;
+
+struct Problem<'a> {
+    a: Vec<f64>, // with a little on the diagonal
+    b: &'a [f64],
+    bounds: &'a Bounds,
+    rho: Vec<f64>,
+}
+
+/// Where an effort is: its step z, its projection, and what that is.
+#[derive(Clone, Copy)]
+enum At {
+    Inside,
+    Low,
+    High,
+    /// radius and length of the step
+    Edge(f64, f64),
+}
+
+impl Problem<'_> {
+    fn flow(&self, i: usize, f: &[f64]) -> f64 {
+        let n = f.len();
+        self.b[i] + (0..n).map(|j| self.a[i * n + j] * f[j]).sum::<f64>()
+    }
+
+    /// f_i behind its step z_i, whose other direction has the step `across`.
+    fn projected(&self, i: usize, z: f64, across: f64, f: &[f64]) -> (f64, At) {
+        let (low, high) = (self.bounds.low(i, f), self.bounds.high(i, f).max(self.bounds.low(i, f)));
+        if self.bounds.pair[i].is_some() {
+            let (length, radius) = (z.hypot(across), high.max(0.0));
+            return if length < radius {
+                (z, At::Inside)
+            } else {
+                (if length > 0.0 { radius * z / length } else { 0.0 }, At::Edge(radius, length))
+            };
+        }
+        match z {
+            _ if z <= low => (low, At::Low),
+            _ if z >= high => (high, At::High),
+            _ => (z, At::Inside),
+        }
+    }
+
+    fn steps(&self, f: &[f64], w: &[f64]) -> Vec<f64> {
+        (0..f.len()).map(|i| f[i] - self.rho[i] * w[i]).collect()
+    }
+
+    fn across(&self, i: usize, z: &[f64]) -> f64 {
+        self.bounds.pair[i].map_or(0.0, |j| z[j])
+    }
+
+    /// What is left of the equations, where each effort is, and whether that is nothing.
+    fn left(&self, f: &[f64], w: &[f64]) -> (Vec<f64>, Vec<At>, bool) {
+        let n = f.len();
+        let z = self.steps(f, w);
+        let (to, at): (Vec<f64>, Vec<At>) = (0..n).map(|i| self.projected(i, z[i], self.across(i, &z), f)).unzip();
+        let left: Vec<f64> = (0..n).map(|i| f[i] - to[i]).collect();
+        let size = |i: usize| {
+            let made = self.b[i].abs() + (0..n).map(|j| (self.a[i * n + j] * f[j]).abs()).sum::<f64>();
+            self.rho[i] * made + f[i].abs()
+        };
+        let solved = (0..n).all(|i| left[i].abs() <= EXACT * size(i));
+        (left, at, solved)
+    }
+
+    /// A step of Newton's method against `left`.
+    fn newton(&self, f: &mut [f64], w: &[f64], left: &[f64], at: &[At]) -> Option<()> {
+        let n = f.len();
+        let z = self.steps(f, w);
+        let mut m = vec![0.0; n * n];
+        for i in 0..n {
+            let row = &mut m[i * n..(i + 1) * n];
+            let step = |i: usize, j: usize| f64::from(u8::from(i == j)) - self.rho[i] * self.a[i * n + j];
+            row[i] = 1.0;
+            match (at[i], self.bounds.with[i]) {
+                (At::Inside, _) => (0..n).for_each(|j| row[j] -= step(i, j)),
+                (At::Low, with) => with.into_iter().for_each(|(of, l, _)| row[of] -= l),
+                (At::High, with) => with.into_iter().for_each(|(of, _, h)| row[of] -= h),
+                (At::Edge(radius, length), with) if length > 0.0 => {
+                    let other = self.bounds.pair[i]?;
+                    let (own, across) = (z[i] / length, z[other] / length);
+                    for (j, entry) in row.iter_mut().enumerate() {
+                        // across the step alone does the direction change
+                        let turn = (1.0 - own * own) * step(i, j) - own * across * step(other, j);
+                        *entry -= radius / length * turn;
+                    }
+                    with.into_iter().for_each(|(of, _, h)| row[of] -= own * h);
+                }
+                (At::Edge(..), _) => {}
+            }
+        }
+        let change = dense(m, left.iter().map(|v| -v).collect())?;
+        f.iter_mut().zip(change).for_each(|(f, change)| *f += change);
+        f.iter().all(|f| f.is_finite()).then_some(())
+    }
+
+    /// From f by sweeps whose steps are a part of rho, until Newton's method finds the solution from there.
+    fn search(&self, mut f: Vec<f64>, part: f64) -> Option<Vec<f64>> {
+        let (mut sweeps, mut done) = (FIRST, 0);
+        while done < MOST {
+            (0..sweeps).for_each(|_| self.sweep(&mut f, part));
+            done += sweeps;
+            sweeps *= 2;
+            let mut tried = f.clone();
+            for _ in 0..ITERATIONS {
+                let w = flows(&self.a, self.b, &tried);
+                let (left, at, solved) = self.left(&tried, &w);
+                if solved {
+                    return Some(tried);
+                }
+                if self.newton(&mut tried, &w, &left, &at).is_none() {
+                    break;
+                }
+            }
+        }
+        None
+    }
+
+    fn sweep(&self, f: &mut [f64], part: f64) {
+        for i in 0..f.len() {
+            match self.bounds.pair[i] {
+                Some(j) if j < i => {}
+                Some(j) => {
+                    let z = [i, j].map(|k| f[k] - part * self.rho[k] * self.flow(k, f));
+                    (f[i], f[j]) = (self.projected(i, z[0], z[1], f).0, self.projected(j, z[1], z[0], f).0);
+                }
+                None => f[i] = self.projected(i, f[i] - part * self.rho[i] * self.flow(i, f), 0.0, f).0,
+            }
+        }
+    }
+}
+
+pub fn solve(a: &[f64], b: &[f64], bounds: &Bounds) -> Option<Solution> {
+    let n = b.len();
+    let largest = (0..n).map(|i| a[i * n + i].abs()).fold(0.0, f64::max);
+    let little = REGULAR * largest.max(f64::MIN_POSITIVE);
+    let mut regular = a.to_vec();
+    (0..n).for_each(|i| regular[i * n + i] += little);
+    let stiff = |i: usize| match bounds.pair[i] {
+        None => regular[i * n + i].abs(),
+        Some(j) => {
+            let (p, q) = (regular[i * n + i], regular[j * n + j]);
+            let off = 4.0 * regular[i * n + j] * regular[j * n + i];
+            0.5 * (p + q + ((p - q) * (p - q) + off).max(0.0).sqrt()).abs()
+        }
+    };
+    let rho = (0..n).map(|i| 1.0 / stiff(i).max(little)).collect();
+    let p = Problem { a: regular, b, bounds, rho };
+    // what can open is open at first; else from the solution with a square in place of the circle, and by shorter steps
+    let square = || {
+        let bounds = Bounds { pair: vec![None; n], ..bounds.clone() };
+        super::solve(a, b, &bounds).map(|s| s.f)
+    };
+    let starts = [Some(vec![0.0; n]), None].into_iter().map(|f| f.or_else(square));
+    for start in starts.flatten() {
+        for part in PARTS {
+            if let Some(f) = p.search(start.clone(), part) {
+                return refined(a, &p, f);
+            }
+        }
+    }
+    None
+}
+
+/// What the little on the diagonal leaves of the flows is taken off again.
+fn refined(a: &[f64], p: &Problem, mut f: Vec<f64>) -> Option<Solution> {
+    let (_, at, _) = p.left(&f, &flows(&p.a, p.b, &f));
+    for _ in 0..REFINED {
+        let w = flows(a, p.b, &f);
+        let z = p.steps(&f, &w);
+        let left: Vec<f64> = (0..f.len())
+            .map(|i| match at[i] {
+                At::Inside => p.rho[i] * w[i],
+                At::Low => f[i] - p.bounds.low(i, &f),
+                At::High => f[i] - p.bounds.high(i, &f),
+                At::Edge(_, length) if length > 0.0 => {
+                    f[i] - p.bounds.high(i, &f).max(0.0) * z[i] / z[i].hypot(p.across(i, &z))
+                }
+                At::Edge(..) => f[i],
+            })
+            .collect();
+        let mut next = f.clone();
+        p.newton(&mut next, &w, &left, &at)?;
+        f = next;
+    }
+    let w = flows(a, p.b, &f);
+    let bound = at.iter().map(|at| !matches!(at, At::Inside)).collect();
+    Some(Solution { f, w, bound })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Random touches of a rigid part in space, more than it needs: what holds of their solutions.
+    #[test]
+    fn friction_in_space_is_complementary() {
+        let mut seed = 0.377_f64;
+        let mut random = || {
+            seed = (seed * 997.0 + 0.123_456_7).fract();
+            2.0 * seed - 1.0
+        };
+        let cross = |a: [f64; 3], b: [f64; 3]| {
+            [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+        };
+        let unit = |a: [f64; 3]| a.map(|v| v / a.iter().map(|v| v * v).sum::<f64>().sqrt());
+        for round in 0..400 {
+            let (touches, rank) = (1 + round % 6, 6);
+            let (n, mu) = (3 * touches, 0.05 + 0.3 * (round % 4) as f64);
+            let mut w = Vec::new();
+            for _ in 0..touches {
+                let mut three = || [random(), random(), random()];
+                let (at, normal) = (three(), unit(three()));
+                let one = unit(cross(normal, three()));
+                for way in [normal, one, cross(normal, one)] {
+                    // of mass 1 and radius of gyration 1/2
+                    w.extend([way, cross(at, way).map(|v| 2.0 * v)].concat());
+                }
+            }
+            let a: Vec<f64> =
+                (0..n * n).map(|k| (0..rank).map(|r| w[(k / n) * rank + r] * w[(k % n) * rank + r]).sum()).collect();
+            let motion: Vec<f64> = (0..rank).map(|_| random()).collect();
+            let b: Vec<f64> = (0..n).map(|i| (0..rank).map(|r| w[i * rank + r] * motion[r]).sum()).collect();
+            let mut bounds = Bounds::new(vec![0.0; n], vec![0.0; n]);
+            for i in (0..n).step_by(3) {
+                bounds.hi[i] = f64::INFINITY;
+                for (one, other) in [(i + 1, i + 2), (i + 2, i + 1)] {
+                    (bounds.with[one], bounds.pair[one]) = (Some((i, -mu, mu)), Some(other));
+                }
+            }
+            let s = solve(&a, &b, &bounds).expect("an impact without restitution has a solution");
+            let work: f64 = (0..n).map(|i| 0.5 * s.f[i] * (b[i] + s.w[i])).sum();
+            assert!(work < 1e-9);
+            for i in (0..n).step_by(3) {
+                let (push, rise) = (s.f[i], s.w[i]);
+                assert!(push > -1e-9 && rise > -1e-7 && push * rise < 1e-7, "{round}: {push} {rise}");
+                let (rub, slip) = (s.f[i + 1].hypot(s.f[i + 2]), s.w[i + 1].hypot(s.w[i + 2]));
+                assert!(rub <= mu * push + 1e-8, "{round}: {rub} of {push}");
+                let power = s.f[i + 1] * s.w[i + 1] + s.f[i + 2] * s.w[i + 2];
+                assert!((power + mu * push * slip).abs() < 1e-7, "{round}: {power} {slip}");
+            }
+        }
+    }
+}
