@@ -232,6 +232,10 @@ def condition(assembly: Assembly, k: int) -> tuple[str, Span | None]:
     span = element.span if element is not None else assembly.ctx.conditions.get(k)
     if element is not None:
         return f"the switch {name}", span
+    # "CONTACT floor 1 slides", of a law with modes
+    card = assembly.machine.couplings.get(name.split()[1]) if name.count(" ") > 1 else None
+    if card is not None:
+        return f"{card.spec.word} {card.name}", card.span
     return f"the condition `{span.text}`" if span is not None else "a condition", span
 
 

@@ -21,7 +21,8 @@
 //!    rebound lower than the length tolerance is none, which ends every series of them. What they take together is shared among
 //!    those that take: rigid parts do not know where it was lost.
 //! 2. What has died is made exactly 0, by the least change of momenta; of relays where their friction has it done so in the time by which
-//!    the event was found late. (The flow of a piston is 0 at its dead centre too, and no friction stops the crank there.)
+//!    the event was found late. Two directions rarely meet at 0: what turns round below its threshold has had the time since the last
+//!    event. (The flow of a piston is 0 at its dead centre too, and no friction stops the crank there.)
 //! 3. Which modes follow is asked a little later: of a step of implicit Euler with f as parameters, w = b + A f, which is a
 //!    complementarity problem. At the event itself a law that is let go has f = F and no acceleration, to rounding, and would stick
 //!    again for ever. Laws that lock the same motion are redundant: one sticks, the others are held at the share of the load that
@@ -62,6 +63,8 @@ const AGREE: f64 = 1e-6;
 
 /// A direction whose part along that of the last event is so large is noted no more.
 const SAME: f64 = 0.75;
+/// So often one may turn below its threshold, each time within a step of the last, before it is no solution.
+const TURNS: u32 = 1000;
 
 /// Friction alone stops a flow in half of that: what pulls it on is less.
 const LATE: f64 = 4.0;
@@ -82,6 +85,7 @@ pub struct Modes {
     newton: Newton,
     at: f64, // when events have begun to pile up, how many there are
     count: u32,
+    turns: u32, // of two directions below their threshold that did not end there
     /// times at which the way out was taken
     pub stepped: Vec<f64>,
     /// laws that no finite force kept sliding, with the time
@@ -99,6 +103,8 @@ pub struct Short {
     pub late: f64,
     /// to where the modes are asked
     pub ahead: f64,
+    /// of the integration
+    pub step: f64,
     /// events that are nearer to one another pile up
     pub near: f64,
 }
@@ -157,6 +163,7 @@ impl Modes {
             newton,
             at: f64::NEG_INFINITY,
             count: 0,
+            turns: 0,
             stepped: Vec::new(),
             jammed: Vec::new(),
             jolts: Vec::new(),
@@ -207,6 +214,7 @@ impl Modes {
         let list = &sys.laws.list;
         let longer = 10f64.powi((self.count.saturating_sub(MANY) / MANY).min(6) as i32);
         let piles = *t - self.at < 4.0 * longer * short.near;
+        let since = *t - self.at;
         (self.at, self.count) = if piles { (self.at, self.count + 1) } else { (*t, 1) };
         let (before, slopes) = sys.read_laws(w, x, *t);
         let moves = thresholds(sys, &slopes, tol);
@@ -269,6 +277,8 @@ impl Modes {
 
         // what has died
         let Some(look) = self.look(sys, w, x, *t, short.instant, &asked, tol) else { return false };
+        let recent = if since < short.step { since } else { 0.0 };
+        let mut turns = false;
         let mut free = vec![f64::INFINITY; asked.len()];
         let stopped = loop {
             let least: Vec<f64> = free.iter().map(|f| -f).collect();
@@ -278,8 +288,9 @@ impl Modes {
                 let stick = readings[k].stick.max(readings[k].bound);
                 // (what a touch presses with is part of the solution)
                 let stick = if list[k].normal.is_some() { before[k].stick.max(before[k].bound) } else { stick };
-                let most = LATE * short.late * stick;
                 let pair = law_at(&asked, list[k].across);
+                let turned = pair.is_some() && hit(k) && towards(list, &readings, k).0 <= moves[k];
+                let most = LATE * if turned { short.late.max(recent) } else { short.late } * stick;
                 let effort = pair.map_or(solution.f[i].abs(), |j| solution.f[i].hypot(solution.f[j]));
                 // what stops a corner that would fall back at once goes through the friction there too
                 let shares = list[k].normal.is_some_and(|normal| {
@@ -289,6 +300,7 @@ impl Modes {
                 let shares = shares && rests.contains(&true);
                 if free[i] > 0.0 && !shares && effort * short.instant > most {
                     (free[i], dies) = (0.0, false);
+                    turns |= turned;
                     pair.into_iter().for_each(|j| free[j] = 0.0);
                 }
             }
@@ -296,6 +308,10 @@ impl Modes {
                 break solution;
             }
         };
+        self.turns = if since >= short.step { 0 } else { self.turns + u32::from(turns) };
+        if self.turns > TURNS {
+            return false;
+        }
         self.go(sys, x, &look.at(&stopped.f));
         *t += short.instant;
 

@@ -48,7 +48,7 @@ impl<S: Sink> Run<'_, S> {
         let width = width.max(SHORTEST * self.tmax).min(self.until - self.t).max(1e-9 * self.a.tstop);
         let least = (JUMP * width).max(64.0 * f64::EPSILON * self.t).max(1e-18 * self.a.tstop);
         let late = (2.0 * LATE * self.tol.reltol * width).max(10.0 * least);
-        let short = Short { instant: least, late, ahead: (AHEAD * width).max(10.0 * least), near: 0.0 };
+        let short = Short { instant: least, late, ahead: (AHEAD * width).max(10.0 * least), step: width, near: 0.0 };
         let short = Short { near: short.ahead.max(PILES * self.a.tstop), ..short };
         let before = self.w.flags.clone();
         let decided = modes.decide(self.sys, self.w, &mut self.x, &mut self.t, short, fired, &self.tol);
