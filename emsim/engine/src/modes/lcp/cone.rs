@@ -3,20 +3,25 @@
 //!
 //! Efforts are where a step against their flows is projected back to them, f = P(f - rho w). Projected Gauss-Seidel finds which are
 //! inside, Newton's method on these equations (Alart and Curnier 1991) the solution. A little on the diagonal makes it the least.
+//! Where that fails, as it may with more touches than parts need and much friction, the proximal point method (Rockafellar 1976) leads
+//! there: as much on the diagonal as Newton's method asks for, about the last efforts in place of 0, so that nothing of it is left.
 use super::{dense, flows, Bounds, Solution, REFINED, REGULAR};
 
-/// Sweeps before Newton's method is tried for the first time; then twice as many.
+/// Sweeps before Newton's method is tried for the first time, then twice as many, so often.
 const FIRST: usize = 8;
+const TRIES: usize = 3;
 const ITERATIONS: usize = 30;
-/// Sweeps, and parts of their steps.
-const MOST: usize = 1000;
-const PARTS: [f64; 3] = [1.0, 0.3, 0.1];
+/// Steps of the proximal point method; on the diagonal: at first, at least and at most, less after a step and more where there is none.
+const STEPS: usize = 100;
+const WEIGHTS: [f64; 3] = [1.0, 1e-8, 1e3];
+const LESS: f64 = 0.3;
+const MORE: f64 = 5.0;
 /// Equations hold to so much of what they are made of.
 const EXACT: f64 = 1e-11;
 
 struct Problem<'a> {
-    a: Vec<f64>, // with a little on the diagonal
-    b: &'a [f64],
+    a: Vec<f64>, // with something on the diagonal
+    b: Vec<f64>,
     bounds: &'a Bounds,
     rho: Vec<f64>,
 }
@@ -32,6 +37,22 @@ enum At {
 }
 
 impl Problem<'_> {
+    fn new<'a>(a: &[f64], b: Vec<f64>, bounds: &'a Bounds, more: f64) -> Problem<'a> {
+        let n = b.len();
+        let mut a = a.to_vec();
+        (0..n).for_each(|i| a[i * n + i] += more);
+        let stiff = |i: usize| match bounds.pair[i] {
+            None => a[i * n + i].abs(),
+            Some(j) => {
+                let (p, q) = (a[i * n + i], a[j * n + j]);
+                let off = 4.0 * a[i * n + j] * a[j * n + i];
+                0.5 * (p + q + ((p - q) * (p - q) + off).max(0.0).sqrt()).abs()
+            }
+        };
+        let rho = (0..n).map(|i| 1.0 / stiff(i).max(more).max(f64::MIN_POSITIVE)).collect();
+        Problem { a, b, bounds, rho }
+    }
+
     fn flow(&self, i: usize, f: &[f64]) -> f64 {
         let n = f.len();
         self.b[i] + (0..n).map(|j| self.a[i * n + j] * f[j]).sum::<f64>()
@@ -108,16 +129,13 @@ impl Problem<'_> {
         f.iter().all(|f| f.is_finite()).then_some(())
     }
 
-    /// From f by sweeps whose steps are a part of rho, until Newton's method finds the solution from there.
-    fn search(&self, mut f: Vec<f64>, part: f64) -> Option<Vec<f64>> {
-        let (mut sweeps, mut done) = (FIRST, 0);
-        while done < MOST {
-            (0..sweeps).for_each(|_| self.sweep(&mut f, part));
-            done += sweeps;
-            sweeps *= 2;
+    /// From f by sweeps, until Newton's method finds the solution from there.
+    fn search(&self, mut f: Vec<f64>) -> Option<Vec<f64>> {
+        for again in 0..TRIES {
+            (0..FIRST << again).for_each(|_| self.sweep(&mut f));
             let mut tried = f.clone();
             for _ in 0..ITERATIONS {
-                let w = flows(&self.a, self.b, &tried);
+                let w = flows(&self.a, &self.b, &tried);
                 let (left, at, solved) = self.left(&tried, &w);
                 if solved {
                     return Some(tried);
@@ -130,15 +148,15 @@ impl Problem<'_> {
         None
     }
 
-    fn sweep(&self, f: &mut [f64], part: f64) {
+    fn sweep(&self, f: &mut [f64]) {
         for i in 0..f.len() {
             match self.bounds.pair[i] {
                 Some(j) if j < i => {}
                 Some(j) => {
-                    let z = [i, j].map(|k| f[k] - part * self.rho[k] * self.flow(k, f));
+                    let z = [i, j].map(|k| f[k] - self.rho[k] * self.flow(k, f));
                     (f[i], f[j]) = (self.projected(i, z[0], z[1], f).0, self.projected(j, z[1], z[0], f).0);
                 }
-                None => f[i] = self.projected(i, f[i] - part * self.rho[i] * self.flow(i, f), 0.0, f).0,
+                None => f[i] = self.projected(i, f[i] - self.rho[i] * self.flow(i, f), 0.0, f).0,
             }
         }
     }
@@ -146,41 +164,47 @@ impl Problem<'_> {
 
 pub fn solve(a: &[f64], b: &[f64], bounds: &Bounds) -> Option<Solution> {
     let n = b.len();
-    let largest = (0..n).map(|i| a[i * n + i].abs()).fold(0.0, f64::max);
-    let little = REGULAR * largest.max(f64::MIN_POSITIVE);
-    let mut regular = a.to_vec();
-    (0..n).for_each(|i| regular[i * n + i] += little);
-    let stiff = |i: usize| match bounds.pair[i] {
-        None => regular[i * n + i].abs(),
-        Some(j) => {
-            let (p, q) = (regular[i * n + i], regular[j * n + j]);
-            let off = 4.0 * regular[i * n + j] * regular[j * n + i];
-            0.5 * (p + q + ((p - q) * (p - q) + off).max(0.0).sqrt()).abs()
-        }
-    };
-    let rho = (0..n).map(|i| 1.0 / stiff(i).max(little)).collect();
-    let p = Problem { a: regular, b, bounds, rho };
-    // what can open is open at first; else from the solution with a square in place of the circle, and by shorter steps
-    let square = || {
-        let bounds = Bounds { pair: vec![None; n], ..bounds.clone() };
-        super::solve(a, b, &bounds).map(|s| s.f)
-    };
-    let starts = [Some(vec![0.0; n]), None].into_iter().map(|f| f.or_else(square));
-    for start in starts.flatten() {
-        for part in PARTS {
-            if let Some(f) = p.search(start.clone(), part) {
-                return refined(a, &p, f);
+    let largest = (0..n).map(|i| a[i * n + i].abs()).fold(0.0, f64::max).max(f64::MIN_POSITIVE);
+    let bare = Problem::new(a, b.to_vec(), bounds, 0.0);
+    // what can open is open at first
+    let little = Problem::new(a, b.to_vec(), bounds, REGULAR * largest);
+    let least = little.search(vec![0.0; n]).and_then(|f| refined(&bare, &little, f));
+    if let Some(s) = least.and_then(|f| solution(&bare, f)) {
+        return Some(s);
+    }
+    let [mut weight, floor, top] = WEIGHTS;
+    let mut f = vec![0.0; n];
+    for _ in 0..STEPS {
+        let more = weight * largest;
+        let right = (0..n).map(|i| b[i] - more * f[i]).collect();
+        let Some(next) = Problem::new(a, right, bounds, more).search(f.clone()) else {
+            weight *= MORE;
+            if weight > top {
+                return None;
             }
+            continue;
+        };
+        (f, weight) = (next, (LESS * weight).max(floor));
+        if let Some(s) = solution(&bare, f.clone()) {
+            return Some(s);
         }
     }
     None
 }
 
+/// Efforts f as a solution; None where they are none.
+fn solution(p: &Problem, f: Vec<f64>) -> Option<Solution> {
+    let w = flows(&p.a, &p.b, &f);
+    let (_, at, solved) = p.left(&f, &w);
+    let bound = at.iter().map(|at| !matches!(at, At::Inside)).collect();
+    solved.then_some(Solution { f, w, bound })
+}
+
 /// What the little on the diagonal leaves of the flows is taken off again.
-fn refined(a: &[f64], p: &Problem, mut f: Vec<f64>) -> Option<Solution> {
-    let (_, at, _) = p.left(&f, &flows(&p.a, p.b, &f));
+fn refined(bare: &Problem, p: &Problem, mut f: Vec<f64>) -> Option<Vec<f64>> {
+    let (_, at, _) = p.left(&f, &flows(&p.a, &p.b, &f));
     for _ in 0..REFINED {
-        let w = flows(a, p.b, &f);
+        let w = flows(&bare.a, &bare.b, &f);
         let z = p.steps(&f, &w);
         let left: Vec<f64> = (0..f.len())
             .map(|i| match at[i] {
@@ -197,9 +221,7 @@ fn refined(a: &[f64], p: &Problem, mut f: Vec<f64>) -> Option<Solution> {
         p.newton(&mut next, &w, &left, &at)?;
         f = next;
     }
-    let w = flows(a, p.b, &f);
-    let bound = at.iter().map(|at| !matches!(at, At::Inside)).collect();
-    Some(Solution { f, w, bound })
+    Some(f)
 }
 
 #[cfg(test)]
@@ -219,8 +241,8 @@ mod tests {
         };
         let unit = |a: [f64; 3]| a.map(|v| v / a.iter().map(|v| v * v).sum::<f64>().sqrt());
         for round in 0..400 {
-            let (touches, rank) = (1 + round % 6, 6);
-            let (n, mu) = (3 * touches, 0.05 + 0.3 * (round % 4) as f64);
+            let (touches, rank) = (1 + round % 8, 6);
+            let (n, mu) = (3 * touches, 0.05 + 0.3 * (round % 5) as f64);
             let mut w = Vec::new();
             for _ in 0..touches {
                 let mut three = || [random(), random(), random()];
