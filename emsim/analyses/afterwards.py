@@ -294,7 +294,8 @@ def _amplified(assembly: Assembly, run: Run) -> None:
         widest[rate] = max(span / lever[k], widest.get(rate, 0.0))
     worst, at, name = 0.0, 0.0, ""
     for k, finer in finest.items():
-        span, ours = ranges[k], column(run.waves, k + 1)
+        ours = column(run.waves, k + 1)
+        span = ranges[k] or max(ours) - min(ours)
         # what does not move beside others, or beside itself, is known to the tolerance
         size = max(*map(abs, finer), widest[units[k].partition("/")[2]] * lever[k])
         for i, j in pairs:
