@@ -175,7 +175,7 @@ def _find_saved(ctx: Context) -> dict[str, Output]:
             continue
         if _left_out(ctx, probe.ast, probe.span):
             continue
-        found = _saved(ctx, probe.text, probe.ast, probe.span)
+        found = _saved(ctx, probe.text, probe.ast, probe.span) or _stated(ctx, probe.text, probe.ast)
         if found is None:
             ignored.append(probe.text)
         else:
@@ -204,6 +204,22 @@ def _find_saved(ctx: Context) -> dict[str, Output]:
             output = column(ctx, probe.text, probe.ast, probe.span)
             saved.setdefault(output.name, output)
     return saved
+
+
+def _stated(ctx: Context, text: str, ast: Node) -> Output | None:
+    """What the line of a device states, @r1[resistance] or @v1[dc]: the same in every row."""
+    from ..elaborate.altered import VALUES, stated
+
+    if not (isinstance(ast, Name) and ast.id.startswith("@")):
+        return None
+    device, _, parameter = ast.id[1:].rstrip("]").partition("[")
+    element = ctx.elements.get(ctx.element_name(device))
+    value = None if element is None else stated(element, parameter)
+    if element is None or not isinstance(value, float):
+        return None
+    unit = element.unit if parameter in VALUES.get(element.letter, ()) else ""
+    known = element.instance.get(parameter)
+    return Output(text, unit or (known.unit if known else ""), ctx.b.const(value))
 
 
 def _is_there(ctx: Context, ast: Node) -> bool:

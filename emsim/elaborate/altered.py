@@ -9,6 +9,7 @@ from ..deck import Analysis, MachineCard, Param, Probe, Waveform
 from ..diagnostics import Sink, suggest
 from ..draws import seeded
 from ..elements import MODEL_TYPES, Element
+from ..elements.passive import Passive
 from ..expr import ExprError, Node
 from .flatten import flatten
 
@@ -186,19 +187,28 @@ class Altered:
             model = flat.models.get(device)
             found = None if model is None else model.params.get(parameter)
             return float(found) if isinstance(found, (int, float)) else None
-        if parameter in VALUES.get(e.letter, ()) and parameter not in e.params:
-            return float(e.value) if isinstance(e.value, (int, float)) else None
-        if e.letter in "vi":
-            ac = e.extra.get("ac") or (0.0, 0.0)
-            own = {"dc": e.extra.get("dc") or 0.0, "acmag": ac[0], "acphase": ac[1]}
-            if parameter in own:
-                return float(own[parameter])
-            if e.wave is not None and parameter.replace("sine", "sin") == e.wave.kind:
-                return [float(a) for a in e.wave.args]
-        found = e.params.get(parameter)
-        if found is None and parameter in e.instance:
-            found = e.instance[parameter].default
-        return float(found) if isinstance(found, (int, float)) else None
+        return stated(e, parameter)
+
+
+def stated(e: Element, parameter: str) -> float | list[float] | None:
+    """@element[parameter] as its line and its .model state it; a capacitance counts those in parallel, as in ngspice."""
+    if parameter in VALUES.get(e.letter, ()) and parameter not in e.params:
+        value = e.value
+        if value is None and isinstance(e, Passive) and e.model is not None:
+            value = e.from_model(e.model.params)
+        number = float(value) if isinstance(value, (int, float)) else None
+        return number * e.number("m", 1.0) if number is not None and e.letter == "c" else number
+    if e.letter in "vi":
+        ac = e.extra.get("ac") or (0.0, 0.0)
+        own = {"dc": e.extra.get("dc") or 0.0, "acmag": ac[0], "acphase": ac[1]}
+        if parameter in own:
+            return float(own[parameter])
+        if e.wave is not None and parameter.replace("sine", "sin") == e.wave.kind:
+            return [float(a) for a in e.wave.args]
+    found = e.params.get(parameter)
+    if found is None and parameter in e.instance:
+        found = e.instance[parameter].default
+    return float(found) if isinstance(found, (int, float)) else None
 
 
 def _own(flat: FlatDeck) -> list[Analysis]:

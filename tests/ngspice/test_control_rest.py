@@ -113,6 +113,33 @@ def test_a_section_needs_no_circuit(tmp_path):
     assert "index 2" in there(text, tmp_path / "b")
 
 
+STATED = """V1 1 0 dc 5 ac 2
+R1 1 2 rm l=20u w=5u
+R2 2 0 1k m=2 temp=50 tc1=0.01
+C1 2 0 1u m=3
+C2 2 0 cm l=20u w=10u
+L1 2 3 1u m=2
+R3 3 0 1
+.model rm r rsh=100 narrow=1u
+.model cm c cj=1m"""
+
+
+@pytest.mark.parametrize(
+    "word",
+    ["@v1[dc]", "@v1[acmag]", "@r1[resistance]", "@r2[resistance]", "@c1[capacitance]", "@c2[capacitance]", "@l1[inductance]"],
+)  # fmt: skip
+def test_values_that_lines_and_models_state(word, tmp_path):
+    agree(STATED, f"op\nprint {word}", tmp_path)
+
+
+def test_stated_values_are_saved_beside_the_rest(tmp_path):
+    body = STATED + "\n.save v(2) @v1[dc] @r1[resistance] @c1[capacitance] @r2[i]"
+    agree(body, "op\nprint @v1[dc] @r1[resistance] @c1[capacitance] @r2[i]", tmp_path)
+    found = emsim.run(f"t\n{body}\n.tran 1u 10u\n.end\n")
+    assert list(found["@r1[resistance]"]) == pytest.approx([2000 / 3] * len(found.time))
+    assert set(found["@v1[dc]"]) == {5.0}
+
+
 def test_parameters_that_commands_read(tmp_path):
     body = ".param r = 2k\n.csparam start = {2*r}\n.csparam r = r\nV1 a 0 1\nR1 a b {r}\nR2 b 0 1k"
     agree(body, "op\nprint start r\nlet n = start/r\nprint n", tmp_path)
