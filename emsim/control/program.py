@@ -65,6 +65,8 @@ class Statement:
         """The tree of what is behind the word, `text` after variables are put in. Raises LineError with places in the deck
         where the text is the deck's own."""
         within = self.line.text.find(text, self.at) if text and self.line.single else -1
+        if start == "vectors":
+            text = words.without_commas(text, within=False)
         if within >= 0:
             line = Line(self.line.file, self.line.number, self.line.col + within, 0, 0)
             line.text, line.single = text, True

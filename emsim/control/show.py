@@ -50,21 +50,11 @@ def print_(s: Session, text: str, at: Statement) -> None:
 
 def echo(s: Session, text: str, at: Statement) -> None:
     text = words.substituted(s, text, shown=True)
-    found = words.split(_without_commas(text))
+    found = words.split(words.without_commas(text))
     end = "\n"
     if found[:1] == ["-n"]:
         found, end = found[1:], ""
     s.say(" ".join(found), end)
-
-
-def _without_commas(text: str) -> str:
-    """A comma behind a word separates it from the next one, as in ngspice; those in quotes stay."""
-    found, quote = "", ""
-    for k, c in enumerate(text):
-        if c in "'\"" and quote in ("", c):
-            quote = "" if quote else c
-        found += " " if c == "," and not quote and k and not text[k - 1].isspace() else c
-    return found
 
 
 # ---- plots ----

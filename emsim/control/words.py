@@ -109,6 +109,19 @@ def split(text: str, braces: bool = True) -> list[str]:
     return out
 
 
+def without_commas(text: str, within: bool = True) -> str:
+    """A comma behind a word separates it from the next one, as in ngspice: a blank in its place. Those in quotes stay, and
+    where not `within` those in brackets."""
+    found, quote, depth = "", "", 0
+    for k, c in enumerate(text):
+        if c in "'\"" and quote in ("", c):
+            quote = "" if quote else c
+        depth += (c in "([") - (c in ")]")
+        separates = c == "," and not quote and (within or depth < 1) and k and not text[k - 1].isspace()
+        found += " " if separates else c
+    return found
+
+
 def _braced(word: str) -> list[str]:
     """a{b,c}d is abd acd; {x} is x."""
     found = re.search(r"\{([^{}]*)\}", word)
@@ -128,15 +141,15 @@ def without_braces(text: str) -> str:
 
 
 def redirected(text: str) -> tuple[str, str, bool] | None:
-    """Of `words > file`: the words, the file, whether what is said goes behind what the file has (`>>`). The `>` stands behind
-    a blank, outside of quotes and brackets; what a comparison could be, `> 0.5`, is none."""
+    """Of `words > file`: the words, the file, whether what is said goes behind what the file has (`>>`). The `>` stands
+    outside of quotes and brackets; a comparison with a number, `> 0.5`, is none."""
 
     def hidden(found: re.Match[str]) -> str:
         return " " * len(found[0])
 
     plain = re.sub(r"\"[^\"]*\"|'[^']*'", hidden, text)
     plain = re.sub(r"\([^()]*\)", hidden, plain)
-    found = re.search(r"(?:^|\s)(>>?)\s*([^\s>\"']+)\s*$", plain)
+    found = re.search(r"(>>?)\s*([^\s<=>\"'][^\s>\"']*)\s*$", plain)
     if found is None or not re.search(r"[A-Za-z_]", found[2]) or re.fullmatch(r"[\d.]+[A-Za-z]*", found[2]):
         return None
     return text[: found.start()], found[2], found[1] == ">>"

@@ -13,6 +13,7 @@ RC = "V1 in 0 DC 1 AC 1\nR1 in out 1k\nR2 out 0 3k\nC1 out 0 1u"
 
 SECTIONS = {
     "op and print": "op\nprint all\nprint v(out) v(in)-v(out)\nprint -v(out)\nprint out in v1#branch i(v1) v(in,out)",
+    "commas": "op\nlet b = vector(5)\nprint v(in),v(out)\nprint in, out v(in,out),(1,2)*2\nprint b[1,3], max(b[0],b[4]),pi",
     "columns": "op\nlet a = 3\nlet b = vector(5)\nprint a b\nprint b\nprint b[2] b[1,3] b[3,1]\nprint line b",
     "complex": "op\nlet c = (1,2)*3\nprint c\nlet d = vector(3)+j(vector(3))\nprint d mag(d) re(d) im(d)\nprint line d",
     "ac": "ac dec 2 10 1k\nprint v(out)\nprint db(v(out)) ph(v(out))\nprint line v(out)\ndisplay",
@@ -99,6 +100,17 @@ FILES = {
     "wrdata appended": "op\nset appendwrite\nwrdata x.txt v(out)\nwrdata x.txt v(in)",
     "wrdata digits": "set numdgt=4\ndc v1 0 1 0.5\nwrdata x.txt v(out)",
 }
+
+
+@pytest.mark.parametrize(
+    "words", ["print v(out)>x.txt", "print v(out)> x.txt\necho more>>x.txt\nprint v(in,out) >>x.txt"]
+)
+def test_what_is_said_goes_to_a_file_with_blanks_or_without(words, tmp_path):
+    text = deck(RC, f"op\n{words}\nprint v(in)")
+    said = there(text, tmp_path / "a"), here(text, tmp_path / "b")[0]
+    assert all("v(in) = 1.0" in one and "v(out)" not in one for one in said)
+    theirs, ours = ((tmp_path / f / "x.txt").read_text() for f in "ab")
+    assert ours == theirs
 
 
 @pytest.mark.parametrize("name", FILES)
