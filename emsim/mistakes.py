@@ -205,7 +205,7 @@ def _explain(line: Line, start: str, error: Any) -> Diagnostic:
     accepts = set(getattr(error, "accepts", None) or getattr(error, "expected", None) or ())
     accepts |= set(getattr(error, "allowed", None) or ())
     wanted = _wanted(accepts)
-    form = form_of(line, start) if start != "expression" else None
+    form = form_of(line, start) if start not in ("expression", "vectors", "let") else None
     if at is None or at >= code or (token is not None and token.type == "$END"):
         end = _last_visible(text, code)
         what = f": {wanted} is missing" if wanted else ""

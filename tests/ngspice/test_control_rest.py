@@ -224,3 +224,14 @@ def test_the_folder_of_the_deck_is_known(tmp_path):
 
 def test_a_model_may_state_what_stands_on_lines(tmp_path):
     agree("V1 in 0 1\nR1 in out 1k\nR2 out 0 m\n.model m r(resistance=3k)", "op\nprint v(out)", tmp_path)
+
+
+@pytest.mark.parametrize("command", ["print v(in) , v(in)", "let z = v(in),1"])
+def test_what_cannot_be_read_is_told_without_the_form_of_an_element(command):
+    """`v(in)` and `z = ..` are no lines of elements V and Z."""
+    told = [
+        d
+        for d in emsim.run(deck("V1 in 0 1\nR1 in 0 1", f"op\n{command}")).diagnostics
+        if d.severity == "error"
+    ]
+    assert [(d.code, d.hint) for d in told] == [("E102", None)]
