@@ -194,6 +194,65 @@ def test_a_general_table_gives_each_output_its_part():
     assert up == pytest.approx(50e-6 + 50e-9 + 100e-9 + 7e-9, abs=3e-9)
 
 
+# ---- tables ----
+
+# places of each input, not evenly apart; values that no plane or parabola goes through
+AXES = ([0.0, 0.5, 1.5, 2.0, 3.0, 4.5], [0.0, 1.0, 1.5, 3.0, 3.5, 4.0], [-1.0, 0.0, 0.5, 2.0, 2.5, 3.0])
+
+
+def table(inputs: int, order: int | None, sources: str, folder) -> str:
+    """Cards of a table of `inputs` inputs, whose file they write."""
+    axes = AXES[:inputs]
+    values = [math.sin(3.0 * k * k) for k in range(math.prod(map(len, axes)))]
+    rows = [" ".join(map(str, axis)) for axis in axes]
+    rows += [
+        " ".join(f"{v:.12g}" for v in values[k : k + len(axes[0])])
+        for k in range(0, len(values), len(axes[0]))
+    ]
+    counts = "\n".join(str(len(axis)) for axis in axes)
+    (folder / "values.txt").write_text("* table\n" + counts + "\n" + "\n".join(rows) + "\n", encoding="utf-8")
+    said = "" if order is None else f" order={order}"
+    ins = " ".join(f"%vd({n} 0)" for n in "xyz"[:inputs])
+    return f'{sources}\nA1 {ins} %id(0 o) m\nR1 o 0 1\n.model m table{inputs}d(file="values.txt"{said})'
+
+
+PLACES = "Vx x 0 0\nVy y 0 0\nVz z 0 1.2"
+SWEEP = "\n.dc vx -0.5 5 0.25 vy -0.3 4.3 0.7"
+
+
+@needs_ngspice
+@pytest.mark.ngspice
+@pytest.mark.parametrize("order", [None, 2, 3])
+@pytest.mark.parametrize("inputs", [2, 3])
+def test_a_table_has_the_values_of_ngspice_at_every_order(inputs, order, tmp_path):
+    cards = table(inputs, order, PLACES, tmp_path) + SWEEP
+    tight = ".options reltol=1e-12 abstol=1e-15 vntol=1e-13 numdgt=14"
+    text = f"t\n{cards}\n{tight}\n.control\nset numdgt=14\nrun\nwrdata ng.txt v(o)\nquit\n.endc\n.end\n"
+    (tmp_path / "ng.cir").write_text(text, encoding="utf-8")
+    subprocess.run(
+        ["ngspice", "-b", "ng.cir"], cwd=tmp_path, stdin=subprocess.DEVNULL, capture_output=True, timeout=60
+    )
+    theirs = np.loadtxt(tmp_path / "ng.txt")[:, 1]
+    ours = run(cards, tmp_path, reltol=1e-10)
+    assert [d.code for d in ours.diagnostics] == ([] if order == 2 else ["W284"])
+    values = np.ravel(ours.table("dc")["v(o)"])
+    assert len(values) == len(theirs) and float(np.ptp(theirs)) > 1.0
+    assert values == pytest.approx(theirs, abs=1e-9)
+
+
+@pytest.mark.parametrize("order", [2, 3])
+def test_small_signals_take_the_slope_of_a_tables_values(order, tmp_path):
+    sources = "Vx x 0 {} ac 1\nVy y 0 1.2"
+    gains = np.abs(
+        run(table(2, order, sources.format(1.0), tmp_path) + "\n.ac lin 1 1 1", tmp_path).table("ac")["v(o)"]
+    )
+    low, high = (
+        float(run(table(2, order, sources.format(x), tmp_path) + "\n.op", tmp_path).table("op")["v(o)"][0])
+        for x in (0.9, 1.1)
+    )
+    assert float(gains[0]) == pytest.approx(abs(high - low) / 0.2, rel=1e-6) and float(gains[0]) > 0.1
+
+
 # ---- ngspice ----
 
 BESIDE = {

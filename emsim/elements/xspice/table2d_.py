@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from ..._engine import Expr
 
 WORDS = {
-    "order": Word("2: straight lines; no other is supported", "", 3.0),
+    "order": Word("no effect on values; slopes are those of straight lines, as order=2 of ngspice", "", 3.0),
     "verbose": Word(),
     "offset": Word("added to it", "", 0.0),
     "gain": Word("factor on the value", "", 1.0),
@@ -27,11 +27,6 @@ MOST = 4096  # values: each is an expression of its own
 
 def table_of(seat: Seat, inputs: int) -> tuple[list[list[float]], list[float]] | None:
     """Abscissas of each input, and the values; None, reported, where the file is not of that form."""
-    if seat["order"] != 2.0:
-        seat.wrong(
-            f"order={seat['order']:g} is not supported", "order", "order=2 interpolates by straight lines"
-        )
-        return None
     rows = lines(seat, "file")
     if rows is None:
         return None
@@ -73,11 +68,24 @@ def interpolated(seat: Seat, at: list[Expr], axes: list[list[float]], values: li
 
 
 class Table2d(CodeModel):
+    """ngspice's values are those of straight lines whatever the order; beyond 2 its slopes, which Newton's method and small
+    signals take, are those of another curve. Here slopes are always those of the values."""
+
     name = "table2d"
     what = "table of two inputs"
     law = "out = offset + gain value, straight lines along both inputs; beyond the table constant"
     ports: ClassVar[tuple[Port, ...]] = (reading("inx"), reading("iny"), driving("out", "i", "id", "v", "vd"))
     parameters: ClassVar[dict[str, Word]] = WORDS
+
+    def check(self, seat: Seat) -> None:
+        if seat["order"] > 2.0:
+            seat.ctx.remark(
+                "W284",
+                f".model `{seat.model.name}`: order={seat['order']:g} has no effect, slopes in small signals are those of the "
+                "straight lines between values",
+                seat.model.param_spans.get("order", seat.model.span),
+                "order=2 says so; ngspice's values are the same at any order, its slopes are not",
+            )
 
     def build(self, seat: Seat) -> None:
         found = table_of(seat, len(self.ports) - 1)
