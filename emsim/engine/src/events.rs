@@ -23,11 +23,15 @@
 //! alone decide are computed, not searched: edges.rs follows the same rules. Modes of laws (friction, rigid stops) are flags whose roots are searched
 //! like the others'; where one asks, modes.rs decides all of them together.
 //!
-//! After a step the roots are looked at in its middle and at its end, those of modes at their peaks in between too; the earliest crossing is bracketed and narrowed by
-//! the Illinois variant of regula falsi. The step is then repeated up to there, and once more where its end tells another
-//! place: what lies inside a long step of the trapezoid is known less well than its end.
+//! After a step the roots are looked at in a few places and at its end, and between neighbouring looks where slopes let them rise above
+//! zero and fall again (events/peaks.rs): by more than is known inside a step, of laws with modes by more than their bands. The earliest
+//! crossing is bracketed and narrowed by the Illinois variant of regula falsi. The step is then repeated up to there, and once
+//! more where its end tells another place: what lies inside a long step of the trapezoid is known less well than its end.
 use crate::model::Law;
 use crate::system::{System, Work};
+
+mod peaks;
+use peaks::Place;
 
 pub struct Located {
     pub at: f64,
@@ -40,6 +44,7 @@ pub struct Candidate<'a> {
     pub long: bool,
     /// so far turns what conditions hang on by sines [rad]
     pub turn: f64,
+    pub reltol: f64,
 }
 
 /// Compares every flag with its condition at every row: a flag that is not what its condition says is told, once each.
@@ -130,7 +135,10 @@ impl Check {
 #[derive(Clone)]
 pub struct Detector {
     before: Vec<f64>, // roots at the start of the step
+    since: f64,       // which is then
+    rate: Vec<f64>,   // by how much a second they changed in the step before, as far as that is known
     now: Vec<f64>,
+    looks: Vec<f64>, // roots at the places of a step at which it is looked at, one place after the other
     fired: Vec<usize>,
     seen: (f64, Vec<f64>),   // roots at the end of a repeated step
     ahead: Vec<f64>,         // of the fired flags: time until their roots cross
@@ -145,6 +153,8 @@ const SHORT: f64 = 2e-5;
 /// The inside of a step is looked at after so much of a turn [rad], so often at most.
 const LOOK: f64 = std::f64::consts::FRAC_PI_6;
 const LOOKS: f64 = 4096.0;
+/// Slopes inside a step are those over this part of it.
+const NEARBY: f64 = 1e-5;
 const REST: f64 = 1e-4;
 
 impl Detector {
@@ -152,7 +162,10 @@ impl Detector {
         let n = sys.flags.len();
         Detector {
             before: vec![0.0; n],
+            since: 0.0,
+            rate: vec![0.0; n],
             now: vec![0.0; n],
+            looks: Vec::new(),
             fired: Vec::new(),
             seen: (0.0, vec![0.0; n]),
             ahead: Vec::new(),
@@ -164,14 +177,21 @@ impl Detector {
     pub fn start(&mut self, sys: &System, w: &mut Work, x: &[f64], t: f64) {
         sys.observe_flags(w, x, t);
         sys.eval_roots(w, x, t, &mut self.before);
+        self.since = t;
+        self.rate.fill(0.0);
     }
 
     pub fn accept(&mut self, sys: &System, w: &mut Work, x: &[f64], t: f64, check: &mut Check) {
         check.half_way(sys, w, t);
         sys.observe_flags(w, x, t);
+        self.now.copy_from_slice(&self.before);
         sys.eval_all_roots(w, x, t, &mut self.before);
         check.at_end(sys, w, &self.before, &self.quiet_until, t);
         sys.mask_timed(w, &mut self.before);
+        for (rate, (now, before)) in self.rate.iter_mut().zip(self.before.iter().zip(&self.now)) {
+            *rate = ((now - before) / (t - self.since)).abs();
+        }
+        self.since = t;
         // a root that crosses while its flag rests is still to fire when the rest is over, wherever it then goes
         for (root, &rest) in self.before.iter_mut().zip(&self.quiet_until) {
             if rest > t {
@@ -208,41 +228,31 @@ impl Detector {
         t1: f64,
         x: &mut [f64],
     ) -> Option<Located> {
-        x.copy_from_slice(m.end);
-        let at_end = self.any(sys, w, x, t1);
-        let mut hi = t1;
-        let mut found = at_end;
-        let looks = (m.turn / LOOK).ceil().clamp(if m.long { 4.0 } else { 1.0 }, LOOKS);
-        let (mut lo, mut low) = (t0, self.before.clone());
-        if looks > 1.0 {
-            for k in 1..looks as usize {
-                let t = t0 + k as f64 / looks * (t1 - t0);
-                (m.dense)(t, x);
-                if self.any(sys, w, x, t) {
-                    hi = t;
-                    found = true;
-                    break;
-                }
-                if m.turn > LOOK {
-                    lo = t;
-                    low.copy_from_slice(&self.now);
-                }
-            }
-        }
-        if sys.flags.iter().any(|f| f.law == Law::Mode) {
-            if let Some(t) = self.between(sys, w, m, (t0, hi), x) {
-                (hi, found) = (t, true);
-            }
-        }
-        if !found {
+        if sys.flags.is_empty() {
             return None;
         }
-        if hi == t1 {
-            x.copy_from_slice(m.end);
-        } else {
-            (m.dense)(hi, x);
+        let least = if m.long || sys.has_laws() { 4.0 } else { 1.0 };
+        let looks = (m.turn / LOOK).ceil().clamp(least, LOOKS) as usize;
+        let times: Vec<f64> = (0..=looks).map(|j| t0 + j as f64 / looks as f64 * (t1 - t0)).collect();
+        let n = self.before.len();
+        self.looks.clear();
+        self.looks.extend_from_slice(&self.before);
+        let mut found = None;
+        for j in 1..=looks {
+            let any = self.look(sys, w, m, (times[j], t1), x);
+            self.looks.extend_from_slice(&self.now);
+            if any {
+                found = Some((j, if j == looks { t1 } else { times[j] }));
+                break;
+            }
         }
-        self.any(sys, w, x, hi);
+        let last = found.map_or(looks, |(j, _)| j);
+        let peak = self.between(sys, w, m, &times[..=last], x);
+        let (j, mut hi) = peak.or(found)?;
+        let from = if peak.is_some() || m.turn > LOOK { j - 1 } else { 0 };
+        let mut lo = times[from];
+        let mut low = self.looks[from * n..(from + 1) * n].to_vec();
+        self.look(sys, w, m, (hi, t1), x);
         // narrow the bracket [lo, hi]: at lo none fires, at hi at least one does
         let tiny = (4.0 * f64::EPSILON * t1.abs()).max(1e-13 * (t1 - t0));
         let mut high = self.now.clone();
@@ -286,50 +296,78 @@ impl Detector {
         Some(Located { at: hi })
     }
 
-    /// Where the root of a law's mode rises above zero and falls again within one step, as of two parts that fly through each
-    /// other: at the peaks of parabolas through five samples. The time of a look at which it fires.
+    /// Roots at t of the candidate step, which ends at t1: does any fire?
+    fn look(&mut self, sys: &System, w: &mut Work, m: &Candidate, (t, t1): (f64, f64), x: &mut [f64]) -> bool {
+        if t < t1 {
+            (m.dense)(t, x);
+        } else {
+            x.copy_from_slice(m.end);
+        }
+        self.any(sys, w, x, t)
+    }
+
+    /// Where a root rises above zero and falls again between two looks, as of two parts that fly through each other: the first part
+    /// of the step in which one does, and a time at which it fires.
     fn between(
         &mut self,
         sys: &System,
         w: &mut Work,
         m: &Candidate,
-        (t0, t1): (f64, f64),
+        times: &[f64],
         x: &mut [f64],
-    ) -> Option<f64> {
-        const PARTS: usize = 4;
-        let quarter = (t1 - t0) / PARTS as f64;
-        let mut samples = vec![self.before.clone()];
-        for k in 1..=PARTS {
-            let t = t0 + k as f64 * quarter;
-            (m.dense)(t, x);
-            if k < PARTS && self.any(sys, w, x, t) {
-                return Some(t);
-            }
-            if k == PARTS {
-                self.any(sys, w, x, t1);
-            }
-            samples.push(self.now.clone());
+    ) -> Option<(usize, f64)> {
+        let n = self.before.len();
+        let (parts, width) = (times.len() - 1, times[1] - times[0]);
+        let sought = |k: usize| !sys.is_timed(k) && !sys.flags[k].law.remembers() && sys.flags[k].law != Law::Kept;
+        let mut asked = Vec::new();
+        for k in (0..n).filter(|&k| sought(k)) {
+            let root = |j: usize| self.looks[j * n + k];
+            let slope = (0..parts).map(|j| (root(j + 1) - root(j)).abs() / width).fold(self.rate[k], f64::max);
+            let level = self.level(sys, w, k, m.reltol);
+            asked.extend(
+                (0..parts).filter(|&j| peaks::reaches((root(j), root(j + 1)), width, slope, level)).map(|j| (j, k)),
+            );
         }
-        for (k, _) in sys.flags.iter().enumerate().filter(|(_, f)| f.law == Law::Mode) {
-            for j in 1..PARTS {
-                let (a, b, c) = (samples[j - 1][k], samples[j][k], samples[j + 1][k]);
-                let bend = a - 2.0 * b + c;
-                // a peak within the three, above zero
-                if !(b >= a && b >= c && bend < 0.0) {
-                    continue;
-                }
-                let shift = 0.5 * (a - c) / bend;
-                if b - 0.5 * shift * shift * bend <= 0.0 {
-                    continue;
-                }
-                let t = t0 + (j as f64 + shift) * quarter;
-                (m.dense)(t, x);
-                if self.any(sys, w, x, t) {
-                    return Some(t);
-                }
+        asked.sort_unstable();
+        let nearby = NEARBY * (times[parts] - times[0]);
+        for part in asked.chunk_by(|a, b| a.0 == b.0) {
+            let j = part[0].0;
+            let (t0, t1) = (times[j], times[j + 1]);
+            let [begin, end] =
+                [(t0, t0 + nearby), (t1 - nearby, t1)].map(|(a, b)| [a, b].map(|t| (t, self.roots(sys, w, m, t, x))));
+            let first = part.iter().filter_map(|&(_, k)| {
+                let slope = |[a, b]: &[(f64, Vec<f64>); 2]| (b.1[k] - a.1[k]) / (b.0 - a.0);
+                let place = |j: usize, slope| Place { t: times[j], value: self.looks[j * n + k], slope };
+                let (a, b) = (place(j, slope(&begin)), place(j + 1, slope(&end)));
+                let level = self.level(sys, w, k, m.reltol);
+                let mut read = |t: f64| {
+                    let next = t + nearby;
+                    let [value, ahead] = [t, next].map(|t| self.roots(sys, w, m, t, x)[k]);
+                    Place { t, value, slope: (ahead - value) / (next - t) }
+                };
+                peaks::above(a, b, level, &mut read).filter(|&t| t >= self.quiet_until[k])
+            });
+            if let Some(t) = first.reduce(f64::min) {
+                return Some((j + 1, t));
             }
         }
         None
+    }
+
+    fn roots(&self, sys: &System, w: &mut Work, m: &Candidate, t: f64, x: &mut [f64]) -> Vec<f64> {
+        let mut roots = vec![0.0; self.before.len()];
+        (m.dense)(t, x);
+        sys.eval_roots(w, x, t, &mut roots);
+        roots
+    }
+
+    /// What rises no higher inside a step may be nothing: values are known less well there.
+    fn level(&self, sys: &System, w: &Work, k: usize, reltol: f64) -> f64 {
+        let unknown = match sys.flags[k].law {
+            Law::Mode => sys.mode_band(w, k),
+            _ => INSIDE * reltol * sys.flag_size(w, k),
+        };
+        self.before[k].max(0.0) + unknown
     }
 
     /// The repeated step ends at (x, at): how long until the first of the fired flags' roots crosses, below 0 where it has.

@@ -563,7 +563,7 @@ impl<'a, S: Sink> Run<'a, S> {
         let (sys, t, end) = (self.sys, self.t, method.candidate());
         let inside = |t: f64, out: &mut [f64]| method.dense(t, out);
         let turn = sys.turning.iter().map(|p| (p.at(t1, end) - p.at(t, &self.x)).abs()).fold(0.0, f64::max);
-        let candidate = Candidate { end, dense: &inside, long: self.dense, turn };
+        let candidate = Candidate { end, dense: &inside, long: self.dense, turn, reltol: self.tol.reltol };
         self.detector.locate(sys, self.w, &candidate, t, t1, &mut self.scratch)
     }
 
@@ -589,7 +589,8 @@ impl<'a, S: Sink> Run<'a, S> {
                 if !matches!(again, Attempt::Good { .. }) {
                     break;
                 }
-                let near = (LATE * self.tol.reltol * (at - t)).max(1e-12 * step).max(smallest);
+                let least = (1e-12 * step).max(smallest);
+                let near = (LATE * self.tol.reltol * (at - t)).max(least);
                 let Some(due) = self.detector.due(sys, self.w, method.candidate(), at) else {
                     // the shorter step knows better where that was
                     match self.locate(method, at) {
@@ -599,7 +600,8 @@ impl<'a, S: Sink> Run<'a, S> {
                     again = method.attempt(sys, self.w, at - t, &self.tol);
                     continue;
                 };
-                let goal = at + due + 0.5 * near;
+                // a little behind it: a short way is known well
+                let goal = at + due + (0.5 * near).min(due.abs().max(least));
                 if (-near..=0.0).contains(&due) || goal >= t1 || goal - t <= smallest {
                     break;
                 }

@@ -39,7 +39,12 @@ impl System {
         w.standing.size(k)
     }
 
-    /// The same with those of x at t.
+    /// How far beyond its threshold a law's mode is left that has just begun.
+    pub fn mode_band(&self, w: &Work, k: usize) -> f64 {
+        w.standing.mode_band(k, w.flags[k] != 0.0)
+    }
+
+    /// What is added up in a flag's operand, with quantities as large as those of x at t.
     pub fn flag_size_at(&self, w: &mut Work, x: &[f64], t: f64, k: usize) -> f64 {
         let mut scale = w.scale.clone();
         if !scale.observe(&self.unknowns, x, t) {
