@@ -451,7 +451,6 @@ impl Modes {
                 bounds.with[i] = with(&struck, list[k].normal, |normal| normal.mu);
                 bounds.pair[i] = law_at(&struck, list[k].across);
             }
-            let Some(press) = lcp::solve(&look.a, &look.b, &bounds) else { return false };
             let restitution = |i: usize, k: usize| {
                 let rebound = list[k].restitution * readings[k].flow.abs();
                 if is_none(rebound, fall[i], gaps[k]) || together || list[k].form == Form::OneWay {
@@ -460,11 +459,17 @@ impl Modes {
                     list[k].restitution
                 }
             };
+            // what rebounds does so by the speed at which it came: forces have the instant to themselves
+            let own = |i: usize, k: usize| list[k].form != Form::Relay && approaches(k) && restitution(i, k) > 0.0;
+            let came: Vec<f64> = (struck.iter().enumerate())
+                .map(|(i, &k)| if own(i, k) { readings[k].flow } else { look.b[i] })
+                .collect();
+            let Some(press) = lcp::solve(&look.a, &came, &bounds) else { return false };
             for (i, &k) in struck.iter().enumerate().filter(|&(_, &k)| list[k].form != Form::Relay) {
                 bounds.lo[i] = restitution(i, k) * press.f[i];
             }
             let Some(back) = lcp::solve(&look.a, &press.w, &bounds) else { return false };
-            let (f, after) = expanded(&look.b, &press, &back);
+            let (f, after) = expanded(&came, &press, &back);
             self.push(sys, w, &struck, (&look, &f, &after), (*t, short.instant));
             for &k in struck.iter().filter(|&&k| list[k].form != Form::Relay && approaches(k)) {
                 w.flags[list[k].flags[HITS]] += 1.0;
