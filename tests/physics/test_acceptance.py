@@ -112,7 +112,7 @@ def legs(r: emsim.Result) -> float:
 LADDERS: dict[str, Ladder] = {
     "heavy_top": ("mechanical/heavy_top", "method=dop853", heavy_top, (1e-4, 1e-6, 1e-9)),
     "steady precession": ("mechanical/steady_precession", "", precession, (1e-4, 1e-6, 1e-9)),
-    "bouncing_ball_zeno": ("mechanical/bouncing_ball", "", bouncing_ball, (1e-5, 1e-7, 1e-7)),
+    "bouncing_ball_zeno": ("mechanical/bouncing_ball", "", bouncing_ball, (2e-9, 2e-9, 2e-9)),
     "stick_slip_belt": ("mechanical/stick_slip_belt", "", belt, (1e-4, 1e-6, 1e-9)),
     "rocking block": ("mechanical/rocking_block", "", rocking, (1e-4, 1e-6, 1e-8)),
     "scissor jack": ("mechanical/scissor_jack", "", jack, (1e-6, 1e-6, 1e-9)),
@@ -120,6 +120,7 @@ LADDERS: dict[str, Ladder] = {
     "stewart platform on legs": ("mechanical/stewart_legs", "", legs, (1e-6, 1e-6, 1e-9)),
 }
 FLOOR = 1e-12
+INSTANT = 1e-9  # flights between impacts are exact at any tolerance: what is left is the instant behind which a hit counts [s]
 
 
 @pytest.mark.parametrize("name", LADDERS)
@@ -127,7 +128,7 @@ def test_the_error_falls_with_the_tolerance(name: str) -> None:
     where, options, error, allowed = LADDERS[name]
     found = [error(run(deck(where), f"reltol={tol} {options}")) for tol in TOLERANCES]
     assert all(e <= a for e, a in zip(found, allowed, strict=True)), found
-    assert found[2] <= max(0.1 * found[0], FLOOR), found
+    assert found[2] <= max(0.1 * found[0], FLOOR) or max(found) <= INSTANT, found
 
 
 # separate solutions of 12 digits: errors as parts of each signal's range
@@ -167,7 +168,7 @@ def test_a_separate_solution_is_met_at_every_tolerance(name: str) -> None:
     case = next(c for c in (*TRAJECTORIES, *IN_SPACE) if c.ref == name)
     found = [max(case.errors(f"reltol={tol}").values()) for tol in TOLERANCES]
     assert all(e <= a for e, a in zip(found, SOLUTIONS[name], strict=True)), found
-    assert found[2] <= max(0.1 * found[0], FLOOR), found
+    assert found[2] <= max(0.1 * found[0], FLOOR) or max(found) <= INSTANT, found
 
 
 def test_a_chain_of_ten_that_rubs_has_its_events() -> None:
