@@ -109,7 +109,7 @@ class Touch:
             damped = elastic * (damping_of(e) / s.b.call("hypot", met, SLOW)) * -self.rate
             damped = s.maximum(s.b.select(self.on, damped, 0.0), -elastic)
         elif c:
-            damped = s.maximum(s.minimum(s.b.select(self.on, -c * self.rate, 0.0), elastic), -elastic)
+            damped = s.maximum(s.minimum(-c * self.rate, elastic), -elastic)
         else:
             damped = s.b.const(0.0)
         self.elastic, self.damped = s.b.select(self.on, elastic, 0.0), s.b.select(self.on, damped, 0.0)

@@ -101,3 +101,17 @@ def test_a_touch_that_cannot_be_is_told(card, code, words):
         emsim.compile(deck)
     said = [d for d in error.value.diagnostics if d.severity == "error"]
     assert [d.code for d in said] == [code] and words in said[0].message, said
+
+
+@pytest.mark.parametrize("reltol", [1e-3, 1e-5, 1e-8])
+def test_a_damped_touch_asks_for_its_sign_while_parts_touch(reltol: float) -> None:
+    """Two events a touch, and one where its damper would pull; none while the parts are apart."""
+    r = emsim.run(
+        "two stops\n.gravity 9.81\nBODY b m=1 j=0 com=(0,-1)\nJOINT p 0 b pin ic=.6\n"
+        "STOP s p min=-0.1 max=0.7 k=1e5 e=0.5\n.save all hits(s)\n"
+        f".options reltol={reltol}\n.tran 1m 10\n.end\n"
+    )
+    assert not r.diagnostics
+    assert r["hits(s)"][-1] == 6
+    assert r.stats["events"] <= 3 * 6
+    assert abs(r["angle(p)"][-1] + 0.0123212179) < 10 * reltol
