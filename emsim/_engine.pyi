@@ -323,6 +323,8 @@ class System:
         | None = None,
         impulsive: Sequence[int] = (),
         apart: Sequence[Sequence[int]] = (),
+        leg: tuple[float, float, Sequence[float] | None] | None = None,
+        halts: Sequence[tuple[int, bool]] = (),
     ) -> Waveforms:
         """options: method (trap gear radau trbdf2 esdirk rk45 dop853) reltol abstol vntol trtol gmin
         itl1 itl4 maxord fixed_step projection.
@@ -335,6 +337,8 @@ class System:
         apart: of `paces`, for a system whose builder noted its places: each of these with steps of its own. Not beside accounts,
         inside, begin and tangent.
         begin: unknowns and conditions in place of an operating point, as `Waveforms.state` of another run has them.
+        leg: (from, until, charges): this part of the run alone, with Q of `begin` where that is of other equations.
+        halts: (flag, both): flags that end the run when they turn to 1 (or are 1 at its start), or whenever they turn.
         tangent: sizes of parameters, and the equations with other values of them, for `Waveforms.tangent`: (which parameter,
         by how much it is moved, weight in the derivative, system, outputs)."""
 
@@ -439,6 +443,9 @@ class Waveforms:
     @property
     def state(self) -> tuple[list[float], list[float]] | None:
         """Unknowns and conditions where a sweep or a transient ended."""
+    @property
+    def ended(self) -> float:
+        """When a transient ended [s]."""
     def tangent(self) -> tuple[int, bytes] | None:
         """(numbers in a row, rows of float64): time, then for each parameter the derivative of each of its outputs. Four
         rows for each part of a step: its start, Radau IIA's two inner stages, its end. None where tran() was given no

@@ -130,9 +130,10 @@ class MachineCard:
 class Analysis:
     """A dot card that asks for an analysis: `kind` "tran", "op", or another kept by name; args as written."""
 
-    __slots__ = ("args", "flags", "kind", "span")
+    __slots__ = ("args", "flags", "kind", "leg", "span")
 
     def __init__(self, kind: str, args: list[Any], flags: set[str], span: Span) -> None:
+        self.leg: Any = None  # the part of it that is run (analyses/tran.py)
         self.kind = kind
         self.args = args
         self.flags = flags

@@ -15,16 +15,47 @@ from .base import Analysis, Axis, Run, channels, derived, recorded, wrong
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from collections.abc import Sequence
     from typing import Self
 
     from ..assemble import Assembly, Context, Output
     from ..deck import Analysis as Card
     from ..diagnostics import Sink
+    from ..expr import Node
     from .base import Progress
 
 
 SMALL = 64e6  # bytes that are never too many
+SAME = 1e-12  # of their size: charges that differ by less are the same
 DEGREE = 8  # of the polynomials within steps: no method's dense output has a higher one
+
+
+class Left:
+    """What a halted transient left at t [s], by names: unknowns, conditions, and what is stored in each row (Q)."""
+
+    def __init__(
+        self, t: float, x: dict[str, float], flags: dict[tuple[str, int], float], q: dict[str, float]
+    ) -> None:
+        self.t, self.x, self.flags, self.q = t, x, flags, q
+
+
+class Leg:
+    """A part of a transient, on a card that is to be halted or that goes on.
+
+    begin   what the part before left; None at the start of the run
+    until   the time at which it is halted [s]; None: the end of the run
+    halts   (name, expression, both): it is halted when the expression rises above 0, or passes it either way
+    left    what it left, when it has run
+    """
+
+    def __init__(
+        self,
+        begin: Left | None = None,
+        until: float | None = None,
+        halts: Sequence[tuple[str, Node, bool]] = (),
+    ) -> None:
+        self.begin, self.until, self.halts = begin, until, halts
+        self.left: Left | None = None
 
 
 class Tran(Analysis):
@@ -44,6 +75,8 @@ class Tran(Analysis):
     ) -> None:
         self.card = card
         self.tstep, self.tstop, self.tstart, self.tmax, self.uic = tstep, tstop, tstart, tmax, uic
+        self.leg: Leg | None = card.leg
+        self.flags: list[tuple[int, bool]] = []  # those that halt it
 
     @classmethod
     def read(cls, card: Card, sink: Sink) -> Self | None:
@@ -91,7 +124,50 @@ class Tran(Analysis):
             said = f"method {method} cannot do this deck: it reads what was a time ago"
             hint = "try: .options method=radau, or none at all: emsim then chooses by itself"
             ctx.sink.error("E413", said, self.card.span, hint)
+        if self.leg is not None:
+            self._halted(ctx, method)
         return super().columns(ctx)
+
+    def _halted(self, ctx: Context, method: str) -> None:
+        """The flags that halt it."""
+        assert self.leg is not None
+        what = "lines" if ctx.delayed else "digital nodes" if ctx.digital else ""
+        if what or method == "multirate":
+            said = f"a transient of {what} cannot be halted: what is on its way in them is no unknown"
+            if not what:
+                said = "method multirate cannot halt a transient: its two parts are at different times"
+            ctx.sink.error("E163", said, self.card.span, "leave out stop, step and resume")
+            return
+        self.flags = []
+        for name, tree, both in self.leg.halts:
+            flag = ctx.b.flag(ctx.compile(tree, self.card.span), None, name)
+            word, number, _ = flag.node
+            if word == "flag":
+                self.flags.append((int(number), both))
+
+    def _begin(self, assembly: Assembly) -> tuple[tuple[list[float], list[float]], list[float] | None]:
+        """Unknowns, conditions and charges that it goes on from. Raises DeckError where the equations have states of which the
+        part before knew nothing."""
+        assert self.leg is not None and self.leg.begin is not None
+        system, left = assembly.system, self.leg.begin
+        new = [
+            n
+            for n, state in zip(system.names, system.differential_unknowns, strict=True)
+            if state and n not in left.x
+        ]
+        if new:
+            from ..diagnostics import DeckError, Diagnostic
+
+            said = f"the run cannot go on: `{new[0]}` is a state that it did not have before"
+            raise DeckError([Diagnostic("error", "E163", said, self.card.span, "run it anew: tran ..")])
+        x = [left.x.get(n, start) for n, start in zip(system.names, system.initial(), strict=True)]
+        flags = [left.flags.get(key, 0.0) for key in _counted(system.flag_names)]
+        for k, _ in self.flags:
+            flags[k] = system.values([system.flags[k][1]], x, left.t)[0] > 0.0
+        there = system.q(x, left.t)
+        q = [left.q.get(n, own) for n, own in zip(system.names, there, strict=True)]
+        moved = any(abs(a - b) > SAME * max(abs(a), abs(b)) for a, b in zip(q, there, strict=True))
+        return (x, [float(v) for v in flags]), q if moved else None
 
     def run(self, assembly: Assembly, progress: Progress | None = None) -> Run:
         """Every accepted point from tstart on; the first column is the time, the channels of a drawing come last. Energy
@@ -110,12 +186,17 @@ class Tran(Analysis):
         if book is not None:
             kept = ([e.expr for e in book.powers], [e.expr for e in book.energies], drawn is not None)
         inside = self.inside(assembly)
+        begin, leg, charges = self.begin, self.leg, None
+        if leg is not None and leg.begin is not None:
+            begin, charges = self._begin(assembly)
+        start = 0.0 if leg is None or leg.begin is None else leg.begin.t
+        until = self.tstop if leg is None or leg.until is None else min(leg.until, self.tstop)
         waves = assembly.system.tran(
             self.tstep,
             self.tstop,
             self.tstart,
             self.longest(assembly),
-            self.uic,
+            self.uic and start == 0.0,
             exprs,
             assembly.options,
             watch,
@@ -124,10 +205,21 @@ class Tran(Analysis):
             self.into,
             ([o.expr for o in inside if o.expr is not None], DEGREE) if inside else None,
             assembly.machine.closures if assembly.machine is not None else (),
-            self.begin,
+            begin,
             impulsive=[k for k, e in enumerate(book.powers) if e.word == "DRIVE"] if book is not None else (),
             apart=paces,
+            leg=None if leg is None else (start, until, charges),
+            halts=self.flags,
         )
+        if leg is not None and waves.state is not None:
+            system, (x, flags) = assembly.system, waves.state
+            q = system.q(x, waves.ended)
+            leg.left = Left(
+                waves.ended,
+                dict(zip(system.names, x, strict=True)),
+                dict(zip(_counted(system.flag_names), flags, strict=True)),
+                dict(zip(system.names, q, strict=True)),
+            )
         trouble = []
         if waves.status == "failed":
             from .failure import explain
@@ -148,6 +240,7 @@ class Tran(Analysis):
         taken apart. None where more than rows is asked for: accounts and measurements go along with the steps of one run."""
         alone = (
             self.begin is None
+            and self.leg is None
             and not self.inside(assembly)
             and assembly.accounts is None
             and assembly.drawn is None
@@ -176,6 +269,16 @@ class Tran(Analysis):
         if self.tmax is not None:
             words.append(f"{self.tmax:g}")
         return ".tran " + " ".join(words) + (" uic" if self.uic else "")
+
+
+def _counted(names: list[str]) -> list[tuple[str, int]]:
+    """Each name with how often it came before: several flags may have one."""
+    seen: dict[str, int] = {}
+    found = []
+    for name in names:
+        found.append((name, seen.get(name, 0)))
+        seen[name] = seen.get(name, 0) + 1
+    return found
 
 
 def memory() -> float:

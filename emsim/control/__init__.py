@@ -2,7 +2,20 @@
 
 from __future__ import annotations
 
-from . import analyse, arrays, assign, change, digital, files, measures, pictures, program, show, spectra
+from . import (
+    analyse,
+    arrays,
+    assign,
+    change,
+    digital,
+    files,
+    measures,
+    pictures,
+    program,
+    show,
+    spectra,
+    stops,
+)
 from .base import Command
 from .session import Session
 
@@ -13,7 +26,7 @@ if TYPE_CHECKING:
 
 __all__ = ["COMMANDS", "Command", "Session", "check"]
 
-FAMILIES = (analyse, assign, change, show, files, arrays, spectra, measures, pictures, digital)
+FAMILIES = (analyse, assign, change, show, files, arrays, spectra, measures, pictures, digital, stops)
 
 
 def check(lines: list[Line], sink: Sink) -> None:

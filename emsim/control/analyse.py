@@ -88,9 +88,11 @@ def save(s: Session, text: str, at: Statement) -> None:
     s.deck.saves += found.items
 
 
-def resume(s: Session, text: str, at: Statement) -> None:
+def watched(s: Session, text: str, at: Statement) -> None:
     raise CommandError(
-        "E163", f"`{at.word}`: a run goes to its end", "write the stop time on .tran, or into tran"
+        "E163",
+        f"`{at.word}` shows a run while it goes on; there is no screen here",
+        "plot draws what was run",
     )
 
 
@@ -98,8 +100,5 @@ COMMANDS = (
     Command("run", "run", "runs the analyses of the deck's dot cards", run),
     *(Command(word, form, meaning, _analysis(word)) for word, (form, meaning) in FORMS.items()),
     Command("save", "save v(out) i(v1) @r1[i] ..", "what the runs that follow record", save),
-    *(
-        Command(w, w, "not supported: a run goes to its end", resume)
-        for w in ("resume", "step", "stop", "iplot", "trace")
-    ),
+    *(Command(w, w, "not supported: there is no screen here", watched) for w in ("iplot", "trace")),
 )

@@ -34,6 +34,7 @@ WORDS = frozenset(
     "voltage-density current-density sqr-voltage-density sqr-current-density sqr-voltage sqr-current pole zero s-param res-sweep "
     "output-noise input-noise onoise-integrated inoise-integrated".split()
 )
+SEEN = 1e-6  # of its size: a jump that is less needs no row of its own
 CONSTANTS = {
     "boltz": 1.38064852e-23, "c": 299792458.0, "e": math.e, "echarge": 1.6021766208e-19, "false": 0.0, "i": 1j,
     "kelvin": -273.15, "no": 0.0, "pi": math.pi, "planck": 6.62607015e-34, "true": 1.0, "yes": 1.0,
@@ -124,6 +125,32 @@ class Plot:
             self.scale, self.has_scale = self.vectors[spelled(table.names[0]).lower()], True
         elif self.vectors:
             self.scale = min(self.vectors.values(), key=lambda v: (v.key[0] == "@", v.key))
+
+    def extend(self, table: Table) -> None:
+        """Rows of a run that goes on, behind those of `table`; what commands have made stays as it is."""
+        from ..result import Columns, Table
+
+        own = self.table
+        assert own is not None
+        names = [n for n in own.names if n in table.names]
+        last, times = own.column(names[0])[-1], np.array(table.column(names[0]))
+        k = int(np.searchsorted(times, last, side="right"))  # rows where it was halted
+        if k and any(not np.isclose(own.column(n)[-1], table.column(n)[k - 1], rtol=SEEN) for n in names):
+            k -= 1  # what was altered has made it jump
+            times[k] = np.nextafter(last, np.inf)
+        columns = [times, *(table.column(n) for n in names[1:])]
+        data = (
+            np.concatenate((own.column(n), column[k:])).tobytes()
+            for n, column in zip(names, columns, strict=True)
+        )
+        units = [own.units[own.index(n)] for n in names]
+        made = Table(
+            own.kind, names, units, Columns(data), title=own.title, axis=own.axis, plotname=own.plotname
+        )
+        made.stats, made.grid, made.status = table.stats, own.grid, table.status
+        self.table = made
+        for k, (column, unit) in enumerate(zip(names, units, strict=True)):
+            self.add(Vector(spelled(column), (made, k), unit, self))
 
     def of_step(self, changes: Sequence[Change], family: list[Plot]) -> None:
         """Notes the values of .step that this is a run of: in its title, and as vectors where it has none of that name."""

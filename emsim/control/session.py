@@ -36,6 +36,7 @@ if TYPE_CHECKING:
     from ..result import Result, Table
     from ..source import Line
     from .base import Command
+    from .stops import Breakpoint, Halted
 
     Analyse = Callable[[FlatDeck, list[Analysis]], Result]
 
@@ -99,6 +100,8 @@ class Session:
         self.steps: list[dict[str, float]] = []  # values of the deck's .step in each run of the last analysis
         self.measured_there: list[Any] = []  # what .meas found in each of them
         self.last_run: list[Table] = []  # of the deck's own analyses
+        self.breakpoints: list[Breakpoint] = []  # of `stop`
+        self.halted: Halted | None = None  # the transient that one of them has halted
         self._most, self._count, self._written, self._depth = most, 0, 0, 0
         self._now: Statement | None = None
         self._trees: dict[tuple[str, str], Any] = {}
@@ -456,6 +459,8 @@ class Session:
             steps = []  # told where it is run
         if not steps:
             return self._compute(cards)
+        if self.breakpoints and any(c.kind == "tran" for c in cards):
+            raise CommandError("E163", "breakpoints halt no runs of .step", "delete all, or take .step away")
         tables: list[Table] = []
         families: dict[int, list[Plot]] = {}
         trouble = len(self.trouble)
@@ -487,15 +492,59 @@ class Session:
 
     def _compute(self, cards: list[Analysis]) -> list[Table]:
         """One run."""
+        from .stops import leg, on_its_way
+
+        transients = [c for c in cards if c.kind == "tran"]
+        for card in transients:
+            card.leg = leg(self)
+        tables = self._tables(cards)
+        for table in tables:
+            if len(table):
+                kind = table.kind.rpartition(" ")[2]  # integrated noise is noise2
+                kind = "pss" if kind == "harmonics" else kind
+                plot = self.plots.new(kind, self.deck.title, table.plotname, table)
+                plot.beside = {p.text for p in self.deck.wanted}
+                if kind == "tran":
+                    on_its_way(self, transients[0], plot)
+        done = {t.kind for t in tables if len(t)}
+        self._without([c for c in cards if done.isdisjoint((c.kind, *getattr(find(c.kind), "tables", ())))])
+        self._interrupted(tables)
+        return tables
+
+    def _interrupted(self, tables: list[Table]) -> None:
+        if any(t.status == "interrupted" for t in tables):
+            self.interrupted = True
+            raise Stop
+
+    def extend(self, card: Analysis, plot: Plot) -> None:
+        """A halted transient goes on, in its plot."""
+        from .stops import on_its_way
+
+        tables = self._tables([card])
+        for table in tables:
+            plot.extend(table)
+            self.plots.current = plot
+        on_its_way(self, card, plot)
+        self._interrupted(tables)
+
+    def _tables(self, cards: list[Analysis]) -> list[Table]:
+        """What analyses of the deck as it stands give; what went wrong is reported."""
         if self._now is not None:
             self.count(self._now, RUN * len(cards))
         try:
             flat = self.deck.flat()
         except DeckError as error:
             self.report(error)
-            self._without(cards)
             return []
         flat.sink, flat.steps = Sink(), []
+        asked = flat.measures, flat.fours
+        if any(c.leg is not None for c in cards) and any(asked):
+            # of a part of a run they would be numbers of that part
+            flat.measures, flat.fours = [], []
+            self.note(
+                "no .meas and no .four of a transient that is halted",
+                "meas and fourier measure what is there",
+            )
         try:
             result = self._analyse(flat, cards)
         except ConvergenceError as error:
@@ -507,24 +556,14 @@ class Session:
                     self.sink.add(d)
         except DeckError as error:
             self.report(error)
-            self._without(cards)
             return []
         else:
             tables = list(result.plots)
             for d in result.diagnostics:
                 self.sink.add(d)
             self._result = result
-        for table in tables:
-            if len(table):
-                kind = table.kind.rpartition(" ")[2]  # integrated noise is noise2
-                kind = "pss" if kind == "harmonics" else kind
-                plot = self.plots.new(kind, self.deck.title, table.plotname, table)
-                plot.beside = {p.text for p in self.deck.wanted}
-        done = {t.kind for t in tables if len(t)}
-        self._without([c for c in cards if done.isdisjoint((c.kind, *getattr(find(c.kind), "tables", ())))])
-        if any(t.status == "interrupted" for t in tables):
-            self.interrupted = True
-            raise Stop
+        finally:
+            flat.measures, flat.fours = asked
         return tables
 
     def _without(self, cards: Sequence[Analysis]) -> None:

@@ -261,7 +261,7 @@ def refused(s: Session, text: str, at: Statement) -> None:
 
 
 PASSED = """
-    bug cdump codemodel pre_codemodel devhelp dump help oldhelp history inventory state status mdump mrdump noquery
+    bug cdump codemodel pre_codemodel devhelp dump help oldhelp history inventory state mdump mrdump noquery
     rehash use where optran snsave pre_set osdi pre_osdi remzerovec esave sysinfo jobs rspice aspice asciiplot tutorial led wait
     setcs iprint
 """
@@ -321,7 +321,6 @@ COMMANDS = (
     ),
     *(Command(w, w, f"not supported: {hint}", refused, raw=True) for w, hint in REFUSED.items()),
     Command("shell", "shell words", "passed over with a warning: there is no shell", shell, raw=True),
-    Command("delete", "delete [all]", "passed over: there are no traces", passed, raw=True),
 )
 
 __all__ = ["COMMANDS", "display", "number"]

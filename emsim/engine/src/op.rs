@@ -631,8 +631,24 @@ pub fn consistent(
     tol: &Tolerances,
     refine: bool,
 ) -> bool {
+    consistent_with(sys, newton, w, x, None, t, h, tol, refine)
+}
+
+/// The same; `charges`: Q(x0) where the equations were others before.
+#[allow(clippy::too_many_arguments)]
+pub fn consistent_with(
+    sys: &System,
+    newton: &mut Newton,
+    w: &mut Work,
+    x: &mut [f64],
+    charges: Option<Vec<f64>>,
+    t: f64,
+    h: f64,
+    tol: &Tolerances,
+    refine: bool,
+) -> bool {
     sys.eval(w, x, t);
-    let q0 = w.q.clone();
+    let q0 = charges.unwrap_or_else(|| w.q.clone());
     let ports = w.ports.clone();
     let mut step = |w: &mut Work, h: f64, from: &[f64]| -> Option<Vec<f64>> {
         newton.forget();

@@ -131,6 +131,10 @@ pub struct Work {
     pub past: Past,
     /// unknowns and flags that a run begins with, in place of an operating point
     pub begin: Option<(Vec<f64>, Vec<f64>)>,
+    /// ... and Q there, where other equations have left it
+    pub charges: Option<Vec<f64>>,
+    /// flags that end a run when they turn to 1, or whenever they turn
+    pub halts: Vec<(usize, bool)>,
     /// digital nodes, whose levels and ramps are waves
     pub logic: Live,
     pub source_factor: f64,
@@ -528,6 +532,8 @@ impl System {
             guests: Guests::default(),
             past: self.delays.past(),
             begin: None,
+            charges: None,
+            halts: Vec::new(),
             logic: self.logic.live(),
             source_factor: 1.0,
             dc: false,

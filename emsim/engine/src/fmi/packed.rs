@@ -91,7 +91,7 @@ impl Packed {
 
     pub fn transient(&self) -> Transient {
         let (tstep, tstop, tmax, uic) = (self.tstep, self.tstop, self.tmax, self.uic);
-        Transient { tstep, tstop, tstart: 0.0, tmax, uic, begun: false, drawn: false }
+        Transient { tstep, tstop, tstart: 0.0, tmax, uic, begun: false, from: 0.0, until: tstop, drawn: false }
     }
 
     /// The equations, compiled as for a run with these options, and the graph that the outputs are of.

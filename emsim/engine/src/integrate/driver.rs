@@ -36,8 +36,11 @@ pub struct Transient {
     pub tstart: f64,
     pub tmax: Option<f64>,
     pub uic: bool,
-    /// it begins with `Work::begin`
+    /// it begins with `Work::begin`, at `from`
     pub begun: bool,
+    pub from: f64,
+    /// it ends there, on its way to tstop
+    pub until: f64,
     /// curves are drawn through the rows: none far apart, whatever tstep says
     pub drawn: bool,
 }
@@ -71,8 +74,9 @@ pub struct Outcome {
     /// flags that were not what their conditions say, and when first
     pub broken: Vec<(f64, usize)>,
     pub watch: Report,
-    /// unknowns where it ended
+    /// unknowns where it ended, and when
     pub end: Vec<f64>,
+    pub ended: f64,
     /// what `auto` chose
     pub used: Vec<Used>,
 }
@@ -189,6 +193,7 @@ fn conduct(
     run.record.close(run.sys, run.w);
     run.outcome.watch = run.watch.report(run.sys, run.w, (run.t, &run.x), method, &run.tol);
     run.outcome.end.clone_from(&run.x);
+    run.outcome.ended = run.t;
     run.outcome.used = method.used();
     run.outcome.broken = std::mem::take(&mut run.check.broken);
     if run.outcome.used.is_empty() {
@@ -209,6 +214,7 @@ impl Outcome {
             broken: Vec::new(),
             watch: Report::default(),
             end: Vec::new(),
+            ended: 0.0,
             used: Vec::new(),
         }
     }
@@ -262,11 +268,11 @@ impl<'a, S: Sink> Run<'a, S> {
         character: &Character,
     ) -> Result<Run<'a, S>, Failure> {
         let mut tol = Tolerances::new(sys, o);
-        tol.observe(&x, 0.0);
+        tol.observe(&x, a.from);
         if sys.has_laws() {
             // (an operating point begins with fresh flags)
-            Modes::begin(sys, w, &x, 0.0, &tol);
-            put_thresholds(sys, w, &x, 0.0, &tol);
+            Modes::begin(sys, w, &x, a.from, &tol);
+            put_thresholds(sys, w, &x, a.from, &tol);
         }
         let (dense, shows_silent) = (character.dense_record, record.shows_silent(sys));
         let known = sys.delays.shortest();
@@ -295,10 +301,10 @@ impl<'a, S: Sink> Run<'a, S> {
             before: x.clone(),
             first: true,
             x,
-            t: 0.0,
+            t: a.from,
             late: 0.0,
-            stop: 0.0,
-            until: a.tstop,
+            stop: a.from,
+            until: a.until,
             slack: 0.0,
             next: Next { h: None, normal: tmax },
             tmax,
@@ -310,56 +316,75 @@ impl<'a, S: Sink> Run<'a, S> {
             settles: false,
             begin: None,
             slopes: None,
-            kept: 0.0,
+            kept: a.from,
             crept: (f64::NEG_INFINITY, 0.0),
             watch: Watch::new(sys, o, a.tstop, tmax),
         })
     }
 
     pub(super) fn start(&mut self, method: &mut dyn Method) {
-        self.sys.remember(self.w, &self.x, 0.0);
+        let t = self.t;
+        self.sys.remember(self.w, &self.x, t);
         self.sys.begin_past(self.w, &self.x, self.a.uic);
         let feature = self.sys.shortest_feature().min(self.a.tstep).min(self.tmax);
         // within so little of the run charges are not known to rounding: what need not be computed from their change is not
         let (short, rounded) = (1e-5 * feature, 1e-10 * self.a.tstop);
         let fits = !(self.a.uic || self.a.begun) && self.sys.forces.is_empty();
         let known = || op::is_all_state(self.sys) || short < rounded && fits && !undetermined(self.sys).contains(&true);
-        if !known() && (self.a.uic || !method.settle(self.sys, self.w, 0.0, 0.0, &mut self.x)) {
-            self.settle(0.0, short.max(rounded.min(1e-3 * feature)), true);
+        if let Some(charges) = self.w.charges.take() {
+            // the equations are others from here on, what is stored is not
+            self.settle_from(Some(charges), t, short.max(rounded.min(1e-3 * feature)), false);
+        }
+        if !known() && (self.a.uic || !method.settle(self.sys, self.w, t, 0.0, &mut self.x)) {
+            self.settle(t, short.max(rounded.min(1e-3 * feature)), true);
         }
         let rounds = self.sys.rounds();
         for again in 0..=rounds {
             // flags may hang on algebraic unknowns that other flags move: settle them together
             let turn = if 2 * again > rounds { System::turn_first } else { System::update_flags };
-            if !turn(self.sys, self.w, &self.x, 0.0) {
+            if !turn(self.sys, self.w, &self.x, t) {
                 break;
             }
-            self.settle(0.0, 1e-9 * feature, false);
+            self.settle(t, 1e-9 * feature, false);
             if again == rounds {
                 return self.contradicts(1e-9 * feature);
             }
         }
         self.w.logic.begin(&self.sys.logic);
         self.begin_laws(feature);
-        if self.a.tstart <= 0.0 {
-            self.record.row(self.sys, self.w, 0.0, &self.x);
+        if self.a.tstart <= t {
+            self.record.row(self.sys, self.w, t, &self.x);
         }
-        self.record.open(self.sys, self.w, 0.0, &self.x);
-        self.stop = self.sys.next_stop(self.w, 0.0, self.until);
-        if self.stop <= 0.0 {
+        self.record.open(self.sys, self.w, t, &self.x);
+        self.stop = self.sys.next_stop(self.w, t, self.until);
+        if self.stop <= t {
             self.slopes_jump(method);
             self.jump(feature, method);
         }
         if self.sys.starts_bending() {
-            self.grid.bent(0.0, self.stop);
+            self.grid.bent(t, self.stop - t);
         }
         self.restart(method);
     }
 
+    /// Has one of the conditions come that end the run? What holds from the start on does so at once, unless it has ended a run there.
+    fn halts(&self) -> bool {
+        let at_start = |k: usize| !self.a.begun && self.w.flags[k] != 0.0 && self.t == self.a.from;
+        self.w.halts.iter().any(|&(k, both)| {
+            let turned = self.outcome.events.iter().any(|&(_, flag, on)| flag == k && (on || both));
+            turned || !both && at_start(k)
+        })
+    }
+
     /// Values that fit the charges at t + h.
     fn settle(&mut self, t: f64, h: f64, refine: bool) -> bool {
+        self.settle_from(None, t, h, refine)
+    }
+
+    /// `charges`: in place of those at x.
+    fn settle_from(&mut self, charges: Option<Vec<f64>>, t: f64, h: f64, refine: bool) -> bool {
         newton(self.sys, &mut self.newton)
-            .is_some_and(|n| op::consistent(self.sys, n, self.w, &mut self.x, t, h, &self.tol, refine))
+            .is_some_and(|n| op::consistent_with(self.sys, n, self.w, &mut self.x, charges, t, h, &self.tol, refine))
     }
 
     fn restart(&mut self, method: &mut dyn Method) {
@@ -393,6 +418,9 @@ impl<'a, S: Sink> Run<'a, S> {
         let still = !sys.differential.contains(&true);
         let mut s = Passage { h, first, normal: self.next.normal, coarse: still, ..Passage::default() };
         while self.until - self.t > self.slack && self.outcome.status == Status::Ok {
+            if !self.w.halts.is_empty() && self.halts() {
+                break;
+            }
             s.count += 1;
             if s.count % TICK == 0 && !self.looks_up(&mut s, tick) {
                 return;

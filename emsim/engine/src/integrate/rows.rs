@@ -506,11 +506,17 @@ fn arrival(sys: &System, w: &mut Work, (t, t1): (f64, f64), (x0, x1): (&[f64], &
 impl Grid {
     /// `silent`: corners of sources that only edges read are rows as well.
     pub fn new(sys: &System, a: Transient, dense: bool, silent: bool) -> Grid {
-        let corner = if silent { sys.next_silent_corner(a.tstart) } else { f64::INFINITY };
+        let corner = if silent { sys.next_silent_corner(a.tstart.max(a.from)) } else { f64::INFINITY };
         let intervals = INTERVALS * a.tstep / (a.tstop - a.tstart) - 1e-6;
         let short = a.tmax.is_some_and(|h| INTERVALS * h <= a.tstop - a.tstart); // the steps are rows enough
         let split = if a.drawn && !short { intervals.ceil().max(1.0) } else { 1.0 };
         let step = a.tstep / split;
+        // a run begins with a row; one that is shown from later on has its first row between two steps
+        let first = match a.from > a.tstart {
+            true => ((a.from - a.tstart) / step * (1.0 + 4.0 * f64::EPSILON)).floor() + 1.0,
+            false if a.tstart > 0.0 => 0.0,
+            false => 1.0,
+        };
         Grid {
             start: a.tstart,
             print: a.tstep,
@@ -519,8 +525,7 @@ impl Grid {
             drawn: dense && a.drawn,
             parts: 1,
             stop: a.tstop,
-            // a run begins with a row; one that is shown from later on has its first row between two steps
-            k: if a.tstart > 0.0 { 0.0 } else { 1.0 },
+            k: first,
             dense,
             corner,
             bend: 0.0,
@@ -530,7 +535,7 @@ impl Grid {
             jumped: false,
             arrived: f64::INFINITY,
             due: f64::NEG_INFINITY,
-            last: if a.tstart > 0.0 { f64::NEG_INFINITY } else { 0.0 },
+            last: if a.tstart > a.from { f64::NEG_INFINITY } else { a.from },
         }
     }
 

@@ -320,6 +320,7 @@ impl System {
             steady: vec![],
             digital: vec![],
             state: None,
+            ended: 0.0,
         })
     }
 
@@ -401,6 +402,7 @@ impl System {
             steady: vec![],
             digital: vec![],
             state: Some(state),
+            ended: 0.0,
         })
     }
 
@@ -504,7 +506,9 @@ impl System {
     /// `tangent`: sizes of parameters, and the equations with other values of them: see `tangent::Beside`.
     /// `impulsive`: those of the powers of `accounts` that work in impulses.
     /// `apart`: of `paces`, for a system whose builder noted its places: each of these with steps of its own.
-    #[pyo3(signature = (tstep, tstop, tstart=0.0, tmax=None, uic=false, outputs=vec![], options_=None, progress=None, accounts=None, drawn=true, stream=None, inside=None, closures=vec![], begin=None, tangent=None, impulsive=vec![], apart=vec![]))]
+    /// `leg`: it goes from here to there alone, with these charges where `begin` is of other equations.
+    /// `halts`: flags that end it when they turn to 1, or whenever they turn.
+    #[pyo3(signature = (tstep, tstop, tstart=0.0, tmax=None, uic=false, outputs=vec![], options_=None, progress=None, accounts=None, drawn=true, stream=None, inside=None, closures=vec![], begin=None, tangent=None, impulsive=vec![], apart=vec![], leg=None, halts=vec![]))]
     #[allow(clippy::too_many_arguments)]
     fn tran(
         &self,
@@ -526,9 +530,19 @@ impl System {
         tangent: Option<(Vec<f64>, Vec<Besides<'_>>)>,
         impulsive: Vec<usize>,
         apart: Vec<Vec<usize>>,
+        leg: Option<(f64, f64, Option<Vec<f64>>)>,
+        halts: Vec<(usize, bool)>,
     ) -> PyResult<Waveforms> {
         if begin.as_ref().is_some_and(|(x, flags)| x.len() != self.inner.n || flags.len() != self.inner.flags.len()) {
             return Err(PyValueError::new_err("tran: begin is the state of a run of these equations"));
+        }
+        let (from, until, charges) = leg.unwrap_or((0.0, tstop, None));
+        let fits = charges.as_ref().is_none_or(|q| q.len() == self.inner.n);
+        if !(fits && from >= 0.0 && from < until && until <= tstop && (from == 0.0 || begin.is_some())) {
+            return Err(PyValueError::new_err("tran: a leg is a part of the run, behind its start with a state"));
+        }
+        if halts.iter().any(|&(k, _)| k >= self.inner.flags.len()) {
+            return Err(PyValueError::new_err("tran: no such flag"));
         }
         let good = |v: f64| v.is_finite() && v > 0.0;
         let ordered = tstart >= 0.0 && tstart < tstop;
@@ -569,7 +583,7 @@ impl System {
             record.stream = Some(raw::Stream::new(path, append, table.header()?, rows));
         }
         let gate = record.gate.clone();
-        let a = Transient { tstep, tstop, tstart, tmax, uic, begun: begin.is_some(), drawn };
+        let a = Transient { tstep, tstop, tstart, tmax, uic, begun: begin.is_some(), from, until, drawn };
         if integrate::reduces(&sys, &o) {
             sys.reduce(&mut lock(&self.graph));
         }
@@ -581,7 +595,7 @@ impl System {
         let (outcome, w, record, seconds) = py.detach(move || {
             let clock = Clock::start();
             let mut w = sys.work();
-            w.begin = begin;
+            (w.begin, w.charges, w.halts) = (begin, charges, halts);
             let mut last = Instant::now();
             let mut tick = |t: f64, h: f64, steps: u64, events: u64| {
                 if last.elapsed() < Duration::from_millis(50) {
@@ -653,6 +667,7 @@ impl System {
             steady,
             digital,
             state: (!outcome.end.is_empty()).then_some((outcome.end, w.flags)),
+            ended: outcome.ended,
         })
     }
 }
@@ -833,6 +848,9 @@ pub struct Waveforms {
     /// of a sweep: unknowns and conditions at its last point
     #[pyo3(get)]
     state: Option<(Vec<f64>, Vec<f64>)>,
+    /// of a transient: when it ended
+    #[pyo3(get)]
+    ended: f64,
 }
 
 #[pymethods]
