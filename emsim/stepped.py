@@ -35,7 +35,11 @@ class Stacked:
         self._tables, self._places, self._own, self._at = tables, places, own, at
         self.rows = sum(map(len, tables))
         self.columns = len(places[0]) + len(own)
-        first = [tables[0].is_complex(k) for k in places[0]]
+        # commands may have put real numbers in place of complex ones in one of them
+        first = [
+            any(t.is_complex(own[k]) for t, own in zip(tables, places, strict=True))
+            for k in range(len(places[0]))
+        ]
         self.complex = [*first[:at], *(False for _ in own), *first[at:]]
         self.steady: list[bool] = []
 
@@ -49,8 +53,19 @@ class Stacked:
             )
         where = i if k < 0 else i - len(self._own)
         return b"".join(
-            t.waves.column(places[where]) for t, places in zip(self._tables, self._places, strict=True)
+            _as_complex(t.waves.column(own[where]))
+            if self.complex[i] and not t.is_complex(own[where])
+            else t.waves.column(own[where])
+            for t, own in zip(self._tables, self._places, strict=True)
         )
+
+
+def _as_complex(real: bytes) -> bytes:
+    from array import array
+
+    pairs = array("d", bytes(2 * len(real)))
+    pairs[::2] = array("d", real)
+    return pairs.tobytes()
 
 
 def join(results: Sequence[Result], steps: Sequence[Step], points: Sequence[Sequence[float]]) -> Result:

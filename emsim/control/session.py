@@ -149,7 +149,10 @@ class Session:
                 )
                 self.report(CommandError("E160", what))
             if not (self.quit or self.has_run) and (self.deck.flat().prints or len(self.plots.all) == 1):
-                self.run_deck()
+                try:
+                    self.run_deck()
+                except CommandError as error:
+                    self.report(error)
         except Stop:
             pass
 

@@ -172,3 +172,21 @@ def test_the_note_says_where_it_stands(tmp_path):
     assert done.returncode == 0
     result = run(RC, "stop when time = 1m\ntran 10u 2m uic")
     assert any("stands at time = 0.001" in d.message for d in result.diagnostics)
+
+
+FAMILY = "x\nV1 in 0 SIN(0 1 1k) AC 1\nR1 in out {r}\nC1 out 0 1u\n.param r=1k\n.step param r list 1k 2k\n"
+
+
+def test_a_family_takes_real_numbers_beside_complex_ones() -> None:
+    r = emsim.run(FAMILY + ".control\nac lin 5 1 1k\nlet out = mag(v(out))\nlet c = v1#branch\n.endc\n.end\n")
+    table = r.plots[-1]
+    assert all(len(table[name]) == len(table) == 10 for name in table.names)
+    late = table["v(out)"][5:]  # of the last value, which the command made real
+    w = 2e-3 * np.pi * 2e3 * 1e-3 * np.real(table["frequency"][5:])
+    assert np.abs(late - 1.0 / np.sqrt(1.0 + w**2)).max() < 1e-9
+
+
+def test_what_halts_no_runs_of_step_is_said_once_at_the_end_too() -> None:
+    with pytest.raises(emsim.DeckError) as refused:
+        emsim.run(FAMILY + ".tran 50u 1m\n.control\nstop when time > 0.5m\n.endc\n.end\n")
+    assert [d.code for d in refused.value.diagnostics if d.severity == "error"] == ["E163"]
