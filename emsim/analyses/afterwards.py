@@ -233,7 +233,8 @@ def condition(assembly: Assembly, k: int) -> tuple[str, Span | None]:
     if element is not None:
         return f"the switch {name}", span
     # "CONTACT floor 1 slides", of a law with modes
-    card = assembly.machine.couplings.get(name.split()[1]) if name.count(" ") > 1 else None
+    of_law = assembly.machine is not None and name.count(" ") > 1
+    card = assembly.machine.couplings.get(name.split()[1]) if of_law else None
     if card is not None:
         return f"{card.spec.word} {card.name}", card.span
     return f"the condition `{span.text}`" if span is not None else "a condition", span
