@@ -258,7 +258,7 @@ def test_small_signals_take_the_slope_of_a_tables_values(order, tmp_path):
 BESIDE = {
     "memristor": (
         "V1 s 0 SIN(0 3 1e6)\nR1 s a 500\nA1 %gd(a b) m\nRb b 0 100\n"
-        ".model m memristor(rmin=1k rmax=10k rinit=7k alpha=1e8 beta=2e10 vt=1.0)\n.tran 5n 3u", ("v(a)", "v(b)")),
+        ".model m memristor(rmin=1k rmax=10k rinit=7k alpha=1e8 beta=2e10 vt=1.0)\n.tran 5n 1.5u", ("v(a)", "v(b)")),
     "cmeter": (METERED.format(node="a", model="cmeter(gain=1e6)").replace(".op", ".tran 1u 10u"), ("v(o)",)),
     "lmeter": (METERED.format(node="b", model="lmeter(gain=1e3)").replace(".op", ".tran 1u 10u"), ("v(o)",)),
     **{f"oneshot {c} {r}": (PULSES.format(clear=c, retrig=r), ("v(o)",)) for c in ("null", "clr") for r in ("true", "false")},
@@ -275,7 +275,7 @@ def test_ngspice_computes_the_same(name, tmp_path):
     text = f"t\n{cards}\n.options reltol=1e-6\n.control\nrun\nwrdata ng.txt {' '.join(signals)}\nquit\n.endc\n.end\n"
     (tmp_path / "ng.cir").write_text(text, encoding="utf-8")
     subprocess.run(
-        ["ngspice", "-b", "ng.cir"], cwd=tmp_path, stdin=subprocess.DEVNULL, capture_output=True, timeout=60
+        ["ngspice", "-b", "ng.cir"], cwd=tmp_path, stdin=subprocess.DEVNULL, capture_output=True, timeout=120
     )
     theirs = np.loadtxt(tmp_path / "ng.txt")
     ours = run(cards, reltol=1e-6)
