@@ -173,7 +173,10 @@ class Tran(Analysis):
         """Every accepted point from tstart on; the first column is the time, the channels of a drawing come last. Energy
         accounts are kept where the assembly has them, over time where it is drawn."""
         check_memory(assembly, self)
-        assembly, paces = self.paced(assembly)
+        inside = self.inside(assembly)
+        paces = [] if inside else self.paces(assembly)  # measurements too go along with one run
+        if paces:
+            assembly = assembly.noted()
         names, units, exprs = recorded(assembly, self)
 
         def tick(now: float, step: float, steps: int, events: int) -> bool:
@@ -185,7 +188,6 @@ class Tran(Analysis):
         kept = None
         if book is not None:
             kept = ([e.expr for e in book.powers], [e.expr for e in book.energies], drawn is not None)
-        inside = self.inside(assembly)
         begin, leg, charges = self.begin, self.leg, None
         if leg is not None and leg.begin is not None:
             begin, charges = self._begin(assembly)
@@ -235,20 +237,15 @@ class Tran(Analysis):
             grid=(self.tstep, self.tstop, self.tstart), trouble=trouble, uic=self.uic, inside=(inside, DEGREE),
         )  # fmt: skip
 
-    def paced(self, assembly: Assembly) -> tuple[Assembly, list[list[int]]]:
-        """Unknowns of circuits that nothing ties to each other and that gain from steps of their own, and an assembly that can be
-        taken apart. None where more than rows is asked for: accounts and measurements go along with the steps of one run."""
+    def paces(self, assembly: Assembly) -> list[list[int]]:
+        """Unknowns of circuits that nothing ties to each other and that gain from steps of their own. None where more than rows
+        is asked for: accounts go along with the steps of one run, and so do a run that goes on and one that may be halted."""
         alone = (
-            self.begin is None
-            and self.leg is None
-            and not self.inside(assembly)
-            and assembly.accounts is None
-            and assembly.drawn is None
+            self.begin is None and self.leg is None and assembly.accounts is None and assembly.drawn is None
         )
         if not alone or assembly.options["method"] == "multirate" or "fixed_step" in assembly.options:
-            return assembly, []
-        paces = assembly.system.paces(self.tstop)
-        return (assembly.noted(), paces) if paces else (assembly, [])
+            return []
+        return assembly.system.paces(self.tstop)
 
     def longest(self, assembly: Assembly) -> float | None:
         """The longest step that the card and the modules of the deck allow [s]."""

@@ -123,7 +123,7 @@ impl Drop for Place<'_> {
 
 /// Where the rows of a part go.
 struct Own<'a> {
-    place: &'a Meeting,
+    meeting: &'a Meeting,
     part: usize,
     flags: &'a [usize],
     reads: Vec<u32>,
@@ -203,7 +203,7 @@ impl Sink for Own<'_> {
         self.first = true;
         // the first row is one of all
         let rows = std::mem::take(&mut self.pending);
-        self.place.deliver(self.part, rows.into_iter());
+        self.meeting.deliver(self.part, rows.into_iter());
     }
 
     fn leap(&mut self, _: &System, _: &mut Work, t: f64, x: &[f64]) {
@@ -215,7 +215,7 @@ impl Sink for Own<'_> {
         self.tol.observe(x, t);
         let own = std::mem::take(&mut self.pending);
         let times: Vec<f64> = own.iter().map(|row| row.t).collect();
-        if let Some(others) = self.place.wait(self.part, &times, t, &mut self.seen) {
+        if let Some(others) = self.meeting.wait(self.part, &times, t, &mut self.seen) {
             let mut rows = Vec::with_capacity(own.len() + others.len());
             let mut own = own.into_iter().peekable();
             for at in others {
@@ -228,7 +228,7 @@ impl Sink for Own<'_> {
             }
             rows.extend(own);
             sys.set_time(w, t);
-            self.place.deliver(self.part, rows.into_iter());
+            self.meeting.deliver(self.part, rows.into_iter());
         }
         self.begin(t, x);
         self.first = false;
@@ -256,18 +256,15 @@ pub fn run(
     tick: &mut Tick,
 ) -> Outcome {
     let meeting = Meeting::new(parts.len());
-    let shown: Vec<bool> = {
-        let mut shown = vec![false; sys.n];
-        record.reads().iter().for_each(|&k| shown[k as usize] = true);
-        shown
-    };
+    let mut shown = vec![false; sys.n];
+    record.reads().iter().for_each(|&k| shown[k as usize] = true);
     let silent = record.shows_silent(sys);
     let lead = |k: usize, part: &Part| {
         let mut place = Place { meeting: &meeting, part: k, whole: false };
         let (sys, reads) = (&part.system, (0..part.of.len()).filter(|&i| shown[part.of[i]]).map(|i| i as u32));
         let reads: Vec<u32> = reads.collect();
         let mut own = Own {
-            place: &meeting,
+            meeting: &meeting,
             part: k,
             flags: &part.flags,
             shows_silent: silent,
@@ -306,7 +303,7 @@ pub fn run(
 
 /// Rows of all parts as they come, until all have left; now and then it is asked whether the run is to go on.
 fn gather(sys: &System, w: &mut Work, parts: &[Part], meeting: &Meeting, record: &mut Record, tick: &mut Tick) {
-    let mut x = vec![0.0; sys.n];
+    let (mut x, mut reached) = (vec![0.0; sys.n], 0.0);
     loop {
         let mut state = meeting.state();
         let rows = loop {
@@ -323,7 +320,6 @@ fn gather(sys: &System, w: &mut Work, parts: &[Part], meeting: &Meeting, record:
         };
         let ended = rows == 0 && state.ends.iter().all(|&end| end == f64::INFINITY);
         let mut given: Vec<_> = state.ready.iter_mut().map(|ready| ready.drain(..rows).collect::<Vec<_>>()).collect();
-        let t = state.ends.iter().copied().fold(f64::INFINITY, f64::min);
         let h = state.progress.iter().map(|p| p.0).fold(f64::INFINITY, f64::min);
         let (steps, events) = state.progress.iter().fold((0, 0), |sum, p| (sum.0 + p.1, sum.1 + p.2));
         drop(state);
@@ -345,11 +341,12 @@ fn gather(sys: &System, w: &mut Work, parts: &[Part], meeting: &Meeting, record:
                 record.corner(t);
             }
             record.row(sys, w, t, &x);
+            reached = t;
         }
         if ended {
             return;
         }
-        if !tick(if t.is_finite() { t } else { 0.0 }, h, steps, events) {
+        if !tick(reached, h, steps, events) {
             meeting.state().stopped = true;
             meeting.turn.notify_all();
         }
@@ -387,7 +384,11 @@ fn together(sys: &System, w: &mut Work, parts: &[Part], done: Vec<Done>) -> Outc
         used.append(&mut own.used);
         add(&mut whole.watch, own.watch, &part.of);
     }
-    whole.events.sort_by(|a, b| a.0.total_cmp(&b.0));
+    // conditions of time alone turn in every part
+    whole.events.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+    whole.events.dedup();
+    whole.broken.sort_by(|a, b| a.1.cmp(&b.1).then(a.0.total_cmp(&b.0)));
+    whole.broken.dedup_by_key(|&mut (_, flag)| flag);
     let mut methods: Vec<&str> = used.iter().map(|u| u.method.as_str()).collect();
     methods.sort_unstable();
     methods.dedup();

@@ -154,8 +154,7 @@ pub fn run(sys: &System, w: &mut Work, a: Transient, o: &Options, record: &mut R
         let tight = Options { reltol: o.reltol.min(START), ..o.clone() };
         tangent.begin(|sys, w| starting_point(sys, w, a, &tight).ok());
     }
-    let outcome = make(sys, o, &o.method).and_then(|mut method| conduct(sys, w, a, o, record, x, &mut *method, tick));
-    outcome.unwrap_or_else(|why| Outcome::failed(Failed::at_start("transient", why, vec![])))
+    begun(sys, w, a, o, record, x, tick)
 }
 
 /// A run whose rows go anywhere.
@@ -171,6 +170,19 @@ pub(super) fn lead(
         Ok(x) => x,
         Err(failed) => return Outcome::failed(*failed),
     };
+    begun(sys, w, a, o, sink, x, tick)
+}
+
+/// A run that begins at x.
+fn begun(
+    sys: &System,
+    w: &mut Work,
+    a: Transient,
+    o: &Options,
+    sink: &mut impl Sink,
+    x: Vec<f64>,
+    tick: &mut Tick,
+) -> Outcome {
     let outcome = make(sys, o, &o.method).and_then(|mut method| conduct(sys, w, a, o, sink, x, &mut *method, tick));
     outcome.unwrap_or_else(|why| Outcome::failed(Failed::at_start("transient", why, vec![])))
 }
