@@ -147,3 +147,13 @@ def test_a_run_that_is_stopped_keeps_its_rows() -> None:
     assert run.waves.status == "interrupted"
     assert run.waves.rows > 100
     assert sorted(told) == told
+
+
+@pytest.mark.parametrize("method", ["radau", "rk45", "dop853", "gauss"])
+def test_a_condition_of_time_is_of_the_part_that_reads_it(method: str) -> None:
+    turns = "VS s 0 SIN(0 1 1k)\nRS s y 1k\nCY y 0 10n\nBT q 0 V = time > 0.3m ? v(y) : -v(y)\nRQ q 0 1k\n"
+    also = f".options method={method}\n"
+    whole = emsim.run(deck(FAST, turns, also=also))
+    same(whole, emsim.run(deck(FAST, also=also)), "v(h)")
+    same(whole, emsim.run(deck(turns, also=also)), "v(y)", "v(q)")
+    assert whole.stats["events"] <= 1

@@ -384,7 +384,7 @@ fn together(sys: &System, w: &mut Work, parts: &[Part], done: Vec<Done>) -> Outc
         used.append(&mut own.used);
         add(&mut whole.watch, own.watch, &part.of);
     }
-    // conditions of time alone turn in every part
+    // conditions of time alone that no row reads turn in every part
     whole.events.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
     whole.events.dedup();
     whole.broken.sort_by(|a, b| a.1.cmp(&b.1).then(a.0.total_cmp(&b.0)));

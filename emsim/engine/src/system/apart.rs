@@ -103,14 +103,29 @@ impl Model {
             *entries = entries.iter().filter_map(|&(r, c, v)| Some((mine(r)?, mine(c)?, v))).collect();
         }
         self.f_wave = self.f_wave.iter().filter_map(|&(r, k, v)| Some((mine(r)?, k, v))).collect();
+        // conditions that rows of others read, and own ones
+        let mut read = [vec![false; self.flags.len()], vec![false; self.flags.len()]];
+        for (&row, &e) in self.f.iter().chain(&self.q) {
+            for id in g.reachable(&[e]) {
+                if let Node::Flag(k) = g.node(id) {
+                    read[usize::from(mine(row).is_some())][k as usize] = true;
+                }
+            }
+        }
         for rows in [&mut self.f, &mut self.q] {
             let own = std::mem::take(rows).into_iter().filter_map(|(r, e)| Some((mine(r)?, e)));
             *rows = own.map(|(r, e)| (r, substitute(g, &[e], &map)[0])).collect();
         }
         let (never, mut own) = (g.constant(-1.0), Vec::new());
         for (number, flag) in self.flags.iter_mut().enumerate() {
-            let reads = |id: &Id| if let Node::Unknown(i) = g.node(*id) { mine(i as usize).is_none() } else { false };
-            let foreign = g.reachable(&[flag.up, flag.down]).iter().any(reads);
+            let reached = g.reachable(&[flag.up, flag.down]);
+            let unknowns = reached.iter().filter_map(|&id| match g.node(id) {
+                Node::Unknown(i) => Some(mine(i as usize).is_none()),
+                _ => None,
+            });
+            // one of time alone is whose rows read it
+            let of_others = read[0][number] && !read[1][number];
+            let foreign = unknowns.reduce(|a, b| a || b).unwrap_or(of_others);
             *flag = if foreign {
                 FlagSpec { up: never, down: never, initial: 0, rest: 0, law: Law::Condition, ..flag.clone() }
             } else {
