@@ -3,9 +3,11 @@ parameters mean stands in the cards' own specs, what elements are in the classes
 
 from __future__ import annotations
 
+from .. import functions
 from ..analyses import ANALYSES
 from ..cards.joints import WORDS as JOINT_WORDS
 from ..cards.joints import readers
+from ..functions import BRANCHES, DRAWN, OF_TIME
 from ..measures import KINDS
 
 # dot card -> (form, meaning)
@@ -138,84 +140,10 @@ OPTIONS = {
 }  # fmt: skip
 
 # function of expressions -> (form, meaning); those that read circuit and machine are in PROBES
-FUNCTIONS = {
-    "sin": ("sin(x)", "sine, x in radians"),
-    "cos": ("cos(x)", "cosine, x in radians"),
-    "tan": ("tan(x)", "tangent, x in radians"),
-    "asin": ("asin(x)", "arc sine, in radians"),
-    "acos": ("acos(x)", "arc cosine, in radians"),
-    "atan": ("atan(x)", "arc tangent, in radians"),
-    "atan2": ("atan2(y,x)", "angle of the point (x,y), in radians"),
-    "sinh": ("sinh(x)", "hyperbolic sine"),
-    "cosh": ("cosh(x)", "hyperbolic cosine"),
-    "tanh": ("tanh(x)", "hyperbolic tangent"),
-    "asinh": ("asinh(x)", "inverse hyperbolic sine"),
-    "acosh": ("acosh(x)", "inverse hyperbolic cosine"),
-    "atanh": ("atanh(x)", "inverse hyperbolic tangent"),
-    "exp": ("exp(x)", "e^x"),
-    "ln": ("ln(x)", "natural logarithm of |x|"),
-    "log": ("log(x)", "natural logarithm of |x|, as in ngspice"),
-    "log10": ("log10(x)", "decadic logarithm of |x|"),
-    "sqrt": ("sqrt(x)", "square root of |x|"),
-    "hypot": ("hypot(x,y)", "sqrt(x^2 + y^2)"),
-    "abs": ("abs(x)", "magnitude"),
-    "sgn": ("sgn(x)", "-1, 0 or 1"),
-    "pow": ("pow(x,y)", "|x|^y, as x^y and x**y; of a machine's quantity an odd whole power keeps its sign"),
-    "pwr": ("pwr(x,y)", "sgn(x) |x|^y"),
-    "pwrs": ("pwrs(x,y)", "sgn(x) |x|^y, in .param too"),
-    "min": ("min(x,y,..)", "the least"),
-    "max": ("max(x,y,..)", "the greatest"),
-    "limit": ("limit(x,lo,hi)", "x kept between lo and hi; limit(nominal,spread) draws one of nominal +- spread, once"),
-    "floor": ("floor(x)", "the next whole number below"),
-    "ceil": ("ceil(x)", "the next whole number above"),
-    "nint": ("nint(x)", "the nearest whole number"),
-    "int": ("int(x)", "the whole part, towards zero"),
-    "mod": ("mod(x,y)", "what is left of x after whole multiples of y, as x % y; it has the sign of x"),
-    "sqr": ("sqr(x)", "x^2"),
-    "u": ("u(x)", "0 below zero, 1 above, 1/2 at zero"),
-    "u2": ("u2(x)", "x kept between 0 and 1"),
-    "uramp": ("uramp(x)", "x above zero, else 0"),
-    "if": ("if(c,a,b)", "a where c is not 0, else b; as c ? a : b"),
-    "ternary_fcn": ("ternary_fcn(c,a,b)", "the same as if(c,a,b)"),
-    **{f"{word}0": (f"{word}0(x)", f"1 where x {sign} 0, else 0")
-       for word, sign in (("eq", "="), ("ne", "<>"), ("gt", ">"), ("lt", "<"), ("ge", ">="), ("le", "<="))},
-    "pwl": ("pwl(x,x0,y0,x1,y1,..)", "straight lines between points; goes on along the first and the last one"),
-    "table": ("table(x,x0,y0,x1,y1,..)", "straight lines between points; stays at the first and last value"),
-    "ddt": ("ddt(x)", "time derivative"),
-    "idt": ("idt(x[,start])", "time integral"),
-    "sdt": ("sdt(x[,start])", "time integral"),
-    "idtmod": ("idtmod(x[,start,m,low])", "time integral, less so many m that it lies between low and low + m"),
-    "delay": ("delay(x,t)", "x as it was the time t before"),
-    "absdelay": ("absdelay(x,t)", "x as it was the time t before, as in Verilog-A"),
-    "deg": ("deg(x)", "radians in degrees"),
-    "rpm": ("rpm(x)", "rad/s in turns a minute"),
-    "mc": ("mc(nominal,relative)", "drawn once, evenly distributed within nominal (1 +- relative), as in LTspice"),
-    "flat": ("flat(spread)", "drawn once, evenly distributed within +- spread, as in LTspice"),
-    "gauss": ("gauss(nominal,relative,sigmas)", "drawn once, normally distributed; relative spread at that many sigmas"),
-    "agauss": ("agauss(nominal,absolute,sigmas)", "drawn once, normally distributed; absolute spread at that many sigmas"),
-    "unif": ("unif(nominal,relative)", "drawn once, evenly distributed within nominal (1 +- relative)"),
-    "aunif": ("aunif(nominal,absolute)", "drawn once, evenly distributed within nominal +- absolute"),
-}  # fmt: skip
-
-
+FUNCTIONS = {**{f.name: (f.form, f.what) for f in functions.FUNCTIONS}, **BRANCHES, **OF_TIME, **DRAWN}
 # function of results, in .print, .meas, --plot, the page and Result[...] -> (form, meaning)
 OF_RESULTS = {
-    "db": ("db(z)", "20 log10 |z|"),
-    "mag": ("mag(z)", "magnitude of a complex signal"),
-    "ph": ("ph(z)", "phase of a complex signal [rad]"),
-    "phase": ("phase(z)", "phase of a complex signal [rad], as ph"),
-    "cphase": ("cphase(z)", "phase of a complex signal without jumps [rad], as cph"),
-    "cph": ("cph(z)", "phase that goes on without jumps [rad]"),
-    "re": ("re(z)", "real part"),
-    "im": ("im(z)", "imaginary part"),
-    "conj": ("conj(z)", "conjugate"),
-    "avg": ("avg(x)", "mean along the axis; as mean(x)"),
-    "rms": ("rms(x)", "root of the mean square along the axis"),
-    "pp": ("pp(x)", "from the smallest to the largest value"),
-    "maximum": ("maximum(x)", "the largest value of all rows"),
-    "minimum": ("minimum(x)", "the smallest value of all rows"),
-    "integ": ("integ(x)", "integral along the axis, from its start"),
-    "deriv": ("deriv(x)", "slope along the axis; as ddt(x)"),
+    **{f.name: (f.form, f.what) for f in (*functions.OF_ROWS, *functions.COURSES)},
     "fft": ("fft(x)", 'spectrum of a transient, in --plot; in Python r.fft("v(out)")'),
 }
 

@@ -50,7 +50,7 @@ ROWS = [
     ["build_expr"],
     ["dialects"],
     ["deck", "expr", "syntax", "lark_grammar", "source"],
-    ["draws", "units"],
+    ["draws", "functions", "units"],
     ["diagnostics"],
     ["_engine"],
 ]
