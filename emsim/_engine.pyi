@@ -552,8 +552,9 @@ def arrange_diagram(
 def devices() -> list[tuple[str, list[str]]]:
     """(name, terminals) of every device; the name is the word of its .model."""
 
-def methods() -> list[str]:
-    """Names of the integrators, as `.options method=` has them."""
+def methods() -> list[tuple[list[str], str, str, str]]:
+    """(names, order, kind, what it is for) of every integrator, as its line in the engine's registry says; the first name is its
+    own."""
 
 def digital_parts() -> list[
     tuple[str, str, list[tuple[str, bool, bool, bool]], list[tuple[str, str, float, str]]]

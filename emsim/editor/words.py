@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from .. import functions
 from ..analyses import ANALYSES
+from ..assemble import options
 from ..cards.joints import WORDS as JOINT_WORDS
 from ..cards.joints import readers
 from ..functions import BRANCHES, DRAWN, OF_TIME
@@ -12,7 +13,7 @@ from ..measures import KINDS
 
 # dot card -> (form, meaning)
 DOTS = {
-    **{f".{a.word}": (a.form, a.meaning) for a in ANALYSES},
+    **{f".{a.word}": (a.form, a.meaning) for a in ANALYSES.values()},
     ".tran": (".tran tstep tstop [tstart [tmax]] [uic]", "transient analysis [s]; uic: start from given values"),
     ".op": (".op [static]", "operating point, mechanics held where it starts; static: everything comes to rest"),
     ".param": (".param name=value [name={expression} ..]", "parameters, of the deck or of the subcircuit"),
@@ -45,7 +46,7 @@ DOTS = {
     ".view": (".view [fps=] [speed=] [trace=point] [scale=]", "how the machine is drawn"),
     ".title": (".title text", "another title"),
     ".end": (".end", "the end of the deck"),
-    **{f".{a.word}": (a.form, a.meaning) for a in ANALYSES if a.word not in ("tran", "op")},
+    **{f".{a.word}": (a.form, a.meaning) for a in ANALYSES.values() if a.word not in ("tran", "op")},
 }  # fmt: skip
 # word of .meas -> (form, meaning)
 MEASURES = {
@@ -107,37 +108,7 @@ READS = {
 }  # fmt: skip
 
 # .options -> (unit, default, meaning)
-OPTIONS = {
-    "method": ("", "auto", "integration method"),
-    "formulation": ("", "auto", "coordinates of the machine: of joints, or of bodies (absolute), as long chains have them"),
-    "dialect": ("", "-", "how the deck is read where they differ: ngspice, ltspice, pspice; see `emsim help dialects`"),
-    "reltol": ("", "1e-3", "relative tolerance of every quantity"),
-    "vntol": ("V", "1e-6", "absolute tolerance of voltages"),
-    "abstol": ("A", "1e-12", "absolute tolerance of currents"),
-    "chgtol": ("C", "0", "absolute tolerance of charges; 0: errors of capacitors are measured in volt"),
-    "flxtol": ("Wb", "0", "absolute tolerance of flux linkages; 0: errors of inductors are measured in ampere"),
-    "lentol": ("m", "1e-8 L", "absolute tolerance of lengths; L is the largest length that the deck states"),
-    "angtol": ("rad", "1e-8", "absolute tolerance of angles"),
-    "veltol": ("m/s", "1e-8 sqrt(g L)", "absolute tolerance of velocities; g = 9.81 m/s^2"),
-    "spintol": ("rad/s", "1e-6", "absolute tolerance of angular velocities"),
-    "forcetol": ("N", "1e-8 M g", "absolute tolerance of forces that hold joints; M is the largest mass"),
-    "torquetol": ("N m", "1e-8 M g L", "absolute tolerance of torques that hold joints"),
-    "trtol": ("", "1; 0.1 for gear of free order", "how far the truncation error of trap and gear may exceed its estimate"),
-    "gmin": ("S", "1e-12", "least conductance of a junction"),
-    "seed": ("", "1", "of random values: the same seed draws the same"),
-    "itl1": ("", "100", "Newton iterations of the operating point"),
-    "itl2": ("", "-", "accepted as ngspice has it; the stages of the operating point have their own limits"),
-    "itl4": ("", "30", "Newton iterations of a time point of trap and gear, 10 at least"),
-    "maxord": ("", "5", "highest order of gear; 2 is SPICE's method"),
-    "maxsteps": ("", "1e8", "a run that would need more steps is refused with an estimate"),
-    "fixed_step": ("s", "-", "every step this long, no error control; gear then has order 2, or maxord"),
-    "temp": ("C", "27", "temperature"),
-    "tnom": ("C", "27", "temperature at which models were measured"),
-    "rshunt": ("ohm", "-", "resistance from every node to ground"),
-    "gshunt": ("S", "0", "conductance from every node to ground"),
-    "cshunt": ("F", "0", "capacitance from every node to ground"),
-    "projection": ("", "1", "0: explicit methods let closed loops drift"),
-}  # fmt: skip
+OPTIONS = {o.name: (o.unit, o.default, o.what) for o in options.OPTIONS.values()}
 
 # function of expressions -> (form, meaning); those that read circuit and machine are in PROBES
 FUNCTIONS = {**{f.name: (f.form, f.what) for f in functions.FUNCTIONS}, **BRANCHES, **OF_TIME, **DRAWN}
@@ -169,21 +140,7 @@ WAVES = {
 }  # fmt: skip
 
 # method -> (order, kind, what it is for)
-METHODS = {
-    "auto": ("-", "chooses", "the default: explicit where nothing is stiff, implicit otherwise, and changes on the way"),
-    "trap": ("2", "trapezoidal rule, A-stable, keeps every oscillation and every ringing", "what SPICE does"),
-    "gear": ("1 to 5", "backward differentiation; damps", "driven nonlinear circuits; maxord=2 is SPICE's other method"),
-    "trbdf2": ("2", "one step, L-stable", "circuits of diodes at loose tolerances"),
-    "esdirk": ("4", "one step, L-stable", "switches and diodes"),
-    "radau": ("5, 9 or 13", "collocation, L-stable", "accuracy; linear circuits; stiff machines; closed loops"),
-    "radau5": ("5", "radau of one order", "comparisons"),
-    "radau9": ("9", "radau of one order", "comparisons"),
-    "radau13": ("13", "radau of one order", "comparisons"),
-    "gauss": ("4 or 6", "collocation, symmetric, steps of one length", "energy over 100 000 periods"),
-    "rk45": ("5", "explicit", "lossless circuits whose sources have corners, loose tolerances"),
-    "dop853": ("8", "explicit", "machines that are not stiff, many digits"),
-    "multirate": ("5 and 4", "two paces", "a slow machine beside a fast circuit"),
-}  # fmt: skip
+METHODS = {names[0]: tuple(told) for names, *told in options.REGISTRY}
 
 
 def option(name: str) -> str:
