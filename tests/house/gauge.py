@@ -206,6 +206,8 @@ class Python:
                     for alias in node.names:
                         inner = f"{whole}.{alias.name}"
                         found.add((name, inner if inner in self.trees else whole))
+            # an index names files that are imported when they are asked for: lazily too
+            found.update((name, f"{name}.{module}") for module in _indexed(self.trees[name]))
         return {(a, b) for a, b in found if b in self.trees and a != b}
 
 
@@ -227,6 +229,19 @@ def _set_on_self(method: ast.AST) -> set[str]:
                 if isinstance(part, ast.Attribute) and isinstance(part.ctx, ast.Store):
                     found.update([part.attr] if getattr(part.value, "id", "") == "self" else [])
     return found
+
+
+def _indexed(tree: ast.Module) -> list[str]:
+    """Modules that a registry's INDEX names: {"r": "r Resistor"}."""
+    return [
+        value.value.split()[0]
+        for node in tree.body
+        if isinstance(node, ast.Assign) and isinstance(node.value, ast.Dict)
+        for target in node.targets
+        if isinstance(target, ast.Name) and target.id == "INDEX"
+        for value in node.value.values
+        if isinstance(value, ast.Constant) and isinstance(value.value, str)
+    ]
 
 
 def _is_number(node: ast.expr) -> bool:
