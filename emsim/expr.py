@@ -303,6 +303,23 @@ def names(node: Node) -> Iterator[str]:
             yield from names(part)
 
 
+def calls(ast: Node | float) -> Iterator[Call]:
+    """All calls in an expression."""
+    if isinstance(ast, Call):
+        yield ast
+        parts: Iterable[Node] = ast.args
+    elif isinstance(ast, Binary):
+        parts = (ast.a, ast.b)
+    elif isinstance(ast, Unary):
+        parts = (ast.a,)
+    elif isinstance(ast, Cond):
+        parts = (ast.c, ast.a, ast.b)
+    else:
+        parts = ()
+    for part in parts:
+        yield from calls(part)
+
+
 def _evaluate(node: Node, scope: Scope, calls: _Calls) -> float:
     if isinstance(node, Num):
         return node.value

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from ..diagnostics import suggest
-from ..elements.compiled import Compiled
 from ..expr import Binary, Call, Cond, Name, Node, Unary
 from ..syntax import CARD_WORDS
 from . import terminals
@@ -74,7 +73,11 @@ def _kinds_differ(ctx: Context) -> None:
 def _loose_shafts(ctx: Context) -> None:
     """Mechanical terminals of modules at nodes where nothing else is, in a deck with joints: one was meant, perhaps."""
     joints = [card.name for card in ctx.flat.machine if card.kind == "JOINT"]
-    modules = [e for e in ctx.elements.values() if isinstance(e, Compiled)] if joints else []
+    if not joints:
+        return
+    from ..elements.compiled import Compiled
+
+    modules = [e for e in ctx.elements.values() if isinstance(e, Compiled)]
     loose = [(e, name) for e in modules for name in e.units() if name not in joints]
     if not loose:
         return
