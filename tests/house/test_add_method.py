@@ -16,7 +16,7 @@ from support import build_engine, copied_tree
 LINE = """    (&["sdirk2"], ["2", "one step, L-stable", "an example"], |sys, o| Ok(Box::new(sdirk2::Sdirk2::new(sys, o)?))),
 """
 
-pytestmark = pytest.mark.skipif(shutil.which("cargo") is None, reason="needs cargo")
+pytestmark = [pytest.mark.builds, pytest.mark.skipif(shutil.which("cargo") is None, reason="needs cargo")]
 
 
 @pytest.fixture(scope="module")
