@@ -172,7 +172,7 @@ FORCED = {
     ),
     "W406": ("emsim divider.cir", with_a_spoiled(1)),
     "W407": ("emsim bar.cir", with_a_spoiled(0)),
-    "E505": ("emsim chart --suite", lambda p: p.setattr("pathlib.Path.is_file", lambda path: False)),
+    "E505": ("emsim chart --hard", lambda p: p.setattr("pathlib.Path.is_file", lambda path: False)),
     "E508": (
         "emsim view --live --no-open --port 8123 deck.cir",
         lambda p: p.setattr(
