@@ -444,13 +444,14 @@ impl<'a, S: Sink> Run<'a, S> {
             if let Some(ahead) = self.ahead.as_ref().filter(|_| !fixed) {
                 step = step.min(ahead.limit(t));
             }
-            let mut lands = step >= left * (1.0 - 1e-9);
+            let smallest = (16.0 * f64::EPSILON * t).max(1e-18 * a.tstop);
+            // (nothing is solved in less than the smallest step: what is nearer is where the step ends)
+            let mut lands = step.max(smallest) >= left * (1.0 - 1e-9);
             if lands {
                 step = self.memory.recurring(left, 8.0 * f64::EPSILON * self.stop);
             } else if step > 0.5 * left && !fixed {
                 step = 0.5 * left; // two equal steps instead of a long and a tiny one
             }
-            let smallest = (16.0 * f64::EPSILON * t).max(1e-18 * a.tstop);
             let asked = self.grid.after(t);
             // a row that is asked for at a corner stands at the end of the step onto it
             if s.coarse && t + step > asked && asked < self.stop - 1e-9 * a.tstep {
@@ -657,7 +658,7 @@ impl<'a, S: Sink> Run<'a, S> {
         }
         // an event at the very start of the step: nothing has moved yet, the candidate belongs to t1
         let at_once = at < t1 && at - t <= smallest;
-        let te = if at_once { t + smallest } else { at.min(t1) };
+        let te = if at_once { t + smallest } else { at }.min(t1);
         *failures = 0;
         self.late = 0.0;
         self.t = te;
