@@ -150,7 +150,11 @@ fn function(f: Fun, x: Bounds) -> Bounds {
     // of a derivative that has its largest value where the argument is nearest to 0, and one that rises towards both sides
     let peak = |d: &dyn Fn(f64) -> f64| {
         let ends = hull((d(lo), d(lo)), (d(hi), d(hi)));
-        if lo <= 0.0 && hi >= 0.0 { hull(ends, (d(0.0), d(0.0))) } else { ends }
+        if lo <= 0.0 && hi >= 0.0 {
+            hull(ends, (d(0.0), d(0.0)))
+        } else {
+            ends
+        }
     };
     let (value, derivative) = match f {
         Fun::Sin => (sine_over(x.value), sine_over((lo + 0.5 * PI, hi + 0.5 * PI))),
@@ -167,9 +171,7 @@ fn function(f: Fun, x: Bounds) -> Bounds {
         Fun::Acosh => (rising, (1.0 / (hi * hi - 1.0).sqrt(), 1.0 / (lo * lo - 1.0).sqrt())),
         Fun::Sqrt if lo >= 0.0 => (rising, (0.5 / hi.sqrt(), 0.5 / lo.sqrt())),
         Fun::Log if lo > 0.0 => (rising, (1.0 / hi, 1.0 / lo)),
-        Fun::Tan if (lo / PI - 0.5).floor() == (hi / PI - 0.5).floor() => {
-            (rising, plus((1.0, 1.0), powers(rising, 2)))
-        }
+        Fun::Tan if (lo / PI - 0.5).floor() == (hi / PI - 0.5).floor() => (rising, plus((1.0, 1.0), powers(rising, 2))),
         Fun::Abs if lo >= 0.0 => (x.value, (1.0, 1.0)),
         Fun::Abs if hi <= 0.0 => (minus(x.value), (-1.0, -1.0)),
         Fun::Abs => ((0.0, hi.max(-lo)), (-1.0, 1.0)),

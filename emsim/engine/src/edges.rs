@@ -38,10 +38,10 @@ pub struct Edges {
     /// by wave: its corners need no step
     pub silent: Vec<bool>,
     any_silent: bool,
-    flags: Vec<usize>,   // the timed ones
-    laws: Vec<Law>,      // of these
-    sources: Vec<usize>, // waves their roots read
-    roots: Tape,         // up, down and size of each of `flags`
+    flags: Vec<usize>,            // the timed ones
+    laws: Vec<Law>,               // of these
+    sources: Vec<usize>,          // waves their roots read
+    roots: Tape,                  // up, down and size of each of `flags`
     courses: Vec<Option<Course>>, // of those that are no straight lines
     pinned: Vec<usize>,
     values: Tape,
@@ -56,8 +56,8 @@ pub struct EdgeWork {
     early: Vec<f64>,
     late: Vec<f64>,
     times: Vec<f64>,
-    seen: Vec<Seen>, // of smooth ones, how far they have been followed
-    clear: Vec<f64>, // from when on an operand has been clear of its threshold, on its flag's own side
+    seen: Vec<Seen>,     // of smooth ones, how far they have been followed
+    clear: Vec<f64>,     // from when on an operand has been clear of its threshold, on its flag's own side
     pending: Vec<usize>, // flags that flip at `at`
     at: f64,
     flipped: Vec<usize>, // flags that flipped at `when`
@@ -97,7 +97,8 @@ impl Edges {
         let (mut courses, mut others) = (Vec::new(), Vec::new());
         for (k, flag) in model.flags.iter().enumerate() {
             let roots = substitute(g, &[flag.up, flag.down], &map);
-            let known = !flag.law.remembers() && !flag.law.of_modes() && roots.iter().all(|&r| of_time(g, r, &model.waves));
+            let known =
+                !flag.law.remembers() && !flag.law.of_modes() && roots.iter().all(|&r| of_time(g, r, &model.waves));
             timed.push(known);
             if known {
                 let straight = roots.iter().all(|&r| affine(g, r, &model.waves));
@@ -258,16 +259,14 @@ impl Edges {
                 };
                 first = first.min(w.times[m]);
             }
-            if first > until {
-                if until < corner {
-                    return Some(Edge { t: until, flips: false });
-                }
-            } else 
-            if first.is_finite() {
+            if first.is_finite() && first <= until {
                 let near = first + TOGETHER * (corner - from).min(1e-3 * corner);
                 w.pending.extend(self.flags.iter().zip(&w.times).filter(|(_, &te)| te <= near).map(|(&k, _)| k));
                 w.at = first;
                 return Some(Edge { t: first, flips: true });
+            }
+            if until < corner {
+                return Some(Edge { t: until, flips: false });
             }
             for (m, &k) in self.flags.iter().enumerate() {
                 if w.late[m] < -standing.band[k] {
@@ -277,9 +276,10 @@ impl Edges {
             if corner >= limit {
                 return None;
             }
-            if self.sources.iter().any(|&k| waves[k].value(corner) != w.waves[k]) {
-                // a jump at the corner
-                self.evaluate(w, standing, flags, corner, |k| waves[k].value(corner), true);
+            // a jump, or a ramp too short for two times: what is behind it
+            let behind = self.sources.iter().filter_map(|&k| waves[k].hidden_corner(corner)).fold(corner, f64::max);
+            if self.sources.iter().any(|&k| waves[k].value(behind) != w.waves[k]) {
+                self.evaluate(w, standing, flags, behind, |k| waves[k].value(behind), true);
             }
             std::mem::swap(&mut w.early, &mut w.late);
             from = corner;

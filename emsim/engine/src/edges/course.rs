@@ -41,6 +41,9 @@ pub struct Seen {
 /// Parts in one search at most: it goes on from there when the run has come so far. A part costs about what a tenth of a step does.
 const PARTS: u32 = 10_000;
 
+/// Parts that come no farther than this share of the first one find no bounds.
+const UNBOUNDED: f64 = 1e-9;
+
 /// A time and the operand's value there.
 type Place = (f64, f64);
 
@@ -100,7 +103,7 @@ fn first_above(
     mut part: f64,
 ) -> (Option<f64>, f64, f64) {
     let shortest = 1e-18 * (to.0 - from.0);
-    let (mut a, mut ends) = (from, Vec::<Place>::new());
+    let (mut a, mut ends, mut end) = (from, Vec::<Place>::new(), to.0);
     for _ in 0..PARTS {
         if a.0 >= to.0 {
             break;
@@ -114,6 +117,7 @@ fn first_above(
                 to
             }
         });
+        end = if fresh { b.0 } else { end };
         let bounds = over(a.0, b.0);
         let width = b.0 - a.0;
         let rises = bounds.slope.0 >= 0.0 || width <= shortest.max(4.0 * f64::EPSILON * b.0.abs());
@@ -129,7 +133,9 @@ fn first_above(
             part = if fresh { 0.5 * part.min(width) } else { part };
         }
     }
-    (None, a.0, part)
+    // (a function without bounds, a power of what is negative: what was read of it has to do)
+    let bounded = a.0 - from.0 > UNBOUNDED * (end - from.0);
+    (None, if bounded { a.0 } else { end }, part)
 }
 
 /// The most that slopes between these bounds allow between two places.

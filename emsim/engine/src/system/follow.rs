@@ -107,7 +107,12 @@ impl Follow {
     }
 
     /// The wanted unknowns that follow, as expressions of sources, time and flags.
-    pub fn expressions(&self, model: &Model, g: &mut Graph, wanted: impl Iterator<Item = usize>) -> BTreeMap<usize, Id> {
+    pub fn expressions(
+        &self,
+        model: &Model,
+        g: &mut Graph,
+        wanted: impl Iterator<Item = usize>,
+    ) -> BTreeMap<usize, Id> {
         let mut of_block: BTreeMap<usize, BTreeSet<usize>> = BTreeMap::new();
         wanted.filter(|&u| self.row(u).is_some()).for_each(|u| {
             of_block.entry(self.block_of[u]).or_default().insert(u);

@@ -126,9 +126,15 @@ impl Wave {
                 let signal = swings(*signal, a, b, *signal_phase).times(Bounds::constant(*index));
                 let cycles = carrier * a;
                 let whole = cycles.round();
-                let phase = plus(signal.value, (carrier_phase + TAU * (cycles - whole), carrier_phase + TAU * (carrier * b - whole)));
+                let phase = plus(
+                    signal.value,
+                    (carrier_phase + TAU * (cycles - whole), carrier_phase + TAU * (carrier * b - whole)),
+                );
                 let rate = plus(signal.slope, (TAU * carrier, TAU * carrier));
-                let sine = Bounds { value: sine_over(phase), slope: times(sine_over((phase.0 + 0.5 * PI, phase.1 + 0.5 * PI)), rate) };
+                let sine = Bounds {
+                    value: sine_over(phase),
+                    slope: times(sine_over((phase.0 + 0.5 * PI, phase.1 + 0.5 * PI)), rate),
+                };
                 sine.times(Bounds::constant(*amplitude)).plus(Bounds::constant(*offset))
             }
             Shape::Am { amplitude, offset, modulation, carrier, delay, phase } => {
