@@ -82,7 +82,7 @@ RUST_ROWS = [
     ["system", "assembly"],
     ["passive", "edges", "reduced"],
     ["islands"],
-    ["conditions"],
+    ["conditions", "bounds"],
     ["model"],
     ["devices", "logic", "sparse", "waves"],
     ["twice"],

@@ -3,6 +3,7 @@
 //!
 //! Everything compiles to  d/dt Q(x, t) + F(x, t) = 0.  Modules, each knowing only those above it in this list:
 pub mod assembly; // constraints: position and velocity projection, rank
+pub mod bounds; // between which values an expression of time lies
 pub mod conditions; // what flags ask for at their thresholds
 pub mod derive; // reverse and forward differentiation, substitution
 pub mod devices; // semiconductor kernels, one file each

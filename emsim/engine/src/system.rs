@@ -28,6 +28,7 @@ mod apart;
 mod bends;
 pub mod delays;
 mod devices;
+mod follow;
 pub mod foreseen;
 mod guests;
 mod laws;
@@ -42,6 +43,7 @@ mod together;
 
 use self::bends::{Bend, Gate};
 pub use self::devices::{Devices, Instance};
+use self::follow::Follow;
 use self::foreseen::Foreseen;
 pub use self::laws::{Laws, Reading};
 use self::linear::Linear;
@@ -85,6 +87,8 @@ pub struct System {
     g_slots: Vec<usize>, // place on the pattern of each such entry
     c_slots: Vec<usize>,
     pub foreseen: Foreseen,
+    /// the highest frequency at which sources swing that can move a condition which is found by stepping
+    pub swing: f64,
     roots: Tape, // up and down of every flag
     /// unknowns that conditions and kinks hang on
     pub conditions_read: Vec<usize>,
@@ -344,8 +348,12 @@ impl System {
                 linear[at(r, c)] = v;
             }
         }
-        let (edges, [moved, conditions]) = Edges::find(&model, g, &g_sum, &c_sum);
-        let foreseen = Foreseen::find(g, &moved, &conditions, &model.waves, |e| affine(g, e, &model.waves));
+        let follow = Follow::new(&model, g, &g_sum, &c_sum);
+        let wanted = Edges::reads(&model, g).into_iter().chain(follow.fixed(&model));
+        let follows = follow.expressions(&model, g, wanted);
+        let (edges, [moved, conditions]) = Edges::find(&model, g, [&g_sum, &c_sum], &follows, follow.fixed(&model));
+        let foreseen = Foreseen::find(g, &moved, &model.waves, |e| affine(g, e, &model.waves));
+        let swing = follow.swing(&model, g, &conditions);
         let f_rows: Vec<usize> = model.f.keys().copied().collect();
         let q_rows: Vec<usize> = model.q.keys().copied().collect();
         let mut outs: Vec<Id> = model.f.values().chain(model.q.values()).copied().collect();
@@ -508,6 +516,7 @@ impl System {
             sizes,
             edges,
             foreseen,
+            swing,
             bent: Vec::new(),
             gates: Vec::new(),
             devices,
