@@ -249,9 +249,14 @@ def _terminals(seen: Seen, circuit: Circuit) -> Iterator[str]:
             if root_of.setdefault(net, root) != root:
                 yield f"{title}: terminal {terminal} is not tied to the rest of {net}"
     for root, names in seen.names.items():
-        own = circuit.port(net_of[root]) if root in net_of else None
-        for words in sorted(names - {own}):
-            yield f"{words} is written at {own}"
+        net = net_of.get(root)
+        own = {port for port, node in circuit.ports.items() if node == net or (net is None and node not in root_of)}
+        own |= {circuit.port(net)} if net is not None else set()
+        for words in sorted(names - own):
+            yield f"{words} is written at {net}"
+    for port, net in circuit.ports.items():
+        if net in root_of and net not in GROUND and circuit.port(net) not in seen.names.get(root_of[net], ()):
+            yield f"terminal {port} bears no name"
     for net in sorted(circuit.read - set(GROUND)):
         if net in root_of and not seen.names.get(root_of[net]):
             yield f"{circuit.port(net)} is read and bears no name"

@@ -119,7 +119,8 @@ class Circuit:
 
     def port(self, net: str) -> str:
         """What a net is called here: inside a subcircuit its terminals have the names of its definition."""
-        return next((port for port, node in self.ports.items() if node == net), self.shown(net))
+        own = (port for port, node in self.ports.items() if node == net and net not in GROUND)
+        return next(own, self.shown(net))
 
     def _title(self, e: Element) -> str:
         """Its name as the deck writes it."""

@@ -1,5 +1,5 @@
-"""Drawings read back: `python tests/bench/drawn_back.py [COUNT] [SEED]` draws so many mutated decks and tells which do not read as
-their deck, and how long a drawing takes.
+"""Drawings read back: `python tests/bench/drawn_back.py [COUNT] [SEED] [PARTS]` draws so many mutated decks, those of more than PARTS
+parts aside, and tells which do not read as their deck, and how long a drawing takes.
 
 Mutations of the decks in netlists/ and of small ones with every letter: terminals moved to other nets, elements left out, put in
 series and in parallel, made sources of what others carry, coupled, boxed; see tests/unit/schematic/mutants.py.
@@ -21,11 +21,11 @@ from emsim.schematic.layout import MOST
 from emsim.schematic.picture import Picture
 
 
-def main(count: int, seed: int) -> None:
+def main(count: int, seed: int, most: int = MOST) -> None:
     wrong, drawn, seconds = 0, 0, []
-    for name, flat in mutants(count, seed):
+    for name, flat in mutants(sys.maxsize, seed):
         circuit = Circuit(flat)
-        if not 0 < len(circuit.parts) <= MOST:
+        if not 0 < len(circuit.parts) <= most:
             continue
         began = process_time()
         picture = Picture(circuit)
@@ -33,7 +33,11 @@ def main(count: int, seed: int) -> None:
         drawn += 1
         if said := differences(picture.data, circuit):
             wrong += 1
-            print(f"{name}: {'; '.join(said[:3])}")
+            print(f"{name}: {'; '.join(said[:3])}", flush=True)
+        if drawn % 100 == 0:
+            print(f"{drawn} drawn", flush=True)
+        if drawn == count:
+            break
     seconds.sort()
     print(f"{drawn} drawn, {wrong} do not read as their deck; median {seconds[drawn // 2]:.2f} s, longest {seconds[-1]:.2f} s")
 
