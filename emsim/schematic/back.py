@@ -56,7 +56,7 @@ class Seen:
     """What is seen of a picture's data: `pins` (what ties them) and `words` by part; `names` of what is tied; `captions`."""
 
     def __init__(self, data: dict[str, Any], symbols: list[Symbol]) -> None:
-        self.data, self.ties = data, Ties()
+        self.data, self.symbols, self.ties = data, symbols, Ties()
         at = next((p["pins"][0] for p in data["parts"] if p["pins"]), (0.0, 0.0))
         self.zero = (at[0], at[1])
         self.arms: dict[Point, list[tuple[Point, Hashable]]] = defaultdict(list)
@@ -94,7 +94,9 @@ class Seen:
     def _part(self, k: int, part: dict[str, Any], symbol: Symbol) -> None:
         """Takes a part's strokes and words apart: its symbol, marks at its pins, its label."""
         pins = [self.grid(p) for p in part["pins"]]
-        lines = [(s[0], tuple(self.grid(p) for p in s[1])) for s in part["strokes"] if s[0] in ("line", "fill")]
+        lines = [
+            (s[0], tuple(self.grid(p) for p in s[1])) for s in part["strokes"] if s[0] in ("line", "fill")
+        ]
         rounds = [(s[0], self.grid(s[1:3]), s[3] / UNIT) for s in part["strokes"] if s[0] in ("ring", "dot")]
         texts = [(self.grid(t[:2]), t[3]) for t in part["texts"]]
         turn = next((t for t in TURNS if _stands(symbol, t, pins, lines, rounds, texts)), None)
@@ -104,7 +106,7 @@ class Seen:
             raise Unreadable(f"{part['name']}: its lines are no symbol with its pins")
         if turn is not None and pins:
             for kind, what in _turned(symbol, turn, pins[0]):
-                there = lines if kind == "line" else rounds if kind == "round" else texts
+                there: list[Any] = lines if kind == "line" else rounds if kind == "round" else texts
                 there.remove(next(one for one in there if _same(one, what)))
         for j, (p, (_, out)) in enumerate(zip(pins, symbol.pins, strict=True)):
             dx, dy = _turn(out, turn or (0, False))
@@ -118,7 +120,10 @@ class Seen:
         bars = [s for s in segments if len(s) == 2 and s[0][1] == s[1][1] and abs(s[1][0] - s[0][0]) == 2]
         for bar in bars:
             x, y = (bar[0][0] + bar[1][0]) / 2, bar[0][1]
-            stem = next((s for s in segments if len(s) == 2 and s[1] == (x, y) and s[0][0] == x and s is not bar), None)
+            stem = next(
+                (s for s in segments if len(s) == 2 and s[1] == (x, y) and s[0][0] == x and s is not bar),
+                None,
+            )
             if stem is None:
                 continue
             over = stem[1][1] - stem[0][1]
@@ -207,11 +212,11 @@ class Seen:
         (x, y), anchor, words = self.grid(name[:2]), name[2], name[3]
         frame = writing(x, y, anchor, words)
         far: dict[Hashable, float] = {}
-        places = [*((edge, edge) for edge in self.edges)]
+        places: list[tuple[Any, Hashable]] = [*((edge, edge) for edge in self.edges)]
         places += [((p, p), ("pin", k, j)) for k, pins in enumerate(self.ends) for j, p in enumerate(pins)]
         for (a, b), key in places:
-            root, gap = self.ties.root(key), _gap(frame, a, b)
-            far[root] = min(gap, far.get(root, gap))
+            root, away = self.ties.root(key), gap(frame, a, b)
+            far[root] = min(away, far.get(root, away))
         order = sorted(far, key=far.__getitem__)
         if not order or far[order[0]] > 1 or (len(order) > 1 and far[order[1]] - far[order[0]] < NEARER):
             raise Unreadable(f"the name `{words}` stands beside no wire, or beside two")
@@ -225,7 +230,12 @@ def differences(data: dict[str, Any], circuit: Circuit) -> list[str]:
     """In what a drawing does not read as the deck; nothing where it does."""
     try:
         seen = Seen(data, [part.symbol(data["look"]) for part in circuit.parts])
-        return [*_overlaps(data), *_terminals(seen, circuit), *_control(seen, circuit), *_couplings(seen, circuit)]
+        return [
+            *_overlaps(data),
+            *_terminals(seen, circuit),
+            *_control(seen, circuit),
+            *_couplings(seen, circuit),
+        ]
     except Unreadable as wrong:
         return [str(wrong)]
 
@@ -249,11 +259,15 @@ def _terminals(seen: Seen, circuit: Circuit) -> Iterator[str]:
             if root_of.setdefault(net, root) != root:
                 yield f"{title}: terminal {terminal} is not tied to the rest of {net}"
     for root, names in seen.names.items():
-        net = net_of.get(root)
-        own = {port for port, node in circuit.ports.items() if node == net or (net is None and node not in root_of)}
-        own |= {circuit.port(net)} if net is not None else set()
+        held = net_of.get(root)
+        own = {
+            port
+            for port, node in circuit.ports.items()
+            if node == held or (held is None and node not in root_of)
+        }
+        own |= {circuit.port(held)} if held is not None else set()
         for words in sorted(names - own):
-            yield f"{words} is written at {net}"
+            yield f"{words} is written at {held}"
     for port, net in circuit.ports.items():
         if net in root_of and net not in GROUND and circuit.port(net) not in seen.names.get(root_of[net], ()):
             yield f"terminal {port} bears no name"
@@ -318,13 +332,19 @@ def _drawn(seen: Seen, wanted: dict[str, Pins]) -> dict[str, dict[str, Hashable]
     bulks: dict[str, Hashable] = {}
     for caption in seen.captions:
         if told := re.fullmatch(r"bulks of (.+): (\S+)", caption):
-            root = next((root for root, names in seen.names.items() if told[2] in names), None)
+            root = next((root for root, names in seen.names.items() if told[2] in names), ("told", told[2]))
             bulks |= dict.fromkeys(told[1].lower().split(", "), root)
-    for part in seen.data["parts"]:
+    for k, part in enumerate(seen.data["parts"]):
         title = part["name"][len(seen.data["inside"]) + 1 :] if seen.data["inside"] else part["name"]
         if part["kind"] in ("nmos", "pmos") and len(part["pins"]) == 3 and "3" in wanted.get(title, ()):
             kind = "n-channel" if part["kind"] == "nmos" else "p-channel"
-            found[title]["3"] = bulks.get(title, bulks.get(kind, found[title]["2"]))
+            # a line from the bulk's arrow to the source's lead
+            is_tied = any(
+                s[0] == "line" and s[1][0] == (3, 0) and len(s[1]) == 2 for s in seen.symbols[k].strokes
+            )
+            found[title]["3"] = (
+                found[title]["2"] if is_tied else bulks.get(title, bulks.get(kind, ("untold", title)))
+            )
     return found
 
 
@@ -450,7 +470,9 @@ def _turned(symbol: Symbol, turn: tuple[int, bool], first: Point) -> list[tuple[
     return found
 
 
-def _stands(symbol: Symbol, turn: tuple[int, bool], pins: list[Point], lines: Any, rounds: Any, texts: Any) -> bool:
+def _stands(
+    symbol: Symbol, turn: tuple[int, bool], pins: list[Point], lines: Any, rounds: Any, texts: Any
+) -> bool:
     """Does the symbol stand so turned where the pins are?"""
     if len(pins) != len(symbol.pins):
         return False
@@ -483,7 +505,11 @@ def _pieces(a: Point, b: Point) -> Iterator[tuple[Point, Point]]:
     n = round(max(abs(b[0] - a[0]), abs(b[1] - a[1])))
     if n and a[0] != b[0] and a[1] != b[1]:
         raise Unreadable("a wire that slants")
-    points = [(round(a[0] + (b[0] - a[0]) * k / n), round(a[1] + (b[1] - a[1]) * k / n)) for k in range(n + 1)] if n else []
+    points = (
+        [(round(a[0] + (b[0] - a[0]) * k / n), round(a[1] + (b[1] - a[1]) * k / n)) for k in range(n + 1)]
+        if n
+        else []
+    )
     yield from pairwise(points)
 
 
@@ -499,7 +525,7 @@ def _far(a: Point, b: Point) -> float:
     return abs(a[0] - b[0]) + abs(a[1] - b[1])
 
 
-def _gap(frame: tuple[float, float, float, float], a: Point, b: Point) -> float:
+def gap(frame: tuple[float, float, float, float], a: Point, b: Point) -> float:
     """From a frame to a level or upright line."""
     dx = max(frame[0] - max(a[0], b[0]), min(a[0], b[0]) - frame[2], 0.0)
     dy = max(frame[1] - max(a[1], b[1]), min(a[1], b[1]) - frame[3], 0.0)

@@ -280,7 +280,7 @@ class Circuit:
         part.card = card.kind
 
     def _hidden(self) -> dict[str, tuple[list[str], list[str]]]:
-        """By use: nets beside its terminals that something inside is on or reads, as .global ones, and what it reads of others."""
+        """By use: nets beside its terminals that something inside is on or reads, as .global ones; what it reads of others."""
         found: dict[str, tuple[dict[str, None], dict[str, None]]] = {use[0]: ({}, {}) for use in self.uses}
         start = self.inside + "." if self.inside else ""
         ports = {name: {*nodes.values(), *GROUND} for name, _, nodes in self.uses}
@@ -299,9 +299,7 @@ class Circuit:
                     found[name][1][other] = None
         return {name: (list(nets), list(others)) for name, (nets, others) in found.items()}
 
-    def _use(
-        self, name: str, of: str, nodes: dict[str, str], hidden: list[str], others: list[str]
-    ) -> None:
+    def _use(self, name: str, of: str, nodes: dict[str, str], hidden: list[str], others: list[str]) -> None:
         """A box, or the triangle of an operational amplifier."""
         ports = dict(nodes)
         for net in hidden:
@@ -359,13 +357,15 @@ class Circuit:
         """Of what controls a part its nets: of a current those of the element that it flows in."""
         of = {name: part.nets for part in self.parts for name in {part.name, *(s for s, _ in part.sources)}}
         for part in self.parts:
-            nets = [net for what in part.reads for net in (of.get(what, ()) if what not in self.pins else (what,))]
+            nets = [
+                net for what in part.reads for net in (of.get(what, ()) if what not in self.pins else (what,))
+            ]
             part.reads = [net for net in dict.fromkeys(nets) if net != "0"]
 
     def _asked(self) -> set[str]:
         """Nets that outputs of the deck and cards of its machine speak of."""
         flat = self.flat
-        asked = [ast for p in flat.prints for _, ast in p.items]
+        asked: list[Any] = [ast for p in flat.prints for _, ast in p.items]
         asked += [p.ast for p in (*flat.saves, *flat.probes)]
         asked += [v for card in flat.machine for v in card.params.values()]
         return {net for ast in asked for net in _voltages(ast)}

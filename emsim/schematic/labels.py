@@ -74,5 +74,3 @@ class Labels:
     def _probes(self, e: Element) -> list[str]:
         """All that an element reads, each once."""
         return list(dict.fromkeys(repr(told(p, self.net, self.name)) for p in reads(e).probes))
-
-

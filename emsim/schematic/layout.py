@@ -319,7 +319,7 @@ class Layout:
         )
         if part.role == "port":
             places = places[:1] if pins[0][2] < 0 else places[1:]
-            (lx, _, anchor), _, cost = places[0]
+            (lx, _, anchor), *_ = places[0]
             far = ceil(width) + 1
             yield (lx, 0.0, anchor), (1, 0, far, 0) if pins[0][2] < 0 else (-far, 0, -1, 0), 0
             return
@@ -340,9 +340,11 @@ class Layout:
         yield from found or [_corner(box, taken, width, n)]
 
 
-def _corner(box: Rect, taken: list[Rect], width: float, lines: int) -> tuple[tuple[float, float, str], Rect, int]:
+def _corner(
+    box: Rect, taken: list[Rect], width: float, lines: int
+) -> tuple[tuple[float, float, str], Rect, int]:
     """A label beside a corner of a box whose four sides have pins: right above, as far up as all that hangs on the pins asks."""
-    x0, y0, x1, _ = box
+    _, y0, x1, _ = box
     far, up = ceil(width), ceil(LINE * lines)
     bottom = y0 - 1
     while any(_meet((x1 + 1, bottom - up + 1, x1 + far, bottom), other) for other in taken):

@@ -116,8 +116,8 @@ class Order:
     # ---- along the signal ----
 
     def _distances(self) -> list[int]:
-        """How many steps from a source each part is: into a base or gate, out of collector and emitter, from what controls a source
-        to what it drives, through anything else. What no signal reaches is at its net's distance; supplies are at -1."""
+        """How many steps from a source each part is: into a base or gate, out of collector and emitter, from what controls a
+        source to what it drives, through anything else. What no signal reaches is at its net's distance; supplies are at -1."""
         parts, pins, fixed = self.circuit.parts, self.circuit.pins, self.fixed
         starts = [
             k

@@ -16,7 +16,7 @@ from itertools import pairwise
 from math import ceil
 
 from ..diagnostics import DeckError, deck_error, suggest
-from .back import differences, listing
+from .back import differences, gap, listing
 from .layout import LINE, MOST, TEXTBOOK, Layout, turned, wide
 from .symbols import UNIT, ground
 
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 
 MARGIN = 16  # pixels about it all
 REPORT = "a fault of emsim: please report it with the deck"
-CLEAR = 0.5  # grid units from a name to another net's wire
+ASIDE, CLEAR = 0.2, 0.2  # grid units from a name to its wire, and how much nearer that is than any other
 BULGE = 0.3  # grid units: a transistor's ring reaches out of its box
 
 
@@ -182,17 +182,21 @@ class Picture:
 
     def _names(self) -> list[tuple[float, float, str, str, str]]:
         """Names beside wires, or where pins meet, nearer to their own net than to any other."""
-        lines = {net: [_around(a, b, 0.2) for a, b in edges] for net, edges in self.edges.items()}
-        lone = [_around(p, p, 0.2) for p in (self._pin(k, j) for pins in self.circuit.pins.values() for k, j in pins)]
+        places = {net: [*self.edges.get(net, ())] for net in self.circuit.pins}
+        for net, pins in self.circuit.pins.items():
+            places[net] += [(p, p) for p in (self._pin(k, j) for k, j in pins)]
         found = []
         for net, edges in self.edges.items():
             if net not in self.circuit.named:
                 continue
             words = self.circuit.port(net)
-            near = [grown(f, CLEAR) for other, own in lines.items() if other != net for f in own]
+            others = [place for other, own in places.items() if other != net for place in own]
             for x, y, anchor in _beside(edges) if edges else _about(self._pin(*self.circuit.pins[net][0])):
                 frame = writing(x, y, anchor, words)
-                if not any(_meet(frame, f) for f in (*self.frames, *lines[net], *near, *lone)):
+                away = min(gap(frame, a, b) for a, b in places[net])
+                if away < ASIDE or any(_meet(frame, f) for f in self.frames):
+                    continue
+                if all(gap(frame, a, b) > away + CLEAR for a, b in others):
                     found.append((x, y, anchor, words, net))
                     self.frames.append(frame)
                     break
@@ -242,7 +246,7 @@ def draw(flat: FlatDeck, look: str = "ansi", inside: str = "", sink: Sink | None
     names = [*(e.name for e in flat.elements), *(card.name for card in flat.machine), *uses]
     found = [hint for file in flat.sources[:1] for hint in hints(file, names, sink)]
     picture = Picture(circuit, look, found)
-    if (wrong := differences(picture.data, circuit)):
+    if wrong := differences(picture.data, circuit):
         said = f"the drawing does not read as the deck ({wrong[0]}): its elements are listed in place of it"
         picture.data = listing(flat, inside, look, said)
         if sink is not None:
@@ -275,18 +279,12 @@ def writing(x: float, y: float, anchor: str, words: str) -> Frame:
     return left, y - 0.5, left + width, y + 0.5
 
 
-def grown(f: Frame, by: float) -> Frame:
-    return f[0] - by, f[1] - by, f[2] + by, f[3] + by
-
-
-def _around(a: Grid, b: Grid, by: float) -> Frame:
-    return grown((min(a[0], b[0]), min(a[1], b[1]), max(a[0], b[0]), max(a[1], b[1])), by)
-
-
 def _about(p: Grid) -> list[tuple[float, float, str]]:
     """Where a name may stand about a point at which pins meet."""
     x, y = p
-    return [(x + dx, y + dy, anchor) for dy in (-0.75, 0.8, 0) for dx, anchor in ((0.4, "start"), (-0.4, "end"))]
+    return [
+        (x + dx, y + dy, anchor) for dy in (-0.75, 0.8, 0) for dx, anchor in ((0.4, "start"), (-0.4, "end"))
+    ]
 
 
 def _meet(a: Frame, b: Frame) -> bool:

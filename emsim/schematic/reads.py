@@ -13,6 +13,7 @@ from ..expr import Call, Name, Node, rewritten
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
+    from typing import Any
 
     from ..elements import Element
 
@@ -44,7 +45,9 @@ class Reads:
     def expression(self, node: Node) -> None:
         for part in _parts(node):
             if isinstance(part, Call):
-                own = [a.id for a in part.args if isinstance(a, Name) and a.id not in PLAIN and a.id[0] != "@"]
+                own = [
+                    a.id for a in part.args if isinstance(a, Name) and a.id not in PLAIN and a.id[0] != "@"
+                ]
                 if own:
                     self.probes.append(part)
                 for name in own:
@@ -64,7 +67,8 @@ class Reads:
 def reads(e: Element) -> Reads:
     """All that an element reads."""
     found = Reads()
-    form, controls = e.extra.get("form"), e.extra.get("controls", ())
+    form: Any = e.extra.get("form")
+    controls = e.extra.get("controls", ())
     if e.letter == "s" or (e.letter in "eg" and form == "linear"):
         found.between(*e.nodes[2:4])
     for control in controls:

@@ -1,5 +1,5 @@
-"""Drawings read back: `python tests/bench/drawn_back.py [COUNT] [SEED] [PARTS]` draws so many mutated decks, those of more than PARTS
-parts aside, and tells which do not read as their deck, and how long a drawing takes.
+"""Drawings read back: `python tests/bench/drawn_back.py [COUNT] [SEED] [PARTS]` draws so many mutated decks, those of more than
+PARTS parts aside, and tells which do not read as their deck, and how long a drawing takes.
 
 Mutations of the decks in netlists/ and of small ones with every letter: terminals moved to other nets, elements left out, put in
 series and in parallel, made sources of what others carry, coupled, boxed; see tests/unit/schematic/mutants.py.
@@ -39,7 +39,9 @@ def main(count: int, seed: int, most: int = MOST) -> None:
         if drawn == count:
             break
     seconds.sort()
-    print(f"{drawn} drawn, {wrong} do not read as their deck; median {seconds[drawn // 2]:.2f} s, longest {seconds[-1]:.2f} s")
+    print(
+        f"{drawn} drawn, {wrong} do not read as their deck; median {seconds[drawn // 2]:.2f} s, longest {seconds[-1]:.2f} s"
+    )
 
 
 if __name__ == "__main__":

@@ -317,7 +317,9 @@ def test_one_row_without_a_value_does_not_empty_the_cursors_sheet(folder: Path, 
     page = visit(written(folder, deck, "gap"))
     expression(page, "v(a)/v(a)")  # 0/0 in its first row
     page.click("#tab-cursors")
-    rows = page.evaluate("() => [...document.querySelectorAll('#sheet-cursors tr')].map((r) => [...r.cells].map((c) => c.textContent))")
+    rows = page.evaluate(
+        "() => [...document.querySelectorAll('#sheet-cursors tr')].map((r) => [...r.cells].map((c) => c.textContent))"
+    )
     row = next(r for r in rows if r[0] == "v(a)/v(a)")
     assert row[4:8] == ["1", "1", "1", "1"]
     assert "1 row of v(a)/v(a)" in page.inner_text("#sheet-cursors .note")

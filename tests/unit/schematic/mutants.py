@@ -1,4 +1,4 @@
-"""Decks for the property that a drawing reads as its deck: small circuits made up of every letter, and the decks in netlists/ with
+"""Decks for the property that a drawing reads as its deck: small circuits made up of every letter, and those of netlists/ with
 terminals moved, elements left out and put in twice. Seeded."""
 
 from __future__ import annotations
@@ -25,7 +25,8 @@ MODELS = """.model d d
 """
 # terminals of subcircuits as they are found in libraries
 PINS = [
-    "in out", "in out gnd", "in out vdd vss", "inp inn out", "inp inn vcc vee out", "in+ in- v+ v- out", "1 2 3 4 5", "a b y vdd vss",
+    "in out", "in out gnd", "in out vdd vss", "inp inn out", "inp inn vcc vee out", "in+ in- v+ v- out", "1 2 3 4 5",
+    "a b y vdd vss",
     "d clk q qb vdd gnd", "vin sw gnd fb en", "gnd trig out reset ctrl thresh disch vcc", "p n", "c b e", "d g s", "a k g",
     "in adj out", "vp vn a b in", "vp vn a b c ga gb gc", "x1 x2 y1 y2 w z vpos vneg",
 ]  # fmt: skip
@@ -68,7 +69,7 @@ def _moved(flat: FlatDeck, random: Random) -> FlatDeck:
             top.remove(e)
         elif what == 1 and e.name not in coupled:
             twin = copy(e)
-            twin.name, twin.nodes = f"{e.name}_2", list(e.nodes)
+            twin.name, twin.nodes = f"{e.name}_{len(flat.elements)}", list(e.nodes)
             flat.elements.append(twin)
             top.append(twin)
         elif e.nodes:
@@ -81,7 +82,12 @@ def made_up(random: Random) -> str:
     n = random.randint(3, 14)
     nets = ["0", "in", "out", "vcc", *(f"n{k}" for k in range(random.randint(1, n)))]
     net = lambda: random.choice(nets)  # noqa: E731
-    lines, subckts, coils, sources = [f"V0 {net()} 0 {random.choice(['5', 'SIN(0 1 1k)', 'PWL(0 0 1 1)'])}"], [], [], ["v0"]
+    lines, subckts, coils, sources = (
+        [f"V0 {net()} 0 {random.choice(['5', 'SIN(0 1 1k)', 'PWL(0 0 1 1)'])}"],
+        [],
+        [],
+        ["v0"],
+    )
 
     def formula() -> str:
         terms = [
@@ -94,18 +100,33 @@ def made_up(random: Random) -> str:
         letter = random.choice("rrrccllddqqmmmjvieghfbbsswtuxxxx")
         a = f"{letter}{k} {net()} {net()}"
         if letter in "rcl":
-            lines.append(f"{a} {random.choice(['1k', f'{{1+abs({formula()})}}'])}" if letter != "l" else f"{a} 1m")
+            lines.append(
+                f"{a} {random.choice(['1k', f'{{1+abs({formula()})}}'])}" if letter != "l" else f"{a} 1m"
+            )
             coils += [f"l{k}"] * (letter == "l")
         elif letter == "d":
             lines.append(f"{a} {random.choice('dz')}")
         elif letter in "qjm":
-            extra = random.choice(["", f" {net()}"]) if letter == "q" else f" {random.choice(['0', 'vcc', net()])}" if letter == "m" else ""
-            lines.append(f"{a} {net()}{extra} {random.choice({'q': ['npn', 'pnp'], 'm': ['nm', 'pm'], 'j': ['nj']}[letter])}")
+            extra = (
+                random.choice(["", f" {net()}"])
+                if letter == "q"
+                else f" {random.choice(['0', 'vcc', net()])}"
+                if letter == "m"
+                else ""
+            )
+            lines.append(
+                f"{a} {net()}{extra} {random.choice({'q': ['npn', 'pnp'], 'm': ['nm', 'pm'], 'j': ['nj']}[letter])}"
+            )
         elif letter in "vi":
             lines.append(f"{a} {random.choice(['1', 'AC 1', 'PULSE(0 1 0 1n 1n 1u 2u)'])}")
             sources += [f"v{k}"] * (letter == "v")
         elif letter in "eg":
-            forms = [f"{net()} {net()} 10", f"VALUE={{{formula()}}}", f"POLY(1) {net()} {net()} 0 1", f"TABLE {{{formula()}}}=(0,0) (1,1)"]
+            forms = [
+                f"{net()} {net()} 10",
+                f"VALUE={{{formula()}}}",
+                f"POLY(1) {net()} {net()} 0 1",
+                f"TABLE {{{formula()}}}=(0,0) (1,1)",
+            ]
             lines.append(f"{a} {random.choice(forms)}")
         elif letter in "hf":
             lines.append(f"{a} {random.choice(sources)} 3")
@@ -118,7 +139,9 @@ def made_up(random: Random) -> str:
         elif letter == "x":
             pins = random.choice(PINS).split()
             inner = "\n".join(f"R{j} {p} m {j + 1}" for j, p in enumerate(pins) if random.random() < 0.6)
-            read = f"B1 m 0 I={{{'+'.join(f'v({p})' for p in pins)}}}" if random.random() < 0.5 else "R99 m 0 1"
+            read = (
+                f"B1 m 0 I={{{'+'.join(f'v({p})' for p in pins)}}}" if random.random() < 0.5 else "R99 m 0 1"
+            )
             subckts.append(f".subckt s{k} {' '.join(pins)}\n{inner}\n{read}\n.ends")
             lines.append(f"x{k} {' '.join(net() for _ in pins)} s{k}")
     random.shuffle(coils)
@@ -126,4 +149,14 @@ def made_up(random: Random) -> str:
         some, coils = coils[: random.randint(2, 4)], coils[random.randint(1, 4) :]
         if len(some) > 1:
             lines.append(f"K{len(lines)} {' '.join(some)} {random.choice(['0.9', '0.5'])}")
-    return "\n".join(["made up", *lines, *subckts, MODELS, f".print tran v({random.choice(nets[1:])})", ".tran 1u 1m", ".end"])
+    return "\n".join(
+        [
+            "made up",
+            *lines,
+            *subckts,
+            MODELS,
+            f".print tran v({random.choice(nets[1:])})",
+            ".tran 1u 1m",
+            ".end",
+        ]
+    )

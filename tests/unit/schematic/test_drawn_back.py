@@ -85,7 +85,10 @@ R2 s2 0 100
     ("k", "words"),
     [
         ("K1 L1 L2 L3 0.999", ["k = 0.999"]),
-        ("K1 L1 L2 0.99\nK2 L2 L3 0.5\nK3 L1 L3 0.98", ["k(L1,L2) = 0.99", "k(L2,L3) = 0.5", "k(L1,L3) = 0.98"]),
+        (
+            "K1 L1 L2 0.99\nK2 L2 L3 0.5\nK3 L1 L3 0.98",
+            ["k(L1,L2) = 0.99", "k(L2,L3) = 0.5", "k(L1,L3) = 0.98"],
+        ),
         ("K1 L1 L2 0.9\nK2 L2 L3 0.9", ["k(L1,L2) = 0.9", "k(L2,L3) = 0.9"]),
     ],
 )
@@ -98,8 +101,10 @@ def test_coils_on_one_core_are_one_part_with_every_k(k, words):
 
 
 def test_a_coupling_into_a_subcircuit_is_told_below():
-    p = of("coupled\n.subckt coil a b\nL1 a b 1m\n.ends\nV1 a 0 1\nL1 a 0 1m\nX1 b 0 coil\nR1 b 0 1\nK1 L1 x1.L1 0.5\n.op\n.end\n")
-    assert any("k(L1,x1.l1) = 0.5" == name[3] for name in p.data["names"])
+    p = of(
+        "coupled\n.subckt coil a b\nL1 a b 1m\n.ends\nV1 a 0 1\nL1 a 0 1m\nX1 b 0 coil\nR1 b 0 1\nK1 L1 x1.L1 0.5\n.op\n.end\n"
+    )
+    assert any(name[3] == "k(L1,x1.l1) = 0.5" for name in p.data["names"])
 
 
 SALLEN = """E1 reads v(b,out)
@@ -116,7 +121,9 @@ E1 out 0 b out 100k
 
 def test_nets_of_which_labels_speak_bear_their_names():
     p = of(SALLEN)
-    assert {"b", "out"} <= {name[3] for name in p.data["names"]} | {t[3] for q in p.data["parts"] for t in q["texts"]}
+    assert {"b", "out"} <= {name[3] for name in p.data["names"]} | {
+        t[3] for q in p.data["parts"] for t in q["texts"]
+    }
 
 
 def test_a_formula_that_is_too_long_tells_all_that_it_reads():
@@ -129,7 +136,9 @@ def test_a_formula_that_is_too_long_tells_all_that_it_reads():
 
 
 def test_a_table_is_not_drawn_as_its_input():
-    p = of("table\nV1 a 0 1\nE1 b 0 TABLE {v(a)} = (0,0) (1,2)\nR1 b 0 1\nE2 c 0 LAPLACE {v(a)} = {1/(1+s)}\nR2 c 0 1\n.op\n.end\n")
+    p = of(
+        "table\nV1 a 0 1\nE1 b 0 TABLE {v(a)} = (0,0) (1,2)\nR1 b 0 1\nE2 c 0 LAPLACE {v(a)} = {1/(1+s)}\nR2 c 0 1\n.op\n.end\n"
+    )
     assert "TABLE of v(a)" in said(p) and "LAPLACE of v(a)" in said(p)
 
 
@@ -143,7 +152,9 @@ def test_a_box_has_room_for_its_label_whatever_its_terminals(pins):
     names = pins.split()
     inner = "\n".join(f"R{k} {name} m 1" for k, name in enumerate(names))
     for nets in ([f"n{k}" for k in range(len(names))], ["0" for _ in names]):
-        p = of(f"box\n.subckt s {pins}\n{inner}\nRm m 0 1\n.ends\nV1 n0 0 1\nX1 {' '.join(nets)} s\n.op\n.end\n")
+        p = of(
+            f"box\n.subckt s {pins}\n{inner}\nRm m 0 1\n.ends\nV1 n0 0 1\nX1 {' '.join(nets)} s\n.op\n.end\n"
+        )
         assert wrong(p) == [] and {"x1", "s"} <= {t[3] for t in part(p, "x1")["texts"]}
 
 
