@@ -156,6 +156,14 @@ def with_a_spoiled(place: int):
 FORCED = {
     "E153": ("emsim including.cir", lambda p: p.setattr("emsim.elaborate.files.MAX_INCLUDES", 0)),
     "E372": ("emsim draw deck.cir", lambda p: p.setattr("emsim.schematic.picture.MOST", 2)),
+    "W351": (
+        "emsim draw deck.cir",
+        lambda p: p.setattr("emsim.schematic.picture.differences", lambda *_: ["r1 is not drawn"]),
+    ),
+    "W352": (
+        "emsim --html page.html deck.cir",
+        lambda p: p.setattr("emsim._engine.arrange_diagram", raising(ValueError("no place"))),
+    ),
     "E421": ("emsim chart --alone deck.cir", lambda p: p.setattr("emsim.reports.reference.WORST", 0.0)),
     "E499": (HERE, lambda p: p.setattr("emsim.pipeline.solve", raising(RuntimeError("a bug")))),
     "E502": (WRONG, without_grammar),

@@ -108,7 +108,8 @@ function offScale(values) {
 function partsOf(name, unit, re, im) {
   const made = (fn, unit, f) => ({ name: `${fn}(${name})`, unit, values: re.map((x, k) => f(x, im[k])) });
   return [
-    made("db", "dB", (x, y) => 20 * Math.log10(Math.hypot(x, y))), made("ph", "rad", (x, y) => Math.atan2(y, x)),
+    // decibels of volts and of amperes have nothing to do with each other
+    { ...made("db", "dB", (x, y) => 20 * Math.log10(Math.hypot(x, y))), of: unit }, made("ph", "rad", (x, y) => Math.atan2(y, x)),
     made("mag", unit, Math.hypot), made("re", unit, (x) => x), made("im", unit, (x, y) => y),
   ];
 }
