@@ -45,6 +45,7 @@ def remarks(assembly: Assembly, run: Run) -> None:
         rows = run.waves.rows
         teach(assembly, run.waves.watch, run.waves.value(rows - 1, 0) if rows else 0.0)
     if run.kind == "tran":
+        _start(assembly, run)
         _second_order(assembly)
         _conditions(assembly, run)
         _short_steps(assembly, run)
@@ -59,6 +60,24 @@ def remarks(assembly: Assembly, run: Run) -> None:
         _amplified(assembly, run)
     if over_time and run.waves.rows > 1:
         _imbalances(assembly, run)
+
+
+def _start(assembly: Assembly, run: Run) -> None:
+    """A transient that starts from a substitute of the operating point."""
+    waves: Any = run.waves  # of a transient
+    if waves.substitute is None:
+        return
+    k, holds = waves.substitute
+    what, span = condition(assembly, k)
+    element = assembly.ctx.elements.get(assembly.system.flag_names[k])
+    how = ("on" if holds else "off") if element is not None else "true" if holds else "false"
+    assembly.ctx.remark(
+        "W418",
+        f"there is no operating point: {what} contradicts itself or others. The run starts where it is {how}, with all that is "
+        "continuous solved for",
+        span,
+        "uic starts from given values, and says so; .ic v(node)= gives a node of this start, .nodeset says where the point is sought",
+    )
 
 
 def _second_order(assembly: Assembly) -> None:

@@ -9,7 +9,7 @@ use crate::edges::{affine, EdgeWork, Edges};
 use crate::graph::{Graph, Id, Node};
 use crate::islands::sum_pairs;
 use crate::logic::{Live, Logic};
-pub use crate::model::{FlagSpec, Force, Kind, Model, Response, Unknown};
+pub use crate::model::{FlagSpec, Force, Free, Kind, Model, Response, Unknown};
 use crate::passive::is_passive;
 use crate::reduced::Reduced;
 use crate::sparse::{reciprocal, Once, Pattern, Rows, Singular, Stamp, Symbolic};
@@ -155,7 +155,11 @@ pub struct Work {
     linear: Linear,
     lines: Vec<f64>, // devices as straight lines, see `devices::Layout`
     pub limited: bool,
+    /// devices that are off at the start carry nothing
+    pub without_off: bool,
     where_finite: bool, // what expressions give that is not finite is left out
+    /// a run begins where this condition, as it is held, is not what it says: there is no operating point (op.rs)
+    pub substitute: Option<(usize, bool)>,
     /// of the operating point that was found last: the node that only gmin holds
     pub hanging: Option<Hanging>,
     pub counters: Counters,
@@ -399,7 +403,7 @@ impl System {
             }
         }
         let laws = Laws::new(g, model.laws);
-        let devices = Devices::new(model.classes, &pattern);
+        let devices = Devices::new(model.classes, &model.off, &pattern);
         if !loose.is_empty() {
             // where this number is 0, the least current is as good as any; where it is not, nothing solves it
             let (mut f, mut q) = (vec![0.0; n], vec![0.0; n]);
@@ -552,7 +556,9 @@ impl System {
             ports: self.devices.start(),
             lines: self.devices.lines(),
             limited: false,
+            without_off: false,
             where_finite: false,
+            substitute: None,
             hanging: None,
             counters: Counters::default(),
         };

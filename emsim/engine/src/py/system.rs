@@ -307,6 +307,7 @@ impl System {
             record,
             counters: w.counters,
             hanging: hanging(0, &w),
+            substitute: w.substitute,
             seconds,
             status,
             failure,
@@ -389,6 +390,7 @@ impl System {
             record,
             counters: w.counters,
             hanging: hung,
+            substitute: None,
             seconds,
             status,
             failure,
@@ -654,6 +656,7 @@ impl System {
             record,
             counters: w.counters,
             hanging: hanging(0, &w),
+            substitute: w.substitute,
             seconds,
             status,
             failure,
@@ -820,6 +823,9 @@ pub struct Waveforms {
     /// (row, unknown, volts, amperes) of the first operating point that hangs on gmin
     #[pyo3(get)]
     hanging: Option<(usize, usize, f64, f64)>,
+    /// the condition that is not what it says where a transient starts, and how it is held: there is no operating point
+    #[pyo3(get)]
+    substitute: Option<(usize, bool)>,
     seconds: f64,
     #[pyo3(get)]
     status: &'static str,
