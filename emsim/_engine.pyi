@@ -190,6 +190,8 @@ class Builder:
     def wave_at(kind: str, args: Sequence[float], t: float) -> float:
         """What a waveform with complete arguments is just before a time. ValueError where there is none such."""
     def ic_charge(self, row: int, dq: float) -> None: ...
+    def given(self, row: int, volts: float) -> None:
+        """A node's voltage at a start with UIC, where capacitors say it [V]."""
     def rank(self, rows: Sequence[Sequence[float]], tol: float = 1e-9) -> tuple[int, list[int]]:
         """(rank, indices of a maximal set of independent rows, earlier ones first)."""
     def project(
@@ -403,6 +405,10 @@ class Waveforms:
     @property
     def hanging(self) -> tuple[int, int, float, float] | None:
         """(row, unknown, volts, amperes) of the first operating point that hangs on gmin."""
+    @property
+    def unstable(self) -> tuple[int, float, float] | None:
+        """Of an operating point, or the end of a transient that is at rest there: it does not stay. The node that moves most, and s of
+        the fastest growing mode [1/s], real and imaginary part; 0 where nothing is stored."""
     @property
     def substitute(self) -> tuple[int, bool] | None:
         """Where a transient starts: the condition that is not what it says, and how it is held. There is no operating point."""

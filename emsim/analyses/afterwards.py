@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any
@@ -39,6 +41,8 @@ def remarks(assembly: Assembly, run: Run) -> None:
         row, *found = waves.hanging
         at = run.analysis.place(waves.value(row, 0)) if run.kind == "dc" else "at the operating point"
         hangs(assembly, at, *found)
+    if getattr(waves, "unstable", None) is not None:
+        _unstable(assembly, run)
     if run.waves.watch:
         from .watch import teach
 
@@ -60,6 +64,27 @@ def remarks(assembly: Assembly, run: Run) -> None:
         _amplified(assembly, run)
     if over_time and run.waves.rows > 1:
         _imbalances(assembly, run)
+
+
+def _unstable(assembly: Assembly, run: Run) -> None:
+    """A rest that the least disturbance leads away from: an operating point, or the end of a transient."""
+    from .failure import locate
+
+    waves: Any = run.waves
+    unknown, grows, turns = waves.unstable
+    where, _ = locate(assembly, assembly.system.names[unknown])
+    over = run.kind == "tran"
+    said = "the run ends at rest where the circuit does not stay" if over else "the operating point is unstable"
+    how = "grows" if not grows else f"grows e-fold in {1.0 / grows:.3g} s"
+    if turns:
+        how += f", at {turns / (2.0 * math.pi):.3g} Hz"
+    start = "off on a device" if not turns else "a source that begins with a step, ic= with uic"
+    assembly.flat.sink.note(
+        "N403",
+        f"{said}: the least disturbance {how}, most at {where}",
+        run.analysis.card.span,
+        f"in nature noise is enough; here {start}, .ic or .nodeset v(node)= a little aside leads away",
+    )
 
 
 def _start(assembly: Assembly, run: Run) -> None:

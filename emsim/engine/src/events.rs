@@ -144,10 +144,13 @@ pub struct Detector {
     ahead: Vec<f64>,         // of the fired flags: time until their roots cross
     recent: Vec<(f64, u32)>, // of each flag: when its present run of quick flips began, how many
     quiet_until: Vec<f64>,
+    /// of kinks that rest: they turn where both sides differ by more than the tolerance
+    let_off: Vec<f64>,
 }
 
 /// So many flips within `SHORT` of the span are chattering (sliding along a discontinuity): the flag then rests for
-/// `REST` of the span, so that the run goes on and follows the sliding to that resolution.
+/// `REST` of the span, so that the run goes on and follows the sliding to that resolution. A kink never rests, for nothing slides along
+/// it: both its sides agree there. Where rounding turns it to and fro it is let off the tolerance, and no more.
 const MANY: u32 = 8;
 const SHORT: f64 = 2e-5;
 /// The inside of a step is looked at after so much of a turn [rad], so often at most.
@@ -171,6 +174,7 @@ impl Detector {
             ahead: Vec::new(),
             recent: vec![(f64::NEG_INFINITY, 0); n],
             quiet_until: vec![f64::NEG_INFINITY; n],
+            let_off: vec![0.0; n],
         }
     }
 
@@ -207,7 +211,15 @@ impl Detector {
     /// A root that was already positive (a flip that a located step just missed) fires only when it
     /// moves further away.
     fn fires(&self, k: usize, value: f64, t: f64) -> bool {
-        value > 0.0 && t >= self.quiet_until[k] && (self.before[k] <= 0.0 || value > self.before[k])
+        value > self.level_now(k, t) && (self.before[k] <= 0.0 || value > self.before[k])
+    }
+
+    /// Above which a root fires at t.
+    fn level_now(&self, k: usize, t: f64) -> f64 {
+        match t >= self.quiet_until[k] {
+            true => 0.0,
+            false => self.let_off[k],
+        }
     }
 
     fn any(&mut self, sys: &System, w: &mut Work, x: &[f64], t: f64) -> bool {
@@ -381,10 +393,12 @@ impl Detector {
         let mut falls = false;
         for &k in &self.fired {
             let slope = (now[k] - then[k]) / (at - *t0);
-            let ahead = if slope > 0.0 { -now[k] / slope } else { 0.0 };
+            let level = if sys.flags[k].is_kink() && at < self.quiet_until[k] { self.let_off[k] } else { 0.0 };
+            let rests = if level > 0.0 { f64::NEG_INFINITY } else { self.quiet_until[k] - at };
+            let ahead = if slope > 0.0 { (level - now[k]) / slope } else { 0.0 };
             falls |= slope <= 0.0 && now[k] > 0.0 && self.before[k] <= 0.0 && at >= self.quiet_until[k];
             // what was to flip already has no crossing here, and what rests none before its rest is over
-            self.ahead.push(if self.before[k] > 0.0 { 0.0 } else { ahead.max(self.quiet_until[k] - at) });
+            self.ahead.push(if self.before[k] > 0.0 { 0.0 } else { ahead.max(rests) });
         }
         *t0 = at;
         then.copy_from_slice(&now);
@@ -400,7 +414,7 @@ impl Detector {
 
     /// Book-keeping after the flags have been flipped at t: a flag that flips again and again in no time rests a while.
     /// Returns a flag that has just been put to rest.
-    pub fn flipped(&mut self, sys: &System, t: f64, span: f64) -> Option<usize> {
+    pub fn flipped(&mut self, sys: &System, w: &Work, (t, reltol): (f64, f64), span: f64) -> Option<usize> {
         let mut resting = None;
         for &k in self.fired.iter().filter(|&&k| !sys.flags[k].law.of_modes()) {
             let (begin, count) = self.recent[k];
@@ -408,7 +422,9 @@ impl Detector {
             if self.recent[k].1 >= MANY {
                 self.quiet_until[k] = t + REST * span;
                 self.recent[k] = (f64::NEG_INFINITY, 0);
-                resting = Some(k);
+                let kink = sys.flags[k].is_kink();
+                self.let_off[k] = if kink { reltol * sys.flag_size(w, k) } else { f64::INFINITY };
+                resting = if kink { resting } else { Some(k) };
             }
         }
         resting

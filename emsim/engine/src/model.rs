@@ -270,6 +270,8 @@ pub struct Model {
     /// Branch currents held while a run's start is sought: of coils that would short a voltage.
     pub starting_currents: Vec<(usize, f64)>,
     pub ic_charge: Vec<(usize, f64)>,
+    /// node voltages of a start with UIC, where capacitors have them
+    pub given: Vec<(usize, f64)>,
     /// names of the devices that carry no current in the first solution of an operating point
     pub off: Vec<String>,
 }

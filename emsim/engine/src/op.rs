@@ -10,12 +10,14 @@ mod holding;
 mod linear;
 mod rest;
 pub mod sweep;
+mod unstable;
 
-use self::holding::Holding;
 pub use self::consistent::{consistent, consistent_with, hold, is_all_state, undetermined, Stays};
 pub use self::given::initial_conditions;
+use self::holding::Holding;
 pub use self::rest::couples;
 use self::rest::descend;
+pub use self::unstable::{unstable, Unstable};
 use crate::newton::{Failure, Options, Tolerances};
 use crate::sparse::{Lu, Pattern, Singular, Symbolic};
 use crate::system::{FlagSpec, Free, Hanging, Held, Kind, System, Work};
@@ -552,7 +554,7 @@ impl Search<'_> {
         let shunted = self.dc.walk(w, x, tol, 50, &mut |_, s| ladder(s).max(gmin)).is_ok();
         w.gmin = gmin;
         let asked = self.dc.sys.asking(w, x, 0.0, self.dc.free, o.reltol).is_some();
-        let shunted = shunted && !asked && balanced(&self.dc, w, x, tol, o).is_ok();
+        let shunted = shunted && !asked && balanced(&self.dc, w, x, 0.0, tol, o).is_ok();
         // (what only this shunt carries nothing determines)
         match shunted.then(|| self.dc.hanging(w, x, gmin, o)) {
             Some(None) => return Ok(true),
@@ -633,7 +635,7 @@ fn polish(dc: &mut Dc, w: &mut Work, x: &mut [f64], tol: &Tolerances, o: &Option
     if let Some(flag) = dc.sys.asking(w, x, 0.0, dc.free, o.reltol) {
         return Err(Failure::Contradiction { flag });
     }
-    balanced(dc, w, x, tol, o)
+    balanced(dc, w, x, 0.0, tol, o)
 }
 
 /// The same where a machine has come to rest. One that lies on others, or that friction holds, may lie elsewhere just as well: where
@@ -656,9 +658,9 @@ fn settled(dc: &mut Dc, w: &mut Work, x: &mut [f64], tol: &Tolerances, o: &Optio
 
 /// Is F of the equations, without any shunt, nothing but what the tolerances of its terms allow? `abstol` besides, and what leaks
 /// through gmin where there is nothing else. Currents of sources are no part of Newton's norm, but their rows are equations too.
-fn balanced(dc: &Dc, w: &mut Work, x: &[f64], tol: &Tolerances, o: &Options) -> Result<(), Failure> {
+fn balanced(dc: &Dc, w: &mut Work, x: &[f64], t: f64, tol: &Tolerances, o: &Options) -> Result<(), Failure> {
     let sys = dc.sys;
-    sys.eval_jacobian(w, x, 0.0, false);
+    sys.eval_jacobian(w, x, t, false);
     let mut allowed: Vec<f64> = (0..sys.n)
         .map(|i| match sys.unknowns[i].kind {
             Kind::Node => o.absolute.of(Quantity::Current, o.reltol) + 2.0 * o.gmin * x[i].abs(),

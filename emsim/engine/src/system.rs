@@ -67,6 +67,7 @@ pub struct System {
     pub forces: Vec<Force>,
     pub starting_currents: Vec<(usize, f64)>,
     pub ic_charge: Vec<(usize, f64)>,
+    pub given: Vec<(usize, f64)>,
     pub pattern: Pattern,
     g_rows: Rows, // constant contributions to F = G x, Q = C x
     c_rows: Rows,
@@ -158,6 +159,8 @@ pub struct Work {
     /// devices that are off at the start carry nothing
     pub without_off: bool,
     where_finite: bool, // what expressions give that is not finite is left out
+    /// a rest that does not stay: an operating point, or the end of a run
+    pub unstable: Option<crate::op::Unstable>,
     /// a run begins where this condition, as it is held, is not what it says: there is no operating point (op.rs)
     pub substitute: Option<(usize, bool)>,
     /// of the operating point that was found last: the node that only gmin holds
@@ -475,6 +478,7 @@ impl System {
             forces: model.forces,
             starting_currents: model.starting_currents,
             ic_charge: model.ic_charge,
+            given: model.given,
             phases: phases::phases(g, &model.f.values().chain(model.q.values()).copied().collect::<Vec<_>>()),
             rows: [&model.f, &model.q].map(|rows| rows.iter().map(|(&row, &id)| (row, id)).collect()),
             exponential,
@@ -559,6 +563,7 @@ impl System {
             without_off: false,
             where_finite: false,
             substitute: None,
+            unstable: None,
             hanging: None,
             counters: Counters::default(),
         };

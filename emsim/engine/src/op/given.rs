@@ -13,6 +13,9 @@ pub fn initial_conditions(
     for f in sys.forces.iter().filter(|f| !f.release) {
         x[f.row] = f.value;
     }
+    for &(row, volts) in &sys.given {
+        x[row] = volts;
+    }
     // a junction behind a series resistance has the voltage of the terminals, as in ngspice
     for (inner, outer) in sys.tied_inside() {
         if !sys.forces.iter().any(|f| !f.release && f.row == inner) {

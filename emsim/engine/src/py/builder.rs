@@ -623,6 +623,14 @@ impl Builder {
     }
 
     /// With UIC: charge (or flux linkage) added to row `row` of Q at t = 0.
+    /// A node's voltage at a start with UIC, where capacitors say it.
+    fn given(&mut self, row: i64, volts: f64) -> PyResult<()> {
+        if let Some(row) = self.row(row)? {
+            self.model()?.given.push((row, volts));
+        }
+        Ok(())
+    }
+
     fn ic_charge(&mut self, row: i64, dq: f64) -> PyResult<()> {
         if let Some(row) = self.row(row)? {
             self.model()?.ic_charge.push((row, dq));

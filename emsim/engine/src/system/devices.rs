@@ -275,7 +275,9 @@ impl System {
             let look = |known: &[usize], b: usize| {
                 let (from, to) = shape.branches[b];
                 let (near, far) = if known.contains(&from) { (from, to) } else { (to, from) };
-                let inside = known.contains(&near) && !known.contains(&far) && seat.nodes[far] >= 0;
+                // (where there is no resistance an inner node is a terminal)
+                let own_unknown = !seat.nodes[..class.terminals()].contains(&seat.nodes[far]);
+                let inside = known.contains(&near) && !known.contains(&far) && seat.nodes[far] >= 0 && own_unknown;
                 let own = shape.ports.iter().position(|&p| p == (from, to) || p == (to, from));
                 let links = &shape.links[b * shape.ports.len()..][..shape.ports.len()];
                 let resists = own.is_some_and(|p| links[p].current) && !links.iter().any(|l| l.charge);
