@@ -407,8 +407,8 @@ class Waveforms:
         """(row, unknown, volts, amperes) of the first operating point that hangs on gmin."""
     @property
     def unstable(self) -> tuple[int, float, float] | None:
-        """Of an operating point, or the end of a transient that is at rest there: it does not stay. The node that moves most, and s of
-        the fastest growing mode [1/s], real and imaginary part; 0 where nothing is stored."""
+        """Of an operating point, or the end of a transient that is at rest there: it does not stay. The node that moves most,
+        and s of the fastest growing mode [1/s], real and imaginary part; 0 where nothing is stored."""
     @property
     def substitute(self) -> tuple[int, bool] | None:
         """Where a transient starts: the condition that is not what it says, and how it is held. There is no operating point."""

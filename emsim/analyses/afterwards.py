@@ -74,7 +74,9 @@ def _unstable(assembly: Assembly, run: Run) -> None:
     unknown, grows, turns = waves.unstable
     where, _ = locate(assembly, assembly.system.names[unknown])
     over = run.kind == "tran"
-    said = "the run ends at rest where the circuit does not stay" if over else "the operating point is unstable"
+    said = (
+        "the run ends at rest where the circuit does not stay" if over else "the operating point is unstable"
+    )
     how = "grows" if not grows else f"grows e-fold in {1.0 / grows:.3g} s"
     if turns:
         how += f", at {turns / (2.0 * math.pi):.3g} Hz"
@@ -101,7 +103,7 @@ def _start(assembly: Assembly, run: Run) -> None:
         f"there is no operating point: {what} contradicts itself or others. The run starts where it is {how}, with all that is "
         "continuous solved for",
         span,
-        "uic starts from given values, and says so; .ic v(node)= gives a node of this start, .nodeset says where the point is sought",
+        "uic starts from given values; .ic v(node)= gives a node of this start, .nodeset says where the point is sought",
     )
 
 

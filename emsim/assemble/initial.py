@@ -1,9 +1,9 @@
 """Voltages of a start with UIC: what capacitors have by ic= and nodes by .ic, brought together.
 
-A capacitor's ic= is a difference of two node voltages, .ic a node's voltage. Along capacitors from ground, or from a node of .ic, they give
-the voltage of every node that they reach, so that what else stores charge there begins with it. Where two of them say different
-things of one node no such voltages exist: ic= holds before .ic, as in ngspice, the earlier line before the later one, and charge
-flows at once between capacitors that stand across each other. That is told.
+A capacitor's ic= is a difference of two node voltages, .ic a node's voltage. Along capacitors from ground, or from a node of
+.ic, they give the voltage of every node that they reach, so that what else stores charge there begins with it. Where two of them
+say different things of one node no such voltages exist: ic= holds before .ic, as in ngspice, the earlier line before the later
+one, and charge flows at once between capacitors that stand across each other. That is told.
 """
 
 from __future__ import annotations
@@ -23,7 +23,9 @@ class _Levels:
     """Nodes whose differences are known."""
 
     def __init__(self) -> None:
-        self._of: dict[str, tuple[str, float]] = {}  # a node of the same set, and by how much it lies above that
+        self._of: dict[
+            str, tuple[str, float]
+        ] = {}  # a node of the same set, and by how much it lies above that
 
     def find(self, name: str) -> tuple[str, float]:
         """A node that stands for the set, and how far the node lies above it [V]."""
@@ -61,9 +63,7 @@ def voltages(ctx: Context) -> dict[str, float]:
     return given
 
 
-def _join(
-    ctx: Context, levels: _Levels, says: tuple[str, str, float], who: str, span: Span | None
-) -> None:
+def _join(ctx: Context, levels: _Levels, says: tuple[str, str, float], who: str, span: Span | None) -> None:
     a, b, volts = says
     there = 0.0 if a == b else levels.join(a, b, volts)
     if there is not None and abs(there - volts) > SAME * max(abs(there), abs(volts)):

@@ -83,7 +83,9 @@ def spice(loop: Loop) -> Outcome:
     from emsim.interop import ngspice
 
     step = loop.step / 4.0
-    text = loop.text().replace(f".tran {loop.step!r} {loop.stop!r}", f".tran {step!r} {loop.stop!r} 0 {step!r}")
+    text = loop.text().replace(
+        f".tran {loop.step!r} {loop.stop!r}", f".tran {step!r} {loop.stop!r} 0 {step!r}"
+    )
     return measured(loop, ngspice.named_alike(ngspice.run(text, 120.0)))
 
 
@@ -102,14 +104,16 @@ def verdict(loop: Loop, own: Outcome, right: Outcome) -> str:
 # the kinds ---------------------------------------------------------------------------------------
 
 
-def _pwm(r: random.Random, target: float, ratio: float) -> tuple[str, float, float, float]:
-    """Error amplifier with limits and integrator, ramp, comparator that drives g; period, limit."""
+def _pwm(r: random.Random, target: float, ratio: float, falls: bool = False) -> tuple[str, float, float]:
+    """Error amplifier with limits and a filter, ramp, comparator that drives g; period, limit. A ramp that falls begins above the
+    limit: the switch is off at the operating point, where on it would short the coil to the supply."""
     period = r.choice((5e-6, 10e-6, 20e-6))
-    high = round(r.uniform(0.7, 0.95), 3)
+    high = round(r.uniform(0.65, 0.8) if falls else r.uniform(0.7, 0.95), 3)
+    first, last = (1, 0) if falls else (0, 1)
     gain, ref = round(10 ** r.uniform(1.5, 3.0), 1), 2.0
     upper = 10e3 * (target / ref - 1.0)
     text = f"""
-Vr rp 0 PULSE(0 1 0 {0.985 * period!r} {5e-3 * period!r} {5e-3 * period!r} {period!r})
+Vr rp 0 PULSE({first} {last} 0 {0.985 * period!r} {5e-3 * period!r} {5e-3 * period!r} {period!r})
 Vref ref 0 {ref}
 Rf1 out fb {upper:.6g}
 Rf2 fb 0 10k
@@ -120,30 +124,31 @@ Bg g 0 V={{v(c)>v(rp) ? 5 : 0}}
 .model swm SW(vt=2.5 vh=.5 ron=50m roff=1meg)
 .model dd D(is=1e-9 rs=20m)
 """
-    return text, period, high, gain
+    return text, period, high
 
 
 def buck(r: random.Random, n: int) -> Loop:
     vin, share = round(r.uniform(8, 30), 2), r.uniform(0.25, 0.7)
-    control, period, high, _ = _pwm(r, vin * share, r.uniform(50, 150))
+    control, period, high = _pwm(r, vin * share, r.uniform(50, 150))
     load = round(r.uniform(2, 15), 2)
-    power = f"Vin in 0 {vin}\nS1 in sw g 0 swm\nD1 0 sw dd\nL1 sw out {r.choice((47, 100, 220))}u\nC1 out 0 47u\nR1 out 0 {load}\n"
+    coil = r.choice((47, 100, 220))
+    power = (
+        f"Vin in 0 {vin}\nS1 in sw g 0 swm\nD1 0 sw dd\nL1 sw out {coil}u\nC1 out 0 47u\nR1 out 0 {load}\n"
+    )
     return Loop("buck", n, power + control, period / 10, 600 * period, ("v(out)",), {"v(c)": (0.0, high)})
 
 
 def boost(r: random.Random, n: int) -> Loop:
     vin = round(r.uniform(4, 10), 2)
-    control, period, high, _ = _pwm(r, vin * r.uniform(1.5, 2.5), r.uniform(200, 500))
-    control = control.replace(f",{high})", ",0.8)")
+    control, period, high = _pwm(r, vin * r.uniform(1.5, 2.5), r.uniform(200, 500), falls=True)
     load = round(r.uniform(15, 60), 1)
     power = f"Vin in 0 {vin}\nL1 in sw 100u\nS1 sw 0 g 0 swm\nD1 sw out dd\nC1 out 0 47u\nR1 out 0 {load}\n"
-    return Loop("boost", n, power + control, period / 10, 1200 * period, ("v(out)",), {"v(c)": (0.0, 0.8)})
+    return Loop("boost", n, power + control, period / 10, 1200 * period, ("v(out)",), {"v(c)": (0.0, high)})
 
 
 def flyback(r: random.Random, n: int) -> Loop:
     vin = round(r.uniform(10, 30), 2)
-    control, period, high, _ = _pwm(r, round(r.uniform(5, 12), 2), r.uniform(200, 500))
-    control = control.replace(f",{high})", ",0.7)")
+    control, period, high = _pwm(r, round(r.uniform(5, 12), 2), r.uniform(200, 500), falls=True)
     load = round(r.uniform(8, 30), 1)
     power = f"""Vin in 0 {vin}
 L1 in d 100u
@@ -156,7 +161,7 @@ D1 s out dd
 C1 out 0 100u
 R1 out 0 {load}
 """
-    return Loop("flyback", n, power + control, period / 10, 1200 * period, ("v(out)",), {"v(c)": (0.0, 0.7)})
+    return Loop("flyback", n, power + control, period / 10, 1200 * period, ("v(out)",), {"v(c)": (0.0, high)})
 
 
 def current_mode(r: random.Random, n: int) -> Loop:
@@ -202,7 +207,11 @@ R1 out 0 {r.uniform(2, 8):.3g}
 
 
 def class_d(r: random.Random, n: int) -> Loop:
-    period, rail, level = r.choice((2e-6, 4e-6, 5e-6)), round(r.uniform(10, 30), 1), round(r.uniform(-0.6, 0.6), 3)
+    period, rail, level = (
+        r.choice((2e-6, 4e-6, 5e-6)),
+        round(r.uniform(10, 30), 1),
+        round(r.uniform(-0.6, 0.6), 3),
+    )
     high = 0.9
     text = f"""
 Vt tri 0 PULSE(-1 1 0 {period / 2!r} {period / 2!r} 1p {period!r})
@@ -222,13 +231,13 @@ Cf fb 0 2n
 
 
 def sigma_delta(r: random.Random, n: int) -> Loop:
-    """An integrator and a comparator with hysteresis: the mean of its output is its input."""
+    """An integrator with a leak and a comparator with hysteresis: the mean of its output follows its input."""
     level = round(r.uniform(-0.7, 0.7), 3)
     text = f"""
 Vi in 0 {level}
 Gi 0 x VALUE={{v(in)-v(y)}}
 Ci x 0 {r.uniform(1, 4) * 1e-6:.4g}
-Rx x 0 10meg
+Rx x 0 20
 S1 p y x 0 up
 S2 y m 0 x up
 Vp p 0 1
@@ -270,6 +279,7 @@ Bl l 0 V={{min(max(v(c),-1),1)}}
 Gph 0 ph VALUE={{6.283185307179586*({f:.8g}+{0.2 * f:.8g}*v(l))*1u}}
 Cph ph 0 1u
 Rph ph 0 1g
+.ic v(ph)=0
 """
     return Loop("pll", n, text, 0.02 / f, 150 / f, ("v(l)",), {"v(l)": (-1.0, 1.0)})
 

@@ -144,13 +144,13 @@ pub struct Detector {
     ahead: Vec<f64>,         // of the fired flags: time until their roots cross
     recent: Vec<(f64, u32)>, // of each flag: when its present run of quick flips began, how many
     quiet_until: Vec<f64>,
-    /// of kinks that rest: they turn where both sides differ by more than the tolerance
+    /// of kinks that rest: they turn where both sides differ by more than that
     let_off: Vec<f64>,
 }
 
 /// So many flips within `SHORT` of the span are chattering (sliding along a discontinuity): the flag then rests for
 /// `REST` of the span, so that the run goes on and follows the sliding to that resolution. A kink never rests, for nothing slides along
-/// it: both its sides agree there. Where rounding turns it to and fro it is let off the tolerance, and no more.
+/// it: both its sides agree there. Where it turns to and fro it is let off what rounding leaves, and no more.
 const MANY: u32 = 8;
 const SHORT: f64 = 2e-5;
 /// The inside of a step is looked at after so much of a turn [rad], so often at most.
@@ -159,6 +159,8 @@ const LOOKS: f64 = 4096.0;
 /// Slopes inside a step are those over this part of it.
 const NEARBY: f64 = 1e-5;
 const REST: f64 = 1e-4;
+/// Of what is added up in a kink: half the digits. The last update of Newton's method, whose error is squared by each, leaves less.
+const LET_OFF: f64 = 1.5e-8;
 
 impl Detector {
     pub fn new(sys: &System) -> Detector {
@@ -414,7 +416,7 @@ impl Detector {
 
     /// Book-keeping after the flags have been flipped at t: a flag that flips again and again in no time rests a while.
     /// Returns a flag that has just been put to rest.
-    pub fn flipped(&mut self, sys: &System, w: &Work, (t, reltol): (f64, f64), span: f64) -> Option<usize> {
+    pub fn flipped(&mut self, sys: &System, w: &Work, t: f64, span: f64) -> Option<usize> {
         let mut resting = None;
         for &k in self.fired.iter().filter(|&&k| !sys.flags[k].law.of_modes()) {
             let (begin, count) = self.recent[k];
@@ -423,7 +425,7 @@ impl Detector {
                 self.quiet_until[k] = t + REST * span;
                 self.recent[k] = (f64::NEG_INFINITY, 0);
                 let kink = sys.flags[k].is_kink();
-                self.let_off[k] = if kink { reltol * sys.flag_size(w, k) } else { f64::INFINITY };
+                self.let_off[k] = if kink { LET_OFF * sys.flag_size(w, k) } else { f64::INFINITY };
                 resting = if kink { resting } else { Some(k) };
             }
         }
