@@ -160,7 +160,7 @@ pub struct Work {
     pub without_off: bool,
     where_finite: bool, // what expressions give that is not finite is left out
     /// a rest that does not stay: an operating point, or the end of a run
-    pub unstable: Option<crate::op::Unstable>,
+    pub unstable: Option<Unstable>,
     /// a run begins where this condition, as it is held, is not what it says: there is no operating point (op.rs)
     pub substitute: Option<(usize, bool)>,
     /// of the operating point that was found last: the node that only gmin holds
@@ -245,6 +245,15 @@ pub struct Hanging {
     pub unknown: usize,
     pub volts: f64,
     pub amperes: f64,
+}
+
+/// A rest that the least disturbance leads away from (op/unstable.rs).
+#[derive(Clone, Copy, Debug)]
+pub struct Unstable {
+    /// the node that moves most
+    pub unknown: usize,
+    /// Re and Im of s [1/s]; 0 where nothing is stored
+    pub s: (f64, f64),
 }
 
 #[derive(Clone, Copy, Default, Debug)]

@@ -11,16 +11,7 @@
 use super::{balanced, Dc};
 use crate::model::Kind;
 use crate::newton::{Options, Tolerances};
-use crate::system::{System, Work};
-
-/// A rest that is left.
-#[derive(Clone, Copy, Debug)]
-pub struct Unstable {
-    /// the node that moves most
-    pub unknown: usize,
-    /// Re and Im of s [1/s]; 0 where nothing is stored
-    pub s: (f64, f64),
-}
+use crate::system::{System, Unstable, Work};
 
 /// Larger systems are not asked.
 const LARGEST: usize = 500;
