@@ -183,6 +183,12 @@ def _calls(ast: Any) -> Iterator[Call]:
 
 def contribute(ctx: Context) -> None:
     """Every element's stamps; then shunts asked for by options, and the forced starting values."""
+    if any("uic" in a.flags for a in ctx.flat.analyses if a.kind == "tran"):
+        from .initial import voltages
+
+        ctx.given = voltages(ctx)
+        for name, volts in ctx.given.items():
+            ctx.b.given(ctx.nodes[name], volts)
     for e in ctx.in_turn(ctx.elements.values()):
         e.contribute(ctx)
     _couplings_possible(ctx)
