@@ -108,8 +108,10 @@ class Flows:
         for name, _, ports in flat.uses:
             own: dict[str, Terms] = {node: [] for node in ports.values()}
             for e in flat.elements:
+                if not e.name.startswith(name + "."):
+                    continue
                 for node, terms in zip(e.nodes, self.currents.get(e.name, ()), strict=False):
-                    if e.name.startswith(name + ".") and node in own:
-                        own[node] += terms
+                    if not node.startswith(name + "."):  # a terminal, or a .global node
+                        own.setdefault(node, []).extend(terms)
             found[name] = own
         return found
