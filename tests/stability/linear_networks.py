@@ -50,9 +50,14 @@ class Wave:
     omega: float = 0.0
     times: list[float] = field(default_factory=list)
     values: list[float] = field(default_factory=list)
+    pulse: bool = False  # the lines are written as one
 
     @property
     def text(self) -> str:
+        if self.pulse:
+            _, start, top, fall, end = self.times
+            lengths = " ".join(f"{t:.10g}u" for t in (start, top - start, end - fall, fall - top, 10.0 * SPAN))
+            return f"PULSE(0 {self.values[2]:.10g} {lengths})"
         if self.times:
             points = " ".join(f"{t:.10g}u {v:.10g}" for t, v in zip(self.times, self.values, strict=True))
             return f"PWL({points})"
@@ -89,6 +94,7 @@ def wave(r: random.Random, size: float) -> Wave:
     if kind == "pulse":
         start, rise, width = r.uniform(1, 4), r.uniform(0.05, 0.5), r.uniform(2, 6)
         times = [0.0, start, start + rise, start + rise + width, start + 2 * rise + width]
+        times = [float(f"{t:.10g}") for t in times]  # as they are written
         values = [0.0, 0.0, size, size, 0.0]
     else:
         times = [0.0, *sorted(round(r.uniform(1, SPAN - 1), 2) for _ in range(r.randint(2, 4)))]
@@ -194,6 +200,7 @@ class Cards:
     )  # name, ends, henry, wave (-1: none)
     controlled: list[tuple[str, int, int, int, int, float]] = field(default_factory=list)
     waves: list[Wave] = field(default_factory=list)
+    coupled: list[tuple[str, str, float]] = field(default_factory=list)  # coils, mutual inductance
 
     def ends(self) -> tuple[int, int]:
         a = self.r.randint(1, self.count)
@@ -220,12 +227,18 @@ class Cards:
         name = self.add("L", a, b, f"{milli:.10g}m")
         self.branches.append((name, a, b, milli * 1e-3 / US, -1))
 
-    def supply(self, a: int, b: int, size: float) -> None:
-        self.waves.append(wave(self.r, size))
+    def couple(self, name: str, other: str, k: float) -> None:
+        henry = {coil[0]: coil[3] for coil in self.branches}
+        k = float(f"{k:.3g}")
+        self.lines.append(f"K{len(self.lines) + 1} {name} {other} {k:g}")
+        self.coupled.append((name, other, k * (henry[name] * henry[other]) ** 0.5))
+
+    def supply(self, a: int, b: int, size: float, driven: Wave | None = None) -> None:
+        self.waves.append(driven or wave(self.r, size))
         self.branches.append((self.add("V", a, b, self.waves[-1].text), a, b, 0.0, len(self.waves) - 1))
 
-    def current(self, a: int, b: int, size: float) -> None:
-        self.waves.append(wave(self.r, size))
+    def current(self, a: int, b: int, size: float, driven: Wave | None = None) -> None:
+        self.waves.append(driven or wave(self.r, size))
         self.add("I", a, b, self.waves[-1].text)
         self.stamps.append(("i", a, b, len(self.waves) - 1))
 
@@ -280,6 +293,9 @@ class Cards:
                 b[row - 1, k] = 1.0
             else:
                 e[row - 1, row - 1] = -henry
+        for name, other, mutual in self.coupled:
+            for row, col in ((name, other), (other, name)):
+                e[place[row] - 1, place[col] - 1] = -mutual
         sense = place[self.branches[0][0]]
         for name, p, q, c, d, gain in self.controlled:
             letter = name[0]
@@ -368,5 +384,55 @@ def capacitor_loops(seed: int) -> Network:
         a, b = n.ends()
         n.current(a, b, 2e-3)
     for letter in r.choice(["F", "H", "FH", "FG", "HE"]):
+        n.source(letter)
+    return n.network()
+
+
+def lines_of(r: random.Random, size: float) -> Wave:
+    """A PULSE or a PWL, or now and then a sine."""
+    made = wave(r, size)
+    while not made.times and r.random() < 0.8:
+        made = wave(r, size)
+    made.times = [round(t, 3) for t in made.times]
+    made.pulse = len(made.times) == 5 and made.values[2:4] == [size, size]
+    return made
+
+
+def driven(seed: int) -> Network:
+    """What a source's slope drives: capacitors across supplies and between them, coils that carry a source's current, alone, in
+    series, in stars with others and coupled ones, with resistors within, beside a network of everything."""
+    r = random.Random(20_000 + seed)
+    count = r.randint(3, 5)
+    n = Cards(r, count)
+    n.supply(1, 0, 0.0, lines_of(r, r.choice([1.0, 5.0])))
+    held = [1]
+    if r.random() < 0.5:
+        n.supply(2, r.choice([0, 0, 1]), 0.0, lines_of(r, r.choice([1.0, 5.0])))
+        held.append(2)
+    for k in range(1 + len(held), count + 1):
+        n.resistor(k, r.randint(1, k - 1), 10 ** r.uniform(1.5, 3.5))
+        if r.random() < 0.5:
+            n.resistor(k, 0, 10 ** r.uniform(2.5, 4.5))
+    for _ in range(r.randint(1, 3)):  # capacitors that the supplies fix, or divide
+        n.capacitor(r.choice(held), r.choice([0, *range(1 + len(held), count + 1)]), 10 ** r.uniform(-1, 1))
+    if len(held) == 2:
+        n.capacitor(1, 2, 10 ** r.uniform(-1, 1))
+    for _ in range(r.randint(0, 2)):
+        a, b = n.ends()
+        n.capacitor(a, b, 10 ** r.uniform(-1, 1))
+    for _ in range(r.randint(1, 2)):  # a current into coils and nothing else
+        n.count += 1
+        star = n.count
+        n.current(r.choice([0, 0, r.randint(1, count)]), star, 0.0, lines_of(r, 2e-3))
+        if r.random() < 0.5:  # behind a resistor
+            n.count += 1
+            n.resistor(star, n.count, 10 ** r.uniform(1, 3))
+            star = n.count
+        for to in r.sample(range(count + 1), r.randint(1, min(3, count))):
+            n.coil(star, to, 10 ** r.uniform(-2, 0))
+    coils = [name for name, *_, k in n.branches if k < 0]
+    if len(coils) > 1 and r.random() < 0.5:
+        n.couple(*r.sample(coils, 2), r.uniform(0.2, 0.9))
+    for letter in r.sample("EGFH", r.choice([0, 1, 1, 2])):
         n.source(letter)
     return n.network()

@@ -25,28 +25,35 @@ EXPLICIT = ("dop853", "rk45")
 METHODS = ("auto", "gear", "radau", "trbdf2", "esdirk", *EXPLICIT)
 ASKED = [(method, reltol) for method in METHODS for reltol in (1e-3, 1e-6)]
 MOST = 10.0
+BEHIND = 6  # rows behind every corner
+BESIDE = 1e-11  # [us]: nearer to a corner is on it
 # an inductor loop's current, and a node between two tanks, of dozens of swings
 SWINGS = {(9, "gear", 1e-6): 16.0, (18, "gear", 1e-6): 11.0}
 # an equation does not hold, the method rings, a second derivative of a source
 TOLD = ("W406", "W412", "W416")
 
 
-def off(
+def worst_row(
     net: Network, result: emsim.Result, reltol: float, largest: np.ndarray, start: np.ndarray | None
-) -> float:
-    """Largest deviation of any signal, in tolerances."""
+) -> tuple[float, str, float]:
+    """Largest deviation of any signal in tolerances, of which one, and when [us]. On a corner there are two values: what is compared
+    lies before or behind it."""
     t = np.asarray(result.time) * 1e6
-    rows = np.unique(np.clip(np.searchsorted(t, TIMES), 0, len(t) - 1))
     corners = np.array([*net.corners(), np.inf])
-    rows = rows[[bool(np.abs(corners - now).min() > 1e-4) for now in t[rows]]]
+    behind = np.searchsorted(t, corners[:-1] + BESIDE)[:, None] + np.arange(BEHIND)
+    rows = np.concatenate([np.searchsorted(t, TIMES), behind.ravel()])
+    rows = np.unique(np.clip(rows, 0, len(t) - 1))
+    rows = rows[[bool(np.abs(corners - now).min() > BESIDE) for now in t[rows]]]
     exact = net.solution(t[rows], start)
     voltage = np.array([u.startswith("v") for u in net.unknowns])
-    worst = 0.0
+    worst = (0.0, "", 0.0)
     for k, name in enumerate(net.unknowns):
         if name in result.names:
             kind = largest[voltage == voltage[k]].max()
             unit = reltol * (largest[k] + 0.02 * kind) + (1e-9 if voltage[k] else 1e-12)
-            worst = max(worst, float(np.abs(np.asarray(result[name])[rows] - exact[:, k]).max() / unit))
+            off = np.abs(np.asarray(result[name])[rows] - exact[:, k]) / unit
+            row = int(off.argmax())
+            worst = max(worst, (float(off[row]), name, float(t[rows[row]])))
     return worst
 
 
@@ -75,7 +82,7 @@ def too_far(
             continue
         start = None if determined else own_start(net, result)
         largest = np.abs(net.solution(np.arange(0.01, SPAN, 0.11), start)).max(axis=0)
-        found = off(net, result, reltol, largest, start)
+        found, *_ = worst_row(net, result, reltol, largest, start)
         if found > most(method, reltol) and not [d for d in result.diagnostics if d.code in TOLD]:
             wrong.append(f"{method} at {reltol:g}: {found:.3g} tolerances")
     return wrong

@@ -81,7 +81,7 @@ RUST_ROWS = [
     ["tolerances"],
     ["system", "assembly"],
     ["passive", "edges", "reduced"],
-    ["islands"],
+    ["islands", "hidden"],
     ["conditions", "bounds"],
     ["model"],
     ["devices", "logic", "sparse", "waves"],

@@ -64,16 +64,17 @@ struct Branch {
 pub type Roots = BTreeMap<usize, usize>;
 
 impl Model {
-    /// Makes the roots' rows of floating islands and parts sums: what each layer sums.
-    pub fn sum_islands(&mut self, g: &mut Graph) -> [Roots; 2] {
-        let mut islands = self.floating(g);
+    /// Makes the roots' rows of floating islands and parts sums: what each layer sums. And the nodes of all islands, the ones that are left
+    /// as they are among them.
+    pub fn sum_islands(&mut self, g: &mut Graph) -> ([Roots; 2], Vec<usize>) {
+        let (mut islands, floating) = self.floating(g);
         let parts = self.loose_parts(g, &mut islands);
         self.sum_rows(g, &islands);
         // a node of an island is in its root's row by now
         let rows = parts.iter().filter(|(node, _)| islands.get(node).is_none_or(|root| root == *node));
         let rows = rows.map(|(&node, &root)| (node, root)).collect();
         self.sum_rows(g, &rows);
-        [islands, parts]
+        ([islands, parts], floating)
     }
 
     /// The branches of all devices.
@@ -159,8 +160,8 @@ impl Model {
         self.ic_charge.retain(|&(row, _)| root_of(row) != Some(row));
     }
 
-    /// The islands, each with a root.
-    fn floating(&self, g: &Graph) -> Roots {
+    /// The islands, each with a root, and the nodes of all.
+    fn floating(&self, g: &Graph) -> (Roots, Vec<usize>) {
         let n = self.unknowns.len();
         let node = |i: usize| self.unknowns[i].kind == Kind::Node;
         let ground = n;
@@ -195,6 +196,7 @@ impl Model {
             members.entry(island.of(row)).or_default().push(row);
         }
         members.remove(&island.of(ground));
+        let floating = members.values().flatten().copied().collect();
         self.forget_pinned(&mut members, &mut island);
 
         let weight = self.weights();
@@ -204,7 +206,7 @@ impl Model {
                 roots.extend(nodes.iter().map(|&i| (i, root)));
             }
         }
-        roots
+        (roots, floating)
     }
 
     /// Nodes whose row may be the sum: where `.ic` holds one, the sum has what comes from there, and it is that node's row.

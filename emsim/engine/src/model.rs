@@ -274,9 +274,40 @@ pub struct Model {
     pub given: Vec<(usize, f64)>,
     /// names of the devices that carry no current in the first solution of an operating point
     pub off: Vec<String>,
+    /// waves that are slopes of others: of which, which (hidden.rs)
+    #[serde(skip)]
+    pub slopes: Vec<(usize, usize)>,
 }
 
 impl Model {
+    /// The same once more, but for what it takes to write it.
+    pub fn twin(&self) -> Model {
+        Model {
+            unknowns: self.unknowns.clone(),
+            waves: self.waves.clone(),
+            delays: self.delays.clone(),
+            still: self.still,
+            responses: self.responses.clone(),
+            g: self.g.clone(),
+            c: self.c.clone(),
+            f_wave: self.f_wave.clone(),
+            f: self.f.clone(),
+            q: self.q.clone(),
+            classes: self.classes.iter().map(|class| class.moved(&|k| k)).collect(),
+            rates: self.rates.clone(),
+            placed: None,
+            flags: self.flags.clone(),
+            laws: self.laws.clone(),
+            logic: self.logic.twin(),
+            forces: self.forces.clone(),
+            starting_currents: self.starting_currents.clone(),
+            ic_charge: self.ic_charge.clone(),
+            given: self.given.clone(),
+            off: self.off.clone(),
+            slopes: self.slopes.clone(),
+        }
+    }
+
     /// An instance of a device more, between unknowns (-1: ground), with its inner nodes and the resistances before them. `kind` is the
     /// device's name. Gives its seat's series resistances; errors are sentences for the user.
     pub fn add_device(
@@ -434,6 +465,19 @@ impl Model {
         self.f.clear();
         self.q.clear();
     }
+}
+
+/// An expression that is a linear form, as (unknown, coefficient) and (source, coefficient).
+#[allow(clippy::type_complexity)]
+pub fn linear_terms(g: &Graph, e: Id) -> Option<(Vec<(usize, f64)>, Vec<(usize, f64)>)> {
+    let (mut unknowns, mut waves) = (Vec::new(), Vec::new());
+    for (leaf, v) in linear_form(g, e)? {
+        match leaf {
+            Leaf::Unknown(k) => unknowns.push((k, v)),
+            Leaf::Wave(k) => waves.push((k, v)),
+        }
+    }
+    Some((unknowns, waves))
 }
 
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]

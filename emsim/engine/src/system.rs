@@ -21,7 +21,7 @@ pub use phases::Phase;
 pub use split::{Part, Parts};
 pub use stage::Stage;
 use std::collections::{BTreeMap, HashSet};
-use std::sync::OnceLock;
+use std::sync::{Arc, Mutex, OnceLock};
 pub use together::{Together, POINTS};
 
 mod apart;
@@ -33,6 +33,7 @@ pub mod foreseen;
 mod guests;
 mod laws;
 mod linear;
+mod lowered;
 mod phases;
 mod reduce;
 mod slopes;
@@ -47,6 +48,7 @@ use self::follow::Follow;
 use self::foreseen::Foreseen;
 pub use self::laws::{Laws, Reading};
 use self::linear::Linear;
+use self::lowered::Prepared;
 use crate::devices::{Met, Near};
 
 /// A node whose row is part of its island's root's, and the place of its column there.
@@ -107,6 +109,7 @@ pub struct System {
     yielding: Vec<usize>,        // own entries that may fall by orders of magnitude within a step: see `bent_behind`
     rows: [Vec<(usize, Id)>; 2], // F and Q of rows that are expressions, for `reduce`
     pub sums: Vec<Summed>,       // nodes whose rows are part of another one's (see islands.rs)
+    pub floating: Vec<bool>,     // nodes of islands and loose parts: what they have in common is no state
     pub phases: Vec<Phase>,      // of sines and cosines in expressions
     pub turning: Vec<Phase>,     // the same in what flags hang on
     symbolic: OnceLock<Result<Symbolic, Singular>>,
@@ -120,6 +123,11 @@ pub struct System {
     whole_program: Once, // Q and F
     reduced: OnceLock<Result<Reduced, String>>,
     parts: OnceLock<Result<Box<Parts>, String>>,
+    lowered: Mutex<Option<Box<Prepared>>>,
+    /// of one whose index was lowered: the equations as they were, which runs start by
+    pub whole: Option<Arc<System>>,
+    /// waves that are slopes of others: of which, which
+    pub slopes: Vec<(usize, usize)>,
 }
 
 /// Scratch and held state of one run.
@@ -290,17 +298,28 @@ impl Counters {
 }
 
 impl System {
+    /// A system of its own, with what lowers its index laid by (lowered.rs).
     pub fn compile(mut model: Model, g: &mut Graph) -> Result<System, String> {
         model.fold_linear(g);
-        let n = model.unknowns.len();
         let [g_sum, c_sum] = [&model.g, &model.c].map(|entries| summed(entries));
         let passive = model.f.is_empty()
             && model.q.is_empty()
             && model.flags.is_empty()
             && is_passive(&model.unknowns, &g_sum, &c_sum);
         let mut pairs = reciprocal(|i| model.unknowns[i].kind == Kind::Node, [&g_sum, &c_sum]);
-        let islands = model.sum_islands(g);
+        let (islands, floating) = model.sum_islands(g);
         islands.iter().for_each(|layer| sum_pairs(&mut pairs, &g_sum, layer));
+        let prepared = Prepared { model, islands, floating, pairs, passive };
+        let lowered = prepared.lowered(g);
+        let mut system = System::finish(prepared, g)?;
+        system.lowered = lowered;
+        Ok(system)
+    }
+
+    /// The model's rows are final.
+    fn finish(prepared: Prepared, g: &mut Graph) -> Result<System, String> {
+        let Prepared { model, islands, floating, pairs, passive } = prepared;
+        let n = model.unknowns.len();
         let [mut g_sum, c_sum] = [&model.g, &model.c].map(|entries| summed(entries));
         let leaves: Vec<Id> = (0..n).map(|i| g.unknown(i as u32)).collect();
         // derivatives of every row that is an expression, by reverse mode, only for unknowns that the row reads
@@ -438,6 +457,7 @@ impl System {
             let others = layer.iter().filter(|(node, root)| node != root);
             sums.extend(others.map(|(&node, &root)| Summed { node, root, place: at(root, node), tied }));
         }
+        let floating: HashSet<usize> = floating.into_iter().chain(sums.iter().flat_map(|s| [s.node, s.root])).collect();
         let linear = devices.is_empty() && g_slots.is_empty() && c_slots.is_empty() && model.flags.is_empty();
         let mut stage_g = g_sum.clone();
         let mut stage_c = c_sum.clone();
@@ -510,7 +530,11 @@ impl System {
             whole_program: Once::default(),
             reduced: OnceLock::new(),
             parts: OnceLock::new(),
+            lowered: Mutex::new(None),
+            whole: None,
+            slopes: model.slopes,
             passive: passive && devices.passive,
+            floating: (0..n).map(|i| floating.contains(&i)).collect(),
             sums,
             g_rows: Rows::new(n, &g_sum, &model.g, &pairs),
             c_rows: Rows::new(n, &c_sum, &model.c, &pairs),

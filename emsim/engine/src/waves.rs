@@ -53,6 +53,7 @@ enum Shape {
     Pwl(Pwl),
     Guest, // what another system gives, see system/split.rs
     Input(#[serde(skip)] Arc<Input>),
+    Slope(Box<Wave>), // of another one, see hidden.rs
 }
 
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -269,6 +270,7 @@ impl Wave {
             Shape::Dc(v) => *v,
             Shape::Guest => 0.0,
             Shape::Input(input) => input.value(t),
+            Shape::Slope(of) => of.rate(t, side == Side::Before),
             Shape::Pulse(pulse) => pulse.at(t, side),
             Shape::Sin { offset, amplitude, frequency, delay, damping, phase } => {
                 let s = t - delay;
@@ -304,7 +306,10 @@ impl Wave {
 
     /// Straight lines between corners.
     pub fn is_piecewise_linear(&self) -> bool {
-        matches!(self.shape, Shape::Dc(_) | Shape::Pulse(_) | Shape::Pwl(_))
+        match &self.shape {
+            Shape::Slope(of) => of.is_piecewise_linear(),
+            shape => matches!(shape, Shape::Dc(_) | Shape::Pulse(_) | Shape::Pwl(_)),
+        }
     }
 
     /// The first corner after t (by more than 1e-12 of t), INFINITY when there is none.
@@ -331,6 +336,7 @@ impl Wave {
             Shape::Sin { delay, .. } | Shape::Am { delay, .. } => first_of(&[*delay]),
             Shape::Exp { rise_at, fall_at, .. } => first_of(&[*rise_at, *fall_at]),
             Shape::Pwl(pwl) => pwl.corner_after(t, part),
+            Shape::Slope(of) => of.corner_after(t, part),
         }
     }
 
@@ -339,6 +345,7 @@ impl Wave {
         match &self.shape {
             Shape::Pulse(p) => p.piece(t),
             Shape::Pwl(p) => p.passed(t, Side::After).0,
+            Shape::Slope(of) => of.piece(t),
             _ => 0,
         }
     }
@@ -350,6 +357,7 @@ impl Wave {
             Shape::Sin { frequency, amplitude, .. } if *amplitude != 0.0 => frequency.abs(),
             Shape::Sffm { carrier, .. } | Shape::Am { carrier, .. } => carrier.abs(),
             Shape::Pwl(p) => 1.0 / (p.times.last()? - p.repeat?),
+            Shape::Slope(of) => return of.frequency(),
             _ => 0.0,
         };
         (f > 0.0 && f.is_finite()).then_some(f)
@@ -364,6 +372,7 @@ impl Wave {
         let radian = |f: f64| 1.0 / (TAU * f.abs());
         match &self.shape {
             Shape::Dc(_) | Shape::Guest | Shape::Input(_) => f64::INFINITY,
+            Shape::Slope(of) => of.shortest(),
             Shape::Pulse(p) if p.v1 == p.v2 => f64::INFINITY,
             Shape::Pulse(p) => {
                 let [rise, top, fall] = p.corners;

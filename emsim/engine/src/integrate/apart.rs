@@ -15,7 +15,7 @@ use crate::newton::{Options, Tolerances};
 use crate::record::Record;
 use crate::system::{Counters, Hanging, System, Work};
 use std::collections::VecDeque;
-use std::sync::{Condvar, Mutex, MutexGuard};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard};
 use std::time::Duration;
 
 /// So long nobody asks whether the run is to go on.
@@ -23,7 +23,7 @@ const BREATH: Duration = Duration::from_millis(50);
 
 /// Some of the unknowns, with equations of their own.
 pub struct Part {
-    pub system: System,
+    pub system: Arc<System>,
     pub graph: Graph,
     /// where its unknowns are in the whole
     pub of: Vec<usize>,

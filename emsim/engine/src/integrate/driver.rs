@@ -252,6 +252,15 @@ pub(super) fn starting_point(sys: &System, w: &mut Work, a: Transient, o: &Optio
         w.flags = flags;
         return Ok(x);
     }
+    if let Some(whole) = &sys.whole {
+        let mut own = whole.work();
+        let x = starting_point(whole, &mut own, a, o)?;
+        w.start_as(&own);
+        if a.uic {
+            w.past.begin();
+        }
+        return Ok(x);
+    }
     let mut x = op::initial(sys);
     if a.uic {
         w.start_from_given();
@@ -344,8 +353,9 @@ impl<'a, S: Sink> Run<'a, S> {
         // within so little of the run charges are not known to rounding: what need not be computed from their change is not
         let (short, rounded) = (1e-5 * feature, 1e-10 * self.a.tstop);
         let fits = !(self.a.uic || self.a.begun) && self.sys.forces.is_empty();
-        let known = || op::is_all_state(self.sys) || short < rounded && fits && !undetermined(self.sys).contains(&true);
-        if let Some(charges) = self.w.charges.take() {
+        let known = || op::is_all_state(self.sys) || self.sys.slopes.is_empty() && short < rounded && fits && !undetermined(self.sys).contains(&true);
+        if let Some(mut charges) = self.w.charges.take() {
+            charges.iter_mut().zip(&self.sys.has_q).filter(|(_, &stores)| !stores).for_each(|(q, _)| *q = 0.0);
             // the equations are others from here on, what is stored is not
             self.settle_from(Some(charges), t, short.max(rounded.min(1e-3 * feature)), false);
         }
@@ -371,7 +381,8 @@ impl<'a, S: Sink> Run<'a, S> {
         }
         self.record.open(self.sys, self.w, t, &self.x);
         self.stop = self.sys.next_stop(self.w, t, self.until);
-        if self.stop <= t {
+        if self.stop <= self.same(t) {
+            self.t = self.stop.max(t);
             self.slopes_jump(method);
             self.jump(feature, method);
         }

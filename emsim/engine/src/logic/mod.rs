@@ -297,12 +297,13 @@ pub struct Connection {
 }
 
 /// Where a part stands: connections of its ports, none where a port is open.
+#[derive(Clone)]
 pub struct Seat {
     pub name: String,
     pub ports: Vec<Vec<Connection>>,
 }
 
-#[derive(Serialize, Deserialize)]
+#[derive(Clone, Serialize, Deserialize)]
 pub struct Node {
     pub name: String,
     /// what shows its level
@@ -312,7 +313,7 @@ pub struct Node {
 }
 
 /// A wave that follows a node in straight lines.
-#[derive(Serialize, Deserialize)]
+#[derive(Clone, Serialize, Deserialize)]
 pub struct Ramp {
     pub node: usize,
     pub inverted: bool,
@@ -412,6 +413,21 @@ impl Logic {
         self.seats.push(seat);
         self.parts.push(part);
         Ok(())
+    }
+
+    /// The same once more, before it is compiled.
+    pub fn twin(&self) -> Logic {
+        Logic {
+            nodes: self.nodes.clone(),
+            ramps: self.ramps.clone(),
+            seats: self.seats.clone(),
+            parts: self.parts.iter().map(|part| part.twin()).collect(),
+            outputs: self.outputs.clone(),
+            drivers: self.drivers.clone(),
+            readers: self.readers.clone(),
+            sensed: Vec::new(),
+            senses: None,
+        }
     }
 
     pub fn live(&self) -> Live {

@@ -69,9 +69,8 @@ pub fn consistent_with(
     let y2 = if refine { step(w, 2.0 * h, &y1) } else { None };
     if let Some(y2) = y2 {
         // of nodes that capacitors tie together the differences are states, what they have in common is not
-        let floats = |i: usize| sys.sums.iter().any(|s| s.node == i || s.root == i);
         for i in 0..sys.n {
-            if !sys.differential[i] || floats(i) {
+            if !sys.differential[i] || sys.floating[i] {
                 x[i] = 2.0 * y1[i] - y2[i];
             }
         }

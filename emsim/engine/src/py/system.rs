@@ -19,7 +19,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 use std::collections::BTreeMap;
 use std::sync::atomic::Ordering::Relaxed;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 use std::time::{Duration, Instant};
 
 /// The flag of this name is 0, and 1 for small signals: what is another thing to them reads it.
@@ -28,6 +28,7 @@ const SMALL_SIGNALS: &str = "small signals";
 #[pyclass(frozen)]
 pub struct System {
     inner: Arc<crate::system::System>,
+    integrated: OnceLock<Result<Arc<crate::system::System>, String>>,
     graph: SharedGraph,
     /// nodes of the graph that were there, and the equations before they were compiled, where they are to be packed
     equations: Option<(usize, Vec<u8>)>,
@@ -35,14 +36,23 @@ pub struct System {
 
 impl System {
     pub fn new(system: crate::system::System, graph: SharedGraph, equations: Option<(usize, Vec<u8>)>) -> System {
-        System { inner: Arc::new(system), graph, equations }
+        System { inner: Arc::new(system), integrated: OnceLock::new(), graph, equations }
     }
 
     fn ids(&self, outputs: &[Bound<'_, PyAny>]) -> PyResult<Vec<Id>> {
         outputs.iter().map(|o| Expr::operand(&self.graph, o)).collect()
     }
 
-    /// Scratch with the flags as they are at (x, t).
+    /// What a run integrates by this method: equations of a lower index, where these hide constraints. Sensitivities are of these, and so
+    /// is what the method shares out.
+    fn integrable(&self, o: &Options, beside: bool) -> PyResult<Arc<crate::system::System>> {
+        if beside || integrate::splits(&o.method) {
+            return Ok(self.inner.clone());
+        }
+        let made = self.integrated.get_or_init(|| self.inner.integrable(&mut lock(&self.graph)));
+        made.clone().map_err(PyValueError::new_err)
+    }
+
     /// The equations of these unknowns, which nothing ties to the others.
     fn part(&self, of: Vec<usize>, o: &Options) -> PyResult<integrate::Part> {
         let missing = || PyValueError::new_err("tran: the builder was not asked to keep its equations");
@@ -50,7 +60,8 @@ impl System {
         let compiled = Equations::read(bytes).and_then(|Equations { mut graph, mut model }| {
             let flags = model.only(&mut graph, &of);
             model.place()?;
-            let system = crate::system::System::compile(model, &mut graph)?;
+            let system = Arc::new(crate::system::System::compile(model, &mut graph)?);
+            let system = system.integrable(&mut graph)?;
             if integrate::reduces(&system, o) {
                 system.reduce(&mut graph);
             }
@@ -59,6 +70,7 @@ impl System {
         compiled.map_err(PyValueError::new_err)
     }
 
+    /// Scratch with the flags as they are at (x, t).
     fn work_at(&self, x: &[f64], t: f64) -> PyResult<Work> {
         if x.len() != self.inner.n {
             return Err(PyValueError::new_err(format!("x has {} values, the system {}", x.len(), self.inner.n)));
@@ -557,7 +569,7 @@ impl System {
         let ids = self.ids(&outputs)?;
         let mut o = options(options_)?;
         (o.accounts, o.span, o.grid) = (accounts.is_some(), tstop, tstep);
-        let sys = self.inner.clone();
+        let sys = self.integrable(&o, tangent.is_some())?;
         let mut record = Record::new(&lock(&self.graph), &ids);
         let closures = self.ids(&closures)?;
         record.invariants = (!o.unwatched).then(|| Invariants::new(&lock(&self.graph), &sys, &o, &closures));

@@ -48,7 +48,7 @@ impl System {
         }
         for &(r, k, _) in &self.f_wave {
             if !self.waves[k].still() {
-                own[r] = 0;
+                own[r] = own[r].max(i32::from(self.slopes.iter().any(|s| s.1 == k)));
             }
         }
         let mut order = vec![UNKNOWN; self.n];

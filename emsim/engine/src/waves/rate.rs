@@ -9,6 +9,7 @@ impl Wave {
         match &self.shape {
             Shape::Dc(_) | Shape::Guest => 0.0,
             Shape::Input(input) => input.slope(),
+            Shape::Slope(of) => of.curvature(t, before),
             Shape::Pulse(pulse) => pulse.rate(t, side),
             Shape::Pwl(pwl) => pwl.rate(t, side),
             Shape::Sin { amplitude, frequency, delay, damping, phase, .. } => {
@@ -42,6 +43,65 @@ impl Wave {
             }
         }
     }
+
+    /// d2w/dt2 at t, as `rate`.
+    fn curvature(&self, t: f64, before: bool) -> f64 {
+        let side = if before { Side::Before } else { Side::After };
+        match &self.shape {
+            Shape::Dc(_) | Shape::Guest | Shape::Input(_) | Shape::Pulse(_) | Shape::Pwl(_) | Shape::Slope(_) => 0.0,
+            Shape::Sin { amplitude, frequency, delay, damping, phase, .. } => {
+                let s = t - delay;
+                if !passed(s, 0.0, 0.0, side) {
+                    return 0.0;
+                }
+                let (sin, slope) = wave(*frequency, s, *phase);
+                let of_sin = damping * damping - (TAU * frequency).powi(2);
+                amplitude * (of_sin * sin - 2.0 * damping * slope) * (-s * damping).exp()
+            }
+            Shape::Exp { low, high, rise_at, rise_tau, fall_at, fall_tau } => {
+                let of = |from: f64, tau: f64| match tau > 0.0 && passed(t, from, 0.0, side) {
+                    true => -(-(t - from) / tau).exp() / (tau * tau),
+                    false => 0.0,
+                };
+                let falls = if passed(t, *rise_at, 0.0, side) { of(*fall_at, *fall_tau) } else { 0.0 };
+                (high - low) * (of(*rise_at, *rise_tau) - falls)
+            }
+            Shape::Sffm { amplitude, carrier, index, signal, carrier_phase, signal_phase, .. } => {
+                let (sin, slope) = wave(*signal, t, *signal_phase);
+                let angle = TAU * (carrier * t - (carrier * t).floor()) + carrier_phase + index * sin;
+                let turns = TAU * carrier + index * slope;
+                -amplitude * (angle.cos() * index * (TAU * signal).powi(2) * sin + angle.sin() * turns * turns)
+            }
+            Shape::Am { amplitude, offset, modulation, carrier, delay, phase } => {
+                let s = t - delay;
+                if !passed(s, 0.0, 0.0, side) {
+                    return 0.0;
+                }
+                let ((low, low_slope), (high, high_slope)) = (wave(*modulation, s, *phase), wave(*carrier, s, *phase));
+                let (slow, fast) = ((TAU * modulation).powi(2), (TAU * carrier).powi(2));
+                amplitude * (2.0 * low_slope * high_slope - (slow * low + fast * (offset + low)) * high)
+            }
+        }
+    }
+
+    /// Its rate as a wave of its own; None where it jumps, where nobody knows ahead what it will be, and of a rate.
+    pub fn slope(&self) -> Option<Wave> {
+        let goes_on = match &self.shape {
+            Shape::Guest | Shape::Input(_) | Shape::Slope(_) => false,
+            Shape::Dc(_) | Shape::Sin { .. } | Shape::Sffm { .. } => true,
+            Shape::Pulse(Pulse { v1, v2, period, corners: [rise, top, fall], .. }) => {
+                v1 == v2 || *rise > 0.0 && fall > top && period >= fall
+            }
+            Shape::Pwl(pwl) => pwl.goes_on(),
+            Shape::Exp { rise_at, rise_tau, fall_at, fall_tau, .. } => {
+                *rise_tau > 0.0 && *fall_tau > 0.0 && rise_at <= fall_at
+            }
+            Shape::Am { phase, .. } => *phase == 0.0,
+        };
+        // a DC value of its own is another start
+        let starts = self.dc.is_none_or(|dc| dc == self.value_before(0.0));
+        (goes_on && starts).then(|| Wave { shape: Shape::Slope(Box::new(self.clone())), dc: Some(0.0) })
+    }
 }
 
 /// sin(2 pi f s + phase) and its derivative with respect to s.
@@ -66,6 +126,13 @@ impl Pulse {
 }
 
 impl Pwl {
+    /// Is there no jump in it?
+    fn goes_on(&self) -> bool {
+        let upright = |i: usize| self.times[i] == self.times[i + 1] && self.values[i] != self.values[i + 1];
+        let again = self.repeat.map(|from| self.at(self.delay + from, Side::After));
+        !(0..self.times.len() - 1).any(upright) && again.is_none_or(|v| Some(&v) == self.values.last())
+    }
+
     fn rate(&self, t: f64, side: Side) -> f64 {
         let (i, ..) = self.passed(t, side);
         if i == 0 || i == self.times.len() {

@@ -234,7 +234,16 @@ fn rates_are_those_of_the_values() {
         wave("pwl", &[0.2, 1.0, 0.5, 3.0, 0.5, -1.0, 2.0, 4.0]),
         wave("pwlr", &[0.3, 0.0, 0.0, 1.0, 0.5, 2.0, 0.8, 1.0]),
     ];
-    for (k, w) in waves.iter().enumerate() {
+    // the rate of a slope is the second derivative; what jumps has no slope
+    let other_start = Wave::new("dc", &[1.0], Some(2.0)).unwrap();
+    let jumps = [other_start, wave("pwlr", &[0.3, 0.2, 0.0, 1.0, 0.5, 2.0, 0.8, 1.5])];
+    assert!(jumps.iter().chain([&waves[1], &waves[5], &waves[6]]).all(|w| w.slope().is_none()));
+    assert!(Wave::guest().slope().is_none() && Wave::input(0.0).slope().is_none());
+    let smooth = [wave("am", &[2.0, 1.0, 0.3, 2.0, 0.4, 0.0])];
+    let slopes: Vec<Wave> = waves.iter().chain(&smooth).filter_map(Wave::slope).collect();
+    assert_eq!(slopes.len(), 6);
+    assert!(slopes.iter().all(|w| w.slope().is_none() && w.dc_value() == 0.0));
+    for (k, w) in waves.iter().chain(&slopes).enumerate() {
         let (h, tight) = (1e-5, 1e-3);
         for step in 0..4000 {
             let t = 1e-3 * f64::from(step) + 1.7e-4;

@@ -32,13 +32,17 @@ impl<S: Sink> Run<'_, S> {
                 self.jump(self.tmax, method);
                 jumped = true;
             }
-            let near = self.stop - self.t <= 64.0 * f64::EPSILON * self.t;
-            if !near || self.stop >= self.until {
+            if self.stop > self.same(self.t) || self.stop >= self.until {
                 break;
             }
             (self.t, self.late) = (self.stop, 0.0);
         }
         jumped
+    }
+
+    /// Up to here it is the time t: steps are longer.
+    pub(super) fn same(&self, t: f64) -> f64 {
+        t + (64.0 * f64::EPSILON * t).max(1e-18 * self.a.tstop)
     }
 
     /// Is a corner of a source a jump to what the method's next step begins with, or to what a condition reads?
@@ -74,7 +78,7 @@ impl<S: Sink> Run<'_, S> {
             if due || again > 0 {
                 self.stop = self.sys.next_stop(self.w, t, self.until);
             }
-            let least = (JUMP * width.min(self.stop - t)).max(64.0 * f64::EPSILON * t).max(1e-18 * self.a.tstop);
+            let least = (JUMP * width.min(self.stop - t)).max(self.same(t) - t);
             let least = self.sys.hidden_corner(t).map_or(least, |end| least.max(2.0 * (end - t)));
             // rounding may keep so short a step from converging: a flux of so much over h is no voltage
             let known = method.settle(self.sys, self.w, t, least, &mut self.x).then_some(least);
