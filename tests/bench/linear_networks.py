@@ -64,7 +64,15 @@ def main() -> None:
             right = off <= MOST
             counts["right" if right else "told" if told else "wrong"] += 1
             if given.show and not right:
-                print(family, seed, method, reltol, f"{off:.3g} {name} at {at:.9g} us", *sorted(set(told)), flush=True)
+                print(
+                    family,
+                    seed,
+                    method,
+                    reltol,
+                    f"{off:.3g} {name} at {at:.9g} us",
+                    *sorted(set(told)),
+                    flush=True,
+                )
     for (method, reltol), counts in found.items():
         print(f"{method:7s} {reltol:g}", dict(sorted(counts.items())))
 

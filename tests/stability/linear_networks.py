@@ -56,7 +56,9 @@ class Wave:
     def text(self) -> str:
         if self.pulse:
             _, start, top, fall, end = self.times
-            lengths = " ".join(f"{t:.10g}u" for t in (start, top - start, end - fall, fall - top, 10.0 * SPAN))
+            lengths = " ".join(
+                f"{t:.10g}u" for t in (start, top - start, end - fall, fall - top, 10.0 * SPAN)
+            )
             return f"PULSE(0 {self.values[2]:.10g} {lengths})"
         if self.times:
             points = " ".join(f"{t:.10g}u {v:.10g}" for t, v in zip(self.times, self.values, strict=True))

@@ -160,10 +160,13 @@ def test_a_silent_fast_mode_is_not_stepped_over_explicitly():
 
 
 def test_what_no_explicit_method_can_do():
-    """A capacitor across a source is of index 2: implicit, and the reason is told. Where all is linear nobody asks."""
-    loop = "loop\nV1 a 0 SIN(0 1 1)\nC1 a 0 1m\n{}\n.tran 10m 1\n.end\n"
-    for load, why in (("B1 a 0 I={v(a)^3}", "index 2"), ("R1 a 0 1", "linear")):
-        result = run(loop.format(load), "method=auto")
+    """A capacitor across what an expression gives is of index 2: implicit, and the reason is told. Where all is linear nobody asks."""
+    loop = "loop\n{}\nC1 a 0 1m\n.tran 10m 1\n.end\n"
+    for cards, why in (
+        ("V1 a 0 SIN(0 1 1)\nR1 a 0 1", "linear"),
+        ("B2 a 0 V={sin(6.28*time)}\nB1 a 0 I={v(a)^3}", "index 2"),
+    ):
+        result = run(loop.format(cards), "method=auto")
         assert methods(result) == ["radau"]
         assert why in result.stats["methods"][0][2]
 

@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 import emsim
+from emsim.assemble import options
 
 Signal = Callable[[np.ndarray], np.ndarray]
 METHODS = ("auto", "trap", "gear", "radau", "esdirk", "trbdf2")
@@ -156,10 +157,24 @@ def test_the_same_where_the_tolerance_is_tight(case: str):
     assert rows_off(case, "auto", 1e-9) < 1e-7
 
 
+@pytest.mark.parametrize("case", ["a coil on a ramp alone", "a capacitor between two sources"])
+def test_the_watch_sees_a_voltage_that_is_not_l_di_dt(case: str, monkeypatch: pytest.MonkeyPatch):
+    """Kirchhoff's laws hold whatever v(b), behind the resistor, or the current through both sources was: nothing was told."""
+    cards, _, _, _, times = CASES[case]
+    deck = f"{case}\n{cards}\n.tran {times}\n.save all\n.end\n"
+    assert not [d for d in emsim.run(deck).diagnostics if d.code == "W406"]
+    place = emsim.compile(deck).names.index("b" if "coil" in case else "v1")
+    resolve = options.resolve
+    monkeypatch.setattr(options, "resolve", lambda *a, **k: {**resolve(*a, **k), "spoiled": place})
+    assert [d for d in emsim.run(deck).diagnostics if d.code == "W406"]
+
+
 def test_a_network_that_stopped_in_its_first_step_runs():
     """auto and radau gave up at 1e-22 s (E412) in a network with cutsets of coils that trap, gear and esdirk ran."""
     deck = (Path(__file__).parent / "coil_cutsets.cir").read_text()
-    runs = {m: emsim.run(deck.replace(".end", f".options method={m}\n.end")) for m in ("auto", "radau", "esdirk")}
+    runs = {
+        m: emsim.run(deck.replace(".end", f".options method={m}\n.end")) for m in ("auto", "radau", "esdirk")
+    }
     t = np.linspace(0.5e-6, 34e-6, 50)
     for name in ("v(2)", "v(7)", "v(16)", "i(l9)"):
         curves = [np.interp(t, r.time, r[name]) for r in runs.values()]
@@ -180,7 +195,9 @@ def test_times_rise_where_corners_are_closer_than_a_step(method: str):
 @pytest.mark.parametrize("method", ["auto", "trap"])
 def test_coils_in_series_with_other_currents_at_the_start_keep_their_flux(method: str):
     """The row that is lowered would have one of them decide: with `uic`, 1 mH at 1 A and 3 mH at none share 0.25 A."""
-    deck = f"flux\nL1 a b 1m ic=1\nL2 b 0 3m ic=0\nR1 a 0 1\n.tran 1u 100u uic\n.options method={method}\n.end\n"
+    deck = (
+        f"flux\nL1 a b 1m ic=1\nL2 b 0 3m ic=0\nR1 a 0 1\n.tran 1u 100u uic\n.options method={method}\n.end\n"
+    )
     result = emsim.run(deck)
     t = np.asarray(result.time)
     late = t > 1e-6

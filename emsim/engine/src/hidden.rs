@@ -94,7 +94,9 @@ pub fn lowered(model: &Model, g: &mut Graph) -> Option<Model> {
         }
         let constant: Vec<Vec<(usize, f64)>> = found
             .iter()
-            .map(|r| r.slopes.iter().flat_map(|&(j, m)| rows.sources[j].iter().map(move |&(k, b)| (k, m * b))).collect())
+            .map(|r| {
+                r.slopes.iter().flat_map(|&(j, m)| rows.sources[j].iter().map(move |&(k, b)| (k, m * b))).collect()
+            })
             .collect();
         let into = made.get_or_insert_with(|| model.twin());
         for (relation, slopes) in found.iter().zip(constant) {
@@ -141,9 +143,8 @@ impl Rows {
                 }
             }
         }
-        let stores: Vec<bool> = (0..n)
-            .map(|r| !c[r].is_empty() && !charged[r] && (electrical(r) || kind(r) == Kind::Derivative))
-            .collect();
+        let stores: Vec<bool> =
+            (0..n).map(|r| !c[r].is_empty() && !charged[r] && (electrical(r) || kind(r) == Kind::Derivative)).collect();
         let mut constraint: Vec<bool> =
             (0..n).map(|r| c[r].is_empty() && !charged[r] && !devices[r] && electrical(r)).collect();
         model.responses.iter().for_each(|r| constraint[r.row] = false);
@@ -247,7 +248,11 @@ impl Rows {
                 work += lines[k].eliminate(column, &by);
                 for &c in &touched {
                     let of_c = holders.entry(c).or_default();
-                    if lines[k].x.contains_key(&c) { of_c.insert(k) } else { of_c.remove(&k) };
+                    if lines[k].x.contains_key(&c) {
+                        of_c.insert(k)
+                    } else {
+                        of_c.remove(&k)
+                    };
                 }
             }
             for c in touched {

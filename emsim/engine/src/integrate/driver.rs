@@ -353,7 +353,10 @@ impl<'a, S: Sink> Run<'a, S> {
         // within so little of the run charges are not known to rounding: what need not be computed from their change is not
         let (short, rounded) = (1e-5 * feature, 1e-10 * self.a.tstop);
         let fits = !(self.a.uic || self.a.begun) && self.sys.forces.is_empty();
-        let known = || op::is_all_state(self.sys) || self.sys.slopes.is_empty() && short < rounded && fits && !undetermined(self.sys).contains(&true);
+        let known = || {
+            op::is_all_state(self.sys)
+                || self.sys.slopes.is_empty() && short < rounded && fits && !undetermined(self.sys).contains(&true)
+        };
         if let Some(mut charges) = self.w.charges.take() {
             charges.iter_mut().zip(&self.sys.has_q).filter(|(_, &stores)| !stores).for_each(|(q, _)| *q = 0.0);
             // the equations are others from here on, what is stored is not
