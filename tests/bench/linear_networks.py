@@ -1,8 +1,8 @@
 """Random linear networks under every method against their exact solutions: `python tests/bench/linear_networks.py`.
 
 Rows are compared where they stand, the ones right behind a corner among them; a tolerance is as in
-tests/stability/test_linear_networks.py, of which this is the whole. For each method and tolerance it says how many runs there were, how many
-are beyond ten tolerances without a message, how many say so, and how many are refused or stop.
+tests/stability/test_linear_networks.py, of which this is the whole. For each method and tolerance: how many runs are
+right, wrong (beyond ten tolerances without a message), told of, refused or stopped.
 """
 
 from __future__ import annotations
@@ -16,11 +16,11 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "stability"))
 
-from linear_networks import SPAN, Unsuitable, capacitor_loops, driven, network  # noqa: E402
-from test_linear_networks import MOST, TIMES, TOLD, own_start, worst_row  # noqa: E402
+from linear_networks import SPAN, Unsuitable, capacitor_loops, driven, network
+from test_linear_networks import MOST, TIMES, TOLD, own_start, worst_row
 
-import emsim  # noqa: E402
-from emsim.diagnostics import ConvergenceError, DeckError  # noqa: E402
+import emsim
+from emsim.diagnostics import ConvergenceError, DeckError
 
 METHODS = ("auto", "trap", "gear", "radau", "esdirk", "trbdf2", "gauss")
 RELTOLS = (1e-3, 1e-6, 1e-9)

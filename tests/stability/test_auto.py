@@ -160,7 +160,8 @@ def test_a_silent_fast_mode_is_not_stepped_over_explicitly():
 
 
 def test_what_no_explicit_method_can_do():
-    """A capacitor across what an expression gives is of index 2: implicit, and the reason is told. Where all is linear nobody asks."""
+    """A capacitor across what an expression gives is of index 2: implicit, and the reason is told. Where all is linear
+    nobody asks."""
     loop = "loop\n{}\nC1 a 0 1m\n.tran 10m 1\n.end\n"
     for cards, why in (
         ("V1 a 0 SIN(0 1 1)\nR1 a 0 1", "linear"),

@@ -1,7 +1,8 @@
-"""What jumps where a source bends: v = L di/dt of a coil that carries a source's current, i = C dv/dt of a capacitor that sources hold.
+"""What jumps where a source bends: v = L di/dt of a coil that carries a source's current, i = C dv/dt of a capacitor that
+sources hold.
 
-Rows of the first step behind a corner of PULSE or PWL held values that never were, and Kirchhoff's laws held all the same. Right values are
-closed forms. Corners themselves, where there are two values, are left out.
+Rows of the first step behind a corner of PULSE or PWL held values that never were, and Kirchhoff's laws held all the
+same. Right values are closed forms. Corners themselves, where there are two values, are left out.
 """
 
 from __future__ import annotations
@@ -186,7 +187,8 @@ def test_a_network_that_stopped_in_its_first_step_runs():
 @pytest.mark.parametrize("method", METHODS)
 def test_times_rise_where_corners_are_closer_than_a_step(method: str):
     """Rows at 5e-21 s, and then at 1e-30 s."""
-    deck = f"corners\nI1 0 a PWL(0 0.5 1e-30 0 2m 1 10m 1)\nL1 a 0 1m\nR1 a 0 1meg\n.tran 0.1m 5m\n.options method={method}\n.end\n"
+    cards = "I1 0 a PWL(0 0.5 1e-30 0 2m 1 10m 1)\nL1 a 0 1m\nR1 a 0 1meg\n.tran 0.1m 5m"
+    deck = f"corners\n{cards}\n.options method={method}\n.end\n"
     result = emsim.run(deck)
     assert (np.diff(np.asarray(result.time)) > 0).all()
     assert result["i(l1)"][-1] == pytest.approx(1.0, rel=1e-3)

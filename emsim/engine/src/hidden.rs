@@ -11,11 +11,10 @@
 //!
 //! and (2) takes the place of one of the rows i. Nothing else changes: the solutions are the same, the index is one less, and with the
 //! sources' slopes (`Wave::slope`), which are known exactly, currents and voltages that follow from them jump where the sources bend,
-//! whatever the method. (Hairer and Wanner 1996, section VII.2: index reduction by differentiation. Gear 1988 differentiates
-//! constraints too, but solves them together with their derivatives.)
+//! whatever the method. (Hairer and Wanner 1996, section VII.2: index reduction by differentiation.)
 //!
-//! A constraint that reads a slope already is not differentiated again: slopes jump. One that reads a source which jumps is left as it is, for what it
-//! hides is an impulse there, and one that holds expressions that are not linear: no row here is an approximation.
+//! A constraint that reads a slope already is not differentiated again: slopes jump. One that reads a source which jumps is left as
+//! it is, for what it hides is an impulse there, and one that holds expressions that are not linear: no row here is an approximation.
 use crate::graph::Graph;
 use crate::model::{linear_terms, Kind, Model};
 use std::collections::{BTreeMap, BTreeSet};

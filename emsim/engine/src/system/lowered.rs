@@ -1,5 +1,5 @@
-//! The equations with their hidden constraints put in (hidden.rs): what a run integrates. It starts by the equations as they are, for charges
-//! and fluxes that are given need not fit the constraints, and small signals are theirs.
+//! The equations with their hidden constraints put in (hidden.rs): what a run integrates. It starts by the equations as they are, for
+//! charges and fluxes that are given need not fit the constraints, and small signals are theirs.
 use super::{System, Work};
 use crate::graph::Graph;
 use crate::hidden::lowered;
