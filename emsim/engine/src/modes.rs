@@ -90,7 +90,8 @@ pub struct Modes {
     pub stepped: Vec<f64>,
     /// laws that no finite force kept sliding, with the time
     pub jammed: Vec<(f64, usize)>,
-    /// steps in which impulses flowed since they were last taken from here: end, length, state with the efforts over it
+    /// steps in which impulses flowed since they were last taken from here: end, length, state with the efforts over it and the
+    /// mean of the speeds before and behind it, by which impulses work
     pub jolts: Vec<(f64, f64, Vec<f64>)>,
 }
 
@@ -360,7 +361,7 @@ impl Modes {
         };
         let m = asked.len();
         if self.count > MANY || jams {
-            self.push(sys, w, &asked, (&look, &solution.f, &solution.w), (*t, ahead));
+            self.push(sys, w, &asked, (&look, &solution.f, &solution.w), x, (*t, ahead));
             self.go(sys, x, &look.at(&solution.f));
             *t += ahead;
             if !jams {
@@ -409,6 +410,7 @@ impl Modes {
     ) -> bool {
         let list = &sys.laws.list;
         let mut falls: Option<Falls> = None;
+        let mut rounds = 0;
         for round in 0..2 * ROUNDS {
             let (readings, _) = sys.read_laws(w, x, *t);
             let near = |k: usize| match list[k].form {
@@ -443,7 +445,6 @@ impl Modes {
             let Some(falls) = &mut falls else { return false };
             let fall: Vec<f64> =
                 struck.iter().map(|&k| if list[k].restitution > 0.0 { falls.of(k) } else { 0.0 }).collect();
-            let Some(look) = self.look(sys, w, x, *t, short.instant, &struck, tol) else { return false };
             let m = struck.len();
             let pushes = |k: usize| if list[k].form == Form::Relay { 0.0 } else { f64::INFINITY };
             let mut bounds = Bounds::new(vec![0.0; m], struck.iter().map(|&k| pushes(k)).collect());
@@ -461,16 +462,28 @@ impl Modes {
             };
             // what rebounds does so by the speed at which it came: forces have the instant to themselves
             let own = |i: usize, k: usize| list[k].form != Form::Relay && approaches(k) && restitution(i, k) > 0.0;
-            let came: Vec<f64> = (struck.iter().enumerate())
-                .map(|(i, &k)| if own(i, k) { readings[k].flow } else { look.b[i] })
-                .collect();
-            let Some(press) = lcp::solve(&look.a, &came, &bounds) else { return false };
+            let mut around: Option<(Look, Vec<f64>)> = None;
+            let (look, came, press) = loop {
+                let from = around.as_ref().map(|(look, f)| (look, &f[..]));
+                let Some(look) = self.look_from(sys, w, (x, *t), short.instant, &struck, from, tol) else {
+                    return false;
+                };
+                let came: Vec<f64> = (struck.iter().enumerate())
+                    .map(|(i, &k)| if own(i, k) { readings[k].flow } else { look.b[i] })
+                    .collect();
+                let Some(press) = lcp::solve(&look.a, &came, &bounds) else { return false };
+                rounds += 1;
+                if rounds >= LOADS || rubs_by_load(sys, w, &look.at(&press.f), *t + short.instant, &struck) {
+                    break (look, came, press);
+                }
+                around = Some((look, press.f));
+            };
             for (i, &k) in struck.iter().enumerate().filter(|&(_, &k)| list[k].form != Form::Relay) {
                 bounds.lo[i] = restitution(i, k) * press.f[i];
             }
             let Some(back) = lcp::solve(&look.a, &press.w, &bounds) else { return false };
             let (f, after) = expanded(&came, &press, &back);
-            self.push(sys, w, &struck, (&look, &f, &after), (*t, short.instant));
+            self.push(sys, w, &struck, (&look, &f, &after), x, (*t, short.instant));
             for &k in struck.iter().filter(|&&k| list[k].form != Form::Relay && approaches(k)) {
                 w.flags[list[k].flags[HITS]] += 1.0;
             }
@@ -533,7 +546,7 @@ impl Modes {
         Some(rests)
     }
 
-    /// Books a step (t, h) in which the corners and freewheels among `which` gave impulses: these, and the energy that they took together, shared
+    /// Books a step (t, h) from x in which the corners and freewheels among `which` gave impulses: these, and the energy that they took together, shared
     /// among those that took.
     fn push(
         &mut self,
@@ -541,6 +554,7 @@ impl Modes {
         w: &mut Work,
         which: &[usize],
         (look, f, after): (&Look, &[f64], &[f64]),
+        x: &[f64],
         (t, h): (f64, f64),
     ) {
         let list = &sys.laws.list;
@@ -559,7 +573,13 @@ impl Modes {
             w.flags[list[k].flags[IMPULSE]] += f[i] * h;
             w.flags[list[k].flags[LOST]] += share * whole;
         }
-        self.jolts.push((t + h, h, look.at(f)));
+        let mut mean = look.at(f);
+        for ((mean, before), unknown) in mean.iter_mut().zip(x).zip(&sys.unknowns) {
+            if unknown.kind == Kind::Speed {
+                *mean = 0.5 * (*mean + before);
+            }
+        }
+        self.jolts.push((t + h, h, mean));
     }
 
     /// A step of implicit Euler from x, with the efforts of `which`, whose modes are free, as parameters.
@@ -574,10 +594,28 @@ impl Modes {
         which: &[usize],
         tol: &Tolerances,
     ) -> Option<Look> {
+        self.look_from(sys, w, (x, t), h, which, None, tol)
+    }
+
+    /// The same with slopes at efforts that a look before has found, from there: friction by a load that the impact makes goes with its
+    /// size, which bends.
+    #[allow(clippy::too_many_arguments)]
+    fn look_from(
+        &mut self,
+        sys: &System,
+        w: &mut Work,
+        (x, t): (&[f64], f64),
+        h: f64,
+        which: &[usize],
+        from: Option<(&Look, &[f64])>,
+        tol: &Tolerances,
+    ) -> Option<Look> {
         let ports = w.ports.clone();
         sys.eval(w, x, t);
-        let r: Vec<f64> = w.q.iter().map(|q| -q / h).collect();
-        let mut y = x.to_vec();
+        let mut r: Vec<f64> = w.q.iter().map(|q| -q / h).collect();
+        let f0 = from.map_or(vec![0.0; which.len()], |(_, f)| f.to_vec());
+        which.iter().zip(&f0).for_each(|(&k, f)| r[sys.laws.list[k].row] -= f);
+        let mut y = from.map_or(x.to_vec(), |(look, f)| look.at(f));
         self.newton.forget();
         let solved = (0..2).all(|_| self.newton.solve(sys, w, 1.0 / h, &r, &mut y, t + h, tol, 100).is_ok());
         w.ports = ports;
@@ -605,8 +643,11 @@ impl Modes {
                 (0..m).for_each(|j| a[i * m + j] += slope * columns[j][unknown]);
             }
         }
-        let b = which.iter().map(|&k| readings[k].flow).collect();
-        Some(Look { y, columns, a, b })
+        let bent = |i: usize| (0..m).map(|j| a[i * m + j] * f0[j]).sum::<f64>();
+        let b = which.iter().enumerate().map(|(i, &k)| readings[k].flow - bent(i)).collect();
+        let back: Vec<f64> = f0.iter().map(|f| -f).collect();
+        let look = Look { y, columns, a, b };
+        Some(Look { y: look.at(&back), ..look })
     }
 
     /// To what a short step has found; efforts over it are none of what follows.
@@ -687,6 +728,16 @@ fn follows(
         }
     }
     None
+}
+
+/// Do relays that slide beside those struck do so with what they are loaded with at x?
+fn rubs_by_load(sys: &System, w: &mut Work, x: &[f64], t: f64, struck: &[usize]) -> bool {
+    let (readings, _) = sys.read_laws(w, x, t);
+    sys.laws.list.iter().zip(&readings).enumerate().all(|(k, (law, at))| {
+        let slides = law.form == Form::Relay && w.flags[law.flags[SLIDES]] != 0.0 && w.flags[law.flags[SHOWN]] != 0.0;
+        let own = law.normal.is_none() && law.across.is_none() && !struck.contains(&k);
+        !(slides && own) || (x[law.row] + w.flags[law.flags[SIDE]] * at.bound).abs() <= AGREE * at.bound
+    })
 }
 
 /// The same with bounds as they are known.
