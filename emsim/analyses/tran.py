@@ -210,7 +210,9 @@ class Tran(Analysis):
             ([o.expr for o in inside if o.expr is not None], DEGREE) if inside else None,
             assembly.machine.closures if assembly.machine is not None else (),
             begin,
-            impulsive=[k for k, e in enumerate(book.powers) if e.word in IMPULSIVE] if book is not None else (),
+            impulsive=[k for k, e in enumerate(book.powers) if e.word in IMPULSIVE]
+            if book is not None
+            else (),
             apart=paces,
             leg=None if leg is None else (start, until, charges),
             halts=self.flags,

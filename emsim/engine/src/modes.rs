@@ -71,6 +71,15 @@ const LATE: f64 = 4.0;
 /// The step slightly past an event is no shorter than so many of the shortest.
 const SHORTEST: f64 = 100.0;
 
+/// The modes are asked so much of a step behind the event: at the event itself what is let go has no acceleration yet.
+const AHEAD: f64 = 1e-3;
+/// Events within this part of the run are of one time.
+const PILES: f64 = 1e-9;
+/// Steps are ten times as long, so often, where they cannot be solved.
+const LONGER: i32 = 4;
+/// A step in which momenta alone change takes this part of what there is room for.
+const INSTANT: f64 = 1e-9;
+
 /// Of a relay's flags.
 const SLIDES: usize = 0;
 const SIDE: usize = 1;
@@ -90,6 +99,8 @@ pub struct Modes {
     pub stepped: Vec<f64>,
     /// laws that no finite force kept sliding, with the time
     pub jammed: Vec<(f64, usize)>,
+    /// a corner that approaches and that no force can stop: its motion is given
+    pub blocked: Option<usize>,
     /// steps in which impulses flowed since they were last taken from here: end, length, state with the efforts over it and the
     /// mean of the speeds before and behind it, by which impulses work
     pub jolts: Vec<(f64, f64, Vec<f64>)>,
@@ -108,6 +119,20 @@ pub struct Short {
     pub step: f64,
     /// events that are nearer to one another pile up
     pub near: f64,
+}
+
+impl Short {
+    /// With an instant so many times as long.
+    fn longer(self, times: f64) -> Short {
+        let instant = times * self.instant;
+        Short { instant, late: self.late.max(10.0 * instant), ahead: self.ahead.max(10.0 * instant), ..self }
+    }
+
+    /// Of steps of this width in a run of this span, at a point that is found so late, from where the shortest step is `least`.
+    pub fn new(width: f64, least: f64, late: f64, span: f64) -> Short {
+        let ahead = (AHEAD * width).max(10.0 * least);
+        Short { instant: least, late: late.max(10.0 * least), ahead, step: width, near: ahead.max(PILES * span) }
+    }
 }
 
 /// With which acceleration parts fall back on each other, the others held by what they lie on.
@@ -167,6 +192,7 @@ impl Modes {
             turns: 0,
             stepped: Vec::new(),
             jammed: Vec::new(),
+            blocked: None,
             jolts: Vec::new(),
         })
     }
@@ -186,6 +212,20 @@ impl Modes {
         }
     }
 
+    /// The modes that a transient from x would start with, for analyses that have none; `width`: the shortest time in which something
+    /// changes. x is where it would start, behind an impact if there is one.
+    pub fn settle(sys: &System, w: &mut Work, x: &mut [f64], width: f64, tol: &Tolerances) {
+        let Some(mut modes) = Modes::new(sys) else { return };
+        Modes::begin(sys, w, x, 0.0, tol);
+        put_thresholds(sys, w, x, 0.0, tol);
+        let (held, start) = (w.held(), x.to_vec());
+        let short = Short::new(width, INSTANT * width, 0.0, width);
+        if !modes.decide(sys, w, x, &mut 0.0, short, &[], tol) {
+            w.restore(&held);
+            x.copy_from_slice(&start);
+        }
+    }
+
     /// Does a law ask for another mode at (x, t), where something has jumped?
     pub fn ask(sys: &System, w: &mut Work, x: &[f64], t: f64) -> bool {
         let mut roots = vec![0.0; sys.flags.len()];
@@ -199,10 +239,41 @@ impl Modes {
         })
     }
 
-    /// The modes that follow (x, t), where the flags `fired` ask for others; x and t move on by next to nothing. False where no step
-    /// finds values.
+    /// The modes that follow (x, t), where the flags `fired` ask for others; x and t move on by next to nothing. Rounding may keep so
+    /// short a step from converging (a flux of so much over h is no voltage): then longer ones. False where none finds values.
     #[allow(clippy::too_many_arguments)]
     pub fn decide(
+        &mut self,
+        sys: &System,
+        w: &mut Work,
+        x: &mut [f64],
+        t: &mut f64,
+        short: Short,
+        fired: &[usize],
+        tol: &Tolerances,
+    ) -> bool {
+        let (held, start, begun) = (w.held(), (x.to_vec(), *t), (self.at, self.count, self.turns));
+        let kept = (self.stepped.len(), self.jammed.len(), self.jolts.len());
+        for longer in 0..=LONGER {
+            let short = short.longer(10f64.powi(longer));
+            if self.attempt(sys, w, x, t, short, fired, tol) {
+                return true;
+            }
+            w.restore(&held);
+            x.copy_from_slice(&start.0);
+            (*t, (self.at, self.count, self.turns)) = (start.1, begun);
+            self.stepped.truncate(kept.0);
+            self.jammed.truncate(kept.1);
+            self.jolts.truncate(kept.2);
+            if self.blocked.is_some() {
+                break;
+            }
+        }
+        false
+    }
+
+    #[allow(clippy::too_many_arguments)]
+    fn attempt(
         &mut self,
         sys: &System,
         w: &mut Work,
@@ -468,6 +539,11 @@ impl Modes {
                 let Some(look) = self.look_from(sys, w, (x, *t), short.instant, &struck, from, tol) else {
                     return false;
                 };
+                let moves = |i: usize| look.a[i * m + i].abs() > f64::MIN_POSITIVE;
+                self.blocked = (0..m).find(|&i| approaches(struck[i]) && !moves(i)).map(|i| struck[i]);
+                if self.blocked.is_some() {
+                    return false;
+                }
                 let came: Vec<f64> = (struck.iter().enumerate())
                     .map(|(i, &k)| if own(i, k) { readings[k].flow } else { look.b[i] })
                     .collect();
