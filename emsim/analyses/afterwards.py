@@ -419,8 +419,8 @@ def _limits(assembly: Assembly, run: Run) -> None:
             where = assembly.machine.span_of(card)
             hint = "widen range=, or keep the joint inside of it"
             if _turned_by_motor(assembly, card):
-                hint += "\na loop that turns a motor until its pot agrees has the wrong sign where it runs to the end: exchange the "
-                hint += "ends of range=, or the motor's terminals"
+                hint += "\na loop that turns a motor until its pot agrees has the wrong sign where it runs to the end: "
+                hint += "exchange the ends of range=, or the motor's terminals"
             assembly.flat.sink.warning("W401", f"{text}, first at t = {t:.6g} s", where, hint)
 
 

@@ -12,8 +12,7 @@ if TYPE_CHECKING:
 WATER = 1000.0  # kg/m^3
 LONG = 1.0  # m: of shorter things nobody means so many millimetres
 THIN = 1e4  # times as long as it were thick if it were of water: no rod, plate or disc is
-# Of motors, torque by the square root of heat and by mass, kt/sqrt(r)/kg [N m/sqrt(W)/kg]. Data sheets of coreless, iron cored and
-# frameless torque motors of 0.03 to 30 kg give 0.05 to 1.
+# torque by the square root of heat and by mass, kt/sqrt(r)/kg [N m/sqrt(W)/kg]: of small to large motors some 0.05 to 1
 GOODNESS = 1.0
 ALIKE, FLAT = 1e-3, 1.5  # moments of a disc: two alike, the third twice as large; 1 of a ball
 HEAVY = 10.0  # times as heavy as all that it moves
@@ -71,9 +70,10 @@ def _shorted(m: Mechanism) -> None:
         nodes = [ref.name for _, kind, ref in card.terminals if kind == "node"]
         if card.spec.word == "MOTOR" and len(nodes) > 1 and len(set(nodes)) == 1:
             count = "both" if len(nodes) == 2 else "all"
-            said = f"{count} terminals of MOTOR {card.name} are on node `{nodes[0]}`: it is shorted, which brakes, and nothing drives it"
+            said = f"{count} terminals of MOTOR {card.name} are on node `{nodes[0]}`: it is shorted, "
+            said += "which brakes, and nothing drives it"
             other = "0" if nodes[0] != "0" else "supply"
-            hint = f"two nodes: MOTOR {card.name} {nodes[0]} {other} ..; a brake that is meant has a resistor across it, of 1u for instance"
+            hint = f"two nodes: MOTOR {card.name} {nodes[0]} {other} ..; a brake that is meant: a resistor of 1u across it"
             m.sink.warning("W246", said, card.span, hint)
 
 
@@ -89,7 +89,8 @@ def _strong(m: Mechanism) -> None:
             continue
         least = kt / sqrt(r) / GOODNESS
         if least > HEAVY * mass:
-            said = f"kt= of MOTOR {card.name} is {kt:g} N m/A: with r= that is a motor of {least:.2g} kg at least, beside {mass:.3g} kg that it moves"
+            said = f"kt= of MOTOR {card.name} is {kt:g} N m/A: with r= that is a motor of {least:.2g} kg at least, "
+            said += f"beside {mass:.3g} kg that it moves"
             m.sink.warning("W247", said, card.place("kt"), f"in mN m/A it is {kt:g}m")
 
 
@@ -102,7 +103,8 @@ def _balls(m: Mechanism) -> None:
         body = m.bodies.get(ref.name)
         axis = None if body is None else _disc(body)
         if axis is not None:
-            said = f"r= of CONTACT {card.name} is a ball in space, and BODY {ref.name} has the inertia of a disc about its {'xyz'[axis]} axis"
+            said = f"r= of CONTACT {card.name} is a ball in space, and BODY {ref.name} has the inertia of a disc "
+            said += f"about its {'xyz'[axis]} axis"
             given = ",".join("1" if k == axis else "0" for k in range(3))
             hint = f"axis=({given}) makes it a thin disc; axis=(0,0,0) says that a ball is meant"
             m.sink.warning("W248", said, card.place("r"), hint)

@@ -1,7 +1,7 @@
 """CONTACT: a point or a round part against a line, which bounds a half-plane, or another round part.
 
     line=   gap = n . (P - Q) - r           n the normal, fixed in Q's body, pointing to where P may be
-    axis=   gap = n . (P - Q) - r s,  s = |n - (n.a) a|     a thin disc about P, a its axis: its rim is nearest at P - r (n - (n.a) a)/s
+    axis=   gap = n . (P - Q) - r s,  s = |n - (n.a) a|   a thin disc of axis a; its rim is nearest at P - r (n - (n.a) a)/s
     rq=     gap = |P - Q| - r - rq          inside a ring of radius -rq:  gap = -rq - r - |P - Q|
 What happens where it closes stands in touch.py. `force` is what the parts press on each other with. With mu= they rub: `slip` is
 the speed of P's part along Q's where they touch, `friction` the force on P's part, along t = n x z: to the right on a floor.
@@ -102,7 +102,7 @@ class Contact(Touching, Card):
 
     def leaves_plane(self) -> bool:
         tilts = self.axis is not None and any(self.axis[:2])
-        return tilts or self.line is not None and len(self.line) == 3 and bool(self.line[2])
+        return tilts or (self.line is not None and len(self.line) == 3 and bool(self.line[2]))
 
     def prepare(self, s: Scene) -> None:
         away = subtract(self.p.pos, self.q.pos)
@@ -128,7 +128,7 @@ class Contact(Touching, Card):
             self._rub(s, away, normal, scale(-self.r, normal) if arm is None else arm)
 
     def _rub(self, s: Scene, away: Sequence[Scalar], normal: Sequence[Scalar], arm: Sequence[Scalar]) -> None:
-        """The slip: velocities of both parts where they touch, at `arm` from P, of P's part over that of Q's, across the normal."""
+        """The slip: velocities of both parts where they touch, `arm` from P, of P's part over that of Q's, across the normal."""
         turns = cross(s.body_of(self, "p").omega, arm), cross(s.body_of(self, "q").omega, add(away, arm))
         slip = subtract(add(self.p.vel, turns[0]), add(self.q.vel, turns[1]))
         axis = next((k for k in (2, 1, 0) if is_zero(slip[k]) and is_zero(normal[k])), None)

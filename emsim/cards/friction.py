@@ -31,7 +31,7 @@ class Friction(Card):
         meaning="Coulomb friction with stiction; a clutch or a brake where fc= is an expression",
         laws={"P": "F |u| + b u^2, F = fc + (fs - fc) exp(-(u/vs)^2); with mu= fc = mu N, fs = mus N, N the load of the joint"},
         fc=Default(None, "N or N m", "friction while sliding: number, {expression} or waveform", "value"),
-        fs=Default(None, "N or N m", "friction that must be overcome to start: number, {expression} or waveform; fc unless given", "value"),
+        fs=Default(None, "N or N m", "friction that must be overcome to start, as fc=; fc unless given", "value"),
         vs=Default(
             None, "m/s or rad/s", "speed over which fs falls to fc, at once unless given; of model=smooth", above=0.0
         ),

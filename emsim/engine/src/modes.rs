@@ -75,6 +75,8 @@ const SHORTEST: f64 = 100.0;
 const AHEAD: f64 = 1e-3;
 /// Events within this part of the run are of one time.
 const PILES: f64 = 1e-9;
+/// Rounding of charges over a short step keeps an iteration from more, and another one, linear, follows.
+const SOLVED: f64 = 1e-9;
 /// Steps are ten times as long, so often, where they cannot be solved.
 const LONGER: i32 = 4;
 /// A step in which momenta alone change takes this part of what there is room for.
@@ -693,6 +695,7 @@ impl Modes {
         which.iter().zip(&f0).for_each(|(&k, f)| r[sys.laws.list[k].row] -= f);
         let mut y = from.map_or(x.to_vec(), |(look, f)| look.at(f));
         self.newton.forget();
+        let tol = &tol.at_least(SOLVED);
         let solved = (0..2).all(|_| self.newton.solve(sys, w, 1.0 / h, &r, &mut y, t + h, tol, 100).is_ok());
         w.ports = ports;
         if !solved {
