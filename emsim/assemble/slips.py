@@ -97,7 +97,11 @@ def _strong(m: Mechanism) -> None:
 def _balls(m: Mechanism) -> None:
     """Round parts of bodies that turn about one axis as discs and wheels do: in space r= is a ball."""
     for card in m.couplings.values():
-        if card.spec.word != "CONTACT" or getattr(card, "axis", None) is not None or card.r <= 0.0:
+        if (
+            card.spec.word != "CONTACT"
+            or getattr(card, "axis", None) is not None
+            or getattr(card, "r", 0.0) <= 0.0
+        ):
             continue
         ref = next(ref for label, _, ref in card.terminals if label == "p")
         body = m.bodies.get(ref.name)
