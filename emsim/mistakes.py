@@ -138,7 +138,7 @@ FORMS = {
 MARKS = {
     "body": "m=, shape= or fixed=",
     "point": "a name with a dot",
-    "joint": "its kind (pin, slide, weld, ...) as the fourth word",
+    "joint": "its kind (pin, slide, weld, free, planar, pinslot, rod, ball, universal, cylinder or screw) as the fourth word",
     "motor": "kt=, ke=, kv=, vnom= or model=",
     "pot": "range=",
     "spring": "k=",

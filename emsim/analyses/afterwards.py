@@ -418,7 +418,17 @@ def _limits(assembly: Assembly, run: Run) -> None:
             card = names[index].rpartition(" ")[0]
             where = assembly.machine.span_of(card)
             hint = "widen range=, or keep the joint inside of it"
+            if _turned_by_motor(assembly, card):
+                hint += "\na loop that turns a motor until its pot agrees has the wrong sign where it runs to the end: "
+                hint += "exchange the ends of range=, or the motor's terminals"
             assembly.flat.sink.warning("W401", f"{text}, first at t = {t:.6g} s", where, hint)
+
+
+def _turned_by_motor(assembly: Assembly, name: str) -> bool:
+    """Does a MOTOR turn the joint whose card this is?"""
+    cards = assembly.machine.couplings
+    joint = getattr(cards.get(name), "joint", None)
+    return joint is not None and any(c.spec.word == "MOTOR" and c.joint is joint for c in cards.values())
 
 
 def _imbalances(assembly: Assembly, run: Run) -> None:

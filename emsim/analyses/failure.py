@@ -22,6 +22,7 @@ CODES = {
     "unfit": "E413",
     "too long": "E414",
     "contradiction": "E418",
+    "blocked": "E418",
 }
 
 
@@ -95,6 +96,8 @@ def explain_failure(
             "conditions that set each other off have no value; a small delay between them (R and C) gives one"
         )
         return [Diagnostic("error", CODES[kind], f"{said} contradicts itself or others {when}", span, hint)]
+    if kind == "blocked":
+        return [_blocked(assembly, failure)]
     if kind == "too long":
         from .watch import too_long
 
@@ -143,6 +146,22 @@ def explain_failure(
         hints.append(growth or "try: " + _advice(assembly, failure, kind, point, unknown))
     span = lines[0][0] if lines else (analysis.card.span if analysis else None)
     return [Diagnostic("error", CODES.get(kind, "E410"), what, span, "\n".join(hints), lines)]
+
+
+def _blocked(assembly: Assembly, failure: dict[str, Any]) -> Diagnostic:
+    """A DRIVE that goes on where a rigid end is."""
+    from .afterwards import condition
+
+    said, span = condition(assembly, int(failure["flag"]))
+    drives = [card for card in assembly.flat.machine if card.kind == "DRIVE"]
+    names = " and ".join(f"DRIVE {card.name}" for card in drives) or "prescribed motion"
+    when = f"at t = {float(failure.get('t') or 0.0):.6g} s"
+    hint = (
+        "a DRIVE moves its joint whatever is in the way: let it turn back before, give the end a stiffness (k=), or a MOTOR or "
+        "TORQUE in place of the DRIVE, which can be stopped"
+    )
+    lines = [(card.span, "moves on") for card in drives[:3]]
+    return Diagnostic("error", CODES["blocked"], f"{names} runs into {said} {when}", span, hint, lines)
 
 
 def _what(assembly: Assembly, kind: str, unknown: str, where: str, when: str) -> str:

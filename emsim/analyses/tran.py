@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from .base import Progress
 
 
+IMPULSIVE = ("DRIVE", "FRICTION")  # cards whose power goes with the forces in joints, those of impacts too
 SMALL = 64e6  # bytes that are never too many
 SAME = 1e-12  # of their size: charges that differ by less are the same
 DEGREE = 8  # of the polynomials within steps: no method's dense output has a higher one
@@ -209,7 +210,9 @@ class Tran(Analysis):
             ([o.expr for o in inside if o.expr is not None], DEGREE) if inside else None,
             assembly.machine.closures if assembly.machine is not None else (),
             begin,
-            impulsive=[k for k, e in enumerate(book.powers) if e.word == "DRIVE"] if book is not None else (),
+            impulsive=[k for k, e in enumerate(book.powers) if e.word in IMPULSIVE]
+            if book is not None
+            else (),
             apart=paces,
             leg=None if leg is None else (start, until, charges),
             halts=self.flags,

@@ -175,7 +175,7 @@ class Absolute(Machine):
         is left to a search is rounding, at a cost that grows with the cube of the number of rows: long loops do without."""
         found, plan = self.like.found, self.like.plan
         if not plan.is_deep:
-            return not plan.cut and not self.like.rows
+            return not plan.cut and not self.like.rows and not found.redundant
         if found.singular or any(self.is_unmeasured(row.owner) for row in self.rows):
             return False
         return len(self.motions) - len(self.rows) == found.dof

@@ -22,7 +22,19 @@ from ..cards.coordinate import OnJointOrPoints
 from ..cards.joints.free import FreeInSpace
 from ..cards.kinematics import constant, dot, is_zero, subtract
 from ..elements.base import BOLTZMANN, ZERO_CELSIUS
-from . import closing, coordinates, equations, laws, loops, prescribed, probes, reactions, shafts, start
+from . import (
+    closing,
+    coordinates,
+    equations,
+    laws,
+    loops,
+    prescribed,
+    probes,
+    reactions,
+    shafts,
+    slips,
+    start,
+)
 from .loops import Row
 from .mechanism import Mechanism
 from .scene import FREE, JointState, free_in_space, place
@@ -98,6 +110,7 @@ class Machine(Mechanism):
         self._watch_redundant()
         self._locked_note()
         self._gravity_note()
+        slips.remarks(self)
 
     def noise(self) -> list[tuple[str, str, list[tuple[int, Expr | float]], Expr | float, float]]:
         """Sources of noise: card, word, rows of F with what 1 of it puts there, power density, exponent of frequency."""

@@ -173,6 +173,8 @@ class Own:
         return self.currents if self.voltage is None else [self.voltage, *self.currents]
 
 
+HUGE = 1e150  # squares of more than that are beyond what floating point holds
+
 # words of force(c) torque(c) i(c) v(c) gap(c) hits(c) .. that `probes` may answer, with their units
 PROBES = {
     "force": "N", "torque": "N m", "i": "A", "v": "V", "p": "W", "power": "W",
@@ -477,7 +479,8 @@ def _convert(card: Card, raw: MachineCard, key: str, param: Param, value: Any, s
     if param.kind == "vector":
         values = value if isinstance(value, tuple) else (value,)
         if all(is_number(v) for v in values):
-            return tuple(float(v) for v in values)
+            computable = all(_computable(float(v), what, where, sink) for v in values)
+            return tuple(float(v) for v in values) if computable else param.default
         sink.error("E232", f"{what} is a list of numbers such as (1,0)", where, in_braces(value))
         return param.default
     if not is_number(value):
@@ -495,8 +498,7 @@ def _convert(card: Card, raw: MachineCard, key: str, param: Param, value: Any, s
 def limit(param: Param, key: str, number: float, of: str, where: Span, sink: Sink) -> bool:
     """Says where a number is out of its parameter's range; False where it is none at all."""
     what = f"{key}= of {of}"
-    if number != number or number in (float("inf"), float("-inf")):
-        sink.error("E232", f"{what} is not a finite number", where)
+    if not _computable(number, what, where, sink):
         return False
     meaning = param.meaning.partition(";")[0]  # what it is, without what follows when it is left out
     if param.least is not None and number < param.least:
@@ -504,6 +506,16 @@ def limit(param: Param, key: str, number: float, of: str, where: Span, sink: Sin
     elif param.above is not None and number <= param.above:
         sink.error("E238", f"{what} is {number:g}; {meaning} must be greater than {param.above:g}", where)
     return True
+
+
+def _computable(number: float, what: str, where: Span, sink: Sink) -> bool:
+    if number != number or number in (float("inf"), float("-inf")):
+        sink.error("E232", f"{what} is not a finite number", where)
+    elif abs(number) > HUGE:
+        sink.error("E232", f"{what} is {number:g}: nothing can be computed with its square", where)
+    else:
+        return True
+    return False
 
 
 def _with_pi(value: Any) -> Any:

@@ -25,13 +25,13 @@ if TYPE_CHECKING:
 class Friction(Card):
     spec = Spec(
         "FRICTION",
-        "FRICTION name joint fc=value/{expr} [fs=] or mu= [mus=] [radius=] [vs=] [b=] [model=smooth]",
+        "FRICTION name joint fc=value/{expr} [fs=value/{expr}] or mu= [mus=] [radius=] [vs=] [b=] [model=smooth]",
         terminals="joint:joint",
         mark=("fc", "mu"),
         meaning="Coulomb friction with stiction; a clutch or a brake where fc= is an expression",
         laws={"P": "F |u| + b u^2, F = fc + (fs - fc) exp(-(u/vs)^2); with mu= fc = mu N, fs = mus N, N the load of the joint"},
         fc=Default(None, "N or N m", "friction while sliding: number, {expression} or waveform", "value"),
-        fs=Default(None, "N or N m", "friction that must be overcome to start; fc unless given", least=0.0),
+        fs=Default(None, "N or N m", "friction that must be overcome to start, as fc=; fc unless given", "value"),
         vs=Default(
             None, "m/s or rad/s", "speed over which fs falls to fc, at once unless given; of model=smooth", above=0.0
         ),
@@ -42,7 +42,7 @@ class Friction(Card):
         model=Default("exact", "", "smooth: fc tanh(u/vs), which sticks nowhere", "word", words=("exact", "smooth")),
     )  # fmt: skip
     fc: Any
-    fs: float | None
+    fs: Any
     vs: float | None
     mu: float | None
     mus: float | None
@@ -58,7 +58,10 @@ class Friction(Card):
         if is_number(self.fc) and self.fc < 0.0:
             said = f"fc= of {what} is {self.fc:g}; friction cannot be below 0"
             sink.error("E238", said, self.place("fc"))
-        elif is_number(self.fc) and self.fs is not None and self.fs < self.fc:
+        elif is_number(self.fs) and self.fs < 0.0:
+            said = f"fs= of {what} is {self.fs:g}; friction cannot be below 0"
+            sink.error("E238", said, self.place("fs"))
+        elif is_number(self.fc) and is_number(self.fs) and self.fs < self.fc:
             said = f"fs= of {what} is {self.fs:g}, less than fc= {self.fc:g}: what slides would be held more than what rests"
             sink.error(
                 "E238", said, self.place("fs"), "fs= is the friction that must be overcome, the larger one"
@@ -122,7 +125,8 @@ class Friction(Card):
             sliding = s.compile(self.fc, self.place("fc"))
             if sliding.value is None:
                 sliding = s.maximum(sliding, 0.0)  # a clutch presses or does not
-            stick = sliding if self.fs is None else s.maximum(s.b.const(self.fs), sliding)
+            # what holds is never less than what slides
+            stick = sliding if self.fs is None else s.maximum(s.compile(self.fs, self.place("fs")), sliding)
         self.sliding = sliding
         if self.model == "smooth":
             return

@@ -519,6 +519,10 @@ class _Flattener:
                 self.sink.error("E293", f".temp {flat.temp:g} is below absolute zero", card.span, hint)
         elif card.kind == "gravity":
             g = [as_float(v, scope) for v in card.items]
+            if len(g) == 1 and g[0] < 0.0:
+                said = f".gravity {g[0]:g} pulls upwards: the number counts downwards, along -y"
+                hint = f".gravity {-g[0]:g} pulls down; along a direction: .gravity 0 {-g[0]:g}"
+                self.sink.warning("W243", said, card.span, hint)
             if len(g) < 2:
                 g = [0.0, -(g[0] if g else STANDARD_GRAVITY), 0.0]
             flat.gravity = (g[0], g[1], g[2] if len(g) > 2 else 0.0)

@@ -17,6 +17,7 @@ more dimensions has no such circuit and is refused by name. The deck starts from
 from __future__ import annotations
 
 from ..analyses import transients
+from ..assemble.scene import FREE
 from ..diagnostics import ConvergenceError, DeckError, Diagnostic
 from ..expr import Binary, Call, Cond, Name, Node, Num, Unary, to_text
 
@@ -265,8 +266,9 @@ class Net:
             self.refuse(
                 self.m.joints[self.m.plan.cut[0]].card, "closes a loop: the machine is not one-dimensional"
             )
-        if self.m.roots:
-            self.refuse(self.m.bodies[next(iter(self.m.roots))], "is free: it has more than one coordinate")
+        for name, body in self.m.bodies.items():
+            if name in self.m.roots or f"{FREE}{name}" in self.m.joints:
+                self.refuse(body, "is free: it has more than one coordinate")
         return [self.m.joints[step.joint] for step in self.m.plan.steps]
 
     def _place(self, j: JointState) -> None:

@@ -372,6 +372,7 @@ ROTOR = "BODY rotor m=1 j=0.01\nJOINT h 0 rotor pin ic=(0.3,2)\n"
 SLED = "BODY sled m=1 j=0.1\nJOINT h 0 sled slide axis=(1,0) ic=(0.3,2)\n"
 FREE = "BODY b m=1 j=0.1 @\nSPRING s b 0 k=3\n"
 TUMBLES = "BODY b m=1 j=(1,2,3) @\nSPRING s b(0.1,0.2,0.3) 0 k=3\n"
+COIN = ".gravity 0 0 -9.81\nBODY coin m=1 j=(2.5m,2.5m,5m) z=0.0932 rot=(1.2,0,0)\n"
 SPATIAL = "BODY a m=1 j=(1,2,3)\n"
 BAR = "BODY a m=1 shape=rod(1)\nBODY b m=1 shape=rod(1.5)\nBODY c m=1 shape=rod(1)\nJOINT p1 0 a pin guess=60deg\n"
 LOOP = (
@@ -474,6 +475,7 @@ MACHINES = {
     "CONTACT": {
         "line": (ARM + "CONTACT t arm(1,0) 0(0,1) k=1 @\n", "line=(0,1)", "line=(1,1)"),
         "r": (ARM + "CONTACT t arm(1,0) 0(0,1) k=1 line=(0,1) @\n", "r=0.5", "r=1"),
+        "axis": (COIN + "CONTACT t coin 0 line=(0,0,1) k=1k r=0.1 @\n", "axis=(0,0,1)", "axis=(0,1,0)"),
         "rq": (ARM + "CONTACT t arm(1,0) 0(0,1) k=1 @\n", "rq=2", "rq=3"),
         **{
             key: (ARM + f"CONTACT t arm(1,0) 0(0,1) {'' if key == 'k' else 'k=1'} rq=2 @\n", f"{key}={a}", f"{key}={b}")

@@ -11,7 +11,7 @@ There is no pose in which the coordinates fail, as angles do.
 
 from __future__ import annotations
 
-from math import cos, sin
+from math import cos, hypot, sin
 
 from ..kinematics import add, cross, dot, scale, subtract, transposed_times
 from .base import Coord, JointKind
@@ -42,7 +42,7 @@ class Ball(JointKind):
         """From a rotation vector: its direction is the axis, its length the angle [rad]."""
         if len(values) != 3:
             return [1.0, 0.0, 0.0, 0.0] if not any(values) else None
-        half = 0.5 * sum(v * v for v in values) ** 0.5
+        half = 0.5 * hypot(*values)
         share = 0.5 * (sin(half) / half if half else 1.0)
         return [cos(half), *(share * v for v in values)]
 

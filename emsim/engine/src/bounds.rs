@@ -140,6 +140,12 @@ fn angle(y: Bounds, x: Bounds, at_once: bool) -> Bounds {
     if x.value.0 > 0.0 {
         return function(Fun::Atan, product(y, power(x, -1)));
     }
+    // above and below the line on which the angle jumps: a quarter of a turn less the angle to the other axis
+    if y.value.0 > 0.0 || y.value.1 < 0.0 {
+        let other = function(Fun::Atan, product(x, power(y, -1)));
+        let quarter = Bounds::constant((0.5 * PI).copysign(y.value.0));
+        return sum(quarter, Bounds { value: minus(other.value), slope: minus(other.slope) });
+    }
     Bounds { value: (-PI, PI), slope: ANYTHING }
 }
 

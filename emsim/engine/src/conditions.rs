@@ -15,6 +15,9 @@ pub struct Standing {
     pub fresh: Vec<f64>,
     /// by flag: from so far on its operand is not at the threshold
     pub band: Vec<f64>,
+    /// by flag: what absolute tolerances of the machine's motion come to in its operand. A machine that starts from rest has moved by less
+    /// for a while, and which side of a threshold that is nobody knows.
+    pub floor: Vec<f64>,
     /// the run begins with given values: switches that stand at their thresholds are what their cards say
     pub given: bool,
     /// by flag of a law's mode: how far beyond its threshold it asks while it has not been clear of it, [off, on]
@@ -29,6 +32,7 @@ impl Standing {
             armed: vec![true; flags],
             fresh: vec![f64::NAN; flags],
             band: vec![0.0; flags],
+            floor: vec![0.0; flags],
             given: false,
             modes: Vec::new(),
             stuck: None,
@@ -56,7 +60,16 @@ impl Standing {
             // on the threshold is too far
             true if beyond + band == 0.0 => f64::MIN_POSITIVE,
             true => beyond + band,
-            false => beyond - band,
+            false => beyond - band.max(self.unknown(k)),
+        }
+    }
+
+    /// So near to its threshold a flag has that it has turned at, while all that it reads is smaller still.
+    pub fn unknown(&self, k: usize) -> f64 {
+        if self.size(k) < self.floor[k] {
+            self.floor[k]
+        } else {
+            0.0
         }
     }
 
@@ -66,7 +79,7 @@ impl Standing {
 
     /// Is an operand so far on the flag's own side that it is clear of the threshold?
     pub fn clears(&self, k: usize, law: Law, on: bool, beyond: f64) -> bool {
-        beyond < -if law.of_modes() { self.mode_band(k, on) } else { self.band[k] }
+        beyond < -if law.of_modes() { self.mode_band(k, on) } else { self.band[k].max(self.unknown(k)) }
     }
 
     pub fn size(&self, k: usize) -> f64 {

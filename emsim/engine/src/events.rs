@@ -112,7 +112,11 @@ impl Check {
         for (k, &root) in roots.iter().enumerate().filter(|&(k, _)| !sys.is_timed(k) && !sys.flags[k].law.of_modes()) {
             let (since, value) = self.since[k];
             // both sides of a kink agree at it: within the tolerance either is right
-            let kink = if sys.flags[k].law.is_kink() { self.reltol * sys.flag_size(w, k) } else { 0.0 };
+            let kink = if sys.flags[k].law.is_kink() {
+                (self.reltol * sys.flag_size(w, k)).max(sys.flag_unknown(w, k))
+            } else {
+                0.0
+            };
             if !(root > kink && t >= quiet_until[k]) {
                 self.since[k].0 = NEVER;
             } else if since == NEVER || value != w.flags[k] {
@@ -133,7 +137,8 @@ impl Check {
         roots.resize(sys.flags.len(), 0.0);
         sys.eval_all_roots(w, x, t, &mut roots);
         for (k, &root) in roots.iter().enumerate().filter(|&(k, _)| !sys.flags[k].law.of_modes()) {
-            if root > 0.0 && root > INSIDE * self.reltol * sys.flag_size_at(w, x, t, k) {
+            let known = INSIDE * (self.reltol * sys.flag_size_at(w, x, t, k)).max(sys.flag_unknown(w, k));
+            if root > 0.0 && root > known {
                 tell(&mut self.broken, k, t);
             }
         }

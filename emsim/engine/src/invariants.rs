@@ -25,6 +25,8 @@ use std::collections::BTreeMap;
 /// So many tolerances: dense output and values that were settled anew are off by a few.
 const MOST: f64 = 10.0;
 const RENEWED: u32 = 1024;
+/// What is asked so often is asked by machine code.
+const RECURS: u32 = 200;
 /// From one row within a step whose size is remembered to the next.
 const SAMPLED: u32 = 8;
 /// Up an exponential from the ends of a step: by so many times what makes a factor of e, and to where there is a current at all.
@@ -85,6 +87,7 @@ pub struct Invariants {
     expressions: Vec<u32>,         // places that outputs of the tape are added to
     tape: Tape,                    // those expressions, then closures
     scratch: Vec<f64>,
+    asked: u32,                 // how often they have been
     left: Vec<f64>,             // F_i, without the currents of devices
     bent: Vec<f64>,             // F_i of those with devices, when these are asked
     bounds: Vec<f64>,           // of all
@@ -124,7 +127,7 @@ impl Invariants {
         let found = sys.expression_ids(0).iter().filter_map(|&(row, id)| Some((place[row]?, id)));
         let (expressions, mut ids): (Vec<u32>, Vec<Id>) = found.unzip();
         ids.extend(closures);
-        let tape = Tape::new(g, &ids).native();
+        let tape = Tape::new(g, &ids);
         let scratch = tape.workspace();
         let left = vec![0.0; watched.len()];
         let bounds = vec![0.0; watched.len()];
@@ -140,6 +143,7 @@ impl Invariants {
             expressions,
             tape,
             scratch,
+            asked: 0,
             left,
             bent: Vec::new(),
             bounds,
@@ -183,8 +187,8 @@ impl Invariants {
         let asked = t == self.seen;
         let good = asked || self.sum(sys, w, t, x).abs() <= 1.0;
         self.seen = f64::NAN;
-        // signals may have been larger since the last look; within a step some of the rows tell it
-        if !asked || self.until % SAMPLED == 0 {
+        // signals may have been larger since the last look; some of the rows tell it, and each that is looked at
+        if !good || self.until % SAMPLED == 0 {
             self.tol.observe(x, t);
         }
         for (k, gap) in self.gaps.iter_mut().enumerate() {
@@ -227,6 +231,10 @@ impl Invariants {
     #[inline]
     fn sum(&mut self, sys: &System, w: &mut Work, t: f64, x: &[f64]) -> f64 {
         sys.set_time(w, t);
+        self.asked = self.asked.saturating_add(1);
+        if self.asked == RECURS {
+            self.compile();
+        }
         let [sources, outputs] = &self.sums;
         let mut sum = product(&self.counts, x);
         sum += sources.iter().map(|&(k, v)| v * w.waves[k as usize]).sum::<f64>();
@@ -235,6 +243,15 @@ impl Invariants {
             sum += outputs.iter().map(|&(k, v)| v * self.tape.output(&self.scratch, k as usize)).sum::<f64>();
         }
         sum
+    }
+
+    /// Short runs end before machine code has paid for being made.
+    #[cold]
+    #[inline(never)]
+    fn compile(&mut self) {
+        let tape = std::mem::replace(&mut self.tape, Tape::new(&Graph::default(), &[]));
+        self.tape = tape.native();
+        self.scratch = self.tape.workspace();
     }
 
     #[inline]

@@ -129,7 +129,7 @@ impl Ledger {
         self.x.extend_from_slice(x);
     }
 
-    /// Impulses flowed in a step of length h that ends at t, with the state x: what works in them.
+    /// Impulses flowed in a step of length h that ends at t, with the state x, whose speeds are the mean of both sides: what works in them.
     pub fn jolt(&mut self, sys: &System, w: &mut Work, (t, h): (f64, f64), x: &[f64]) {
         if !self.started || self.impulsive.is_empty() {
             return;

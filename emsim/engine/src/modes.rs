@@ -71,6 +71,17 @@ const LATE: f64 = 4.0;
 /// The step slightly past an event is no shorter than so many of the shortest.
 const SHORTEST: f64 = 100.0;
 
+/// The modes are asked so much of a step behind the event: at the event itself what is let go has no acceleration yet.
+const AHEAD: f64 = 1e-3;
+/// Events within this part of the run are of one time.
+const PILES: f64 = 1e-9;
+/// Rounding of charges over a short step keeps an iteration from more, and another one, linear, follows.
+const SOLVED: f64 = 1e-9;
+/// Steps are ten times as long, so often, where they cannot be solved.
+const LONGER: i32 = 4;
+/// A step in which momenta alone change takes this part of what there is room for.
+const INSTANT: f64 = 1e-9;
+
 /// Of a relay's flags.
 const SLIDES: usize = 0;
 const SIDE: usize = 1;
@@ -90,7 +101,10 @@ pub struct Modes {
     pub stepped: Vec<f64>,
     /// laws that no finite force kept sliding, with the time
     pub jammed: Vec<(f64, usize)>,
-    /// steps in which impulses flowed since they were last taken from here: end, length, state with the efforts over it
+    /// a corner that approaches and that no force can stop: its motion is given
+    pub blocked: Option<usize>,
+    /// steps in which impulses flowed since they were last taken from here: end, length, state with the efforts over it and the
+    /// mean of the speeds before and behind it, by which impulses work
     pub jolts: Vec<(f64, f64, Vec<f64>)>,
 }
 
@@ -107,6 +121,20 @@ pub struct Short {
     pub step: f64,
     /// events that are nearer to one another pile up
     pub near: f64,
+}
+
+impl Short {
+    /// With an instant so many times as long.
+    fn longer(self, times: f64) -> Short {
+        let instant = times * self.instant;
+        Short { instant, late: self.late.max(10.0 * instant), ahead: self.ahead.max(10.0 * instant), ..self }
+    }
+
+    /// Of steps of this width in a run of this span, at a point that is found so late, from where the shortest step is `least`.
+    pub fn new(width: f64, least: f64, late: f64, span: f64) -> Short {
+        let ahead = (AHEAD * width).max(10.0 * least);
+        Short { instant: least, late: late.max(10.0 * least), ahead, step: width, near: ahead.max(PILES * span) }
+    }
 }
 
 /// With which acceleration parts fall back on each other, the others held by what they lie on.
@@ -166,6 +194,7 @@ impl Modes {
             turns: 0,
             stepped: Vec::new(),
             jammed: Vec::new(),
+            blocked: None,
             jolts: Vec::new(),
         })
     }
@@ -185,6 +214,20 @@ impl Modes {
         }
     }
 
+    /// The modes that a transient from x would start with, for analyses that have none; `width`: the shortest time in which something
+    /// changes. x is where it would start, behind an impact if there is one.
+    pub fn settle(sys: &System, w: &mut Work, x: &mut [f64], width: f64, tol: &Tolerances) {
+        let Some(mut modes) = Modes::new(sys) else { return };
+        Modes::begin(sys, w, x, 0.0, tol);
+        put_thresholds(sys, w, x, 0.0, tol);
+        let (held, start) = (w.held(), x.to_vec());
+        let short = Short::new(width, INSTANT * width, 0.0, width);
+        if !modes.decide(sys, w, x, &mut 0.0, short, &[], tol) {
+            w.restore(&held);
+            x.copy_from_slice(&start);
+        }
+    }
+
     /// Does a law ask for another mode at (x, t), where something has jumped?
     pub fn ask(sys: &System, w: &mut Work, x: &[f64], t: f64) -> bool {
         let mut roots = vec![0.0; sys.flags.len()];
@@ -198,10 +241,41 @@ impl Modes {
         })
     }
 
-    /// The modes that follow (x, t), where the flags `fired` ask for others; x and t move on by next to nothing. False where no step
-    /// finds values.
+    /// The modes that follow (x, t), where the flags `fired` ask for others; x and t move on by next to nothing. Rounding may keep so
+    /// short a step from converging (a flux of so much over h is no voltage): then longer ones. False where none finds values.
     #[allow(clippy::too_many_arguments)]
     pub fn decide(
+        &mut self,
+        sys: &System,
+        w: &mut Work,
+        x: &mut [f64],
+        t: &mut f64,
+        short: Short,
+        fired: &[usize],
+        tol: &Tolerances,
+    ) -> bool {
+        let (held, start, begun) = (w.held(), (x.to_vec(), *t), (self.at, self.count, self.turns));
+        let kept = (self.stepped.len(), self.jammed.len(), self.jolts.len());
+        for longer in 0..=LONGER {
+            let short = short.longer(10f64.powi(longer));
+            if self.attempt(sys, w, x, t, short, fired, tol) {
+                return true;
+            }
+            w.restore(&held);
+            x.copy_from_slice(&start.0);
+            (*t, (self.at, self.count, self.turns)) = (start.1, begun);
+            self.stepped.truncate(kept.0);
+            self.jammed.truncate(kept.1);
+            self.jolts.truncate(kept.2);
+            if self.blocked.is_some() {
+                break;
+            }
+        }
+        false
+    }
+
+    #[allow(clippy::too_many_arguments)]
+    fn attempt(
         &mut self,
         sys: &System,
         w: &mut Work,
@@ -360,7 +434,7 @@ impl Modes {
         };
         let m = asked.len();
         if self.count > MANY || jams {
-            self.push(sys, w, &asked, (&look, &solution.f, &solution.w), (*t, ahead));
+            self.push(sys, w, &asked, (&look, &solution.f, &solution.w), x, (*t, ahead));
             self.go(sys, x, &look.at(&solution.f));
             *t += ahead;
             if !jams {
@@ -409,6 +483,7 @@ impl Modes {
     ) -> bool {
         let list = &sys.laws.list;
         let mut falls: Option<Falls> = None;
+        let mut rounds = 0;
         for round in 0..2 * ROUNDS {
             let (readings, _) = sys.read_laws(w, x, *t);
             let near = |k: usize| match list[k].form {
@@ -443,7 +518,6 @@ impl Modes {
             let Some(falls) = &mut falls else { return false };
             let fall: Vec<f64> =
                 struck.iter().map(|&k| if list[k].restitution > 0.0 { falls.of(k) } else { 0.0 }).collect();
-            let Some(look) = self.look(sys, w, x, *t, short.instant, &struck, tol) else { return false };
             let m = struck.len();
             let pushes = |k: usize| if list[k].form == Form::Relay { 0.0 } else { f64::INFINITY };
             let mut bounds = Bounds::new(vec![0.0; m], struck.iter().map(|&k| pushes(k)).collect());
@@ -461,16 +535,33 @@ impl Modes {
             };
             // what rebounds does so by the speed at which it came: forces have the instant to themselves
             let own = |i: usize, k: usize| list[k].form != Form::Relay && approaches(k) && restitution(i, k) > 0.0;
-            let came: Vec<f64> = (struck.iter().enumerate())
-                .map(|(i, &k)| if own(i, k) { readings[k].flow } else { look.b[i] })
-                .collect();
-            let Some(press) = lcp::solve(&look.a, &came, &bounds) else { return false };
+            let mut around: Option<(Look, Vec<f64>)> = None;
+            let (look, came, press) = loop {
+                let from = around.as_ref().map(|(look, f)| (look, &f[..]));
+                let Some(look) = self.look_from(sys, w, (x, *t), short.instant, &struck, from, tol) else {
+                    return false;
+                };
+                let moves = |i: usize| look.a[i * m + i].abs() > f64::MIN_POSITIVE;
+                self.blocked = (0..m).find(|&i| approaches(struck[i]) && !moves(i)).map(|i| struck[i]);
+                if self.blocked.is_some() {
+                    return false;
+                }
+                let came: Vec<f64> = (struck.iter().enumerate())
+                    .map(|(i, &k)| if own(i, k) { readings[k].flow } else { look.b[i] })
+                    .collect();
+                let Some(press) = lcp::solve(&look.a, &came, &bounds) else { return false };
+                rounds += 1;
+                if rounds >= LOADS || rubs_by_load(sys, w, &look.at(&press.f), *t + short.instant, &struck) {
+                    break (look, came, press);
+                }
+                around = Some((look, press.f));
+            };
             for (i, &k) in struck.iter().enumerate().filter(|&(_, &k)| list[k].form != Form::Relay) {
                 bounds.lo[i] = restitution(i, k) * press.f[i];
             }
             let Some(back) = lcp::solve(&look.a, &press.w, &bounds) else { return false };
             let (f, after) = expanded(&came, &press, &back);
-            self.push(sys, w, &struck, (&look, &f, &after), (*t, short.instant));
+            self.push(sys, w, &struck, (&look, &f, &after), x, (*t, short.instant));
             for &k in struck.iter().filter(|&&k| list[k].form != Form::Relay && approaches(k)) {
                 w.flags[list[k].flags[HITS]] += 1.0;
             }
@@ -533,7 +624,7 @@ impl Modes {
         Some(rests)
     }
 
-    /// Books a step (t, h) in which the corners and freewheels among `which` gave impulses: these, and the energy that they took together, shared
+    /// Books a step (t, h) from x in which the corners and freewheels among `which` gave impulses: these, and the energy that they took together, shared
     /// among those that took.
     fn push(
         &mut self,
@@ -541,6 +632,7 @@ impl Modes {
         w: &mut Work,
         which: &[usize],
         (look, f, after): (&Look, &[f64], &[f64]),
+        x: &[f64],
         (t, h): (f64, f64),
     ) {
         let list = &sys.laws.list;
@@ -559,7 +651,13 @@ impl Modes {
             w.flags[list[k].flags[IMPULSE]] += f[i] * h;
             w.flags[list[k].flags[LOST]] += share * whole;
         }
-        self.jolts.push((t + h, h, look.at(f)));
+        let mut mean = look.at(f);
+        for ((mean, before), unknown) in mean.iter_mut().zip(x).zip(&sys.unknowns) {
+            if unknown.kind == Kind::Speed {
+                *mean = 0.5 * (*mean + before);
+            }
+        }
+        self.jolts.push((t + h, h, mean));
     }
 
     /// A step of implicit Euler from x, with the efforts of `which`, whose modes are free, as parameters.
@@ -574,11 +672,30 @@ impl Modes {
         which: &[usize],
         tol: &Tolerances,
     ) -> Option<Look> {
+        self.look_from(sys, w, (x, t), h, which, None, tol)
+    }
+
+    /// The same with slopes at efforts that a look before has found, from there: friction by a load that the impact makes goes with its
+    /// size, which bends.
+    #[allow(clippy::too_many_arguments)]
+    fn look_from(
+        &mut self,
+        sys: &System,
+        w: &mut Work,
+        (x, t): (&[f64], f64),
+        h: f64,
+        which: &[usize],
+        from: Option<(&Look, &[f64])>,
+        tol: &Tolerances,
+    ) -> Option<Look> {
         let ports = w.ports.clone();
         sys.eval(w, x, t);
-        let r: Vec<f64> = w.q.iter().map(|q| -q / h).collect();
-        let mut y = x.to_vec();
+        let mut r: Vec<f64> = w.q.iter().map(|q| -q / h).collect();
+        let f0 = from.map_or(vec![0.0; which.len()], |(_, f)| f.to_vec());
+        which.iter().zip(&f0).for_each(|(&k, f)| r[sys.laws.list[k].row] -= f);
+        let mut y = from.map_or(x.to_vec(), |(look, f)| look.at(f));
         self.newton.forget();
+        let tol = &tol.at_least(SOLVED);
         let solved = (0..2).all(|_| self.newton.solve(sys, w, 1.0 / h, &r, &mut y, t + h, tol, 100).is_ok());
         w.ports = ports;
         if !solved {
@@ -605,8 +722,11 @@ impl Modes {
                 (0..m).for_each(|j| a[i * m + j] += slope * columns[j][unknown]);
             }
         }
-        let b = which.iter().map(|&k| readings[k].flow).collect();
-        Some(Look { y, columns, a, b })
+        let bent = |i: usize| (0..m).map(|j| a[i * m + j] * f0[j]).sum::<f64>();
+        let b = which.iter().enumerate().map(|(i, &k)| readings[k].flow - bent(i)).collect();
+        let back: Vec<f64> = f0.iter().map(|f| -f).collect();
+        let look = Look { y, columns, a, b };
+        Some(Look { y: look.at(&back), ..look })
     }
 
     /// To what a short step has found; efforts over it are none of what follows.
@@ -687,6 +807,16 @@ fn follows(
         }
     }
     None
+}
+
+/// Do relays that slide beside those struck do so with what they are loaded with at x?
+fn rubs_by_load(sys: &System, w: &mut Work, x: &[f64], t: f64, struck: &[usize]) -> bool {
+    let (readings, _) = sys.read_laws(w, x, t);
+    sys.laws.list.iter().zip(&readings).enumerate().all(|(k, (law, at))| {
+        let slides = law.form == Form::Relay && w.flags[law.flags[SLIDES]] != 0.0 && w.flags[law.flags[SHOWN]] != 0.0;
+        let own = law.normal.is_none() && law.across.is_none() && !struck.contains(&k);
+        !(slides && own) || (x[law.row] + w.flags[law.flags[SIDE]] * at.bound).abs() <= AGREE * at.bound
+    })
 }
 
 /// The same with bounds as they are known.

@@ -36,6 +36,10 @@ pub enum Failure {
     Contradiction {
         flag: usize,
     },
+    /// a rigid end is met by a motion that is given: its flag
+    Blocked {
+        flag: usize,
+    },
     /// a closed loop goes on in another way than it was on; the speed that jumps
     LeavesBranch {
         unknown: usize,

@@ -385,6 +385,10 @@ fn told(sys: &System, failed: &Failed, packed: &Packed) -> String {
             let of = packed.conditions.get(*flag).map_or("a condition", String::as_str);
             ("contradiction", format!("{of} contradicts itself or others {when}"))
         }
+        Failure::Blocked { flag } => {
+            let of = packed.conditions.get(*flag).map_or("a rigid end", String::as_str);
+            ("blocked", format!("a motion that is given runs into {of} {when}"))
+        }
     };
     let said = packed.codes.get(kind).map_or(said.clone(), |code| format!("[{code}] {said}"));
     match failed.tried.is_empty() {

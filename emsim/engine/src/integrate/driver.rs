@@ -291,6 +291,7 @@ impl<'a, S: Sink> Run<'a, S> {
     ) -> Result<Run<'a, S>, Failure> {
         let mut tol = Tolerances::new(sys, o);
         tol.observe(&x, a.from);
+        sys.put_floors(w, &tol.atol);
         if sys.has_laws() {
             // (an operating point begins with fresh flags)
             Modes::begin(sys, w, &x, a.from, &tol);

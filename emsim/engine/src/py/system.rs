@@ -6,6 +6,7 @@ use crate::graph::{Id, Node};
 use crate::integrate::{self, Failed, Status, Transient};
 use crate::invariants::Invariants;
 use crate::ledger::Ledger;
+use crate::modes::Modes;
 use crate::newton::{Failure, Newton, Options, Tolerances};
 use crate::op;
 use crate::raw;
@@ -384,10 +385,12 @@ impl System {
                 }
                 hung = hung.or_else(|| hanging(k, &w));
                 let mut shown = x.clone();
+                let held = sys.has_laws().then(|| w.held());
                 complete(&sys, &mut w, &mut shown, &tol, statics);
                 let row = record.data.len();
                 record.push(&sys, &mut w, 0.0, &shown);
                 record.data[row] = k as f64;
+                held.iter().for_each(|held| w.restore(held));
             }
             let state = (x, w.flags.clone());
             (w, failed, stopped, record, state, hung, clock.seconds())
@@ -711,12 +714,16 @@ fn no_point(e: op::NoPoint) -> Failed {
     Failed { t: 0.0, h: 0.0, during: "operating point", why: e.why, tried: e.tried }
 }
 
-/// Accelerations and reactions of the point where a transient would start.
+/// Modes, accelerations and reactions of the point where a transient would start.
 fn complete(sys: &crate::system::System, w: &mut Work, x: &mut [f64], tol: &Tolerances, statics: bool) {
     if !statics && sys.unknowns.iter().any(|u| u.kind == Kind::Derivative || u.kind.mechanical()) {
-        let h = 1e-5 * sys.shortest_feature().min(1e-3);
+        let feature = sys.shortest_feature().min(1e-3);
         if let Ok(mut newton) = Newton::new(sys) {
-            op::consistent(sys, &mut newton, w, x, 0.0, h, tol, true);
+            op::consistent(sys, &mut newton, w, x, 0.0, 1e-5 * feature, tol, true);
+            if sys.has_laws() {
+                Modes::settle(sys, w, x, feature, tol);
+                op::consistent(sys, &mut newton, w, x, 0.0, 1e-5 * feature, tol, true);
+            }
         }
     }
 }
@@ -776,6 +783,10 @@ fn failure_dict(py: Python<'_>, sys: &crate::system::System, f: &Failed) -> PyRe
         Failure::Contradiction { flag } => {
             d.set_item("flag", flag)?;
             ("contradiction", None, None)
+        }
+        Failure::Blocked { flag } => {
+            d.set_item("flag", flag)?;
+            ("blocked", None, None)
         }
         Failure::Singular(s) => {
             d.set_item("structural", s.structural)?;

@@ -1,7 +1,7 @@
 //! Where a run has to stop: flags and their roots, corners of sources, edges that are known.
 use super::{Free, System, Work};
 use crate::conditions::Scale;
-use crate::model::Law;
+use crate::model::{Kind, Law};
 use crate::tape::Inputs;
 use crate::waves::Wave;
 
@@ -37,6 +37,32 @@ impl System {
     /// What is added up in a flag's operand, with quantities as large as they have been.
     pub fn flag_size(&self, w: &Work, k: usize) -> f64 {
         w.standing.size(k)
+    }
+
+    /// So near to its threshold nobody knows on which side a flag's operand is, as it starts from rest.
+    pub fn flag_unknown(&self, w: &Work, k: usize) -> f64 {
+        w.standing.unknown(k)
+    }
+
+    /// Floors of flags, for absolute tolerances by unknown.
+    pub fn put_floors(&self, w: &mut Work, atol: &[f64]) {
+        if self.flags.is_empty() {
+            return;
+        }
+        self.set_time(w, 0.0);
+        let moves = |(i, atol): (usize, &f64)| match self.unknowns[i].kind {
+            Kind::Coordinate | Kind::Speed => *atol,
+            _ => 0.0,
+        };
+        let least: Vec<f64> = atol.iter().enumerate().map(moves).collect();
+        let mut slots = self.sizes.workspace();
+        for (sign, x) in [(1.0, least), (-1.0, vec![0.0; self.n])] {
+            self.sizes.run(&Inputs { x: &x, t: 0.0, waves: &w.waves, flags: &w.flags }, &mut slots);
+            for (k, floor) in w.standing.floor.iter_mut().enumerate() {
+                *floor += sign * self.sizes.output(&slots, k);
+            }
+        }
+        w.standing.floor.iter_mut().for_each(|floor| *floor = if floor.is_finite() { floor.abs() } else { 0.0 });
     }
 
     /// How far beyond its threshold a law's mode is left that has just begun.

@@ -5,13 +5,10 @@ use super::jumps::JUMP;
 use super::{Run, LATE};
 use crate::model::Law;
 use crate::modes::{Modes, Short};
+use crate::newton::Failure;
 
-/// The modes are asked so much of a step behind the event: at the event itself what is let go has no acceleration yet.
-const AHEAD: f64 = 1e-3;
-/// ... of a step that is no shorter than this part of the longest one.
+/// Steps by which the modes are asked are no shorter than those of this part of the longest one.
 const SHORTEST: f64 = 1e-5;
-/// Events within this part of the run are of one time.
-const PILES: f64 = 1e-9;
 /// So often at one time, behind a jump.
 const AGAIN: u32 = 4;
 
@@ -47,9 +44,7 @@ impl<S: Sink> Run<'_, S> {
         // a step that an event has cut is no measure of how fast things move
         let width = width.max(SHORTEST * self.tmax).min(self.until - self.t).max(1e-9 * self.a.tstop);
         let least = (JUMP * width).max(64.0 * f64::EPSILON * self.t).max(1e-18 * self.a.tstop);
-        let late = (2.0 * LATE * self.tol.reltol * width).max(10.0 * least);
-        let short = Short { instant: least, late, ahead: (AHEAD * width).max(10.0 * least), step: width, near: 0.0 };
-        let short = Short { near: short.ahead.max(PILES * self.a.tstop), ..short };
+        let short = Short::new(width, least, 2.0 * LATE * self.tol.reltol * width, self.a.tstop);
         let before = self.w.flags.clone();
         let decided = modes.decide(self.sys, self.w, &mut self.x, &mut self.t, short, fired, &self.tol);
         for (t, h, x) in modes.jolts.drain(..) {
@@ -59,7 +54,13 @@ impl<S: Sink> Run<'_, S> {
         self.outcome.jammed.clone_from(&modes.jammed);
         self.late = 0.0;
         if !decided {
-            self.contradicts(short.instant);
+            match modes.blocked {
+                Some(law) => {
+                    let flag = self.sys.laws.list[law].flags[0];
+                    self.fail(short.instant, Failure::Blocked { flag }, vec![]);
+                }
+                None => self.contradicts(short.instant),
+            }
             return false;
         }
         let mut changed = false;
