@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from .expr import Node
 
 _LETTERS = frozenset("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ")
+FOREIGN_STARTS = frozenset("(</EVwpmcb")  # how texts of other programs begin, see slips.py
 _CLOSERS = {"subckt": "ends", "if": "endif", "lib": "endl"}
 
 
@@ -128,12 +129,12 @@ def cannot_read(path: str, error: OSError) -> OutsideError:
 
 
 def _build(file: SourceFile, sink: Sink, is_main: bool, dialect: Dialect | None = None) -> Deck:
-    if is_main and file.text.startswith("Version ") and "\nSHEET " in file.text[:200]:
-        sink.error(
-            "E100", f"{file.name} is a drawing of LTspice's (.asc) and no netlist",
-            hint="LTspice writes one: View > SPICE Netlist, or `LTspice -netlist drawing.asc`; run its drawing.net here",
-        )  # fmt: skip
-        return Deck("", file, sink)
+    if is_main and file.text.lstrip()[:1] in FOREIGN_STARTS:
+        from .slips import foreign
+
+        if (found := foreign(file)) is not None:
+            sink.add(found)
+            return Deck("", file, sink)
     with NoCollection():
         return _Builder(file, sink).build(is_main, dialect)
 
@@ -272,7 +273,9 @@ class _Builder(ElementCards, DotCards):
             try:
                 card = self.unread_line(line) if rule is None else self.convert(rule, content, line)
             except LineError as error:
-                sink.add(error.diagnostic)
+                from .mistakes import other_card
+
+                sink.add(other_card(line) or error.diagnostic)
                 continue
             if card is not None:
                 self.body.append(card)
@@ -327,16 +330,8 @@ class _Builder(ElementCards, DotCards):
         if word not in CARD_WORDS:
             rule, children = parse_line(line, "element")
             return self.convert(rule, children, line)
-        try:
-            rule, children = parse_line(line, "card")
-            return self.convert(rule, children, line)
-        except LineError as error:
-            from .mistakes import is_machine_card, missing_mark
-
-            if not is_machine_card(line):
-                error.diagnostic.message = f"this is no {word.upper()} card: {error.diagnostic.message}"
-                error.diagnostic.hint = missing_mark(word)
-            raise
+        rule, children = parse_line(line, "card")
+        return self.convert(rule, children, line)
 
     def unread_dot(self, line: Line) -> Any:
         """Of what is to be shown, the part that can be read; ngspice leaves the rest out too."""

@@ -19,7 +19,7 @@ from .deck import (
     Probe,
     Subckt,
 )
-from .diagnostics import Diagnostic
+from .diagnostics import Diagnostic, Fix
 from .expr import Binary, Call, Name, Num, names
 from .source import Leaf, Line, SourceFile
 from .syntax import LineError, code_end, first_word, parse_line
@@ -46,6 +46,13 @@ _ANALYSES = frozenset(
         "optran",
     ]
 )
+# words of LTspice's .tran, and what to do without them
+LTSPICE_TRAN = {
+    "startup": "; a supply that rises from 0 in 20 us, as there, is PULSE(0 5 0 20u 1n 1)",
+    "steady": ": .ss finds the periodic steady state",
+    "nodiscard": "; tstart says from when on rows are kept",
+    "step": "; what jumps in the steady state is a PULSE",
+}
 _LARGEST_STEP = ("maxstep", "tmax", "dtmax")
 PRINT_KINDS = frozenset(("tran", "op", "ac", "dc", "noise", "tf", "disto", "sens", "pz"))
 # text cards of other programs that say what the circuit is
@@ -104,13 +111,7 @@ class DotCards(Cards):
             if value in ("uic", "static", "skipbp"):
                 flags.add("uic" if value == "skipbp" else value)  # PSpice's word
             elif value is None or (kind in ("tran", "op") and isinstance(value, str)):
-                raise self.fail(
-                    "E102",
-                    f"`{line.span_at(*extent(item)).text}` does not fit here",
-                    line,
-                    item,
-                    form("." + kind),
-                )
+                raise self.strange_word(kind, item, line)
             else:
                 args.append(value)
         if kind == "tran" and (dialect := line.file.dialect) is not None and dialect.short_tran and args:
@@ -128,7 +129,20 @@ class DotCards(Cards):
             raise LineError(Diagnostic("error", "E118", said, line.whole, hint))
         if largest is not None:
             args = [*args[:3], *([0.0] * (3 - len(args))), largest]
+        if kind == "tran" and "," in line.text:
+            from .slips import judge_commas
+
+            judge_commas(line, (0, len(line.text)), self.sink)
         return Analysis(kind, args, flags, line.whole)
+
+    def strange_word(self, kind: str, item: Any, line: Line) -> LineError:
+        """A word that no .tran takes: a unit apart, one of LTspice's, or any other."""
+        span = line.span_at(*extent(item))
+        if kind != "tran" or span.text.lower() not in LTSPICE_TRAN:
+            return self.second_value(f"`{span.text}` does not fit here", line, item, form("." + kind))
+        said = f"`{span.text}` is a word of LTspice's .tran, and not supported"
+        without = Fix(span, "", f"leave `{span.text}` out" + LTSPICE_TRAN[span.text.lower()])
+        return LineError(Diagnostic("error", "E113", said, span, fixes=[without]))
 
     def on_text(self, ch: list[Any], line: Line) -> Any:
         kind = str(ch[0][1:].lower())

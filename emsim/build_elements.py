@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from .build_expr import expression, extent, ignored_letters, node_name
-from .diagnostics import Diagnostic, Sink
+from .diagnostics import Diagnostic, Fix, Sink
 from .elements import LETTERS, Element
 from .elements.base import NOTHING
 from .expr import Bare, Num
 from .source import Line, SourceFile
-from .syntax import CARD_WORDS, LineError
+from .syntax import LineError
 from .units import spice_leftover, spice_number
 
 TYPE_CHECKING = False
@@ -35,12 +35,15 @@ class Cards:
     sink: Sink
 
     def fail(self, code: str, message: str, line: Line, leaf: Any, hint: str | None = None) -> LineError:
-        start, end = extent(leaf)
-        if code == "E109" and (word := str(leaf).lower()) in CARD_WORDS:
-            from .mistakes import missing_mark
+        return LineError(Diagnostic("error", code, message, line.span_at(*extent(leaf)), hint))
 
-            hint = missing_mark(word)
-        return LineError(Diagnostic("error", code, message, line.span_at(start, end), hint))
+    def second_value(self, what: str, line: Line, item: Any, hint: str | None = None) -> LineError:
+        """A value where there is one already: a decimal comma, a unit apart, or one too many."""
+        from .slips import decimal_comma, unit_apart
+
+        start, end = extent(item)
+        slip = decimal_comma(line, start) or unit_apart(line, start, end)
+        return self.fail("E102", what, line, item, hint) if slip is None else LineError(slip)
 
     # ---- values on electrical cards ----
 
@@ -68,13 +71,12 @@ class Cards:
         leftover = spice_leftover(leaf)
         if leftover:
             if any(c in leftover.rstrip("+-") for c in "*/+-^()"):
-                raise self.fail(
-                    "E110",
-                    f"`{leaf}` is not a number",
-                    line,
-                    leaf,
-                    f"write a calculation in braces: {{{leaf}}}",
-                )
+                from .slips import rated
+
+                span, hint = line.span(leaf), f"write a calculation in braces: {{{leaf}}}"
+                fixes = [Fix(span, f"{{{leaf}}}", hint)]
+                said = f"`{leaf}` is not a number"
+                raise LineError(rated(line, leaf) or Diagnostic("error", "E110", said, span, fixes=fixes))
             self.sink.add(ignored_letters(leaf, value, leftover, line))
         elif len(_PLAIN) < 100_000:
             _PLAIN[str(leaf)] = value

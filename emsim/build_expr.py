@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from .diagnostics import Diagnostic, Span
+from .diagnostics import Diagnostic, Fix, Span
 from .expr import TRANSFORM, Binary, Call, Cond, Name, Node, Num, Unary, rewritten
 from .source import Line
 from .syntax import LineError
@@ -223,8 +223,9 @@ def ignored_letters(leaf: Any, value: float, leftover: str, line: Line) -> Diagn
 def machine_float(leaf: Any, line: Line) -> float:
     value = machine_number(leaf)
     if value is None:
-        message, hint = machine_number_problem(leaf)
-        raise LineError(Diagnostic("error", "E111", message, line.span(leaf), hint))
+        message, hint, plain = machine_number_problem(leaf)
+        fixes = [] if plain is None else [Fix(line.span(leaf), plain)]
+        raise LineError(Diagnostic("error", "E111", message, line.span(leaf), hint, fixes=fixes))
     misread = MISREAD_SUFFIXES.get(leaf.lstrip("+-.0123456789"))
     if misread is not None:
         read_as, meant, advice = misread
@@ -237,6 +238,7 @@ def machine_float(leaf: Any, line: Line) -> float:
                 line.span(leaf),
                 f"write `{digits}{advice}`"
                 + (f" ({meant} is the unit of this value already)" * (not advice)),
+                fixes=[Fix(line.span(leaf), f"{digits}{advice}")],
             )
         )
     return value

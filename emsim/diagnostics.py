@@ -95,10 +95,64 @@ def _short(text: str) -> str:
     return text if len(text) <= LONGEST else f"{text[: LONGEST // 2]} ... {text[-LONGEST // 4 :]}"
 
 
-class Diagnostic:
-    """One message. `labels` are (span, text); a label on the main span is written at its caret."""
+class Fix:
+    """What mends a deck: `text` in the place of `span`, before it where the span is empty. `label` says so in a few words."""
 
-    __slots__ = ("code", "hint", "labels", "message", "severity", "span")
+    __slots__ = ("label", "span", "text")
+
+    def __init__(self, span: Span, text: str, label: str = "") -> None:
+        self.span, self.text, self.label = span, text, label or f"write `{text.strip()}`"
+
+
+def instead(span: Span | None, wrong: str, right: str) -> list[Fix]:
+    """The fix that writes `right` for the word `wrong`, which is the span or stands behind it on its line; none where it does
+    not stand there."""
+    if span is None:
+        return []
+    line = span.file.text_line(span.line)
+    at = _word_in(line, wrong, span.col - 1)
+    if at is None:
+        return []
+    return [Fix(Span(span.file, span.line, at + 1, at + 1 + len(wrong)), right)]
+
+
+def _word_in(line: str, word: str, start: int) -> int | None:
+    """Where a word stands on a line, from `start` on, in capitals or not; not as a part of another."""
+    text, word = line.lower(), word.lower()
+    at = text.find(word, start)
+    while at >= 0:
+        before, behind = text[at - 1 : at] if at else "", text[at + len(word) : at + len(word) + 1]
+        if not (_in_name(before) and _in_name(word[:1])) and not (_in_name(behind) and _in_name(word[-1:])):
+            return at
+        at = text.find(word, at + 1)
+    return None
+
+
+def _in_name(c: str) -> bool:
+    return c.isalnum() or c in ("_", ".", "#", "$")
+
+
+def mended(text: str, fixes: Iterable[Fix]) -> str:
+    """The text of a file with fixes of that file applied. Of two that overlap the first stands."""
+    starts = [0]
+    for line in text.split("\n"):
+        starts.append(starts[-1] + len(line) + 1)
+    places = []
+    for f in fixes:
+        start = starts[f.span.line - 1]
+        places.append((start + f.span.col - 1, start + f.span.end - 1, f.text))
+    out, taken = text, len(text) + 1
+    for start, end, new in sorted(places, key=lambda place: place[:2], reverse=True):
+        if end <= taken:
+            out, taken = out[:start] + new + out[end:], start
+    return out
+
+
+class Diagnostic:
+    """One message. `labels` are (span, text); a label on the main span is written at its caret. `fixes` are mendings, of which
+    one is chosen; where there is no hint, what they say is the hint."""
+
+    __slots__ = ("code", "fixes", "hint", "labels", "message", "severity", "span")
 
     def __init__(
         self,
@@ -108,13 +162,17 @@ class Diagnostic:
         span: Span | None = None,
         hint: str | None = None,
         labels: Sequence[tuple[Span, str]] = (),
+        fixes: Sequence[Fix] = (),
     ) -> None:
+        if hint is None and fixes:
+            hint = "\n".join(dict.fromkeys(f.label for f in fixes))
         self.severity = severity
         self.code = code
         self.message = _short(message)
         self.span = span
         self.hint = hint if hint is None else _short(hint)
         self.labels = [(where, inert(text)) for where, text in labels]
+        self.fixes = list(fixes)
 
     def __repr__(self) -> str:
         where = f" at {self.span!r}" if self.span else ""
@@ -205,8 +263,9 @@ class Sink:
         span: Span | None = None,
         hint: str | None = None,
         labels: Sequence[tuple[Span, str]] = (),
+        fixes: Sequence[Fix] = (),
     ) -> None:
-        self.add(Diagnostic("error", code, message, span, hint, labels))
+        self.add(Diagnostic("error", code, message, span, hint, labels, fixes))
 
     def warning(
         self,
@@ -215,8 +274,9 @@ class Sink:
         span: Span | None = None,
         hint: str | None = None,
         labels: Sequence[tuple[Span, str]] = (),
+        fixes: Sequence[Fix] = (),
     ) -> None:
-        self.add(Diagnostic("warning", code, message, span, hint, labels))
+        self.add(Diagnostic("warning", code, message, span, hint, labels, fixes))
 
     def note(
         self,
@@ -225,8 +285,9 @@ class Sink:
         span: Span | None = None,
         hint: str | None = None,
         labels: Sequence[tuple[Span, str]] = (),
+        fixes: Sequence[Fix] = (),
     ) -> None:
-        self.add(Diagnostic("note", code, message, span, hint, labels))
+        self.add(Diagnostic("note", code, message, span, hint, labels, fixes))
 
     def raise_if_errors(self) -> None:
         """Raise DeckError with everything collected, when an error is among it."""
@@ -234,8 +295,10 @@ class Sink:
             raise DeckError(self.diagnostics)
 
 
-def deck_error(code: str, message: str, span: Span | None = None, hint: str | None = None) -> NoReturn:
-    raise DeckError(Diagnostic("error", code, message, span, hint))
+def deck_error(
+    code: str, message: str, span: Span | None = None, hint: str | None = None, fixes: Sequence[Fix] = ()
+) -> NoReturn:
+    raise DeckError(Diagnostic("error", code, message, span, hint, fixes=fixes))
 
 
 LEAST_BEGINNING = 3  # letters that a name and its beginning have in common
@@ -363,6 +426,7 @@ def to_json(d: Diagnostic) -> dict[str, Any]:
         "span": _span_json(d.span),
         "hint": d.hint,
         "labels": [{"span": _span_json(s), "text": text} for s, text in d.labels],
+        "fixes": [{"span": _span_json(f.span), "text": f.text, "label": f.label} for f in d.fixes],
     }
 
 

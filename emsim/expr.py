@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 
-from .diagnostics import Placed, suggest
+from .diagnostics import Placed, instead, suggest
 from .draws import RANDOM, Draws, is_random
 from .functions import BRANCHES, MATH, OF_COLUMNS, OF_TIME, power
 
@@ -16,7 +16,7 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Sequence
 
-    from .diagnostics import Place, Span
+    from .diagnostics import Fix, Place, Span
 
 
 class Node(Placed):
@@ -127,14 +127,22 @@ class Cond(Node):
 
 
 class ExprError(Exception):
-    """An expression cannot be evaluated; `code`, `message`, `span`, `hint` go into the diagnostic."""
+    """An expression cannot be evaluated; `code`, `message`, `span`, `hint`, `fixes` go into the diagnostic."""
 
-    def __init__(self, code: str, message: str, span: Span | None = None, hint: str | None = None) -> None:
+    def __init__(
+        self,
+        code: str,
+        message: str,
+        span: Span | None = None,
+        hint: str | None = None,
+        fixes: Sequence[Fix] = (),
+    ) -> None:
         super().__init__(message)
         self.code = code
         self.message = message
         self.span = span
         self.hint = hint
+        self.fixes = fixes
 
 
 def to_text(node: Node) -> str:
@@ -400,7 +408,8 @@ MAY_READ = "B sources, E/G VALUE= and behavioural R, C, L may read the solution"
 # what people call the readings of the machine
 SYNONYMS = {
     "theta": "angle", "phi": "angle", "q": "angle", "w": "omega", "speed": "omega", "velocity": "vel", "position": "pos",
-    "acceleration": "acc", "current": "i", "voltage": "v",
+    "acceleration": "acc", "current": "i", "voltage": "v", "der": "ddt", "derivative": "ddt", "diff": "ddt", "integral": "idt",
+    "integrate": "idt",
 }  # fmt: skip
 
 
@@ -413,15 +422,16 @@ def undefined(node: Name, scope: Scope) -> ExprError:
     if node.id in RUN_TIME_NAMES:
         return ExprError("E125", f"`{node.id}` is known only while the run goes on", node.span, MAY_READ)
     near = suggest(node.id, scope.names())
+    fixes = instead(node.span, node.id, near) if near else []
     if near:
         hint = f"did you mean `{near}`?"
     elif node.id == "t":
-        hint = "the time of the run is called `time`"
+        hint, fixes = "the time of the run is called `time`", instead(node.span, "t", "time")
     elif node.id in PROBES and len(node.id) > 2:
         hint = f"it reads the machine, and has to be told what: {node.id}(name)"
     else:
         hint = f"define it: .param {node.id}=... (the voltage of a node is v({node.id}))"
-    return ExprError("E120", f"no parameter is called `{node.id}`", node.span, hint)
+    return ExprError("E120", f"no parameter is called `{node.id}`", node.span, hint, fixes)
 
 
 # functions of LTspice and PSpice, and what to write
@@ -437,11 +447,13 @@ FOREIGN = {
 
 def unknown_function(node: Call) -> ExprError:
     near = SYNONYMS.get(node.fn) or suggest(node.fn, [*MATH, *RANDOM, *BRANCHES, *PROBES, *OF_TIME])
+    foreign = FOREIGN.get(node.fn)
+    fixes = instead(node.span, node.fn, near) if near and foreign is None else []
     if near in PROBES:
         near = to_text(Call(near, node.args))
     return ExprError(
         "E122", f"there is no function `{node.fn}`", node.span,
-        FOREIGN.get(node.fn) or (f"did you mean `{near}`?" if near else None),
+        foreign or (f"did you mean `{near}`?" if near else None), fixes,
     )  # fmt: skip
 
 

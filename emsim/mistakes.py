@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
-from .diagnostics import Diagnostic, suggest
+import re
+
+from .diagnostics import Diagnostic, Fix, Span, suggest
 from .elements import LETTERS
 from .lark_grammar import parser
+from .source import Line
 from .syntax import CARD_WORDS, LineError, code_end, first_word
+from .units import spice_number
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any
 
-    from .source import Line
+    from .source import SourceFile
     from .syntax import Tree
 
 MAX_NESTING = 100
@@ -167,8 +171,6 @@ def missing_mark(word: str) -> str:
 
 def is_machine_card(line: Line) -> bool:
     """Whether the line carries its card's mark, by the grammar's own terminal."""
-    import re
-
     word = first_word(line.text).upper()
     pattern = next(t.pattern for t in parser().terminals if t.name == word)
     return re.match(pattern.to_regexp(), line.text) is not None
@@ -208,6 +210,8 @@ def _explain(line: Line, start: str, error: Any) -> Diagnostic:
     form = form_of(line, start) if start not in ("expression", "vectors", "let") else None
     if at is None or at >= code or (token is not None and token.type == "$END"):
         end = _last_visible(text, code)
+        if (switch := _short_switch(line, text[:code])) is not None:
+            return switch
         what = f": {wanted} is missing" if wanted else ""
         return Diagnostic(
             "error",
@@ -222,6 +226,33 @@ def _explain(line: Line, start: str, error: Any) -> Diagnostic:
     found = text[at:stop] if text[at] not in "=(){},;\"'" else text[at]
     message = f"`{found}` does not fit here" + (f"; expected {wanted}" if wanted else "")
     return Diagnostic("error", "E102", message, line.span_at(at, at + len(found)), form and f"form: {form}")
+
+
+def _short_switch(line: Line, code: str) -> Diagnostic | None:
+    """An S line with a word too few: its model, or one of the nodes that turn it."""
+    words = code.split()
+    if len(words) != 5 or words[0][0] not in "sS" or "=" in code or not line.single:
+        return None
+    name, last = words[0], words[4]
+    place = code.rindex(last)
+    if re.search(rf"^[ \t]*\.model\s+{re.escape(last)}\s", line.file.text, re.I | re.M):
+        said, at = (
+            f"{name} is turned by the voltage between two nodes, and has one of them",
+            line.span_at(place, place),
+        )
+        fixes = [Fix(at, "0 ", f"write `{' '.join([*words[:4], '0', last])}`, for the voltage to ground")]
+    else:
+        said, at = f"{name} names no model", line.span_at(len(code), len(code))
+        fixes = [
+            Fix(
+                at,
+                " sw\n.model sw SW(vt=2.5 vh=0.1)",
+                "write `sw` behind it, and `.model sw SW(vt=2.5 vh=0.1)`",
+            )
+        ]
+    span = line.span_at(place, place + len(last))
+    hint = f"{fixes[0].label}\nform: {FORMS['s']}"
+    return Diagnostic("error", "E109", said, span, hint, fixes=fixes)
 
 
 def _wanted(accepts: set[str]) -> str:
@@ -287,3 +318,132 @@ def unknown_dot(line: Line, word: str) -> Diagnostic:
         line.span_at(0, len(word)),
         f"did you mean `{near}`?" if near else None,
     )
+
+
+# ---- lines that were meant as another card -------------------------------------------------------
+
+# dot cards as they look without their dot, where an element could have that name
+DOTLESS = {
+    "tran": r"\s+[\d.{']", "op": r"\s*$", "ac": r"\s+(?:dec|oct|lin)\b", "dc": r"\s+\S+\s+[-+.\d{'].*\s", "ic": r"\s+v\s*\(",
+    "tf": r"\s+[vi]\s*\(", "end": r"\s*$", "ends": r"\s*\w*\s*$", "save": r"\s+[\w@]", "temp": r"\s+[-+.\d{']",
+    "model": r"\s+\S+\s+[a-z]", "meas": r"\s+\S+\s+\S", "four": r"\s+[\d.{']", "func": r"\s+\w+\s*\(", "lib": r"\s+\S",
+    **dict.fromkeys(("print", "param", "params", "include", "options", "option", "subckt", "nodeset", "probe", "measure",
+                     "global", "noise", "modes", "gravity", "step", "plot"), r"\s+\S"),
+}  # fmt: skip
+
+
+def line_at(span: Span) -> Line:
+    """The logical line that begins at a span."""
+    file, last = span.file, span.line
+    while last < len(file.starts) and file.text_line(last + 1).lstrip().startswith("+"):
+        last += 1
+    start = file.starts[span.line - 1] + span.col - 1
+    return Line(file, span.line, span.col, start, file.starts[last - 1] + len(file.text_line(last)))
+
+
+def other_card(line: Line) -> Diagnostic | None:
+    """What a line that is no element was meant as: a machine card without its mark, a dot card without its dot."""
+    word = first_word(line.text)
+    if word in CARD_WORDS:
+        return None if is_machine_card(line) else _unmarked(line, word)
+    pattern = DOTLESS.get(word)
+    if pattern is None or not re.match(word + pattern, line.text[: code_end(line.text)[0]], re.I | re.S):
+        return None
+    span = line.span_at(0, len(word))
+    fix = Fix(Span(span.file, span.line, span.col, span.col), ".", f"write `.{word}`")
+    said = f"`{word}` is a dot card without its dot"
+    return Diagnostic("error", "E105", said, span, f"write `.{word}`", fixes=[fix])
+
+
+# what people write on a card, and what it is called; "" is a value without a name
+MEANT = {
+    "body": {"mass": "m={}", "j": "m=0 j={}", "inertia": "m=0 j={}"},
+    "motor": {"k": "kt={}", "km": "kt={}", "": "kt={}"},
+    "spring": {"": "k={}", "c": "k={}", "rate": "k={}", "stiffness": "k={}"},
+    "damper": {"": "c={}", "d": "c={}", "b": "c={}", "damp": "c={}"},
+    "friction": {"": "fc={}", "f": "fc={}", "c": "fc={}", "tau": "fc={}"},
+    "freewheel": {"": "dir={}"},
+    "stop": {"lo": "min={}", "low": "min={}", "lower": "min={}", "hi": "max={}", "high": "max={}", "upper": "max={}"},
+    "gear": {"": "ratio={}", "n": "ratio={}", "i": "ratio={}", "gear": "ratio={}"},
+    "force": {"": "dir=(1,0) {}", "f": "dir=(1,0) {}", "force": "dir=(1,0) {}", "value": "dir=(1,0) {}"},
+    "torque": {"": "tau={}", "t": "tau={}", "m": "tau={}", "torque": "tau={}", "value": "tau={}"},
+    "drive": {"": "q={}", "pos": "q={}", "angle": "q={}", "speed": "qd={}", "omega": "qd={}", "w": "qd={}"},
+}  # fmt: skip
+_ITEM = re.compile(
+    r"(?:([^\s=(){},;\"']+)\s*=\s*)?((?:[^\s=(){},;\"']+(?:\([^()]*\))?|\{[^{}]*\}|\([^()]*\)))"
+)
+
+
+def _unmarked(line: Line, word: str) -> Diagnostic | None:
+    """A line that begins with a card's word and has not what tells the card from an element."""
+    code = line.text[: code_end(line.text)[0]]
+    items = [(m[1] or "", m[2], m.start(), m.end()) for m in _ITEM.finditer(code, len(word))]
+    if not items:
+        return None
+    name, rest = items[0][1], items[1:]
+    if word == "joint":
+        return _one_end(line, name, rest)
+    wrong = ""
+    edits: list[tuple[int, int, str]] = []
+    for key, value, start, end in rest:
+        if key or (start > rest[0][2] and (spice_number(value) is not None or value[0] == "{")):
+            new = MEANT.get(word, {}).get(key.lower())
+            if new is not None and not (key == "" and edits):
+                edits.append((start, end, new.format(value)))
+                wrong = wrong or (key if f"{key.lower()}=" not in new else "")
+    if word == "stop" and len(edits) == 2:
+        low, high = (spice_number(new.partition("=")[2]) for _, _, new in edits)
+        if low is not None and high is not None and low > high:
+            edits = [
+                (start, end, f"{new[:3]}={edits[1 - k][2][4:]}") for k, (start, end, new) in enumerate(edits)
+            ]
+    said = (
+        f"{word.upper()} {name} does not take parameter {wrong}="
+        if wrong
+        else f"{word.upper()} {name} needs {MARKS[word]}"
+    )
+    hint = [missing_mark(word)]
+    if word == "force" and edits and rest and (of := _joint(line.file, rest[0][1])) is not None:
+        hint.insert(
+            0, f"a FORCE acts at a point of a body: {rest[0][1]} is a joint, and {of} is the body on it"
+        )
+        edits.insert(0, (rest[0][2], rest[0][3], of))
+    fixes = []
+    if edits and line.single:
+        first, last, text = edits[0][0], edits[-1][1], ""
+        for k, (_, end, new) in enumerate(edits):
+            text += new + code[end : edits[k + 1][0] if k + 1 < len(edits) else last]
+        fixes = [Fix(line.span_at(first, last), text)]
+        hint.insert(0, fixes[0].label)
+    place = (edits[-1][0], edits[-1][1]) if edits else (0, len(word))
+    return Diagnostic(
+        "error", "E231" if wrong else "E230", said, line.span_at(*place), "\n".join(hint), fixes=fixes
+    )
+
+
+def _one_end(line: Line, name: str, rest: list[Any]) -> Diagnostic | None:
+    """JOINT hinge arm pin: the kind stands where the second end does."""
+    places = [item for item in rest if not item[0]]
+    if len(places) < 2 or places[1][1].lower() not in _joint_kinds() or len(places) > 2:
+        return None
+    at = line.span_at(places[0][2], places[0][3])
+    new = Fix(
+        Span(at.file, at.line, at.col, at.col),
+        "0 ",
+        f"write `0 {places[0][1]}`, for the world and {places[0][1]}",
+    )
+    said = f"JOINT {name} has one end, and ties two: 0 is the world"
+    return Diagnostic("error", "E233", said, at, fixes=[new])
+
+
+def _joint(file: SourceFile, name: str) -> str | None:
+    """The second end of a joint of the deck."""
+    found = re.search(rf"^[ \t]*joint\s+{re.escape(name)}\s+\S+\s+([^\s(]+)", file.text, re.I | re.M)
+    return found[1] if found else None
+
+
+def _joint_kinds() -> list[str]:
+    """The words that the grammar knows a JOINT by."""
+    pattern = next(t.pattern.value for t in parser().terminals if t.name == "JOINT")
+    found = re.search(r"\(\?:(pin\|[a-z|]+)\)", pattern)
+    return found[1].split("|") if found else []

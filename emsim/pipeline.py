@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from .analyses import Analysis, Run
     from .assemble import Assembly
     from .deck import Deck, FlatDeck, Probe
-    from .diagnostics import Diagnostic
+    from .diagnostics import Diagnostic, Fix
     from .elaborate.steps import Change
     from .measures import Measured
     from .measures.fourier import Spectrum
@@ -323,10 +323,27 @@ def prepare(
             hint="--seed N or .options seed=N draws others; ngspice draws anew in every run",
         )  # fmt: skip
     if not planned and not refused(flat):
-        flat.sink.note(
-            "N283", "the deck asks for no analysis that can run", hint="add .tran tstep tstop, or .op"
-        )
+        said = "the deck asks for no analysis that can run"
+        flat.sink.note("N283", said, hint="add .tran tstep tstop, or .op", fixes=_one_more_line(flat))
     return assembly, planned
+
+
+def _one_more_line(flat: FlatDeck) -> list[Fix]:
+    """An analysis for a deck without one: its time course where something moves, else its operating point."""
+    from .diagnostics import Fix, Span
+
+    file = flat.sources[0]
+    lines = file.text.split("\n")
+    last = next((k for k, line in enumerate(lines, 1) if line.strip().lower() == ".end"), len(lines))
+    moves = flat.machine or any(getattr(e, "wave", None) is not None for e in flat.elements)
+    card = ".tran 1m 1" if moves else ".op"
+    behind = (
+        "\n"
+        if last == len(lines) and lines[last - 1].strip() and lines[last - 1].strip().lower() != ".end"
+        else ""
+    )
+    col = len(lines[last - 1]) + 1 if behind else 1
+    return [Fix(Span(file, last, col, col), f"{behind}{card}\n", f"add `{card}`")]
 
 
 def solve(

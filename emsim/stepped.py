@@ -106,7 +106,7 @@ def _told_once(results: Sequence[Result], steps: Sequence[dict[str, float]]) -> 
             key = (d.code, d.span)
             if key not in found:
                 said = f"at {', '.join(f'{n} = {v:g}' for n, v in step.items())}: {d.message}"
-                found[key] = Diagnostic(d.severity, d.code, said, d.span, d.hint, d.labels)
+                found[key] = Diagnostic(d.severity, d.code, said, d.span, d.hint, d.labels, d.fixes)
             missing[key] = missing.get(key, 0) + 1
     for key, count in missing.items():
         if count > 1:
@@ -154,7 +154,7 @@ def stopped(
     from .diagnostics import Diagnostic
 
     where = ", ".join(f"{s.column} = {v:g}" for s, v in zip(steps, points[-1], strict=True))
-    said = [Diagnostic(d.severity, d.code, d.message, d.span, d.hint, d.labels) for d in trouble]
+    said = [Diagnostic(d.severity, d.code, d.message, d.span, d.hint, d.labels, d.fixes) for d in trouble]
     for d in said:
         if d.severity == "error":
             d.message = f"at {where}: {d.message}"

@@ -163,22 +163,21 @@ def known_unit(text: str) -> float | None:
     return None if known is None or parts is None else float(parts[0]) * known[1]
 
 
-def machine_number_problem(text: str) -> tuple[str, str]:
-    """(message, hint) for a word that begins as a number but is none on a machine card."""
+def machine_number_problem(text: str) -> tuple[str, str, str | None]:
+    """(message, hint, what to write instead) for a word that begins as a number but is none on a machine card."""
     parts = split_number(text)
     assert parts is not None
     mantissa, letters = parts
     import re
 
     if compound := re.fullmatch(_COMPOUND, letters):
-        return f"`{text}` carries a unit", f"values on machine cards are SI: write `{mantissa}{compound[1]}`"
+        plain = f"{mantissa}{compound[1]}"
+        return f"`{text}` carries a unit", f"values on machine cards are SI: write `{plain}`", plain
     if not letters.isalpha():
-        return (
-            f"`{text}` is not a number",
-            f"write a calculation in braces: {{{text}}}"
-            if any(c in letters for c in "*/+-^")
-            else "write a number, with a scale suffix or one of the units " + " ".join(UNITS),
-        )
+        said = f"`{text}` is not a number"
+        if any(c in letters for c in "*/+-^"):
+            return said, f"write a calculation in braces: {{{text}}}", f"{{{text}}}"
+        return said, "write a number, with a scale suffix or one of the units " + " ".join(UNITS), None
     _, used = scale_of(letters)
     reading = f"{mantissa} {_SCALE_NAMES[used.lower()]}" if used else mantissa
     low = letters.lower()
@@ -186,8 +185,8 @@ def machine_number_problem(text: str) -> tuple[str, str]:
     if low in _KNOWN_UNITS:
         name, size = _KNOWN_UNITS[low]
         value = f"{float(mantissa) * size:.12g}"
-        return message, f"values on machine cards are SI: for {mantissa} {name} write `{value}`"
-    return message, "values on machine cards are SI; units understood: " + " ".join(UNITS)
+        return message, f"values on machine cards are SI: for {mantissa} {name} write `{value}`", value
+    return message, "values on machine cards are SI; units understood: " + " ".join(UNITS), None
 
 
 # ---- units of products ----

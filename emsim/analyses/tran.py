@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 import os
 
+from ..diagnostics import Fix, Span
 from .base import Analysis, Axis, Run, channels, derived, recorded, wrong
 
 TYPE_CHECKING = False
@@ -113,8 +114,25 @@ class Tran(Analysis):
         elif len(args) > 3 and args[3] < 0:
             wrong(cls, card, sink, f"tmax is {args[3]:g} s, it must be positive")
         else:
+            if tstep > tstop:
+                cls._other_way_round(card, tstep, tstop, sink)
             return cls(card, tstep, tstop, tstart, largest, uic)
         return None
+
+    @staticmethod
+    def _other_way_round(card: Card, tstep: float, tstop: float, sink: Sink) -> None:
+        """W307: the step comes first on a .tran."""
+        import re
+
+        said = f"the step of {tstep:g} s is longer than the run of {tstop:g} s: the step stands first"
+        words = re.match(r"(\s*\.tran\s+)([^\s{}'\"]+)(\s+)([^\s{}'\"]+)", card.span.text, re.I)
+        fixes = []
+        if words is not None:
+            col = card.span.col + words.start(2)
+            place = Span(card.span.file, card.span.line, col, card.span.col + words.end(4))
+            fixes = [Fix(place, f"{words[4]}{words[3]}{words[2]}", f"write `.tran {words[4]} {words[2]}`")]
+        hint = None if fixes else "form: .tran tstep tstop"
+        sink.warning("W307", said, card.span, hint, fixes=fixes)
 
     def times(self) -> tuple[float, ...]:
         return self.tstep, self.tstop

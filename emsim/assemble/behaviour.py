@@ -19,16 +19,16 @@ from __future__ import annotations
 
 import math
 
-from ..diagnostics import suggest
+from ..diagnostics import Fix, instead, suggest
 from ..draws import RANDOM
 from ..elements.base import CURRENT_NAMES
-from ..expr import OUTSIDE, Binary, Call, Cond, Name, Num, Unary
+from ..expr import OUTSIDE, Binary, Call, Cond, Name, Num, Unary, unknown_function
 from ..functions import ALIASES, BRANCHES, IN_SOURCES, OF_TIME
 from ..functions import FUNCTIONS as OF_SOURCES
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Sequence
 
     from .._engine import Expr
     from ..diagnostics import Span
@@ -101,8 +101,10 @@ class Compiler:
         self.ctx.sink.error("E286", f"`{node}` is no number and no expression", self._where)
         return self.ctx.b.const(0.0)
 
-    def _error(self, code: str, message: str, node: Node, hint: str | None = None) -> Expr:
-        self.ctx.sink.error(code, message, node.span or self._where, hint=hint)
+    def _error(
+        self, code: str, message: str, node: Node, hint: str | None = None, fixes: Sequence[Fix] = ()
+    ) -> Expr:
+        self.ctx.sink.error(code, message, node.span or self._where, hint=hint, fixes=fixes)
         return self.ctx.b.const(0.0)
 
     def _name(self, node: Name) -> Expr:
@@ -124,13 +126,14 @@ class Compiler:
             return self._device(node)
         if self._is_node(node):
             return self._error("E282", f"`{node.id}` is a node, its voltage is `v({node.id})`", node)
+        from .probes import readings
+
         near = suggest(node.id, ("time", "temper", "hertz", "pi", "e"))
-        return self._error(
-            "E282",
-            f"`{node.id}` is no parameter and no quantity",
-            node,
-            f"did you mean `{near}`?" if near else None,
-        )
+        hint, fixes = (f"did you mean `{near}`?", instead(node.span, node.id, near)) if near else (None, [])
+        if offered := readings(self.ctx.machine, node.id):
+            hint = f"{node.id} is mechanical, and {', '.join(offered)} are numbers of it"
+            fixes = [Fix(node.span, text) for text in offered] if node.span else []
+        return self._error("E282", f"`{node.id}` is no parameter and no quantity", node, hint, fixes)
 
     def _binary(self, node: Binary) -> Expr:
         op = node.op
@@ -315,10 +318,8 @@ class Compiler:
             return self._error("E286", f"`{fn}` draws from constants", node)
         if _reads_machine(fn):
             return self._not_mechanical(node)
-        near = suggest(fn, FUNCTIONS)
-        return self._error(
-            "E122", f"there is no function `{fn}`", node, f"did you mean `{near}`?" if near else None
-        )
+        error = unknown_function(node)
+        return self._error(error.code, error.message, node, error.hint, error.fixes)
 
     def call(self, function: str, *arguments: Expr) -> Expr:
         """A function that the engine has by this name."""
@@ -409,13 +410,20 @@ class Compiler:
 
     def _not_mechanical(self, node: Call) -> Expr:
         what = ", ".join(map(repr, node.args)) or "nothing"
-        hint = "this deck has no machine cards" if self.ctx.machine is None else None
+        hint, fixes = ("this deck has no machine cards" if self.ctx.machine is None else None), []
+        said = f"`{node.fn}` reads the machine, and `{what}` is nothing mechanical"
+        from .probes import readings
+
+        if node.fn == "energy" and (offered := readings(self.ctx.machine, what)):
+            said = f"energy() reads what one element holds, and {what} is none"
+            hint = (
+                f"of {what} there are {', '.join(offered)}; pe() and ke() are energies of the whole machine"
+            )
+            fixes = [Fix(node.span, offered[-1])] if node.span and offered[-1].startswith("ke") else []
         if hint is None and len(node.args) > 2 and isinstance(node.args[0], Name):
             first, *at = map(repr, node.args)
             hint = f"a point of a body: {node.fn}({first}({', '.join(at)}))"
-        return self._error(
-            "E291", f"`{node.fn}` reads the machine, and `{what}` is nothing mechanical", node, hint
-        )
+        return self._error("E291", said, node, hint, fixes)
 
     # functions of ngspice, one method each -------------------------------------------------------
 

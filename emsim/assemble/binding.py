@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from ..cards import CARDS, quantities
-from ..diagnostics import suggest
+from ..diagnostics import Fix, instead, suggest
 from .scene import JointState
 from .tree import GROUND
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from collections.abc import Sequence
     from typing import Any
 
     from ..cards.base import Card
@@ -124,6 +125,12 @@ class Binding:
                     is_what = (
                         " is a body, not a joint" if ref.name in self.bodies else " is no joint of this deck"
                     )
+                    on = [name for name, j in self.joints.items() if ref.name in (j.b, j.a)]
+                    if ref.name in self.bodies and on and kind == "joint":
+                        hint = f"{ref.name} hangs on {' and '.join(on)}: name the joint"
+                        fixes = [Fix(ref.span, name) for name in on]
+                        self._fail("E236", f"{what}: {ref.name}{is_what}", ref.span, hint, fixes)
+                        continue
                     self._fail_name("E236", f"{what}: {ref.name}{is_what}", ref.name, known, ref.span)
                 elif not joint.single:
                     self._fail(
@@ -194,9 +201,11 @@ class Binding:
             return owner, self.bodies[owner].centre
         return None
 
-    def _fail(self, code: str, message: str, span: Span | None, hint: str | None = None) -> None:
+    def _fail(
+        self, code: str, message: str, span: Span | None, hint: str | None = None, fixes: Sequence[Fix] = ()
+    ) -> None:
         self.broken = True
-        self.sink.error(code, message, span, hint)
+        self.sink.error(code, message, span, hint, fixes=fixes)
 
     def _fail_name(self, code: str, message: str, word: str, known: Any, span: Span | None) -> None:
         self.broken = True
@@ -209,4 +218,5 @@ class Binding:
             message,
             span,
             f"did you mean {close}?" if close else f"there are: {listed}" if listed else None,
+            instead(span, word, close) if close else [],
         )

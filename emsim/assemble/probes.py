@@ -10,13 +10,15 @@ from __future__ import annotations
 from ..cards.base import PROBES as CARD_PROBES
 from ..cards.joints import WORDS
 from ..cards.kinematics import WORLD_AXES, dot
-from ..diagnostics import suggest
+from ..diagnostics import Fix, instead, suggest
 from ..expr import Call, Name, Num, Unary
 from . import reactions
 from .scene import FREE
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from .._engine import Expr
     from ..cards.kinematics import PointState, Scalar
     from ..diagnostics import Span
@@ -81,8 +83,15 @@ def _name(node: Node) -> str | None:
     return f"{node.value:g}" if isinstance(node, Num) else None
 
 
-def _error(m: Mechanism, code: str, message: str, span: Span | None, hint: str | None = None) -> Expr:
-    m.sink.error(code, message, span, hint)
+def _error(
+    m: Mechanism,
+    code: str,
+    message: str,
+    span: Span | None,
+    hint: str | None = None,
+    fixes: Sequence[Fix] = (),
+) -> Expr:
+    m.sink.error(code, message, span, hint, fixes=fixes)
     return m.b.const(0.0)
 
 
@@ -94,7 +103,8 @@ def _unknown(m: Mechanism, fn: str, name: str, span: Span | None) -> Expr | None
     if kind is not None:
         fits = "a joint" if fn in reactions.REACTIONS or fn in MOTIONS else "a coupling or element"
         fits = "a body" if fn == "ke" else "a point" if fn in PLACES else fits
-        return _error(m, "E249", f"{fn}() reads {fits}; {name} is a {kind}", span, _other_way(m, fn, name))
+        hint, fixes = _other_way(m, fn, name, span)
+        return _error(m, "E249", f"{fn}() reads {fits}; {name} is a {kind}", span, hint, fixes)
     close = suggest(name, [*m.joints, *m.bodies, *m.couplings, *m.points])
     head, dot, _ = name.partition(".")
     body = head if head in m.bodies else suggest(head, m.bodies) if dot else None
@@ -104,7 +114,17 @@ def _unknown(m: Mechanism, fn: str, name: str, span: Span | None) -> Expr | None
         hint = f"body {body} has points by POINT {body}.name x y, and {fn}({body}(x,y)) without one"
     else:
         hint = f"the machine has: {', '.join(m.all_names()) or 'nothing'}"
-    return _error(m, "E250", f"nothing mechanical is named {name}", span, hint)
+    fixes = instead(span, name, close) if close else []
+    return _error(m, "E250", f"nothing mechanical is named {name}", span, hint, fixes)
+
+
+def readings(m: Mechanism | None, name: str) -> list[str]:
+    """What can be read of a joint or a body by its name, the speed first."""
+    if m is None:
+        return []
+    if (joint := m.joints.get(name)) is not None:
+        return [f"{c.word}({name})" for c in (*joint.kind.speeds, *joint.kind.coordinates)]
+    return [f"{fn}({name})" for fn in ("omega", "angle", "ke")] if name in m.bodies else []
 
 
 def _kind_of(m: Mechanism, name: str) -> str | None:
@@ -118,12 +138,25 @@ def _kind_of(m: Mechanism, name: str) -> str | None:
     return card.spec.word if card is not None else None
 
 
-def _other_way(m: Mechanism, fn: str, name: str) -> str | None:
+def _other_way(m: Mechanism, fn: str, name: str, span: Span | None) -> tuple[str | None, list[Fix]]:
+    """The readings of a thing in place of one that it has not."""
     if fn in ("force", "torque") and name in m.joints:
-        return f"fx({name}) fy({name}) mz({name}) are its reactions"
-    if name in m.bodies and fn in MOTIONS:
-        return f"x({name}) y({name}) angle({name}) say where it is"
-    return None
+        return f"fx({name}) fy({name}) mz({name}) are its reactions", []
+    if name not in m.bodies or fn not in MOTIONS:
+        return None, []
+    words, said = (
+        (("x", "y", "angle"), "say where it is")
+        if MOTIONS[fn] == 0
+        else (("vx", "vy", "omega"), "say how it moves")
+    )
+    if MOTIONS[fn] == 2:
+        words, said = ("ax", "ay", "alpha"), "are its accelerations"
+    offered = [f"{word}({name})" for word in words]
+    # its own coordinate is the joint's on which it hangs
+    hung = [j for j in m.joints.values() if j.b == name and _of_joint(j, fn) is not None]
+    own = [f"{fn}({j.card.name})" for j in hung]
+    hint = f"{' '.join(offered)} {said}" + (f"; its joint does by {own[0]}" if own else "")
+    return hint, [Fix(span, text) for text in (*own, *offered)] if span else []
 
 
 # joints and bodies ------------------------------------------------------------------------------------
@@ -144,8 +177,9 @@ def _motion(m: Mechanism, fn: str, name: str, span: Span | None) -> Expr | None:
         words = " ".join(c.word for c in (*kind.coordinates, *kind.speeds))
         twin = TWINS.get(fn, "")
         hint: str | None
+        fixes: list[Fix] = []
         if _of_joint(joint, twin) is not None:
-            hint = f"did you mean {twin}({name})?"
+            hint, fixes = f"did you mean {twin}({name})?", instead(span, fn, twin)
         else:
             hint = f"it has: {words}" if words and kind.in_tree else None
         if joint.cut and any(c.word == fn for c in kind.coordinates):
@@ -162,6 +196,7 @@ def _motion(m: Mechanism, fn: str, name: str, span: Span | None) -> Expr | None:
             f"joint {name} is a {kind.name}: it has no {fn}()",
             span,
             hint,
+            fixes,
         )
     value, order = found
     return _derived(m, fn, name, value, order)

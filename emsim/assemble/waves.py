@@ -21,6 +21,8 @@ from __future__ import annotations
 from itertools import pairwise
 from math import ceil, isfinite
 
+from ..diagnostics import Fix, Span
+
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from ..deck import Waveform
@@ -76,6 +78,8 @@ def resolve(wave: Waveform, times: tuple[float, ...], sink: Sink) -> tuple[str, 
     except ValueError as trouble:
         sink.error("E292", f"{kind.upper()}: {trouble}", wave.span)
         return "dc", [0.0]
+    if kind == "pulse":
+        _judge_width(wave, given, args, times[1], sink)
     if kind in RANDOM_KINDS:
         if len(times) == 3:
             sink.error(
@@ -96,6 +100,32 @@ def resolve(wave: Waveform, times: tuple[float, ...], sink: Sink) -> tuple[str, 
                 "give a period in which every source repeats",
             )
     return kind, args
+
+
+def _judge_width(wave: Waveform, given: list[float], args: list[float], stop: float, sink: Sink) -> None:
+    """W292: a pulse that is wider than its period, in a run that sees the next one begin."""
+    delay, width, period = args[2], args[5], args[6]
+    if len(given) < 7 or not 0.0 < given[6] < given[5] or stop <= delay + period or args[7] == 1.0:
+        return
+    import re
+
+    said = f"the pulse is {width:g} s wide and comes again every {period:g} s: its end is never reached"
+    span, fixes = wave.span, []
+    words = (
+        list(re.finditer(r"[^\s,()]+", span.text))[1:] if span is not None and "{" not in span.text else []
+    )
+    if span is not None and len(words) >= 7:
+        first, last = words[5], words[6]
+        place = Span(span.file, span.line, span.col + first.start(), span.col + last.end())
+        fixes = [
+            Fix(
+                place, span.text[last.start() : last.end()] + span.text[first.end() : last.start()] + first[0]
+            )
+        ]
+    hint = "form: PULSE(v1 v2 td tr tf width period)" + (
+        f"; write `{fixes[0].text}` for the two" if fixes else ""
+    )
+    sink.warning("W292", said, span, hint, fixes=fixes)
 
 
 def continued(kind: str, args: list[float], period: float) -> tuple[list[float], str]:

@@ -30,7 +30,7 @@ from __future__ import annotations
 
 from math import pi
 
-from ..diagnostics import suggest
+from ..diagnostics import Diagnostic, Fix, Span, instead, suggest
 from ..units import UNITS
 
 TYPE_CHECKING = False
@@ -390,17 +390,7 @@ def bind(card: Card, raw: MachineCard, sink: Sink) -> bool:
     for key, value in raw.params.items():
         param = spec.params.get(key)
         if param is None:
-            close = suggest(key, spec.params)
-            hint = f"did you mean {close}=?" if close else f"the form is: {spec.form}"
-            what = "a value without a name" if key == "value" else f"parameter {key}="
-            if key == "value" and _after_comma(raw):
-                hint = "a list stands in parentheses, (1,2); decimals have a dot, 0.2"
-            sink.error(
-                "E231",
-                f"{spec.word} {raw.name} does not take {what}",
-                raw.param_spans.get(key, raw.span),
-                hint,
-            )
+            sink.add(_not_taken(raw, key, spec))
             continue
         setattr(card, key, _convert(card, raw, key, param, value, sink))
     for key, param in spec.params.items():
@@ -425,15 +415,39 @@ def bind(card: Card, raw: MachineCard, sink: Sink) -> bool:
     return sink_errors(sink) == before
 
 
-def _after_comma(raw: MachineCard) -> bool:
-    """Whether the value without a name follows a comma: ic=1,2 or m=0,2."""
-    at, line = raw.param_spans.get("value"), raw.line
-    return (
-        at is not None
-        and line is not None
-        and line.single
-        and line.text[: at.col - line.col].rstrip()[-1:] == ","
+# what people call parameters, where the card has the other
+PARAMETERS = {
+    "jrotor": "j", "jm": "j", "inertia": "j", "mass": "m", "resistance": "r", "ra": "r", "rm": "r", "inductance": "l", "la": "l",
+    "km": "kt", "ratio": "gear", "n": "ratio", "friction": "b", "damping": "c", "stiffness": "k", "lo": "min", "hi": "max",
+    "lower": "min", "upper": "max", "length": "l0", "angle": "q", "speed": "qd",
+}  # fmt: skip
+
+
+def _not_taken(raw: MachineCard, key: str, spec: Spec) -> Diagnostic:
+    """E231: a parameter that the card has not."""
+    span, named = raw.param_spans.get(key, raw.span), PARAMETERS.get(key, "")
+    close = named if named in spec.params and named not in raw.params else suggest(key, spec.params)
+    hint = f"did you mean {close}=?" if close else f"the form is: {spec.form}"
+    fixes = instead(span, key, close) if close else []
+    what = "a value without a name" if key == "value" else f"parameter {key}="
+    if key == "value" and (place := _after_comma(raw)) is not None:
+        hint, fixes = "a list stands in parentheses, (1,2); decimals have a dot, 0.2", place
+    return Diagnostic(
+        "error", "E231", f"{spec.word} {raw.name} does not take {what}", span, hint, fixes=fixes
     )
+
+
+def _after_comma(raw: MachineCard) -> list[Fix] | None:
+    """Where the value without a name follows a comma, ic=1,2 or m=0,2: what mends it, if it was a decimal one."""
+    at, line = raw.param_spans.get("value"), raw.line
+    if at is None or line is None or not line.single:
+        return None
+    before = line.text[: at.col - line.col]
+    if before.rstrip()[-1:] != ",":
+        return None
+    if not before[-2:-1].isdigit():
+        return []
+    return [Fix(Span(at.file, at.line, at.col - 1, at.col), ".", "write a dot for the comma")]
 
 
 def in_braces(value: object) -> str | None:

@@ -58,8 +58,8 @@ def check(card: Card, motions: Sequence[str], sink: Sink) -> bool:
                     where = WHERE[motion]
                 speed = key == "ic" and place >= len(motions)
                 wanted = [u for u in OF_MOTION[motion] if u.endswith("/s")] if speed else narrow[:1]
-        if any(u in FITS[unit] for u in wanted):
-            continue
+        if any(u in FITS[unit] for u in wanted) or (key == "axis" and counts[key] == 1):
+            continue  # a direction that is one angle: told as such
         is_in = f"is in {' or '.join(wanted)}" if wanted else "has no unit"
         sink.error("E256", f"{what} {is_in}{where}; {unit} does not fit", at)
         good = False

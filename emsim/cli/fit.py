@@ -115,6 +115,8 @@ def remarks(found: Fitted) -> Iterator[Diagnostic]:
 def summary(found: Fitted) -> Iterator[str]:
     signals = len(found.data.names)
     yield f"{len(found.data.times)} times of {signals} signal{'s' if signals > 1 else ''}, {found.runs} runs"
+    if missing := sum(v != v for row in found.data.values.tolist() for v in row):
+        yield f"{missing} of {found.data.values.size} values are missing in the data, and count for nothing"
     width = max(map(len, [*found.names, *found.left]))
     for name in found.names:
         low, high = found.intervals[name]

@@ -31,7 +31,8 @@ def lines(word: str) -> list[str]:
 def known() -> list[str]:
     """All words that mean something."""
     return [
-        *TOPICS, *CARDS, *references.LETTERS, *words.DOTS, *words.WAVES, *words.PROBES, *words.FUNCTIONS,
+        *TOPICS, *CARDS, *references.LETTERS, *(kind.what for kind in LETTERS.values()),
+        *words.DOTS, *words.WAVES, *words.PROBES, *words.FUNCTIONS,
         *words.OF_RESULTS, *words.OPTIONS, *(d.name for d in DIALECTS), *words.METHODS, *KINDS, *MODELS, *MOTORS,
     ]  # fmt: skip
 

@@ -21,7 +21,7 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from pygls.workspace import TextDocument
 
-    from ..diagnostics import Diagnostic, Span
+    from ..diagnostics import Diagnostic, Fix, Span
     from .document import Symbol
 
 PAUSE = 0.15  # of the keyboard, before a deck is read again [s]
@@ -119,6 +119,27 @@ class Decks(LanguageServer):
             related_information=related,
         )
 
+    def actions(self, uri: str, where: lsp.Range) -> list[lsp.CodeAction]:
+        """What mends the messages that stand on the lines of a range; the edits are the messages' own (`Diagnostic.fixes`)."""
+        document = self.open(uri)
+        found = []
+        for d in document.diagnostics:
+            said = self.diagnostic(uri, document, d)
+            if (
+                d.fixes
+                and said.range.start.line <= where.end.line
+                and said.range.end.line >= where.start.line
+            ):
+                found += [self.action(uri, said, fix) for fix in d.fixes]
+        return found
+
+    def action(self, uri: str, said: lsp.Diagnostic, fix: Fix) -> lsp.CodeAction:
+        place = self.location(uri, fix.span)
+        if fix.span.end == fix.span.col:
+            place.range.end = place.range.start  # it is put in before what stands there
+        edit = lsp.WorkspaceEdit(changes={place.uri: [lsp.TextEdit(place.range, fix.text)]})
+        return lsp.CodeAction(fix.label, kind=lsp.CodeActionKind.QuickFix, diagnostics=[said], edit=edit)
+
     def location(self, uri: str, span: Span) -> lsp.Location:
         known = self.known.get(uri)
         if known is None or span.file is not known[1].file:
@@ -180,6 +201,12 @@ def make(version: str) -> Decks:
     def on_definition(ls: Decks, params: lsp.DefinitionParams) -> lsp.Location | None:
         symbol = definition(*ls.place(params))
         return None if symbol is None else ls.location(params.text_document.uri, symbol.span)
+
+    @server.feature(
+        lsp.TEXT_DOCUMENT_CODE_ACTION, lsp.CodeActionOptions(code_action_kinds=[lsp.CodeActionKind.QuickFix])
+    )
+    def on_code_action(ls: Decks, params: lsp.CodeActionParams) -> list[lsp.CodeAction]:
+        return ls.actions(params.text_document.uri, params.range)
 
     @server.feature(lsp.TEXT_DOCUMENT_DOCUMENT_SYMBOL)
     def on_symbols(ls: Decks, params: lsp.DocumentSymbolParams) -> list[lsp.DocumentSymbol]:

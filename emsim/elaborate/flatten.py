@@ -27,7 +27,7 @@ from ..deck import (
     Probe,
     Subckt,
 )
-from ..diagnostics import OutsideError, suggest
+from ..diagnostics import Fix, OutsideError, instead, suggest
 from ..draws import SEED, Draws
 from ..elements import MODEL_TYPES, Element
 from ..expr import Call, ExprError, Name, Node, evaluate, fold
@@ -347,8 +347,18 @@ class _Flattener:
                 level.scope.report(error)
 
     def twice(self, what: str, name: str, first: Span, span: Span) -> None:
+        fixes = []
+        if span.text.lower() == name:  # not within a subcircuit that stands twice
+            stem = span.text.rstrip("0123456789")
+            taken = {**self.names, **self.machine_names}
+            free = next(f"{stem}{k}" for k in range(2, len(taken) + 3) if f"{stem}{k}".lower() not in taken)
+            fixes = [Fix(span, free, f"call it `{free}`")]
         self.sink.error(
-            "E135", f"a second {what} is called `{name}`", span, labels=[(first, "the first one")]
+            "E135",
+            f"a second {what} is called `{name}`",
+            span,
+            labels=[(first, "the first one")],
+            fixes=fixes,
         )
 
     def machine_card(self, card: MachineCard, level: Level) -> None:
@@ -392,11 +402,19 @@ class _Flattener:
         if found is None:
             near = suggest(card.of.name, level.scope.all_subckts())
             hint = f"did you mean `{near}`?" if near else "a .subckt or an .include that holds it is missing"
+            fixes = instead(card.of.span, card.of.name, near) if near else []
+            if not near:
+                from ..slips import ideal_amplifier
+
+                more, fixes = ideal_amplifier(card)
+                hint += more
             if (model := level.scope.find_model(card.of.name)) is not None:
                 kind = MODEL_TYPES.get(model[0].type)
                 letter = f": begin the line with {kind.letter.upper()}" if kind is not None else ""
                 hint = f"`{card.of.name}` is a .model of type {model[0].type.upper()}{letter}"
-            self.sink.error("E130", f"no subcircuit is called `{card.of.name}`", card.of.span, hint)
+            self.sink.error(
+                "E130", f"no subcircuit is called `{card.of.name}`", card.of.span, hint, fixes=fixes
+            )
             return
         subckt, home = found
         if len(card.refs) != len(subckt.ports):

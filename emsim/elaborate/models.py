@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from ..build import reread_as_element
 from ..deck import FlatDeck, MachineCard, Model
-from ..diagnostics import suggest
+from ..diagnostics import Diagnostic, instead, suggest
 from ..elements import LETTERS, MODEL_TYPES, Element
 from ..expr import Node, evaluate
 from ..syntax import CARD_WORDS, LineError
@@ -20,8 +20,19 @@ if TYPE_CHECKING:
 # shorter names are those of elements
 LEAST_WORD = 4
 
-UNITS = ("ohm", "ohms", "farad", "farads", "henry", "henries", "f", "h", "volt", "volts", "v", "a")
-
+# A lines of LTspice's, and what says the same
+LTSPICE_PARTS = {
+    "inv": "B1 q 0 V={v(in) > 0.5 ? 0 : 1}", "buf": "B1 q 0 V={v(in) > 0.5 ? 1 : 0}",
+    "and": "B1 q 0 V={v(a) > 0.5 && v(b) > 0.5 ? 1 : 0}", "or": "B1 q 0 V={v(a) > 0.5 || v(b) > 0.5 ? 1 : 0}",
+    "xor": "B1 q 0 V={(v(a) > 0.5) != (v(b) > 0.5) ? 1 : 0}",
+    "schmitt": "a switch: S1 q vdd in 0 sw with .model sw SW(vt=0.5 vh=0.2)",
+    "schmtbuf": "a switch: S1 q vdd in 0 sw with .model sw SW(vt=0.5 vh=0.2)",
+    "schmtinv": "a switch: S1 q 0 in 0 sw with .model sw SW(vt=0.5 vh=0.2)",
+    "dflop": "a code model between bridges: d_dff", "srflop": "a code model between bridges: d_srlatch",
+    "ota": "G1 0 out in+ in- gm", "varistor": "B1 a b I={sgn(v(a,b))*(abs(v(a,b))/100)^30}",
+    "modulate": "B1 q 0 V={sin(2*pi*idt(v(fm)))}", "samplehold": "the code model between bridges, or a switch and a capacitor",
+    "counter": "a code model between bridges: d_fdiv",
+}  # fmt: skip
 
 TINY = 1e-12  # lengths that differ by less are one [m]
 
@@ -149,11 +160,24 @@ class Models:
                 f"`{name}` is no number, no .param and no .model",
                 e.model_span or e.span,
                 f"did you mean `{near}`?" if near else hint,
+                fixes=instead(e.model_span, name, near) if near else [],
             )
+            return
+        from ..mistakes import line_at, other_card
+        from ..slips import unit_apart
+
+        line, place = line_at(e.span), e.model_span or e.span
+        meant = other_card(line)
+        if meant is None and e.value is not None:
+            start = place.col - e.span.col if place.line == e.span.line else 0
+            meant = unit_apart(line, start, start + len(name))
+        if meant is not None:
+            self.sink.add(meant)
             return
         candidates = level.scope.all_models()
         near = suggest(name, candidates)
-        word, said = e.span.text.lower(), f"no .model is called `{name}`"
+        word, said, at = e.span.text.lower(), f"no .model is called `{name}`", place
+        fixes = instead(at, name, near) if near else []
         if word in CARD_WORDS:
             from ..mistakes import missing_mark
 
@@ -162,12 +186,16 @@ class Models:
                 from ..cards.joints import KINDS
 
                 kind = suggest(name, KINDS)
+                fixes = instead(at, name, kind) if kind else []
                 hint = f"did you mean `{kind}`? {hint}" if kind else hint
             said = f"this is no {word.upper()} card, and no .model is called `{name}` for a SPICE element"
         elif level.scope.find_subckt(name) is not None:
             hint = f"`{name}` is a subcircuit: begin the line with X"
         elif (inside := level.scope.subckt_with_model(name)) is not None:
             hint = f"the .model {name} in .subckt {inside} is known there alone: put it outside"
+        elif e.letter == "a" and name in LTSPICE_PARTS:
+            said = f"`{name.upper()}` is a part of LTspice's; an A line names a .model here"
+            hint, fixes = f"write {LTSPICE_PARTS[name]}; emsim help code_models lists what A lines do", []
         elif near:
             hint = f"did you mean `{near}`?"
             if len(e.model_types) > 1 and (found := level.scope.find_model(near)) is not None:
@@ -175,12 +203,10 @@ class Models:
         elif len(word) >= LEAST_WORD and word.isalpha() and (card := suggest(word, CARD_WORDS)):
             said = f"this is no {card.upper()} card, and no .model is called `{name}` for a SPICE element"
             hint = f"did you mean `{card.upper()}`?"
-        elif name in UNITS:
-            hint = f"SPICE values carry no unit apart: leave `{name}` out"
         else:
             wanted = (e.model_types or ("type",))[0].upper()
             hint = f"add .model {name} {wanted}(...), or the .include that holds it"
-        self.sink.error("E140", said, e.model_span or e.span, hint)
+        self.sink.error("E140", said, at, hint, fixes=fixes)
 
     # ---- letters with a varying number of nodes ----
 
@@ -206,13 +232,12 @@ class Models:
                 return
         at = min(e.usual or first, len(words) - 1)
         if at < first - 1 or not words or level.scope.find_model(str(words[at])) is not None:
-            word = e.span.text.lower()
-            hint = e.hint
-            if word in CARD_WORDS:
-                from ..mistakes import missing_mark
+            from ..mistakes import line_at, other_card
 
-                hint = missing_mark(word)
-            self.sink.error("E109", f"`{e.name}` has too few nodes", e.span, hint)
+            meant = other_card(line_at(e.span))
+            self.sink.add(
+                meant or Diagnostic("error", "E109", f"`{e.name}` has too few nodes", e.span, e.hint)
+            )
             return
         e.model_span = spans[at]
         self._missing(e, str(words[at]), level)

@@ -153,7 +153,7 @@ class DeckScope(Scope):
                     self.report(error)
 
     def report(self, error: ExprError) -> None:
-        self.sink.error(error.code, error.message, error.span, error.hint)
+        self.sink.error(error.code, error.message, error.span, error.hint, fixes=error.fixes)
 
     # ---- models and subcircuits, by place in the text ----
 

@@ -208,7 +208,7 @@ def _change_word(flat: FlatDeck, step: Step, value: float, models: Mapping[str, 
         for k in cards:
             flat.machine[k] = altered_card(flat.machine[k], step.key, value)
     except ExprError as error:
-        flat.sink.error("E332", error.message, step.span, error.hint)
+        flat.sink.error("E332", error.message, step.span, error.hint, fixes=error.fixes)
 
 
 def _with_value(element: Element, value: float) -> Element | None:

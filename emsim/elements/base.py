@@ -27,7 +27,7 @@ from __future__ import annotations
 from itertools import takewhile
 
 from ..build_expr import extent, node_name
-from ..diagnostics import Diagnostic, suggest
+from ..diagnostics import Diagnostic, instead, suggest
 from ..expr import Node, evaluate
 from ..syntax import LineError
 
@@ -41,7 +41,7 @@ if TYPE_CHECKING:
     from ..assemble.context import Context
     from ..build_elements import ElementCards
     from ..deck import Instance, Model, Waveform
-    from ..diagnostics import Span
+    from ..diagnostics import Fix, Span
     from ..elaborate.bind import Level
     from ..reports.analogue import Net
     from ..source import Line, SourceFile
@@ -392,13 +392,22 @@ class Element:
         for name in self.params:
             if name not in (known := list(self.known())):
                 near = suggest(name, known)
-                ctx.sink.error(
-                    "E307", f"a {self.what} takes no {name}=", self.span,
-                    hint=f"did you mean {near}=?" if near else f"it takes: {', '.join(known)}",
-                )  # fmt: skip
+                own, fixes = self.meant(ctx, name)
+                if own is None:
+                    own = (
+                        f"did you mean {near}=?"
+                        if near
+                        else f"it takes: {', '.join(known) or 'no parameters'}"
+                    )
+                    fixes = instead(self.span, name, near) if near else []
+                ctx.sink.error("E307", f"a {self.what} takes no {name}=", self.span, own, fixes=fixes)
         if self.model is not None and (key := (type(self), self.model.name)) not in ctx.checked:
             ctx.checked.add(key)
             self._check_model(ctx, self.model)
+
+    def meant(self, ctx: Context, name: str) -> tuple[str | None, list[Fix]]:
+        """What to do instead of a parameter that an element of this kind has not."""
+        return None, []
 
     def _check_model(self, ctx: Context, model: Model) -> None:
         words, at = self.model_names(), model.param_spans

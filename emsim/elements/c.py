@@ -42,6 +42,7 @@ class Capacitor(Passive):
         "di": Param("relative permittivity of the dielectric", default=3.9), **OF_MODEL, **ignored("defl bv_max"),
     }  # fmt: skip
     jumps = 3
+    big = (1e-12, "F", "femtofarad", "farad", "")
 
     def from_model(self, p: dict[str, Any]) -> float | None:
         cj = p.get("cj", p.get("di", 3.9) * EPS0 / p["thick"] if p.get("thick") else 0.0)
@@ -78,6 +79,7 @@ class Capacitor(Passive):
 
     def contribute(self, ctx: Context) -> None:
         p, n, b = ctx.node(self.nodes[0]), ctx.node(self.nodes[1]), ctx.b
+        self.judge_capital(ctx)
         if isinstance(self.value, Node):
             if self.states_charge:
                 q = self.charge(ctx)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ..diagnostics import suggest
+from ..diagnostics import Fix, Span, suggest
 from .base import TEMPERATURE, Element, M, Param, the_last_holds
 from .modules import Module, shipped, where
 
@@ -15,7 +15,6 @@ if TYPE_CHECKING:
     from ..assemble.accounts import Accounts
     from ..assemble.context import Context
     from ..deck import Model
-    from ..diagnostics import Span
     from .base import Path
 
 START = {"off": Param("off at the start"), "ic": Param()}
@@ -142,16 +141,39 @@ class Compiled(Element):
         own = shipped(module.name) is module
         least = max(1, most - self.may_lack) if own else 1
         if not least <= len(self.nodes) <= most:
-            ctx.sink.error(
-                "E109", f"`{self.name}` has {len(self.nodes)} nodes, `{module.name}` {most} terminals",
-                self.span, f"they are: {' '.join(module.terminals)}",
-            )  # fmt: skip
+            said = f"`{self.name}` has {len(self.nodes)} nodes, `{module.name}` {most} terminals"
+            hint, fixes = f"they are: {' '.join(module.terminals)}", self._last_again(most)
+            if fixes:
+                hint += f"; {fixes[0].label}"
+            ctx.sink.error("E109", said, self.span, hint, fixes=fixes)
             self.module = None
             return
         joints = {card.name for card in ctx.flat.machine if card.kind == "JOINT"}
         for k, (name, discipline) in enumerate(zip(self.nodes, module.disciplines, strict=False)):
             if discipline in MECHANICAL and name in joints:
                 self.shafts[k] = name
+
+    def _last_again(self, most: int) -> list[Fix]:
+        """The bulk of a transistor is at its source, if it has none of its own."""
+        span = self.model_span
+        if (
+            self.letter != "m"
+            or (len(self.nodes), most) != (3, 4)
+            or span is None
+            or span.line != self.span.line
+        ):
+            return []
+        words = span.file.text_line(span.line)[self.span.col - 1 : span.col - 1].split()
+        if len(words) != 4:
+            return []
+        place = Span(span.file, span.line, span.col, span.col)
+        return [
+            Fix(
+                place,
+                f"{words[3]} ",
+                f"the bulk at the source: write `{' '.join([*words, words[3], span.text])}`",
+            )
+        ]
 
     def wired(self) -> Sequence[str]:
         return [name for k, name in enumerate(self.nodes) if k not in self.shafts]

@@ -8,7 +8,7 @@ laplace  a transfer function of an input    freq    a gain by a table over frequ
 from __future__ import annotations
 
 from ..build_expr import expression, extent, node_name, transform
-from ..diagnostics import deck_error
+from ..diagnostics import Fix, Span, deck_error
 from ..expr import Name, Node, calls, fold
 from ..units import spice_number
 from .base import CONDUCTS, DRIVES, TC, VOLTAGE, Element, Param, number_at
@@ -289,6 +289,25 @@ class ByVoltage(Controlled):
 
     def take_controls(self, ch: list[Any]) -> list[Any]:
         return self.take_nodes(ch, 4)
+
+    def meant(self, ctx: Context, name: str) -> tuple[str | None, list[Fix]]:
+        """A delay is a function of expressions: delay(x, td)."""
+        if name not in ("td", "delay"):
+            return None, []
+        import re
+
+        span = self.span
+        line = span.file.text_line(span.line)[span.col - 1 :]
+        word = r"([^\s={}();,]+)"
+        found = re.match(
+            rf"{word}\s+{word}\s+{word}\s+{word}\s+{word}\s+{word}\s+{name}\s*=\s*{word}\s*$", line, re.I
+        )
+        if found is None:
+            return "write the value as an expression: VALUE={gain*delay(v(nc+,nc-),td)}", []
+        of, plus, minus, first, second, gain, td = found.groups()
+        text = f"{of} {plus} {minus} VALUE={{{gain}*delay(v({first},{second}),{td})}}"
+        fix = Fix(Span(span.file, span.line, span.col, span.col + found.end()), text)
+        return fix.label, [fix]
 
     def control_words(self, dims: int) -> int:
         return 2 * dims

@@ -9,7 +9,7 @@ Times in a part that repeats count from where it begins; +1m counts from the poi
 from __future__ import annotations
 
 from ..build_expr import parts
-from ..units import spice_number
+from ..tables import lines, number
 from .base import number_at
 from .files import FileTrouble, text_beside
 
@@ -198,12 +198,9 @@ def _expand(ctx: Context, course: Course, points: list[float]) -> float | None:
 
 def _rows(text: str, given: str) -> list[tuple[bool, float, float]]:
     found = []
-    for k, line in enumerate(text.split("\n"), 1):
-        words = line.replace(",", " ").split()
-        if not words or words[0][0] in COMMENTS:
-            continue
-        numbers = [spice_number(w) for w in words[:2]]
-        if len(numbers) != 2 or None in numbers:
-            raise ValueError(f"line {k} of {given} is no time and value: `{line.strip()[:40]}`")
-        found.append((words[0][0] == "+", *numbers))
-    return found  # type: ignore[return-value]
+    for k, words in lines(text, COMMENTS):
+        if len(words) % 2:
+            raise ValueError(f"line {k} of {given} ends with a time that has no value: `{words[-1][:40]}`")
+        for time, value in zip(words[::2], words[1::2], strict=True):
+            found.append((time[0] == "+", number(time, k), number(value, k)))
+    return found

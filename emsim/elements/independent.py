@@ -58,6 +58,10 @@ class Independent(Element):
                 if self.wave is not None:
                     raise cards.fail("E102", f"{name} has a second waveform here", line, item)
                 self.wave = waveform(cards, item, line, self.extra)
+                if self.wave.kind != "pwl" and "," in line.text:  # pairs are written with commas
+                    from ..slips import judge_commas
+
+                    judge_commas(line, extent(item), cards.sink)
                 continue
             if (
                 _is_word(item, "r", "td")
@@ -81,7 +85,7 @@ class Independent(Element):
             if kind == "AC":
                 self.extra["ac"] = (numbers[0] if numbers else 1.0, numbers[1] if numbers[1:] else 0.0)
             elif self.extra["dc"] is not None and numbers:
-                raise cards.fail("E102", f"{name} has a second DC value here", line, values[0], self.hint)
+                raise cards.second_value(f"{name} has a second DC value here", line, values[0], self.hint)
             else:  # DC alone is 0, as in ngspice
                 self.extra["dc"] = numbers[0] if numbers else self.extra["dc"] or 0.0
                 self.value_span = line.span_at(*extent(values[0] if values else item))

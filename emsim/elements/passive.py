@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from ..build_expr import expression, extent, node_name
+from ..diagnostics import Fix
 from ..expr import Node, Num
 from .base import TC, TEMPERATURE, Element, M, Param, ignored
 
@@ -57,7 +58,7 @@ class Passive(Element):
                     self.model_name, self.model_span = value, line.span(item)
                     continue
             if self.value is not None:
-                raise cards.fail("E102", f"{ch[0]} has a second value here", line, item, self.hint)
+                raise cards.second_value(f"{ch[0]} has a second value here", line, item, self.hint)
             self.value, self.value_span = value, line.span_at(*extent(item))
         for key in self.value_names:
             if key in self.params:  # it stands above a value without a name, as in ngspice
@@ -90,6 +91,19 @@ class Passive(Element):
             )  # fmt: skip
             return 1.0
         return value
+
+    # a capital that is small: below which value it may stand, what it makes, what was meant, what to write
+    big: ClassVar[tuple[float, str, str, str, str]] = (0.0, "", "", "", "")
+
+    def judge_capital(self, ctx: Context) -> None:
+        """W112: SPICE knows no capitals. A resistor of 1M has 1 milliohm, a capacitor of 1F 1 femtofarad."""
+        below, letter, made, meant, written = self.big
+        if self.value.__class__ is not float or not self.value < below or (span := self.value_span) is None:
+            return
+        digits = span.text[:-1]
+        if span.text[-1:] == letter and digits.replace(".", "", 1).isdigit():
+            said = f"`{span.text}` is {digits} {made}, not {digits} {meant}: SPICE knows no capitals"
+            ctx.sink.warning("W112", said, span, fixes=[Fix(span, digits + written)])
 
     def scaled(self, ctx: Context) -> float:
         return self.nominal(ctx) * self.temperature_factor(ctx) * self.number("scale", 1.0)

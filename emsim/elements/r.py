@@ -46,6 +46,7 @@ class Resistor(Passive):
         "tc1r": OF_MODEL["tc1"], "tc2r": OF_MODEL["tc2"], "tce": SCALED["tce"],
     }  # fmt: skip
     jumps = 1
+    big = (1.0, "M", "milliohm", "megohm", "Meg")
 
     def from_model(self, p: dict[str, Any]) -> float | None:
         if p.get("rsh"):
@@ -82,6 +83,7 @@ class Resistor(Passive):
         if isinstance(self.value, Node):
             self.inject(ctx, self.flow(ctx))
             return
+        self.judge_capital(ctx)
         # most elements of a big deck are a number between two nodes
         plain = self.value and not self.params and self.model is None
         if not plain and self.params.get("ac"):

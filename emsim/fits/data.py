@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import os
 
+from ..tables import TableError, measured
+
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -44,6 +46,8 @@ def read(source: Any, columns: Mapping[str, str] | None = None) -> Data:
     values = np.stack([found[name] for name in signals], axis=1)
     if not np.isfinite(times).all():
         raise ValueError(f"{where}: a time is no finite number")
+    if np.isinf(values).any():
+        raise ValueError(f"{where}: a value is infinite; nan says that nothing was measured")
     order = np.argsort(times, kind="stable")
     return Data(times[order], values[order], list(signals.values()))
 
@@ -69,10 +73,11 @@ def _of_file(path: str) -> dict[str, np.ndarray]:
         if len(row) != len(names):
             raise ValueError(f"{path}: row {line} has {len(row)} values for {len(names)} names")
         try:
-            numbers.append([float(cell) if cell.strip() else float("nan") for cell in row])
-        except ValueError:
-            if numbers:
-                raise ValueError(f"{path}: row {line} is no row of numbers: {row[0]} ..") from None
+            numbers.append([measured(cell, line) for cell in row])
+        except TableError as error:
+            units = line == 2 and not any(c.isdigit() for cell in row for c in cell) and "inf" not in row
+            if not units:
+                raise ValueError(f"{path}: {error}") from None
     if not numbers:
         raise ValueError(f"{path}: no numbers below a line of names")
     return dict(zip(names, np.array(numbers).T, strict=True))

@@ -35,6 +35,7 @@ if TYPE_CHECKING:
     from typing import Any, BinaryIO
 
     from ..deck import Deck, FlatDeck, Param
+    from ..diagnostics import Fix
     from .values import Place
 
     Job = dict[str, Any]
@@ -66,6 +67,7 @@ def work(job: Job, progress: Callable[..., object] | None = None) -> tuple[dict[
 
     ok       a run reached its end;  read: the deck itself is right
     text     all diagnostics as on a coloured terminal;  lines: (line of the deck, message and hint) of the errors
+    fixes    what mends the deck's own text, see `_fix`
     sheet    the deck as text for the page, with its wrong lines marked
     params   the .param of the deck, see `_param`; values: numbers of its cards, see `_value`; set: the page's values that counted
     named    every file that was read or looked for
@@ -101,6 +103,9 @@ def work(job: Job, progress: Callable[..., object] | None = None) -> tuple[dict[
         "read": flat is not None,
         "text": render_text(said, color=True),
         "lines": [(d.span.in_deck.line, _brief(d)) for d in errors if d.span is not None],
+        "fixes": [
+            _fix(f) for d in said for f in d.fixes if deck is not None and f.span.file.path == deck.file.path
+        ],
         "sheet": html.deck_sheet(text, said)[2],
         "source": text,
         "params": [] if deck is None else [_param(p, flat, job["defines"]) for p in deck.params.values()],
@@ -195,6 +200,14 @@ def _explained(error: Exception | None) -> list[Diagnostic]:
 
 def _brief(d: Diagnostic) -> str:
     return f"{d.message}\n{d.hint}" if d.hint else d.message
+
+
+def _fix(fix: Fix) -> dict[str, Any]:
+    """A mending of the deck's own text: what stands at its place now, and what is to."""
+    span = fix.span
+    return {
+        "label": fix.label, "line": span.line, "col": span.col, "old": span.text, "text": fix.text,
+    }  # fmt: skip
 
 
 def _param(param: Param, flat: FlatDeck | None, defines: dict[str, str]) -> dict[str, Any]:

@@ -76,7 +76,8 @@ def _measure(
         coarse = Points(table, rows)
         inside = _inside(fine, step, coarse)
         known = {m.name: m for m in given}
-        for card in cards:
+        first = len(found)
+        for card in _in_order(cards):
             points = inside if all(signals.check(inside, node) for node in _nodes(card)) else coarse
             try:
                 if rows[1] <= rows[0]:
@@ -94,6 +95,35 @@ def _measure(
                 points.real_parts.clear()
             known[card.name] = one
             found.append(one)
+        places = {card.name: k for k, card in enumerate(cards)}
+        found[first:] = sorted(found[first:], key=lambda m: places[m.name])
+    return found
+
+
+def _in_order(cards: Sequence[Card]) -> list[Card]:
+    """Each card behind those of its own that it reads; those that read each other as they stand, and say so."""
+    left, ordered = list(cards), []
+    while left:
+        names = {card.name for card in left}
+        ready = [card for card in left if not _read(card) & (names - {card.name})]
+        ordered += ready or left
+        left = [card for card in left if ready and card not in ready]
+    return ordered
+
+
+def _read(card: Card) -> set[str]:
+    """Names of the measurements that a card reads."""
+    from ..expr import MEASURED, Call, Name, rewritten
+
+    found: set[str] = set()
+
+    def look(node: Node) -> Node | None:
+        if isinstance(node, Call) and node.fn == MEASURED and isinstance(node.args[0], Name):
+            found.add(node.args[0].id)
+        return None
+
+    for node in _nodes(card):
+        rewritten(node, look)
     return found
 
 

@@ -16,6 +16,14 @@ if TYPE_CHECKING:
 # machine cards by their word, motors by the type of their .model as well
 KNOWN: dict[str, type[Card]] = {**CARDS, **{kind.upper(): card for kind, card in MODELS.items()}}
 LETTERS: dict[str, type[Element]] = {letter.upper(): kind for letter, kind in ELEMENTS.items()}
+# elements by what they are called: capacitor, voltage source
+NAMES: dict[str, type[Element]] = {kind.what.lower(): kind for kind in LETTERS.values()}
+NAMES |= {
+    "coil": LETTERS["L"],
+    "transistor": LETTERS["Q"],
+    "switch": LETTERS["S"],
+    "transformer": LETTERS["K"],
+}
 
 # what a card's laws are about
 BRINGS = {
@@ -25,20 +33,20 @@ BRINGS = {
 
 def is_word(what: str) -> bool:
     """MOTOR, r, a letter with a card."""
-    return what.upper() in KNOWN or what.upper() in LETTERS
+    return what.upper() in KNOWN or what.upper() in LETTERS or what.lower() in NAMES
 
 
 def lines(what: str) -> Iterator[str]:
     """The reference, line by line."""
     word = what.upper()
-    yield from _card(word) if word in KNOWN else _element(LETTERS[word])
+    yield from _card(word) if word in KNOWN else _element(LETTERS.get(word) or NAMES[what.lower()])
 
 
 def facts(what: str) -> dict[str, object]:
     """The same as plain data."""
     word = what.upper()
     if word not in KNOWN:
-        kind = LETTERS[word]
+        kind = LETTERS.get(word) or NAMES[what.lower()]
         return {"word": word, "meaning": kind.what, "form": kind.form, "laws": {"": kind.law}}
     spec = KNOWN[word].spec
     params = {

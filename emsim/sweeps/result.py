@@ -221,7 +221,11 @@ class Swept:
             kept = next((list(o.signals) for o in self.good()), [])
             over = next((o.over for o in self.good()), "")
             for name in kept:
-                coords[over], values = self.signal(name)
+                places, values = self.signal(name)
+                if not over:  # of a point there is one value a run
+                    data[name] = (dims, values[..., 0])
+                    continue
+                coords[over] = places
                 data[name] = ([*dims, over], values)
         error = np.full(self.size, "", dtype=object)
         for k, said in self.failed.items():

@@ -151,6 +151,8 @@ class Runner:
                 f"`{strange}` is complex, and a sweep keeps real signals",
                 hint=f"mag({strange}), db({strange}) or ph({strange})",
             )
+        if not table.axis:  # a point: one value a run
+            return [0.0], {name: [float(table[name][-1])] for name in self.columns}
         axis = print_grid(table) or [float(v) for v in table.floats(0)]
         return axis, {name: [float(v) for v in table.at(name, axis)] for name in self.columns}
 

@@ -163,3 +163,14 @@ def test_the_verb(tmp_path, monkeypatch, capsys):
     assert main(["fit", "rc.cir", "d.csv", "-p", "r", "-p", "c1"]) == 0
     said = capsys.readouterr()
     assert "W431" in said.err and "`r` and `c1` apart" in said.err and "not known from these data" in said.out
+
+
+def test_infinite_data_are_refused_by_their_row(tmp_path):
+    from emsim.fits import data
+
+    path = tmp_path / "d.csv"
+    path.write_text("time,v(a)\n0,0\n1e-3,inf\n")
+    with pytest.raises(ValueError, match="row 3: `inf` is no measurement"):
+        data.read(path)
+    with pytest.raises(ValueError, match="infinite"):
+        data.read({"time": [0.0, 1.0], "v(a)": [0.0, float("inf")]})

@@ -450,3 +450,15 @@ def test_forked_workers_change_no_bit():
         for jobs in ("1", "2")
     ]  # fmt: skip
     assert told[0] == told[1] and len(json.loads(told[0])) == 40
+
+
+def test_a_signal_of_an_operating_point_is_one_value_a_run(tmp_path, monkeypatch):
+    """`--save` with .op ended in an internal error."""
+    import xarray
+
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "d.cir").write_text("t\n.param r=1k\nV1 in 0 10\nR1 in out {r}\nR2 out 0 1k\n.op\n.end\n")
+    assert main(["sweep", "d.cir", "-D", "r=1k,2k", "--save", "v(out)", "-o", "x.nc", "-j", "1"]) == 0
+    with xarray.open_dataset("x.nc") as found:
+        assert found["v(out)"].dims == ("r",)
+        assert found["v(out)"].values == pytest.approx([5.0, 10 / 3])

@@ -407,3 +407,20 @@ def test_a_gate_that_only_switches_read_is_measured_at_its_edges():
     assert got["mean"] == pytest.approx(5 * 49 / 100, rel=1e-6) and got["rise"] == pytest.approx(
         0.8e-6, rel=1e-4
     )
+
+
+def test_a_measurement_may_read_those_below_it():
+    """ngspice takes `param` cards behind all others."""
+    deck = """t
+V1 a 0 PULSE(0 1 0 1u 1u 1m 2m)
+R1 a b 1k
+C1 b 0 100n
+.tran 1u 4m
+.meas tran ratio param='hi/lo'
+.meas tran hi max v(b)
+.meas tran lo avg v(b)
+.end
+"""
+    found = emsim.run(deck).measures
+    assert [*found] == ["ratio", "hi", "lo"]
+    assert found["ratio"] == found["hi"] / found["lo"] == pytest.approx(1.998, abs=1e-3)

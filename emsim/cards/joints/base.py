@@ -19,6 +19,9 @@ The duties, all but the first two with a default:
 
 from __future__ import annotations
 
+import math
+
+from ...diagnostics import Fix
 from ..kinematics import cross, dot, settle, times
 
 TYPE_CHECKING = False
@@ -54,7 +57,14 @@ class Coord:
 def unit_vector(card: Card, key: str, value: Sequence[float], sink: Sink) -> Axis:
     """The direction that a parameter gives; reports what is none."""
     if len(value) not in (2, 3):
-        sink.error("E232", f"{key}= of JOINT {card.name} has two or three components", card.place(key))
+        said, hint, fixes = f"{key}= of JOINT {card.name} has two or three components", None, []
+        if len(value) == 1 and any(
+            name == key and unit in ("deg", "rad") for name, _, _, unit, _ in card.raw.units
+        ):
+            c, s = (round(f(value[0]), 9) + 0.0 for f in (math.cos, math.sin))
+            hint = f"a direction is a vector, not an angle: {key}=({c:.9g},{s:.9g})"
+            fixes = [Fix(card.place(key), f"{key}=({c:.9g},{s:.9g})")]
+        sink.error("E232", said, card.place(key), hint, fixes=fixes)
         return AXES["z"]
     x, y, z = (*value, 0.0)[:3]
     length = (x * x + y * y + z * z) ** 0.5

@@ -180,7 +180,7 @@ class Machine(Card):
         if number is None:
             meant = known_unit(text)
             if meant is None or abs(meant - value) > 1e-12 * abs(value):
-                said, hint = machine_number_problem(text)
+                said, hint, _ = machine_number_problem(text)
                 s.sink.error("E111", said, at, hint)
             return value
         quantities.number_fits(self, key, text, self._motions(), at, s.sink)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from ...units import spice_number
+from ...tables import TableError
+from ...tables import lines as lines_of
 from ..files import FileTrouble, text_beside
 
 TYPE_CHECKING = False
@@ -11,10 +12,6 @@ if TYPE_CHECKING:
 
 LEVELS, STRENGTHS = "01u", "srzu"
 MOST_NUMBERS = 20_000_000
-
-
-class TableError(Exception):
-    """What is wrong, with the number of the line."""
 
 
 def lines(seat: Seat, key: str, comment: str = "*") -> list[tuple[int, list[str]]] | None:
@@ -29,21 +26,15 @@ def lines(seat: Seat, key: str, comment: str = "*") -> list[tuple[int, list[str]
     except FileTrouble as error:
         seat.wrong(str(error), key, f"looked for {error.path}")
         return None
-    for other in comment[1:]:
-        text = text.replace(other, comment[0])
-    numbered = ((k, line.split(comment[0])[0].lower()) for k, line in enumerate(text.split("\n"), 1))
-    return [(k, words.replace(",", " ").split()) for k, words in numbered if words.strip()]
+    try:
+        return [*lines_of(text.lower(), comment)]
+    except TableError as error:
+        report(seat, key, error)
+        return None
 
 
 def report(seat: Seat, key: str, error: TableError) -> None:
     seat.wrong(f"{seat[key]}: {error}", key)
-
-
-def number(word: str, line: int) -> float:
-    value = spice_number(word)
-    if value is None:
-        raise TableError(f"line {line}: `{word}` is no number")
-    return value
 
 
 def state(word: str, line: int) -> float:

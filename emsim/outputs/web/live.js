@@ -123,7 +123,7 @@
     const text = made("pre", {}, ...m.said.map(([kind, text]) => (kind ? made("span", { className: kind, textContent: text }) : text)));
     const head = made("p", {}, first ? `line ${first} of the deck` : "the deck", $("panels").children.length ? ` \u00b7 ${kept} ` : " ");
     if (first) head.append(made("button", { textContent: "show the line", onclick: () => shown(first) }));
-    said.replaceChildren(head, text);
+    said.replaceChildren(head, ...mendings(m), text);
     if (!$("sheet-deck")) sheets({ sheets: [["deck", "Deck", ""]] });
     $("sheet-deck").innerHTML = m.sheet;
     // the last first: several messages of one line stay in their order
@@ -135,16 +135,33 @@
   let was = null;
   const editor = made("textarea", { id: "deck-text", spellcheck: false, wrap: "off", hidden: true }), writes = made("button", { textContent: "save", title: "ctrl-s", hidden: true }), edits = made("button", { textContent: "edit" }), told = made("span", { role: "status" });
   editor.setAttribute("aria-label", "the deck's text");
-  const desk = made("div", { id: "desk" }, edits, writes, told, editor);
+  const offered = made("span"), desk = made("div", { id: "desk" }, edits, writes, offered, told, editor);
   const editing = (on) => { editor.hidden = writes.hidden = !on; edits.textContent = on ? "close" : "edit"; };
-  edits.onclick = () => {
-    if (!editor.hidden) return editing(false);
+  function unfolded() {
     editor.value = was;
     editor.rows = Math.min(40, was.split("\n").length + 2);
     editing(true);
     told.textContent = "";
     editor.focus();
-  };
+  }
+  edits.onclick = () => (editor.hidden ? unfolded() : editing(false));
+
+  // ---- what messages carry to mend the deck: put into the text of the editor, to be looked at and saved ----
+
+  function mendings(m) {
+    return m.fixes.map((fix) => made("button", { className: "mend", textContent: `line ${fix.line}: ${fix.label}`, onclick: () => mend(fix) }));
+  }
+
+  function mend(fix) {
+    if (was === null) return;
+    document.querySelector("#tabs [data-sheet=deck]")?.click();
+    if (editor.hidden) unfolded();
+    const lines = editor.value.split("\n"), start = lines.slice(0, fix.line - 1).reduce((sum, line) => sum + line.length + 1, 0) + fix.col - 1;
+    if (editor.value.slice(start, start + fix.old.length) !== fix.old) return void (told.textContent = `line ${fix.line} is another by now`);
+    editor.setRangeText(fix.text, start, start + fix.old.length, "select");
+    editor.focus();
+    told.textContent = "save keeps it";
+  }
   writes.onclick = async () => {
     const text = editor.value;
     const answer = await fetch("/deck", { method: "POST", headers: { "X-Emsim-Token": token, "Content-Type": "application/json" }, body: JSON.stringify({ text, was }) }).catch(() => null);
@@ -156,6 +173,7 @@
   };
 
   function source(m) {
+    offered.replaceChildren(...mendings(m));
     if (m.source === null || m.source === undefined) return;
     if (editor.hidden || was === null) was = m.source;
     else if (m.source !== was) told.textContent = "the deck's file was changed elsewhere; close and edit again to see it";

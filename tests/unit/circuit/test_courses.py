@@ -171,3 +171,20 @@ def test_noise_that_cannot_be(source, words):
     with pytest.raises(emsim.DeckError) as error:
         emsim.run(deck(f"V1 a 0 {source}", "R1 a 0 1", ".tran 1u 1"))
     assert any(d.code == "E292" and words in d.message for d in error.value.diagnostics)
+
+
+def test_a_file_that_may_be_read_in_two_ways_is_refused(tmp_path):
+    """A decimal comma made 1 V of 0.5 .. 1.5 V; a time without its value was left out."""
+    deck = 't\nV1 a 0 PWL file="d.txt"\nR1 a 0 1k\n.tran 10u 1m\n.end\n'
+    (tmp_path / "d.cir").write_text(deck)
+    for text, said in (
+        ("0,0 0,5\n0,001 1,5\n", "decimal comma"),
+        ("0 0 1m\n", "no value"),
+        ("0 0.5x3\n", "no number"),
+    ):
+        (tmp_path / "d.txt").write_text(text)
+        with pytest.raises(emsim.DeckError, match=said):
+            emsim.run(tmp_path / "d.cir")
+    for text in ("0,0.5\n1m,1.5\n", "0 0.5 1m 1.5\n"):
+        (tmp_path / "d.txt").write_text(text)
+        assert emsim.run(tmp_path / "d.cir")["v(a)"][-1] == pytest.approx(1.5)

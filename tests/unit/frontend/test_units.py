@@ -63,7 +63,7 @@ def test_machine_numbers(text, value):
 )
 def test_other_letters_on_machine_cards_are_explained(text, message, hint):
     assert machine_number(text) is None
-    said_message, said_hint = machine_number_problem(text)
+    said_message, said_hint, _ = machine_number_problem(text)
     assert message in said_message and hint in said_hint
 
 
