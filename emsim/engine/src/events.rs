@@ -158,13 +158,10 @@ pub struct Detector {
     ahead: Vec<f64>,         // of the fired flags: time until their roots cross
     recent: Vec<(f64, u32)>, // of each flag: when its present run of quick flips began, how many
     quiet_until: Vec<f64>,
-    /// of kinks that rest: they turn where both sides differ by more than that
-    let_off: Vec<f64>,
 }
 
 /// So many flips within `SHORT` of the span are chattering (sliding along a discontinuity): the flag then rests for
-/// `REST` of the span, so that the run goes on and follows the sliding to that resolution. A kink never rests, for nothing slides along
-/// it: both its sides agree there. Where it turns to and fro it is let off what rounding leaves, and no more.
+/// `REST` of the span, so that the run goes on and follows the sliding to that resolution.
 const MANY: u32 = 8;
 const SHORT: f64 = 2e-5;
 /// The inside of a step is looked at after so much of a turn [rad], so often at most.
@@ -173,8 +170,6 @@ const LOOKS: f64 = 4096.0;
 /// Slopes inside a step are those over this part of it.
 const NEARBY: f64 = 1e-5;
 const REST: f64 = 1e-4;
-/// Of what is added up in a kink: half the digits. The last update of Newton's method, whose error is squared by each, leaves less.
-const LET_OFF: f64 = 1.5e-8;
 
 impl Detector {
     pub fn new(sys: &System) -> Detector {
@@ -190,7 +185,6 @@ impl Detector {
             ahead: Vec::new(),
             recent: vec![(f64::NEG_INFINITY, 0); n],
             quiet_until: vec![f64::NEG_INFINITY; n],
-            let_off: vec![0.0; n],
         }
     }
 
@@ -227,15 +221,7 @@ impl Detector {
     /// A root that was already positive (a flip that a located step just missed) fires only when it
     /// moves further away.
     fn fires(&self, k: usize, value: f64, t: f64) -> bool {
-        value > self.level_now(k, t) && (self.before[k] <= 0.0 || value > self.before[k])
-    }
-
-    /// Above which a root fires at t.
-    fn level_now(&self, k: usize, t: f64) -> f64 {
-        match t >= self.quiet_until[k] {
-            true => 0.0,
-            false => self.let_off[k],
-        }
+        value > 0.0 && t >= self.quiet_until[k] && (self.before[k] <= 0.0 || value > self.before[k])
     }
 
     fn any(&mut self, sys: &System, w: &mut Work, x: &[f64], t: f64) -> bool {
@@ -421,12 +407,10 @@ impl Detector {
         let mut falls = false;
         for &k in &self.fired {
             let slope = (now[k] - then[k]) / (at - *t0);
-            let level = if sys.flags[k].is_kink() && at < self.quiet_until[k] { self.let_off[k] } else { 0.0 };
-            let rests = if level > 0.0 { f64::NEG_INFINITY } else { self.quiet_until[k] - at };
-            let ahead = if slope > 0.0 { (level - now[k]) / slope } else { 0.0 };
+            let ahead = if slope > 0.0 { -now[k] / slope } else { 0.0 };
             falls |= slope <= 0.0 && now[k] > 0.0 && self.before[k] <= 0.0 && at >= self.quiet_until[k];
             // what was to flip already has no crossing here, and what rests none before its rest is over
-            self.ahead.push(if self.before[k] > 0.0 { 0.0 } else { ahead.max(rests) });
+            self.ahead.push(if self.before[k] > 0.0 { 0.0 } else { ahead.max(self.quiet_until[k] - at) });
         }
         *t0 = at;
         then.copy_from_slice(&now);
@@ -442,7 +426,7 @@ impl Detector {
 
     /// Book-keeping after the flags have been flipped at t: a flag that flips again and again in no time rests a while.
     /// Returns a flag that has just been put to rest.
-    pub fn flipped(&mut self, sys: &System, w: &Work, t: f64, span: f64) -> Option<usize> {
+    pub fn flipped(&mut self, sys: &System, t: f64, span: f64) -> Option<usize> {
         let mut resting = None;
         for &k in self.fired.iter().filter(|&&k| !sys.flags[k].law.of_modes()) {
             let (begin, count) = self.recent[k];
@@ -450,9 +434,7 @@ impl Detector {
             if self.recent[k].1 >= MANY {
                 self.quiet_until[k] = t + REST * span;
                 self.recent[k] = (f64::NEG_INFINITY, 0);
-                let kink = sys.flags[k].is_kink();
-                self.let_off[k] = if kink { LET_OFF * sys.flag_size(w, k) } else { f64::INFINITY };
-                resting = if kink { resting } else { Some(k) };
+                resting = Some(k);
             }
         }
         resting

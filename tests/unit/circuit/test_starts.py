@@ -162,23 +162,3 @@ def test_initial_values_that_contradict_each_other_are_told() -> None:
     assert said("C1 a 0 1u ic=1", ".ic v(a)=2") == ["W291"]
     assert said("C1 a b 1u ic=1", "C2 b 0 1u ic=2", "C3 a 0 1u ic=3") == []
     assert said("C1 a 0 1u ic=1", ".ic v(a)=1") == []
-
-
-def test_a_limit_that_is_a_rising_supply_holds() -> None:
-    """A bandgap reference whose amplifier is limited by its own supply, in positive feedback from 0 V on."""
-    lines = (
-        "Vdd vdd 0 PULSE(0 3 0 20m 0 1 2)",
-        "E1 o 0 VALUE={max(min(2000*(v(p)-v(m)),v(vdd)),0)}",
-        "Ro o g 1k",
-        "Co g 0 100p",
-        "R1 g m 100k",
-        "R2 g p 100k",
-        "Q1 0 0 m qp 1",
-        "R3 p x 10k",
-        "Q2 0 0 x qp 8",
-        "Rs vdd g 5meg",
-        ".model qp PNP(is=1e-16 bf=50 cje=1p cjc=1p)",
-    )
-    for step in ("0.1u", "1u", "10u"):
-        r = emsim.run(deck(*lines, f".tran {step} 40m"))
-        assert np.max(np.asarray(r["v(o)"]) - np.asarray(r["v(vdd)"])) < 3e-3
