@@ -1,7 +1,7 @@
 """Temperature laws of MOS levels 1, 2, 3, 6 against ngspice, with each optional parameter that has one given.
 
-Level 2 with vmax scaled its mobility with the temperature twice, +7 % at 85 C and -15 % at -40 C: SPICE's mos2load.c takes u0 of the
-measurement's temperature for the speed limit, kp alone follows (T/Tnom)^-1.5.
+Level 2 with vmax scaled its mobility with the temperature twice, +7 % at 85 C and -15 % at -40 C: SPICE's mos2load.c takes u0 of
+the measurement's temperature for the speed limit, kp alone follows (T/Tnom)^-1.5.
 """
 
 from __future__ import annotations

@@ -1,7 +1,8 @@
 """The diode's law is written twice, in the engine and as devices/diode.va; here they are one.
 
-They differed: in breakdown with a sidewall (ibv is a current of the bottom alone), at temperatures with n other than 1 (the sidewall's
-saturation current follows ns, which is 1 where it is not given), and in gmin of devices in parallel. ngspice confirms the engine's.
+They differed: in breakdown with a sidewall (ibv is a current of the bottom alone), at temperatures with n other than 1 (the
+sidewall's saturation current follows ns, which is 1 where it is not given), and in gmin of devices in parallel. ngspice confirms
+the engine's.
 """
 
 from __future__ import annotations
