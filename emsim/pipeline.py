@@ -6,7 +6,6 @@ text -> deck -> flat deck -> equation (1) -> solution -> Result
 from __future__ import annotations
 
 import os
-from functools import wraps
 from math import isfinite
 
 TYPE_CHECKING = False
@@ -37,7 +36,6 @@ if TYPE_CHECKING:
 def explained(entry: Callable[P, T]) -> Callable[P, T]:
     """An entry whose panics in the engine are told as every other fault is: with a diagnostic, as InternalError."""
 
-    @wraps(entry)
     def told(*args: P.args, **given: P.kwargs) -> T:
         try:
             return entry(*args, **given)
@@ -48,8 +46,14 @@ def explained(entry: Callable[P, T]) -> Callable[P, T]:
                 raise
             from .diagnostics import REPORT, Diagnostic, InternalError
 
-            raise InternalError(Diagnostic("error", "E499", f"internal error: {error}", None, REPORT)) from error
+            raise InternalError(
+                Diagnostic("error", "E499", f"internal error: {error}", None, REPORT)
+            ) from error
 
+    # (functools would be loaded for this alone)
+    for name in ("__module__", "__name__", "__qualname__", "__doc__", "__annotations__"):
+        setattr(told, name, getattr(entry, name))
+    told.__wrapped__ = entry  # type: ignore[attr-defined]
     return told
 
 

@@ -58,6 +58,8 @@ def explain(error: Exception) -> tuple[int, list[Diagnostic]]:
         said = f"emsim needs {error.name}, which is not installed"
         return OUTSIDE, [Diagnostic("error", "E521", said, None, f"pip install {error.name}")]
     if isinstance(error, ImportError) and str(error).startswith("EMSIM_CODE"):
-        return USAGE, [Diagnostic("error", "E520", str(error), None, "EMSIM_CODE=native, or no such variable at all")]
+        return USAGE, [
+            Diagnostic("error", "E520", str(error), None, "EMSIM_CODE=native, or no such variable at all")
+        ]
     message = f"internal error: {type(error).__name__}: {error}"
     return INTERNAL, [Diagnostic("error", "E499", message, None, REPORT + "; EMSIM_TRACEBACK=1 shows where")]

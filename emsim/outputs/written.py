@@ -1,9 +1,9 @@
 """What emsim has written, so that commands of a deck overwrite nothing else.
 
 A file's text cannot tell: columns of numbers may be somebody's measurement. So each file that a section writes is remembered by
-its place, its size and its time, in one file of the user's state; a file that stands there as it was left is emsim's, one that was
-changed, copied or made by anybody else is not. Names are kept as digests. Where the state cannot be kept, nothing is known, and
-nothing overwritten.
+its place, its size and its time, in one file of the user's state; a file that stands there as it was left is emsim's, one that
+was changed, copied or made by anybody else is not. Names are kept as digests. Where the state cannot be kept, nothing is known,
+and nothing overwritten.
 """
 
 from __future__ import annotations

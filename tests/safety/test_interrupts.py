@@ -113,7 +113,9 @@ def test_a_panic_is_an_exception_like_others():
     assert isinstance(caught.value, _engine.Panic)
 
 
-@pytest.mark.parametrize("entry", [emsim.run, emsim.check, emsim.compile, lambda text: emsim.Deck(text).run()])
+@pytest.mark.parametrize(
+    "entry", [emsim.run, emsim.check, emsim.compile, lambda text: emsim.Deck(text).run()]
+)
 def test_a_panic_in_the_engine_is_told_with_a_diagnostic(entry, monkeypatch):
     from emsim import pipeline
     from emsim.diagnostics import InternalError

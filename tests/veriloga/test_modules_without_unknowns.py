@@ -38,7 +38,7 @@ def test_constant_sources_add_up(count, scratch):
 @pytest.mark.parametrize("method", ["auto", "trap", "gear", "radau", "esdirk", "trbdf2"])
 def test_a_module_that_carries_nothing_changes_nothing(method, scratch):
     (scratch / "leak.va").write_text(LEAK)
-    deck = 't\n{}.options method={}\nV1 a 0 SIN(0 1 1k)\nR1 a b 1k\nC1 b 0 1u\n{}.tran 10u 1m\n.end\n'
+    deck = "t\n{}.options method={}\nV1 a 0 SIN(0 1 1k)\nR1 a b 1k\nC1 b 0 1u\n{}.tran 10u 1m\n.end\n"
     without = emsim.run(deck.format("", method, ""))
     found = emsim.run(deck.format('.hdl "leak.va"\n', method, "N1 b 0 mm\n.model mm leak\n"))
     for t in (0.2e-3, 0.5e-3, 1e-3):
@@ -48,5 +48,5 @@ def test_a_module_that_carries_nothing_changes_nothing(method, scratch):
 def test_a_constant_torque(scratch):
     """omega = m t / j."""
     (scratch / "drive.va").write_text(TORQUE)
-    deck = 't\n.hdl "drive.va"\nBODY rotor m=1 j=4\nJOINT shaft 0 rotor pin\nN1 shaft 0 d\n.model d drive\n.tran 10m 1\n.end\n'
+    deck = 't\n.hdl "drive.va"\nBODY rotor m=1 j=4\nJOINT shaft 0 rotor pin\nN1 shaft d\n.model d drive\n.tran 10m 1\n.end\n'
     assert abs(emsim.run(deck).at("omega(shaft)", 1.0)) == pytest.approx(0.5, rel=1e-6)
