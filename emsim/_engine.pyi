@@ -13,6 +13,9 @@ _Place = tuple[int, int, int, int]
 _Pair = tuple[int, int]
 
 @final
+class Panic(Exception):
+    """A panic at any entry: an exception like every other fault."""
+
 class Expr:
     """A node of the expression graph. Arithmetic builds new nodes, folded and shared; it has no truth value."""
 

@@ -34,6 +34,7 @@ class Deck:
     Raises DeckError, also where something is altered that the deck does not have.
     """
 
+    @pipeline.explained
     def __init__(
         self,
         source: Source,
@@ -91,6 +92,7 @@ class Deck:
 
     # ---- runs ----
 
+    @pipeline.explained
     def run(
         self, analyses: str | Iterable[str] | None = None, energy: bool | None = None, scene: bool = False
     ) -> Result:

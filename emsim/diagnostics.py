@@ -229,6 +229,13 @@ class Interrupted(KeyboardInterrupt):
         self.partial = partial
 
 
+REPORT = "please report it with the deck: this is a bug in emsim, not in your deck"
+
+
+class InternalError(DiagnosticError):
+    """The engine has panicked: a fault of emsim. Exit code 70."""
+
+
 class OutsideError(DiagnosticError):
     """Something outside the deck is missing: a file, the ngspice program. Exit code 5."""
 

@@ -11,7 +11,10 @@ from math import isfinite
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
-    from typing import Any
+    from typing import Any, ParamSpec, TypeVar
+
+    P = ParamSpec("P")
+    T = TypeVar("T")
 
     from .analyses import Analysis, Run
     from .assemble import Assembly
@@ -30,9 +33,34 @@ if TYPE_CHECKING:
     Progress = Callable[[float, float, float, int, int], object]
 
 
+def explained(entry: Callable[P, T]) -> Callable[P, T]:
+    """An entry whose panics in the engine are told as every other fault is: with a diagnostic, as InternalError."""
+
+    def told(*args: P.args, **given: P.kwargs) -> T:
+        try:
+            return entry(*args, **given)
+        except Exception as error:
+            from ._engine import Panic
+
+            if not isinstance(error, Panic):
+                raise
+            from .diagnostics import REPORT, Diagnostic, InternalError
+
+            raise InternalError(
+                Diagnostic("error", "E499", f"internal error: {error}", None, REPORT)
+            ) from error
+
+    # (functools would be loaded for this alone)
+    for name in ("__module__", "__name__", "__qualname__", "__doc__", "__annotations__"):
+        setattr(told, name, getattr(entry, name))
+    told.__wrapped__ = entry  # type: ignore[attr-defined]
+    return told
+
+
 DRAWN_RUNS = 24  # of a deck with .step: so many have their drawings, evenly chosen
 
 
+@explained
 def run(
     source: Source,
     defines: Mapping[str, Any] | None = None,
@@ -183,6 +211,7 @@ def in_notebook() -> bool:
     return "ipykernel" in sys.modules
 
 
+@explained
 def check(
     source: Source, defines: Mapping[str, Any] | None = None, options: Options | None = None
 ) -> dict[str, Any]:
@@ -215,6 +244,7 @@ def explain_flat(flat: FlatDeck, options: Options | None = None) -> Explained:
     return explained(assembly, planned)
 
 
+@explained
 def compile(
     source: Source, defines: Mapping[str, Any] | None = None, options: Options | None = None
 ) -> System:

@@ -4,7 +4,8 @@ Runs the deck here, with ngspice as written, and with ngspice at tight tolerance
 how far the first two are from the third, as maximum and rms in percent of the signal's range, and which
 is nearer. Exit code 4 when emsim is further than --tol on any signal, 3 when its own run does not get
 through, 5 without ngspice. Edges may come --window early or late (default: a millionth of the run). Nothing
-is written beside the deck."""
+is written beside the deck. A run of ngspice has 300 s, one that a looser run can follow 45 s, and ends with
+emsim; with --engine shared it has no limit."""
 
 from __future__ import annotations
 

@@ -6,7 +6,7 @@ import os
 import sys
 from contextlib import suppress
 
-from ..diagnostics import ConvergenceError, Diagnostic, DiagnosticError, OutsideError
+from ..diagnostics import REPORT, ConvergenceError, Diagnostic, DiagnosticError, InternalError, OutsideError
 from .arguments import UsageError
 from .console import CONVERGENCE, DECK, INTERNAL, OUTSIDE, USAGE, point, print_json, show
 
@@ -15,7 +15,6 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
 COMMAND_LINE = ("--plot", "signals")  # what messages call texts that stood there
-REPORT = "please report it with the deck: this is a bug in emsim, not in your deck"
 
 
 def report(error: Exception, args: Sequence[str]) -> int:
@@ -43,7 +42,7 @@ def explain(error: Exception) -> tuple[int, list[Diagnostic]]:
     if isinstance(error, UsageError):
         return USAGE, [Diagnostic("error", "E520", str(error))]
     if isinstance(error, DiagnosticError):
-        codes = {ConvergenceError: CONVERGENCE, OutsideError: OUTSIDE}
+        codes = {ConvergenceError: CONVERGENCE, OutsideError: OUTSIDE, InternalError: INTERNAL}
         wrong = [d.span for d in error.diagnostics if d.severity == "error"]
         if wrong and all(span is not None and span.file.name in COMMAND_LINE for span in wrong):
             return USAGE, error.diagnostics
@@ -58,5 +57,9 @@ def explain(error: Exception) -> tuple[int, list[Diagnostic]]:
     if isinstance(error, ModuleNotFoundError) and error.name and error.name.partition(".")[0] != "emsim":
         said = f"emsim needs {error.name}, which is not installed"
         return OUTSIDE, [Diagnostic("error", "E521", said, None, f"pip install {error.name}")]
+    if isinstance(error, ImportError) and str(error).startswith("EMSIM_CODE"):
+        return USAGE, [
+            Diagnostic("error", "E520", str(error), None, "EMSIM_CODE=native, or no such variable at all")
+        ]
     message = f"internal error: {type(error).__name__}: {error}"
     return INTERNAL, [Diagnostic("error", "E499", message, None, REPORT + "; EMSIM_TRACEBACK=1 shows where")]

@@ -234,6 +234,11 @@ def _deliver(
             code, said = code or DECK, [*said, *error.diagnostics]
         except OSError as error:
             code, said = code or OUTSIDE, [*said, unwritten(", ".join(drawing.files), error)]
+    if result.files:
+        from ..outputs.written import remember
+
+        for path in written:  # the section of the next run may write them over
+            remember(path)
     diagnostics = [*result.diagnostics, *(d for d in said if d not in result.diagnostics)]
     if not given.has("json") and given.text("csv") != "-":
         _print_tables(result, not plots.terminal, given.has("energy"))

@@ -51,9 +51,10 @@ def let(s: Session, text: str, at: Statement) -> None:
         return
     if (there := plot.find(inner)) is not None:
         inner = there.key  # v(2) is the vector `2`
+    known = plot.vectors.get(inner)
+    s.budget.make(max(0, found.values.nbytes - (0 if known is None else known.values.nbytes)))
     made = found.copied(inner, plot)
     made._values = np.array(found.values)
-    known = plot.vectors.get(inner)
     if known is not None and plot.scale is known and len(known) != len(made) and len(plot.vectors) > 1:
         raise CommandError(
             "E164", f"`{inner}` is what the vectors of {plot.name} are over", "call it otherwise"

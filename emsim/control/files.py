@@ -1,4 +1,5 @@
-"""What is written and read: write, wrdata, load, source. Only below the working directory and the deck's folder."""
+"""What is written and read: write, wrdata, load, source. Only below the working directory and the deck's folder, only what
+results are stored in, and over nothing but what emsim itself has written."""
 
 from __future__ import annotations
 
@@ -7,11 +8,13 @@ import os
 import numpy as np
 
 from ..diagnostics import OutsideError
+from ..outputs import written
 from . import words
 from .base import Command
+from .budget import RESULTS
 from .errors import CommandError, usage
 from .plots import Plot, Vector
-from .session import MOST_SOURCES, column_name
+from .session import column_name
 from .vectors import _stretched
 
 TYPE_CHECKING = False
@@ -37,8 +40,9 @@ def is_inside(s: Session, path: str) -> bool:
     return any(os.path.commonpath([real, f]) == f for f in folders(s))
 
 
-def target(s: Session, name: str, what: str = "write") -> str:
-    """A path that a command may write. Raises CommandError for one outside, for the deck itself, for what is no file."""
+def target(s: Session, name: str) -> str:
+    """A path that a command may write. Raises CommandError for one outside, for what is no file of results, and for a file that
+    somebody else has made."""
     path = os.path.join(s.folder, name)
     if not name or "\0" in name or name.startswith("~"):
         raise CommandError(
@@ -49,12 +53,20 @@ def target(s: Session, name: str, what: str = "write") -> str:
     real = os.path.realpath(path)
     if not is_inside(s, path):
         raise CommandError("E163", f"`{name}` lies outside of the working directory and the deck's folder")
+    base = os.path.basename(real)
+    suffix = base.rpartition(".")[2].lower() if "." in base else ""
+    if base.startswith(".") or suffix not in RESULTS:
+        said = f"`{name}` is no file of results: commands write " + " ".join("." + one for one in RESULTS)
+        raise CommandError("E163", said, f"{base.strip('.').partition('.')[0] or 'results'}.txt")
     if real in s.own:
-        raise CommandError("E163", f"`{name}` is the deck itself", "call the file otherwise")
+        raise CommandError("E163", f"`{name}` is a file of the deck", "call the file otherwise")
     if os.path.exists(real) and not os.path.isfile(real):
         raise CommandError("E163", f"`{name}` is no file")
     if not os.path.isdir(os.path.dirname(real)):
         raise CommandError("E163", f"there is no folder for `{name}`")
+    if os.path.exists(real) and path not in s.files and not written.is_ours(real):
+        hint = "remove it, or write to another name; what emsim has written may be written over until somebody changes it"
+        raise CommandError("E163", f"`{name}` is there already, and emsim has not written it", hint)
     return path
 
 
@@ -85,12 +97,14 @@ def getcwd(s: Session, text: str, at: Statement) -> None:
 
 
 def wrote(s: Session, path: str) -> None:
+    written.remember(path)
     if path not in s.files:
         s.files.append(path)
 
 
 def put(s: Session, path: str, text: str, behind: bool) -> None:
     """Text into a file that `target` has allowed, `behind` what it has."""
+    s.budget.make(len(text))
     try:
         with open(path, "a" if behind else "w", encoding="utf-8") as file:
             file.write(text)
@@ -149,6 +163,7 @@ def write(s: Session, text: str, at: Statement) -> None:
     name, _, rest = given.partition(" ")
     path = target(s, name.strip("\"'") or "rawspice.raw")
     vectors = s.vectors(rest.strip() or "all", at)
+    s.budget.make(sum(v.values.nbytes for v in vectors))
     ascii = str(s.variables.get("filetype", "binary")).lower() == "ascii"
     result = Result(s.deck.title, tables_of(s, vectors))
     try:
@@ -172,6 +187,7 @@ def wrdata(s: Session, text: str, at: Statement) -> None:
     path = target(s, name.strip("\"'"))
     vectors = s.vectors(rest.strip(), at)
     digits = s.digits if "numdgt" in s.variables else DIGITS
+    s.budget.make((digits + 8) * sum(map(len, vectors)))
     single = "wr_singlescale" in s.variables
     if single and len({len(v) for v in vectors}) > 1:
         raise CommandError("E164", "with wr_singlescale the vectors need one length")
@@ -252,8 +268,6 @@ def source(s: Session, text: str, at: Statement) -> None:
 
     for name in words.split(text):
         path = readable(s, name)
-        if s._depth >= MOST_SOURCES:
-            raise CommandError("E165", f"{MOST_SOURCES} files that source each other are the most")
         try:
             file = load_file(path, at.span)
         except (OSError, ValueError) as error:
@@ -277,11 +291,8 @@ def source(s: Session, text: str, at: Statement) -> None:
         body = s.read(lines)
         if body is None:
             return
-        s._depth += 1
-        try:
+        with s.budget.within(f"`{name}`"):
             s.body(body)
-        finally:
-            s._depth -= 1
 
 
 COMMANDS = (

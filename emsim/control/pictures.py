@@ -149,7 +149,7 @@ def _axes(
 
 
 def picture_path(s: Session, stem: str) -> str:
-    return target(s, stem, "write")
+    return target(s, stem)
 
 
 def plot(s: Session, text: str, at: Statement) -> None:

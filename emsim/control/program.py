@@ -8,6 +8,7 @@ from ..diagnostics import Diagnostic, suggest
 from ..source import Line, SourceFile
 from ..syntax import LineError, parse_line
 from . import words
+from .budget import DEPTH
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -109,6 +110,10 @@ def program(lines: Iterable[Line], sink: Sink) -> Body:
         if s.word == "begin":
             s = Statement(s.line, s.at, "if 1")
         if s.word in BLOCKS:
+            if len(stack) >= DEPTH:
+                said = f"{DEPTH} blocks within each other are the most"
+                sink.error("E165", said, s.word_span)
+                return top
             block = Block(s)
             body.append(block)
             stack.append(block)

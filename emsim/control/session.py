@@ -21,6 +21,7 @@ from ..expr import PROBES, ExprError, Scope, evaluate
 from ..stepped import joined
 from ..syntax import LineError
 from . import program, words
+from .budget import RUN, WORK, Budget, Spent
 from .errors import CommandError, Followed, Jump, Stop
 from .plots import CONSTANTS, Plot, Plots, Vector, spelled
 from .program import Block, Statement
@@ -40,13 +41,9 @@ if TYPE_CHECKING:
 
     Analyse = Callable[[FlatDeck, list[Analysis]], Result]
 
-MOST_COMMANDS = 1_000_000  # that a section carries out
-RUN = 20  # commands that an analysis counts as
 # what `show` tells of a device's operating point, as far as the device knows it
 SHOWN = ("i", "p", "id", "ic", "ib", "vgs", "vds", "gm", "gds", "gmbs", "gpi", "go")
 MOST_ALIASES = 20  # names for names
-MOST_SOURCES = 20  # files within each other
-MOST_OUTPUT = 200_000_000  # characters
 SEED = 1
 # variables that ngspice -b sets itself; `oscompiled`: its number of the operating system
 SYSTEMS = {"darwin": 7.0, "win32": 1.0, "cygwin": 2.0}
@@ -73,7 +70,7 @@ class Session:
         analyse: Analyse,
         out: Callable[[str], object],
         sources: Sequence[str] = (),
-        most: int = MOST_COMMANDS,
+        most: int = WORK,
     ) -> None:
         from . import COMMANDS
 
@@ -102,7 +99,7 @@ class Session:
         self.last_run: list[Table] = []  # of the deck's own analyses
         self.breakpoints: list[Breakpoint] = []  # of `stop`
         self.halted: Halted | None = None  # the transient that one of them has halted
-        self._most, self._count, self._written, self._depth = most, 0, 0, 0
+        self.budget = Budget(most)
         self._now: Statement | None = None
         self._trees: dict[tuple[str, str], Any] = {}
 
@@ -155,6 +152,9 @@ class Session:
                     self.report(error)
         except Stop:
             pass
+        except Spent as spent:
+            now = None if self._now is None else self._now.span
+            self.sink.error("E165", str(spent), now, "a loop whose condition never ends? break leaves it")
 
     def read(self, lines: list[Line]) -> program.Body | None:
         """The program of lines; None where its blocks do not fit together: then nothing of it is carried out."""
@@ -188,13 +188,7 @@ class Session:
 
     def count(self, statement: Statement, worth: int = 1) -> None:
         self._now = statement
-        self._count += worth
-        if self._count > self._most:
-            said = f"the section has carried out {self._most:,} commands and is stopped here"
-            self.sink.error(
-                "E165", said, statement.span, "a loop whose condition never ends? break leaves it"
-            )
-            raise Stop
+        self.budget.do(worth)
 
     def named(self, s: Statement) -> Statement:
         """The command that a name of `alias` stands for."""
@@ -230,6 +224,8 @@ class Session:
                 self.into_file(command, found, s)
         except (CommandError, ExprError, LineError, DeckError) as error:
             self.report(error)
+        except RecursionError:
+            self.report(CommandError("E165", f"what `{s.word}` is given nests too deeply"))
 
     def into_file(self, command: Command, found: tuple[str, str, bool], s: Statement) -> None:
         """What a command says, into a file."""
@@ -249,10 +245,14 @@ class Session:
         head = block.head
         self.count(head)
         try:
-            getattr(self, "on_" + head.word)(block)
+            with self.budget.within(f"`{head.word}`"):
+                getattr(self, "on_" + head.word)(block)
         except (CommandError, ExprError, LineError, DeckError) as error:
             self._now = head
             self.report(error)
+        except RecursionError:
+            self._now = head
+            self.report(CommandError("E165", f"what `{head.word}` is given nests too deeply"))
 
     # ---- blocks ----
 
@@ -418,15 +418,7 @@ class Session:
         self.random = np.random.default_rng(abs(value))
 
     def say(self, text: str, end: str = "\n") -> None:
-        self._written += len(text) + 1
-        if self._written > MOST_OUTPUT:
-            assert self._now is not None
-            self.sink.error(
-                "E165",
-                f"the section has printed {MOST_OUTPUT:,} characters and is stopped here",
-                self._now.span,
-            )
-            raise Stop
+        self.budget.make(len(text) + 1)
         self._out(text + end)
 
     def warn(self, said: str, hint: str | None = None) -> None:

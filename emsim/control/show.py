@@ -244,11 +244,21 @@ def rusage(s: Session, text: str, at: Statement) -> None:
                 s.say(f"{key} = {value:g}")
 
 
+MOST_CODE = 255  # that every system can tell
+
+
 def quit_(s: Session, text: str, at: Statement) -> None:
     from .numbers import whole
 
     s.quit = True
-    s.code = whole(text, "the exit code") if text.strip() else None
+    try:
+        s.code = whole(text, "the exit code") if text.strip() else None
+        if s.code is not None and not 0 <= s.code <= MOST_CODE:
+            said = f"{s.code} is no exit code: they go from 0 to {MOST_CODE}"
+            s.code = None
+            usage("quit [code]", said)
+    except CommandError as error:
+        s.report(error)
     raise Stop
 
 

@@ -38,7 +38,6 @@ OF_TWO: dict[str, Callable[[Any, Any], Any]] = {
 COMPARE = {
     "eq": "=", "ne": "<>", "gt": ">", "lt": "<", "ge": ">=", "le": "<=", "==": "=", "!=": "<>", "><": "<>",
 }  # fmt: skip
-MOST_CALLS = 40  # of defined functions within each other
 
 
 def _power(a: np.ndarray, b: np.ndarray) -> np.ndarray:
@@ -65,7 +64,7 @@ class Evaluator:
     """Evaluates the trees of one text; `text` names what is computed."""
 
     def __init__(self, session: Session, text: str) -> None:
-        self.s, self.text, self.depth = session, text, 0
+        self.s, self.text = session, text
 
     def named(self, tree: Any) -> list[Vector]:
         """The vectors of one item of a list, under the words that it was asked for by; `all` is several."""
@@ -215,19 +214,17 @@ class Evaluator:
         self, name: str, definition: tuple[list[str], Any, str], args: list[Any], given: Any
     ) -> Vector:
         params, body, text = definition
-        if self.depth >= MOST_CALLS:
-            raise CommandError("E165", f"the function `{name}` calls itself without end")
+        self.s.budget.do()
         bound = {p: self.substituted(a, given) for p, a in zip(params, args, strict=True)}
         before = self.text, self.bound_text
         if not given:
             self.bound_text = self.text
-        self.depth += 1
         try:
             self.text = text
-            return self.value(body, bound)
+            with self.s.budget.within(f"{name}()"):
+                return self.value(body, bound)
         finally:
             self.text, self.bound_text = before
-            self.depth -= 1
 
     def substituted(self, tree: Any, given: dict[str, Any] | None) -> Any:
         """A tree with what the names of an outer function stand for."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 
+from .budget import TEXT
 from .errors import CommandError
 from .numbers import short
 
@@ -26,10 +27,18 @@ def substituted(s: Session, text: str, shown: bool = False) -> str:
     if "$" not in text:
         return text
 
+    length = 0
+
+    def put_in(text: str) -> str:
+        nonlocal length
+        length += len(text)
+        s.budget.put_in(length)
+        return text
+
     def vector(found: re.Match[str]) -> str:
         name = found[1] or found[2] + (found[3] or "")
         values = s.vectors(substituted(s, name))[0].values
-        return " ".join(_shown(x, shown) for x in values.tolist())
+        return put_in(" ".join(_shown(x, shown) for x in values.tolist()))
 
     def variable(found: re.Match[str]) -> str:
         what, name, index = found[1], found[2] or found[3], found[4]
@@ -46,10 +55,10 @@ def substituted(s: Session, text: str, shown: bool = False) -> str:
             return str(len(value)) if isinstance(value, list) else "1"
         if index is not None:
             words = value if isinstance(value, list) else [value]
-            return " ".join(_text(w, shown) for w in _chosen(words, substituted(s, index), name))
+            return put_in(" ".join(_text(w, shown) for w in _chosen(words, substituted(s, index), name)))
         if isinstance(value, list):
-            return " ".join(_text(w, shown) for w in value)
-        return _text(value, shown)
+            return put_in(" ".join(_text(w, shown) for w in value))
+        return put_in(_text(value, shown))
 
     text = VECTOR.sub(vector, text)
     return NAME.sub(variable, text)
@@ -122,14 +131,17 @@ def without_commas(text: str, within: bool = True) -> str:
     return found
 
 
-def _braced(word: str) -> list[str]:
-    """a{b,c}d is abd acd; {x} is x."""
+def _braced(word: str, made: list[int] | None = None) -> list[str]:
+    """a{b,c}d is abd acd; {x} is x. `made`: how much text this came to."""
+    made = [0] if made is None else made
+    made[0] += len(word)
+    if made[0] > TEXT:
+        raise CommandError("E165", f"braces make more than {TEXT:,} characters here")
     found = re.search(r"\{([^{}]*)\}", word)
     if found is None:
         return [word]
-    return [
-        w for part in found[1].split(",") for w in _braced(word[: found.start()] + part + word[found.end() :])
-    ]
+    before, behind = word[: found.start()], word[found.end() :]
+    return [w for part in found[1].split(",") for w in _braced(before + part + behind, made)]
 
 
 def without_braces(text: str) -> str:

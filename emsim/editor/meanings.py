@@ -177,6 +177,6 @@ TOPICS: dict[str, tuple[str, Callable[[], Rows]]] = {
         "how decks are read where they differ; .options dialect=",
         lambda: [(d.name, *row) for d in DIALECTS for row in d.differences],
     ),
-    "control": ("commands of a .control section", lambda: list(words.commands().values())),
+    "control": ("commands of a .control section", lambda: [*words.commands().values(), *words.limits()]),
     "methods": ("with order, kind, use; .options method=", lambda: [(name, *told) for name, told in words.METHODS.items()]),
 }  # fmt: skip

@@ -184,6 +184,22 @@ def commands() -> dict[str, tuple[str, str]]:
     return {**found, **FLOW}
 
 
+def limits() -> list[tuple[str, str]]:
+    """What a .control section may write and use up."""
+    from ..control.budget import BYTES, DEPTH, RESULTS, TEXT, WORK
+
+    return [
+        (
+            "files",
+            " ".join("." + suffix for suffix in RESULTS) + "; in place of none that emsim has not written",
+        ),
+        (
+            "limits",
+            f"{WORK:,} commands, {BYTES:,} bytes made, {TEXT:,} put into one command, {DEPTH} levels of blocks and files",
+        ),
+    ]
+
+
 def control_functions() -> list[str]:
     """Functions of vectors."""
     from ..control.functions import EACH, WHOLE

@@ -98,6 +98,7 @@ class _Flattener:
         self.flat.sources.append(deck.file)
         self.flat.named = deck.named
         self.files: Files | None = None
+        self.conditions = 0  # within each other
         self.models = Models(self.flat)
         self.globals: set[str] = {"0"}
         self.chains: dict[int, tuple[str, ...]] = {}  # Subckt -> files open where it is defined
@@ -219,7 +220,13 @@ class _Flattener:
         for card in out:
             if card.__class__ is tuple:
                 conditional, its_chain = card
+                if self.conditions >= MAX_LEVELS:
+                    said = f"conditions are nested more than {MAX_LEVELS} deep"
+                    self.sink.error("E104", said, conditional.span, "give what hangs on conditions a .subckt")
+                    continue
+                self.conditions += 1
                 settled += self.expand(self.branch(conditional, scope), scope, its_chain)
+                self.conditions -= 1
             else:
                 settled.append(card)
         return settled

@@ -18,9 +18,9 @@ _made: dict[str, Any] = {}
 
 
 def _begin(make: Callable[[Any], Callable[[Any], float]], task: Any) -> None:
-    import signal
+    from ..sweeps.pool import belong
 
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the parent's
+    belong()
     _made["function"] = make(task)
 
 
@@ -39,9 +39,10 @@ def mapping(
         return
     from concurrent.futures import ProcessPoolExecutor
 
-    from ..sweeps.pool import context
+    from ..sweeps.pool import MEMORY, context, told_lost
 
-    with ProcessPoolExecutor(jobs, mp_context=context(), initializer=_begin, initargs=(make, task)) as pool:
+    made = ProcessPoolExecutor(jobs, mp_context=context(), initializer=_begin, initargs=(make, task))
+    with made as pool, told_lost("of this machine", MEMORY):
         yield lambda _, xs: list(pool.map(_call, list(xs)))
 
 

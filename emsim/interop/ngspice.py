@@ -18,6 +18,7 @@ import time
 from ..diagnostics import Diagnostic, OutsideError
 from ..outputs import raw
 from ..result import Columns, Result, Table
+from .child import Child
 from .spice_deck import cards, code_models, first_word, flattened, passes
 
 TYPE_CHECKING = False
@@ -77,16 +78,8 @@ def _run(command: list[str], folder: str, target: str, timeout: float, tstop: fl
     began = marked = time.monotonic()
     mark = 0.0
     with open(os.path.join(folder, "log.txt"), "w+b") as log:
-        run = subprocess.Popen(
-            command, cwd=folder, env=surroundings(folder), stdin=subprocess.DEVNULL, stdout=log, stderr=subprocess.STDOUT
-        )  # fmt: skip
-        try:
-            while True:
-                try:
-                    code = run.wait(STILL if tstop else timeout)
-                    break
-                except subprocess.TimeoutExpired:
-                    pass
+        with Child(command, folder, surroundings(folder), log) as run:
+            while (code := run.wait(STILL if tstop else timeout)) is None:
                 now = time.monotonic()
                 if now - began >= timeout:
                     raise NgspiceError(f"not done after {timeout:g} s")
@@ -94,9 +87,6 @@ def _run(command: list[str], folder: str, target: str, timeout: float, tstop: fl
                 if at is not None and (at - mark) * NEVER * timeout < (tstop - at) * (now - marked):
                     raise NgspiceError(f"it stands still at t = {at:g} s")
                 mark, marked = at or 0.0, now
-        finally:
-            run.kill()
-            run.wait()
         log.seek(0)
         return code, log.read().decode("utf-8", "replace")
 

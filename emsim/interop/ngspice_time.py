@@ -10,11 +10,11 @@ The deck goes in as `_rebuild` of ngspice.py leaves it, without its output and m
 from __future__ import annotations
 
 import os
-import subprocess
 import tempfile
 from math import ceil
 
 from ..outputs import raw
+from .child import Child
 from .ngspice import NgspiceError, _rebuild, find, last_words, named_alike, surroundings
 from .spice_deck import cards, first_word, only_signals
 
@@ -89,13 +89,12 @@ class Bench:
         with open(path, "w", encoding="utf-8") as file:
             file.write(deck)
         before = resource.getrusage(resource.RUSAGE_CHILDREN)
-        try:
-            done = subprocess.run(
-                [self.program, "-n", "-b", path], cwd=self._folder.name, env=surroundings(self._folder.name),
-                stdin=subprocess.DEVNULL, capture_output=True, timeout=timeout,
-            )  # fmt: skip
-        except subprocess.TimeoutExpired:
-            raise NgspiceError(f"over {timeout:g} s") from None
+        command, env = [self.program, "-n", "-b", path], surroundings(self._folder.name)
+        with open(os.path.join(self._folder.name, "log.txt"), "w+b") as said:
+            with Child(command, self._folder.name, env, said) as run:
+                if run.wait(timeout) is None:
+                    raise NgspiceError(f"over {timeout:g} s")
+            said.seek(0)
+            log = said.read().decode("utf-8", "replace")
         after = resource.getrusage(resource.RUSAGE_CHILDREN)
-        log = (done.stdout + b"\n" + done.stderr).decode("utf-8", "replace")
         return after.ru_utime - before.ru_utime + after.ru_stime - before.ru_stime, log

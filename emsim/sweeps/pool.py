@@ -5,6 +5,7 @@ A batch of runs goes to whoever is free. A process reads the deck once and keeps
 
 from __future__ import annotations
 
+from contextlib import contextmanager
 from time import monotonic
 
 from .runs import Runner
@@ -17,6 +18,9 @@ if TYPE_CHECKING:
 
     from .runs import Outcome, Point, Task
 
+CLUSTER = (
+    "are its scheduler and its workers still there? run it again: runs that are done are kept by a sweep"
+)
 BATCH_SECONDS = 0.5  # a batch takes about so long: a worker that dies costs no more
 _kept: dict[object, Runner] = {}
 
@@ -80,7 +84,10 @@ def _on_cores(task: Task, points: list[Point], jobs: int) -> Iterator[list[Outco
     from concurrent.futures import FIRST_COMPLETED, ProcessPoolExecutor, wait
 
     batches = _Batches(points, jobs)
-    with ProcessPoolExecutor(jobs, mp_context=context(), initializer=_quiet) as pool:
+    with (
+        ProcessPoolExecutor(jobs, mp_context=context(), initializer=belong) as pool,
+        told_lost("of this machine", MEMORY),
+    ):
         running: dict[Future[list[Outcome]], tuple[int, float]] = {}
         try:
             while True:
@@ -115,11 +122,49 @@ def keep(task: Task, runner: Runner) -> None:
     _kept[_key(task)] = runner
 
 
-def _quiet() -> None:
-    """Ctrl-C is the parent's: it ends the workers."""
+def belong() -> None:
+    """A worker is its parent's: Ctrl-C is for the parent, and whoever has lost it ends, also where it was killed outright."""
+    import os
     import signal
+    import threading
 
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    parent = os.getppid()
+
+    def watch() -> None:
+        from time import sleep
+
+        while os.getppid() == parent:
+            sleep(0.5)
+        os._exit(1)
+
+    threading.Thread(target=watch, daemon=True).start()
+
+
+MEMORY = "was it killed, or is memory short? run it again, with fewer processes (-j); runs that are done are kept by a sweep"
+
+
+@contextmanager
+def told_lost(whose: str, hint: str) -> Iterator[None]:
+    """Workers that have gone, or whoever hands them their work, are told as that: E523."""
+    from concurrent.futures import BrokenExecutor, CancelledError
+
+    from ..diagnostics import Diagnostic, DiagnosticError, OutsideError
+
+    try:
+        yield
+    except DiagnosticError:
+        raise
+    except Exception as error:
+        # Dask's own errors are named by their package: it is loaded only where a cluster is asked for
+        lost = (
+            isinstance(error, (BrokenExecutor, CancelledError))
+            or type(error).__module__.partition(".")[0] == "distributed"
+        )
+        if not lost:
+            raise
+        said = f"a worker {whose} was lost: {type(error).__name__}"
+        raise OutsideError(Diagnostic("error", "E523", said, None, hint)) from error
 
 
 def _on_cluster(task: Task, points: list[Point], address: str) -> Iterator[list[Outcome]]:
@@ -137,7 +182,7 @@ def _on_cluster(task: Task, points: list[Point], address: str) -> Iterator[list[
     except (OSError, ValueError) as error:
         said = Diagnostic("error", "E522", f"there is no Dask scheduler at {address}: {error or 'no answer'}")
         raise OutsideError(said) from None
-    with client:
+    with client, told_lost(f"of {address}", CLUSTER):
         workers = max(1, sum(client.nthreads().values()))
         size = max(1, min(200, -(-len(points) // (4 * workers))))
         parts = [points[k : k + size] for k in range(0, len(points), size)]

@@ -12,6 +12,7 @@ import ast
 import re
 import sys
 from collections.abc import Callable
+from concurrent.futures import BrokenExecutor
 from functools import cache
 from pathlib import Path
 
@@ -172,6 +173,10 @@ FORCED = {
         lambda p: p.setattr("emsim.sweeps.runs.Runner.run", raising(KeyboardInterrupt())),
     ),
     "E522": ("emsim sweep deck.cir -D c1=1u,2u --dask tcp://127.0.0.1:9", lambda p: None),
+    "E523": (
+        "emsim sweep deck.cir -D c1=1u,2u -j 2",
+        lambda p: p.setattr("concurrent.futures.ProcessPoolExecutor.submit", raising(BrokenExecutor())),
+    ),
     "W404": ("emsim gate.cir", with_a_stuck_flag),
     "W420": ("emsim bar.cir", lambda p: p.setattr("emsim.analyses.afterwards.stepped", lambda run: [1e-3])),
     "W433": (

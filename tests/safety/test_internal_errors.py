@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import os
 import random
+import subprocess
+import sys
 import time
 
 import numpy as np
@@ -48,6 +51,29 @@ def test_a_deck_that_was_an_internal_error_has_its_diagnostic(name):
     errors = [d for d in caught.value.diagnostics if d.severity == "error"]
     assert [d.code for d in errors] == [code] and errors[0].span is not None
     assert errors[0].span.line == line and errors[0].span.text.strip()
+
+
+@pytest.mark.parametrize("depth", [60, 2000])
+def test_conditions_within_conditions(depth):
+    text = RC + ".if (1)\n" * depth + "R3 a 0 1k\n" + ".endif\n" * depth
+    if depth == 60:
+        assert emsim.run(f"t\n{text}.op\n.end\n").table("op")["i(v1)"][0] == pytest.approx(-2e-3)
+        return
+    with pytest.raises(emsim.DeckError) as caught:
+        emsim.check(f"t\n{text}.op\n.end\n")
+    assert [d.code for d in caught.value.diagnostics] == ["E104"]
+
+
+def test_a_misspelt_way_to_run_expressions_is_told_by_name(scratch):
+    """EMSIM_CODE=natve was "a bug in emsim"."""
+    (scratch / "deck.cir").write_text(f"t\n{RC}.op\n.end\n")
+    done = subprocess.run(
+        [sys.executable, "-m", "emsim", "deck.cir"],
+        capture_output=True,
+        text=True,
+        env={**os.environ, "EMSIM_CODE": "natve"},
+    )
+    assert done.returncode == 2 and "EMSIM_CODE=natve" in done.stderr and "bug" not in done.stderr
 
 
 def test_an_inductance_of_nothing_is_explained(scratch):

@@ -93,6 +93,7 @@ RUST_ROWS = [
     ["veriloga"],
     ["derive"],
     ["graph"],
+    ["interrupt"],
     ["syntax"],
 ]
 RUST_LEVEL = {name: level for level, row in enumerate(RUST_ROWS) for name in row}

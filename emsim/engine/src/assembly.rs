@@ -22,6 +22,7 @@
 //! though it is no solution (a linkage laid out straight) is pushed off a little and tried again.
 //!
 //! Matrices are row-major slices. Coordinates that are `held` never change.
+use crate::interrupt;
 
 /// Singular values below this part of the largest are taken for zero.
 pub const RANK_TOLERANCE: f64 = 1e-9;
@@ -215,6 +216,7 @@ pub fn rank(a: &[f64], rows: usize, cols: usize, tol: f64) -> (usize, Vec<usize>
             continue;
         }
         // twice is enough (Kahan, Parlett): the second pass removes what rounding left of the first
+        interrupt::spent(4 * basis.len() * cols);
         for _ in 0..2 {
             for b in &basis {
                 let s: f64 = b.iter().zip(&v).map(|(b, v)| b * v).sum();
@@ -367,6 +369,7 @@ pub fn project(
     let mut slow = 0; // steps in a row that gained little: a minimum of the residual that is no solution is near
     let mut iterations = 0;
     loop {
+        interrupt::spent(at_x.x.len() * at_x.x.len());
         if at_x.largest() <= tol {
             return Ok(at_x.x);
         }

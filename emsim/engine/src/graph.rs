@@ -3,6 +3,7 @@
 //! A node is built once: asking for the same operation on the same operands returns the same `Id`, so common
 //! subexpressions are shared by construction. What is constant folds away before anything runs; that is how a planar
 //! scene loses its third dimension (DESIGN.md, idea 3).
+use crate::interrupt;
 use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
 
@@ -185,6 +186,7 @@ impl Graph {
             return id;
         }
         let id = self.nodes.len() as Id;
+        interrupt::spent(50);
         self.nodes.push(node);
         self.known.insert(node, id);
         id

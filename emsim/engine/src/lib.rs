@@ -13,6 +13,7 @@ pub mod fmi; // FMUs: the functions of FMI 2 and 3, and a deck as bytes
 pub mod graph; // hash-consed expression nodes with folding
 pub mod hidden; // constraints between states, differentiated before a run
 pub mod integrate; // the methods and the driver
+pub mod interrupt; // Ctrl-C: the token that all that takes long looks at
 pub mod invariants; // what must hold at every recorded row
 pub mod islands; // sums of the rows of nodes that only capacitors tie together
 mod lanes; // four numbers in one register

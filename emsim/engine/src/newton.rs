@@ -14,6 +14,7 @@
 //!
 //! In a passive network of two-poles (passive.rs) an iterate may be accepted without that: what the straight lines of the
 //! devices have missed at the new point is measured there, and bounds the next update of every device's voltage.
+use crate::interrupt;
 use crate::model::Kind;
 use crate::sparse::{Lu, Once, Program, Recurring, Singular};
 use crate::system::{Stage, System, Work};
@@ -139,6 +140,7 @@ pub struct Newton {
     base: Vec<f64>,
     sources: Vec<f64>,
     settled: Vec<f64>, // the sources of the last solution, where exponentials are to be watched
+    effort: usize,     // of an iteration, in operations
     n: usize,
     step: Vec<f64>, // whole blocks
     noise: Noise,
@@ -209,6 +211,7 @@ impl Newton {
             sources: Vec::new(),
             settled: Vec::new(),
             n: sys.n,
+            effort: 10 * sys.n + sys.operations().1 + 100,
             step: vec![0.0; whole(sys.n)],
             noise: Noise::new(sys.n),
             stage: Stage::new(sys),
@@ -336,6 +339,7 @@ impl Newton {
         let (fit, mut good) = (tol.accounts && a > 0.0 && sys.exponentials() > 0, 0);
         for iteration in 1..=max_iterations {
             w.counters.iterations += 1;
+            interrupt::spent(self.effort);
             self.update(sys, w, a, stage)?;
             let converged = self.advance::<L>(stage, tol)?;
             let x = stage.x();
@@ -451,6 +455,7 @@ impl Newton {
     fn solve_linear(&mut self, sys: &System, w: &mut Work, a: f64, stage: &mut Stage) -> Result<usize, Failure> {
         w.counters.evaluations += 1;
         w.counters.iterations += 1;
+        interrupt::spent(self.effort);
         self.set_constants(sys, a);
         let (x, r) = stage.parts_mut();
         for (b, r) in x.iter_mut().zip(r) {

@@ -7,6 +7,7 @@ use crate::conditions::{size, Scale, Standing};
 use crate::derive::gradient;
 use crate::edges::{affine, EdgeWork, Edges};
 use crate::graph::{Graph, Id, Node};
+use crate::interrupt;
 use crate::islands::sum_pairs;
 use crate::logic::{Live, Logic};
 pub use crate::model::{FlagSpec, Force, Free, Kind, Model, Response, Unknown};
@@ -694,6 +695,7 @@ impl System {
     /// Q and F at (x, t): w.q, w.f. No limiting.
     pub fn eval(&self, w: &mut Work, x: &[f64], t: f64) {
         assert!(x.len() == self.n);
+        interrupt::spent(self.n + self.values.len());
         self.set_time(w, t);
         self.eval_linear(w, x);
         w.counters.evaluations += 1;

@@ -349,14 +349,20 @@ impl Compiled {
         let (mut met, count, ports) = (Met::default(), self.own.len(), self.ports());
         let (numbers, together) = (self.numbers(), self.together);
         let (held, lines) = (in_blocks_mut(held), in_blocks_mut(lines));
-        let those = lines.chunks_mut(together * numbers).zip(held.chunks_mut(together * ports));
-        for (k, (rows, held)) in those.enumerate() {
-            let first = k * together;
-            for (b, (rows, held)) in rows.chunks_exact_mut(numbers).zip(held.chunks_exact_mut(ports)).enumerate() {
+        let groups = count.div_ceil(LANES);
+        // a module may have no port (a source that is constant), or carry nothing at all
+        if numbers == 0 {
+            return met;
+        }
+        for first in (0..groups).step_by(together) {
+            let many = together.min(groups - first);
+            let rows = &mut lines[first * numbers..(first + many) * numbers];
+            for b in 0..many {
+                let rows = &mut rows[b * numbers..][..numbers];
                 if asked.near.is_some() {
                     s.before[b * ports..][..ports].copy_from_slice(&rows[..ports]);
                 }
-                met.moved |= self.gather(first + b, asked, held, rows);
+                met.moved |= self.gather(first + b, asked, &mut held[(first + b) * ports..][..ports], rows);
             }
             self.evaluate(first, asked.gmin, rows, s);
             for (b, rows) in rows.chunks_exact_mut(numbers).enumerate() {

@@ -9,6 +9,7 @@ use super::rows::{Fitting, Forces, Sink};
 use super::watch::Report;
 use super::Used;
 use crate::graph::Graph;
+use crate::interrupt;
 use crate::invariants::Invariants;
 use crate::ledger::Inside;
 use crate::newton::{Options, Tolerances};
@@ -293,7 +294,11 @@ pub fn run(
     };
     let lead = &lead;
     let done: Vec<Done> = std::thread::scope(|scope| {
-        let threads: Vec<_> = parts.iter().enumerate().map(|(k, part)| scope.spawn(move || lead(k, part))).collect();
+        let threads: Vec<_> = parts
+            .iter()
+            .enumerate()
+            .map(|(k, part)| scope.spawn(move || interrupt::beside(|| lead(k, part))))
+            .collect();
         gather(sys, w, parts, &meeting, record, tick);
         let joined = threads.into_iter().map(std::thread::ScopedJoinHandle::join);
         joined.map(|done| done.unwrap_or_else(|panic| std::panic::resume_unwind(panic))).collect()

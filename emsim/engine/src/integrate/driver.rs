@@ -216,6 +216,11 @@ fn conduct(
 }
 
 impl Outcome {
+    /// Of a run that an interrupt has ended between two steps.
+    pub fn interrupted() -> Outcome {
+        Outcome { status: Status::Interrupted, ..Outcome::new() }
+    }
+
     pub(super) fn new() -> Outcome {
         Outcome {
             status: Status::Ok,

@@ -1,5 +1,6 @@
 //! `Builder`: collects the contributions of one deck and compiles them.
 use super::expr::{lock, Expr, SharedGraph};
+use super::guarded;
 use super::system::System;
 use super::veriloga::{self, VerilogA};
 use crate::assembly;
@@ -289,7 +290,7 @@ impl Builder {
     fn grad(&self, y: &Bound<'_, PyAny>, xs: Vec<Bound<'_, PyAny>>) -> PyResult<Vec<Expr>> {
         let y = Expr::operand(&self.graph, y)?;
         let xs = self.ids(&xs)?;
-        let ds = derive::gradient(&mut lock(&self.graph), y, &xs);
+        let ds = guarded(|| derive::gradient(&mut lock(&self.graph), y, &xs))?;
         Ok(ds.into_iter().map(|d| self.expr(d)).collect())
     }
 
@@ -301,7 +302,7 @@ impl Builder {
     ) -> PyResult<Vec<Expr>> {
         let ys = self.ids(&ys)?;
         let map = self.pairs(seed)?;
-        let ds = derive::tangent(&mut lock(&self.graph), &ys, &map);
+        let ds = guarded(|| derive::tangent(&mut lock(&self.graph), &ys, &map))?;
         Ok(ds.into_iter().map(|d| self.expr(d)).collect())
     }
 
@@ -313,7 +314,7 @@ impl Builder {
         let ys = self.ids(&ys)?;
         let map = self.pairs(map)?;
         let mut g = lock(&self.graph);
-        let out = derive::substitute(&mut g, &ys, &map);
+        let out = guarded(|| derive::substitute(&mut g, &ys, &map))?;
         if let Ok(mut known) = self.symbols.lock() {
             known.extend(map.iter().filter(|(from, _)| matches!(g.node(*from), Node::Symbol(_))));
         }
@@ -646,7 +647,7 @@ impl Builder {
             return Err(PyValueError::new_err("rows of unequal length"));
         }
         let flat: Vec<f64> = rows.concat();
-        Ok(assembly::rank(&flat, rows.len(), cols, tol))
+        guarded(|| assembly::rank(&flat, rows.len(), cols, tol))
     }
 
     /// Mass-weighted projection of the coordinates `q` (indices of unknowns) onto h = 0, the held ones fixed.
@@ -697,7 +698,7 @@ impl Builder {
                 *v = tape.output(&work, nh + k);
             }
         };
-        match assembly::project(nh, &mut constraint, &weights, &x0, &held, tol, 200) {
+        match guarded(|| assembly::project(nh, &mut constraint, &weights, &x0, &held, tol, 200))? {
             Ok(at) => Ok((true, at, vec![0.0; nh])),
             Err(e) => Ok((false, e.x, e.residual)),
         }
@@ -716,7 +717,7 @@ impl Builder {
         if mass.len() != n * n || held.len() != n || rhs.len() != h.len() || h.iter().any(|r| r.len() != n) {
             return Err(PyValueError::new_err("project_velocity: lengths do not fit"));
         }
-        Ok(assembly::project_velocity(&h.concat(), &mass, &u0, &held, &rhs))
+        guarded(|| assembly::project_velocity(&h.concat(), &mass, &u0, &held, &rhs))
     }
 
     fn compile(&mut self) -> PyResult<System> {
@@ -734,7 +735,7 @@ impl Builder {
         let mut g = lock(&self.graph);
         let written = model.placed.is_some().then(|| Equations::write(&g, &model)).transpose();
         let equations = written.map_err(PyValueError::new_err)?.map(|bytes| (g.len(), bytes));
-        let system = crate::system::System::compile(model, &mut g).map_err(PyValueError::new_err)?;
+        let system = guarded(|| crate::system::System::compile(model, &mut g))?.map_err(PyValueError::new_err)?;
         drop(g);
         Ok(System::new(system, self.graph.clone(), equations))
     }

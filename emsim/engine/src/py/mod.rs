@@ -8,12 +8,41 @@ mod syntax;
 mod system;
 mod veriloga;
 
-use pyo3::exceptions::PyValueError;
+use crate::interrupt;
+use pyo3::exceptions::{PyException, PyKeyboardInterrupt, PyValueError};
+use pyo3::panic::PanicException;
 use pyo3::prelude::*;
+use std::sync::Mutex;
+
+/// What Python's handler of a signal has raised.
+static RAISED: Mutex<Option<PyErr>> = Mutex::new(None);
+
+/// Has Python been asked to end what it does?
+fn ask() -> bool {
+    let raised = Python::attach(|py| py.check_signals().err());
+    let found = raised.is_some();
+    if found {
+        *RAISED.lock().unwrap_or_else(std::sync::PoisonError::into_inner) = raised;
+    }
+    found
+}
+
+/// What may take long; where it was interrupted, what Python's handler has raised.
+pub fn guarded<T>(run: impl FnOnce() -> T) -> PyResult<T> {
+    interrupt::guarded(run).map_err(|_| {
+        let raised = RAISED.lock().unwrap_or_else(std::sync::PoisonError::into_inner).take();
+        raised.unwrap_or_else(|| PyKeyboardInterrupt::new_err(()))
+    })
+}
 
 #[pymodule]
 fn _engine(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add("__version__", env!("CARGO_PKG_VERSION"))?;
+    interrupt::ask_by(ask);
+    // a panic at any entry is an `Exception` like every other fault: no net that catches those lets it through
+    let (panic, base) = (m.py().get_type::<PanicException>(), m.py().get_type::<PyException>());
+    panic.setattr("__bases__", (base,))?;
+    m.add("Panic", panic)?;
     let code = crate::tape::Code::chosen().map_err(pyo3::exceptions::PyImportError::new_err)?;
     m.add("code", code.name())?;
     m.add_class::<expr::Expr>()?;

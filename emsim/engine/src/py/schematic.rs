@@ -1,3 +1,4 @@
+use super::guarded;
 use crate::schematic::{arrange, Diagram, Pin, Point, Variant, Wish};
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
@@ -55,7 +56,8 @@ pub fn arrange_diagram(
     }
     let diagram = Diagram { parts, nets, wishes: asked };
     // a drawing never takes the run with it that it is a picture of
-    let drawing = py.detach(|| catch_unwind(AssertUnwindSafe(|| arrange(&diagram, seed, rounds, moves, polish))));
-    let drawing = drawing.map_err(|_| PyRuntimeError::new_err("the search for a layout failed"))?;
+    let arranged = || guarded(|| arrange(&diagram, seed, rounds, moves, polish));
+    let drawing = py.detach(|| catch_unwind(AssertUnwindSafe(arranged)));
+    let drawing = drawing.map_err(|_| PyRuntimeError::new_err("the search for a layout failed"))??;
     Ok((drawing.places, drawing.wires, drawing.failed, drawing.cost))
 }

@@ -1,5 +1,6 @@
 //! `SmallSignal`: the equations linearised about an operating point.
 use super::expr::{lock, Expr, SharedGraph};
+use super::guarded;
 use crate::smallsignal::{self, Excitation, Gradients, NoiseSource};
 use crate::sparse::{Complex, Scalar, Singular};
 use crate::system::{System, Work};
@@ -85,10 +86,7 @@ impl SmallSignal {
             (gradients.at(&self.system, w, &self.x), Excitation::at(&self.system, &mut g, w, &self.x))
         };
         let mut columns = vec![Vec::with_capacity(16 * s.len()); slopes.len()];
-        for (k, &s) in s.iter().enumerate() {
-            if k % 64 == 63 {
-                py.check_signals()?;
-            }
+        for &s in &s {
             let s = complex(s);
             let mut b = excitation.of(s, &sources);
             for &(row, v) in &rows {
@@ -96,7 +94,7 @@ impl SmallSignal {
                 *place += complex(v);
                 self.system.sums.iter().filter(|s| s.node == row).for_each(|s| b[s.root] += complex(v));
             }
-            linear.solve(s, &mut b).map_err(|e| self.singular(e))?;
+            guarded(|| linear.solve(s, &mut b))?.map_err(|e| self.singular(e))?;
             for (column, slopes) in columns.iter_mut().zip(&slopes) {
                 let value = slopes.of(&b, &sources);
                 column.extend(value.re.to_ne_bytes());
@@ -162,14 +160,11 @@ impl SmallSignal {
         };
         let mut columns = vec![Vec::with_capacity(8 * frequencies.len()); 1 + sources.len()];
         let one = [(wave, Complex::ONE)];
-        for (k, &frequency) in frequencies.iter().enumerate() {
-            if k % 64 == 63 {
-                py.check_signals()?;
-            }
+        for &frequency in &frequencies {
             let s = Complex::new(0.0, 2.0 * std::f64::consts::PI * frequency);
             let mut a = vec![Complex::ZERO; self.system.n];
             slopes.unknowns.iter().for_each(|&(i, d)| a[i].re += d);
-            linear.solve_transposed(s, &mut a).map_err(|e| self.singular(e))?;
+            guarded(|| linear.solve_transposed(s, &mut a))?.map_err(|e| self.singular(e))?;
             let mut gain = slopes.by_sources(&one);
             for (b, &a) in excitation.of(s, &one).into_iter().zip(&a) {
                 gain += b * a;

@@ -1,9 +1,11 @@
 //! `System`: the compiled equations, open to anyone; and the analyses. `Waveforms`: what an analysis recorded.
 use super::expr::{lock, Expr, SharedGraph};
+use super::guarded;
 use super::smallsignal::SmallSignal;
 use crate::fmi::packed::{Equations, Input, Output, Packed, Varies};
 use crate::graph::{Id, Node};
-use crate::integrate::{self, Failed, Status, Transient};
+use crate::integrate::{self, Failed, Outcome, Status, Transient};
+use crate::interrupt;
 use crate::invariants::Invariants;
 use crate::ledger::Ledger;
 use crate::modes::Modes;
@@ -254,11 +256,10 @@ impl System {
         let mut w = sys.work();
         let mut x = op::initial(sys);
         let failed = |why, tried| Failed { t: 0.0, h: 0.0, during: "operating point", why, tried };
-        let result = if uic {
-            op::initial_conditions(sys, &mut w, &mut x, tstep, &tol).map_err(|why| failed(why, vec![]))
-        } else {
-            op::operating_point(sys, &mut w, &o, &tol, false, &mut x).map_err(|e| failed(e.why, e.tried))
-        };
+        let result = guarded(|| match uic {
+            true => op::initial_conditions(sys, &mut w, &mut x, tstep, &tol).map_err(|why| failed(why, vec![])),
+            false => op::operating_point(sys, &mut w, &o, &tol, false, &mut x).map_err(|e| failed(e.why, e.tried)),
+        })?;
         match result {
             Ok(()) => {
                 let feature = sys.shortest_feature().min(tstep);
@@ -307,14 +308,15 @@ impl System {
             let mut w = sys.work();
             w.dc = true;
             let mut x = op::initial(&sys);
-            let failed = op::operating_point(&sys, &mut w, &o, &tol, statics, &mut x).err().map(no_point);
-            if failed.is_none() {
+            let found = guarded(|| {
+                op::operating_point(&sys, &mut w, &o, &tol, statics, &mut x).map_err(no_point)?;
                 w.unstable = op::unstable(&sys, &mut w, &x, 0.0, &o, &tol);
                 complete(&sys, &mut w, &mut x, &tol, statics);
                 record.push(&sys, &mut w, 0.0, &x);
-            }
-            (w, failed, record, clock.seconds())
-        });
+                Ok(())
+            })?;
+            PyResult::Ok((w, found.err(), record, clock.seconds()))
+        })?;
         let failure = failed.map(|f| failure_dict(py, &self.inner, &f)).transpose()?;
         let status = if failure.is_some() { "failed" } else { "ok" };
         Ok(Waveforms {
@@ -375,13 +377,16 @@ impl System {
             }
             let (mut failed, mut stopped, mut hung) = (None, false, None);
             for (k, values) in points.iter().enumerate() {
-                if k % 64 == 63 && Python::attach(|py| py.check_signals().is_err()) {
-                    stopped = true;
-                    break;
-                }
-                if let Err(e) = sweep.to(&mut w, &mut x, values) {
-                    failed = Some(no_point(e));
-                    break;
+                match interrupt::guarded(|| sweep.to(&mut w, &mut x, values)) {
+                    Ok(Ok(())) => {}
+                    Ok(Err(e)) => {
+                        failed = Some(no_point(e));
+                        break;
+                    }
+                    Err(_) => {
+                        stopped = true;
+                        break;
+                    }
                 }
                 hung = hung.or_else(|| hanging(k, &w));
                 let mut shown = x.clone();
@@ -450,19 +455,26 @@ impl System {
             let mut w = sys.work();
             w.dc = true;
             let mut x = op::initial(&sys);
-            op::operating_point(&sys, &mut w, &o, &tol, statics, &mut x).map_err(no_point)?;
-            complete(&sys, &mut w, &mut x, &tol, statics);
+            let found = guarded(|| {
+                op::operating_point(&sys, &mut w, &o, &tol, statics, &mut x).map_err(no_point)?;
+                complete(&sys, &mut w, &mut x, &tol, statics);
+                Ok(())
+            })?;
+            if let Err(failed) = found {
+                return Ok(Err(failed));
+            }
             for (held, _) in w.flags.iter_mut().zip(&sys.flags).filter(|(_, f)| f.name == SMALL_SIGNALS && !hold) {
                 *held = 1.0;
             }
-            SmallSignal::new(sys, graph, w, x, hold).map_err(|e| Failed {
+            let linear = guarded(|| SmallSignal::new(sys, graph, w, x, hold))?;
+            PyResult::Ok(linear.map_err(|e| Failed {
                 t: 0.0,
                 h: 0.0,
                 during: "small signals",
                 why: Failure::Singular(e),
                 tried: vec![],
-            })
-        });
+            }))
+        })?;
         match found {
             Ok(linear) => Ok((Some(linear), None)),
             Err(f) => Ok((None, Some(failure_dict(py, &self.inner, &f)?))),
@@ -605,10 +617,10 @@ impl System {
         let gate = record.gate.clone();
         let a = Transient { tstep, tstop, tstart, tmax, uic, begun: begin.is_some(), from, until, drawn };
         if integrate::reduces(&sys, &o) {
-            sys.reduce(&mut lock(&self.graph));
+            guarded(|| sys.reduce(&mut lock(&self.graph)))?;
         }
         if integrate::splits(&o.method) {
-            sys.split(&mut lock(&self.graph));
+            guarded(|| sys.split(&mut lock(&self.graph)))?;
         }
         let parts = apart.into_iter().map(|of| self.part(of, &o)).collect::<PyResult<Vec<_>>>()?;
         let record_streams = record.stream.is_some();
@@ -626,23 +638,20 @@ impl System {
                 if gate.full.load(Relaxed) {
                     return false;
                 }
-                Python::attach(|py| {
-                    if py.check_signals().is_err() {
-                        return false;
-                    }
-                    match &progress {
-                        Some(call) => match call.call1(py, (t, h, steps, events)) {
+                !interrupt::asked()
+                    && progress.as_ref().is_none_or(|call| {
+                        Python::attach(|py| match call.call1(py, (t, h, steps, events)) {
                             Ok(stop) => !stop.is_truthy(py).unwrap_or(false),
                             Err(_) => false,
-                        },
-                        None => true,
-                    }
-                })
+                        })
+                    })
             };
-            let outcome = match parts.as_slice() {
+            // what was recorded before an interrupt is kept, wherever in the run it is seen
+            let outcome = interrupt::guarded(|| match parts.as_slice() {
                 [] => integrate::run(&sys, &mut w, a, &o, &mut record, &mut tick),
                 parts => integrate::run_apart(&sys, &mut w, parts, a, &o, &mut record, &mut tick),
-            };
+            })
+            .unwrap_or_else(|_| Outcome::interrupted());
             if outcome.status == Status::Ok && outcome.end.len() == sys.n {
                 w.unstable = op::unstable(&sys, &mut w, &outcome.end, outcome.ended, &o, &Tolerances::new(&sys, &o));
             }

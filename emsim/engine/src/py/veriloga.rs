@@ -1,4 +1,5 @@
 //! Verilog-A for Python: what a text declares, what is wrong with it, and the numbers of an instance at given voltages.
+use super::guarded;
 use crate::derive::slopes as slopes_of;
 use crate::graph::{Id, Node};
 use crate::tape::{Inputs, Tape};
@@ -32,13 +33,13 @@ const REMEMBERED: usize = 64;
 /// Reads a text: `name` is what messages call it, `folders` are looked in for what it includes.
 #[pyfunction]
 #[pyo3(signature = (text, name="", folders=Vec::new(), defines=HashMap::new()))]
-pub fn veriloga(text: &str, name: &str, folders: Vec<PathBuf>, defines: HashMap<String, String>) -> VerilogA {
+pub fn veriloga(text: &str, name: &str, folders: Vec<PathBuf>, defines: HashMap<String, String>) -> PyResult<VerilogA> {
     let mut defines: Vec<(String, String)> = defines.into_iter().collect();
     defines.sort();
-    match Library::parse(text, name, &folders, &defines) {
+    Ok(match guarded(|| Library::parse(text, name, &folders, &defines))? {
         Ok(library) => VerilogA { library, messages: Vec::new(), lately: Mutex::default() },
         Err(messages) => VerilogA { library: Library::default(), messages, lately: Mutex::default() },
-    }
+    })
 }
 
 fn told<'py>(py: Python<'py>, messages: &[Message]) -> PyResult<Bound<'py, PyList>> {
@@ -102,7 +103,7 @@ fn folded(this: &VerilogA, py: Python<'_>, module: &str, given: &Given) -> PyRes
     let Some(module) = this.library.module(module) else {
         return Err(PyKeyError::new_err(format!("there is no module {module}")));
     };
-    module.fold(given).map_err(|m| match told(py, &m) {
+    guarded(|| module.fold(given))?.map_err(|m| match told(py, &m) {
         Ok(list) => PyValueError::new_err(list.unbind()),
         Err(e) => e,
     })

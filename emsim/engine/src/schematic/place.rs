@@ -2,6 +2,7 @@
 //! tree of each net, bends, parts and wires in their way), wishes, the variants' own costs, the size of the whole.
 use super::route::{route, Routed};
 use super::{Diagram, Drawing, Point, Random, Variant, Wish};
+use crate::interrupt;
 use std::cell::RefCell;
 
 const OVERLAP: i64 = 60;
@@ -302,12 +303,14 @@ impl<'a> Search<'a> {
     // ---- costs ----
 
     fn cost(&self) -> i64 {
+        interrupt::spent(100 * self.places.len());
         self.stand();
         self.overlaps() + self.standing() + self.wires()
     }
 
     /// The cost if it is no more than so much; wires, which take longest, are looked at last.
     fn cost_below(&self, most: i64) -> Option<i64> {
+        interrupt::spent(100 * self.places.len());
         self.stand();
         let cost = self.overlaps();
         let cost = if cost > most { return None } else { cost + self.standing() };

@@ -3,6 +3,7 @@
 //! Another net's wire may be crossed, at a right angle and straight on; nothing runs along it, and no corner, junction or pin of
 //! it is touched. A point belongs to a net horizontally, vertically or, at a corner, both.
 use super::{Diagram, Point};
+use crate::interrupt;
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
@@ -197,6 +198,7 @@ impl Board {
         }
         while let Some(Reverse((cost, state))) = queue.pop() {
             let (k, dir) = ((state >> 2) as usize, (state & 3) as usize);
+            interrupt::spent(100);
             if cost > self.best[state as usize] {
                 continue;
             }

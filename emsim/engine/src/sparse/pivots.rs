@@ -19,6 +19,7 @@
 //! first and a repeated factorisation give the same bits.
 
 use super::{Scalar, Singular, Symbolic, NONE};
+use crate::interrupt;
 
 /// A diagonal entry of at least this part of the largest candidate is preferred.
 const DIAGONAL_THRESHOLD: f64 = 1e-3;
@@ -88,6 +89,7 @@ pub(super) fn eliminate<T: Scalar>(symbolic: &Symbolic, values: &[T]) -> Result<
         let noise = (1.0 + f64::from(last - first).log2()) * f64::EPSILON;
         for k in first..last {
             let kk = k as usize;
+            interrupt::spent(50 * (1 + topological.len() + candidates.len()));
             // pattern of column k: everything reachable from its entries
             topological.clear();
             candidates.clear();

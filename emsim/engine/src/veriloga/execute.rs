@@ -3,6 +3,7 @@ use super::ast::{Expression, Statement, Type, Variable, E, S};
 use super::elaborate::{Answer, Branch, Elaborator, Frame, Num, State, Val, MOST_STEPS};
 use super::source::Place;
 use crate::graph::{Id, Node};
+use crate::interrupt;
 use std::rc::Rc;
 
 /// How often a loop is repeated whose end hangs on voltages, if it does not say.
@@ -126,6 +127,7 @@ impl Elaborator<'_> {
 
     pub fn execute(&mut self, s: S) -> Answer<()> {
         self.steps += 1;
+        interrupt::spent(100);
         let library = self.library;
         if self.steps > MOST_STEPS {
             return self.stop(

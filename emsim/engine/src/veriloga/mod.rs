@@ -17,10 +17,12 @@ mod tree;
 #[cfg(test)]
 mod tests;
 
+use crate::interrupt;
 pub use folded::{Description, Folded};
 use source::Sources;
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
+use std::sync::mpsc::RecvTimeoutError;
 
 /// What is wrong, and where.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -144,15 +146,22 @@ impl Module<'_> {
     }
 }
 
-/// Trees are read by what calls itself: where there is room for that.
+/// Trees are read by what calls itself: where there is room for that. The token of interrupts is asked for meanwhile.
 fn deep<T: Send>(work: impl FnOnce() -> T + Send) -> T {
     std::thread::scope(|scope| {
-        let worker = std::thread::Builder::new().stack_size(256 << 20).spawn_scoped(scope, work);
-        match worker.map(std::thread::ScopedJoinHandle::join) {
-            Ok(Ok(done)) => done,
-            Ok(Err(panic)) => std::panic::resume_unwind(panic),
+        let (ends, ended) = std::sync::mpsc::channel::<()>();
+        let run = move || {
+            let _ends = ends; // closed when it goes, by unwinding too
+            interrupt::beside(work)
+        };
+        let worker = match std::thread::Builder::new().stack_size(256 << 20).spawn_scoped(scope, run) {
+            Ok(worker) => worker,
             Err(e) => panic!("no thread can be started: {e}"),
+        };
+        while ended.recv_timeout(interrupt::PATIENCE) == Err(RecvTimeoutError::Timeout) {
+            interrupt::asked();
         }
+        worker.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
     })
 }
 

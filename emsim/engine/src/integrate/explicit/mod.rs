@@ -27,6 +27,7 @@ pub use dop853::DOP853;
 pub use rk45::RK45;
 
 use super::{response, Attempt, Character, Limit, Method, Response};
+use crate::interrupt;
 use crate::newton::{Failure, Options, Tolerances};
 use crate::reduced::{Point, Reduced, Trouble, NEAR};
 use crate::sparse::Complex;
@@ -395,6 +396,7 @@ impl Method for Explicit<'_> {
     fn attempt(&mut self, sys: &System, w: &mut Work, h: f64, tol: &Tolerances) -> Attempt {
         let before = self.point.evaluations;
         let width = self.width;
+        interrupt::spent(self.method.stages * (sys.operations().0 + 10 * width) + 100);
         if let Some(t1) = self.accepted.take() {
             self.t0 = t1;
             std::mem::swap(&mut self.y0, &mut self.y1);
