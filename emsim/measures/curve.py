@@ -20,7 +20,9 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
 DEGREE = 4  # between two points of a table
-ROUNDED = 64 * 2.0**-52  # of the largest value: what differs by less is on the level, as for conditions (engine: conditions.rs)
+ROUNDED = (
+    64 * 2.0**-52
+)  # of the largest value: what differs by less is on the level, as for conditions (engine: conditions.rs)
 EQUAL = 1e-9  # of the whole swing: extremes that differ by less are equal
 
 
