@@ -1,10 +1,11 @@
 """Conditions that hold for a short while near a crest: the share of such pulses that is seen.
 
-    python tests/bench/crests.py [--sources sin,am] [--paths direct,rc] [--methods auto,trap] [--reltols 1e-3,1e-6] [--levels 0.9,0.999]
+    python tests/bench/crests.py [--sources sin,am] [--paths direct,rc] [--methods auto,trap] [--reltols 1e-3,1e-6]
 
-One line a source, path, reader and method, one column a level and tolerance: `1` where every pulse is seen and none beside them, else
-the share that is seen and, behind `+`, those that are none. The level is a share of the largest value that the signal comes to.
-What is right stands in `right`: the signal in closed form on a fine grid, behind an RC by its recursion for straight lines.
+One line a source, path, reader and method, one column a level and tolerance: `1` where every pulse is seen and none
+beside them, else the share that is seen and, behind `+`, those that are none. The level is a share of the largest value
+that the signal comes to. What is right stands in `right`: the signal in closed form on a fine grid, behind an RC by its
+recursion for straight lines.
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ import numpy as np
 from scipy.signal import lfilter
 
 import emsim
+from emsim.diagnostics import DiagnosticError
 
 STOP = 20e-3
 POINTS = 2_000_001
@@ -63,7 +65,10 @@ PATHS: dict[str, tuple[str, Callable[[np.ndarray], np.ndarray]]] = {
     "divider": ("R1 s m 1k\nR2 m x 1k\nR3 m 0 3k\nR4 x 0 2k", lambda s: s * (1.5 / 2.5) * (2 / 3)),
     "cube": ("Ex x 0 VALUE={v(s)*v(s)*v(s)}", lambda s: s**3),
     "rc": ("R1 s x 1k\nC1 x 0 30n", lambda s: filtered(s)),
-    "rc2": ("R1 s m 1k\nC1 m 0 30n\nEm e 0 m 0 2\nR2 e x 1k\nC2 x 0 10n", lambda s: 2 * filtered(filtered(s), 10e-6)),
+    "rc2": (
+        "R1 s m 1k\nC1 m 0 30n\nEm e 0 m 0 2\nR2 e x 1k\nC2 x 0 10n",
+        lambda s: 2 * filtered(filtered(s), 10e-6),
+    ),
 }
 READERS = {
     "B": "B1 g 0 V={v(x)>LEVEL ? 5 : 0}",
@@ -144,10 +149,12 @@ def main() -> None:
                     for level, tol in columns:
                         try:
                             cells.append(cell(*seen(source, path, reader, level, method, tol)))
-                        except emsim.DiagnosticError as e:
+                        except DiagnosticError as e:
                             cells.append(e.diagnostics[0].code)
                     missing += sum(c != "1" for c in cells)
-                    print(f"{source:8} {path:8} {reader:4} {method:7}", *(f"{c:>9}" for c in cells), flush=True)
+                    print(
+                        f"{source:8} {path:8} {reader:4} {method:7}", *(f"{c:>9}" for c in cells), flush=True
+                    )
     sys.exit(1 if missing else 0)
 
 

@@ -23,7 +23,7 @@ mod tables;
 
 use self::estimate::share;
 use self::full::FullNewton;
-use self::order::{contracting, Orders, Taken};
+use self::order::{contracting, Orders, Taken, CONTRACTION};
 use self::tables::Scheme;
 use super::rows::Lags;
 use super::{root, Attempt, Character, Method, Response};
@@ -449,7 +449,9 @@ impl Method for Radau {
         self.accepted = false;
         self.h = h;
         // an old Jacobian serves while the iteration contracts fast
-        if self.theta >= REUSE || self.jacobian_at.is_nan() {
+        // (updates at the level of rounding say nothing of the Jacobian; if those before contracted too little to go on with this length, it
+        // is renewed: with one of another time they contract no better in shorter steps, down to none)
+        if self.theta >= REUSE || self.contraction > CONTRACTION || self.jacobian_at.is_nan() {
             self.jacobian(sys, w, h);
         }
         loop {
