@@ -49,13 +49,13 @@ ROWS = [
     ["elements", "mistakes"],
     ["build_expr"],
     ["dialects"],
-    ["deck", "expr", "syntax", "lark_grammar", "source"],
+    ["deck", "expr", "opened", "syntax", "lark_grammar", "source"],
     ["draws", "units"],
     ["diagnostics"],
     ["_engine"],
 ]
 LEVEL = {name: level for level, row in enumerate(ROWS) for name in row}
-CARDS_MAY_IMPORT = {"cards", "diagnostics", "units", "expr", "deck", "_engine"}
+CARDS_MAY_IMPORT = {"cards", "diagnostics", "units", "expr", "opened", "deck", "_engine"}
 # anybody may ask the package for its version; Result.save is a convenience that calls the writers
 UPWARD = {
     ("outputs", "__init__"): "the version",
@@ -66,7 +66,8 @@ UPWARD = {
 RUST_ROWS = [
     ["lib"],
     ["py"],
-    ["fmi"],
+    ["fmi", "page"],
+    ["packed"],
     ["schematic"],
     ["integrate"],
     ["events", "modes", "op", "record", "smallsignal"],
@@ -86,7 +87,7 @@ RUST_ROWS = [
     ["veriloga"],
     ["derive"],
     ["graph"],
-    ["syntax"],
+    ["syntax", "stopwatch"],
 ]
 RUST_LEVEL = {name: level for level, row in enumerate(RUST_ROWS) for name in row}
 
